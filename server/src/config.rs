@@ -107,6 +107,9 @@ pub enum LogFormat {
 
 impl Config {
     /// Loads the defaults, overridden by the file at `path` if there is one.
+    ///
+    /// # Errors
+    /// `configuration`: a file that cannot be read, and those of [`Self::parse`].
     pub fn load(path: Option<&Path>) -> Result<Self, Error> {
         let Some(path) = path else { return Self::parse("", "default") };
         let at = path.display().to_string();
@@ -116,6 +119,9 @@ impl Config {
     }
 
     /// Parses `text` over the defaults; `at` names the source of `text` in errors.
+    ///
+    /// # Errors
+    /// `configuration` at the key that is unknown or whose value cannot be used.
     pub fn parse(text: &str, at: &str) -> Result<Self, Error> {
         let refuse = |text: &str, error: toml::de::Error| {
             Error::new(ErrorKind::Configuration, at, format!("{at}: {}", toml_error(text, &error)))
@@ -130,6 +136,9 @@ impl Config {
     }
 
     /// Returns the configuration if every value is valid; `at` names the source of the values in errors.
+    ///
+    /// # Errors
+    /// `configuration` at the first key whose value is not possible.
     pub fn checked(self, at: &str) -> Result<Self, Error> {
         match self.rules() {
             Ok(()) => Ok(self),
@@ -208,12 +217,18 @@ impl Config {
     }
 
     /// Folder of the databases: the configured one, or the platform's default.
+    ///
+    /// # Errors
+    /// `configuration` without a configured folder and a home folder.
     pub fn databases(&self) -> Result<PathBuf, Error> {
         if self.databases.folder.as_os_str().is_empty() { data_folder() } else { Ok(self.databases.folder.clone()) }
     }
 }
 
 /// The platform's folder for databases (`~/.local/share/shatter` on Linux).
+///
+/// # Errors
+/// `configuration` without a home folder.
 pub fn data_folder() -> Result<PathBuf, Error> {
     let folders = directories::ProjectDirs::from("", "", "shatter");
     folders.map(|folders| folders.data_dir().to_owned()).ok_or_else(|| {

@@ -58,7 +58,10 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// Installs the handlers. Needs a tokio runtime. Errors: `failed`.
+    /// Installs the handlers. Needs a tokio runtime.
+    ///
+    /// # Errors
+    /// `failed`.
     pub fn listen_for_signals() -> Result<Self, Error> {
         let hear = |kind| signal(kind).map_err(|error| Error::new(ErrorKind::Failed, "signals", error.to_string()));
         Ok(Self {

@@ -105,7 +105,10 @@ pub struct DatabaseFolder {
 }
 
 impl DatabaseFolder {
-    /// Scans the folder. Errors: `database_folder`.
+    /// Scans the folder.
+    ///
+    /// # Errors
+    /// `database_folder`.
     pub fn look(&self) -> Result<DirectorySnapshot, Error> {
         if !self.required && !self.path.exists() {
             return Ok(DirectorySnapshot::default());
@@ -117,7 +120,10 @@ impl DatabaseFolder {
         })
     }
 
-    /// Checks that all databases of the scene exist. Errors: `unknown_object`, `database_folder`.
+    /// Checks that all databases of the scene exist.
+    ///
+    /// # Errors
+    /// `unknown_object`, `database_folder`.
     pub fn complete(&self) -> Result<(), Error> {
         let shelf = self.look()?;
         let mut wanted = self.only.iter().flat_map(BTreeMap::values);
@@ -139,6 +145,9 @@ impl DatabaseFolder {
 
 impl HotReloader {
     /// Creates a reloader that sends to `events` and loads at niceness `nice`.
+    ///
+    /// # Errors
+    /// `failed` if a thread cannot be started.
     pub fn new(
         folder: DatabaseFolder,
         loader: Loader,

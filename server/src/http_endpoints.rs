@@ -61,7 +61,10 @@ pub struct OperationsPort {
 }
 
 impl OperationsPort {
-    /// Listens on `port` of the loopback address; 0: no port. Needs a tokio runtime. Errors: `port`.
+    /// Listens on `port` of the loopback address; 0: no port. Needs a tokio runtime.
+    ///
+    /// # Errors
+    /// `port`.
     pub async fn open(port: u16) -> Result<Self, Error> {
         let (asker, inquiries) = mpsc::channel(CONNECTIONS_MAX);
         if port == 0 {

@@ -112,6 +112,9 @@ fn times() -> Result<Times<u64>, Error> {
 
 impl Metrics {
     /// Creates metrics that are all zero.
+    ///
+    /// # Errors
+    /// `failed` if a histogram cannot be made.
     pub fn new() -> Result<Self, Error> {
         let metrics = Self {
             registry: Registry::with_prefix("shatter"),

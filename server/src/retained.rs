@@ -80,7 +80,10 @@ impl RetainedResults {
         (handle, EvictedResults(self.kept.drain(..surplus).collect()))
     }
 
-    /// Target of a request that strikes this fragment of a result of the object `name`. Errors: `unknown_handle`, `unknown_fragment`.
+    /// Target of a request that strikes this fragment of a result of the object `name`.
+    ///
+    /// # Errors
+    /// `unknown_handle`, `unknown_fragment`.
     pub fn target(&self, name: &str, origin: RetainedFragment, now: Instant) -> Result<RetainedTarget, Error> {
         let RetainedFragment { handle, fragment } = origin;
         let lives = |entry: &&Entry| entry.handle == handle && now.saturating_duration_since(entry.since) < self.time;
@@ -101,7 +104,10 @@ impl RetainedResults {
         Ok((entry.object.clone(), Some(entry.kept.clone())))
     }
 
-    /// Releases a result. Errors: `unknown_handle`.
+    /// Releases a result.
+    ///
+    /// # Errors
+    /// `unknown_handle`.
     pub fn release(&mut self, handle: u64) -> Result<EvictedResults, Error> {
         let place = self.kept.iter().position(|entry| entry.handle == handle);
         let entry = place.and_then(|place| self.kept.remove(place)).ok_or_else(|| unknown_handle(handle))?;

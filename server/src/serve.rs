@@ -61,7 +61,10 @@ pub struct ServeOptions {
 
 /// Serves until SIGINT, SIGTERM or `options.stop`.
 ///
-/// Errors: `second_daemon`, `runtime_folder`, `database_folder`, `shared_memory`, `transport`.
+///
+///
+/// # Errors
+/// `second_daemon`, `runtime_folder`, `database_folder`, `shared_memory`, `transport`.
 pub fn run(options: ServeOptions) -> Result<(), Error> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     let runtime = runtime.map_err(|error| Error::new(ErrorKind::Failed, "runtime", error.to_string()))?;
@@ -391,7 +394,10 @@ impl Daemon {
         format!("{state}: {ready} of {entries} objects ready, {running} requests computing, {queued} waiting\n")
     }
 
-    /// Checks whether clients can connect, and repairs what it can. Errors: `runtime_folder`, `transport`, `shared_memory`.
+    /// Checks whether clients can connect, and repairs what it can.
+    ///
+    /// # Errors
+    /// `runtime_folder`, `transport`, `shared_memory`.
     fn check_way_in(&mut self) -> Result<(), Error> {
         self.home.check()?;
         self.entrance.check()?;

@@ -62,7 +62,8 @@ pub struct Stopwatch {
 impl Stopwatch {
     /// Strikes, and writes the answer out.
     ///
-    /// Errors: those of the strike. An object that stays whole is a panic: benches ask for a number of sites.
+    /// # Errors
+    /// Those of the strike. An object that stays whole is a panic: benches ask for a number of sites.
     pub fn strike(&mut self, prepared: &PreparedObject, strike: &FractureRequest) -> Result<Timed, FractureError> {
         let begun = Instant::now();
         let outcome = pipeline::strike(

@@ -42,6 +42,9 @@ impl DaemonInfo {
     }
 
     /// Reads the file's contents.
+    ///
+    /// # Errors
+    /// `version_mismatch` at `hello` for a file that cannot be read.
     pub fn from_json(json: &str) -> Result<Self, Error> {
         serde_json::from_str(json).map_err(|error| {
             let message = format!("the daemon's hello cannot be read: {error}");
@@ -50,6 +53,9 @@ impl DaemonInfo {
     }
 
     /// Refuses a daemon that this build cannot talk to, naming both versions.
+    ///
+    /// # Errors
+    /// `version_mismatch`, whose message names both versions.
     pub fn check(&self) -> Result<(), Error> {
         let theirs = format!("protocol {}, {}", self.protocol, self.transport);
         let ours = format!("protocol {PROTOCOL_VERSION}, {TRANSPORT_VERSION}");

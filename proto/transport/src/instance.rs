@@ -28,7 +28,10 @@ pub struct Instance {
     pub folder: PathBuf,
 }
 
-/// A random word. Errors: `runtime_folder` where there is no source of random numbers.
+/// A random word.
+///
+/// # Errors
+/// `runtime_folder` where there is no source of random numbers.
 pub fn random_token() -> Result<String, Error> {
     let source = Path::new("/dev/urandom");
     let mut bytes = [0; TOKEN_DIGITS];
@@ -40,7 +43,10 @@ pub fn random_token() -> Result<String, Error> {
 }
 
 impl Instance {
-    /// A new one at `place`, which nobody else knows. Errors: as of [`random_token`].
+    /// A new one at `place`, which nobody else knows.
+    ///
+    /// # Errors
+    /// As of [`random_token`].
     pub fn random(place: &ServicePaths) -> Result<Self, Error> {
         Ok(Self::named(place, random_token()?))
     }
@@ -51,7 +57,10 @@ impl Instance {
         valid.then(|| Self::named(place, token.to_owned()))
     }
 
-    /// The one of the daemon that serves at `place` now. Errors: `no_daemon`, `version_mismatch`.
+    /// The one of the daemon that serves at `place` now.
+    ///
+    /// # Errors
+    /// `no_daemon`, `version_mismatch`.
     pub fn serving(place: &ServicePaths) -> Result<Self, Error> {
         let none = |why: String| Error::new(ErrorKind::NoDaemon, place.service.as_str(), why);
         let path = place.hello();
@@ -67,12 +76,18 @@ impl Instance {
     }
 
     /// Creates the folder for its owner alone.
+    ///
+    /// # Errors
+    /// `runtime_folder`: the folder cannot be created, or others can change it.
     pub fn create(&self, uid: u32) -> Result<(), Error> {
         create_private(&self.folder)?;
         self.check(uid)
     }
 
-    /// Refuses a folder that others can change. Errors: `runtime_folder`.
+    /// Refuses a folder that others can change.
+    ///
+    /// # Errors
+    /// `runtime_folder`.
     pub fn check(&self, uid: u32) -> Result<(), Error> {
         trusted(&self.folder, uid)
     }

@@ -62,6 +62,9 @@ impl ServicePaths {
     }
 
     /// Creates the folder for its owner alone, and checks it if it exists.
+    ///
+    /// # Errors
+    /// `runtime_folder`: a folder cannot be created, belongs to another user, or is open to others.
     pub fn create(&self) -> Result<(), Error> {
         self.make_private().map_err(|refusal| self.advised(refusal))
     }
@@ -77,6 +80,9 @@ impl ServicePaths {
     }
 
     /// Whether there is anything at all, in a folder that belongs to the user alone.
+    ///
+    /// # Errors
+    /// `runtime_folder`: a folder belongs to another user, or is open to others.
     pub fn exists(&self) -> Result<bool, Error> {
         self.is_there().map_err(|refusal| self.advised(refusal))
     }

@@ -19,7 +19,10 @@ pub const CONNECTION_BYTES: u64 = 8 << 20;
 /// Segments beyond this size are pools, of which only what is lent is populated.
 const SEGMENT_MAX: usize = 16 * 1024 * 1024;
 
-/// Bytes that shared memory can still take. Errors: `shared_memory`.
+/// Bytes that shared memory can still take.
+///
+/// # Errors
+/// `shared_memory`.
 pub fn free_bytes() -> Result<u64, Error> {
     match rustix::fs::statvfs(FOLDER) {
         Ok(data) => Ok(data.f_bavail.saturating_mul(data.f_frsize)),
@@ -27,7 +30,10 @@ pub fn free_bytes() -> Result<u64, Error> {
     }
 }
 
-/// Refuses unless shared memory can take `bytes` more, in a few more files. Errors: `shared_memory`.
+/// Refuses unless shared memory can take `bytes` more, in a few more files.
+///
+/// # Errors
+/// `shared_memory`.
 pub fn need(bytes: u64) -> Result<(), Error> {
     let free = free_bytes()?;
     if free < bytes {
@@ -44,8 +50,10 @@ pub fn need(bytes: u64) -> Result<(), Error> {
     }
 }
 
-/// Makes the pages of `range` (addresses) exist; no byte changes. Errors: `shared_memory`; `transport` for addresses that are not
-/// mapped writable, or a segment that is cut short.
+/// Makes the pages of `range` (addresses) exist; no byte changes.
+///
+/// # Errors
+/// `shared_memory`; `transport` for addresses that are not mapped writable, or a segment that is cut short.
 pub fn populate(range: Range<usize>) -> Result<(), Error> {
     let page = rustix::param::page_size();
     let start = range.start / page * page;
@@ -63,6 +71,9 @@ pub fn populate(range: Range<usize>) -> Result<(), Error> {
 }
 
 /// Makes the pages of every segment exist that lies in `folder` and that this process has mapped writable; pools aside.
+///
+/// # Errors
+/// Those of [`populate`].
 pub fn populate_mapped(folder: &Path) -> Result<(), Error> {
     let maps = std::fs::read_to_string("/proc/self/maps").map_err(|error| full(0, &error.to_string()))?;
     maps.lines().filter_map(|line| writable(line, folder)).try_for_each(populate)

@@ -69,6 +69,9 @@ pub const QUESTIONS_PER_CLIENT_MAX: usize = 4;
 const FILES_FEW: u64 = 256;
 
 /// The daemon's configuration of the transport for `instance`; the machine's and the user's own files are not read.
+///
+/// # Errors
+/// `runtime_folder` for a folder whose path the transport does not take.
 pub fn config(instance: &Instance) -> Result<Config, Error> {
     let mut config = Config::default();
     let folder = Path::new(instance.folder.as_os_str().as_bytes());
@@ -89,6 +92,9 @@ pub fn config(instance: &Instance) -> Result<Config, Error> {
 
 /// The configuration of a client: it buries nobody. The daemon does; of two that bury at once the slower takes the place of whoever
 /// came after the dead, and a client could wait for what a dead one left unfinished.
+///
+/// # Errors
+/// Those of [`config`].
 pub fn client_config(instance: &Instance) -> Result<Config, Error> {
     let mut config = config(instance)?;
     config.global.node.cleanup_dead_nodes_on_creation = false;
@@ -98,6 +104,9 @@ pub fn client_config(instance: &Instance) -> Result<Config, Error> {
 }
 
 /// One of the names above as the transport wants it.
+///
+/// # Errors
+/// `transport` for a name that the transport does not take.
 pub fn service_name(name: &str) -> Result<ServiceName, Error> {
     ServiceName::new(name).map_err(|error| failed(name, error))
 }

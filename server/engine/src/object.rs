@@ -23,11 +23,17 @@ pub trait ServedObject: Send + Sync {
     fn answer_bytes_max(&self) -> usize;
 
     /// Does the work that loading deferred, so that no request has to. Requests that need this work receive the error.
+    ///
+    /// # Errors
+    /// What requests that need it will be told: `failed`, `unsolvable`.
     fn finish(&self) -> Result<(), Error> {
         Ok(())
     }
 
     /// Strikes the object. Polls `token` and reports every stage and effect to `observer`.
+    ///
+    /// # Errors
+    /// What is wrong with the request or the object, with the kind of the rule; `cancelled` if `token` says so.
     fn strike(
         &self,
         strike: &Request,
@@ -37,6 +43,9 @@ pub trait ServedObject: Send + Sync {
     ) -> Result<Box<dyn EngineResult>, Error>;
 
     /// Strikes fragment `fragment` of a result of this object; `kept` is the retained part of that result.
+    ///
+    /// # Errors
+    /// Those of [`Self::strike`], and `unknown_fragment`, `fragment_size`.
     fn strike_again(
         &self,
         (_kept, fragment): (&RetainedFragments, u32),
@@ -69,6 +78,9 @@ pub trait EngineResult {
     fn took(&self, _time: Duration, _stages: &[StageCost]) {}
 
     /// Writes all sections but the stages and effects into the loaned buffer; reports every effect to `observer`.
+    ///
+    /// # Errors
+    /// `failed` if the sections do not fit the result.
     fn write(&self, sections: &mut SectionsMut<'_>, observer: &dyn StageObserver) -> Result<(), Error>;
 }
 

@@ -258,6 +258,9 @@ impl EngineObject {
     }
 
     /// Engine request for `strike` under the object's policy.
+    ///
+    /// # Errors
+    /// `effect`, as of [`ObjectPolicy::effects`].
     pub fn request(&self, strike: &Request) -> Result<pipeline::FractureRequest, Error> {
         let (on, dials) = (self.terms.effects(strike)?, settings::of(strike, self.quality(strike)));
         let both = EffectKind::ALL.into_iter().zip(effect::Effect::ALL);

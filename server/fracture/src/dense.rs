@@ -29,7 +29,8 @@ pub(crate) struct DenseEigen {
 
 /// Computes all eigenpairs of a symmetric matrix. Only its lower triangle is read.
 ///
-/// Errors: see [`DenseError`].
+/// # Errors
+/// See [`DenseError`].
 pub(crate) fn symmetric(matrix: MatRef<'_, f64>) -> Result<DenseEigen, DenseError> {
     let order = matrix.nrows();
     if (0..order).any(|column| (column..order).any(|row| !matrix[(row, column)].is_finite())) {

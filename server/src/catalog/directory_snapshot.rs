@@ -64,7 +64,10 @@ impl DatabaseSource {
 pub struct DirectorySnapshot(Vec<(DatabaseSource, FileStamp)>);
 
 impl DirectorySnapshot {
-    /// Lists the databases of `folder`. Errors: `database_folder`.
+    /// Lists the databases of `folder`.
+    ///
+    /// # Errors
+    /// `database_folder`.
     pub fn of(folder: &Path) -> Result<Self, Error> {
         let refuse = |error: io::Error| {
             let at = folder.display().to_string();

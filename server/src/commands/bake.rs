@@ -103,6 +103,9 @@ pub struct BakeArgs {
 }
 
 /// Bakes and prints a report. An existing database stays intact until the new one replaces it.
+///
+/// # Errors
+/// [`CommandError`] by what is wrong with mesh, arguments or files.
 pub fn run(args: &BakeArgs) -> Result<(), CommandError> {
     let folder = args.out.clone().map_or_else(data_folder, Ok)?;
     if let Some(scene) = &args.scene {

@@ -29,6 +29,9 @@ pub struct CheckArgs {
 }
 
 /// Reads the scene and prints its plan, with table sizes from the databases that exist.
+///
+/// # Errors
+/// [`CommandError`] by what is wrong with the scene or a database.
 pub fn run(args: &CheckArgs) -> Result<(), CommandError> {
     expected_file::check(&args.scene, ExpectedFile::Scene)?;
     let scene = Scene::load(&args.scene)?;

@@ -41,6 +41,9 @@ pub struct InspectArgs {
 }
 
 /// Loads and verifies the file as the daemon does, and prints its contents.
+///
+/// # Errors
+/// [`CommandError`] for a database or mesh that cannot be read, or an output that cannot be written.
 pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
     let file = lookup::database(&args.file, args.databases.as_deref())?;
     expected_file::check(&file, ExpectedFile::Database)?;

@@ -34,6 +34,9 @@ static WRITING: Mutex<()> = Mutex::new(());
 static CHILD: Mutex<Option<Pid>> = Mutex::new(None);
 
 /// Starts to wait for signals; commands call it first. `json`: whether stdout receives a document.
+///
+/// # Errors
+/// [`CommandError`] if signals cannot be heard.
 pub fn watch(json: bool) -> Result<(), CommandError> {
     let failed = |error: std::io::Error| CommandError::output(Path::new("signals"), &error);
     let runtime = Builder::new_current_thread().enable_io().enable_time().build().map_err(failed)?;

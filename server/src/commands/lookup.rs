@@ -7,6 +7,9 @@ use shatter_fracture::scene::nearest;
 use std::path::{Path, PathBuf};
 
 /// Finds the database `given`: a file, or the name of an object in `folder`, or else in the platform's folder.
+///
+/// # Errors
+/// [`CommandError`] `unknown_object`, whose message names the nearest.
 pub fn database(given: &Path, folder: Option<&Path>) -> Result<PathBuf, CommandError> {
     if given.exists() {
         return Ok(given.to_owned());

@@ -23,6 +23,9 @@ pub struct MergeArgs {
 }
 
 /// Joins the shares, learns from all of their examples, and writes the database. The share files stay.
+///
+/// # Errors
+/// [`CommandError`] for shares that do not belong together, or a file that cannot be read or written.
 pub fn run(args: &MergeArgs) -> Result<(), CommandError> {
     let begun = Instant::now();
     args.files.iter().try_for_each(|file| expected_file::check(file, ExpectedFile::Database))?;

@@ -7,16 +7,25 @@ use shatter_proto::text;
 use std::path::Path;
 
 /// Writes `text` to stdout.
+///
+/// # Errors
+/// [`CommandError`] if standard output or the file cannot be written.
 pub fn print(text: &str) -> Result<(), CommandError> {
     Ok(program::print(format_args!("{text}"))?)
 }
 
 /// Writes `text` to stdout line by line, without control characters that come from files or names.
+///
+/// # Errors
+/// [`CommandError`] if standard output or the file cannot be written.
 pub fn lines(text: &str) -> Result<(), CommandError> {
     print(&text.lines().map(|line| text::escaped(line) + "\n").collect::<String>())
 }
 
 /// Writes the file `path` whole or not at all, creates its folder if needed, and names the file on stderr.
+///
+/// # Errors
+/// [`CommandError`] if standard output or the file cannot be written.
 pub fn whole(path: &Path, bytes: &[u8]) -> Result<(), CommandError> {
     let _writing = interrupt::writing();
     write_whole(path, bytes).map_err(|error| CommandError::output(path, &error))?;
@@ -25,6 +34,9 @@ pub fn whole(path: &Path, bytes: &[u8]) -> Result<(), CommandError> {
 }
 
 /// Creates `folder` if needed and checks that it can be written, before the work begins.
+///
+/// # Errors
+/// [`CommandError`] if standard output or the file cannot be written.
 pub fn folder(folder: &Path) -> Result<(), CommandError> {
     let failed = |error: std::io::Error| CommandError::output(folder, &error);
     if folder.is_file() {

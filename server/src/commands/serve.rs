@@ -41,6 +41,9 @@ pub struct ServeArgs {
 }
 
 /// Serves until SIGINT or SIGTERM.
+///
+/// # Errors
+/// [`CommandError`] for a configuration, scene, folder or transport that cannot be used.
 pub fn run(args: &ServeArgs) -> Result<(), CommandError> {
     args.config.as_deref().map_or(Ok(()), |file| expected_file::check(file, ExpectedFile::Configuration))?;
     args.scene.as_deref().map_or(Ok(()), |file| expected_file::check(file, ExpectedFile::Scene))?;

@@ -37,7 +37,10 @@ pub struct ClientEntryCheck {
 }
 
 impl ClientEntryCheck {
-    /// Opens a test connection to `instance`. Errors: `transport`, which names the damaged file.
+    /// Opens a test connection to `instance`.
+    ///
+    /// # Errors
+    /// `transport`, which names what is in the way.
     pub fn open(instance: &Instance, uid: u32) -> Result<Self, Error> {
         let ending = |path: &PathBuf, ending: &str| path.extension() == Some(OsStr::new(ending));
         let entries = fs::read_dir(&instance.folder).into_iter().flatten().flatten();
@@ -62,7 +65,10 @@ impl ClientEntryCheck {
 
     /// Checks whether clients can connect.
     ///
-    /// Damage is logged, repaired if possible, and returned as an error; after a repair the next check succeeds. Errors: `transport`.
+    /// Damage is logged, repaired if possible, and returned as an error; after a repair the next check succeeds.
+    ///
+    /// # Errors
+    /// `transport`.
     pub fn check(&mut self) -> Result<(), Error> {
         let Err((path, what)) = self.look() else {
             self.trouble = None;

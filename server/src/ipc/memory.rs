@@ -15,7 +15,10 @@ const RESERVE: u64 = 8 * 1024 * 1024;
 pub struct PopulatedPages(Mutex<HashMap<usize, usize>>);
 
 impl PopulatedPages {
-    /// Populates the pages of `range`. Errors: `shared_memory`.
+    /// Populates the pages of `range`.
+    ///
+    /// # Errors
+    /// `shared_memory`.
     pub fn ensure(&self, range: &mut [MaybeUninit<Block>]) -> Result<(), Error> {
         let (start, length) = (range.as_mut_ptr() as usize, size_of_val(range));
         let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&start).copied().unwrap_or(0);

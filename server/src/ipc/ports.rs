@@ -73,6 +73,9 @@ pub struct Ports {
 
 impl Ports {
     /// Creates the services of `instance`. Needs a tokio runtime for the wake-up socket.
+    ///
+    /// # Errors
+    /// `transport` if a service cannot be created.
     pub fn open(instance: &Instance, pool: PoolSize) -> Result<(Self, WakeSocket, ClientWaker), Error> {
         let config = config(instance)?;
         let node = NodeBuilder::new()
@@ -148,6 +151,9 @@ impl Ports {
     /// Writes the first `blocks` blocks of `buckets` buckets once, by sending real requests to itself.
     ///
     /// Afterwards the first requests find populated memory, and a transport that does not work is detected before the daemon serves.
+    ///
+    /// # Errors
+    /// `transport` if a request is lost, `shared_memory` if memory is full.
     pub fn rehearse(&self, buckets: usize, blocks: usize, populated: &PopulatedPages) -> Result<(), Error> {
         let blocks = blocks.min(self.pool.blocks);
         let buckets = buckets.min(self.pool.buckets).min(STRIKES_PER_CLIENT_MAX);
@@ -164,7 +170,10 @@ impl Ports {
     }
 }
 
-/// Loans a bucket for a result. Errors: `busy` when all are held, `answer_too_large`.
+/// Loans a bucket for a result.
+///
+/// # Errors
+/// `busy` when all are held, `answer_too_large`.
 pub fn loan(active: &ActiveImpactRequest, blocks: usize) -> Result<LoanedBuffer, Error> {
     active.loan_slice_uninit(blocks).map_err(|error| match error {
         LoanError::OutOfMemory => Error::new(ErrorKind::Busy, "answers", "clients hold all buckets of results; drop some, or raise answers.buckets"),

@@ -78,7 +78,10 @@ pub struct RuntimeDirectory {
 impl RuntimeDirectory {
     /// Takes the service name, then removes the files of killed predecessors.
     ///
-    /// The kernel releases the lock whenever the process ends. Errors: `second_daemon`, `runtime_folder`.
+    /// The kernel releases the lock whenever the process ends.
+    ///
+    /// # Errors
+    /// `second_daemon`, `runtime_folder`.
     pub fn take(place: &ServicePaths) -> Result<Self, Error> {
         place.create()?;
         let runtime = PrivateFolder::open(&place.folder, place.uid)?;
@@ -120,6 +123,9 @@ impl RuntimeDirectory {
     }
 
     /// Announces the service to clients: protocol version and instance. The first call counts this daemon in the history.
+    ///
+    /// # Errors
+    /// `runtime_folder` if the file cannot be written.
     pub fn announce(&self) -> Result<(), Error> {
         let hello = DaemonInfo::ours(std::process::id(), &self.instance.token).to_json();
         if !self.is_announced.swap(true, Ordering::Relaxed) {
@@ -135,6 +141,9 @@ impl RuntimeDirectory {
 
     /// Checks whether clients can find the daemon, and writes the hello file again if it was removed. Errors: `runtime_folder`, after
     /// which the daemon must be restarted.
+    ///
+    /// # Errors
+    /// `runtime_folder`, which a restart mends.
     pub fn check(&self) -> Result<(), Error> {
         let advised = |refusal: Error| Error { message: format!("{}; restart the daemon", refusal.message), ..refusal };
         self.runtime.check().map_err(advised)?;
@@ -151,6 +160,9 @@ impl RuntimeDirectory {
     }
 
     /// Writes the metrics file.
+    ///
+    /// # Errors
+    /// `runtime_folder` if the file cannot be written.
     pub fn write_metrics(&self, text: &str) -> Result<(), Error> {
         write(&self.runtime, &self.place.metrics(), text.as_bytes())
     }
@@ -173,6 +185,9 @@ impl RuntimeDirectory {
     }
 
     /// Removes the files of this instance. If clients still hold some of them, the next daemon removes them.
+    ///
+    /// # Errors
+    /// `runtime_folder` if the list of instances cannot be written.
     pub fn close(mut self) -> Result<(), Error> {
         // A folder that replaced it does not belong to this daemon.
         let left = (self.has_segments() && !remove_unused(&self.instance)).then(|| self.instance.clone());

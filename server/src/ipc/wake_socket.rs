@@ -26,6 +26,9 @@ impl AsRawFd for Descriptor {
 
 impl WakeSocket {
     /// Registers the socket with the current tokio runtime.
+    ///
+    /// # Errors
+    /// Those of tokio, which registers the descriptor.
     pub fn new(listener: Listener<Ipc>) -> std::io::Result<Self> {
         // SAFETY: the descriptor is neither closed nor used without the listener, which lives beside it in `Descriptor`.
         let fd = unsafe { listener.file_descriptor().native_handle() };

@@ -116,6 +116,9 @@ impl<T> Queue<T> {
     }
 
     /// Adds `item` at this moment; returns it if the queue is full or its client has used its share of the places.
+    ///
+    /// # Errors
+    /// `item`, if the queue is full or the client has its share of it.
     pub fn push(&mut self, at: Instant, place: QueueKey, item: T) -> Result<(), T> {
         self.advance(at);
         if self.held(&place.client) >= SHARE * self.most.saturating_sub(self.waiting.len()) {

@@ -78,6 +78,9 @@ pub struct WorkerPool {
 }
 
 /// Creates a pool of worker threads, which run at a raised niceness to give way to the event loop and to hosts.
+///
+/// # Errors
+/// `failed` if a thread cannot be started.
 pub fn threads(count: usize, nice: i32) -> Result<ThreadPool, Error> {
     let builder = ThreadPoolBuilder::new().num_threads(count).thread_name(|index| format!("compute-{index}"));
     let give_way = move |_| {
@@ -91,6 +94,9 @@ pub fn threads(count: usize, nice: i32) -> Result<ThreadPool, Error> {
 }
 
 /// Creates single-threaded pools.
+///
+/// # Errors
+/// Those of [`threads`].
 pub fn lanes(count: usize, nice: i32) -> Result<Vec<ThreadPool>, Error> {
     (0..count).map(|_| threads(1, nice)).collect()
 }
@@ -195,6 +201,9 @@ impl WorkerPool {
     }
 
     /// Releases a retained result.
+    ///
+    /// # Errors
+    /// `unknown_handle`.
     pub fn release(&self, handle: u64) -> Result<(), Error> {
         let gone = self.answers().release(handle)?;
         self.drop_evicted(gone);

@@ -112,6 +112,9 @@ impl<K: Ord + Clone> ContactCollector<K> {
     /// The step at `now_s` (the simulation's time, s) is over: who is struck how, in the order of the bodies; never more blows than a
     /// strike takes, none of them weaker than the ones after it. A body whose contacts would lose more than half of their impulse, one
     /// that lands flat for instance, comes with an [`ImpulseLost`] instead, and is not cooling down.
+    ///
+    /// # Errors
+    /// Per object: [`ImpulseLost`] if merging lost part of an impulse.
     pub fn step(&mut self, now_s: f64) -> Vec<(K, Result<Vec<MergedContact>, ImpulseLost>)> {
         self.bodies.iter_mut().filter_map(|(name, body)| Some((name.clone(), body.step(now_s)?))).collect()
     }

@@ -19,6 +19,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Reads a text file; refuses devices and pipes, whose reads may never end.
+///
+/// # Errors
+/// Those of the file system, and one for what is no regular file.
 pub fn read_text(path: &Path) -> std::io::Result<String> {
     if std::fs::metadata(path)?.is_file() {
         std::fs::read_to_string(path)
@@ -39,7 +42,10 @@ pub struct Scene {
 impl Scene {
     /// Reads a scene file.
     ///
-    /// Errors: `configuration`, `unknown_effect`, `effect`, `object_name`; each names the offending input and the nearest known name.
+    ///
+    ///
+    /// # Errors
+    /// `configuration`, `unknown_effect`, `effect`, `object_name`, naming the offender and the nearest that is known.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let at = path.display().to_string();
         let text = read_text(path)
@@ -49,6 +55,9 @@ impl Scene {
     }
 
     /// Parses the text of a scene file; `folder` is the base of relative paths in it.
+    ///
+    /// # Errors
+    /// Those of [`Self::load`].
     pub fn parse(text: &str, folder: &Path) -> Result<Self, Error> {
         let wrong = |error: toml::de::Error| Error::new(ErrorKind::Configuration, "scene", toml_error(text, &error));
         let table: toml::Table = text.parse().map_err(wrong)?;

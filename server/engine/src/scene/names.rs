@@ -4,6 +4,9 @@ use shatter_fracture::scene::{self, brief};
 use shatter_proto::{Error, ErrorKind};
 
 /// Refuses the first of `keys` that is not in `all`, and suggests the nearest. `table` is the path of the table.
+///
+/// # Errors
+/// `configuration` at the first unknown key.
 pub fn known<'a>(table: &str, keys: impl Iterator<Item = &'a String>, all: &[&str]) -> Result<(), Error> {
     for key in keys {
         if !all.contains(&key.as_str()) {

@@ -152,6 +152,9 @@ impl ObjectPolicy {
     }
 
     /// Effects of `strike`. Refuses impossible combinations and effects that the scene does not prepare.
+    ///
+    /// # Errors
+    /// `effect`: an effect that the scene does not prepare, that is on and off at once, or without what it needs.
     pub fn effects(&self, strike: &Request) -> Result<Effects, Error> {
         if let Some(effect) = strike.enable.iter().find(|effect| !self.allowed.has(*effect)) {
             let (object, name) = (&strike.object, effect.name());
@@ -180,6 +183,9 @@ impl ObjectPolicy {
     }
 
     /// Adds the anchors to `prepared` if some request may need them.
+    ///
+    /// # Errors
+    /// [`AnchorError`].
     pub fn anchor(&self, prepared: &mut PreparedObject) -> Result<(), AnchorError> {
         match self.allowed.has(Effect::Anchored) {
             true => prepared.anchor(&self.anchors, &CancelToken::default()),

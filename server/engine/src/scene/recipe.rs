@@ -88,6 +88,9 @@ impl Scene {
     /// Inputs of the databases, by name.
     ///
     /// Refuses objects of one database with different inputs, and a shape without a material; errors name the key.
+    ///
+    /// # Errors
+    /// `configuration` at a key on which the objects of one database differ, or for a shape without a material.
     pub fn recipes(&self) -> Result<BTreeMap<String, BakeRecipe>, Error> {
         let mut databases: BTreeMap<&str, Vec<(&str, &SceneObject)>> = BTreeMap::new();
         for (name, object) in &self.objects {

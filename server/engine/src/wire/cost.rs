@@ -69,6 +69,9 @@ impl EngineObject {
     /// Measures the requests to which a prediction is fitted.
     ///
     /// Errors: those of the requests.
+    ///
+    /// # Errors
+    /// Those of the strikes.
     pub(super) fn timed(&self) -> Result<Vec<CostSample>, Error> {
         self.carried_out(&FITTED)
     }
@@ -76,6 +79,9 @@ impl EngineObject {
     /// Fits a prediction and judges it by other requests; `None` if no fit is possible.
     ///
     /// Errors: those of the requests.
+    ///
+    /// # Errors
+    /// Those of the strikes.
     pub fn timing(&self) -> Result<Option<CostReport>, Error> {
         let Some(cost) = StrikeCost::fit(&self.timed()?) else { return Ok(None) };
         let judged = self.carried_out(&JUDGED)?;

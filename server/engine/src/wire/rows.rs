@@ -80,6 +80,9 @@ pub(super) struct Writer<'a> {
 
 impl Writer<'_> {
     /// Writes all sections but the summary, the stages and the effects; reports the effects that are computed here to `observer`.
+    ///
+    /// # Errors
+    /// `failed` if a section has another length.
     pub fn write(&self, sections: &mut SectionsMut<'_>, observer: &dyn StageObserver) -> Result<(), Error> {
         let Self { pieces, to } = self;
         fill(sections.fragments, &pieces.fragments, |row| fragment(row, to));

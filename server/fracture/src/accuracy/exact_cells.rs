@@ -34,7 +34,8 @@ pub struct ExactCells {
 ///
 /// `sites` is site-major, `sites × dimension` of `lift`, with at least one site.
 ///
-/// Errors: [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
+/// # Errors
+/// [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
 pub fn exact(
     lattice: &Lattice,
     lift: &LiftedLattice,

@@ -22,7 +22,8 @@ pub struct LabelErrors {
 /// Compares the regions of labels with the exact diagram of `sites` (site-major) in `lift`,
 /// both on the lattice of `regions`.
 ///
-/// Errors: [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
+/// # Errors
+/// [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
 pub fn misplaced(
     regions: &Regions<'_>,
     lift: &LiftedLattice,
@@ -88,7 +89,8 @@ fn oriented(corners: [[f64; 4]; 4]) -> [[f64; 4]; 4] {
 /// on `lattice`, over the whole volume. `sites` is site-major, in `lift`, the lift of the reference. One point samples
 /// each reference tetrahedron, its centroid. Points outside `lattice` are projected to its boundary.
 ///
-/// Errors: [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
+/// # Errors
+/// [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
 pub fn label_fraction(
     lattice: &Lattice,
     given: &(dyn Fn(&LatticePoint) -> u32 + Sync),
@@ -123,7 +125,8 @@ pub fn label_fraction(
 ///
 /// The exact diagram assigns the point to this site.
 ///
-/// Errors: [`AccuracyError::Length`].
+/// # Errors
+/// [`AccuracyError::Length`].
 pub fn nearest(
     lattice: &Lattice,
     lift: &LiftedLattice,

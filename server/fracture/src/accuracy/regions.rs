@@ -37,7 +37,8 @@ impl<'a> Regions<'a> {
     /// Crack points lie on the bisectors of `sites` (site-major) in `lift`, within the tessellator's margin. Components
     /// of a label are not distinguished.
     ///
-    /// Errors: [`AccuracyError::Tessellation`].
+    /// # Errors
+    /// [`AccuracyError::Tessellation`].
     pub fn new(
         lattice: &'a Lattice,
         topology: &'a Topology,
@@ -67,7 +68,8 @@ impl<'a> Regions<'a> {
 
     /// Crack surface as triangles, local, each once.
     ///
-    /// Errors: [`AccuracyError::Tessellation`].
+    /// # Errors
+    /// [`AccuracyError::Tessellation`].
     pub fn cracks(&self) -> Result<Vec<[Point3<f64>; 3]>, AccuracyError> {
         let tessellation = tessellate(self.lattice, self.topology, self.labels, &self.points)?;
         let mut triangles = Vec::new();

@@ -12,7 +12,8 @@ pub fn energy_error(energy: f64, reference: f64) -> f64 {
 /// `energies` and `reference` are energies of the nodes of one common lattice (∫ W times the node's hat function), in
 /// one unit. Differences within a node's cell are not detected.
 ///
-/// Errors: [`AccuracyError::Length`].
+/// # Errors
+/// [`AccuracyError::Length`].
 pub fn density_error(energies: &[f64], reference: &[f64]) -> Result<f64, AccuracyError> {
     AccuracyError::check("energies", reference.len(), energies.len())?;
     Ok(l1(energies, reference))
@@ -63,7 +64,8 @@ pub fn size_distance(volumes: &[f64], reference: &[f64]) -> f64 {
 
 /// Relative error of cell volumes, Σ|V_i − V_i,ref| / Σ V_i,ref over the same sites; 0 ..= 2 if the totals agree.
 ///
-/// Errors: [`AccuracyError::Length`].
+/// # Errors
+/// [`AccuracyError::Length`].
 pub fn volume_l1(volumes: &[f64], reference: &[f64]) -> Result<f64, AccuracyError> {
     AccuracyError::check("volumes", reference.len(), volumes.len())?;
     Ok(l1(volumes, reference))

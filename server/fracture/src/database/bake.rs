@@ -21,6 +21,9 @@ use crate::tessellation::Topology;
 use std::sync::Arc;
 
 /// Bakes `raw`. Deterministic in (mesh, request). Calls `progress` at the start of each step.
+///
+/// # Errors
+/// [`BakeError`]; `token` cancels.
 pub fn bake(
     raw: RawMesh,
     request: &BakeRequest,

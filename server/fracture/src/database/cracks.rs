@@ -23,7 +23,8 @@ pub(super) struct UncrackedShape<'a> {
 impl UncrackedShape<'_> {
     /// The lattices with slots along `sheets`. Adds figures of the cracks to the report.
     ///
-    /// Errors: [`BakeError::CracksTakeAll`], those of the lattices.
+    /// # Errors
+    /// [`BakeError::CracksTakeAll`], those of the lattices.
     pub(super) fn slotted(
         &self,
         sheets: &CrackSheets,

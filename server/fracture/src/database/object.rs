@@ -66,11 +66,17 @@ pub struct Provenance {
 }
 
 /// Writes `prepared` to `path`, atomically through a temporary file.
+///
+/// # Errors
+/// [`DatabaseError`] by the file that cannot be written.
 pub fn save(prepared: &PreparedObject, path: &Path) -> Result<(), DatabaseError> {
     write_object(prepared, None, path)
 }
 
 /// Writes a share to `path`, atomically through a temporary file.
+///
+/// # Errors
+/// Those of [`save`].
 pub fn save_partial(partial: &PartialBake, path: &Path) -> Result<(), DatabaseError> {
     write_object(&partial.prepared, Some(&partial.task), path)
 }
@@ -150,11 +156,17 @@ fn put_lattice(tensors: &mut Tensors, name: &str, lattice: &Lattice) {
 ///
 /// Bodies without a reduced basis are factored. Other bodies are factored when first needed
 /// ([`PreparedObject::factor`]).
+///
+/// # Errors
+/// [`DatabaseError`] by what is damaged, missing, or of another format.
 pub fn load(path: &Path) -> Result<PreparedObject, DatabaseError> {
     load_tables(path, Tables::ALL)
 }
 
 /// As [`load`], but only the given tables, if the object has them. Other tables are neither verified nor loaded.
+///
+/// # Errors
+/// Those of [`load`].
 pub fn load_tables(path: &Path, tables: Tables) -> Result<PreparedObject, DatabaseError> {
     let mapped = MappedFile::open(path)?;
     let contents = verified_tables(&mapped, tables)?;
@@ -169,6 +181,9 @@ fn no_share(contents: &ContainerContents) -> Result<(), DatabaseError> {
 }
 
 /// As [`load`], for a share.
+///
+/// # Errors
+/// Those of [`load`], and for a database that is no share.
 pub fn load_partial(path: &Path) -> Result<PartialBake, DatabaseError> {
     let mapped = MappedFile::open(path)?;
     let contents = verified(&mapped)?;
@@ -194,21 +209,33 @@ pub(super) fn load_rest(path: &Path) -> Result<ShareRemainder, DatabaseError> {
 }
 
 /// The task of a share, with its progress. The rest is only verified.
+///
+/// # Errors
+/// Those of [`load_partial`].
 pub fn load_task(path: &Path) -> Result<ShareTask, DatabaseError> {
     task(&verified(&MappedFile::open(path)?)?)
 }
 
 /// Name and length in bytes of every tensor of `path`, from its header only, without verification.
+///
+/// # Errors
+/// [`DatabaseError`] for a file or header that cannot be read.
 pub fn tensor_bytes(path: &Path) -> Result<Vec<(String, u64)>, DatabaseError> {
     Ok(MappedFile::open(path)?.parse()?.lengths())
 }
 
 /// Bake parameters of the database or share `path`, from its header only, without verification.
+///
+/// # Errors
+/// Those of [`tensor_bytes`].
 pub fn load_parameters(path: &Path) -> Result<BakeParameters, DatabaseError> {
     MappedFile::open(path)?.parse()?.json("parameters")
 }
 
 /// The program that wrote the database or share `path`.
+///
+/// # Errors
+/// Those of [`tensor_bytes`].
 pub fn load_provenance(path: &Path) -> Result<Provenance, DatabaseError> {
     MappedFile::open(path)?.parse()?.json("provenance")
 }

@@ -42,7 +42,8 @@ impl BakeShare {
 
     /// Share `index` of `count`.
     ///
-    /// Errors: [`ShareError`].
+    /// # Errors
+    /// [`ShareError`].
     pub fn new(index: u64, count: u64) -> Result<Self, ShareError> {
         if !(1..=SHARES_MAX).contains(&count) {
             return Err(ShareError::Count { count });
@@ -153,7 +154,8 @@ pub struct PartialBake {
 impl PartialBake {
     /// Bakes everything except the examples.
     ///
-    /// Errors: see [`BakeError`].
+    /// # Errors
+    /// See [`BakeError`].
     pub fn begin(
         raw: RawMesh,
         request: &BakeRequest,
@@ -169,7 +171,8 @@ impl PartialBake {
 
     /// Prepares the task of adding `count` examples to an object.
     ///
-    /// Errors: [`BakeError::TooManyExamples`].
+    /// # Errors
+    /// [`BakeError::TooManyExamples`].
     pub fn add(prepared: PreparedObject, count: u64, share: BakeShare) -> Result<Self, BakeError> {
         let first = prepared.impacts;
         let end = first.saturating_add(count);
@@ -179,7 +182,8 @@ impl PartialBake {
 
     /// Computes the examples of the next few impacts. In every outcome, the examples match the progress.
     ///
-    /// Errors: [`BakeError::Calibration`], [`BakeError::Cancelled`].
+    /// # Errors
+    /// [`BakeError::Calibration`], [`BakeError::Cancelled`].
     pub fn step(&mut self, token: &CancelToken) -> Result<(), BakeError> {
         let impacts: Vec<u64> = self.task.impacts().into_iter().skip(self.task.done as usize).take(BATCH).collect();
         let added = sampled(&self.prepared, &impacts, token)?;
@@ -190,7 +194,8 @@ impl PartialBake {
 
     /// Computes all remaining examples and trains on them. Only for an undivided bake.
     ///
-    /// Errors: as [`Self::step`].
+    /// # Errors
+    /// As [`Self::step`].
     pub fn complete(
         mut self,
         token: &CancelToken,
@@ -216,7 +221,8 @@ impl PartialBake {
 
     /// Trains on the existing examples.
     ///
-    /// Errors: [`BakeError::Calibration`], [`BakeError::Cancelled`].
+    /// # Errors
+    /// [`BakeError::Calibration`], [`BakeError::Cancelled`].
     pub fn learn(self, token: &CancelToken, progress: &mut dyn FnMut(BakeStep)) -> Result<PreparedObject, BakeError> {
         let Self { mut prepared, task } = self;
         prepared.impacts = task.end;
@@ -304,7 +310,8 @@ pub enum JoinError {
 
 /// Joins all shares of one bake, given in any order, and trains on them. The bytes are those of an undivided bake.
 ///
-/// Errors: see [`JoinError`].
+/// # Errors
+/// See [`JoinError`].
 pub fn join(
     paths: &[PathBuf],
     token: &CancelToken,

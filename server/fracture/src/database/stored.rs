@@ -14,6 +14,9 @@ use std::path::Path;
 ///
 /// A file that cannot be read counts as absent. Spacings that the request leaves open require the computation of
 /// lattices, reported to `progress`; nothing more expensive is done. Errors: those of a bake up to that step.
+///
+/// # Errors
+/// Those of a bake as far as that.
 pub fn stored(
     file: &Path,
     raw: RawMesh,

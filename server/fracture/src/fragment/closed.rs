@@ -58,6 +58,9 @@ pub enum OpenMesh {
 ///
 /// After welding vertices with bitwise equal positions, every edge must have exactly two half-edges of opposite
 /// direction. The check uses positions and indices only, no merge pairs.
+///
+/// # Errors
+/// [`OpenMesh`]: the first defect.
 pub fn closed(positions: &[[f32; 3]], indices: &[u32]) -> Result<(), OpenMesh> {
     let (triangles, rest) = indices.as_chunks::<3>();
     if !rest.is_empty() {

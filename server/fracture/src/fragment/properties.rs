@@ -101,6 +101,9 @@ impl RigidProperties {
 
     /// Checks that a physics engine can simulate the body: finite, positive volume, and a positive definite inertia
     /// that some mass distribution has.
+    ///
+    /// # Errors
+    /// [`NotRigid`]: the first property that is not.
     pub fn rigid(&self) -> Result<(), NotRigid> {
         if !(self.volume > 0.0 && self.volume.is_finite()) {
             return Err(NotRigid::Volume { volume: self.volume });

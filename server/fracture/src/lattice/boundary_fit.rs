@@ -80,7 +80,8 @@ impl Sample {
 ///
 /// Selects the level set whose lattice has the volume after the fit.
 ///
-/// Errors: those of [`stuff`].
+/// # Errors
+/// Those of [`stuff`].
 pub(super) fn stuff_fitted(
     shape: &dyn SignedDistance,
     spacing: f64,
@@ -109,7 +110,8 @@ pub(super) fn stuff_fitted(
 /// Nodes whose moves would make boundaries cross stay. All invariants of [`Lattice`] and all bounds of [`stuff`] except
 /// that of the volume hold.
 ///
-/// Errors: cancelled; a distance that is not finite.
+/// # Errors
+/// Cancelled; a distance that is not finite.
 fn fit(level: &mut LatticeLevel, shape: &dyn SignedDistance, token: &CancelToken) -> Result<(), LatticeError> {
     let mut joined = Lattice::default();
     for body in &level.bodies {

@@ -42,7 +42,8 @@ impl SignedDistance for Slotted<'_> {
 /// Away from the slots, the lattice equals that of the shape without cracks. `volume` (local, positive) is that of the
 /// shape without slots.
 ///
-/// Errors: those of [`stuff`].
+/// # Errors
+/// Those of [`stuff`].
 pub fn stuff_slotted(
     shape: &dyn SignedDistance,
     depth: &SlotDepth,
@@ -58,7 +59,8 @@ pub fn stuff_slotted(
 ///
 /// The boundary is not fitted, because no edge may become longer.
 ///
-/// Errors: those of [`stuff`].
+/// # Errors
+/// Those of [`stuff`].
 pub fn slotted_levels(
     shape: &dyn SignedDistance,
     depth: &SlotDepth,

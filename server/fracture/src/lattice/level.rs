@@ -74,6 +74,9 @@ impl LatticeLevel {
 ///
 /// Every dihedral angle lies within [10.7°, 164.8°] (Labelle & Shewchuk 2007). The result depends only on the
 /// arguments. Errors: see [`LatticeError`].
+///
+/// # Errors
+/// See [`LatticeError`].
 pub fn stuff(
     shape: &dyn SignedDistance,
     spacing: f64,

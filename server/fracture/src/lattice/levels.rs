@@ -110,7 +110,10 @@ pub struct Spacings {
 /// Bodies are paired by overlap. A body that the coarse level lost, or joined with another, is solved on its crack
 /// lattice. So distinct bodies never share a solve and none is missing.
 ///
-/// Errors: those of [`stuff`]. An empty elastic level is no error.
+///
+///
+/// # Errors
+/// Those of [`stuff`]; an empty elastic level is none.
 pub fn levels(
     shape: &dyn SignedDistance,
     spacings: Spacings,
@@ -125,6 +128,9 @@ pub fn levels(
 ///
 /// The last bits of a position may decide which nodes move. The same shape in another place or unit may therefore get a
 /// different lattice of equal quality.
+///
+/// # Errors
+/// Those of [`levels`].
 pub fn fitted_levels(
     shape: &dyn SignedDistance,
     spacings: Spacings,

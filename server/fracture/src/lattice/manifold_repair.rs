@@ -56,6 +56,9 @@ pub enum NonManifold {
 /// Checks that the lattice is one face-connected body whose boundary is a closed 2-manifold.
 ///
 /// Returns the first fault found.
+///
+/// # Errors
+/// [`NonManifold`]: the first defect.
 pub fn check_manifold(lattice: &Lattice) -> Result<(), NonManifold> {
     check_faces(lattice)?;
     match lattice.components().len() {

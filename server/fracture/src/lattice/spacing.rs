@@ -46,7 +46,8 @@ pub fn default_spacing(volume: f64, area: f64, nodes: usize) -> f64 {
 /// Each is the requested one, or else yields about as many nodes as `nodes` states (elastic, crack). A default never
 /// makes the crack level the coarser one.
 ///
-/// Errors: [`LatticeError::SpacingOutOfRange`], [`LatticeError::TooManyNodes`], [`LatticeError::CrackCoarser`].
+/// # Errors
+/// [`LatticeError::SpacingOutOfRange`], [`LatticeError::TooManyNodes`], [`LatticeError::CrackCoarser`].
 pub fn spacings(
     volume: f64,
     area: f64,

@@ -75,7 +75,8 @@ impl Basis {
     /// `block` must have passed [`Self::project`]. `lengths` are its columns' lengths before the projection; rounding
     /// errors are relative to them.
     ///
-    /// Errors: [`LiftError::NotFinite`].
+    /// # Errors
+    /// [`LiftError::NotFinite`].
     pub(super) fn append(&mut self, block: &mut [f64], lengths: &[f64]) -> Result<Mat<f64>, LiftError> {
         let (start, width) = (self.len(), lengths.len());
         let mut factor = Mat::<f64>::zeros(width, width);
@@ -105,7 +106,8 @@ impl Basis {
     ///
     /// It depends only on the number of random columns drawn before from this basis.
     ///
-    /// Errors: [`LiftError::TooFewNodes`] if the basis spans all of the space.
+    /// # Errors
+    /// [`LiftError::TooFewNodes`] if the basis spans all of the space.
     pub(super) fn append_random(&mut self) -> Result<(), LiftError> {
         for _ in 0..REPLACEMENTS_MAX {
             let mut column: Vec<f64> = (0..self.order).map(|_| self.random.uniform() - 0.5).collect();

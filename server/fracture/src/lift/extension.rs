@@ -38,10 +38,11 @@ impl Extension {
     /// `values` is node-major, `surface nodes × dimension`, in any unit. The result is node-major, `nodes × dimension`;
     /// the values on the boundary are unchanged.
     ///
-    /// Errors: those of [`carry_harmonic`] or [`carry_mean_value`].
-    ///
     /// # Panics
     /// If `values` has another length.
+    ///
+    /// # Errors
+    /// Those of [`carry_harmonic`] or [`carry_mean_value`].
     pub fn carry(
         self,
         lattice: &Lattice,
@@ -59,11 +60,12 @@ impl Extension {
 
 /// As [`Extension::carry`], by harmonic coordinates. Polls the token before it factors and before it solves.
 ///
-/// Errors: as the constructor of the Laplacian: [`LiftError::TooFewNodes`], [`LiftError::DegenerateTet`],
-/// [`LiftError::Disconnected`], [`LiftError::Sparse`]; [`LiftError::NotFinite`]; [`LiftError::Cancelled`].
-///
 /// # Panics
 /// If `values` is not of length `surface nodes × dimension`.
+///
+/// # Errors
+/// As the constructor of the Laplacian: [`LiftError::TooFewNodes`], [`LiftError::DegenerateTet`], [`LiftError::Disconnected`],
+/// [`LiftError::Sparse`]; [`LiftError::NotFinite`]; [`LiftError::Cancelled`].
 pub fn carry_harmonic(
     lattice: &Lattice,
     surface: &BoundarySurface,
@@ -93,11 +95,11 @@ pub fn carry_harmonic(
 
 /// As [`Extension::carry`], by mean value coordinates. Polls the token at every node.
 ///
-/// Errors: [`LiftError::NotFinite`] (a surface without a triangle, or values that are not finite);
-/// [`LiftError::Cancelled`].
-///
 /// # Panics
 /// If `values` is not of length `surface nodes × dimension`.
+///
+/// # Errors
+/// [`LiftError::NotFinite`] (a surface without a triangle, or values that are not finite); [`LiftError::Cancelled`].
 pub fn carry_mean_value(
     lattice: &Lattice,
     surface: &BoundarySurface,

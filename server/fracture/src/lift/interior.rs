@@ -39,7 +39,8 @@ pub const MODES_MAX: usize = 64;
 /// See [`Spectrum::lift`]. α = 0 or no modes yields X = x, without computing eigenpairs. A lattice with fewer
 /// non-constant functions than `modes` uses all of them.
 ///
-/// Errors: as [`Spectrum::compute`], and [`LiftError::InvalidAlpha`].
+/// # Errors
+/// As [`Spectrum::compute`], and [`LiftError::InvalidAlpha`].
 pub fn interior(lattice: &Lattice, modes: usize, alpha: f64, token: &CancelToken) -> Result<LiftedLattice, LiftError> {
     check(alpha)?;
     if modes > MODES_MAX {
@@ -65,7 +66,8 @@ impl Spectrum {
     /// ψ_k = c·φ_k/λ_k, with c such that the volume mean of tr(JᵀJ)/3 of ψ alone is 1. Since
     /// ∫|∇φ_k|² = λ_k, c² = 3V / Σ 1/λ_k.
     ///
-    /// Errors: [`LiftError::InvalidAlpha`].
+    /// # Errors
+    /// [`LiftError::InvalidAlpha`].
     pub fn lift(&self, lattice: &Lattice, modes: usize, alpha: f64) -> Result<LiftedLattice, LiftError> {
         check(alpha)?;
         let kept = if modes == 0 || alpha == 0.0 { 0 } else { gap::cut(&self.eigenvalues, modes, self.whole) };

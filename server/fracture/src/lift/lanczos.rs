@@ -37,9 +37,9 @@ const NOISE: f64 = 1e-10;
 /// vectors are better eigenvalues than those of the iteration. `apply` replaces a block (column-major, `order × width`,
 /// width at most [`BLOCK`]) by its image. The token is polled before every application.
 ///
-/// Errors: [`LiftError::TooFewNodes`] unless `wanted` + 4 blocks fit both the space and [`DIMENSION_MAX`];
-/// [`LiftError::NotConverged`], also if the operator has fewer than `wanted` positive eigenvalues;
-/// [`LiftError::NotFinite`]; [`LiftError::Cancelled`].
+/// # Errors
+/// [`LiftError::TooFewNodes`] unless `wanted` + 4 blocks fit both the space and [`DIMENSION_MAX`]; [`LiftError::NotConverged`],
+/// also if the operator has fewer than `wanted` positive eigenvalues; [`LiftError::NotFinite`]; [`LiftError::Cancelled`].
 pub(super) fn largest(
     deflated: &[f64],
     wanted: usize,

@@ -26,7 +26,8 @@ pub(super) struct Laplacian<'a> {
 impl<'a> Laplacian<'a> {
     /// Assembles L and M of a connected lattice.
     ///
-    /// Errors: [`LiftError::TooFewNodes`] (no tetrahedron), [`LiftError::DegenerateTet`], [`LiftError::Disconnected`],
+    /// # Errors
+    /// [`LiftError::TooFewNodes`] (no tetrahedron), [`LiftError::DegenerateTet`], [`LiftError::Disconnected`],
     /// [`LiftError::Sparse`].
     pub(super) fn new(lattice: &'a Lattice) -> Result<Self, LiftError> {
         if lattice.tets.is_empty() {
@@ -49,7 +50,8 @@ impl<'a> Laplacian<'a> {
 
     /// Assembles L and M of a closed, connected triangle surface: the cotangent Laplacian.
     ///
-    /// Errors: [`LiftError::DegenerateFace`], [`LiftError::Sparse`].
+    /// # Errors
+    /// [`LiftError::DegenerateFace`], [`LiftError::Sparse`].
     pub(super) fn of_triangles(points: &'a [Point3<f64>], triangles: &[[u32; 3]]) -> Result<Self, LiftError> {
         let (mut mass, mut entries) = (vec![0.0; points.len()], Vec::with_capacity(6 * triangles.len()));
         for (face, corners) in triangles.iter().enumerate() {

@@ -45,9 +45,10 @@ pub struct Spectrum {
 impl Spectrum {
     /// Computes the `count` lowest pairs of a lattice.
     ///
-    /// Errors: [`LiftError::TooFewNodes`] if the lattice has no more than `count` nodes, [`LiftError::TooManyModes`],
-    /// [`LiftError::DegenerateTet`], [`LiftError::Disconnected`], [`LiftError::Sparse`],
-    /// [`LiftError::NotConverged`], [`LiftError::NotFinite`], [`LiftError::Cancelled`].
+    /// # Errors
+    /// [`LiftError::TooFewNodes`] if the lattice has no more than `count` nodes, [`LiftError::TooManyModes`],
+    /// [`LiftError::DegenerateTet`], [`LiftError::Disconnected`], [`LiftError::Sparse`], [`LiftError::NotConverged`],
+    /// [`LiftError::NotFinite`], [`LiftError::Cancelled`].
     pub fn compute(lattice: &Lattice, count: usize, token: &CancelToken) -> Result<Self, LiftError> {
         token.check()?;
         Self::of(&Laplacian::new(lattice)?, count, token)
@@ -58,7 +59,8 @@ impl Spectrum {
     /// Its shells are independent: every function lives on one shell and vanishes on the others. The constant of each
     /// shell is left out.
     ///
-    /// Errors: as [`Self::compute`], with [`LiftError::DegenerateFace`] instead of a tetrahedron's.
+    /// # Errors
+    /// As [`Self::compute`], with [`LiftError::DegenerateFace`] instead of a tetrahedron's.
     pub fn of_surface(surface: &BoundarySurface, count: usize, token: &CancelToken) -> Result<Self, LiftError> {
         let (nodes, shells) = (surface.nodes.len(), surface.shells());
         if count + shells.len() > nodes || shells.is_empty() {

@@ -33,8 +33,9 @@ const STRETCH_MAX: f64 = 1e6;
 /// constant. All of them are kept, because they distinguish the shells. The dimension is the number of functions kept,
 /// plus that of the shells if there are several.
 ///
-/// Errors: [`LiftError::TooManyModes`], [`LiftError::TooManyShells`]; [`LiftError::Flat`]; those of
-/// [`Spectrum::of_surface`] and of [`Extension::carry`].
+/// # Errors
+/// [`LiftError::TooManyModes`], [`LiftError::TooManyShells`]; [`LiftError::Flat`]; those of [`Spectrum::of_surface`] and of
+/// [`Extension::carry`].
 pub fn surface_diffusion(
     lattice: &Lattice,
     carry: Extension,

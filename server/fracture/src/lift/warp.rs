@@ -82,6 +82,9 @@ impl SpaceWarp {
     /// Lattice in the reference space.
     ///
     /// Errors: the first tetrahedron that is inverted or squeezed to nothing, because space folds there.
+    ///
+    /// # Errors
+    /// The first tetrahedron that is turned over or squeezed to nothing: space folds there.
     pub fn lattice(&self, lattice: &Lattice) -> Result<Lattice, usize> {
         let warped =
             Lattice { nodes: lattice.nodes.iter().map(|node| self.map(node)).collect(), tets: lattice.tets.clone() };

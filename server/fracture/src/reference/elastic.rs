@@ -33,6 +33,9 @@ fn solved(body: &Elasticity, lattice: &Lattice, forces: &[f64]) -> Result<(Vec<f
 }
 
 /// Patch test: largest relative error of any tetrahedron's energy over six states of constant stress.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn patch_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityError> {
     let body = Elasticity::prepare(lattice, poisson, &CancelToken::default())?;
     let mut worst = 0.0f64;
@@ -64,6 +67,9 @@ fn bent(lattice: &Lattice, poisson: f64) -> Result<(Vec<f64>, Vec<f64>), Elastic
 }
 
 /// Relative energy error of the beam in pure bending: (exact − computed)/exact, with exact energy ½ ∫ z².
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn bending_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityError> {
     let size = half_sides(lattice) * 2.0;
     let exact = 0.5 * size.x * size.y * size.z.powi(3) / 12.0;
@@ -74,6 +80,9 @@ pub fn bending_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityE
 ///
 /// The sagitta is the distance of the middle of the axis from the chord of its ends, L²/8. The lattice must have nodes
 /// at the ends and the middle of the axis.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn bending_sagitta_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityError> {
     let half = half_sides(lattice).x;
     let (displacement, _) = bent(lattice, poisson)?;
@@ -88,6 +97,9 @@ pub fn bending_sagitta_error(lattice: &Lattice, poisson: f64) -> Result<f64, Ela
 /// Relative energy error of a plate bent to a sphere, σ_xx = σ_yy = z.
 ///
 /// (exact − computed)/exact with exact energy (1 − ν) A t³/12.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn plate_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityError> {
     let forces = traction(lattice, |place| Matrix3::from_diagonal(&Vector3::new(place.z, place.z, 0.0)));
     let body = Elasticity::prepare(lattice, poisson, &CancelToken::default())?;
@@ -100,6 +112,9 @@ pub fn plate_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityErr
 ///
 /// (theory − computed)/theory with the energy F²L³/(6EI) + F²L/(2κGA), κ = 5/6, of Timoshenko's beam.
 /// `fine` cubes span the height.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn cantilever_error(fine: usize) -> Result<f64, ElasticityError> {
     let lattice = block([8 * fine, fine, fine], 1.0 / fine as f64);
     let clamped = (0..lattice.nodes.len() as u32).filter(|&node| lattice.nodes[node as usize].x < -3.999).collect();
@@ -117,6 +132,9 @@ pub fn cantilever_error(fine: usize) -> Result<f64, ElasticityError> {
 ///
 /// (exact − computed)/exact with exact energy A L/6: the bar accelerates as a whole, and the stress falls linearly to
 /// zero at the far end. `fine` cubes span the height.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn bar_error(fine: usize) -> Result<f64, ElasticityError> {
     let lattice = block([4 * fine, fine, fine], 0.25 / fine as f64);
     let body = Elasticity::prepare(&lattice, 0.0, &CancelToken::default())?;
@@ -139,6 +157,9 @@ fn fixed_bar(fine: usize) -> Result<(Lattice, Elasticity), ElasticityError> {
 ///
 /// (exact − computed)/exact with exact energy A L³/6: the stress falls linearly to zero at the free end.
 /// `fine` cubes span the height.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn hanging_error(fine: usize) -> Result<f64, ElasticityError> {
     let (lattice, body) = fixed_bar(fine)?;
     Ok(1.0 - solved(&body, &lattice, &body.weight(&Vector3::x()))?.1.iter().sum::<f64>() / (0.0625 / 6.0))
@@ -147,6 +168,9 @@ pub fn hanging_error(fine: usize) -> Result<f64, ElasticityError> {
 /// Relative energy error of an anchored bar pushed with stress 1 at its free end.
 ///
 /// (exact − computed)/exact with exact energy A L/2. `fine` cubes span the height.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn fixed_bar_error(fine: usize) -> Result<f64, ElasticityError> {
     let (lattice, body) = fixed_bar(fine)?;
     let push = |place: Point3<f64>| if place.x > 0.499 { -1.0 } else { 0.0 };
@@ -158,6 +182,9 @@ pub fn fixed_bar_error(fine: usize) -> Result<f64, ElasticityError> {
 ///
 /// Returns the largest difference of any tetrahedron's energy between two choices of the three nodes, relative to the
 /// largest energy. The load is the traction of a smooth stress.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn pin_difference(lattice: &Lattice) -> Result<f64, ElasticityError> {
     let forces = traction(lattice, |place| Matrix3::from_diagonal(&Vector3::new(place.z, 1.0, 0.0)));
     let last = lattice.nodes.len() as u32 - 1;

@@ -15,6 +15,9 @@ fn error(lattice: &Lattice, exact: &[f64]) -> Result<f64, LiftError> {
 /// Largest relative error of the first twelve Neumann eigenvalues of the box 1 × 0.8 × 0.6.
 ///
 /// Exact: π²(i²/a² + j²/b² + k²/c²). `fine` cubes span 0.2.
+///
+/// # Errors
+/// [`LiftError`] if the eigenvalues do not converge.
 pub fn box_spectrum_error(fine: usize) -> Result<f64, LiftError> {
     let sides = [1.0, 0.8, 0.6];
     let mut exact: Vec<f64> = (1..1000)
@@ -31,6 +34,9 @@ pub fn box_spectrum_error(fine: usize) -> Result<f64, LiftError> {
 ///
 /// Exact: the squares of the first zeros of the derivatives of the spherical Bessel functions j_1
 /// (three times) and j_2 (five times).
+///
+/// # Errors
+/// [`LiftError`] if the eigenvalues do not converge.
 pub fn ball_spectrum_error(cells: usize) -> Result<f64, LiftError> {
     let zeros = [(2.081_575_977_8, 3), (3.342_093_657_4, 5)];
     let exact: Vec<f64> = zeros.iter().flat_map(|&(zero, times)| vec![f64::powi(zero, 2); times]).collect();

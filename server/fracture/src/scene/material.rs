@@ -28,6 +28,9 @@ pub struct Material {
 
 impl Material {
     /// Checks the range of every number; returns the first invalid key and its value.
+    ///
+    /// # Errors
+    /// The first key whose value is not possible, and that value.
     pub fn check(&self) -> Result<(), (&'static str, f64)> {
         let numbers =
             [("young_pa", self.young_pa), ("density_kg_m3", self.density_kg_m3), ("strength_pa", self.strength_pa)];
@@ -69,6 +72,9 @@ pub struct Materials(BTreeMap<String, Material>);
 
 impl Materials {
     /// Reads a TOML text with one table per material and checks every number.
+    ///
+    /// # Errors
+    /// [`MaterialError`]: a text that is no such table, or an impossible number.
     pub fn parse(text: &str) -> Result<Self, MaterialError> {
         let unreadable = |error| MaterialError::Unreadable(toml_error(text, &error));
         let table: BTreeMap<String, Material> = toml::from_str(text).map_err(unreadable)?;
@@ -80,6 +86,9 @@ impl Materials {
     }
 
     /// The material called `name`, or an error with the nearest known name.
+    ///
+    /// # Errors
+    /// [`MaterialError`] for an unknown name.
     pub fn get(&self, name: &str) -> Result<&Material, MaterialError> {
         self.0.get(name).ok_or_else(|| MaterialError::Unknown {
             name: name.to_owned(),

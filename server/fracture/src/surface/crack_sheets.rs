@@ -37,7 +37,8 @@ fn bits(point: &Point3<f64>) -> [u64; 3] {
 impl CrackSheets {
     /// Builds the sheets from a mesh file, in the frame of the object. Drops degenerate and duplicate triangles.
     ///
-    /// Errors: [`RawMesh::check`]'s, [`SurfaceError::FarVertex`], [`SurfaceError::AllDegenerate`].
+    /// # Errors
+    /// [`RawMesh::check`]'s, [`SurfaceError::FarVertex`], [`SurfaceError::AllDegenerate`].
     pub fn new(raw: &RawMesh, frame: &LocalFrame) -> Result<Self, SurfaceError> {
         raw.check()?;
         // Adding 0 turns −0 into 0, so that equal positions have equal bits.

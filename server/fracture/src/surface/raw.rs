@@ -133,6 +133,9 @@ impl RawMesh {
     }
 
     /// Checks that the mesh is not empty, its coordinates are finite and in range, and every index refers to a vertex.
+    ///
+    /// # Errors
+    /// [`SurfaceError`]: the first defect.
     pub fn check(&self) -> Result<(), SurfaceError> {
         self.check_expected("a mesh has vertices and faces")
     }

@@ -54,7 +54,8 @@ impl InsideTest {
     ///
     /// Exact to rounding for simple surfaces, else to about 0.1 %. Does not depend on the number of threads.
     ///
-    /// Errors: nothing inside, or cancelled.
+    /// # Errors
+    /// Nothing inside, or cancelled.
     pub fn input_volume(&self, token: &CancelToken) -> Result<f64, SurfaceError> {
         let volume = match (self.simple, self.closed) {
             (true, _) => self.signed_volume,

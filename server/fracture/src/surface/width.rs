@@ -62,6 +62,9 @@ impl InsideTest {
     ///
     /// Skips samples where the surface does not separate inside from outside, as on sheets
     /// within a body. Errors: cancelled.
+    ///
+    /// # Errors
+    /// Cancelled.
     pub fn widths(&self, side: WidthSide, limit: f64, token: &CancelToken) -> Result<Widths, Cancelled> {
         let areas: Vec<f64> = self.tree.triangles.iter().map(|corners| normal(corners).norm()).collect();
         let ends: Vec<f64> = areas

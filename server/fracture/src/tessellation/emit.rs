@@ -84,6 +84,9 @@ impl Tessellation {
     ///
     /// The slices must have the lengths [`Self::vertex_count`], [`Self::index_count`] and [`Self::merge_count`];
     /// otherwise nothing is written. The bytes are the same for any number of threads.
+    ///
+    /// # Errors
+    /// [`TessellationError`] for slices of other lengths.
     pub fn emit(
         &self,
         centers: &[Point3<f64>],
@@ -96,6 +99,9 @@ impl Tessellation {
     }
 
     /// [`Self::emit`] in the coordinates and the winding of `host`.
+    ///
+    /// # Errors
+    /// Those of [`Self::emit`].
     pub fn emit_for(
         &self,
         host: &impl HostFrame,

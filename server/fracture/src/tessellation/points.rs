@@ -128,6 +128,9 @@ impl CrackPoints {
     /// With `sites`, points are on the bisectors. Points outside the simplex or too near its boundary are moved to the
     /// nearest point whose barycentric coordinates are all at least [`MARGIN`](super::MARGIN). Degenerate systems yield
     /// barycenters, as do all simplices without `sites`. `fixed` takes precedence over both.
+    ///
+    /// # Errors
+    /// [`TessellationError`] for labels or sites that do not fit the lattice.
     pub fn find(
         &mut self,
         lattice: &Lattice,
@@ -192,6 +195,9 @@ impl CrackPoints {
 }
 
 /// [`CrackPoints::find`] into new memory.
+///
+/// # Errors
+/// Those of [`CrackPoints::find`].
 pub fn crack_points(
     lattice: &Lattice,
     topology: &Topology,

@@ -11,7 +11,10 @@ pub(super) struct RuntimeFolder {
 }
 
 impl RuntimeFolder {
-    /// Creates the guard for `service`, before its daemon starts. Errors: `service_name`, `runtime_folder`.
+    /// Creates the guard for `service`, before its daemon starts.
+    ///
+    /// # Errors
+    /// `service_name`, `runtime_folder`.
     pub fn of(service: &str) -> Result<Self, Error> {
         let was_there = service_paths(service)?.exists()?;
         Ok(Self { service: service.to_owned(), was_there })

@@ -67,7 +67,10 @@ struct Mix {
     strike: Vec<LoadTarget>,
 }
 
-/// Reads the targets of a mix file. Errors: `configuration`.
+/// Reads the targets of a mix file.
+///
+/// # Errors
+/// `configuration`.
 pub fn mix(file: &Path) -> Result<Vec<LoadTarget>, Error> {
     let at = file.display().to_string();
     let refuse = |why: String| Error::new(ErrorKind::Configuration, at.clone(), format!("{at}: {why}"));

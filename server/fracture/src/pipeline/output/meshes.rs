@@ -205,6 +205,9 @@ impl FractureMeshes {
     ///
     /// Positions are relative to each fragment's center of mass, m. Indices and pairs are relative to the fragment's
     /// first vertex. With other lengths, nothing is written.
+    ///
+    /// # Errors
+    /// [`FractureError::SectionLengths`] for slices of other lengths.
     pub fn emit(
         &self,
         positions: &mut [[f32; 3]],
@@ -215,6 +218,9 @@ impl FractureMeshes {
     }
 
     /// [`Self::emit`] in the coordinates and the winding of `host`.
+    ///
+    /// # Errors
+    /// Those of [`Self::emit`].
     pub fn emit_for(
         &self,
         host: &impl HostFrame,

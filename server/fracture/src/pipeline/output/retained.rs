@@ -67,7 +67,8 @@ impl RetainedFragments {
 
     /// The cut of the result's skins, which includes fragment `fragment`.
     ///
-    /// Errors: [`FractureError::Undressed`].
+    /// # Errors
+    /// [`FractureError::Undressed`].
     pub(in crate::pipeline) fn skin_cut(&self, fragment: u32) -> Result<&SkinCut, FractureError> {
         let has = |cut: &&SkinCut| (fragment as usize) < cut.parts.len();
         self.skins.as_ref().filter(has).ok_or(FractureError::Undressed { fragment })
@@ -75,7 +76,8 @@ impl RetainedFragments {
 
     /// The body of fragment `fragment` of the result, and its label there.
     ///
-    /// Errors: [`FractureError::UnknownFragment`].
+    /// # Errors
+    /// [`FractureError::UnknownFragment`].
     pub(in crate::pipeline) fn find(&self, fragment: u32) -> Result<(&RetainedBody, u32), FractureError> {
         let mut label = fragment;
         for body in &self.bodies {

@@ -9,7 +9,8 @@ use crate::scene::{Anchors, EffectKind, EffectSet};
 impl PreparedObject {
     /// The nodes inside `anchors`, after a check that they hold every body that they touch.
     ///
-    /// Errors: [`AnchorError::ElasticityUnprepared`], [`AnchorError::Empty`], [`AnchorError::Loose`].
+    /// # Errors
+    /// [`AnchorError::ElasticityUnprepared`], [`AnchorError::Empty`], [`AnchorError::Loose`].
     pub fn anchor_nodes(&self, anchors: &Anchors) -> Result<AnchorNodes, AnchorError> {
         let mut grip =
             AnchorNodes { counts: vec![0; anchors.regions.len()], nodes: Vec::with_capacity(self.bodies.len()) };
@@ -51,7 +52,8 @@ impl PreparedObject {
     ///
     /// Requests without that effect use the free object.
     ///
-    /// Errors: those of [`Self::anchor_nodes`], and [`AnchorError::Cancelled`].
+    /// # Errors
+    /// Those of [`Self::anchor_nodes`], and [`AnchorError::Cancelled`].
     pub fn anchor(&mut self, anchors: &Anchors, token: &CancelToken) -> Result<(), AnchorError> {
         let grip = self.anchor_nodes(anchors)?;
         let mut bodies = Vec::with_capacity(grip.nodes.len());
@@ -70,7 +72,8 @@ impl PreparedObject {
 
     /// The anchored object under `effects`; `None` without [`EffectKind::Anchored`].
     ///
-    /// Errors: [`FractureError::Unheld`].
+    /// # Errors
+    /// [`FractureError::Unheld`].
     pub fn held(&self, effects: EffectSet) -> Result<Option<&AnchoredObject>, FractureError> {
         if !effects.has(EffectKind::Anchored) {
             return Ok(None);

@@ -38,7 +38,8 @@ pub struct EnergyUpperBound {
 impl EnergyUpperBound {
     /// The bound of `body`; `None` without elasticity, or if its stiffness has no eigenvalue bound.
     ///
-    /// Errors: [`Cancelled`].
+    /// # Errors
+    /// [`Cancelled`].
     fn of(body: &PreparedBody, token: &CancelToken) -> Result<Option<Self>, Cancelled> {
         let Some(solid) = &body.solid else { return Ok(None) };
         match EigenvalueLowerBound::of(&solid.elasticity, token) {
@@ -88,7 +89,8 @@ impl EnergyUpperBound {
 impl PreparedObject {
     /// Computes missing bounds of the bodies, unless every request is solved.
     ///
-    /// Errors: [`Cancelled`].
+    /// # Errors
+    /// [`Cancelled`].
     pub fn bound(&mut self, token: &CancelToken) -> Result<(), Cancelled> {
         if self.parameters.elastic == ElasticRequest::Solve {
             return Ok(());

@@ -34,6 +34,9 @@ pub struct ElasticModel {
 
 impl ElasticModel {
     /// Assembles the stiffness, which is factored when first needed. The caller adds a reduced basis.
+    ///
+    /// # Errors
+    /// [`ElasticityError`] for a lattice without an assembly, or a cancelled `token`.
     pub fn new(
         lattice: Lattice,
         transfer: EnergyTransfer,
@@ -145,14 +148,16 @@ pub struct PreparedObject {
 impl PreparedObject {
     /// The lift of the given kind of body `body`.
     ///
-    /// Errors: [`FractureError::LiftUnprepared`].
+    /// # Errors
+    /// [`FractureError::LiftUnprepared`].
     pub fn lift(&self, body: usize, kind: LiftKind) -> Result<&LiftedLattice, FractureError> {
         self.bodies[body].lift(kind).ok_or(FractureError::LiftUnprepared { body, lift: kind })
     }
 
     /// The elasticity tables of body `body`.
     ///
-    /// Errors: [`FractureError::ElasticityUnprepared`].
+    /// # Errors
+    /// [`FractureError::ElasticityUnprepared`].
     pub fn solid(&self, body: usize) -> Result<&ElasticModel, FractureError> {
         self.bodies[body].solid.as_ref().ok_or(FractureError::ElasticityUnprepared { body })
     }
@@ -160,6 +165,9 @@ impl PreparedObject {
     /// Factors every stiffness that has no factor yet, so that no request has to.
     ///
     /// Errors: [`FractureError::Elasticity`], as every request that needs that factor will return.
+    ///
+    /// # Errors
+    /// [`FractureError::Elasticity`], what every strike that needs that factor will be told.
     pub fn factor(&self) -> Result<(), FractureError> {
         let solids = self.bodies.iter().enumerate().filter_map(|(body, own)| Some((body, own.solid.as_ref()?)));
         for (body, own) in solids {

@@ -34,7 +34,8 @@ pub(in crate::pipeline) struct ParentFragment {
 impl ParentFragment {
     /// Prepares the fragment `label` of `body` for the request; `fragment` is its index in errors.
     ///
-    /// Errors: [`FractureError::FragmentSmall`], [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`],
+    /// # Errors
+    /// [`FractureError::FragmentSmall`], [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`],
     /// [`FractureError::FragmentLiftKind`], [`FractureError::ElasticityUnprepared`], [`FractureError::Elasticity`],
     /// [`FractureError::Cancelled`].
     pub fn new(

@@ -52,7 +52,8 @@ const STRIDE: f64 = 4.0;
 /// the factor is searched for. The search is regula falsi on √E_1, which is nearly linear in the factor, with a
 /// bisection in every third trial.
 ///
-/// Errors: those of `e1_over_gamma`.
+/// # Errors
+/// Those of `e1_over_gamma`.
 pub(in crate::pipeline) fn under_weight(
     e1_over_gamma: &mut dyn FnMut(f64) -> Result<f64, FractureError>,
 ) -> Result<f64, FractureError> {

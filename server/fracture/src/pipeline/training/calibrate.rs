@@ -25,6 +25,9 @@ const IMPACTS: u64 = 6;
 const SITES_MAX: usize = 40;
 
 /// Fits κ to the curves E_max(n) of sampled impacts.
+///
+/// # Errors
+/// [`FractureError`] of an impact, or for a cancelled `token`.
 pub fn calibrate(prepared: &PreparedObject, token: &CancelToken) -> Result<f64, FractureError> {
     let mut workspace = Workspace::default();
     let mut stream = RandomStream::new(prepared.parameters.seed, 0);

@@ -77,7 +77,8 @@ impl<'a> LiftComparison<'a> {
     ///
     /// The mean value coordinates take seconds on a body of 12 000 nodes.
     ///
-    /// Errors: [`LiftComparisonError::Lift`].
+    /// # Errors
+    /// [`LiftComparisonError::Lift`].
     pub fn new(body: &'a PreparedBody, modes: usize, token: &CancelToken) -> Result<Self, LiftComparisonError> {
         let candidate = |lift: Cow<'a, LiftedLattice>, carry| {
             let stretch = stretch(&lift, &body.crack);
@@ -98,7 +99,8 @@ impl<'a> LiftComparison<'a> {
     ///
     /// Each row is measured on a centroidal diagram of `sites` sites and uniform energy, started from `seed`.
     ///
-    /// Errors: [`LiftComparisonError::Field`], [`LiftComparisonError::Cancelled`].
+    /// # Errors
+    /// [`LiftComparisonError::Field`], [`LiftComparisonError::Cancelled`].
     pub fn rows(&self, sites: usize, seed: u64, token: &CancelToken) -> Result<Vec<LiftRow>, LiftComparisonError> {
         self.lifts.iter().map(|candidate| self.row(candidate, sites, seed, token)).collect()
     }

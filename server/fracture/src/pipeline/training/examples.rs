@@ -19,6 +19,9 @@ use std::collections::BTreeMap;
 const SITES_MAX: usize = 128;
 
 /// The examples of impact `index` of `seed`, one per struck body.
+///
+/// # Errors
+/// [`FractureError`] of the impact, or for a cancelled `token`.
 pub fn examples(
     prepared: &PreparedObject,
     sampler: &ImpactSampler,

@@ -37,6 +37,9 @@ const HELD_OUT: u64 = 128;
 const HELD_OUT_FIRST: u64 = 1 << 32;
 
 /// Computes and tests the bases of all bodies. Without impacts, or with `rank_max` 0, there are none.
+///
+/// # Errors
+/// [`FractureError`] of an impact, or for a cancelled `token`.
 pub fn reduce(prepared: &mut PreparedObject, rank_max: usize, token: &CancelToken) -> Result<(), FractureError> {
     let solids = |prepared: &mut PreparedObject| -> Vec<usize> {
         let all =

@@ -34,8 +34,9 @@ type Parser = fn(&[u8], &Path) -> Result<RawMesh, SurfaceError>;
 /// are dropped. Every node of a glTF scene is transformed to scene coordinates. Nothing is repaired. Buffers of a
 /// `.gltf` are read only from its own folder and below; other URIs are rejected.
 ///
-/// Errors: unreadable or unknown files, malformed ones (with line, byte or element), empty meshes, coordinates that are
-/// not finite or beyond 1e36 m, indices that name no vertex, more than 2²⁶ vertices or triangles.
+/// # Errors
+/// Unreadable or unknown files, malformed ones (with line, byte or element), empty meshes, coordinates that are not finite or
+/// beyond 1e36 m, indices that name no vertex, more than 2²⁶ vertices or triangles.
 pub fn read(path: &Path, unit: LengthUnit, up: UpAxis) -> Result<RawMesh, SurfaceError> {
     let extension = path.extension().map(|word| word.to_string_lossy().to_lowercase()).unwrap_or_default();
     let (parse, expected): (Parser, _) = match extension.as_str() {

@@ -56,7 +56,8 @@ impl Surface {
     /// Welds bitwise-equal positions, drops duplicate triangles and those without area, makes the winding consistent,
     /// and turns inverted shells outward. Cavities are kept.
     ///
-    /// Errors: [`RawMesh::check`]'s, and meshes without extent or area.
+    /// # Errors
+    /// [`RawMesh::check`]'s, and meshes without extent or area.
     pub fn repair(raw: RawMesh) -> Result<Self, SurfaceError> {
         raw.check()?;
         let mut defects = Vec::new();

@@ -57,6 +57,9 @@ pub struct Judge {
 
 impl Judge {
     /// Creates a judge with one thread, the material glass and a time limit. Errors: the built-in table of materials has no glass.
+    ///
+    /// # Errors
+    /// The program's own table of materials has no glass.
     pub fn new(deadline: Duration) -> Result<Self, MaterialError> {
         Ok(Self { material: Materials::parse(MATERIALS)?.get("glass")?.clone(), deadline, threads: 1 })
     }
