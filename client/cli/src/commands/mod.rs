@@ -9,6 +9,7 @@ pub mod prefracture;
 pub mod status;
 pub mod threshold;
 mod time_of_day;
+mod wait;
 
 use shatter_cli_common::cli_error::{CliError, document, note, out};
 use shatter_client::{Contact, Deadline};
