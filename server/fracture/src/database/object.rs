@@ -1,6 +1,6 @@
 //! A prepared object as tensors and metadata, and back.
 
-use super::container::{ContainerContents, FLAT, MappedFile, Tensors, write};
+use super::container::{ContainerContents, FLAT, Tensors, write};
 use super::learned::{self, EXAMPLES_MAX, QUALITY_KEY};
 use super::reduced::{self, REDUCTION_KEY};
 use super::share::{BakeShare, PartialBake, ShareRemainder, ShareTask};
@@ -153,8 +153,7 @@ pub fn load(path: &Path) -> Result<PreparedObject, DatabaseError> {
 
 /// As [`load`], but only these tables, if the object has them: the others are neither verified nor held.
 pub fn load_tables(path: &Path, tables: Tables) -> Result<PreparedObject, DatabaseError> {
-    let mapped = MappedFile::open(path)?;
-    let contents = verified_tables(&mapped, tables)?;
+    let contents = verified_tables(path, tables)?;
     no_share(&contents)?;
     let prepared = object(&contents, tables)?;
     stored_values::impacts(&prepared)?;
@@ -167,16 +166,14 @@ fn no_share(contents: &ContainerContents) -> Result<(), DatabaseError> {
 
 /// As [`load`], of a share.
 pub fn load_partial(path: &Path) -> Result<PartialBake, DatabaseError> {
-    let mapped = MappedFile::open(path)?;
-    let contents = verified(&mapped)?;
+    let contents = verified(path)?;
     let task = task(&contents)?;
     Ok(PartialBake { prepared: object(&contents, Tables::ALL)?, task })
 }
 
 /// The examples of a share and what it is a share of; the lattices are not looked at.
 pub(super) fn load_rest(path: &Path) -> Result<ShareRemainder, DatabaseError> {
-    let mapped = MappedFile::open(path)?;
-    let contents = verified(&mapped)?;
+    let contents = verified(path)?;
     let shape: Shape = contents.json("shape")?;
     let report: BakeReport = contents.json("report")?;
     let crack_nodes: Vec<usize> = (0..shape.interior_dimensions.len())
@@ -192,22 +189,22 @@ pub(super) fn load_rest(path: &Path) -> Result<ShareRemainder, DatabaseError> {
 
 /// What a share is a share of, and how far it is: nothing else of it is looked at.
 pub fn load_task(path: &Path) -> Result<ShareTask, DatabaseError> {
-    task(&verified(&MappedFile::open(path)?)?)
+    task(&verified(path)?)
 }
 
 /// Name and length in bytes of every tensor of `path`, by its header alone: nothing is verified, nothing else is read.
 pub fn tensor_bytes(path: &Path) -> Result<Vec<(String, u64)>, DatabaseError> {
-    Ok(MappedFile::open(path)?.parse()?.lengths())
+    Ok(ContainerContents::open(path)?.lengths())
 }
 
 /// What the database or share `path` was baked from, by its header alone: nothing is verified, nothing else is read.
 pub fn load_parameters(path: &Path) -> Result<BakeParameters, DatabaseError> {
-    MappedFile::open(path)?.parse()?.json("parameters")
+    ContainerContents::open(path)?.json("parameters")
 }
 
 /// Who wrote the database or share `path`.
 pub fn load_provenance(path: &Path) -> Result<Provenance, DatabaseError> {
-    MappedFile::open(path)?.parse()?.json("provenance")
+    ContainerContents::open(path)?.json("provenance")
 }
 
 /// What the share holds is what its task says.
@@ -231,13 +228,13 @@ fn task(contents: &ContainerContents) -> Result<ShareTask, DatabaseError> {
 }
 
 /// The contents of a file, all checksums compared.
-fn verified(mapped: &MappedFile) -> Result<ContainerContents<'_>, DatabaseError> {
-    verified_tables(mapped, Tables::ALL)
+fn verified(path: &Path) -> Result<ContainerContents, DatabaseError> {
+    verified_tables(path, Tables::ALL)
 }
 
-/// As [`verified`], but the checksums of the wanted tables alone.
-fn verified_tables(mapped: &MappedFile, tables: Tables) -> Result<ContainerContents<'_>, DatabaseError> {
-    let contents = mapped.parse()?;
+/// As [`verified`], but the wanted tables alone.
+fn verified_tables(path: &Path, tables: Tables) -> Result<ContainerContents, DatabaseError> {
+    let mut contents = ContainerContents::open(path)?;
     let found = contents.text("shatter_format")?;
     if found != FORMAT {
         return Err(DatabaseError::Format { found: brief(found), known: FORMAT });
