@@ -2,7 +2,7 @@
 
 use super::files::{FileFormat, OutputTarget, WrittenFiles};
 use super::parse::{NamedConvention, convention, degree, effect, elastic, lift, origin, quality, ray, vector};
-use super::{ANSWER, CliError, document, note, out, reply, wait, with_options};
+use super::{ANSWER, CliError, document, note, note_one_piece, out, reply, wait, with_options};
 use serde_json::{Value, json};
 use shatter_client::{
     Contact, Deadline, DegreeRule, DisplacementSource, Effect, Error, ErrorKind, FractureResult, Fragment, Hit,
@@ -147,6 +147,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
         let (by_ms, reason) = (missed.by.as_secs_f64() * 1e3, missed.explanation());
         note(format_args!("the time of {asked} ms was exceeded by {by_ms:.1} ms: {reason}"));
     }
+    note_one_piece(&broken);
     if args.json {
         let Args { error: error_max, time_ms: time_ms_max, .. } = *args;
         let asked = RequestEcho { convention: &args.convention.name, error_max, time_ms_max };
