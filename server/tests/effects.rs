@@ -10,7 +10,7 @@ use shatter_engine::scene::Scene;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
-use support::{InProcess, TestPlace, bar, patience};
+use support::{InProcess, TestPlace, bar, patience, shatter_program};
 
 /// A bar, baked once for all tests: the bytes of its database.
 static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.05));
@@ -223,6 +223,23 @@ fn slivers_become_part_of_their_neighbors() {
     assert!(least(&after) > 0.9 * sliver, "{} of {sliver}", least(&after));
     assert!((volume(&after) / volume(&before) - 1.0).abs() < 1e-6);
     assert!(after.fragments().all(|fragment| fragment.is_closed()));
+}
+
+/// On a lattice of few nodes every cell is a sliver.
+#[test]
+fn a_result_of_one_piece_is_warned_of() {
+    let here = TestPlace::new("one");
+    here.database("bar", bar(0.3));
+    let daemon = InProcess::start_with(here, "", shatter_engine::wire::loader(None));
+    let strike = ["impact", "bar", "--point", "0.2,0,0", "--impulse", "-50,3,0", "--degree", "8"];
+    let told = |more: &[&str]| {
+        let output = shatter_program(&daemon.here).args([&strike, more].concat()).output().unwrap();
+        assert!(output.status.success());
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let warning = told(&[]);
+    assert!(warning.contains("in one piece: all 8 cells") && warning.contains("--disable slivers"), "{warning}");
+    assert_eq!(told(&["--disable", "slivers"]), "");
 }
 
 /// Area vector and area of the part of a fragment's surface that faces `neighbor`, from the mesh that the client sees.

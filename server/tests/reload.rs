@@ -8,7 +8,7 @@ use shatter_client::{Client, Contact, ErrorKind, Impact, ObjectFacts, ObjectStat
 use std::io::Read;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
-use support::{Child, TestPlace, patience, play, role, shatter};
+use support::{Child, TestPlace, patience, play, role, shatter, shatter_program};
 
 /// A daemon that reads its databases again when it is told to, and not by itself.
 const UNWATCHED: &str = "[databases]\nwatch_ms = 0";
@@ -290,6 +290,37 @@ fn a_database_that_was_written_a_moment_ago_is_being_loaded() {
     std::thread::sleep(Duration::from_millis(100));
     assert!(wait() < first, "it counts down");
     assert_eq!(service.object("pan", patience()).err().unwrap().kind, ErrorKind::UnknownObject);
+}
+
+/// `impact --wait` waits for a daemon, and for an object that is being loaded; once its time is over it says for what.
+#[test]
+fn a_strike_waits_for_the_daemon_and_for_its_object() {
+    let here = TestPlace::new("wait");
+    here.database("vase", "tint 3");
+    let program = |object: &str, wait: &str| {
+        let mut command = shatter_program(&here);
+        command.args(["impact", object, "--point", "0,0.1,0", "--impulse", "-1,0,0", "--wait", wait, "--json"]);
+        command.stdout(Stdio::piped()).stderr(Stdio::null());
+        command
+    };
+    let over = |object: &str, (wanted, kind): (i32, &str)| {
+        let output = program(object, "0.2").output().unwrap();
+        let error = &serde_json::from_slice::<Value>(&output.stdout).unwrap()["error"];
+        assert_eq!((output.status.code(), &error["kind"]), (Some(wanted), &kind.into()), "{error}");
+        assert!(error["message"].as_str().unwrap().contains("waited 0.2 s"), "{error}");
+    };
+    over("vase", (4, "no_daemon"));
+    let early = program("vase", "60").spawn().unwrap();
+    let (_daemon, service) = start(&here, WATCHED);
+    assert!(early.wait_with_output().unwrap().status.success());
+    let gate = here.databases().join("pot.loading");
+    std::fs::write(&gate, "").unwrap();
+    here.database("pot", "tint 5");
+    eventually(&service, |service| facts(service, "pot").is_some());
+    over("pot", (5, "loading"));
+    let early = program("pot", "60").spawn().unwrap();
+    std::fs::remove_file(gate).unwrap();
+    assert!(early.wait_with_output().unwrap().status.success());
 }
 
 /// Niceness of the threads of process `pid` that have this name.

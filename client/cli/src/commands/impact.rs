@@ -2,12 +2,12 @@
 
 use super::files::{FileFormat, OutputTarget, WrittenFiles};
 use super::parse::{NamedConvention, convention, degree, effect, elastic, lift, origin, quality, ray, vector};
-use super::{ANSWER, CliError, document, note, out, reply, with_options};
+use super::{ANSWER, CliError, document, note, note_one_piece, out, reply, wait, with_options};
 use serde_json::{Value, json};
 use shatter_client::{
-    Bond, Client, Contact, Deadline, DebrisPoint, DegreeOrigin, DegreeRule, DisplacementSource, Effect, EnergySource,
-    Error, ErrorKind, FractureResult, Fragment, Hit, HullMesh, Impact, Lift, NO_MATERIAL, Quality, Ray,
-    RetainedFragment, SEED_DEFAULT, Summary,
+    Bond, Contact, Deadline, DebrisPoint, DegreeOrigin, DegreeRule, DisplacementSource, Effect, EnergySource, Error,
+    ErrorKind, FractureResult, Fragment, Hit, HullMesh, Impact, Lift, NO_MATERIAL, Quality, Ray, RetainedFragment,
+    SEED_DEFAULT, Summary,
 };
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -72,6 +72,9 @@ pub struct Args {
     /// cannot be in time is refused.
     #[arg(long, value_name = "T")]
     deadline_ms: Option<u64>,
+    /// Wait up to this long for the service, and for the object while its database is being loaded, s.
+    #[arg(long, value_name = "SECONDS", value_parser = wait::seconds)]
+    wait: Option<Duration>,
     /// Keep the answer for a while, so that its fragments can be struck: the document has its handle.
     #[arg(long)]
     keep: bool,
@@ -133,8 +136,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
         |usual: Deadline| args.deadline_ms.map_or(usual, |ms| usual.min(Deadline::ms(ms.saturating_add(SLACK_MS))));
     let target = args.out.as_ref().map(|out| OutputTarget::new(out, args.format, &args.object)).transpose()?;
     let impact = impact(args);
-    let service = Client::connect(service, within(reply()))?.with_convention(args.convention.convention);
-    let object = service.object(&args.object, within(reply()))?;
+    let object = wait::object(service, &args.object, args.convention.convention, args.wait, || within(reply()))?;
     let deadline = || within(Deadline::after(ANSWER));
     let broken = match &target {
         Some(target) => target.strike(&object, &impact, [&args.enable, &args.disable], deadline)?,
@@ -145,6 +147,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
         let (by_ms, reason) = (missed.by.as_secs_f64() * 1e3, missed.explanation());
         note(format_args!("the time of {asked} ms was exceeded by {by_ms:.1} ms: {reason}"));
     }
+    note_one_piece(&broken);
     if args.json {
         let Args { error: error_max, time_ms: time_ms_max, .. } = *args;
         let asked = RequestEcho { convention: &args.convention.name, error_max, time_ms_max };

@@ -9,9 +9,10 @@ pub mod prefracture;
 pub mod status;
 pub mod threshold;
 mod time_of_day;
+mod wait;
 
 use shatter_cli_common::cli_error::{CliError, document, note, out};
-use shatter_client::{Contact, Deadline};
+use shatter_client::{Contact, Deadline, Effect, FractureResult};
 use std::time::Duration;
 
 /// How long a command waits for a reply of the service.
@@ -23,6 +24,17 @@ const ANSWER: Duration = Duration::from_secs(120);
 /// The deadline for a reply of the service.
 fn reply() -> Deadline {
     Deadline::after(REPLY)
+}
+
+/// Warns of a result whose cells the effect `slivers` gave to one piece, which is the whole object.
+fn note_one_piece(result: &FractureResult) {
+    let sites = result.summary().sites;
+    let merges = result.effects().iter().any(|row| row.ran != 0 && row.name() == Effect::Slivers.name());
+    if merges && sites > 1 && result.fragments().len() == 1 {
+        note(format_args!(
+            "warning: the object is in one piece: all {sites} cells were too small for pieces of their own (effect `slivers`); pass              --disable slivers, or bake it with a smaller --crack-spacing"
+        ));
+    }
 }
 
 /// `contact` with the duration and the radius, where they were given.

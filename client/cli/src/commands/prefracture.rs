@@ -3,7 +3,7 @@
 use super::files::{FileFormat, OutputTarget};
 use super::impact::{RequestEcho, screen, to_json};
 use super::parse::{effect, lift, quality};
-use super::{ANSWER, CliError, document, reply};
+use super::{ANSWER, CliError, document, note_one_piece, reply};
 use shatter_client::{Client, Deadline, Effect, Lift, Quality, SEED_DEFAULT};
 use std::path::PathBuf;
 
@@ -55,6 +55,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let load = args.disable.iter().fold(load, |load, effect| load.disable(*effect));
     let broken = target.strike(&object, &load, [&args.enable, &args.disable], || Deadline::after(ANSWER))?;
     let files = target.write(&broken)?;
+    note_one_piece(&broken);
     let asked = RequestEcho { convention: "gltf", error_max: None, time_ms_max: None };
     if args.json { document(&to_json(&broken, asked, &files)) } else { screen(&broken) }
 }

@@ -1,6 +1,7 @@
 //! `shatter status`.
 
 use super::time_of_day::utc;
+use super::wait::{seconds, until};
 use super::{CliError, document, objects, out, reply};
 use serde_json::{Map, Value, json};
 use shatter_client::{Client, Deadline, Error, Latency, ObjectFacts, Status};
@@ -9,9 +10,6 @@ use std::time::{Duration, Instant};
 
 /// Pause between two looks of `--watch`.
 const PAUSE: Duration = Duration::from_secs(1);
-
-/// Pause between two tries of `--wait`.
-const AGAIN: Duration = Duration::from_millis(50);
 
 /// Clears a terminal, and goes to its first line.
 const CLEAR: &str = "\x1b[2J\x1b[H";
@@ -30,22 +28,11 @@ pub struct Args {
     json: bool,
 }
 
-fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
-    Duration::try_from_secs_f64(seconds).map_err(|_| "must be 0 or more, in seconds".to_owned())
-}
-
 /// Shows how the service goes.
 pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let deadline = args.wait.map(Deadline::after);
-    let (connection, (status, loaded)) = loop {
-        let found = look(service, deadline);
-        match (found, deadline) {
-            // A daemon that ends or begins while it is asked is not the one that is waited for.
-            (Err(refusal), Some(deadline)) if refusal.kind.retry() && !deadline.passed() => std::thread::sleep(AGAIN),
-            (found, _) => break found?,
-        }
-    };
+    // A daemon that ends or begins while it is asked is not the one that is waited for.
+    let (connection, (status, loaded)) = until(deadline, || look(service, deadline))?;
     if args.watch {
         return watch(service, &connection, args.json);
     }

@@ -5,12 +5,12 @@
 
 use super::DatabaseError;
 use crate::scene::brief;
-use safetensors::tensor::TensorView;
-use safetensors::{Dtype, SafeTensors};
+use safetensors::tensor::{Metadata, TensorInfo, TensorView};
+use safetensors::{Dtype, SafeTensorError};
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
-use std::io::Write;
-use std::path::Path;
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
 
 /// Metadata key of the checksums: a JSON object, tensor name → BLAKE3 in hexadecimal.
 ///
@@ -20,7 +20,13 @@ pub const CHECKSUMS_KEY: &str = "checksums";
 /// Number of columns that marks a tensor with one axis.
 pub const FLAT: usize = 0;
 
-/// Entry of the checksums for the metadata.
+/// Bytes of the length of the header, at the beginning of a file.
+const LENGTH_BYTES: usize = 8;
+
+/// Longest header, bytes: the limit of the `safetensors` crate.
+const HEADER_BYTES_MAX: u64 = 100_000_000;
+
+/// Entry of the checksums that covers the metadata.
 const METADATA_ENTRY: &str = "__metadata__";
 
 /// Tensors to be written, by name.
@@ -129,52 +135,66 @@ pub(super) fn metadata_checksum<'a>(entries: impl Iterator<Item = (&'a String, &
     hasher.finalize().to_hex().to_string()
 }
 
-/// A file mapped into memory, from which verified tensors are read.
-pub struct MappedFile(memmap2::Mmap);
+/// Contents of a container.
+///
+/// Verification copies the tensors, so later reads return verified bytes. A file that is truncated or rewritten meanwhile is an
+/// error; with a memory map it would end the process with SIGBUS.
+pub struct ContainerContents {
+    path: PathBuf,
+    file: File,
+    /// Offset of the tensors in the file, bytes.
+    data: u64,
+    header: Metadata,
+    /// The bytes of the verified tensors.
+    verified: BTreeMap<String, Vec<u8>>,
+    /// All metadata.
+    pub metadata: BTreeMap<String, String>,
+}
 
-impl MappedFile {
-    /// Maps `path`.
+impl ContainerContents {
+    /// Reads the header of `path`. Verifies only offsets and sizes against the file.
     pub fn open(path: &Path) -> Result<Self, DatabaseError> {
         let io = |source| DatabaseError::Io { path: path.to_owned(), source };
         // Checked before opening, because opening a pipe waits for a writer.
         if !std::fs::metadata(path).map_err(io)?.is_file() {
             return Err(io(std::io::Error::new(std::io::ErrorKind::InvalidInput, "not a regular file")));
         }
-        let file = File::open(path).map_err(io)?;
-        // SAFETY: the map is read-only and private to this process. Databases are replaced by rename and never
-        // rewritten in place, and the guide declares that everyone with write access to the folder is trusted.
-        unsafe { memmap2::Mmap::map(&file) }.map(Self).map_err(io)
+        let mut file = File::open(path).map_err(io)?;
+        let file_bytes = file.metadata().map_err(io)?.len();
+        let mut length = [0; LENGTH_BYTES];
+        file.read_exact(&mut length).map_err(|_| SafeTensorError::HeaderTooSmall)?;
+        let length = u64::from_le_bytes(length);
+        if length > HEADER_BYTES_MAX {
+            return Err(SafeTensorError::HeaderTooLarge.into());
+        }
+        let data = LENGTH_BYTES as u64 + length;
+        if data > file_bytes {
+            return Err(SafeTensorError::InvalidHeaderLength.into());
+        }
+        let mut text = vec![0; length as usize];
+        file.read_exact(&mut text).map_err(io)?;
+        let header: Metadata = serde_json::from_slice(&text).map_err(SafeTensorError::InvalidHeaderDeserialization)?;
+        if data.checked_add(header.data_len() as u64) != Some(file_bytes) {
+            return Err(SafeTensorError::MetadataIncompleteBuffer.into());
+        }
+        let metadata = header.metadata().clone().unwrap_or_default().into_iter().collect();
+        Ok(Self { path: path.to_owned(), file, data, header, verified: BTreeMap::new(), metadata })
     }
 
-    /// Parses the header. Verifies only offsets and sizes against the file.
-    pub fn parse(&self) -> Result<ContainerContents<'_>, DatabaseError> {
-        let (_, header) = SafeTensors::read_metadata(&self.0)?;
-        let metadata: BTreeMap<String, String> = header.metadata().clone().unwrap_or_default().into_iter().collect();
-        Ok(ContainerContents { tensors: SafeTensors::deserialize(&self.0)?, metadata })
-    }
-}
-
-/// Contents of a container.
-pub struct ContainerContents<'a> {
-    tensors: SafeTensors<'a>,
-    /// All metadata.
-    pub metadata: BTreeMap<String, String>,
-}
-
-impl ContainerContents<'_> {
     /// True if there is a tensor of the given name.
     pub fn holds(&self, name: &str) -> bool {
-        self.tensors.tensor(name).is_ok()
+        self.header.info(name).is_some()
     }
 
     /// Rows of the tensor `name`; 0 if there is no such tensor.
     pub fn rows(&self, name: &str) -> usize {
-        self.tensors.tensor(name).ok().and_then(|view| view.shape().first().copied()).unwrap_or(0)
+        self.header.info(name).and_then(|info| info.shape.first().copied()).unwrap_or(0)
     }
 
     /// Name and length in bytes of every tensor.
     pub fn lengths(&self) -> Vec<(String, u64)> {
-        self.tensors.tensors().into_iter().map(|(name, view)| (name, view.data().len() as u64)).collect()
+        let bytes = |info: &TensorInfo| (info.data_offsets.1 - info.data_offsets.0) as u64;
+        self.header.tensors().into_iter().map(|(name, info)| (name, bytes(info))).collect()
     }
 
     /// A metadata value.
@@ -194,18 +214,30 @@ impl ContainerContents<'_> {
         self.json(CHECKSUMS_KEY)
     }
 
-    /// Compares the metadata, and every tensor that is wanted, with its checksum.
-    pub fn verify(&self, want: impl Fn(&str) -> bool) -> Result<(), DatabaseError> {
+    /// Compares the metadata, and every tensor that is wanted, with its checksum. Other tensors cannot be read afterwards.
+    pub fn verify(&mut self, want: impl Fn(&str) -> bool) -> Result<(), DatabaseError> {
         let stored = self.checksums()?;
         let expect = |name: &str, found: String| match stored.get(name) {
             Some(wanted) if *wanted == found => Ok(()),
             _ => Err(DatabaseError::Checksum(name.to_owned())),
         };
         expect(METADATA_ENTRY, metadata_checksum(self.metadata.iter().filter(|(key, _)| *key != CHECKSUMS_KEY)))?;
-        for (name, view) in self.tensors.tensors().into_iter().filter(|(name, _)| want(name)) {
-            expect(&name, checksum(view.data()))?;
+        for name in self.header.offset_keys().into_iter().filter(|name| want(name)) {
+            let bytes = self.bytes(&name)?;
+            expect(&name, checksum(&bytes))?;
+            self.verified.insert(name, bytes);
         }
         Ok(())
+    }
+
+    /// Reads the tensor `name` from the file.
+    fn bytes(&mut self, name: &str) -> Result<Vec<u8>, DatabaseError> {
+        let (first, end) = self.header.info(name).map_or((0, 0), |info| info.data_offsets);
+        let mut bytes = vec![0; end - first];
+        let read = self.file.seek(SeekFrom::Start(self.data + first as u64));
+        let read = read.and_then(|_| self.file.read_exact(&mut bytes));
+        read.map_err(|source| DatabaseError::Io { path: self.path.clone(), source })?;
+        Ok(bytes)
     }
 
     /// Finite 64-bit floats with `columns` columns, or [`FLAT`]. The number of rows must be `rows` if given.
@@ -219,7 +251,7 @@ impl ContainerContents<'_> {
 
     /// Number of columns, and finite 32-bit floats in `rows` rows.
     pub fn f32(&self, name: &str, rows: usize) -> Result<(usize, Vec<f32>), DatabaseError> {
-        let columns = self.tensors.tensor(name).ok().and_then(|view| view.shape().get(1).copied()).unwrap_or(1);
+        let columns = self.header.info(name).and_then(|info| info.shape.get(1).copied()).unwrap_or(1);
         let values = self.typed(name, Dtype::F32, Some(rows), columns.max(1), f32::from_le_bytes)?;
         match values.iter().position(|value| !value.is_finite()) {
             Some(index) => Err(DatabaseError::NonFinite { tensor: name.to_owned(), index }),
@@ -249,9 +281,10 @@ impl ContainerContents<'_> {
         columns: usize,
         read: fn([u8; N]) -> T,
     ) -> Result<Vec<T>, DatabaseError> {
-        let view = self.tensors.tensor(name).map_err(|_| DatabaseError::MissingTensor(name.to_owned()))?;
-        let shape = view.shape();
-        let fits = view.dtype() == dtype
+        let found = self.header.info(name).zip(self.verified.get(name));
+        let (info, bytes) = found.ok_or_else(|| DatabaseError::MissingTensor(name.to_owned()))?;
+        let shape = &info.shape;
+        let fits = info.dtype == dtype
             && match columns {
                 FLAT => shape.len() == 1,
                 _ => shape.len() == 2 && shape[1] == columns,
@@ -260,11 +293,11 @@ impl ContainerContents<'_> {
         if !fits {
             return Err(DatabaseError::Shape {
                 tensor: name.to_owned(),
-                found: format!("{:?} {shape:?}", view.dtype()),
+                found: format!("{:?} {shape:?}", info.dtype),
                 wanted: format!("{dtype:?} [{}, {columns}]", rows.map_or("any".to_owned(), |rows| rows.to_string())),
             });
         }
-        let (chunks, _) = view.data().as_chunks::<N>();
+        let (chunks, _) = bytes.as_chunks::<N>();
         Ok(chunks.iter().map(|bytes| read(*bytes)).collect())
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// Reason why a database was not written or not loaded. Other databases are not affected.
 #[derive(Debug, thiserror::Error)]
 pub enum DatabaseError {
-    /// The file or folder cannot be opened, mapped, written or renamed.
+    /// The file or folder cannot be opened, read, written or renamed.
     #[error("{path}: {source}", path = .path.display())]
     Io {
         /// Path of the file.

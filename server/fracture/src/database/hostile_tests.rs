@@ -145,6 +145,27 @@ fn a_truncated_file_is_refused_wherever_it_ends() {
     assert!(opened(&longer).is_err());
 }
 
+/// Somebody writes to the file instead of replacing it.
+#[test]
+fn a_file_that_changes_while_it_is_read_is_refused_or_stays_what_it_was() {
+    let bytes = file();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("hostile.shatter");
+    std::fs::write(&path, &bytes).unwrap();
+    let open = || container::ContainerContents::open(&path).unwrap();
+    let (mut early, mut late, mut whole) = (open(), open(), open());
+    whole.verify(|_| true).unwrap();
+    let nodes = |contents: &container::ContainerContents| contents.f64("body0.crack.nodes", None, 3).unwrap();
+    let before = nodes(&whole);
+    let (_, data) = header(&bytes);
+    let zeros = [bytes[..data].to_vec(), vec![0; bytes.len() - data]].concat();
+    std::fs::write(&path, zeros).unwrap();
+    assert!(matches!(early.verify(|_| true), Err(DatabaseError::Checksum(_))));
+    std::fs::write(&path, &bytes[..data + 1]).unwrap();
+    assert!(matches!(late.verify(|_| true), Err(DatabaseError::Io { .. })));
+    assert_eq!(nodes(&whole), before);
+}
+
 #[test]
 fn swapped_sections_are_refused() {
     let bytes = file();

@@ -1,6 +1,6 @@
 //! Conversion of a prepared object to tensors and metadata, and back.
 
-use super::container::{ContainerContents, FLAT, MappedFile, Tensors, write};
+use super::container::{ContainerContents, FLAT, Tensors, write};
 use super::learned::{self, EXAMPLES_MAX, QUALITY_KEY};
 use super::reduced::{self, REDUCTION_KEY};
 use super::share::{BakeShare, PartialBake, ShareRemainder, ShareTask};
@@ -168,8 +168,7 @@ pub fn load(path: &Path) -> Result<PreparedObject, DatabaseError> {
 /// # Errors
 /// Those of [`load`].
 pub fn load_tables(path: &Path, tables: Tables) -> Result<PreparedObject, DatabaseError> {
-    let mapped = MappedFile::open(path)?;
-    let contents = verified_tables(&mapped, tables)?;
+    let contents = verified_tables(path, tables)?;
     no_share(&contents)?;
     let prepared = object(&contents, tables)?;
     stored_values::impacts(&prepared)?;
@@ -185,16 +184,14 @@ fn no_share(contents: &ContainerContents) -> Result<(), DatabaseError> {
 /// # Errors
 /// Those of [`load`], and for a database that is no share.
 pub fn load_partial(path: &Path) -> Result<PartialBake, DatabaseError> {
-    let mapped = MappedFile::open(path)?;
-    let contents = verified(&mapped)?;
+    let contents = verified(path)?;
     let task = task(&contents)?;
     Ok(PartialBake { prepared: object(&contents, Tables::ALL)?, task })
 }
 
 /// The examples and the task of a share. Its lattices are not read.
 pub(super) fn load_rest(path: &Path) -> Result<ShareRemainder, DatabaseError> {
-    let mapped = MappedFile::open(path)?;
-    let contents = verified(&mapped)?;
+    let contents = verified(path)?;
     let shape: Shape = contents.json("shape")?;
     let report: BakeReport = contents.json("report")?;
     let crack_nodes: Vec<usize> = (0..shape.interior_dimensions.len())
@@ -213,7 +210,7 @@ pub(super) fn load_rest(path: &Path) -> Result<ShareRemainder, DatabaseError> {
 /// # Errors
 /// Those of [`load_partial`].
 pub fn load_task(path: &Path) -> Result<ShareTask, DatabaseError> {
-    task(&verified(&MappedFile::open(path)?)?)
+    task(&verified(path)?)
 }
 
 /// Name and length in bytes of every tensor of `path`, from its header only, without verification.
@@ -221,7 +218,7 @@ pub fn load_task(path: &Path) -> Result<ShareTask, DatabaseError> {
 /// # Errors
 /// [`DatabaseError`] for a file or header that cannot be read.
 pub fn tensor_bytes(path: &Path) -> Result<Vec<(String, u64)>, DatabaseError> {
-    Ok(MappedFile::open(path)?.parse()?.lengths())
+    Ok(ContainerContents::open(path)?.lengths())
 }
 
 /// Bake parameters of the database or share `path`, from its header only, without verification.
@@ -229,7 +226,7 @@ pub fn tensor_bytes(path: &Path) -> Result<Vec<(String, u64)>, DatabaseError> {
 /// # Errors
 /// Those of [`tensor_bytes`].
 pub fn load_parameters(path: &Path) -> Result<BakeParameters, DatabaseError> {
-    MappedFile::open(path)?.parse()?.json("parameters")
+    ContainerContents::open(path)?.json("parameters")
 }
 
 /// The program that wrote the database or share `path`.
@@ -237,7 +234,7 @@ pub fn load_parameters(path: &Path) -> Result<BakeParameters, DatabaseError> {
 /// # Errors
 /// Those of [`tensor_bytes`].
 pub fn load_provenance(path: &Path) -> Result<Provenance, DatabaseError> {
-    MappedFile::open(path)?.parse()?.json("provenance")
+    ContainerContents::open(path)?.json("provenance")
 }
 
 /// The task of a share, after a check of its numbers.
@@ -261,13 +258,13 @@ fn task(contents: &ContainerContents) -> Result<ShareTask, DatabaseError> {
 }
 
 /// The contents of a file, after comparison of all checksums.
-fn verified(mapped: &MappedFile) -> Result<ContainerContents<'_>, DatabaseError> {
-    verified_tables(mapped, Tables::ALL)
+fn verified(path: &Path) -> Result<ContainerContents, DatabaseError> {
+    verified_tables(path, Tables::ALL)
 }
 
 /// As [`verified`], with the checksums of the given tables only.
-fn verified_tables(mapped: &MappedFile, tables: Tables) -> Result<ContainerContents<'_>, DatabaseError> {
-    let contents = mapped.parse()?;
+fn verified_tables(path: &Path, tables: Tables) -> Result<ContainerContents, DatabaseError> {
+    let mut contents = ContainerContents::open(path)?;
     let found = contents.text("shatter_format")?;
     if found != FORMAT {
         return Err(DatabaseError::Format { found: brief(found), known: FORMAT });
