@@ -172,7 +172,7 @@ fn a_bad_replacement_is_named_and_the_version_before_it_served() {
     here.database("vase", "tint 7");
     eventually(&service, |service| generation(service, "vase") == 2);
     assert_eq!((status(&service).objects_outdated, strike(&service, "vase")), (0, 7.0));
-    assert_eq!(facts(&service, "vase").unwrap().refusal, None);
+    assert_eq!(facts(&service, "vase").unwrap().error, None);
 }
 
 #[test]

@@ -262,15 +262,16 @@ impl EngineObject {
     /// # Errors
     /// `effect`, as of [`ObjectPolicy::effects`].
     pub fn request(&self, strike: &Request) -> Result<pipeline::FractureRequest, Error> {
-        let (on, dials) = (self.terms.effects(strike)?, settings::of(strike, self.quality(strike)));
+        let on = self.terms.effects(strike)?;
+        let preset = settings::preset(self.quality(strike)).dials();
         let both = EffectKind::ALL.into_iter().zip(effect::Effect::ALL);
         let request = pipeline::FractureRequest {
             contacts: strike.contacts.iter().map(|contact| rows::contact(contact, &strike.convention)).collect(),
-            degree: dials.degree,
+            degree: preset.degree,
             degree_max: self.terms.sites_max.map_or(DEGREE_MAX, |most| most.min(DEGREE_MAX)),
             gamma_j_m2: strike.gamma_j_m2.or(self.terms.gamma(&self.prepared.parameters.material)),
-            elastic: dials.elastic,
-            rank_max: dials.rank_max,
+            elastic: preset.elastic,
+            rank_max: preset.rank_max,
             lift: match strike.lift.unwrap_or(self.terms.lift) {
                 Lift::Euclidean => LiftKind::Euclidean,
                 Lift::SurfaceDiffusion => LiftKind::SurfaceDiffusion,
@@ -278,14 +279,15 @@ impl EngineObject {
             },
             effects: EffectSet::of(both.filter(|(_, wire)| on.has(*wire)).map(|(effect, _)| effect)),
             volume_min_m3: self.terms.volume_min_m3,
-            tolerance: dials.tolerance,
-            iterations_max: dials.iterations_max,
+            tolerance: preset.tolerance,
+            iterations_max: preset.iterations_max,
             gap_max: None,
-            reduced_error_max: dials.reduced_error_max,
+            reduced_error_max: preset.reduced_error_max,
             budget: None,
             seed: strike.seed,
             threshold_only: strike.purpose == Purpose::Threshold,
         };
+        let request = settings::given(request, strike);
         let basis = self.prepared.bodies.iter().any(|body| body.reduced().is_some());
         let solved = !basis || request.elastic == pipeline::ElasticRequest::Solve;
         Ok(settings::bounded(request, strike, self.costs.of(on, solved)))

@@ -1,8 +1,7 @@
 //! Solver settings: accuracy and time of a request, and their values in its result.
 
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, ElasticRequest, FractureOutcome, PreparedObject, SolverSettings, StopReason, StrikeCost,
-    TimeBudget,
+    self, DegreeRequest, ElasticRequest, FractureOutcome, PreparedObject, StopReason, StrikeCost, TimeBudget,
 };
 use shatter_proto::effect::Effects;
 use shatter_proto::request::{DegreeRule, DisplacementSource, Quality, Request};
@@ -23,25 +22,24 @@ pub(super) fn of_lattices(quality: pipeline::Preset) -> Quality {
     Quality::ALL.into_iter().find(|own| preset(*own) == quality).unwrap_or_default()
 }
 
-/// Solver settings of `strike`: those that it gives, else those of `quality`.
-pub(super) fn of(strike: &Request, quality: Quality) -> SolverSettings {
-    let preset = preset(quality).dials();
-    SolverSettings {
-        elastic: match strike.elastic {
-            DisplacementSource::Preset => preset.elastic,
+/// `request`, which holds the settings of a preset, with the settings that `asked` gives.
+pub(super) fn given(request: pipeline::FractureRequest, asked: &Request) -> pipeline::FractureRequest {
+    pipeline::FractureRequest {
+        elastic: match asked.elastic {
+            DisplacementSource::Preset => request.elastic,
             DisplacementSource::Reduced => ElasticRequest::Reduced,
             DisplacementSource::Solve => ElasticRequest::Solve,
         },
-        degree: match strike.degree {
-            DegreeRule::Preset => preset.degree,
+        degree: match asked.degree {
+            DegreeRule::Preset => request.degree,
             DegreeRule::Inferred => DegreeRequest::Inferred,
             DegreeRule::Verified => DegreeRequest::Verified,
             DegreeRule::ClosedForm => DegreeRequest::ClosedForm,
             DegreeRule::Optimised => DegreeRequest::Optimised,
             DegreeRule::Sites(sites) => DegreeRequest::Sites(sites),
         },
-        iterations_max: strike.iterations_max.map_or(preset.iterations_max, |count| count as usize),
-        ..preset
+        iterations_max: asked.iterations_max.map_or(request.iterations_max, |count| count as usize),
+        ..request
     }
 }
 
@@ -169,12 +167,15 @@ mod tests {
     #[test]
     fn what_is_asked_for_by_itself_goes_before_the_preset() {
         let strike = Request { elastic: DisplacementSource::Solve, degree: DegreeRule::Sites(7), ..Request::default() };
-        let draft = pipeline::Preset::Draft.dials();
-        let expected = SolverSettings { elastic: ElasticRequest::Solve, degree: DegreeRequest::Sites(7), ..draft };
-        assert_eq!(of(&strike, Quality::Draft), expected);
+        let blow = pipeline::FractureRequest::at(nalgebra::Point3::origin(), nalgebra::Vector3::x());
+        let draft = blow.clone().of_quality(pipeline::Preset::Draft);
+        let degree = DegreeRequest::Sites(7);
+        let expected = pipeline::FractureRequest { elastic: ElasticRequest::Solve, degree, ..draft.clone() };
+        assert_eq!(given(draft, &strike), expected);
         let few = Request { iterations_max: Some(3), elastic: DisplacementSource::Reduced, ..Request::default() };
-        let film = pipeline::Preset::Film.dials();
-        let expected = SolverSettings { iterations_max: 3, elastic: ElasticRequest::Reduced, ..film };
-        assert_eq!(of(&few, Quality::Film), expected);
+        let film = blow.of_quality(pipeline::Preset::Film);
+        let expected =
+            pipeline::FractureRequest { iterations_max: 3, elastic: ElasticRequest::Reduced, ..film.clone() };
+        assert_eq!(given(film, &few), expected);
     }
 }
