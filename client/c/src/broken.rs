@@ -82,7 +82,8 @@ pub extern "C" fn shatter_broken_run(
     border(refusal, || {
         let place = given("run", run)?;
         let found = fragment(broken, id)?.runs().nth(number);
-        place.write(found.ok_or_else(|| wrong("number", format!("run {number} does not exist; see run_count")))?.into());
+        place
+            .write(found.ok_or_else(|| wrong("number", format!("run {number} does not exist; see run_count")))?.into());
         Ok(())
     })
 }

@@ -323,8 +323,9 @@ impl Impact {
         if self.deadline_ms == 0.0 {
             return Ok(impact);
         }
-        let deadline = Duration::try_from_secs_f64(1e-3 * self.deadline_ms)
-            .map_err(|error| wrong("impact.deadline_ms", format!("deadline_ms {} must be finite and not negative: {error}", self.deadline_ms)))?;
+        let deadline = Duration::try_from_secs_f64(1e-3 * self.deadline_ms).map_err(|error| {
+            wrong("impact.deadline_ms", format!("{} ms must be finite and not negative: {error}", self.deadline_ms))
+        })?;
         Ok(impact.deadline(deadline))
     }
 
@@ -339,7 +340,8 @@ impl Impact {
         let impact = match (self.from_handle, self.from_fragment) {
             (0, 0) => impact,
             (0, fragment) => {
-                let message = format!("from_fragment is {fragment}, but from_handle is 0; set the handle of the result");
+                let message =
+                    format!("from_fragment is {fragment}, but from_handle is 0; set the handle of the result");
                 let refusal = shatter_client::Error::new(ErrorKind::UnknownFragment, fragment.to_string(), message);
                 return Err(refusal.into());
             }
