@@ -76,7 +76,7 @@ fn commands_and_options_that_do_not_exist_lead_to_those_that_do() {
         ("shatter impact mug --point 0,0,0 --impulse 1,0,0 --seed x", "invalid digit"),
         ("shatter threshold mug --ray 0,0,0,0,0,0", "--ray: the direction DX,DY,DZ of the ray is zero"),
         ("shatter impact", "`shatter list` shows the names of the objects"),
-        ("shatter list mug", "`shatter list` takes options alone"),
+        ("shatter list mug", "`shatter list` takes only options"),
         ("shatterd bake spot.obj", "--name vase"),
         ("shatterd bake --name x", "--shape SHAPE"),
         ("shatterd bake x.obj --name x --quality good", "must be one of `draft`"),

@@ -16,105 +16,104 @@ use std::time::Duration;
 /// Arguments of `shatter impact`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Object to strike.
+    /// Object to strike
     object: String,
-    /// Contact point in the coordinates of the mesh file, m, or in those of --convention; repeat for several contacts.
+    /// Contact point in the coordinates of the mesh file, m, or in those of --convention; repeat for several contacts
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required_unless_present = "ray")]
     point: Vec<[f64; 3]>,
-    /// Instead of a point, for a single contact: the object is struck where the ray from X,Y,Z along DX,DY,DZ first meets it.
+    /// Ray instead of a point, for a single contact: the contact point is the first hit on the object from X,Y,Z along DX,DY,DZ
     #[arg(long, value_name = "X,Y,Z,DX,DY,DZ", value_parser = ray, allow_hyphen_values = true, conflicts_with = "point")]
     ray: Option<Ray>,
-    /// Impulse handed to the object, N·s; one per point, in the same order. In a --convention: kg times its unit of length per second.
+    /// Impulse on the object, N·s, one per point in the same order. With --convention: kg times its unit of length per second
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required_unless_present = "impulse_ns")]
     impulse: Vec<[f64; 3]>,
-    /// Instead of an impulse, with --ray: its size along the ray, N·s, or in a --convention kg times its unit of length per second.
+    /// Magnitude of the impulse along --ray, instead of --impulse, N·s. With --convention: kg times its unit of length per second
     #[arg(long, value_name = "J", requires = "ray", conflicts_with = "impulse", allow_negative_numbers = true)]
     impulse_ns: Option<f64>,
-    /// Contact duration, s.
+    /// Contact duration, s [default: the object's]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     duration_s: Option<f64>,
-    /// Contact radius, m.
+    /// Contact radius, m [default: the object's]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     radius_m: Option<f64>,
-    /// Where the number of sites comes from: a number, or a rule: `inferred` from the object's examples (the closed form where
-    /// they do not reach), `verified`, `closed_form`, `optimised`; without it the preset says.
+    /// Number of sites, or a rule for it: `inferred` from the object's examples (the closed form where they do not reach), `verified`,
+    /// `closed_form`, `optimised` [default: the preset's]
     #[arg(long, value_name = "N|inferred|verified|closed_form|optimised", value_parser = degree, allow_negative_numbers = true)]
     degree: Option<DegreeRule>,
-    /// γ, J·m², instead of the object's own.
+    /// Fracture threshold γ, J·m² [default: the object's]
     #[arg(long, value_name = "G", allow_negative_numbers = true)]
     gamma: Option<f64>,
-    /// Which lift: `euclidean`, `interior` (the default) or `surface_diffusion`.
+    /// Lift: `euclidean`, `interior` (the default) or `surface_diffusion`
     #[arg(long, value_name = "euclidean|interior|surface_diffusion", value_parser = lift)]
     lift: Option<Lift>,
-    /// Where displacements come from: `reduced`, from the object's examples where that is exact enough, or `solve`; without it the
-    /// preset says.
+    /// Source of the displacements: `reduced`, from the object's examples where that is accurate enough, or `solve` [default: the preset's]
     #[arg(long, value_name = "reduced|solve", value_parser = elastic)]
     elastic: Option<DisplacementSource>,
-    /// Which preset says what is not said here; without it the object's. The document tells its numbers.
+    /// Preset of the options that are not given; the JSON document contains its numbers [default: the object's]
     #[arg(long, value_name = "draft|game|film|reference", value_parser = quality)]
     quality: Option<Quality>,
-    /// Largest estimated relative error, of the elastic energy and of how the pieces are centered, whichever is worse.
+    /// Largest estimated relative error of the elastic energy and of the diagram, whichever is worse
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     error: Option<f64>,
-    /// Milliseconds from when the service takes it in until it sends the answer; quality falls where that is short.
+    /// Time from the admission of the request until the service sends the result, ms; quality falls where that is too short
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     time_ms: Option<f64>,
-    /// Iterations at most by which the pieces are centered; what a strike that ran out of time took repeats it.
+    /// Largest number of iterations of the diagram; the number of a request that ran out of time repeats its result
     #[arg(long, value_name = "N")]
     iterations: Option<u32>,
-    /// Effects to switch on, separated by commas.
+    /// Effects to switch on, separated by commas
     #[arg(long, value_name = "EFFECT,..", value_delimiter = ',', value_parser = effect)]
     enable: Vec<Effect>,
-    /// Effects to switch off, separated by commas.
+    /// Effects to switch off, separated by commas
     #[arg(long, value_name = "EFFECT,..", value_delimiter = ',', value_parser = effect)]
     disable: Vec<Effect>,
-    /// Milliseconds from when the service takes it in after which the answer is of no use: more urgent strikes go first, and what
-    /// cannot be in time is refused.
+    /// Time after admission within which the result is of use, ms: the service serves more urgent requests first, and refuses one that
+    /// cannot be in time
     #[arg(long, value_name = "T")]
     deadline_ms: Option<u64>,
-    /// Wait up to this long for the service, and for the object while its database is being loaded, s.
+    /// Longest wait for the service, and for the object while its database is being loaded, s
     #[arg(long, value_name = "SECONDS", value_parser = wait::seconds)]
     wait: Option<Duration>,
-    /// Keep the answer for a while, so that its fragments can be struck: the document has its handle.
+    /// Keep the result for a while, so that its fragments can be struck; the document contains its handle
     #[arg(long)]
     keep: bool,
-    /// Strike this fragment of an answer that is kept, instead of the object.
+    /// Fragment of a kept result to strike, instead of the object
     #[arg(long, value_name = "HANDLE/FRAGMENT", value_parser = origin)]
     from: Option<RetainedFragment>,
-    /// Whose coordinates --point, --impulse and the document are in: axes, unit of length, winding. Other options keep their units, files are
-    /// glTF's.
+    /// Coordinates of --point, --impulse and the document: axes, unit of length, winding. Other options keep their units, and files are
+    /// glTF's
     #[arg(long, value_name = "gltf|godot|unity|unreal|blender|mujoco", value_parser = convention, default_value = "gltf")]
     convention: NamedConvention,
-    /// Everything random follows from it.
+    /// Seed of all random choices
     #[arg(long, default_value_t = SEED_DEFAULT)]
     seed: u64,
-    /// Write the fragments to this file, or to OBJECT.glb in this folder. FILE.glb shows the triangles of the mesh file where the object has them
-    /// (`skin` is then on unless --disable says otherwise), and FILE.closed.glb beside it has the closed meshes for simulators; without skin
-    /// FILE.glb has these. Hulls, if they are on, go to FILE.hulls.glb. FILE.xml is a model for MuJoCo, its meshes in FILE_assets beside it;
-    /// `bonds` and `hulls` are then on unless --disable says otherwise.
+    /// File for the fragments, or folder for OBJECT.glb. FILE.glb contains the triangles of the mesh file if the object has them (`skin` is
+    /// then on unless --disable names it), and FILE.closed.glb beside it the closed meshes for simulators; without skin FILE.glb contains
+    /// these. Hulls, if they are on, go to FILE.hulls.glb. FILE.xml is a model for MuJoCo, with its meshes in FILE_assets beside it;
+    /// `bonds` and `hulls` are then on unless --disable names them
     #[arg(long, value_name = "FILE.glb|FILE.xml|DIR")]
     out: Option<PathBuf>,
-    /// What is written into a folder: `glb` (the default), `obj` (one file per fragment, fragments.mtl, fragments.json), or `mjcf`.
+    /// Format of files in a folder: `glb` (the default), `obj` (one file per fragment, fragments.mtl, fragments.json), or `mjcf`
     #[arg(long, value_enum, requires = "out")]
     format: Option<FileFormat>,
-    /// Print one JSON document.
+    /// Print one JSON document on stdout
     #[arg(long)]
     json: bool,
 }
 
-/// What connecting and the way back may take beyond the deadline of a strike.
+/// Time for connecting and for the way back in addition to the deadline of a request, ms.
 const SLACK_MS: u64 = 250;
 
-/// Refuses points without impulses, impulses without points, and an impulse along a ray that has no size.
+/// Refuses points without impulses, impulses without points, and an invalid magnitude of an impulse along a ray.
 fn paired(args: &Args) -> Result<(), CliError> {
     let (points, impulses) = (args.point.len() + usize::from(args.ray.is_some()), args.impulse.len());
     if args.impulse_ns.is_some() && args.ray.is_none() {
-        let message = "--impulse-ns is the size of an impulse along --ray; with --point give --impulse X,Y,Z";
+        let message = "--impulse-ns is the magnitude of an impulse along --ray; with --point give --impulse X,Y,Z";
         return Err(CliError::Usage(message.to_owned()));
     }
     if let Some(impulse_ns) = args.impulse_ns.filter(|impulse_ns| !(*impulse_ns > 0.0 && impulse_ns.is_finite())) {
         let message = format!(
-            "--impulse-ns {impulse_ns}: the size of an impulse along a ray must be positive and finite; turn the ray to \
+            "--impulse-ns {impulse_ns}: the magnitude of an impulse along a ray must be positive and finite; turn the ray to \
              strike from the other side"
         );
         return Err(Error::new(ErrorKind::Impulse, "--impulse-ns", message).into());
@@ -128,10 +127,10 @@ fn paired(args: &Args) -> Result<(), CliError> {
     )))
 }
 
-/// Strikes an object and shows what came back.
+/// Strikes an object and prints the result.
 pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     paired(args)?;
-    // Whoever gives a deadline is not kept longer, whatever the daemon does.
+    // A deadline bounds the whole command, whatever the daemon does.
     let within =
         |usual: Deadline| args.deadline_ms.map_or(usual, |ms| usual.min(Deadline::ms(ms.saturating_add(SLACK_MS))));
     let target = args.out.as_ref().map(|out| OutputTarget::new(out, args.format, &args.object)).transpose()?;
@@ -145,7 +144,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let files = target.map_or(Ok(WrittenFiles::default()), |target| target.write(&broken))?;
     if let (Some(asked), Some(missed)) = (args.time_ms, broken.summary().missed_time) {
         let (by_ms, reason) = (missed.by.as_secs_f64() * 1e3, missed.explanation());
-        note(format_args!("the time of {asked} ms was exceeded by {by_ms:.1} ms: {reason}"));
+        note(format_args!("the request exceeded its time of {asked} ms by {by_ms:.1} ms: {reason}"));
     }
     note_one_piece(&broken);
     if args.json {
@@ -162,9 +161,9 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     }
 }
 
-/// What was asked for as the answer does not tell it.
+/// Options of the request that the result does not contain.
 pub(super) struct RequestEcho<'a> {
-    /// The name of the convention.
+    /// Name of the convention.
     pub convention: &'a str,
     /// `--error`.
     pub error_max: Option<f64>,
@@ -172,11 +171,11 @@ pub(super) struct RequestEcho<'a> {
     pub time_ms_max: Option<f64>,
 }
 
-/// Why reduced displacements were asked for in vain.
+/// Note for a request for reduced displacements that was solved for instead.
 fn solved_instead(summary: &Summary) -> String {
     let limit = 100.0 * summary.reduced_error_max;
     format!(
-        "no reduced displacements within an estimated error of {limit:.0} %, the limit of this quality: solved for instead"
+        "no reduced displacements within an estimated error of {limit:.0} %, the limit of this preset; they were solved for instead"
     )
 }
 
@@ -213,7 +212,7 @@ fn aimed(args: &Args, describe: impl Fn(Contact, &[f64; 3]) -> Contact) -> Conta
     args.impulse_ns.map_or(contact, |impulse_ns| contact.impulse_along_ray(impulse_ns))
 }
 
-/// Where a ray met the object.
+/// Document of a ray's first hit on the object.
 pub(super) fn hit(hit: Hit) -> Value {
     json!({
         "point_m": hit.point_m,
@@ -224,13 +223,13 @@ pub(super) fn hit(hit: Hit) -> Value {
     })
 }
 
-/// Where a ray met the object, for people.
+/// Line of a ray's first hit on the object, for people.
 pub(super) fn hit_line(hit: &Hit) -> String {
     let [point, normal] = [hit.point_m, hit.normal].map(|[x, y, z]| format!("{x:.6},{y:.6},{z:.6}"));
     format!("ray hits {point} (outward normal {normal})")
 }
 
-/// One hull.
+/// Document of a hull.
 fn hull(hull: HullMesh<'_>) -> Value {
     json!({
         "vertices": hull.positions.len(),
@@ -240,7 +239,7 @@ fn hull(hull: HullMesh<'_>) -> Value {
     })
 }
 
-/// How many triangles have each of the input's materials.
+/// Number of triangles of each of the input's materials.
 fn materials(of: &[u32]) -> Value {
     let mut counts = BTreeMap::new();
     of.iter()
@@ -249,7 +248,7 @@ fn materials(of: &[u32]) -> Value {
     counts.into_iter().map(|(material, triangles)| json!({ "material": material, "triangles": triangles })).collect()
 }
 
-/// One point of debris.
+/// Document of a point of debris.
 fn debris(point: DebrisPoint) -> Value {
     json!({
         "fragment": point.fragment,
@@ -260,13 +259,13 @@ fn debris(point: DebrisPoint) -> Value {
     })
 }
 
-/// Of all hulls: the least coverage, the coverage of all fragments together, the largest margin. `None` unless `hulls` ran.
+/// Summary of all hulls: the least coverage, the coverage of all fragments together, the largest margin. `None` unless `hulls` ran.
 fn hulls(broken: &FractureResult) -> Option<Value> {
     let has_run = broken.effects().any(|cost| cost.effect == Effect::Hulls && cost.has_run);
     if !has_run || broken.is_whole() {
         return None;
     }
-    // A fragment too flat for a hull counts as one that its hull does not cover.
+    // A fragment too flat for a hull counts as not covered.
     let coverage = |fragment: &Fragment<'_>| fragment.hull().map_or(0.0, |hull| hull.coverage);
     let (volume, held) = broken.fragments().fold((0.0, 0.0), |(volume, held), fragment| {
         let own = fragment.volume_m3();
@@ -280,7 +279,7 @@ fn hulls(broken: &FractureResult) -> Option<Value> {
     }))
 }
 
-/// The document of an answer.
+/// Document of a result.
 pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &WrittenFiles) -> Value {
     let file = |file: &PathBuf| file.display().to_string();
     let summary = broken.summary();
@@ -381,7 +380,7 @@ fn fragment_json(fragment: &Fragment<'_>) -> Value {
     })
 }
 
-/// How far the answer can be trusted.
+/// Line of the result's error estimates, for people.
 fn trust(summary: &Summary) -> String {
     if summary.energy_source == EnergySource::Falloff {
         let confidence = summary.confidence;
@@ -398,7 +397,7 @@ fn trust(summary: &Summary) -> String {
     )
 }
 
-/// The threshold, and how far the energy is above it. Pieces of equal size by falloff alone are of no energy that is measured.
+/// Text of the threshold and of the energy relative to it; an even division by falloff alone has no energy to show.
 fn load(summary: &Summary) -> String {
     let gamma = format!("γ {:.3e} J·m²", summary.gamma_j_m2);
     if summary.energy_source == EnergySource::Falloff && summary.degree_origin == DegreeOrigin::Forced {
@@ -420,7 +419,7 @@ pub(super) fn significant(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
-/// An answer for people.
+/// Prints a result for people.
 pub(super) fn screen(broken: &FractureResult) -> Result<(), CliError> {
     let summary = broken.summary();
     let milliseconds = broken.round_trip().as_secs_f64() * 1e3;

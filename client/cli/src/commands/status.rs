@@ -8,30 +8,30 @@ use shatter_client::{Client, Deadline, Error, Latency, ObjectFacts, Status};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-/// Pause between two looks of `--watch`.
+/// Pause between two updates of `--watch`.
 const PAUSE: Duration = Duration::from_secs(1);
 
-/// Clears a terminal, and goes to its first line.
+/// Control sequence that clears a terminal and moves to its first line.
 const CLEAR: &str = "\x1b[2J\x1b[H";
 
 /// Arguments of `shatter status`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Look again every second until interrupted.
+    /// Print the status again every second until interrupted
     #[arg(long)]
     watch: bool,
-    /// Wait up to this long for the service to be ready, s.
+    /// Longest wait for the service to be ready, s
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     wait: Option<Duration>,
-    /// Print one JSON document (one per line with --watch).
+    /// Print one JSON document on stdout (one per line with --watch)
     #[arg(long)]
     json: bool,
 }
 
-/// Shows how the service goes.
+/// Prints the state of the service.
 pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let deadline = args.wait.map(Deadline::after);
-    // A daemon that ends or begins while it is asked is not the one that is waited for.
+    // A daemon that ends or starts in between is not ready: the wait goes on.
     let (connection, (status, loaded)) = until(deadline, || look(service, deadline))?;
     if args.watch {
         return watch(service, &connection, args.json);
@@ -44,7 +44,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
 
 type Seen = (Status, Vec<ObjectFacts>);
 
-/// Connects, waiting for a daemon until the deadline if there is one, and asks once.
+/// Connects and queries the service once. With a deadline it waits for a daemon.
 fn look(service: &str, deadline: Option<Deadline>) -> Result<(Client, Seen), Error> {
     let connection = match deadline {
         Some(deadline) => Client::wait_for(service, deadline)?,
@@ -54,7 +54,7 @@ fn look(service: &str, deadline: Option<Deadline>) -> Result<(Client, Seen), Err
     Ok((connection, seen))
 }
 
-/// Looks again and again; daemons may come and go meanwhile.
+/// Prints the state again and again; daemons may end and start meanwhile.
 fn watch(service: &str, connection: &Client, json: bool) -> Result<(), CliError> {
     let mut last: Option<(Instant, Status)> = None;
     loop {
@@ -126,7 +126,7 @@ fn to_json(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Value {
     })
 }
 
-/// One screen of text; `last` is the look before this one, for rates.
+/// One screen of text; `last` is the state at the update before, for rates.
 fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&(Instant, Status)>) -> String {
     let mib = |bytes: u64| bytes as f64 / 1_048_576.0;
     let mut text = format!(
@@ -144,7 +144,7 @@ fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&
         status.crashes
     );
     text += &format!(
-        "strikes: {} running, {} of {} queued; {} answered{}, {} refused, {} busy, {} late, {} failed, {} cancelled\n",
+        "requests: {} running, {} of {} queued; {} completed{}, {} refused, {} busy, {} late, {} failed, {} canceled\n",
         status.running,
         status.queued,
         status.queue_max,
@@ -157,7 +157,7 @@ fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&
         status.cancelled
     );
     text += &format!(
-        "answers: {} buckets of {:.1} MiB, {} unread; at most {} were held at once, {:.1} MiB exist; {} kept to be struck again, {:.1} MiB\n",
+        "results: {} buckets of {:.1} MiB, {} unread; at most {} were held at once, {:.1} MiB exist; {} kept for later requests, {:.1} MiB\n",
         status.buckets,
         mib(status.bucket_bytes),
         status.unread,
@@ -183,7 +183,7 @@ fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&
     text + &objects::table(loaded)
 }
 
-/// Answers per second since the last look at the same daemon.
+/// Results per second since the last update, of the same daemon.
 fn rate((then, last): &(Instant, Status), status: &Status) -> String {
     if last.pid != status.pid {
         return String::new();

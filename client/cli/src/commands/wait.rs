@@ -1,25 +1,25 @@
-//! `--wait SECONDS`: until a service, or an object of it, can be used.
+//! The option `--wait SECONDS`: wait until a service, or an object of it, can be used.
 
 use super::reply;
 use shatter_client::{Client, Convention, Deadline, Error, Object};
 use std::time::Duration;
 
-/// Pause between two tries.
+/// Pause between two attempts.
 const PAUSE: Duration = Duration::from_millis(50);
 
 /// The value of `--wait`, s.
 ///
 /// # Errors
-/// What is no number, or below zero.
+/// A message for text that is not a number, or for a negative number.
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     let seconds: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
     Duration::try_from_secs_f64(seconds).map_err(|_| "must be 0 or more, in seconds".to_owned())
 }
 
-/// What `attempt` returns. A refusal that may pass is tried again until the deadline, if there is one.
+/// Result of `attempt`. Repeats it after an error that may pass, until the deadline, if there is one.
 ///
 /// # Errors
-/// The last refusal of `attempt`.
+/// The last error of `attempt`.
 pub(super) fn until<T>(deadline: Option<Deadline>, attempt: impl Fn() -> Result<T, Error>) -> Result<T, Error> {
     loop {
         match (attempt(), deadline) {
@@ -31,8 +31,8 @@ pub(super) fn until<T>(deadline: Option<Deadline>, attempt: impl Fn() -> Result<
     }
 }
 
-/// The object `name` of `service`, to be struck in `convention`. Waits up to `wait` for a daemon, and for the object while its
-/// database is being loaded. Without `wait` each of the two replies may take until `usual`.
+/// Finds the object `name` of `service`, for requests in `convention`. Waits up to `wait` for a daemon, and for the object while its
+/// database is being loaded. Without `wait`, each of the two replies may take until `usual`.
 ///
 /// # Errors
 /// Those of [`Client::connect`] and [`Client::object`]; once the wait is over, the last of them.
