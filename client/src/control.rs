@@ -177,5 +177,5 @@ pub(crate) fn poll<R: ReplyRow>(
 }
 
 fn no_reply() -> Error {
-    Error::new(ErrorKind::Busy, "control", "the service closed the question without a reply")
+    Error::new(ErrorKind::Busy, "control", "the service closed the control request without a reply")
 }

@@ -2,11 +2,11 @@
 //!
 //! Pieces are small where the strain energy is. Without elasticity that falls off with the distance d from a contact as
 //! W = p²/(2E) / (1 + (d/a)²)², with p = F/(πa²) and F = (π/2)·J/τ; so a contact whose radius a is a thousand times the object's
-//! diagonal loads the whole of it alike, to two millionths, and the pieces are those of a centroidal Voronoi diagram of uniform density.
+//! diagonal loads the whole of it alike, to two millionths, and the fragments are the cells of a centroidal Voronoi diagram of uniform density.
 //! The request gives their number. J is such that the closed form for solids, n = V·(C·W/γ)^(3/5), says it too.
 //!
 //! A contact loads the body that it is nearest to. Of an object of several bodies, the service is asked for the whole ones first, and
-//! each gets a contact of its own, the largest first: the pieces are shared out by the closed form, in proportion to volumes where bodies
+//! each gets a contact of its own, the largest first: the closed form distributes the fragments, in proportion to volumes where bodies
 //! are compact.
 
 use crate::{Contact, Deadline, DegreeRule, Effect, Error, FractureResult, Impact, Object, ObjectFacts};

@@ -76,9 +76,9 @@ pub struct Status {
     /// Requests that their client canceled, or whose client died.
     pub cancelled: u64,
     /// Times from the arrival of a request to its result.
-    pub strike: Latency,
+    pub request_times: Latency,
     /// Times by stage, in the order in which data flows.
-    pub stages: Vec<(StageKind, Latency)>,
+    pub stage_times: Vec<(StageKind, Latency)>,
 }
 
 impl Status {
@@ -117,8 +117,8 @@ impl Status {
             late: row.late,
             failed: row.failed,
             cancelled: row.cancelled,
-            strike: row.strike,
-            stages: StageKind::ALL.iter().copied().zip(row.stages).collect(),
+            request_times: row.strike,
+            stage_times: StageKind::ALL.iter().copied().zip(row.stages).collect(),
         }
     }
 }

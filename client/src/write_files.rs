@@ -92,8 +92,8 @@ fn skins_glb(view: ResultView<'_>, path: &Path) -> Result<WriteReport, ExportErr
     let skinned: Vec<(Fragment<'_>, FragmentSkin<'_>)> =
         fragments(view).filter_map(|fragment| Some((fragment, fragment.skin()?))).collect();
     let meshes = VisibleMesh::all(&skinned);
-    let seen = skinned.iter().zip(&meshes).filter(|(_, mesh)| !mesh.indices.is_empty());
-    let views: Vec<FragmentView<'_>> = seen
+    let visible = skinned.iter().zip(&meshes).filter(|(_, mesh)| !mesh.indices.is_empty());
+    let views: Vec<FragmentView<'_>> = visible
         .map(|((fragment, _), mesh)| FragmentView {
             positions: &mesh.positions,
             indices: &mesh.indices,

@@ -1,5 +1,7 @@
 //! Common parts of the tests that cross crates.
 
+#![allow(clippy::missing_errors_doc, reason = "not published")]
+
 pub mod fuzz;
 pub mod glb;
 pub mod golden;

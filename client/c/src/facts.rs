@@ -181,9 +181,9 @@ impl From<&shatter_client::Status> for Status {
             failed: own.failed,
             cancelled: own.cancelled,
             memory_bytes: own.memory_bytes,
-            strike_p50_ns: own.strike.p50_ns,
-            strike_p99_ns: own.strike.p99_ns,
-            strike_max_ns: own.strike.max_ns,
+            strike_p50_ns: own.request_times.p50_ns,
+            strike_p99_ns: own.request_times.p99_ns,
+            strike_max_ns: own.request_times.max_ns,
         }
     }
 }

@@ -106,7 +106,7 @@ pub(crate) struct VisibleMesh {
 }
 
 impl VisibleMesh {
-    /// What is seen of `fragments`: of those of one result that have a skin, be it an empty one.
+    /// The visible surfaces of `fragments`: those of one result that have a skin, be it an empty one.
     pub fn all(fragments: &[(Fragment<'_>, FragmentSkin<'_>)]) -> Vec<Self> {
         let mut cracks: Vec<(Faces, Vec<bool>)> =
             fragments.iter().map(|(own, skin)| Faces::fitted(own, skin)).collect();

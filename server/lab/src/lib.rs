@@ -1,5 +1,7 @@
 //! Tools for developers and evaluators: studies, pictures, the demonstration, and the load generator. Not published.
 
+#![allow(clippy::missing_errors_doc, reason = "not published")]
+
 pub mod commands;
 pub mod demo;
 pub mod load;

@@ -36,6 +36,9 @@ impl From<Error> for CliError {
 }
 
 /// Writes to stdout.
+///
+/// # Errors
+/// `output` if stdout cannot be written; [`CliError::Closed`] if its reader went away.
 pub fn out(text: Arguments<'_>) -> Result<(), CliError> {
     Ok(print(text)?)
 }
@@ -46,6 +49,9 @@ pub fn note(text: Arguments<'_>) {
 }
 
 /// Prints one JSON document.
+///
+/// # Errors
+/// Those of [`out`].
 pub fn document(value: &serde_json::Value) -> Result<(), CliError> {
     out(format_args!("{value:#}\n"))
 }

@@ -84,7 +84,7 @@ fn latency(latency: &Latency) -> Value {
 
 fn to_json(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Value {
     let stages: Map<String, Value> =
-        status.stages.iter().map(|(stage, times)| (stage.name().to_owned(), latency(times))).collect();
+        status.stage_times.iter().map(|(stage, times)| (stage.name().to_owned(), latency(times))).collect();
     json!({
         "service": service,
         "pid": status.pid,
@@ -120,7 +120,7 @@ fn to_json(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Value {
         "late": status.late,
         "failed": status.failed,
         "cancelled": status.cancelled,
-        "strike": latency(&status.strike),
+        "strike": latency(&status.request_times),
         "stages": stages,
         "objects": loaded.iter().map(objects::loaded).collect::<Vec<_>>(),
     })
@@ -167,8 +167,8 @@ fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&
         mib(status.kept_bytes)
     );
     text += &format!("{:14} {:>8} {:>9} {:>9} {:>9} {:>9}  ms\n", "", "count", "p50", "p90", "p99", "max");
-    let stages = status.stages.iter().map(|(stage, times)| (stage.name(), times));
-    for (name, times) in std::iter::once(("strike", &status.strike)).chain(stages) {
+    let stages = status.stage_times.iter().map(|(stage, times)| (stage.name(), times));
+    for (name, times) in std::iter::once(("strike", &status.request_times)).chain(stages) {
         let [p50, p90, p99, max] = [times.p50_ns, times.p90_ns, times.p99_ns, times.max_ns].map(|ns| ns as f64 * 1e-6);
         text += &format!("{name:14} {:8} {p50:9.3} {p90:9.3} {p99:9.3} {max:9.3}\n", times.count);
     }
