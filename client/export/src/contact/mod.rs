@@ -3,8 +3,8 @@
 //! A simulator of rigid bodies reports points, impulses and approach speeds of contacts; an impact also needs their duration and radius.
 //! [`HertzContact`] computes these for one contact. [`ContactCollector`] handles all contacts of a step: it merges contacts near each
 //! other, keeps at most as many as a request takes, and drops steps that are too weak, too slow, or too soon after the last impact.
-//! ```
 //!
+//! ```
 //! use shatter_export::contact::{ContactBody, ContactCollector, ContactEvent, ContactPolicy, ElasticMaterial};
 //!
 //! let ceramic = ElasticMaterial { young_pa: 70e9, poisson: 0.2 };
