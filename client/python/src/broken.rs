@@ -1,4 +1,4 @@
-//! Answers.
+//! Results.
 
 use crate::array::rows;
 use crate::fragment::Fragment;
@@ -11,17 +11,17 @@ use shatter_client::ErrorKind;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// An answer that arrays may look into.
+/// A result that arrays may borrow from.
 pub struct Held(Mutex<shatter_client::FractureResult>);
 
 impl Held {
-    /// Looks at it; what it lends holds for as long as the answer is there.
+    /// Calls `look` with the result; what it borrows is valid while the result exists.
     pub fn with<T>(&self, look: impl FnOnce(&shatter_client::FractureResult) -> T) -> T {
         look(&self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
-/// The answer to a strike.
+/// The result of a request.
 #[pyclass(frozen, module = "shatter")]
 pub struct Broken(Mutex<Option<Arc<Held>>>);
 
@@ -32,7 +32,7 @@ impl Broken {
 
     fn held(&self) -> PyResult<Arc<Held>> {
         let place = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        place.clone().ok_or_else(|| wrong("the answer was released"))
+        place.clone().ok_or_else(|| wrong("the result was released; copy what you need before"))
     }
 
     fn write(
@@ -57,19 +57,19 @@ impl Broken {
         Ok(self.held()?.with(shatter_client::FractureResult::is_whole))
     }
 
-    /// Where the ray of the strike met the object; ``None`` if it had no ray.
+    /// First hit of the request's ray on the object; ``None`` if it had no ray.
     #[getter]
     pub fn hit(&self) -> PyResult<Option<Hit>> {
         Ok(self.held()?.with(|broken| broken.hit().map(Hit::from)))
     }
 
-    /// Names this answer to later strikes (``origin``), where it was to be kept.
+    /// Handle of this result for later requests (``origin``); ``None`` if the service does not keep it.
     #[getter]
     fn handle(&self) -> PyResult<Option<u64>> {
         Ok(self.held()?.with(shatter_client::FractureResult::handle))
     }
 
-    /// Equal answers have equal ones.
+    /// Content hash: equal for identical results.
     #[getter]
     fn output_hash(&self, py: Python<'_>) -> PyResult<String> {
         let held = self.held()?;
@@ -92,11 +92,11 @@ impl Broken {
         let count = held.with(|broken| broken.fragments().len());
         let id = if index < 0 { index.checked_add_unsigned(count) } else { Some(index) };
         let id = id.and_then(|id| usize::try_from(id).ok()).filter(|id| *id < count);
-        let id = id.ok_or_else(|| PyIndexError::new_err(format!("fragment {index}: the answer has {count}")))?;
+        let id = id.ok_or_else(|| PyIndexError::new_err(format!("no fragment {index}: the result has {count}")))?;
         Ok(Fragment::new(held, id as u32))
     }
 
-    /// Which fragments touch; empty unless ``bonds`` is on.
+    /// Contact areas between fragments; empty unless ``bonds`` is on.
     #[getter]
     fn bonds(&self) -> PyResult<Vec<Bond>> {
         let bond = |own: shatter_client::Bond| Bond {
@@ -108,7 +108,7 @@ impl Broken {
         Ok(self.held()?.with(|broken| broken.bonds().map(bond).collect()))
     }
 
-    /// Where dust and chips come from; empty unless ``debris`` is on.
+    /// Points on cracks from which dust and chips come; empty unless ``debris`` is on.
     #[getter]
     fn debris(&self) -> PyResult<Vec<Debris>> {
         let debris = |own: shatter_client::DebrisPoint| Debris {
@@ -121,7 +121,7 @@ impl Broken {
         Ok(self.held()?.with(|broken| broken.debris().map(debris).collect()))
     }
 
-    /// (all vertices, 3): of all fragments one after the other, each relative to its own center.
+    /// (all vertices, 3): the vertices of all fragments one after another, each relative to the center of its fragment.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         rows(py, &self.held()?, |broken| Some(broken.positions()))
@@ -137,17 +137,19 @@ impl Broken {
         self.write(py, |broken| broken.write_obj(&folder).map(|_| ()))
     }
 
-    /// Writes a MuJoCo model, with its meshes in a folder beside it; ``bonds`` and ``hulls`` make it collide and hold.
+    /// Writes a MuJoCo model, with its meshes in a folder beside it; ``bonds`` and ``hulls`` make it hold together and collide.
     fn write_mjcf(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         self.write(py, |broken| broken.write_mjcf(&path).map(|_| ()))
     }
 
-    /// Gives the memory back now; ``BufferError`` while fragments or arrays look into it.
+    /// Releases the memory now; ``BufferError`` while fragments or arrays refer to it.
     fn release(&self) -> PyResult<()> {
         let mut place = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let others = place.as_ref().map_or(0, |held| Arc::strong_count(held) - 1);
         if others > 0 {
-            return Err(PyBufferError::new_err(format!("{others} fragments or arrays look into the answer")));
+            return Err(PyBufferError::new_err(format!(
+                "{others} fragments or arrays refer to the result; delete them first"
+            )));
         }
         *place = None;
         Ok(())
@@ -157,14 +159,14 @@ impl Broken {
         this
     }
 
-    /// Lets go of the answer; its memory goes back with the last array that looks into it.
+    /// Releases the result; its memory is freed with the last array that refers to it.
     #[pyo3(signature = (*_error))]
     fn __exit__(&self, _error: &Bound<'_, PyTuple>) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
 }
 
-/// The facts of a strike.
+/// Summary of a result.
 #[pyclass(frozen, get_all, module = "shatter")]
 pub struct Summary {
     object: String,
@@ -221,7 +223,7 @@ impl Summary {
     }
 }
 
-/// A crack between two fragments, or what the world holds.
+/// A contact between two fragments, or between a fragment and the world.
 #[pyclass(frozen, get_all, module = "shatter")]
 pub struct Bond {
     fragments: (u32, Option<u32>),
@@ -240,16 +242,16 @@ pub struct Debris {
     size_m: f32,
 }
 
-/// A fragment that is not there.
+/// Error for a fragment that does not exist.
 pub fn unknown(id: u32) -> PyErr {
     raised(shatter_client::Error::new(
         ErrorKind::UnknownFragment,
         id.to_string(),
-        format!("fragment {id} is not there"),
+        format!("the result has no fragment {id}"),
     ))
 }
 
-/// Where a ray first meets an object.
+/// First hit of a ray on an object.
 #[pyclass(frozen, get_all, module = "shatter")]
 pub struct Hit {
     point: [f64; 3],

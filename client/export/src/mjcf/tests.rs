@@ -1,4 +1,4 @@
-//! The model by itself; `shatter-tests` reads it as XML, and steps it where Python has MuJoCo.
+//! Tests of the model as text; `shatter-tests` reads it as XML, and runs it if Python has MuJoCo.
 
 use super::*;
 use crate::{FragmentView, HullView, RunView};
