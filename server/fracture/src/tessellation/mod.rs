@@ -77,6 +77,9 @@ pub struct Tessellation {
 impl Tessellation {
     /// Tessellates `labels` (one per node, below the number of nodes) with the crack points found for the same labels.
     /// A label that no node has gives a fragment without runs. Reuses what an earlier call allocated.
+    ///
+    /// # Errors
+    /// [`TessellationError`] for labels or crack points that do not fit the lattice.
     pub fn build(
         &mut self,
         lattice: &Lattice,
@@ -175,6 +178,9 @@ impl Tessellation {
 }
 
 /// [`Tessellation::build`] into fresh memory.
+///
+/// # Errors
+/// Those of [`Tessellation::build`].
 pub fn tessellate(
     lattice: &Lattice,
     topology: &Topology,

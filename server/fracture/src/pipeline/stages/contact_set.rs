@@ -25,6 +25,9 @@ pub struct ContactSet {
 
 impl ContactSet {
     /// Validates `strike` and hands each contact to the body that it is nearest to.
+    ///
+    /// # Errors
+    /// [`FractureError`] by the contact that is invalid or too far from every body.
     pub fn new(prepared: &PreparedObject, strike: &FractureRequest) -> Result<Self, FractureError> {
         let count = strike.contacts.len();
         if !(1..=CONTACTS_MAX).contains(&count) {
