@@ -82,7 +82,6 @@ impl ObjectFacts {
 
     /// Policy for the contacts of a body that is `mass_kg` of the object: contacts nearer than its own contact radius are merged. The
     /// touched surface counts as a sphere of a quarter of the diagonal; use [`ContactPolicy::radius`] where the host knows better.
-    #[must_use]
     pub fn contact_policy(&self, mass_kg: f64) -> ContactPolicy {
         let own = ContactBody { material: self.contact_material(), mass_kg, radius_m: 0.25 * self.diagonal_m };
         ContactPolicy::new(own).merge(self.radius_m)

@@ -25,7 +25,6 @@ impl Object {
     }
 
     /// What the service says about it: in meters and along the axes of the mesh file, whatever the convention.
-    #[must_use]
     pub fn facts(&self) -> &ObjectFacts {
         &self.facts
     }

@@ -1,6 +1,6 @@
 //! Common parts of the tests that cross crates.
 
-#![allow(clippy::missing_errors_doc, reason = "not published")]
+#![allow(clippy::missing_errors_doc, clippy::missing_panics_doc, reason = "not published")]
 
 pub mod fuzz;
 pub mod glb;

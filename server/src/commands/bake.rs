@@ -205,6 +205,9 @@ fn read(file: &Path, args: &BakeArgs) -> Result<RawMesh, CommandError> {
 }
 
 /// Hash of mesh and cracks.
+///
+/// # Errors
+/// [`CommandError`] for a mesh that cannot be repaired, or cracks that do not fit it.
 pub fn input_hash(raw: RawMesh, request: &BakeRequest) -> Result<String, CommandError> {
     let surface = Surface::repair(raw)?;
     let sheets = request.cracks.as_ref().map(|cracks| CrackSheets::new(cracks, &surface.frame)).transpose();

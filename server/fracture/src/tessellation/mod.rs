@@ -85,6 +85,9 @@ impl Tessellation {
     /// labels.
     ///
     /// A label without nodes yields a fragment without runs. Reuses the memory of earlier calls.
+    ///
+    /// # Errors
+    /// [`TessellationError`] for labels or crack points that do not fit the lattice.
     pub fn build(
         &mut self,
         lattice: &Lattice,
@@ -183,6 +186,9 @@ impl Tessellation {
 }
 
 /// [`Tessellation::build`] into new memory.
+///
+/// # Errors
+/// Those of [`Tessellation::build`].
 pub fn tessellate(
     lattice: &Lattice,
     topology: &Topology,

@@ -26,6 +26,9 @@ pub struct ContactSet {
 
 impl ContactSet {
     /// Validates the contacts of `strike` and assigns each to the nearest body.
+    ///
+    /// # Errors
+    /// [`FractureError`] by the contact that is invalid or too far from every body.
     pub fn new(prepared: &PreparedObject, strike: &FractureRequest) -> Result<Self, FractureError> {
         let count = strike.contacts.len();
         if !(1..=CONTACTS_MAX).contains(&count) {

@@ -47,6 +47,9 @@ pub fn obj(mesh: &RawMesh) -> String {
 }
 
 /// Writes a mesh as Wavefront OBJ, in the format of [`obj`].
+///
+/// # Errors
+/// Those of the file system.
 pub fn write_obj(mesh: &RawMesh, path: &Path) -> std::io::Result<()> {
     std::fs::write(path, obj(mesh))
 }
