@@ -69,7 +69,7 @@ fn check(bar: &Object, before: &FractureResult, kept: bool) -> FractureResult {
     assert!(children.fragments().len() >= 7 && children.fragments().all(|child| child.is_closed()));
     assert!((sum / parent - 1.0).abs() < 1e-6, "{sum} of {parent}");
     let old = children.fragments().flat_map(|child| child.runs().collect::<Vec<_>>());
-    assert!(old.filter(|run| run.is_crack && run.neighbor.is_none()).count() > 0, "sides of the first crack are reported");
+    assert!(old.filter(|run| run.is_crack && run.neighbor.is_none()).count() > 0, "sides of the first crack");
     assert_eq!(children.handle().is_some(), kept);
     children
 }
