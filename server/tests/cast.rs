@@ -1,4 +1,4 @@
-//! Several objects of a scene that are made of one database: real processes, a real object.
+//! Several objects of a scene that share one database, with real processes and a real object.
 
 mod support;
 
@@ -8,7 +8,7 @@ use shatter_client::{Client, Contact, DegreeRule, Effect, ErrorKind, Impact, Obj
 use std::process::{Command, Stdio};
 use support::{Child, TestPlace, bar, patience, shatter, shatterd};
 
-/// Two objects; `databases` are what they are made of.
+/// A scene of two objects, made from `databases`.
 fn scene(databases: [&str; 2]) -> String {
     let [near, far] = databases;
     format!(
@@ -17,7 +17,7 @@ fn scene(databases: [&str; 2]) -> String {
     )
 }
 
-/// A daemon that serves them, of these files, and reads them again when it is told to.
+/// Starts a daemon that serves both objects from these files, and reads them again only on demand.
 fn serve(databases: [&str; 2], files: &[(&str, &[u8])]) -> (TestPlace, Child, Client) {
     let here = TestPlace::new("cast");
     files.iter().for_each(|(name, bytes)| here.database(name, bytes));
@@ -34,7 +34,7 @@ fn blow() -> Impact {
         .seed(3)
 }
 
-/// Answers of both objects, as hashes.
+/// Hashes of the results of both objects.
 fn answers(service: &Client) -> [String; 2] {
     ["near", "far"].map(|name| {
         let object = service.object(name, patience()).unwrap();
@@ -45,7 +45,7 @@ fn answers(service: &Client) -> [String; 2] {
     })
 }
 
-/// What is said of near and far.
+/// Facts of the objects `near` and `far`.
 fn facts(service: &Client) -> [ObjectFacts; 2] {
     let objects = service.objects(patience()).unwrap();
     assert_eq!(objects.iter().map(|facts| facts.name.as_str()).collect::<Vec<_>>(), ["far", "near"]);

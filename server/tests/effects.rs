@@ -1,4 +1,4 @@
-//! Effects through the whole service: what is off costs and changes nothing, what is on does what it says.
+//! Effects through the whole service: an effect that is off costs and changes nothing; one that is on does what its name promises.
 
 mod support;
 
@@ -12,10 +12,10 @@ use std::path::Path;
 use std::sync::{Arc, LazyLock};
 use support::{InProcess, TestPlace, bar, patience, shatter_program};
 
-/// A bar, baked once for all tests: the bytes of its database.
+/// Database of a bar, baked once for all tests: the bytes of the file.
 static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.05));
 
-/// Those that change nothing but their own section.
+/// Effects that change only their own section of the result.
 const OUTPUTS: [Effect; 8] = [
     Effect::Release,
     Effect::Normals,
@@ -27,16 +27,16 @@ const OUTPUTS: [Effect; 8] = [
     Effect::Skin,
 ];
 
-/// Where the scene holds the bar: the last 5 cm of its lower end along x.
+/// The scene holds the bar below this x, m: the last 5 cm of its lower end.
 const HELD_BELOW: f64 = -0.15;
 
 fn start() -> (InProcess, Object) {
     start_with(None)
 }
 
-/// With a scene that holds the bar where strikes ask for it, and lets them ask for everything.
+/// Starts a daemon with a scene that holds the bar if a request enables that, and that allows every effect.
 fn start_held() -> (InProcess, Object) {
-    // To follow an artist there must be one: see the tests of warps.
+    // The effect `warp` needs an artist's controls: see the tests of warps.
     let names = Effect::ALL.into_iter().filter(|effect| *effect != Effect::Warp);
     let names = names.map(|effect| format!("\"{}\"", effect.name())).collect::<Vec<_>>().join(", ");
     let anchor = format!("{{ min = [-0.3, -0.3, -0.3], max = [{HELD_BELOW}, 0.3, 0.3] }}");
@@ -53,7 +53,7 @@ fn start_with(scene: Option<Scene>) -> (InProcess, Object) {
     (daemon, bar)
 }
 
-/// A blow on the end of the bar that breaks it.
+/// An impact on the end of the bar that breaks it.
 fn blow() -> Impact {
     Impact::new([Contact::new([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05)])
         .degree(DegreeRule::Sites(24))
@@ -64,7 +64,7 @@ fn strike(bar: &Object, impact: &Impact) -> FractureResult {
     bar.strike(impact).unwrap().wait(patience()).unwrap()
 }
 
-/// The effect, and those that it needs.
+/// The effect, and the effects that it needs.
 fn needed(effect: Effect) -> Vec<Effect> {
     effect.needs().map_or(Vec::new(), needed).into_iter().chain([effect]).collect()
 }
@@ -73,7 +73,7 @@ fn with(effects: &[Effect]) -> Impact {
     effects.iter().fold(blow(), |impact, effect| impact.enable(*effect))
 }
 
-/// Hashes of all sections but the one that reports what ran.
+/// Hashes of all sections except the one that reports which effects ran.
 fn hashes(broken: &FractureResult) -> BTreeMap<&'static str, String> {
     let sections = broken.digest().sections.into_iter().filter(|section| section.name != "effects");
     sections.map(|section| (section.name, section.hash)).collect()
@@ -123,7 +123,7 @@ fn off_is_exactly_nothing() {
         let wanted = OUTPUTS.into_iter().filter(|effect| on.has(*effect)).flat_map(sections);
         assert_eq!(extra.collect::<Vec<_>>(), wanted.collect::<Vec<_>>());
     };
-    // A number of sites was asked for: the examples have nothing to say.
+    // The request has a number of sites, so that the examples do not run.
     let usual = Effects::of([Effect::Elastic, Effect::Interior, Effect::Slivers]);
     check(blow(), usual);
     for effect in usual.iter() {
@@ -180,7 +180,7 @@ fn physics_changes_the_pieces() {
     let straight = hashes(&strike(&bar, &blow().lift(Lift::Euclidean)));
     assert_eq!(hashes(&strike(&bar, &blow().disable(Effect::Interior))), straight);
     let (_daemon, held) = start_held();
-    assert_eq!(hashes(&strike(&held, &blow())), usual, "nobody asked for it to be held");
+    assert_eq!(hashes(&strike(&held, &blow())), usual, "no request asked to hold it");
     let [anchored, heavy] =
         [Effect::Anchored, Effect::Gravity].map(|effect| hashes(&strike(&held, &with(&needed(effect)))));
     assert_ne!(anchored["positions"], usual["positions"]);
@@ -207,7 +207,7 @@ fn what_cannot_be_is_refused_by_name() {
     }
 }
 
-/// Slivers of the finer diagram are gone unless the strike says otherwise, volumes are not, and what is left is closed.
+/// Slivers of the finer diagram are merged unless the request disables that; volumes are kept, and all fragments are closed.
 #[test]
 fn slivers_become_part_of_their_neighbors() {
     let (_daemon, bar) = start();
@@ -219,7 +219,7 @@ fn slivers_become_part_of_their_neighbors() {
     let after = strike(&bar, &many);
     assert!(least(&before) < 0.5 * sliver, "there are slivers");
     assert!(after.fragments().len() < before.fragments().len());
-    // Where three cracks met and two do no more, volumes change a little.
+    // Where a merge reduces a junction of three cracks to two, volumes change a little.
     assert!(least(&after) > 0.9 * sliver, "{} of {sliver}", least(&after));
     assert!((volume(&after) / volume(&before) - 1.0).abs() < 1e-6);
     assert!(after.fragments().all(|fragment| fragment.is_closed()));
@@ -242,7 +242,7 @@ fn a_result_of_one_piece_is_warned_of() {
     assert_eq!(told(&["--disable", "slivers"]), "");
 }
 
-/// Area vector and area of the part of a fragment's surface that faces `neighbor`, from the mesh that the client sees.
+/// Area vector and area of the part of a fragment's surface that faces `neighbor`, from the mesh that the client receives.
 fn face(fragment: &Fragment<'_>, neighbor: u32) -> ([f64; 3], f64) {
     let positions = fragment.positions();
     let runs = fragment.runs().filter(|run| run.neighbor == Some(neighbor));
@@ -275,7 +275,7 @@ fn bonds_are_the_cracks_that_fragments_share() {
     }
 }
 
-/// Area of the part of a fragment's outer surface that the scene holds, by the centroids of the triangles that the client sees.
+/// Area of the part of a fragment's outer surface that the scene holds, by the centroids of triangles that the client receives.
 fn held_area(fragment: &Fragment<'_>) -> f64 {
     let (positions, [x, ..]) = (fragment.positions(), fragment.center_m());
     let runs = fragment.runs().filter(|run| run.neighbor.is_none());
@@ -334,7 +334,7 @@ fn normals_have_length_one_and_point_out_of_their_fragment() {
     }
 }
 
-/// A crack and a place on it.
+/// The fragments of a crack, and a point on it.
 type Spot = ([u32; 2], [i64; 3]);
 
 #[test]
@@ -383,7 +383,7 @@ fn release_makes_no_momentum() {
     assert!(scale > 0.0);
     assert!(norm(linear) < 1e-9 * scale, "{linear:?} of {scale}");
     assert!(norm(angular) < 1e-9 * scale * bar.facts().diagonal_m, "{angular:?} of {scale}");
-    // The nearest to the blow flies fastest, and away.
+    // The fragment nearest to the contact is the fastest, and moves away.
     let speed = |own: &FragmentVelocity| norm(own.linear_m_s);
     let fastest = parts.iter().max_by(|a, b| speed(&a.3).total_cmp(&speed(&b.3))).unwrap();
     assert!(fastest.1[0] > 0.1, "{:?}", fastest.1);
@@ -406,7 +406,7 @@ fn debris_lies_on_cracks() {
     }
 }
 
-/// What the client borrows of hulls: whole, within the caps, and around the fragments that they are of.
+/// Hulls at the client: closed, within the limits, and around their fragments.
 #[test]
 fn hulls_come_with_every_fragment() {
     let (_daemon, bar) = start();

@@ -1,4 +1,4 @@
-//! `shatter load` against a daemon in this process with a toy engine: real client processes, every strike accounted for.
+//! `shatter load` against a daemon in this process with a toy engine: real client processes, and an outcome for every request.
 
 mod support;
 
@@ -14,7 +14,7 @@ fn daemon() -> InProcess {
     InProcess::start(here, "")
 }
 
-/// The document of a run; every strike has one end.
+/// Document of a run; checks that every request has one outcome.
 fn run(daemon: &InProcess, arguments: &[&str]) -> Value {
     let all: Vec<&str> = ["load", "--seconds", "1", "--json"].iter().chain(arguments).copied().collect();
     let (code, text) = shatter(&daemon.here, &all);

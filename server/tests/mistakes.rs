@@ -1,4 +1,4 @@
-//! Mistakes of people who use the programs for the first time: each message alone says what to do.
+//! Mistakes of first-time users of the programs: each message by itself names the remedy.
 
 mod support;
 
@@ -14,7 +14,7 @@ fn shatterd(here: &TestPlace) -> Command {
     command
 }
 
-/// Runs `words`, the program first; exit code, stdout and stderr.
+/// Runs `words`, the program first; returns exit code, stdout and stderr.
 fn run(here: &TestPlace, words: &[&str]) -> (i32, String, String) {
     let mut command = if words[0] == "shatter" { shatter_program(here) } else { shatterd(here) };
     let output = command.args(&words[1..]).stdin(Stdio::null()).output().unwrap();
@@ -143,7 +143,7 @@ fn a_client_that_may_map_little_memory_is_told_so() {
     assert!(output.status.code() == Some(5) && error.contains("ulimit -v"), "{:?} {error}", output.status);
 }
 
-/// A folder in /tmp that another user made first is named, with its owner and what to do. Needs root, who may become another user.
+/// A folder in /tmp that another user made first: the message names it, its owner, and the remedy. Needs root, to become another user.
 #[test]
 fn a_runtime_folder_that_another_user_took_is_named() {
     const OTHER: u32 = 65_534;
@@ -152,7 +152,7 @@ fn a_runtime_folder_that_another_user_took_is_named() {
         println!("skipped: needs root, and no {folder}");
         return;
     }
-    // Others can read and run what lies here, unlike the folder of the build.
+    // Other users can read and run files here, unlike those in the build folder.
     let own = tempfile::Builder::new().prefix("sh").tempdir_in("/dev/shm").unwrap();
     let here = TestPlace::new("taken");
     let copy = own.path().join("shatter");

@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 use support::{Child, TestPlace, patience, play, role, shatter, shatter_program, shatterd};
 
-/// Plays another process for the tests below; alone it does nothing.
+/// Runs the process of another role for the tests below; does nothing by itself.
 #[test]
 fn play_a_role() {
     play(|client| match client {
@@ -240,7 +240,7 @@ fn the_command_line_strikes_and_prints_one_document() {
     }
 }
 
-/// A supervisor hears that the daemon serves, and that it ends.
+/// The daemon notifies a supervisor that it serves, and that it ends.
 #[test]
 fn the_supervisor_is_told() {
     let here = TestPlace::new("told");
@@ -256,7 +256,7 @@ fn the_supervisor_is_told() {
     let daemon = Child::start(command.env("NOTIFY_SOCKET", &socket).env("WATCHDOG_USEC", "100000"));
     let first = heard();
     assert!(first.contains("READY=1") && first.contains("STATUS=serving: 0 of 0 objects ready"), "{first}");
-    // Twice per period of the watchdog, as long as its loop turns.
+    // Twice per period of the watchdog, as long as its event loop runs.
     (0..3).for_each(|_| assert_eq!(heard().trim(), "WATCHDOG=1"));
     daemon.signal(Signal::TERM);
     let last = std::iter::repeat_with(heard).find(|text| !text.contains("WATCHDOG=1")).unwrap();
@@ -264,7 +264,7 @@ fn the_supervisor_is_told() {
     daemon.finish();
 }
 
-/// The unit runs what `cargo install` installs, with arguments that it understands.
+/// The unit runs the program that `cargo install` installs, with valid arguments.
 #[test]
 fn the_unit_file_starts_the_daemon_as_it_is() {
     let unit = include_str!("../../config/shatterd.service");

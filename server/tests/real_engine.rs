@@ -1,5 +1,5 @@
-//! The real engine behind the real transport: a bar is baked, saved, loaded by the daemon and struck through the client,
-//! and what the tessellator writes lies in shared memory.
+//! The real engine behind the real transport: a bar is baked, saved, loaded by the daemon and struck through the client. The tessellator's
+//! output lies in shared memory.
 
 mod support;
 
@@ -19,13 +19,13 @@ use std::path::Path;
 use std::sync::{Arc, LazyLock, Mutex};
 use support::{InProcess, TestPlace, bar, patience, within};
 
-/// A bar, baked once for all tests: the bytes of its database.
+/// Database of a bar, baked once for all tests: the bytes of the file.
 static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.08));
 
-/// Where sections were written.
+/// Address ranges to which sections were written.
 type Written = Arc<Mutex<Vec<Range<usize>>>>;
 
-/// The real object, which remembers where its answers were written.
+/// The real object, which records the addresses of its results.
 struct Watched(Arc<dyn object::ServedObject>, Written);
 
 impl object::ServedObject for Watched {
@@ -71,7 +71,7 @@ impl EngineResult for WatchedOutcome {
     }
 }
 
-/// A daemon with the bar, and a connection's handle on it.
+/// Starts a daemon with the bar; returns the object over a connection.
 fn start(settings: &str) -> (InProcess, Object, Written) {
     let here = TestPlace::new("real");
     std::fs::write(here.databases().join("bar.shatter"), BAR.as_slice()).unwrap();
@@ -83,7 +83,7 @@ fn start(settings: &str) -> (InProcess, Object, Written) {
     (daemon, bar, written)
 }
 
-/// A blow on the end of the bar.
+/// An impact on the end of the bar.
 fn blow(impulse_ns: f64) -> Impact {
     Impact::new([Contact::new([0.2, 0.0, 0.0]).impulse([-impulse_ns, 0.0, 0.0]).radius(0.05)])
 }
@@ -206,7 +206,7 @@ fn without_time_the_start_is_the_answer_and_with_enough_nothing_changes() {
     let rough = strike(&sites.error(0.2)).summary();
     assert_eq!((rough.stop_criterion, rough.cvd_gap <= 0.2), (StopCriterion::ErrorMet, true), "{rough:?}");
     assert!(rough.iterations < usual.summary().iterations);
-    // The limit of game's basis, and what an error that is asked for makes of it.
+    // The limit of the basis under `game`, and the limit that a requested error sets.
     assert_eq!((usual.summary().reduced_error_max, rough.reduced_error_max), (0.1, 0.2));
     let late = strike(&blow(50.0).degree(DegreeRule::Optimised).time_ms(1e-3)).summary();
     assert_eq!(
@@ -266,7 +266,7 @@ fn a_damaged_database_is_named_and_the_other_served() {
     assert!(!bar.strike(&blow(50.0).degree(DegreeRule::Sites(3))).unwrap().wait(patience()).unwrap().is_whole());
 }
 
-/// Where no quality can fall any more the time is missed, and the answer and the command say by how much and why.
+/// If no setting can be lowered any more, the request misses its time; the result and the command report by how much and why.
 #[test]
 fn a_time_that_cannot_be_kept_is_told_with_its_reason() {
     let here = TestPlace::new("missed");

@@ -1,4 +1,4 @@
-//! Scenes with real processes: what a scene names is served on its terms, and nothing else of it is paid.
+//! Scenes with real processes: the daemon serves the objects of a scene by its settings, and prepares only those.
 
 mod support;
 
@@ -14,7 +14,7 @@ const CHEAP: &str = "[objects.bar]\neffects = []\nallow = [\"bonds\"]\nsites_max
 const RICH: &str =
     "[objects.bar]\neffects = [\"elastic\", \"interior\", \"slivers\", \"bonds\", \"normals\"]\nallow = [\"debris\"]";
 
-/// A place with a bar in it, and a scene.
+/// A test place with a bar and a scene.
 fn place(name: &str, scene: &str) -> (TestPlace, PathBuf) {
     let here = TestPlace::new(name);
     std::fs::write(here.databases().join("bar.shatter"), bar(0.06)).unwrap();
@@ -22,7 +22,7 @@ fn place(name: &str, scene: &str) -> (TestPlace, PathBuf) {
     (here, file)
 }
 
-/// A daemon that serves the scene, and the bar.
+/// Starts a daemon that serves the scene; returns the bar.
 fn serve(here: &TestPlace, scene: &Path) -> (Child, Client, Object) {
     let daemon = Child::start(shatterd(here).arg("--scene").arg(scene));
     let service = Client::connect_at(&here.place, patience()).unwrap();
@@ -40,7 +40,7 @@ fn refused(bar: &Object, impact: &Impact) -> Error {
     bar.strike(impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap()
 }
 
-/// Runs a command of `shatterd` to its end: exit code, stdout, stderr.
+/// Runs a command of `shatterd` to its end; returns exit code, stdout, stderr.
 fn run(here: &TestPlace, arguments: &[&str]) -> (i32, String, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_shatterd"));
     here.aim(&mut command);
@@ -237,7 +237,7 @@ fn pieces_below_the_scenes_volume_become_part_of_others() {
     let many = blow().degree(DegreeRule::Sites(120));
     let (merged, all) = (volumes(&many), volumes(&many.clone().disable(Effect::Slivers)));
     assert!(all.iter().any(|volume| *volume < 0.5 * LEAST) && merged.len() < all.len());
-    // Where three cracks met and two do no more, volumes change a little.
+    // Where a merge reduces a junction of three cracks to two, volumes change a little.
     assert!(merged.iter().all(|volume| *volume > 0.9 * LEAST), "{merged:?}");
     assert!((merged.iter().sum::<f64>() / all.iter().sum::<f64>() - 1.0).abs() < 1e-6);
     assert_eq!(daemon.terminate().code(), Some(0));

@@ -12,7 +12,7 @@ import sys
 import bpy
 import bmesh  # bpy brings it along, so it comes second.
 
-# How thick the floor is, and how far below the lowest piece it begins, m.
+# Thickness of the floor, and its distance below the lowest fragment, m.
 FLOOR_M, GAP_M = 0.5, 0.05
 
 

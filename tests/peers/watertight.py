@@ -29,7 +29,7 @@ def closed(mesh):
 
 def row(name, meshes):
     mesh = solid(meshes)
-    # As trimesh merges by itself, and nothing of ours does.
+    # Merged by trimesh itself, without data of the file.
     merged = trimesh.util.concatenate(meshes)
     merged.merge_vertices(merge_tex=True, merge_norm=True)
     materials = sorted({getattr(getattr(m.visual, "material", None), "name", None) or "" for m in meshes})
@@ -85,7 +85,7 @@ class Container:
             faces = self.read(primitive["indices"]).reshape(-1, 3)
             points = self.read(primitive["attributes"]["POSITION"]).astype(float)
             if "mergeIndices" in extension:
-                # The lists say what the sparse accessor does.
+                # The lists must equal the sparse accessor.
                 plain = self.read(mesh["primitives"][0]["indices"])[:0].reshape(-1)
                 parts = [self.read(own["indices"]).reshape(-1) for own in mesh["primitives"]]
                 plain = np.concatenate([plain, *parts])
@@ -107,7 +107,7 @@ for path in sys.argv[1:]:
     nodes = {}
     for node in scene.graph.nodes_geometry:
         transform, geometry = scene.graph[node]
-        # A mesh of two primitives becomes two nodes, of which the second is named after the first.
+        # A mesh of two primitives becomes two nodes; the second is named after the first.
         parent = scene.graph.transforms.parents.get(node, node)
         name = node if parent == scene.graph.base_frame else parent
         mesh = scene.geometry[geometry].copy()

@@ -14,20 +14,20 @@ pub enum Kind {
     Text,
 }
 
-/// Prose and where it stands.
+/// A passage of prose, with its position.
 #[derive(Debug)]
 pub struct Passage {
     /// Path from the root.
     pub file: String,
     /// Number of its first line, from 1.
     pub line: usize,
-    /// What it is.
+    /// Kind of the passage.
     pub kind: Kind,
-    /// The prose itself.
+    /// Text of the passage.
     pub text: String,
 }
 
-/// The words of a text in lower case; code between backticks is left out.
+/// Words of a text in lower case; code between backticks is left out.
 pub fn words(text: &str) -> Vec<String> {
     let plain: String = text.split('`').step_by(2).collect::<Vec<_>>().join(" code ");
     let split =

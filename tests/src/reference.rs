@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::time::Duration;
 
-/// Stands below the title of each generated page.
+/// Note below the title of each generated page.
 const NOTE: &str = "Generated from the code by the test `documents`. Do not edit this page.\n\n";
 
 /// Name and text of each page.
@@ -37,7 +37,7 @@ fn causes() -> BTreeMap<String, String> {
     causes
 }
 
-/// What to do about an error of this kind. A new kind gets a line here.
+/// Remedy for an error of this kind. A new kind needs a line here.
 fn remedy(kind: ErrorKind) -> &'static str {
     match kind {
         ErrorKind::BadMagic | ErrorKind::UnknownRequest | ErrorKind::ReservedField => {
@@ -153,7 +153,7 @@ const COMMANDS: [&str; 17] = [
     "shatter threshold",
 ];
 
-/// The commands that the help of the program itself lists.
+/// Commands that the help of the program itself lists.
 fn listed(help: &str) -> BTreeSet<&str> {
     let listed = help.split_once("Commands:\n").unwrap().1.lines().take_while(|line| !line.is_empty());
     listed.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help").collect()
@@ -181,7 +181,7 @@ fn commands() -> String {
     page
 }
 
-/// Metrics with every label that there is.
+/// Metrics with all of their labels.
 fn exposition() -> String {
     let mut metrics = Metrics::new().unwrap();
     use JobEnd::{Answered, Busy, Cancelled, Failed, Late, Refused};

@@ -1,4 +1,4 @@
-//! Which crate uses what, and that every public type has a name of its own. Each rule names the place that breaks it.
+//! Dependencies between crates, and unique names of public types. Each rule names the place that breaks it.
 
 use shatter_tests::imports::Imports;
 use shatter_tests::sources::{CRATES, check, code, files, owner, root, shipped, sources};
@@ -37,10 +37,10 @@ fn every_package_is_used_by_the_crate_that_owns_it() {
     check("packages are really used", broken);
 }
 
-/// Bindings, whose types have the names of what they bind.
+/// Bindings, whose types have the names of the types that they bind.
 const BINDINGS: [&str; 2] = ["client/c", "client/python"];
 
-/// Packages that stay out of crates that every host builds, or that compute.
+/// Packages that are excluded from crates that hosts build, or that compute.
 const FOREIGN: [(&str, &[&str]); 6] = [
     ("proto", &["iceoryx2.", "tokio", "clap"]),
     ("client", &["tokio", "faer", "clap", "plotters", "hdrhistogram", "toml"]),
@@ -50,7 +50,7 @@ const FOREIGN: [(&str, &[&str]); 6] = [
     ("server/fracture", &["iceoryx2", "tokio", "clap"]),
 ];
 
-/// The dependencies of a crate: those of what ships, and those of tests alone.
+/// Dependencies of a crate: of its shipped code, and of its tests only.
 fn dependencies(folder: &str) -> [Vec<String>; 2] {
     let manifest = fs::read_to_string(root().join(folder).join("Cargo.toml")).unwrap();
     ["[dependencies]", "[dev-dependencies]"].map(|section| {
@@ -66,7 +66,7 @@ fn no_dependency_is_idle() {
     let mut broken = Vec::new();
     for (folder, _) in CRATES {
         let own: Vec<&(String, String)> = sources.iter().filter(|(name, _)| owner(name) == folder).collect();
-        // All of the crate of tests is a test, and so are the optional parts of an example.
+        // All code of the test crate is a test, and so are the optional parts of an example.
         let all = |path: &str| own.iter().any(|(_, text)| text.contains(path));
         let ships =
             |path: &str| own.iter().any(|(name, text)| shipped(name, text).iter().any(|(_, line)| line.contains(path)));
@@ -118,21 +118,21 @@ fn no_public_type_has_the_name_of_another_crates() {
         }
     }
     assert!(owners.len() > 300, "{} public types", owners.len());
-    // Programs have arguments each, which no other crate sees.
+    // Each program has its own `Args`, which no other crate sees.
     let twice = owners.into_iter().filter(|(name, owners)| owners.len() > 1 && name != "Args");
     check("one name, one type", twice.map(|(name, owners)| format!("{name}: {owners:?}")).collect());
 }
 
-/// Folders of what hosts link, whose public interface holds no row of shared memory.
+/// Folders of crates that hosts link, whose public interface has no row of shared memory.
 const WITHOUT_ROWS: [&str; 2] = ["client/src", "client/export/src"];
 
-/// Whether a name is that of a row of shared memory, or of what holds rows.
+/// True for the name of a row of shared memory, or of a type that holds rows.
 fn is_row(name: &str) -> bool {
     name.ends_with("Wire") || name.ends_with("Row") || ["ResultView", "SectionsMut", "CheckedLayout"].contains(&name)
 }
 
-/// The public signatures of a source, but for those that documentation hides: items, fields, re-exports and implementations of traits,
-/// each with the number of its first line.
+/// Public signatures of a source, except those that documentation hides: items, fields, re-exports and implementations of traits, each with
+/// the number of its first line.
 fn signatures(lines: &[(usize, String)]) -> Vec<(usize, String)> {
     let mut found = Vec::new();
     let mut is_hidden = false;
@@ -209,7 +209,7 @@ pub fn f(&self) -> Row2 {
 const WITHOUT_CYCLES: [&str; 6] =
     ["server/src", "server/engine/src", "server/fracture/src", "proto/src", "client/src", "client/export/src"];
 
-/// Files that may import each other in a cycle: what cannot be told apart without a third.
+/// Largest number of files that may import each other in a cycle: those that cannot be separated without a third.
 const CYCLE_MAX: usize = 3;
 
 #[test]

@@ -3,7 +3,7 @@
 use serde_json::Value;
 use std::process::Command;
 
-/// Major, minor and patch; what is missing is 0.
+/// Major, minor and patch; missing parts are 0.
 fn version(text: &str) -> [u32; 3] {
     let mut parts = text.split('.').map(|part| part.parse().unwrap_or(0));
     [0; 3].map(|zero: u32| parts.next().unwrap_or(zero))

@@ -1,4 +1,4 @@
-//! What travels in shared memory.
+//! Fuzz target for messages in shared memory.
 
 use super::{choice, seed};
 use bytemuck::{AnyBitPattern, Zeroable, bytes_of};
@@ -30,7 +30,7 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
     ]
 }
 
-/// Header and payload of an answer with one fragment of one triangle.
+/// Header and payload of a result with one fragment of one triangle.
 fn answer() -> Vec<u8> {
     let counts = SectionCounts { fragments: 1, runs: 1, vertices: 3, indices: 3, ..SectionCounts::default() };
     let layout = Layout::new(&counts).expect("small counts");
@@ -45,7 +45,7 @@ fn answer() -> Vec<u8> {
     [bytes_of(&layout.header(5)), bytemuck::cast_slice(&payload)].concat()
 }
 
-/// A `T` of the first bytes, and the rest as blocks; what is missing is 0.
+/// A `T` from the first bytes, and the rest as blocks; missing bytes are 0.
 fn parts<T: AnyBitPattern>(bytes: &[u8]) -> (T, Vec<Block>) {
     let mut head = bytes[..bytes.len().min(size_of::<T>())].to_vec();
     head.resize(size_of::<T>(), 0);
