@@ -234,7 +234,7 @@ fn three_hundred_killed_clients_harm_nobody() {
     clients_killed(300);
 }
 
-/// A process that opens such a segment blocks. The daemon that removes dead clients opens it, and so does the next daemon.
+/// A process that opens an unfinished segment blocks. The daemon that removes dead clients opens it, and so does the next daemon.
 #[test]
 fn segments_that_the_dead_did_not_finish_hang_nobody() {
     let _alone = alone();
