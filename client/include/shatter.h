@@ -1,14 +1,14 @@
 /*
  * C interface of Shatter, a brittle-fracture service. For C11 and C++17.
  *
- *     ShatterService *service; ShatterObject *mug; ShatterTicket *ticket; ShatterBroken *broken; ShatterRefusal refusal;
- *     if (shatter_connect("default", SHATTER_UP_TO_ZERO, 50, &service, &refusal)) ...      // 0 is success, else see refusal
- *     if (shatter_service_object(service, "mug", SHATTER_UP_TO_ZERO, 50, &mug, &refusal)) ...
+ *     ShatterService *service; ShatterObject *mug; ShatterTicket *ticket; ShatterBroken *broken; ShatterRefusal error;
+ *     if (shatter_connect("default", SHATTER_UP_TO_ZERO, 50, &service, &error)) ...        // 0 is success, else see error
+ *     if (shatter_service_object(service, "mug", SHATTER_UP_TO_ZERO, 50, &mug, &error)) ...
  *     ShatterContact contact = {{0.0, 0.05, 0.04}, {0.0, 0.0, -2.0}, 0.0, 0.0, {0}};       // point, m; impulse, N s
  *     ShatterImpact impact = {0};                                                          // zero is the default
  *     impact.contacts = &contact, impact.contact_count = 1;
- *     if (shatter_object_strike(mug, &impact, &ticket, &refusal)) ...                      // never blocks
- *     if (shatter_ticket_poll(ticket, &broken, &refusal)) ...                              // never blocks; once a frame
+ *     if (shatter_object_strike(mug, &impact, &ticket, &error)) ...                        // never blocks
+ *     if (shatter_ticket_poll(ticket, &broken, &error)) ...                                // never blocks; once a frame
  *     if (broken) for (uint32_t id = 0; !shatter_broken_fragment(broken, id, &fragment, NULL); id++) ...
  *     shatter_broken_free(broken);                                                         // its pointers are invalid now
  *
@@ -409,7 +409,7 @@ typedef struct ShatterRefusal {
     ShatterCode code;
     /// Party at fault.
     ShatterFault fault;
-    /// Whether the same call may succeed a little later.
+    /// True if the same call may succeed a little later.
     bool retry;
     /// Always zero.
     uint32_t reserved;
@@ -427,7 +427,7 @@ typedef struct ShatterRefusal {
 typedef struct ShatterStatus {
     /// Process id of the daemon.
     uint32_t pid;
-    /// Whether the daemon is ending.
+    /// True if the daemon is ending.
     bool ending;
     /// Objects that are ready.
     uint32_t objects_ready;
@@ -489,7 +489,7 @@ typedef struct ShatterFacts {
     char name[72];
     /// Name of its material.
     char material[40];
-    /// Whether the object can be struck. If not, `refusal` has the reason, and all other fields but the name are zero.
+    /// True if the object can be struck. If not, `refusal` has the reason, and all other fields but the name are zero.
     bool ready;
     /// Bodies (components).
     uint32_t bodies;
@@ -634,7 +634,7 @@ typedef struct ShatterImpact {
     uint64_t from_handle;
     /// Fragment of that result; 0 without a handle.
     uint32_t from_fragment;
-    /// Whether the service keeps the result for a while, so that its fragments can be struck.
+    /// True if the service keeps the result for a while, so that its fragments can be struck.
     bool keep;
     /// Always zero.
     uint64_t reserved[8];
@@ -650,7 +650,7 @@ typedef struct ShatterHit {
     double distance_m;
     /// Body (component of the object) that was hit.
     uint32_t body;
-    /// Whether there is a hit. If not, the request had no ray, and all other fields are zero.
+    /// True if there is a hit. If not, the request had no ray, and all other fields are zero.
     bool present;
 } ShatterHit;
 
@@ -676,7 +676,7 @@ typedef struct ShatterSummary {
     uint32_t fracture_degree;
     /// Source of the degree. 0: threshold. 1: closed form. 2: inferred. 3: verified. 4: optimized. 5: forced.
     uint32_t degree_source;
-    /// Whether the object's cap on the degree was reached.
+    /// True if the object's cap on the degree was reached.
     bool capped;
     /// Reason to stop. 0: no diagram was made. 1: a cap. 2: converged. 3: the error was met. 4: time. 5: iterations.
     uint32_t stop_reason;
@@ -776,7 +776,7 @@ typedef struct ShatterFragment {
 typedef struct ShatterRun {
     /// The fragment on the other side of the crack; `SHATTER_NONE`: the outside, or a fragment of an earlier result.
     uint32_t neighbor;
-    /// Whether the run is a side of a crack, also of an earlier result; else it is the outside.
+    /// True if the run is a side of a crack, also of an earlier result; else it is the outside.
     bool crack;
     /// First index of the run, counted from the fragment's first.
     uint32_t index_first;
@@ -862,7 +862,7 @@ typedef struct ShatterCounter {
     /// Number of the stage or effect. Stages. 0: load. 1: elasticity. 2: threshold. 3: degree. 4: centroidal. 5: labels. 6: tessellation.
     /// 7: fragments. Effects: the index of their bit in `ShatterEffect`.
     uint32_t number;
-    /// Whether it ran.
+    /// True if it ran.
     bool ran;
     /// Time it took, ns.
     uint64_t ns;
@@ -1101,7 +1101,7 @@ ShatterCode shatter_broken_skin(const struct ShatterBroken *broken,
                                 struct ShatterSkin *skin,
                                 struct ShatterRefusal *refusal);
 
-/// Whether the surface of fragment `id` is closed and oriented.
+/// True if the surface of fragment `id` is closed and oriented.
 ///
 /// Codes: `unknown_fragment`.
 ShatterCode shatter_broken_is_closed(const struct ShatterBroken *broken,

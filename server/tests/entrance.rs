@@ -27,7 +27,7 @@ fn segment(here: &TestPlace) -> PathBuf {
     found.expect("the segment of the transport")
 }
 
-/// Whether a new client gets a result.
+/// True if a new client gets a result.
 fn served(here: &TestPlace) -> bool {
     let strike = || {
         let vase = Client::connect_at(&here.place, Deadline::ms(300))?.object("vase", patience())?;
@@ -76,7 +76,7 @@ fn another_user_can_neither_see_nor_make_what_is_opened() {
     assert_eq!(here.transports(), Vec::<PathBuf>::new());
 }
 
-/// The names of one daemon do not reveal those of the next; names that another user takes in advance stop no daemon.
+/// The names of one daemon do not reveal those of the next; names that another user reserves beforehand stop no daemon.
 #[test]
 fn names_taken_by_another_user_stop_no_daemon() {
     let here = place();

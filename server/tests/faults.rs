@@ -234,7 +234,7 @@ fn three_hundred_killed_clients_harm_nobody() {
     clients_killed(300);
 }
 
-/// A process that opens such a segment blocks. The daemon that removes dead clients opens it, and so does the next daemon.
+/// A process that opens an unfinished segment blocks. The daemon that removes dead clients opens it, and so does the next daemon.
 #[test]
 fn segments_that_the_dead_did_not_finish_hang_nobody() {
     let _alone = alone();
@@ -258,7 +258,7 @@ fn segments_that_the_dead_did_not_finish_hang_nobody() {
     leave_tags(&its);
     victim.kill();
     eventually(|| "its node is gone", || its.len() == 1 && !its[0].exists());
-    eventually(|| "the dead client is removed", || service.status(patience()).unwrap().clients == 1);
+    eventually(|| "the killed client is removed", || service.status(patience()).unwrap().clients == 1);
     drop(served(1).unwrap());
     leave_unfinished(&connections().collect::<Vec<_>>());
     daemon.kill();

@@ -1,4 +1,4 @@
-//! Scenes with real processes: the daemon serves the objects of a scene by its settings, and prepares only those.
+//! Scenes with real processes: the daemon serves the objects of a scene by its settings, and loads only what these need.
 
 mod support;
 

@@ -97,7 +97,7 @@ fn measure(study: &Study, mut cases: Vec<Case>, x: impl Fn(usize, &Case) -> f64)
 }
 
 fn write(study: &Study, points: &[(f64, f64)], [exponent, factor]: [f64; 2], folder: &Path) {
-    let axes = Axes { x: study.over.into(), y: "time of a strike, ms".into(), log_x: true, log_y: true };
+    let axes = Axes { x: study.over.into(), y: "time of a request, ms".into(), log_x: true, log_y: true };
     let fitted = points.iter().map(|&(x, _)| (x, factor * x.powf(exponent))).collect();
     let lines = [
         PlotLine { name: "measured".into(), points: points.to_vec(), mark: PlotMark::Both },

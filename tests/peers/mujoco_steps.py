@@ -1,4 +1,4 @@
-"""Loads a model into MuJoCo, steps it, and tells as JSON what became of it.
+"""Loads a model into MuJoCo, steps it, and prints its final state as JSON.
 
 python3 mujoco_steps.py MODEL.xml STEPS [release]
 

@@ -1,9 +1,9 @@
-"""Reads fragments with trimesh and tells as JSON what it makes of them.
+"""Reads fragments with trimesh and prints their properties as JSON.
 
 python3 watertight.py FILE.glb|FILE.obj ...
 
-Vertices are merged where they are the same point bit by bit; normals and texture coordinates do not count. `declared` is the surface
-that EXT_mesh_manifold declares, of a .glb whose meshes carry it: all of its triangles, merged by the extension's lists and by nothing else.
+Vertices with bitwise equal positions are merged; normals and texture coordinates do not count. `declared` is the surface that
+EXT_mesh_manifold declares, for a .glb whose meshes have it: all of its triangles, merged only by the lists of the extension.
 """
 
 import json

@@ -63,7 +63,7 @@ impl Stopwatch {
     /// Runs a request, and writes the result out.
     ///
     /// # Errors
-    /// Those of the strike. An object that stays whole is a panic: benches ask for a number of sites.
+    /// Those of the request. An object that stays whole is a panic: benches ask for a number of sites.
     pub fn strike(&mut self, prepared: &PreparedObject, strike: &FractureRequest) -> Result<Timed, FractureError> {
         let begun = Instant::now();
         let outcome = pipeline::strike(

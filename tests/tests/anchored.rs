@@ -77,7 +77,7 @@ fn the_weight_alone_has_the_energy_of_a_hanging_bar() {
     }
     let bar = bar(face());
     let [weak, strong] = [1e-13, 1e-10].map(|times| struck::energy(&bar, &blow(times, &HELD)).energy_j);
-    assert!((weak / strong - 1.0).abs() < 1e-6, "whatever the blow that it is relative to: {weak} and {strong}");
+    assert!((weak / strong - 1.0).abs() < 1e-6, "whatever the impact that it is relative to: {weak} and {strong}");
 }
 
 /// The sum of the pipeline equals one solve of both loads, also if only tension counts.
@@ -236,7 +236,7 @@ fn the_threshold_is_asked_of_the_blow_beside_the_weight() {
     let only = |effects: &[EffectKind]| FractureRequest { threshold_only: true, ..blow(1.0, effects) };
     let just = struck::outcome(&bar, &only(&HELD)).unwrap().threshold().impulse_factor;
     let light = struck::outcome(&bar, &only(&HELD[..1])).unwrap().threshold().impulse_factor;
-    println!("{just} of the blow, {light} without weight");
+    println!("{just} of the impact, {light} without weight");
     let e1 = |times: f64| struck::outcome(&bar, &FractureRequest { threshold_only: true, ..blow(times, &HELD) });
     let found = e1(just).unwrap().threshold().e1_over_gamma;
     assert!((found - 1.0).abs() < 1e-4 && just != light, "{found}");

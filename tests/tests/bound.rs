@@ -202,7 +202,7 @@ impl StageObserver for Ran {
     }
 }
 
-/// Strikes weakly, plain and changed, and checks that the bound ends the request or not.
+/// Runs a request, and checks whether the bound ends it (`ends`).
 #[track_caller]
 fn check(prepared: &PreparedObject, blow: &FractureRequest, ends: bool) {
     let ran = Ran::default();

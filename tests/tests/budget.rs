@@ -42,7 +42,7 @@ fn looks(time_s: f64, per_look_s: f64) -> CancelToken {
     })
 }
 
-/// Predicted costs of one second per step.
+/// Predicted costs: one second for each part of a request, five for a solve.
 const COST: StrikeCost =
     StrikeCost { reduced_s: 1.0, solve_s: 5.0, start_s: [1.0, 0.0], iteration_s: [1.0, 0.0], rest_s: [1.0, 0.0] };
 

@@ -89,7 +89,7 @@ fn check_properties(row: &Value, own: &RigidProperties, density_kg_m3: f64, iner
     let scale = of_surface[..3].iter().copied().fold(0.0, f64::max);
     assert!((own.volume / number(row, "volume_m3") - 1.0).abs() < SINGLE);
     let off = of_surface.iter().zip(inertia).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    assert!(off < SINGLE * scale, "{inertia:?} is told, {of_surface:?} found");
+    assert!(off < SINGLE * scale, "{inertia:?} is stated, {of_surface:?} found");
 }
 
 #[test]
@@ -267,7 +267,7 @@ fn check_model(all: &[Element], answer: &Value, meshes: &Path) {
     let inertials = of(all, "inertial");
     assert_eq!((inertials.len(), of(all, "body").len()), (rows(answer).len(), rows(answer).len()));
     for ((inertial, body), row) in inertials.iter().zip(of(all, "body")).zip(rows(answer)) {
-        assert_eq!(inertial.number("mass"), number(row, "mass_kg"), "mass as in the answer");
+        assert_eq!(inertial.number("mass"), number(row, "mass_kg"), "mass as in the result");
         let [a, b, c] = inertial.numbers("diaginertia");
         assert!(a >= b && b >= c && c > 0.0 && a <= b + c, "{inertial:?}");
         let [w, x, y, z] = inertial.numbers("quat");
@@ -294,7 +294,7 @@ fn check_tensors(all: &[Element], pieces: &[glb::Fragment]) {
             piece.positions.iter().map(|own| own.map(f64::from)).map(|[x, y, z]| Point3::new(x, -z, y)).collect();
         let own = RigidProperties::of_surface(&points, piece.triangles());
         let found = own.inertia * (piece.mass_kg / piece.stated_volume_m3);
-        assert!((told - found).norm() < SINGLE * found.norm(), "{told} is told, {found} found");
+        assert!((told - found).norm() < SINGLE * found.norm(), "{told} is stated, {found} found");
     }
 }
 
@@ -355,7 +355,7 @@ fn even_pieces_are_alike_wherever_they_lie() {
     let struck = ["impact", "thing", "--point", "0.2,0,0", "--impulse", "-50,0,0", "--degree", "24"];
     let struck = house.ok("shatter", &struck);
     let (even, blow) = (unevenness(&volumes(&answer)), unevenness(&volumes(&struck)));
-    println!("volumes of pieces vary by {:.0} % evenly, {:.0} % under a blow", 100.0 * even, 100.0 * blow);
+    println!("volumes of pieces vary by {:.0} % evenly, {:.0} % under an impact", 100.0 * even, 100.0 * blow);
     assert!(even < 0.35 && even < 0.5 * blow, "{even} {blow}");
     // Each half and each quarter has its share.
     let along = |row: &Value| row["center_m"][0].as_f64().unwrap();

@@ -190,7 +190,7 @@ fn every_example_of_the_documentation_works_on_what_the_first_session_makes() {
     if watched {
         git(&folder, &["add", "-A"]);
     } else {
-        println!("skipped: no git, so nobody sees what the commands leave behind");
+        println!("skipped: no git, so files that the commands leave are not checked");
     }
     let before = git(&folder, &["status", "--porcelain", "--untracked-files=all"]);
     let (rust, python, c) = (rust_examples(&house), python_examples(&house), c_example(&house));

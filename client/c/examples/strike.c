@@ -91,7 +91,7 @@ static int strike(const ShatterObject *object, const ShatterImpact *impact, cons
         /* A game draws a frame here, and polls again after it; this program has nothing else to do. */
         code = shatter_ticket_wait(ticket, PATIENCE_MS, &broken, &refusal);
     }
-    int status = code == SHATTER_CODE_OK ? show(broken, &refusal) : refused("answer", &refusal);
+    int status = code == SHATTER_CODE_OK ? show(broken, &refusal) : refused("result", &refusal);
     if (status == 0 && out != NULL
         && shatter_broken_write_glb(broken, SHATTER_CONTENT_FRAGMENTS, out, strlen(out), &refusal)) {
         status = refused("file", &refusal);

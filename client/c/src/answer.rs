@@ -24,7 +24,7 @@ pub struct Hit {
     pub distance_m: f64,
     /// Body (component of the object) that was hit.
     pub body: u32,
-    /// Whether there is a hit. If not, the request had no ray, and all other fields are zero.
+    /// True if there is a hit. If not, the request had no ray, and all other fields are zero.
     pub present: bool,
 }
 
@@ -55,7 +55,7 @@ pub struct Summary {
     pub fracture_degree: u32,
     /// Source of the degree. 0: threshold. 1: closed form. 2: inferred. 3: verified. 4: optimized. 5: forced.
     pub degree_source: u32,
-    /// Whether the object's cap on the degree was reached.
+    /// True if the object's cap on the degree was reached.
     pub capped: bool,
     /// Reason to stop. 0: no diagram was made. 1: a cap. 2: converged. 3: the error was met. 4: time. 5: iterations.
     pub stop_reason: u32,
@@ -210,7 +210,7 @@ impl From<&shatter_client::Fragment<'_>> for Fragment {
 pub struct Run {
     /// The fragment on the other side of the crack; `SHATTER_NONE`: the outside, or a fragment of an earlier result.
     pub neighbor: u32,
-    /// Whether the run is a side of a crack, also of an earlier result; else it is the outside.
+    /// True if the run is a side of a crack, also of an earlier result; else it is the outside.
     pub crack: bool,
     /// First index of the run, counted from the fragment's first.
     pub index_first: u32,
@@ -351,7 +351,7 @@ pub struct Counter {
     /// Number of the stage or effect. Stages. 0: load. 1: elasticity. 2: threshold. 3: degree. 4: centroidal. 5: labels. 6: tessellation.
     /// 7: fragments. Effects: the index of their bit in `ShatterEffect`.
     pub number: u32,
-    /// Whether it ran.
+    /// True if it ran.
     pub ran: bool,
     /// Time it took, ns.
     pub ns: u64,

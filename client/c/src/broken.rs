@@ -122,7 +122,7 @@ pub extern "C" fn shatter_broken_skin(
     })
 }
 
-/// Whether the surface of fragment `id` is closed and oriented.
+/// True if the surface of fragment `id` is closed and oriented.
 ///
 /// Codes: `unknown_fragment`.
 #[unsafe(no_mangle)]

@@ -13,7 +13,7 @@ pub struct Facts {
     pub name: [c_char; 72],
     /// Name of its material.
     pub material: [c_char; 40],
-    /// Whether the object can be struck. If not, `refusal` has the reason, and all other fields but the name are zero.
+    /// True if the object can be struck. If not, `refusal` has the reason, and all other fields but the name are zero.
     pub ready: bool,
     /// Bodies (components).
     pub bodies: u32,
@@ -97,7 +97,7 @@ impl From<&ObjectFacts> for Facts {
 pub struct Status {
     /// Process id of the daemon.
     pub pid: u32,
-    /// Whether the daemon is ending.
+    /// True if the daemon is ending.
     pub ending: bool,
     /// Objects that are ready.
     pub objects_ready: u32,

@@ -72,7 +72,7 @@ pub struct Impact {
     pub from_handle: u64,
     /// Fragment of that result; 0 without a handle.
     pub from_fragment: u32,
-    /// Whether the service keeps the result for a while, so that its fragments can be struck.
+    /// True if the service keeps the result for a while, so that its fragments can be struck.
     pub keep: bool,
     /// Always zero.
     pub reserved: [u64; 8],

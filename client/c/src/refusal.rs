@@ -12,7 +12,7 @@ pub struct Refusal {
     pub code: Code,
     /// Party at fault.
     pub fault: Fault,
-    /// Whether the same call may succeed a little later.
+    /// True if the same call may succeed a little later.
     pub retry: bool,
     /// Always zero.
     pub reserved: u32,

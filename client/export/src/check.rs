@@ -108,7 +108,7 @@ fn find(root: &mut [u32], mut vertex: u32) -> u32 {
     vertex
 }
 
-/// Whether the fragment's surface is closed and consistently oriented once its merge pairs are applied: every half-edge occurs once and has
+/// True if the fragment's surface is closed and consistently oriented once its merge pairs are applied: every half-edge occurs once and has
 /// exactly one opposite. False as well if an index or a pair names no vertex.
 pub fn is_closed(view: &FragmentView<'_>) -> bool {
     let vertices = view.positions.len();

@@ -95,7 +95,7 @@ pub struct ObjectView<'a> {
 /// Triangles of one fragment on one side of a crack, or on the outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RunView {
-    /// Whether the run is a side of a crack; else it is the outside.
+    /// True if the run is a side of a crack; else it is the outside.
     pub crack: bool,
     /// First entry in the fragment's `indices`.
     pub index_first: u32,

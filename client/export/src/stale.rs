@@ -59,7 +59,7 @@ pub(super) fn remove<'a>(
     Ok(())
 }
 
-/// Whether `name` is `fragment_`, a number, perhaps an ending of an export, and `.obj`. Such a name is never a path to another folder.
+/// True if `name` is `fragment_`, a number, perhaps an ending of an export, and `.obj`. Such a name is never a path to another folder.
 fn is_ours(name: &str) -> bool {
     let rest = name.strip_prefix("fragment_").and_then(|rest| rest.strip_suffix(".obj"));
     let ending = rest.map(|rest| (rest.len(), rest.trim_start_matches(|digit: char| digit.is_ascii_digit())));

@@ -103,7 +103,7 @@ impl Drop for TestPlace {
     }
 }
 
-/// Whether `part` is inside one of `ranges`.
+/// True if `part` is inside one of `ranges`.
 pub fn within(part: &std::ops::Range<usize>, ranges: &[std::ops::Range<usize>]) -> bool {
     ranges.iter().any(|range| range.start <= part.start && part.end <= range.end)
 }

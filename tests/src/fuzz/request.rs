@@ -72,7 +72,7 @@ pub(super) fn run(input: &[u8]) -> bool {
         _ => {
             let (header, payload) = parts::<ResultHeader>(rest);
             CheckedLayout::new(&header, &payload).is_ok_and(|checked| {
-                let view = checked.view(&payload).expect("a checked answer has a view");
+                let view = checked.view(&payload).expect("a checked result has a view");
                 let summary = Summary::from(view.summary);
                 let names = [summary.degree_origin.name(), summary.energy_source.name(), summary.stop_criterion.name()];
                 assert!(names.iter().all(|name| !name.is_empty()));

@@ -16,7 +16,7 @@ pub enum StdoutError {
     Failed(Error),
 }
 
-/// Whether the process began without a standard output; set before `main`.
+/// True if the process began without a standard output; set before `main`.
 static IS_CLOSED: AtomicBool = AtomicBool::new(false);
 
 /// Tests standard output before `main`: Rust's runtime replaces a closed standard output by `/dev/null`, and writes to that succeed.
@@ -32,7 +32,7 @@ extern "C" fn look() {
 #[unsafe(link_section = ".init_array")]
 static LOOK: extern "C" fn() = look;
 
-/// Whether the process began without a standard output (`>&-`).
+/// True if the process began without a standard output (`>&-`).
 pub fn is_closed() -> bool {
     IS_CLOSED.load(Ordering::Relaxed)
 }

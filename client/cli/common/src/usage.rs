@@ -144,7 +144,7 @@ fn negative(error: &clap::Error) -> bool {
     text(error, ContextKind::InvalidValue).is_some_and(|value| value.starts_with('-') && value.parse::<f64>().is_ok())
 }
 
-/// Whether the parser expected a whole number without a sign.
+/// True if the parser expected a whole number without a sign.
 fn is_whole(why: &str) -> bool {
     why.contains("invalid digit") || why.contains("is not in 0..")
 }

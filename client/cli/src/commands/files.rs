@@ -151,7 +151,7 @@ impl OutputTarget {
     }
 }
 
-/// Whether the skin caused the error: the object has none, or the result would be too long with it.
+/// True if the skin caused the error: the object has none, or the result would be too long with it.
 fn is_about_skin(refusal: &Error) -> bool {
     let (kind, at) = (refusal.kind, refusal.at.as_str());
     (kind, at) == (ErrorKind::Effect, Effect::Skin.name()) || (kind, at) == (ErrorKind::CapExceeded, "bytes_max")

@@ -15,10 +15,10 @@
 //! // The simulator's report after a step, in the coordinates of the object.
 //! let (point_m, impulse_ns) = ([0.0, 0.05, 0.04], [0.0, 0.0, -1.5]);
 //! contacts.touch(&"mug", ContactEvent { point_m, impulse_ns, speed_m_s: 3.0, other: steel_ball });
-//! for (object, blows) in contacts.step(0.016) {
-//!     let blows = blows?; // A flat landing is an error here, not a silent loss.
-//!     assert_eq!((object, blows.len()), ("mug", 1));
-//!     // The client makes an impact of them: `Impact::of(&blows)`.
+//! for (object, merged) in contacts.step(0.016) {
+//!     let merged = merged?; // A flat landing is an error here, not a silent loss.
+//!     assert_eq!((object, merged.len()), ("mug", 1));
+//!     // The client makes an impact of them: `Impact::of(&merged)`.
 //! }
 //! # Ok::<(), shatter_export::contact::ImpulseLost>(())
 //! ```

@@ -98,7 +98,7 @@ fn area_m2(fragment: &FragmentView<'_>, indices: &[u32]) -> f64 {
     indices.chunks_exact(3).map(area).sum()
 }
 
-/// Whether the box of equal inertia is almost flat.
+/// True if the box of equal inertia is almost flat.
 fn is_flat(fragment: &FragmentView<'_>) -> bool {
     let [most, middle, least] = principal(fragment.inertia_kg_m2).moments_kg_m2;
     // A box of sides a ≥ b ≥ c has the moments m/12 (a² + b²), …
