@@ -27,6 +27,14 @@ pub struct Material {
 }
 
 impl Material {
+    /// The material of that name in the table that comes with the crate, [`MATERIALS`].
+    ///
+    /// # Errors
+    /// [`MaterialError::Unknown`], which names the nearest one.
+    pub fn named(name: &str) -> Result<Self, MaterialError> {
+        Materials::parse(MATERIALS)?.get(name).cloned()
+    }
+
     /// Whether every number is possible; if not, the first key that is not, and its value.
     pub fn check(&self) -> Result<(), (&'static str, f64)> {
         let numbers =
