@@ -52,6 +52,11 @@ mod ticket;
 mod visible;
 mod write_files;
 
+/// The code of the README, compiled as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 pub use aim::{Hit, Ray};
 pub use client::{Client, RetainGuard, SERVICE_VARIABLE, default_service, place};
 pub use control::{ObjectFacts, Status};

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// The default, which documents every key.
-pub const DEFAULT: &str = include_str!("../../config/shatterd.toml");
+pub const DEFAULT: &str = include_str!("../shatterd.toml");
 
 /// Configuration of the daemon. The keys are documented in `config/shatterd.toml`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
