@@ -57,6 +57,11 @@ mod visible;
 mod waiters;
 mod write_files;
 
+/// The code of the README, compiled as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 pub use aim::{Hit, Ray};
 pub use client::{Client, RetainGuard, SERVICE_VARIABLE, default_service, service_paths};
 pub use control::ObjectFacts;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Default configuration file, which documents every key.
-pub const DEFAULT: &str = include_str!("../../config/shatterd.toml");
+pub const DEFAULT: &str = include_str!("../shatterd.toml");
 
 /// Configuration of the daemon. `config/shatterd.toml` documents the keys.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

@@ -33,6 +33,16 @@ pub fn bake(
     PartialBake::begin(raw, request, BakeShare::WHOLE, token, progress)?.complete(token, progress)
 }
 
+impl BakeRequest {
+    /// Bakes `mesh`, with no observer and no way to stop. [`bake`] takes both.
+    ///
+    /// # Errors
+    /// Those of [`bake`].
+    pub fn bake(&self, mesh: RawMesh) -> Result<PreparedObject, BakeError> {
+        bake(mesh, self, &CancelToken::default(), &mut |_| ())
+    }
+}
+
 /// Bakes everything except the examples and the data learned from them.
 pub(super) fn whole(
     raw: RawMesh,

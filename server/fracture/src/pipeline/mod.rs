@@ -17,6 +17,7 @@ pub use aim::{AimRay, SurfaceHit, aim, aim_again};
 pub use contact::ImpactContact;
 pub use error::{CONTACTS_MAX, FractureError, SOLVED_NODES_MAX, TETS_MIN};
 pub use output::emitted_effects::*;
+pub use output::emitted_meshes::{EmittedMeshes, FragmentMesh};
 pub use output::hulls::{FragmentHulls, HULL_COVERAGE, HullRow};
 pub use output::meshes::FractureMeshes;
 pub use output::release_velocity::{RELEASE_SHARE, ReleaseVelocity};

@@ -16,6 +16,7 @@ use super::stages::energy::{BodyEnergy, apply, radius_m, strain_energy, strain_e
 use super::stages::threshold::{self, ThresholdResult};
 use super::stages::{controls, threshold_bound};
 use super::workspace::Workspace;
+use crate::cancel_token::CancelToken;
 use crate::centroidal::{Diagram, EnergyField};
 use crate::degree;
 use crate::lift::LiftKind;
@@ -33,6 +34,16 @@ pub fn strike(context: StrikeContext<'_>, workspace: &mut Workspace) -> Result<F
     let begun_s = context.cancel.remaining_s();
     let plan = context.request.planned().degrade_for_budget(context.prepared, begun_s);
     walk(context.with_request(&plan), begun_s, workspace, FractureMeshes::new)
+}
+
+impl PreparedObject {
+    /// Strikes the object, with new memory, no observer and no way to stop. [`strike`] takes all three.
+    ///
+    /// # Errors
+    /// Those of [`strike`].
+    pub fn strike(&self, request: &FractureRequest) -> Result<FractureOutcome, FractureError> {
+        strike(StrikeContext::new(self, request, &CancelToken::default(), &()), &mut Workspace::default())
+    }
 }
 
 /// Runs all stages of a planned request that had `begun_s` seconds left at its start.

@@ -27,6 +27,14 @@ pub struct Material {
 }
 
 impl Material {
+    /// The material of that name in the table that comes with the crate, [`MATERIALS`].
+    ///
+    /// # Errors
+    /// [`MaterialError::Unknown`], which names the nearest one.
+    pub fn named(name: &str) -> Result<Self, MaterialError> {
+        Materials::parse(MATERIALS)?.get(name).cloned()
+    }
+
     /// Checks the range of every number; returns the first invalid key and its value.
     ///
     /// # Errors

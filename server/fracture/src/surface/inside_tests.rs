@@ -4,7 +4,6 @@ use super::*;
 use crate::cancel_token::CancelToken;
 use crate::random::RandomStream;
 use nalgebra::Vector3;
-use parry3d_f64::query::PointQuery;
 
 fn surface(mesh: RawMesh) -> Surface {
     Surface::repair(mesh).unwrap()
@@ -70,19 +69,6 @@ fn ten_thousand_points_are_on_the_right_side_of_a_torus() {
     let within = check_winding(&surface, 10_000) as f64 / 10_000.0;
     let size = InsideTest::new(&surface).bounds.diagonal() * 1.2;
     assert!((within - surface.signed_volume() / size.product()).abs() < 0.015);
-}
-
-#[test]
-fn the_distance_matches_parry() {
-    let surface = surface(shapes::mug());
-    let inside = InsideTest::new(&surface);
-    let vertices = surface.positions.iter().map(|p| parry3d_f64::math::Vector::new(p.x, p.y, p.z)).collect();
-    let oracle = parry3d_f64::shape::TriMesh::new(vertices, surface.triangles.clone()).unwrap();
-    for point in points(&inside, 500) {
-        let place = parry3d_f64::math::Vector::new(point.x, point.y, point.z);
-        let expected = oracle.distance_to_local_point(place, false);
-        assert!((inside.distance(&point) - expected).abs() < 1e-12);
-    }
 }
 
 #[test]

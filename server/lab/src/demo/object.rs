@@ -6,8 +6,7 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, BakeRequest, BakeStep};
 use shatter_fracture::pipeline::PreparedObject;
-use shatter_fracture::scene::MATERIALS;
-use shatter_fracture::scene::Materials;
+use shatter_fracture::scene::Material;
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_server::commands::interrupt;
 use std::path::Path;
@@ -66,7 +65,7 @@ fn request() -> Result<BakeRequest, DemoError> {
     Ok(BakeRequest {
         fragment_size_m: Some(FRAGMENT_SIZE_M),
         examples: EXAMPLES,
-        ..BakeRequest::new(NAME, MATERIAL, Materials::parse(MATERIALS)?.get(MATERIAL)?.clone())
+        ..BakeRequest::new(NAME, MATERIAL, Material::named(MATERIAL)?)
     })
 }
 

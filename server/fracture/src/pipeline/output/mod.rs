@@ -2,6 +2,7 @@
 
 pub(super) mod cut;
 pub(super) mod emitted_effects;
+pub(super) mod emitted_meshes;
 pub(super) mod faces;
 pub(super) mod hulls;
 pub(super) mod meshes;

@@ -12,8 +12,7 @@ use shatter_fracture::pipeline::{
     StrikeContext, Workspace, strain_energy,
 };
 use shatter_fracture::random::RandomStream;
-use shatter_fracture::scene::MATERIALS;
-use shatter_fracture::scene::Materials;
+use shatter_fracture::scene::Material;
 use std::time::Instant;
 
 /// Material of the object; it sets the scale of impulses and affects no error.
@@ -28,8 +27,7 @@ pub(super) const DRESSED: Tables = Tables { attributes: true, skin: true, ..LIFT
 
 /// Bake request of the object.
 pub(super) fn request(plan: &AccuracyPlan) -> Result<BakeRequest, StudyError> {
-    let materials = Materials::parse(MATERIALS).map_err(|error| StudyError::Materials(error.to_string()))?;
-    let material = materials.get(MATERIAL).map_err(|error| StudyError::Materials(error.to_string()))?.clone();
+    let material = Material::named(MATERIAL).map_err(|error| StudyError::Materials(error.to_string()))?;
     let [elastic_spacing, crack_spacing] =
         plan.spacings.map_or([None, None], |[elastic, crack]| [Some(elastic), Some(crack)]);
     let tables = Tables { surface_diffusion: true, examples: true, ..LIFTED };

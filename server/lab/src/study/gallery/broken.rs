@@ -35,11 +35,7 @@ const AGAIN_RADIUS_M: f64 = 0.1;
 impl GalleryResult {
     /// Strikes the object; an error if it stays whole.
     pub fn new(prepared: &PreparedObject, strike: &FractureRequest) -> Result<Self, EffectsError> {
-        let outcome = pipeline::strike(
-            pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
-            &mut Workspace::default(),
-        );
-        Self::of(prepared, outcome.map_err(refusal)?)
+        Self::of(prepared, prepared.strike(strike).map_err(refusal)?)
     }
 
     /// Strikes the largest fragment again at its center, and replaces it by the result.
@@ -62,10 +58,8 @@ impl GalleryResult {
     fn of(prepared: &PreparedObject, outcome: FractureOutcome) -> Result<Self, EffectsError> {
         let (e1_over_gamma, sites) = (outcome.threshold().e1_over_gamma, outcome.sites());
         let pieces = outcome.into_meshes().ok_or_else(|| EffectsError::Whole(prepared.name.clone()))?;
-        let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
-        let mut indices = vec![0; pieces.counts.indices];
-        let mut merges = vec![[0; 2]; pieces.counts.merges];
-        pieces.emit(&mut positions, &mut indices, &mut merges).map_err(refusal)?;
+        let emitted = pieces.emitted().map_err(refusal)?;
+        let (positions, indices) = (emitted.positions, emitted.indices);
         Ok(Self {
             pieces,
             e1_over_gamma,

@@ -10,9 +10,8 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, ImpactContact, PreparedObject};
-use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::{
-    Anchors, DEFAULT_GRAVITY_M_S2, EffectKind, EffectSet, Grain, Materials, Paint, Region, WarpControls, Waves,
+    Anchors, DEFAULT_GRAVITY_M_S2, EffectKind, EffectSet, Grain, Material, Paint, Region, WarpControls, Waves,
 };
 use shatter_fracture::surface::{RawMesh, shapes};
 
@@ -77,8 +76,7 @@ impl Stage {
         examples: u64,
     ) -> Result<PreparedObject, EffectsError> {
         let name = if self.is_statue() { "plaster" } else { "stone" };
-        let materials = Materials::parse(MATERIALS).map_err(|error| EffectsError::Materials(error.to_string()))?;
-        let material = materials.get(name).map_err(|error| EffectsError::Materials(error.to_string()))?.clone();
+        let material = Material::named(name).map_err(|error| EffectsError::Materials(error.to_string()))?;
         let cracks = (self == Self::Cracked).then(|| {
             let corners = [[0.0, -0.2], [0.2, -0.2], [0.2, 0.2], [0.0, 0.2]].map(|[y, z]| Point3::new(0.0, y, z));
             RawMesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]])

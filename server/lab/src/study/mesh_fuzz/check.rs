@@ -108,18 +108,14 @@ fn rows(pieces: &FractureMeshes, lattice_m3: f64) -> Result<(), FuzzFault> {
 
 /// Writes the meshes as the daemon does and checks each as a client does.
 fn meshes(pieces: &FractureMeshes) -> Result<u64, FuzzFault> {
-    let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
-    let mut indices = vec![0; pieces.counts.indices];
-    let mut merges = vec![[0; 2]; pieces.counts.merges];
-    pieces.emit(&mut positions, &mut indices, &mut merges).map_err(|error| FuzzFault::Strike(error.to_string()))?;
-    for row in &pieces.fragments {
-        let vertices = &positions[row.vertex_first as usize..][..row.vertex_count as usize];
-        let corners = &indices[row.index_first as usize..][..row.index_count as usize];
-        closed(vertices, corners).map_err(|open| FuzzFault::Open { fragment: row.id, open })?;
+    let emitted = pieces.emitted().map_err(|error| FuzzFault::Strike(error.to_string()))?;
+    for fragment in emitted.fragments() {
+        let open = |open| FuzzFault::Open { fragment: fragment.row.id, open };
+        closed(fragment.positions, fragment.indices).map_err(open)?;
     }
     let mut hasher = DefaultHasher::new();
-    hasher.write(bytemuck::cast_slice(&positions));
-    hasher.write(bytemuck::cast_slice(&indices));
-    hasher.write(bytemuck::cast_slice(&merges));
+    hasher.write(bytemuck::cast_slice(&emitted.positions));
+    hasher.write(bytemuck::cast_slice(&emitted.indices));
+    hasher.write(bytemuck::cast_slice(&emitted.merges));
     Ok(hasher.finish())
 }

@@ -8,8 +8,7 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeError, BakeRequest, bake};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{self, DegreeRequest, FractureError, FractureRequest, PreparedObject, Workspace};
-use shatter_fracture::scene::MATERIALS;
-use shatter_fracture::scene::{Material, MaterialError, Materials};
+use shatter_fracture::scene::{Material, MaterialError};
 use shatter_fracture::surface::RawMesh;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::channel;
@@ -61,7 +60,7 @@ impl Judge {
     /// # Errors
     /// The program's own table of materials has no glass.
     pub fn new(deadline: Duration) -> Result<Self, MaterialError> {
-        Ok(Self { material: Materials::parse(MATERIALS)?.get("glass")?.clone(), deadline, threads: 1 })
+        Ok(Self { material: Material::named("glass")?, deadline, threads: 1 })
     }
 
     /// Judges a mutant of `mesh`.

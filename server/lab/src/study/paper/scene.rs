@@ -8,8 +8,7 @@ use shatter_export::contact::{ContactBody, ElasticMaterial, HertzContact};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, PreparedObject};
-use shatter_fracture::scene::MATERIALS;
-use shatter_fracture::scene::Materials;
+use shatter_fracture::scene::Material;
 use shatter_fracture::surface::RawMesh;
 
 /// Material of the body.
@@ -51,8 +50,7 @@ pub struct PaperContact {
 impl PaperBody {
     pub fn new(plan: &PaperPlan) -> Result<Self, PaperError> {
         let mesh = scaled(&plan.mesh).ok_or(PaperError::Empty)?;
-        let materials = Materials::parse(MATERIALS).map_err(|error| PaperError::Materials(error.to_string()))?;
-        let material = materials.get(MATERIAL).map_err(|error| PaperError::Materials(error.to_string()))?.clone();
+        let material = Material::named(MATERIAL).map_err(|error| PaperError::Materials(error.to_string()))?;
         let request = BakeRequest { quality: plan.quality, ..BakeRequest::new(plan.name.clone(), MATERIAL, material) };
         let vertices_m = mesh.positions_m.clone();
         let prepared = bake(mesh, &request, &CancelToken::default(), &mut |_| {})?;

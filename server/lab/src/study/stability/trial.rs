@@ -9,10 +9,9 @@ use shatter_fracture::fragment::closed;
 use shatter_fracture::lattice::LatticeError;
 use shatter_fracture::lift::LiftError;
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, DegreeSource, FractureError, FractureRequest, FragmentRow, PreparedObject, RunRow, Workspace,
+    DegreeRequest, DegreeSource, FractureError, FractureRequest, FragmentRow, PreparedObject, RunRow,
 };
-use shatter_fracture::scene::MATERIALS;
-use shatter_fracture::scene::{Material, MaterialError, Materials};
+use shatter_fracture::scene::{Material, MaterialError};
 use shatter_fracture::surface::{RawMesh, SurfaceError};
 use shatter_server::commands::CommandError;
 
@@ -72,7 +71,7 @@ impl From<LiftError> for TrialFault {
 
 /// Built-in material of that name.
 pub fn material(name: &str) -> Result<Material, TrialFault> {
-    Ok(Materials::parse(MATERIALS)?.get(name)?.clone())
+    Ok(Material::named(name)?)
 }
 
 /// Stone on lattices of a few hundred nodes; there are many cases, and none needs a finer lattice.
@@ -132,10 +131,7 @@ pub struct TrialResult {
 
 /// Strikes the object.
 pub fn struck(prepared: &PreparedObject, strike: &FractureRequest) -> Result<TrialResult, TrialFault> {
-    let outcome = pipeline::strike(
-        pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
-        &mut Workspace::default(),
-    )?;
+    let outcome = prepared.strike(strike)?;
     let mut answer = TrialResult {
         rows: Vec::new(),
         runs: Vec::new(),
@@ -148,10 +144,8 @@ pub fn struck(prepared: &PreparedObject, strike: &FractureRequest) -> Result<Tri
         source: outcome.degree_source(),
     };
     if let Some(pieces) = outcome.into_meshes() {
-        answer.positions = vec![[0.0; 3]; pieces.counts.vertices];
-        answer.indices = vec![0; pieces.counts.indices];
-        let mut merges = vec![[0; 2]; pieces.counts.merges];
-        pieces.emit(&mut answer.positions, &mut answer.indices, &mut merges)?;
+        let emitted = pieces.emitted()?;
+        (answer.positions, answer.indices) = (emitted.positions, emitted.indices);
         (answer.rows, answer.runs) = (pieces.fragments, pieces.runs);
     }
     Ok(answer)
