@@ -21,7 +21,7 @@ impl From<Ray> for Contact {
     }
 }
 
-/// Where a ray first meets an object, in the coordinates of the connection.
+/// First intersection of a ray with an object, in the coordinates of the connection.
 ///
 /// The surface is the boundary of the object's crack lattice, which stands for the input surface to within its spacing: the
 /// same surface that the service projects contact points on.
@@ -47,7 +47,7 @@ impl Hit {
 }
 
 impl FractureResult {
-    /// Where the ray of the request met the object; `None` if the request had no ray.
+    /// Intersection of the request's ray with the object; `None` if the request had no ray.
     #[must_use]
     pub fn hit(&self) -> Option<Hit> {
         Hit::of(&self.raw_view().summary.hit)
@@ -55,7 +55,7 @@ impl FractureResult {
 }
 
 impl Object {
-    /// Where `ray` first meets the object; waits for the service. To do so without waiting, strike with [`Impact::aim`] and
+    /// Returns the first intersection of `ray` with the object; waits for the service. To do so without waiting, strike with [`Impact::aim`] and
     /// read [`FractureResult::hit`].
     ///
     /// # Errors
@@ -65,8 +65,8 @@ impl Object {
         self.first_hit(&Impact::aim(ray), deadline)
     }
 
-    /// Where `ray` first meets fragment `fragment` of the result that the service keeps under `handle`: on the whole
-    /// tetrahedra that a strike of it loads, up to a spacing of the crack lattice within its surface.
+    /// Returns the first intersection of `ray` with fragment `fragment` of the result that the service keeps under `handle`: on the whole
+    /// tetrahedra that a request on it loads, up to a spacing of the crack lattice within its surface.
     ///
     /// # Errors
     /// Those of [`Object::aim`], and `unknown_handle`, `unknown_fragment`, `fragment_size`.

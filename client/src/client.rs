@@ -19,10 +19,10 @@ const PAUSE: Duration = Duration::from_millis(5);
 /// The default service.
 const SERVICE: &str = "default";
 
-/// How long to try again where the service has as many clients as it may: the daemon may not have removed dead ones yet.
+/// Time during which connecting is retried while the service has its maximum number of clients: the daemon may not have removed dead ones yet.
 const FULL_WAIT: Duration = Duration::from_secs(1);
 
-/// How long dropping a guard waits for the reply; the service drops the result by itself after a while.
+/// Longest time for which dropping a guard waits for the reply; the service drops the result by itself after a while.
 const RELEASE_WAIT: Duration = Duration::from_millis(100);
 
 /// A connection to a service. Cheap to clone: clones share it.

@@ -8,7 +8,7 @@ use shatter_proto::error::ErrorWire;
 use shatter_proto::{Error, ErrorKind};
 use std::time::Duration;
 
-/// What the service says about one object.
+/// Facts about one object, as the service reports them.
 #[derive(Clone, Debug, PartialEq)]
 #[must_use]
 #[non_exhaustive]
@@ -63,7 +63,7 @@ pub struct ObjectFacts {
     pub file_bytes: u64,
     /// When it was loaded: time since 1970 (UTC).
     pub loaded_unix: Duration,
-    /// How long loading took.
+    /// Time that loading took.
     pub load_time: Duration,
 }
 

@@ -1,4 +1,4 @@
-//! How long to wait at most.
+//! Longest time to wait.
 
 use std::time::{Duration, Instant};
 

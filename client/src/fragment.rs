@@ -103,7 +103,7 @@ impl<'a> Fragment<'a> {
         part(self.view.uvs, self.row.vertex_first, self.row.vertex_count)
     }
 
-    /// How it moves once it is free, on top of how the object moved; `None` unless `release` is on.
+    /// Its velocity once it is free, in addition to the object's motion; `None` unless `release` is on.
     #[must_use]
     pub fn velocity(&self) -> Option<FragmentVelocity> {
         self.view.velocities.get(self.row.id as usize).copied()

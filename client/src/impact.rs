@@ -38,7 +38,7 @@ impl Impact {
         impact
     }
 
-    /// Where the number of sites comes from; by default the preset says.
+    /// Sets the source of the number of sites; by default the preset says.
     pub fn degree(mut self, degree: DegreeRule) -> Self {
         self.0.degree = degree;
         self
@@ -56,7 +56,7 @@ impl Impact {
         self
     }
 
-    /// Where displacements come from; by default the preset says.
+    /// Sets the source of displacements; by default the preset says.
     pub fn elastic(mut self, elastic: DisplacementSource) -> Self {
         self.0.elastic = elastic;
         self

@@ -24,7 +24,7 @@ impl Object {
         self.convention
     }
 
-    /// What the service says about it: in meters and along the axes of the mesh file, whatever the convention.
+    /// Facts that the service reports about it: in meters and along the axes of the mesh file, whatever the convention.
     pub fn facts(&self) -> &ObjectFacts {
         &self.facts
     }

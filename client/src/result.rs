@@ -71,12 +71,12 @@ impl FractureResult {
         Some(self.raw_view().summary.handle).filter(|handle| *handle != 0)
     }
 
-    /// What each stage cost, in the order in which data flows.
+    /// Cost of each stage, in the order in which data flows.
     pub fn stages(&self) -> impl ExactSizeIterator<Item = StageCost> {
         self.raw_view().stages.iter().map(StageCost::from)
     }
 
-    /// What each effect cost, in the order of [`Effect::ALL`](crate::Effect::ALL).
+    /// Cost of each effect, in the order of [`Effect::ALL`](crate::Effect::ALL).
     pub fn effects(&self) -> impl Iterator<Item = EffectCost> {
         self.raw_view().effects.iter().filter_map(EffectWire::cost)
     }

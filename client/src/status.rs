@@ -1,4 +1,4 @@
-//! What a service says of itself.
+//! Status of a service, as it reports it.
 
 use shatter_proto::control::{Latency, StatusRow};
 use shatter_proto::result::StageKind;
@@ -39,7 +39,7 @@ pub struct Status {
     pub retired: u64,
     /// Memory of these, bytes.
     pub retired_bytes: u64,
-    /// How often the databases were read again.
+    /// Number of reloads of the databases.
     pub reloads: u64,
     /// When the databases were read last: time since 1970 (UTC).
     pub read_unix: Duration,

@@ -13,10 +13,10 @@ use shatter_proto::{Error, ErrorKind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How long to wait for the daemon's reason after it closed a request without a result.
+/// Time to wait for the daemon's reason after it closed a request without a result.
 const REASON_WAIT: Duration = Duration::from_secs(2);
 
-/// What [`Ticket::poll`] finds.
+/// Outcome of [`Ticket::poll`].
 #[must_use = "a result is handed out once"]
 pub enum Poll {
     /// The request is still under way.
@@ -25,7 +25,7 @@ pub enum Poll {
     Ready(FractureResult),
 }
 
-/// How far a request is.
+/// Progress of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Progress {
@@ -117,7 +117,7 @@ impl Ticket {
         }
     }
 
-    /// How far the request is, as the daemon said last; never blocks. For a progress bar, once a frame: each call reads the reply to
+    /// Progress of the request, as the daemon reported it last; never blocks. For a progress bar, once a frame: each call reads the reply to
     /// the call before, and asks again.
     pub fn progress(&mut self) -> Progress {
         if matches!(self.state, State::Done) {

@@ -68,7 +68,7 @@ codes! {
         5 Forced "forced";
     }
 
-    /// Where the number of sites was to come from.
+    /// Requested source of the number of sites.
     DegreeMethod {
         /// From where the preset says; of requests that only aim.
         0 Preset "preset";
@@ -84,7 +84,7 @@ codes! {
         5 Inferred "inferred";
     }
 
-    /// Where the strain energy came from.
+    /// Source of the strain energy.
     EnergySource {
         /// A solve for the displacements, of one body at least.
         0 Solve "solve";
@@ -96,7 +96,7 @@ codes! {
         3 Bounded "bounded";
     }
 
-    /// What stopped the computation.
+    /// Criterion that stopped the computation.
     StopCriterion {
         /// Nothing: there was no diagram to refine.
         0 Complete "complete";
@@ -112,7 +112,7 @@ codes! {
         5 Iterations "iterations";
     }
 
-    /// What took most of the time where a time budget was exceeded.
+    /// Part that took most of the time when a time budget was exceeded.
     OverrunCause {
         /// The request waited in the queue.
         1 Queue "queue";

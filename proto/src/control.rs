@@ -25,7 +25,7 @@ pub enum ControlRequest {
     /// Why the service closed the request with this sequence without a result. One [`ErrorWire`], or no row if the service does not
     /// know the request.
     Verdict(u64),
-    /// How far the request with this sequence is. One [`ProgressRow`], or no row if it neither waits nor computes.
+    /// Progress of the request with this sequence. One [`ProgressRow`], or no row if it neither waits nor computes.
     Progress(u64),
     /// Releases the result kept under `handle`, once the request with the sequence `after` has arrived, and so all that this client
     /// sent before. No row; `unknown_handle` if there is none.
@@ -154,7 +154,7 @@ pub struct ObjectRow {
     pub file_bytes: u64,
     /// When it was loaded, ns since 1970 (UTC).
     pub loaded_unix_ns: u64,
-    /// How long that took, ns.
+    /// Time that it took, ns.
     pub load_ns: u64,
     /// Results of more fragments are refused; 0: no limit.
     pub fragments_max: u64,
@@ -169,7 +169,7 @@ pub struct ObjectRow {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Latency {
-    /// How often it ran.
+    /// Number of runs.
     pub count: u64,
     /// Median.
     pub p50_ns: u64,
@@ -241,7 +241,7 @@ pub struct StatusRow {
     pub cancelled: u64,
     /// Bytes of memory that the objects hold.
     pub memory_bytes: u64,
-    /// How often the databases were read again since the daemon started.
+    /// Number of reloads of the databases since the daemon started.
     pub reloads: u64,
     /// When they were last read, ns since 1970 (UTC).
     pub read_unix_ns: u64,
@@ -259,7 +259,7 @@ pub struct StatusRow {
     pub stages: [Latency; StageKind::ALL.len()],
 }
 
-/// How far a request is.
+/// Progress of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ProgressRow {

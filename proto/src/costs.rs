@@ -1,11 +1,11 @@
-//! What stages and effects cost: as it travels, and as a host reads it.
+//! Costs of stages and effects: as rows of shared memory, and as a host reads them.
 
 use crate::codes::StageKind;
 use crate::effect::Effect;
 use bytemuck::{Pod, Zeroable};
 use std::time::Duration;
 
-/// What one stage did, as it travels.
+/// Cost of one stage: a row of shared memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct StageWire {
@@ -19,7 +19,7 @@ pub struct StageWire {
     pub bytes: u64,
 }
 
-/// What one effect did, as it travels.
+/// Cost of one effect: a row of shared memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct EffectWire {
@@ -33,7 +33,7 @@ pub struct EffectWire {
     pub bytes: u64,
 }
 
-/// What one stage cost.
+/// Cost of one stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 #[non_exhaustive]
@@ -48,7 +48,7 @@ pub struct StageCost {
     pub bytes: u64,
 }
 
-/// What one effect cost.
+/// Cost of one effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 #[non_exhaustive]
@@ -97,7 +97,7 @@ impl From<&StageWire> for StageCost {
 }
 
 impl EffectWire {
-    /// What the effect cost; `None` for a number that this version does not know.
+    /// Cost of the effect; `None` for a number that this version does not know.
     pub fn cost(&self) -> Option<EffectCost> {
         let effect = *Effect::ALL.get(self.effect as usize)?;
         Some(EffectCost { effect, has_run: self.ran != 0, time: Duration::from_nanos(self.ns), bytes: self.bytes })

@@ -3,7 +3,7 @@
 use crate::name::suggestion;
 use crate::{Error, ErrorKind};
 
-/// What an effect changes.
+/// Kind of change that an effect makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
     /// The fragments.
@@ -33,7 +33,7 @@ macro_rules! effects {
                 }
             }
 
-            /// What it changes.
+            /// Kind of its change.
             pub fn class(self) -> Class {
                 match self {
                     $(Self::$effect => Class::$class,)*

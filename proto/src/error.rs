@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 use std::fmt;
 use std::time::Duration;
 
-/// Whose fault an error is.
+/// Party at fault for an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// The request is wrong; sending it again changes nothing.
@@ -77,7 +77,7 @@ macro_rules! kinds {
                 }
             }
 
-            /// Whose fault it is.
+            /// Party at fault.
             pub fn fault(self) -> Fault {
                 match self {
                     $(Self::$kind => Fault::$fault,)*

@@ -55,7 +55,7 @@ pub fn object_name(name: &str) -> Result<(), Error> {
     Err(Error::new(ErrorKind::ObjectName, name, message))
 }
 
-/// How many of the nearest names a message lists.
+/// Number of similar names that a message lists.
 const NEAREST_MAX: usize = 3;
 
 /// The names most like `name`, the likeliest first (Damerau-Levenshtein distance): what a typing error may have meant.

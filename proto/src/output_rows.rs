@@ -1,8 +1,8 @@
-//! What results carry beside the fragments where effects ask for it: rows of shared memory, and what hosts read of them.
+//! Rows that effects add to results: as they lie in shared memory, and as hosts read them.
 
 use bytemuck::{Pod, Zeroable};
 
-/// How a fragment moves once it is free, on top of how the object moved. Neither linear nor angular momentum is left when all
+/// Velocity of a fragment once it is free, in addition to the object's motion. Neither linear nor angular momentum is left when all
 /// fragments are summed up. Plain numbers in this order (`repr(C)`).
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -13,7 +13,7 @@ pub struct FragmentVelocity {
     pub angular_rad_s: [f64; 3],
 }
 
-/// Where a ray first met the object.
+/// First intersection of a ray with the object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct HitWire {

@@ -50,7 +50,7 @@ pub struct RequestWire {
     pub version: u32,
     /// 1: fragments. 2: the threshold alone. 3: the first hit of a ray alone.
     pub purpose: u32,
-    /// How many of `contacts` count, 1 to [`CONTACTS_MAX`].
+    /// Number of valid `contacts`, 1 to [`CONTACTS_MAX`].
     pub contact_count: u32,
     /// Number of the request on its connection, from 1 on in the order of sending; names it at the control service.
     pub sequence: u64,
@@ -94,7 +94,7 @@ pub struct RequestWire {
     pub object: [u8; OBJECT_NAME_MAX],
     /// Contacts; those beyond `contact_count` are zero.
     pub contacts: [ContactWire; CONTACTS_MAX],
-    /// Where displacements come from. 0: the preset says. 1: the solve. 2: the reduced basis, where it is exact enough.
+    /// Source of displacements. 0: the preset says. 1: the solve. 2: the reduced basis, where it is exact enough.
     pub elastic: u64,
     /// Time from the daemon's admission within which the result is of use, ns; 0: any.
     pub deadline_ns: u64,
@@ -115,7 +115,7 @@ pub struct RequestWire {
 const _: () = assert!(size_of::<ContactWire>() == 88);
 const _: () = assert!(size_of::<RequestWire>() == 1040);
 
-/// What a request is for.
+/// Purpose of a request.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Purpose {
     /// Fragments.
@@ -127,13 +127,13 @@ pub enum Purpose {
     Aim,
 }
 
-/// Where the number of sites comes from.
+/// Source of the number of sites.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DegreeRule {
     /// From where the preset says.
     #[default]
     Preset,
-    /// What the object has learned from its examples; the calibrated closed form where they do not reach.
+    /// Prediction learned from the object's examples; the calibrated closed form where they do not reach.
     Inferred,
     /// The inferred number, made to hold.
     Verified,
@@ -145,7 +145,7 @@ pub enum DegreeRule {
     Sites(u32),
 }
 
-/// Where displacements come from.
+/// Source of displacements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DisplacementSource {
     /// From where the preset says.
@@ -178,19 +178,19 @@ pub struct Contact {
 pub struct Request {
     /// Name of the object.
     pub object: String,
-    /// What it is for.
+    /// Purpose.
     pub purpose: Purpose,
     /// The coordinates of the contacts and of the result.
     pub convention: Convention,
     /// 1 to [`CONTACTS_MAX`].
     pub contacts: Vec<Contact>,
-    /// Where the number of sites comes from.
+    /// Source of the number of sites.
     pub degree: DegreeRule,
     /// γ, J·m²; `None`: the object's own.
     pub gamma_j_m2: Option<f64>,
     /// Which lift; `None`: the object's default.
     pub lift: Option<Lift>,
-    /// Where displacements come from.
+    /// Source of displacements.
     pub elastic: DisplacementSource,
     /// Preset of the settings that are not given; `None`: the object's.
     pub quality: Option<Quality>,

@@ -137,7 +137,7 @@ macro_rules! sections {
                 })
             }
 
-            /// Nothing but a summary.
+            /// A summary only.
             pub fn empty(summary: &'a SummaryWire) -> Self {
                 Self { summary, $($name: &[],)* }
             }

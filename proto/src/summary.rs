@@ -70,7 +70,7 @@ pub struct SummaryWire {
     pub overrun: u32,
     /// See [`Summary::reduced_error_max`].
     pub reduced_error_max: f64,
-    /// Where the ray of the request met the object, if it had one.
+    /// Intersection of the request's ray with the object, if it had one.
     pub hit: HitWire,
     /// By how much `time_ns` exceeds the time that was asked for, ns; zero: it was kept, or none was asked for.
     pub overrun_ns: u64,
@@ -103,15 +103,15 @@ pub struct Summary {
     pub fracture_degree: u32,
     /// Which rule produced the degree.
     pub degree_origin: DegreeOrigin,
-    /// Where the number of sites was to come from: the request's rule, or the preset's.
+    /// Requested source of the number of sites: the request's rule, or the preset's.
     pub degree_method: DegreeMethod,
     /// Whether the object's cap on the degree was reached.
     pub is_capped: bool,
-    /// How near the examples are that decided the degree, 0 to 1.
+    /// Similarity of the examples that decided the degree, 0 to 1.
     pub confidence: f64,
-    /// What stopped the computation.
+    /// Criterion that stopped the computation.
     pub stop_criterion: StopCriterion,
-    /// Where the strain energy came from.
+    /// Source of the strain energy.
     pub energy_source: EnergySource,
     /// The preset; `None` for a request that only aims.
     pub quality: Option<Quality>,
@@ -198,7 +198,7 @@ impl From<&SummaryWire> for Summary {
 pub struct MissedTime {
     /// By how much.
     pub by: Duration,
-    /// What took most of the time.
+    /// Part that took most of the time.
     pub cause: OverrunCause,
 }
 

@@ -1,10 +1,10 @@
-//! What a strike takes through the real service, preset by preset: `cargo bench --bench frame` bakes a generated statue of about
+//! Time of a request through the real service, for each preset: `cargo bench --bench frame` bakes a generated statue of about
 //! 100,000 triangles with examples; `SHATTER_BENCH_MESH` names another mesh file, `SHATTER_BENCH_FOLDER` a folder in which its databases
 //! are kept from one run to the next (the sizes of the presets differ, so there is one for each), `SHATTER_BENCH_EXAMPLES` how many
 //! impacts they learn from (200), `SHATTER_BENCH_PRESETS` which presets (draft,game,film).
 //!
 //! One client strikes, waits, and strikes elsewhere. The floor is what the answers' own stages do not account for: the way there and
-//! back, the admission, and the writing of an answer that nothing was computed for.
+//! back, the admission, and the writing of a result without computation.
 
 #[path = "../tests/support/mod.rs"]
 mod support;

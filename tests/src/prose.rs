@@ -82,7 +82,7 @@ fn source(text: &str) -> Found {
     let (mut found, mut documented) = (Found::new(), false);
     for (at, line) in text.lines().enumerate() {
         let trimmed = line.trim_start();
-        let comment = ["///", "//!", "//", "/*", "*"]
+        let comment = ["///", "//!", "//", "/*", "* "]
             .iter()
             .find_map(|mark| trimmed.strip_prefix(mark).map(|rest| (*mark, rest)));
         match comment {
@@ -104,7 +104,7 @@ fn source(text: &str) -> Found {
     found
 }
 
-/// The string literals of a line, and the comment at its end.
+/// The string literals of a line that have more than one word, and the comment at its end.
 fn literals(line: &str) -> Vec<String> {
     let (mut found, mut rest) = (Vec::new(), line);
     while let Some(start) = rest.find(['"', '/']) {
@@ -124,7 +124,9 @@ fn literals(line: &str) -> Vec<String> {
             ends
         });
         let Some(end) = end else { return found };
-        found.push(after[..end].to_owned());
+        if after[..end].contains(' ') {
+            found.push(after[..end].to_owned());
+        }
         rest = &after[end + 1..];
     }
     found

@@ -10,7 +10,7 @@ use std::process::Command;
 /// Crates that are not published.
 const PRIVATE: [&str; 2] = ["server/lab", "tests"];
 
-/// What a package may hold beside its sources.
+/// Files that a package may hold beside its sources.
 const EXTRAS: [&str; 13] = [
     "Cargo.lock",
     "Cargo.toml",
@@ -30,7 +30,7 @@ const EXTRAS: [&str; 13] = [
 /// A package holds less, bytes: no mesh and no picture.
 const BYTES_MAX: u64 = 3 << 20;
 
-/// What cargo prints.
+/// Output of cargo.
 fn cargo(arguments: &[&str]) -> String {
     let output = Command::new(env!("CARGO")).args(arguments).args(["--offline"]).current_dir(root()).output().unwrap();
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));

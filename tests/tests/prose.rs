@@ -6,10 +6,9 @@ use shatter_tests::prose::{Kind, Passage, passages, words};
 use shatter_tests::sources::check;
 
 /// Phrases and their replacements. A phrase matches whole words, in any case.
-const BANNED: [(&str, &str); 44] = [
+const BANNED: [(&str, &str); 41] = [
     ("a blow", "an impact"),
     ("answer", "a result, a response"),
-    ("answers", "results, responses"),
     ("are had", "name the actor and the action"),
     ("are told", "name the actor and the action"),
     ("blow", "impact"),
@@ -17,7 +16,6 @@ const BANNED: [(&str, &str); 44] = [
     ("buried", "removed"),
     ("bury", "remove"),
     ("crew", "worker pool"),
-    ("ears", "event source"),
     ("for ever", "without end, or a bound"),
     ("gives back", "returns, releases"),
     ("given back", "returned, released"),
@@ -50,14 +48,13 @@ const BANNED: [(&str, &str); 44] = [
     ("what is there", "name the thing"),
     ("what is wanted", "the request"),
     ("whoever", "name the actor"),
-    ("worn", "name the surface"),
 ];
 
 /// Words before `strike` that make it a noun.
 const ARTICLES: [&str; 10] = ["a", "another", "each", "every", "first", "one", "per", "second", "the", "this"];
 
 /// Words that no documentation of an item begins with: its first line is a noun phrase or a verb.
-const BEGINNINGS: [&str; 6] = ["how", "what", "whether", "where", "who", "whose"];
+const BEGINNINGS: [&str; 5] = ["how", "what", "where", "who", "whose"];
 
 /// Longest sentence of a document, in words, that is not counted as long.
 const SENTENCE_WORDS: usize = 25;

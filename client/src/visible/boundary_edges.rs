@@ -15,7 +15,7 @@ const REACH_EDGES: f32 = 4.0;
 /// The longest path that an edge becomes, over the distance between its ends and what these moved.
 const PATH_MAX: f32 = 8.0;
 
-/// How many rim vertices in a row move to where the one before them moved, where no vertex of the skin's rim is near.
+/// Number of consecutive rim vertices that move to where the one before them moved, where no vertex of the skin's rim is near.
 const UNMATCHED_MAX: usize = 8;
 
 /// A directed edge between welded vertices.

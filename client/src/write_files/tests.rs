@@ -13,7 +13,7 @@ use shatter_proto::view::CheckedLayout;
 const CORNERS: [[f32; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
-/// What one fragment, a tetrahedron, has.
+/// Arrays of one fragment, a tetrahedron.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Shape {
     /// Faces that are outer; the others are cracks, one run each. `None`: it has no faces at all.

@@ -167,7 +167,7 @@ impl PreparedObject {
     /// Errors: [`FractureError::Elasticity`], as every request that needs that factor will return.
     ///
     /// # Errors
-    /// [`FractureError::Elasticity`], what every strike that needs that factor will be told.
+    /// [`FractureError::Elasticity`], the error that every request needing that factor gets.
     pub fn factor(&self) -> Result<(), FractureError> {
         let solids = self.bodies.iter().enumerate().filter_map(|(body, own)| Some((body, own.solid.as_ref()?)));
         for (body, own) in solids {

@@ -53,7 +53,7 @@ const TESSELLATIONS_MAX: usize = 3;
 /// `interior` are available, and the object's examples are not used.
 ///
 /// # Errors
-/// Those of a strike, and [`FractureError::UnknownFragment`], [`FractureError::FragmentSmall`],
+/// Those of [`strike`](super::strike), and [`FractureError::UnknownFragment`], [`FractureError::FragmentSmall`],
 /// [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`], [`FractureError::FragmentLiftKind`], [`FractureError::OtherObject`].
 pub fn strike_again(
     context: StrikeContext<'_>,

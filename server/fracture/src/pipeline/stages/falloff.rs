@@ -20,7 +20,7 @@ const RADIUS_SPACINGS: f64 = 1.0;
 /// Errors: [`FractureError::Balanced`] if impulses are so small, or contacts so wide, that the energy underflows.
 ///
 /// # Errors
-/// [`FractureError::Balanced`] where blows are too weak, or their contacts too wide, for a number to hold their energy.
+/// [`FractureError::Balanced`] where impulses are too weak, or their contacts too wide, for a number to hold their energy.
 pub(in crate::pipeline) fn falloff(
     prepared: &PreparedObject,
     impact: &ContactSet,

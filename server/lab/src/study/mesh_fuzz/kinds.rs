@@ -1,9 +1,9 @@
-//! Classification of bake errors: refusals of the mesh, or internal errors.
+//! Classification of bake errors: rejected meshes, or internal errors.
 
 use shatter_fracture::database::BakeError;
 use shatter_server::commands::CommandError;
 
-/// Kind of the refusal as on the command line and its message; `Err` with the message for an internal error.
+/// Kind of the error as on the command line and its message; `Err` with the message for an internal error.
 pub(super) fn refusal(error: BakeError) -> Result<(&'static str, String), String> {
     let message = error.to_string();
     let failure = CommandError::from(error);

@@ -72,7 +72,7 @@ pub struct FuzzTally {
     pub per_defect: Vec<NamedCounts>,
     /// All failures.
     pub failures: Vec<FuzzReport>,
-    /// All unjustified refusals.
+    /// All unjustified errors.
     pub unjustified: Vec<FuzzReport>,
 }
 

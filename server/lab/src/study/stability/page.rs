@@ -173,7 +173,7 @@ impl StabilityFindings {
 
     fn bad_meshes(&self) -> Section {
         let table = |title: &str, rows: &[NamedCounts]| ReportTable {
-            head: [title, "tried", "checked", "refused", "unjustified refusals", "failed", "must-accept accepted"]
+            head: [title, "tried", "checked", "refused", "unjustified errors", "failed", "must-accept accepted"]
                 .map(str::to_owned)
                 .to_vec(),
             rows: rows.iter().map(counts).collect(),
