@@ -200,7 +200,8 @@ fn metrics() -> String {
     let mut page = format!(
         "# Metrics\n\n{NOTE}\
          `/metrics` of `operations.port` serves these as OpenMetrics text. The daemon also writes them to its runtime folder\n\
-         every `times.metrics_s`.\n\n| metric | type | meaning | label |\n|---|---|---|---|\n"
+         every `times.metrics_s`. Samples of counters end in `_total`; those of histograms in `_bucket`, `_sum` and `_count`.\n\n\
+         | metric | type | meaning | label |\n|---|---|---|---|\n"
     );
     let described = |kind: &str| -> BTreeMap<&str, &str> {
         text.lines().filter_map(|line| line.strip_prefix(kind)?.split_once(' ')).collect()
