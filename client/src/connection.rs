@@ -12,31 +12,20 @@ use iceoryx2::prelude::SignalHandlingMode;
 use iceoryx2::response::Response;
 use iceoryx2::service::builder::request_response::RequestResponseOpenError;
 use iceoryx2::service::port_factory::client::ClientCreateError;
-use rustix::fs::{FlockOperation, flock};
 use shatter_proto::control::{ControlReplyHeader, ControlRequest, ControlRequestWire};
 use shatter_proto::request::RequestWire;
 use shatter_proto::result::{Block, ResultHeader};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::instance::Instance;
 use shatter_transport::paths::ServicePaths;
-use shatter_transport::shared_memory;
+use shatter_transport::workarounds::dead_daemon::{DaemonLock, PULSE};
+use shatter_transport::workarounds::{lost_wakeups, shared_memory};
 use shatter_transport::{
     CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_CLIENT_SERVICE, WAKE_DAEMON_SERVICE, client_config, failed, service_name,
 };
-use std::fs::File;
-use std::os::unix::fs::FileExt;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-
-/// A wake-up can be lost, so nobody sleeps longer than this without looking.
-const TICK: Duration = Duration::from_millis(5);
-
-/// Nobody sleeps less.
-const TICK_MIN: Duration = Duration::from_millis(1);
-
-/// The transport does not notice a killed daemon, so its lock is looked at this often.
-const PULSE: Duration = Duration::from_millis(200);
 
 /// What a request may need beyond what exists, should a new daemon have come meanwhile.
 const ROOM_TO_SEND: u64 = 256 * 1024;
@@ -114,7 +103,7 @@ pub(crate) struct Connection {
     /// Its daemon went away.
     lost: AtomicBool,
     place: ServicePaths,
-    lock: Lock,
+    lock: DaemonLock,
     _node: Node<Ipc>,
 }
 
@@ -123,7 +112,7 @@ impl Connection {
     pub(crate) fn open(place: &ServicePaths, instance: &Instance) -> Result<Self, Error> {
         shared_memory::need(shared_memory::CONNECTION_BYTES)?;
         instance.check(place.uid)?;
-        let lock = Lock::open(place, instance).ok_or_else(|| failed("lock", "the daemon went away"))?;
+        let lock = DaemonLock::open(place, instance).ok_or_else(|| failed("lock", "the daemon went away"))?;
         let config = client_config(instance)?;
         let node = NodeBuilder::new()
             .config(&config)
@@ -210,8 +199,7 @@ impl Connection {
         if deadline.passed() {
             return;
         }
-        // To the socket below a timeout of nothing, or of less than a microsecond, means to wait for ever.
-        let tick = deadline.left().clamp(TICK_MIN, TICK);
+        let tick = lost_wakeups::bounded(deadline.left());
         if let Err(error) = self.ports.woken.timed_wait(|_| {}, tick) {
             tracing::debug!(?error, "cannot listen");
             std::thread::sleep(tick.min(Duration::from_millis(1)));
@@ -254,46 +242,6 @@ impl Connection {
             format!("the daemon of service `{service}` went away; no answer will come, and sending it again is safe");
         Error::new(ErrorKind::Lost, service, message)
     }
-}
-
-/// The lock file of a daemon, as it was when it served.
-struct Lock {
-    file: File,
-    token: String,
-}
-
-impl Lock {
-    fn open(place: &ServicePaths, instance: &Instance) -> Option<Self> {
-        let file = File::open(place.lock()).ok()?;
-        Some(Self { file, token: instance.token.clone() })
-    }
-
-    /// Whether the daemon holds it that held it then: who takes it writes its own token into it.
-    fn is_held(&self) -> bool {
-        if !is_locked(&self.file) {
-            return false;
-        }
-        let mut text = [0; 64];
-        let length = self.file.read_at(&mut text, 0).unwrap_or(0);
-        // Nothing can be read for the moment in which a daemon that takes it writes.
-        let token = std::str::from_utf8(&text[..length]).ok().and_then(|text| text.lines().nth(1));
-        token.is_none_or(|token| token == self.token)
-    }
-}
-
-/// Whether some process holds the lock on a file. The kernel gives it back with the process, however that ends. A shared lock is
-/// tried, so clients do not disturb each other; a starting daemon tries more than once.
-fn is_locked(file: &File) -> bool {
-    if flock(file, FlockOperation::NonBlockingLockShared).is_err() {
-        return true;
-    }
-    let _ = flock(file, FlockOperation::Unlock);
-    false
-}
-
-/// Whether some daemon of `place` lives.
-pub(crate) fn daemon_lives(place: &ServicePaths) -> bool {
-    File::open(place.lock()).is_ok_and(|file| is_locked(&file))
 }
 
 fn open_failed(error: RequestResponseOpenError) -> Error {

@@ -42,7 +42,6 @@ mod deadline;
 mod digest;
 mod impact;
 mod object;
-mod open_files;
 mod prefracture;
 mod result;
 mod result_future;

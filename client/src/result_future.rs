@@ -3,14 +3,11 @@
 use crate::connection::Connection;
 use crate::{Deadline, FractureResult, Poll, Ticket};
 use shatter_proto::Error;
+use shatter_transport::workarounds::lost_wakeups::TICK;
 use std::future::{Future, IntoFuture};
 use std::pin::Pin;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::task::{Context, Waker};
-use std::time::Duration;
-
-/// The thread listens this long at a time; rings may be lost, so everybody is woken after each.
-const TURN: Duration = Duration::from_millis(5);
 
 /// Those who wait on one connection.
 #[derive(Default)]
@@ -69,10 +66,10 @@ fn wake(link: &Arc<Connection>, waker: &Waker) -> Result<(), Error> {
     Ok(())
 }
 
-/// Listens until nobody waits, or the connection is gone.
+/// Listens until nobody waits, or the connection is gone; wakes everybody after each tick, since a wake-up may be lost.
 fn listen(link: &Weak<Connection>) {
     while let Some(link) = link.upgrade() {
-        link.wait(Deadline::after(TURN));
+        link.wait(Deadline::after(TICK));
         let mut waiting = link.audience().0.lock().unwrap_or_else(PoisonError::into_inner);
         if waiting.wakers.is_empty() {
             waiting.attended = false;

@@ -1,11 +1,12 @@
 //! The way to a service, whichever daemon serves: a link, and a new one once its daemon is lost.
 
-use crate::connection::{Connection, daemon_lives};
-use crate::open_files::unmapped;
+use crate::connection::Connection;
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::daemon_info::DaemonInfo;
 use shatter_transport::instance::Instance;
 use shatter_transport::paths::ServicePaths;
+use shatter_transport::workarounds::dead_daemon::any_lives;
+use shatter_transport::workarounds::unclear_errors::unmapped;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The way to a service. It outlives daemons.
@@ -48,7 +49,7 @@ impl Session {
     pub(crate) fn over<T>(&self, call: impl Fn(Arc<Connection>) -> Result<T, Error>) -> Result<T, Error> {
         match call(self.link()?) {
             Err(lost) if lost.kind == ErrorKind::Lost => match self.link() {
-                Ok(link) => call(link.clone()).map_err(|lost| unmapped(lost, &link)),
+                Ok(link) => call(link.clone()).map_err(|lost| unmapped(lost, || link.daemon_lives())),
                 Err(_) => Err(lost),
             },
             result => result,
@@ -73,7 +74,7 @@ impl From<Attempt> for Error {
 }
 
 fn attempt(place: &ServicePaths) -> Result<Connection, Attempt> {
-    if !place.exists().map_err(Attempt::Final)? || !daemon_lives(place) {
+    if !place.exists().map_err(Attempt::Final)? || !any_lives(place) {
         let refusal = no_daemon(place, "no daemon of service");
         let message = format!("{refusal}; start one with `shatterd serve --service {}`", place.service.as_str());
         return Err(Attempt::Final(Error { message, ..refusal }));

@@ -2,7 +2,6 @@
 
 use crate::connection::{Connection, LivenessCheck, PendingControlRequest, PendingRequest, receive_failed};
 use crate::control;
-use crate::open_files::unmapped;
 use crate::{Deadline, FractureResult};
 use shatter_proto::control::{ControlRequest, ProgressRow};
 use shatter_proto::convention::Convention;
@@ -10,6 +9,8 @@ use shatter_proto::error::ErrorWire;
 use shatter_proto::request::Request;
 use shatter_proto::result::STAGES;
 use shatter_proto::{Error, ErrorKind};
+use shatter_transport::workarounds::dead_clients::is_evicted;
+use shatter_transport::workarounds::unclear_errors::unmapped;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -183,9 +184,9 @@ impl Ticket {
             Some(pending) => match control::poll::<ErrorWire>(link, pending) {
                 Ok(None) => {}
                 Ok(Some((rows, _))) => {
-                    let verdict = rows.first().map_or_else(|| unmapped(link.lost(), link), Error::from);
-                    // Whoever asks has not given it up: the transport took this client for one that died.
-                    return Err(if verdict.kind == ErrorKind::Cancelled { link.evicted() } else { verdict });
+                    let verdict =
+                        rows.first().map_or_else(|| unmapped(link.lost(), || link.daemon_lives()), Error::from);
+                    return Err(if is_evicted(&verdict) { link.evicted() } else { verdict });
                 }
                 Err(refusal) if refusal.kind == ErrorKind::Busy && !overdue => *question = None,
                 Err(refusal) => return Err(refusal),

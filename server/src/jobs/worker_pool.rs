@@ -4,7 +4,7 @@ use super::job::{JobPayload, StopCause, WrittenResult};
 use super::{Job, overrun_cause};
 use crate::error_mailbox::{ErrorMailbox, RequestKey};
 use crate::hot_reloader::ReloadEvent;
-use crate::ipc::{ClientWaker, LoanedBuffer, PopulatedPages};
+use crate::ipc::{ClientWaker, LoanedBuffer};
 use crate::metrics::JobEnd;
 use crate::panics;
 use crate::retained::{EvictedResults, RetainedResults, RetainedTarget};
@@ -17,6 +17,8 @@ use shatter_proto::layout::Layout;
 use shatter_proto::request::{Request, RetainedFragment};
 use shatter_proto::result::{Block, EffectWire, StageWire};
 use shatter_proto::{Error, ErrorKind, Fault};
+use shatter_transport::workarounds::populated_pages::PopulatedPages;
+use shatter_transport::workarounds::response_pool::LOANS_PER_REQUEST;
 use std::collections::HashSet;
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -28,8 +30,9 @@ use tokio::sync::mpsc::UnboundedSender;
 const AIMED_AT: f64 = 0.85;
 
 /// Pauses before memory for an answer is asked for again: in the first the dead are buried, in the others the living may read what
-/// they were sent. A failed loan is never taken off its request's count, so there are as many as `Ports` allows less one.
-const CROWDED: [Duration; 3] = [Duration::from_millis(4), Duration::from_millis(8), Duration::from_millis(16)];
+/// they were sent. Every failed loan counts, so there are as many as a request has, less one.
+const CROWDED: [Duration; LOANS_PER_REQUEST - 1] =
+    [Duration::from_millis(4), Duration::from_millis(8), Duration::from_millis(16)];
 
 /// What the computing threads tell the waiting one.
 pub enum WorkerEvent {

@@ -1,14 +1,21 @@
-//! The way in for clients.
+//! One segment keeps every client out.
 //!
-//! Every process that connects opens one small segment first (iceoryx2 0.10.0): a few zeros in it, and no client connects any more.
-//! The folder is closed to other users; what this user or root can still spoil is found by looking and put right.
+//! **Symptom.** Every process that connects opens the segment `*.global_mgmt` first. If a few bytes of it are zero, or it is gone, no client
+//! connects any more, and the daemon does not notice.
+//!
+//! **Reproduction** (iceoryx2 0.10.0). The test `entrance` of `shatter-server` overwrites and removes the segment of a running daemon.
+//!
+//! **Upstream.** No issue known.
+//!
+//! **Delete.** This file, its call in the loop of the daemon and the counter of restored segments, once a node repairs or refuses the
+//! segment. The folder is closed to other users; this user, root and cleaners of `/dev/shm` can still spoil it.
 
+use crate::instance::Instance;
+use crate::private_folder::PrivateFolder;
+use crate::{Ipc, client_config, failed};
 use iceoryx2::node::NodeBuilder;
 use iceoryx2::prelude::SignalHandlingMode;
 use shatter_proto::{Error, ErrorKind};
-use shatter_transport::instance::Instance;
-use shatter_transport::private_folder::PrivateFolder;
-use shatter_transport::{Ipc, client_config, failed};
 use std::ffi::OsStr;
 use std::fs;
 use std::path::PathBuf;

@@ -1,15 +1,21 @@
-//! Segments that belong to nobody. A process that is killed between making a segment and taking its place in it leaves one that no
-//! cleaning up after it finds: it goes by places (iceoryx2 0.10.0). What names its owner does not get lost: every port writes a tag
-//! before it makes anything, and the tag goes after everything else.
+//! Segments and nodes of killed processes stay.
 //!
-//! A process that is killed while it writes a tag leaves a node that is never rid of: cleaning up takes all of it but the unfinished
-//! tag, whose folder stays, and finds it again for ever. What the dead own then is that tag and nothing else. One that is killed while
-//! it makes its node leaves a folder that is not even listed: it may still be starting.
+//! **Symptom.** (1) A process that is killed after it made a segment and before it registered in it leaves a segment that no cleanup finds:
+//! cleanups go by registrations. (2) One that is killed while it writes a tag leaves a node that every cleanup finds and none removes: the
+//! unfinished tag and its folder stay. (3) One that is killed while it makes its node leaves a folder that is not listed.
+//!
+//! **Reproduction** (iceoryx2 0.10.0). Clients killed at random moments of their first 12 ms; the tests `faults` and `forgotten` of
+//! `shatter-server` do that. Three hundred kills left folders of kind (3), and 30 kills were counted as 17538 cleanups (2).
+//!
+//! **Upstream.** No issue known.
+//!
+//! **Delete.** This file and its call in the loop of the daemon, once cleanups go by port tags: every port writes its tag before it makes
+//! anything, and the tag goes after everything else, so a segment whose owner has no tag is stale.
 
+use crate::instance::Instance;
+use crate::{Ipc, PREFIX, config};
 use iceoryx2::node::{Node, NodeState, NodeView};
 use iceoryx2::prelude::CallbackProgression;
-use shatter_transport::instance::Instance;
-use shatter_transport::{Ipc, PREFIX, config};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::fs::{self, DirEntry};
@@ -123,8 +129,8 @@ fn tags(nodes: &Path) -> BTreeSet<u128> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::paths::ServicePaths;
     use shatter_proto::name::ServiceName;
-    use shatter_transport::paths::ServicePaths;
     use std::fs::File;
     use std::os::unix::fs::OpenOptionsExt;
 

@@ -1,5 +1,15 @@
-//! Shared memory is sparse: a page exists once it is written, and a machine that has none left answers with SIGBUS. So pages are
-//! asked for before they are written, by both sides.
+//! A full `/dev/shm` kills with SIGBUS.
+//!
+//! **Symptom.** Segments are sparse files: a page exists once it is written, and where none is left the kernel sends SIGBUS. The
+//! transport neither checks for room nor asks for pages.
+//!
+//! **Reproduction** (iceoryx2 0.10.0). A `/dev/shm` of 64 MiB and a pool of eight buckets of 50 MiB: the pool is created, and the process
+//! dies while it fills the second response. `MADV_POPULATE_WRITE` on the same range returns an error instead.
+//!
+//! **Upstream.** No issue known.
+//!
+//! **Delete.** This file, [`populated_pages`](super::populated_pages) and their calls before a segment is made or written, once the
+//! transport asks for pages itself and returns an error.
 
 use rustix::io::Errno;
 use rustix::mm::{Advice, madvise};
@@ -8,7 +18,7 @@ use std::ops::Range;
 use std::path::Path;
 
 /// Where shared memory lives.
-pub const FOLDER: &str = "/dev/shm";
+const FOLDER: &str = crate::instance::SHARED_MEMORY;
 
 /// Files that a connection needs, with some to spare.
 const FILES: u64 = 64;
