@@ -12,31 +12,20 @@ use iceoryx2::prelude::SignalHandlingMode;
 use iceoryx2::response::Response;
 use iceoryx2::service::builder::request_response::RequestResponseOpenError;
 use iceoryx2::service::port_factory::client::ClientCreateError;
-use rustix::fs::{FlockOperation, flock};
 use shatter_proto::control::{ControlReplyHeader, ControlRequest, ControlRequestWire};
 use shatter_proto::request::RequestWire;
 use shatter_proto::result::{Block, ResultHeader};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::instance::Instance;
 use shatter_transport::paths::ServicePaths;
-use shatter_transport::shared_memory;
+use shatter_transport::workarounds::dead_daemon::{DaemonLock, LIVENESS_INTERVAL};
+use shatter_transport::workarounds::{lost_wakeups, shared_memory};
 use shatter_transport::{
     CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_CLIENT_SERVICE, WAKE_DAEMON_SERVICE, client_config, failed, service_name,
 };
-use std::fs::File;
-use std::os::unix::fs::FileExt;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-
-/// The longest sleep between two polls: a notification can be lost.
-const TICK: Duration = Duration::from_millis(5);
-
-/// The shortest sleep.
-const TICK_MIN: Duration = Duration::from_millis(1);
-
-/// Time between two tests of the daemon's lock: the transport does not notice a killed daemon.
-const LIVENESS_INTERVAL: Duration = Duration::from_millis(200);
 
 /// Shared memory that a request may need beyond what exists, bytes.
 const SEND_BYTES: u64 = 256 * 1024;
@@ -114,7 +103,7 @@ pub(crate) struct Connection {
     /// Its daemon is known to have gone away.
     is_lost: AtomicBool,
     paths: ServicePaths,
-    lock: Lock,
+    lock: DaemonLock,
     _node: Node<Ipc>,
 }
 
@@ -123,7 +112,7 @@ impl Connection {
     pub(crate) fn open(paths: &ServicePaths, instance: &Instance) -> Result<Self, Error> {
         shared_memory::need(shared_memory::CONNECTION_BYTES)?;
         instance.check(paths.uid)?;
-        let lock = Lock::open(paths, instance).ok_or_else(|| failed("lock", "the daemon went away"))?;
+        let lock = DaemonLock::open(paths, instance).ok_or_else(|| failed("lock", "the daemon went away"))?;
         let config = client_config(instance)?;
         let node = NodeBuilder::new()
             .config(&config)
@@ -210,8 +199,7 @@ impl Connection {
         if deadline.passed() {
             return;
         }
-        // The socket below takes a timeout of less than a microsecond for no timeout.
-        let tick = deadline.left().clamp(TICK_MIN, TICK);
+        let tick = lost_wakeups::bounded(deadline.left());
         if let Err(error) = self.ports.listener.timed_wait(|_| {}, tick) {
             tracing::debug!(?error, "cannot listen");
             std::thread::sleep(tick.min(Duration::from_millis(1)));
@@ -256,46 +244,6 @@ impl Connection {
         let service = self.paths.service.as_str();
         Error::new(ErrorKind::Lost, service, format!("the daemon of service `{service}` {what}"))
     }
-}
-
-/// The lock file of a daemon, as it was when it served.
-struct Lock {
-    file: File,
-    token: String,
-}
-
-impl Lock {
-    fn open(paths: &ServicePaths, instance: &Instance) -> Option<Self> {
-        let file = File::open(paths.lock()).ok()?;
-        Some(Self { file, token: instance.token.clone() })
-    }
-
-    /// Whether the same daemon still holds it: each writes its own token into it.
-    fn is_held(&self) -> bool {
-        if !is_locked(&self.file) {
-            return false;
-        }
-        let mut text = [0; 64];
-        let length = self.file.read_at(&mut text, 0).unwrap_or(0);
-        // The file is empty for the moment in which another daemon writes.
-        let token = std::str::from_utf8(&text[..length]).ok().and_then(|text| text.lines().nth(1));
-        token.is_none_or(|token| token == self.token)
-    }
-}
-
-/// Whether some process holds the lock on a file. The kernel releases it with the process, however that ends. This tries a shared
-/// lock, so clients do not disturb each other; a starting daemon tries more than once.
-fn is_locked(file: &File) -> bool {
-    if flock(file, FlockOperation::NonBlockingLockShared).is_err() {
-        return true;
-    }
-    let _ = flock(file, FlockOperation::Unlock);
-    false
-}
-
-/// Whether some daemon at `paths` lives.
-pub(crate) fn daemon_lives(paths: &ServicePaths) -> bool {
-    File::open(paths.lock()).is_ok_and(|file| is_locked(&file))
 }
 
 fn open_failed(error: RequestResponseOpenError) -> Error {

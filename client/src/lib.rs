@@ -36,7 +36,6 @@
 //! Results are [`FractureResult`]s: large arrays are slices of plain numbers that lie in shared memory, facts are plain types
 //! ([`Summary`], [`StageCost`], [`EffectCost`], [`Bond`], [`DebrisPoint`]).
 
-mod address_space;
 mod aim;
 mod client;
 mod connection;

@@ -3,14 +3,11 @@
 use crate::connection::{Connection, no_thread};
 use crate::{Deadline, FractureResult, Poll, Ticket};
 use shatter_proto::Error;
+use shatter_transport::workarounds::lost_wakeups::TICK;
 use std::future::{Future, IntoFuture};
 use std::pin::Pin;
 use std::sync::{Arc, Weak};
 use std::task::{Context, Waker};
-use std::time::Duration;
-
-/// The thread listens this long at a time; notifications may be lost, so all tasks are woken after each.
-const TURN: Duration = Duration::from_millis(5);
 
 /// The result of a request, awaited. Dropping it cancels the request.
 #[must_use = "dropping a future cancels its request"]
@@ -53,10 +50,10 @@ fn register(connection: &Arc<Connection>, waker: &Waker) -> Result<(), Error> {
     })
 }
 
-/// Listens until no task waits, or the connection is gone.
+/// Listens until no task waits, or the connection is gone. Wakes all tasks after each tick, since a notification may be lost.
 fn listen(connection: &Weak<Connection>) {
     while let Some(connection) = connection.upgrade() {
-        connection.wait(Deadline::after(TURN));
+        connection.wait(Deadline::after(TICK));
         if !connection.waiters().wake_all() {
             return;
         }

@@ -1,11 +1,12 @@
 //! A session with a service, whichever daemon serves: a connection, and a new one once its daemon is lost.
 
-use crate::address_space::explain_lost;
-use crate::connection::{Connection, daemon_lives};
+use crate::connection::Connection;
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::daemon_info::DaemonInfo;
 use shatter_transport::instance::Instance;
 use shatter_transport::paths::ServicePaths;
+use shatter_transport::workarounds::dead_daemon::daemon_lives;
+use shatter_transport::workarounds::unclear_errors::explain_lost;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// A session with a service. It outlives daemons.
@@ -53,7 +54,9 @@ impl Session {
     pub(crate) fn call<T>(&self, call: impl Fn(Arc<Connection>) -> Result<T, Error>) -> Result<T, Error> {
         match call(self.connection()?) {
             Err(lost) if lost.kind == ErrorKind::Lost => match self.connection() {
-                Ok(connection) => call(connection.clone()).map_err(|lost| explain_lost(lost, &connection)),
+                Ok(connection) => {
+                    call(connection.clone()).map_err(|lost| explain_lost(lost, || connection.daemon_lives()))
+                }
                 Err(_) => Err(lost),
             },
             result => result,

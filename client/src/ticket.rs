@@ -1,6 +1,5 @@
 //! A request under way.
 
-use crate::address_space::explain_lost;
 use crate::connection::{Connection, LivenessCheck, PendingControlRequest, PendingRequest, receive_failed};
 use crate::control;
 use crate::{Deadline, FractureResult};
@@ -10,6 +9,8 @@ use shatter_proto::error::ErrorWire;
 use shatter_proto::request::Request;
 use shatter_proto::result::StageKind;
 use shatter_proto::{Error, ErrorKind};
+use shatter_transport::workarounds::dead_clients::is_evicted;
+use shatter_transport::workarounds::unclear_errors::explain_lost;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -188,9 +189,9 @@ impl Ticket {
             Some(pending) => match control::poll::<ErrorWire>(connection, pending) {
                 Ok(None) => {}
                 Ok(Some((rows, _))) => {
-                    let error = rows.first().map_or_else(|| explain_lost(connection.lost(), connection), Error::from);
-                    // This client has not canceled it: the transport took the client for a dead one.
-                    return Err(if error.kind == ErrorKind::Cancelled { connection.evicted() } else { error });
+                    let lost = || explain_lost(connection.lost(), || connection.daemon_lives());
+                    let error = rows.first().map_or_else(lost, Error::from);
+                    return Err(if is_evicted(&error) { connection.evicted() } else { error });
                 }
                 Err(error) if error.kind == ErrorKind::Busy && !is_overdue => *reason = None,
                 Err(error) => return Err(error),

@@ -6,9 +6,7 @@ use crate::config::Config;
 use crate::event_source::{EventSource, Signals, WakeEvent};
 use crate::hot_reloader::{DatabaseFolder, HotReloader};
 use crate::http_endpoints::{LoopInquiry, LoopReport, OperationsPort};
-use crate::ipc::{
-    ActiveControlRequest, ClientEntryCheck, PopulatedPages, Ports, RuntimeDirectory, StaleSegmentReaper, WakeSocket,
-};
+use crate::ipc::{ActiveControlRequest, Ports, RuntimeDirectory, WakeSocket};
 use crate::jobs::{Jobs, WorkerEvent, WorkerPool, lanes, threads};
 use crate::memory::ResidentMemory;
 use crate::metrics::{JobEnd, Metrics};
@@ -25,7 +23,10 @@ use shatter_proto::result::{BLOCK_BYTES, Block};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::failed;
 use shatter_transport::paths::ServicePaths;
-use shatter_transport::shared_memory;
+use shatter_transport::workarounds::client_entry::ClientEntryCheck;
+use shatter_transport::workarounds::populated_pages::PopulatedPages;
+use shatter_transport::workarounds::shared_memory;
+use shatter_transport::workarounds::stale_segments::StaleSegmentReaper;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};

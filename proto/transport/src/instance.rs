@@ -7,11 +7,13 @@
 
 use crate::daemon_info::DaemonInfo;
 use crate::paths::{ServicePaths, create_private, trusted};
-use crate::shared_memory;
 use shatter_proto::{Error, ErrorKind};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+
+/// The folder of shared memory, one for all users.
+pub const SHARED_MEMORY: &str = "/dev/shm";
 
 /// Digits of a token, of 36 each: 57 bits, too many to try out.
 const TOKEN_DIGITS: usize = 11;
@@ -71,7 +73,7 @@ impl Instance {
     }
 
     fn named(place: &ServicePaths, token: String) -> Self {
-        let folder = Path::new(shared_memory::FOLDER).join(format!("{}{token}", place.mark));
+        let folder = Path::new(SHARED_MEMORY).join(format!("{}{token}", place.mark));
         Self { token, folder }
     }
 

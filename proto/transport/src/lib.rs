@@ -4,10 +4,11 @@ pub mod daemon_info;
 pub mod instance;
 pub mod paths;
 pub mod private_folder;
-pub mod shared_memory;
 mod transport;
+pub mod workarounds;
 
 pub use transport::*;
+pub use workarounds::private_segments::Ipc;
 
 /// Version of the transport. iceoryx2 demands the same on both sides, patch included.
 pub const TRANSPORT_VERSION: &str = "iceoryx2 0.10.0";

@@ -1,13 +1,13 @@
 //! Services and ports: impact requests with a pool of buckets, control requests with a small separate pool, and two wake-up services.
 
-use super::{ClientWaker, PopulatedPages, WakeSocket};
+use super::{ClientWaker, WakeSocket};
 use bytemuck::Zeroable;
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::port::client::Client;
 use iceoryx2::port::server::Server;
 use iceoryx2::port::{LoanError, ReceiveError};
-use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, PortFactory as _, SignalHandlingMode};
+use iceoryx2::prelude::{PortFactory as _, SignalHandlingMode};
 use iceoryx2::response_mut_uninit::ResponseMutUninit;
 use iceoryx2::service::port_factory::{event, request_response};
 use shatter_proto::control::{ControlReplyHeader, ControlRequestWire, REPLY_BLOCKS};
@@ -15,6 +15,8 @@ use shatter_proto::request::RequestWire;
 use shatter_proto::result::{BLOCK_BYTES, Block, ResultHeader};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::instance::Instance;
+use shatter_transport::workarounds::populated_pages::PopulatedPages;
+use shatter_transport::workarounds::response_pool;
 use shatter_transport::{
     CONTROL_SERVICE, Ipc, QUESTIONS_PER_CLIENT_MAX, STRIKE_SERVICE, STRIKES_PER_CLIENT_MAX, WAKE_CLIENT_SERVICE,
     WAKE_DAEMON_SERVICE, config, failed, service_name,
@@ -35,8 +37,6 @@ type ControlFactory = request_response::PortFactory<Ipc, ControlRequestWire, (),
 const OWN_CLIENTS: usize = 1;
 /// Additional processes beside clients: the daemon, its connection checks, and a few that are just ending.
 const OTHER_NODES: usize = 4;
-/// Loans per request; more than one, because iceoryx2 never decrements the count after a failed loan.
-const LOANS_PER_REQUEST: usize = 4;
 /// Maximum number of unread control replies.
 const REPLIES: usize = 64;
 
@@ -93,19 +93,19 @@ impl Ports {
         let strikes = strike_factory
             .server_builder()
             .initial_max_slice_len(pool.blocks)
-            .allocation_strategy(AllocationStrategy::Static)
+            .allocation_strategy(response_pool::ALLOCATION)
             .override_response_preallocation(move |worst| worst.min(pool.buckets))
-            .max_loaned_responses_per_request(LOANS_PER_REQUEST)
-            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .max_loaned_responses_per_request(response_pool::LOANS_PER_REQUEST)
+            .backpressure_strategy(response_pool::BACKPRESSURE)
             .create()
             .map_err(|error| failed(STRIKE_SERVICE, error))?;
         let questions = control_factory
             .server_builder()
             .initial_max_slice_len(REPLY_BLOCKS)
-            .allocation_strategy(AllocationStrategy::Static)
+            .allocation_strategy(response_pool::ALLOCATION)
             .override_response_preallocation(|worst| worst.min(REPLIES))
-            .max_loaned_responses_per_request(LOANS_PER_REQUEST)
-            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .max_loaned_responses_per_request(response_pool::LOANS_PER_REQUEST)
+            .backpressure_strategy(response_pool::BACKPRESSURE)
             .create()
             .map_err(|error| failed(CONTROL_SERVICE, error))?;
         let rehearsal = strike_factory.client_builder().create().map_err(|error| failed("rehearsal", error))?;
@@ -216,7 +216,7 @@ fn strike_factory(node: &Node<Ipc>, clients: usize) -> Result<RequestFactory, Er
         .max_servers(1)
         .max_nodes(clients + OTHER_NODES)
         .max_active_requests_per_client(STRIKES_PER_CLIENT_MAX)
-        .max_response_buffer_size(2)
+        .max_response_buffer_size(response_pool::BUFFER)
         .max_borrowed_responses_per_pending_response(4)
         .enable_fire_and_forget_requests(false)
         .open_or_create()
@@ -231,7 +231,7 @@ fn control_factory(node: &Node<Ipc>, clients: usize) -> Result<ControlFactory, E
         .max_servers(1)
         .max_nodes(clients + OTHER_NODES)
         .max_active_requests_per_client(QUESTIONS_PER_CLIENT_MAX)
-        .max_response_buffer_size(2)
+        .max_response_buffer_size(response_pool::BUFFER)
         .max_borrowed_responses_per_pending_response(2)
         .enable_fire_and_forget_requests(false)
         .open_or_create()

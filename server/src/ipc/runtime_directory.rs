@@ -1,7 +1,5 @@
 //! Runtime directory of the daemon: one daemon per service name, and removal of files that dead daemons left.
 
-use iceoryx2::node::{Node, NodeState};
-use iceoryx2::prelude::CallbackProgression;
 use rustix::fs::{FlockOperation, flock};
 use serde::{Deserialize, Serialize};
 use shatter_proto::{Error, ErrorKind};
@@ -9,7 +7,7 @@ use shatter_transport::daemon_info::DaemonInfo;
 use shatter_transport::instance::Instance;
 use shatter_transport::paths::ServicePaths;
 use shatter_transport::private_folder::PrivateFolder;
-use shatter_transport::{Ipc, config};
+use shatter_transport::workarounds::left_behind::remove_unused;
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, Write};
@@ -217,37 +215,6 @@ fn write_list(place: &ServicePaths, runtime: &PrivateFolder, instances: &[Instan
     let tokens: Vec<&str> = instances.iter().map(|instance| instance.token.as_str()).collect();
     // A list of strings always serializes.
     write(runtime, &place.instances(), &serde_json::to_vec(&tokens).unwrap_or_default())
-}
-
-/// Removes the folder of an instance unless a living process uses it; returns whether it is gone.
-fn remove_unused(instance: &Instance) -> bool {
-    let path = &instance.folder;
-    let removed = match path.symlink_metadata() {
-        Err(error) => return error.kind() == io::ErrorKind::NotFound,
-        // A folder of another user is not even read.
-        Ok(data) if data.uid() != rustix::process::geteuid().as_raw() => return true,
-        Ok(data) if data.is_dir() && is_used(instance) => return false,
-        Ok(data) if data.is_dir() => fs::remove_dir_all(path),
-        Ok(_) => fs::remove_file(path),
-    };
-    if let Err(error) = &removed {
-        tracing::warn!(path = %path.display(), %error, "cannot remove the folder of an earlier daemon");
-    }
-    removed.is_ok()
-}
-
-/// Whether a living process has a node in an instance.
-fn is_used(instance: &Instance) -> bool {
-    let mut used = false;
-    let look = |node: NodeState<Ipc>| {
-        used |= matches!(node, NodeState::Alive(_));
-        if used { CallbackProgression::Stop } else { CallbackProgression::Continue }
-    };
-    match config(instance).map(|config| Node::<Ipc>::list(&config, look)) {
-        Ok(Ok(())) => used,
-        // A folder that cannot be listed belongs to no living process.
-        _ => false,
-    }
 }
 
 fn lock(place: &ServicePaths, instance: &Instance) -> Result<File, Error> {

@@ -4,6 +4,7 @@ use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::{CallbackProgression, FileDescriptorBased};
 use shatter_transport::Ipc;
+use shatter_transport::workarounds::lost_wakeups;
 use std::collections::HashSet;
 use std::os::fd::{AsRawFd, RawFd};
 use std::time::Duration;
@@ -42,9 +43,7 @@ impl WakeSocket {
         if let Ok(Ok(mut ready)) = tokio::time::timeout(tick, self.0.readable()).await {
             ready.clear_ready();
         }
-        if let Err(error) = self.0.get_ref().listener.try_wait(|_| {}) {
-            tracing::debug!(?error, "cannot read the wake-up socket");
-        }
+        lost_wakeups::reset(&self.0.get_ref().listener);
     }
 }
 

@@ -12,6 +12,7 @@ use shatter_fracture::pipeline::RetainedFragments;
 use shatter_proto::request::Request;
 use shatter_proto::result::{Block, ResultHeader};
 use shatter_proto::{Error, ErrorKind};
+use shatter_transport::workarounds::response_pool::is_awaited;
 use shatter_transport::{Ipc, failed};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
@@ -164,8 +165,7 @@ impl Job {
     /// Sends the result. The connection stays open until the client has read the result or is gone, which shows whether it is unread.
     pub(super) fn send(&self, answer: WrittenResult) -> Result<(), Error> {
         match &*self.request() {
-            // Checked right before sending: channels are reused, and a late result would block another one.
-            Some(request) if request.is_connected() => answer.send().map_err(|error| failed("send", error)),
+            Some(request) if is_awaited(request) => answer.send().map_err(|error| failed("send", error)),
             _ => Err(closed()),
         }
     }

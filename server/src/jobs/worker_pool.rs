@@ -4,7 +4,7 @@ use super::job::{JobPayload, StopCause, WrittenResult};
 use super::{Job, overrun_cause};
 use crate::error_mailbox::{ErrorMailbox, RequestKey};
 use crate::hot_reloader::ReloadEvent;
-use crate::ipc::{ClientWaker, LoanedBuffer, PopulatedPages};
+use crate::ipc::{ClientWaker, LoanedBuffer};
 use crate::metrics::JobEnd;
 use crate::panics;
 use crate::retained::{EvictedResults, RetainedResults, RetainedTarget};
@@ -17,6 +17,8 @@ use shatter_proto::layout::Layout;
 use shatter_proto::request::{Request, RetainedFragment};
 use shatter_proto::result::{Block, EffectCost, EnergySource, StageCost};
 use shatter_proto::{Error, ErrorKind, Fault};
+use shatter_transport::workarounds::populated_pages::PopulatedPages;
+use shatter_transport::workarounds::response_pool::LOANS_PER_REQUEST;
 use std::collections::HashSet;
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -28,9 +30,9 @@ use tokio::sync::mpsc::UnboundedSender;
 const AIMED_AT: f64 = 0.85;
 
 /// Pauses between attempts to loan memory for a result: during the first, the daemon reclaims the memory of dead clients; during the
-/// others, clients may read their results. iceoryx2 never decrements a request's count of failed loans, so there is one pause fewer than
-/// the loans that `Ports` allows.
-const CROWDED: [Duration; 3] = [Duration::from_millis(4), Duration::from_millis(8), Duration::from_millis(16)];
+/// others, clients may read their results. Failed loans count, so there is one pause fewer than the loans of a request.
+const CROWDED: [Duration; LOANS_PER_REQUEST - 1] =
+    [Duration::from_millis(4), Duration::from_millis(8), Duration::from_millis(16)];
 
 /// Event from a worker thread to the event loop.
 pub enum WorkerEvent {

@@ -1,5 +1,15 @@
-//! Shared memory is sparse: a page exists once it is written, and a machine that has none left answers with SIGBUS. So pages are
-//! asked for before they are written, by both sides.
+//! A full `/dev/shm` kills with SIGBUS.
+//!
+//! **Symptom.** Segments are sparse files: a page exists once it is written, and where no page is left the kernel sends SIGBUS. The
+//! transport neither checks for free space nor populates pages.
+//!
+//! **Reproduction** (iceoryx2 0.10.0). A `/dev/shm` of 64 MiB and a pool of eight buckets of 50 MiB: the pool is created, and the process
+//! dies while it fills the second response. `MADV_POPULATE_WRITE` on the same range returns an error instead.
+//!
+//! **Upstream.** No issue known.
+//!
+//! **Delete.** This file, [`populated_pages`](super::populated_pages) and their calls before a segment is created or written, once the
+//! transport populates pages itself and returns an error.
 
 use rustix::io::Errno;
 use rustix::mm::{Advice, madvise};
@@ -7,8 +17,8 @@ use shatter_proto::{Error, ErrorKind};
 use std::ops::Range;
 use std::path::Path;
 
-/// Where shared memory lives.
-pub const FOLDER: &str = "/dev/shm";
+/// Folder of shared memory.
+const FOLDER: &str = crate::instance::SHARED_MEMORY;
 
 /// Files that a connection needs, with some to spare.
 const FILES: u64 = 64;
@@ -89,7 +99,7 @@ fn writable(line: &str, folder: &Path) -> Option<Range<usize>> {
     (rest.starts_with("rw-s") && path.starts_with(folder) && range.len() <= SEGMENT_MAX).then_some(range)
 }
 
-/// There is room, and the pages cannot exist all the same: whoever made the segment died before it was as long as it should be.
+/// The error for pages that cannot exist despite free space: the creator of the segment died before it reached its full length.
 fn torn(length: usize) -> Error {
     Error::new(ErrorKind::Transport, FOLDER, format!("a segment of {length} bytes is cut short: its maker died"))
 }

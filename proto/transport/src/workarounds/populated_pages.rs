@@ -1,8 +1,10 @@
-//! Population of shared-memory pages before results are written into them.
+//! Population of shared-memory pages before results are written into them, once per bucket.
+//!
+//! See [`shared_memory`](super::shared_memory) for the symptom and for what to delete.
 
+use super::shared_memory::{need, populate};
 use shatter_proto::Error;
 use shatter_proto::result::Block;
-use shatter_transport::shared_memory::{need, populate};
 use std::collections::HashMap;
 use std::mem::MaybeUninit;
 use std::sync::{Mutex, PoisonError};

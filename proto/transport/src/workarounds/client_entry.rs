@@ -1,14 +1,21 @@
-//! Check that clients can connect.
+//! A corrupt segment stops every client.
 //!
-//! Every process that connects first opens one small segment (iceoryx2 0.10.0); if that segment is corrupt, no client can connect. The
-//! folder is closed to other users. Damage by this user or by root is detected and repaired.
+//! **Symptom.** Every process that connects opens the segment `*.global_mgmt` first. If a few bytes of it are zero, or it is gone, no
+//! client can connect, and the daemon does not notice.
+//!
+//! **Reproduction** (iceoryx2 0.10.0). The test `entrance` of `shatter-server` overwrites and removes the segment of a running daemon.
+//!
+//! **Upstream.** No issue known.
+//!
+//! **Delete.** This file, its call in the loop of the daemon and the counter of restored segments, once a node repairs or rejects the
+//! segment. The folder is closed to other users; this user, root and cleaners of `/dev/shm` can still damage it.
 
+use crate::instance::Instance;
+use crate::private_folder::PrivateFolder;
+use crate::{Ipc, client_config, failed};
 use iceoryx2::node::NodeBuilder;
 use iceoryx2::prelude::SignalHandlingMode;
 use shatter_proto::{Error, ErrorKind};
-use shatter_transport::instance::Instance;
-use shatter_transport::private_folder::PrivateFolder;
-use shatter_transport::{Ipc, client_config, failed};
 use std::ffi::OsStr;
 use std::fs;
 use std::path::PathBuf;

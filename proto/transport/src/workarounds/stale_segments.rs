@@ -1,17 +1,22 @@
-//! Removal of segments whose owner is dead.
+//! Segments and nodes of killed processes stay.
 //!
-//! A process that is killed between creating a segment and registering it leaves a segment that the transport's cleanup misses, because it
-//! follows registrations (iceoryx2 0.10.0). The owner of a segment can still be found: every port writes a tag before it creates anything,
-//! and the tag is removed after everything else.
+//! **Symptom.** (1) A process that is killed between creating a segment and registering it leaves a segment that the transport's cleanup
+//! misses, because it follows registrations. (2) If a process is killed while it writes a tag, its node is never reclaimed: the cleanup
+//! removes everything but the unfinished tag and its folder, and finds the node again each time. (3) A process that is killed while it
+//! creates its node leaves a folder that is not listed, because it might still be starting.
 //!
-//! If a process is killed while it writes a tag, iceoryx2 never reclaims its node (0.10.0): the cleanup removes everything but the
-//! unfinished tag and finds the node again each time. The node then owns only that tag. A process that is killed while it creates its
-//! node leaves a folder that is not listed, because it might still be starting.
+//! **Reproduction** (iceoryx2 0.10.0). Clients killed at random moments of their first 12 ms; the tests `faults` and `forgotten` of
+//! `shatter-server` do that. Three hundred kills left folders of kind (3), and 30 kills were counted as 17538 cleanups (2).
+//!
+//! **Upstream.** No issue known.
+//!
+//! **Delete.** This file and its call in the loop of the daemon, once cleanups follow port tags. Every port writes its tag before it
+//! creates anything, and the tag is removed after everything else, so a segment whose owner has no tag is stale.
 
+use crate::instance::Instance;
+use crate::{Ipc, PREFIX, config};
 use iceoryx2::node::{Node, NodeState, NodeView};
 use iceoryx2::prelude::CallbackProgression;
-use shatter_transport::instance::Instance;
-use shatter_transport::{Ipc, PREFIX, config};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::fs::{self, DirEntry};
@@ -125,8 +130,8 @@ fn tags(nodes: &Path) -> BTreeSet<u128> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::paths::ServicePaths;
     use shatter_proto::name::ServiceName;
-    use shatter_transport::paths::ServicePaths;
     use std::fs::File;
     use std::os::unix::fs::OpenOptionsExt;
 
@@ -134,7 +139,7 @@ mod tests {
     fn what_nobody_has_a_tag_for_is_removed_at_the_second_look() {
         let root = tempfile::tempdir().unwrap();
         let uid = rustix::process::geteuid().as_raw();
-        let place = ServicePaths::new(&ServiceName::new("orphans").unwrap(), Some(root.path()), uid);
+        let place = ServicePaths::new(&ServiceName::new("stale").unwrap(), Some(root.path()), uid);
         place.create().unwrap();
         let instance = Instance::random(&place).unwrap();
         instance.create(uid).unwrap();
