@@ -5,7 +5,7 @@ use crate::TRANSPORT_VERSION;
 use serde::{Deserialize, Serialize};
 use shatter_proto::{Error, ErrorKind, PROTOCOL_VERSION};
 
-/// What a daemon says about itself.
+/// Information that a daemon publishes about itself.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DaemonInfo {
     /// Its [`PROTOCOL_VERSION`].
@@ -24,7 +24,7 @@ pub struct DaemonInfo {
 }
 
 impl DaemonInfo {
-    /// What this build says as process `pid`, whose transport is the instance of this token.
+    /// Information of this build as process `pid`, with the transport instance of this token.
     pub fn ours(pid: u32, instance: &str) -> Self {
         Self {
             protocol: PROTOCOL_VERSION,

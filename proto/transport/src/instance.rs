@@ -1,4 +1,4 @@
-//! Where the transport of one daemon process lives: a private folder in shared memory, under a random name.
+//! Location of the transport of one daemon process: a private folder in shared memory, under a random name.
 //!
 //! Shared memory has one folder for all users of a machine, and another user who knows a name beforehand can take it. So a daemon
 //! draws a random name when it starts, keeps everything in a folder of that name which is closed to others, and tells the name in
@@ -21,10 +21,10 @@ const TOKEN_DIGITS: usize = 11;
 /// The digits of tokens and marks.
 pub(crate) const DIGITS: &[u8; 36] = b"0123456789abcdefghijklmnopqrstuvwxyz";
 
-/// Where the transport of one daemon process lives.
+/// Location of the transport of one daemon process.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Instance {
-    /// What tells it from others of its place.
+    /// Random token that distinguishes it from other instances of the service.
     pub token: String,
     /// Folder of the transport's segments, sockets and other files.
     pub folder: PathBuf,
@@ -45,7 +45,7 @@ pub fn random_token() -> Result<String, Error> {
 }
 
 impl Instance {
-    /// A new one at `place`, which nobody else knows.
+    /// Creates an instance at `place` under a new random name.
     ///
     /// # Errors
     /// As of [`random_token`].

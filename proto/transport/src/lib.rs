@@ -1,4 +1,4 @@
-//! Where `shatterd` and its clients meet: the transport as both configure it, its names, files and folders.
+//! The transport between `shatterd` and its clients: configuration, names, files and folders.
 
 pub mod daemon_info;
 pub mod instance;

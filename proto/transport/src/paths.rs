@@ -1,4 +1,4 @@
-//! Where a service lives: folders and files. Pure rules that both sides share, so that services of different names, users and
+//! Folders and files of a service. Pure rules that both sides share, so that services of different names, users and
 //! runtime folders never meet. What changes with each daemon is an [`Instance`](crate::instance::Instance).
 
 use crate::instance::DIGITS;
@@ -9,7 +9,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
-/// Where a service lives.
+/// Paths of a service.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ServicePaths {
     /// The service.
@@ -51,7 +51,7 @@ impl ServicePaths {
         self.folder.join("metrics.txt")
     }
 
-    /// What the daemon knows of those before it.
+    /// File with the daemon's record of earlier daemons.
     pub fn past(&self) -> PathBuf {
         self.folder.join("past.json")
     }

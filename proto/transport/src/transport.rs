@@ -1,4 +1,4 @@
-//! What both sides tell the transport: names, limits and the configuration that keeps services apart.
+//! Configuration of the transport on both sides: names, limits, and the separation of services.
 
 use crate::instance::Instance;
 use crate::workarounds::{dead_clients, unclear_errors};
@@ -15,7 +15,7 @@ pub const STRIKE_SERVICE: &str = "shatter/strike/v1";
 pub const CONTROL_SERVICE: &str = "shatter/control/v1";
 /// Wakes the daemon after a request.
 pub const WAKE_DAEMON_SERVICE: &str = "shatter/wake-daemon/v1";
-/// Wakes one client after an answer.
+/// Wakes one client after a result.
 pub const WAKE_CLIENT_SERVICE: &str = "shatter/wake-client/v1";
 
 /// Clients at once that a daemon may be set to serve.
