@@ -164,7 +164,8 @@ fn sentences(text: &str) -> Vec<usize> {
     let mut paragraphs: Vec<String> = vec![String::new()];
     for line in outside.lines().map(str::trim) {
         let is_apart = line.is_empty() || ["|", "#", "!", "<"].iter().any(|start| line.starts_with(start));
-        let begins = is_apart || line.starts_with("- ") || line.split_once(". ").is_some_and(|(n, _)| n.parse::<u8>().is_ok());
+        let begins =
+            is_apart || line.starts_with("- ") || line.split_once(". ").is_some_and(|(n, _)| n.parse::<u8>().is_ok());
         if begins {
             paragraphs.push(String::new());
         }

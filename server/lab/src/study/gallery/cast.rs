@@ -286,7 +286,13 @@ fn more() -> [Showcase; 3] {
     [
         Showcase {
             also: Some(right),
-            ..new("several contacts", "left one contact, right a second one at the end", EffectKind::Elastic, Stage::Bar, left)
+            ..new(
+                "several contacts",
+                "left one contact, right a second at the end",
+                EffectKind::Elastic,
+                Stage::Bar,
+                left,
+            )
         },
         new(
             "existing crack",
