@@ -1,4 +1,4 @@
-//! Rays: struck is the point where one first meets the object.
+//! Rays: the contact is the point where one first meets the object.
 
 use crate::{Deadline, FractureResult, Impact, Object};
 use shatter_proto::request::Contact;
@@ -8,9 +8,9 @@ use shatter_proto::{Error, ErrorKind};
 /// A ray, in the coordinates of the connection: those of the mesh file unless it has a convention.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where it begins, m.
+    /// Origin, m.
     pub origin_m: [f64; 3],
-    /// Where it leads, of any length but zero.
+    /// Direction, of any length but zero.
     pub direction: [f64; 3],
 }
 
@@ -21,11 +21,12 @@ impl From<Ray> for Contact {
     }
 }
 
-/// Where a ray first meets an object, in the coordinates of the connection.
+/// First intersection of a ray with an object, in the coordinates of the connection.
 ///
 /// The surface is the boundary of the object's crack lattice, which stands for the input surface to within its spacing: the
 /// same surface that the service projects contact points on.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Hit {
     /// The point, m.
     pub point_m: [f64; 3],
@@ -38,7 +39,7 @@ pub struct Hit {
 }
 
 impl Hit {
-    /// Of its row, if the strike had a ray.
+    /// Of its row, if the request had a ray.
     fn of(row: &HitWire) -> Option<Self> {
         let HitWire { point_m, normal, distance_m, body, present } = *row;
         (present != 0).then_some(Self { point_m, normal, distance_m, body })
@@ -46,33 +47,35 @@ impl Hit {
 }
 
 impl FractureResult {
-    /// Where the ray of the strike met the object; `None` if the strike had no ray.
+    /// Intersection of the request's ray with the object; `None` if the request had no ray.
+    #[must_use]
     pub fn hit(&self) -> Option<Hit> {
-        Hit::of(&self.view().summary.hit)
+        Hit::of(&self.raw_view().summary.hit)
     }
 }
 
 impl Object {
-    /// Where `ray` first meets the object; waits for the service. To do so without waiting, strike with [`Impact::aim`] and
+    /// Returns the first intersection of `ray` with the object; waits for the service. To do so without waiting, strike with [`Impact::aim`] and
     /// read [`FractureResult::hit`].
     ///
     /// # Errors
-    /// `ray` without a direction, `ray_missed` with the closest approach, and what [`Object::strike`] refuses.
+    /// `ray` without a direction, `ray_missed` with the closest approach, and those of [`Object::strike`] and
+    /// [`Ticket::wait`](crate::Ticket::wait).
     pub fn aim(&self, ray: Ray, deadline: Deadline) -> Result<Hit, Error> {
-        self.hit(&Impact::aim(ray), deadline)
+        self.first_hit(&Impact::aim(ray), deadline)
     }
 
-    /// Where `ray` first meets fragment `fragment` of the result that the service keeps under `handle`: on the whole
-    /// tetrahedra that a strike of it loads, up to a spacing of the crack lattice within its surface.
+    /// Returns the first intersection of `ray` with fragment `fragment` of the result that the service keeps under `handle`: on the whole
+    /// tetrahedra that a request on it loads, up to a spacing of the crack lattice within its surface.
     ///
     /// # Errors
-    /// As [`Object::aim`], and `unknown_handle`, `unknown_fragment`, `fragment_size`.
+    /// Those of [`Object::aim`], and `unknown_handle`, `unknown_fragment`, `fragment_size`.
     pub fn aim_at_fragment(&self, handle: u64, fragment: u32, ray: Ray, deadline: Deadline) -> Result<Hit, Error> {
-        self.hit(&Impact::aim(ray).from(handle, fragment), deadline)
+        self.first_hit(&Impact::aim(ray).from(handle, fragment), deadline)
     }
 
-    fn hit(&self, aim: &Impact, deadline: Deadline) -> Result<Hit, Error> {
-        let broken = self.strike(aim)?.wait(deadline)?;
-        broken.hit().ok_or_else(|| Error::new(ErrorKind::BadAnswer, "hit", "the service sent no hit for a ray"))
+    fn first_hit(&self, aim: &Impact, deadline: Deadline) -> Result<Hit, Error> {
+        let result = self.strike(aim)?.wait(deadline)?;
+        result.hit().ok_or_else(|| Error::new(ErrorKind::BadAnswer, "hit", "the service sent no hit for a ray"))
     }
 }

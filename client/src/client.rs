@@ -1,8 +1,9 @@
-//! From the name of a service to a connection.
+//! Connecting to a service by its name.
 
-use crate::control::{self, ObjectFacts, Status};
-use crate::session::{Attempt, Session};
-use crate::{Deadline, Object};
+use crate::control::{self, ObjectFacts};
+use crate::session::{ConnectError, Session};
+use crate::{Deadline, Object, Status};
+use shatter_proto::control::ObjectState;
 use shatter_proto::convention::Convention;
 use shatter_proto::name::{ServiceName, unknown_object};
 use shatter_proto::{Error, ErrorKind};
@@ -12,35 +13,38 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Pause between two looks for a daemon that is starting.
+/// Pause between two attempts to connect to a daemon that is starting.
 const PAUSE: Duration = Duration::from_millis(5);
 
-/// The service where nothing names another.
+/// The default service.
 const SERVICE: &str = "default";
 
-/// Who finds no place waits so long for one: the daemon may not have buried those who died a moment ago.
-const PLACE: Duration = Duration::from_secs(1);
-/// How long a hold that is dropped waits for the reply; the service gives the answer back by itself after a while.
-const GOODBYE: Duration = Duration::from_millis(100);
+/// Time during which connecting is retried while the service has its maximum number of clients: the daemon may not have removed dead ones yet.
+const FULL_WAIT: Duration = Duration::from_secs(1);
+
+/// Longest time for which dropping a guard waits for the reply; the service drops the result by itself after a while.
+const RELEASE_WAIT: Duration = Duration::from_millis(100);
 
 /// A connection to a service. Cheap to clone: clones share it.
 ///
-/// It outlives the daemon: strikes and questions under way when a daemon goes away end with `lost`, and the next ones go to
+/// It outlives the daemon: requests under way when a daemon goes away end with `lost`, and the next ones go to
 /// the daemon that then serves, or end with `no_daemon` at once.
 #[derive(Clone)]
 pub struct Client {
-    line: Arc<Session>,
+    session: Arc<Session>,
     convention: Convention,
 }
 
-/// An answer that the service keeps; dropping this gives it back, and waits for the reply for a tenth of a second at most.
+/// Releases a result that the service keeps when it is dropped; waits for the reply for a tenth of a second at most.
+#[must_use = "dropping a guard releases the result"]
 pub struct RetainGuard {
-    service: Client,
+    client: Client,
     handle: u64,
 }
 
 impl RetainGuard {
-    /// Names the answer to strikes.
+    /// Names the result to later requests.
+    #[must_use]
     pub fn handle(&self) -> u64 {
         self.handle
     }
@@ -48,26 +52,26 @@ impl RetainGuard {
 
 impl Drop for RetainGuard {
     fn drop(&mut self) {
-        if let Err(refusal) = self.service.release(self.handle, Deadline::after(GOODBYE)) {
-            tracing::debug!(%refusal, "an answer was not given back");
+        if let Err(error) = self.client.release(self.handle, Deadline::after(RELEASE_WAIT)) {
+            tracing::debug!(%error, "a result was not released");
         }
     }
 }
 
-/// Where the service `name` of this user lives.
+/// The files and folders of this user's service `name`.
 ///
 /// # Errors
-/// `service_name` for a name that a service cannot have, `runtime_folder` where the user has none.
-pub fn place(name: &str) -> Result<ServicePaths, Error> {
+/// `service_name` for a name that a service cannot have.
+pub fn service_paths(name: &str) -> Result<ServicePaths, Error> {
     let name = ServiceName::new(name)?;
     let runtime = std::env::var_os("XDG_RUNTIME_DIR");
     Ok(ServicePaths::new(&name, runtime.as_deref().map(Path::new), rustix::process::geteuid().as_raw()))
 }
 
-/// Environment variable that names the service of those who name none.
+/// Environment variable that names the default service.
 pub const SERVICE_VARIABLE: &str = "SHATTER_SERVICE";
 
-/// The service of those who name none: `SHATTER_SERVICE`, or `default` where that is not set.
+/// The default service: the value of `SHATTER_SERVICE`, or `default` where that is not set.
 ///
 /// # Errors
 /// `service_name` if the variable holds no name of a service.
@@ -75,13 +79,12 @@ pub fn default_service() -> Result<String, Error> {
     named(std::env::var_os(SERVICE_VARIABLE))
 }
 
-/// The service that this value of the variable names.
+/// The service that a value of the variable names.
 fn named(variable: Option<OsString>) -> Result<String, Error> {
     let Some(variable) = variable else { return Ok(SERVICE.to_owned()) };
     let name = ServiceName::new(&variable.to_string_lossy());
-    name.map(|name| name.as_str().to_owned()).map_err(|refusal| {
-        Error::new(ErrorKind::ServiceName, SERVICE_VARIABLE, format!("{SERVICE_VARIABLE}: {refusal}"))
-    })
+    name.map(|name| name.as_str().to_owned())
+        .map_err(|error| Error::new(ErrorKind::ServiceName, SERVICE_VARIABLE, format!("{SERVICE_VARIABLE}: {error}")))
 }
 
 impl Client {
@@ -93,30 +96,31 @@ impl Client {
         Self::connect(&default_service()?, deadline)
     }
 
-    /// Connects to the service `name`. Without a daemon the refusal comes at once; one that is starting is waited for, and a place
-    /// for a second.
+    /// Connects to the service `name`. Without a daemon this fails at once; it waits for one that is starting, and up to a second
+    /// where the service has as many clients as it may.
     ///
     /// # Errors
-    /// `no_daemon`, `version_mismatch` (names both versions), `busy` (no place for another client),
+    /// `no_daemon`, `version_mismatch` (names both versions), `busy` (as many clients as it may have), `shared_memory`,
     /// `runtime_folder`, `service_name`, `transport`.
     pub fn connect(name: &str, deadline: Deadline) -> Result<Self, Error> {
-        Self::connect_at(&place(name)?, deadline)
+        Self::connect_at(&service_paths(name)?, deadline)
     }
 
-    /// Connects to the service at `place`, as [`Self::connect`].
+    /// Connects to the service at `paths`, as [`Self::connect`].
     ///
     /// # Errors
     /// Those of [`Self::connect`].
-    pub fn connect_at(place: &ServicePaths, deadline: Deadline) -> Result<Self, Error> {
+    pub fn connect_at(paths: &ServicePaths, deadline: Deadline) -> Result<Self, Error> {
         let begun = Instant::now();
-        let full = |refusal: &Error| refusal.kind == ErrorKind::Busy && begun.elapsed() < PLACE && !deadline.passed();
+        let is_full =
+            |error: &Error| error.kind == ErrorKind::Busy && begun.elapsed() < FULL_WAIT && !deadline.passed();
         loop {
-            match Session::open(place) {
-                Ok(line) => return Ok(Self { line: Arc::new(line), convention: Convention::default() }),
-                Err(Attempt::Final(refusal)) if full(&refusal) => std::thread::sleep(PAUSE.min(deadline.left())),
-                Err(Attempt::Final(refusal)) => return Err(refusal),
-                Err(Attempt::Starting(refusal)) if deadline.passed() => return Err(refusal),
-                Err(Attempt::Starting(_)) => std::thread::sleep(PAUSE.min(deadline.left())),
+            match Session::open(paths) {
+                Ok(session) => return Ok(Self { session: Arc::new(session), convention: Convention::default() }),
+                Err(ConnectError::Final(error)) if is_full(&error) => std::thread::sleep(PAUSE.min(deadline.left())),
+                Err(ConnectError::Final(error)) => return Err(error),
+                Err(ConnectError::Starting(error)) if deadline.passed() => return Err(error),
+                Err(ConnectError::Starting(_)) => std::thread::sleep(PAUSE.min(deadline.left())),
             }
         }
     }
@@ -126,10 +130,10 @@ impl Client {
     /// # Errors
     /// Those of [`Self::connect`].
     pub fn wait_for(name: &str, deadline: Deadline) -> Result<Self, Error> {
-        let place = place(name)?;
+        let paths = service_paths(name)?;
         loop {
-            match Self::connect_at(&place, deadline) {
-                Err(refusal) if refusal.kind == ErrorKind::NoDaemon && !deadline.passed() => {
+            match Self::connect_at(&paths, deadline) {
+                Err(error) if error.kind == ErrorKind::NoDaemon && !deadline.passed() => {
                     std::thread::sleep(PAUSE.min(deadline.left()));
                 }
                 result => return result,
@@ -137,32 +141,32 @@ impl Client {
         }
     }
 
-    /// The same connection for a host with these coordinates: impacts of objects taken from it are read, and their answers written, in
-    /// its axes, unit and winding. A host has one of them, so it is said once and not with every impact, where it could be forgotten;
-    /// clones of one connection may have different ones. What is none is refused with the strike, as `convention`.
+    /// The same connection for a host with these coordinates: the service reads impacts and writes results in its axes, unit and
+    /// winding. Clones of one connection may have different conventions. An invalid one fails with the request, as `convention`.
+    #[must_use]
     pub fn with_convention(&self, convention: Convention) -> Self {
-        Self { line: self.line.clone(), convention }
+        Self { session: self.session.clone(), convention }
     }
 
     /// All objects, ready or not, by name.
     ///
     /// # Errors
-    /// `no_daemon`, `lost` or `transport` if the connection fails, `late` after the deadline.
+    /// `no_daemon`, `lost`, `busy`, `shared_memory` or `transport` if the connection fails, `late` after the deadline.
     pub fn objects(&self, deadline: Deadline) -> Result<Vec<ObjectFacts>, Error> {
-        self.line.over(|link| control::objects(&link, deadline))
+        self.session.call(|connection| control::objects(&connection, deadline))
     }
 
     /// The object `name`, ready to be struck.
     ///
     /// # Errors
-    /// `unknown_object`, `corrupt_object`, and those of [`Self::objects`].
+    /// `unknown_object`, `corrupt_object`, `loading`, and those of [`Self::objects`].
     pub fn object(&self, name: &str, deadline: Deadline) -> Result<Object, Error> {
         let objects = self.objects(deadline)?;
         let names: Vec<String> = objects.iter().map(|facts| facts.name.clone()).collect();
         match objects.into_iter().find(|facts| facts.name == name) {
-            Some(facts) => match facts.refusal {
-                Some(refusal) if !facts.ready => Err(refusal),
-                _ => Ok(Object::new(self.line.clone(), self.convention, facts)),
+            Some(facts) => match facts.error {
+                Some(error) if facts.state != ObjectState::Ready => Err(error),
+                _ => Ok(Object::new(self.session.clone(), self.convention, facts)),
             },
             None => {
                 let names: Vec<&str> = names.iter().map(String::as_str).collect();
@@ -171,32 +175,32 @@ impl Client {
         }
     }
 
-    /// Sleeps until the service has something for this connection, a few milliseconds have passed, or the deadline: between two
-    /// looks at tickets, for a thread that has nothing else to do.
+    /// Sleeps until the service notifies this connection, a few milliseconds have passed, or the deadline: between two polls of
+    /// tickets, for a thread that has nothing else to do.
     pub fn wait_for_reply(&self, deadline: Deadline) {
-        self.line.last().wait(deadline);
+        self.session.last().wait(deadline);
     }
 
-    /// Gives back the answer that is kept under `handle`: its fragments cannot be struck any more. Strikes that were sent before over
-    /// this connection still find it.
+    /// Releases the result that the service keeps under `handle`: its fragments cannot be struck any more. Requests that this
+    /// connection sent before still find it.
     ///
     /// # Errors
-    /// `unknown_handle` if none is, and those of [`Self::objects`].
+    /// `unknown_handle` if the service keeps none, and those of [`Self::objects`].
     pub fn release(&self, handle: u64, deadline: Deadline) -> Result<(), Error> {
-        self.line.over(|link| control::release(&link, handle, deadline))
+        self.session.call(|connection| control::release(&connection, handle, deadline))
     }
 
-    /// Gives the answer that is kept under `handle` back once the hold is dropped.
+    /// Releases the result that the service keeps under `handle` once the guard is dropped.
     pub fn retain(&self, handle: u64) -> RetainGuard {
-        RetainGuard { service: self.clone(), handle }
+        RetainGuard { client: self.clone(), handle }
     }
 
-    /// How the service goes.
+    /// State of the service.
     ///
     /// # Errors
     /// Those of [`Self::objects`].
     pub fn status(&self, deadline: Deadline) -> Result<Status, Error> {
-        self.line.over(|link| control::status(&link, deadline))
+        self.session.call(|connection| control::status(&connection, deadline))
     }
 }
 
@@ -205,16 +209,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_names_no_service_gets_that_of_the_environment() {
+    fn the_default_service_is_that_of_the_environment() {
         assert_eq!(named(None), Ok("default".to_owned()));
         assert_eq!(named(Some("studio".into())), Ok("studio".to_owned()));
         for odd in ["", "a b"] {
-            let refusal = named(Some(odd.into())).unwrap_err();
+            let error = named(Some(odd.into())).unwrap_err();
             assert_eq!(
-                (refusal.kind, refusal.at.as_str()),
+                (error.kind, error.at.as_str()),
                 (ErrorKind::ServiceName, SERVICE_VARIABLE),
                 "{}",
-                refusal.message
+                error.message
             );
         }
     }

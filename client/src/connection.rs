@@ -1,7 +1,7 @@
 //! The ports of one connection, shared by everything that came from it.
 
 use crate::Deadline;
-use crate::result_future::Waiters;
+use crate::waiters::Waiters;
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::{Client, RequestSendError};
@@ -12,36 +12,25 @@ use iceoryx2::prelude::SignalHandlingMode;
 use iceoryx2::response::Response;
 use iceoryx2::service::builder::request_response::RequestResponseOpenError;
 use iceoryx2::service::port_factory::client::ClientCreateError;
-use rustix::fs::{FlockOperation, flock};
 use shatter_proto::control::{ControlReplyHeader, ControlRequest, ControlRequestWire};
 use shatter_proto::request::RequestWire;
 use shatter_proto::result::{Block, ResultHeader};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::instance::Instance;
 use shatter_transport::paths::ServicePaths;
-use shatter_transport::shared_memory;
+use shatter_transport::workarounds::dead_daemon::{DaemonLock, LIVENESS_INTERVAL};
+use shatter_transport::workarounds::{lost_wakeups, shared_memory};
 use shatter_transport::{
     CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_CLIENT_SERVICE, WAKE_DAEMON_SERVICE, client_config, failed, service_name,
 };
-use std::fs::File;
-use std::os::unix::fs::FileExt;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// A wake-up can be lost, so nobody sleeps longer than this without looking.
-const TICK: Duration = Duration::from_millis(5);
+/// Shared memory that a request may need beyond what exists, bytes.
+const SEND_BYTES: u64 = 256 * 1024;
 
-/// Nobody sleeps less.
-const TICK_MIN: Duration = Duration::from_millis(1);
-
-/// The transport does not notice a killed daemon, so its lock is looked at this often.
-const PULSE: Duration = Duration::from_millis(200);
-
-/// What a request may need beyond what exists, should a new daemon have come meanwhile.
-const ROOM_TO_SEND: u64 = 256 * 1024;
-
-/// When the daemon's lock was last looked at.
+/// When the daemon's lock was tested last.
 pub(crate) struct LivenessCheck(Instant);
 
 impl LivenessCheck {
@@ -51,14 +40,14 @@ impl LivenessCheck {
     }
 }
 
-/// A strike under way.
+/// A request under way.
 pub(crate) type PendingRequest = PendingResponse<Ipc, RequestWire, (), [Block], ResultHeader>;
-/// An answer, lent.
+/// A result, lent by the daemon.
 pub(crate) type LoanedResult = Response<Ipc, [Block], ResultHeader>;
-/// A question under way.
+/// A request to the control service under way.
 pub(crate) type PendingControlRequest = PendingResponse<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>;
 
-/// An answer that is held: the daemon is told how many there are, and gives no client all of its buckets.
+/// Counts a result as held until it is dropped. Each request tells the daemon how many are, so that no client gets all of its buckets.
 pub(crate) struct LoanCount(Arc<AtomicU64>);
 
 impl Drop for LoanCount {
@@ -69,22 +58,22 @@ impl Drop for LoanCount {
 
 /// The ports of a connection.
 struct Ports {
-    strikes: Client<Ipc, RequestWire, (), [Block], ResultHeader>,
-    questions: Client<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>,
-    wake: Notifier<Ipc>,
-    woken: Listener<Ipc>,
+    requests: Client<Ipc, RequestWire, (), [Block], ResultHeader>,
+    control: Client<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>,
+    notifier: Notifier<Ipc>,
+    listener: Listener<Ipc>,
 }
 
 impl Ports {
     /// Opens the services that the daemon created; never creates one.
     fn open(node: &Node<Ipc>) -> Result<Self, Error> {
-        let strikes = node
+        let requests = node
             .service_builder(&service_name(STRIKE_SERVICE)?)
             .request_response::<RequestWire, [Block]>()
             .response_user_header::<ResultHeader>()
             .open()
             .map_err(open_failed)?;
-        let questions = node
+        let control = node
             .service_builder(&service_name(CONTROL_SERVICE)?)
             .request_response::<ControlRequestWire, [Block]>()
             .response_user_header::<ControlReplyHeader>()
@@ -94,36 +83,36 @@ impl Ports {
             let builder = node.service_builder(&service_name(name)?).event();
             builder.open().map_err(|error| failed(name, error))
         };
-        let (wake, woken) = (event(WAKE_DAEMON_SERVICE)?, event(WAKE_CLIENT_SERVICE)?);
+        let (notifier, listener) = (event(WAKE_DAEMON_SERVICE)?, event(WAKE_CLIENT_SERVICE)?);
         Ok(Self {
-            strikes: strikes.client_builder().create().map_err(client_failed)?,
-            questions: questions.client_builder().create().map_err(client_failed)?,
-            wake: wake.notifier_builder().create().map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?,
-            woken: woken.listener_builder().create().map_err(|error| failed(WAKE_CLIENT_SERVICE, error))?,
+            requests: requests.client_builder().create().map_err(client_failed)?,
+            control: control.client_builder().create().map_err(client_failed)?,
+            notifier: notifier.notifier_builder().create().map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?,
+            listener: listener.listener_builder().create().map_err(|error| failed(WAKE_CLIENT_SERVICE, error))?,
         })
     }
 }
 
-/// One connection. Fields are dropped in this order: ports before the node.
+/// A connection to one daemon. Fields are dropped in this order: ports before the node.
 pub(crate) struct Connection {
     ports: Ports,
-    /// Sequence of the strike that was sent last.
+    /// Sequence of the request that was sent last.
     sent: Mutex<u64>,
-    audience: Waiters,
-    held: Arc<AtomicU64>,
-    /// Its daemon went away.
-    lost: AtomicBool,
-    place: ServicePaths,
-    lock: Lock,
+    waiters: Waiters,
+    loans: Arc<AtomicU64>,
+    /// Its daemon is known to have gone away.
+    is_lost: AtomicBool,
+    paths: ServicePaths,
+    lock: DaemonLock,
     _node: Node<Ipc>,
 }
 
 impl Connection {
-    /// Connects to the daemon of `place` whose transport is `instance`.
-    pub(crate) fn open(place: &ServicePaths, instance: &Instance) -> Result<Self, Error> {
+    /// Connects to the daemon at `paths` whose transport is `instance`.
+    pub(crate) fn open(paths: &ServicePaths, instance: &Instance) -> Result<Self, Error> {
         shared_memory::need(shared_memory::CONNECTION_BYTES)?;
-        instance.check(place.uid)?;
-        let lock = Lock::open(place, instance).ok_or_else(|| failed("lock", "the daemon went away"))?;
+        instance.check(paths.uid)?;
+        let lock = DaemonLock::open(paths, instance).ok_or_else(|| failed("lock", "the daemon went away"))?;
         let config = client_config(instance)?;
         let node = NodeBuilder::new()
             .config(&config)
@@ -135,10 +124,10 @@ impl Connection {
         Ok(Self {
             ports,
             sent: Mutex::default(),
-            audience: Waiters::default(),
-            held: Arc::default(),
-            lost: AtomicBool::new(false),
-            place: place.clone(),
+            waiters: Waiters::default(),
+            loans: Arc::default(),
+            is_lost: AtomicBool::new(false),
+            paths: paths.clone(),
             lock,
             _node: node,
         })
@@ -148,88 +137,90 @@ impl Connection {
         self.sent.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Sequence of the strike that was sent last; zero: none was.
+    /// Sequence of the request that was sent last; zero: none was.
     pub(crate) fn last_sequence(&self) -> u64 {
         *self.sent()
     }
 
-    /// Answers that are held, counting one more.
+    /// Counts one more result as held.
     pub(crate) fn count_loan(&self) -> LoanCount {
-        self.held.fetch_add(1, Ordering::Relaxed);
-        LoanCount(self.held.clone())
+        self.loans.fetch_add(1, Ordering::Relaxed);
+        LoanCount(self.loans.clone())
     }
 
-    /// Those who await tickets of this connection.
-    pub(crate) fn audience(&self) -> &Waiters {
-        &self.audience
+    /// The tasks that await tickets of this connection.
+    pub(crate) fn waiters(&self) -> &Waiters {
+        &self.waiters
     }
 
-    /// What names this connection to the daemon.
+    /// The id by which the daemon knows this connection.
     pub(crate) fn listener(&self) -> [u8; 16] {
-        self.ports.woken.id().value().to_le_bytes()
+        self.ports.listener.id().value().to_le_bytes()
     }
 
-    /// Sends a strike; returns its sequence, too. Sequences are in the order of sending, whichever threads send: the daemon tells by
-    /// them what a release came after. Waits for nothing but other threads that send.
-    pub(crate) fn send(&self, strike: RequestWire) -> Result<(PendingRequest, u64), Error> {
-        shared_memory::need(ROOM_TO_SEND)?;
+    /// Sends a request; returns its sequence, too. Waits for other threads that send, and for nothing else.
+    ///
+    /// Sequences are in the order of sending, whichever threads send: the daemon tells by them what a release came after.
+    pub(crate) fn send(&self, request: RequestWire) -> Result<(PendingRequest, u64), Error> {
+        shared_memory::need(SEND_BYTES)?;
         let mut sent = self.sent();
-        let (sequence, held) = (*sent + 1, self.held.load(Ordering::Relaxed));
-        let request = self.ports.strikes.loan_uninit().map_err(loan_failed)?;
-        let strike = RequestWire { sequence, held, ..strike };
-        let pending = request.write_payload(strike).send().map_err(send_failed)?;
+        let (sequence, held) = (*sent + 1, self.loans.load(Ordering::Relaxed));
+        let loan = self.ports.requests.loan_uninit().map_err(loan_failed)?;
+        let pending = loan.write_payload(RequestWire { sequence, held, ..request }).send().map_err(send_failed)?;
         *sent = sequence;
         drop(sent);
         self.wake_daemon(pending.number_of_server_connections())?;
         Ok((pending, sequence))
     }
 
-    /// Sends a question. Never blocks.
-    pub(crate) fn ask(&self, question: ControlRequest) -> Result<PendingControlRequest, Error> {
-        shared_memory::need(ROOM_TO_SEND)?;
-        let request = self.ports.questions.loan_uninit().map_err(loan_failed)?;
-        let pending = request.write_payload(question.wire(self.listener())).send().map_err(send_failed)?;
+    /// Sends a request to the control service. Never blocks.
+    pub(crate) fn ask(&self, request: ControlRequest) -> Result<PendingControlRequest, Error> {
+        shared_memory::need(SEND_BYTES)?;
+        let loan = self.ports.control.loan_uninit().map_err(loan_failed)?;
+        let pending = loan.write_payload(request.wire(self.listener())).send().map_err(send_failed)?;
         self.wake_daemon(pending.number_of_server_connections())?;
         Ok(pending)
     }
 
-    /// Wakes the daemon; a failure costs a tick of its clock, no more. What reached no daemon is lost: one that comes later
-    /// does not find it.
-    fn wake_daemon(&self, daemons: usize) -> Result<(), Error> {
-        if daemons == 0 {
+    /// Wakes the daemon; a failure costs at most a tick of its clock. A request that reached no daemon is lost: a later daemon does
+    /// not find it.
+    fn wake_daemon(&self, daemon_count: usize) -> Result<(), Error> {
+        if daemon_count == 0 {
             return Err(self.lost());
         }
-        if let Err(error) = self.ports.wake.notify() {
+        if let Err(error) = self.ports.notifier.notify() {
             tracing::debug!(?error, "the daemon was not woken");
         }
         Ok(())
     }
 
-    /// Sleeps until the daemon rings, a tick has passed, or the deadline.
+    /// Sleeps until the daemon notifies this connection, a tick has passed, or the deadline.
     pub(crate) fn wait(&self, deadline: Deadline) {
         if deadline.passed() {
             return;
         }
-        // To the socket below a timeout of nothing, or of less than a microsecond, means to wait for ever.
-        let tick = deadline.left().clamp(TICK_MIN, TICK);
-        if let Err(error) = self.ports.woken.timed_wait(|_| {}, tick) {
+        let tick = lost_wakeups::bounded(deadline.left());
+        if let Err(error) = self.ports.listener.timed_wait(|_| {}, tick) {
             tracing::debug!(?error, "cannot listen");
             std::thread::sleep(tick.min(Duration::from_millis(1)));
         }
     }
 
-    /// Whether a daemon of this name lives, looked at not too often; the error says that it went away.
-    pub(crate) fn feel(&self, pulse: &mut LivenessCheck) -> Result<(), Error> {
-        if pulse.0.elapsed() < PULSE {
+    /// Tests whether the daemon lives, unless it did so a moment ago.
+    ///
+    /// # Errors
+    /// `lost` if the daemon went away.
+    pub(crate) fn check_alive(&self, last: &mut LivenessCheck) -> Result<(), Error> {
+        if last.0.elapsed() < LIVENESS_INTERVAL {
             return Ok(());
         }
-        pulse.0 = Instant::now();
+        *last = LivenessCheck::now();
         if self.daemon_lives() { Ok(()) } else { Err(self.lost()) }
     }
 
     /// Whether its daemon is known to have gone away.
     pub(crate) fn is_lost(&self) -> bool {
-        self.lost.load(Ordering::Relaxed)
+        self.is_lost.load(Ordering::Relaxed)
     }
 
     /// Whether its daemon lives. Another one of the same name does not count.
@@ -237,63 +228,22 @@ impl Connection {
         self.lock.is_held()
     }
 
-    /// The refusal for a daemon that lives and has lost sight of this connection; remembered as [`Self::lost`] is.
+    /// The error for a daemon that lives and has dropped this connection; remembered as [`Self::lost`] is.
     pub(crate) fn evicted(&self) -> Error {
-        self.lost.store(true, Ordering::Relaxed);
-        let service = self.place.service.as_str();
-        let message = format!("the daemon of service `{service}` took this connection for a dead one; send it again");
-        Error::new(ErrorKind::Lost, service, message)
+        self.lost_because("took this connection for that of a dead client; send it again")
     }
 
-    /// The refusal for a daemon that went away; remembered, so that what comes next goes to another one. Daemons keep nothing of
-    /// a strike: sending it again is safe.
+    /// The error for a daemon that went away; remembered, so that the next request goes to another one. Daemons keep nothing of
+    /// a request: sending it again is safe.
     pub(crate) fn lost(&self) -> Error {
-        self.lost.store(true, Ordering::Relaxed);
-        let service = self.place.service.as_str();
-        let message =
-            format!("the daemon of service `{service}` went away; no answer will come, and sending it again is safe");
-        Error::new(ErrorKind::Lost, service, message)
-    }
-}
-
-/// The lock file of a daemon, as it was when it served.
-struct Lock {
-    file: File,
-    token: String,
-}
-
-impl Lock {
-    fn open(place: &ServicePaths, instance: &Instance) -> Option<Self> {
-        let file = File::open(place.lock()).ok()?;
-        Some(Self { file, token: instance.token.clone() })
+        self.lost_because("went away; no result will come, and sending it again is safe")
     }
 
-    /// Whether the daemon holds it that held it then: who takes it writes its own token into it.
-    fn is_held(&self) -> bool {
-        if !is_locked(&self.file) {
-            return false;
-        }
-        let mut text = [0; 64];
-        let length = self.file.read_at(&mut text, 0).unwrap_or(0);
-        // Nothing can be read for the moment in which a daemon that takes it writes.
-        let token = std::str::from_utf8(&text[..length]).ok().and_then(|text| text.lines().nth(1));
-        token.is_none_or(|token| token == self.token)
+    fn lost_because(&self, what: &str) -> Error {
+        self.is_lost.store(true, Ordering::Relaxed);
+        let service = self.paths.service.as_str();
+        Error::new(ErrorKind::Lost, service, format!("the daemon of service `{service}` {what}"))
     }
-}
-
-/// Whether some process holds the lock on a file. The kernel gives it back with the process, however that ends. A shared lock is
-/// tried, so clients do not disturb each other; a starting daemon tries more than once.
-fn is_locked(file: &File) -> bool {
-    if flock(file, FlockOperation::NonBlockingLockShared).is_err() {
-        return true;
-    }
-    let _ = flock(file, FlockOperation::Unlock);
-    false
-}
-
-/// Whether some daemon of `place` lives.
-pub(crate) fn daemon_lives(place: &ServicePaths) -> bool {
-    File::open(place.lock()).is_ok_and(|file| is_locked(&file))
 }
 
 fn open_failed(error: RequestResponseOpenError) -> Error {
@@ -314,7 +264,7 @@ fn client_failed(error: ClientCreateError) -> Error {
 }
 
 fn too_many() -> Error {
-    Error::new(ErrorKind::Busy, "clients", "the service has no place for another client")
+    Error::new(ErrorKind::Busy, "clients", "the service has as many clients as it may")
 }
 
 fn loan_failed(error: LoanError) -> Error {
@@ -331,7 +281,7 @@ fn send_failed(error: RequestSendError) -> Error {
     }
 }
 
-/// The thread that awaited tickets need could not be started.
+/// The error for a thread that cannot be started.
 pub(crate) fn no_thread(error: &std::io::Error) -> Error {
     Error::new(ErrorKind::Failed, "threads", format!("no thread can be started: {error}"))
 }
@@ -340,11 +290,11 @@ fn full() -> Error {
     Error::new(ErrorKind::Busy, "connection", "this connection has as many requests under way as it may")
 }
 
-/// Nothing could be received.
+/// The error for a failed receive.
 pub(crate) fn receive_failed(error: ReceiveError) -> Error {
     match error {
         ReceiveError::ExceedsMaxBorrows => {
-            Error::new(ErrorKind::Busy, "answers", "too many answers are held; drop some")
+            Error::new(ErrorKind::Busy, "answers", "too many results are held; drop some")
         }
         error => failed("receive", error),
     }

@@ -1,35 +1,35 @@
-//! Questions to the small service beside the strikes.
+//! The control service: what it says of objects and of itself.
 
-use crate::Deadline;
 use crate::connection::{Connection, LivenessCheck, PendingControlRequest, receive_failed};
+use crate::{Deadline, Status};
 use shatter_export::contact::{ContactBody, ContactPolicy, ElasticMaterial};
-use shatter_proto::control::{ControlRequest, Latency, ObjectRow, ObjectState, ReplyRow, StatusRow, read};
+use shatter_proto::control::{ControlRequest, ObjectRow, ObjectState, ReplyRow, StatusRow, read};
 use shatter_proto::error::ErrorWire;
-use shatter_proto::result::STAGES;
 use shatter_proto::{Error, ErrorKind};
 use std::time::Duration;
 
-/// What `list` says about one object.
+/// Facts about one object, as the service reports them.
 #[derive(Clone, Debug, PartialEq)]
+#[must_use]
+#[non_exhaustive]
 pub struct ObjectFacts {
     /// Its name.
     pub name: String,
-    /// Whether it can be struck. If not, everything but `state` and `refusal` is zero.
-    pub ready: bool,
-    /// The same in more words: also whether it is being loaded.
+    /// Whether it can be struck, is being loaded, or could not be loaded. Unless it is ready, everything but the name and `error` is
+    /// zero.
     pub state: ObjectState,
-    /// Why it cannot be struck: `loading` or `corrupt_object`. If it is ready: why what lies in its place now could not; the version loaded before is
-    /// served until that is mended or removed.
-    pub refusal: Option<Error>,
+    /// Why it cannot be struck: `loading` or `corrupt_object`. If it is ready: why its changed file could not be loaded; the version
+    /// loaded before is served until that file is mended or removed.
+    pub error: Option<Error>,
     /// Name of its material.
     pub material: String,
     /// Bodies (components).
     pub bodies: u32,
     /// Cap on the degree.
     pub degree_max: u32,
-    /// A strike with more fragments is refused, if there is such a limit.
+    /// Results of more fragments are refused; `None`: no limit.
     pub fragments_max: Option<u64>,
-    /// A strike with a longer answer is refused, bytes, if there is such a limit.
+    /// Longer results are refused, bytes; `None`: no limit.
     pub bytes_max: Option<u64>,
     /// Nodes of the elastic lattices.
     pub elastic_nodes: u32,
@@ -61,33 +61,39 @@ pub struct ObjectFacts {
     pub memory_bytes: u64,
     /// Bytes of the file that it was loaded from.
     pub file_bytes: u64,
-    /// When it was loaded, since 1970 (UTC).
+    /// When it was loaded: time since 1970 (UTC).
     pub loaded_unix: Duration,
-    /// How long that took.
+    /// Time that loading took.
     pub load_time: Duration,
 }
 
 impl ObjectFacts {
-    /// What the object is made of, for the theory of contacts.
+    /// Whether it can be struck.
+    #[must_use]
+    pub fn is_ready(&self) -> bool {
+        self.state == ObjectState::Ready
+    }
+
+    /// The object's material, for the theory of contacts.
+    #[must_use]
     pub fn contact_material(&self) -> ElasticMaterial {
         ElasticMaterial { young_pa: self.young_pa, poisson: self.poisson }
     }
 
-    /// Terms of a body that is `mass_kg` of the object: contacts nearer than its own contact radius are one. Its surface where it is
-    /// touched is taken for a sphere of a quarter of the diagonal; say better with [`ContactPolicy::radius`] where the host knows.
-    pub fn contact_terms(&self, mass_kg: f64) -> ContactPolicy {
+    /// Policy for the contacts of a body that is `mass_kg` of the object: contacts nearer than its own contact radius are merged. The
+    /// touched surface counts as a sphere of a quarter of the diagonal; use [`ContactPolicy::radius`] where the host knows better.
+    pub fn contact_policy(&self, mass_kg: f64) -> ContactPolicy {
         let own = ContactBody { material: self.contact_material(), mass_kg, radius_m: 0.25 * self.diagonal_m };
         ContactPolicy::new(own).merge(self.radius_m)
     }
 }
 
-impl From<&ObjectRow> for ObjectFacts {
-    fn from(row: &ObjectRow) -> Self {
+impl ObjectFacts {
+    fn of(row: &ObjectRow) -> Self {
         Self {
             name: row.name(),
-            ready: row.state() == ObjectState::Ready,
             state: row.state(),
-            refusal: row.refusal(),
+            error: row.refusal(),
             material: row.material(),
             bodies: row.bodies,
             degree_max: row.degree_max,
@@ -114,73 +120,61 @@ impl From<&ObjectRow> for ObjectFacts {
     }
 }
 
-/// How the service goes; counters since the daemon started.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Status(pub(crate) StatusRow);
-
-impl Status {
-    /// The row as it travelled.
-    pub fn row(&self) -> &StatusRow {
-        &self.0
-    }
-
-    /// Times by stage, in the order in which data flows.
-    pub fn stages(&self) -> impl Iterator<Item = (&'static str, &Latency)> {
-        STAGES.into_iter().zip(&self.0.stages)
-    }
-}
-
-pub(crate) fn objects(link: &Connection, deadline: Deadline) -> Result<Vec<ObjectFacts>, Error> {
+pub(crate) fn objects(connection: &Connection, deadline: Deadline) -> Result<Vec<ObjectFacts>, Error> {
     let mut objects: Vec<ObjectFacts> = Vec::new();
     loop {
-        let (rows, total) = ask::<ObjectRow>(link, ControlRequest::List(objects.len() as u32), deadline)?;
-        objects.extend(rows.iter().map(ObjectFacts::from));
+        let (rows, total) = ask::<ObjectRow>(connection, ControlRequest::List(objects.len() as u32), deadline)?;
+        objects.extend(rows.iter().map(ObjectFacts::of));
         if rows.is_empty() || objects.len() >= total as usize {
             return Ok(objects);
         }
     }
 }
 
-pub(crate) fn status(link: &Connection, deadline: Deadline) -> Result<Status, Error> {
-    let (rows, _) = ask::<StatusRow>(link, ControlRequest::Status, deadline)?;
-    rows.first().copied().map(Status).ok_or_else(unanswered)
+pub(crate) fn status(connection: &Connection, deadline: Deadline) -> Result<Status, Error> {
+    let (rows, _) = ask::<StatusRow>(connection, ControlRequest::Status, deadline)?;
+    rows.first().map(Status::of).ok_or_else(no_reply)
 }
 
-pub(crate) fn release(link: &Connection, handle: u64, deadline: Deadline) -> Result<(), Error> {
-    let after = link.last_sequence();
-    ask::<ErrorWire>(link, ControlRequest::Release { handle, after }, deadline).map(|_| ())
+pub(crate) fn release(connection: &Connection, handle: u64, deadline: Deadline) -> Result<(), Error> {
+    let after = connection.last_sequence();
+    ask::<ErrorWire>(connection, ControlRequest::Release { handle, after }, deadline).map(|_| ())
 }
 
 /// Asks and waits; returns the rows and how many there are in all.
-fn ask<R: ReplyRow>(link: &Connection, question: ControlRequest, deadline: Deadline) -> Result<(Vec<R>, u32), Error> {
-    let pending = link.ask(question)?;
-    let mut pulse = LivenessCheck::now();
+fn ask<R: ReplyRow>(
+    connection: &Connection,
+    request: ControlRequest,
+    deadline: Deadline,
+) -> Result<(Vec<R>, u32), Error> {
+    let pending = connection.ask(request)?;
+    let mut liveness = LivenessCheck::now();
     loop {
-        if let Some(reply) = poll::<R>(link, &pending)? {
+        if let Some(reply) = poll::<R>(connection, &pending)? {
             return Ok(reply);
         }
         if deadline.passed() {
             return Err(Error::new(ErrorKind::Late, "control", "the service did not reply in time"));
         }
-        link.feel(&mut pulse)?;
-        link.wait(deadline);
+        connection.check_alive(&mut liveness)?;
+        connection.wait(deadline);
     }
 }
 
 /// Looks for the reply; never blocks.
 pub(crate) fn poll<R: ReplyRow>(
-    link: &Connection,
+    connection: &Connection,
     pending: &PendingControlRequest,
 ) -> Result<Option<(Vec<R>, u32)>, Error> {
-    let connected = pending.is_connected();
+    let is_connected = pending.is_connected();
     match pending.receive().map_err(receive_failed)? {
         Some(reply) => Ok(Some((read::<R>(reply.user_header(), reply.payload())?, reply.user_header().total))),
-        None if connected => Ok(None),
-        None if link.daemon_lives() => Err(unanswered()),
-        None => Err(link.lost()),
+        None if is_connected => Ok(None),
+        None if connection.daemon_lives() => Err(no_reply()),
+        None => Err(connection.lost()),
     }
 }
 
-fn unanswered() -> Error {
-    Error::new(ErrorKind::Busy, "control", "the service closed the question without a reply")
+fn no_reply() -> Error {
+    Error::new(ErrorKind::Busy, "control", "the service closed the control request without a reply")
 }

@@ -1,9 +1,10 @@
-//! How long to wait at most.
+//! Longest time to wait.
 
 use std::time::{Duration, Instant};
 
-/// A point in time after which nobody waits any more.
+/// A point in time at which a call stops waiting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[must_use]
 pub struct Deadline(Instant);
 
 impl Deadline {
@@ -17,12 +18,14 @@ impl Deadline {
         Self(Instant::now() + duration.min(Duration::from_secs(31_536_000)))
     }
 
-    /// What is left; zero once it has passed.
+    /// The time until then; zero once it has passed.
+    #[must_use]
     pub fn left(self) -> Duration {
         self.0.saturating_duration_since(Instant::now())
     }
 
     /// Whether it has passed.
+    #[must_use]
     pub fn passed(self) -> bool {
         self.left().is_zero()
     }

@@ -1,10 +1,11 @@
-//! Hashes of an answer, by which equal answers are told: everything counts except times and the handle.
+//! Content hashes of a result: equal for identical results. Times and the handle do not count.
 
 use crate::FractureResult;
 use shatter_proto::result::{EffectWire, SectionKind, StageWire, SummaryWire};
 
 /// Hash of one section.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SectionDigest {
     /// Name of the section.
     pub name: &'static str,
@@ -14,19 +15,21 @@ pub struct SectionDigest {
     pub hash: String,
 }
 
-/// Hashes of an answer.
+/// Hashes of a result.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[must_use]
+#[non_exhaustive]
 pub struct ResultDigest {
-    /// By section, in the order in which they lie in the answer; those of effects that are off are not there.
+    /// By section, in the order of the result; without the sections of effects that are off.
     pub sections: Vec<SectionDigest>,
-    /// Of all sections together.
+    /// Hash of all sections together.
     pub output_hash: String,
 }
 
 impl FractureResult {
-    /// Hashes the answer. Equal strikes on equal databases give equal hashes, whatever the number of threads.
+    /// Hashes the result. Equal requests on equal databases give equal hashes, whatever the number of threads.
     pub fn digest(&self) -> ResultDigest {
-        let view = self.view();
+        let view = self.raw_view();
         let timeless: Vec<StageWire> = view.stages.iter().map(|stage| StageWire { ns: 0, ..*stage }).collect();
         let timeless_effects: Vec<EffectWire> = view.effects.iter().map(|row| EffectWire { ns: 0, ..*row }).collect();
         let nameless = SummaryWire { handle: 0, time_ns: 0, overrun: 0, overrun_ns: 0, ..*view.summary };

@@ -1,4 +1,4 @@
-//! What strikes an object, put together step by step.
+//! An impact and its options, put together step by step.
 
 use crate::Ray;
 use shatter_export::contact::MergedContact;
@@ -9,9 +9,9 @@ use shatter_proto::request::{
 };
 use std::time::Duration;
 
-/// One impact: contacts, and how the answer shall be computed. Lengths in m and directions in the coordinates of the mesh
+/// An impact: contacts, and how to compute the result. Lengths in m and directions in the coordinates of the mesh
 /// file, +Y up; over a connection with another convention ([`Client::with_convention`](crate::Client::with_convention)) in its
-/// unit and along its axes. Nothing is checked here; the service names what it refuses.
+/// unit and along its axes. [`Object::strike`](crate::Object::strike) checks the values.
 #[derive(Clone, Debug, PartialEq)]
 #[must_use = "an impact does nothing until it strikes an object"]
 pub struct Impact(Request);
@@ -22,7 +22,7 @@ impl Impact {
         Self(Request { contacts: contacts.into_iter().collect(), ..Request::default() })
     }
 
-    /// The contacts that a simulator told of, in their order; `None` of none. How the answer shall be computed is the caller's to add.
+    /// An impact of the contacts of a simulator, in their order; `None` without contacts. Options are the caller's to add.
     pub fn of(contacts: &[MergedContact]) -> Option<Self> {
         let contact = |merged: &MergedContact| {
             let contact = Contact::new(merged.point_m).impulse(merged.impulse_ns);
@@ -38,7 +38,7 @@ impl Impact {
         impact
     }
 
-    /// Where the number of sites comes from; by default the preset says.
+    /// Sets the source of the number of sites; by default the preset says.
     pub fn degree(mut self, degree: DegreeRule) -> Self {
         self.0.degree = degree;
         self
@@ -56,32 +56,32 @@ impl Impact {
         self
     }
 
-    /// Where displacements come from; by default the preset says.
+    /// Sets the source of displacements; by default the preset says.
     pub fn elastic(mut self, elastic: DisplacementSource) -> Self {
         self.0.elastic = elastic;
         self
     }
 
-    /// Which preset says what nothing else says; by default the object's.
+    /// Preset of all settings that the impact does not set; by default the object's.
     pub fn quality(mut self, quality: Quality) -> Self {
         self.0.quality = Some(quality);
         self
     }
 
-    /// Largest estimated relative error, of the elastic energy and of how the pieces are centered: both are computed until it is met.
+    /// Largest estimated relative error of the elastic energy and of the diagram: both are refined until it is met.
     pub fn error(mut self, error_max: f64) -> Self {
         self.0.error_max = Some(error_max);
         self
     }
 
-    /// How long the service may take from when it takes the strike in until it sends the answer, ms: quality falls where that is short,
-    /// and the answer says what stopped it.
+    /// Time from the admission of the request until its result is sent, ms: quality falls where that is short, and
+    /// [`Summary::stop_criterion`](crate::Summary::stop_criterion) tells.
     pub fn time_ms(mut self, time_ms_max: f64) -> Self {
         self.0.time_ms_max = Some(time_ms_max);
         self
     }
 
-    /// Iterations at most by which the pieces are centered, instead of the preset's.
+    /// Iterations of the diagram at most, instead of the preset's.
     pub fn iterations(mut self, iterations_max: u32) -> Self {
         self.0.iterations_max = Some(iterations_max);
         self
@@ -99,39 +99,39 @@ impl Impact {
         self
     }
 
-    /// Everything random follows from it; 0 by default.
+    /// Seed of all random numbers; 0 by default.
     pub fn seed(mut self, seed: u64) -> Self {
         self.0.seed = seed;
         self
     }
 
-    /// Refuse an answer of more fragments.
+    /// Largest number of fragments; the service refuses a result of more.
     pub fn fragments_max(mut self, count: u32) -> Self {
         self.0.fragments_max = Some(count);
         self
     }
 
-    /// Refuse an answer of more bytes.
+    /// Largest size of the result, bytes; the service refuses a larger one.
     pub fn bytes_max(mut self, bytes: u64) -> Self {
         self.0.bytes_max = Some(bytes);
         self
     }
 
-    /// How long after the daemon took it in the answer is still of use. Strikes with less time left go first; one that cannot be
-    /// in time is refused at once, one that is not costs no more work: both with `late`.
+    /// Time after admission within which the result is of use. The service serves requests with less time left first. It refuses one
+    /// that cannot be in time at once, and stops one that is not in time: both with `late`.
     pub fn deadline(mut self, time: Duration) -> Self {
         self.0.deadline = Some(time);
         self
     }
 
-    /// Asks the service to keep the answer for a while, so that its fragments can be struck: see
+    /// Asks the service to keep the result for a while, so that its fragments can be struck: see
     /// [`FractureResult::handle`](crate::FractureResult::handle).
     pub fn keep(mut self) -> Self {
         self.0.keep = true;
         self
     }
 
-    /// Strikes fragment `fragment` of the answer that is kept under `handle`, instead of the object.
+    /// Strikes fragment `fragment` of the result that the service keeps under `handle`, instead of the object.
     pub fn from(mut self, handle: u64, fragment: u32) -> Self {
         self.0.from = Some(RetainedFragment { handle, fragment });
         self
@@ -143,8 +143,8 @@ impl Impact {
         self
     }
 
-    /// The strike of `object` in `convention`.
-    pub(crate) fn strike(&self, object: &str, convention: Convention) -> Request {
+    /// The request for `object` in `convention`.
+    pub(crate) fn request(&self, object: &str, convention: Convention) -> Request {
         Request { object: object.to_owned(), convention, ..self.0.clone() }
     }
 }
@@ -167,11 +167,11 @@ mod tests {
         }
         let (_, found) = contacts.step(0.0).remove(0);
         let found = found.unwrap();
-        let strike = Impact::of(&found).unwrap().strike("vase", Convention::GLTF);
-        assert_eq!(strike.contacts.len(), 2);
-        assert_eq!((strike.contacts[0].point_m, strike.contacts[1].impulse_ns), ([1.0, 2.0, 3.0], [0.0, 0.5, 0.0]));
-        let durations = strike.contacts.iter().map(|contact| contact.duration_s);
-        assert!(durations.eq(found.iter().map(|blow| Some(blow.hertz.duration_s))));
-        assert!(strike.contacts.iter().all(|contact| contact.radius_m.is_some()));
+        let request = Impact::of(&found).unwrap().request("vase", Convention::GLTF);
+        assert_eq!(request.contacts.len(), 2);
+        assert_eq!((request.contacts[0].point_m, request.contacts[1].impulse_ns), ([1.0, 2.0, 3.0], [0.0, 0.5, 0.0]));
+        let durations = request.contacts.iter().map(|contact| contact.duration_s);
+        assert!(durations.eq(found.iter().map(|merged| Some(merged.hertz.duration_s))));
+        assert!(request.contacts.iter().all(|contact| contact.radius_m.is_some()));
     }
 }

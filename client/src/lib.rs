@@ -11,8 +11,8 @@
 //! loop {
 //!     match ticket.poll()? {
 //!         Poll::Pending => { /* draw a frame */ }
-//!         Poll::Ready(broken) => {
-//!             for fragment in broken.fragments() {
+//!         Poll::Ready(result) => {
+//!             for fragment in result.fragments() {
 //!                 // borrowed straight from shared memory
 //!                 let _ = (fragment.positions(), fragment.indices(), fragment.mass_kg());
 //!             }
@@ -24,15 +24,17 @@
 //! # }
 //! ```
 //!
-//! Nothing here waits without a bound: [`Ticket::poll`] never blocks, everything else takes a [`Deadline`]. A ticket can be
-//! awaited, too, on any executor. Dropping a [`Ticket`] cancels its strike. Errors are [`Error`]s: a closed set of kinds with whose
-//! fault it is and whether to try again.
+//! Every wait has a bound: [`Ticket::poll`] never blocks, all other calls take a [`Deadline`]. A ticket can be awaited, too, on any
+//! executor. Dropping a [`Ticket`] cancels its request. Errors are [`Error`]s: a kind, whose fault it is, and whether to try again.
 //!
-//! Hosts with other axes, another winding or another unit of length than glTF say so once, with [`Client::with_convention`], and the
-//! service writes in theirs.
+//! A host with other axes, another winding or another unit of length than glTF's sets them once, with [`Client::with_convention`];
+//! the service reads and writes in them.
 //!
-//! Connections outlive the daemon. What was under way when it went away ends with `lost` (no answer will come, sending it again is
-//! safe); what is sent next goes to the daemon that then serves.
+//! Connections outlive the daemon. Requests under way when it goes away end with `lost` (no result will come, sending them again is
+//! safe); the next ones go to the daemon that then serves.
+//!
+//! Results are [`FractureResult`]s: large arrays are slices of plain numbers that lie in shared memory, facts are plain types
+//! ([`Summary`], [`StageCost`], [`EffectCost`], [`Bond`], [`DebrisPoint`]).
 
 mod aim;
 mod client;
@@ -40,26 +42,34 @@ mod connection;
 mod control;
 mod deadline;
 mod digest;
+mod fragment;
 mod impact;
 mod object;
-mod open_files;
 mod prefracture;
 mod result;
 mod result_future;
 mod result_in_meters;
 mod session;
+mod status;
 mod ticket;
 mod visible;
+mod waiters;
 mod write_files;
 
+/// The code of the README, compiled as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 pub use aim::{Hit, Ray};
-pub use client::{Client, RetainGuard, SERVICE_VARIABLE, default_service, place};
-pub use control::{ObjectFacts, Status};
+pub use client::{Client, RetainGuard, SERVICE_VARIABLE, default_service, service_paths};
+pub use control::ObjectFacts;
 pub use deadline::Deadline;
 pub use digest::{ResultDigest, SectionDigest};
+pub use fragment::{Fragment, FragmentSkin, HullMesh, Run};
 pub use impact::Impact;
 pub use object::Object;
-pub use result::{FractureResult, Fragment, FragmentSkin, HullMesh, Run};
+pub use result::FractureResult;
 pub use result_future::ResultFuture;
 pub use result_in_meters::ResultInMeters;
 pub use shatter_export::{self as export, contact};
@@ -67,8 +77,13 @@ pub use shatter_proto::control::{Latency, ObjectState};
 pub use shatter_proto::convention::{Convention, Hand, Up, Winding};
 pub use shatter_proto::effect::{Effect, Effects};
 pub use shatter_proto::request::{
-    Contact, DegreeRule, DisplacementSource, Lift, Purpose, Quality, Request, RetainedFragment, SEED_DEFAULT,
+    CONTACTS_MAX, Contact, DegreeRule, DisplacementSource, Lift, Quality, RetainedFragment, SEED_DEFAULT,
 };
-pub use shatter_proto::result::MissedTime;
+pub use shatter_proto::result::{
+    Bond, DebrisPoint, DegreeMethod, DegreeOrigin, EffectCost, EnergySource, FragmentVelocity, MissedTime, NO_MATERIAL,
+    OuterAttributes, OverrunCause, SkinVertex, StageCost, StageKind, StopCriterion, Summary,
+};
 pub use shatter_proto::{Error, ErrorKind, Fault, exit};
+pub use shatter_transport::paths::ServicePaths;
+pub use status::Status;
 pub use ticket::{Poll, Progress, Ticket};

@@ -1,12 +1,12 @@
-//! Even pieces of a whole object, for hosts that want them ahead of time: an impact that is none.
+//! Fragments of equal size, for hosts that want them before any impact.
 //!
 //! Pieces are small where the strain energy is. Without elasticity that falls off with the distance d from a contact as
 //! W = p²/(2E) / (1 + (d/a)²)², with p = F/(πa²) and F = (π/2)·J/τ; so a contact whose radius a is a thousand times the object's
-//! diagonal loads the whole of it alike, to two millionths, and the pieces are those of a centroidal Voronoi diagram of uniform density.
-//! Their number is asked for. J is such that the closed form for solids, n = V·(C·W/γ)^(3/5), says it too.
+//! diagonal loads the whole of it alike, to two millionths, and the fragments are the cells of a centroidal Voronoi diagram of uniform density.
+//! The request gives their number. J is such that the closed form for solids, n = V·(C·W/γ)^(3/5), says it too.
 //!
 //! A contact loads the body that it is nearest to. Of an object of several bodies, the service is asked for the whole ones first, and
-//! each gets a contact of its own, the largest first: the pieces are shared out by the closed form, in proportion to volumes where bodies
+//! each gets a contact of its own, the largest first: the closed form distributes the fragments, in proportion to volumes where bodies
 //! are compact.
 
 use crate::{Contact, Deadline, DegreeRule, Effect, Error, FractureResult, Impact, Object, ObjectFacts};
@@ -22,16 +22,16 @@ const RADIUS_DIAGONALS: f64 = 1e3;
 const COEFFICIENT: f64 = 3.0 * 0.0785433;
 
 impl Object {
-    /// The impact that divides the object into `pieces` even ones, wherever they lie: to be refined (seed, effects, quality) and struck
-    /// like any other. Of an object of more than eight bodies the smaller ones stay whole.
+    /// The impact that divides the object into `pieces` fragments of equal size. Seed, effects and quality can be added, as to any
+    /// other. Of an object of more than eight bodies the smaller ones stay whole.
     ///
-    /// Asks the service where bodies are, if the object has several; then, and only then, this waits.
+    /// Waits only if the object has several bodies: the service is then asked where they are.
     ///
     /// # Errors
-    /// As of [`Object::strike`] and [`Ticket::wait`](crate::Ticket::wait).
+    /// Those of [`Object::strike`] and [`Ticket::wait`](crate::Ticket::wait).
     pub fn even(&self, pieces: u32, deadline: Deadline) -> Result<Impact, Error> {
         let facts = self.facts();
-        let even = |places: &[[f64; 3]], pieces| uniform(facts, &self.convention(), places, pieces);
+        let even = |points_m: &[[f64; 3]], pieces| uniform(facts, &self.convention(), points_m, pieces);
         if facts.bodies <= 1 {
             return Ok(even(&[facts.center_m], pieces));
         }
@@ -40,19 +40,19 @@ impl Object {
     }
 }
 
-/// Contacts at `places` (m), one per body, that load all of these bodies alike; asked for in `convention`.
-fn uniform(facts: &ObjectFacts, convention: &Convention, places: &[[f64; 3]], pieces: u32) -> Impact {
+/// Contacts at `points_m`, one per body, that load all of these bodies alike; written in `convention`.
+fn uniform(facts: &ObjectFacts, convention: &Convention, points_m: &[[f64; 3]], pieces: u32) -> Impact {
     let radius_m = RADIUS_DIAGONALS * facts.diagonal_m;
     let density_j_m3 = facts.gamma_j_m2 * (f64::from(pieces) / facts.volume_m3).powf(5.0 / 3.0) / COEFFICIENT;
     let force_n = PI * radius_m * radius_m * (2.0 * facts.young_pa * density_j_m3).sqrt();
-    // Where facts are missing any will do: the number of pieces is asked for.
+    // Any impulse will do where facts are missing: the number of sites is given.
     let impulse_ns = Some(force_n * facts.duration_s / FRAC_PI_2).filter(|j| j.is_normal()).unwrap_or(1.0);
-    let contact = |place: &[f64; 3]| {
-        let contact = Contact::new(convention.vector(*place)).impulse(convention.vector([0.0, -impulse_ns, 0.0]));
+    let contact = |point_m: &[f64; 3]| {
+        let contact = Contact::new(convention.vector(*point_m)).impulse(convention.vector([0.0, -impulse_ns, 0.0]));
         contact.radius(convention.length(radius_m))
     };
-    let places = if places.is_empty() { &[facts.center_m] } else { places };
-    let impact = Impact::new(places.iter().map(contact));
+    let points_m = if points_m.is_empty() { &[facts.center_m] } else { points_m };
+    let impact = Impact::new(points_m.iter().map(contact));
     impact.degree(DegreeRule::Sites(pieces)).disable(Effect::Elastic)
 }
 
@@ -60,13 +60,16 @@ fn uniform(facts: &ObjectFacts, convention: &Convention, places: &[[f64; 3]], pi
 fn bodies(whole: &FractureResult) -> Vec<[f64; 3]> {
     let mut largest: Vec<(u32, f64, [f64; 3])> = Vec::new();
     for fragment in whole.metric().fragments() {
-        let (row, Some(point)) = (fragment.row(), fragment.positions().first()) else { continue };
-        let place = [0, 1, 2].map(|k| row.center_m[k] + f64::from(point[k]));
-        match largest.iter_mut().find(|(body, ..)| *body == row.body) {
-            Some((_, volume_m3, _)) => *volume_m3 += row.volume_m3,
-            None => largest.push((row.body, row.volume_m3, place)),
+        let Some(point) = fragment.positions().first() else { continue };
+        let (body, center_m) = (fragment.body(), fragment.center_m());
+        match largest.iter_mut().find(|(other, ..)| *other == body) {
+            Some((_, volume_m3, _)) => *volume_m3 += fragment.volume_m3(),
+            None => {
+                let point_m = [0, 1, 2].map(|k| center_m[k] + f64::from(point[k]));
+                largest.push((body, fragment.volume_m3(), point_m));
+            }
         }
     }
     largest.sort_by(|a, b| b.1.total_cmp(&a.1));
-    largest.into_iter().take(CONTACTS_MAX).map(|(_, _, place)| place).collect()
+    largest.into_iter().take(CONTACTS_MAX).map(|(_, _, point_m)| point_m).collect()
 }

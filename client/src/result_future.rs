@@ -1,29 +1,16 @@
-//! Strikes as futures, for any executor: the same polls, told by a thread that listens while somebody waits.
+//! Tickets as futures, for any executor: the same polls, and a thread that listens while a task waits.
 
-use crate::connection::Connection;
+use crate::connection::{Connection, no_thread};
 use crate::{Deadline, FractureResult, Poll, Ticket};
 use shatter_proto::Error;
+use shatter_transport::workarounds::lost_wakeups::TICK;
 use std::future::{Future, IntoFuture};
 use std::pin::Pin;
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Weak};
 use std::task::{Context, Waker};
-use std::time::Duration;
 
-/// The thread listens this long at a time; rings may be lost, so everybody is woken after each.
-const TURN: Duration = Duration::from_millis(5);
-
-/// Those who wait on one connection.
-#[derive(Default)]
-pub(crate) struct Waiters(Mutex<Waiter>);
-
-#[derive(Default)]
-struct Waiter {
-    wakers: Vec<Waker>,
-    /// Whether a thread listens for them.
-    attended: bool,
-}
-
-/// The answer to a strike, awaited. Dropping it cancels the strike.
+/// The result of a request, awaited. Dropping it cancels the request.
+#[must_use = "dropping a future cancels its request"]
 pub struct ResultFuture(Ticket);
 
 impl IntoFuture for Ticket {
@@ -40,46 +27,35 @@ impl Future for ResultFuture {
 
     fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> std::task::Poll<Self::Output> {
         let ticket = &mut self.get_mut().0;
-        let mut registered = false;
-        // Looked again once registered: what came in between has woken nobody.
+        let mut is_registered = false;
+        // Polled again once registered: a result that came in between has woken no task.
         loop {
             match ticket.poll() {
-                Ok(Poll::Ready(broken)) => return std::task::Poll::Ready(Ok(broken)),
-                Ok(Poll::Pending) if registered => return std::task::Poll::Pending,
-                Ok(Poll::Pending) => wake(ticket.link(), context.waker())?,
-                Err(refusal) => return std::task::Poll::Ready(Err(refusal)),
+                Ok(Poll::Ready(result)) => return std::task::Poll::Ready(Ok(result)),
+                Ok(Poll::Pending) if is_registered => return std::task::Poll::Pending,
+                Ok(Poll::Pending) => register(ticket.connection(), context.waker())?,
+                Err(error) => return std::task::Poll::Ready(Err(error)),
             }
-            registered = true;
+            is_registered = true;
         }
     }
 }
 
 /// Has `waker` woken once something may have come, or a turn has passed.
-fn wake(link: &Arc<Connection>, waker: &Waker) -> Result<(), Error> {
-    let mut waiting = link.audience().0.lock().unwrap_or_else(PoisonError::into_inner);
-    if !waiting.wakers.iter().any(|other| other.will_wake(waker)) {
-        waiting.wakers.push(waker.clone());
-    }
-    if !waiting.attended {
-        let weak = Arc::downgrade(link);
+fn register(connection: &Arc<Connection>, waker: &Waker) -> Result<(), Error> {
+    connection.waiters().add(waker, || {
+        let weak = Arc::downgrade(connection);
         let thread = std::thread::Builder::new().name("shatter-listen".to_owned());
-        thread.spawn(move || listen(&weak)).map_err(|error| crate::connection::no_thread(&error))?;
-        waiting.attended = true;
-    }
-    Ok(())
+        thread.spawn(move || listen(&weak)).map(drop).map_err(|error| no_thread(&error))
+    })
 }
 
-/// Listens until nobody waits, or the connection is gone.
-fn listen(link: &Weak<Connection>) {
-    while let Some(link) = link.upgrade() {
-        link.wait(Deadline::after(TURN));
-        let mut waiting = link.audience().0.lock().unwrap_or_else(PoisonError::into_inner);
-        if waiting.wakers.is_empty() {
-            waiting.attended = false;
+/// Listens until no task waits, or the connection is gone. Wakes all tasks after each tick, since a notification may be lost.
+fn listen(connection: &Weak<Connection>) {
+    while let Some(connection) = connection.upgrade() {
+        connection.wait(Deadline::after(TICK));
+        if !connection.waiters().wake_all() {
             return;
         }
-        let wakers = std::mem::take(&mut waiting.wakers);
-        drop(waiting);
-        wakers.into_iter().for_each(Waker::wake);
     }
 }

@@ -1,49 +1,51 @@
-//! Answers brought back to meters, our axes and our winding, whatever convention they were written in: what files are made of.
+//! Results in meters, glTF's axes and winding, whatever their convention: the contents of files.
 
-use crate::result::fragments;
-use crate::{FractureResult, Fragment};
+use crate::FractureResult;
+use crate::fragment::{Fragment, fragments};
 use shatter_proto::convention::Convention;
 use shatter_proto::result::{
-    BondWire, DebrisWire, FragmentWire, HullWire, SkinVertexWire, SummaryWire, VelocityWire, VertexAttributeWire,
+    BondWire, DebrisWire, FragmentVelocity, FragmentWire, HullWire, OuterAttributes, SkinVertex, SummaryWire,
 };
 use shatter_proto::view::ResultView;
 
-/// An answer in glTF's convention ([`Convention::GLTF`]). One in another is copied once; one that was written in it is borrowed.
+/// A result in glTF's convention ([`Convention::GLTF`]). A result in that convention is borrowed, any other is copied once.
+#[must_use]
 pub struct ResultInMeters<'a> {
     given: ResultView<'a>,
     copied: Option<Box<Sections>>,
 }
 
-/// The sections of an answer that depend on its convention.
+/// The sections of a result that depend on its convention.
 struct Sections {
     summary: SummaryWire,
     fragments: Vec<FragmentWire>,
     positions: Vec<[f32; 3]>,
     indices: Vec<u32>,
-    velocities: Vec<VelocityWire>,
+    velocities: Vec<FragmentVelocity>,
     normals: Vec<[f32; 3]>,
     bonds: Vec<BondWire>,
     debris: Vec<DebrisWire>,
     hulls: Vec<HullWire>,
     hull_positions: Vec<[f32; 3]>,
     hull_indices: Vec<u32>,
-    looks: Vec<VertexAttributeWire>,
-    skin_vertices: Vec<SkinVertexWire>,
+    looks: Vec<OuterAttributes>,
+    skin_vertices: Vec<SkinVertex>,
     skin_indices: Vec<u32>,
 }
 
 impl FractureResult {
-    /// The answer in meters, along the axes of the mesh file, counter-clockwise.
+    /// The result in meters, along the axes of the mesh file, counter-clockwise.
     pub fn metric(&self) -> ResultInMeters<'_> {
-        let (given, convention) = (self.view(), self.convention());
+        let (given, convention) = (self.raw_view(), self.convention());
         let copied = (!convention.is_default()).then(|| Box::new(Sections::back(&given, &convention)));
         ResultInMeters { given, copied }
     }
 }
 
 impl ResultInMeters<'_> {
-    /// All sections.
-    pub fn view(&self) -> ResultView<'_> {
+    /// The rows of memory, as [`FractureResult::raw_view`].
+    #[doc(hidden)]
+    pub fn raw_view(&self) -> ResultView<'_> {
         let Some(own) = &self.copied else { return self.given };
         ResultView {
             summary: &own.summary,
@@ -66,7 +68,7 @@ impl ResultInMeters<'_> {
 
     /// The fragments, in the order of their ids.
     pub fn fragments(&self) -> impl ExactSizeIterator<Item = Fragment<'_>> {
-        fragments(self.view())
+        fragments(self.raw_view())
     }
 }
 
@@ -83,7 +85,7 @@ impl Sections {
             }),
             positions: offsets(view.positions),
             indices: triangles(view.indices, from),
-            velocities: rows(view.velocities, |row| VelocityWire {
+            velocities: rows(view.velocities, |row| FragmentVelocity {
                 linear_m_s: from.our_vector(row.linear_m_s),
                 angular_rad_s: from.our_axial(row.angular_rad_s),
             }),
@@ -103,8 +105,8 @@ impl Sections {
             hulls: rows(view.hulls, |row| HullWire { margin_m: from.meters(row.margin_m), ..*row }),
             hull_positions: offsets(view.hull_positions),
             hull_indices: triangles(view.hull_indices, from),
-            looks: rows(view.looks, |row| VertexAttributeWire { normal: from.our_direction(row.normal), ..*row }),
-            skin_vertices: rows(view.skin_vertices, |row| SkinVertexWire {
+            looks: rows(view.looks, |row| OuterAttributes { normal: from.our_direction(row.normal), ..*row }),
+            skin_vertices: rows(view.skin_vertices, |row| SkinVertex {
                 position_m: from.our_vector_f32(row.position_m),
                 normal: from.our_direction(row.normal),
                 ..*row

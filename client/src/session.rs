@@ -1,54 +1,62 @@
-//! The way to a service, whichever daemon serves: a link, and a new one once its daemon is lost.
+//! A session with a service, whichever daemon serves: a connection, and a new one once its daemon is lost.
 
-use crate::connection::{Connection, daemon_lives};
-use crate::open_files::unmapped;
+use crate::connection::Connection;
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::daemon_info::DaemonInfo;
 use shatter_transport::instance::Instance;
 use shatter_transport::paths::ServicePaths;
+use shatter_transport::workarounds::dead_daemon::daemon_lives;
+use shatter_transport::workarounds::unclear_errors::explain_lost;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// The way to a service. It outlives daemons.
+/// A session with a service. It outlives daemons.
 pub(crate) struct Session {
-    place: ServicePaths,
-    link: Mutex<Arc<Connection>>,
+    paths: ServicePaths,
+    connection: Mutex<Arc<Connection>>,
 }
 
 impl Session {
-    /// Opens it to the daemon that serves now.
-    pub(crate) fn open(place: &ServicePaths) -> Result<Self, Attempt> {
-        let link = Mutex::new(Arc::new(attempt(place)?));
-        Ok(Self { place: place.clone(), link })
+    /// Connects to the daemon that serves now.
+    pub(crate) fn open(paths: &ServicePaths) -> Result<Self, ConnectError> {
+        let connection = Mutex::new(Arc::new(connect(paths)?));
+        Ok(Self { paths: paths.clone(), connection })
     }
 
     fn guard(&self) -> MutexGuard<'_, Arc<Connection>> {
-        self.link.lock().unwrap_or_else(PoisonError::into_inner)
+        self.connection.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The link that was used last, whatever became of it.
+    /// The connection that was used last, be it lost.
     pub(crate) fn last(&self) -> Arc<Connection> {
         self.guard().clone()
     }
 
-    /// A link to the daemon that serves now: the last one, or a new one if another daemon serves. Never waits; opening
+    /// A connection to the daemon that serves now: the last one, or a new one if another daemon serves. Never waits; connecting
     /// takes some milliseconds, once per daemon.
     ///
     /// # Errors
-    /// As [`Attempt`].
-    pub(crate) fn link(&self) -> Result<Arc<Connection>, Error> {
-        let mut link = self.guard();
-        if link.is_lost() || !link.daemon_lives() {
-            *link = Arc::new(attempt(&self.place)?);
+    /// As [`ConnectError`].
+    fn connection(&self) -> Result<Arc<Connection>, Error> {
+        let mut connection = self.guard();
+        if connection.is_lost() || !connection.daemon_lives() {
+            *connection = Arc::new(connect(&self.paths)?);
         }
-        Ok(link.clone())
+        Ok(connection.clone())
     }
 
-    /// A call over the link; over a new one if it is lost and a daemon serves. Right after others died beside it the transport may
-    /// take a living client for one of them, and nothing that reached no daemon, or was not answered, is kept there.
-    pub(crate) fn over<T>(&self, call: impl Fn(Arc<Connection>) -> Result<T, Error>) -> Result<T, Error> {
-        match call(self.link()?) {
-            Err(lost) if lost.kind == ErrorKind::Lost => match self.link() {
-                Ok(link) => call(link.clone()).map_err(|lost| unmapped(lost, &link)),
+    /// A call over the connection; over a new one if it is lost and a daemon serves.
+    ///
+    /// Right after other clients died the transport may take a living client for one of them. It keeps no request that reached no
+    /// daemon or got no reply.
+    ///
+    /// # Errors
+    /// Those of the call, and `no_daemon`, `version_mismatch`, `busy` or `transport` if the new connection fails.
+    pub(crate) fn call<T>(&self, call: impl Fn(Arc<Connection>) -> Result<T, Error>) -> Result<T, Error> {
+        match call(self.connection()?) {
+            Err(lost) if lost.kind == ErrorKind::Lost => match self.connection() {
+                Ok(connection) => {
+                    call(connection.clone()).map_err(|lost| explain_lost(lost, || connection.daemon_lives()))
+                }
                 Err(_) => Err(lost),
             },
             result => result,
@@ -57,53 +65,53 @@ impl Session {
 }
 
 /// Why an attempt to connect failed.
-pub(crate) enum Attempt {
+pub(crate) enum ConnectError {
     /// Trying again changes nothing.
     Final(Error),
     /// A daemon is starting, or just ended.
     Starting(Error),
 }
 
-impl From<Attempt> for Error {
-    fn from(attempt: Attempt) -> Self {
-        match attempt {
-            Attempt::Final(refusal) | Attempt::Starting(refusal) => refusal,
+impl From<ConnectError> for Error {
+    fn from(error: ConnectError) -> Self {
+        match error {
+            ConnectError::Final(error) | ConnectError::Starting(error) => error,
         }
     }
 }
 
-fn attempt(place: &ServicePaths) -> Result<Connection, Attempt> {
-    if !place.exists().map_err(Attempt::Final)? || !daemon_lives(place) {
-        let refusal = no_daemon(place, "no daemon of service");
-        let message = format!("{refusal}; start one with `shatterd serve --service {}`", place.service.as_str());
-        return Err(Attempt::Final(Error { message, ..refusal }));
+fn connect(paths: &ServicePaths) -> Result<Connection, ConnectError> {
+    if !paths.exists().map_err(ConnectError::Final)? || !daemon_lives(paths) {
+        let error = no_daemon(paths, "no daemon of service");
+        let message = format!("{error}; start one with `shatterd serve --service {}`", paths.service.as_str());
+        return Err(ConnectError::Final(Error { message, ..error }));
     }
-    let Ok(json) = std::fs::read_to_string(place.hello()) else {
-        return Err(Attempt::Starting(no_daemon(place, "not ready in time: the daemon of service")));
+    let Ok(json) = std::fs::read_to_string(paths.hello()) else {
+        return Err(ConnectError::Starting(no_daemon(paths, "not ready in time: the daemon of service")));
     };
-    let hello = DaemonInfo::from_json(&json).map_err(Attempt::Final)?;
-    hello.check().map_err(Attempt::Final)?;
-    let starting = || Attempt::Starting(no_daemon(place, "not ready in time: the daemon of service"));
-    let instance = Instance::of_token(place, &hello.instance).ok_or_else(starting)?;
-    let link = Connection::open(place, &instance).map_err(|refusal| match refusal.kind {
+    let info = DaemonInfo::from_json(&json).map_err(ConnectError::Final)?;
+    info.check().map_err(ConnectError::Final)?;
+    let starting = || ConnectError::Starting(no_daemon(paths, "not ready in time: the daemon of service"));
+    let instance = Instance::of_token(paths, &info.instance).ok_or_else(starting)?;
+    let connection = Connection::open(paths, &instance).map_err(|error| match error.kind {
         ErrorKind::Transport => {
-            Attempt::Starting(no_daemon(place, &format!("not ready ({refusal}): the daemon of service")))
+            ConnectError::Starting(no_daemon(paths, &format!("not ready ({error}): the daemon of service")))
         }
         // The folder of a daemon that ended meanwhile.
-        ErrorKind::RuntimeFolder if !daemon_serves(place, &instance) => starting(),
-        _ => Attempt::Final(refusal),
+        ErrorKind::RuntimeFolder if !daemon_serves(paths, &instance) => starting(),
+        _ => ConnectError::Final(error),
     })?;
-    // The hello may be that of a daemon that was killed, read before its successor removed it.
-    if link.daemon_lives() { Ok(link) } else { Err(starting()) }
+    // The file may be that of a daemon that was killed, read before its successor removed it.
+    if connection.daemon_lives() { Ok(connection) } else { Err(starting()) }
 }
 
-/// Whether the daemon says so that it serves at `instance`.
-fn daemon_serves(place: &ServicePaths, instance: &Instance) -> bool {
-    Instance::serving(place).is_ok_and(|serving| serving == *instance)
+/// Whether the daemon announces that it serves at `instance`.
+fn daemon_serves(paths: &ServicePaths, instance: &Instance) -> bool {
+    Instance::serving(paths).is_ok_and(|serving| serving == *instance)
 }
 
-fn no_daemon(place: &ServicePaths, what: &str) -> Error {
-    let service = place.service.as_str();
-    let message = format!("{what} `{service}` in {}", place.folder.display());
+fn no_daemon(paths: &ServicePaths, what: &str) -> Error {
+    let service = paths.service.as_str();
+    let message = format!("{what} `{service}` in {}", paths.folder.display());
     Error::new(ErrorKind::NoDaemon, service, message)
 }

@@ -1,212 +1,223 @@
-//! A strike under way.
+//! A request under way.
 
 use crate::connection::{Connection, LivenessCheck, PendingControlRequest, PendingRequest, receive_failed};
 use crate::control;
-use crate::open_files::unmapped;
 use crate::{Deadline, FractureResult};
 use shatter_proto::control::{ControlRequest, ProgressRow};
 use shatter_proto::convention::Convention;
 use shatter_proto::error::ErrorWire;
 use shatter_proto::request::Request;
-use shatter_proto::result::STAGES;
+use shatter_proto::result::StageKind;
 use shatter_proto::{Error, ErrorKind};
+use shatter_transport::workarounds::dead_clients::is_evicted;
+use shatter_transport::workarounds::unclear_errors::explain_lost;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// A reason that does not come within this time does not come.
-const VERDICT: Duration = Duration::from_secs(2);
+/// Time to wait for the daemon's reason after it closed a request without a result.
+const REASON_WAIT: Duration = Duration::from_secs(2);
 
-/// What [`Ticket::poll`] finds.
-#[must_use = "an answer is handed out once"]
+/// Outcome of [`Ticket::poll`].
+#[must_use = "a result is handed out once"]
 pub enum Poll {
-    /// Not yet.
+    /// The request is still under way.
     Pending,
-    /// The answer. It is handed out once.
+    /// The result. It is handed out once.
     Ready(FractureResult),
 }
 
-/// How far a strike is.
+/// Progress of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Progress {
-    /// On its way to the daemon, or among those that wait.
+    /// On its way to the daemon, or in its queue.
     Waiting,
-    /// In this stage, since so long with the daemon.
+    /// Being computed.
     Computing {
-        /// Name of the stage.
-        stage: &'static str,
-        /// Since the daemon took it in.
+        /// The stage that computes, or that computed last.
+        stage: StageKind,
+        /// Time since the daemon admitted the request.
         age: Duration,
     },
-    /// Answered, refused or given up: [`Ticket::poll`] tells.
+    /// Complete, refused or canceled: [`Ticket::poll`] tells.
     Ended,
 }
 
-/// A strike under way. Dropping it cancels the strike.
-#[must_use = "dropping a ticket cancels its strike"]
+/// A request under way. Dropping it cancels the request.
+#[must_use = "dropping a ticket cancels its request"]
 pub struct Ticket {
     progress: Progress,
-    question: Option<PendingControlRequest>,
-    link: Arc<Connection>,
+    progress_request: Option<PendingControlRequest>,
+    connection: Arc<Connection>,
     convention: Convention,
     sequence: u64,
     sent: Instant,
-    pulse: LivenessCheck,
+    liveness: LivenessCheck,
     state: State,
 }
 
 enum State {
     /// The daemon has it.
-    Struck(PendingRequest),
-    /// The daemon closed it without an answer, and is asked why.
-    Closed { since: Instant, question: Option<PendingControlRequest> },
-    /// Answered or refused.
+    Sent(PendingRequest),
+    /// The daemon closed it without a result, and is asked for the reason.
+    Closed { since: Instant, reason: Option<PendingControlRequest> },
+    /// The result or an error was handed out.
     Done,
 }
 
 impl Ticket {
-    pub(crate) fn send(link: Arc<Connection>, strike: &Request) -> Result<Self, Error> {
-        let wire = strike.wire(link.listener(), 0)?;
+    pub(crate) fn send(connection: Arc<Connection>, request: &Request) -> Result<Self, Error> {
+        let wire = request.wire(connection.listener(), 0)?;
         let sent = Instant::now();
-        let (pending, sequence) = link.send(wire)?;
-        let (progress, question, pulse) = (Progress::Waiting, None, LivenessCheck::now());
-        let (convention, state) = (strike.convention, State::Struck(pending));
-        Ok(Self { progress, question, link, convention, sequence, sent, pulse, state })
+        let (pending, sequence) = connection.send(wire)?;
+        let (progress, progress_request, liveness) = (Progress::Waiting, None, LivenessCheck::now());
+        let (convention, state) = (request.convention, State::Sent(pending));
+        Ok(Self { progress, progress_request, connection, convention, sequence, sent, liveness, state })
     }
 
-    pub(crate) fn link(&self) -> &Arc<Connection> {
-        &self.link
+    pub(crate) fn connection(&self) -> &Arc<Connection> {
+        &self.connection
     }
 
-    /// Looks for the answer; never blocks. Once a frame is often enough.
+    /// Looks for the result; never blocks. Once a frame is often enough.
     ///
     /// # Errors
-    /// The refusal of the service; `lost` if the daemon went away; `bad_answer` if an answer fails the checks.
-    /// After an answer or an error the ticket is spent and only says so.
+    /// The error of the service; `lost` if the daemon went away; `bad_answer` if a result fails the checks; `busy` at `answers` if
+    /// too many results are held: drop some and poll again. After any other error, and after the result, the ticket is spent and
+    /// only returns `cancelled`.
     pub fn poll(&mut self) -> Result<Poll, Error> {
         let found = match &mut self.state {
             State::Done => return Err(Error::new(ErrorKind::Cancelled, "ticket", "the ticket is spent")),
-            State::Struck(pending) => Self::answer(&self.link, pending, (self.sequence, self.convention), self.sent),
-            State::Closed { since, question } => Self::verdict(&self.link, self.sequence, *since, question),
+            State::Sent(pending) => {
+                Self::receive(&self.connection, pending, (self.sequence, self.convention), self.sent)
+            }
+            State::Closed { since, reason } => Self::ask_reason(&self.connection, self.sequence, *since, reason),
         };
         match found {
-            Ok(Found::Nothing) => match self.link.feel(&mut self.pulse) {
+            Ok(Found::Nothing) => match self.connection.check_alive(&mut self.liveness) {
                 Ok(()) => Ok(Poll::Pending),
                 Err(lost) => {
                     self.state = State::Done;
                     Err(lost)
                 }
             },
-            Ok(Found::Answer(broken)) => {
+            Ok(Found::Result(result)) => {
                 self.state = State::Done;
-                Ok(Poll::Ready(broken))
+                Ok(Poll::Ready(result))
             }
             Ok(Found::Closed) => {
-                self.state = State::Closed { since: Instant::now(), question: None };
+                self.state = State::Closed { since: Instant::now(), reason: None };
                 self.poll()
             }
-            // Answers held elsewhere are in the way: the strike is still good.
-            Err(refusal) if refusal.kind == ErrorKind::Busy && refusal.at == "answers" => Err(refusal),
-            Err(refusal) => {
+            // Results that are held elsewhere are in the way: the request is still good.
+            Err(error) if error.kind == ErrorKind::Busy && error.at == "answers" => Err(error),
+            Err(error) => {
                 self.state = State::Done;
-                Err(refusal)
+                Err(error)
             }
         }
     }
 
-    /// How far the strike is, as the daemon said last; never blocks: each call takes in what it replied to the one before, and asks
-    /// again. For a bar under long strikes, once a frame. What cannot be asked now is asked by the next call.
+    /// Progress of the request, as the daemon reported it last; never blocks. For a progress bar, once a frame: each call reads the reply to
+    /// the call before, and asks again.
     pub fn progress(&mut self) -> Progress {
         if matches!(self.state, State::Done) {
-            self.question = None;
+            self.progress_request = None;
             return Progress::Ended;
         }
-        match self.question.take() {
-            None => self.question = self.link.ask(ControlRequest::Progress(self.sequence)).ok(),
-            Some(question) => match control::poll::<ProgressRow>(&self.link, &question) {
-                Ok(None) => self.question = Some(question),
-                Ok(Some((rows, _))) => self.progress = rows.first().map_or(Progress::Ended, said),
-                // Asked again by the next call.
+        match self.progress_request.take() {
+            None => self.progress_request = self.connection.ask(ControlRequest::Progress(self.sequence)).ok(),
+            Some(request) => match control::poll::<ProgressRow>(&self.connection, &request) {
+                Ok(None) => self.progress_request = Some(request),
+                Ok(Some((rows, _))) => self.progress = rows.first().map_or(Progress::Ended, progress),
+                // The next call asks again.
                 Err(_) => {}
             },
         }
         self.progress
     }
 
-    /// Waits for the answer. On `late` the ticket is still good: wait again, or drop it to cancel.
+    /// Waits for the result. After `late` the ticket is still good: wait again, or drop it to cancel.
     ///
     /// # Errors
     /// `late` at `ticket` after the deadline, and those of [`Self::poll`].
     pub fn wait(&mut self, deadline: Deadline) -> Result<FractureResult, Error> {
         loop {
-            if let Poll::Ready(broken) = self.poll()? {
-                return Ok(broken);
+            if let Poll::Ready(result) = self.poll()? {
+                return Ok(result);
             }
             if deadline.passed() {
-                let message = format!("no answer after {:.1} s", self.sent.elapsed().as_secs_f64());
+                let message = format!("no result after {:.1} s", self.sent.elapsed().as_secs_f64());
                 return Err(Error::new(ErrorKind::Late, "ticket", message));
             }
-            self.link.wait(deadline);
+            self.connection.wait(deadline);
         }
     }
 
-    fn answer(
-        link: &Connection,
+    fn receive(
+        connection: &Connection,
         pending: &PendingRequest,
         request: (u64, Convention),
         sent: Instant,
     ) -> Result<Found, Error> {
-        // Asked before receiving: an answer sent between the two calls is then not overlooked.
-        let connected = pending.is_connected();
+        // Tested before receiving: a result sent between the two calls is then not overlooked.
+        let is_connected = pending.is_connected();
         match pending.receive().map_err(receive_failed)? {
-            Some(answer) => Ok(Found::Answer(FractureResult::new(answer, request, sent.elapsed(), link.count_loan())?)),
-            None if connected => Ok(Found::Nothing),
+            Some(loan) => {
+                let result = FractureResult::new(loan, request, sent.elapsed(), connection.count_loan())?;
+                Ok(Found::Result(result))
+            }
+            None if is_connected => Ok(Found::Nothing),
             None => Ok(Found::Closed),
         }
     }
 
     /// Fetches the reason from the control service.
-    fn verdict(
-        link: &Connection,
+    fn ask_reason(
+        connection: &Connection,
         sequence: u64,
         since: Instant,
-        question: &mut Option<PendingControlRequest>,
+        reason: &mut Option<PendingControlRequest>,
     ) -> Result<Found, Error> {
-        let overdue = since.elapsed() > VERDICT;
-        let silent = || Error::new(ErrorKind::Failed, "strike", "the service closed the strike and gave no reason");
-        match question {
-            None => match link.ask(ControlRequest::Verdict(sequence)) {
-                Ok(pending) => *question = Some(pending),
-                Err(refusal) if refusal.kind == ErrorKind::Busy && !overdue => {}
-                Err(refusal) => return Err(refusal),
+        let is_overdue = since.elapsed() > REASON_WAIT;
+        match reason {
+            None => match connection.ask(ControlRequest::Verdict(sequence)) {
+                Ok(pending) => *reason = Some(pending),
+                Err(error) if error.kind == ErrorKind::Busy && !is_overdue => {}
+                Err(error) => return Err(error),
             },
-            Some(pending) => match control::poll::<ErrorWire>(link, pending) {
+            Some(pending) => match control::poll::<ErrorWire>(connection, pending) {
                 Ok(None) => {}
                 Ok(Some((rows, _))) => {
-                    let verdict = rows.first().map_or_else(|| unmapped(link.lost(), link), Error::from);
-                    // Whoever asks has not given it up: the transport took this client for one that died.
-                    return Err(if verdict.kind == ErrorKind::Cancelled { link.evicted() } else { verdict });
+                    let lost = || explain_lost(connection.lost(), || connection.daemon_lives());
+                    let error = rows.first().map_or_else(lost, Error::from);
+                    return Err(if is_evicted(&error) { connection.evicted() } else { error });
                 }
-                Err(refusal) if refusal.kind == ErrorKind::Busy && !overdue => *question = None,
-                Err(refusal) => return Err(refusal),
+                Err(error) if error.kind == ErrorKind::Busy && !is_overdue => *reason = None,
+                Err(error) => return Err(error),
             },
         }
-        if overdue { Err(silent()) } else { Ok(Found::Nothing) }
+        if is_overdue {
+            let message = "the service closed the request and gave no reason";
+            return Err(Error::new(ErrorKind::Failed, "strike", message));
+        }
+        Ok(Found::Nothing)
     }
 }
 
-/// A row that a daemon of a later version may have filled differently says that it computes.
-fn said(row: &ProgressRow) -> Progress {
-    match (row.state, STAGES.get(row.stage as usize)) {
-        (1, _) => Progress::Waiting,
-        (_, stage) => {
-            Progress::Computing { stage: stage.copied().unwrap_or("unknown"), age: Duration::from_nanos(row.age_ns) }
+/// A row that a daemon of a later version may have filled differently counts as computing.
+fn progress(row: &ProgressRow) -> Progress {
+    match row.state {
+        1 => Progress::Waiting,
+        _ => {
+            let (stage, age) = (StageKind::from_code(row.stage), Duration::from_nanos(row.age_ns));
+            Progress::Computing { stage, age }
         }
     }
 }
 
 enum Found {
     Nothing,
-    Answer(FractureResult),
+    Result(FractureResult),
     Closed,
 }

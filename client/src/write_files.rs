@@ -1,11 +1,12 @@
-//! Answers as files: always in meters, +Y up, right-handed and counter-clockwise, whatever the convention of the answer.
+//! Results as files: always in meters, +Y up, right-handed and counter-clockwise, whatever the convention of the result.
 
-use crate::result::fragments;
+use crate::fragment::fragments;
 use crate::visible::{Appearance, VisibleMesh};
 use crate::{Error, ErrorKind, FractureResult, Fragment, FragmentSkin, HullMesh};
 use shatter_export::{
     ExportError, FragmentView, HullView, ObjectView, RunView, WriteReport, write_glb, write_mjcf, write_obj,
 };
+use shatter_proto::result::Bond;
 use shatter_proto::view::ResultView;
 use std::path::Path;
 
@@ -13,56 +14,56 @@ impl FractureResult {
     /// Writes the fragments to a `.glb` file, whole or not at all.
     ///
     /// # Errors
-    /// `output` (folder not writable, or the path is a folder), `bad_answer` (the fragments make no valid
-    /// file). An object that stayed whole has no fragments to write: `output` as well.
+    /// `output` (folder not writable, the path is a folder, or the object stayed whole: there is no fragment to write), `bad_answer`
+    /// (the fragments make no valid file).
     pub fn write_glb(&self, path: &Path) -> Result<WriteReport, Error> {
-        self.with_views(|views| write_glb(path, views)).map_err(|error| refusal(path, &error))
+        self.with_views(|views| write_glb(path, views)).map_err(|error| failed(path, &error))
     }
 
     /// Writes the hulls of the fragments to a `.glb` file as [`Self::write_glb`] does the fragments: nodes of the same names at the
-    /// same places.
+    /// same positions.
     ///
     /// # Errors
-    /// As of [`Self::write_glb`]; without hulls there is nothing to write: `output`.
+    /// Those of [`Self::write_glb`]; `output` as well without hulls.
     pub fn write_hulls_glb(&self, path: &Path) -> Result<WriteReport, Error> {
-        hulls_glb(self.metric().view(), path).map_err(|error| refusal(path, &error))
+        hulls_glb(self.metric().raw_view(), path).map_err(|error| failed(path, &error))
     }
 
-    /// Writes what is seen of the fragments to a `.glb` file: their skins, and their crack faces, whose rims are moved to those of the
-    /// skins; nodes of the same names at the same places.
+    /// Writes the visible surfaces of the fragments to a `.glb` file: their skins, and their crack faces, whose rims are moved to those
+    /// of the skins; nodes of the same names at the same positions.
     ///
     /// # Errors
-    /// As of [`Self::write_glb`]; without skins there is nothing to write: `output`.
+    /// Those of [`Self::write_glb`]; `output` as well without skins.
     pub fn write_skins_glb(&self, path: &Path) -> Result<WriteReport, Error> {
-        skins_glb(self.metric().view(), path).map_err(|error| refusal(path, &error))
+        skins_glb(self.metric().raw_view(), path).map_err(|error| failed(path, &error))
     }
 
     /// Writes the fragments as OBJ files into `folder`, which is made if it is not there: see [`write_obj`].
     ///
     /// # Errors
-    /// As of [`Self::write_glb`].
+    /// Those of [`Self::write_glb`].
     pub fn write_obj(&self, folder: &Path) -> Result<WriteReport, Error> {
-        self.with_object(|object| write_obj(folder, object)).map_err(|error| refusal(folder, &error))
+        self.with_object(|object| write_obj(folder, object)).map_err(|error| failed(folder, &error))
     }
 
-    /// Writes the fragments as a model for MuJoCo, with the hulls and bonds that the answer has: see [`write_mjcf`].
+    /// Writes the fragments as a model for MuJoCo, with the hulls and bonds that the result has: see [`write_mjcf`].
     ///
     /// # Errors
-    /// As of [`Self::write_glb`].
+    /// Those of [`Self::write_glb`].
     pub fn write_mjcf(&self, path: &Path) -> Result<WriteReport, Error> {
-        self.with_object(|object| write_mjcf(path, object)).map_err(|error| refusal(path, &error))
+        self.with_object(|object| write_mjcf(path, object)).map_err(|error| failed(path, &error))
     }
 
-    /// Shows the whole answer to `look`, as models want it; the meshes stay where they are, but for those of an answer in another
-    /// convention.
-    pub fn with_object<R>(&self, look: impl FnOnce(&ObjectView<'_>) -> R) -> R {
-        with_object(self.metric().view(), look)
+    /// Calls `read` with the whole result, as writers of models want it. Meshes are borrowed; those of a result in another convention
+    /// are copied.
+    pub fn with_object<R>(&self, read: impl FnOnce(&ObjectView<'_>) -> R) -> R {
+        with_object(self.metric().raw_view(), read)
     }
 
-    /// Shows all fragments to `look`, as files and pictures want them; the meshes stay where they are, but for those of an answer in
-    /// another convention.
-    pub fn with_views<R>(&self, look: impl FnOnce(&[FragmentView<'_>]) -> R) -> R {
-        with_views(self.metric().view(), look)
+    /// Calls `read` with all fragments, as writers of files want them. Meshes are borrowed; those of a result in another convention
+    /// are copied.
+    pub fn with_views<R>(&self, read: impl FnOnce(&[FragmentView<'_>]) -> R) -> R {
+        with_views(self.metric().raw_view(), read)
     }
 }
 
@@ -91,8 +92,8 @@ fn skins_glb(view: ResultView<'_>, path: &Path) -> Result<WriteReport, ExportErr
     let skinned: Vec<(Fragment<'_>, FragmentSkin<'_>)> =
         fragments(view).filter_map(|fragment| Some((fragment, fragment.skin()?))).collect();
     let meshes = VisibleMesh::all(&skinned);
-    let seen = skinned.iter().zip(&meshes).filter(|(_, mesh)| !mesh.indices.is_empty());
-    let views: Vec<FragmentView<'_>> = seen
+    let visible = skinned.iter().zip(&meshes).filter(|(_, mesh)| !mesh.indices.is_empty());
+    let views: Vec<FragmentView<'_>> = visible
         .map(|((fragment, _), mesh)| FragmentView {
             positions: &mesh.positions,
             indices: &mesh.indices,
@@ -103,28 +104,29 @@ fn skins_glb(view: ResultView<'_>, path: &Path) -> Result<WriteReport, ExportErr
     write_glb(path, &views)
 }
 
-fn with_object<R>(view: ResultView<'_>, look: impl FnOnce(&ObjectView<'_>) -> R) -> R {
-    let (name, ran) = (view.summary.object(), !view.hulls.is_empty());
+fn with_object<R>(view: ResultView<'_>, read: impl FnOnce(&ObjectView<'_>) -> R) -> R {
+    let (name, has_hulls) = (view.summary.object(), !view.hulls.is_empty());
     let hulls: Vec<Option<HullView<'_>>> = fragments(view)
-        .filter(|_| ran)
+        .filter(|_| has_hulls)
         .map(|fragment| fragment.hull().map(|hull| HullView { positions: hull.positions, indices: hull.indices }))
         .collect();
-    let (name, hulls, bonds) = (name.as_str(), hulls.as_slice(), view.bonds);
-    with_views(view, |fragments| look(&ObjectView { name, fragments, hulls, bonds }))
+    let bonds: Vec<Bond> = view.bonds.iter().map(Bond::from).collect();
+    let (name, hulls, bonds) = (name.as_str(), hulls.as_slice(), bonds.as_slice());
+    with_views(view, |fragments| read(&ObjectView { name, fragments, hulls, bonds }))
 }
 
-fn with_views<R>(view: ResultView<'_>, look: impl FnOnce(&[FragmentView<'_>]) -> R) -> R {
+fn with_views<R>(view: ResultView<'_>, read: impl FnOnce(&[FragmentView<'_>]) -> R) -> R {
     let fragments: Vec<Fragment<'_>> = fragments(view).collect();
     let parts: Vec<(Vec<RunView>, Appearance)> =
         fragments.iter().map(|fragment| (runs(fragment), Appearance::of(fragment))).collect();
     let views: Vec<FragmentView<'_>> =
         fragments.iter().zip(&parts).map(|(fragment, (runs, own))| fragment_view(fragment, runs, own)).collect();
-    look(&views)
+    read(&views)
 }
 
 fn runs(fragment: &Fragment<'_>) -> Vec<RunView> {
     let run = |run: crate::Run<'_>| RunView {
-        crack: run.crack,
+        crack: run.is_crack,
         index_first: run.index_first,
         index_count: run.indices.len() as u32,
     };
@@ -132,24 +134,23 @@ fn runs(fragment: &Fragment<'_>) -> Vec<RunView> {
 }
 
 fn fragment_view<'a>(fragment: &Fragment<'a>, runs: &'a [RunView], appearance: &'a Appearance) -> FragmentView<'a> {
-    let row = fragment.row();
     FragmentView {
-        id: row.id,
-        body: row.body,
+        id: fragment.id(),
+        body: fragment.body(),
         positions: fragment.positions(),
         normals: &appearance.normals,
         uvs: &appearance.uvs,
         indices: fragment.indices(),
         runs,
         merges: fragment.merges(),
-        center_m: row.center_m,
-        volume_m3: row.volume_m3,
-        mass_kg: row.mass_kg,
-        inertia_kg_m2: row.inertia_kg_m2,
+        center_m: fragment.center_m(),
+        volume_m3: fragment.volume_m3(),
+        mass_kg: fragment.mass_kg(),
+        inertia_kg_m2: fragment.inertia_kg_m2(),
     }
 }
 
-fn refusal(path: &Path, error: &ExportError) -> Error {
+fn failed(path: &Path, error: &ExportError) -> Error {
     let kind = match error {
         ExportError::NoFragments
         | ExportError::IsFolder(_)

@@ -1,4 +1,4 @@
-//! What may cross threads, checked by the compiler.
+//! Which types are `Send` and `Sync`, checked by the compiler.
 
 use shatter_client::{Client, Error, FractureResult, Fragment, Object, Ticket};
 
@@ -6,7 +6,7 @@ fn sent<T: Send>() {}
 fn shared<T: Send + Sync>() {}
 
 #[test]
-fn connections_are_shared_tickets_and_answers_are_handed_over() {
+fn connections_are_shared_tickets_and_results_are_handed_over() {
     shared::<Client>();
     shared::<Object>();
     shared::<Error>();

@@ -1,12 +1,11 @@
-//! The small service beside the strikes: what is loaded, how it goes, and why a strike was closed without an answer.
+//! The control service: which objects are loaded, the state of the service, and why it closed a request without a result.
 //!
-//! It is answered by the daemon's waiting thread from a pool of its own, so neither a full queue nor an exhausted pool of
-//! answers silences it.
+//! The daemon's waiting thread replies from a pool of its own, so a full queue or an exhausted pool of results does not block it.
 
 use crate::error::ErrorWire;
 use crate::name::OBJECT_NAME_MAX;
 use crate::request::{REQUEST_MAGIC, head};
-use crate::result::{Block, STAGES};
+use crate::result::{Block, StageKind};
 use crate::{Error, ErrorKind, PROTOCOL_VERSION, text};
 use bytemuck::{Pod, Zeroable};
 
@@ -16,29 +15,29 @@ pub const ROWS_MAX: usize = 64;
 /// Blocks that one reply needs at most.
 pub const REPLY_BLOCKS: usize = (ROWS_MAX * size_of::<ObjectRow>()).div_ceil(size_of::<Block>());
 
-/// What is asked.
+/// A request to the control service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ControlRequest {
     /// Objects, from this position on. Rows are [`ObjectRow`]s.
     List(u32),
-    /// How the service goes. One [`StatusRow`].
+    /// State of the service. One [`StatusRow`].
     Status,
-    /// Why the strike with this sequence was closed without an answer. One [`ErrorWire`], or no row if the service
-    /// knows nothing of it.
+    /// Why the service closed the request with this sequence without a result. One [`ErrorWire`], or no row if the service does not
+    /// know the request.
     Verdict(u64),
-    /// How far the strike with this sequence is. One [`ProgressRow`], or no row if it neither waits nor computes.
+    /// Progress of the request with this sequence. One [`ProgressRow`], or no row if it neither waits nor computes.
     Progress(u64),
-    /// The answer kept under `handle` is needed no longer, once the strike with the sequence `after` has arrived and so all that
-    /// this client sent before. No row; `unknown_handle` if there is none.
+    /// Releases the result kept under `handle`, once the request with the sequence `after` has arrived, and so all that this client
+    /// sent before. No row; `unknown_handle` if there is none.
     Release {
-        /// Names the answer.
+        /// Handle of the result.
         handle: u64,
-        /// Sequence of the last strike that the client sent before; zero: there is none.
+        /// Sequence of the last request that the client sent before; zero: there is none.
         after: u64,
     },
 }
 
-/// A question as it travels.
+/// A [`ControlRequest`] as it travels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ControlRequestWire {
@@ -50,12 +49,12 @@ pub struct ControlRequestWire {
     pub question: u32,
     /// First row of a list, else zero.
     pub first: u32,
-    /// Sequence of the strike that a verdict or progress is asked about, or the handle that is given back; else zero.
+    /// Sequence of the request that a verdict or progress is about, or the handle to release; else zero.
     pub sequence: u64,
-    /// The client's listener: woken with the reply, and the owner of the strike.
+    /// The client's listener: woken with the reply, and the owner of the request.
     pub listener: [u8; 16],
-    /// Sequence of the last strike that the client sent before a release; else zero. Strikes and questions travel separately, so the
-    /// daemon holds a question back until this strike has arrived.
+    /// Sequence of the last request that the client sent before a release; else zero. Requests and control requests travel separately,
+    /// so the daemon delays a release until this request has arrived.
     pub after: u64,
     /// Zero.
     pub reserved: [u64; 7],
@@ -75,7 +74,7 @@ pub struct ControlReplyHeader {
     pub total: u32,
     /// Bytes per row.
     pub row_bytes: u32,
-    /// 1 if the rows are one refusal of the question itself.
+    /// 1 if the only row is the error of the control request itself.
     pub refused: u32,
     /// Zero.
     pub reserved: [u64; 5],
@@ -84,6 +83,7 @@ pub struct ControlReplyHeader {
 /// Whether an object can be struck.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
+#[non_exhaustive]
 pub enum ObjectState {
     /// Its database could not be loaded.
     Failed = 0,
@@ -112,7 +112,7 @@ pub struct ObjectRow {
     pub name: [u8; OBJECT_NAME_MAX],
     /// Bytes of `name` that count.
     pub name_length: u32,
-    /// An [`ObjectState`] by its number. Unless it is ready, `refusal` says why, and everything else is zero.
+    /// Number of an [`ObjectState`]. Unless it is ready, `refusal` is the reason, and everything else is zero.
     pub state: u32,
     /// Bodies (components).
     pub bodies: u32,
@@ -154,14 +154,14 @@ pub struct ObjectRow {
     pub file_bytes: u64,
     /// When it was loaded, ns since 1970 (UTC).
     pub loaded_unix_ns: u64,
-    /// How long that took, ns.
+    /// Time that it took, ns.
     pub load_ns: u64,
-    /// A strike with more fragments is refused; 0: no limit.
+    /// Results of more fragments are refused; 0: no limit.
     pub fragments_max: u64,
-    /// A strike with a longer answer is refused, bytes; 0: no limit.
+    /// Longer results are refused, bytes; 0: no limit.
     pub bytes_max: u64,
-    /// Why the object cannot be struck; if it is ready, why what lies in its place now could not be loaded, which is why the
-    /// version loaded before is still served. Of kind 0 otherwise.
+    /// Why the object cannot be struck; if it is ready, why its changed file could not be loaded, so that the version loaded before
+    /// is still served. Of kind 0 otherwise.
     pub refusal: ErrorWire,
 }
 
@@ -169,7 +169,7 @@ pub struct ObjectRow {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Latency {
-    /// How often it ran.
+    /// Number of runs.
     pub count: u64,
     /// Median.
     pub p50_ns: u64,
@@ -181,7 +181,7 @@ pub struct Latency {
     pub max_ns: u64,
 }
 
-/// How the service goes.
+/// State of the service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct StatusRow {
@@ -193,15 +193,15 @@ pub struct StatusRow {
     pub objects_failed: u32,
     /// Threads that compute.
     pub threads: u32,
-    /// Strikes computing now.
+    /// Requests computing now.
     pub running: u32,
-    /// Strikes waiting now.
+    /// Requests waiting now.
     pub queued: u32,
-    /// Strikes that may wait.
+    /// Requests that may wait.
     pub queue_max: u32,
     /// Clients connected now.
     pub clients: u32,
-    /// Buckets of answers.
+    /// Buckets of results.
     pub buckets: u32,
     /// Of the objects ready, those whose file was changed and can no longer be loaded.
     pub objects_outdated: u32,
@@ -215,7 +215,7 @@ pub struct StatusRow {
     pub reserved: u32,
     /// Bytes per bucket.
     pub bucket_bytes: u64,
-    /// Answers that their clients have not read yet.
+    /// Results that their clients have not read yet.
     pub unread: u64,
     /// Most buckets that were held at once.
     pub buckets_used_max: u64,
@@ -227,45 +227,45 @@ pub struct StatusRow {
     pub crashes: u64,
     /// Time since the daemon started, ns.
     pub uptime_ns: u64,
-    /// Strikes answered.
+    /// Requests that got a result.
     pub answered: u64,
-    /// Strikes refused as wrong.
+    /// Requests refused as wrong.
     pub refused: u64,
-    /// Strikes refused because the service was full.
+    /// Requests refused because the service was full.
     pub busy: u64,
-    /// Strikes whose deadline passed, or would have.
+    /// Requests whose deadline passed, or would have.
     pub late: u64,
-    /// Strikes that failed inside the service.
+    /// Requests that failed inside the service.
     pub failed: u64,
-    /// Strikes whose client gave up or vanished.
+    /// Requests that their client canceled, or whose client died.
     pub cancelled: u64,
     /// Bytes of memory that the objects hold.
     pub memory_bytes: u64,
-    /// How often the databases were read again since the daemon started.
+    /// Number of reloads of the databases since the daemon started.
     pub reloads: u64,
     /// When they were last read, ns since 1970 (UTC).
     pub read_unix_ns: u64,
-    /// Objects that were replaced or removed, and are still being struck, or whose answers are kept.
+    /// Objects that were replaced or removed, and are still being struck, or whose results are kept.
     pub retired: u64,
-    /// Bytes of memory that these hold until their last strike ends and their last answer is no longer kept.
+    /// Bytes of memory that these hold until their last request ends and their last result is no longer kept.
     pub retired_bytes: u64,
-    /// Answers that are kept so that their fragments can be struck.
+    /// Results that are kept so that their fragments can be struck.
     pub kept: u64,
     /// Bytes of memory that these hold.
     pub kept_bytes: u64,
-    /// From the arrival of a strike to its answer.
+    /// From the arrival of a request to its result.
     pub strike: Latency,
-    /// By stage, in the order of [`STAGES`].
-    pub stages: [Latency; STAGES.len()],
+    /// By stage, in the order of [`StageKind::ALL`].
+    pub stages: [Latency; StageKind::ALL.len()],
 }
 
-/// How far a strike is.
+/// Progress of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ProgressRow {
     /// 1: it waits. 2: it computes.
     pub state: u32,
-    /// Position in [`STAGES`] of the stage that computes, or that computed last.
+    /// Number of the [`StageKind`] that computes, or that computed last.
     pub stage: u32,
     /// Time since the daemon took it in, ns.
     pub age_ns: u64,
@@ -277,7 +277,7 @@ const _: () = assert!(size_of::<ObjectRow>() == 712);
 const _: () = assert!(size_of::<StatusRow>() == 56 + 20 * 8 + 9 * 40);
 
 impl ControlRequest {
-    /// Writes the question for the wire.
+    /// The request as it travels.
     pub fn wire(self, listener: [u8; 16]) -> ControlRequestWire {
         let (question, first, sequence, after) = match self {
             Self::List(first) => (1, first, 0, 0),
@@ -290,7 +290,7 @@ impl ControlRequest {
         ControlRequestWire { magic, version, question, first, sequence, listener, after, reserved: [0; 7] }
     }
 
-    /// Sequence of the strike that must have arrived before this is answered; zero: none.
+    /// Sequence of the request that must have arrived before the daemon replies; zero: none.
     pub fn after(self) -> u64 {
         match self {
             Self::Release { after, .. } => after,
@@ -301,7 +301,10 @@ impl ControlRequest {
 }
 
 impl ControlRequestWire {
-    /// Understands a private copy of a question. Never panics, whatever the bytes.
+    /// Validates a private copy of a control request. Never panics, whatever the bytes.
+    ///
+    /// # Errors
+    /// `bad_magic`, `version_mismatch`, `reserved_field`, `unknown_request`.
     pub fn validate(&self) -> Result<ControlRequest, Error> {
         head(self.magic, self.version)?;
         if let Some(i) = self.reserved.iter().position(|word| *word != 0) {
@@ -313,7 +316,9 @@ impl ControlRequestWire {
             (3, 0, sequence, 0) => Ok(ControlRequest::Verdict(sequence)),
             (4, 0, sequence, 0) => Ok(ControlRequest::Progress(sequence)),
             (5, 0, handle, after) => Ok(ControlRequest::Release { handle, after }),
-            (other, ..) => Err(Error::new(ErrorKind::UnknownRequest, other.to_string(), "no such question")),
+            (other, ..) => {
+                Err(Error::new(ErrorKind::UnknownRequest, other.to_string(), "no such request to the control service"))
+            }
         }
     }
 }
@@ -348,12 +353,15 @@ pub fn write<R: ReplyRow>(payload: &mut [Block], rows: &[R], total: usize, refus
     }
 }
 
-/// Reads the rows of a reply, checked; the error may also be the service's refusal of the question.
+/// Reads the rows of a reply, checked.
+///
+/// # Errors
+/// `bad_answer` for rows that do not fit `R`, and the error with which the service replied.
 pub fn read<R: ReplyRow>(header: &ControlReplyHeader, payload: &[Block]) -> Result<Vec<R>, Error> {
-    head(header.magic, header.version).map_err(|refusal| bad(refusal.message))?;
+    head(header.magic, header.version).map_err(|error| bad(error.message))?;
     if header.refused != 0 {
         let rows = copy::<ErrorWire>(header, payload)?;
-        return Err(rows.first().map_or_else(|| bad("a refusal without a row"), Error::from));
+        return Err(rows.first().map_or_else(|| bad("an error without a row"), Error::from));
     }
     copy(header, payload)
 }
@@ -385,7 +393,7 @@ impl ObjectRow {
         }
     }
 
-    /// Why the object cannot be struck, or why what lies in its place now could not be loaded.
+    /// Why the object cannot be struck, or why its changed file could not be loaded.
     pub fn refusal(&self) -> Option<Error> {
         (self.state() != ObjectState::Ready || self.refusal.kind != 0).then(|| Error::from(&self.refusal))
     }
@@ -456,8 +464,8 @@ mod tests {
     }
 
     #[test]
-    fn a_refused_question_comes_back_as_such() {
-        let refusal = Error::new(ErrorKind::UnknownRequest, "9", "no such question");
+    fn the_error_of_a_control_request_comes_back() {
+        let refusal = Error::new(ErrorKind::UnknownRequest, "9", "no such request to the control service");
         let mut payload = vec![Block::zeroed(); REPLY_BLOCKS];
         let header = write(&mut payload, &[ErrorWire::from(&refusal)], 1, true);
         assert_eq!(read::<StatusRow>(&header, &payload).unwrap_err(), refusal);

@@ -1,8 +1,8 @@
-//! The coordinates of a host: which axis points up, which hand, which way round triangles go, how long the unit of length is.
+//! Coordinates of a host: the axis that points up, handedness, winding and unit of length.
 //!
-//! Ours are those of glTF: right-handed, +Y up, counter-clockwise seen from outside, meters. A host's are told by a signed
-//! permutation of the axes and a length. The object is never mirrored: left-handed coordinates name the same points by other numbers, so
-//! that which way round a triangle goes seen from outside is a choice of its own, and outward normals stay outward.
+//! Ours are those of glTF: right-handed, +Y up, counter-clockwise seen from outside, meters. A host's are a signed permutation of the
+//! axes and a length. The object is never mirrored: left-handed coordinates name the same points by other numbers. So winding is a
+//! choice of its own, and outward normals stay outward.
 //!
 //! | up, hand | (x, y, z) of ours becomes | as it is where |
 //! |---|---|---|
@@ -11,9 +11,9 @@
 //! | +Z, right | (x, −z, y) | Blender, MuJoCo; what a mesh baked with `--up z` was |
 //! | +Z, left | (x, z, y) | Unreal, by its importers |
 //!
-//! Kilograms and seconds are everybody's, so what is made of lengths counts in the host's unit: velocities in units/s, impulses in
-//! kg·unit/s (N·s where that is a meter), areas in unit², volumes in unit³, moments of inertia in kg·unit². Not lengths of the host
-//! are γ and energies, J·m²; the texture coordinates of cracks, m; and what the control service says of objects, all of it in ours.
+//! Mass is in kilograms and time in seconds in every convention. Quantities derived from lengths are in the host's unit: velocities in
+//! units/s, impulses in kg·unit/s (N·s for a meter), areas in unit², volumes in unit³, moments of inertia in kg·unit². Three keep ours:
+//! γ and energies (J·m²), texture coordinates of cracks (m), and the facts of the control service about objects.
 
 use crate::name::suggestion;
 use crate::request::RequestWire;
@@ -33,34 +33,34 @@ pub enum Up {
     Z,
 }
 
-/// Which hand's thumb, forefinger and middle finger the axes are.
+/// Handedness of the axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Hand {
-    /// The right one's: x × y = z to the eye.
+    /// Right-handed.
     #[default]
     Right,
-    /// The left one's. Angular velocities then turn as the left hand's fingers do, so that v = ω × r holds in numbers.
+    /// Left-handed. Angular velocities then follow the left-hand rule, so that v = ω × r holds in numbers.
     Left,
 }
 
-/// Which way round the corners of a triangle go, seen from outside by who looks at the object itself.
+/// Order of the corners of a triangle, seen from outside the object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Winding {
     /// The sum of det(a, b, c) over all triangles is positive in right-handed coordinates, negative in left-handed ones.
     #[default]
     CounterClockwise,
-    /// The other way round.
+    /// The opposite order.
     Clockwise,
 }
 
-/// Coordinates of a host. Those of requests are read in it, those of their answers written in it.
+/// Coordinates of a host: requests are read and their results written in them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Convention {
     /// Which axis points up.
     pub up: Up,
-    /// Which hand.
+    /// Handedness.
     pub hand: Hand,
-    /// Which way round triangles go.
+    /// Winding of triangles.
     pub winding: Winding,
     /// Length of the host's unit, m, within [`METERS_PER_UNIT`].
     pub meters_per_unit: f64,
@@ -73,7 +73,7 @@ impl Default for Convention {
 }
 
 impl Convention {
-    /// glTF, Bevy, Rapier: nothing is changed.
+    /// glTF, Bevy, Rapier: the default.
     pub const GLTF: Self =
         Self { up: Up::Y, hand: Hand::Right, winding: Winding::CounterClockwise, meters_per_unit: 1.0 };
 
@@ -93,7 +93,7 @@ impl Convention {
     /// MuJoCo.
     pub const MUJOCO: Self = Self::BLENDER;
 
-    /// Those with a name, as command lines write it.
+    /// Conventions with a name, as command lines write it.
     pub const NAMED: [(&'static str, Self); 6] = [
         ("gltf", Self::GLTF),
         ("godot", Self::GODOT),
@@ -116,10 +116,10 @@ impl Convention {
         })
     }
 
-    /// What these numbers name, as they travel: [`Up`], [`Hand`] and [`Winding`] by their places, a unit of zero is a meter.
+    /// The convention of these numbers, as they travel: [`Up`], [`Hand`] and [`Winding`] by position, a unit of zero is a meter.
     ///
     /// # Errors
-    /// [`ErrorKind::Convention`], which names the key of a number that names nothing.
+    /// [`ErrorKind::Convention`] at the key of an invalid number.
     pub fn of_numbers(up: u32, hand: u32, winding: u32, meters_per_unit: f64) -> Result<Self, Error> {
         let none = |key: &str, number: u32| {
             let message = format!("convention.{key} is {number}: must be 0 or 1");
@@ -148,12 +148,12 @@ impl Convention {
         })
     }
 
-    /// Whether nothing is changed.
+    /// Whether it is [`Self::GLTF`].
     pub fn is_default(&self) -> bool {
         *self == Self::GLTF
     }
 
-    /// Whether triangles go the other way round than ours.
+    /// Whether its triangles have the opposite order to ours.
     pub fn is_clockwise(&self) -> bool {
         self.winding == Winding::Clockwise
     }
@@ -277,7 +277,10 @@ fn turned([xx, yy, zz, xy, xz, yz]: [f64; 6], turn: impl Fn([f64; 3]) -> [f64; 3
 }
 
 impl RequestWire {
-    /// Writes the convention; refuses what the daemon would refuse.
+    /// Writes the convention.
+    ///
+    /// # Errors
+    /// `convention`, as the daemon would.
     pub(crate) fn set_convention(&mut self, convention: &Convention) -> Result<(), Error> {
         self.convention_up = convention.up as u32;
         self.convention_hand = convention.hand as u32;
@@ -286,14 +289,20 @@ impl RequestWire {
         Ok(())
     }
 
-    /// The convention that it names.
+    /// The convention of the request.
+    ///
+    /// # Errors
+    /// `convention`.
     pub(crate) fn convention(&self) -> Result<Convention, Error> {
         let [up, hand, winding] = [self.convention_up, self.convention_hand, self.convention_winding];
         Convention::of_numbers(up, hand, winding, self.convention_meters_per_unit)
     }
 }
 
-/// The length of a unit, m, if it can be one.
+/// Checks the length of a unit, m.
+///
+/// # Errors
+/// `convention`.
 fn unit(meters: f64) -> Result<f64, Error> {
     let [least, most] = METERS_PER_UNIT;
     if (least..=most).contains(&meters) {

@@ -1,15 +1,14 @@
-//! Effects: what a strike simulates and sends beyond the bare pieces, one bit each, so that nobody pays for what a scene does not
-//! show.
+//! Effects: what a request simulates and sends beyond the bare fragments, one bit each. An effect that is off costs nothing.
 
 use crate::name::suggestion;
 use crate::{Error, ErrorKind};
 
-/// What an effect changes.
+/// Kind of change that an effect makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
-    /// The pieces.
+    /// The fragments.
     Physics,
-    /// Nothing but its own section of the answer.
+    /// Its own section of the result alone.
     Output,
 }
 
@@ -18,6 +17,7 @@ macro_rules! effects {
         /// An effect.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[repr(u32)]
+        #[non_exhaustive]
         pub enum Effect {
             $($(#[$doc])* $effect = $bit,)*
         }
@@ -33,28 +33,28 @@ macro_rules! effects {
                 }
             }
 
-            /// What it changes.
+            /// Kind of its change.
             pub fn class(self) -> Class {
                 match self {
                     $(Self::$effect => Class::$class,)*
                 }
             }
 
-            /// Whether it is on where nobody says otherwise.
+            /// Whether it is on by default.
             pub fn default_on(self) -> bool {
                 match self {
                     $(Self::$effect => $default,)*
                 }
             }
 
-            /// When it costs time or memory: while baking, while loading, with every strike.
+            /// When it costs time or memory: while baking, while loading, with every request.
             pub fn cost(self) -> &'static str {
                 match self {
                     $(Self::$effect => $cost,)*
                 }
             }
 
-            /// The effect without which it means nothing.
+            /// The effect that it needs.
             pub fn needs(self) -> Option<Self> {
                 match self {
                     $(Self::$effect => $needs,)*
@@ -80,7 +80,7 @@ effects! {
     /// Slivers become part of the neighbor that they share most with.
     4 Slivers "slivers" Physics true None,
         "strike: areas of cracks, and a second tessellation where there is a sliver";
-    /// Velocities of the fragments from the strain energy that is set free.
+    /// Velocities of the fragments from the released strain energy.
     5 Release "release" Output false None,
         "strike: one pass over nodes; 48 bytes per fragment";
     /// Normals, one per vertex.
@@ -89,7 +89,7 @@ effects! {
     /// Texture coordinates of crack faces, one per vertex.
     7 Uv "uv" Output false None,
         "strike: one pass over vertices; 8 bytes per vertex";
-    /// Which fragments touch, and how.
+    /// Contact areas between fragments.
     8 Bonds "bonds" Output false None,
         "strike: one pass over crack triangles; 64 bytes per pair";
     /// Points on crack faces from which dust and chips come.
@@ -98,10 +98,10 @@ effects! {
     /// Convex proxies of the fragments for collisions.
     10 Hulls "hulls" Output false None,
         "strike: a hull per fragment, fitted and measured; about 1 kB per fragment";
-    /// Cells follow what an artist says: grain, waves, paint, protected regions, sites.
+    /// Cells follow an artist's controls: grain, waves, paint, protected regions, sites.
     11 Warp "warp" Physics false None,
         "load: eigenpairs of the bent space, if something bends; strike: one pass over protected nodes";
-    /// What lies in the scene's anchors does not move. Off: the body is free.
+    /// Nodes in the scene's anchors do not move. Off: the body is free.
     12 Anchored "anchored" Physics false Some(Self::Elastic),
         "load: a second factor; strike: a solve, never the basis, and the degree without examples";
     /// An anchored body has weight.
@@ -121,7 +121,10 @@ impl Effect {
         1 << self as u32
     }
 
-    /// The effect of that name; the refusal names the nearest.
+    /// The effect of that name.
+    ///
+    /// # Errors
+    /// `unknown_effect`, whose message names the nearest.
     pub fn by_name(name: &str) -> Result<Self, Error> {
         let known = Self::ALL.into_iter().find(|effect| effect.name() == name);
         known.ok_or_else(|| {
@@ -140,7 +143,10 @@ impl Effect {
 pub struct Effects(u64);
 
 impl Effects {
-    /// These bits; the refusal names the lowest that is no effect.
+    /// The effects of these bits.
+    ///
+    /// # Errors
+    /// `unknown_effect` at the lowest bit without an effect.
     pub fn from_bits(key: &str, bits: u64) -> Result<Self, Error> {
         let unknown = bits & !Self::of(Effect::ALL).0;
         if unknown == 0 {
@@ -159,7 +165,7 @@ impl Effects {
         Self(effects.into_iter().fold(0, |bits, effect| bits | effect.bit()))
     }
 
-    /// Those that are on where nobody says otherwise.
+    /// The effects that are on by default.
     pub fn usual() -> Self {
         Self::of(Effect::ALL.into_iter().filter(|effect| effect.default_on()))
     }
@@ -179,8 +185,10 @@ impl Effects {
         Effect::ALL.into_iter().filter(move |effect| self.has(*effect))
     }
 
-    /// These with `on` and without `off`. Refused: an effect in both, and one in `on` that needs another which is then off. What is
-    /// on without having been asked for goes off with what it needs.
+    /// These with `on` and without `off`. An effect that `on` does not name goes off with the effect that it needs.
+    ///
+    /// # Errors
+    /// `effect` for one in both sets, and for one in `on` that needs another which is then off.
     pub fn changed(self, on: Self, off: Self) -> Result<Self, Error> {
         if let Some(effect) = Self(on.0 & off.0).iter().next() {
             let name = effect.name();
@@ -199,7 +207,7 @@ impl Effects {
     }
 }
 
-/// Refuses an effect that cannot be as it is asked for.
+/// The error for an effect that cannot be switched as the request says.
 pub fn conflict(effect: Effect, message: impl Into<String>) -> Error {
     Error::new(ErrorKind::Effect, effect.name(), message)
 }

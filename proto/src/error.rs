@@ -1,11 +1,11 @@
-//! Why something was not done: a closed set of nouns, whose fault it is, whether to try again, and the offender.
+//! Errors: a kind, whose fault it is, whether to try again, and the offender.
 
 use crate::text;
 use bytemuck::{Pod, Zeroable};
 use std::fmt;
 use std::time::Duration;
 
-/// Whose fault a refusal is.
+/// Party at fault for an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// The request is wrong; sending it again changes nothing.
@@ -29,13 +29,13 @@ impl Fault {
 
 /// Exit codes of both programs.
 pub mod exit {
-    /// Refused input: mesh, database, request.
+    /// Invalid input: mesh, database, request.
     pub const REFUSED: u8 = 3;
     /// No daemon, or lost.
     pub const ABSENT: u8 = 4;
     /// Busy or late.
     pub const BUSY: u8 = 5;
-    /// A fault of ours.
+    /// A fault of the service.
     pub const OURS: u8 = 6;
     /// The reader of standard output went away: as a program that SIGPIPE ends.
     pub const CLOSED: u8 = 141;
@@ -77,7 +77,7 @@ macro_rules! kinds {
                 }
             }
 
-            /// Whose fault it is.
+            /// Party at fault.
             pub fn fault(self) -> Fault {
                 match self {
                     $(Self::$kind => Fault::$fault,)*
@@ -102,7 +102,7 @@ macro_rules! kinds {
 }
 
 kinds! {
-    /// The bytes are not a request of ours.
+    /// The bytes are not a request of this protocol.
     1 BadMagic "bad_magic" Caller REFUSED false;
     /// The other side speaks another version.
     2 VersionMismatch "version_mismatch" Environment ABSENT false;
@@ -138,11 +138,11 @@ kinds! {
     17 UnknownEffect "unknown_effect" Caller REFUSED false;
     /// A budget that this version does not have, or that is not finite.
     18 Budget "budget" Caller REFUSED false;
-    /// A convention that is none: an unknown number or name, or a unit of no possible length.
+    /// An invalid coordinate convention: an unknown number or name, or a unit of length out of range.
     19 Convention "convention" Caller REFUSED false;
-    /// No answer with this handle is kept: there never was one, it was given back, or its time is over.
+    /// The service keeps no result under this handle: it never did, the result was released, or its time is over.
     20 UnknownHandle "unknown_handle" Caller REFUSED false;
-    /// The answer would exceed the caller's cap on fragments or bytes.
+    /// The result would exceed the caller's cap on fragments or bytes.
     21 CapExceeded "cap_exceeded" Caller REFUSED false;
     /// A name of a service that is not 1 to 32 letters, digits, `-` or `_`.
     22 ServiceName "service_name" Caller REFUSED false;
@@ -152,11 +152,11 @@ kinds! {
     24 Output "output" Environment REFUSED false;
     /// The elastic solve cannot follow this load.
     25 Unsolvable "unsolvable" Caller REFUSED false;
-    /// Displacements from nowhere that is known.
+    /// An unknown source of displacements.
     26 Elastic "elastic" Caller REFUSED false;
     /// An effect that is both on and off, or without what it needs.
     27 Effect "effect" Caller REFUSED false;
-    /// The answer has no such fragment.
+    /// The result has no such fragment.
     28 UnknownFragment "unknown_fragment" Caller REFUSED false;
     /// A fragment too small to be struck again, or too large to be deformed.
     29 FragmentSize "fragment_size" Caller REFUSED false;
@@ -164,19 +164,19 @@ kinds! {
     30 Ray "ray" Caller REFUSED false;
     /// A ray that does not meet the object.
     31 RayMissed "ray_missed" Caller REFUSED false;
-    /// The queue is full, or no answer can be lent.
+    /// The queue or the pool of results is full.
     40 Busy "busy" Service BUSY true;
     /// The deadline passed first.
     41 Late "late" Service BUSY true;
     /// The daemon is ending.
     42 Stopping "stopping" Service BUSY true;
-    /// The strike was cancelled.
+    /// The request was canceled.
     43 Cancelled "cancelled" Caller REFUSED true;
-    /// The strike failed inside the service.
+    /// The request failed inside the service.
     44 Failed "failed" Service OURS false;
-    /// The answer is larger than the buckets of the daemon.
+    /// The result is larger than the buckets of the daemon.
     45 AnswerTooLarge "answer_too_large" Service OURS false;
-    /// The answer did not pass the client's checks.
+    /// The result did not pass the client's checks.
     46 BadAnswer "bad_answer" Service OURS false;
     /// A call of the transport failed.
     47 Transport "transport" Service OURS false;
@@ -198,7 +198,7 @@ kinds! {
     66 Port "port" Environment REFUSED false;
 }
 
-/// Why something was not done. Shown and as a document, its texts hold no control characters: see [`text::message`].
+/// An error. Shown and as a document, its texts hold no control characters: see [`text::message`].
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}", text::message(message))]
 pub struct Error {
@@ -208,7 +208,7 @@ pub struct Error {
     pub at: String,
     /// One sentence for people.
     pub message: String,
-    /// When the same request is likely to find room, if that is known.
+    /// Time after which the same request may succeed; `None`: not known.
     pub retry_after: Option<Duration>,
 }
 
@@ -224,12 +224,12 @@ impl fmt::Debug for Error {
 }
 
 impl Error {
-    /// A refusal by rule `kind` of offender `at`.
+    /// An error of kind `kind` at offender `at`.
     pub fn new(kind: ErrorKind, at: impl Into<String>, message: impl Into<String>) -> Self {
         Self { kind, at: at.into(), message: message.into(), retry_after: None }
     }
 
-    /// The same, with a hint when to try again.
+    /// The same, to be tried again after `wait`.
     #[must_use]
     pub fn after(self, wait: Duration) -> Self {
         Self { retry_after: Some(wait), ..self }
@@ -248,7 +248,7 @@ impl Error {
     }
 }
 
-/// A [`Error`] as it travels. Longer texts are cut.
+/// An [`Error`] as it travels. Longer texts are cut.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ErrorWire {
@@ -269,13 +269,13 @@ pub struct ErrorWire {
 const _: () = assert!(size_of::<ErrorWire>() == 400);
 
 impl From<&Error> for ErrorWire {
-    fn from(refusal: &Error) -> Self {
+    fn from(error: &Error) -> Self {
         let mut wire = Self::zeroed();
-        wire.kind = refusal.kind.code();
+        wire.kind = error.kind.code();
         let micros = |wait: Duration| u32::try_from(wait.as_micros()).unwrap_or(u32::MAX).max(1);
-        wire.retry_after_us = refusal.retry_after.map_or(0, micros);
-        wire.at_length = text::put(&mut wire.at, &refusal.at);
-        wire.message_length = text::put(&mut wire.message, &refusal.message);
+        wire.retry_after_us = error.retry_after.map_or(0, micros);
+        wire.at_length = text::put(&mut wire.at, &error.at);
+        wire.message_length = text::put(&mut wire.message, &error.message);
         wire
     }
 }
@@ -287,9 +287,7 @@ impl From<&ErrorWire> for Error {
         let retry_after = (wire.retry_after_us > 0).then(|| Duration::from_micros(wire.retry_after_us.into()));
         match ErrorKind::from_code(wire.kind) {
             Some(kind) => Self { kind, at: text::show(&wire.at, wire.at_length), message, retry_after },
-            None => {
-                Self::new(ErrorKind::BadAnswer, wire.kind.to_string(), format!("unknown kind of refusal: {message}"))
-            }
+            None => Self::new(ErrorKind::BadAnswer, wire.kind.to_string(), format!("unknown kind of error: {message}")),
         }
     }
 }
@@ -315,9 +313,9 @@ mod tests {
     }
 
     #[test]
-    fn refusals_survive_the_wire() {
-        let refusal = Error::new(ErrorKind::Impulse, "contacts[1].impulse_ns", "the impulse is zero");
-        assert_eq!(Error::from(&ErrorWire::from(&refusal)), refusal);
+    fn errors_survive_the_wire() {
+        let error = Error::new(ErrorKind::Impulse, "contacts[1].impulse_ns", "the impulse is zero");
+        assert_eq!(Error::from(&ErrorWire::from(&error)), error);
         let busy = Error::new(ErrorKind::Busy, "queue", "full").after(Duration::from_micros(1500));
         assert_eq!(Error::from(&ErrorWire::from(&busy)), busy);
         assert_eq!(busy.document()["error"]["retry_after_ms"], 1.5);

@@ -1,4 +1,4 @@
-//! From counts to offsets: where every section of an answer lies before a byte of it is written.
+//! From counts to offsets: the position of every section of a result before a byte of it is written.
 
 use crate::PROTOCOL_VERSION;
 use crate::result::{ANSWER_MAGIC, BLOCK_BYTES, Block, ResultHeader, SectionKind, SectionWire};
@@ -6,7 +6,7 @@ use bytemuck::Zeroable;
 
 pub use crate::sections::{SectionCounts, SectionsMut};
 
-/// Number of sections of an answer.
+/// Number of sections of a result.
 pub const SECTIONS: usize = SectionKind::ALL.len();
 
 /// Bytes of the section table.
@@ -20,7 +20,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Lays out an answer. Counts beyond 2³² elements per section cannot be addressed by the tables and give `None`.
+    /// Lays out a result; `None` for counts beyond 2³² elements per section, which the tables cannot address.
     pub fn new(counts: &SectionCounts) -> Option<Self> {
         let mut table = [SectionWire::zeroed(); SECTIONS];
         let mut end = TABLE_BYTES as u64;
@@ -35,7 +35,7 @@ impl Layout {
         Some(Self { table, used_bytes: end })
     }
 
-    /// Bytes of the sections that every answer has.
+    /// Bytes of the sections that every result has.
     pub fn base_bytes(&self) -> u64 {
         let base = SectionKind::ALL.into_iter().zip(&self.table).filter(|(kind, _)| kind.effect().is_none());
         base.map(|(_, entry)| entry.length).sum()
@@ -51,7 +51,7 @@ impl Layout {
         self.used_bytes.div_ceil(BLOCK_BYTES as u64) as usize
     }
 
-    /// The header of the answer to request `sequence`.
+    /// The header of the result of request `sequence`.
     pub fn header(&self, sequence: u64) -> ResultHeader {
         ResultHeader {
             magic: ANSWER_MAGIC,

@@ -16,6 +16,9 @@ pub struct ServiceName(String);
 
 impl ServiceName {
     /// Checks `name`.
+    ///
+    /// # Errors
+    /// `service_name`.
     pub fn new(name: &str) -> Result<Self, Error> {
         let plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'_';
         if (1..=SERVICE_NAME_MAX).contains(&name.len()) && name.bytes().all(plain) {
@@ -38,6 +41,9 @@ impl fmt::Display for ServiceName {
 }
 
 /// Checks the name of an object: 1 to 64 bytes of UTF-8 without control characters, invisible ones or path separators.
+///
+/// # Errors
+/// `object_name`.
 pub fn object_name(name: &str) -> Result<(), Error> {
     let plain = |c: char| !is_invisible(c) && c != '/' && c != '\\';
     if (1..=OBJECT_NAME_MAX).contains(&name.len()) && name.chars().all(plain) {
@@ -49,10 +55,10 @@ pub fn object_name(name: &str) -> Result<(), Error> {
     Err(Error::new(ErrorKind::ObjectName, name, message))
 }
 
-/// How many of the nearest names a message lists.
+/// Number of similar names that a message lists.
 const NEAREST_MAX: usize = 3;
 
-/// The names most like `name`, the likeliest first: those that a typing error may have been meant for.
+/// The names most like `name`, the likeliest first (Damerau-Levenshtein distance): what a typing error may have meant.
 pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Vec<&'a str> {
     let lower = name.to_lowercase();
     let mut rated: Vec<(usize, &str)> =
@@ -62,7 +68,7 @@ pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Vec<&'a str> {
     rated.into_iter().filter(likely).take(NEAREST_MAX).map(|(_, own)| own).collect()
 }
 
-/// What a message says after a name that is not among `known`: the nearest ones, or else what there is.
+/// The part of a message that follows a name which is not among `known`: the nearest names, or those that there are.
 pub fn suggestion(name: &str, known: &[&str]) -> String {
     let quoted = |names: &[&str]| names.iter().map(|own| format!("`{own}`")).collect::<Vec<_>>().join(", ");
     let likely = nearest(name, known);
@@ -76,7 +82,7 @@ pub fn suggestion(name: &str, known: &[&str]) -> String {
     }
 }
 
-/// The refusal of an object that a service does not have; `known` are those that it has.
+/// The error for an object that a service does not have; `known` are those that it has.
 pub fn unknown_object(name: &str, known: &[&str]) -> Error {
     let message = format!("the service has no object `{name}`; {}", suggestion(name, known));
     Error::new(ErrorKind::UnknownObject, name, message)

@@ -1,19 +1,19 @@
-//! What answers carry beside the pieces, if it is asked for.
+//! Rows that effects add to results: as they lie in shared memory, and as hosts read them.
 
 use bytemuck::{Pod, Zeroable};
 
-/// How a fragment moves once it is free, on top of how the object moved. Sums over all fragments: neither linear nor angular
-/// momentum.
+/// Velocity of a fragment once it is free, in addition to the object's motion. Neither linear nor angular momentum is left when all
+/// fragments are summed up. Plain numbers in this order (`repr(C)`).
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct VelocityWire {
+pub struct FragmentVelocity {
     /// Velocity of the center of mass, m/s.
     pub linear_m_s: [f64; 3],
     /// Angular velocity, rad/s.
     pub angular_rad_s: [f64; 3],
 }
 
-/// Where a ray first met the object.
+/// First intersection of a ray with the object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct HitWire {
@@ -25,25 +25,24 @@ pub struct HitWire {
     pub distance_m: f64,
     /// Body (component of the object) that it lies on.
     pub body: u32,
-    /// 1 if the strike had a ray; else 0, and everything else is zero.
+    /// 1 if the request had a ray; else 0, and everything else is zero.
     pub present: u32,
 }
 
 /// Second fragment of a bond that ties the first to the world: no fragment.
 pub const WORLD: u32 = u32::MAX;
 
-/// Two fragments that touch; or one that lies, in part at least, in an anchor of the scene, and the world that holds it.
+/// A [`Bond`] as it travels.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct BondWire {
     /// The fragments, the lower id first; the second may be [`WORLD`].
     pub fragments: [u32; 2],
-    /// Area of the crack between them, m². Of a bond with the world: of the triangles of the fragment's outer surface whose
-    /// centroids the anchors hold; zero where they hold inner parts alone.
+    /// See [`Bond::area_m2`].
     pub area_m2: f64,
-    /// Mean normal of that area, of length one, from the first to the second; zero where it closes upon itself, or there is none.
+    /// See [`Bond::normal`].
     pub normal: [f64; 3],
-    /// Centroid of that area in the coordinates of the mesh file, m; of the held nodes of the crack lattice where there is none.
+    /// See [`Bond::centroid_m`].
     pub centroid_m: [f64; 3],
 }
 
@@ -54,22 +53,88 @@ impl BondWire {
     }
 }
 
-/// A point of a crack from which dust and chips come.
+/// Two fragments that touch; or one that lies, in part at least, in an anchor of the scene, and the world that holds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Bond {
+    /// The fragment; of two the one with the lower id.
+    pub fragment: u32,
+    /// The other fragment; `None`: the world.
+    pub neighbor: Option<u32>,
+    /// Area of the crack between them, m². Of a bond with the world: of the triangles of the fragment's outer surface whose
+    /// centroids the anchors hold; zero where they hold inner parts alone.
+    pub area_m2: f64,
+    /// Mean normal of that area, of length one, out of `fragment`; zero where the area is closed upon itself, or zero.
+    pub normal: [f64; 3],
+    /// Centroid of that area in the coordinates of the mesh file, m; of the held nodes of the crack lattice where the area is zero.
+    pub centroid_m: [f64; 3],
+}
+
+impl Bond {
+    /// A bond of `fragment` with `neighbor`, or with the world, without an area.
+    #[must_use]
+    pub fn new(fragment: u32, neighbor: Option<u32>) -> Self {
+        Self { fragment, neighbor, area_m2: 0.0, normal: [0.0; 3], centroid_m: [0.0; 3] }
+    }
+
+    /// Whether it ties a fragment to the world.
+    #[must_use]
+    pub fn is_with_world(&self) -> bool {
+        self.neighbor.is_none()
+    }
+
+    /// Ids of the fragments that it ties: one, or two in ascending order.
+    pub fn fragments(&self) -> impl Iterator<Item = u32> {
+        std::iter::once(self.fragment).chain(self.neighbor)
+    }
+}
+
+impl From<&BondWire> for Bond {
+    fn from(row: &BondWire) -> Self {
+        let BondWire { fragments: [fragment, neighbor], area_m2, normal, centroid_m } = *row;
+        Self { fragment, neighbor: (neighbor != WORLD).then_some(neighbor), area_m2, normal, centroid_m }
+    }
+}
+
+/// A [`DebrisPoint`] as it travels.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct DebrisWire {
-    /// The fragment on whose crack face it lies: of two neighbors the one with the lower id.
+    /// See [`DebrisPoint::fragment`].
     pub fragment: u32,
-    /// The other one.
+    /// The other fragment.
     pub neighbor: u32,
-    /// Where, m, relative to the fragment's center of mass.
+    /// See [`DebrisPoint::position_m`].
     pub position_m: [f32; 3],
-    /// Normal of the crack there, out of the fragment.
+    /// See [`DebrisPoint::normal`].
     pub normal: [f32; 3],
     /// Diameter, m.
     pub size_m: f32,
     /// Zero.
     pub reserved: u32,
+}
+
+/// A point of a crack from which dust and chips come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct DebrisPoint {
+    /// The fragment on whose crack face it lies: of two neighbors the one with the lower id.
+    pub fragment: u32,
+    /// The fragment on the other side of the crack.
+    pub neighbor: u32,
+    /// Position relative to the center of mass of `fragment`, m.
+    pub position_m: [f32; 3],
+    /// Normal of the crack there, of length one, out of `fragment`.
+    pub normal: [f32; 3],
+    /// Diameter, m.
+    pub size_m: f32,
+}
+
+impl From<&DebrisWire> for DebrisPoint {
+    fn from(row: &DebrisWire) -> Self {
+        let DebrisWire { fragment, neighbor, position_m, normal, size_m, reserved: _ } = *row;
+        Self { fragment, neighbor, position_m, normal, size_m }
+    }
 }
 
 /// The convex proxy of one fragment: at most [`HULL_FACES_MAX`] triangles, and fewer vertices.
@@ -90,17 +155,18 @@ pub struct HullWire {
     pub margin_m: f64,
 }
 
-/// How a vertex of an outer face looks; zero on crack faces.
+/// The input's normal and texture coordinates at a vertex of an outer face; zero on crack faces. Plain numbers in this order
+/// (`repr(C)`): a slice can be handed to a GPU as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct VertexAttributeWire {
+pub struct OuterAttributes {
     /// Of length one.
     pub normal: [f32; 3],
     /// Texture coordinates of the input, v upwards (OBJ's; 1 − v of glTF's); zero where it has none.
     pub uv: [f32; 2],
 }
 
-/// The part of the input's surface that one fragment wears; nothing where no part of it is its.
+/// The part of the input's surface that belongs to one fragment; empty if the fragment has no outer surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SkinWire {
@@ -114,10 +180,10 @@ pub struct SkinWire {
     pub index_count: u32,
 }
 
-/// A vertex of a skin.
+/// A vertex of a skin. Plain numbers in this order (`repr(C)`): a slice can be handed to a GPU as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct SkinVertexWire {
+pub struct SkinVertex {
     /// Relative to the fragment's center of mass, m.
     pub position_m: [f32; 3],
     /// Of length one.

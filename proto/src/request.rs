@@ -1,4 +1,4 @@
-//! A strike as it travels, and as it is understood.
+//! A request: as it travels, and validated.
 
 use crate::convention::Convention;
 use crate::effect::Effects;
@@ -20,17 +20,17 @@ pub const REQUEST_MAGIC: u32 = u32::from_le_bytes(*b"SHTq");
 /// Contacts that one request has room for.
 pub const CONTACTS_MAX: usize = 8;
 
-/// Seed of a strike that names none: zero, so that zeroed structs of the C interface have it.
+/// Default seed: zero, so that zeroed structs of the C interface have it.
 pub const SEED_DEFAULT: u64 = 0;
 
-/// A contact as it travels. Everything finite; zero for what the daemon shall choose.
+/// A contact as it travels. Everything finite; zero: the daemon chooses.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ContactWire {
-    /// Where, in the coordinates of the mesh file, m; as the next and the radius in those of the strike's convention, if it has one.
-    /// With a ray: where the ray begins.
+    /// The contact point, m, or the origin of the ray. In the coordinates of the mesh file, or of the request's convention, as are
+    /// impulse and radius.
     pub point_m: [f64; 3],
-    /// Impulse handed to the object, N·s; not zero. Zero if the strike only aims.
+    /// Impulse handed to the object, N·s; not zero, unless the request only aims.
     pub impulse_ns: [f64; 3],
     /// Contact duration, s; zero: the object's default.
     pub duration_s: f64,
@@ -40,7 +40,7 @@ pub struct ContactWire {
     pub ray: [f64; 3],
 }
 
-/// A strike as it travels. Every field that is reserved must be zero; it is copied once and then validated.
+/// A request as it travels. Reserved fields must be zero; the daemon copies it once and then validates it.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RequestWire {
@@ -50,13 +50,13 @@ pub struct RequestWire {
     pub version: u32,
     /// 1: fragments. 2: the threshold alone. 3: the first hit of a ray alone.
     pub purpose: u32,
-    /// How many of `contacts` count, 1 to [`CONTACTS_MAX`].
+    /// Number of valid `contacts`, 1 to [`CONTACTS_MAX`].
     pub contact_count: u32,
-    /// Counts the strikes of a connection from 1 on, in the order in which they are sent; names the request at the control service.
+    /// Number of the request on its connection, from 1 on in the order of sending; names it at the control service.
     pub sequence: u64,
-    /// Everything random follows from it.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// The client's listener, woken when the request was answered or refused.
+    /// The client's listener, woken with the result or the error.
     pub listener: [u8; 16],
     /// Bytes of `object` that count.
     pub object_length: u32,
@@ -72,9 +72,9 @@ pub struct RequestWire {
     pub effects_on: u64,
     /// Effects to switch off, one bit each.
     pub effects_off: u64,
-    /// Largest estimated error of elastic energy and diagram, relative, at most [`ERROR_MAX`]; zero: the preset's dials decide.
+    /// Largest estimated error of elastic energy and diagram, relative, at most [`ERROR_MAX`]; zero: the preset decides.
     pub error_max: f64,
-    /// Time from the daemon's admission until the answer is sent, ms, at most [`TIME_MS_MAX`]; zero: any.
+    /// Time from the daemon's admission until the result is sent, ms, at most [`TIME_MS_MAX`]; zero: any.
     pub time_ms_max: f64,
     /// 0: +Y. 1: +Z.
     pub convention_up: u32,
@@ -86,23 +86,23 @@ pub struct RequestWire {
     pub fragments_max: u32,
     /// Meters per unit of length of the caller, within [`METERS_PER_UNIT`](crate::convention::METERS_PER_UNIT); zero: 1.
     pub convention_meters_per_unit: f64,
-    /// Answer whose fragment is struck; zero: the object itself is.
+    /// Handle of the result whose fragment is struck; zero: the object itself is struck.
     pub handle: u64,
-    /// Bytes of answer at most; zero: the daemon's bucket.
+    /// Bytes of the result at most; zero: the daemon's bucket.
     pub bytes_max: u64,
     /// UTF-8.
     pub object: [u8; OBJECT_NAME_MAX],
     /// Contacts; those beyond `contact_count` are zero.
     pub contacts: [ContactWire; CONTACTS_MAX],
-    /// Where displacements come from. 0: the preset says. 1: the solve. 2: the reduced basis, where it is exact enough.
+    /// Source of displacements. 0: the preset says. 1: the solve. 2: the reduced basis, where it is exact enough.
     pub elastic: u64,
-    /// Time from the daemon's admission after which the answer is of no use, ns; 0: it always is.
+    /// Time from the daemon's admission within which the result is of use, ns; 0: any.
     pub deadline_ns: u64,
-    /// Answers of earlier strikes that the client holds, by its own account.
+    /// Results of earlier requests that the client holds, as it counts them.
     pub held: u64,
-    /// Fragment of that answer; zero without one.
+    /// Fragment of the result of `handle`; zero without one.
     pub fragment: u32,
-    /// 1: the answer is kept, so that its fragments can be struck. 0: it is not.
+    /// 1: the service keeps the result, so that its fragments can be struck. 0: it does not.
     pub keep: u32,
     /// 0: the object's preset. 1: draft. 2: game. 3: film. 4: reference.
     pub quality: u32,
@@ -115,37 +115,37 @@ pub struct RequestWire {
 const _: () = assert!(size_of::<ContactWire>() == 88);
 const _: () = assert!(size_of::<RequestWire>() == 1040);
 
-/// What a strike is for.
+/// Purpose of a request.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Purpose {
     /// Fragments.
     #[default]
     Fragments,
-    /// The load that just breaks the object; no fragments.
+    /// The load that just breaks the object, without fragments.
     Threshold,
-    /// Where the ray of the only contact first meets the object; nothing is loaded.
+    /// The point where the ray of the only contact first meets the object; there is no load.
     Aim,
 }
 
-/// Where the number of sites comes from.
+/// Source of the number of sites.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DegreeRule {
     /// From where the preset says.
     #[default]
     Preset,
-    /// What the object has learned from its examples; the calibrated closed form where they do not reach.
+    /// Prediction learned from the object's examples; the calibrated closed form where they do not reach.
     Inferred,
     /// The inferred number, made to hold.
     Verified,
     /// The calibrated closed form.
     ClosedForm,
-    /// The full optimisation.
+    /// The full optimization.
     Optimised,
     /// This many, at least 1.
     Sites(u32),
 }
 
-/// Where displacements come from.
+/// Source of displacements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DisplacementSource {
     /// From where the preset says.
@@ -157,11 +157,11 @@ pub enum DisplacementSource {
     Solve,
 }
 
-/// One contact of an impact, in the coordinates of the strike's convention. See [`ContactWire`] for the units.
+/// One contact of an impact, in the coordinates of the request's convention. See [`ContactWire`] for the units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use = "a contact does nothing until it is part of an impact"]
 pub struct Contact {
-    /// Where, m; with a ray, where the ray begins.
+    /// The contact point, m; with a ray, its origin.
     pub point_m: [f64; 3],
     /// Direction of a ray, of any length: the contact point is where the ray first meets the object.
     pub ray: Option<[f64; 3]>,
@@ -173,30 +173,30 @@ pub struct Contact {
     pub radius_m: Option<f64>,
 }
 
-/// A validated strike.
+/// A validated request.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Request {
-    /// Which object.
+    /// Name of the object.
     pub object: String,
-    /// What for.
+    /// Purpose.
     pub purpose: Purpose,
-    /// The coordinates of the contacts, and of the answer.
+    /// The coordinates of the contacts and of the result.
     pub convention: Convention,
     /// 1 to [`CONTACTS_MAX`].
     pub contacts: Vec<Contact>,
-    /// Where the number of sites comes from.
+    /// Source of the number of sites.
     pub degree: DegreeRule,
     /// γ, J·m²; `None`: the object's own.
     pub gamma_j_m2: Option<f64>,
     /// Which lift; `None`: the object's default.
     pub lift: Option<Lift>,
-    /// Where displacements come from.
+    /// Source of displacements.
     pub elastic: DisplacementSource,
-    /// The preset that says what nothing else says; `None`: the object's.
+    /// Preset of the settings that are not given; `None`: the object's.
     pub quality: Option<Quality>,
-    /// Elastic energy and diagram are computed until their estimated relative errors are no more, instead of as the preset says.
+    /// Largest estimated relative error: elastic energy and diagram are refined until it is met. `None`: the preset decides.
     pub error_max: Option<f64>,
-    /// Time from the daemon's admission until the answer is sent, ms: quality falls where it would be exceeded.
+    /// Time from the daemon's admission until the result is sent, ms: quality falls where it would be exceeded.
     pub time_ms_max: Option<f64>,
     /// Iterations of a diagram at most; `None`: the preset's.
     pub iterations_max: Option<u32>,
@@ -204,32 +204,35 @@ pub struct Request {
     pub enable: Effects,
     /// Effects to switch off.
     pub disable: Effects,
-    /// Everything random follows from it.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// Fragments at most; `None`: the object's cap.
     pub fragments_max: Option<u32>,
-    /// Bytes of answer at most; `None`: the daemon's bucket.
+    /// Bytes of the result at most; `None`: the daemon's bucket.
     pub bytes_max: Option<u64>,
-    /// Time from the daemon's admission after which the answer is of no use; `None`: it always is. Strikes with less time left
-    /// go first, one that cannot be in time is refused at once.
+    /// Time from the daemon's admission within which the result is of use; `None`: any. The daemon serves requests with less time
+    /// left first, and refuses one that cannot be in time at once.
     pub deadline: Option<Duration>,
-    /// What is struck: a fragment of an answer that is kept; `None`: the object itself.
+    /// The fragment of a kept result that is struck; `None`: the object itself.
     pub from: Option<RetainedFragment>,
-    /// Whether the answer is kept, so that its fragments can be struck.
+    /// Whether the service keeps the result, so that its fragments can be struck.
     pub keep: bool,
 }
 
-/// A fragment of an answer that is kept.
+/// A fragment of a kept result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RetainedFragment {
-    /// Handle of the answer; not zero.
+    /// Handle of the result; not zero.
     pub handle: u64,
-    /// Its number in that answer.
+    /// Its id in that result.
     pub fragment: u32,
 }
 
 impl Request {
-    /// Writes the strike for the wire; refuses what the daemon would refuse.
+    /// The request as it travels.
+    ///
+    /// # Errors
+    /// Those of [`RequestWire::validate`], as the daemon would find them.
     pub fn wire(&self, listener: [u8; 16], sequence: u64) -> Result<RequestWire, Error> {
         if self.contacts.is_empty() || self.contacts.len() > CONTACTS_MAX {
             return Err(contact_count(self.contacts.len()));
@@ -259,7 +262,7 @@ impl Request {
             DisplacementSource::Solve => 1,
             DisplacementSource::Reduced => 2,
         };
-        wire.set_dials(self)?;
+        wire.set_settings(self)?;
         wire.set_convention(&self.convention)?;
         (wire.effects_on, wire.effects_off) = (self.enable.bits(), self.disable.bits());
         wire.gamma_j_m2 = given(self.gamma_j_m2, |_| gamma(0.0))?;
@@ -288,7 +291,7 @@ impl Request {
     }
 }
 
-/// Zero stands for "not given" on the wire, so a given zero has to be refused here.
+/// Zero stands for "not given" on the wire, so a given zero is an error here.
 fn given(value: Option<f64>, refuse: impl Fn(f64) -> Error) -> Result<f64, Error> {
     match value {
         Some(0.0) => Err(refuse(0.0)),
@@ -298,7 +301,12 @@ fn given(value: Option<f64>, refuse: impl Fn(f64) -> Error) -> Result<f64, Error
 }
 
 impl RequestWire {
-    /// Understands a private copy of a request. Never panics, whatever the bytes.
+    /// Validates a private copy of a request. Never panics, whatever the bytes.
+    ///
+    /// # Errors
+    /// `bad_magic`, `version_mismatch`, `reserved_field`, `unknown_request`, `object_name`, `unknown_effect`, `convention`,
+    /// `contact_count`, `contact_point`, `impulse`, `contact_duration`, `contact_radius`, `ray`, `degree`, `gamma`, `lift`, `elastic`,
+    /// `budget`, `unknown_fragment`: the first field that does not fit.
     pub fn validate(&self) -> Result<Request, Error> {
         head(self.magic, self.version)?;
         self.reserved()?;
@@ -342,7 +350,8 @@ impl RequestWire {
         match (self.handle, self.fragment) {
             (0, 0) => Ok(None),
             (0, fragment) => {
-                let message = format!("fragment {fragment} of no answer: a handle says of which");
+                let message =
+                    format!("fragment {fragment} without a handle: pass the handle of the result that it belongs to");
                 Err(Error::new(ErrorKind::UnknownFragment, fragment.to_string(), message))
             }
             (handle, fragment) => Ok(Some(RetainedFragment { handle, fragment })),
@@ -408,7 +417,7 @@ impl RequestWire {
         }
     }
 
-    /// Everything this version keeps free, refused by name.
+    /// Checks that reserved words are zero.
     fn reserved(&self) -> Result<(), Error> {
         if let Some(i) = self.reserved.iter().position(|word| *word != 0) {
             return Err(Error::new(ErrorKind::ReservedField, format!("reserved[{i}]"), "reserved words must be zero"));
@@ -417,45 +426,14 @@ impl RequestWire {
     }
 }
 
-impl ContactWire {
-    fn validate(&self, i: usize, purpose: Purpose) -> Result<Contact, Error> {
-        if !self.point_m.iter().all(|x| x.is_finite()) {
-            let at = format!("contacts[{i}].point_m");
-            return Err(Error::new(ErrorKind::ContactPoint, at, format!("contact {i}: the point is not finite")));
-        }
-        // A ray without a direction leaves its impulse without one, too: the ray is what is wrong.
-        let ray = ray::direction(i, self.ray)?;
-        // The square is what the energy is made of: it must neither vanish nor overflow.
-        let square: f64 = self.impulse_ns.iter().map(|x| x * x).sum();
-        if !square.is_finite() || (square == 0.0 && purpose != Purpose::Aim) {
-            let what = if square == 0.0 { "zero" } else { "not finite, or its square is not" };
-            let at = format!("contacts[{i}].impulse_ns");
-            let message = format!("contact {i}: the impulse is {what}; pass a finite impulse in N·s");
-            return Err(Error::new(ErrorKind::Impulse, at, message));
-        }
-        Ok(Contact {
-            point_m: self.point_m,
-            ray,
-            impulse_ns: self.impulse_ns,
-            duration_s: positive_or_default(self.duration_s, |value| duration(i, value))?,
-            radius_m: positive_or_default(self.radius_m, |value| radius(i, value))?,
-        })
-    }
-}
-
-/// Zero: not given. Otherwise finite and positive.
-fn positive_or_default(value: f64, refuse: impl Fn(f64) -> Error) -> Result<Option<f64>, Error> {
-    match value {
-        0.0 => Ok(None),
-        value if value.is_finite() && value > 0.0 => Ok(Some(value)),
-        value => Err(refuse(value)),
-    }
-}
-
 /// Checks magic and version of a request, shared with the control service.
 pub(crate) fn head(magic: u32, version: u32) -> Result<(), Error> {
     if magic != REQUEST_MAGIC {
-        return Err(Error::new(ErrorKind::BadMagic, format!("{magic:#010x}"), "the bytes are not a request of ours"));
+        return Err(Error::new(
+            ErrorKind::BadMagic,
+            format!("{magic:#010x}"),
+            "the bytes are not a request of this protocol",
+        ));
     }
     if version != PROTOCOL_VERSION {
         let message = format!("the request speaks protocol {version}, this side {PROTOCOL_VERSION}");
@@ -464,9 +442,11 @@ pub(crate) fn head(magic: u32, version: u32) -> Result<(), Error> {
     Ok(())
 }
 
-/// The refusal of a handle under which nothing is kept.
+/// The error for a handle under which the service keeps no result.
 pub fn unknown_handle(handle: u64) -> Error {
-    let message = format!("no answer is kept under the handle {handle}: never, not any more, or not by this daemon");
+    let message = format!(
+        "the service keeps no result under the handle {handle}: it was released, its time is over, or another daemon gave the handle"
+    );
     Error::new(ErrorKind::UnknownHandle, handle.to_string(), message)
 }
 

@@ -2,11 +2,11 @@
 
 use crate::effect::Effect;
 use crate::result::{
-    BondWire, DebrisWire, EffectWire, FragmentWire, HullWire, RunWire, STAGES, SkinVertexWire, SkinWire, StageWire,
-    SummaryWire, VelocityWire, VertexAttributeWire,
+    BondWire, DebrisWire, EffectWire, FragmentVelocity, FragmentWire, HullWire, OuterAttributes, RunWire, SkinVertex,
+    SkinWire, StageKind, StageWire, SummaryWire,
 };
 
-/// How many elements the sections hold that depend on the strike.
+/// Element counts of the sections that depend on the request.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SectionCounts {
     /// Fragments.
@@ -35,7 +35,7 @@ pub struct SectionCounts {
     pub hull_vertices: usize,
     /// Indices of hulls.
     pub hull_indices: usize,
-    /// Looks: one per vertex, or none.
+    /// Outer attributes: one per vertex, or none.
     pub looks: usize,
     /// Materials: one per triangle, or none.
     pub materials: usize,
@@ -137,7 +137,7 @@ macro_rules! sections {
                 })
             }
 
-            /// Nothing but a summary.
+            /// A summary only.
             pub fn empty(summary: &'a SummaryWire) -> Self {
                 Self { summary, $($name: &[],)* }
             }
@@ -155,7 +155,7 @@ macro_rules! sections {
 
 sections! {
     /// One [`StageWire`] per stage.
-    2 Stages stages: StageWire, None, |_| STAGES.len();
+    2 Stages stages: StageWire, None, |_| StageKind::ALL.len();
     /// One [`FragmentWire`] per fragment.
     3 Fragments fragments: FragmentWire, None, |counts| counts.fragments;
     /// One [`RunWire`] per run.
@@ -168,8 +168,8 @@ sections! {
     7 Indices indices: u32, None, |counts| counts.indices;
     /// One [`EffectWire`] per effect.
     8 Effects effects: EffectWire, None, |_| Effect::ALL.len();
-    /// One [`VelocityWire`] per fragment, or none.
-    9 Velocities velocities: VelocityWire, Some(Effect::Release), |counts| counts.velocities;
+    /// One [`FragmentVelocity`] per fragment, or none.
+    9 Velocities velocities: FragmentVelocity, Some(Effect::Release), |counts| counts.velocities;
     /// Three f32 per vertex, of length one; or none.
     10 Normals normals: [f32; 3], Some(Effect::Normals), |counts| counts.normals;
     /// Two f32 per vertex, m; or none.
@@ -184,14 +184,14 @@ sections! {
     15 HullPositions hull_positions: [f32; 3], Some(Effect::Hulls), |counts| counts.hull_vertices;
     /// One u32 per corner of a hull's triangles, counter-clockwise from outside, relative to the first vertex of the hull.
     16 HullIndices hull_indices: u32, Some(Effect::Hulls), |counts| counts.hull_indices;
-    /// One [`VertexAttributeWire`] per vertex, or none.
-    17 Looks looks: VertexAttributeWire, Some(Effect::Attributes), |counts| counts.looks;
+    /// One [`OuterAttributes`] per vertex, or none.
+    17 Looks looks: OuterAttributes, Some(Effect::Attributes), |counts| counts.looks;
     /// One u32 per triangle, a material of the input or [`NO_MATERIAL`](crate::result::NO_MATERIAL); none if it has no materials.
     18 Materials materials: u32, Some(Effect::Attributes), |counts| counts.materials;
     /// One [`SkinWire`] per fragment, or none.
     19 Skins skins: SkinWire, Some(Effect::Skin), |counts| counts.skins;
-    /// One [`SkinVertexWire`] per vertex of a skin.
-    20 SkinVertices skin_vertices: SkinVertexWire, Some(Effect::Skin), |counts| counts.skin_vertices;
+    /// One [`SkinVertex`] per vertex of a skin.
+    20 SkinVertices skin_vertices: SkinVertex, Some(Effect::Skin), |counts| counts.skin_vertices;
     /// One u32 per corner of a skin's triangles, counter-clockwise from outside, relative to the first vertex of the skin.
     21 SkinIndices skin_indices: u32, Some(Effect::Skin), |counts| counts.skin_indices;
     /// One u32 per triangle of all skins, as `materials`; none if the input has no materials.

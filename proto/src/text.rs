@@ -1,4 +1,4 @@
-//! Texts: short ones in fixed bytes (the bytes, and how many of them count), and any text as it may be shown.
+//! Texts: short ones in fixed bytes with a length, and any text escaped for showing.
 
 use std::fmt::Write;
 

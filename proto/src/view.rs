@@ -9,14 +9,17 @@ use std::ops::Range;
 
 pub use crate::sections::ResultView;
 
-/// Where the sections of an answer lie, after all checks. Cheap to keep beside the payload that it was checked against.
+/// Positions of the sections of a result, after all checks. Cheap to keep beside the payload that it was checked against.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CheckedLayout {
     ranges: [Range<usize>; SECTIONS],
 }
 
 impl CheckedLayout {
-    /// Checks header, table and contents of an answer. Never panics, whatever the bytes.
+    /// Checks header, table and contents of a result. Never panics, whatever the bytes.
+    ///
+    /// # Errors
+    /// `bad_answer` at the first field that does not fit.
     pub fn new(header: &ResultHeader, payload: &[Block]) -> Result<Self, Error> {
         head(header)?;
         let bytes: &[u8] = bytemuck::cast_slice(payload);
@@ -39,7 +42,7 @@ impl CheckedLayout {
 
 fn bad(at: impl Into<String>, what: impl std::fmt::Display) -> Error {
     let at = at.into();
-    let message = format!("the answer is not well formed: {at}: {what}");
+    let message = format!("the result is not well formed: {at}: {what}");
     Error::new(ErrorKind::BadAnswer, at, message)
 }
 

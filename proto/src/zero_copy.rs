@@ -1,4 +1,4 @@
-//! What may lie in shared memory.
+//! Types that may lie in shared memory.
 
 use crate::control::{ControlReplyHeader, ControlRequestWire};
 use crate::error::ErrorWire;

@@ -1,15 +1,15 @@
-//! What a strike takes through the real service, preset by preset: `cargo bench --bench frame` bakes a generated statue of about
+//! Time of a request through the real service, for each preset: `cargo bench --bench frame` bakes a generated statue of about
 //! 100,000 triangles with examples; `SHATTER_BENCH_MESH` names another mesh file, `SHATTER_BENCH_FOLDER` a folder in which its databases
 //! are kept from one run to the next (the sizes of the presets differ, so there is one for each), `SHATTER_BENCH_EXAMPLES` how many
 //! impacts they learn from (200), `SHATTER_BENCH_PRESETS` which presets (draft,game,film).
 //!
 //! One client strikes, waits, and strikes elsewhere. The floor is what the answers' own stages do not account for: the way there and
-//! back, the admission, and the writing of an answer that nothing was computed for.
+//! back, the admission, and the writing of a result without computation.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use shatter_client::{Client, Contact, ErrorKind, Impact, Object};
+use shatter_client::{Client, Contact, EnergySource, ErrorKind, Impact, Object};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::pipeline::{ImpactSampler, PreparedObject, Preset};
@@ -80,13 +80,13 @@ fn strikes(object: &Object, impacts: &[Impact]) -> Times {
             continue;
         }
         let whole = broken.round_trip().as_secs_f64() * 1e3;
-        let stages = broken.stages().iter().map(|stage| stage.ns).sum::<u64>() as f64 * 1e-6;
+        let stages = broken.stages().map(|cost| cost.time.as_secs_f64()).sum::<f64>() * 1e3;
         times.whole.push(whole);
         times.stages.push(stages);
         times.floor.push(whole - stages);
         let triangles = broken.fragments().map(|fragment| fragment.indices().len() / 3).sum::<usize>();
         times.triangles.push(triangles as f64);
-        times.solved += usize::from(broken.summary().elastic == 0);
+        times.solved += usize::from(broken.summary().energy_source == EnergySource::Solve);
         std::thread::sleep(Duration::from_millis(2));
     }
     times

@@ -1,4 +1,4 @@
-//! What the service adds to the computing, in one run: the same strikes in this process and through the daemon, at saturation, at
+//! Cost that the service adds to the computation, in one run: the same strikes in this process and through the daemon, at saturation, at
 //! 80 % of it and at three times it. `cargo bench --bench service` takes a generated mug, or the mesh file that
 //! `SHATTER_BENCH_MESH` names; `SHATTER_BENCH_SECONDS` is the length of each of its parts (8).
 //!
@@ -20,7 +20,7 @@ use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, DegreeRule, Request};
-use shatter_proto::result::{Block, ResultHeader, StageWire};
+use shatter_proto::result::{Block, ResultHeader};
 use shatter_server::jobs::lanes;
 use std::path::Path;
 use std::sync::Barrier;
@@ -54,7 +54,7 @@ fn database(folder: &Path) -> PreparedObject {
     load(&file).unwrap()
 }
 
-/// A blow somewhere on the surface, towards the middle.
+/// An impact somewhere on the surface, towards the middle.
 fn strike(served: &EngineObject, number: usize) -> Request {
     let prepared = served.prepared();
     let body = &prepared.bodies[0];
@@ -72,7 +72,7 @@ fn strike(served: &EngineObject, number: usize) -> Request {
     }
 }
 
-/// One strike from request to bytes, as the daemon's threads do it; length of the answer, and time of all stages.
+/// Computes one result from request to bytes, as the daemon's threads do; returns its length, and time of all stages.
 fn answer(served: &EngineObject, number: usize, workspace: &mut Workspace, payload: &mut Vec<Block>) -> (u64, u64) {
     let clock = StageProfiler::default();
     let strike = strike(served, number);
@@ -81,7 +81,8 @@ fn answer(served: &EngineObject, number: usize, workspace: &mut Workspace, paylo
     payload.resize(payload.len().max(layout.blocks()), bytemuck::Zeroable::zeroed());
     let _header: ResultHeader = layout.header(0);
     outcome.write(&mut layout.split(&mut payload[..layout.blocks()]).unwrap(), &clock).unwrap();
-    (layout.used_bytes(), clock.rows().iter().map(|row: &StageWire| row.ns).sum())
+    let stages: Duration = clock.stages().iter().map(|cost| cost.time).sum();
+    (layout.used_bytes(), stages.as_nanos() as u64)
 }
 
 /// Strikes per second of as many strikes side by side as there are threads, each on one of them.
@@ -121,7 +122,7 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// The slowest client's answers over the fastest one's.
+/// Results of the slowest client over those of the fastest.
 fn fairness(told: &Value) -> f64 {
     let each: Vec<f64> = told["per_client_ok"].as_array().unwrap().iter().map(number).collect();
     each.iter().copied().fold(f64::INFINITY, f64::min) / each.iter().copied().fold(0.0, f64::max)
@@ -153,7 +154,7 @@ fn main() {
     println!("round trip less stages, back to back: median {us:.0} us for {bytes} bytes (wanted: 150 for 1 MB)");
 }
 
-/// As much as it can do, beside the same strikes in this process; answers per second.
+/// Throughput at saturation, beside the same requests in this process; results per second.
 fn saturated(here: &TestPlace, served: &EngineObject, lanes: &[ThreadPool]) -> f64 {
     let (mut ratios, mut through, mut fair) = (Vec::new(), Vec::new(), Vec::new());
     for round in 0..ROUNDS {
@@ -285,7 +286,7 @@ fn wall(here: &TestPlace, name: &str, apart: Duration) {
     assert_eq!(of(Ok(())).count() + of(Err(ErrorKind::Late)).count(), ALL as usize, "{ends:?}");
 }
 
-/// Median of what is no stage of a round trip, µs, of strikes that do nothing but write an answer, and the length of that.
+/// Median time of a round trip outside the stages, µs, for requests that only write a result, and the length of that result.
 fn share() -> (f64, u64) {
     let here = TestPlace::new("share");
     here.database("large", "large 1000");
@@ -299,8 +300,8 @@ fn share() -> (f64, u64) {
             .wait(patience())
             .unwrap();
         bytes = broken.bytes();
-        let stages: u64 = broken.stages().iter().map(|stage| stage.ns).sum();
-        broken.round_trip().as_secs_f64() * 1e6 - stages as f64 * 1e-3
+        let stages: Duration = broken.stages().map(|cost| cost.time).sum();
+        (broken.round_trip().as_secs_f64() - stages.as_secs_f64()) * 1e6
     };
     let times = (0..2000).map(|_| once()).collect();
     (median(times), bytes)

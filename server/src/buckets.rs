@@ -1,4 +1,4 @@
-//! How large the buckets are that results are lent in.
+//! Size of the shared-memory buckets for results.
 
 use crate::catalog::Catalog;
 use crate::config::Config;
@@ -7,10 +7,10 @@ use shatter_proto::result::BLOCK_BYTES;
 
 const MIB: usize = 1024 * 1024;
 
-/// Smallest bucket: objects that are baked while the daemon serves find room for their answers, too. What is not written takes no memory.
+/// Smallest bucket: also holds results of objects that are baked while the daemon serves. Unwritten memory costs nothing.
 const BUCKET_MIN_BYTES: usize = 16 * MIB;
 
-/// Buckets as large as the largest answer of the loaded objects needs. They cost nothing until they are written.
+/// Pool with buckets for the largest result of the loaded objects. Unwritten memory costs nothing.
 pub(crate) fn size(config: &Config, catalog: &Catalog) -> PoolSize {
     let bytes = catalog.answer_bytes_max().max(BUCKET_MIN_BYTES).min(config.answers.bucket_mib_max * MIB);
     PoolSize {
@@ -20,8 +20,9 @@ pub(crate) fn size(config: &Config, catalog: &Catalog) -> PoolSize {
     }
 }
 
-/// Whether answers want larger buckets than there are, and larger ones than was `told` before. A restart makes no larger ones than the
-/// configuration allows, so no more than that is wanted.
+/// Whether results need larger buckets than exist, and larger ones than the last warning (`told`, bytes) asked for.
+///
+/// `wanted` must not exceed the configured maximum, since a restart makes no larger buckets.
 pub(crate) fn is_short(wanted: u64, bucket_bytes: u64, told: &mut u64) -> bool {
     let short = wanted > bucket_bytes.max(*told);
     if short {

@@ -1,4 +1,4 @@
-//! Configuration of the daemon: the compiled-in default, a file over it, flags over both.
+//! Configuration of the daemon: compiled-in defaults, overridden by a file, overridden by flags.
 
 use serde::Deserialize;
 use shatter_fracture::scene::{brief, nearest, toml_error};
@@ -7,13 +7,13 @@ use shatter_transport::CLIENTS_MAX;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// The default, which documents every key.
-pub const DEFAULT: &str = include_str!("../../config/shatterd.toml");
+/// Default configuration file, which documents every key.
+pub const DEFAULT: &str = include_str!("../shatterd.toml");
 
-/// Configuration of the daemon. The keys are documented in `config/shatterd.toml`.
+/// Configuration of the daemon. `config/shatterd.toml` documents the keys.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[expect(missing_docs, reason = "the compiled-in file documents every key for those who set it")]
+#[expect(missing_docs, reason = "the compiled-in file documents every key")]
 pub struct Config {
     pub service: ServiceConfig,
     pub databases: DatabasesConfig,
@@ -95,18 +95,21 @@ pub struct LogConfig {
     pub format: LogFormat,
 }
 
-/// How messages are written.
+/// Format of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LogFormat {
-    /// For people.
+    /// Plain text for people.
     Text,
     /// One JSON object per line.
     Json,
 }
 
 impl Config {
-    /// The default, overlaid with the file at `path` if one is given.
+    /// Loads the defaults, overridden by the file at `path` if there is one.
+    ///
+    /// # Errors
+    /// `configuration`: a file that cannot be read, and those of [`Self::parse`].
     pub fn load(path: Option<&Path>) -> Result<Self, Error> {
         let Some(path) = path else { return Self::parse("", "default") };
         let at = path.display().to_string();
@@ -115,7 +118,10 @@ impl Config {
         Self::parse(&text, &at)
     }
 
-    /// The default, overlaid with `text`; `at` names it in refusals.
+    /// Parses `text` over the defaults; `at` names the source of `text` in errors.
+    ///
+    /// # Errors
+    /// `configuration` at the key that is unknown or whose value cannot be used.
     pub fn parse(text: &str, at: &str) -> Result<Self, Error> {
         let refuse = |text: &str, error: toml::de::Error| {
             Error::new(ErrorKind::Configuration, at, format!("{at}: {}", toml_error(text, &error)))
@@ -129,7 +135,10 @@ impl Config {
         config.checked(at)
     }
 
-    /// The same if every value is possible; `at` names where they come from in the refusal.
+    /// Returns the configuration if every value is valid; `at` names the source of the values in errors.
+    ///
+    /// # Errors
+    /// `configuration` at the first key whose value is not possible.
     pub fn checked(self, at: &str) -> Result<Self, Error> {
         match self.rules() {
             Ok(()) => Ok(self),
@@ -163,7 +172,7 @@ impl Config {
         }
     }
 
-    /// Threads that compute, at least 1.
+    /// Number of worker threads, at least 1.
     pub fn threads(&self) -> usize {
         match self.compute.threads {
             0 => std::thread::available_parallelism().map_or(1, usize::from),
@@ -171,7 +180,7 @@ impl Config {
         }
     }
 
-    /// Strikes that compute at once, at least 1.
+    /// Number of requests that compute at once, at least 1.
     pub fn strikes_at_once(&self) -> usize {
         match self.compute.strikes_at_once {
             0 => self.threads(),
@@ -179,7 +188,7 @@ impl Config {
         }
     }
 
-    /// Buckets that one client may hold, at least 1.
+    /// Number of buckets that one client may hold, at least 1.
     pub fn held_max(&self) -> usize {
         match self.answers.held_max {
             0 => (self.answers.buckets / 2).max(1),
@@ -187,49 +196,55 @@ impl Config {
         }
     }
 
-    /// Longest sleep of the waiting thread.
+    /// Longest wait of the event loop.
     pub fn tick(&self) -> Duration {
         Duration::from_millis(self.times.tick_ms)
     }
 
-    /// How long an ending daemon lets strikes finish that it has taken in.
+    /// Time that an ending daemon grants to requests that it has accepted.
     pub fn drain(&self) -> Duration {
         Duration::from_secs_f64(self.times.drain_s)
     }
 
-    /// How long an answer is kept that nobody gives back.
+    /// Time for which a retained result stays available unless a client releases it.
     pub fn kept(&self) -> Duration {
         Duration::from_secs_f64(self.times.kept_s)
     }
 
-    /// Pause between two looks at the folder of databases; `None`: nobody looks.
+    /// Pause between two scans of the database folder; `None`: the folder is not scanned.
     pub fn watch(&self) -> Option<Duration> {
         (self.databases.watch_ms > 0).then(|| Duration::from_millis(self.databases.watch_ms))
     }
 
-    /// Folder of the databases: the configured one, or the platform's.
+    /// Folder of the databases: the configured one, or the platform's default.
+    ///
+    /// # Errors
+    /// `configuration` without a configured folder and a home folder.
     pub fn databases(&self) -> Result<PathBuf, Error> {
         if self.databases.folder.as_os_str().is_empty() { data_folder() } else { Ok(self.databases.folder.clone()) }
     }
 }
 
 /// The platform's folder for databases (`~/.local/share/shatter` on Linux).
+///
+/// # Errors
+/// `configuration` without a home folder.
 pub fn data_folder() -> Result<PathBuf, Error> {
     let folders = directories::ProjectDirs::from("", "", "shatter");
     folders.map(|folders| folders.data_dir().to_owned()).ok_or_else(|| {
-        let message = "no home folder: say where the databases are with --databases DIR";
+        let message = "no home folder, so no default folder for databases; name one with --databases DIR";
         Error::new(ErrorKind::DatabaseFolder, "databases.folder", message)
     })
 }
 
-/// Whether every key of `own` is one of `all`; if not, its path and what is wrong, with the nearest that is known.
+/// Checks that every key of `own` is in `all`; the error holds the path of the first unknown key and the nearest known key.
 fn known(path: &str, own: &toml::Table, all: &toml::Table) -> Result<(), (String, String)> {
     for (key, value) in own {
         let name = format!("{path}{}", brief(key));
         match (value, all.get(key)) {
             (_, None) => {
                 let nearest = nearest(key, all.keys().map(String::as_str)).unwrap_or("");
-                let why = format!("unknown key `{name}`; the nearest is `{path}{nearest}`");
+                let why = format!("unknown key `{name}`; did you mean `{path}{nearest}`?");
                 return Err((name, why));
             }
             (toml::Value::Table(own), Some(toml::Value::Table(all))) => known(&format!("{name}."), own, all)?,
@@ -239,7 +254,7 @@ fn known(path: &str, own: &toml::Table, all: &toml::Table) -> Result<(), (String
     Ok(())
 }
 
-/// Lays `over` on `under`, table by table.
+/// Merges `over` into `under`, table by table.
 fn overlay(under: &mut toml::Table, over: toml::Table) {
     for (key, value) in over {
         match (under.get_mut(&key), value) {

@@ -1,19 +1,19 @@
-//! Why strikes were closed without an answer, kept until their clients ask.
+//! Errors of closed requests, kept until the clients collect them.
 
 use shatter_proto::error::ErrorWire;
 use shatter_transport::{CLIENTS_MAX, STRIKES_PER_CLIENT_MAX};
 use std::collections::{HashMap, VecDeque};
 
-/// As many as all clients together can have under way; beyond that the oldest are forgotten.
+/// Capacity: the number of requests that all clients together can have in flight; beyond it the oldest errors are dropped.
 const KEPT: usize = CLIENTS_MAX * STRIKES_PER_CLIENT_MAX;
 
-/// Verdicts that were told are kept for a client that asks again because the reply was lost: so many of all clients.
+/// Number of collected errors kept for clients that ask again because a reply was lost, over all clients.
 const TOLD: usize = 256;
 
-/// A strike: the listener of its client, and its sequence.
+/// Identifies a request: the listener of its client, and its sequence number.
 pub type RequestKey = ([u8; 16], u64);
 
-/// The verdicts kept.
+/// Mailbox of errors.
 #[derive(Default)]
 pub struct ErrorMailbox {
     by_strike: HashMap<RequestKey, ErrorWire>,
@@ -22,10 +22,10 @@ pub struct ErrorMailbox {
 }
 
 impl ErrorMailbox {
-    /// Keeps the verdict on a strike.
+    /// Stores the error of a request.
     pub fn keep(&mut self, strike: RequestKey, verdict: ErrorWire) {
         if self.by_strike.insert(strike, verdict).is_some() {
-            // A client that uses a sequence again: the new verdict is as young as any.
+            // A client reused a sequence number; the new error is the youngest.
             self.order.retain(|other| *other != strike);
         }
         self.order.push_back(strike);
@@ -36,7 +36,7 @@ impl ErrorMailbox {
         }
     }
 
-    /// Tells the verdict on a strike, if it is known.
+    /// Returns the error of a request, if it is known.
     pub fn tell(&mut self, strike: RequestKey) -> Option<ErrorWire> {
         let Some(verdict) = self.by_strike.remove(&strike) else {
             return self.told.iter().rev().find(|(told, _)| *told == strike).map(|(_, verdict)| *verdict);

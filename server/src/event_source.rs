@@ -1,4 +1,4 @@
-//! Everything that wakes the daemon's loop: bells, events, clocks, signals, questions from the operations port.
+//! Events that wake the daemon's loop: client wake-ups, worker events, timers, signals, inquiries from the operations port.
 
 use crate::config::Config;
 use crate::http_endpoints::{LoopInquiry, OperationsPort};
@@ -12,32 +12,32 @@ use tokio::sync::Notify;
 use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::time::{Interval, MissedTickBehavior, interval};
 
-/// A pause as long as none at all.
+/// Longest period of a timer.
 const IDLE: Duration = Duration::from_secs(3600);
 
-/// What woke the loop.
+/// Reason for which the loop woke up.
 pub enum WakeEvent {
-    /// A client rang, or a tick has passed.
+    /// A client woke the daemon, or a tick has passed.
     Bell,
-    /// A computing thread or the librarian has news.
+    /// A worker thread or the hot reloader sent an event.
     Event(WorkerEvent),
-    /// Time to look for clients that died.
+    /// Time to look for dead clients.
     Cleanup,
     /// Time to write the metrics.
     Metrics,
-    /// Time to tell the supervisor that the loop turns.
+    /// Time to report to the supervisor that the loop runs.
     Heartbeat,
-    /// Time to look at the folder of databases.
+    /// Time to scan the database folder.
     Look,
     /// SIGHUP.
     Reload,
-    /// A question from the operations port.
+    /// Inquiry from the operations port.
     Inquiry(LoopInquiry),
-    /// SIGINT, SIGTERM, or whoever started it.
+    /// SIGINT, SIGTERM, or the stop notification of the caller.
     End,
 }
 
-/// All of it.
+/// Source of all events of the loop.
 pub struct EventSource {
     bell: WakeSocket,
     events: UnboundedReceiver<WorkerEvent>,
@@ -50,7 +50,7 @@ pub struct EventSource {
     signals: Signals,
 }
 
-/// The signals that the daemon hears; heard from the moment it has them, so that one that comes early ends it in order.
+/// Signal handlers of the daemon. They are installed early, so that a signal during start-up ends the daemon in order.
 pub struct Signals {
     interrupt: Signal,
     terminate: Signal,
@@ -58,7 +58,10 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// Needs a tokio runtime. Errors: `failed`.
+    /// Installs the handlers. Needs a tokio runtime.
+    ///
+    /// # Errors
+    /// `failed`.
     pub fn listen_for_signals() -> Result<Self, Error> {
         let hear = |kind| signal(kind).map_err(|error| Error::new(ErrorKind::Failed, "signals", error.to_string()));
         Ok(Self {
@@ -68,8 +71,9 @@ impl Signals {
         })
     }
 
-    /// What `work` returns, done on a thread of its own; `None` if SIGINT, SIGTERM or `stop` came first. The work is then abandoned: it ends with
-    /// the process.
+    /// Runs `work` on a separate thread and returns its result; `None` if SIGINT, SIGTERM or `stop` came first.
+    ///
+    /// The abandoned work then ends with the process.
     ///
     /// # Errors
     /// `failed` if the work panicked, or no thread can be started.
@@ -80,7 +84,7 @@ impl Signals {
     ) -> Result<Option<T>, Error> {
         let (sender, done) = tokio::sync::oneshot::channel();
         let failed = |why: String| Error::new(ErrorKind::Failed, "threads", why);
-        // The receiver is gone where the work was abandoned.
+        // If the work was abandoned, there is no receiver.
         let work = move || drop(sender.send(work()));
         let begun = std::thread::Builder::new().name("begin".to_owned()).spawn(work);
         begun.map_err(|error| failed(format!("no thread can be started: {error}")))?;
@@ -95,7 +99,7 @@ impl Signals {
 }
 
 impl EventSource {
-    /// Needs a tokio runtime.
+    /// Creates the source. Needs a tokio runtime.
     pub fn new(
         config: &Config,
         bell: WakeSocket,
@@ -105,7 +109,7 @@ impl EventSource {
         stop: Arc<Notify>,
     ) -> Self {
         let mut cleanup = every(Duration::from_millis(config.times.cleanup_ms));
-        // At the start there is nothing to clean up.
+        // At start-up there is nothing to clean up.
         cleanup.reset();
         Self {
             bell,
@@ -120,7 +124,7 @@ impl EventSource {
         }
     }
 
-    /// Waits until something happens, or a tick has passed: a lost ring costs that long.
+    /// Waits until an event arrives or a tick has passed; a lost wake-up costs at most a tick.
     pub async fn next(&mut self, tick: Duration) -> WakeEvent {
         tokio::select! {
             () = self.bell.wait(tick) => WakeEvent::Bell,
@@ -144,7 +148,7 @@ fn every(period: Duration) -> Interval {
     interval
 }
 
-/// The next tick of a clock that may not be wanted.
+/// Next tick of a timer; never returns without a timer.
 async fn next(interval: &mut Option<Interval>) {
     match interval {
         Some(interval) => drop(interval.tick().await),

@@ -1,11 +1,11 @@
-//! Looks after the folder of databases while the daemon serves, on threads of its own, so that strikes wait neither for a look at
-//! the folder, nor for a database that is loaded, nor for memory that is given back.
+//! Hot reload of the database folder on separate threads, so that requests wait neither for a scan of the folder, nor for a load, nor
+//! for memory to be freed.
 //!
-//! Three threads, so that none of these waits for another: one looks at the folder, one loads, one finishes what loading left for
-//! later. A load has one thread at the priority of the computing threads: beside n of them it gets one part in n + 1 of the time.
+//! Three threads, none of which waits for another: one scans the folder, one loads, one does the work that loading deferred. The load
+//! thread has the priority of the worker threads: beside n of them it gets one part in n + 1 of the time.
 //!
-//! A changed folder is read again once it has come to rest: once it looks the same twice in a row. A database that is renamed
-//! into place is taken whole, and many that come together are one reload.
+//! A changed folder is reloaded once two consecutive scans are equal. A database that is renamed into the folder is loaded as a whole,
+//! and many that arrive together make one reload.
 
 mod debounce;
 
@@ -21,48 +21,48 @@ use std::path::PathBuf;
 use std::sync::{Arc, Weak};
 use tokio::sync::mpsc::UnboundedSender;
 
-/// Niceness of what nobody waits for. Strikes and loads are at `compute.nice`, 5: beside them it gets about a tenth.
+/// Niceness of background work. Requests and loads run at `compute.nice`, 5; beside them background work gets about a tenth.
 const NICE: i32 = 15;
 
-/// What the librarian found or did.
+/// Event of the hot reloader.
 pub enum ReloadEvent {
-    /// The folder, looked at.
+    /// A scan of the folder ended.
     Seen(Result<DirectorySnapshot, Error>),
-    /// The databases of the folder as it lies there are being read again.
+    /// A load of the databases of this snapshot began.
     Begun(DirectorySnapshot),
-    /// The databases, read again.
+    /// A load ended.
     Loaded(Result<Catalog, Error>),
-    /// One more object has all that strikes may need.
+    /// The deferred work of one object ended.
     Finished,
 }
 
-/// Looks after a folder. Owned by the waiting thread, which it never blocks.
+/// Hot reloader of a folder. Owned by the event-loop thread, which it never blocks.
 pub struct HotReloader {
     folder: DatabaseFolder,
     loader: Loader,
     looks: Worker,
     loads: Worker,
     finishes: Worker,
-    /// A reload was asked for while another went on.
+    /// Whether a reload was requested during another one.
     asked: bool,
-    /// The folder as it was found last.
+    /// Latest snapshot of the folder.
     seen: Option<DirectorySnapshot>,
-    /// The folder whose databases are being loaded.
+    /// Snapshot whose databases are being loaded.
     target: Option<DirectorySnapshot>,
-    /// Objects with work that loading left for later, done between other things.
+    /// Objects with deferred work.
     unfinished: VecDeque<Weak<ObjectVersion>>,
     unrest: Debounce,
-    /// Looks that began.
+    /// Number of scans that began.
     looks_begun: u64,
-    /// Whether the look under way, or the next one, was due by the clock: only such tell whether the folder rests.
+    /// Whether the current or next scan was started by the timer; only such scans show whether the folder is stable.
     is_periodic: bool,
-    /// A client asked during a look, which may have begun before something changed: another one follows.
+    /// Whether a client asked during a scan, which may have begun before a change; another scan follows.
     again: bool,
-    /// The folder could not be looked at, which was said.
+    /// Whether the folder could not be scanned, and the error was logged.
     blind: bool,
 }
 
-/// A thread that does one thing at a time and reports what came of it.
+/// Thread that does one task at a time and sends the result as an event.
 struct Worker {
     thread: ThreadPool,
     events: UnboundedSender<WorkerEvent>,
@@ -73,9 +73,9 @@ impl Worker {
     fn new(name: &'static str, nice: i32, events: UnboundedSender<WorkerEvent>) -> Result<Self, Error> {
         let builder = ThreadPoolBuilder::new().num_threads(1).thread_name(move |_| name.to_owned());
         let builder = builder.start_handler(move |_| {
-            // On Linux this concerns the calling thread alone. Refused, the thread is as urgent as others.
+            // On Linux niceness is per thread. If it cannot be raised, the thread runs at the priority of others.
             if let Err(error) = rustix::process::nice(nice) {
-                tracing::debug!(%error, name, "the priority of a thread stays");
+                tracing::debug!(%error, name, "cannot lower the priority of a thread");
             }
         });
         let thread = builder.build().map_err(|error| Error::new(ErrorKind::Failed, "threads", error.to_string()))?;
@@ -86,26 +86,29 @@ impl Worker {
         self.is_busy = true;
         let events = self.events.clone();
         self.thread.spawn(move || {
-            // A waiting thread that is gone has ended the daemon: nobody to tell.
+            // If the receiver is gone, the daemon has ended.
             let tell = |news| drop(events.send(WorkerEvent::News(news)));
             tell(work(&tell));
         });
     }
 }
 
-/// The folder of databases.
+/// Database folder.
 #[derive(Clone)]
 pub struct DatabaseFolder {
-    /// Where.
+    /// Path of the folder.
     pub path: PathBuf,
-    /// Whether it must exist: one that was asked for must, the platform's own may not be there yet.
+    /// Whether it must exist: a configured folder must, the platform's default may not exist yet.
     pub required: bool,
-    /// The only objects, and the names of the databases that they are made of, if not all count.
+    /// Objects of the scene and the names of their databases; `None`: all databases are served.
     pub only: Option<BTreeMap<String, String>>,
 }
 
 impl DatabaseFolder {
-    /// Looks at it. Errors: `database_folder`.
+    /// Scans the folder.
+    ///
+    /// # Errors
+    /// `database_folder`.
     pub fn look(&self) -> Result<DirectorySnapshot, Error> {
         if !self.required && !self.path.exists() {
             return Ok(DirectorySnapshot::default());
@@ -117,7 +120,10 @@ impl DatabaseFolder {
         })
     }
 
-    /// Refuses to begin without one of those that are wanted. Errors: `unknown_object`, `database_folder`.
+    /// Checks that all databases of the scene exist.
+    ///
+    /// # Errors
+    /// `unknown_object`, `database_folder`.
     pub fn complete(&self) -> Result<(), Error> {
         let shelf = self.look()?;
         let mut wanted = self.only.iter().flat_map(BTreeMap::values);
@@ -127,7 +133,7 @@ impl DatabaseFolder {
                 let all = DirectorySnapshot::of(&self.path).map(|shelf| shelf.names()).unwrap_or_default();
                 let all: Vec<&str> = all.iter().map(String::as_str).collect();
                 let message = format!(
-                    "the scene wants `{name}`, but there is no {folder}/{name}.shatter: bake it (--scene, if it has a `shape`); {}",
+                    "the scene needs `{name}`, but {folder}/{name}.shatter is missing; bake it (--scene, if it has a `shape`); {}",
                     suggestion(name, &all)
                 );
                 Err(Error::new(ErrorKind::UnknownObject, name.clone(), message))
@@ -138,7 +144,10 @@ impl DatabaseFolder {
 }
 
 impl HotReloader {
-    /// One that tells `events`, and loads at niceness `nice`.
+    /// Creates a reloader that sends to `events` and loads at niceness `nice`.
+    ///
+    /// # Errors
+    /// `failed` if a thread cannot be started.
     pub fn new(
         folder: DatabaseFolder,
         loader: Loader,
@@ -169,7 +178,7 @@ impl HotReloader {
         })
     }
 
-    /// Looks at the folder, unless it does already; what it found comes as news. Called by the clock.
+    /// Starts a scan unless one is under way; its result arrives as an event. Called by the timer.
     pub fn look(&mut self) {
         self.is_periodic = true;
         if !self.looks.is_busy {
@@ -177,7 +186,7 @@ impl HotReloader {
         }
     }
 
-    /// Looks at the folder as it is now. Returns the number of that look: it is over once [`Self::looks_done`] has reached it.
+    /// Starts a scan of the current folder. Returns its number: it is over once [`Self::looks_done`] has reached it.
     pub fn look_for_client(&mut self) -> u64 {
         if self.looks.is_busy {
             self.again = true;
@@ -187,7 +196,7 @@ impl HotReloader {
         self.looks_begun
     }
 
-    /// Looks that are over.
+    /// Number of scans that are over.
     pub fn looks_done(&self) -> u64 {
         self.looks_begun - u64::from(self.looks.is_busy)
     }
@@ -198,7 +207,7 @@ impl HotReloader {
         self.looks.work(move |_| ReloadEvent::Seen(folder.look()));
     }
 
-    /// Reads the databases again: now, or as soon as another reload is over.
+    /// Reloads the databases: now, or when the current reload is over.
     pub fn reload(&mut self, catalog: &Arc<Catalog>) {
         if self.loads.is_busy {
             self.asked = true;
@@ -214,7 +223,7 @@ impl HotReloader {
         });
     }
 
-    /// Finishes the objects of `catalog`, one after the other.
+    /// Does the deferred work of the objects of `catalog`, one after the other.
     pub fn finish(&mut self, catalog: &Catalog) {
         self.unfinished = catalog.versions().map(Arc::downgrade).collect();
         self.finish_next();
@@ -233,7 +242,7 @@ impl HotReloader {
         }
     }
 
-    /// Takes note of its own news; the catalog that is to take the place of `catalog`, if there is one.
+    /// Handles an event of its threads; returns the catalog that replaces `catalog`, if there is one.
     pub fn handle(&mut self, news: ReloadEvent, catalog: &Arc<Catalog>) -> Option<Arc<Catalog>> {
         let mut fresh = None;
         match news {
@@ -255,7 +264,7 @@ impl HotReloader {
                         self.finish(&loaded);
                         fresh = Some(Arc::new(loaded));
                     }
-                    Err(refusal) => tracing::error!(%refusal, "the databases stay as they were"),
+                    Err(refusal) => tracing::error!(%refusal, "cannot reload the databases; the old ones stay served"),
                 }
             }
             ReloadEvent::Finished => {
@@ -280,18 +289,18 @@ impl HotReloader {
             }
             Err(refusal) => {
                 if !std::mem::replace(&mut self.blind, true) {
-                    tracing::error!(%refusal, "the databases stay as they were");
+                    tracing::error!(%refusal, "cannot scan the database folder; the old databases stay served");
                 }
             }
         }
     }
 
-    /// `catalog` with the databases listed that were found and are not loaded yet; `None` if it lists them already.
+    /// `catalog` plus the databases that were found and are not loaded yet; `None` if it lists them already.
     pub fn expected(&self, catalog: &Catalog) -> Option<Arc<Catalog>> {
         self.seen.as_ref().and_then(|seen| catalog.expecting(seen)).map(Arc::new)
     }
 
-    /// Lets go of a catalog that was replaced. Giving back the memory of large objects takes milliseconds.
+    /// Drops a replaced catalog on a background thread: freeing the memory of large objects takes milliseconds.
     pub fn release(&self, old: Arc<Catalog>) {
         self.finishes.thread.spawn(move || drop(old));
     }
@@ -314,7 +323,7 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_secs(60);
 
-    /// A librarian of a folder of its own, and what it tells.
+    /// Reloader of a separate folder, and its events.
     fn start(folder: &TempDir, required: bool) -> (HotReloader, UnboundedReceiver<WorkerEvent>) {
         let (sender, events) = unbounded_channel();
         let loader: Loader = Arc::new(|_, _| Err("nothing is ever loaded here".to_owned()));
@@ -322,7 +331,7 @@ mod tests {
         (HotReloader::new(DatabaseFolder { path, required, only: None }, loader, NICE, sender).unwrap(), events)
     }
 
-    /// An object that must be finished, which waits until the gate is open, and panics if it is named so.
+    /// Object with deferred work that waits until the gate is open, and panics if its name is "b".
     struct Raw(String, Arc<Mutex<Vec<String>>>, Arc<AtomicBool>);
 
     impl ServedObject for Raw {
@@ -394,7 +403,7 @@ mod tests {
         let loaded = news(&mut events);
         assert!(
             matches!(loaded, ReloadEvent::Loaded(_)) && *finished.lock().unwrap() == ["a"],
-            "it waits for no finish"
+            "a load waits for no deferred work"
         );
         catalog = librarian.handle(loaded, &listed).unwrap();
         assert_eq!((catalog.loading(), catalog.ready()), (0, 3));
@@ -403,7 +412,7 @@ mod tests {
             let more = news(&mut events);
             assert!(matches!(more, ReloadEvent::Finished) && librarian.handle(more, &catalog).is_none());
         }
-        assert_eq!(*finished.lock().unwrap(), ["a", "a", "b", "c"], "one that panics stops nobody");
+        assert_eq!(*finished.lock().unwrap(), ["a", "a", "b", "c"], "a panic stops no other object");
         assert!(!librarian.finishes.is_busy && librarian.expected(&catalog).is_none());
     }
 
@@ -428,7 +437,7 @@ mod tests {
         assert_eq!(
             (librarian.look_for_client(), librarian.look_for_client()),
             (1, 2),
-            "the first may have begun too early"
+            "the first scan may have begun too early"
         );
         std::fs::write(databases.join("a.shatter"), "").unwrap();
         for done in [1, 2] {
@@ -438,7 +447,7 @@ mod tests {
         }
         let listed = librarian.expected(&catalog).unwrap();
         assert_eq!((librarian.looks_done(), listed.get("a").err().unwrap().kind), (2, ErrorKind::Loading));
-        assert!(!librarian.loads.is_busy && !librarian.asked, "twice the same, a moment apart, is no rest");
+        assert!(!librarian.loads.is_busy && !librarian.asked, "two scans for clients do not show a stable folder");
         for _ in 0..2 {
             librarian.look();
             let seen = news(&mut events);
@@ -459,7 +468,7 @@ mod tests {
             news(events)
         };
         let first = loaded(&mut librarian, &mut events);
-        // The folder changes after it was read, and before the first reload is over.
+        // The folder changes after the scan, and before the first reload is over.
         std::fs::create_dir(folder.path().join("databases")).unwrap();
         std::fs::write(folder.path().join("databases/a.shatter"), "").unwrap();
         librarian.reload(&catalog);
@@ -481,6 +490,6 @@ mod tests {
         librarian.reload(&catalog);
         let loaded = news(&mut events);
         assert!(matches!(loaded, ReloadEvent::Loaded(Err(_))) && librarian.handle(loaded, &catalog).is_none());
-        assert!(events.try_recv().is_err(), "the second look found it busy");
+        assert!(events.try_recv().is_err(), "a scan was under way already");
     }
 }

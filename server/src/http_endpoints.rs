@@ -1,5 +1,6 @@
-//! A loopback port for supervisors and scrapers: is the daemon alive, is it ready, and how does it go. Nothing of a strike passes
-//! here. Every answer comes from the daemon's own loop, so a daemon whose loop hangs is seen to hang.
+//! Loopback HTTP port for supervisors and scrapers: liveness, readiness and metrics.
+//!
+//! It carries no requests or results. Every reply comes from the daemon's event loop, so a daemon whose loop hangs fails its health check.
 
 use http_body_util::Full;
 use hyper::body::{Bytes, Incoming};
@@ -20,47 +21,50 @@ use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
 
-/// The loop looks at least once per tick; one that has not replied by then hangs.
+/// Time for the loop to reply. It runs at least once per tick, so a longer silence means that it hangs.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// Connections at once, and how long one may last: any user of the machine can connect, and each holds a descriptor.
+/// Limits of connections and of their duration: any user of the machine can connect, and each connection holds a descriptor.
 const CONNECTIONS_MAX: usize = 64;
 const CONNECTION: Duration = Duration::from_secs(3);
 
-/// How long a connection may take to send the header of its request.
+/// Time for a connection to send the header of its request.
 const HEADER: Duration = Duration::from_secs(1);
 
-/// After a connection could not be accepted.
+/// Pause after a connection could not be accepted.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// The format of the metrics (OpenMetrics 1.0).
+/// Content type of metrics (OpenMetrics 1.0).
 const OPENMETRICS: HeaderValue = HeaderValue::from_static("application/openmetrics-text; version=1.0.0; charset=utf-8");
 const TEXT: HeaderValue = HeaderValue::from_static("text/plain; charset=utf-8");
 
-/// How the daemon goes, as its loop says it.
+/// State of the daemon, reported by its event loop.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoopReport {
-    /// Whether it takes strikes in.
+    /// Whether the daemon accepts requests.
     pub ready: bool,
-    /// In one line.
+    /// Summary in one line.
     pub summary: String,
-    /// The metrics as text.
+    /// Metrics as text.
     pub metrics: String,
 }
 
-/// A question to the daemon's loop.
+/// Inquiry to the daemon's event loop.
 pub type LoopInquiry = oneshot::Sender<LoopReport>;
 
-/// The loopback port. Dropping it closes it.
+/// Loopback HTTP port; dropping it closes the port.
 pub struct OperationsPort {
     task: Option<JoinHandle<()>>,
     inquiries: mpsc::Receiver<LoopInquiry>,
-    /// Keeps the channel open where no port is wanted: nobody ever asks then.
+    /// Keeps the channel open if there is no port.
     _asker: mpsc::Sender<LoopInquiry>,
 }
 
 impl OperationsPort {
-    /// Listens on `port` of the loopback address; 0: does not listen. Needs a tokio runtime. Errors: `port`.
+    /// Listens on `port` of the loopback address; 0: no port. Needs a tokio runtime.
+    ///
+    /// # Errors
+    /// `port`.
     pub async fn open(port: u16) -> Result<Self, Error> {
         let (asker, inquiries) = mpsc::channel(CONNECTIONS_MAX);
         if port == 0 {
@@ -68,7 +72,11 @@ impl OperationsPort {
         }
         let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
         let taken = |error: std::io::Error| {
-            Error::new(ErrorKind::Port, "operations.port", format!("cannot listen on {address}: {error}"))
+            Error::new(
+                ErrorKind::Port,
+                "operations.port",
+                format!("cannot listen on {address}: {error}; choose another operations.port"),
+            )
         };
         let listener = TcpListener::bind(address).await.map_err(taken)?;
         tracing::info!(%address, "health and metrics");
@@ -76,11 +84,11 @@ impl OperationsPort {
         Ok(Self { task: Some(task), inquiries, _asker: asker })
     }
 
-    /// The next question. Never ends by itself.
+    /// Next inquiry. Waits without end if there is none.
     pub async fn next(&mut self) -> LoopInquiry {
         match self.inquiries.recv().await {
             Some(inquiry) => inquiry,
-            // Unreachable while `_asker` lives; waiting for ever is what a silent port does.
+            // Unreachable while `_asker` lives; a closed port waits without end.
             None => std::future::pending().await,
         }
     }
@@ -94,19 +102,19 @@ impl Drop for OperationsPort {
     }
 }
 
-/// A connection that is open.
+/// Open connection.
 struct Connection {
     task: JoinHandle<()>,
-    /// Whether its request has arrived whole.
+    /// Whether its request has arrived completely.
     has_request: Arc<AtomicBool>,
 }
 
-/// The open connections, the oldest first.
+/// Open connections, the oldest first.
 #[derive(Default)]
 struct Connections(VecDeque<Connection>);
 
 impl Connections {
-    /// Makes room for one more: closes the oldest connection without a request, or the oldest one if all have one. New
+    /// Makes space for one more: closes the oldest connection without a request, or the oldest one if all have one. New
     /// connections are always accepted, so silent ones cannot keep a supervisor out.
     fn make_room(&mut self) {
         self.0.retain(|connection| !connection.task.is_finished());
@@ -114,7 +122,7 @@ impl Connections {
             let idle = self.0.iter().position(|connection| !connection.has_request.load(Ordering::Relaxed));
             if let Some(closed) = self.0.remove(idle.unwrap_or(0)) {
                 closed.task.abort();
-                tracing::debug!("closed an idle connection to the operations port to make room");
+                tracing::debug!("closed an idle connection to the operations port to accept another");
             }
         }
     }
@@ -136,18 +144,18 @@ async fn listen(listener: TcpListener, asker: mpsc::Sender<LoopInquiry>) {
                 let has_request = Arc::new(AtomicBool::new(false));
                 let serve = serve(stream, asker.clone(), has_request.clone());
                 connections.0.push_back(Connection { task: tokio::spawn(serve), has_request });
-                // A request that came with its connection is read before many newer connections could close this one.
+                // Lets the server read a request that arrived with its connection before newer connections can close it.
                 tokio::task::yield_now().await;
             }
             Err(error) => {
-                tracing::warn!(%error, "the operations port cannot accept");
+                tracing::warn!(%error, "the operations port cannot accept a connection");
                 tokio::time::sleep(PAUSE).await;
             }
         }
     }
 }
 
-/// Serves one connection, one request.
+/// Serves one connection with one request.
 async fn serve(stream: TcpStream, asker: mpsc::Sender<LoopInquiry>, has_request: Arc<AtomicBool>) {
     let service = service_fn(|request| {
         has_request.store(true, Ordering::Relaxed);
@@ -173,10 +181,14 @@ async fn reply(
     }
     let path = request.uri().path();
     if !matches!(path, "/healthz" | "/readyz" | "/metrics") {
-        return Ok(response(StatusCode::NOT_FOUND, TEXT, "there are /healthz, /readyz and /metrics\n".to_owned()));
+        return Ok(response(StatusCode::NOT_FOUND, TEXT, "not found; use /healthz, /readyz or /metrics\n".to_owned()));
     }
     let Some(report) = ask(asker).await else {
-        return Ok(response(StatusCode::SERVICE_UNAVAILABLE, TEXT, "the daemon's loop does not reply\n".to_owned()));
+        return Ok(response(
+            StatusCode::SERVICE_UNAVAILABLE,
+            TEXT,
+            "the daemon's loop does not reply; restart the daemon\n".to_owned(),
+        ));
     };
     Ok(match path {
         "/metrics" => response(StatusCode::OK, OPENMETRICS, report.metrics),
@@ -185,7 +197,7 @@ async fn reply(
     })
 }
 
-/// Asks the loop.
+/// Asks the event loop for a report; `None` if it does not reply in time.
 async fn ask(asker: &mpsc::Sender<LoopInquiry>) -> Option<LoopReport> {
     let (inquiry, report) = oneshot::channel();
     asker.try_send(inquiry).ok()?;

@@ -1,6 +1,6 @@
 //! `shatterd`: the brittle-fracture daemon.
 //!
-//! One thread waits (tokio: bells, timers, signals), the others compute (rayon). [`serve`] puts the parts together.
+//! One thread runs the event loop (tokio: wake-ups, timers, signals); worker threads compute (rayon). [`serve`] connects the parts.
 
 mod buckets;
 mod catalog;

@@ -8,7 +8,7 @@ use shatter_server::commands::{CommandError, bake, check, inspect, interrupt, me
 use std::io::Write;
 use std::process::ExitCode;
 
-/// Bakes brittle objects and serves their fragments.
+/// Bake brittle objects and serve their fragments
 #[derive(Parser)]
 #[command(name = "shatterd", version, max_term_width = 100)]
 struct Cli {
@@ -18,20 +18,20 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Bakes a mug, serves it, strikes it three times and shows what came of it on a page.
+    /// Bake a mug, serve it, strike it three times and write a page with the results
     #[command(disable_help_flag = true)]
     Demo(ForwardedArgs),
-    /// Turns a mesh into a database: names its defects, fills it with lattices, factors, calibrates.
+    /// Turn a mesh into a database: repair, build lattices, factor, calibrate
     Bake(bake::BakeArgs),
-    /// Joins the shares of a bake that was divided: the same bytes as if it had not been.
+    /// Join the shares of a bake into a database, with the same bytes as an undivided bake
     Merge(merge::MergeArgs),
-    /// Verifies a database and prints what it holds.
+    /// Verify a database and print its contents
     Inspect(inspect::InspectArgs),
-    /// Validates a scene and prints what is prepared and run for each of its objects.
+    /// Validate a scene and print, for each object, what is prepared and run
     Check(check::CheckArgs),
-    /// Serves the baked objects until it is ended.
+    /// Serve the baked objects until SIGINT or SIGTERM
     Serve(serve::ServeArgs),
-    /// Shows how far the results can be trusted (hard cases, bad meshes), and what effects cost and look like.
+    /// Measure accuracy, robustness to hard cases and bad meshes, and the cost of effects
     #[command(disable_help_flag = true)]
     Study(ForwardedArgs),
     /// Writes man pages and shell completions, for packages.
@@ -53,7 +53,7 @@ fn main() -> ExitCode {
             return printed.map_or_else(|error| CommandError::from(error).print(false), |()| ExitCode::SUCCESS);
         }
     };
-    // The daemon and the lab have their own ways to end.
+    // The daemon and the lab handle signals themselves.
     let own = matches!(cli.command, Command::Serve(_) | Command::Demo(_) | Command::Study(_));
     let watched = if own { Ok(()) } else { interrupt::watch(json) };
     let result = watched.and_then(|()| run(&cli.command));
@@ -67,7 +67,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs a command; whether everything held that it looked at.
+/// Runs a command; returns whether all of its checks passed.
 fn run(command: &Command) -> Result<bool, CommandError> {
     match command {
         Command::Demo(arguments) => Err(arguments.run("shatterd", "demo", &[]).into()),

@@ -1,4 +1,4 @@
-//! Resident memory of this process, and giving back what is free.
+//! Resident memory of this process, and release of free heap memory.
 
 /// Resident memory of this process by what backs it, bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -7,12 +7,12 @@ pub struct ResidentMemory {
     pub anonymous: u64,
     /// The program and its libraries.
     pub file: u64,
-    /// Shared memory: answers.
+    /// Shared memory: results.
     pub shared: u64,
 }
 
 impl ResidentMemory {
-    /// What the kernel counts now; `None` where it does not tell.
+    /// Current values from the kernel; `None` if it does not report them.
     pub fn now() -> Option<Self> {
         Self::parse(&std::fs::read_to_string("/proc/self/status").ok()?)
     }
@@ -26,14 +26,15 @@ impl ResidentMemory {
         Some(Self { anonymous: bytes("RssAnon")?, file: bytes("RssFile")?, shared: bytes("RssShmem")? })
     }
 
-    /// All of it.
+    /// Sum of all parts.
     pub fn total(&self) -> u64 {
         self.anonymous + self.file + self.shared
     }
 }
 
-/// Gives free pages of the heap back to the system, where the C library can. Loading leaves a tenth of an object's memory free in the
-/// heap: 81 of 992 MB for the vase, 12 of 92 MB for the mug.
+/// Returns free heap pages to the system, if the C library can.
+///
+/// After loading, about a tenth of an object's memory is free in the heap: 81 of 992 MB for the vase, 12 of 92 MB for the mug.
 pub fn release_free() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
@@ -62,7 +63,7 @@ mod tests {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     #[test]
     fn free_pages_are_given_back() {
-        // Below the size that the allocator takes from the system apart, and more than noise.
+        // Blocks below the size for which the allocator uses separate mappings, and in total more than noise.
         let many: Vec<Vec<u8>> = (0..1_000).map(|_| vec![1; 64 << 10]).collect();
         let last = vec![1; 64 << 10];
         let full = ResidentMemory::now().unwrap().anonymous;

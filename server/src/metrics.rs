@@ -1,4 +1,4 @@
-//! How the service goes: counters and times, as Prometheus text and as one row for `status`.
+//! Metrics of the service: counters and times, as OpenMetrics text and as one row for `status`.
 
 use hdrhistogram::Histogram as Times;
 use prometheus_client::encoding::text::encode;
@@ -8,31 +8,31 @@ use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
 use prometheus_client::registry::{Registry, Unit};
 use shatter_proto::control::{Latency, StatusRow};
-use shatter_proto::result::{EffectWire, STAGES, StageWire};
+use shatter_proto::result::{EffectCost, EnergySource, StageCost, StageKind};
 use shatter_proto::{Error, ErrorKind, Fault};
 use std::time::Duration;
 
-/// How a strike ended.
+/// End of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JobEnd {
-    /// With an answer.
+    /// With a result.
     Answered,
-    /// With a refusal of the request.
+    /// Refused by validation.
     Refused,
-    /// For want of room.
+    /// Refused for lack of capacity.
     Busy,
-    /// Its deadline passed, or would have.
+    /// Its deadline passed, or would have passed.
     Late,
-    /// Inside the service.
+    /// Failed inside the service.
     Failed,
-    /// Nobody waited for it any more.
+    /// Dropped by its client.
     Cancelled,
 }
 
 impl JobEnd {
     const ALL: [Self; 6] = [Self::Answered, Self::Refused, Self::Busy, Self::Late, Self::Failed, Self::Cancelled];
 
-    /// The end that a refusal is.
+    /// End that corresponds to an error.
     pub fn of(refusal: &Error) -> Self {
         match (refusal.kind, refusal.kind.fault()) {
             (ErrorKind::Cancelled, _) => Self::Cancelled,
@@ -57,32 +57,32 @@ impl JobEnd {
 
 type Label = [(&'static str, &'static str); 1];
 
-/// Times by name.
+/// Histograms by name.
 type SpanTimes = Family<Label, Histogram, fn() -> Histogram>;
 
-/// What a gauge shows of a status row.
+/// Reader of a gauge from a status row.
 type GaugeReading = fn(&StatusRow) -> u64;
 
-/// What goes on now: name, meaning, unit, where it is read.
+/// Gauges: name, description, unit, reader.
 const GAUGES: &[(&str, &str, Option<Unit>, GaugeReading)] = &[
-    ("running", "Strikes computing", None, |row| row.running.into()),
-    ("queued", "Strikes waiting", None, |row| row.queued.into()),
-    ("queue_max", "Strikes that may wait", None, |row| row.queue_max.into()),
-    ("clients", "Clients connected", None, |row| row.clients.into()),
-    ("clients_max", "Clients that may be connected", None, |row| row.clients_max.into()),
+    ("running", "Requests computing", None, |row| row.running.into()),
+    ("queued", "Requests waiting", None, |row| row.queued.into()),
+    ("queue_max", "Maximum number of waiting requests", None, |row| row.queue_max.into()),
+    ("clients", "Connected clients", None, |row| row.clients.into()),
+    ("clients_max", "Maximum number of connected clients", None, |row| row.clients_max.into()),
     ("objects", "Objects ready", None, |row| row.objects_ready.into()),
     ("objects_loading", "Objects whose databases are being loaded", None, |row| row.objects_loading.into()),
     ("objects_failed", "Objects that could not be loaded", None, |row| row.objects_failed.into()),
     ("objects", "Memory of the objects", Some(Unit::Bytes), |row| row.memory_bytes),
-    ("answers_kept", "Answers kept so that their fragments can be struck", None, |row| row.kept),
-    ("answers_kept", "Memory of the answers that are kept", Some(Unit::Bytes), |row| row.kept_bytes),
-    ("reloads", "Times the databases were read again", None, |row| row.reloads),
-    ("pool_buckets", "Buckets for answers", None, |row| row.buckets.into()),
-    ("pool_buckets_unread", "Answers that their clients have not read yet", None, |row| row.unread),
-    ("pool_buckets_used_max", "Most buckets that were held at once", None, |row| row.buckets_used_max),
-    ("pool", "Shared memory that the buckets take up", Some(Unit::Bytes), |row| row.buckets_bytes),
+    ("answers_kept", "Results retained so that their fragments can be struck", None, |row| row.kept),
+    ("answers_kept", "Memory of the retained results", Some(Unit::Bytes), |row| row.kept_bytes),
+    ("reloads", "Reloads of the databases", None, |row| row.reloads),
+    ("pool_buckets", "Buckets for results", None, |row| row.buckets.into()),
+    ("pool_buckets_unread", "Results that their clients have not read yet", None, |row| row.unread),
+    ("pool_buckets_used_max", "Maximum number of buckets held at once", None, |row| row.buckets_used_max),
+    ("pool", "Shared memory of the buckets", Some(Unit::Bytes), |row| row.buckets_bytes),
     ("restarts", "Daemons that served under this name before this one", None, |row| row.restarts),
-    ("crashes", "Of these, those that ended without a goodbye", None, |row| row.crashes),
+    ("crashes", "Of these, those that crashed or were killed", None, |row| row.crashes),
     ("ending", "1 while the daemon is ending", None, |row| row.ending.into()),
     ("uptime", "Time since the daemon started", Some(Unit::Seconds), |row| row.uptime_ns / 1_000_000_000),
 ];
@@ -100,18 +100,21 @@ pub struct Metrics {
     stage_times: Vec<Times<u64>>,
 }
 
-/// 10 µs to 40 s.
+/// Histogram from 10 µs to 40 s.
 fn seconds() -> Histogram {
     Histogram::new(exponential_buckets(1e-5, 2.0, 23))
 }
 
-/// Up to ten minutes, to two digits.
+/// Recorder of times up to ten minutes, with two significant digits.
 fn times() -> Result<Times<u64>, Error> {
     Times::new_with_max(600_000_000_000, 2).map_err(|error| Error::new(ErrorKind::Failed, "metrics", error.to_string()))
 }
 
 impl Metrics {
-    /// All zero.
+    /// Creates metrics that are all zero.
+    ///
+    /// # Errors
+    /// `failed` if a histogram cannot be made.
     pub fn new() -> Result<Self, Error> {
         let metrics = Self {
             registry: Registry::with_prefix("shatter"),
@@ -122,22 +125,22 @@ impl Metrics {
             strike_seconds: seconds(),
             gauges: Vec::new(),
             strike_times: times()?,
-            stage_times: STAGES.iter().map(|_| times()).collect::<Result<_, _>>()?,
+            stage_times: StageKind::ALL.iter().map(|_| times()).collect::<Result<_, _>>()?,
         };
         Ok(metrics.registered())
     }
 
     fn registered(mut self) -> Self {
         let registry = &mut self.registry;
-        registry.register("strikes", "Strikes by how they ended", self.ends.clone());
-        let help = "Answers by where their energy came from; bounded: the object stays whole, and nothing had to be solved for";
+        registry.register("strikes", "Requests by their end", self.ends.clone());
+        let help = "Results by source of their energy; bounded: the object stays whole, and no solve was needed";
         registry.register("energies", help, self.energies.clone());
         let stages = self.stage_seconds.clone();
         registry.register_with_unit("stage", "Time per stage that ran", Unit::Seconds, stages);
         let effects = self.effect_seconds.clone();
-        registry.register_with_unit("effect", "Time per effect that ran beside the stages", Unit::Seconds, effects);
+        registry.register_with_unit("effect", "Time per effect that ran outside the stages", Unit::Seconds, effects);
         let strikes = self.strike_seconds.clone();
-        registry.register_with_unit("strike", "Time from arrival to answer", Unit::Seconds, strikes);
+        registry.register_with_unit("strike", "Time from arrival to result", Unit::Seconds, strikes);
         for (name, help, unit, reading) in GAUGES {
             let gauge = Gauge::default();
             match unit {
@@ -149,50 +152,52 @@ impl Metrics {
         self
     }
 
-    /// Counts a strike that ended before it began.
+    /// Counts a request that ended before it began to compute.
     pub fn ended(&self, end: JobEnd) {
         self.ends.get_or_create(&[("end", end.name())]).inc();
     }
 
-    /// Counts a strike that ran; `energy` names where its answer's energy came from.
+    /// Counts a request that computed; `energy` names the source of its result's energy.
     pub fn ran(
         &mut self,
         end: JobEnd,
         time: Duration,
-        energy: Option<&'static str>,
-        stages: &[StageWire],
-        effects: &[EffectWire],
+        energy: Option<EnergySource>,
+        stages: &[StageCost],
+        effects: &[EffectCost],
     ) {
         self.ended(end);
         if end != JobEnd::Answered {
             return;
         }
         if let Some(source) = energy {
-            self.energies.get_or_create(&[("source", source)]).inc();
+            self.energies.get_or_create(&[("source", source.name())]).inc();
         }
         self.strike_seconds.observe(time.as_secs_f64());
-        self.strike_times.saturating_record(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX));
+        self.strike_times.saturating_record(nanoseconds(time));
         for (stage, times) in stages.iter().zip(&mut self.stage_times) {
-            if stage.ran != 0 {
-                self.stage_seconds.get_or_create(&[("stage", stage.name())]).observe(stage.ns as f64 * 1e-9);
-                times.saturating_record(stage.ns);
+            if stage.has_run {
+                let labels = [("stage", stage.stage.name())];
+                self.stage_seconds.get_or_create(&labels).observe(stage.time.as_secs_f64());
+                times.saturating_record(nanoseconds(stage.time));
             }
         }
-        // What an effect takes as part of a stage is counted there.
-        for effect in effects.iter().filter(|effect| effect.ran != 0 && effect.ns != 0) {
-            self.effect_seconds.get_or_create(&[("effect", effect.name())]).observe(effect.ns as f64 * 1e-9);
+        // The time of an effect inside a stage is part of the stage's time.
+        for effect in effects.iter().filter(|cost| cost.has_run && !cost.time.is_zero()) {
+            let labels = [("effect", effect.effect.name())];
+            self.effect_seconds.get_or_create(&labels).observe(effect.time.as_secs_f64());
         }
     }
 
-    /// Prometheus text; what goes on now is taken from `now`.
+    /// OpenMetrics text; gauges are read from `now`.
     pub fn text(&self, now: &StatusRow) -> String {
         for (gauge, reading) in &self.gauges {
             gauge.set(i64::try_from(reading(now)).unwrap_or(i64::MAX));
         }
         let mut text = String::new();
-        // Writing to a string fails only if a metric cannot be shown; what was written by then is still good.
+        // Writing to a string fails only if a metric cannot be formatted; the text before it is still valid.
         if let Err(error) = encode(&mut text, &self.registry) {
-            tracing::warn!(%error, "metrics");
+            tracing::warn!(%error, "cannot write a metric");
         }
         text
     }
@@ -210,6 +215,10 @@ impl Metrics {
     }
 }
 
+fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
+
 fn latency(times: &Times<u64>) -> Latency {
     Latency {
         count: times.len(),
@@ -224,14 +233,16 @@ fn latency(times: &Times<u64>) -> Latency {
 mod tests {
     use super::*;
     use bytemuck::Zeroable;
+    use shatter_proto::effect::Effect;
 
     #[test]
     fn strikes_are_counted_and_timed() {
         let mut metrics = Metrics::new().unwrap();
-        let stage = StageWire { stage: 1, ran: 1, ns: 5_000_000, bytes: 0 };
-        let idle = StageWire { stage: 0, ran: 0, ..stage };
-        let bonds = EffectWire { effect: 8, ran: 1, ns: 70_000, bytes: 64 };
-        metrics.ran(JobEnd::Answered, Duration::from_millis(20), Some("bounded"), &[idle, stage], &[bonds]);
+        let (idle, mut stage) = (StageCost::idle(StageKind::Load), StageCost::idle(StageKind::Elasticity));
+        stage.add(Duration::from_millis(5), 0);
+        let mut bonds = EffectCost::idle(Effect::Bonds);
+        bonds.add(Duration::from_micros(70), 64);
+        metrics.ran(JobEnd::Answered, Duration::from_millis(20), Some(EnergySource::Bounded), &[idle, stage], &[bonds]);
         metrics.ran(JobEnd::Failed, Duration::from_millis(20), None, &[idle, stage], &[bonds]);
         metrics.ended(JobEnd::Busy);
         let mut row = StatusRow::zeroed();

@@ -1,28 +1,30 @@
-//! Strikes and questions travel by separate services, so a question can overtake a strike that its client sent before. Sequences put
-//! them in order again: a question names the strike that it follows, and is held back until that strike has arrived.
+//! Ordering of control requests after impact requests.
+//!
+//! The two kinds travel through separate services, so a control request can overtake an earlier impact request. It names the impact request
+//! that it follows by sequence number, and waits until that one has arrived.
 
 use crate::ipc::ActiveControlRequest;
 use shatter_proto::control::ControlRequest;
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::time::{Duration, Instant};
 
-/// What names a client.
+/// Identifies a client.
 pub type ListenerId = [u8; 16];
 
-/// A question that waits longer for a strike is answered without it: its client names one that it never sent.
+/// Longest wait of a control request; after it, the client is assumed never to have sent the named impact request.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Questions held back at most; one more is answered at once.
+/// Maximum number of waiting control requests; further ones get their reply at once.
 const HELD_MAX: usize = 1024;
 
-/// The strikes that have arrived, by their clients, and questions that wait for others.
+/// Arrived impact requests by client, and control requests that wait for others.
 #[derive(Default)]
 pub struct PendingArrivals {
     last: HashMap<ListenerId, u64>,
     early: VecDeque<EarlyControlRequest>,
 }
 
-/// A question that overtook a strike.
+/// Control request that overtook an impact request.
 struct EarlyControlRequest {
     active: ActiveControlRequest,
     listener: ListenerId,
@@ -31,18 +33,18 @@ struct EarlyControlRequest {
 }
 
 impl PendingArrivals {
-    /// The strike `sequence` of this client has arrived. Those of one client arrive in the order in which they were sent.
+    /// Records that impact request `sequence` of this client has arrived. Those of one client arrive in the order of sending.
     pub fn note(&mut self, listener: ListenerId, sequence: u64) {
         let last = self.last.entry(listener).or_default();
         *last = sequence.max(*last);
     }
 
-    /// Whether the strikes have arrived that `question` comes after.
+    /// Whether the impact requests that `question` follows have arrived.
     pub fn precede(&self, listener: ListenerId, question: ControlRequest) -> bool {
         question.after() <= self.last.get(&listener).copied().unwrap_or(0)
     }
 
-    /// Holds a question back; gives it back if too many are held.
+    /// Holds a control request; returns it if too many are held.
     pub fn hold(
         &mut self,
         active: ActiveControlRequest,
@@ -56,12 +58,12 @@ impl PendingArrivals {
         None
     }
 
-    /// Whether any question is held back.
+    /// Whether any control request is held.
     pub fn holds_any(&self) -> bool {
         !self.early.is_empty()
     }
 
-    /// The questions whose strikes have arrived by now, or never will, in the order in which they came.
+    /// Control requests whose impact requests have arrived or never will, in order of arrival.
     pub fn due(&mut self) -> Vec<ActiveControlRequest> {
         let (mut due, mut early) = (Vec::new(), VecDeque::new());
         for held in std::mem::take(&mut self.early) {
@@ -75,7 +77,7 @@ impl PendingArrivals {
         due
     }
 
-    /// Forgets the clients that are gone.
+    /// Drops the clients that are gone.
     pub fn retain(&mut self, listeners: &HashSet<ListenerId>) {
         self.last.retain(|listener, _| listeners.contains(listener));
     }

@@ -1,10 +1,10 @@
-//! Answers that are kept because their strikes asked for it, so that their fragments can be struck again.
+//! Results that are retained at the request of clients, so that their fragments can be struck again.
 //!
-//! Accounting. An answer is kept from before it is sent until the first of these: somebody gives it back (`release`), its time is over
-//! (`times.kept_s`, which no use prolongs), or `answers.kept_max` younger ones are kept. Nobody is refused for want of room here: the
-//! oldest goes. It belongs to the service, not to a connection: all clients of a service are of one user, and a command that struck
-//! has ended when the next one strikes a fragment. What it holds is counted by `Kept::bytes`, and the version of the object
-//! that it is an answer of, which may by then be replaced; strikes that were admitted hold on to both.
+//! A result is retained from before it is sent until a client releases it (`release`), its time is over (`times.kept_s`; use does
+//! not extend it), or `answers.kept_max` younger results are retained. A full store rejects nothing: it evicts the oldest result.
+//! A retained result belongs to the service, not to a connection: all clients of a service are of one user, and a command that
+//! struck the object has ended when the next command strikes a fragment. `RetainedFragments::bytes` counts its memory. It also holds
+//! the version of the object from which it came, which may have been replaced since; accepted requests keep both alive.
 
 use shatter_engine::object::ServedObject;
 use shatter_fracture::pipeline::RetainedFragments;
@@ -15,14 +15,14 @@ use std::hash::{BuildHasher, RandomState};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Handles of one daemon follow each other from a random multiple of this on: those of an earlier daemon name nothing, and all are
-/// whole numbers that JSON readers keep exact.
+/// Handles of a daemon count up from a random multiple of this number, so that handles of an earlier daemon are unknown to it. They
+/// stay integers that JSON readers represent exactly.
 const RUN: u64 = 1 << 20;
 
-/// What is struck when a fragment is.
+/// Target of a request: an object, and the retained result if the target is a fragment.
 pub type RetainedTarget = (Arc<dyn ServedObject>, Option<Arc<RetainedFragments>>);
 
-/// The answers kept, the oldest first.
+/// Retained results, the oldest first.
 pub struct RetainedResults {
     kept: VecDeque<Entry>,
     next: u64,
@@ -30,7 +30,7 @@ pub struct RetainedResults {
     time: Duration,
 }
 
-/// One of them.
+/// Retained result.
 struct Entry {
     handle: u64,
     name: String,
@@ -40,7 +40,7 @@ struct Entry {
     since: Instant,
 }
 
-/// Answers that are kept no longer. To drop them gives memory back, which takes a while.
+/// Results that are no longer retained. Dropping them frees their memory, which takes a while.
 #[must_use]
 pub struct EvictedResults(Vec<Entry>);
 
@@ -52,18 +52,18 @@ impl EvictedResults {
 }
 
 impl RetainedResults {
-    /// None yet; at most `count_max`, each for no longer than `time`.
+    /// Creates an empty store of at most `count_max` results, each for no longer than `time`.
     pub fn new(count_max: usize, time: Duration) -> Self {
         let run = (RandomState::new().hash_one(RUN) & 0xffff_ffff).max(1);
         Self { kept: VecDeque::new(), next: run * RUN, count_max, time }
     }
 
-    /// Whether any would be kept.
+    /// Whether the store retains anything at all.
     pub fn keeps(&self) -> bool {
         self.count_max > 0
     }
 
-    /// Keeps an answer of the object `name` from `now` on; its handle, and those that make room for it.
+    /// Retains a result of the object `name` from `now` on; returns its handle, and the results that it evicts.
     pub fn keep(
         &mut self,
         name: &str,
@@ -80,38 +80,48 @@ impl RetainedResults {
         (handle, EvictedResults(self.kept.drain(..surplus).collect()))
     }
 
-    /// What is struck when this fragment of an answer of the object `name` is. Errors: `unknown_handle`, `unknown_fragment`.
+    /// Target of a request that strikes this fragment of a result of the object `name`.
+    ///
+    /// # Errors
+    /// `unknown_handle`, `unknown_fragment`.
     pub fn target(&self, name: &str, origin: RetainedFragment, now: Instant) -> Result<RetainedTarget, Error> {
         let RetainedFragment { handle, fragment } = origin;
         let lives = |entry: &&Entry| entry.handle == handle && now.saturating_duration_since(entry.since) < self.time;
         let entry = self.kept.iter().find(lives).ok_or_else(|| unknown_handle(handle))?;
         if entry.name != name {
-            let message = format!("handle {handle} is of an answer of `{}`, not of `{name}`", entry.name);
+            let message = format!(
+                "handle {handle} belongs to a result of `{}`, not of `{name}`; name the object that it came from",
+                entry.name
+            );
             return Err(Error::new(ErrorKind::UnknownHandle, handle.to_string(), message));
         }
         let count = entry.kept.fragments();
         if fragment >= count {
-            let message = format!("fragment {fragment}: the answer has {count}, counted from 0");
+            let message =
+                format!("fragment {fragment} does not exist: the result has {count} fragments, counted from 0");
             return Err(Error::new(ErrorKind::UnknownFragment, fragment.to_string(), message));
         }
         Ok((entry.object.clone(), Some(entry.kept.clone())))
     }
 
-    /// Gives one back. Errors: `unknown_handle`.
+    /// Releases a result.
+    ///
+    /// # Errors
+    /// `unknown_handle`.
     pub fn release(&mut self, handle: u64) -> Result<EvictedResults, Error> {
         let place = self.kept.iter().position(|entry| entry.handle == handle);
         let entry = place.and_then(|place| self.kept.remove(place)).ok_or_else(|| unknown_handle(handle))?;
         Ok(EvictedResults(vec![entry]))
     }
 
-    /// Those whose time is over at `now`.
+    /// Evicts the results whose time is over at `now`.
     pub fn expire(&mut self, now: Instant) -> EvictedResults {
         let over = |entry: &Entry| now.saturating_duration_since(entry.since) >= self.time;
         let count = self.kept.iter().take_while(|entry| over(entry)).count();
         EvictedResults(self.kept.drain(..count).collect())
     }
 
-    /// How many are kept, and the bytes that they hold.
+    /// Number of retained results, and their memory in bytes.
     pub fn extent(&self) -> (u64, u64) {
         (self.kept.len() as u64, self.kept.iter().map(|entry| entry.bytes).sum())
     }

@@ -1,4 +1,4 @@
-//! The daemon from start to end, and its loop.
+//! The daemon from start to end, and its event loop.
 
 use crate::buckets;
 use crate::catalog::{Catalog, RetiredVersions, unix_ns};
@@ -6,9 +6,7 @@ use crate::config::Config;
 use crate::event_source::{EventSource, Signals, WakeEvent};
 use crate::hot_reloader::{DatabaseFolder, HotReloader};
 use crate::http_endpoints::{LoopInquiry, LoopReport, OperationsPort};
-use crate::ipc::{
-    ActiveControlRequest, ClientEntryCheck, PopulatedPages, Ports, RuntimeDirectory, StaleSegmentReaper, WakeSocket,
-};
+use crate::ipc::{ActiveControlRequest, Ports, RuntimeDirectory, WakeSocket};
 use crate::jobs::{Jobs, WorkerEvent, WorkerPool, lanes, threads};
 use crate::memory::ResidentMemory;
 use crate::metrics::{JobEnd, Metrics};
@@ -25,7 +23,10 @@ use shatter_proto::result::{BLOCK_BYTES, Block};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::failed;
 use shatter_transport::paths::ServicePaths;
-use shatter_transport::shared_memory;
+use shatter_transport::workarounds::client_entry::ClientEntryCheck;
+use shatter_transport::workarounds::populated_pages::PopulatedPages;
+use shatter_transport::workarounds::shared_memory;
+use shatter_transport::workarounds::stale_segments::StaleSegmentReaper;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -34,33 +35,37 @@ use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 const MIB: usize = 1024 * 1024;
 
-/// What shared memory must be able to take beyond the rehearsal.
+/// Shared memory that must be free beyond the rehearsal, bytes.
 const SHARED_MEMORY_SPARE: usize = 4 * MIB;
 
-/// How long strikes that compute may take to notice that they are cancelled, when the daemon ends.
+/// Time for computing requests to notice that they are cancelled when the daemon ends.
 const GRACE: Duration = Duration::from_secs(3);
 
-/// How long an ending daemon stays to tell those that it refused why.
+/// Time for which an ending daemon stays reachable, so that refused clients can collect their errors.
 const FAREWELL: Duration = Duration::from_millis(100);
 
-/// What a daemon needs to know.
+/// Options of a daemon.
 pub struct ServeOptions {
-    /// Where it lives.
+    /// Paths of the service.
     pub place: ServicePaths,
-    /// How it is set.
+    /// Configuration.
     pub config: Config,
-    /// How databases become objects.
+    /// Loader of databases.
     pub loader: Loader,
-    /// The only objects that are served, and the names of the databases that they are made of, if not all that lie in the folder.
+    /// Objects of the scene and the names of their databases; `None`: all databases of the folder are served.
     pub only: Option<BTreeMap<String, String>>,
-    /// Called once it serves; an error ends it.
+    /// Called once the daemon serves; an error ends it.
     pub ready: Box<dyn FnOnce() -> Result<(), Error> + Send>,
-    /// Ends it, as SIGTERM does.
+    /// Ends the daemon, as SIGTERM does.
     pub stop: Arc<Notify>,
 }
 
-/// Serves until SIGINT, SIGTERM or `options.stop`. Errors: `second_daemon`, `runtime_folder`, `database_folder`,
-/// `shared_memory`, `transport`.
+/// Serves until SIGINT, SIGTERM or `options.stop`.
+///
+///
+///
+/// # Errors
+/// `second_daemon`, `runtime_folder`, `database_folder`, `shared_memory`, `transport`.
 pub fn run(options: ServeOptions) -> Result<(), Error> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     let runtime = runtime.map_err(|error| Error::new(ErrorKind::Failed, "runtime", error.to_string()))?;
@@ -80,7 +85,7 @@ async fn serve(options: ServeOptions) -> Result<(), Error> {
     };
     let settings = config.clone();
     let Some(loaded) = signals.unless_ended(&stop, move || Loaded::of(&settings, loader, only)).await? else {
-        tracing::info!("asked to end while the databases were loaded");
+        tracing::info!("stopped while the databases were loaded");
         return home.close();
     };
     let (mut daemon, bell, events) = Daemon::start(home, config, loaded?)?;
@@ -99,11 +104,11 @@ async fn serve(options: ServeOptions) -> Result<(), Error> {
 
 fn notify(states: &[NotifyState]) {
     if let Err(error) = sd_notify::notify(states) {
-        tracing::warn!(%error, "the supervisor cannot be told");
+        tracing::warn!(%error, "cannot notify the supervisor");
     }
 }
 
-/// A running daemon. Fields are dropped in this order: what uses the ports before the ports, these before the home.
+/// Running daemon. Fields are dropped in this order: users of the ports, then the ports, then the runtime directory.
 struct Daemon {
     jobs: Jobs,
     crew: Arc<WorkerPool>,
@@ -112,7 +117,7 @@ struct Daemon {
     librarian: HotReloader,
     retired: RetiredVersions,
     reloads: u64,
-    /// Bytes of the buckets that a warning has asked for; 0: none.
+    /// Bucket size that a warning has asked for, bytes; 0: no warning yet.
     short_bytes: u64,
     metrics: Metrics,
     started: Instant,
@@ -172,8 +177,8 @@ impl Daemon {
         Ok((daemon, bell, events))
     }
 
-    /// Sleeps until something wakes it, or a tick: every wait has a bound, and after each everything is looked at. Whether it was
-    /// asked to end.
+    /// Waits for an event or a tick, then handles everything that is pending: every wait has a bound. Returns whether the daemon should
+    /// end.
     async fn turn(&mut self, ears: &mut EventSource) -> bool {
         match ears.next(self.time_until_tick()).await {
             WakeEvent::Bell => {}
@@ -183,7 +188,7 @@ impl Daemon {
                 self.reap_stale_segments();
                 self.arrivals.retain(&self.crew.listeners());
                 self.home.sweep();
-                // What it finds it says, and puts right.
+                // The check logs and repairs damage itself.
                 let _ = self.check_way_in();
             }
             WakeEvent::Metrics => self.write_metrics(),
@@ -204,13 +209,13 @@ impl Daemon {
         false
     }
 
-    /// How long it may sleep: a tick, or until the next deadline.
+    /// Longest wait: a tick, or until the next deadline.
     fn time_until_tick(&self) -> Duration {
         let left = |deadline: Instant| deadline.saturating_duration_since(Instant::now());
         self.jobs.next_deadline().map_or(self.config.tick(), |deadline| left(deadline).min(self.config.tick()))
     }
 
-    /// Takes in everything that waits at the ports: scheduling is done in our own queue.
+    /// Receives everything that waits at the ports; the daemon schedules in its own queue.
     fn receive(&mut self) {
         self.receive_strikes();
         while let Some(active) = self.ports.next_question() {
@@ -223,14 +228,14 @@ impl Daemon {
             now.into_iter().for_each(|active| self.answer(active));
         }
         if self.arrivals.holds_any() {
-            // What a question came after was sent before it.
+            // The impact requests that a control request follows were sent before it.
             self.receive_strikes();
             self.arrivals.due().into_iter().for_each(|active| self.answer(active));
         }
         self.lists.due(self.librarian.looks_done()).iter().for_each(|active| self.reply(active));
     }
 
-    /// Replies to a question; to the first of a list once the folder of databases was looked at, so that a database that was written a moment
+    /// Replies to a control request. The first page of a list waits for a scan of the database folder, so that a database written a moment
     /// ago is listed as being loaded.
     fn answer(&mut self, active: ActiveControlRequest) {
         let is_list = matches!(active.payload().validate(), Ok(ControlRequest::List(0)));
@@ -269,7 +274,7 @@ impl Daemon {
         }
     }
 
-    /// Swaps the databases whole. Strikes that were admitted keep the versions that they were admitted with.
+    /// Replaces the catalog as a whole. Accepted requests keep their versions.
     fn take(&mut self, catalog: Arc<Catalog>) {
         let wanted = (buckets::size(&self.config, &catalog).blocks * BLOCK_BYTES) as u64;
         if buckets::is_short(wanted, self.ports.pool().bucket_bytes(), &mut self.short_bytes) {
@@ -277,12 +282,12 @@ impl Daemon {
             tracing::warn!(
                 wanted_mib,
                 bucket_mib,
-                "answers may exceed the buckets: restart the daemon to enlarge them"
+                "results may exceed the buckets; restart the daemon to enlarge them"
             );
         }
         self.retired.note(&self.catalog, &catalog);
         let (ready, entries, bytes) = (catalog.ready(), catalog.len(), catalog.memory_bytes());
-        tracing::info!(ready, entries, bytes, "databases read again");
+        tracing::info!(ready, entries, bytes, "databases reloaded");
         self.librarian.release(std::mem::replace(&mut self.catalog, catalog));
         self.reloads += 1;
     }
@@ -293,25 +298,25 @@ impl Daemon {
         }
         let dead = self.ports.reap_dead_clients();
         if dead > 0 {
-            tracing::info!(dead, "cleaned up after clients that died");
+            tracing::info!(dead, "cleaned up after dead clients");
         }
     }
 
-    /// Removes what neither the dead nor the living own.
+    /// Removes segments that no process owns, alive or dead.
     fn reap_stale_segments(&mut self) {
         if !self.home.has_segments() {
             return;
         }
         let orphans = self.orphans.reap(self.home.instance());
         if orphans > 0 {
-            tracing::info!(orphans, "removed segments that belonged to nobody");
+            tracing::info!(orphans, "removed segments without an owner");
         }
     }
 
     fn write_metrics(&mut self) {
         let text = self.metrics.text(&self.status());
         if let Err(refusal) = self.home.write_metrics(&text) {
-            tracing::warn!(%refusal, "metrics");
+            tracing::warn!(%refusal, "cannot write the metrics file");
         }
     }
 
@@ -348,7 +353,7 @@ impl Daemon {
         row
     }
 
-    /// Replies to a question at once, from the small pool.
+    /// Replies to a control request at once, from the small pool.
     fn reply(&self, active: &ActiveControlRequest) {
         let wire = *active.payload();
         let sent = match wire.validate() {
@@ -373,31 +378,34 @@ impl Daemon {
         };
         match sent {
             Ok(()) => self.crew.wake(wire.listener),
-            Err(refusal) => tracing::warn!(%refusal, "a question stays without a reply"),
+            Err(refusal) => tracing::warn!(%refusal, "cannot reply to a control request"),
         }
     }
 
-    /// Tells the supervisor what it is at.
+    /// Reports a state and a summary to the supervisor.
     fn tell(&self, state: NotifyState<'_>) {
         notify(&[state, NotifyState::Status(&self.summary())]);
     }
 
-    /// In one line.
+    /// Summary of the daemon's state in one line.
     fn summary(&self) -> String {
         let (ready, entries) = (self.catalog.ready(), self.catalog.len());
         let state = if self.jobs.closed() { "ending" } else { "serving" };
         let (running, queued) = (self.jobs.running(), self.jobs.queued());
-        format!("{state}: {ready} of {entries} objects ready, {running} strikes computing, {queued} waiting\n")
+        format!("{state}: {ready} of {entries} objects ready, {running} requests computing, {queued} waiting\n")
     }
 
-    /// Whether clients can come in; what can be put right is. Errors: `runtime_folder`, `transport`, `shared_memory`.
+    /// Checks whether clients can connect, and repairs what it can.
+    ///
+    /// # Errors
+    /// `runtime_folder`, `transport`, `shared_memory`.
     fn check_way_in(&mut self) -> Result<(), Error> {
         self.home.check()?;
         self.entrance.check()?;
         shared_memory::need(shared_memory::CONNECTION_BYTES)
     }
 
-    /// Replies to the operations port. One that went away is not missed.
+    /// Replies to the operations port, if the connection still waits.
     fn report(&mut self, inquiry: LoopInquiry) {
         let way_in = self.check_way_in();
         let metrics = self.metrics.text(&self.status());
@@ -405,13 +413,14 @@ impl Daemon {
         if let Err(refusal) = &way_in {
             summary += &format!("not ready: {refusal}\n");
         } else if self.entrance.restored() > 0 {
-            summary += &format!("the way in for clients was restored {} times\n", self.entrance.restored());
+            summary +=
+                &format!("files that clients need to connect were restored {} times\n", self.entrance.restored());
         }
         let _ = inquiry.send(LoopReport { ready: !self.jobs.closed() && way_in.is_ok(), summary, metrics });
     }
 
-    /// Ends in order: nobody new, what was taken in may finish for a while (a second signal ends the wait), what is left is
-    /// refused or cancelled.
+    /// Ends in order: refuses new requests, lets accepted ones finish for a while (a second signal ends the wait), then refuses or
+    /// cancels the rest.
     async fn end(mut self, mut ears: EventSource) {
         self.jobs.close();
         tracing::info!(running = self.jobs.running(), queued = self.jobs.queued(), "ending");
@@ -433,15 +442,15 @@ impl Daemon {
         }
         self.write_metrics();
         let Self { jobs, crew, ports, home, .. } = self;
-        // Everything that holds on to the transport: afterwards no node of ours is alive.
+        // Drops all users of the transport; afterwards this process has no live node.
         drop((jobs, crew, ports, ears));
         if let Err(refusal) = home.close() {
-            tracing::warn!(%refusal, "leftovers stay");
+            tracing::warn!(%refusal, "cannot remove the files of this daemon");
         }
     }
 }
 
-/// The databases as they are when the daemon starts, and what loads them.
+/// Databases at start-up, with their loader and the worker threads.
 struct Loaded {
     folder: DatabaseFolder,
     loader: Loader,
@@ -460,13 +469,13 @@ impl Loaded {
     }
 }
 
-/// Where the databases are. The platform's own folder may not exist yet; one that was asked for must.
+/// Database folder. The platform's default folder may not exist yet; a configured one must.
 fn folder(config: &Config, only: Option<BTreeMap<String, String>>) -> Result<DatabaseFolder, Error> {
     let required = !config.databases.folder.as_os_str().is_empty();
     let folder = DatabaseFolder { path: config.databases()?, required, only };
     folder.complete()?;
     if !required && !folder.path.exists() {
-        tracing::warn!(folder = %folder.path.display(), "there are no databases yet");
+        tracing::warn!(folder = %folder.path.display(), "the database folder does not exist yet; make a database with `shatterd bake`");
     }
     Ok(folder)
 }

@@ -1,16 +1,16 @@
-//! Questions for the list of objects, which wait for a look at the folder of databases.
+//! List requests that wait for a scan of the database folder.
 
 use crate::ipc::ActiveControlRequest;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// A list waits no longer for a look: the folder may be on a disk that does not respond.
+/// Longest wait of a list request; the folder may be on a disk that does not respond.
 const WAIT_MAX: Duration = Duration::from_millis(100);
 
-/// Questions held back at most; one more is answered at once.
+/// Maximum number of waiting list requests; further ones get their reply at once.
 const HELD_MAX: usize = 1024;
 
-/// Lists that are answered once a look at the folder is over that began after they were asked for.
+/// List requests, each of which gets its reply when a scan that began after its arrival is over.
 #[derive(Default)]
 pub struct WaitingLists(VecDeque<WaitingList>);
 
@@ -21,7 +21,7 @@ struct WaitingList {
 }
 
 impl WaitingLists {
-    /// Holds a question back until the look of that number is over; gives it back if too many are held.
+    /// Holds a request until scan number `look` is over; returns it if too many are held.
     pub fn hold(&mut self, active: ActiveControlRequest, look: u64) -> Option<ActiveControlRequest> {
         if self.0.len() >= HELD_MAX {
             return Some(active);
@@ -30,7 +30,7 @@ impl WaitingLists {
         None
     }
 
-    /// The questions whose look is over, or takes too long, now that `done` looks are over. Their looks are in the order in which they came.
+    /// Requests whose scan is over or takes too long, after `done` scans, in order of arrival.
     pub fn due(&mut self, done: u64) -> Vec<ActiveControlRequest> {
         let is_due = |list: &&WaitingList| list.look <= done || list.since.elapsed() > WAIT_MAX;
         let count = self.0.iter().take_while(is_due).count();

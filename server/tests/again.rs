@@ -1,17 +1,17 @@
-//! Second strikes through the whole service: the life of a handle, and what is struck under it.
+//! Requests against fragments of earlier results, through the whole service: the life of a handle, and its fragments.
 
 mod support;
 
 use serde_json::Value;
 use shatter_client::{
-    Client, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Progress, Request, RetainedFragment,
+    Client, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Progress, Request, RetainedFragment, Status,
 };
-use shatter_proto::control::{ControlRequest, StatusRow};
+use shatter_proto::control::ControlRequest;
 use shatter_proto::request::Contact;
 use std::sync::LazyLock;
 use support::{Child, InProcess, RawPeer, TestPlace, bar, eventually, patience, shatter, shatterd};
 
-/// A bar, baked once for all tests: the bytes of its database.
+/// Database of a bar, baked once for all tests: the bytes of the file.
 static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.05));
 
 fn place(name: &str) -> TestPlace {
@@ -20,7 +20,7 @@ fn place(name: &str) -> TestPlace {
     here
 }
 
-/// A daemon with the bar, and a connection to it.
+/// Starts a daemon with the bar, and connects to it.
 fn start(settings: &str) -> (InProcess, Client, Object) {
     let daemon = InProcess::start_with(place("again"), settings, shatter_engine::wire::loader(None));
     let service = daemon.connect();
@@ -28,7 +28,7 @@ fn start(settings: &str) -> (InProcess, Client, Object) {
     (daemon, service, bar)
 }
 
-/// A blow on the end of the bar that breaks it.
+/// An impact on the end of the bar that breaks it.
 fn blow() -> Impact {
     Impact::new([Contact::new([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05)])
         .degree(DegreeRule::Sites(6))
@@ -43,11 +43,11 @@ fn refused(bar: &Object, impact: &Impact) -> Error {
     bar.strike(impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap()
 }
 
-fn status(service: &Client) -> StatusRow {
-    *service.status(patience()).unwrap().row()
+fn status(service: &Client) -> Status {
+    service.status(patience()).unwrap()
 }
 
-/// The fragment of `broken` that weighs most, and a blow on where its surface is farthest along +x.
+/// The heaviest fragment of `broken`, and an impact on the point of its surface with the largest x.
 fn largest(broken: &FractureResult) -> (u32, Impact) {
     let weight = |fragment: &shatter_client::Fragment<'_>| fragment.mass_kg();
     let fragment = broken.fragments().max_by(|a, b| weight(a).total_cmp(&weight(b))).unwrap();
@@ -58,7 +58,7 @@ fn largest(broken: &FractureResult) -> (u32, Impact) {
     (fragment.id(), impact)
 }
 
-/// Strikes the largest fragment of a kept answer; its children hold what it held.
+/// Strikes the largest fragment of a kept result; its children have the volume of the parent.
 #[track_caller]
 fn check(bar: &Object, before: &FractureResult, kept: bool) -> FractureResult {
     let (fragment, impact) = largest(before);
@@ -69,7 +69,7 @@ fn check(bar: &Object, before: &FractureResult, kept: bool) -> FractureResult {
     assert!(children.fragments().len() >= 7 && children.fragments().all(|child| child.is_closed()));
     assert!((sum / parent - 1.0).abs() < 1e-6, "{sum} of {parent}");
     let old = children.fragments().flat_map(|child| child.runs().collect::<Vec<_>>());
-    assert!(old.filter(|run| run.crack && run.neighbor.is_none()).count() > 0, "sides of the first crack are told");
+    assert!(old.filter(|run| run.is_crack && run.neighbor.is_none()).count() > 0, "sides of the first crack");
     assert_eq!(children.handle().is_some(), kept);
     children
 }
@@ -80,18 +80,18 @@ fn fragments_are_struck_again_and_theirs_too() {
     let plain = strike(&bar, &blow());
     assert_eq!((plain.handle(), status(&service).kept), (None, 0));
     let first = strike(&bar, &blow().keep());
-    assert_eq!(first.digest(), plain.digest(), "to be kept changes nothing of an answer");
+    assert_eq!(first.digest(), plain.digest(), "keeping changes nothing in a result");
     let row = status(&service);
     assert!((row.kept, row.kept_bytes > 10_000) == (1, true), "{} bytes", row.kept_bytes);
     let second = check(&bar, &first, true);
     check(&bar, &second, false);
-    // Another connection of this user may, too.
+    // Another connection of this user may use the handle, too.
     let other = daemon.connect().object("bar", patience()).unwrap();
     let again = check(&other, &first, true);
     assert_eq!(again.digest(), second.digest());
     assert_ne!(again.handle(), second.handle());
     assert_eq!(status(&service).kept, 3);
-    // What stays whole has no fragments.
+    // An object that stays whole has no fragments.
     assert_eq!(strike(&bar, &blow().degree(DegreeRule::ClosedForm).gamma(1e30).keep()).handle(), None);
 }
 
@@ -200,7 +200,7 @@ fn the_command_line_strikes_what_it_broke() {
     assert_eq!((code, usage["error"]["kind"].as_str()), (2, Some("usage")), "{usage}");
 }
 
-/// Real processes: strikes that were sent before a release find the answer, however fast the release follows.
+/// With real processes: requests that were sent before a release find the result, however fast the release follows.
 #[test]
 fn a_release_overtakes_no_strike_of_the_same_client() {
     let here = place("ordered");
@@ -221,7 +221,7 @@ fn a_release_overtakes_no_strike_of_the_same_client() {
     }
 }
 
-/// By construction: a release that arrives first is held back until the strike has arrived that it names.
+/// A release that arrives before the request that it follows waits for the request; raw messages force this order.
 #[test]
 fn a_release_waits_for_the_strike_that_it_follows() {
     let (daemon, service, bar) = start("");
@@ -229,7 +229,7 @@ fn a_release_waits_for_the_strike_that_it_follows() {
     let (handle, (fragment, impact)) = (before.handle().unwrap(), largest(&before));
     let (peer, listener) = (RawPeer::open(&daemon.here.place), [7; 16]);
     let asked = peer.ask(ControlRequest::Release { handle, after: 1 }.wire(listener));
-    // Whoever asks later and is answered was taken in later.
+    // A later question that was answered was also admitted later.
     assert_eq!(status(&service).kept, 1);
     assert_eq!(peer.reply(&asked), None);
     let contact = Contact { point_m: [0.0; 3], impulse_ns: [1.0; 3], duration_s: None, radius_m: None, ray: None };
@@ -237,11 +237,11 @@ fn a_release_waits_for_the_strike_that_it_follows() {
     let strike = Request { from: Some(RetainedFragment { handle, fragment }), ..strike };
     let sent = peer.send(strike.wire(listener, 1).unwrap());
     assert_ne!(peer.outcome(&sent).err().flatten(), Some(ErrorKind::UnknownHandle));
-    eventually(|| "the release is answered", || peer.reply(&asked) == Some(Ok(())));
+    eventually(|| "the release has a reply", || peer.reply(&asked) == Some(Ok(())));
     assert_eq!(refused(&bar, &impact.from(handle, fragment)).kind, ErrorKind::UnknownHandle);
 }
 
-/// Another question about a strike that can overtake it.
+/// The same for a question about progress, which can overtake its request.
 #[test]
 fn progress_never_says_that_a_strike_ended_which_has_not_arrived() {
     let here = TestPlace::new("progress");

@@ -7,10 +7,10 @@ use shatter_client::{Client, Contact, Convention, DegreeRule, Error, ErrorKind, 
 use std::sync::LazyLock;
 use support::{InProcess, TestPlace, bar, patience, shatter};
 
-/// A bar of 0.4 × 0.2 × 0.2 m around the origin, baked once for all tests: the bytes of its database.
+/// Database of a bar of 0.4 × 0.2 × 0.2 m around the origin, baked once for all tests: the bytes of the file.
 static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.05));
 
-/// How far the crack lattice may lie from the surface of the bar, m.
+/// Largest distance of the crack lattice from the surface of the bar, m.
 const DEVIATION_M: f64 = 0.012;
 
 fn start() -> (InProcess, Client, Object) {
@@ -44,7 +44,7 @@ fn near(found: [f64; 3], wanted: [f64; 3], within: f64) {
     assert!(off <= within, "{found:?} instead of {wanted:?}");
 }
 
-/// The positions of an answer, as a hash.
+/// Hash of the positions of a result.
 fn shape(broken: &FractureResult) -> String {
     let digest = broken.digest();
     digest.sections.iter().find(|section| section.name == "positions").unwrap().hash.clone()
@@ -81,7 +81,7 @@ fn rays_are_in_the_coordinates_of_the_connection() {
     near(nearest(&far), to.vector([0.2, 0.03, 0.02]), 100.0 * DEVIATION_M);
 }
 
-/// The nearest surface point that a message tells.
+/// The nearest surface point that a message names, m.
 fn nearest(refusal: &Error) -> [f64; 3] {
     let told = refusal.message.split("nearest surface point is ").nth(1).unwrap_or_else(|| panic!("{refusal}"));
     let numbers: Vec<f64> = told.split(". ").next().unwrap().split(',').map(|x| x.parse().unwrap()).collect();

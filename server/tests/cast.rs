@@ -1,4 +1,4 @@
-//! Several objects of a scene that are made of one database: real processes, a real object.
+//! Several objects of a scene that share one database, with real processes and a real object.
 
 mod support;
 
@@ -8,7 +8,7 @@ use shatter_client::{Client, Contact, DegreeRule, Effect, ErrorKind, Impact, Obj
 use std::process::{Command, Stdio};
 use support::{Child, TestPlace, bar, patience, shatter, shatterd};
 
-/// Two objects; `databases` are what they are made of.
+/// A scene of two objects, made from `databases`.
 fn scene(databases: [&str; 2]) -> String {
     let [near, far] = databases;
     format!(
@@ -17,7 +17,7 @@ fn scene(databases: [&str; 2]) -> String {
     )
 }
 
-/// A daemon that serves them, of these files, and reads them again when it is told to.
+/// Starts a daemon that serves both objects from these files, and reads them again only on demand.
 fn serve(databases: [&str; 2], files: &[(&str, &[u8])]) -> (TestPlace, Child, Client) {
     let here = TestPlace::new("cast");
     files.iter().for_each(|(name, bytes)| here.database(name, bytes));
@@ -34,18 +34,18 @@ fn blow() -> Impact {
         .seed(3)
 }
 
-/// Answers of both objects, as hashes.
+/// Hashes of the results of both objects.
 fn answers(service: &Client) -> [String; 2] {
     ["near", "far"].map(|name| {
         let object = service.object(name, patience()).unwrap();
         let broken = object.strike(&blow()).unwrap().wait(patience()).unwrap();
-        let elastic = broken.effects().iter().any(|row| row.name() == "elastic" && row.ran != 0);
-        assert_eq!((elastic, broken.bonds().is_empty()), (name == "near", name == "far"));
+        let elastic = broken.effects().any(|cost| cost.effect == Effect::Elastic && cost.has_run);
+        assert_eq!((elastic, broken.bonds().len() == 0), (name == "near", name == "far"));
         broken.digest().output_hash
     })
 }
 
-/// What is said of near and far.
+/// Facts of the objects `near` and `far`.
 fn facts(service: &Client) -> [ObjectFacts; 2] {
     let objects = service.objects(patience()).unwrap();
     assert_eq!(objects.iter().map(|facts| facts.name.as_str()).collect::<Vec<_>>(), ["far", "near"]);
@@ -66,7 +66,7 @@ fn objects_of_one_database_answer_as_if_each_had_its_own_and_are_replaced_togeth
     assert_eq!(answers(&service), apart(&coarse));
     let [near, far] = facts(&service);
     assert!(near.memory_bytes > far.memory_bytes, "{} and {}", near.memory_bytes, far.memory_bytes);
-    assert_eq!(service.status(patience()).unwrap().row().memory_bytes, near.memory_bytes + far.memory_bytes);
+    assert_eq!(service.status(patience()).unwrap().memory_bytes, near.memory_bytes + far.memory_bytes);
     assert_eq!((far.degree_max, far.fragments_max, far.bytes_max), (30, Some(64), Some(4_000_000)));
     assert_eq!((near.fragments_max, near.bytes_max), (None, None));
     let (_, text) = shatter(&here, &["list", "--json"]);

@@ -1,5 +1,5 @@
-//! Coordinates of hosts through the whole service: what is asked and answered in them is what is asked and answered in ours. How the two
-//! are connected is said here once more, by matrices.
+//! Coordinates of hosts through the whole service: requests and results in a host's coordinates equal those in the default ones. The
+//! relation of the two is stated here a second time, by matrices.
 
 mod support;
 
@@ -13,10 +13,10 @@ use std::path::Path;
 use std::sync::{Arc, LazyLock};
 use support::{InProcess, TestPlace, bar, patience};
 
-/// A bar, baked once for all tests: the bytes of its database.
+/// Database of a bar, baked once for all tests: the bytes of the file.
 static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.05));
 
-/// Everything that an answer can have, and what holds one end of the bar.
+/// All effects with output, and the one that holds an end of the bar.
 const EFFECTS: [Effect; 9] = [
     Effect::Anchored,
     Effect::Release,
@@ -29,13 +29,13 @@ const EFFECTS: [Effect; 9] = [
     Effect::Skin,
 ];
 
-/// Numbers in single precision that were rounded twice, from the same double, differ by no more.
+/// Relative difference of numbers that were rounded twice from one double to single precision, at most.
 const SINGLE: f64 = 2.5e-7;
 
 /// As [`SINGLE`], for doubles that were multiplied a few times.
 const DOUBLE: f64 = 1e-14;
 
-/// A convention, and what it is: the host's axes as combinations of ours.
+/// A convention and its definition: the host's axes as combinations of the default ones.
 struct Host {
     name: &'static str,
     convention: Convention,
@@ -65,7 +65,7 @@ fn hosts() -> Vec<Host> {
     ]
 }
 
-/// A daemon with the bar, held at one end where strikes ask for it.
+/// Starts a daemon with the bar, one end of which is held if a request enables that.
 fn start() -> (InProcess, Client) {
     let here = TestPlace::new("conventions");
     std::fs::write(here.databases().join("bar.shatter"), BAR.as_slice()).unwrap();
@@ -86,14 +86,14 @@ fn strike(bar: &Object, impact: &Impact) -> FractureResult {
     bar.strike(impact).unwrap().wait(patience()).unwrap()
 }
 
-/// One blow, as the host says it and as we do: what the host says is exact, so that both are the same numbers.
+/// One impact in the host's coordinates and in the default ones. The host's numbers are exact, so that both are the same impact.
 struct Blow {
     theirs: Impact,
     ours: Impact,
 }
 
 impl Host {
-    /// The blow `impulse_ns` at `point_m`.
+    /// The impact `impulse_ns` at `point_m`.
     fn blow(&self, point_m: [f64; 3], impulse_ns: [f64; 3], sites: u32, effects: &[Effect]) -> Blow {
         let [point, impulse] = [point_m, impulse_ns].map(|vector| self.axes * Vector3::from(vector) / self.unit);
         let ours = |vector: Vector3<f64>| -> [f64; 3] { (self.axes.transpose() * vector * self.unit).into() };
@@ -111,7 +111,7 @@ impl Host {
         }
     }
 
-    /// What `vector` is called, in m along our axes.
+    /// The host's vector in m along the default axes.
     fn vector(&self, vector: [f64; 3]) -> Vector3<f64> {
         self.axes * Vector3::from(vector) / self.unit
     }
@@ -144,7 +144,7 @@ impl Host {
 
     #[track_caller]
     fn normals(&self, what: &str, theirs: [f32; 3], ours: [f32; 3]) {
-        // No unit is in them: not a bit is lost.
+        // Directions have no unit, so that they are equal bitwise.
         assert_eq!(Vector3::from(theirs.map(f64::from)), self.direction(ours.map(f64::from)), "{}: {what}", self.name);
     }
 
@@ -169,13 +169,13 @@ fn ascending(tensor: Matrix3<f64>) -> [f64; 3] {
     values
 }
 
-/// Six times the volume inside triangles, by the sign of what det(a, b, c) says.
+/// Six times the volume inside triangles, with the sign of det(a, b, c).
 fn volume6(positions: &[[f32; 3]], indices: &[u32]) -> f64 {
     let corner = |index: u32| Vector3::from(positions[index as usize].map(f64::from));
     indices.chunks_exact(3).map(|t| corner(t[0]).dot(&corner(t[1]).cross(&corner(t[2])))).sum()
 }
 
-/// Every section of `theirs` against `ours`.
+/// Compares every section of `theirs` with `ours`.
 #[track_caller]
 fn compare(host: &Host, theirs: &ResultView<'_>, ours: &ResultView<'_>) {
     tables(host, theirs, ours);
@@ -187,7 +187,7 @@ fn compare(host: &Host, theirs: &ResultView<'_>, ours: &ResultView<'_>) {
     assert_eq!((theirs.materials, theirs.skin_materials), (ours.materials, ours.skin_materials));
     assert_eq!(theirs.skins, ours.skins);
     host.same("radius", theirs.summary.radius_m, ours.summary.radius_m / host.unit, DOUBLE);
-    assert_eq!(theirs.summary.e1_over_gamma, ours.summary.e1_over_gamma, "{}: not the same blow", host.name);
+    assert_eq!(theirs.summary.e1_over_gamma, ours.summary.e1_over_gamma, "{}: not the same impact", host.name);
 }
 
 #[track_caller]
@@ -264,7 +264,7 @@ fn beside(host: &Host, theirs: &ResultView<'_>, ours: &ResultView<'_>) {
     }
 }
 
-/// What holds of an answer by itself: closed, the right way round, heavy where its table says.
+/// Checks a result by itself: closed, correctly oriented, with the volumes and centers of its table.
 #[track_caller]
 fn check_alone(host: &Host, broken: &FractureResult) {
     for fragment in broken.fragments() {
@@ -298,24 +298,24 @@ fn answers_in_a_convention_are_ours_in_other_numbers() {
         let Blow { theirs: asked, ours: same } = host.blow(POINT_M, IMPULSE_NS, 16, &EFFECTS);
         let (theirs, ours) = (strike(&object(&service, host.convention), &asked), strike(&ours, &same));
         assert_eq!(theirs.convention(), host.convention);
-        compare(&host, &theirs.view(), &ours.view());
+        compare(&host, &theirs.raw_view(), &ours.raw_view());
         check_alone(&host, &theirs);
-        let view = theirs.view();
+        let view = theirs.raw_view();
         assert!(view.bonds.iter().any(|bond| bond.holds_to_world()) && !view.debris.is_empty());
         assert!(view.velocities.iter().any(|own| own.angular_rad_s.iter().all(|x| *x != 0.0)));
         assert!(!view.looks.is_empty() && !view.skin_vertices.is_empty() && !view.hull_indices.is_empty());
         if host.convention.is_default() {
             assert_eq!(theirs.digest(), ours.digest());
-            // A host that says nothing is answered as it always was.
+            // A host without a convention gets the default one.
             let silent = service.object("bar", patience()).unwrap();
             assert_eq!(strike(&silent, &asked).digest(), ours.digest());
         }
     }
 }
 
-/// The heaviest fragment that no anchor holds, and where its surface is farthest along our +x.
+/// The heaviest fragment that no anchor holds, and the point of its surface with the largest x of the default axes.
 fn loose(broken: &FractureResult) -> (u32, [f64; 3]) {
-    let held = |id: u32| broken.bonds().iter().any(|bond| bond.holds_to_world() && bond.fragments[0] == id);
+    let held = |id: u32| broken.bonds().any(|bond| bond.is_with_world() && bond.fragment == id);
     let loose = broken.fragments().filter(|fragment| !held(fragment.id()));
     let fragment = loose.max_by(|a, b| a.mass_kg().total_cmp(&b.mass_kg())).unwrap();
     let farthest = fragment.positions().iter().max_by(|a, b| a[0].total_cmp(&b[0])).unwrap();
@@ -328,16 +328,16 @@ fn a_second_strike_has_the_convention_of_its_own_request() {
     let ours = object(&service, Convention::GLTF);
     for host in hosts() {
         let first = host.blow(POINT_M, IMPULSE_NS, 6, &EFFECTS);
-        // Kept in other coordinates than the next strike has.
+        // The result is kept in other coordinates than those of the next request.
         let broken = strike(&ours, &first.ours);
         let (fragment, point_m) = loose(&broken);
-        // No anchor holds a fragment.
+        // Anchors do not hold fragments of a kept result.
         let Blow { theirs: asked, ours: same } = host.blow(point_m, [-40.0, 1.0, 2.0], 5, &EFFECTS[1..]);
         let again = |impact: Impact| impact.from(broken.handle().unwrap(), fragment);
         let theirs = strike(&object(&service, host.convention), &again(asked));
         let ours = strike(&ours, &again(same));
         assert!(theirs.fragments().len() >= 5);
-        compare(&host, &theirs.view(), &ours.view());
+        compare(&host, &theirs.raw_view(), &ours.raw_view());
         check_alone(&host, &theirs);
     }
 }
@@ -362,7 +362,7 @@ fn files_are_gltf_whatever_the_convention() {
         let gltf =
             Host { convention: Convention::GLTF, axes: Matrix3::identity(), clockwise: false, unit: 1.0, ..host };
         if host.unit == 1.0 {
-            compare(&gltf, &theirs.metric().view(), &ours.view());
+            compare(&gltf, &theirs.metric().raw_view(), &ours.raw_view());
             assert!(written(&theirs) == written(&ours), "{}: other files", host.name);
         }
         let metric = theirs.metric();
@@ -385,7 +385,7 @@ fn what_is_no_convention_is_refused_by_name() {
         let refusal = bar.strike(&Impact::new([Contact::new(POINT_M).impulse(IMPULSE_NS)])).err().unwrap();
         assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Convention, "convention.meters_per_unit"));
     }
-    // A meter from the middle of the bar.
+    // A meter from the center of the bar.
     let far = Impact::new([Contact::new([100.0, 0.0, 0.0]).impulse([-50.0, 0.0, 0.0])]);
     let refusal = object(&service, Convention::UNREAL).strike(&far).and_then(|mut ticket| ticket.wait(patience()));
     assert_eq!(refusal.err().unwrap().kind, ErrorKind::ContactTooFar);
@@ -398,7 +398,7 @@ fn even_pieces_are_asked_for_in_the_hosts_numbers() {
         let bar = object(&service, host.convention);
         let even = strike(&bar, &bar.even(12, patience()).unwrap());
         let (metric, diagonals) = (even.metric(), 1e3 * bar.facts().diagonal_m);
-        let (name, radius_m) = (host.name, metric.view().summary.radius_m);
+        let (name, radius_m) = (host.name, metric.raw_view().summary.radius_m);
         println!("{name}: {} pieces, radius {radius_m} m", even.fragments().count());
         assert!(even.fragments().count() == 12 && (radius_m / diagonals - 1.0).abs() < DOUBLE, "{name}: {radius_m} m");
     }

@@ -1,4 +1,4 @@
-//! The way in for clients, under another user of the machine and under what only this user can do.
+//! Protection of the entry point for clients, against another user of the machine and against damage by this user.
 
 mod support;
 
@@ -12,10 +12,10 @@ use std::process::Command;
 use std::time::Duration;
 use support::{Child, InProcess, TestPlace, eventually, patience, play, role};
 
-/// A user of the machine that is nobody here.
+/// Id of a user without rights.
 const OTHER: u32 = 65_534;
 
-/// Plays another process for the tests below; alone it does nothing.
+/// Runs the process of another role for the tests below; does nothing by itself.
 #[test]
 fn play_a_role() {
     play(|other| panic!("no such role: {other}"));
@@ -27,7 +27,7 @@ fn segment(here: &TestPlace) -> PathBuf {
     found.expect("the segment of the transport")
 }
 
-/// Whether a fresh client can strike.
+/// True if a new client gets a result.
 fn served(here: &TestPlace) -> bool {
     let strike = || {
         let vase = Client::connect_at(&here.place, Deadline::ms(300))?.object("vase", patience())?;
@@ -36,7 +36,7 @@ fn served(here: &TestPlace) -> bool {
     strike().is_ok()
 }
 
-/// What `command` comes to as another user; `None`, said, where this process may not become one.
+/// Success of `command` as another user; `None`, with a note, if this process may not change its user.
 fn as_other(command: &mut Command) -> Option<bool> {
     if !rustix::process::geteuid().is_root() {
         println!("skipped: only root can act as another user");
@@ -76,7 +76,7 @@ fn another_user_can_neither_see_nor_make_what_is_opened() {
     assert_eq!(here.transports(), Vec::<PathBuf>::new());
 }
 
-/// Whoever has seen the names of one daemon knows nothing of the next one's; names taken beforehand stop nobody.
+/// The names of one daemon do not reveal those of the next; names that another user reserves beforehand stop no daemon.
 #[test]
 fn names_taken_by_another_user_stop_no_daemon() {
     let here = place();
@@ -92,14 +92,14 @@ fn names_taken_by_another_user_stop_no_daemon() {
     assert_eq!(here.transports(), Vec::<PathBuf>::new());
 }
 
-/// Ways in which only this user, or root, can spoil it.
+/// Damage to a file that only this user, or root, can do.
 const SPOILERS: [fn(&Path); 3] = [
     |path| std::fs::write(path, [0; 16]).unwrap(),
     |path| std::fs::remove_file(path).unwrap(),
     |path| std::fs::remove_file(path).and_then(|()| std::fs::create_dir(path)).unwrap(),
 ];
 
-/// A request of a supervisor; status line and body.
+/// Sends a supervisor's request; returns status line and body.
 fn readyz(port: u16) -> String {
     let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
     stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
@@ -112,7 +112,7 @@ fn readyz(port: u16) -> String {
 #[test]
 fn what_spoils_the_way_in_is_told_by_readyz_and_put_right() {
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    // No look but those of the supervisor.
+    // Only requests of the supervisor check the folders, not the daemon by itself.
     let settings = format!("[operations]\nport = {port}\n[times]\ncleanup_ms = 60000");
     let daemon = InProcess::start(place(), &settings);
     assert!(readyz(port).contains(" 200 "));
@@ -149,14 +149,14 @@ fn what_spoils_the_way_in_is_put_right_without_being_asked() {
     }
 }
 
-/// A daemon with an operations port, which looks after its folders all the time.
+/// A daemon with an operations port that checks its folders all the time.
 fn watched(here: &TestPlace) -> (Child, u16) {
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let settings = format!("[operations]\nport = {port}\n[times]\ncleanup_ms = 20");
     (Child::start(&mut role(here, "daemon", &settings)), port)
 }
 
-/// Whoever empties shared memory under a living daemon (a logout, a cleaner) makes room for another folder of the same name.
+/// If shared memory is emptied under a running daemon (a logout, a cleaner), another folder of the same name can appear.
 #[test]
 fn a_folder_in_the_place_of_the_daemons_is_neither_cleaned_up_nor_written_to() {
     let here = place();
@@ -170,7 +170,7 @@ fn a_folder_in_the_place_of_the_daemons_is_neither_cleaned_up_nor_written_to() {
     symlink(&home, folder.join("nodes")).unwrap();
     symlink(home.join("precious"), folder.join(&name).with_extension("new")).unwrap();
     symlink(home.join("precious"), folder.join(format!("{}.new", name.display()))).unwrap();
-    // Longer than nodes may be unfinished.
+    // Longer than the time for which nodes may be unfinished.
     std::thread::sleep(Duration::from_secs(7));
     let reply = readyz(port);
     assert!(reply.contains(" 503 ") && reply.contains(folder.to_str().unwrap()), "{reply}");
@@ -181,7 +181,7 @@ fn a_folder_in_the_place_of_the_daemons_is_neither_cleaned_up_nor_written_to() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-/// As after a power cut: the list of earlier daemons is there, their folders are gone, and one is another user's now.
+/// State after a power cut: the list of earlier daemons exists, their folders are gone, and one of them belongs to another user now.
 #[test]
 fn a_folder_of_another_user_under_the_name_of_an_earlier_daemon_is_not_read() {
     let here = place();
@@ -225,7 +225,7 @@ fn a_daemon_that_no_client_can_find_says_so() {
     }
 }
 
-/// What a killed daemon leaves goes with the next one, however often, also while its clients live on.
+/// The next daemon removes the files of a killed one, however often, also while clients of the killed one live on.
 #[test]
 fn nothing_of_killed_daemons_stays() {
     let here = place();
@@ -241,11 +241,7 @@ fn nothing_of_killed_daemons_stays() {
     }
     let last = Child::start(&mut role(&here, "daemon", "[times]\ncleanup_ms = 20"));
     assert!(early.folder.exists(), "a client still holds it");
-    assert_eq!(
-        service.status(patience()).unwrap().row().restarts,
-        4,
-        "the connection goes to the daemon that serves now"
-    );
+    assert_eq!(service.status(patience()).unwrap().restarts, 4, "the connection goes to the daemon that serves now");
     eventually(|| format!("left: {}", early.folder.display()), || !early.folder.exists());
     eventually(|| "one instance is left", || here.transports().len() == 1);
     drop(service);

@@ -1,5 +1,5 @@
-//! Faults at random moments, with real processes: killed and stopped daemons and clients, machines without shared memory or
-//! descriptors, clients that come and go by the thousand. After each, the next strike is answered and nothing is left behind.
+//! Faults at random moments, with real processes: killed and stopped daemons and clients, machines without shared memory or descriptors,
+//! clients that come and go by the thousand. After each fault, the next request gets a result and nothing is left behind.
 //!
 //! The long runs: `cargo test --release --workspace --test faults -- --ignored --nocapture`.
 
@@ -20,16 +20,16 @@ use support::{
     quantiles, role, shatter, shatterd, under,
 };
 
-/// No call takes longer than its deadline by this much, on however busy a machine.
+/// Largest time by which a call may exceed its deadline, on a machine under any load.
 const SLACK: Duration = Duration::from_secs(5);
 
-/// One at a time: some count what this process holds.
+/// Serializes the tests, because some count what this process holds.
 fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Plays another process for the tests below; alone it does nothing.
+/// Runs the process of another role for the tests below; does nothing by itself.
 #[test]
 fn play_a_role() {
     play(|client| match client {
@@ -50,7 +50,7 @@ fn named() -> Client {
     Client::connect(&std::env::var("SHATTER_SERVICE").unwrap(), patience()).unwrap()
 }
 
-/// Eight strikes under way and three answers held, at every moment.
+/// Keeps eight requests under way and three results held at every moment.
 fn strike_for_ever() {
     let bar = named().object("bar", patience()).unwrap();
     println!("ready");
@@ -71,7 +71,7 @@ fn strike_for_ever() {
     }
 }
 
-/// What calls came to, and the most that one overstayed its deadline.
+/// Outcomes of calls, and the largest excess of one over its deadline.
 #[derive(Default)]
 struct Calls {
     ends: BTreeMap<&'static str, u64>,
@@ -85,7 +85,7 @@ impl Calls {
     }
 }
 
-/// Strikes, each with a deadline, until told to stop; daemons come and go meanwhile.
+/// Sends requests, each with a deadline, until `over`; daemons come and go meanwhile.
 fn strike_until(bar: &Object, over: &AtomicBool) -> Calls {
     const WAIT: Duration = Duration::from_millis(500);
     let mut calls = Calls::default();
@@ -108,8 +108,8 @@ fn strike_until(bar: &Object, over: &AtomicBool) -> Calls {
     calls
 }
 
-/// Kills the daemon so often, under full load, also while it starts. Every call ends, the next daemon serves the same
-/// connections, and nothing piles up.
+/// Kills the daemon `kills` times under full load, also while it starts. Every call ends, the next daemon serves the same connections, and
+/// no resource accumulates.
 fn daemons_killed(kills: u64) {
     const CLIENTS: usize = 3;
     let _alone = alone();
@@ -148,13 +148,13 @@ fn daemons_killed(kills: u64) {
         over.store(true, Ordering::Relaxed);
         clients.into_iter().for_each(|client| calls.add(client.join().unwrap()));
     });
-    println!("{kills} killed daemons: next strike answered after {}; {:?}", quantiles(restarts), calls.ends);
+    println!("{kills} killed daemons: next result after {}; {:?}", quantiles(restarts), calls.ends);
     println!("  a call overstayed its deadline by {:.1} ms at most", calls.overstayed.as_secs_f64() * 1e3);
     assert!(calls.overstayed < SLACK, "{:?}", calls.overstayed);
     let known = ["ok", "lost", "no_daemon", "late", "busy", "stopping", "transport", "version_mismatch"];
     assert!(calls.ends.keys().all(|end| known.contains(end)) && calls.ends["ok"] > kills, "{:?}", calls.ends);
     println!("  files in shared memory: {files} before, {} after", here.shared_memory().len());
-    // The transport lets go of a connection when it sends the next time.
+    // The transport releases a connection when it sends the next time.
     let answers = || own.strike(&impact(0)).unwrap().wait(patience()).is_ok() && service.status(patience()).is_ok();
     eventually(
         || format!("files are removed: {:?}", here.shared_memory()),
@@ -163,7 +163,7 @@ fn daemons_killed(kills: u64) {
     drop((own, service));
     assert_eq!(daemon.unwrap().terminate().code(), Some(0));
     assert_eq!(here.shared_memory(), Vec::<PathBuf>::new());
-    eventually(|| "descriptors are given back", || descriptors(std::process::id()) <= before);
+    eventually(|| "descriptors are released", || descriptors(std::process::id()) <= before);
 }
 
 #[test]
@@ -177,8 +177,8 @@ fn three_hundred_killed_daemons_hang_nobody() {
     daemons_killed(300);
 }
 
-/// Kills that many clients at random moments, with strikes under way and answers held. Others are served, and the daemon
-/// gets everything back.
+/// Kills `kills` clients at random moments, with requests under way and results held. Other clients are served, and the daemon gets all
+/// resources back.
 fn clients_killed(kills: u64) {
     let _alone = alone();
     let here = TestPlace::new("deaths");
@@ -194,7 +194,7 @@ fn clients_killed(kills: u64) {
     let baseline = found();
     let mut random = ChaCha8Rng::seed_from_u64(kills);
     for kill in 0..kills {
-        // Some before they are connected, most in full swing.
+        // Some before they are connected, most with requests under way.
         let victim = if kill % 4 == 0 {
             Child::begin(&mut role(&here, "striker", ""))
         } else {
@@ -205,19 +205,19 @@ fn clients_killed(kills: u64) {
         let answer = strike(kill);
         assert!(answer.is_ok(), "after kill {kill}: {:?}", answer.err());
     }
-    eventually(|| "the dead are buried", || service.status(patience()).unwrap().row().clients == 1);
-    eventually(|| "nothing computes for them", || service.status(patience()).unwrap().row().running == 0);
-    // Their buckets are back: half of all are this client's share, the other half a second one's.
+    eventually(|| "dead clients are removed", || service.status(patience()).unwrap().clients == 1);
+    eventually(|| "nothing computes for them", || service.status(patience()).unwrap().running == 0);
+    // Their buckets are back: half of all are this client's share, the other half a second client's.
     let other = Client::connect_at(&here.place, patience()).unwrap();
     let theirs = other.object("bar", patience()).unwrap();
     let held: Vec<_> = (0..8).map(|number| strike(number).unwrap()).collect();
     let others: Vec<_> =
         (0..8).map(|number| theirs.strike(&impact(number)).unwrap().wait(patience()).unwrap()).collect();
     drop((held, others, theirs, other));
-    eventually(|| "the second one is gone", || service.status(patience()).unwrap().row().clients == 1);
+    eventually(|| "the second one is gone", || service.status(patience()).unwrap().clients == 1);
     println!("  descriptors, segments and nodes: {baseline:?} before, {:?} after", found());
     let back = || found().iter().zip(&baseline).all(|(now, before)| now <= before);
-    eventually(|| format!("descriptors, segments and nodes are given back: {:?}", found()), back);
+    eventually(|| format!("descriptors, segments and nodes are released: {:?}", found()), back);
     drop((bar, service));
     assert_eq!(daemon.terminate().code(), Some(0));
     assert_eq!(here.shared_memory(), Vec::<PathBuf>::new());
@@ -234,7 +234,7 @@ fn three_hundred_killed_clients_harm_nobody() {
     clients_killed(300);
 }
 
-/// Such segments hang who opens them, and the living open them: those who bury the dead, and the next daemon.
+/// A process that opens an unfinished segment blocks. The daemon that removes dead clients opens it, and so does the next daemon.
 #[test]
 fn segments_that_the_dead_did_not_finish_hang_nobody() {
     let _alone = alone();
@@ -258,7 +258,7 @@ fn segments_that_the_dead_did_not_finish_hang_nobody() {
     leave_tags(&its);
     victim.kill();
     eventually(|| "its node is gone", || its.len() == 1 && !its[0].exists());
-    eventually(|| "the dead client is buried", || service.status(patience()).unwrap().row().clients == 1);
+    eventually(|| "the killed client is removed", || service.status(patience()).unwrap().clients == 1);
     drop(served(1).unwrap());
     leave_unfinished(&connections().collect::<Vec<_>>());
     daemon.kill();
@@ -310,7 +310,7 @@ fn stopped_daemons_and_clients_hang_nobody() {
     assert_eq!(daemon.terminate().code(), Some(0));
 }
 
-/// Lets clients come and go, with so many allowed at once.
+/// Connects and disconnects `count` clients.
 fn connects(count: usize) {
     const CLIENTS_MAX: usize = 8;
     let _alone = alone();
@@ -349,7 +349,7 @@ fn ten_thousand_clients_come_and_go() {
     connects(10_000);
 }
 
-/// In a machine with little shared memory: what does not fit is refused, nobody dies, and room that comes back is used.
+/// Little shared memory: requests that do not fit are refused, no process ends, and freed memory is used again.
 fn crowded() {
     let here = TestPlace::new("crowded");
     here.database("vase", "tetra");
@@ -365,9 +365,9 @@ fn crowded() {
     assert!(held.len() > 2, "{}", held.len());
     let refusal = strike("large").err().unwrap();
     assert_eq!(refusal.kind, ErrorKind::SharedMemory, "{refusal}");
-    // Answers leave room for clients.
+    // Results leave memory for clients.
     drop(daemon.connect());
-    // Somebody else takes the last byte.
+    // Another process takes the rest.
     let greedy = std::path::Path::new("/dev/shm/greedy");
     let _ = std::fs::write(greedy, vec![1u8; 64 << 20]);
     for _ in 0..20 {
@@ -392,7 +392,7 @@ fn full_shared_memory_is_a_refusal_and_not_a_signal() {
     let own = "mount -t tmpfs -o size=24m tmpfs /dev/shm";
     let probe = Command::new(namespace[0]).args(&namespace[1..]).args(["sh", "-c", own]).output();
     if !probe.is_ok_and(|probe| probe.status.success()) {
-        println!("skipped: this machine lets nobody have shared memory of their own");
+        println!("skipped: this machine allows no shared memory of a process's own");
         return;
     }
     let here = TestPlace::new("outside");
@@ -400,7 +400,7 @@ fn full_shared_memory_is_a_refusal_and_not_a_signal() {
     Child::start(&mut { inside }).finish();
 }
 
-/// With few descriptors, on both sides: what does not fit is refused, nobody dies, and the next one is served.
+/// Few descriptors, on both sides: what does not fit is refused, no process ends, and the next client is served.
 fn poor() {
     let service = named();
     let mut guests = vec![service];
@@ -410,7 +410,7 @@ fn poor() {
             Err(refusal) => break refusal,
         }
     };
-    println!("a poor client has {} connections, then: {refusal}", guests.len());
+    println!("a client with few descriptors has {} connections, then: {refusal}", guests.len());
     let vase = guests[0].object("vase", patience()).unwrap();
     assert!(vase.strike(&impact(0)).unwrap().wait(patience()).is_ok());
     println!("ready");
@@ -421,11 +421,11 @@ fn exhausted_descriptors_are_a_refusal_and_not_an_end() {
     let _alone = alone();
     let here = TestPlace::new("poor");
     here.database("vase", "tetra");
-    // A poor client at a rich daemon.
+    // A client with few descriptors at a daemon with many.
     let daemon = Child::start(&mut role(&here, "daemon", ""));
     Child::start(&mut under(&[], "ulimit -n 48", role(&here, "poor", ""))).finish();
     assert_eq!(daemon.terminate().code(), Some(0));
-    // Rich clients at a poor daemon.
+    // Clients with many descriptors at a daemon with few.
     let daemon = Child::start(&mut under(&[], "ulimit -n 56", role(&here, "daemon", "")));
     let connect = || {
         let service = Client::connect_at(&here.place, Deadline::ms(500))?;
@@ -453,18 +453,18 @@ fn exhausted_descriptors_are_a_refusal_and_not_an_end() {
     assert_eq!(daemon.terminate().code(), Some(0));
 }
 
-/// Anonymous memory of the process `pid`, KiB: what it has allocated, without what it has mapped.
+/// Anonymous memory of the process `pid`, KiB: allocated memory without mapped memory.
 fn allocated_kib(pid: u32) -> u64 {
     let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap();
     let line = status.lines().find(|line| line.starts_with("RssAnon:")).unwrap();
     line.split_whitespace().nth(1).unwrap().parse().unwrap()
 }
 
-/// Eight client processes at 80 % of what the service can do, for `SHATTER_SOAK_MINUTES` (30).
+/// Eight client processes at 80 % of the service's capacity, for `SHATTER_SOAK_MINUTES` (30).
 #[test]
 #[ignore = "half an hour"]
 fn half_an_hour_of_load_leaves_memory_where_it_was() {
-    /// Buffers grow to the largest strike in these first minutes.
+    /// First minutes, in which buffers grow to the largest request.
     const WARM: u64 = 3;
     let _alone = alone();
     let minutes: u64 = std::env::var("SHATTER_SOAK_MINUTES").map_or(30, |text| text.parse().unwrap());

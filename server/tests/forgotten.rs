@@ -1,4 +1,4 @@
-//! Living clients that a daemon takes for dead ones: what they call goes over a new connection, and what was under way is lost.
+//! Living clients that a daemon treats as dead: their calls use a new connection, and their requests under way are lost.
 
 mod support;
 
@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 use support::{Child, TestPlace, patience, play, role};
 
-/// Plays another process for the tests below; alone it does nothing.
+/// Runs the process of another role for the tests below; does nothing by itself.
 #[test]
 fn play_a_role() {
     play(|other| panic!("no such role: {other}"));
@@ -26,13 +26,13 @@ fn impact() -> Impact {
     Impact::new([Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])])
 }
 
-/// Gives up the locks by which others see that nodes of this process live: a process loses its locks of a file with any of the
-/// descriptors that it closes (POSIX).
+/// Releases the locks by which others see that nodes of this process live: a process loses its locks of a file when it closes any of its
+/// descriptors (POSIX).
 fn look_dead(nodes: &[PathBuf]) {
     nodes.iter().filter(|path| path.is_file()).for_each(|path| drop(std::fs::File::open(path).unwrap()));
 }
 
-/// A daemon, and a client that lives and looks dead: the next daemon clears away all that the client is connected to.
+/// Starts a daemon, and a living client that looks dead: the next daemon removes everything that the client is connected to.
 fn cleared_away(here: &TestPlace) -> (Child, Client, Object) {
     let others = here.nodes();
     let first = Child::start(&mut role(here, "daemon", "[times]\ncleanup_ms = 60000"));
@@ -51,7 +51,7 @@ fn a_call_that_reached_no_daemon_is_made_again_over_a_new_connection() {
     let calls: [fn(&Client, &Object); 4] = [
         |_, vase| _ = vase.strike(&impact()).unwrap().wait(patience()).unwrap(),
         |service, _| assert_eq!(service.objects(patience()).unwrap().len(), 1),
-        |service, _| assert_eq!(service.status(patience()).unwrap().row().objects_ready, 1),
+        |service, _| assert_eq!(service.status(patience()).unwrap().objects_ready, 1),
         |service, _| assert_eq!(service.release(7, patience()).unwrap_err().kind, ErrorKind::UnknownHandle),
     ];
     for call in calls {
@@ -72,7 +72,8 @@ fn reply<R: ReplyRow>(question: &ActiveControlRequest, rows: &[R]) {
     reply.send().unwrap();
 }
 
-/// Serves one object until `over`: closes every strike without an answer, and says that it was `verdict`. Which connections struck.
+/// Serves one object until `over`. Closes every request without a result, and reports `verdict` as the error. Returns the listeners of the
+/// requests.
 fn close_every_strike(ports: &Ports, verdict: &Error, over: impl Fn() -> bool) -> Vec<[u8; 16]> {
     let mut vase = ObjectRow { state: control::ObjectState::Ready as u32, ..ObjectRow::zeroed() };
     vase.set_name("vase");
@@ -93,7 +94,7 @@ fn close_every_strike(ports: &Ports, verdict: &Error, over: impl Fn() -> bool) -
     listeners
 }
 
-/// What becomes of two strikes of one client that a daemon closes with this verdict, and whether both came over one connection.
+/// Errors of two requests of one client that a daemon closes with this error, and whether both came over one connection.
 fn struck_twice(verdict: ErrorKind) -> ([ErrorKind; 2], bool) {
     let here = TestPlace::new("forgot");
     let home = RuntimeDirectory::take(&here.place).unwrap();
@@ -117,5 +118,5 @@ fn struck_twice(verdict: ErrorKind) -> ([ErrorKind; 2], bool) {
 #[test]
 fn a_strike_that_nobody_gave_up_is_lost_and_the_next_comes_over_a_new_connection() {
     assert_eq!(struck_twice(ErrorKind::Cancelled), ([ErrorKind::Lost; 2], false));
-    assert_eq!(struck_twice(ErrorKind::Failed), ([ErrorKind::Failed; 2], true), "other verdicts are told as they are");
+    assert_eq!(struck_twice(ErrorKind::Failed), ([ErrorKind::Failed; 2], true), "other errors are passed on unchanged");
 }

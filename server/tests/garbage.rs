@@ -1,5 +1,5 @@
-//! Peers that send garbage, write to what they have sent, or speak another version: refused by the rule that they break, or
-//! answered as what they are; nobody else is harmed.
+//! Peers that send garbage, write to what they have sent, or speak another version: each is refused by the rule that it breaks, or served
+//! if the bytes are valid. No other client is affected.
 
 mod support;
 
@@ -12,10 +12,10 @@ use shatter_proto::request::{Request, RequestWire};
 use std::collections::BTreeMap;
 use support::{InProcess, RawPeer, TestPlace, patience};
 
-/// Under way at once.
+/// Requests under way at a time.
 const BATCH: u64 = 32;
 
-/// Words that hurt where they are believed: zeros, ones, signs, infinities, not-a-numbers, lengths, large counts.
+/// Words that do harm if they are trusted: zeros, ones, signs, infinities, not-a-numbers, lengths, large counts.
 const WORDS: [u64; 12] = [
     0,
     1,
@@ -54,7 +54,7 @@ fn good(sequence: u64) -> RequestWire {
     Request { seed: sequence / 3, ..strike }.wire([7; 16], sequence).unwrap()
 }
 
-/// A good strike with one to four words or bytes changed.
+/// A valid request with one to four words or bytes changed.
 fn mutant(random: &mut ChaCha8Rng, sequence: u64) -> RequestWire {
     let mut wire = good(sequence);
     let bytes = bytemuck::bytes_of_mut(&mut wire);
@@ -73,14 +73,14 @@ fn mutant(random: &mut ChaCha8Rng, sequence: u64) -> RequestWire {
     wire
 }
 
-/// Sends mutants; each must end as the rules say of the bytes that were sent. How they ended.
+/// Sends mutants; each must end as the rules demand for its bytes. Returns the outcomes.
 fn check(count: u64) -> BTreeMap<&'static str, u64> {
     let daemon = start();
     let peer = RawPeer::open(&daemon.here.place);
     let mut random = ChaCha8Rng::seed_from_u64(count);
     let mut ends: BTreeMap<&'static str, u64> = BTreeMap::new();
     for batch in 0..count / BATCH {
-        // Spread, so that no changed bit makes one the other's.
+        // Spread, so that no changed bit turns one into another.
         let spread = |number: u64| number.wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let numbers = (1..=BATCH).map(|i| spread(batch * BATCH + i));
         let mutants = numbers.map(|number| (number, mutant(&mut random, number)));
@@ -96,7 +96,7 @@ fn check(count: u64) -> BTreeMap<&'static str, u64> {
                     "answered"
                 }
                 (Err(refusal), Err(Some(kind))) => {
-                    // Two that call themselves the same share a verdict.
+                    // Requests with the same number share an error.
                     assert!(refusal.kind == *kind || wire.sequence != number, "{refusal}, but {kind:?}");
                     kind.name()
                 }
@@ -119,18 +119,18 @@ fn check(count: u64) -> BTreeMap<&'static str, u64> {
             *ends.entry(name).or_default() += 1;
         }
     }
-    // A toy has no cap on its sites.
+    // The toy engine has no cap on its sites.
     serves(&daemon, ends.get(ErrorKind::AnswerTooLarge.name()).copied().unwrap_or(0));
     ends
 }
 
-/// It still answers others, correctly, and no more than `failed` strikes failed in it.
+/// Checks that the daemon still serves others correctly, and that at most `failed` requests failed in it.
 fn serves(daemon: &InProcess, failed: u64) {
     let service: Client = daemon.connect();
     let vase = service.object("vase", patience()).unwrap();
     let impact = Impact::new([Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])]).degree(DegreeRule::Sites(5));
     assert_eq!(vase.strike(&impact).unwrap().wait(patience()).unwrap().fragments().len(), 5);
-    assert_eq!(service.status(patience()).unwrap().row().failed, failed);
+    assert_eq!(service.status(patience()).unwrap().failed, failed);
 }
 
 #[test]
@@ -159,8 +159,7 @@ fn writing_to_what_was_sent_changes_nothing_for_others() {
             let own = std::ptr::from_ref(sent.payload()).cast_mut().cast::<u8>();
             for _ in 0..32 {
                 let at = random.next_u32() as usize % size_of::<RequestWire>();
-                // SAFETY: the request's own memory, writable and mapped while `sent` lives; that the daemon reads it meanwhile is
-                // what is tested.
+                // SAFETY: the request's own memory, writable and mapped while `sent` lives. The test is that the daemon reads it meanwhile.
                 unsafe { own.add(at).write_volatile(random.next_u32() as u8) };
             }
         }

@@ -1,4 +1,4 @@
-//! `shatter load` against a daemon in this process with a toy engine: real client processes, every strike accounted for.
+//! `shatter load` against a daemon in this process with a toy engine: real client processes, and an outcome for every request.
 
 mod support;
 
@@ -14,7 +14,7 @@ fn daemon() -> InProcess {
     InProcess::start(here, "")
 }
 
-/// The document of a run; every strike has one end.
+/// Document of a run; checks that every request has one outcome.
 fn run(daemon: &InProcess, arguments: &[&str]) -> Value {
     let all: Vec<&str> = ["load", "--seconds", "1", "--json"].iter().chain(arguments).copied().collect();
     let (code, text) = shatter(&daemon.here, &all);
@@ -52,7 +52,7 @@ fn what_is_late_is_counted_so_and_a_closed_loop_waits() {
     let told: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(told["runs"].as_array().unwrap().len(), 2);
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
-    assert!(read("load.svg").contains("most answered"));
+    assert!(read("load.svg").contains("highest throughput"));
     let strikes: u64 = told["runs"].as_array().unwrap().iter().map(|run| run["sent"].as_u64().unwrap()).sum();
     assert_eq!(read("load.csv").lines().count() as u64, 1 + strikes);
 }

@@ -1,4 +1,4 @@
-//! Mistakes of people who use the programs for the first time: each message alone says what to do.
+//! Mistakes of first-time users of the programs: each message by itself names the remedy.
 
 mod support;
 
@@ -14,7 +14,7 @@ fn shatterd(here: &TestPlace) -> Command {
     command
 }
 
-/// Runs `words`, the program first; exit code, stdout and stderr.
+/// Runs `words`, the program first; returns exit code, stdout and stderr.
 fn run(here: &TestPlace, words: &[&str]) -> (i32, String, String) {
     let mut command = if words[0] == "shatter" { shatter_program(here) } else { shatterd(here) };
     let output = command.args(&words[1..]).stdin(Stdio::null()).output().unwrap();
@@ -76,7 +76,7 @@ fn commands_and_options_that_do_not_exist_lead_to_those_that_do() {
         ("shatter impact mug --point 0,0,0 --impulse 1,0,0 --seed x", "invalid digit"),
         ("shatter threshold mug --ray 0,0,0,0,0,0", "--ray: the direction DX,DY,DZ of the ray is zero"),
         ("shatter impact", "`shatter list` shows the names of the objects"),
-        ("shatter list mug", "`shatter list` takes options alone"),
+        ("shatter list mug", "`shatter list` takes only options"),
         ("shatterd bake spot.obj", "--name vase"),
         ("shatterd bake --name x", "--shape SHAPE"),
         ("shatterd bake x.obj --name x --quality good", "must be one of `draft`"),
@@ -101,9 +101,9 @@ fn files_of_another_kind_are_named_with_what_to_do() {
     check(&here, &format!("shatterd merge {spot} --out {folder}"), (3, &format!("shatterd bake {spot} --name NAME")));
     check(&here, &format!("shatterd bake {folder} --name x"), (3, "is a folder, not a mesh"));
     check(&here, &format!("shatterd bake {scene} --name x"), (3, "shatterd check"));
-    check(&here, &format!("shatterd bake {folder}/mug.shatter --name x"), (3, "is a database already"));
+    check(&here, &format!("shatterd bake {folder}/mug.shatter --name x"), (3, "is a database, not a mesh"));
     check(&here, &format!("shatterd bake {} --name x", spot.trim_end_matches(".obj")), (3, "spot.obj?"));
-    check(&here, &format!("shatterd bake {spot} --name x --out {spot}"), (3, "a folder is needed here"));
+    check(&here, &format!("shatterd bake {spot} --name x --out {spot}"), (3, "is a file; name a folder"));
     check(&here, &format!("shatterd inspect {folder}"), (3, "mug.shatter"));
     check(&here, &format!("shatterd serve --scene {scene}"), (3, "did you mean `mug`?"));
     let (code, plan, _) = run(&here, &["shatterd", "check", &scene]);
@@ -143,7 +143,7 @@ fn a_client_that_may_map_little_memory_is_told_so() {
     assert!(output.status.code() == Some(5) && error.contains("ulimit -v"), "{:?} {error}", output.status);
 }
 
-/// A folder in /tmp that another user made first is named, with its owner and what to do. Needs root, who may become another user.
+/// A folder in /tmp that another user made first: the message names it, its owner, and the remedy. Needs root, to become another user.
 #[test]
 fn a_runtime_folder_that_another_user_took_is_named() {
     const OTHER: u32 = 65_534;
@@ -152,7 +152,7 @@ fn a_runtime_folder_that_another_user_took_is_named() {
         println!("skipped: needs root, and no {folder}");
         return;
     }
-    // Others can read and run what lies here, unlike the folder of the build.
+    // Other users can read and run files here, unlike those in the build folder.
     let own = tempfile::Builder::new().prefix("sh").tempdir_in("/dev/shm").unwrap();
     let here = TestPlace::new("taken");
     let copy = own.path().join("shatter");

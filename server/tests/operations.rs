@@ -1,4 +1,4 @@
-//! The loopback port under connections that never ask anything: supervisors are answered all the same.
+//! The loopback port under connections that send no request: supervisors still get replies.
 
 mod support;
 
@@ -11,7 +11,7 @@ use support::{InProcess, TestPlace};
 /// Connections held open: ten times as many as the port serves at once.
 const HELD: usize = 640;
 
-/// How long a probe waits: less than it takes two rounds of idle connections to time out, 3 s each.
+/// Timeout of a probe: less than two rounds of timeouts of idle connections, 3 s each.
 const PROBE: Duration = Duration::from_secs(5);
 
 fn daemon() -> (InProcess, u16) {
@@ -19,7 +19,7 @@ fn daemon() -> (InProcess, u16) {
     (InProcess::start(TestPlace::new("port"), &format!("[operations]\nport = {port}")), port)
 }
 
-/// The status line of a reply to `GET /healthz`.
+/// Status line of a reply to `GET /healthz`.
 fn probe(port: u16) -> String {
     let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
     stream.set_read_timeout(Some(PROBE)).unwrap();
@@ -49,7 +49,7 @@ fn headers_that_arrive_byte_by_byte_keep_no_probe_waiting() {
             let header = b"GET /healthz HTTP/1.1\r\nX-Slow: ";
             let mut held: Vec<TcpStream> = Vec::new();
             while !over.load(Ordering::Relaxed) {
-                // Whoever is closed comes again.
+                // A closed connection is opened again.
                 held.retain_mut(|stream| stream.write_all(b"a").is_ok());
                 while held.len() < HELD {
                     let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();

@@ -5,13 +5,13 @@ mod support;
 use rustix::process::Signal;
 use serde_json::Value;
 use shatter_client::{Client, Contact, Effect, ErrorKind, Impact};
-use shatter_proto::result::STAGES;
+use shatter_proto::result::StageKind;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 use support::{Child, TestPlace, patience, play, role, shatter, shatter_program, shatterd};
 
-/// Plays another process for the tests below; alone it does nothing.
+/// Runs the process of another role for the tests below; does nothing by itself.
 #[test]
 fn play_a_role() {
     play(|client| match client {
@@ -79,7 +79,7 @@ fn a_second_daemon_of_the_same_name_is_refused() {
     assert!(error.contains("`second`") && error.contains(&first.id().to_string()), "{error}");
     let other = Child::start(shatterd(&here).args(["--service", "other"]));
     assert_eq!(other.terminate().code(), Some(0));
-    assert_eq!(connect(Some(&here)).status(patience()).unwrap().row().pid, first.id());
+    assert_eq!(connect(Some(&here)).status(patience()).unwrap().pid, first.id());
 }
 
 #[test]
@@ -90,7 +90,7 @@ fn a_daemon_whose_messages_nobody_reads_serves_on() {
     for _ in 0..20 {
         assert!(service.object("nothing", patience()).is_err());
     }
-    assert_eq!(service.status(patience()).unwrap().row().pid, daemon.id());
+    assert_eq!(service.status(patience()).unwrap().pid, daemon.id());
     assert_eq!(daemon.terminate().code(), Some(0));
 }
 
@@ -134,7 +134,7 @@ fn a_killed_daemon_is_noticed_and_can_be_started_again() {
     let service = connect(Some(&here));
     let slow = service.object("slow", patience()).unwrap();
     let mut ticket = slow.strike(&impact()).unwrap();
-    while service.status(patience()).unwrap().row().running == 0 {
+    while service.status(patience()).unwrap().running == 0 {
         std::thread::yield_now();
     }
     first.kill();
@@ -199,7 +199,7 @@ fn the_command_line_strikes_and_prints_one_document() {
     assert_eq!(answer["fragments"].as_array().unwrap().len(), 3);
     assert!(answer["fragments"].as_array().unwrap().iter().all(|fragment| fragment["closed"] == true));
     let names = answer["stages"].as_array().unwrap().iter().map(|stage| stage["name"].as_str().unwrap());
-    assert!(names.eq(STAGES.into_iter().chain(Effect::ALL.map(Effect::name))), "{out}");
+    assert!(names.eq(StageKind::ALL.iter().map(|stage| stage.name()).chain(Effect::ALL.map(Effect::name))), "{out}");
     let keys = ["object", "handle", "gamma_j_m2", "e1_over_gamma", "sites", "fracture_degree", "degree_source"];
     let keys = keys.into_iter().chain(["quality", "iterations", "time_ns"]).chain([
         "confidence",
@@ -240,7 +240,7 @@ fn the_command_line_strikes_and_prints_one_document() {
     }
 }
 
-/// A supervisor hears that the daemon serves, and that it ends.
+/// The daemon notifies a supervisor that it serves, and that it ends.
 #[test]
 fn the_supervisor_is_told() {
     let here = TestPlace::new("told");
@@ -256,7 +256,7 @@ fn the_supervisor_is_told() {
     let daemon = Child::start(command.env("NOTIFY_SOCKET", &socket).env("WATCHDOG_USEC", "100000"));
     let first = heard();
     assert!(first.contains("READY=1") && first.contains("STATUS=serving: 0 of 0 objects ready"), "{first}");
-    // Twice per period of the watchdog, as long as its loop turns.
+    // Twice per period of the watchdog, as long as its event loop runs.
     (0..3).for_each(|_| assert_eq!(heard().trim(), "WATCHDOG=1"));
     daemon.signal(Signal::TERM);
     let last = std::iter::repeat_with(heard).find(|text| !text.contains("WATCHDOG=1")).unwrap();
@@ -264,7 +264,7 @@ fn the_supervisor_is_told() {
     daemon.finish();
 }
 
-/// The unit runs what `cargo install` installs, with arguments that it understands.
+/// The unit runs the program that `cargo install` installs, with valid arguments.
 #[test]
 fn the_unit_file_starts_the_daemon_as_it_is() {
     let unit = include_str!("../../config/shatterd.service");

@@ -1,9 +1,12 @@
-//! The real engine behind the real transport: a bar is baked, saved, loaded by the daemon and struck through the client,
-//! and what the tessellator writes lies in shared memory.
+//! The real engine behind the real transport: a bar is baked, saved, loaded by the daemon and struck through the client. The tessellator's
+//! output lies in shared memory.
 
 mod support;
 
-use shatter_client::{Contact, DegreeRule, Error, ErrorKind, Impact, Object, Quality};
+use shatter_client::{
+    Contact, DegreeMethod, DegreeOrigin, DegreeRule, EffectCost, EnergySource, Error, ErrorKind, Impact, Object,
+    OverrunCause, Quality, StageCost, StageKind, StopCriterion,
+};
 use shatter_engine::object::{self, EngineResult, Loader};
 use shatter_engine::wire;
 use shatter_fracture::cancel_token::CancelToken;
@@ -16,13 +19,13 @@ use std::path::Path;
 use std::sync::{Arc, LazyLock, Mutex};
 use support::{InProcess, TestPlace, bar, patience, within};
 
-/// A bar, baked once for all tests: the bytes of its database.
+/// Database of a bar, baked once for all tests: the bytes of the file.
 static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.08));
 
-/// Where sections were written.
+/// Address ranges to which sections were written.
 type Written = Arc<Mutex<Vec<Range<usize>>>>;
 
-/// The real object, which remembers where its answers were written.
+/// The real object, which records the addresses of its results.
 struct Watched(Arc<dyn object::ServedObject>, Written);
 
 impl object::ServedObject for Watched {
@@ -68,7 +71,7 @@ impl EngineResult for WatchedOutcome {
     }
 }
 
-/// A daemon with the bar, and a connection's handle on it.
+/// Starts a daemon with the bar; returns the object over a connection.
 fn start(settings: &str) -> (InProcess, Object, Written) {
     let here = TestPlace::new("real");
     std::fs::write(here.databases().join("bar.shatter"), BAR.as_slice()).unwrap();
@@ -80,7 +83,7 @@ fn start(settings: &str) -> (InProcess, Object, Written) {
     (daemon, bar, written)
 }
 
-/// A blow on the end of the bar.
+/// An impact on the end of the bar.
 fn blow(impulse_ns: f64) -> Impact {
     Impact::new([Contact::new([0.2, 0.0, 0.0]).impulse([-impulse_ns, 0.0, 0.0]).radius(0.05)])
 }
@@ -110,8 +113,8 @@ fn fragments_are_closed_and_weigh_what_the_bar_weighs() {
     assert!((volume / facts.volume_m3 - 1.0).abs() < 1e-6, "{volume} of {}", facts.volume_m3);
     assert!((mass / (facts.volume_m3 * facts.density_kg_m3) - 1.0).abs() < 1e-6);
     let summary = broken.summary();
-    assert_eq!((summary.sites, summary.degree_source()), (20, "forced"));
-    assert!(broken.stages().iter().all(|stage| stage.ran == 1 || stage.name() == "degree"));
+    assert_eq!((summary.sites, summary.degree_origin), (20, DegreeOrigin::Forced));
+    assert!(broken.stages().all(|cost| cost.has_run || cost.stage == StageKind::Degree));
 }
 
 #[test]
@@ -121,17 +124,19 @@ fn twice_the_threshold_breaks_and_half_does_not() {
     let just = strike(blow(1.0).threshold_only()).summary().threshold_impulse_factor;
     let whole = strike(blow(0.5 * just));
     assert!(whole.is_whole());
-    assert_eq!((whole.summary().fracture_degree, whole.summary().degree_source()), (1, "threshold"));
-    let ran: Vec<&str> = whole.stages().iter().filter(|stage| stage.ran == 1).map(|stage| stage.name()).collect();
+    assert_eq!((whole.summary().fracture_degree, whole.summary().degree_origin.name()), (1, "threshold"));
+    let ran: Vec<&str> = whole.stages().filter(|cost| cost.has_run).map(|cost| cost.stage.name()).collect();
     assert_eq!(ran, ["load", "elasticity", "threshold"]);
     let weak = strike(blow(0.01 * just));
-    assert_eq!((weak.is_whole(), weak.summary().elastic(), whole.summary().elastic()), (true, "bounded", "solve"));
+    assert_eq!(
+        (weak.is_whole(), weak.summary().energy_source.name(), whole.summary().energy_source.name()),
+        (true, "bounded", "solve")
+    );
     assert!(weak.summary().e1_over_gamma >= 1e-4 && weak.summary().threshold_impulse_factor <= 100.0);
-    let ran: Vec<&str> = weak.stages().iter().filter(|stage| stage.ran == 1).map(|stage| stage.name()).collect();
+    let ran: Vec<&str> = weak.stages().filter(|cost| cost.has_run).map(|cost| cost.stage.name()).collect();
     assert_eq!(ran, ["load", "threshold"]);
-    let idle = |stage: &&shatter_proto::result::StageWire| stage.ran == 0;
-    assert!(weak.stages().iter().filter(idle).all(|stage| (stage.ns, stage.bytes) == (0, 0)));
-    assert!(weak.effects().iter().all(|row| (row.ran, row.ns, row.bytes) == (0, 0, 0)), "{:?}", weak.effects());
+    assert!(weak.stages().all(|cost| cost.has_run || cost == StageCost::idle(cost.stage)));
+    assert!(weak.effects().all(|cost| cost == EffectCost::idle(cost.effect)));
     let broken = strike(blow(2.0 * just));
     assert!(broken.fragments().len() >= 2 && broken.summary().fracture_degree >= 2);
 }
@@ -156,19 +161,28 @@ fn answers_tell_the_numbers_that_they_were_computed_by() {
     let strike = |impact: Impact| bar.strike(&impact).unwrap().wait(patience()).unwrap().summary();
     let sites = blow(50.0).degree(DegreeRule::Sites(20));
     let game = strike(sites.clone());
-    assert_eq!((game.quality(), game.degree(), game.stop_reason()), ("game", "sites", "converged"));
+    assert_eq!(
+        (game.quality, game.degree_method, game.stop_criterion),
+        (Some(Quality::Game), DegreeMethod::Sites, StopCriterion::Converged)
+    );
     assert_eq!((game.tolerance, game.iterations_max), (2e-2, 200));
     assert_eq!(u64::from(game.crack_nodes), u64::from(bar.facts().crack_nodes));
-    assert_eq!((game.elastic(), game.rank, game.energy_error), ("solve", 0, 0.0), "it has no basis");
-    assert!(game.elastic_nodes > 0 && game.lift_modes > 0 && game.cvd_gap > 0.0 && game.time_ns > 0);
+    assert_eq!((game.energy_source, game.rank, game.energy_error), (EnergySource::Solve, 0, 0.0), "it has no basis");
+    assert!(game.elastic_nodes > 0 && game.lift_modes > 0 && game.cvd_gap > 0.0 && !game.time.is_zero());
     let draft = strike(sites.clone().quality(Quality::Draft));
-    assert_eq!((draft.quality(), draft.tolerance, draft.iterations_max), ("draft", 5e-2, 4));
+    assert_eq!((draft.quality, draft.tolerance, draft.iterations_max), (Some(Quality::Draft), 5e-2, 4));
     assert!(draft.iterations <= 8 && draft.cvd_gap > game.cvd_gap, "{draft:?}");
     let film = strike(blow(50.0).quality(Quality::Film).iterations(5));
-    assert_eq!((film.quality(), film.degree(), film.iterations_max), ("film", "inferred", 5));
-    assert_eq!((film.iterations, film.stop_reason()), (5, "iterations"));
+    assert_eq!(
+        (film.quality, film.degree_method, film.iterations_max),
+        (Some(Quality::Film), DegreeMethod::Inferred, 5)
+    );
+    assert_eq!((film.iterations, film.stop_criterion), (5, StopCriterion::Iterations));
     let whole = strike(blow(1e-3).quality(Quality::Draft));
-    assert_eq!((whole.quality(), whole.stop_reason(), whole.cvd_gap), ("draft", "complete", 0.0));
+    assert_eq!(
+        (whole.quality, whole.stop_criterion, whole.cvd_gap),
+        (Some(Quality::Draft), StopCriterion::Complete, 0.0)
+    );
 }
 
 #[test]
@@ -180,7 +194,7 @@ fn without_time_the_start_is_the_answer_and_with_enough_nothing_changes() {
     };
     let sites = blow(50.0).degree(DegreeRule::Sites(20));
     let none = strike(&sites.clone().time_ms(1e-3));
-    assert_eq!((none.summary().stop_reason(), none.summary().iterations), ("time", 0));
+    assert_eq!((none.summary().stop_criterion.name(), none.summary().iterations), ("time", 0));
     assert!(none.fragments().all(|fragment| fragment.is_closed()));
     let volume: f64 = none.fragments().map(|fragment| fragment.volume_m3()).sum();
     assert!((volume / bar.facts().volume_m3 - 1.0).abs() < 1e-6, "{volume}");
@@ -188,16 +202,23 @@ fn without_time_the_start_is_the_answer_and_with_enough_nothing_changes() {
     let usual = strike(&sites);
     assert_ne!(positions(&none), positions(&usual));
     let hour = strike(&sites.clone().time_ms(3.6e6));
-    assert_eq!((hour.summary().stop_reason(), positions(&hour)), ("converged", positions(&usual)));
+    assert_eq!((hour.summary().stop_criterion.name(), positions(&hour)), ("converged", positions(&usual)));
     let rough = strike(&sites.error(0.2)).summary();
-    assert_eq!((rough.stop_reason(), rough.cvd_gap <= 0.2), ("error_met", true), "{rough:?}");
+    assert_eq!((rough.stop_criterion, rough.cvd_gap <= 0.2), (StopCriterion::ErrorMet, true), "{rough:?}");
     assert!(rough.iterations < usual.summary().iterations);
-    // The limit of game's basis, and what an error that is asked for makes of it.
+    // The limit of the basis under `game`, and the limit that a requested error sets.
     assert_eq!((usual.summary().reduced_error_max, rough.reduced_error_max), (0.1, 0.2));
     let late = strike(&blow(50.0).degree(DegreeRule::Optimised).time_ms(1e-3)).summary();
-    assert_eq!((late.stop_reason(), late.degree(), late.degree_source()), ("time", "optimised", "closed_form"));
+    assert_eq!(
+        (late.stop_criterion, late.degree_method, late.degree_origin),
+        (StopCriterion::Time, DegreeMethod::Optimised, DegreeOrigin::ClosedForm)
+    );
     let soon = strike(&blow(50.0).degree(DegreeRule::Verified).error(0.2)).summary();
-    assert_eq!((soon.stop_reason(), soon.degree_source()), ("error_met", "verified"), "{soon:?}");
+    assert_eq!(
+        (soon.stop_criterion, soon.degree_origin),
+        (StopCriterion::ErrorMet, DegreeOrigin::Verified),
+        "{soon:?}"
+    );
 }
 
 #[test]
@@ -245,7 +266,7 @@ fn a_damaged_database_is_named_and_the_other_served() {
     assert!(!bar.strike(&blow(50.0).degree(DegreeRule::Sites(3))).unwrap().wait(patience()).unwrap().is_whole());
 }
 
-/// Where no quality can fall any more the time is missed, and the answer and the command say by how much and why.
+/// If no setting can be lowered any more, the request misses its time; the result and the command report by how much and why.
 #[test]
 fn a_time_that_cannot_be_kept_is_told_with_its_reason() {
     let here = TestPlace::new("missed");
@@ -260,7 +281,7 @@ fn a_time_that_cannot_be_kept_is_told_with_its_reason() {
     };
     let (missed, note) = strike("0.001");
     assert!(missed["by_ms"].as_f64().is_some_and(|ms| ms > 0.0), "{missed}");
-    assert!(shatter_proto::result::OVERRUNS.contains(&missed["reason"].as_str().unwrap()), "{missed}");
+    assert!(OverrunCause::ALL.iter().any(|cause| missed["reason"] == cause.name()), "{missed}");
     assert!(note.contains("exceeded by") && note.contains(missed["message"].as_str().unwrap()), "{note}");
     let (kept, note) = strike("60000");
     assert!(kept.is_null() && note.is_empty(), "{kept} {note}");

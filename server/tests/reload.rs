@@ -1,29 +1,28 @@
-//! Databases that come, change, spoil and go under a daemon that serves: real processes, toy objects.
+//! Databases that appear, change, become corrupt and disappear under a running daemon: real processes, toy objects.
 
 mod support;
 
 use rustix::process::Signal;
 use serde_json::Value;
-use shatter_client::{Client, Contact, ErrorKind, Impact, ObjectFacts, ObjectState};
-use shatter_proto::control::StatusRow;
+use shatter_client::{Client, Contact, ErrorKind, Impact, ObjectFacts, ObjectState, Status};
 use std::io::Read;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
-use support::{Child, TestPlace, patience, play, role, shatter};
+use support::{Child, TestPlace, patience, play, role, shatter, shatter_program};
 
-/// A daemon that reads its databases again when it is told to, and not by itself.
+/// Settings of a daemon that reads its databases again only on demand.
 const UNWATCHED: &str = "[databases]\nwatch_ms = 0";
 
-/// One that looks often.
+/// Settings of a daemon that checks its databases often.
 const WATCHED: &str = "[databases]\nwatch_ms = 10";
 
-/// Plays another process for the tests below; alone it does nothing.
+/// Runs the process of another role for the tests below; does nothing by itself.
 #[test]
 fn play_a_role() {
     play(|other| panic!("no such role: {other}"));
 }
 
-/// A daemon, and a connection to it.
+/// Starts a daemon, and connects to it.
 fn start(here: &TestPlace, settings: &str) -> (Child, Client) {
     let daemon = Child::start(&mut role(here, "daemon", settings));
     (daemon, Client::connect_at(&here.place, patience()).unwrap())
@@ -33,21 +32,21 @@ fn impact() -> Impact {
     Impact::new([Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])])
 }
 
-/// γ of the object's version that a new strike meets.
+/// γ of the version of the object that a new request meets.
 fn strike(service: &Client, object: &str) -> f64 {
     let object = service.object(object, patience()).unwrap();
     object.strike(&impact()).unwrap().wait(patience()).unwrap().summary().gamma_j_m2
 }
 
-fn status(service: &Client) -> StatusRow {
-    *service.status(patience()).unwrap().row()
+fn status(service: &Client) -> Status {
+    service.status(patience()).unwrap()
 }
 
 fn facts(service: &Client, object: &str) -> Option<ObjectFacts> {
     service.objects(patience()).unwrap().into_iter().find(|facts| facts.name == object)
 }
 
-/// Waits, not for ever, until `holds`.
+/// Waits with a timeout until `holds`.
 #[track_caller]
 fn eventually(service: &Client, holds: impl Fn(&Client) -> bool) {
     let deadline = patience();
@@ -86,7 +85,7 @@ fn a_hangup_swaps_whole_and_a_strike_keeps_the_version_it_began_with() {
     std::fs::remove_file(gate).unwrap();
     let broken = early.wait(patience()).unwrap();
     assert_eq!(broken.summary().gamma_j_m2, 3.0);
-    assert_eq!(broken.view().positions[1], [1.5, 0.0, 0.0]);
+    assert_eq!(broken.positions()[1], [1.5, 0.0, 0.0]);
     eventually(&service, |service| status(service).retired == 0);
     assert_eq!((status(&service).retired_bytes, status(&service).failed), (0, 0));
 }
@@ -156,8 +155,8 @@ fn a_bad_replacement_is_named_and_the_version_before_it_served() {
     here.database("vase", "?");
     eventually(&service, |service| status(service).objects_outdated == 1);
     let vase = facts(&service, "vase").unwrap();
-    assert!(vase.ready && vase.generation == 1);
-    assert!(vase.refusal.unwrap().message.contains("vase.shatter: checksum"));
+    assert!(vase.is_ready() && vase.generation == 1);
+    assert!(vase.error.unwrap().message.contains("vase.shatter: checksum"));
     assert_eq!((status(&service).objects_ready, status(&service).objects_failed), (1, 0));
     assert_eq!(strike(&service, "vase"), 3.0);
     for command in ["list", "status"] {
@@ -173,7 +172,7 @@ fn a_bad_replacement_is_named_and_the_version_before_it_served() {
     here.database("vase", "tint 7");
     eventually(&service, |service| generation(service, "vase") == 2);
     assert_eq!((status(&service).objects_outdated, strike(&service, "vase")), (0, 7.0));
-    assert_eq!(facts(&service, "vase").unwrap().refusal, None);
+    assert_eq!(facts(&service, "vase").unwrap().error, None);
 }
 
 #[test]
@@ -207,7 +206,7 @@ fn status_shows_what_is_loaded_its_memory_and_since_when() {
     assert!(screen.contains("1 reloads") && screen.contains("worn.shatter: checksum"), "{screen}");
 }
 
-/// A database whose loading takes as long as the test wants is listed, and strikes on it are told to come back.
+/// A database that is being loaded is listed, and requests for it get `loading`.
 #[test]
 fn an_object_that_is_being_loaded_is_listed_as_such() {
     let here = TestPlace::new("loading");
@@ -218,7 +217,7 @@ fn an_object_that_is_being_loaded_is_listed_as_such() {
     here.database("pot", "tint 5");
     eventually(&service, |service| facts(service, "pot").is_some());
     let pot = facts(&service, "pot").unwrap();
-    assert_eq!((pot.ready, pot.state), (false, ObjectState::Loading));
+    assert_eq!((pot.is_ready(), pot.state), (false, ObjectState::Loading));
     let row = status(&service);
     assert_eq!((row.objects_ready, row.objects_loading, row.objects_failed), (1, 1, 0));
     let refusal = service.object("pot", patience()).err().unwrap();
@@ -239,7 +238,7 @@ fn an_object_that_is_being_loaded_is_listed_as_such() {
         assert_eq!((&objects[0]["state"], &objects[1]["state"]), (&"loading".into(), &"ready".into()), "{out}");
         assert!(shatter(&here, &[command]).1.contains("loading"));
     }
-    // Another one that comes meanwhile is not overlooked.
+    // Another database that appears meanwhile is loaded, too.
     here.database("jug", "tint 1");
     eventually(&service, |service| status(service).objects_loading == 2);
     assert_eq!(strike(&service, "vase"), 3.0);
@@ -248,7 +247,7 @@ fn an_object_that_is_being_loaded_is_listed_as_such() {
     assert_eq!((status(&service).objects_loading, strike(&service, "pot"), strike(&service, "jug")), (0, 5.0, 1.0));
 }
 
-/// A signal that comes while the databases are loaded ends the daemon at once: it never serves.
+/// A signal while the databases are being loaded ends the daemon at once, before it serves.
 #[test]
 fn a_signal_ends_a_daemon_that_still_loads() {
     for signal in [Signal::TERM, Signal::INT] {
@@ -260,7 +259,7 @@ fn a_signal_ends_a_daemon_that_still_loads() {
         while !here.place.lock().exists() && begun.elapsed() < limit {
             std::thread::sleep(Duration::from_millis(2));
         }
-        // It takes its place before it loads.
+        // The daemon takes its runtime directory before it loads.
         std::thread::sleep(Duration::from_millis(200));
         let asked = Instant::now();
         rustix::process::kill_process(rustix::process::Pid::from_child(&child), signal).unwrap();
@@ -273,7 +272,7 @@ fn a_signal_ends_a_daemon_that_still_loads() {
     }
 }
 
-/// Who asks for an object right after its database was written is told that it is being loaded, however seldom the daemon looks by itself.
+/// A request for an object right after its database was written gets `loading`, however rarely the daemon checks by itself.
 #[test]
 fn a_database_that_was_written_a_moment_ago_is_being_loaded() {
     let here = TestPlace::new("fresh");
@@ -293,22 +292,53 @@ fn a_database_that_was_written_a_moment_ago_is_being_loaded() {
     assert_eq!(service.object("pan", patience()).err().unwrap().kind, ErrorKind::UnknownObject);
 }
 
-/// Niceness of the threads of process `pid` that have this name.
+/// `impact --wait` waits for a daemon, and for an object that is being loaded; after its time it reports for what.
+#[test]
+fn a_strike_waits_for_the_daemon_and_for_its_object() {
+    let here = TestPlace::new("wait");
+    here.database("vase", "tint 3");
+    let program = |object: &str, wait: &str| {
+        let mut command = shatter_program(&here);
+        command.args(["impact", object, "--point", "0,0.1,0", "--impulse", "-1,0,0", "--wait", wait, "--json"]);
+        command.stdout(Stdio::piped()).stderr(Stdio::null());
+        command
+    };
+    let over = |object: &str, (wanted, kind): (i32, &str)| {
+        let output = program(object, "0.2").output().unwrap();
+        let error = &serde_json::from_slice::<Value>(&output.stdout).unwrap()["error"];
+        assert_eq!((output.status.code(), &error["kind"]), (Some(wanted), &kind.into()), "{error}");
+        assert!(error["message"].as_str().unwrap().contains("waited 0.2 s"), "{error}");
+    };
+    over("vase", (4, "no_daemon"));
+    let early = program("vase", "60").spawn().unwrap();
+    let (_daemon, service) = start(&here, WATCHED);
+    assert!(early.wait_with_output().unwrap().status.success());
+    let gate = here.databases().join("pot.loading");
+    std::fs::write(&gate, "").unwrap();
+    here.database("pot", "tint 5");
+    eventually(&service, |service| facts(service, "pot").is_some());
+    over("pot", (5, "loading"));
+    let early = program("pot", "60").spawn().unwrap();
+    std::fs::remove_file(gate).unwrap();
+    assert!(early.wait_with_output().unwrap().status.success());
+}
+
+/// Niceness of the threads of process `pid` with this name.
 fn niceness(pid: u32, name: &str) -> Vec<String> {
     let tasks = std::fs::read_dir(format!("/proc/{pid}/task")).unwrap().flatten();
     let named =
         tasks.filter(|task| std::fs::read_to_string(task.path().join("comm")).is_ok_and(|comm| comm.trim() == name));
-    // What follows the name, which ends in a bracket: the 17th word is the niceness.
+    // Fields after the name, which ends in a parenthesis: the 17th is the niceness.
     let nice = |stat: String| stat.rsplit(')').next().unwrap().split_whitespace().nth(16).unwrap().to_owned();
     named.map(|task| nice(std::fs::read_to_string(task.path().join("stat")).unwrap())).collect()
 }
 
-/// A load has its share of a busy machine: as much as one computing thread, and no more.
+/// A load gets a share of a busy machine: as much as one computing thread, and no more.
 #[test]
 fn a_load_is_as_urgent_as_a_strike() {
     let here = TestPlace::new("share");
     let (daemon, service) = start(&here, "[compute]\nthreads = 2\nstrikes_at_once = 1\nnice = 3");
     let [load, strike] = ["load", "compute-1"].map(|name| move |pid| niceness(pid, name));
     eventually(&service, |_| load(daemon.id()).len() == 1 && load(daemon.id()) == strike(daemon.id()));
-    assert_ne!(load(daemon.id()), niceness(daemon.id(), "finish"), "what nobody waits for gives way");
+    assert_ne!(load(daemon.id()), niceness(daemon.id(), "finish"), "work without a waiting client gives way");
 }

@@ -1,11 +1,12 @@
-//! Round trips through shared memory with a daemon in this process and a toy engine: what comes back, what is refused,
-//! and that one strike's trouble is no other's.
+//! Round trips through shared memory with a daemon in this process and a toy engine: results, errors, and isolation of requests from each
+//! other.
 
 mod support;
 
 use iceoryx2::prelude::{NodeBuilder, SignalHandlingMode};
-use shatter_client::{Client, Contact, Deadline, DegreeRule, Error, ErrorKind, Impact, Poll, Progress, Ticket};
-use shatter_proto::control::StatusRow;
+use shatter_client::{
+    Client, Contact, Deadline, DegreeRule, Error, ErrorKind, Impact, Poll, Progress, StageKind, Status, Ticket,
+};
 use shatter_proto::request::RequestWire;
 use shatter_proto::result::{Block, ResultHeader};
 use shatter_transport::{Ipc, STRIKE_SERVICE, config, service_name};
@@ -30,16 +31,16 @@ fn refused(service: &Client, object: &str, impact: &Impact) -> Error {
     object.strike(impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap()
 }
 
-/// Waits, not for ever, until the status says so: the daemon counts an answer after it has sent it.
+/// Waits with a timeout until the status holds: the daemon counts a result after it has sent it.
 #[track_caller]
-fn eventually(service: &Client, says: impl Fn(&StatusRow) -> bool) {
+fn eventually(service: &Client, says: impl Fn(&Status) -> bool) {
     for _ in 0..2000 {
-        if says(service.status(patience()).unwrap().row()) {
+        if says(&service.status(patience()).unwrap()) {
             return;
         }
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
-    panic!("never: {:?}", service.status(patience()).unwrap().row());
+    panic!("never: {:?}", service.status(patience()).unwrap());
 }
 
 #[test]
@@ -51,7 +52,7 @@ fn fragments_come_back_through_shared_memory() {
     let mut ticket = vase.strike(&impact().degree(DegreeRule::Sites(3)).seed(9)).unwrap();
     let broken = ticket.wait(patience()).unwrap();
     let summary = broken.summary();
-    assert_eq!((summary.object(), summary.sites, summary.seed), ("vase ä".to_owned(), 3, 9));
+    assert_eq!((summary.object.as_str(), summary.sites, summary.seed), ("vase ä", 3, 9));
     assert_eq!(broken.fragments().len(), 3);
     for (i, fragment) in broken.fragments().enumerate() {
         assert!(fragment.is_closed() && fragment.id() as usize == i);
@@ -60,11 +61,11 @@ fn fragments_come_back_through_shared_memory() {
         assert_eq!((run.neighbor, run.index_first, run.vertex_first), (None, 0, 0));
         assert_eq!((run.indices, run.positions), (fragment.indices(), fragment.positions()));
     }
-    let names: Vec<&str> = broken.stages().iter().map(|stage| stage.name()).collect();
-    assert_eq!(names, shatter_proto::result::STAGES);
-    let ran: Vec<&str> = broken.stages().iter().filter(|stage| stage.ran != 0).map(|stage| stage.name()).collect();
-    assert_eq!(ran, ["load", "fragments"]);
-    // The answer is spent, and says so.
+    let stages: Vec<StageKind> = broken.stages().map(|cost| cost.stage).collect();
+    assert_eq!(stages, StageKind::ALL);
+    let ran: Vec<StageKind> = broken.stages().filter(|cost| cost.has_run).map(|cost| cost.stage).collect();
+    assert_eq!(ran, [StageKind::Load, StageKind::Fragments]);
+    // The ticket is spent, and returns that.
     assert_eq!(ticket.poll().err().unwrap().kind, ErrorKind::Cancelled);
 }
 
@@ -75,7 +76,7 @@ fn writer_and_reader_both_work_in_the_mapped_segment() {
     let broken = vase.strike(&impact()).unwrap().wait(patience()).unwrap();
     let mapped = daemon.here.mapped();
     assert!(within(&broken.address_range(), &mapped), "{:x?} is not in {mapped:x?}", broken.address_range());
-    let view = broken.view();
+    let view = broken.raw_view();
     for address in [view.positions.as_ptr() as usize, view.indices.as_ptr() as usize] {
         assert!(broken.address_range().contains(&address) && address.is_multiple_of(64));
     }
@@ -157,7 +158,7 @@ fn refusals_name_rule_and_offender() {
     check(impact().degree(DegreeRule::Sites(0)), ErrorKind::Degree, "0");
     check(impact().degree(DegreeRule::Sites(3)).fragments_max(2), ErrorKind::CapExceeded, "fragments_max");
     check(impact().bytes_max(100), ErrorKind::CapExceeded, "bytes_max");
-    // Those that the daemon refused were counted, and it still serves.
+    // The refused requests were counted, and the daemon still serves.
     let broken = service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience()).unwrap();
     assert!(!broken.is_whole());
     eventually(&service, |row| row.refused == 2);
@@ -238,12 +239,12 @@ fn a_client_that_never_reads_harms_nobody() {
     eventually(&other, |row| row.answered == 2);
     let theirs = other.object("vase", patience()).unwrap();
     (0..20).for_each(|_| drop(theirs.strike(&impact()).unwrap().wait(patience()).unwrap()));
-    // It waits for the last one without reading the others: what it holds is in its own way, for a while and not for ever.
+    // The client waits for the last result without reading the others: they block it, for a limited time.
     let refusal = unread.pop().unwrap().wait(patience()).err().unwrap();
     assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Busy, "share"), "{refusal}");
     eventually(&other, |row| (row.answered, row.busy, row.queued) == (22, 8, 0));
     unread.drain(..2).for_each(|mut ticket| drop(ticket.wait(patience()).unwrap()));
-    // Who reads as it goes is not held up, however many are under way.
+    // A client that reads results as they come is not blocked, however many requests are under way.
     let mut read: Vec<_> = (0..40).map(|_| vase.strike(&impact()).unwrap()).collect();
     read.iter_mut().for_each(|ticket| drop(ticket.wait(patience()).unwrap()));
 }
@@ -264,7 +265,7 @@ fn connections_outlive_the_daemon_and_say_what_was_lost() {
     assert_eq!(vase.strike(&impact()).err().unwrap().kind, ErrorKind::NoDaemon, "known by now, and said at once");
     daemon.again();
     assert_eq!(vase.strike(&impact()).unwrap().wait(patience()).unwrap().fragments().len(), 1);
-    assert_eq!(service.status(patience()).unwrap().row().restarts, 1);
+    assert_eq!(service.status(patience()).unwrap().restarts, 1);
     assert!(service.objects(patience()).unwrap().len() == 2);
     drop(unread);
 }
@@ -314,7 +315,10 @@ fn a_ticket_tells_how_far_its_strike_is() {
             std::thread::sleep(std::time::Duration::from_millis(1));
         }
     };
-    until(&mut first, |progress| matches!(progress, Progress::Computing { stage: "load", age } if !age.is_zero()));
+    until(
+        &mut first,
+        |progress| matches!(progress, Progress::Computing { stage: StageKind::Load, age } if !age.is_zero()),
+    );
     (0..20).for_each(|_| until(&mut second, |progress| progress == Progress::Waiting));
     std::fs::remove_file(gate).unwrap();
     for ticket in [&mut first, &mut second] {
@@ -384,7 +388,7 @@ fn an_ending_daemon_refuses_what_waits_and_leaves_nothing() {
     let slow = service.object("slow", patience()).unwrap();
     let _computing = slow.strike(&impact()).unwrap();
     let mut waiting = slow.strike(&impact()).unwrap();
-    while service.status(patience()).unwrap().row().queued == 0 {
+    while service.status(patience()).unwrap().queued == 0 {
         std::thread::yield_now();
     }
     let verdict = std::thread::scope(|scope| {
@@ -404,7 +408,7 @@ fn a_place_without_a_daemon_says_so_at_once() {
     assert_eq!(absent().kind, ErrorKind::NoDaemon);
     here.place.create().unwrap();
     assert_eq!(absent().kind, ErrorKind::NoDaemon);
-    // A hello that a killed daemon left does not count.
+    // A hello file that a killed daemon left does not count.
     std::fs::write(here.place.hello(), "{}").unwrap();
     std::fs::write(here.place.lock(), "1").unwrap();
     assert_eq!(absent().kind, ErrorKind::NoDaemon);
@@ -449,7 +453,7 @@ fn an_ending_daemon_finishes_what_it_took_in_and_refuses_what_is_new() {
     });
 }
 
-/// A request of a scraper or a supervisor; status line and body.
+/// Sends a request of a scraper or a supervisor; returns status line and body.
 fn get(port: u16, request: &str) -> (String, String) {
     let mut stream = std::net::TcpStream::connect(("127.0.0.1", port)).unwrap();
     stream.set_read_timeout(Some(std::time::Duration::from_secs(30))).unwrap();
@@ -476,7 +480,7 @@ fn supervisors_and_scrapers_are_answered_on_a_loopback_port() {
     wanted.iter().for_each(|line| assert!(body.contains(&format!("shatter_{line}")), "{line}: {body}"));
     assert!(body.ends_with("# EOF\n"));
     assert!(get(free, "GET /secrets").0.contains("404") && get(free, "POST /metrics").0.contains("405"));
-    // Connections that say nothing leave room for others, and garbage harms nobody.
+    // Silent connections leave capacity for others, and garbage affects no other connection.
     let _silent: Vec<_> = (0..8).map(|_| std::net::TcpStream::connect(("127.0.0.1", free)).unwrap()).collect();
     assert!(get(free, "GET /healthz").0.contains("200"));
     assert!(get(free, "\u{1}\u{2}\u{3}").0.contains("400"));

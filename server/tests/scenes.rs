@@ -1,9 +1,11 @@
-//! Scenes with real processes: what a scene names is served on its terms, and nothing else of it is paid.
+//! Scenes with real processes: the daemon serves the objects of a scene by its settings, and loads only what these need.
 
 mod support;
 
 use serde_json::Value;
-use shatter_client::{Client, Contact, DegreeRule, Effect, Error, ErrorKind, Impact, Lift, Object};
+use shatter_client::{
+    Bond, Client, Contact, DegreeRule, Effect, EffectCost, Error, ErrorKind, Impact, Lift, Object, StageKind,
+};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use support::{Child, TestPlace, bar, patience, shatter, shatterd};
@@ -12,7 +14,7 @@ const CHEAP: &str = "[objects.bar]\neffects = []\nallow = [\"bonds\"]\nsites_max
 const RICH: &str =
     "[objects.bar]\neffects = [\"elastic\", \"interior\", \"slivers\", \"bonds\", \"normals\"]\nallow = [\"debris\"]";
 
-/// A place with a bar in it, and a scene.
+/// A test place with a bar and a scene.
 fn place(name: &str, scene: &str) -> (TestPlace, PathBuf) {
     let here = TestPlace::new(name);
     std::fs::write(here.databases().join("bar.shatter"), bar(0.06)).unwrap();
@@ -20,7 +22,7 @@ fn place(name: &str, scene: &str) -> (TestPlace, PathBuf) {
     (here, file)
 }
 
-/// A daemon that serves the scene, and the bar.
+/// Starts a daemon that serves the scene; returns the bar.
 fn serve(here: &TestPlace, scene: &Path) -> (Child, Client, Object) {
     let daemon = Child::start(shatterd(here).arg("--scene").arg(scene));
     let service = Client::connect_at(&here.place, patience()).unwrap();
@@ -38,7 +40,7 @@ fn refused(bar: &Object, impact: &Impact) -> Error {
     bar.strike(impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap()
 }
 
-/// Runs a command of `shatterd` to its end: exit code, stdout, stderr.
+/// Runs a command of `shatterd` to its end; returns exit code, stdout, stderr.
 fn run(here: &TestPlace, arguments: &[&str]) -> (i32, String, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_shatterd"));
     here.aim(&mut command);
@@ -51,11 +53,15 @@ fn run(here: &TestPlace, arguments: &[&str]) -> (i32, String, String) {
 fn a_cheap_scene_loads_and_runs_less() {
     let (here, scene) = place("cheap", CHEAP);
     let (daemon, service, bar) = serve(&here, &scene);
-    let cheap_bytes = service.status(patience()).unwrap().row().memory_bytes;
+    let cheap_bytes = service.status(patience()).unwrap().memory_bytes;
     let broken = bar.strike(&blow()).unwrap().wait(patience()).unwrap();
-    assert!(broken.effects().iter().all(|row| (row.ran, row.ns, row.bytes) == (0, 0, 0)), "{:?}", broken.effects());
-    assert!(broken.stages().iter().all(|stage| stage.name() != "elasticity" || stage.ran == 0));
-    assert!(!bar.strike(&blow().enable(Effect::Bonds)).unwrap().wait(patience()).unwrap().bonds().is_empty());
+    assert!(
+        broken.effects().all(|cost| cost == EffectCost::idle(cost.effect)),
+        "{:?}",
+        broken.effects().collect::<Vec<_>>()
+    );
+    assert!(broken.stages().all(|cost| cost.stage != StageKind::Elasticity || !cost.has_run));
+    assert!(bar.strike(&blow().enable(Effect::Bonds)).unwrap().wait(patience()).unwrap().bonds().len() > 0);
     for (impact, kind, at) in [
         (blow().enable(Effect::Debris), ErrorKind::Effect, "debris"),
         (blow().enable(Effect::Elastic), ErrorKind::Effect, "elastic"),
@@ -69,9 +75,9 @@ fn a_cheap_scene_loads_and_runs_less() {
 
     let (here, scene) = place("rich", RICH);
     let (daemon, service, bar) = serve(&here, &scene);
-    let rich_bytes = service.status(patience()).unwrap().row().memory_bytes;
+    let rich_bytes = service.status(patience()).unwrap().memory_bytes;
     let broken = bar.strike(&blow()).unwrap().wait(patience()).unwrap();
-    let ran: Vec<&str> = broken.effects().iter().filter(|row| row.ran != 0).map(|row| row.name()).collect();
+    let ran: Vec<&str> = broken.effects().filter(|cost| cost.has_run).map(|cost| cost.effect.name()).collect();
     assert_eq!(ran, ["elastic", "interior", "slivers", "normals", "bonds"]);
     assert!(bar.strike(&blow().disable(Effect::Elastic)).unwrap().wait(patience()).is_ok());
     println!("memory: {cheap_bytes} bytes for the cheap scene, {rich_bytes} for the rich one");
@@ -147,9 +153,9 @@ fn anchors_that_hold_nothing_are_refused_when_the_scene_is_loaded() {
     assert!(told["objects"][0]["anchors"][0]["nodes"].as_u64().unwrap() > 8, "{text}");
     let (daemon, _, bar) = serve(&here, &scene);
     let broken = bar.strike(&blow()).unwrap().wait(patience()).unwrap();
-    let ran: Vec<&str> = broken.effects().iter().filter(|row| row.ran != 0).map(|row| row.name()).collect();
+    let ran: Vec<&str> = broken.effects().filter(|cost| cost.has_run).map(|cost| cost.effect.name()).collect();
     assert_eq!(ran, ["elastic", "interior", "bonds", "anchored", "gravity"]);
-    assert_eq!(broken.summary().elastic(), "solve");
+    assert_eq!(broken.summary().energy_source.name(), "solve");
     let light = bar.strike(&blow().disable(Effect::Gravity)).unwrap().wait(patience()).unwrap();
     assert_ne!(light.digest().output_hash, broken.digest().output_hash);
     let strike = [
@@ -170,7 +176,7 @@ fn anchors_that_hold_nothing_are_refused_when_the_scene_is_loaded() {
     let answer: Value = serde_json::from_str(&text).unwrap();
     let bonds = answer["bonds"].as_array().unwrap();
     let world = bonds.iter().filter(|bond| bond["world"] == true && bond["fragments"].as_array().unwrap().len() == 1);
-    assert_eq!(world.count(), broken.bonds().iter().filter(|bond| bond.holds_to_world()).count());
+    assert_eq!(world.count(), broken.bonds().filter(Bond::is_with_world).count());
     assert_eq!(daemon.terminate().code(), Some(0));
 
     let wrong = here.file("wrong.toml", &held(-0.25));
@@ -231,7 +237,7 @@ fn pieces_below_the_scenes_volume_become_part_of_others() {
     let many = blow().degree(DegreeRule::Sites(120));
     let (merged, all) = (volumes(&many), volumes(&many.clone().disable(Effect::Slivers)));
     assert!(all.iter().any(|volume| *volume < 0.5 * LEAST) && merged.len() < all.len());
-    // Where three cracks met and two do no more, volumes change a little.
+    // Where a merge reduces a junction of three cracks to two, volumes change a little.
     assert!(merged.iter().all(|volume| *volume > 0.9 * LEAST), "{merged:?}");
     assert!((merged.iter().sum::<f64>() / all.iter().sum::<f64>() - 1.0).abs() < 1e-6);
     assert_eq!(daemon.terminate().code(), Some(0));

@@ -1,4 +1,4 @@
-//! Commands whose stdout cannot be written: they say so, and do not end well.
+//! Commands whose stdout cannot be written: they report it and end with an error.
 
 mod support;
 
@@ -7,21 +7,21 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use support::{InProcess, TestPlace, bar, shatter_program, under};
 
-/// A service with a bar.
+/// Starts a service with a bar.
 fn start() -> InProcess {
     let here = TestPlace::new("stdout");
     here.database("bar", bar(0.06));
     InProcess::start_with(here, "", shatter_engine::wire::loader(None))
 }
 
-/// Ends of a command with a full stdout: exit code and stderr.
+/// Runs a command with a full stdout; returns exit code and stderr.
 fn full(mut command: Command) -> (Option<i32>, String) {
     let stdout = File::options().write(true).open("/dev/full").unwrap();
     let output = command.stdin(Stdio::null()).stdout(stdout).output().unwrap();
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-/// The same with a reader that went away.
+/// Runs a command whose reader went away; returns exit code and stderr.
 fn closed(mut command: Command) -> (Option<i32>, String) {
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
@@ -29,7 +29,7 @@ fn closed(mut command: Command) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-/// A command that writes its result fails with a message on a full stdout, and quietly where the reader went away.
+/// Checks that a command fails with a message on a full stdout, and quietly if the reader went away.
 #[track_caller]
 fn check(command: impl Fn() -> Command, quiet: bool) {
     let what = format!("{:?}", command());
@@ -41,19 +41,19 @@ fn check(command: impl Fn() -> Command, quiet: bool) {
     assert!(code == Some(141) && (!quiet || error.is_empty()), "{what}: {code:?} {error}");
 }
 
-/// The same without a stdout.
+/// Runs a command without a stdout; returns exit code and stderr.
 fn absent(command: Command) -> (Option<i32>, String) {
     let output = under(&[], "exec 1>&-", command).stdin(Stdio::null()).output().unwrap();
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-/// A command that fails anyway keeps its exit code, and tells both.
+/// Checks that a command with an error of its own keeps its exit code, and reports both errors.
 #[track_caller]
 fn check_failure(command: impl Fn() -> Command, wanted: i32) {
     let what = format!("{:?}", command());
     let (code, error) = full(command());
     assert!(code == Some(wanted) && error.contains("cannot write to stdout"), "{what}: {code:?} {error}");
-    assert!(error.lines().count() > 1, "the failure itself is told: {what}: {error}");
+    assert!(error.lines().count() > 1, "the error of the command is reported: {what}: {error}");
     let (code, _) = closed(command());
     assert_eq!(code, Some(wanted), "{what}");
 }

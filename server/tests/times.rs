@@ -1,11 +1,11 @@
-//! Strikes with a time or an error, through the daemon: how often these are kept, and what that costs beside presets. Nothing is asserted
-//! but what holds on every machine.
+//! Requests with a time or an error, through the daemon: how often these are kept, and at which cost compared with presets. Asserts only
+//! what holds on every machine.
 
 mod support;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use shatter_client::{Contact, Impact, Object, Quality};
+use shatter_client::{Contact, EnergySource, Impact, Object, Quality};
 use shatter_engine::wire;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField};
@@ -19,31 +19,31 @@ use shatter_fracture::surface::shapes;
 use std::collections::BTreeMap;
 use support::{InProcess, TestPlace, patience};
 
-/// Strikes of each kind, unless `SHATTER_TIMES_STRIKES` says otherwise.
+/// Requests of each kind, unless `SHATTER_TIMES_STRIKES` sets another number.
 const STRIKES: u64 = 1000;
 
-/// Strikes before any that count: what is expected of the object is learned from them.
+/// Requests before those that count: the daemon learns the cost of the object from them.
 const WARM: usize = 50;
 
-/// Times, ms.
+/// Time limits, ms.
 const TIMES_MS: [f64; 4] = [6.0, 8.0, 12.0, 16.7];
 
-/// Errors.
+/// Error limits, relative.
 const ERRORS: [f64; 4] = [0.2, 0.1, 0.05, 0.02];
 
 /// Presets, from fast to accurate, on the lattices of the default one.
 const PRESETS: [Quality; 3] = [Quality::Draft, Quality::Game, Quality::Film];
 
-/// An energy of cells that is so little more is no worse, relative.
+/// Relative excess of an energy of cells that counts as equal.
 const SAME: f64 = 0.01;
 
-/// Iterations after which a descent has ended.
+/// Iterations after which a descent has converged.
 const ENDED: u32 = 3000;
 
-/// A preset fits a time, or meets an error, if it does so in so many per cent of the strikes.
+/// Share of requests that must keep a limit for a preset to keep it, percent.
 const RELIABLE: f64 = 95.0;
 
-/// Ways to ask for the same strike: presets, no iterations, times, errors.
+/// Ways to send the same request: presets, no iterations, times, errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Way {
     Preset(Quality),
@@ -52,7 +52,7 @@ enum Way {
     Error(f64),
 }
 
-/// What one strike came to.
+/// Outcome of one request.
 #[derive(Clone, Copy)]
 struct Shot {
     time_ms: f64,
@@ -60,9 +60,9 @@ struct Shot {
     rank: u32,
     solved: bool,
     reason: &'static str,
-    /// Estimated.
+    /// Estimate of the daemon.
     cvd_gap: f64,
-    /// What [`Truth`] says: F, how far it is above the end of the same descent, and the error of the elastic energy.
+    /// Values of [`Truth`]: F, its excess over the end of the same descent, and the error of the elastic energy.
     energy: f64,
     true_gap: f64,
     true_energy_error: f64,
@@ -86,11 +86,11 @@ impl Way {
         assert!(broken.fragments().all(|fragment| fragment.is_closed()));
         let summary = broken.summary();
         Shot {
-            time_ms: summary.time_ns as f64 * 1e-6,
+            time_ms: summary.time.as_secs_f64() * 1e3,
             iterations: summary.iterations,
             rank: summary.rank,
-            solved: summary.elastic() == "solve",
-            reason: summary.stop_reason(),
+            solved: summary.energy_source == EnergySource::Solve,
+            reason: summary.stop_criterion.name(),
             cvd_gap: summary.cvd_gap,
             energy: f64::NAN,
             true_gap: f64::NAN,
@@ -105,11 +105,11 @@ impl Shot {
     }
 }
 
-/// A strike's cells and energies, computed beside the daemon.
+/// Cells and energies of a request, computed without the daemon.
 struct Truth<'a> {
     prepared: &'a PreparedObject,
     strike: &'a FractureRequest,
-    /// From all of the basis, and from a solve.
+    /// With the whole basis, and with a solve.
     deformed: [BodyEnergy; 2],
     workspaces: (Workspace, centroidal::DiagramWorkspace),
 }
@@ -122,10 +122,10 @@ impl<'a> Truth<'a> {
         Self { prepared, strike, deformed, workspaces }
     }
 
-    /// F after so many iterations, and how far it is estimated to be above its end.
+    /// F after `iterations`, and the estimate of its excess over the end of the descent.
     fn cells(&mut self, solved: bool, iterations: u32) -> [f64; 2] {
         let energy = &self.deformed[usize::from(solved)];
-        // A field raises them to its floor, and twice raised they are higher.
+        // A field raises the shares to its floor; raising them twice would give higher ones.
         let mut shares = energy.shares.clone();
         let body = &self.prepared.bodies[energy.body];
         let field = EnergyField::new(body.interior.as_ref().unwrap(), &body.volumes, &mut shares).unwrap();
@@ -137,7 +137,7 @@ impl<'a> Truth<'a> {
         [diagram.energy, diagram.gap()]
     }
 
-    /// Judges `shots` of one impact.
+    /// Adds the true values to `shots` of one impact.
     fn judge(&mut self, shots: &mut [Shot]) {
         let mut known: BTreeMap<(bool, u32), [f64; 2]> = BTreeMap::new();
         let mut reduced: BTreeMap<u32, BodyEnergy> = BTreeMap::new();
@@ -153,7 +153,8 @@ impl<'a> Truth<'a> {
             (shot.energy, shot.true_gap) = (energy, energy / end - 1.0);
             let [whole, solved] = &self.deformed;
             shot.true_energy_error = if shot.solved { 0.0 } else { (own.energy_j / solved.energy_j - 1.0).abs() };
-            // What the daemon tells is what is computed here. Displacements that add nothing to the energy may turn the last bits of shares.
+            // The daemon reports the values that are computed here. Displacements that add nothing to the energy may change the last bits
+            // of shares.
             if shot.solved || own.shares == whole.shares {
                 assert_eq!(
                     gap, shot.cvd_gap,
@@ -186,13 +187,13 @@ fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
     sorted.get(place.min(sorted.len().saturating_sub(1))).copied().unwrap_or(f64::NAN)
 }
 
-/// Per cent of `all` for which it holds.
+/// Percentage of `all` for which `holds` is true.
 fn percent<T>(all: impl IntoIterator<Item = T>, mut holds: impl FnMut(&T) -> bool) -> f64 {
     let all: Vec<T> = all.into_iter().collect();
     100.0 * all.iter().filter(|own| holds(own)).count() as f64 / all.len() as f64
 }
 
-/// All strikes, by way.
+/// All requests, by way.
 struct Shots(Vec<(Way, Vec<Shot>)>);
 
 impl Shots {
@@ -200,7 +201,7 @@ impl Shots {
         &self.0.iter().find(|(own, _)| *own == way).unwrap().1
     }
 
-    /// Presets, from accurate to fast.
+    /// Results of the presets, from accurate to fast.
     fn presets(&self) -> impl Iterator<Item = (Quality, &[Shot])> {
         PRESETS.into_iter().rev().map(|quality| (quality, self.of(Way::Preset(quality))))
     }
@@ -209,7 +210,7 @@ impl Shots {
         quantile(self.of(way).iter().map(|shot| shot.time_ms), 0.5)
     }
 
-    /// Its time and the way it went.
+    /// Prints time and settings of this way.
     fn tell(&self, way: Way) {
         let shots = self.of(way);
         let [p50, p95] = [0.5, 0.95].map(|share| quantile(shots.iter().map(|shot| shot.time_ms), share));
@@ -225,7 +226,7 @@ impl Shots {
         );
     }
 
-    /// How many keep a time, and whether they are as good as the best preset that fits.
+    /// Prints how many requests keep a time, and whether they are as good as the best preset that keeps it.
     fn time(&self, time_ms: f64) {
         let shots = self.of(Way::Time(time_ms));
         let kept = |shots: &[Shot]| percent(shots, |shot| shot.time_ms <= time_ms);
@@ -244,7 +245,7 @@ impl Shots {
         told("beside the best preset that kept it, strike by strike", &pairs);
     }
 
-    /// How many meet an error, and how long that takes beside the fastest preset that does.
+    /// Prints how many requests keep an error, and their time beside that of the fastest preset that keeps it.
     fn error(&self, error_max: f64) {
         let way = Way::Error(error_max);
         let met = |shots: &[Shot]| percent(shots, |shot| shot.error() <= error_max);
@@ -273,7 +274,7 @@ impl Shots {
     }
 }
 
-/// What is struck, and what strikes it.
+/// The object and the impacts.
 fn prepare(here: &TestPlace) -> (PreparedObject, Vec<(Impact, FractureRequest)>) {
     let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let plaster = materials.get("plaster").unwrap().clone();
@@ -306,7 +307,7 @@ fn times_and_errors_that_are_asked_for() {
     load();
     let ways = Way::all();
     impacts.iter().take(WARM).for_each(|(impact, _)| _ = Way::Preset(Quality::Game).shot(&statue, impact));
-    // In turn: what else the machine does is the same for all.
+    // In turn, so that other load of the machine is the same for all.
     let shoot = |(impact, _): &(Impact, FractureRequest)| ways.iter().map(|way| way.shot(&statue, impact)).collect();
     let mut shots: Vec<Vec<Shot>> = impacts.iter().map(shoot).collect();
     load();

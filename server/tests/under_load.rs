@@ -1,4 +1,4 @@
-//! Reloads under load, with the real program and the real engine: every answer is one of one version, and none is missing.
+//! Reloads under load, with the real program and the real engine: every result is of one version, and none is missing.
 
 mod support;
 
@@ -11,7 +11,7 @@ use support::{Child, TestPlace, bar, patience, shatterd};
 
 const STRIKES: usize = 10_000;
 const RELOADS: usize = 20;
-/// Clients, and strikes that each has under way.
+/// Number of clients, with `UNDER_WAY` requests each.
 const CLIENTS: usize = 3;
 const UNDER_WAY: usize = 4;
 /// Different impacts.
@@ -23,7 +23,7 @@ fn impact(index: usize) -> Impact {
     impact.degree(DegreeRule::Sites(4 + index as u32 % 5)).seed(index as u64)
 }
 
-/// Hashes of the answers to all impacts.
+/// Hashes of the results of all impacts.
 type Hashes = Vec<String>;
 
 fn hashes(service: &Client) -> Hashes {
@@ -39,7 +39,7 @@ fn generation(service: &Client) -> u32 {
     service.objects(patience()).unwrap()[0].generation
 }
 
-/// Puts `bytes` in the database's place and waits until the `wanted`th version is served.
+/// Replaces the database by `bytes`, and waits until version `wanted` is served.
 fn swap(here: &TestPlace, daemon: &Child, service: &Client, bytes: &[u8], wanted: u32) {
     here.database("bar", bytes);
     daemon.signal(Signal::HUP);
@@ -51,7 +51,7 @@ fn swap(here: &TestPlace, daemon: &Child, service: &Client, bytes: &[u8], wanted
     assert_eq!(generation(service), wanted);
 }
 
-/// Strikes until `STRIKES` are begun by all clients together, and all reloads are done; how many answers were of each version.
+/// Sends requests until all clients together have begun `STRIKES` and all reloads are done; returns the number of results of each version.
 fn client(here: &TestPlace, begun: &AtomicUsize, reloaded: &AtomicBool, versions: &[Hashes; 2]) -> [usize; 2] {
     let service = Client::connect_at(&here.place, patience()).unwrap();
     let bar = service.object("bar", patience()).unwrap();
@@ -83,13 +83,13 @@ fn ten_thousand_strikes_across_twenty_reloads_are_each_of_one_version() {
     let first = hashes(&service);
     swap(&here, &daemon, &service, &bytes[1], 2);
     let versions = [first, hashes(&service)];
-    assert!((0..IMPACTS).all(|index| versions[0][index] != versions[1][index]), "nobody could tell them apart");
+    assert!((0..IMPACTS).all(|index| versions[0][index] != versions[1][index]), "the results do not differ");
     let (began, begun, reloaded) = (Instant::now(), AtomicUsize::new(0), AtomicBool::new(false));
     let seen = std::thread::scope(|scope| {
         let strikes = || client(&here, &begun, &reloaded, &versions);
         let clients: Vec<_> = (0..CLIENTS).map(|_| scope.spawn(strikes)).collect();
         for reload in 0..RELOADS {
-            // Spread over the strikes; these go on until the last one is served.
+            // Spreads the reloads over the requests, which go on until the last version is served.
             while begun.load(Ordering::Relaxed) < (2 * reload + 1) * STRIKES / (2 * RELOADS) {
                 std::thread::sleep(Duration::from_millis(1));
             }
@@ -102,11 +102,11 @@ fn ten_thousand_strikes_across_twenty_reloads_are_each_of_one_version() {
     println!("{seen:?} of the two versions in {:.1} s", began.elapsed().as_secs_f64());
     assert!(seen[0] + seen[1] >= STRIKES);
     assert!(seen.iter().all(|seen| *seen > STRIKES / 10), "{seen:?}");
-    let row = *service.status(patience()).unwrap().row();
+    let row = service.status(patience()).unwrap();
     assert_eq!((row.failed, row.refused, row.busy, row.cancelled), (0, 0, 0, 0));
     assert_eq!(row.reloads, 1 + RELOADS as u64);
     let deadline = patience();
-    while service.status(patience()).unwrap().row().retired > 0 {
+    while service.status(patience()).unwrap().retired > 0 {
         assert!(!deadline.passed(), "a replaced version is never released");
         std::thread::sleep(Duration::from_millis(1));
     }

@@ -1,13 +1,13 @@
-//! Who goes first, who is refused at once, and who is late: a daemon in this process with one thread that computes.
+//! Order of requests by deadline, immediate errors, and late requests: a daemon in this process with one computing thread.
 
 mod support;
 
-use shatter_client::{Client, Contact, Deadline, DegreeRule, ErrorKind, Impact, Object, Ticket};
+use shatter_client::{Client, Contact, Deadline, DegreeRule, ErrorKind, Impact, Object, OverrunCause, Ticket};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use support::{InProcess, TestPlace, eventually, order, patience};
 
-/// A daemon whose only worker is kept by a strike until the gate opens.
+/// A daemon whose only worker is busy with a request until the gate opens.
 struct Kept {
     daemon: InProcess,
     gate: PathBuf,
@@ -39,12 +39,12 @@ impl Kept {
         kept
     }
 
-    /// Waits until so many compute and so many wait.
+    /// Waits until the numbers of computing and waiting requests hold.
     fn until(&self, holds: impl Fn(u32, u32) -> bool) {
         let deadline = patience();
         loop {
             let status = self.service.status(patience()).unwrap();
-            if holds(status.row().running, status.row().queued) {
+            if holds(status.running, status.queued) {
                 return;
             }
             assert!(!deadline.passed(), "never");
@@ -52,7 +52,7 @@ impl Kept {
         }
     }
 
-    /// Sends a strike, and waits until it is among those that wait.
+    /// Sends a request, and waits until it is in the queue.
     fn send(&self, service: &Client, name: &str, impact: &Impact, queued: u32) -> Ticket {
         let ticket = object(service, name).strike(impact).unwrap();
         self.until(|_, found| found == queued);
@@ -133,7 +133,7 @@ fn what_is_late_costs_no_more_and_what_will_be_late_is_refused_at_once() {
     kept.open();
     let late = refused(object(&kept.service, "slow").strike(&within(20)).unwrap());
     assert_eq!((late.kind, late.at.as_str()), (ErrorKind::Late, "deadline"), "it would compute for a minute: {late}");
-    // The keeper is known to take a tenth of a second.
+    // The daemon knows that the gate's object takes a tenth of a second.
     let begun = Instant::now();
     let hopeless = refused(object(&kept.service, "keeper").strike(&within(50)).unwrap());
     assert_eq!((hopeless.kind, hopeless.at.as_str()), (ErrorKind::Late, "deadline"), "{hopeless}");
@@ -142,7 +142,7 @@ fn what_is_late_costs_no_more_and_what_will_be_late_is_refused_at_once() {
     kept.until(|running, queued| running == 0 && queued == 0);
 }
 
-/// What four clients send at once, ten strikes each: deadlines of `ms(rank)`, the rank that the names of the objects say.
+/// Requests of four clients, ten each, sent at once, with deadlines of `ms(rank)`; the names of the objects contain the ranks.
 fn at_once(daemon: &InProcess, names: &[String], ms: impl Fn(u64) -> u64 + Sync) -> Vec<(Client, Vec<Ticket>)> {
     let together = std::sync::Barrier::new(CLIENTS);
     std::thread::scope(|scope| {
@@ -167,7 +167,7 @@ fn at_once(daemon: &InProcess, names: &[String], ms: impl Fn(u64) -> u64 + Sync)
 const CLIENTS: usize = 4;
 const EACH: usize = 10;
 
-/// Names of objects that tell ranks, mixed: every client has urgent and less urgent ones.
+/// Names of objects that contain ranks, mixed: every client has urgent and less urgent requests.
 fn names(ending: &str) -> Vec<String> {
     (0..CLIENTS * EACH).map(|number| format!("w{:02}-{ending}", number * 7 % (CLIENTS * EACH))).collect()
 }
@@ -187,8 +187,8 @@ fn forty_impacts_of_one_moment_are_all_answered_by_deadline() {
     assert_eq!(order("-m"), sorted);
 }
 
-/// One after the other they take longer than the least urgent has: whatever the machine does, each is answered or late, the urgent
-/// ones among the answered go first, and what was late is not computed to its end.
+/// One after another the requests take longer than the least urgent deadline. Whatever the machine does, each is complete or late, urgent
+/// ones come first among the complete ones, and a late one is not computed to its end.
 #[test]
 fn forty_impacts_that_cannot_all_be_in_time_are_answered_or_late() {
     let here = TestPlace::new("wall");
@@ -211,7 +211,7 @@ fn forty_impacts_that_cannot_all_be_in_time_are_answered_or_late() {
     assert_eq!(order("-n").len(), answered, "what is late is not written");
 }
 
-/// Strikes that take long say nothing about those that ask for little, and an expectation that is wrong does not stand for ever.
+/// Long requests say nothing about short ones, and a wrong prediction is corrected in the end.
 #[test]
 fn a_wrong_forecast_does_not_refuse_for_ever() {
     let here = TestPlace::new("wrong");
@@ -223,7 +223,8 @@ fn a_wrong_forecast_does_not_refuse_for_ever() {
     (0..2).for_each(|_| drop(vase.strike(&many).unwrap().wait(patience()).unwrap()));
     let soon = |sites| impact().degree(DegreeRule::Sites(sites)).deadline(Duration::from_millis(200));
     vase.strike(&soon(2)).unwrap().wait(patience()).unwrap();
-    // About as many as those that took 400 ms, expected to take as long; it takes half of that, and is tried in the end.
+    // About as many sites as those that took 400 ms, and predicted to take as long. The request takes half of that, and is tried in the
+    // end.
     let refused = (0..60).take_while(|_| {
         std::thread::sleep(Duration::from_millis(25));
         let refusal = vase.strike(&soon(64)).unwrap().wait(patience()).err();
@@ -235,7 +236,7 @@ fn a_wrong_forecast_does_not_refuse_for_ever() {
     assert!((1..60).contains(&refused.count()));
 }
 
-/// A strike that misses its time because it waited is told so; one that has time enough is not.
+/// A request that misses its time because it waited reports that; one with enough time does not.
 #[test]
 fn a_time_missed_in_the_queue_is_told() {
     let here = TestPlace::new("missed");
@@ -248,11 +249,11 @@ fn a_time_missed_in_the_queue_is_told() {
     let [first, vase] = ["gate", "vase"].map(|name| service.object(name, patience()).unwrap());
     let impact = Impact::new([Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])]);
     let mut tickets = [first.strike(&impact).unwrap(), vase.strike(&impact.clone().time_ms(1.0)).unwrap()];
-    eventually(|| "one waits", || service.status(patience()).unwrap().row().queued == 1);
+    eventually(|| "one waits", || service.status(patience()).unwrap().queued == 1);
     std::thread::sleep(Duration::from_millis(5));
     std::fs::remove_file(gate).unwrap();
-    let [held, missed] = tickets.each_mut().map(|ticket| ticket.wait(patience()).unwrap().summary().missed_time());
-    assert_eq!((held, missed.map(|missed| missed.reason)), (None, Some("queue")));
+    let [held, missed] = tickets.each_mut().map(|ticket| ticket.wait(patience()).unwrap().summary().missed_time);
+    assert_eq!((held, missed.map(|missed| missed.cause)), (None, Some(OverrunCause::Queue)));
     let roomy = vase.strike(&impact.time_ms(60_000.0)).unwrap().wait(patience()).unwrap();
-    assert_eq!(roomy.summary().missed_time(), None);
+    assert_eq!(roomy.summary().missed_time, None);
 }

@@ -1,5 +1,6 @@
-//! What a second strike costs beside a first one, on one thread: generated shapes at the default spacings, 24 sites each time, the
-//! largest and a middling fragment of the first answer struck where it reaches farthest up. `cargo bench --bench again`.
+//! Cost of striking a fragment of a result, compared with striking the object, on one thread: generated shapes at the default spacings,
+//! with 24 sites each time. The largest and a middling fragment of the first result are struck at their highest point. `cargo bench --bench
+//! again`.
 
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
@@ -17,7 +18,7 @@ use std::time::Instant;
 
 const ROUNDS: usize = 5;
 
-/// Milliseconds by stage, those of effects counted in their stages, too.
+/// Milliseconds by stage; the time of effects is included in their stages.
 #[derive(Default)]
 struct Times {
     since: Cell<Option<Instant>>,
@@ -62,7 +63,7 @@ fn timed(mut work: impl FnMut(&Times) -> FractureOutcome) -> (f64, Times, Fractu
     }
 }
 
-/// A blow from above on the highest of some points.
+/// An impact from above on the highest of some points.
 fn blow(points: impl Iterator<Item = Point3<f64>>, effects: EffectSet) -> FractureRequest {
     let highest = points.max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
     FractureRequest {

@@ -1,6 +1,6 @@
-//! Load and elasticity of one strike, stage by stage, beside the plain way of each: what keeping gradients, reading in order and sharing
-//! rows among threads gains. `cargo bench --bench elastic` runs it on a generated mug and a generated statue, and on the mesh file that
-//! `SHATTER_BENCH_MESH` names where that is set. Ratios hold within one run.
+//! Load and elasticity of a request, stage by stage, beside a plain implementation of each: the gain of stored gradients, sequential reads,
+//! and rows shared among threads. `cargo bench --bench elastic` runs it on a generated mug and a generated statue, and on the mesh file
+//! that `SHATTER_BENCH_MESH` names, if it is set. Ratios are valid within one run.
 
 use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main, measurement::WallTime};
 use nalgebra::{Matrix3, Vector3};
@@ -17,7 +17,7 @@ use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
 use shatter_tests::real;
 use std::hint::black_box;
 
-/// Impacts of the bases.
+/// Number of impacts for each basis.
 const IMPACTS: u64 = 120;
 
 fn meshes() -> Vec<(String, RawMesh)> {
@@ -37,7 +37,7 @@ fn prepared(name: &str, mesh: RawMesh) -> PreparedObject {
     prepared
 }
 
-/// The first impact on one body that needs no solve; the contact is as large as where a strike does not say it.
+/// The first impact on one body that needs no solve; the contact has the default radius.
 fn strike(prepared: &PreparedObject) -> FractureRequest {
     let (sampler, mut workspace) = (ImpactSampler::new(prepared), Workspace::default());
     let drawn = |index| {
@@ -129,13 +129,13 @@ fn stages(group: &mut Group, solid: &ElasticModel, poisson: f64, contacts: &[ela
     }
 }
 
-/// One row after the other.
+/// Expands the basis, one row after another.
 fn plain_expand(basis: &[f32], coordinates: &[f64]) -> Vec<f64> {
     let rows = basis.chunks_exact(coordinates.len());
     rows.map(|row| row.iter().zip(coordinates).map(|(b, q)| b * *q as f32).sum::<f32>().into()).collect()
 }
 
-/// With the inverse of every tetrahedron's edges, one after the other; Poisson's ratio ¼.
+/// Strain energies with the inverse of every tetrahedron's edges, one after another; Poisson's ratio ¼.
 fn plain_energy(lattice: &Lattice, displacement: &[f64]) -> Vec<f64> {
     let at = |node: u32| Vector3::from_column_slice(&displacement[3 * node as usize..][..3]);
     let energy = |tet: usize| {
@@ -149,7 +149,7 @@ fn plain_energy(lattice: &Lattice, displacement: &[f64]) -> Vec<f64> {
     (0..lattice.tets.len()).map(energy).collect()
 }
 
-/// One row after the other.
+/// Transfers energies, one row after another.
 fn plain_transfer(transfer: &EnergyTransfer, energies: &[f64]) -> Vec<f64> {
     let of = |row: &[u32]| {
         let row = row[0] as usize..row[1] as usize;

@@ -1,6 +1,6 @@
-//! What examples save: displacements without a solve, degrees without an optimisation; and what loading a database with them
-//! takes. `cargo bench --bench learned` runs it on a generated mug, and on the mesh file that `SHATTER_BENCH_MESH` names where
-//! that is set; `SHATTER_BENCH_EXAMPLES` says from how many impacts it learns (40 where it is not set).
+//! Savings by examples: displacements without a solve, degrees without an optimization; and the time for loading a database with them.
+//! `cargo bench --bench learned` runs it on a generated mug, and on the mesh file that `SHATTER_BENCH_MESH` names, if it is set;
+//! `SHATTER_BENCH_EXAMPLES` sets the number of impacts to learn from (40 by default).
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use shatter_fracture::cancel_token::CancelToken;
@@ -15,7 +15,7 @@ use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
 use shatter_tests::real;
 use std::hint::black_box;
 
-/// The degree is asked at γ = E_1 over this: some thirty sites.
+/// E_1/γ at which the degree is inferred: some thirty sites.
 const DRIVE: f64 = 300.0;
 
 fn mesh() -> RawMesh {
@@ -31,7 +31,7 @@ fn prepared() -> PreparedObject {
     bake(mesh(), &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
-/// The first impact on one body that is no example and needs no solve.
+/// The first impact on one body that is not an example and needs no solve.
 fn strike(prepared: &PreparedObject) -> FractureRequest {
     let (sampler, mut workspace) = (ImpactSampler::new(prepared), Workspace::default());
     let drawn = |index| sampler.impact(!prepared.parameters.seed, index);

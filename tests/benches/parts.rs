@@ -1,5 +1,5 @@
-//! Where the time of a strike within a frame goes: whole strikes with emission, in turn over impacts spread over the object, by stage.
-//! `cargo bench --bench parts` bakes a generated statue with examples; `SHATTER_BENCH_DATABASE` names a database to use instead.
+//! Time of a request by stage: whole requests with emission, in turn over impacts on all parts of the object. `cargo bench --bench parts`
+//! bakes a generated statue with examples; `SHATTER_BENCH_DATABASE` names a database to use instead.
 
 use nalgebra::Point3;
 use shatter_fracture::cancel_token::CancelToken;
@@ -17,7 +17,7 @@ const SITES: u32 = 50;
 const IMPACTS: usize = 16;
 const ROUNDS: usize = 12;
 
-/// Milliseconds by stage of one strike.
+/// Milliseconds by stage of one request.
 #[derive(Default)]
 struct Clock {
     spent_ms: Cell<[f64; Stage::ALL.len()]>,
@@ -65,11 +65,11 @@ fn strikes(prepared: &PreparedObject) -> Vec<FractureRequest> {
 }
 
 fn main() {
-    // `cargo test` may run benches to see that they begin.
+    // `cargo test` may run benches to test that they start.
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
-    // On a thread of the pool, as in the daemon: whoever comes from outside pays for waking one, each time.
+    // Runs on a thread of the pool, as in the daemon: another thread would pay for waking a pool thread each time.
     rayon::scope(|_| parts());
 }
 

@@ -1,9 +1,9 @@
-//! A strike beside the exact-boolean route, on the same mesh and with the same number of sites, in one run: `cargo bench --bench peers`.
+//! A request beside the exact-boolean method, on the same mesh and with the same number of sites, in one run: `cargo bench --bench peers`.
 //!
-//! Ours is a strike of the preset `game` in this process, answer written out, in the interior lift and with straight distances; theirs is
-//! `tests/peers/booleans.py`, every Euclidean Voronoi cell intersected with the mesh, where Python has `manifold3d`. They take turns.
-//! `SHATTER_BENCH_MESH` names another mesh than a generated statue of about 100,000 triangles, `SHATTER_BENCH_DATABASE` a database of
-//! that mesh, `SHATTER_BENCH_EXAMPLES` how many impacts it learns from (100) where there is none, `SHATTER_PYTHON` the interpreter.
+//! Ours is a request of the preset `game` in this process, result written out, in the interior lift and with straight distances. Theirs is
+//! `tests/peers/booleans.py`, every Euclidean Voronoi cell intersected with the mesh, if Python has `manifold3d`. They take turns.
+//! `SHATTER_BENCH_MESH` names a mesh instead of a generated statue of about 100,000 triangles, `SHATTER_BENCH_DATABASE` a database of that
+//! mesh, `SHATTER_BENCH_EXAMPLES` the number of impacts to learn from (100) without a database, `SHATTER_PYTHON` the interpreter.
 
 use serde::Deserialize;
 use serde_json::json;
@@ -21,9 +21,9 @@ use std::process::Command;
 
 const SITES: u32 = 50;
 const IMPACTS: usize = 16;
-/// Turns of theirs, each between two of ours, each with the sites of another impact.
+/// Turns of theirs, each between two of ours, and each with the sites of another impact.
 const TURNS: usize = 5;
-/// Strikes of ours with each impact in one turn.
+/// Requests of ours with each impact in one turn.
 const ROUNDS: usize = 3;
 /// Runs of theirs in one turn.
 const RUNS: usize = 3;
@@ -38,7 +38,7 @@ fn prepared(mesh: RawMesh) -> PreparedObject {
     bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
-/// What the script tells of one turn.
+/// Output of the script for one turn.
 #[derive(Deserialize)]
 struct Booleans {
     times_ms: Vec<f64>,
@@ -50,7 +50,7 @@ struct Booleans {
     volume_error: f64,
 }
 
-/// The interpreter, if it has what the script needs.
+/// The interpreter, if it has the modules that the script needs.
 fn python() -> Option<OsString> {
     let python = std::env::var_os("SHATTER_PYTHON").unwrap_or_else(|| "python3".into());
     let tried = Command::new(&python).args(["-c", "import manifold3d, numpy"]).output();
@@ -61,7 +61,7 @@ fn python() -> Option<OsString> {
     None
 }
 
-/// Theirs, with the sites of `strike`; `None` after a line on why.
+/// Runs theirs with the sites of `strike`; `None`, after a line with the reason, if it cannot run.
 fn booleans(
     python: &OsString,
     mesh: &RawMesh,
@@ -89,7 +89,7 @@ fn booleans(
     read
 }
 
-/// Cells that fall into several pieces, which become fragments of their own.
+/// Number of cells that fall into several parts, which become fragments of their own.
 fn several(prepared: &PreparedObject, strike: &FractureRequest) -> f64 {
     let energy = struck::energy(prepared, strike);
     let diagram = struck::diagram(prepared, strike.lift, &energy.shares, SITES as usize, strike.seed);
@@ -105,7 +105,7 @@ fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
 /// One line of the table.
 struct Row {
     route: &'static str,
-    /// By impact.
+    /// Times by impact, ms.
     times_ms: Vec<Vec<f64>>,
     fragments: f64,
     triangles: f64,
@@ -119,7 +119,7 @@ impl Row {
         median(&self.times_ms.concat())
     }
 
-    /// Median over impacts of the fastest strike with each: other work on the machine takes less part in it.
+    /// Median over impacts of the fastest request with each: other work on the machine affects it less.
     fn fastest_ms(&self) -> f64 {
         let fastest = |times: &Vec<f64>| times.iter().copied().fold(f64::INFINITY, f64::min);
         median(&self.times_ms.iter().map(fastest).collect::<Vec<_>>())
@@ -141,11 +141,11 @@ fn told(row: &Row, ours: &Row) {
     );
 }
 
-/// Strikes of one lift.
+/// Requests of one lift.
 struct Ours {
     strikes: Vec<FractureRequest>,
     timed: Vec<Timed>,
-    /// Where each turn begins.
+    /// Index of the first time of each turn.
     turns: Vec<usize>,
 }
 
@@ -189,7 +189,7 @@ impl Ours {
     }
 }
 
-/// They cut the mesh itself.
+/// Row of theirs, which cut the mesh itself.
 fn their_row(all: &[Booleans]) -> Row {
     let of = |value: fn(&Booleans) -> f64| median(&all.iter().map(value).collect::<Vec<_>>());
     Row {
@@ -220,7 +220,7 @@ fn main() {
     );
     let (python, mut stopwatch) = (python(), Stopwatch::default());
     let mut ours = LIFTS.map(|lift| Ours::new(&prepared, lift));
-    // Memory grows here.
+    // Buffers grow in this turn.
     ours.iter_mut().for_each(|own| own.turn(&prepared, &mut stopwatch));
     ours.iter_mut().for_each(|own| (own.timed, own.turns) = (Vec::new(), Vec::new()));
     let mut theirs = Vec::new();

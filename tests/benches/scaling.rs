@@ -1,7 +1,7 @@
-//! How the time of a strike of the preset `game` grows: with crack tetrahedra, with fragments, and with input triangles, which should not
+//! Growth of the time of a request of the preset `game`: with crack tetrahedra, with fragments, and with input triangles, which should not
 //! matter once an object is baked. `cargo bench --bench scaling`; `SHATTER_BENCH_OUT` names a folder for pictures and their numbers.
 //!
-//! A time is the median over impacts of the fastest of several strikes with each, objects and numbers in turn.
+//! A time is the median over impacts of the fastest of several requests with each, objects and numbers in turn.
 
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, Tables, bake};
@@ -14,18 +14,18 @@ use shatter_tests::statistics::{median, power_law};
 use shatter_tests::timed::{self, Stopwatch, Timed};
 use std::path::Path;
 
-/// Crack nodes of the lattices, about.
+/// Approximate numbers of crack nodes of the lattices.
 const NODES: [usize; 5] = [4_000, 8_000, 16_000, 32_000, 64_000];
 const SITES: [u32; 6] = [10, 20, 40, 80, 160, 320];
-/// Sides of the cubes that the statue is made on, m: 27, 54, 100 and 270 thousand triangles.
+/// Sides of the cubes for the mesh of the statue, m: 27, 54, 100 and 270 thousand triangles.
 const GRIDS_M: [f64; 4] = [0.0106, 0.0075, 0.00552, 0.00335];
 const SITES_DEFAULT: u32 = 50;
 const IMPACTS: usize = 16;
 const ROUNDS: usize = 6;
-/// Impacts of the reduced bases.
+/// Number of impacts for the reduced bases.
 const LEARNED: u64 = 100;
 
-/// The statue with this crack spacing over its diagonal, ready for strikes that are not solved for.
+/// The statue with this crack spacing over its diagonal, prepared for requests without a solve.
 fn prepared(mesh: RawMesh, elastic_spacing: Option<f64>, crack_spacing: Option<f64>) -> PreparedObject {
     let tables = Tables { elastic: true, interior: true, ..Tables::NONE };
     let request = real::request("scaling", "ceramic");
@@ -36,7 +36,7 @@ fn prepared(mesh: RawMesh, elastic_spacing: Option<f64>, crack_spacing: Option<f
     prepared
 }
 
-/// An object, and how it is struck.
+/// An object, and its impacts.
 struct Case<'a> {
     prepared: &'a PreparedObject,
     strikes: Vec<FractureRequest>,
@@ -56,20 +56,20 @@ impl<'a> Case<'a> {
         faster.for_each(|(best, own)| *best = own);
     }
 
-    /// Median over the impacts.
+    /// Median of a value over the impacts.
     fn of(&self, value: impl Fn(&Timed) -> f64) -> f64 {
         median(&self.fastest.iter().map(value).collect::<Vec<_>>())
     }
 }
 
-/// What time is measured over.
+/// Quantity that the time is measured against.
 struct Study {
     file: &'static str,
     over: &'static str,
     bound: &'static str,
 }
 
-/// Strikes all `cases`, prints their times over what `x` says of each and its place, the exponent beside its bound, and draws them.
+/// Strikes all `cases`, prints their times over the `x` of each, prints the exponent beside its bound, and draws them.
 fn measure(study: &Study, mut cases: Vec<Case>, x: impl Fn(usize, &Case) -> f64) {
     let mut stopwatch = Stopwatch::default();
     for _ in 0..ROUNDS {
@@ -97,7 +97,7 @@ fn measure(study: &Study, mut cases: Vec<Case>, x: impl Fn(usize, &Case) -> f64)
 }
 
 fn write(study: &Study, points: &[(f64, f64)], [exponent, factor]: [f64; 2], folder: &Path) {
-    let axes = Axes { x: study.over.into(), y: "time of a strike, ms".into(), log_x: true, log_y: true };
+    let axes = Axes { x: study.over.into(), y: "time of a request, ms".into(), log_x: true, log_y: true };
     let fitted = points.iter().map(|&(x, _)| (x, factor * x.powf(exponent))).collect();
     let lines = [
         PlotLine { name: "measured".into(), points: points.to_vec(), mark: PlotMark::Both },
@@ -116,7 +116,7 @@ fn main() {
     }
     let usual = prepared(shapes::statue(), None, None);
     let spacing = usual.parameters.crack_spacing;
-    // An estimate: the numbers that come out count.
+    // An estimate: the study uses the actual numbers.
     let of_nodes = |nodes: usize| spacing * (CRACK_NODES_DEFAULT as f64 / nodes as f64).powf(1.0 / 2.7);
     let lattices = NODES.map(|nodes| prepared(shapes::statue(), None, Some(of_nodes(nodes))));
     let cases = lattices.iter().map(|own| Case::new(own, SITES_DEFAULT)).collect();

@@ -1,5 +1,5 @@
-//! Time per stage of a strike, and of baking. `cargo bench` runs it on a generated mug, and on the mesh file that
-//! `SHATTER_BENCH_MESH` names where that is set.
+//! Time per stage of a request, and of baking. `cargo bench` runs it on a generated mug, and on the mesh file that `SHATTER_BENCH_MESH`
+//! names, if it is set.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Point3;

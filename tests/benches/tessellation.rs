@@ -1,4 +1,4 @@
-//! Labels to emitted fragments on a block of 14 k nodes and 61 k tetrahedra with 50 sites, on one thread.
+//! Time from labels to emitted fragments on a block of 14 k nodes and 61 k tetrahedra with 50 sites, on one thread.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Point3;
@@ -10,7 +10,7 @@ use shatter_fracture::tessellation::*;
 
 const SITES: usize = 50;
 
-/// Coordinates first, then smooth functions of them, as an interior lift has.
+/// A lift of the coordinates and of smooth functions of them, like an interior lift.
 fn lift(lattice: &Lattice, dimension: usize) -> LiftedLattice {
     let wave = |node: &Point3<f64>, k: usize| (9.0 * node[k % 3] + k as f64).sin() / (3 + k) as f64;
     let coordinates = |node: &Point3<f64>| -> Vec<f64> {
@@ -19,7 +19,7 @@ fn lift(lattice: &Lattice, dimension: usize) -> LiftedLattice {
     LiftedLattice::scaled(LiftKind::Interior, lattice, dimension, lattice.nodes.iter().flat_map(coordinates).collect())
 }
 
-/// Sites on random nodes and the nearest of them to each node.
+/// Sites on random nodes, and the nearest of them for each node.
 fn diagram(lift: &LiftedLattice) -> (Vec<f64>, Vec<u32>) {
     let nodes = lift.coordinates.len() / lift.dimension;
     let mut random = RandomStream::new(1, 1);

@@ -1,8 +1,8 @@
-//! What threads gain in tessellation, beside what the machine gives them: `cargo bench --bench threads`.
+//! Gain by threads in tessellation, compared with the gain that the machine allows: `cargo bench --bench threads`.
 //!
-//! The cells of a diagram on about 100,000 nodes become points, polygons and sections on 1 to all threads, each in a pool of its own. Two
-//! probes take turns with it: arithmetic, and sums over arrays, one per thread, which no cache holds. `SHATTER_BENCH_MESH` names another
-//! mesh than a generated statue, whose lift is one of 19 waves; `SHATTER_BENCH_DATABASE` a database to use instead.
+//! The cells of a diagram on about 100,000 nodes become points, polygons and sections on 1 to all threads, each number in a pool of its
+//! own. Two probes take turns with it: arithmetic, and sums over arrays, one per thread, too large for any cache. `SHATTER_BENCH_MESH`
+//! names a mesh instead of a generated statue, whose lift has 19 waves; `SHATTER_BENCH_DATABASE` names a database instead.
 
 use nalgebra::Point3;
 use rayon::prelude::*;
@@ -26,7 +26,7 @@ use std::time::Instant;
 const SITES: usize = 50;
 const DIMENSION: usize = 19;
 const ROUNDS: usize = 20;
-/// Turns of a round, of which the fastest counts; memory grows in the first one.
+/// Turns of a round; the fastest counts, because buffers grow in the first.
 const REPEATS: usize = 6;
 /// Parts of a thread's share of a probe.
 const PARTS: usize = 64;
@@ -44,7 +44,7 @@ fn prepared() -> PreparedObject {
     bake(timed::mesh(), &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
-/// Coordinates first, then smooth functions of them, as an interior lift has.
+/// A lift of the coordinates and of smooth functions of them, like an interior lift.
 fn waves(lattice: &Lattice) -> LiftedLattice {
     let wave = |node: &Point3<f64>, k: usize| (9.0 * node[k % 3] + k as f64).sin() / (3 + k) as f64;
     let coordinate = |node: &Point3<f64>, k: usize| if k < 3 { node[k] } else { wave(node, k) };
@@ -52,7 +52,7 @@ fn waves(lattice: &Lattice) -> LiftedLattice {
     LiftedLattice::scaled(LiftKind::Interior, lattice, DIMENSION, coordinates)
 }
 
-/// Cells of even energy.
+/// A diagram with uniform energy.
 fn diagram(body: &PreparedBody, lift: &LiftedLattice) -> Diagram {
     let mut shares = body.volumes.clone();
     let field = EnergyField::new(lift, &body.volumes, &mut shares).unwrap().grouped(&body.clusters);
@@ -60,7 +60,7 @@ fn diagram(body: &PreparedBody, lift: &LiftedLattice) -> Diagram {
     centroidal::diagram(&field, &DiagramOptions::new(SITES, 1), &mut workspace, &CancelToken::default()).unwrap()
 }
 
-/// What is tessellated.
+/// Input of the tessellation.
 struct Work<'a> {
     body: &'a PreparedBody,
     lift: &'a LiftedLattice,
@@ -68,7 +68,7 @@ struct Work<'a> {
     split: Components,
 }
 
-/// What is written into.
+/// Output buffers of the tessellation.
 #[derive(Default)]
 struct Memory {
     points: CrackPoints,
@@ -81,7 +81,7 @@ struct Memory {
 }
 
 impl Memory {
-    /// Labels to sections: points, build, emit, ms. The second time it has room.
+    /// Tessellates from labels to sections; returns the times of points, build and emit, ms. Buffers exist from the second call on.
     fn tessellate(&mut self, work: &Work) -> [f64; 3] {
         let (lattice, topology, labels) = (&work.body.crack, &work.body.topology, &work.split.labels);
         let sites = BisectorSites {
@@ -116,7 +116,7 @@ impl Memory {
     }
 }
 
-/// Time of as many parts of arithmetic per thread, taken by whoever is free, ms.
+/// Time of a fixed number of parts of arithmetic per thread, taken by idle threads, ms.
 fn spin_ms() -> f64 {
     let begun = Instant::now();
     let step = |x: u64, _| (x ^ x >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -125,7 +125,7 @@ fn spin_ms() -> f64 {
     since_ms(begun)
 }
 
-/// Time of a sum over an array per thread, parts taken by whoever is free, ms.
+/// Time of a sum over one array per thread, in parts taken by idle threads, ms.
 fn read_ms(arrays: &[Vec<u64>]) -> f64 {
     let begun = Instant::now();
     let parts = arrays[..rayon::current_num_threads()].par_iter().flat_map(|own| own.par_chunks(NUMBERS / PARTS));
@@ -133,7 +133,7 @@ fn read_ms(arrays: &[Vec<u64>]) -> f64 {
     since_ms(begun)
 }
 
-/// What is timed, ms: points, build, emit, all three; arithmetic; reading.
+/// Measured times, ms: points, build, emit, all three; arithmetic; reading.
 type Times = [f64; 6];
 
 /// Times on one number of threads.
@@ -149,7 +149,7 @@ impl Column {
         Self { pool, memory: Memory::default(), rounds: Vec::new() }
     }
 
-    /// The fastest of some, each by itself.
+    /// The fastest of several turns, each quantity by itself.
     fn round(&mut self, work: &Work, arrays: &[Vec<u64>]) {
         let Self { pool, memory, rounds } = self;
         let turn = || {
@@ -160,10 +160,10 @@ impl Column {
         rounds.push(pool.install(|| std::iter::repeat_with(turn).take(REPEATS).reduce(fastest)).unwrap());
     }
 
-    /// Against one thread, the middle of all rounds.
+    /// Gains over one thread, medians of all rounds.
     fn gains(&self, one: &Self) -> Times {
         let threads = self.pool.current_num_threads() as f64;
-        // Probes do as much on every thread as on one.
+        // Probes do the same work on every thread.
         let work = [1.0, 1.0, 1.0, 1.0, threads, threads];
         std::array::from_fn(|index| {
             let pairs = one.rounds.iter().zip(&self.rounds);

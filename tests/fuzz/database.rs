@@ -1,4 +1,4 @@
-//! libFuzzer's entry of [`Target::Database`].
+//! Entry point for libFuzzer of [`Target::Database`].
 
 #![no_main]
 

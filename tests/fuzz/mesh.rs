@@ -1,4 +1,4 @@
-//! libFuzzer's entry of [`Target::Mesh`].
+//! Entry point for libFuzzer of [`Target::Mesh`].
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! libFuzzer's entry of [`Target::Request`].
+//! Entry point for libFuzzer of [`Target::Request`].
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! libFuzzer's entry of [`Target::Scene`].
+//! Entry point for libFuzzer of [`Target::Scene`].
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! libFuzzer's entry of [`Target::Toml`].
+//! Entry point for libFuzzer of [`Target::Toml`].
 
 #![no_main]
 

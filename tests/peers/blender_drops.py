@@ -1,4 +1,4 @@
-"""Imports fragments into Blender (the wheel `bpy`), makes rigid bodies of them, drops them, and tells as JSON what became of them.
+"""Imports fragments into Blender (the wheel `bpy`), drops them as rigid bodies, and prints their final state as JSON.
 
 python3 blender_drops.py FILE.glb FRAMES
 """
@@ -10,9 +10,9 @@ import os
 import sys
 
 import bpy
-import bmesh  # bpy brings it along, so it comes second.
+import bmesh  # Part of bpy, so it is imported second.
 
-# How thick the floor is, and how far below the lowest piece it begins, m.
+# Thickness of the floor, and its distance below the lowest fragment, m.
 FLOOR_M, GAP_M = 0.5, 0.05
 
 

@@ -1,8 +1,8 @@
-"""The exact-boolean route: every Euclidean Voronoi cell intersected with the mesh, by manifold3d (PyPI wheel).
+"""The exact-boolean method: every Euclidean Voronoi cell intersected with the mesh, by manifold3d (PyPI wheel).
 
 Usage: booleans.py INPUT.json RUNS. INPUT.json holds `positions` (x y z), `triangles` (counter-clockwise seen from outside) and
-`sites`, in triples. Prints one JSON document: milliseconds per run, and what came out. Cells and the tree of the mesh are made
-beforehand and not timed: others make the cells in a few milliseconds.
+`sites`, in triples. Prints one JSON document: milliseconds per run, and properties of the output. Cells and the tree of the mesh are
+made beforehand and not timed: other programs make the cells in a few milliseconds.
 """
 
 import json
@@ -30,7 +30,7 @@ def cells(sites, low, high):
             length = np.linalg.norm(normal)
             middle = 0.5 * (site + sites[other])
             cell = cell.trim_by_plane(tuple(normal / length), float(middle @ normal / length))
-        cell.num_tri()  # it is lazy
+        cell.num_tri()  # Evaluates the cell, which is lazy.
         yield cell
 
 

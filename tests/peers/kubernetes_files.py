@@ -1,4 +1,4 @@
-"""Validates job files against Kubernetes' schema, unknown keys refused, and prints as JSON what is wrong.
+"""Validates job files against the schema of Kubernetes, without unknown keys, and prints the errors as JSON.
 
 python3 kubernetes_files.py FILE.yaml ...
 """

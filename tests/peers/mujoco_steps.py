@@ -1,4 +1,4 @@
-"""Loads a model into MuJoCo, steps it, and tells as JSON what became of it.
+"""Loads a model into MuJoCo, steps it, and prints its final state as JSON.
 
 python3 mujoco_steps.py MODEL.xml STEPS [release]
 
@@ -23,7 +23,8 @@ for _ in range(int(sys.argv[2])):
     finite = finite and bool(np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all())
 mujoco.mj_forward(model, data)
 moved = np.linalg.norm(data.xipos - begin, axis=1)
-# Free joints have seven coordinates each; apart is how far neighbors left each other, the object's own motion taken off.
+# Free joints have seven coordinates each. `apart` is the change of the distance between neighbors, which does not depend on the object's
+# own motion.
 welds = [k for k in range(model.neq) if model.eq_type[k] == mujoco.mjtEq.mjEQ_WELD]
 pairs = [(model.eq_obj1id[k], model.eq_obj2id[k]) for k in welds]
 apart = [abs(np.linalg.norm(data.xipos[a] - data.xipos[b]) - np.linalg.norm(begin[a] - begin[b])) for a, b in pairs if a and b]

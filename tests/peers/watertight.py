@@ -1,9 +1,9 @@
-"""Reads fragments with trimesh and tells as JSON what it makes of them.
+"""Reads fragments with trimesh and prints their properties as JSON.
 
 python3 watertight.py FILE.glb|FILE.obj ...
 
-Vertices are merged where they are the same point bit by bit; normals and texture coordinates do not count. `declared` is the surface
-that EXT_mesh_manifold declares, of a .glb whose meshes carry it: all of its triangles, merged by the extension's lists and by nothing else.
+Vertices with bitwise equal positions are merged; normals and texture coordinates do not count. `declared` is the surface that
+EXT_mesh_manifold declares, for a .glb whose meshes have it: all of its triangles, merged only by the lists of the extension.
 """
 
 import json
@@ -29,7 +29,7 @@ def closed(mesh):
 
 def row(name, meshes):
     mesh = solid(meshes)
-    # As trimesh merges by itself, and nothing of ours does.
+    # Merged by trimesh itself, without data of the file.
     merged = trimesh.util.concatenate(meshes)
     merged.merge_vertices(merge_tex=True, merge_norm=True)
     materials = sorted({getattr(getattr(m.visual, "material", None), "name", None) or "" for m in meshes})
@@ -85,7 +85,7 @@ class Container:
             faces = self.read(primitive["indices"]).reshape(-1, 3)
             points = self.read(primitive["attributes"]["POSITION"]).astype(float)
             if "mergeIndices" in extension:
-                # The lists say what the sparse accessor does.
+                # The lists must equal the sparse accessor.
                 plain = self.read(mesh["primitives"][0]["indices"])[:0].reshape(-1)
                 parts = [self.read(own["indices"]).reshape(-1) for own in mesh["primitives"]]
                 plain = np.concatenate([plain, *parts])
@@ -107,7 +107,7 @@ for path in sys.argv[1:]:
     nodes = {}
     for node in scene.graph.nodes_geometry:
         transform, geometry = scene.graph[node]
-        # A mesh of two primitives becomes two nodes, of which the second is named after the first.
+        # A mesh of two primitives becomes two nodes; the second is named after the first.
         parent = scene.graph.transforms.parents.get(node, node)
         name = node if parent == scene.graph.base_frame else parent
         mesh = scene.geometry[geometry].copy()

@@ -1,5 +1,5 @@
-//! An independent reader of exported fragments: the `gltf` crate takes the file apart, and closedness, orientation and
-//! volume are worked out here from nothing but the triangles.
+//! An independent reader of exported fragments: the `gltf` crate parses the file; closedness, orientation and volume are computed here from
+//! the triangles only.
 
 use anyhow::{Context, Result, bail, ensure};
 use gltf::accessor::Iter;
@@ -7,12 +7,12 @@ use serde_json::Value;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// One fragment as a reader of the file finds it.
+/// One fragment as read from the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fragment {
     /// `extras.fragment` of its node.
     pub id: u32,
-    /// `extras.volume_m3`, what the writer says.
+    /// `extras.volume_m3`, as the writer states it.
     pub stated_volume_m3: f64,
     /// `extras.mass_kg`.
     pub mass_kg: f64,
@@ -20,7 +20,7 @@ pub struct Fragment {
     pub inertia_kg_m2: [f64; 6],
     /// The node's translation, m: the center of mass.
     pub center_m: [f64; 3],
-    /// Vertices relative to it, m.
+    /// Vertices relative to the center, m.
     pub positions: Vec<[f32; 3]>,
     /// Triangles of the primitive with material `outer`.
     pub outer: Vec<[u32; 3]>,
@@ -107,8 +107,8 @@ impl Fragment {
         [self.outer.as_slice(), &self.crack].concat()
     }
 
-    /// Closed and consistently oriented: after welding vertices whose positions are equal bit by bit, every edge has
-    /// exactly two half-edges, and they are opposite. The manifold primitive, if present, must say the same.
+    /// Checks that the surface is closed and consistently oriented: after welding bitwise equal positions, every edge has exactly two
+    /// opposite half-edges. The manifold primitive, if present, must agree.
     pub fn check_closed(&self) -> Result<()> {
         let mut places = HashMap::new();
         let welded: Vec<u32> = self

@@ -1,7 +1,7 @@
-//! The golden comparison: the same requests to the programs of two commits give the same fragments.
+//! Golden comparison: equal requests to the programs of two commits give equal fragments.
 //!
-//! Both are driven by their command lines, whose contract is stable, so the commits may differ in everything else. Compared are the
-//! hashes of all sections that hold plain numbers, and every value of the documents that both print; times are left out.
+//! Both are driven by their command lines, whose contract is stable, so the commits may differ in everything else. The comparison covers
+//! the hashes of all sections of plain numbers, and every value of the documents that both print, except times.
 
 use crate::house::House;
 use serde_json::{Map, Value};
@@ -9,10 +9,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The commit that others are compared with, where there is no tag of that name.
+/// Commit to compare with, if there is no tag of that name.
 const TAG: &str = "golden";
 
-/// Effects of the golden commit: what a request does not name of them is switched off.
+/// Effects of the golden commit; a request switches off those that it does not name.
 const EFFECTS: [&str; 16] = [
     "elastic",
     "tensile",
@@ -32,7 +32,7 @@ const EFFECTS: [&str; 16] = [
     "gravity",
 ];
 
-/// Keys of documents that differ from run to run, or that a hash of a section stands for.
+/// Keys of documents that differ from run to run, or that the hash of a section covers.
 const LEFT_OUT: [&str; 11] = [
     "ns",
     "time_ns",
@@ -50,7 +50,7 @@ const LEFT_OUT: [&str; 11] = [
 /// Sections of rows, whose values are compared one by one.
 const ROWS: [&str; 3] = ["summary", "stages", "effects"];
 
-/// What was answered, by request.
+/// Results by request.
 pub type Answers = BTreeMap<String, Value>;
 
 /// Folder of the requests and the recordings.
@@ -58,7 +58,7 @@ pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("golden")
 }
 
-/// Runs the requests, all or those with a star, by the programs of this build or of those in a folder.
+/// Runs the requests, all or those with a star, with the programs of this build or with those in a folder.
 pub fn answers(programs: Option<PathBuf>, all: bool) -> Answers {
     let mut house = programs.map_or_else(House::new, House::with_programs);
     std::fs::copy(folder().join("scene.toml"), house.path("scene.toml")).unwrap();
@@ -105,7 +105,7 @@ fn filled(word: &str, last: &Value, house: &House) -> String {
     word
 }
 
-/// The options that say which effects are on, all of them by name.
+/// Options that switch every effect on or off by name.
 fn effects(on: &str) -> Vec<String> {
     let on: Vec<&str> = on.split(',').filter(|effect| *effect != "none").collect();
     let off: Vec<&str> = EFFECTS.into_iter().filter(|effect| !on.contains(effect)).collect();
@@ -118,7 +118,7 @@ fn shown(house: &House, name: &str) -> String {
     house.path(name).to_str().unwrap().to_owned()
 }
 
-/// What of a document is compared, in American spelling.
+/// The compared part of a document, in American spelling.
 fn canonical(document: &Value) -> Value {
     match document {
         Value::Object(map) => {
@@ -149,7 +149,7 @@ fn american(text: &str) -> String {
     pairs.iter().fold(text.to_owned(), |text, (british, american)| text.replace(british, american))
 }
 
-/// Where two sets of answers differ: requests and the paths of values that both have.
+/// Differences between two sets of results: requests, and the paths of values that both have.
 pub fn differences(before: &Answers, now: &Answers) -> Vec<String> {
     let mut found = Vec::new();
     for (request, old) in before {
@@ -180,7 +180,7 @@ fn cut(value: &Value) -> String {
     value.to_string().chars().take(80).collect()
 }
 
-/// What of a processor decides rounding: which instructions there are, and which caches block sizes follow.
+/// Properties of the processor that decide rounding: its instructions, and the caches that set block sizes.
 pub fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let field = |name: &str| {
@@ -193,10 +193,10 @@ pub fn processor() -> String {
     known.join("-").to_lowercase()
 }
 
-/// Programs of the golden commit, built in the target folder if they are not there.
+/// Programs of the golden commit; builds them in the target folder if they do not exist.
 ///
 /// # Panics
-/// Where the repository has no such commit, or it cannot be built.
+/// If the repository has no such commit, or it cannot be built.
 pub fn programs_before() -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
     let said = std::fs::read_to_string(folder().join("commit")).unwrap();

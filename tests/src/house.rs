@@ -1,4 +1,4 @@
-//! Both real programs in a place of their own: short runtime folder, own databases, own service name.
+//! A test folder for both real programs: short runtime directory, own databases, own service name.
 
 use serde_json::Value;
 use std::ffi::OsStr;
@@ -8,15 +8,15 @@ use std::process::{Child, Command, Output, Stdio};
 use std::sync::OnceLock;
 use tempfile::TempDir;
 
-/// A place of its own; ends its daemon and leaves nothing in shared memory.
+/// A test folder. On drop it ends its daemon, and leaves nothing in shared memory.
 pub struct House {
     root: TempDir,
     programs: Option<PathBuf>,
     daemon: Option<Child>,
 }
 
-/// A program of this workspace, or the library for C, which cargo puts beside the test's own binary. `cargo test --test NAME` alone
-/// does not build it, so cargo is asked to, once per process: it has nothing to do after `cargo test --workspace`.
+/// Path of a program of this workspace, or of the C library, which cargo puts beside the test's own binary. `cargo test --test NAME` alone
+/// does not build it, so this function builds it once per process; after `cargo test --workspace` that does nothing.
 pub fn program(name: &str) -> PathBuf {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     let build = || {
@@ -31,35 +31,35 @@ pub fn program(name: &str) -> PathBuf {
 }
 
 impl House {
-    /// An empty place.
+    /// An empty test folder.
     pub fn new() -> Self {
         // Short, so that sockets fit into their paths.
         Self { root: tempfile::Builder::new().prefix("st").tempdir_in("/tmp").unwrap(), programs: None, daemon: None }
     }
 
-    /// The same with the programs of another build, which lie in this folder.
+    /// A test folder with the programs of another build, which are in this folder.
     pub fn with_programs(folder: PathBuf) -> Self {
         let mut house = Self::new();
         house.programs = Some(folder);
         house
     }
 
-    /// A path inside.
+    /// Path of a file in the folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.root.path().join(name)
     }
 
-    /// Where both programs look for databases.
+    /// Folder in which both programs find databases.
     pub fn databases(&self) -> PathBuf {
         self.path("data/shatter")
     }
 
-    /// A program with this place as its environment, for runs that are ended before their end.
+    /// Command of a program with the environment of this folder, for runs that a test ends early.
     pub fn command(&self, name: &str) -> Command {
         self.foreign(self.programs.as_ref().map_or_else(|| program(name), |folder| folder.join(name)))
     }
 
-    /// The same of any program of the system.
+    /// Command of a program of the system, with the same environment.
     pub fn foreign(&self, program: impl AsRef<OsStr>) -> Command {
         let mut command = Command::new(program);
         command.env("XDG_RUNTIME_DIR", self.root.path()).env("XDG_DATA_HOME", self.path("data"));
@@ -72,7 +72,7 @@ impl House {
         self.command(name).args(arguments).output().unwrap()
     }
 
-    /// Runs a program with `--json`; exit code and its one document.
+    /// Runs a program with `--json`; returns exit code and its document.
     #[track_caller]
     pub fn json(&self, name: &str, arguments: &[&str]) -> (i32, Value) {
         let output = self.run(name, &[arguments, &["--json"]].concat());
@@ -102,7 +102,7 @@ impl House {
         self.daemon = Some(child);
     }
 
-    /// Ends the daemon as a supervisor does; its exit code.
+    /// Ends the daemon as a supervisor does; returns its exit code.
     pub fn end(&mut self) -> Option<i32> {
         let mut child = self.daemon.take()?;
         rustix::process::kill_process(rustix::process::Pid::from_child(&child), rustix::process::Signal::TERM).unwrap();

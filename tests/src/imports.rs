@@ -1,23 +1,23 @@
-//! Which file of a crate imports which: by its `use` declarations, re-exports followed to the file that defines the name.
+//! Imports between the files of a crate, from their `use` declarations; re-exports are followed to the file that defines the name.
 
 use crate::sources::{code, shipped};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The files below one folder of sources, by the path of their module (`a::b`; the root is empty).
+/// Files below one folder of sources, by the path of their module (`a::b`; the root is empty).
 pub struct Imports {
-    /// By module: its file, and the paths that it imports.
+    /// File and imported paths of each module.
     modules: BTreeMap<String, Module>,
 }
 
 struct Module {
     file: String,
     imports: Vec<Vec<String>>,
-    /// Names that it re-exports, with their paths.
+    /// Names that the module re-exports, with their paths.
     exports: BTreeMap<String, Vec<String>>,
 }
 
 impl Imports {
-    /// Of the files of `sources` below `folder` (`server/src`), without tests.
+    /// Reads the imports of the files of `sources` below `folder` (`server/src`), without tests.
     pub fn of(folder: &str, sources: &[(String, String)]) -> Self {
         let mut texts = BTreeMap::new();
         for (name, text) in sources {
@@ -44,7 +44,7 @@ impl Imports {
         Self { modules: modules.collect() }
     }
 
-    /// Every set of files that import each other in a cycle, larger than `most`.
+    /// Sets of more than `most` files that import each other in a cycle.
     pub fn cycles(&self, most: usize) -> Vec<Vec<&str>> {
         let next = |module: &Module| -> BTreeSet<&str> {
             module.imports.iter().filter_map(|path| self.file(path, 0)).filter(|file| *file != module.file).collect()
@@ -71,7 +71,7 @@ impl Imports {
         cycles.into_iter().filter(|cycle| cycle.len() > most).collect()
     }
 
-    /// The file that defines what `path` names.
+    /// File that defines the item at `path`.
     fn file(&self, path: &[String], depth: usize) -> Option<&str> {
         let longest = (0..=path.len()).rev().find_map(|length| {
             let module = self.modules.get(&path[..length].join("::"))?;
@@ -91,7 +91,7 @@ fn module_of(file: &str) -> String {
     if path == "lib" { String::new() } else { path.to_owned() }
 }
 
-/// The `use` declarations of a file, and whether each is public.
+/// The `use` declarations of a file; true marks the public ones.
 fn declarations(text: &str) -> Vec<(bool, String)> {
     let items = text.split(';').filter_map(|item| {
         let line = item.rfind("\nuse ").map(|at| at + 1).or_else(|| item.starts_with("use ").then_some(0));
@@ -107,7 +107,7 @@ fn declarations(text: &str) -> Vec<(bool, String)> {
     items.collect()
 }
 
-/// The paths of a tree: `a::{b, c::{d}}` is `a::b` and `a::c::d`.
+/// Paths of a `use` tree: `a::{b, c::{d}}` is `a::b` and `a::c::d`.
 fn expand(tree: &str) -> Vec<String> {
     let tree: String = tree.split_whitespace().collect::<Vec<_>>().join(" ");
     let Some((before, inner)) = tree.split_once('{') else {
@@ -129,7 +129,7 @@ fn expand(tree: &str) -> Vec<String> {
     parts.flat_map(|part| expand(&format!("{}{part}", before.trim()))).collect()
 }
 
-/// `path`, as `module` writes it, from the crate's root on; `None` for other crates.
+/// `path` as `module` writes it, from the root of the crate; `None` for other crates.
 fn absolute(module: &str, path: &str, known: &BTreeSet<String>) -> Option<Vec<String>> {
     let mut parts: Vec<String> = path.split("::").map(|part| part.trim().to_owned()).collect();
     let mut base: Vec<String> = module.split("::").filter(|part| !part.is_empty()).map(str::to_owned).collect();

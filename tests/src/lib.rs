@@ -1,5 +1,7 @@
 //! Common parts of the tests that cross crates.
 
+#![allow(clippy::missing_errors_doc, clippy::missing_panics_doc, reason = "not published")]
+
 pub mod fuzz;
 pub mod glb;
 pub mod golden;
@@ -8,6 +10,7 @@ pub mod imports;
 pub mod model;
 pub mod pages;
 pub mod peers;
+pub mod prose;
 pub mod real;
 pub mod reference;
 pub mod sources;

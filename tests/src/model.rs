@@ -7,7 +7,7 @@ use quick_xml::events::{BytesStart, Event};
 /// One element.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Element {
-    /// Its name.
+    /// Name of the element.
     pub name: String,
     attributes: Vec<(String, String)>,
 }
@@ -23,18 +23,18 @@ impl Element {
         Ok(Self { name, attributes: attributes.collect::<Result<_>>()? })
     }
 
-    /// The value of an attribute.
+    /// Value of an attribute.
     pub fn get(&self, key: &str) -> Option<&str> {
         self.attributes.iter().find(|(own, _)| own == key).map(|(_, value)| value.as_str())
     }
 
-    /// An attribute that is one number.
+    /// Value of an attribute with one number.
     #[track_caller]
     pub fn number(&self, key: &str) -> f64 {
         self.numbers::<1>(key)[0]
     }
 
-    /// An attribute that is so many numbers.
+    /// Values of an attribute with `N` numbers.
     #[track_caller]
     pub fn numbers<const N: usize>(&self, key: &str) -> [f64; N] {
         let text = self.get(key).unwrap_or_else(|| panic!("no {key} in {self:?}"));
@@ -43,7 +43,7 @@ impl Element {
     }
 }
 
-/// All elements of a well-formed document with one root; attributes that stand twice are refused.
+/// All elements of a well-formed document with one root. Refuses duplicate attributes.
 pub fn elements(text: &str) -> Result<Vec<Element>> {
     let (mut reader, mut found, mut depth, mut roots) = (Reader::from_str(text), Vec::new(), 0_usize, 0);
     loop {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-/// What stands in a comment above a block that tests do not run, before the reason.
+/// Start of the comment above a block that tests do not run, before the reason.
 const NOT_RUN: &str = "<!-- not run by the tests: ";
 
 /// A fenced block of a page.
@@ -12,33 +12,33 @@ pub struct Block {
     pub place: String,
     /// First word after the fence.
     pub language: String,
-    /// The lines.
+    /// Lines of the block.
     pub text: String,
-    /// Why tests do not run it, if they do not.
+    /// Reason why tests do not run it, if they do not.
     pub not_run: Option<String>,
 }
 
-/// The folder of the project.
+/// Folder of the project.
 pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap()
 }
 
-/// The text of a file of the project.
+/// Text of a file of the project.
 pub fn text(name: &str) -> String {
     std::fs::read_to_string(root().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
-/// The source folder of the guide.
+/// Source folder of the guide.
 pub const GUIDE: &str = "client/guide/src";
 
-/// The pages of the guide in the order of its summary, from the folder of the project.
+/// Pages of the guide in the order of its summary, relative to the folder of the project.
 pub fn guide() -> Vec<String> {
     let summary = text(&format!("{GUIDE}/SUMMARY.md"));
     let links = summary.lines().filter_map(|line| Some(line.trim().strip_prefix("- [")?.split_once("](")?.1));
     links.filter_map(|link| Some(format!("{GUIDE}/{}", link.strip_suffix(')')?))).collect()
 }
 
-/// The fenced blocks of the page `name`, in order.
+/// Fenced blocks of the page `name`, in order.
 pub fn blocks(name: &str) -> Vec<Block> {
     let text = text(name);
     let mut found = Vec::new();
@@ -55,7 +55,7 @@ pub fn blocks(name: &str) -> Vec<Block> {
     found
 }
 
-/// The code of the first block of a Rust crate's documentation that is marked with `mark`, hidden lines included.
+/// Code of the first block with `mark` in the documentation of a Rust crate, hidden lines included.
 pub fn crate_example(name: &str, mark: &str) -> String {
     let text = text(name);
     let inner =

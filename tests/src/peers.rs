@@ -1,11 +1,11 @@
-//! Independent readers in Python, where it has them: `SHATTER_PYTHON` names the interpreter, else it is `python3`.
+//! Independent readers in Python, if it has them: `SHATTER_PYTHON` names the interpreter, by default `python3`.
 
 use serde_json::Value;
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
 use std::process::Command;
 
-/// The interpreter, if it has `modules`; else `None` after a line that CI counts.
+/// The interpreter, if it has `modules`; else `None`, after a line that CI counts.
 pub fn python(modules: &[&str]) -> Option<OsString> {
     let python = std::env::var_os("SHATTER_PYTHON").unwrap_or_else(|| "python3".into());
     let tried = Command::new(&python).args(["-c", &format!("import {}", modules.join(", "))]).output();
@@ -16,13 +16,13 @@ pub fn python(modules: &[&str]) -> Option<OsString> {
     None
 }
 
-/// Runs a script of `tests/peers`; the document that it prints.
+/// Runs a script of `tests/peers`; returns the document that it prints.
 #[track_caller]
 fn script(python: &OsStr, name: &str, arguments: &[&OsStr]) -> Value {
     run(name, &mut Command::new(python), arguments)
 }
 
-/// The same with an interpreter whose folder or environment is another.
+/// Runs a script with another folder or environment.
 #[track_caller]
 fn run(name: &str, python: &mut Command, arguments: &[&OsStr]) -> Value {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("peers").join(name);
@@ -33,7 +33,7 @@ fn run(name: &str, python: &mut Command, arguments: &[&OsStr]) -> Value {
     })
 }
 
-/// What becomes of a model in MuJoCo: see `tests/peers/mujoco_steps.py`.
+/// Runs a model in MuJoCo: see `tests/peers/mujoco_steps.py`.
 #[track_caller]
 pub fn mujoco(model: &Path, arguments: &[&str]) -> Option<Value> {
     let python = python(&["mujoco", "numpy"])?;
@@ -41,14 +41,14 @@ pub fn mujoco(model: &Path, arguments: &[&str]) -> Option<Value> {
     Some(script(&python, "mujoco_steps.py", &arguments))
 }
 
-/// What becomes of a `.glb` in Blender: see `tests/peers/blender_drops.py`.
+/// Drops the fragments of a `.glb` file in Blender: see `tests/peers/blender_drops.py`.
 #[track_caller]
 pub fn blender(file: &Path, frames: &str) -> Option<Value> {
     let python = python(&["bpy"])?;
     Some(script(&python, "blender_drops.py", &[file.as_os_str(), OsStr::new(frames)]))
 }
 
-/// What trimesh makes of files: see `tests/peers/watertight.py`.
+/// Reads files with trimesh: see `tests/peers/watertight.py`.
 #[track_caller]
 pub fn watertight(files: &[&Path]) -> Option<Vec<Value>> {
     let python = python(&["trimesh", "numpy"])?;
@@ -56,7 +56,7 @@ pub fn watertight(files: &[&Path]) -> Option<Vec<Value>> {
     script(&python, "watertight.py", &arguments).as_array().cloned()
 }
 
-/// What Kubernetes' schema says of job files: see `tests/peers/kubernetes_files.py`.
+/// Validates job files against the schema of Kubernetes: see `tests/peers/kubernetes_files.py`.
 #[track_caller]
 pub fn kubernetes(files: &[&Path]) -> Option<Value> {
     let python = python(&["kubernetes_validate", "yaml"])?;
@@ -64,7 +64,7 @@ pub fn kubernetes(files: &[&Path]) -> Option<Value> {
     Some(script(&python, "kubernetes_files.py", &arguments))
 }
 
-/// What becomes of an array of shares under HyperQueue, run from `folder` with this `PATH`: see `tests/peers/hyperqueue_jobs.py`.
+/// Runs an array of shares under HyperQueue, from `folder` with this `PATH`: see `tests/peers/hyperqueue_jobs.py`.
 #[track_caller]
 pub fn hyperqueue(arguments: &[&OsStr], folder: &Path, path: &str) -> Option<Value> {
     let python = python(&["hyperqueue"])?;

@@ -1,4 +1,4 @@
-//! Real test meshes, which the project does not contain: found through `SHATTER_MESHES`, else skipped and said so.
+//! Real test meshes, which the project does not contain: found through `SHATTER_MESHES`; otherwise the test prints that it skips them.
 
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
@@ -29,7 +29,7 @@ pub fn material(name: &str) -> Material {
     Materials::parse(table).and_then(|materials| materials.get(name).cloned()).unwrap()
 }
 
-/// Everything at its default, for an object called `name` of the material called `material_name`.
+/// A bake with all defaults, for an object `name` of the material `material_name`.
 pub fn request(name: &str, material_name: &str) -> BakeRequest {
     BakeRequest::new(name, material_name, material(material_name))
 }

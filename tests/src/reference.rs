@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::time::Duration;
 
-/// Stands below the title of each generated page.
+/// Note below the title of each generated page.
 const NOTE: &str = "Generated from the code by the test `documents`. Do not edit this page.\n\n";
 
 /// Name and text of each page.
@@ -37,7 +37,7 @@ fn causes() -> BTreeMap<String, String> {
     causes
 }
 
-/// What to do about an error of this kind. A new kind gets a line here.
+/// Remedy for an error of this kind. A new kind needs a line here.
 fn remedy(kind: ErrorKind) -> &'static str {
     match kind {
         ErrorKind::BadMagic | ErrorKind::UnknownRequest | ErrorKind::ReservedField => {
@@ -72,8 +72,8 @@ fn remedy(kind: ErrorKind) -> &'static str {
         ErrorKind::Ray => "Give one ray with a finite direction other than zero, and no other contact.",
         ErrorKind::RayMissed => "Aim at the object; the message gives the closest approach.",
         ErrorKind::Busy => "Wait for `retry_after_ms`; free results that you have read.",
-        ErrorKind::Late => "Send fewer strikes, allow more time, or use a faster preset.",
-        ErrorKind::Stopping => "Send the strike again when the next daemon serves.",
+        ErrorKind::Late => "Send fewer requests, allow more time, or use a faster preset.",
+        ErrorKind::Stopping => "Send the request again when the next daemon serves.",
         ErrorKind::Cancelled => "Nothing: the ticket was dropped.",
         ErrorKind::Failed | ErrorKind::Transport => "Report it with the daemon's log.",
         ErrorKind::AnswerTooLarge => "Restart the daemon, or raise `answers.bucket_mib_max`.",
@@ -153,7 +153,7 @@ const COMMANDS: [&str; 17] = [
     "shatter threshold",
 ];
 
-/// The commands that the help of the program itself lists.
+/// Commands that the help of the program itself lists.
 fn listed(help: &str) -> BTreeSet<&str> {
     let listed = help.split_once("Commands:\n").unwrap().1.lines().take_while(|line| !line.is_empty());
     listed.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help").collect()
@@ -181,7 +181,7 @@ fn commands() -> String {
     page
 }
 
-/// Metrics with every label that there is.
+/// Metrics with all of their labels.
 fn exposition() -> String {
     let mut metrics = Metrics::new().unwrap();
     use JobEnd::{Answered, Busy, Cancelled, Failed, Late, Refused};

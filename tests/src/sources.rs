@@ -1,17 +1,17 @@
-//! The sources of the project, as rules about them see them.
+//! Sources of the project, as rules about them see them.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The root of the project.
+/// Root of the project.
 pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
 }
 
-/// All files of the project with that ending, sorted: those that git tracks, or, in an archive without git's folder, those that lie
-/// there and that `.gitignore` does not name.
+/// All files of the project with this ending, sorted: those that git tracks, or, in an archive without git's folder, those that
+/// `.gitignore` does not name.
 pub fn files(ending: &str) -> Vec<PathBuf> {
     let all = tracked().unwrap_or_else(|| {
         println!("no git: files are judged as they lie in the folder");
@@ -20,7 +20,7 @@ pub fn files(ending: &str) -> Vec<PathBuf> {
     all.into_iter().map(|name| root().join(name)).filter(|path| path.to_string_lossy().ends_with(ending)).collect()
 }
 
-/// Paths of the tracked files that exist, relative to the root, sorted; `None` where the root is no work tree of git.
+/// Paths of the tracked files that exist, relative to the root, sorted; `None` if the root is not a work tree of git.
 pub fn tracked() -> Option<Vec<PathBuf>> {
     let root = root();
     if !root.join(".git").exists() {
@@ -32,7 +32,7 @@ pub fn tracked() -> Option<Vec<PathBuf>> {
     Some(paths.into_iter().filter(|path| root.join(path).exists()).collect())
 }
 
-/// Paths of the files below `root` that `.gitignore` does not name and that are not hidden, relative to it, sorted.
+/// Paths of the files below `root` that are not hidden and that `.gitignore` does not name, relative to it, sorted.
 pub fn lying(root: &Path) -> Vec<PathBuf> {
     let ignored = fs::read_to_string(root.join(".gitignore")).unwrap_or_default();
     let ignored: BTreeSet<&str> = ignored.lines().map(|line| line.trim_matches('/')).collect();
@@ -53,7 +53,7 @@ pub fn lying(root: &Path) -> Vec<PathBuf> {
     found.into_iter().collect()
 }
 
-/// All Rust files, by their names from the root on.
+/// All Rust files, by their paths from the root.
 pub fn sources() -> Vec<(String, String)> {
     let root = root();
     files(".rs")
@@ -66,7 +66,7 @@ pub fn sources() -> Vec<(String, String)> {
         .collect()
 }
 
-/// The lines that ship: test files and items marked `#[cfg(test)]` left out.
+/// Lines that ship: without test files and items marked `#[cfg(test)]`.
 pub fn shipped(name: &str, text: &str) -> Vec<(usize, String)> {
     let test_file = name.starts_with("tests/")
         || name.contains("/tests/")
@@ -80,7 +80,7 @@ pub fn shipped(name: &str, text: &str) -> Vec<(usize, String)> {
     let mut lines = text.lines().enumerate();
     while let Some((at, line)) = lines.next() {
         if line.trim() == "#[cfg(test)]" {
-            // The item that follows ends at once (`mod tests;`), or with a closing brace in the first column.
+            // The next item ends at once (`mod tests;`), or with a closing brace in the first column.
             let one_line = lines.next().is_some_and(|(_, next)| next.ends_with(';'));
             let _ = !one_line && lines.any(|(_, line)| line == "}");
         } else {
@@ -101,7 +101,7 @@ pub fn code(line: &str) -> &str {
     line.split("//").next().unwrap_or("")
 }
 
-/// The crates, and which of them each may use.
+/// The crates, and the crates that each of them may use.
 pub const CRATES: [(&str, &[&str]); 13] = [
     ("proto", &[]),
     ("proto/transport", &["proto"]),
@@ -118,7 +118,7 @@ pub const CRATES: [(&str, &[&str]); 13] = [
     ("tests", &["client", "engine", "export", "fracture", "lab", "proto", "server", "transport"]),
 ];
 
-/// The folder of the crate that a file belongs to.
+/// Folder of the crate that a file belongs to.
 pub fn owner(name: &str) -> &'static str {
     let within = |folder: &&str| name.strip_prefix(*folder).is_some_and(|rest| rest.starts_with('/'));
     CRATES.into_iter().map(|(folder, _)| folder).filter(within).max_by_key(|folder| folder.len()).unwrap_or("")

@@ -1,4 +1,4 @@
-//! The few statistics that the tests judge by.
+//! Statistics for the tests.
 
 /// Ranks from 0; ties share their mean rank.
 fn ranks(values: &[f64]) -> Vec<f64> {
@@ -22,7 +22,7 @@ pub fn rank_correlation(a: &[f64], b: &[f64]) -> f64 {
     covariance(&a, &b) / (covariance(&a, &a) * covariance(&b, &b)).sqrt()
 }
 
-/// The middle value; NaN of nothing.
+/// Median; NaN of an empty sample.
 pub fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -33,7 +33,7 @@ pub fn median(values: &[f64]) -> f64 {
     }
 }
 
-/// The exponent and the factor of y = factor·x^exponent, by least squares of logarithms; all values above 0.
+/// Exponent and factor of y = factor·x^exponent, by least squares of logarithms; all values above 0.
 pub fn power_law(points: &[(f64, f64)]) -> [f64; 2] {
     let count = points.len() as f64;
     let logarithms = || points.iter().map(|(x, y)| (x.ln(), y.ln()));

@@ -1,4 +1,4 @@
-//! Strikes through the engine itself, for tests that look inside.
+//! Requests to the engine itself, for tests of its internals.
 
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
@@ -8,7 +8,7 @@ use shatter_fracture::pipeline::{
     self, BodyEnergy, ContactSet, FractureError, FractureOutcome, FractureRequest, PreparedObject, Workspace,
 };
 
-/// The whole walk.
+/// Runs all stages of a request.
 pub fn outcome(prepared: &PreparedObject, strike: &FractureRequest) -> Result<FractureOutcome, FractureError> {
     pipeline::strike(
         pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
@@ -38,11 +38,11 @@ pub fn diagram(prepared: &PreparedObject, lift: LiftKind, shares: &[f64], sites:
     centroidal::diagram(&field, &DiagramOptions::new(sites, seed), &mut workspace, &CancelToken::default()).unwrap()
 }
 
-/// How far around a surface point its normal is taken from, local.
+/// Radius around a surface point from which its normal is taken, local.
 const PATCH: f64 = 0.025;
 
-/// The point of the mesh file's box at fractions `at` (0 ..= 1 along each axis), moved to the body's boundary node nearest
-/// to it; and the mean inward normal around it.
+/// The point of the mesh file's box at the fractions `at` (0 ..= 1 along each axis), moved to the body's nearest boundary node; and the
+/// mean inward normal around it.
 pub fn surface_point(prepared: &PreparedObject, at: [f64; 3]) -> (Point3<f64>, Vector3<f64>) {
     let body = &prepared.bodies[0];
     let nodes = &body.crack.nodes;

@@ -1,4 +1,4 @@
-//! Strikes under a clock, for benches: with their answers written out, in memory that is kept from one to the next.
+//! Timed requests, for benches: with their results written out, in buffers that are used again.
 
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::pipeline::{
@@ -7,12 +7,12 @@ use shatter_fracture::pipeline::{
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
 use std::time::Instant;
 
-/// Whether cargo only wants to see that a bench begins.
+/// True if cargo only tests that a bench starts.
 pub fn only_begin() -> bool {
     std::env::args().any(|argument| argument == "--test")
 }
 
-/// The mesh file that `SHATTER_BENCH_MESH` names, meters; else a generated statue of about 100,000 triangles.
+/// The mesh file that `SHATTER_BENCH_MESH` names, in meters; else a generated statue of about 100,000 triangles.
 pub fn mesh() -> RawMesh {
     match std::env::var_os("SHATTER_BENCH_MESH") {
         Some(path) => surface::read(path.as_ref(), LengthUnit::M, UpAxis::Y).unwrap(),
@@ -25,7 +25,7 @@ pub fn since_ms(begun: Instant) -> f64 {
     begun.elapsed().as_secs_f64() * 1e3
 }
 
-/// Strikes of the preset `game` with `sites` sites, which no example of the object is.
+/// Requests of the preset `game` with `sites` sites, which are not examples of the object.
 pub fn impacts(prepared: &PreparedObject, count: usize, sites: u32) -> Vec<FractureRequest> {
     let sampler = ImpactSampler::new(prepared);
     let impact = |index: usize| FractureRequest {
@@ -35,22 +35,22 @@ pub fn impacts(prepared: &PreparedObject, count: usize, sites: u32) -> Vec<Fract
     (0..count).map(impact).collect()
 }
 
-/// One strike, and what came of it.
+/// One request, and its outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Timed {
-    /// From the request to the last byte of the answer, ms.
+    /// Time from the request to the last byte of the result, ms.
     pub time_ms: f64,
-    /// Fragments.
+    /// Number of fragments.
     pub fragments: usize,
-    /// Triangles of all fragments.
+    /// Number of triangles of all fragments.
     pub triangles: usize,
     /// Volume of all fragments, m³.
     pub volume_m3: f64,
-    /// Whether its displacements were solved for, the reduced ones being too far off.
+    /// True if the displacements were solved for, because the reduced ones had too large an error.
     pub solved: bool,
 }
 
-/// Memory of strikes and of their answers.
+/// Buffers of requests and of their results.
 #[derive(Default)]
 pub struct Stopwatch {
     workspace: Workspace,
@@ -60,9 +60,10 @@ pub struct Stopwatch {
 }
 
 impl Stopwatch {
-    /// Strikes, and writes the answer out.
+    /// Runs a request, and writes the result out.
     ///
-    /// Errors: those of the strike. An object that stays whole is a panic: benches ask for a number of sites.
+    /// # Errors
+    /// Those of the request. An object that stays whole is a panic: benches ask for a number of sites.
     pub fn strike(&mut self, prepared: &PreparedObject, strike: &FractureRequest) -> Result<Timed, FractureError> {
         let begun = Instant::now();
         let outcome = pipeline::strike(

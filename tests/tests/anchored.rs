@@ -1,4 +1,4 @@
-//! Anchors and weight in the engine: units, superposition, who is held, and what is refused.
+//! Anchors and weight in the engine: units, superposition, fixed nodes, errors.
 
 use nalgebra::{Point3, Vector3};
 use shatter_engine::scene::Scene;
@@ -24,7 +24,7 @@ fn end() -> Region {
     Region::Cuboid { min_m: Point3::new(-0.3, -0.3, -0.3), max_m: Point3::new(-0.15, 0.3, 0.3) }
 }
 
-/// A layer at that end: what is left of the bar hangs freely.
+/// A layer at that end: the rest of the bar hangs freely.
 fn face() -> Region {
     Region::Cuboid { min_m: Point3::new(-0.3, -0.3, -0.3), max_m: Point3::new(-0.198, 0.3, 0.3) }
 }
@@ -51,7 +51,7 @@ fn bar(region: Region) -> PreparedObject {
     prepared
 }
 
-/// A blow on the free end, `times` one that breaks it.
+/// An impact on the free end with `times` the impulse that breaks it.
 fn blow(times: f64, more: &[EffectKind]) -> FractureRequest {
     let effects = more.iter().fold(EffectSet::default(), |effects, effect| effects.with(*effect));
     let mut blow = FractureRequest::at(Point3::new(0.2, 0.02, 0.01), Vector3::new(-50.0, 3.0, -5.0) * times).seeded(1);
@@ -66,7 +66,7 @@ fn the_weight_alone_has_the_energy_of_a_hanging_bar() {
     let material = real::material("glass");
     // ρ²g²AL³/(6E).
     let exact = (material.density_kg_m3 * GRAVITY[0]).powi(2) * 0.04 * 0.4f64.powi(3) / (6.0 * material.young_pa);
-    // Lattices round the edges of the end off, so that a little less than all of it is held.
+    // Lattices round the edges of the end off, so that anchors hold a little less than all of it.
     for (spacing, bound) in [(COARSE, 0.15), (0.5 * COARSE, 0.1)] {
         let mut fine = bar_of(shapes::cuboid(SIZE), spacing);
         fine.anchor(&anchors(face()), &CancelToken::default()).unwrap();
@@ -77,10 +77,10 @@ fn the_weight_alone_has_the_energy_of_a_hanging_bar() {
     }
     let bar = bar(face());
     let [weak, strong] = [1e-13, 1e-10].map(|times| struck::energy(&bar, &blow(times, &HELD)).energy_j);
-    assert!((weak / strong - 1.0).abs() < 1e-6, "whatever the blow that it is relative to: {weak} and {strong}");
+    assert!((weak / strong - 1.0).abs() < 1e-6, "whatever the impact that it is relative to: {weak} and {strong}");
 }
 
-/// What the pipeline adds up is what one solve of both loads gives, also where tension alone counts.
+/// The sum of the pipeline equals one solve of both loads, also if only tension counts.
 #[test]
 fn impact_and_weight_superpose() {
     let bar = bar(end());
@@ -202,7 +202,7 @@ fn what_cannot_be_held_is_refused_by_name() {
     let empty = refused(&mut bar, vec![end(), far]);
     assert!(matches!(empty, AnchorError::Empty { region: 1, .. }), "{empty}");
     assert!(empty.to_string().contains("anchors[1]") && empty.to_string().contains("0.5 m"), "{empty}");
-    // A ball that holds a single node, at a corner of the lattice.
+    // A ball that contains a single node, at a corner of the lattice.
     let corner = bar.frame.to_meters(&bar.solid(0).unwrap().lattice.nodes[0]);
     let single = Region::Ball { center_m: corner, radius_m: 1e-4 };
     let loose = refused(&mut bar, vec![single]);
@@ -219,7 +219,7 @@ fn strikes_beyond_what_is_held_are_refused() {
     bar.anchor(&Anchors { gravity_m_s2: None, ..anchors(end()) }, &CancelToken::default()).unwrap();
     let error = refused(&bar, &blow(1.0, &HELD));
     assert!(matches!(error, FractureError::Unheld { effect: EffectKind::Gravity }), "{error}");
-    // All of its load rests on what does not move.
+    // All of its load acts on nodes that do not move.
     let mut low = blow(1.0, &HELD[..1]);
     low.contacts[0].point_m.x = -0.2;
     low.contacts[0].radius_m = Some(0.01);
@@ -229,18 +229,18 @@ fn strikes_beyond_what_is_held_are_refused() {
     assert!(matches!(error, FractureError::Balanced { body: 0 }), "{error}");
 }
 
-/// The threshold's impulse is that of the blow alone: the weight stays as it is.
+/// The threshold scales the impulse only: the weight stays.
 #[test]
 fn the_threshold_is_asked_of_the_blow_beside_the_weight() {
     let bar = bar(end());
     let only = |effects: &[EffectKind]| FractureRequest { threshold_only: true, ..blow(1.0, effects) };
     let just = struck::outcome(&bar, &only(&HELD)).unwrap().threshold().impulse_factor;
     let light = struck::outcome(&bar, &only(&HELD[..1])).unwrap().threshold().impulse_factor;
-    println!("{just} of the blow, {light} without weight");
+    println!("{just} of the impact, {light} without weight");
     let e1 = |times: f64| struck::outcome(&bar, &FractureRequest { threshold_only: true, ..blow(times, &HELD) });
     let found = e1(just).unwrap().threshold().e1_over_gamma;
     assert!((found - 1.0).abs() < 1e-4 && just != light, "{found}");
-    // Under a threshold far below its weight's energy it breaks by itself.
+    // With a threshold far below the energy of its weight the bar breaks by itself.
     let weak = FractureRequest { gamma_j_m2: Some(1e-12), ..only(&HELD) };
     assert_eq!(struck::outcome(&bar, &weak).unwrap().threshold().impulse_factor, 0.0);
 }

@@ -1,4 +1,4 @@
-//! The bound of E_1 before the elastic stage: how often it ends a strike, and that it ends none that would break.
+//! The bound of E_1 before the elastic stage: how often it ends a request, and that it never ends one that would break the object.
 
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
@@ -34,14 +34,14 @@ fn blocks() -> RawMesh {
     RawMesh::new([left, right].concat(), [triangles, more].concat())
 }
 
-/// The same blow with its impulses times `factor`.
+/// The same impact with its impulses times `factor`.
 fn times(blow: &FractureRequest, factor: f64) -> FractureRequest {
     let mut blow = blow.clone();
     blow.contacts.iter_mut().for_each(|contact| contact.impulse_ns *= factor);
     blow
 }
 
-/// Impulses times this just break the object.
+/// Factor on the impulses that just breaks the object.
 fn just(prepared: &PreparedObject, blow: &FractureRequest) -> f64 {
     let exact = FractureRequest { threshold_only: true, ..blow.clone() };
     let found = outcome(prepared, &exact).unwrap();
@@ -49,12 +49,12 @@ fn just(prepared: &PreparedObject, blow: &FractureRequest) -> f64 {
     found.threshold().impulse_factor
 }
 
-/// An impact of the object's sampler as a host sends it.
+/// An impact of the object's sampler, as a host sends it.
 fn sampled(prepared: &PreparedObject, index: u64) -> FractureRequest {
     FractureRequest { elastic: ElasticRequest::Reduced, ..ImpactSampler::new(prepared).impact(7, index) }
 }
 
-/// How many of 50 sampled impacts the bound ends, by their share of the threshold, per cent.
+/// Share of 50 sampled impacts that the bound ends, by their share of the threshold, percent.
 #[test]
 fn most_weak_blows_end_before_the_elastic_stage() {
     const SHARES: [f64; 4] = [0.01, 1.0 / 30.0, 0.1, 1.0 / 3.0];
@@ -81,7 +81,7 @@ fn most_weak_blows_end_before_the_elastic_stage() {
     }
 }
 
-/// One to four contacts anywhere, of any direction and size.
+/// One to four contacts at random positions, of random direction and magnitude.
 fn random(prepared: &PreparedObject, stream: &mut RandomStream) -> FractureRequest {
     let sampler = ImpactSampler::new(prepared);
     let count = 1 + (4.0 * stream.uniform()) as usize;
@@ -104,7 +104,7 @@ fn random(prepared: &PreparedObject, stream: &mut RandomStream) -> FractureReque
     blow
 }
 
-/// All that is known of an outcome, bit by bit.
+/// All values of an outcome, bitwise.
 fn bytes(outcome: &FractureOutcome) -> Vec<u64> {
     let numbers = [
         outcome.threshold().gamma_j_m2,
@@ -131,8 +131,8 @@ fn without_bounds(mut prepared: PreparedObject) -> PreparedObject {
     prepared
 }
 
-/// Random blows from a thousandth to three times the threshold: what the bound ends would not have broken, and what it does not end
-/// has the bytes that it has without one.
+/// Random impacts from a thousandth to three times the threshold: those that the bound ends would not have broken the object, and the
+/// others give the same bytes as without a bound.
 #[test]
 fn no_strike_that_breaks_is_ended_and_none_that_goes_on_changes() {
     for (name, mesh) in [("arch", shapes::arch()), ("blocks", blocks()), ("bar", shapes::cuboid([0.6, 0.1, 0.08]))] {
@@ -182,7 +182,7 @@ fn no_strike_that_breaks_is_ended_and_none_that_goes_on_changes() {
     }
 }
 
-/// The stages that ran, and the effects that they told of.
+/// Stages that ran, and effects that they reported.
 #[derive(Default)]
 struct Ran(RefCell<Vec<&'static str>>, RefCell<Vec<EffectKind>>);
 
@@ -202,7 +202,7 @@ impl StageObserver for Ran {
     }
 }
 
-/// A weak blow, as it is and changed: whether the bound ends it.
+/// Runs a request, and checks whether the bound ends it (`ends`).
 #[track_caller]
 fn check(prepared: &PreparedObject, blow: &FractureRequest, ends: bool) {
     let ran = Ran::default();
@@ -210,7 +210,7 @@ fn check(prepared: &PreparedObject, blow: &FractureRequest, ends: bool) {
         strike(StrikeContext::new(prepared, blow, &CancelToken::default(), &ran), &mut Workspace::default()).unwrap();
     assert_eq!(found.threshold().is_bound, ends, "{blow:?}");
     if ends {
-        // The load is entered for the contacts, and once per body.
+        // The load stage runs for the contacts, and once per body.
         let (mut stages, effects) = (ran.0.into_inner(), ran.1.into_inner());
         stages.dedup();
         assert_eq!((stages, effects), (vec!["load", "threshold"], vec![]), "{blow:?}");
@@ -233,7 +233,7 @@ fn a_bound_will_not_do_where_exact_figures_are_asked_for_or_there_is_none() {
     check(&prepared, &FractureRequest { elastic: ElasticRequest::Solve, ..blow.clone() }, false);
     check(&prepared, &FractureRequest { threshold_only: true, ..blow.clone() }, false);
     check(&prepared, &FractureRequest { effects: default.without(EffectKind::Elastic), ..blow.clone() }, false);
-    // Stored, and of a file that does not know of it.
+    // A stored bound, and a file without one.
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("arch.shatter");
     save(&prepared, &file).unwrap();
@@ -263,7 +263,7 @@ fn a_fragment_that_is_struck_again_has_no_bound() {
     assert!(!struck.threshold().is_bound && struck.meshes().is_none() && struck.threshold().e1_over_gamma < 1e-3);
 }
 
-/// What no bound was made for is solved for.
+/// Requests that the bound does not cover are solved for.
 #[test]
 fn an_object_that_is_to_be_solved_has_no_bound() {
     let request = BakeRequest {

@@ -1,4 +1,4 @@
-//! Presets, errors that are asked for, and times that are kept: by clocks of the tests' own, so that nothing depends on this machine.
+//! Presets, requested errors, and time limits, with clocks of the tests' own, so that nothing depends on the machine.
 
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
@@ -13,7 +13,7 @@ use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_tests::real;
 use std::sync::Mutex;
 
-/// An arch with a basis; no degrees are learned.
+/// An arch with a basis and without learned degrees.
 fn arch(impacts: u64) -> PreparedObject {
     let request =
         BakeRequest { elastic_spacing: Some(0.06), crack_spacing: Some(0.05), ..real::request("arch", "ceramic") };
@@ -23,7 +23,7 @@ fn arch(impacts: u64) -> PreparedObject {
     prepared
 }
 
-/// A blow at the top, far above the threshold.
+/// An impact at the top, far above the threshold.
 fn blow(prepared: &PreparedObject) -> FractureRequest {
     let top = prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
     let point_m: Point3<f64> = prepared.frame.to_meters(top);
@@ -31,7 +31,7 @@ fn blow(prepared: &PreparedObject) -> FractureRequest {
     FractureRequest { degree: DegreeRequest::Sites(12), tolerance: 1e-9, ..blow }
 }
 
-/// A token whose time gets less each time that it is asked.
+/// A token whose remaining time decreases with each query.
 fn looks(time_s: f64, per_look_s: f64) -> CancelToken {
     let left_s = Mutex::new(time_s);
     CancelToken::default().with_time(move || {
@@ -42,7 +42,7 @@ fn looks(time_s: f64, per_look_s: f64) -> CancelToken {
     })
 }
 
-/// A second for everything.
+/// Predicted costs: one second for each part of a request, five for a solve.
 const COST: StrikeCost =
     StrikeCost { reduced_s: 1.0, solve_s: 5.0, start_s: [1.0, 0.0], iteration_s: [1.0, 0.0], rest_s: [1.0, 0.0] };
 
@@ -54,7 +54,8 @@ fn struck(prepared: &PreparedObject, blow: &FractureRequest, cancel: &CancelToke
     strike(StrikeContext::new(prepared, blow, cancel, &()), &mut Workspace::default()).unwrap()
 }
 
-/// What holds however early a strike was stopped: pieces are closed, as all faces have another side, and their volumes add up.
+/// Checks invariants of requests that were stopped early: fragments are closed, since all faces have another side, and their volumes add
+/// up.
 #[track_caller]
 fn check_whole(prepared: &PreparedObject, outcome: &FractureOutcome) {
     let pieces = outcome.meshes().unwrap();
@@ -92,8 +93,8 @@ fn a_descent_ends_when_the_time_left_is_what_the_rest_takes() {
     let prepared = arch(0);
     let budget = |solve_s| falling().map(|budget| TimeBudget { cost: StrikeCost { solve_s, ..COST }, ..budget });
     let blow = FractureRequest { budget: budget(1.0), ..blow(&prepared) };
-    // It is looked at when the strike begins, when it is solved for, when the descent begins, and after every step; each look takes a
-    // second, as every step is expected to. The last second is for the rest.
+    // The time is queried at the start, at the solve, at the start of the descent, and after every step. Each query takes a second, and
+    // each step is predicted to take one. The last second is for the rest.
     for (seconds, iterations) in [(0.0, 0), (4.9, 0), (5.0, 1), (5.9, 1), (6.0, 2), (10.9, 6)] {
         let outcome = struck(&prepared, &blow, &looks(seconds, 1.0));
         assert_eq!((outcome.iterations(), outcome.stop_reason()), (iterations, StopReason::Time), "{seconds}");
@@ -107,7 +108,7 @@ fn a_descent_ends_when_the_time_left_is_what_the_rest_takes() {
         assert_eq!(cells(&again), cells(&outcome), "the same iterations are the same pieces");
         assert_eq!(again.cvd_gap(), outcome.cvd_gap());
     }
-    // The solve took twice as long as expected: so will all else, until the steps are faster.
+    // The solve took twice as long as predicted: all else is predicted to as well, until the steps are faster.
     let slow = FractureRequest { budget: budget(0.5), ..blow.clone() };
     for (seconds, iterations) in [(6.9, 0), (7.0, 1), (8.9, 1), (9.0, 3)] {
         assert_eq!(struck(&prepared, &slow, &looks(seconds, 1.0)).iterations(), iterations, "{seconds}");
@@ -131,7 +132,7 @@ fn a_solve_falls_before_a_search_and_what_was_asked_for_does_not() {
     let reduced = |strike: &FractureRequest, seconds| {
         struck(&prepared, strike, &looks(seconds, 0.0)).threshold().reduced_error.is_some()
     };
-    // The solve takes five, start and rest one each.
+    // The solve takes five seconds, start and rest one each.
     assert!(reduced(&solved, 6.9) && !reduced(&solved, 7.1));
     let rank_max =
         |strike: &FractureRequest, seconds| struck(&prepared, strike, &looks(seconds, 0.0)).threshold().rank_max;
@@ -156,7 +157,7 @@ fn a_solve_falls_before_a_search_and_what_was_asked_for_does_not() {
     assert_eq!(source(&searched, enough - 0.1), DegreeSource::ClosedForm, "there are no examples");
 }
 
-/// A strike that breaks the arch by its degree, which `degree` searches whatever time it has.
+/// A request that breaks the arch by its degree, which `degree` searches without a time limit.
 fn searching(prepared: &PreparedObject, degree: DegreeRequest) -> FractureRequest {
     let blow = FractureRequest { degree: DegreeRequest::Inferred, ..blow(prepared) };
     let whole = struck(prepared, &FractureRequest { threshold_only: true, ..blow.clone() }, &CancelToken::default());
@@ -291,15 +292,15 @@ fn a_preset_fixes_the_lattices_of_a_bake_and_spacings_go_before_it() {
     }
 }
 
-/// Objects on which estimates are tried.
+/// Objects for tests of the estimates.
 fn objects() -> Vec<(&'static str, RawMesh)> {
     let shapes = [("statue", shapes::statue()), ("mug", shapes::mug()), ("horseshoe", shapes::horseshoe())];
     let real = ["horse.ply", "stanford-bunny.obj"].into_iter().filter_map(|file| Some((file, real::raw(file)?)));
     shapes.into_iter().chain(real).collect()
 }
 
-/// Share of the estimated gaps that are within a factor 4 of the true ones, none of which is taken for less than [`GAP_MIN`]: after so
-/// many iterations, and at the tolerances of the presets.
+/// Share of the estimated gaps that are within a factor 4 of the true ones, each of which counts as at least [`GAP_MIN`]: after fixed
+/// numbers of iterations, and at the tolerances of the presets.
 #[test]
 #[ignore = "a minute"]
 fn estimated_gaps_are_within_a_factor_4_of_the_true_ones() {

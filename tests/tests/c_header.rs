@@ -1,4 +1,4 @@
-//! The header of the C interface is what cbindgen makes of its source.
+//! The header of the C interface equals the output of cbindgen for its source.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ fn here(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../client/c").join(name)
 }
 
-/// The files of the source in the order in which `lib.rs` names them, without tests.
+/// Files of the source in the order of the header, without tests.
 fn sources() -> Vec<PathBuf> {
     let order = ["code", "refusal", "service", "host", "facts", "object", "impact", "ticket", "broken", "answer"];
     let files = order.map(|name| here("src").join(name).with_extension("rs"));
@@ -43,7 +43,7 @@ fn the_header_is_that_of_the_source() {
     );
 }
 
-/// Everything that the library exports is declared, under a name of ours.
+/// Everything that the library exports is declared, under a name with its prefix.
 #[test]
 fn every_function_is_declared_once() {
     let made = header();
@@ -64,7 +64,7 @@ fn every_function_is_declared_once() {
     }
 }
 
-/// The example at the head of the header.
+/// True if the example in the preamble of the header uses the function.
 fn in_the_preamble(name: &str) -> bool {
     let text = std::fs::read_to_string(here("cbindgen.toml")).unwrap();
     text.contains(&format!("{name}("))

@@ -10,10 +10,10 @@ use std::process::{Command, Output};
 const C: [&str; 6] = ["-std=c11", "-O1", "-g", "-Wall", "-Wextra", "-Werror"];
 const CXX: [&str; 6] = ["-std=c++17", "-O1", "-g", "-Wall", "-Wextra", "-Werror"];
 
-/// The middle of an end of the bar, and a blow against it.
+/// The middle of an end of the bar, and an impulse against it.
 const BLOW: [&str; 2] = ["0.2,0.01,0.02", "-50,3,0"];
 
-/// A house with a small bar in it, and the daemon running.
+/// A test folder with a small bar, and the daemon running.
 fn with_bar() -> House {
     let mut house = House::new();
     let mesh = house.path("bar.obj");
@@ -28,14 +28,14 @@ fn client(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../client").join(name)
 }
 
-/// How the library is taken in.
+/// Way of linking the library.
 #[derive(Clone, Copy, PartialEq)]
 enum Linked {
     Shared,
     Static,
 }
 
-/// Runs `compiler` as the guide does, with these flags beside its own.
+/// Runs `compiler` as the guide does, with additional flags.
 fn compile(compiler: &str, flags: &[&str], source: &Path, linked: Linked, out: &Path) -> std::io::Result<Output> {
     let library = program("libshatter.so");
     let folder = library.parent().unwrap();
@@ -53,7 +53,7 @@ fn compile(compiler: &str, flags: &[&str], source: &Path, linked: Linked, out: &
     command.arg("-lm").output()
 }
 
-/// Builds a program into the house.
+/// Builds a program into the test folder.
 #[track_caller]
 fn build(house: &House, name: &str, source: &str, flags: &[&str], linked: Linked) -> String {
     let (out, source) = (house.path(name), client("c").join(source));
@@ -63,7 +63,7 @@ fn build(house: &House, name: &str, source: &str, flags: &[&str], linked: Linked
     out.to_str().unwrap().to_owned()
 }
 
-/// Whether `compiler` is there and builds a program with these flags; says so if not.
+/// True if `compiler` exists and builds a program with these flags; else prints that the test is skipped.
 fn can(house: &House, compiler: &str, flags: &[&str]) -> bool {
     let source = house.path(if compiler == "c++" { "empty.cpp" } else { "empty.c" });
     std::fs::write(&source, "int main(void) { return 0; }\n").unwrap();
@@ -75,7 +75,7 @@ fn can(house: &House, compiler: &str, flags: &[&str]) -> bool {
     can
 }
 
-/// Runs a program to its end: exit code, "key value" lines, stderr.
+/// Runs a program to its end; returns exit code, "key value" lines, stderr.
 fn run(house: &House, words: &[&str]) -> (Option<i32>, BTreeMap<String, String>, String) {
     let out = house.run(words[0], &words[1..]);
     let text = String::from_utf8(out.stdout).unwrap();
@@ -134,7 +134,7 @@ fn a_c_program_breaks_an_object_and_gets_what_the_command_line_gets() {
     );
 }
 
-/// A blow with its numbers in the coordinates of a host gives the contact, the pieces and the even pieces that it gives in ours.
+/// An impact in the coordinates of a host gives the same contact and the same fragments as in the default ones; so does an even division.
 #[test]
 fn a_host_asks_and_is_answered_in_its_own_coordinates() {
     let house = with_bar();

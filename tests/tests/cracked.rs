@@ -1,11 +1,11 @@
-//! Existing cracks from the command line: a second mesh file, told of by `bake` and `inspect`, part of what an object is.
+//! Existing cracks from the command line: a second mesh file, reported by `bake` and `inspect`, and part of the object's identity.
 
 use serde_json::Value;
 use shatter_fracture::surface::RawMesh;
 use shatter_fracture::surface::shapes::{self, write_obj};
 use shatter_tests::house::House;
 
-/// A house with a block, and a sheet to half its depth.
+/// A test folder with a block, and a sheet to half its depth.
 fn with_block() -> House {
     let house = House::new();
     write_obj(&shapes::cuboid([0.4, 0.2, 0.2]), &house.path("block.obj")).unwrap();
@@ -15,7 +15,7 @@ fn with_block() -> House {
     house
 }
 
-/// Bakes the block, coarse, with a file of cracks; exit code and document.
+/// Bakes the block on a coarse lattice with a file of cracks; returns exit code and document.
 fn bake(house: &House, cracks: Option<&str>, more: &[&str]) -> (i32, Value) {
     let (mesh, cracks) = (house.path("block.obj"), cracks.map(|name| house.path(name)));
     let mut all = vec!["bake", mesh.to_str().unwrap(), "--name", "block"];

@@ -1,7 +1,7 @@
-//! Which crate uses what, and that every public type has a name of its own. Each rule names the place that breaks it.
+//! Dependencies between crates, and unique names of public types. Each rule names the place that breaks it.
 
 use shatter_tests::imports::Imports;
-use shatter_tests::sources::{CRATES, check, files, owner, root, shipped, sources};
+use shatter_tests::sources::{CRATES, check, code, files, owner, root, shipped, sources};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
@@ -37,10 +37,10 @@ fn every_package_is_used_by_the_crate_that_owns_it() {
     check("packages are really used", broken);
 }
 
-/// Bindings, whose types have the names of what they bind.
+/// Bindings, whose types have the names of the types that they bind.
 const BINDINGS: [&str; 2] = ["client/c", "client/python"];
 
-/// Packages that stay out of crates that every host builds, or that compute.
+/// Packages that are excluded from crates that hosts build, or that compute.
 const FOREIGN: [(&str, &[&str]); 6] = [
     ("proto", &["iceoryx2.", "tokio", "clap"]),
     ("client", &["tokio", "faer", "clap", "plotters", "hdrhistogram", "toml"]),
@@ -50,7 +50,7 @@ const FOREIGN: [(&str, &[&str]); 6] = [
     ("server/fracture", &["iceoryx2", "tokio", "clap"]),
 ];
 
-/// The dependencies of a crate: those of what ships, and those of tests alone.
+/// Dependencies of a crate: of its shipped code, and of its tests only.
 fn dependencies(folder: &str) -> [Vec<String>; 2] {
     let manifest = fs::read_to_string(root().join(folder).join("Cargo.toml")).unwrap();
     ["[dependencies]", "[dev-dependencies]"].map(|section| {
@@ -66,7 +66,7 @@ fn no_dependency_is_idle() {
     let mut broken = Vec::new();
     for (folder, _) in CRATES {
         let own: Vec<&(String, String)> = sources.iter().filter(|(name, _)| owner(name) == folder).collect();
-        // All of the crate of tests is a test, and so are the optional parts of an example.
+        // All code of the test crate is a test, and so are the optional parts of an example.
         let all = |path: &str| own.iter().any(|(_, text)| text.contains(path));
         let ships =
             |path: &str| own.iter().any(|(name, text)| shipped(name, text).iter().any(|(_, line)| line.contains(path)));
@@ -118,16 +118,98 @@ fn no_public_type_has_the_name_of_another_crates() {
         }
     }
     assert!(owners.len() > 300, "{} public types", owners.len());
-    // Programs have arguments each, which no other crate sees.
+    // Each program has its own `Args`, which no other crate sees.
     let twice = owners.into_iter().filter(|(name, owners)| owners.len() > 1 && name != "Args");
     check("one name, one type", twice.map(|(name, owners)| format!("{name}: {owners:?}")).collect());
 }
 
-/// Folders whose files import each other in cycles of at most [`CYCLE_MAX`].
-const WITHOUT_CYCLES: [&str; 5] =
-    ["server/src", "server/engine/src", "server/fracture/src", "proto/src", "client/export/src"];
+/// Folders of crates that hosts link, whose public interface has no row of shared memory.
+const WITHOUT_ROWS: [&str; 2] = ["client/src", "client/export/src"];
 
-/// Files that may import each other in a cycle: what cannot be told apart without a third.
+/// True for the name of a row of shared memory, or of a type that holds rows.
+fn is_row(name: &str) -> bool {
+    name.ends_with("Wire") || name.ends_with("Row") || ["ResultView", "SectionsMut", "CheckedLayout"].contains(&name)
+}
+
+/// Public signatures of a source, except those that documentation hides: items, fields, re-exports and implementations of traits, each with
+/// the number of its first line.
+fn signatures(lines: &[(usize, String)]) -> Vec<(usize, String)> {
+    let mut found = Vec::new();
+    let mut is_hidden = false;
+    let mut lines = lines.iter();
+    while let Some((number, line)) = lines.next() {
+        let text = code(line).trim();
+        let is_public = text.starts_with("pub ") || (text.starts_with("impl") && text.contains(" for "));
+        if !is_public {
+            is_hidden = text == "#[doc(hidden)]" || (is_hidden && text.is_empty());
+            continue;
+        }
+        let ends: &[char] = match text {
+            text if text.starts_with("pub use ") => &[';'],
+            text if text.contains("fn ") || text.starts_with("impl") => &['{', ';'],
+            _ => &['{', ';', ','],
+        };
+        let mut signature = text.to_owned();
+        while !signature.ends_with(ends) {
+            let Some((_, line)) = lines.next() else { break };
+            signature = format!("{signature} {}", code(line).trim());
+        }
+        if !std::mem::take(&mut is_hidden) {
+            found.push((*number, signature));
+        }
+    }
+    found
+}
+
+/// The first name of a row in a signature.
+fn row_in(signature: &str) -> Option<&str> {
+    signature.split(|c: char| !c.is_alphanumeric() && c != '_').find(|name| is_row(name))
+}
+
+#[test]
+fn no_host_sees_a_row_of_shared_memory() {
+    let (mut broken, mut count) = (Vec::new(), 0);
+    for (name, text) in sources().iter().filter(|(name, _)| WITHOUT_ROWS.iter().any(|folder| name.starts_with(folder)))
+    {
+        for (number, signature) in signatures(&shipped(name, text)) {
+            count += 1;
+            broken.extend(row_in(&signature).map(|row| format!("{name}:{number}: {row}")));
+        }
+    }
+    assert!(count > 300, "{count} public signatures");
+    check("public signatures hold plain types", broken);
+}
+
+#[test]
+fn a_row_is_found_in_every_kind_of_signature() {
+    let text = "\
+pub fn a(&self) -> Option<SummaryWire> {
+pub fn b(
+    row: &StatusRow,
+) -> u32 {
+pub use x::{
+    A, ResultView,
+};
+    pub rows: &'a [BondWire],
+impl From<&ObjectRow> for Facts {
+pub(crate) fn c(row: &RunWire) {
+fn d(row: &RunWire) {
+#[doc(hidden)]
+pub fn e(&self) -> ResultView<'_> {
+pub fn f(&self) -> Row2 {
+";
+    let lines: Vec<(usize, String)> = (1..).zip(text.lines().map(str::to_owned)).collect();
+    let found = signatures(&lines);
+    let rows: Vec<(usize, Option<&str>)> = found.iter().map(|(number, own)| (*number, row_in(own))).collect();
+    let wanted = [(1, "SummaryWire"), (2, "StatusRow"), (5, "ResultView"), (8, "BondWire"), (9, "ObjectRow")];
+    assert_eq!(rows, wanted.map(|(n, row)| (n, Some(row))).into_iter().chain([(14, None)]).collect::<Vec<_>>());
+}
+
+/// Folders whose files import each other in cycles of at most [`CYCLE_MAX`].
+const WITHOUT_CYCLES: [&str; 6] =
+    ["server/src", "server/engine/src", "server/fracture/src", "proto/src", "client/src", "client/export/src"];
+
+/// Largest number of files that may import each other in a cycle: those that cannot be separated without a third.
 const CYCLE_MAX: usize = 3;
 
 #[test]

@@ -1,4 +1,4 @@
-//! README and guide: their size, their links, the files and tests that they name, and the reference pages.
+//! README and guide: size, links, the files and tests that they name, and the reference pages.
 
 use shatter_tests::pages::{GUIDE, guide, root, text};
 use shatter_tests::reference::reference_pages;
@@ -31,7 +31,7 @@ fn the_readme_is_short() {
     assert!(command.is_some_and(|line| line < 24), "the first command stands on the first screen: {command:?}");
 }
 
-/// Figures have one place: the README quotes rows of the guide.
+/// Figures have one source: the README quotes rows of the guide.
 #[test]
 fn tables_of_the_readme_are_those_of_the_guide() {
     let pages: String = guide().iter().map(|page| text(page)).collect();
@@ -43,7 +43,7 @@ fn tables_of_the_readme_are_those_of_the_guide() {
     check("every row of the README's tables is a row of the guide", odd.collect());
 }
 
-/// The name of a heading in links, as GitHub and mdBook make it.
+/// Link target of a heading, as GitHub and mdBook make it.
 fn anchor(heading: &str) -> String {
     let letters = heading.trim().chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
     letters.flat_map(char::to_lowercase).map(|c| if c == ' ' { '-' } else { c }).collect()
@@ -55,7 +55,7 @@ fn anchors(text: &str) -> BTreeSet<String> {
     headings.map(|line| anchor(line.trim_start_matches('#'))).collect()
 }
 
-/// Targets of links in `text`, as they stand.
+/// Targets of links in `text`, unchanged.
 fn targets(text: &str) -> Vec<String> {
     let outside = outside_blocks(text);
     let inline = outside.split("](").skip(1).filter_map(|rest| rest.split_once(')'));
@@ -108,7 +108,7 @@ fn the_summary_names_every_page_once() {
     assert_eq!(named.len(), found.len());
 }
 
-/// What stands in backquotes outside blocks.
+/// Code in backquotes outside blocks.
 fn quoted(text: &str) -> Vec<String> {
     outside_blocks(text).split('`').skip(1).step_by(2).map(str::to_owned).collect()
 }
@@ -158,7 +158,7 @@ fn host_pages_begin_with_their_status() {
     check("the first line of a host page says tested, recipe or untested", odd.collect());
 }
 
-/// Words of each sentence of the prose: no blocks, tables, headings or pictures.
+/// Number of words of each sentence of the prose, without blocks, tables, headings or pictures.
 fn sentences(text: &str) -> Vec<usize> {
     let outside = outside_blocks(text);
     let mut paragraphs: Vec<String> = vec![String::new()];
@@ -205,7 +205,7 @@ fn sentences_are_short() {
     assert!(long * 50 <= all.len(), "{long} of {} sentences are longer than 25 words", all.len());
 }
 
-/// The pages of the reference are what the code says.
+/// The pages of the reference equal those generated from the code.
 #[test]
 fn the_reference_is_that_of_the_code() {
     for (name, made) in reference_pages() {

@@ -1,4 +1,4 @@
-//! A new user's day: a mesh file, both real programs, and what comes back.
+//! First use by a new user: a mesh file, both real programs, and their output.
 
 use nalgebra::Point3;
 use serde_json::Value;
@@ -10,7 +10,7 @@ use shatter_tests::{glb, real};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// A house with a small arch in it, and the daemon running.
+/// A test folder with a small arch, and the daemon running.
 fn with_arch(arguments: &[&str]) -> House {
     let mut house = House::new();
     let mesh = house.path("arch of Žofie.obj");
@@ -23,7 +23,7 @@ fn with_arch(arguments: &[&str]) -> House {
     house
 }
 
-/// The point of the arch farthest along +x at half its height, and the impulse that just breaks it there along −x.
+/// The point of the arch with the largest x at half its height, and the impulse that just breaks it there along −x.
 fn contact(house: &House) -> (String, f64) {
     let mesh = shapes::arch();
     let height = |p: &Point3<f64>| p.y;
@@ -71,12 +71,12 @@ fn a_strike_writes_closed_fragments_whose_volumes_add_up() {
     check_glb(&closed(&file), answer["fragments"].as_array().unwrap().len(), number(&inspected, "lattice_volume_m3"));
 }
 
-/// The file of closed meshes beside the one that shows the skins.
+/// The file of closed meshes beside the one with the skins.
 fn closed(file: &Path) -> PathBuf {
     file.with_extension("closed.glb")
 }
 
-/// Reads the file with a reader that shares nothing with the writer.
+/// Reads the file with a reader that shares no code with the writer.
 fn check_glb(file: &Path, fragments: usize, volume_m3: f64) {
     let read = glb::read(file).unwrap();
     assert_eq!(read.len(), fragments);
@@ -204,7 +204,7 @@ fn a_convention_turns_what_is_said_and_shown_and_no_file() {
             ["impact", "arch", "--degree", "24", "--convention", name, "--point", point, "--impulse", impulse];
         house.ok("shatter", &[&arguments, more].concat())
     };
-    // Unity's +x is our −x.
+    // +x of Unity is −x of the default.
     let impulse = format!("{},0,0", 5.0 * just);
     let unity = strike("unity", &format!("-{point}"), &impulse, &["--out", theirs]);
     let fragments = |answer: &Value| answer["fragments"].as_array().unwrap().clone();
@@ -215,7 +215,7 @@ fn a_convention_turns_what_is_said_and_shown_and_no_file() {
         assert_eq!(theirs, [-ours[0], ours[1], ours[2]]);
     }
     assert!(std::fs::read(ours).unwrap() == std::fs::read(theirs).unwrap(), "files are glTF's");
-    // Unreal's are (x, z, y), cm; a radius keeps its name.
+    // Coordinates of Unreal are (x, z, y), cm; a radius keeps its name.
     let meters: Vec<f64> = point.split(',').map(|part| part.parse().unwrap()).collect();
     let centimeters = format!("{},{},{}", 100.0 * meters[0], 100.0 * meters[2], 100.0 * meters[1]);
     let impulse = format!("{},0,0", -500.0 * just);
@@ -225,7 +225,7 @@ fn a_convention_turns_what_is_said_and_shown_and_no_file() {
     assert!((number(&unreal, "radius_m") / number(&same, "radius_m") - 100.0).abs() < 1e-9);
     let volume = |answer| fragments(answer).iter().map(|fragment| number(fragment, "volume_m3")).sum::<f64>();
     assert!((volume(&unreal) / volume(&usual) / 1e6 - 1.0).abs() < 1e-6);
-    // The impulse that just breaks it is told in the host's unit, too.
+    // The impulse that just breaks the object is printed in the host's unit, too.
     let threshold =
         |arguments: &[&str]| house.ok("shatter", &[&["threshold", "arch", "--radius-m", "0.2"], arguments].concat());
     let usual = threshold(&["--point", &point, "--direction", "-1,0,-0.5"]);
@@ -299,7 +299,7 @@ fn damaged_databases_are_named_and_the_others_served() {
     assert!(listed.to_string().contains("checksum"), "the damaged ones are listed with their error: {listed}");
 }
 
-/// A thousand small cubes apart from each other: half of them fall between the nodes of a lattice at default spacing.
+/// A thousand separate small cubes: half of them fall between the nodes of a lattice at default spacing.
 fn scraps() -> String {
     let mut text = String::new();
     let cube = shapes::cuboid([0.6; 3]);

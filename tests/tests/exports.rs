@@ -1,5 +1,5 @@
-//! Files for other tools, written by the real programs and read by what shares nothing with the writer: an XML reader and MuJoCo, an OBJ
-//! reader and trimesh; and pieces made ahead of time.
+//! Files for other tools, written by the real programs and read by code that shares nothing with the writer: an XML reader and MuJoCo, an
+//! OBJ reader and trimesh; and fragments made ahead of time.
 
 use nalgebra::{Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 use serde_json::Value;
@@ -14,13 +14,13 @@ use std::path::{Path, PathBuf};
 
 const STEPS: &str = "1000";
 
-/// The file is of single precision.
+/// Relative error of numbers in single precision.
 const SINGLE: f64 = 1e-5;
 
-/// Volumes of pieces in it, over their own: vertices are rounded about the center of their piece.
+/// Relative error of the volumes of fragments in a file: vertices are rounded about the center of their fragment.
 const VOLUME: f64 = 1e-6;
 
-/// A house with `mesh` in it, on a lattice of that spacing, and the daemon running.
+/// A test folder with `mesh` on a lattice of this spacing, and the daemon running.
 fn with(mesh: &RawMesh, spacing: &str) -> House {
     let mut house = House::new();
     let file = house.path("thing.obj");
@@ -56,7 +56,7 @@ fn unevenness(values: &[f64]) -> f64 {
     (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt() / mean
 }
 
-/// Triangles of one material in an OBJ file, by its own lines.
+/// Number of triangles per material in an OBJ file, by its own lines.
 fn triangles(text: &str) -> BTreeMap<String, usize> {
     let (mut counts, mut material) = (BTreeMap::new(), String::new());
     for line in text.lines() {
@@ -69,7 +69,7 @@ fn triangles(text: &str) -> BTreeMap<String, usize> {
     counts
 }
 
-/// Whether an OBJ file is closed by the numbers of its points alone: every half-edge once, with its opposite.
+/// True if an OBJ file is closed by the numbers of its points alone: every half-edge once, with its opposite.
 fn is_closed_as_it_stands(text: &str) -> bool {
     let point = |corner: &str| corner.split('/').next().unwrap().parse::<u32>().unwrap();
     let faces = text.lines().filter_map(|line| line.strip_prefix("f "));
@@ -82,14 +82,14 @@ fn is_closed_as_it_stands(text: &str) -> bool {
     once.len() == all.len() && once.iter().all(|&(a, b)| once.contains(&(b, a)))
 }
 
-/// What the table says of a fragment is what its surface says.
+/// Checks that the table of each fragment agrees with its surface.
 #[track_caller]
 fn check_properties(row: &Value, own: &RigidProperties, density_kg_m3: f64, inertia: &[f64; 6]) {
     let of_surface = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|entry| own.inertia[entry] * density_kg_m3);
     let scale = of_surface[..3].iter().copied().fold(0.0, f64::max);
     assert!((own.volume / number(row, "volume_m3") - 1.0).abs() < SINGLE);
     let off = of_surface.iter().zip(inertia).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    assert!(off < SINGLE * scale, "{inertia:?} is told, {of_surface:?} found");
+    assert!(off < SINGLE * scale, "{inertia:?} is stated, {of_surface:?} found");
 }
 
 #[test]
@@ -119,7 +119,7 @@ fn a_glb_tells_inertias_and_is_watertight_to_others() {
     check_declared(&seen);
 }
 
-/// What `EXT_mesh_manifold` declares is closed, piece by piece, and of the volume that its node tells.
+/// Checks that the surface that `EXT_mesh_manifold` declares is closed, for each fragment, and has the volume of its node.
 #[track_caller]
 fn check_declared(seen: &[Value]) {
     for one in seen {
@@ -130,7 +130,7 @@ fn check_declared(seen: &[Value]) {
     }
 }
 
-/// What trimesh makes of files: everything closed, volumes as told.
+/// Checks with trimesh that everything is closed, with the stated volumes.
 #[track_caller]
 fn check_seen(seen: &[Value], answer: &Value) {
     assert_eq!(seen.len(), rows(answer).len());
@@ -142,7 +142,7 @@ fn check_seen(seen: &[Value], answer: &Value) {
     assert!(seen.iter().all(materials), "{seen:?}");
 }
 
-/// Every file of `folders`, which held none before, stands in the document.
+/// Checks that every file of `folders`, which were empty before, is in the document.
 #[track_caller]
 fn check_files_named(answer: &Value, folders: &[&Path]) {
     let mut named: Vec<PathBuf> =
@@ -212,7 +212,7 @@ fn blender_makes_rigid_bodies_of_a_glb() {
     assert!(seen["finite"] == true && number(&seen, "lowest_m") > number(&seen, "floor_m"), "{seen}");
 }
 
-/// Names in a folder.
+/// Names of files in a folder.
 fn names(folder: &Path) -> BTreeSet<String> {
     let entries = std::fs::read_dir(folder).unwrap();
     entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
@@ -232,7 +232,7 @@ fn pieces_of_an_older_larger_strike_go_and_nothing_else_does() {
     let first = write(4);
     let larger = write(12);
     assert!(first.iter().zip(&larger).all(|(few, many)| few.len() + 8 <= many.len() && few.is_subset(many)));
-    // What somebody else put there, even under names like ours, is named by no table.
+    // Files of the user, even under names like those of an export, are named by no table.
     let foreign = ["fragment_900.obj", "notes.txt"];
     for own in [&folder, &meshes] {
         foreign.iter().for_each(|name| std::fs::write(own.join(name), "mine").unwrap());
@@ -242,7 +242,7 @@ fn pieces_of_an_older_larger_strike_go_and_nothing_else_does() {
         let wanted: BTreeSet<String> = wanted.into_iter().chain(foreign.map(str::to_owned)).collect();
         assert_eq!(*own, wanted);
     }
-    // A table of somebody else's removes nothing, wherever it points.
+    // A table of another program removes nothing, whatever it names.
     let kept = house.path("fragment_000.obj");
     std::fs::write(&kept, "mine").unwrap();
     let table = r#"{"fragments":[{"file":"../fragment_000.obj","hull":"notes.txt"},{"file":7}]}"#;
@@ -256,7 +256,7 @@ fn of<'a>(all: &'a [Element], name: &str) -> Vec<&'a Element> {
     all.iter().filter(|element| element.name == name).collect()
 }
 
-/// The document against what the answer says.
+/// Compares the document with the result.
 #[track_caller]
 fn check_model(all: &[Element], answer: &Value, meshes: &Path) {
     for kind in ["body", "freejoint", "geom", "mesh", "material", "weld"] {
@@ -267,7 +267,7 @@ fn check_model(all: &[Element], answer: &Value, meshes: &Path) {
     let inertials = of(all, "inertial");
     assert_eq!((inertials.len(), of(all, "body").len()), (rows(answer).len(), rows(answer).len()));
     for ((inertial, body), row) in inertials.iter().zip(of(all, "body")).zip(rows(answer)) {
-        assert_eq!(inertial.number("mass"), number(row, "mass_kg"), "mass as in the answer");
+        assert_eq!(inertial.number("mass"), number(row, "mass_kg"), "mass as in the result");
         let [a, b, c] = inertial.numbers("diaginertia");
         assert!(a >= b && b >= c && c > 0.0 && a <= b + c, "{inertial:?}");
         let [w, x, y, z] = inertial.numbers("quat");
@@ -282,7 +282,7 @@ fn check_model(all: &[Element], answer: &Value, meshes: &Path) {
     assert_eq!((of(all, "weld").len(), of(all, "exclude").len()), (bonds.len(), bonds.len()));
 }
 
-/// Tensors of the model, put together again, are those of the surfaces, turned.
+/// Checks that tensors of the model, reassembled, are those of the surfaces, rotated.
 #[track_caller]
 fn check_tensors(all: &[Element], pieces: &[glb::Fragment]) {
     for (inertial, piece) in of(all, "inertial").iter().zip(pieces) {
@@ -294,11 +294,11 @@ fn check_tensors(all: &[Element], pieces: &[glb::Fragment]) {
             piece.positions.iter().map(|own| own.map(f64::from)).map(|[x, y, z]| Point3::new(x, -z, y)).collect();
         let own = RigidProperties::of_surface(&points, piece.triangles());
         let found = own.inertia * (piece.mass_kg / piece.stated_volume_m3);
-        assert!((told - found).norm() < SINGLE * found.norm(), "{told} is told, {found} found");
+        assert!((told - found).norm() < SINGLE * found.norm(), "{told} is stated, {found} found");
     }
 }
 
-/// MuJoCo takes the model without a warning: whole it stands, let loose it falls apart.
+/// MuJoCo loads the model without a warning. Welded it stands; with welds off it falls apart.
 #[track_caller]
 fn check_steps(file: &Path, answer: &Value) {
     let Some(whole) = peers::mujoco(file, &[STEPS]) else { return };
@@ -355,9 +355,9 @@ fn even_pieces_are_alike_wherever_they_lie() {
     let struck = ["impact", "thing", "--point", "0.2,0,0", "--impulse", "-50,0,0", "--degree", "24"];
     let struck = house.ok("shatter", &struck);
     let (even, blow) = (unevenness(&volumes(&answer)), unevenness(&volumes(&struck)));
-    println!("volumes of pieces vary by {:.0} % evenly, {:.0} % under a blow", 100.0 * even, 100.0 * blow);
+    println!("volumes of pieces vary by {:.0} % evenly, {:.0} % under an impact", 100.0 * even, 100.0 * blow);
     assert!(even < 0.35 && even < 0.5 * blow, "{even} {blow}");
-    // Each half, each quarter has its share.
+    // Each half and each quarter has its share.
     let along = |row: &Value| row["center_m"][0].as_f64().unwrap();
     for quarter in 0..4 {
         let begin = -0.2 + 0.1 * f64::from(quarter);

@@ -1,4 +1,4 @@
-//! Every example of the README and the guide, against a daemon with the object that the guide's first session makes.
+//! Every example of the README and the guide, against a daemon with the object of the guide's first session.
 
 use shatter_tests::house::{House, program};
 use shatter_tests::pages::{self, Block, blocks, blows, crate_example, root};
@@ -16,10 +16,10 @@ fn pages_with_examples() -> Vec<String> {
 /// Objects that the guide bakes.
 const OBJECTS: [&str; 2] = ["mug", "fine"];
 
-/// Blocks that others run: `.ci/run` the demo, cargo the tests; the build is there.
+/// Blocks that run elsewhere: `.ci/run` runs the demo, cargo the tests; the build exists.
 const CARGO: &str = "cargo() { :; }";
 
-/// What the Rust examples of the pages take from their surroundings.
+/// Variables that the Rust examples of the pages use without defining them.
 const SURROUNDINGS: &str = "
     use shatter_client::{Client, Contact, Convention, Deadline, Impact};
     let deadline = Deadline::after(std::time::Duration::from_secs(60));
@@ -29,7 +29,7 @@ const SURROUNDINGS: &str = "
     let there = point;
 ";
 
-/// A folder as a clone has it, under git's eyes: what is written there shows in `git status` unless `.gitignore` names it.
+/// A folder like a clone, watched by git: files written there appear in `git status` unless `.gitignore` names them.
 fn clone(house: &House) -> PathBuf {
     let folder = house.path("clone");
     fs::create_dir_all(folder.join("target")).unwrap();
@@ -41,7 +41,7 @@ fn clone(house: &House) -> PathBuf {
     folder
 }
 
-/// Runs git there; what it prints, or `None` where there is no git.
+/// Runs git there; returns its output, or `None` without git.
 fn git(folder: &Path, arguments: &[&str]) -> Option<String> {
     let output = Command::new("git").arg("-C").arg(folder).args(arguments).output().ok()?;
     assert!(output.status.success(), "git {arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
@@ -55,7 +55,7 @@ fn run_blocks(language: &str) -> Vec<Block> {
     all.filter(|block| block.language == language && block.not_run.is_none()).collect()
 }
 
-/// Builds a program of the pages' Rust examples and the one at the head of the client's documentation.
+/// Builds a program of the pages' Rust examples and the first example of the client's documentation.
 fn rust_examples(house: &House) -> String {
     let examples: Vec<String> = run_blocks("rust")
         .iter()
@@ -86,7 +86,7 @@ fn rust_examples(house: &House) -> String {
     out.to_str().unwrap().to_owned()
 }
 
-/// Commands that run the Python examples, where Python has numpy.
+/// Commands that run the Python examples, if Python has numpy.
 fn python_examples(house: &House) -> String {
     let Some(python) = python(&["numpy"]) else { return String::new() };
     let package = root().join("client/python");
@@ -119,7 +119,7 @@ fn python_examples(house: &House) -> String {
         + &run(&package.join("examples/strike.py"), "mug broken.glb")
 }
 
-/// Commands that run the README's C example, where there is a C compiler.
+/// Commands that run the README's C example, if there is a C compiler.
 fn c_example(house: &House) -> String {
     if Command::new("cc").arg("--version").output().is_err() {
         println!("skipped: README.md: no cc");
@@ -142,7 +142,7 @@ fn c_example(house: &House) -> String {
     format!("{}\n", out.display())
 }
 
-/// Whether the compilers that a block asks for are there; says so if not.
+/// True if the compilers that a block needs exist; else prints that it is skipped.
 fn can_run(block: &Block) -> bool {
     let missing = |compiler: &str| {
         let missing = block.text.lines().any(|line| line.starts_with(&format!("{compiler} ")))
@@ -155,7 +155,7 @@ fn can_run(block: &Block) -> bool {
     !(missing("cc") || missing("c++"))
 }
 
-/// All shell blocks, one after the other, in one shell.
+/// All shell blocks, one after another, in one shell.
 fn shell_blocks() -> String {
     let mut script = String::new();
     let all = pages_with_examples();
@@ -169,7 +169,7 @@ fn shell_blocks() -> String {
     script
 }
 
-/// Plain strikes with every point and impulse that is documented, whether or not its block is run.
+/// Plain requests with every documented point and impulse, whether or not their block is run.
 fn documented_blows() -> String {
     let all: String = pages_with_examples().iter().map(|page| pages::text(page)).collect();
     let mut all = blows(&all);
@@ -190,7 +190,7 @@ fn every_example_of_the_documentation_works_on_what_the_first_session_makes() {
     if watched {
         git(&folder, &["add", "-A"]);
     } else {
-        println!("skipped: no git, so nobody sees what the commands leave behind");
+        println!("skipped: no git, so files that the commands leave are not checked");
     }
     let before = git(&folder, &["status", "--porcelain", "--untracked-files=all"]);
     let (rust, python, c) = (rust_examples(&house), python_examples(&house), c_example(&house));
@@ -226,7 +226,7 @@ fn every_example_of_the_documentation_works_on_what_the_first_session_makes() {
     assert!((share - 1.0).abs() <= 0.05, "the rows add up to {share} of the resident memory: {memory}");
 }
 
-/// Commands of pages name objects that the guide bakes, and none of these is left unbaked.
+/// Commands of pages name objects that the guide bakes, and the guide bakes all of these.
 #[test]
 fn documented_strikes_name_objects_that_the_guide_bakes() {
     let mut odd = Vec::new();

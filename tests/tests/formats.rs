@@ -1,4 +1,4 @@
-//! A database of the present format that was baked once and never changes: every later program reads it, and strikes it alike.
+//! A database of the present format that was baked once and never changes: every later program reads it, and breaks it the same way.
 //!
 //! `formats/1.shatter` is a corner of a cube of 1 m, baked by `shatterd bake wedge.obj --name wedge --elastic-spacing 0.2
 //! --crack-spacing 0.2 --examples 8`. It holds every kind of tensor but texture coordinates and materials.
@@ -10,11 +10,11 @@ use std::path::Path;
 /// Largest relative difference of a number from the recorded one: processors round differently.
 const TOLERANCE: f64 = 1e-6;
 
-/// A strike of the frozen database and what came of it when it was baked.
+/// A request to the frozen database, and its outcome when it was baked.
 struct RecordedStrike {
     options: &'static [&'static str],
     degree_source: &'static str,
-    /// Sites, and as many fragments.
+    /// Number of sites, and of fragments.
     sites: u64,
     e1_over_gamma: f64,
     /// Volumes of the three largest fragments, m³.

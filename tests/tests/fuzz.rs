@@ -1,10 +1,10 @@
-//! The fuzz targets as they run with every test: seeds, inputs that once failed, and a few mutations of both. Long runs, guided by
-//! coverage: `tests/fuzz/run`.
+//! The fuzz targets in every test run: seeds, inputs that once failed, and a few mutations of both. Long runs, guided by coverage:
+//! `tests/fuzz/run`.
 
 use shatter_tests::fuzz::{Target, mutated};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Runs the target and names an input that breaks a promise.
+/// Runs the target, and names an input that violates an invariant.
 fn run(target: Target, input: &[u8], what: &str) -> bool {
     catch_unwind(AssertUnwindSafe(|| target.run(input))).unwrap_or_else(|_| {
         let path = std::env::temp_dir().join(format!("fuzz-{}-failed", target.name()));
@@ -13,7 +13,7 @@ fn run(target: Target, input: &[u8], what: &str) -> bool {
     })
 }
 
-/// All seeds are read, and `count` mutations end as they should.
+/// Checks that all seeds are read, and that `count` mutations end without a defect.
 fn check(target: Target, count: u64) {
     let seeds = target.seeds();
     let known = target.regressions().unwrap();

@@ -49,7 +49,7 @@ fn file(cut: f32) -> Result<Vec<u8>, ExportError> {
     Ok(glb_bytes(&views)?.0)
 }
 
-/// Both halves are closed, have their runs, and hold what the writer says.
+/// Checks that both halves are closed, have their runs, and hold the stated values.
 fn check(cut: f32) {
     let fragments = glb::parse(&file(cut).unwrap()).unwrap();
     assert_eq!(fragments.len(), 2);
@@ -78,7 +78,7 @@ fn the_reader_tells_an_open_fragment_from_a_closed_one() {
     assert!(fragments[1].check_closed().is_err());
 }
 
-/// Normals, texture coordinates and materials that are written are those that are read; what one fragment lacks, all lose.
+/// Normals, texture coordinates and materials are read as they were written; if one fragment lacks them, all do.
 #[test]
 fn looks_come_back_from_the_file() {
     let halves = halves(0.25);

@@ -1,4 +1,4 @@
-//! The answers of this commit beside those of the golden one, from before the code was cut anew (`tests/golden/`).
+//! Results of this commit compared with those of the golden one, from before the code was restructured (`tests/golden/`).
 
 use shatter_tests::golden::{Answers, answers, differences, folder, processor, programs_before};
 use std::path::Path;

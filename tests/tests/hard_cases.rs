@@ -1,4 +1,4 @@
-//! The catalogue of hard cases: every figure within its bound.
+//! The catalog of hard cases: every figure within its bound.
 
 use shatter_lab::study::stability::{CASES, CaseOutcome, REAL, judge, real};
 use shatter_tests::real::mesh;

@@ -1,4 +1,4 @@
-//! The horse: what the method promises, on a real and awkward mesh (97k triangles, all facing inward).
+//! Properties of the method on the horse, a real and awkward mesh (97k triangles, all facing inward).
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use shatter_fracture::centroidal::Diagram;
@@ -30,10 +30,10 @@ const CROUP: [f64; 3] = [0.65, 0.1, 0.75];
 /// The belly, between the legs.
 const BELLY: [f64; 3] = [0.5, 0.7, 0.3];
 
-/// Contact radius of the strikes that are looked at closely, over the diagonal.
+/// Contact radius of the requests that are examined in detail, over the diagonal.
 const RADIUS: f64 = 0.02;
 
-/// Struck along the inward normal at these fractions of the box, with a small contact.
+/// A request along the inward normal at these fractions of the box, with a small contact.
 fn pecked(horse: &PreparedObject, at: [f64; 3]) -> FractureRequest {
     let (point, inward) = struck::surface_point(horse, at);
     let mut strike = FractureRequest::at(point, inward).seeded(1);
@@ -68,7 +68,7 @@ fn lower_legs(lattice: &Lattice, height: f64) -> Vec<i32> {
     legs
 }
 
-/// Cells that hold nodes of two lower legs.
+/// Number of cells with nodes of two lower legs.
 fn joining_cells(diagram: &Diagram, legs: &[i32]) -> usize {
     let mut seen = vec![-1; diagram.cell_energy.len()];
     let mut joins = vec![false; seen.len()];
@@ -132,14 +132,14 @@ fn interior_distances_keep_the_legs_apart() {
     assert!(euclidean > 0, "the test would not notice");
 }
 
-/// Where pictures go: beside the build, never into the tree.
+/// Folder for pictures: beside the build, never in the tree.
 fn pictures() -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pictures");
     std::fs::create_dir_all(&folder).unwrap();
     folder
 }
 
-/// The lattice's boundary from the side and a little above, a color per label.
+/// Picture of the lattice's boundary from the side and a little above, one color per label.
 fn view(lattice: &Lattice, labels: &[u32]) -> Image {
     let upright: Vec<Point3<f32>> = lattice.nodes.iter().map(|p| Point3::new(p.x, p.z, -p.y).cast()).collect();
     let triangles: Vec<[u32; 3]> = lattice.boundary().iter().map(|face| face.nodes).collect();
@@ -225,11 +225,11 @@ fn cells(prepared: &PreparedObject, diagram: &Diagram, shares: &[f64]) -> Cells 
     }
 }
 
-/// What a strike's fragments have to do with its energy.
+/// Relation of a request's fragments to its energy.
 struct Follows {
     /// Rank correlation of volume with mean density.
     correlation: f64,
-    /// Median volume within two contact radii over the median farther away; none without a fragment so near.
+    /// Median volume within two contact radii over the median farther away; `None` without a fragment so near.
     volumes: Option<f64>,
     /// The same ratio of mean densities.
     densities: Option<f64>,
@@ -260,14 +260,14 @@ fn follows(prepared: &PreparedObject, at: [f64; 3], uniform: bool, seed: u64) ->
     Follows { correlation: rank_correlation(&cells.volumes, &cells.densities), volumes, densities, cells }
 }
 
-/// At equal cell energies W·V^(5/3) a third of the volume goes with this many times the density.
+/// Ratio of densities at which a cell has a third of the volume, at equal cell energies W·V^(5/3).
 const DENSER: f64 = 6.24;
 
-/// Of the diagrams.
+/// Seeds of the diagrams.
 const SEEDS: [u64; 5] = [3, 4, 5, 6, 7];
 
-/// Volumes fall with density, and where the density at the contact is far above the rest fragments there are a third or
-/// less of the others; with a uniform density neither is seen.
+/// Checks that volumes fall with density. If the density at the contact is far above the rest, fragments there have a third of the others'
+/// volume or less; with a uniform density neither is seen.
 fn check_follows(name: &str, prepared: &PreparedObject, at: [f64; 3]) -> Follows {
     let own = follows(prepared, at, false, SEEDS[0]);
     println!(
@@ -278,7 +278,7 @@ fn check_follows(name: &str, prepared: &PreparedObject, at: [f64; 3]) -> Follows
     if let (Some(volumes), Some(densities)) = (own.volumes, own.densities) {
         assert!(densities < DENSER || volumes <= 1.0 / 3.0, "{volumes} at {densities}");
     }
-    // One diagram of 40 cells may look ordered by luck.
+    // One diagram of 40 cells may look ordered by chance.
     let even = SEEDS.map(|seed| follows(prepared, at, true, seed));
     let correlation = median(&even.each_ref().map(|even| even.correlation));
     let volumes = even.each_ref().map(|even| even.volumes);
@@ -290,7 +290,7 @@ fn check_follows(name: &str, prepared: &PreparedObject, at: [f64; 3]) -> Follows
 #[test]
 fn fragments_follow_the_deformation() {
     let Some(horse) = horse() else { return };
-    // The static solve of the free body leaves most of the energy of a blow on the trunk in the legs.
+    // The static solve of the free body leaves most of the energy of an impact on the trunk in the legs.
     let patterns = [("head", HEAD), ("croup", CROUP)].map(|(name, at)| check_follows(name, horse, at).cells);
     let smallest = |cells: &Cells| {
         let least = (0..cells.volumes.len()).min_by(|&a, &b| cells.volumes[a].total_cmp(&cells.volumes[b])).unwrap();

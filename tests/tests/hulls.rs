@@ -1,4 +1,4 @@
-//! The hulls of generated shapes' fragments, measured by means of their own.
+//! Hulls of generated shapes' fragments, measured independently.
 
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
@@ -15,13 +15,13 @@ use shatter_tests::{real, struck};
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
-/// Random points per fragment that estimate what its hull holds.
+/// Random points per fragment that estimate its coverage by the hull.
 const SAMPLES: usize = 1500;
 
-/// Strikes of which the shortest is shown.
+/// Number of requests, the shortest of which is shown.
 const STRIKES: usize = 7;
 
-/// What single precision takes from lengths, over the object's diagonal.
+/// Error of lengths in single precision, over the object's diagonal.
 const ROUNDING: f64 = 1e-6;
 
 /// A closed mesh in the coordinates of the mesh file.
@@ -35,7 +35,7 @@ impl Mesh {
         Self { corners: indices.chunks_exact(3).map(|t| [place(t[0]), place(t[1]), place(t[2])]).collect() }
     }
 
-    /// How often a ray crosses it, odd or even.
+    /// True if `point` is inside: a ray crosses the surface an odd number of times.
     fn holds(&self, point: &Point3<f64>) -> bool {
         let along = Vector3::new(0.36, 0.48, 0.8);
         let crossed = |[a, b, c]: &&[Point3<f64>; 3]| {
@@ -48,13 +48,13 @@ impl Mesh {
         self.corners.iter().filter(crossed).count() % 2 == 1
     }
 
-    /// Planes of the triangles: a point, and the normal outwards.
+    /// Planes of the triangles: a point, and the outward normal.
     fn planes(&self) -> Vec<(Point3<f64>, Vector3<f64>)> {
         self.corners.iter().map(|[a, b, c]| (*a, (b - a).cross(&(c - a)).normalize())).collect()
     }
 }
 
-/// How deep a point lies below the nearest plane; negative outside.
+/// Depth of a point below the nearest plane; negative outside.
 fn depth(planes: &[(Point3<f64>, Vector3<f64>)], point: &Point3<f64>) -> f64 {
     planes.iter().map(|(at, normal)| normal.dot(&(at - point))).fold(f64::INFINITY, f64::min)
 }
@@ -68,7 +68,7 @@ fn pieces(prepared: &PreparedObject, sites: u32, effects: EffectSet) -> Fracture
     struck::outcome(prepared, &strike(prepared, sites, effects)).unwrap().into_meshes().unwrap()
 }
 
-/// Times the hulls and the whole strike.
+/// Time of the hulls and of the whole request.
 struct Stopwatch {
     begun: Cell<Instant>,
     hulls: Cell<Duration>,
@@ -90,7 +90,7 @@ impl StageObserver for Stopwatch {
     }
 }
 
-/// What the hulls take of a strike on one thread, ms, and what all of it takes: the least of some.
+/// Time of the hulls and of the whole request on one thread, ms: the least of some.
 fn times(prepared: &PreparedObject, sites: u32) -> [f64; 2] {
     let strike = strike(prepared, sites, EffectSet::default().with(EffectKind::Hulls));
     let once = || {
@@ -108,7 +108,7 @@ fn times(prepared: &PreparedObject, sites: u32) -> [f64; 2] {
     [0, 1].map(|which| all.iter().map(|times| times[which]).fold(f64::INFINITY, f64::min))
 }
 
-/// The fragments' meshes and those of their hulls.
+/// Meshes of the fragments and of their hulls.
 fn meshes(pieces: &FractureMeshes) -> (Vec<Mesh>, Vec<Mesh>) {
     let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
     let mut indices = vec![0; pieces.counts.indices];
@@ -143,7 +143,7 @@ fn sampled(fragment: &Mesh, planes: &[(Point3<f64>, Vector3<f64>)], seed: u64) -
     held as f64 / SAMPLES as f64
 }
 
-/// Checks caps, margins and coverage of all hulls, and shows them.
+/// Checks limits, margins and coverage of all hulls, and prints them.
 #[track_caller]
 fn check(name: &str, mesh: RawMesh, sites: u32) {
     let request = BakeRequest { ..real::request(name, "ceramic") };

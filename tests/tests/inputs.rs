@@ -1,5 +1,4 @@
-//! What both programs make of files and signals that they should not trust: names, numbers and texts from meshes, scenes and
-//! databases, and ends that come early.
+//! Untrusted files and signals in both programs: names, numbers and texts from meshes, scenes and databases, and early ends.
 
 use nalgebra::Point3;
 use rustix::process::{Pid, Signal, kill_process};
@@ -11,7 +10,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Output, Stdio};
 
-/// A small object, as flags of a bake.
+/// A small object, as options of a bake.
 const COARSE: [&str; 4] = ["--elastic-spacing", "0.2", "--crack-spacing", "0.15"];
 
 fn bake(house: &House, mesh: &Path, more: &[&str]) -> Output {
@@ -19,7 +18,8 @@ fn bake(house: &House, mesh: &Path, more: &[&str]) -> Output {
     house.run("shatterd", &[&own[..], more].concat())
 }
 
-/// Starts `shatterd` with these arguments, sends `signal` once stderr holds `stage` (nothing: at once), and returns exit code and stderr.
+/// Starts `shatterd` with these arguments, sends `signal` once stderr contains `stage` (if empty, at once), and returns exit code and
+/// stderr.
 fn ended(house: &House, arguments: &[&str], stage: &str, signal: Signal) -> (Option<i32>, String) {
     let mut command = house.command("shatterd");
     let mut child = command.args(arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
@@ -36,7 +36,7 @@ fn ended(house: &House, arguments: &[&str], stage: &str, signal: Signal) -> (Opt
     (child.wait().unwrap().code(), told)
 }
 
-/// Files below `folder` that are neither whole nor wanted.
+/// Files below `folder` that are incomplete or unwanted.
 fn left(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
@@ -97,13 +97,13 @@ fn a_signal_ends_every_command_and_leaves_no_half_file() {
     assert_eq!((code, &document["error"]["kind"]), (Some(130), &Value::from("interrupted")));
 }
 
-/// Neither stderr nor the message of `output` holds much text or a control character, but for the ends of the program's lines.
+/// Checks that neither stderr nor the message of `output` has much text or a control character, except the ends of the program's lines.
 #[track_caller]
 fn check_texts(output: &Output, what: &str) -> String {
     assert_eq!(output.status.code(), Some(3), "{what}: {}", String::from_utf8_lossy(&output.stderr));
     let stderr = String::from_utf8(output.stderr.clone()).unwrap();
     let hidden = |c: char| c.is_control() || c == '\u{202e}';
-    // A line that a file name begins would look like one of the program.
+    // A line that begins with a file name would look like a line of the program.
     let begins = |line: &str| ["shatterd: ", "warning: "].into_iter().any(|own| line.starts_with(own));
     let own = |line: &str| begins(line) && !line.starts_with("shatterd: all is well");
     assert!(!stderr.chars().any(|c| hidden(c) && c != '\n') && stderr.lines().all(own), "{what}: {stderr:?}");
@@ -202,7 +202,7 @@ fn sizes_defects_and_files_are_told_and_databases_found_by_name() {
     let house = House::new();
     let mesh = house.path("bust.obj");
     write_obj(&shapes::cuboid([300.0, 658.0, 200.0]), &mesh).unwrap();
-    // A triangle twice: a defect.
+    // A duplicate triangle is a defect.
     let text = std::fs::read_to_string(&mesh).unwrap();
     let face = text.lines().find(|line| line.starts_with("f ")).unwrap();
     std::fs::write(&mesh, format!("{text}{face}\n")).unwrap();
@@ -236,7 +236,7 @@ fn a_preset_that_severs_is_refused_unless_it_is_named() {
     write_obj(&limbs(), &mesh).unwrap();
     let told = check_texts(&bake(&house, &mesh, &["--json"]), "game by default");
     assert!(told.contains("preset `game` severs 1 part"), "{told}");
-    assert!(told.contains("try the next preset, --quality film") && told.contains("asked for by name"), "{told}");
+    assert!(told.contains("try the next preset, --quality film") && told.contains("an explicit --quality"), "{told}");
     assert!(!house.databases().join("own.shatter").exists());
     let draft = bake(&house, &mesh, &["--quality", "draft", "--json"]);
     assert_eq!(draft.status.code(), Some(0), "{}", String::from_utf8_lossy(&draft.stderr));

@@ -1,4 +1,4 @@
-//! The whole walk does not know where the object is, how large it is, or which way it points.
+//! Invariance of all stages under position, size and rotation of the object.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
@@ -11,14 +11,14 @@ use shatter_fracture::sparse::Precision;
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_tests::{real, struck};
 
-/// Everything that an answer's mesh consists of.
+/// All parts of a result's mesh.
 struct Meshes {
     rows: Vec<FragmentRow>,
     positions: Vec<[f32; 3]>,
     indices: Vec<u32>,
 }
 
-/// An arch askew, so that no face lies in a plane of the lattice, where rounding would decide.
+/// A rotated arch, so that no face lies in a plane of the lattice, where rounding would decide.
 fn arch(place: impl Fn(Point3<f64>) -> Point3<f64>) -> PreparedObject {
     let mesh = shapes::arch();
     let askew = Isometry3::rotation(Vector3::new(0.31, 0.17, -0.23));
@@ -29,7 +29,7 @@ fn arch(place: impl Fn(Point3<f64>) -> Point3<f64>) -> PreparedObject {
     bake(moved, &spacings, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
-/// Struck with 20 sites at a boundary node of the unmoved arch, given with its direction by `place` and `turn`.
+/// Strikes with 20 sites at a boundary node of the unmoved arch, which the arguments give in the coordinates of `prepared`.
 fn strike(prepared: &PreparedObject, point_m: Point3<f64>, impulse_ns: Vector3<f64>) -> Meshes {
     let contact = ImpactContact { point_m, impulse_ns, duration_s: None, radius_m: None };
     let strike = FractureRequest {
@@ -45,14 +45,14 @@ fn strike(prepared: &PreparedObject, point_m: Point3<f64>, impulse_ns: Vector3<f
     Meshes { rows: pieces.fragments, positions, indices }
 }
 
-/// Where the unmoved arch is struck.
+/// Contact point on the unmoved arch.
 fn contact(prepared: &PreparedObject) -> Point3<f64> {
     struck::surface_point(prepared, [0.9, 0.5, 0.5]).0
 }
 
 const PUSH: Vector3<f64> = Vector3::new(-0.8, -0.3, 0.1);
 
-/// As many fragments, whose volumes agree to `tolerance` once divided by `volume`.
+/// Checks that there are as many fragments, whose volumes divided by `volume` agree to `tolerance`.
 #[track_caller]
 fn check(a: &Meshes, b: &Meshes, volume: f64, tolerance: f64) {
     assert_eq!(a.rows.len(), b.rows.len());

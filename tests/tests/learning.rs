@@ -1,4 +1,4 @@
-//! The degree inferred from examples: what it is worth, and that it is stored and used as it was learned.
+//! The degree inferred from examples: its accuracy, and that it is stored and used as it was learned.
 
 use rayon::ThreadPoolBuilder;
 use shatter_fracture::cancel_token::CancelToken;
@@ -33,7 +33,7 @@ fn struck(prepared: &PreparedObject, strike_: &FractureRequest) -> FractureOutco
     strike(StrikeContext::new(prepared, strike_, &CancelToken::default(), &()), &mut Workspace::default()).unwrap()
 }
 
-/// A blow like those that were learned from, but none of them, `times` the breaking impulse.
+/// An impact like the examples, but not one of them, with `times` the breaking impulse.
 fn blow(prepared: &PreparedObject, times: f64, degree: DegreeRequest) -> FractureRequest {
     let like = ImpactSampler::new(prepared).impact(!prepared.parameters.seed, 0);
     let factor = struck(prepared, &FractureRequest { threshold_only: true, ..like.clone() }).threshold().impulse_factor;
@@ -113,8 +113,8 @@ fn a_verified_degree_holds_and_is_near_the_optimised_one() {
     }
 }
 
-/// Thresholds of an example, drawn uniformly in the logarithm, with n₀ (interpolated between its labels: a power law, nearly)
-/// and the degree.
+/// Thresholds of an example, drawn uniformly in the logarithm, with n₀ (interpolated between its labels: nearly a power law) and the
+/// degree.
 fn drawn(example: &TrainingExample) -> Vec<(f64, f64, u32)> {
     let labels: Vec<(f64, f64, u32)> = example.labels().collect();
     let (most, least) = (labels[0].0.ln(), labels[labels.len() - 1].0.ln());
@@ -130,8 +130,8 @@ fn drawn(example: &TrainingExample) -> Vec<(f64, f64, u32)> {
     (0..20).filter_map(|_| draw()).collect()
 }
 
-/// Over impacts that were not learned: relative errors of network and closed form where n ≥ 8, and the share of the others
-/// for which the network is off by one at most.
+/// Errors over impacts that were not learned: relative errors of network and closed form if n ≥ 8, and the share of the others for which
+/// the network is off by one at most.
 fn held_out(prepared: &PreparedObject, impacts: u64) -> ([Vec<f64>; 2], f64) {
     let learned = prepared.learned.as_ref().unwrap();
     let sampler = ImpactSampler::new(prepared);
@@ -164,8 +164,8 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
     sorted[((sorted.len() - 1) as f64 * share) as usize]
 }
 
-/// Median at most 6 % or 1.5 times the noise of labels, nine of ten within 20 %, not behind the closed form, ahead of pose; nine
-/// of ten degrees below 8 off by one at most.
+/// Checks the median (at most 6 % or 1.5 times the noise of labels), nine of ten within 20 %, no worse than the closed form, better than
+/// pose; and nine of ten degrees below 8 off by one at most.
 fn check(prepared: &PreparedObject, impacts: u64) {
     let quality = prepared.learned.as_ref().unwrap().quality;
     let ([network, closed], few) = held_out(prepared, impacts);

@@ -1,4 +1,4 @@
-//! The lifts side by side on whole bodies, and the surface lift through database and strike.
+//! The lifts side by side on whole bodies, and the surface lift through database and request.
 
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, save};
@@ -12,13 +12,13 @@ use shatter_tests::{real, struck};
 /// Sites of the table's diagrams.
 const SITES: [usize; 3] = [10, 40, 120];
 
-/// What [`compare`] prints, per line; figures are means over [`SEEDS`] starts, the last two σ₁/σ₃.
+/// Head of the table of [`compare`]; figures are means over [`SEEDS`] starts, the last two σ₁/σ₃.
 const HEAD: &str = "object      nodes lift               carry        m sites  stray %    parts     median       99 %";
 
-/// Starts that a figure of the table is the mean of.
+/// Number of starts for the mean of a figure.
 const SEEDS: u64 = 4;
 
-/// Starts that a share of stray volume is the mean of, where it is held against another: one surface lift in sixteen has one stray cell
+/// Number of starts for the mean of a share of stray volume that is compared with another. One surface lift in sixteen has one stray cell
 /// of some 4 % (34 of 512 starts; of 64 starts 2 to 9, on eight lattices), so that a single one decides the mean of a few.
 const SEEDS_STRAY: u64 = 256;
 
@@ -34,7 +34,7 @@ fn shape(name: &str, mesh: RawMesh, spacings: Option<[f64; 2]>) -> PreparedObjec
     bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
-/// Means over so many seeds, per lift in the order of [`LiftComparison::rows`]: stray volume and components.
+/// Means over `seeds` seeds, per lift in the order of [`LiftComparison::rows`]: stray volume and components.
 fn means(comparison: &LiftComparison, sites: usize, seeds: u64) -> Vec<(LiftRow, f64, f64)> {
     let token = CancelToken::default();
     let runs: Vec<Vec<LiftRow>> = (0..seeds).map(|seed| comparison.rows(sites, seed, &token).unwrap()).collect();
@@ -48,7 +48,7 @@ fn means(comparison: &LiftComparison, sites: usize, seeds: u64) -> Vec<(LiftRow,
     (0..runs[0].len()).map(row).collect()
 }
 
-/// Prints the table of one object and checks what holds for all.
+/// Prints the table of one object, and checks the bounds of all objects.
 fn compare(prepared: &PreparedObject) -> LiftComparison<'_> {
     let body = &prepared.bodies[0];
     let comparison = LiftComparison::new(body, SURFACE_MODES_DEFAULT, &CancelToken::default()).unwrap();
@@ -100,7 +100,7 @@ fn every_lift_divides_every_shape() {
     }
 }
 
-/// A small horseshoe and a strike of 20 sites with the surface lift.
+/// A small horseshoe and a request of 20 sites with the surface lift.
 fn horseshoe() -> (PreparedObject, FractureRequest) {
     let prepared = shape("horseshoe", shapes::horseshoe(), Some([0.06, 0.04]));
     let (point_m, inward) = struck::surface_point(&prepared, [0.5, 1.0, 0.5]);
@@ -124,7 +124,7 @@ fn a_stored_surface_lift_has_the_bits_of_the_baked_one_and_strikes_alike() {
     assert!(lifts[0] == lifts[1] && lifts[0].kind == LiftKind::SurfaceDiffusion);
     let [a, b] =
         [&prepared, &loaded].map(|prepared| struck::outcome(prepared, &strike).unwrap().into_meshes().unwrap());
-    // The frame travels as decimal text, so meters agree to rounding.
+    // The file stores the frame as decimal text, so meters agree to rounding.
     assert_eq!(a.fragments.len(), b.fragments.len());
     for (a, b) in a.fragments.iter().zip(&b.fragments) {
         assert!((a.volume_m3 / b.volume_m3 - 1.0).abs() < 1e-9 && a.index_count == b.index_count);

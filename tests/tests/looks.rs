@@ -1,4 +1,4 @@
-//! What a strike writes by default looks right: the input's own surface, no specks, no hairlines; and what it cannot write it says.
+//! Default output of a request: the input's own surface, no specks, no hairlines; and a message about parts that cannot be written.
 
 use nalgebra::{Point3, Vector3};
 use serde_json::Value;
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 const SIDES: [f64; 3] = [0.3, 0.2, 0.2];
 
-/// Of the crack lattice, over the diagonal.
+/// Spacing of the crack lattice, over the diagonal.
 const SPACING: f64 = 0.045;
 
 /// A served block with these tables.
@@ -31,7 +31,7 @@ fn block(tables: Tables) -> House {
     house
 }
 
-/// Strikes the block: exit code, document, stderr.
+/// Strikes the block; returns exit code, document, stderr.
 fn strike(house: &House, more: &[&str]) -> (i32, Value, String) {
     let blow = ["impact", "block", "--point", "0.15,0.02,0.01", "--impulse", "-40,2,1", "--json"];
     let degree: &[&str] = if more.contains(&"--degree") { &[] } else { &["--degree", "60"] };
@@ -55,7 +55,7 @@ fn area_m2(fragment: &glb::Fragment, triangles: &[[u32; 3]]) -> f64 {
     triangles.iter().map(area).sum()
 }
 
-/// Vertices on the rim of the crack faces of a fragment: of edges that one of their triangles has, and no other in the opposite direction.
+/// Vertices on the rim of the crack faces of a fragment: those of edges that only one of the triangles has.
 fn rim(fragment: &glb::Fragment, triangles: &[[u32; 3]]) -> Vec<Point3<f64>> {
     let key = |vertex: u32| fragment.positions[vertex as usize].map(f32::to_bits);
     let mut edges: HashMap<[[u32; 3]; 2], u32> = HashMap::new();
@@ -67,7 +67,7 @@ fn rim(fragment: &glb::Fragment, triangles: &[[u32; 3]]) -> Vec<Point3<f64>> {
     edges.keys().filter(is_open).map(|[from, _]| place(*from)).collect()
 }
 
-/// Distances of the rim of crack faces from the nearest rim vertex of the skin, in spacings, all fragments.
+/// Distances of the rim of crack faces from the nearest rim vertex of the skin, in spacings, for all fragments.
 fn gaps(read: &[glb::Fragment]) -> Vec<f64> {
     let spacing_m = SPACING * Vector3::from(SIDES).norm();
     let own = |fragment: &glb::Fragment| -> Vec<f64> {
@@ -138,7 +138,7 @@ fn no_piece_is_a_speck_unless_it_is_asked_for() {
     assert!((usual.iter().sum::<f64>() / all.iter().sum::<f64>() - 1.0).abs() < 1e-6);
 }
 
-/// Refused: kind, what is named, and words that the message has.
+/// Checks an error: kind, position, and words of the message.
 #[track_caller]
 fn check_refused(house: &House, more: &[&str], kind: &str, at: &str, words: &[&str]) {
     let (code, document, _) = strike(house, more);
@@ -163,7 +163,7 @@ fn a_table_that_the_bake_left_out_is_named_with_the_key_that_brings_it() {
     let lift = ["--lift", "surface_diffusion"];
     check_refused(&house, &lift, "lift", "surface_diffusion", &["lift = \"surface_diffusion\"", scene[0], scene[1]]);
     check_refused(&house, &["--enable", "anchored"], "effect", "anchored", &["key `anchors`", scene[0]]);
-    // What was not asked for is left out, and said.
+    // Without a request for the skin it is left out, with a note.
     let (path, _, told) = written(&house, "x.glb", &[]);
     assert!(told.contains("\"skin\"") && told.contains("x.glb") && told.contains("wrote "), "{told}");
     glb::read(&path).unwrap().iter().for_each(|fragment| fragment.check_closed().unwrap());
@@ -192,7 +192,7 @@ fn an_effect_that_the_scene_leaves_out_is_named_with_its_key() {
     assert_eq!(glb::read(&path).unwrap().len(), document["fragments"].as_array().unwrap().len());
 }
 
-/// Files are named by what writes them.
+/// Files name the crate that writes them.
 #[test]
 fn every_file_is_named() {
     let house = block(Tables { elastic: true, interior: true, ..Tables::NONE });

@@ -1,4 +1,4 @@
-//! Bad meshes at scale: every mutant ends in a checked answer or in a refusal that names its reason.
+//! Bad meshes at scale: every mutant ends in a checked result or in an error that names the reason.
 
 use shatter_lab::study::mesh_fuzz::{
     BaseMesh, FuzzPlan, FuzzTally, FuzzVerdict, Judge, MUST_ACCEPT_RATE_MIN, Mutant, REGRESSIONS, from_folder,
@@ -7,12 +7,12 @@ use shatter_lab::study::mesh_fuzz::{
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Usual runs: five and a half rounds of the generated shapes, one of the real meshes, which take longer.
-/// `shatterd study stability --mutants 15000` goes further.
+/// Mutants of usual runs: five and a half rounds of the generated shapes, one of the real meshes, which take longer. `shatterd study
+/// stability --mutants 15000` runs more.
 const GENERATED: usize = 880;
 const REAL: usize = 180;
 
-/// Where something hangs; far from what a busy machine needs.
+/// Time after which a mutant counts as hanging; much longer than a busy machine needs.
 const DEADLINE: Duration = Duration::from_secs(60);
 
 /// The real meshes, if there are any.
@@ -26,7 +26,7 @@ fn real() -> Vec<BaseMesh> {
     }
 }
 
-/// Everything answered or refused with a reason, and what must be answered answered.
+/// Checks that every mutant has a result or an error with a reason, and that those that must be accepted have a result.
 fn check(meshes: Vec<BaseMesh>, count: usize) {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let judge = Judge::new(DEADLINE).unwrap();

@@ -1,4 +1,4 @@
-//! The Python package against a real daemon: its own tests in place, and all of it as a new user has it, from the wheel on.
+//! The Python package against a real daemon: its own tests in place, and the installed wheel as a new user has it.
 
 use shatter_fracture::surface::shapes::{self, write_obj};
 use shatter_tests::house::{House, program};
@@ -7,7 +7,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A house with a bar in it, and the daemon running.
+/// A test folder with a bar, and the daemon running.
 fn with_bar() -> House {
     let mut house = House::new();
     let mesh = house.path("bar.obj");
@@ -22,7 +22,7 @@ fn package() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../client/python")
 }
 
-/// Runs a program in the house to its end, which must be a good one; what it printed.
+/// Runs a program in the test folder to its end, which must be a success; returns its output.
 #[track_caller]
 fn run(house: &House, program: &OsStr, arguments: &[&str], adapt: impl FnOnce(&mut Command)) -> String {
     let mut command = house.foreign(program);
@@ -35,7 +35,7 @@ fn run(house: &House, program: &OsStr, arguments: &[&str], adapt: impl FnOnce(&m
     told
 }
 
-/// `pytest` of the package's tests; how many passed.
+/// Runs `pytest` on the package's tests; returns the number that passed.
 #[track_caller]
 fn check_package(house: &House, python: &OsStr, adapt: impl FnOnce(&mut Command)) {
     let tests = package().join("tests");

@@ -1,4 +1,4 @@
-//! Reduced elasticity: what it is worth on impacts that the examples do not have, and when it is used.
+//! Reduced elasticity: its accuracy on impacts that are not examples, and the conditions of its use.
 
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
@@ -10,7 +10,7 @@ use shatter_fracture::pipeline::{
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_tests::real;
 
-/// An arch whose basis has seen this many impacts; no degrees are learned.
+/// An arch whose basis is made from this many impacts; without learned degrees.
 fn arch(impacts: u64, rank_max: usize) -> PreparedObject {
     made(shapes::arch(), "arch", impacts, rank_max)
 }
@@ -24,7 +24,7 @@ fn made(mesh: RawMesh, name: &str, impacts: u64, rank_max: usize) -> PreparedObj
     prepared
 }
 
-/// A blow at the top.
+/// Strikes the arch at the top.
 fn struck(prepared: &PreparedObject, elastic: ElasticRequest) -> FractureOutcome {
     let top = prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
     let point_m: Point3<f64> = prepared.frame.to_meters(top);
@@ -103,7 +103,7 @@ fn a_basis_that_is_too_coarse_is_not_used() {
     assert!(reduction.energy_error_median > REDUCED_ERROR_MAX && reduction.solved > 0.5, "{reduction:?}");
 }
 
-/// Energy and estimated error of a blow on one body.
+/// Energy and estimated error of an impact on one body.
 fn energy(prepared: &PreparedObject, blow: &FractureRequest, workspace: &mut Workspace) -> Option<(f64, Option<f64>)> {
     let impact = ContactSet::new(prepared, blow).unwrap();
     let found = strain_energy(StrikeContext::new(prepared, blow, &CancelToken::default(), &()), &impact, workspace)
@@ -171,7 +171,7 @@ fn estimates_hold_on_hundreds_of_impacts_that_no_basis_has_seen() {
     }
 }
 
-/// Share of the strikes that name no radius, and so have about the smallest one of the examples, that need a solve.
+/// Share of the requests without a radius, which have about the smallest one of the examples, that need a solve.
 fn solved_at_the_default_radius(prepared: &PreparedObject) -> f64 {
     const STRIKES: u64 = 100;
     let sampler = ImpactSampler::new(prepared);
@@ -188,7 +188,7 @@ fn solved_at_the_default_radius(prepared: &PreparedObject) -> f64 {
     (0..STRIKES).filter(&mut needs_solve).count() as f64 / STRIKES as f64
 }
 
-/// Energy within 1 % (median), its density within 6 %, n₀ within 0.5 %; nine of ten estimates within a factor 3.
+/// Checks energy within 1 % (median), its density within 6 %, n₀ within 0.5 %; nine of ten estimates within a factor 3.
 fn check(prepared: &mut PreparedObject) {
     prepared.impacts = 200;
     reduce(prepared, RANK_MAX, &CancelToken::default()).unwrap();

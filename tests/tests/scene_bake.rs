@@ -1,4 +1,4 @@
-//! From a scene to its fragments: what it shows is baked from the project's own shapes, served, struck.
+//! From a scene to its fragments: its objects are baked from the project's own shapes, served and struck.
 
 use serde_json::{Value, json};
 use shatter_fracture::surface::shapes::{self, write_obj};
@@ -9,7 +9,7 @@ use std::process::Stdio;
 const ARCH: &str = "shape = \"arch\"\nmaterial = \"stone\"\nelastic_spacing = 0.06\ncrack_spacing = 0.035";
 const HORSESHOE: &str = "shape = \"horseshoe\"\nmaterial = \"ceramic\"\nelastic_spacing = 0.06\ncrack_spacing = 0.04";
 
-/// Two objects of one database, one of another.
+/// A scene of two objects of one database, and one of another.
 fn scene(house: &House, horseshoe: &str) -> String {
     let near = format!("[objects.near]\ndatabase = \"arch\"\neffects = [\"elastic\", \"interior\", \"bonds\"]\n{ARCH}");
     let far = "[objects.far]\ndatabase = \"arch\"\neffects = []";
@@ -22,7 +22,7 @@ fn write(house: &House, text: &str) -> String {
     file.to_str().unwrap().to_owned()
 }
 
-/// Bakes the scene; what became of its databases.
+/// Bakes the scene; returns the outcome of each database.
 #[track_caller]
 fn bake(house: &House, scene: &str) -> Vec<(String, String)> {
     let told = house.ok("shatterd", &["bake", "--scene", scene]);
@@ -34,7 +34,7 @@ fn states(pairs: [(&str, &str); 2]) -> Vec<(String, String)> {
     pairs.map(|(database, state)| (database.to_owned(), state.to_owned())).to_vec()
 }
 
-/// Runs `shatterd` to its end, as people do: exit code, stdout.
+/// Runs `shatterd` to its end without `--json`; returns exit code and stdout.
 fn screen(house: &House, arguments: &[&str]) -> (Option<i32>, String) {
     let output = house.run("shatterd", arguments);
     (output.status.code(), String::from_utf8(output.stdout).unwrap())
@@ -52,7 +52,7 @@ fn a_scene_is_baked_once_served_and_struck() {
     let date = || ["arch", "horseshoe"].map(|name| database(name).metadata().unwrap().modified().unwrap());
     let first = date();
 
-    // Only what some strike may need, for both objects of the arch.
+    // The database has only the parts that some request may need, for both objects of the arch.
     let inspect = |name: &str| house.ok("shatterd", &["inspect", database(name).to_str().unwrap()]);
     let (arch, horseshoe) = (inspect("arch"), inspect("horseshoe"));
     assert_eq!((&arch["object"], &arch["surface_diffusion_dimensions"]), (&json!("arch"), &json!([null])));
@@ -96,7 +96,7 @@ fn a_scene_is_baked_once_served_and_struck() {
     assert_eq!(house.end(), Some(0));
 }
 
-/// A database that was baked for less than a scene wants is told so before anybody strikes.
+/// A database that was baked for less than a scene needs is reported before any request.
 #[test]
 fn tables_that_a_database_lacks_are_named() {
     let mut house = House::new();

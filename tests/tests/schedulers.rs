@@ -1,8 +1,8 @@
-//! The job files of `config` under the schedulers that they are for.
+//! The job files of `config` under their schedulers.
 //!
 //! `cargo test --release --workspace --test schedulers -- --ignored --nocapture` bakes an array of shares under Slurm (Debian: slurm-wlm
-//! and munge) and under HyperQueue (Python: hyperqueue), each where it is found. One share fails, one is canceled, both are
-//! submitted again, and the merged bytes are those of an undivided bake.
+//! and munge) and under HyperQueue (Python: hyperqueue), if these are installed. One share fails, one is canceled, both are submitted
+//! again, and the merged bytes equal those of an undivided bake.
 
 use serde_json::{Value, json};
 use shatter_tests::house::{House, program};
@@ -15,12 +15,12 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-/// How often a scheduler is asked, once per [`PAUSE`], before the test gives up.
+/// Number of queries of a scheduler, one per [`PAUSE`], before the test gives up.
 const ROUNDS: usize = 600;
 
 const PAUSE: Duration = Duration::from_millis(500);
 
-/// What all bakes of these tests have in common, after mesh and name.
+/// Common options of all bakes of these tests, after mesh and name.
 const COARSE: [&str; 4] = ["--elastic-spacing", "0.25", "--crack-spacing", "0.15"];
 
 const EXAMPLES: &str = "40";
@@ -41,7 +41,7 @@ fn box_and_whole(house: &House) -> (String, Vec<u8>) {
     (mesh, fs::read(house.path("whole/box.shatter")).unwrap())
 }
 
-/// A folder in the place of a share's file: that share fails until the folder is gone.
+/// Creates a folder in place of a share's file: that share fails until the folder is gone.
 fn obstacle(shares: &Path, share: usize) -> PathBuf {
     let obstacle = shares.join(format!("box.{share}-of-8.share"));
     fs::create_dir_all(&obstacle).unwrap();
@@ -54,14 +54,14 @@ fn path() -> String {
     format!("{}:{}", programs.parent().unwrap().display(), std::env::var("PATH").unwrap_or_default())
 }
 
-/// A Slurm of its own: one machine that stands for two nodes of four processors.
+/// A private Slurm: one machine that acts as two nodes of four processors.
 struct Slurm<'a> {
     house: &'a House,
     daemons: Vec<Child>,
 }
 
 impl<'a> Slurm<'a> {
-    /// Starts it; `None`, after a line that is counted, where a program is not installed.
+    /// Starts it; `None`, after a line that CI counts, if a program is not installed.
     fn start(house: &'a House) -> Option<Self> {
         let needed = ["munged", "slurmctld", "slurmd", "sbatch", "scontrol"];
         let lacks =
@@ -95,7 +95,7 @@ impl<'a> Slurm<'a> {
     fn configure(&self) {
         use std::os::unix::fs::PermissionsExt;
         let key = self.house.path("munge.key");
-        // As munge wants it: readable by its owner alone; it opens nothing but this Slurm.
+        // As munge requires: readable by its owner only; the key protects only this Slurm.
         fs::write(&key, [std::process::id().to_le_bytes(); 64].concat()).unwrap();
         fs::set_permissions(&key, fs::Permissions::from_mode(0o400)).unwrap();
         fs::set_permissions(self.house.path(""), fs::Permissions::from_mode(0o755)).unwrap();
@@ -154,7 +154,7 @@ impl<'a> Slurm<'a> {
         panic!("no {what}: {log}");
     }
 
-    /// Submits a job file; the job's number.
+    /// Submits a job file; returns the job's number.
     #[track_caller]
     fn submit(&self, options: &[&str], file: &str, arguments: &[&str]) -> String {
         let file = config(file).display().to_string();
@@ -163,7 +163,7 @@ impl<'a> Slurm<'a> {
         job
     }
 
-    /// The states in which a job's tasks ended, by task, once all have.
+    /// Final states of a job's tasks, by task, once all have ended.
     #[track_caller]
     fn ends(&self, job: &str) -> Vec<String> {
         self.wait(&format!("end of job {job}"), |slurm| {
@@ -191,7 +191,7 @@ impl Drop for Slurm<'_> {
     }
 }
 
-/// What a command prints; nothing if it fails.
+/// Output of a command; empty if it fails.
 fn text(command: &mut Command) -> String {
     let output = command.output().unwrap();
     String::from_utf8_lossy(&output.stdout).trim().to_owned()

@@ -1,4 +1,4 @@
-//! Bakes that are divided, stopped, resumed, or joined: the bytes are always those of an undivided bake.
+//! Divided, stopped, resumed and joined bakes: the bytes are always those of an undivided bake.
 
 use nalgebra::Point3;
 use rustix::process::{Pid, Signal, kill_process};
@@ -136,7 +136,7 @@ fn a_share_is_two_numbers() {
     assert_eq!(impacts, [5, 8, 11, 6, 9, 7, 10]);
 }
 
-/// A house with the wedge as a mesh file, and what to bake it with.
+/// A test folder with the wedge as a mesh file, and the options of its bake.
 struct Bakery {
     house: House,
     mesh: String,
@@ -179,7 +179,7 @@ fn end(child: &mut Child, signal: Signal) -> Option<i32> {
     child.wait().unwrap().code()
 }
 
-/// Waits until `file` is there.
+/// Waits until `file` exists.
 fn await_file(file: &Path) {
     let begun = Instant::now();
     while !file.exists() {
@@ -228,7 +228,7 @@ fn shares_are_baked_and_merged_by_commands() {
     let (code, first) = bakery.bake(&["--examples", "40", "--shard", "0/2", "--out", out]);
     assert_eq!((code, &first["share"]["count"], &first["impacts"]), (0, &2.into(), &20.into()), "{first}");
     let mut array = bakery.command(&["--examples", "40", "--out", out]);
-    // What Slurm sets where task 1 alone is repeated.
+    // Variables of Slurm if task 1 alone is repeated.
     let repeated = ["ID", "MIN", "MAX", "COUNT"].map(|name| (format!("SLURM_ARRAY_TASK_{name}"), "1"));
     array.envs(repeated).env("SHATTER_SHARDS", "2");
     assert!(array.status().unwrap().success());
@@ -249,11 +249,11 @@ fn shares_are_baked_and_merged_by_commands() {
     assert_eq!((code, refused["error"]["at"].as_str()), (3, Some("--shard")), "{refused}");
 }
 
-/// Ends `command` by SIGKILL at a hundred random moments: `file` holds `old` or `new`, and nothing else ever.
+/// Ends `command` by SIGKILL at a hundred random moments: `file` always holds `old` or `new`.
 fn check_killed(command: impl Fn() -> Command, times: u64, file: &Path, old: &[u8], new: &[u8]) {
     let begun = Instant::now();
     assert!(command().status().unwrap().success());
-    // A third of the turns are given more time than a whole run took, so that some end by themselves on a busy machine too.
+    // A third of the turns get more time than a whole run took, so that some end by themselves on a busy machine, too.
     let longest = begun.elapsed().mul_f64(1.5);
     let mut seen = [0, 0];
     for turn in 0..times {
@@ -327,7 +327,7 @@ fn a_log_without_a_terminal_tells_how_far_a_bake_is() {
     }
 }
 
-/// Spoils a byte of the last tensor.
+/// Changes a byte of the last tensor.
 fn spoil(file: &Path) {
     let mut bytes = std::fs::read(file).unwrap();
     let last = bytes.len() - 9;

@@ -1,13 +1,13 @@
-//! Every compilation of a kernel for wider instructions is known, and has a test that compares its bits with the baseline's.
+//! Every compilation of a kernel for wider instructions is listed here, and has a test that compares its bits with the baseline's.
 
 use std::fs;
 use std::path::Path;
 
-/// A compilation of a kernel, and the tests that force each compilation that the processor has.
+/// A compilation of a kernel, and the tests that force each compilation that the processor supports.
 struct Compiled {
     file: &'static str,
     features: &'static str,
-    /// File and name of each.
+    /// File and name of each test.
     tests: &'static [(&'static str, &'static str)],
 }
 

@@ -1,4 +1,4 @@
-//! What fragments wear: the input's own triangles, and its looks on their outer faces.
+//! Skins of fragments: the input's own triangles, and its attributes on their outer faces.
 
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
@@ -37,7 +37,7 @@ fn strike(prepared: &PreparedObject, sites: u32, more: &[EffectKind]) -> Fractur
     FractureRequest { degree: DegreeRequest::Sites(sites), effects, seed: 3, ..FractureRequest::at(point_m, inward) }
 }
 
-/// Of a mesh, m².
+/// Area of a mesh, m².
 fn area_m2(mesh: &RawMesh) -> f64 {
     let surface = Surface::repair(mesh.clone()).unwrap();
     let area = |triangle| {
@@ -47,7 +47,7 @@ fn area_m2(mesh: &RawMesh) -> f64 {
     (0..surface.triangles.len()).map(area).sum::<f64>() * surface.frame.diagonal_m.powi(2)
 }
 
-/// The triangles of one fragment's skin, in the coordinates of the mesh file.
+/// Triangles of one fragment's skin, in the coordinates of the mesh file.
 fn worn(pieces: &FractureMeshes, fragment: usize) -> Vec<[(Point3<f64>, SkinVertexRow); 3]> {
     let (row, skins) = (&pieces.skins.rows[fragment], &pieces.skins);
     let vertices = &skins.vertices[row.vertex_first as usize..][..row.vertex_count as usize];
@@ -60,7 +60,7 @@ fn worn(pieces: &FractureMeshes, fragment: usize) -> Vec<[(Point3<f64>, SkinVert
     indices.chunks_exact(3).map(|own| [corner(own[0]), corner(own[1]), corner(own[2])]).collect()
 }
 
-/// Outer vertices of one fragment, by run: in the coordinates of the mesh file.
+/// Outer vertices of one fragment, by run, in the coordinates of the mesh file.
 fn outer(pieces: &FractureMeshes, fragment: usize, crack: bool) -> Vec<Point3<f64>> {
     let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
     let (mut indices, mut merges) = (vec![0; pieces.counts.indices], vec![[0; 2]; pieces.counts.merges]);
@@ -92,7 +92,7 @@ fn rim_m(pieces: &FractureMeshes, fragment: usize) -> Vec<f64> {
     rim.map(|from| cracks.iter().map(|crack| (crack - from).norm()).fold(f64::INFINITY, f64::min)).collect()
 }
 
-/// A skin ends where its fragment's crack faces begin, as far as a spacing tells.
+/// A skin ends where its fragment's crack faces begin, within a spacing.
 #[test]
 fn skins_end_at_the_cracks() {
     let spacing = 0.04;
@@ -107,7 +107,7 @@ fn skins_end_at_the_cracks() {
     assert!(all.len() > 500 && median < 0.35 && most < 1.0);
 }
 
-/// The skins of a strike: their area is the input's, and each lies on its fragment.
+/// Checks the skins of a request: their area is the input's, and each lies on its fragment.
 fn check(name: &str, mesh: RawMesh, spacing: f64, more: &[EffectKind], controls: Option<WarpControls>) {
     let input_m2 = area_m2(&mesh);
     let prepared = baked(mesh, spacing);
@@ -163,7 +163,7 @@ fn real_meshes_are_dressed_too() {
     }
 }
 
-/// Where an object is cracked already, its slot has walls; skins wear them too, or one would look into the pieces.
+/// The slot of an existing crack has walls; skins cover them too, or one would see into the fragments.
 #[test]
 fn the_walls_of_existing_cracks_are_worn() {
     let corners = [[0.0, -0.2], [0.2, -0.2], [0.2, 0.2], [0.0, 0.2]].map(|[y, z]| Point3::new(0.0, y, z));
@@ -308,7 +308,7 @@ fn worn_m2(pieces: &FractureMeshes, fragment: usize) -> f64 {
     worn(pieces, fragment).into_iter().map(area).sum()
 }
 
-/// Children wear what their parent wore, generation by generation, and look like it.
+/// Children have the skin of their parent, generation by generation, with the same attributes.
 #[test]
 fn what_breaks_again_wears_what_its_parent_wore() {
     let prepared = baked(painted(), 0.04);

@@ -1,4 +1,4 @@
-//! Textures lie the right way up: an input whose texture coordinates are an affine function of the place, in files of both kinds.
+//! Orientation of textures: an input whose texture coordinates are an affine function of the position, in files of both kinds.
 
 use serde_json::Value;
 use shatter_fracture::surface::{self, LengthUnit, UpAxis, shapes};
@@ -6,18 +6,18 @@ use shatter_tests::house::House;
 use std::fmt::Write;
 use std::path::Path;
 
-/// Lattices round edges off, so a vertex there looks as a point of the surface near it.
+/// Tolerance on the lattice, which rounds edges off: a vertex has the attributes of a point of the surface near it.
 const LATTICE: f64 = 2e-3;
 
-/// The skin is the input's own.
+/// Tolerance on the skin, which is the input's own.
 const SKIN: f64 = 1e-5;
 
-/// (u, v) at a point of the input, v upwards; no symmetry takes it to 1 − v.
+/// Texture coordinates (u, v) at a point of the input, v upwards; no symmetry maps them to 1 − v.
 fn painted(point: [f64; 3]) -> [f64; 2] {
     [point[0] + 0.25, 2.0 * point[1] + 0.4]
 }
 
-/// A block as an OBJ file with those coordinates.
+/// Writes a block as an OBJ file with those coordinates.
 fn block(path: &Path) {
     let mesh = shapes::cuboid([0.3, 0.2, 0.1]);
     let mut text = String::new();
@@ -31,7 +31,7 @@ fn block(path: &Path) {
     std::fs::write(path, text).unwrap();
 }
 
-/// Places and texture coordinates of what is named `outer` in a `.glb` file, as they stand there.
+/// Positions and texture coordinates of the material `outer` in a `.glb` file, unchanged.
 fn in_glb(path: &Path) -> Vec<([f64; 3], [f64; 2])> {
     let file = gltf::Gltf::from_slice(&std::fs::read(path).unwrap()).unwrap();
     let blob = file.blob.as_deref().unwrap();
@@ -73,7 +73,7 @@ fn in_obj(path: &Path) -> Vec<([f64; 3], [f64; 2])> {
     found
 }
 
-/// Every corner has the coordinates of its place, v as `turned` says.
+/// Checks that every corner has the coordinates of its position, with v changed by `turned`.
 #[track_caller]
 fn check(what: &str, found: &[([f64; 3], [f64; 2])], turned: fn(f64) -> f64, error: f64) {
     assert!(found.len() > 30, "{what}: {} corners", found.len());
@@ -91,7 +91,7 @@ fn downwards(v: f64) -> f64 {
     1.0 - v
 }
 
-/// Bakes a mesh file, divides the object, and looks at all files.
+/// Bakes a mesh file, divides the object, and checks all files.
 #[track_caller]
 fn check_files(house: &House, mesh: &Path, name: &str) {
     let bake = ["bake", mesh.to_str().unwrap(), "--name", name, "--material", "ceramic"];
@@ -121,7 +121,7 @@ fn textures_of_obj_and_gltf_inputs_lie_the_right_way_up() {
     let mesh = house.path("block.obj");
     block(&mesh);
     check_files(&house, &mesh, "block");
-    // The same block as glTF, written by nothing of ours.
+    // The same block as glTF, not written by this project's code.
     let mesh = house.path("again.glb");
     std::fs::write(&mesh, block_glb()).unwrap();
     let looks = surface::read(&mesh, LengthUnit::M, UpAxis::Y).unwrap().looks;
@@ -129,7 +129,7 @@ fn textures_of_obj_and_gltf_inputs_lie_the_right_way_up() {
     check_files(&house, &mesh, "again");
 }
 
-/// The block as a `.glb` file, by hand, v downwards.
+/// The block as a `.glb` file, made by hand, v downwards.
 fn block_glb() -> Vec<u8> {
     let mesh = shapes::cuboid([0.3, 0.2, 0.1]);
     let count = mesh.positions_m.len();

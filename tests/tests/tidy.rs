@@ -1,4 +1,4 @@
-//! House rules that a program can check. Each names the file and line that breaks it.
+//! Rules for the sources that a program can check. Each names the file and line that breaks it.
 
 use shatter_tests::sources::{check, code, files, lying, root, shipped, sources, tracked};
 use std::collections::BTreeSet;
@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Component, PathBuf};
 use std::process::Command;
 
-/// Longest source file.
+/// Longest source file, lines.
 const LINES_MAX: usize = 500;
 
 #[test]
@@ -46,8 +46,8 @@ fn nothing_is_left_to_do() {
     check("nothing is left to do without an issue", broken);
 }
 
-/// Where `unsafe` may stand: what lies in shared memory, the transport's descriptors, memory maps, SIMD dispatch, the C interface, views of
-/// Python, standard output before `main`, the C library's call that gives free memory back.
+/// Folders and files that may use `unsafe`: shared memory, the transport's descriptors, memory maps, SIMD dispatch, the C interface, views
+/// of Python, standard output before `main`, the C library's call that releases free memory.
 const UNSAFE_ALLOWED: [&str; 11] = [
     "proto/src/zero_copy.rs",
     "proto/transport/src/",
@@ -117,7 +117,7 @@ fn the_engine_has_no_clock() {
     check("the science knows nothing of clocks and processes", broken);
 }
 
-/// What shows the time of day, and when the processes of a load begin.
+/// Folders that may read the time of day: to show it, and to start the processes of a load together.
 const TIME_OF_DAY: [&str; 2] = ["server/src/catalog/", "server/lab/src/load/"];
 
 #[test]
@@ -135,7 +135,7 @@ fn no_decision_depends_on_the_time_of_day() {
     check("clocks may jump: waits and ages are measured by the monotonic one", broken);
 }
 
-/// What may lie at the top level; hidden files aside.
+/// Names that may exist at the top level, without hidden files.
 const TOP_LEVEL: [&str; 17] = [
     "ARCHITECTURE.md",
     "CHANGELOG.md",
@@ -156,7 +156,7 @@ const TOP_LEVEL: [&str; 17] = [
     "tests",
 ];
 
-/// The first parts of these paths that may not be there.
+/// First parts of these paths that are not allowed.
 fn odd(paths: &[PathBuf]) -> BTreeSet<String> {
     let first = |path: &PathBuf| match path.components().next() {
         Some(Component::Normal(name)) => Some(name.to_string_lossy().into_owned()),
@@ -238,7 +238,7 @@ fn what_architecture_names_exists() {
     check("ARCHITECTURE.md names what exists", broken);
 }
 
-/// Files of a page's own links, without those of the network and the places in a page.
+/// Files that a page links to, without network addresses and anchors.
 fn links(text: &str) -> impl Iterator<Item = &str> {
     let targets = text.split("](").skip(1).filter_map(|rest| rest.split_once(')'));
     let files = targets.filter_map(|(target, _)| target.split('#').next());

@@ -1,4 +1,4 @@
-//! What an artist says is done: grain, waves, paint, protected regions and sites, measured on the pieces.
+//! An artist's controls: grain, waves, paint, protected regions and sites, measured on the fragments.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
@@ -9,10 +9,10 @@ use shatter_fracture::scene::{EffectKind, EffectSet, Grain, Paint, Region, WarpC
 use shatter_fracture::surface::shapes;
 use shatter_tests::{real, struck};
 
-/// Side of the cube that is struck, m.
+/// Side of the cube, m.
 const SIDE: f64 = 1.0;
 
-/// Sites of each strike.
+/// Sites of each request.
 const SITES: u32 = 80;
 
 fn cube() -> PreparedObject {
@@ -21,7 +21,7 @@ fn cube() -> PreparedObject {
     bake(shapes::cuboid([SIDE; 3]), &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
-/// A wide blow on the cube, in a lift: energy falls off slowly, so that pieces are alike.
+/// An impact with a wide contact on the cube, in a lift: energy falls off slowly, so that fragments are alike.
 fn blow(lift: LiftKind, warp: bool) -> FractureRequest {
     let mut effects = EffectSet::NONE;
     if lift == LiftKind::Interior {
@@ -36,7 +36,7 @@ fn blow(lift: LiftKind, warp: bool) -> FractureRequest {
     strike
 }
 
-/// Meshes of the pieces, in coordinates of the mesh file.
+/// Meshes of the fragments, in coordinates of the mesh file.
 struct Pieces {
     outcome: FractureOutcome,
     positions: Vec<Point3<f64>>,
@@ -81,7 +81,7 @@ impl Pieces {
         })
     }
 
-    /// Generalised winding number of a fragment at a point (A. Van Oosterom & J. Strackee 1983): 1 inside, 0 outside.
+    /// Generalized winding number of a fragment at a point (A. Van Oosterom & J. Strackee 1983): 1 inside, 0 outside.
     fn winding(&self, fragment: usize, at: &Point3<f64>) -> f64 {
         let solid = |[a, b, c]: [Point3<f64>; 3]| {
             let [a, b, c] = [a - at, b - at, c - at];
@@ -92,7 +92,7 @@ impl Pieces {
         self.of(fragment).map(solid).sum::<f64>() / (4.0 * std::f64::consts::PI)
     }
 
-    /// The fragment in which a point lies.
+    /// The fragment that contains a point.
     fn holder(&self, at: &Point3<f64>) -> usize {
         let holders: Vec<usize> = (0..self.rows().len()).filter(|&own| self.winding(own, at) > 0.5).collect();
         assert_eq!(holders.len(), 1, "{at} lies in {holders:?}");
@@ -105,7 +105,7 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// How many times longer the middle fragment is along `axis` than across, from its inertia.
+/// Ratio of the length of the middle fragment along `axis` to that across, from its inertia.
 fn stretch(pieces: &Pieces, axis: Vector3<f64>) -> f64 {
     let of = |row: &shatter_fracture::pipeline::FragmentRow| {
         let [xx, yy, zz, xy, xz, yz] = row.inertia_kg_m2;
@@ -117,8 +117,8 @@ fn stretch(pieces: &Pieces, axis: Vector3<f64>) -> f64 {
     median(pieces.rows().iter().map(of).collect())
 }
 
-/// Mean curvature of all cracks times the size of a piece: ∫|H| over edges is half their length times the angle they bend by
-/// (J. Steiner 1840).
+/// Mean curvature of all cracks times the size of a fragment: ∫|H| over edges is half their length times the angle they bend by (J. Steiner
+/// 1840).
 fn curvature(pieces: &Pieces) -> f64 {
     let (mut bent, mut area) = (0.0, 0.0);
     for crack in pieces.cracks() {
@@ -141,7 +141,7 @@ fn curvature(pieces: &Pieces) -> f64 {
     bent / area * SIDE / f64::from(SITES).cbrt()
 }
 
-/// Points all over the cracks: corners, middles of sides and of triangles.
+/// Points on all cracks: corners, midpoints of sides and centers of triangles.
 fn on_cracks(pieces: &Pieces) -> Vec<Point3<f64>> {
     let of = |[a, b, c]: [u32; 3]| {
         let [a, b, c] = [a, b, c].map(|vertex| pieces.positions[vertex as usize].coords);
@@ -205,7 +205,7 @@ fn every_forced_site_has_a_piece_of_its_own() {
         assert_eq!(pieces.outcome.sites(), sites);
     };
     [4, 9, 40].into_iter().for_each(check);
-    // A degree that nobody forces leaves room for all of them.
+    // A free degree is large enough for all of them.
     let free = FractureRequest { degree: DegreeRequest::ClosedForm, ..blow(LiftKind::Euclidean, true) };
     assert!(struck::outcome(&prepared, &free).unwrap().sites() >= 9);
 }

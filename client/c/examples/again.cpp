@@ -1,4 +1,4 @@
-// Breaks an object of a running shatterd, and the largest of its pieces again. C++17; the guide says how to build it ("Getting started").
+// Breaks an object of a running shatterd, then the largest of its fragments. C++17; the guide explains how to build it ("Getting started").
 //
 //     again SERVICE OBJECT X,Y,Z JX,JY,JZ DEGREE
 #include "shatter.h"
@@ -16,7 +16,7 @@
 
 namespace {
 
-// Handles that give themselves back.
+// Handles that free themselves.
 template <auto Free> struct Freed {
     template <class Handle> void operator()(Handle *handle) const { Free(handle); }
 };
@@ -25,16 +25,16 @@ using Object = std::unique_ptr<ShatterObject, Freed<shatter_object_free>>;
 using Ticket = std::unique_ptr<ShatterTicket, Freed<shatter_ticket_free>>;
 using Broken = std::unique_ptr<ShatterBroken, Freed<shatter_broken_free>>;
 
-// What a call may take at most.
+// Timeout of each call.
 constexpr std::uint64_t patience_ms = 120000;
 
-// A refusal as an exception.
+// An error of the library as an exception.
 struct Refused : std::runtime_error {
     explicit Refused(const ShatterRefusal &refusal) : std::runtime_error(refusal.message), refusal(refusal) {}
     ShatterRefusal refusal;
 };
 
-// Calls `function` with the arguments, and a refusal behind them.
+// Calls `function` with the arguments and a `ShatterRefusal`; throws on an error.
 template <class Function, class... Arguments> void call(Function function, Arguments... arguments)
 {
     ShatterRefusal refusal;
@@ -110,7 +110,7 @@ bool is_closed(const ShatterFragment &piece)
     return !edges.empty();
 }
 
-// Closed fragments and the volume of all; prints both under `name`.
+// Checks and prints a result under `name`: closed fragments, hulls, bonds; returns the volume of all fragments, m^3.
 double show(const char *name, const Broken &broken)
 {
     double volume_m3 = 0.0;
@@ -119,7 +119,7 @@ double show(const char *name, const Broken &broken)
     for (std::uint32_t id = 0; id < count; id++) {
         const ShatterFragment piece = fragment(broken, id);
         if (piece.normals == nullptr || piece.uvs == nullptr || piece.looks != nullptr) {
-            throw std::logic_error("a section is missing, or was not asked for");
+            throw std::logic_error("a section is missing, or was not requested");
         }
         ShatterHull hull;
         call(shatter_broken_hull, broken.get(), id, &hull);
@@ -132,7 +132,7 @@ double show(const char *name, const Broken &broken)
     call(shatter_broken_bonds, broken.get(), &bonds, &bond_count);
     for (std::size_t i = 0; i < bond_count; i++) {
         if (bonds[i].fragments[0] >= count || bonds[i].area_m2 <= 0.0) {
-            throw std::logic_error("a bond of nothing");
+            throw std::logic_error("a bond without an area or with an invalid fragment");
         }
     }
     std::printf("%s_fragments %u\n%s_closed %u\n%s_hulls %u\n", name, count, name, closed, name, hulls);
@@ -140,7 +140,7 @@ double show(const char *name, const Broken &broken)
     return volume_m3;
 }
 
-// A blow towards the middle of a fragment, where it reaches farthest up.
+// A contact that pushes towards the center of a fragment, at its highest point.
 ShatterContact on_top_of(const ShatterFragment &piece, double impulse_ns)
 {
     ShatterContact contact{};

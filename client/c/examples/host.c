@@ -1,10 +1,10 @@
 /*
- * What a host does around a strike: its own coordinates, its contact, bodies in the place of the object, pieces made ahead. C11.
+ * Example of a host: its coordinates, its contact, bodies in place of the object, fragments made ahead of time. C11.
  *
  *     host SERVICE OBJECT gltf|godot|unity|unreal|blender|mujoco X,Y,Z JX,JY,JZ SPEED
  *
- * Point, impulse and speed in the host's coordinates and unit: where a steel ball of 0.2 kg met the object, what it handed over, and how
- * fast they approached each other before the step.
+ * Point, impulse and speed are in the host's coordinates and unit: the point where a steel ball of 0.2 kg met the object, the impulse that
+ * it transferred, and the approach speed before the step.
  */
 #include "shatter.h"
 
@@ -15,7 +15,7 @@
 
 #define PATIENCE_MS 120000
 
-/* How the body that breaks moves when the answer comes; its frame is that of the mesh file, not turned. */
+/* /* Motion of the body that breaks at the time of the result; its frame is that of the mesh file, not rotated. */
 typedef struct Body {
     double center[3], linear[3], angular[3];
 } Body;
@@ -26,7 +26,7 @@ static int refused(const char *what, const ShatterRefusal *refusal)
     return refusal->code == SHATTER_CODE_NO_DAEMON ? 4 : 3;
 }
 
-/* How long and how wide the contact was: Hertz theory, which is in SI units whatever the host's unit is. */
+/* Duration and radius of the contact by Hertz theory, which is in SI units whatever the host's unit is. */
 static ShatterCode describe(const ShatterFacts *facts, double unit_m, double speed, ShatterContact *contact,
                             ShatterRefusal *refusal)
 {
@@ -45,7 +45,7 @@ static ShatterCode describe(const ShatterFacts *facts, double unit_m, double spe
     return code;
 }
 
-/* A rigid body in the place of a fragment: mass, center, inertia and velocities, the hull that collides, the triangles that are seen. */
+/* A rigid body in place of a fragment: mass, center, inertia and velocities, the hull for collisions, the visible triangles. */
 static int spawn(const ShatterBroken *broken, uint32_t id, const Body *parent, double momentum[3], double *mass_kg,
                  ShatterRefusal *refusal)
 {
@@ -69,18 +69,18 @@ static int spawn(const ShatterBroken *broken, uint32_t id, const Body *parent, d
         if (shatter_broken_run(broken, id, number, &run, refusal)) {
             return refused("run", refusal);
         }
-        /* Triangles of the material of cracks, or of the outside: indices[run.index_first ..], one draw call each. */
+        /* Triangles with the material of cracks, or of the outside: indices[run.index_first ..], one draw call each. */
     }
-    /* A hull without corners: the fragment is too flat for one, a box will do. */
+    /* A hull without corners: the fragment is too flat for one; use a box. */
     return hull.vertex_count == 0 || hull.index_count > 0 ? 0 : 6;
 }
 
-/* Polls as a frame does; the answer, or NULL after a refusal. */
+/* Polls as a frame does; returns the result, or NULL after an error. */
 static ShatterBroken *answered(ShatterTicket *ticket, ShatterRefusal *refusal)
 {
     ShatterBroken *broken = NULL;
     if (shatter_ticket_poll(ticket, &broken, refusal) == SHATTER_CODE_OK && broken == NULL) {
-        /* A host goes on with its next step here, and polls again after it; this program has nothing else to do. */
+        /* A host continues with its next step here, and polls again after it; this program has nothing else to do. */
         shatter_ticket_wait(ticket, PATIENCE_MS, &broken, refusal);
     }
     shatter_ticket_free(ticket);
@@ -120,7 +120,7 @@ static int run(const ShatterObject *object, const ShatterConvention *own, Shatte
         return refused("strike", &refusal);
     }
     int status = replace(answered(ticket, &refusal), "struck", &refusal);
-    /* The same without an impact: twelve even pieces, for a pool that is filled before anything happens. */
+    /* The same without an impact: twelve fragments of equal size, for a pool that is filled in advance. */
     impact.contacts = NULL;
     impact.contact_count = 0;
     impact.enable = SHATTER_EFFECT_HULLS;

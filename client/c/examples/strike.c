@@ -1,5 +1,5 @@
 /*
- * Breaks an object of a running shatterd and shows the pieces. C11; the guide says how to build it ("Getting started").
+ * Breaks an object of a running shatterd and prints its fragments. C11; the guide explains how to build it ("Getting started").
  *
  *     strike SERVICE OBJECT X,Y,Z JX,JY,JZ DEGREE [OUT.glb]
  */
@@ -9,10 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What a strike may take at most, ms. */
+/* Timeout of a request, ms. */
 #define PATIENCE_MS 120000
 
-/* Says why; no daemon ends a program with 4, as it does `shatter`. */
+/* Prints the error; returns 4 without a daemon, as `shatter` does. */
 static int refused(const char *what, const ShatterRefusal *refusal)
 {
     fprintf(stderr, "%s: %s (%s, at `%s`%s)\n", what, refusal->message, refusal->name, refusal->at,
@@ -40,7 +40,7 @@ static double mesh_volume_m3(const ShatterFragment *fragment)
     return six / 6.0;
 }
 
-/* Goes through the fragments where they lie, in shared memory. */
+/* Reads the fragments in place, in shared memory. */
 static int show(const ShatterBroken *broken, ShatterRefusal *refusal)
 {
     ShatterSummary summary;
@@ -77,7 +77,7 @@ static int show(const ShatterBroken *broken, ShatterRefusal *refusal)
     return 0;
 }
 
-/* Sends the strike, polls as a game does between frames, and looks at the answer. */
+/* Sends the request, polls as a game does between frames, and prints the result. */
 static int strike(const ShatterObject *object, const ShatterImpact *impact, const char *out)
 {
     ShatterRefusal refusal;
@@ -88,10 +88,10 @@ static int strike(const ShatterObject *object, const ShatterImpact *impact, cons
     }
     ShatterCode code = shatter_ticket_poll(ticket, &broken, &refusal);
     if (code == SHATTER_CODE_OK && broken == NULL) {
-        /* A frame could be drawn here, and another poll follow; this program has nothing else to do. */
+        /* A game draws a frame here, and polls again after it; this program has nothing else to do. */
         code = shatter_ticket_wait(ticket, PATIENCE_MS, &broken, &refusal);
     }
-    int status = code == SHATTER_CODE_OK ? show(broken, &refusal) : refused("answer", &refusal);
+    int status = code == SHATTER_CODE_OK ? show(broken, &refusal) : refused("result", &refusal);
     if (status == 0 && out != NULL
         && shatter_broken_write_glb(broken, SHATTER_CONTENT_FRAGMENTS, out, strlen(out), &refusal)) {
         status = refused("file", &refusal);
@@ -118,7 +118,7 @@ int main(int count, char **words)
     ShatterService *service;
     ShatterObject *object;
     if (shatter_version() != SHATTER_VERSION) {
-        fprintf(stderr, "the library is of version %u, the header of %u\n", shatter_version(), SHATTER_VERSION);
+        fprintf(stderr, "the library has version %u, the header version %u; use both of one release\n", shatter_version(), SHATTER_VERSION);
         return 6;
     }
     if (shatter_connect(words[1], strlen(words[1]), 1000, &service, &refusal)) {

@@ -1,4 +1,4 @@
-//! What an answer holds, as C sees it: facts are copied, meshes stay in shared memory.
+//! Contents of a result as C reads them: facts are copied, meshes stay in shared memory.
 
 use crate::refusal::text;
 use shatter_client::FractureResult;
@@ -6,24 +6,25 @@ use shatter_proto::result as wire;
 use std::ffi::c_char;
 use std::mem::offset_of;
 use std::ptr;
+use std::time::Duration;
 
-/// Neighbor of a run that faces no fragment of the answer; second fragment of a bond with the world; material of a triangle that has
-/// none of the input's.
+/// No fragment or no material. Neighbor of a run that faces no fragment of the result; second fragment of a bond with the world; material
+/// of a triangle without one.
 pub const NONE: u32 = u32::MAX;
 
-/// Where a ray first meets an object. The surface is the boundary of the crack lattice, which contact points are projected on.
+/// First hit of a ray on an object. The surface is the boundary of the crack lattice, onto which contact points are projected.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Hit {
-    /// The point, m.
+    /// Point of the hit, m.
     pub point_m: [f64; 3],
-    /// Outward normal of the surface there, of length one.
+    /// Outward normal of the surface at the point, of length one.
     pub normal: [f64; 3],
-    /// From the origin of the ray to the point, m.
+    /// Distance from the origin of the ray to the point, m.
     pub distance_m: f64,
-    /// Body (component of the object) that it lies on.
+    /// Body (component of the object) that was hit.
     pub body: u32,
-    /// Whether there is a hit. If not, the strike had no ray, and everything else is zero.
+    /// True if there is a hit. If not, the request had no ray, and all other fields are zero.
     pub present: bool,
 }
 
@@ -31,7 +32,7 @@ impl From<Option<shatter_client::Hit>> for Hit {
     fn from(hit: Option<shatter_client::Hit>) -> Self {
         hit.map_or(
             Self { point_m: [0.0; 3], normal: [0.0; 3], distance_m: 0.0, body: 0, present: false },
-            |shatter_client::Hit { point_m, normal, distance_m, body }| Self {
+            |shatter_client::Hit { point_m, normal, distance_m, body, .. }| Self {
                 point_m,
                 normal,
                 distance_m,
@@ -42,102 +43,102 @@ impl From<Option<shatter_client::Hit>> for Hit {
     }
 }
 
-/// The facts of a strike.
+/// Summary of a result.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Summary {
-    /// Fragments; 0: the object stayed whole, or nothing but the threshold was asked for.
+    /// Number of fragments; 0: the object stayed whole, or the request asked only for the threshold.
     pub fragment_count: u32,
     /// Sites asked of the diagram.
     pub sites: u32,
-    /// n of the criterion; 1: the object stays whole.
+    /// Degree n of the criterion; 1: the object stays whole.
     pub fracture_degree: u32,
-    /// Which rule produced it. 0: threshold. 1: closed form. 2: inferred. 3: verified. 4: optimised. 5: forced.
+    /// Source of the degree. 0: threshold. 1: closed form. 2: inferred. 3: verified. 4: optimized. 5: forced.
     pub degree_source: u32,
-    /// Whether the object's cap on the degree was reached.
+    /// True if the object's cap on the degree was reached.
     pub capped: bool,
-    /// What stopped it. 0: no diagram was made. 1: a cap. 2: converged. 3: the error was met. 4: time. 5: iterations.
+    /// Reason to stop. 0: no diagram was made. 1: a cap. 2: converged. 3: the error was met. 4: time. 5: iterations.
     pub stop_reason: u32,
-    /// Where the energy came from. 0: solve. 1: reduced basis. 2: falloff. 3: a bound, the object stays whole whatever it is.
+    /// Source of the energy. 0: solve. 1: reduced basis. 2: falloff. 3: a bound: the object stays whole whatever the displacements are.
     pub elastic: u32,
-    /// The preset, a `ShatterQuality`.
+    /// Preset, a `ShatterQuality`.
     pub quality: u32,
-    /// Iterations of the diagrams taken: the most of all bodies.
+    /// Iterations of the diagrams: the most of all bodies.
     pub iterations: u32,
-    /// Why `overrun_ns` is not 0. 1: the impact waited in the queue. 2: without a reduced basis it was solved for. 3: it was solved for
-    /// since the estimated error of reduced displacements was too large. 4: energy and degree took longer. 5: the cells did. 6: the
-    /// stages after them did.
+    /// Cause of `overrun_ns`. 1: the request waited in the queue. 2: without a reduced basis, the displacements were solved for. 3: they
+    /// were solved for because the estimated error of reduced ones was too large. 4: energy and degree took longer. 5: the cells did. 6:
+    /// the stages after them did.
     pub overrun: u32,
     /// γ used, J·m².
     pub gamma_j_m2: f64,
-    /// E_1/γ; where `elastic` is a bound it is at most this.
+    /// E_1/γ; an upper bound of it if `elastic` is 3.
     pub e1_over_gamma: f64,
     /// Factor on the impulses at which the object just breaks.
     pub threshold_impulse_factor: f64,
-    /// How near the examples are that decided the degree, 0 to 1.
+    /// Nearness of the examples that decided the degree, 0 to 1.
     pub confidence: f64,
     /// Largest contact radius in effect, m.
     pub radius_m: f64,
-    /// Relative error of the elastic energy, estimated.
+    /// Estimated relative error of the elastic energy.
     pub energy_error: f64,
-    /// Relative energy of the diagrams above the end of their descents, estimated.
+    /// Estimated relative energy of the diagrams above the end of their descents.
     pub cvd_gap: f64,
     /// Seed used.
     pub seed: u64,
-    /// Names this answer to later strikes (`ShatterImpact.from_handle`); 0: the service does not keep it.
+    /// Handle of this result for later requests (`ShatterImpact.from_handle`); 0: the service does not keep it.
     pub handle: u64,
-    /// From admission until right before the answer was sent, ns.
+    /// Time from admission until right before the result was sent, ns.
     pub time_ns: u64,
-    /// By how much that exceeds `ShatterImpact.time_ms_max`, ns; 0: it was kept, or none was asked for.
+    /// Time by which `time_ns` exceeds `ShatterImpact.time_ms_max`, ns; 0: it was kept, or there was no limit.
     pub overrun_ns: u64,
-    /// From sending the strike to finding the answer, ns.
+    /// Time from sending the request to finding the result, ns.
     pub round_trip_ns: u64,
-    /// Bytes of the answer.
+    /// Size of the result, bytes.
     pub bytes: u64,
-    /// Where the ray of the strike met the object.
+    /// Hit of the request's ray.
     pub hit: Hit,
 }
 
 impl From<&FractureResult> for Summary {
     fn from(broken: &FractureResult) -> Self {
-        let row = broken.summary();
+        let facts = broken.summary();
         Self {
             fragment_count: broken.fragments().len() as u32,
-            sites: row.sites,
-            fracture_degree: row.fracture_degree,
-            degree_source: row.degree_source,
-            capped: row.capped != 0,
-            stop_reason: row.stop_reason,
-            elastic: row.elastic,
-            quality: row.quality,
-            iterations: row.iterations,
-            overrun: row.overrun,
-            gamma_j_m2: row.gamma_j_m2,
-            e1_over_gamma: row.e1_over_gamma,
-            threshold_impulse_factor: row.threshold_impulse_factor,
-            confidence: row.confidence,
-            radius_m: row.radius_m,
-            energy_error: row.energy_error,
-            cvd_gap: row.cvd_gap,
-            seed: row.seed,
-            handle: row.handle,
-            time_ns: row.time_ns,
-            overrun_ns: row.overrun_ns,
-            round_trip_ns: broken.round_trip().as_nanos() as u64,
+            sites: facts.sites,
+            fracture_degree: facts.fracture_degree,
+            degree_source: facts.degree_origin.code(),
+            capped: facts.is_capped,
+            stop_reason: facts.stop_criterion.code(),
+            elastic: facts.energy_source.code(),
+            quality: facts.quality.map_or(0, shatter_client::Quality::number),
+            iterations: facts.iterations,
+            overrun: facts.missed_time.map_or(0, |missed| missed.cause.code()),
+            gamma_j_m2: facts.gamma_j_m2,
+            e1_over_gamma: facts.e1_over_gamma,
+            threshold_impulse_factor: facts.threshold_impulse_factor,
+            confidence: facts.confidence,
+            radius_m: facts.radius_m,
+            energy_error: facts.energy_error,
+            cvd_gap: facts.cvd_gap,
+            seed: facts.seed,
+            handle: facts.handle.unwrap_or(0),
+            time_ns: nanoseconds(facts.time),
+            overrun_ns: facts.missed_time.map_or(0, |missed| nanoseconds(missed.by)),
+            round_trip_ns: nanoseconds(broken.round_trip()),
             bytes: broken.bytes(),
             hit: broken.hit().into(),
         }
     }
 }
 
-/// One fragment: a closed mesh and what a rigid body needs. Pointers lead into shared memory and hold until
-/// `shatter_broken_free`; those to what the answer does not have are NULL. Positions are relative to `center_m`.
+/// One fragment: a closed mesh, and the data of a rigid body. Pointers point into shared memory and are valid until `shatter_broken_free`;
+/// NULL where the result does not have the data. Positions are relative to `center_m`.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Fragment {
-    /// Its number in the answer.
+    /// Index of the fragment in the result.
     pub id: u32,
-    /// Body (component of the object) that it comes from.
+    /// Body (component of the object) that the fragment comes from.
     pub body: u32,
     /// Volume, m³.
     pub volume_m3: f64,
@@ -147,21 +148,21 @@ pub struct Fragment {
     pub center_m: [f64; 3],
     /// Inertia tensor about the center, kg·m²: xx, yy, zz, xy, xz, yz.
     pub inertia_kg_m2: [f64; 6],
-    /// Velocity of the center once it is free, on top of how the object moved, m/s; zero unless `release` is on.
+    /// Velocity of the center once the fragment is free, in addition to the object's, m/s; zero unless `release` is on.
     pub linear_m_s: [f64; 3],
-    /// The same of its rotation, rad/s.
+    /// Angular velocity, in addition to the object's, rad/s; zero unless `release` is on.
     pub angular_rad_s: [f64; 3],
-    /// Three coordinates per vertex, m.
+    /// Positions, three coordinates per vertex, m.
     pub positions: *const f32,
-    /// Three per vertex, of length one; NULL unless `normals` is on.
+    /// Normals, three coordinates per vertex, of length one; NULL unless `normals` is on.
     pub normals: *const f32,
-    /// Two per vertex, m; NULL unless `uv` is on.
+    /// Texture coordinates, two per vertex, m; NULL unless `uv` is on.
     pub uvs: *const f32,
-    /// One per vertex; NULL unless `attributes` is on.
+    /// Attributes of outer faces, one per vertex; NULL unless `attributes` is on.
     pub looks: *const Look,
     /// Number of vertices.
     pub vertex_count: usize,
-    /// Three vertices per triangle, counter-clockwise from outside.
+    /// Indices of vertices, three per triangle, counter-clockwise from outside.
     pub indices: *const u32,
     /// Number of indices.
     pub index_count: usize,
@@ -169,28 +170,28 @@ pub struct Fragment {
     pub materials: *const u32,
     /// Pairs (from, to) of vertices that are the same point: with them every edge has exactly one opposite.
     pub merges: *const u32,
-    /// Number of pairs.
+    /// Number of merge pairs.
     pub merge_count: usize,
-    /// Number of runs, see `shatter_broken_run`.
+    /// Number of runs; see `shatter_broken_run`.
     pub run_count: usize,
 }
 
 impl From<&shatter_client::Fragment<'_>> for Fragment {
     fn from(fragment: &shatter_client::Fragment<'_>) -> Self {
-        let (row, velocity) = (fragment.row(), fragment.velocity());
+        let velocity = fragment.velocity();
         Self {
-            id: row.id,
-            body: row.body,
-            volume_m3: row.volume_m3,
-            mass_kg: row.mass_kg,
-            center_m: row.center_m,
-            inertia_kg_m2: row.inertia_kg_m2,
+            id: fragment.id(),
+            body: fragment.body(),
+            volume_m3: fragment.volume_m3(),
+            mass_kg: fragment.mass_kg(),
+            center_m: fragment.center_m(),
+            inertia_kg_m2: fragment.inertia_kg_m2(),
             linear_m_s: velocity.map_or([0.0; 3], |velocity| velocity.linear_m_s),
             angular_rad_s: velocity.map_or([0.0; 3], |velocity| velocity.angular_rad_s),
             positions: start(fragment.positions()),
             normals: start(fragment.normals()),
             uvs: start(fragment.uvs()),
-            looks: start(fragment.vertex_attributes()),
+            looks: start(fragment.outer_attributes()),
             vertex_count: fragment.positions().len(),
             indices: start(fragment.indices()),
             index_count: fragment.indices().len(),
@@ -202,20 +203,20 @@ impl From<&shatter_client::Fragment<'_>> for Fragment {
     }
 }
 
-/// Triangles of one fragment that face one neighbor, or the outside, or what was there before an earlier crack. The outer run comes
-/// first, if there is one. Each has vertices of its own.
+/// Triangles of one fragment that face one neighbor, the outside, or a fragment of an earlier result. The outer run comes first, if there
+/// is one. Each run has vertices of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub struct Run {
-    /// The fragment on the other side of the crack; `SHATTER_NONE`: the outside, or a fragment of an earlier answer.
+    /// The fragment on the other side of the crack; `SHATTER_NONE`: the outside, or a fragment of an earlier result.
     pub neighbor: u32,
-    /// Whether it is a side of a crack, be it one of an earlier answer; else it is the outside.
+    /// True if the run is a side of a crack, also of an earlier result; else it is the outside.
     pub crack: bool,
-    /// First of the fragment's indices.
+    /// First index of the run, counted from the fragment's first.
     pub index_first: u32,
     /// Number of indices.
     pub index_count: u32,
-    /// First of the fragment's vertices.
+    /// First vertex of the run, counted from the fragment's first.
     pub vertex_first: u32,
     /// Number of vertices.
     pub vertex_count: u32,
@@ -225,7 +226,7 @@ impl From<shatter_client::Run<'_>> for Run {
     fn from(run: shatter_client::Run<'_>) -> Self {
         Self {
             neighbor: run.neighbor.unwrap_or(NONE),
-            crack: run.crack,
+            crack: run.is_crack,
             index_first: run.index_first,
             index_count: run.indices.len() as u32,
             vertex_first: run.vertex_first,
@@ -238,17 +239,17 @@ impl From<shatter_client::Run<'_>> for Run {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Hull {
-    /// Three coordinates per corner, m, relative to the fragment's center.
+    /// Positions, three coordinates per corner, m, relative to the fragment's center.
     pub positions: *const f32,
     /// Number of corners; 0: `hulls` is off, or the fragment is too flat for one.
     pub vertex_count: usize,
-    /// Three corners per triangle, counter-clockwise from outside.
+    /// Indices of corners, three per triangle, counter-clockwise from outside.
     pub indices: *const u32,
     /// Number of indices.
     pub index_count: usize,
-    /// Volume of the part of the fragment inside the hull over that of the fragment.
+    /// Volume of the part of the fragment inside the hull, divided by the fragment's volume.
     pub coverage: f64,
-    /// The deepest that the surface of any other fragment lies below the hull's surface, m.
+    /// Largest depth of the surface of any other fragment below the hull's surface, m.
     pub margin_m: f64,
 }
 
@@ -262,20 +263,20 @@ impl From<Option<shatter_client::HullMesh<'_>>> for Hull {
     }
 }
 
-/// The input's own triangles as far as they are a fragment's, for rendering: with the crack faces of its runs they are what is seen of
-/// it. Pointers as in `ShatterFragment`.
+/// The input's own triangles that belong to a fragment, for rendering. With the crack faces of the fragment's runs they are its visible
+/// surface. Pointers as in `ShatterFragment`.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Skin {
     /// Vertices.
     pub vertices: *const SkinVertex,
-    /// How many; 0: `skin` is off, or no part of the input's surface is the fragment's.
+    /// Number of vertices; 0: `skin` is off, or the fragment has no part of the input's surface.
     pub vertex_count: usize,
-    /// Three vertices per triangle, counter-clockwise from outside.
+    /// Indices of vertices, three per triangle, counter-clockwise from outside.
     pub indices: *const u32,
     /// Number of indices.
     pub index_count: usize,
-    /// One per triangle: the place of a material in the mesh file, or `SHATTER_NONE`; NULL if the file has none.
+    /// One per triangle: the index of a material in the mesh file, or `SHATTER_NONE`; NULL if the file has none.
     pub materials: *const u32,
 }
 
@@ -289,11 +290,11 @@ impl From<Option<shatter_client::FragmentSkin<'_>>> for Skin {
     }
 }
 
-/// How a vertex of an outer face looks; zero on crack faces.
+/// Attributes of a vertex on an outer face; zero on crack faces.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Look {
-    /// Of length one.
+    /// Normal, of length one.
     pub normal: [f32; 3],
     /// Texture coordinates of the input, v upwards (OBJ's; 1 - v of glTF's); zero where it has none.
     pub uv: [f32; 2],
@@ -303,9 +304,9 @@ pub struct Look {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct SkinVertex {
-    /// Relative to the fragment's center, m.
+    /// Position relative to the fragment's center, m.
     pub position_m: [f32; 3],
-    /// Of length one.
+    /// Normal, of length one.
     pub normal: [f32; 3],
     /// Texture coordinates of the input, v upwards (OBJ's; 1 - v of glTF's); zero where it has none.
     pub uv: [f32; 2],
@@ -317,9 +318,9 @@ pub struct SkinVertex {
 pub struct Bond {
     /// The fragments, the lower id first; the second is `SHATTER_NONE` in a bond with the world.
     pub fragments: [u32; 2],
-    /// Area of the crack between them, m²; of a bond with the world: of the outer triangles that the anchors hold.
+    /// Area of the crack between them, m². In a bond with the world: area of the outer triangles that the anchors hold.
     pub area_m2: f64,
-    /// Mean normal of that area, of length one, from the first to the second; zero where there is none.
+    /// Mean normal of that area, of length one, from the first to the second; zero if the area has none.
     pub normal: [f64; 3],
     /// Centroid of that area in the coordinates of the mesh file, m.
     pub centroid_m: [f64; 3],
@@ -329,28 +330,28 @@ pub struct Bond {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Debris {
-    /// The fragment on whose crack face it lies: of two neighbors the one with the lower id.
+    /// Fragment whose crack face has the point: of two neighbors the one with the lower id.
     pub fragment: u32,
-    /// The other one.
+    /// The other fragment.
     pub neighbor: u32,
-    /// Where, m, relative to the fragment's center.
+    /// Position relative to the fragment's center, m.
     pub position_m: [f32; 3],
-    /// Normal of the crack there, out of the fragment.
+    /// Normal of the crack at the point, out of the fragment.
     pub normal: [f32; 3],
     /// Diameter, m.
     pub size_m: f32,
-    /// Zero.
+    /// Always zero.
     pub reserved: u32,
 }
 
-/// What one stage or effect of a strike did.
+/// Cost of one stage or effect.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Counter {
-    /// Stages. 0: load. 1: elasticity. 2: threshold. 3: degree. 4: centroidal. 5: labels. 6: tessellation. 7: fragments. Effects: the
-    /// place of their bit in `ShatterEffect`.
+    /// Number of the stage or effect. Stages. 0: load. 1: elasticity. 2: threshold. 3: degree. 4: centroidal. 5: labels. 6: tessellation.
+    /// 7: fragments. Effects: the index of their bit in `ShatterEffect`.
     pub number: u32,
-    /// Whether it ran.
+    /// True if it ran.
     pub ran: bool,
     /// Time it took, ns.
     pub ns: u64,
@@ -358,7 +359,7 @@ pub struct Counter {
     pub bytes: u64,
 }
 
-/// 16 hexadecimal digits that equal answers share, whatever the times and the number of threads; and a zero.
+/// Content hash: 16 hexadecimal digits, and a zero. Equal for identical results, whatever the times and the number of threads.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Hash {
@@ -372,7 +373,7 @@ impl From<&FractureResult> for Hash {
     }
 }
 
-/// Rows of shared memory that C reads by another name: the same fields at the same places.
+/// Checks that rows of shared memory, which C reads under another name, have the same fields at the same offsets.
 macro_rules! same {
     ($($own:ident is $wire:ident: $($field:ident)*;)*) => {
         $(const _: () = assert!(size_of::<$own>() == size_of::<wire::$wire>());
@@ -382,20 +383,25 @@ macro_rules! same {
 }
 
 same! {
-    Look is VertexAttributeWire: normal uv;
-    SkinVertex is SkinVertexWire: position_m normal uv;
+    Look is OuterAttributes: normal uv;
+    SkinVertex is SkinVertex: position_m normal uv;
     Bond is BondWire: fragments area_m2 normal centroid_m;
     Debris is DebrisWire: fragment neighbor position_m normal size_m reserved;
     Counter is StageWire: ran ns bytes;
     Counter is EffectWire: ran ns bytes;
 }
 
-/// The daemon writes `ran` as a word of 0 or 1, whose first byte is the `bool` on little-endian machines alone.
+/// The daemon writes `ran` as a word of 0 or 1, whose first byte is the `bool` only on little-endian machines.
 const _: () = assert!(cfg!(target_endian = "little"));
 
 const _: () = assert!(NONE == wire::OUTER && NONE == wire::WORLD && NONE == wire::NO_MATERIAL);
 
-/// Where a part of an answer begins, as C reads it; NULL if it is empty.
+/// A time in nanoseconds.
+pub(crate) fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// Address of the first row, as C reads it; NULL if it is empty.
 pub(crate) fn start<T, U>(part: &[T]) -> *const U {
     if part.is_empty() { ptr::null() } else { part.as_ptr().cast() }
 }

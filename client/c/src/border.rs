@@ -1,4 +1,4 @@
-//! The border between C and the client: arguments, results, and what must not pass.
+//! The boundary between C and the client: checks of arguments, conversion of errors, containment of panics.
 
 use crate::refusal::Refusal;
 use crate::{Code, Fault};
@@ -7,19 +7,19 @@ use std::ffi::{CStr, c_char};
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Longest text that a caller may hand over, bytes: paths are the longest.
+/// Longest text that a caller may pass, bytes: paths are the longest.
 const TEXT_MAX: usize = 1 << 16;
 
-/// Why a call came to nothing.
+/// Error of a call.
 #[derive(Debug)]
 pub(crate) enum Failure {
-    /// The client or the service refused.
+    /// An error of the client or the service.
     Refused(shatter_client::Error),
-    /// An argument cannot be used.
+    /// An unusable argument.
     Argument {
-        /// Which.
+        /// Name of the argument.
         at: &'static str,
-        /// What of it.
+        /// Reason.
         message: String,
     },
 }
@@ -30,12 +30,12 @@ impl From<shatter_client::Error> for Failure {
     }
 }
 
-/// An argument that cannot be used.
+/// Error for an unusable argument.
 pub(crate) fn wrong(at: &'static str, message: impl Into<String>) -> Failure {
     Failure::Argument { at, message: message.into() }
 }
 
-/// Does the work of a function: what it fails by, panics included, becomes a code, and `refusal` says the same in words.
+/// Runs `work` and returns its code. Errors and panics become codes; `refusal`, if not NULL, gets the details.
 pub(crate) fn border(refusal: Option<&mut MaybeUninit<Refusal>>, work: impl FnOnce() -> Result<(), Failure>) -> Code {
     let said = match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(())) => Refusal::none(),
@@ -51,9 +51,9 @@ pub(crate) fn border(refusal: Option<&mut MaybeUninit<Refusal>>, work: impl FnOn
     said.code
 }
 
-/// Drops what C gives back; what panics then is left as it is.
+/// Drops a handle that C frees, and contains a panic of its destructor.
 pub(crate) fn end<T>(handle: Option<Box<T>>) {
-    // The hook of the process has said already what went wrong, and nobody waits for an answer.
+    // The panic hook of the process has printed the message already, and this function returns no code.
     let _ = catch_unwind(AssertUnwindSafe(|| drop(handle)));
 }
 
@@ -62,57 +62,57 @@ fn words(panic: &(dyn Any + Send)) -> &str {
     panic.downcast_ref::<&str>().copied().or_else(owned).unwrap_or("the library panicked")
 }
 
-/// An argument that must be there.
+/// The argument, or an error if it is null.
 pub(crate) fn given<T>(at: &'static str, argument: Option<T>) -> Result<T, Failure> {
-    argument.ok_or_else(|| wrong(at, format!("`{at}` is null")))
+    argument.ok_or_else(|| wrong(at, format!("`{at}` is NULL; pass a valid pointer")))
 }
 
-/// `length` bytes from `data` on, or those before a zero if `length` is `SIZE_MAX`.
+/// `length` bytes from `data` on, or the bytes before the terminating zero if `length` is `SIZE_MAX`.
 ///
 /// # Safety
-/// Unless it is null, `data` points to that many bytes, which nobody changes during `'a`.
+/// Unless it is null, `data` points to that many bytes, which do not change during `'a`.
 pub(crate) unsafe fn bytes<'a>(at: &'static str, data: *const c_char, length: usize) -> Result<&'a [u8], Failure> {
     if data.is_null() {
-        return Err(wrong(at, format!("`{at}` is null")));
+        return Err(wrong(at, format!("`{at}` is NULL; pass a valid pointer")));
     }
     if length == usize::MAX {
-        // SAFETY: not null, and the caller of the interface vouches for the zero behind the text.
+        // SAFETY: not null; the caller of the interface guarantees the terminating zero.
         return Ok(unsafe { CStr::from_ptr(data) }.to_bytes());
     }
     if length > TEXT_MAX {
-        return Err(wrong(at, format!("`{at}` of {length} bytes: at most {TEXT_MAX}")));
+        return Err(wrong(at, format!("`{at}` has {length} bytes; at most {TEXT_MAX} are allowed")));
     }
-    // SAFETY: not null, of a length that the caller of the interface vouches for; bytes are aligned anywhere.
+    // SAFETY: not null; the caller of the interface guarantees the length; bytes need no alignment.
     Ok(unsafe { std::slice::from_raw_parts(data.cast::<u8>(), length) })
 }
 
-/// The same as UTF-8.
+/// The same as UTF-8 text.
 ///
 /// # Safety
 /// As of [`bytes`].
 pub(crate) unsafe fn text<'a>(at: &'static str, data: *const c_char, length: usize) -> Result<&'a str, Failure> {
-    // SAFETY: handed on.
+    // SAFETY: the caller keeps the contract of `bytes`.
     let bytes = unsafe { bytes(at, data, length) }?;
     std::str::from_utf8(bytes).map_err(|error| wrong(at, format!("`{at}` is not UTF-8: {error}")))
 }
 
-/// `count` elements from `data` on; none of them need be there if `count` is zero.
+/// `count` elements from `data` on; `data` may be null if `count` is zero.
 ///
 /// # Safety
-/// Unless it is null or not aligned, `data` points to that many, which nobody changes during `'a`.
+/// Unless it is null or misaligned, `data` points to that many elements, which do not change during `'a`.
 pub(crate) unsafe fn elements<'a, T>(at: &'static str, data: *const T, count: usize) -> Result<&'a [T], Failure> {
     if count == 0 {
         return Ok(&[]);
     }
     usable(at, data, count)?;
-    // SAFETY: neither null nor misaligned nor too long; for the rest the caller of the interface vouches.
+    // SAFETY: neither null nor misaligned nor too long; the caller of the interface guarantees the rest.
     Ok(unsafe { std::slice::from_raw_parts(data, count) })
 }
 
-/// Room for `count` elements from `data` on.
+/// Uninitialized memory for `count` elements from `data` on.
 ///
 /// # Safety
-/// Unless it is null or not aligned, `data` points to that much room, which is nobody else's during `'a`.
+/// Unless it is null or misaligned, `data` points to memory for that many elements, which is accessed only through the result during `'a`.
 pub(crate) unsafe fn room<'a, T>(
     at: &'static str,
     data: *mut T,
@@ -122,20 +122,20 @@ pub(crate) unsafe fn room<'a, T>(
         return Ok(&mut []);
     }
     usable(at, data, count)?;
-    // SAFETY: neither null nor misaligned nor too long; for the rest the caller of the interface vouches.
+    // SAFETY: neither null nor misaligned nor too long; the caller of the interface guarantees the rest.
     Ok(unsafe { std::slice::from_raw_parts_mut(data.cast::<MaybeUninit<T>>(), count) })
 }
 
 fn usable<T>(at: &'static str, data: *const T, count: usize) -> Result<(), Failure> {
     if data.is_null() {
-        return Err(wrong(at, format!("`{at}` is null, for {count} elements")));
+        return Err(wrong(at, format!("`{at}` is NULL for {count} elements; pass a valid pointer")));
     }
     if !data.is_aligned() {
         return Err(wrong(at, format!("`{at}` is not aligned to {} bytes", align_of::<T>())));
     }
     match count.checked_mul(size_of::<T>()).is_some_and(|bytes| bytes <= isize::MAX as usize) {
         true => Ok(()),
-        false => Err(wrong(at, format!("`{at}` of {count} elements: more than memory holds"))),
+        false => Err(wrong(at, format!("`{at}` has {count} elements, more than the address space can hold"))),
     }
 }
 

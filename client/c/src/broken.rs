@@ -1,42 +1,43 @@
-//! An answer: fragments borrowed straight from shared memory.
+//! Results: fragments borrowed straight from shared memory.
 
 use crate::Code;
 use crate::answer::{Bond, Counter, Debris, Fragment, Hash, Hull, Run, Skin, Summary, start};
 use crate::border::{Failure, border, bytes, end, given, wrong};
 use crate::refusal::Refusal;
 use shatter_client::ErrorKind;
+use shatter_proto::view::ResultView;
 use std::ffi::{OsStr, c_char};
 use std::mem::MaybeUninit;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 
-/// The answer to a strike. It holds one bucket of the daemon's pool until it is freed: do so once the fragments are copied to where
-/// they are needed. One thread at a time; what its pointers lead to, any number may read.
+/// The result of a request. It holds one bucket of the daemon's pool until it is freed: free it once the fragments are copied. One thread
+/// may use it at a time; any number of threads may read through its pointers.
 pub struct Broken(pub(crate) shatter_client::FractureResult);
 
-/// What of an answer is written to a file.
+/// Parts of a result that a file can contain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Content {
     /// The fragments.
     Fragments = 0,
-    /// Their hulls.
+    /// The hulls of the fragments.
     Hulls = 1,
-    /// What is seen of them: skins and crack faces.
+    /// The visible surfaces of the fragments: skins and crack faces.
     Skins = 2,
 }
 
-/// The fragment of that number.
+/// Finds a fragment by its id.
 fn fragment(broken: Option<&Broken>, id: u32) -> Result<shatter_client::Fragment<'_>, Failure> {
     let broken = &given("broken", broken)?.0;
     let unknown = || {
-        let message = format!("fragment {id}: the answer has {}", broken.fragments().len());
+        let message = format!("fragment {id} does not exist; the result has {} fragments", broken.fragments().len());
         shatter_client::Error::new(ErrorKind::UnknownFragment, id.to_string(), message)
     };
     Ok(broken.fragment(id).ok_or_else(unknown)?)
 }
 
-/// The facts of the strike.
+/// Summary of the result.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_broken_summary(
     broken: Option<&Broken>,
@@ -50,7 +51,7 @@ pub extern "C" fn shatter_broken_summary(
     })
 }
 
-/// Fragment `id`, of `ShatterSummary.fragment_count`; nothing is copied but its facts.
+/// Fragment `id`, below `ShatterSummary.fragment_count`. Only its facts are copied.
 ///
 /// Codes: `unknown_fragment`.
 #[unsafe(no_mangle)]
@@ -67,7 +68,7 @@ pub extern "C" fn shatter_broken_fragment(
     })
 }
 
-/// Run `number` of fragment `id`, of `ShatterFragment.run_count`.
+/// Run `number` of fragment `id`, below `ShatterFragment.run_count`.
 ///
 /// Codes: `unknown_fragment`; `SHATTER_CODE_ARGUMENT` if it has no such run.
 #[unsafe(no_mangle)]
@@ -81,12 +82,13 @@ pub extern "C" fn shatter_broken_run(
     border(refusal, || {
         let place = given("run", run)?;
         let found = fragment(broken, id)?.runs().nth(number);
-        place.write(found.ok_or_else(|| wrong("number", format!("no run {number}")))?.into());
+        place
+            .write(found.ok_or_else(|| wrong("number", format!("run {number} does not exist; see run_count")))?.into());
         Ok(())
     })
 }
 
-/// The hull of fragment `id`; all zero where there is none.
+/// Hull of fragment `id`; all zero if it has none.
 ///
 /// Codes: `unknown_fragment`.
 #[unsafe(no_mangle)]
@@ -103,7 +105,7 @@ pub extern "C" fn shatter_broken_hull(
     })
 }
 
-/// The skin of fragment `id`; all zero where there is none.
+/// Skin of fragment `id`; all zero if it has none.
 ///
 /// Codes: `unknown_fragment`.
 #[unsafe(no_mangle)]
@@ -120,7 +122,7 @@ pub extern "C" fn shatter_broken_skin(
     })
 }
 
-/// Whether the surface of fragment `id` is closed and oriented.
+/// True if the surface of fragment `id` is closed and oriented.
 ///
 /// Codes: `unknown_fragment`.
 #[unsafe(no_mangle)]
@@ -137,24 +139,24 @@ pub extern "C" fn shatter_broken_is_closed(
     })
 }
 
-/// Lends rows: where they begin and how many there are; NULL and 0 on failure.
+/// Lends rows: writes their address and their number; NULL and 0 on failure.
 fn lend<'a, T: 'a, U>(
     broken: Option<&'a Broken>,
     rows: Option<&mut MaybeUninit<*const U>>,
     count: Option<&mut MaybeUninit<usize>>,
-    find: impl FnOnce(&'a shatter_client::FractureResult) -> &'a [T],
+    find: impl FnOnce(ResultView<'a>) -> &'a [T],
 ) -> Result<(), Failure> {
     let (rows, count) = (given("rows", rows)?, given("count", count)?);
     rows.write(std::ptr::null());
     count.write(0);
-    let found = find(&given("broken", broken)?.0);
+    let found = find(given("broken", broken)?.0.raw_view());
     rows.write(start(found));
     count.write(found.len());
     Ok(())
 }
 
-/// Which fragments touch, and which the world holds: `rows` leads to `count` of them in shared memory, until
-/// `shatter_broken_free`. None unless `bonds` is on.
+/// Contact areas between fragments, and of fragments with the world. `rows` points to `count` of them in shared memory, valid until
+/// `shatter_broken_free`. Empty unless `bonds` is on.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_broken_bonds(
     broken: Option<&Broken>,
@@ -162,10 +164,10 @@ pub extern "C" fn shatter_broken_bonds(
     count: Option<&mut MaybeUninit<usize>>,
     refusal: Option<&mut MaybeUninit<Refusal>>,
 ) -> Code {
-    border(refusal, || lend(broken, rows, count, shatter_client::FractureResult::bonds))
+    border(refusal, || lend(broken, rows, count, |view| view.bonds))
 }
 
-/// Points on cracks from which dust and chips come, as `shatter_broken_bonds`. None unless `debris` is on.
+/// Points on cracks from which dust and chips come. `rows` as in `shatter_broken_bonds`. Empty unless `debris` is on.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_broken_debris(
     broken: Option<&Broken>,
@@ -173,10 +175,10 @@ pub extern "C" fn shatter_broken_debris(
     count: Option<&mut MaybeUninit<usize>>,
     refusal: Option<&mut MaybeUninit<Refusal>>,
 ) -> Code {
-    border(refusal, || lend(broken, rows, count, shatter_client::FractureResult::debris))
+    border(refusal, || lend(broken, rows, count, |view| view.debris))
 }
 
-/// What each stage did, as `shatter_broken_bonds`.
+/// Cost of each stage. `rows` as in `shatter_broken_bonds`.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_broken_stages(
     broken: Option<&Broken>,
@@ -184,10 +186,10 @@ pub extern "C" fn shatter_broken_stages(
     count: Option<&mut MaybeUninit<usize>>,
     refusal: Option<&mut MaybeUninit<Refusal>>,
 ) -> Code {
-    border(refusal, || lend(broken, rows, count, shatter_client::FractureResult::stages))
+    border(refusal, || lend(broken, rows, count, |view| view.stages))
 }
 
-/// What each effect did, as `shatter_broken_bonds`.
+/// Cost of each effect. `rows` as in `shatter_broken_bonds`.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_broken_effects(
     broken: Option<&Broken>,
@@ -195,10 +197,10 @@ pub extern "C" fn shatter_broken_effects(
     count: Option<&mut MaybeUninit<usize>>,
     refusal: Option<&mut MaybeUninit<Refusal>>,
 ) -> Code {
-    border(refusal, || lend(broken, rows, count, shatter_client::FractureResult::effects))
+    border(refusal, || lend(broken, rows, count, |view| view.effects))
 }
 
-/// Hashes the answer, as `shatter impact --json` does (`output_hash`).
+/// Content hash of the result, as `shatter impact --json` prints it (`output_hash`).
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_broken_hash(
     broken: Option<&Broken>,
@@ -212,9 +214,9 @@ pub extern "C" fn shatter_broken_hash(
     })
 }
 
-/// Writes a `.glb` file, whole or not at all; `content` is a `ShatterContent`. The folder must be there.
+/// Writes a `.glb` file, whole or not at all; `content` is a `ShatterContent`. The folder must exist.
 ///
-/// Codes: `output` (also where there is nothing to write), `bad_answer`.
+/// Codes: `output` (also if there is nothing to write), `bad_answer`.
 ///
 /// # Safety
 /// `path` points to `length` bytes, or to text that ends with a zero if `length` is `SHATTER_UP_TO_ZERO`.
@@ -228,7 +230,7 @@ pub unsafe extern "C" fn shatter_broken_write_glb(
 ) -> Code {
     border(refusal, || {
         let broken = &given("broken", broken)?.0;
-        // SAFETY: handed on.
+        // SAFETY: the caller keeps the contract of this function, which is the same.
         let path = Path::new(OsStr::from_bytes(unsafe { bytes("path", path, length) }?));
         let write = match content {
             number if number == Content::Fragments as u32 => shatter_client::FractureResult::write_glb,
@@ -241,7 +243,7 @@ pub unsafe extern "C" fn shatter_broken_write_glb(
     })
 }
 
-/// Frees an answer and gives its bucket back to the daemon; NULL is fine. No pointer into it may be used any more.
+/// Frees a result and returns its bucket to the daemon; NULL is allowed. Its pointers are invalid afterwards.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_broken_free(broken: Option<Box<Broken>>) {
     end(broken);

@@ -1,17 +1,17 @@
-//! What every function returns.
+//! Codes that every function returns.
 
 use shatter_client::ErrorKind;
 
-/// What became of a call. Zero: done. Else why not, one code per rule; `ShatterRefusal` tells whose fault it is, whether to try
-/// again, and which argument, field or path offends.
+/// Result code of a call. Zero: success. Any other value names the rule that was violated. `ShatterRefusal` adds who is at fault, whether
+/// to try again, and the argument, field or path in question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Code {
-    /// Done.
+    /// Success.
     Ok = 0,
-    /// The bytes are not a request of ours.
+    /// The bytes are not a request of this protocol.
     BadMagic = 1,
-    /// The daemon speaks another version than this library.
+    /// The daemon speaks another version of the protocol than this library.
     VersionMismatch = 2,
     /// No such kind of request.
     UnknownRequest = 3,
@@ -23,7 +23,7 @@ pub enum Code {
     UnknownObject = 6,
     /// The object's database could not be loaded.
     CorruptObject = 7,
-    /// No contact, or more than there is room for.
+    /// No contact, or more than a request can hold.
     ContactCount = 8,
     /// A contact point is not finite.
     ContactPoint = 9,
@@ -45,11 +45,11 @@ pub enum Code {
     UnknownEffect = 17,
     /// A budget that this version does not have, or that is not finite.
     Budget = 18,
-    /// There is no such convention, or a unit of length that cannot be.
+    /// An invalid coordinate convention: an unknown number or name, or a unit of length out of range.
     Convention = 19,
-    /// No answer with this handle is kept: there never was one, it was given back, or its time is over.
+    /// The service keeps no result under this handle: it never did, the result was released, or its time is over.
     UnknownHandle = 20,
-    /// The answer would exceed the caller's cap on fragments or bytes.
+    /// The result would exceed the caller's cap on fragments or bytes.
     CapExceeded = 21,
     /// A name of a service that is not 1 to 32 letters, digits, `-` or `_`.
     ServiceName = 22,
@@ -59,11 +59,11 @@ pub enum Code {
     Output = 24,
     /// The elastic solve cannot follow this load.
     Unsolvable = 25,
-    /// Displacements from nowhere that is known.
+    /// An unknown source of displacements.
     Elastic = 26,
     /// An effect that is both on and off, or without what it needs.
     Effect = 27,
-    /// The answer has no such fragment.
+    /// The result has no such fragment.
     UnknownFragment = 28,
     /// A fragment too small to be struck again, or too large to be deformed.
     FragmentSize = 29,
@@ -71,23 +71,23 @@ pub enum Code {
     Ray = 30,
     /// A ray that does not meet the object.
     RayMissed = 31,
-    /// The queue is full, or no answer can be lent.
+    /// The queue or the pool of results is full.
     Busy = 40,
     /// The deadline passed first.
     Late = 41,
     /// The daemon is ending.
     Stopping = 42,
-    /// The strike was cancelled, or its ticket is spent.
+    /// The request was canceled, or its ticket is spent.
     Cancelled = 43,
-    /// The strike failed inside the service.
+    /// The request failed inside the service.
     Failed = 44,
-    /// The answer is larger than the buckets of the daemon.
+    /// The result is larger than the buckets of the daemon.
     AnswerTooLarge = 45,
-    /// The answer did not pass the client's checks.
+    /// The result did not pass the client's checks.
     BadAnswer = 46,
     /// A call of the transport failed.
     Transport = 47,
-    /// The object's database has been found and is being loaded: send the impact again later.
+    /// The object's database has been found and is being loaded: send the request again later.
     Loading = 48,
     /// No daemon of this name runs.
     NoDaemon = 60,
@@ -103,9 +103,9 @@ pub enum Code {
     DatabaseFolder = 65,
     /// The loopback port for health and metrics cannot be opened.
     Port = 66,
-    /// An argument cannot be used: a pointer that must not be null is, text is not UTF-8, a number names nothing.
+    /// An argument cannot be used: it is NULL but must not be, its text is not UTF-8, or its number has no meaning.
     Argument = 200,
-    /// A fault of this library, caught at its border; free the handles that took part, and use them for nothing else.
+    /// A panic inside this library, caught at the C boundary. Free the handles of the call, and do not use them otherwise.
     Panicked = 201,
 }
 
@@ -159,23 +159,23 @@ impl From<ErrorKind> for Code {
             ErrorKind::SharedMemory => Self::SharedMemory,
             ErrorKind::DatabaseFolder => Self::DatabaseFolder,
             ErrorKind::Port => Self::Port,
-            // A rule without a code of its own yet; the test below finds it.
+            // An error kind without a code of its own; the test below fails for it.
             _ => Self::Failed,
         }
     }
 }
 
-/// Whose fault it is.
+/// Party at fault for an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Fault {
-    /// Nobody's: nothing was refused.
+    /// No error.
     Nobody = 0,
     /// The call is wrong; repeating it changes nothing.
     Caller = 1,
-    /// The service or this library could not do what it should, or not now.
+    /// The service or this library failed, or cannot do it now.
     Service = 2,
-    /// Something around both: no daemon, no memory, no rights.
+    /// The environment: no daemon, no memory, no permission.
     Environment = 3,
 }
 

@@ -1,33 +1,33 @@
-//! What the service says of its objects and of itself.
+//! Facts that the service reports of its objects and of itself.
 
+use crate::answer::nanoseconds;
 use crate::refusal::{Refusal, text};
 use shatter_client::ObjectFacts;
-use shatter_proto::control::StatusRow;
 use std::ffi::c_char;
 
-/// An object of a service. Texts are UTF-8 and end with a zero.
+/// Facts of an object. Texts are UTF-8 and end with a zero.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Facts {
-    /// Its name.
+    /// Name.
     pub name: [c_char; 72],
     /// Name of its material.
     pub material: [c_char; 40],
-    /// Whether it can be struck. If not, `refusal` says why, and everything else but the name is zero.
+    /// True if the object can be struck. If not, `refusal` has the reason, and all other fields but the name are zero.
     pub ready: bool,
     /// Bodies (components).
     pub bodies: u32,
     /// Cap on the degree.
     pub degree_max: u32,
-    /// 1 for the first version of it since the daemon started, one more for each that replaced another.
+    /// Version of the object: 1 for the first since the daemon started, one more for each replacement.
     pub generation: u32,
     /// Nodes of the elastic lattices.
     pub elastic_nodes: u32,
     /// Nodes of the crack lattices.
     pub crack_nodes: u32,
-    /// A strike with more fragments is refused; 0: no limit.
+    /// Largest number of fragments of a result, beyond which the service refuses; 0: no limit.
     pub fragments_max: u64,
-    /// A strike with a longer answer is refused, bytes; 0: no limit.
+    /// Largest size of a result, bytes, beyond which the service refuses; 0: no limit.
     pub bytes_max: u64,
     /// γ, J·m².
     pub gamma_j_m2: f64,
@@ -51,11 +51,12 @@ pub struct Facts {
     pub radius_m: f64,
     /// Default contact duration, s.
     pub duration_s: f64,
-    /// Bytes of memory that it holds in the daemon.
+    /// Memory of the object in the daemon, bytes.
     pub memory_bytes: u64,
-    /// Bytes of the file that it was loaded from.
+    /// Size of the file that the object was loaded from, bytes.
     pub file_bytes: u64,
-    /// Why it could not be loaded. If it is ready: why what lies in its place now could not, so that the version before is served.
+    /// Reason why the object could not be loaded. If it is ready: reason why its changed file could not be loaded; the version before is
+    /// served.
     pub refusal: Refusal,
 }
 
@@ -64,7 +65,7 @@ impl From<&ObjectFacts> for Facts {
         Self {
             name: text(&facts.name),
             material: text(&facts.material),
-            ready: facts.ready,
+            ready: facts.is_ready(),
             bodies: facts.bodies,
             degree_max: facts.degree_max,
             generation: facts.generation,
@@ -85,104 +86,104 @@ impl From<&ObjectFacts> for Facts {
             duration_s: facts.duration_s,
             memory_bytes: facts.memory_bytes,
             file_bytes: facts.file_bytes,
-            refusal: facts.refusal.as_ref().map_or_else(Refusal::none, Refusal::from),
+            refusal: facts.error.as_ref().map_or_else(Refusal::none, Refusal::from),
         }
     }
 }
 
-/// How a service goes; counters since the daemon started.
+/// State of a service; counters since the daemon started.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Status {
     /// Process id of the daemon.
     pub pid: u32,
-    /// Whether the daemon is ending.
+    /// True if the daemon is ending.
     pub ending: bool,
-    /// Objects ready.
+    /// Objects that are ready.
     pub objects_ready: u32,
     /// Objects that could not be loaded.
     pub objects_failed: u32,
     /// Threads that compute.
     pub threads: u32,
-    /// Strikes computing now.
+    /// Requests being computed now.
     pub running: u32,
-    /// Strikes waiting now.
+    /// Requests waiting now.
     pub queued: u32,
-    /// Strikes that may wait.
+    /// Requests that may wait.
     pub queue_max: u32,
     /// Clients connected now.
     pub clients: u32,
     /// Clients that may be connected.
     pub clients_max: u32,
-    /// Buckets of answers.
+    /// Buckets for results.
     pub buckets: u32,
-    /// Zero.
+    /// Always zero.
     pub reserved: u32,
     /// Bytes per bucket.
     pub bucket_bytes: u64,
-    /// Answers that their clients have not read yet.
+    /// Results that their clients have not read yet.
     pub unread: u64,
-    /// Answers that are kept so that their fragments can be struck.
+    /// Results that are kept so that their fragments can be struck.
     pub kept: u64,
-    /// Daemons that this service has had before this one.
+    /// Daemons that served under this name before this one.
     pub restarts: u64,
-    /// Of these, those that were killed or crashed.
+    /// Of the restarts, those after a daemon that was killed or crashed.
     pub crashes: u64,
     /// Time since the daemon started, ns.
     pub uptime_ns: u64,
-    /// Strikes answered.
+    /// Requests that got a result.
     pub answered: u64,
-    /// Strikes refused as wrong.
+    /// Requests refused as wrong.
     pub refused: u64,
-    /// Strikes refused because the service was full.
+    /// Requests refused because the service was full.
     pub busy: u64,
-    /// Strikes whose deadline passed, or would have.
+    /// Requests whose deadline passed, or would have.
     pub late: u64,
-    /// Strikes that failed inside the service.
+    /// Requests that failed inside the service.
     pub failed: u64,
-    /// Strikes whose client gave up or vanished.
+    /// Requests that their client canceled, or whose client died.
     pub cancelled: u64,
-    /// Bytes of memory that the objects hold.
+    /// Memory of the objects, bytes.
     pub memory_bytes: u64,
-    /// From the arrival of a strike to its answer, ns: median.
+    /// Time from the arrival of a request to its result, ns: median.
     pub strike_p50_ns: u64,
-    /// 99th percentile.
+    /// 99th percentile of that time, ns.
     pub strike_p99_ns: u64,
-    /// Longest.
+    /// Longest such time, ns.
     pub strike_max_ns: u64,
 }
 
-impl From<&StatusRow> for Status {
-    fn from(row: &StatusRow) -> Self {
+impl From<&shatter_client::Status> for Status {
+    fn from(own: &shatter_client::Status) -> Self {
         Self {
-            pid: row.pid,
-            ending: row.ending != 0,
-            objects_ready: row.objects_ready,
-            objects_failed: row.objects_failed,
-            threads: row.threads,
-            running: row.running,
-            queued: row.queued,
-            queue_max: row.queue_max,
-            clients: row.clients,
-            clients_max: row.clients_max,
-            buckets: row.buckets,
+            pid: own.pid,
+            ending: own.is_ending,
+            objects_ready: own.objects_ready,
+            objects_failed: own.objects_failed,
+            threads: own.threads,
+            running: own.running,
+            queued: own.queued,
+            queue_max: own.queue_max,
+            clients: own.clients,
+            clients_max: own.clients_max,
+            buckets: own.buckets,
             reserved: 0,
-            bucket_bytes: row.bucket_bytes,
-            unread: row.unread,
-            kept: row.kept,
-            restarts: row.restarts,
-            crashes: row.crashes,
-            uptime_ns: row.uptime_ns,
-            answered: row.answered,
-            refused: row.refused,
-            busy: row.busy,
-            late: row.late,
-            failed: row.failed,
-            cancelled: row.cancelled,
-            memory_bytes: row.memory_bytes,
-            strike_p50_ns: row.strike.p50_ns,
-            strike_p99_ns: row.strike.p99_ns,
-            strike_max_ns: row.strike.max_ns,
+            bucket_bytes: own.bucket_bytes,
+            unread: own.unread,
+            kept: own.kept,
+            restarts: own.restarts,
+            crashes: own.crashes,
+            uptime_ns: nanoseconds(own.uptime),
+            answered: own.answered,
+            refused: own.refused,
+            busy: own.busy,
+            late: own.late,
+            failed: own.failed,
+            cancelled: own.cancelled,
+            memory_bytes: own.memory_bytes,
+            strike_p50_ns: own.request_times.p50_ns,
+            strike_p99_ns: own.request_times.p99_ns,
+            strike_max_ns: own.request_times.max_ns,
         }
     }
 }

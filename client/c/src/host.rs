@@ -1,4 +1,4 @@
-//! What a host brings along: its coordinates, and the contacts of its simulation.
+//! Coordinates of a host, and contacts of its simulation.
 
 use crate::border::{Failure, border, given, text, wrong};
 use crate::refusal::Refusal;
@@ -7,17 +7,17 @@ use shatter_export::contact::{self, ContactError, ElasticMaterial};
 use std::ffi::c_char;
 use std::mem::MaybeUninit;
 
-/// Coordinates of a host. Zeros are those of glTF: +Y up, right-handed, counter-clockwise, meters.
+/// Coordinates of a host. Zeros are the convention of glTF: +Y up, right-handed, counter-clockwise, meters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Convention {
-    /// 0: +Y points up. 1: +Z does.
+    /// Up axis. 0: +Y. 1: +Z.
     pub up: u32,
-    /// 0: right-handed. 1: left-handed.
+    /// Handedness. 0: right-handed. 1: left-handed.
     pub hand: u32,
-    /// Which way round triangles go, seen from outside. 0: counter-clockwise. 1: clockwise.
+    /// Winding of triangles, seen from outside. 0: counter-clockwise. 1: clockwise.
     pub winding: u32,
-    /// Zero.
+    /// Always zero.
     pub reserved: u32,
     /// Length of the host's unit, m, 1e-6 to 1e6; 0: a meter.
     pub meters_per_unit: f64,
@@ -26,15 +26,15 @@ pub struct Convention {
 impl Convention {
     fn read(&self) -> Result<shatter_client::Convention, Failure> {
         if self.reserved != 0 {
-            return Err(wrong("convention.reserved", "reserved words must be zero"));
+            return Err(wrong("convention.reserved", "reserved fields must be zero; initialize the struct with {0}"));
         }
         Ok(shatter_client::Convention::of_numbers(self.up, self.hand, self.winding, self.meters_per_unit)?)
     }
 }
 
-/// The convention of that name: `gltf`, `godot`, `unity`, `unreal`, `blender` or `mujoco`.
+/// Finds a convention by name: `gltf`, `godot`, `unity`, `unreal`, `blender` or `mujoco`.
 ///
-/// Codes: `convention` if there is none.
+/// Codes: `convention` for an unknown name.
 ///
 /// # Safety
 /// `name` points to `length` bytes, or to text that ends with a zero if `length` is `SHATTER_UP_TO_ZERO`.
@@ -47,7 +47,7 @@ pub unsafe extern "C" fn shatter_convention_named(
 ) -> Code {
     border(refusal, || {
         let place = given("convention", convention)?;
-        // SAFETY: handed on.
+        // SAFETY: the caller keeps the contract of this function, which is the same.
         let name = unsafe { text("name", name, length) }?;
         let found = shatter_client::Convention::by_name(name)?;
         let (up, hand, winding) = (found.up as u32, found.hand as u32, found.winding as u32);
@@ -56,11 +56,12 @@ pub unsafe extern "C" fn shatter_convention_named(
     })
 }
 
-/// The same connection for a host with these coordinates: impacts of objects taken from `hosted` are read, and their answers written, in its
-/// axes, unit and winding; `_m`, `_ns`, `_m2` and `_m3` of contacts, fragments and their parts then stand for that unit. What is said of
-/// objects (`ShatterFacts`) stays in meters along our axes, files stay glTF's. `hosted` is NULL afterwards where it failed. Free both.
+/// Makes a connection for a host with these coordinates. The service reads impacts on objects taken from `hosted`, and writes their
+/// results, in its axes, unit and winding; `_m`, `_ns`, `_m2` and `_m3` of contacts, fragments and their parts then stand for that unit.
+/// Facts of objects (`ShatterFacts`) stay in meters along the axes of the mesh file, and files stay in the convention of glTF. `hosted` is
+/// NULL after a failure. Free both connections.
 ///
-/// Codes: `convention` if it is none.
+/// Codes: `convention` if the convention is invalid.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_service_with_convention(
     service: Option<&Service>,
@@ -77,17 +78,17 @@ pub extern "C" fn shatter_service_with_convention(
     })
 }
 
-/// One of two bodies that meet.
+/// One of two bodies in contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Partner {
-    /// Young's modulus, Pa; an object's stands in its `ShatterFacts`.
+    /// Young's modulus, Pa; for an object, see its `ShatterFacts`.
     pub young_pa: f64,
     /// Poisson's ratio.
     pub poisson: f64,
-    /// Its mass, kg; 0: it does not move.
+    /// Mass, kg; 0: it does not move.
     pub mass_kg: f64,
-    /// Radius of its surface where it is touched, m; 0: a plane. Negative: a hollow.
+    /// Radius of its surface at the contact, m; 0: a plane. Negative: concave.
     pub radius_m: f64,
 }
 
@@ -102,24 +103,24 @@ impl Partner {
     }
 }
 
-/// What becomes of two bodies that meet in a point, by Hertz theory.
+/// Contact of two bodies in a point, by Hertz theory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Hertz {
-    /// How far they approach each other at most, m.
+    /// Largest approach, m.
     pub approach_m: f64,
-    /// Radius of the area of contact then, m: what `ShatterContact.radius_m` asks for, in the host's unit.
+    /// Radius of the contact area at the largest approach, m: the value for `ShatterContact.radius_m`, which is in the host's unit.
     pub radius_m: f64,
-    /// The force then, N.
+    /// Force at the largest approach, N.
     pub force_n: f64,
-    /// From the first touch to the last, s: what `ShatterContact.duration_s` asks for.
+    /// Duration from the first touch to the last, s: the value for `ShatterContact.duration_s`.
     pub duration_s: f64,
 }
 
-/// How long and how wide a contact is that stopped `speed_m_s` (before the step, along the normal) by `impulse_ns`; an impulse of 0: that
-/// of a central collision of both masses. SI units, whatever the convention.
+/// Computes duration and radius of a contact by Hertz theory. `speed_m_s` is the approach speed along the normal before the step, which
+/// `impulse_ns` stopped; an impulse of 0: that of a central collision of both masses. In SI units, whatever the convention.
 ///
-/// Codes: `argument`, which names the figure of which nothing can be made.
+/// Codes: `argument`, which names the number that cannot be used.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_hertz(
     one: Option<&Partner>,

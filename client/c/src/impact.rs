@@ -1,80 +1,80 @@
-//! What strikes an object: a plain struct, whose zeros are its defaults.
+//! Impacts as plain structs, whose zeros are the defaults.
 
 use crate::border::{Failure, elements, wrong};
 use shatter_client::{Effects, ErrorKind};
 use shatter_proto::request::CONTACTS_MAX;
 use std::time::Duration;
 
-/// For `iterations_max`: none at all.
+/// Value of `iterations_max` for no iterations.
 pub const NO_ITERATIONS: u32 = u32::MAX;
 
-/// Where and how hard an object is hit.
+/// One contact of an impact: point, impulse, duration, radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Contact {
-    /// Where, in the coordinates of the mesh file, m, +Y up. With a ray: where the ray begins.
+    /// Contact point in the coordinates of the mesh file, m, +Y up. With a ray: its origin.
     pub point_m: [f64; 3],
-    /// Impulse handed to the object, N·s; not zero.
+    /// Impulse on the object, N·s; not zero.
     pub impulse_ns: [f64; 3],
     /// Contact duration, s; 0: the object's default.
     pub duration_s: f64,
     /// Contact radius, m; 0: the object's default.
     pub radius_m: f64,
-    /// Direction of a ray, of any length: the object is struck where the ray first meets it. Zero: there is no ray. For
-    /// impacts of one contact; `ShatterSummary.hit` tells where it met.
+    /// Direction of a ray, of any length: the contact point is its first hit on the object. Zero: no ray. Only for impacts of one contact;
+    /// `ShatterSummary.hit` has the hit.
     pub ray: [f64; 3],
 }
 
-/// One impact: contacts, and how the answer shall be computed. Zero is the default of everything but the contacts, so begin with
-/// `ShatterImpact impact = {0};` (in C++ `{}`) and set what you need. The service names what it refuses.
+/// An impact: contacts, and options of the request. Zero is the default of everything except the contacts. Begin with `ShatterImpact impact
+/// = {0};` (in C++ `{}`) and set the fields that you need. An error names the field that the service refuses.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Impact {
-    /// 1 to 8 contacts; read during the call alone.
+    /// 1 to 8 contacts, read only during the call.
     pub contacts: *const Contact,
-    /// How many.
+    /// Number of contacts.
     pub contact_count: usize,
-    /// What for, a `ShatterPurpose`.
+    /// Purpose, a `ShatterPurpose`.
     pub purpose: u32,
-    /// Where the number of sites comes from, a `ShatterDegree`.
+    /// Source of the number of sites, a `ShatterDegree`.
     pub degree: u32,
-    /// That number under `SHATTER_DEGREE_SITES`, else 0.
+    /// Number of sites with `SHATTER_DEGREE_SITES`, else 0.
     pub degree_sites: u32,
-    /// Which lift, a `ShatterLift`.
+    /// Lift, a `ShatterLift`.
     pub lift: u32,
-    /// Where displacements come from, a `ShatterElastic`.
+    /// Source of the displacements, a `ShatterElastic`.
     pub elastic: u32,
-    /// Which preset says what nothing else says, a `ShatterQuality`.
+    /// Preset of all settings that are not set here, a `ShatterQuality`.
     pub quality: u32,
-    /// Iterations at most by which the pieces are centered; 0: the preset's. `SHATTER_NO_ITERATIONS`: none.
+    /// Largest number of iterations of the diagram; 0: the preset's. `SHATTER_NO_ITERATIONS`: none.
     pub iterations_max: u32,
-    /// Refuse an answer of more fragments; 0: the object's cap.
+    /// Largest number of fragments, beyond which the service refuses; 0: the object's cap.
     pub fragments_max: u32,
-    /// Refuse an answer of more bytes; 0: the daemon's bucket.
+    /// Largest size of the result, bytes, beyond which the service refuses; 0: the size of the daemon's buckets.
     pub bytes_max: u64,
     /// γ, J·m²; 0: the object's own.
     pub gamma_j_m2: f64,
-    /// Largest estimated relative error, of the elastic energy and of how the pieces are centered; 0: the preset's dials decide.
+    /// Largest estimated relative error of the elastic energy and of the diagram; 0: the preset decides.
     pub error_max: f64,
-    /// How long the service may take from when it takes the strike in until it sends the answer, ms: quality falls where that is
-    /// short; 0: any time.
+    /// Time from the admission of the request until the service sends the result, ms. The service lowers the quality where that is too
+    /// short. 0: no limit.
     pub time_ms_max: f64,
-    /// After how long the answer is of no use, ms: strikes with less time left go first, one that cannot be in time is refused; 0: it
-    /// always is of use.
+    /// Time after which the result is of no use, ms. The service serves requests with less time left first, and refuses one that cannot be
+    /// in time. 0: no limit.
     pub deadline_ms: f64,
-    /// Everything random follows from it.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// Effects to switch on, `ShatterEffect`s joined by `|`.
     pub enable: u64,
     /// Effects to switch off.
     pub disable: u64,
-    /// Handle of the kept answer whose fragment is struck (`ShatterSummary.handle`); 0: the object itself is.
+    /// Handle of the kept result whose fragment is struck (`ShatterSummary.handle`); 0: the object itself is struck.
     pub from_handle: u64,
-    /// That fragment; 0 without a handle.
+    /// Fragment of that result; 0 without a handle.
     pub from_fragment: u32,
-    /// Whether the service keeps the answer for a while, so that its fragments can be struck.
+    /// True if the service keeps the result for a while, so that its fragments can be struck.
     pub keep: bool,
-    /// Zero.
+    /// Always zero.
     pub reserved: [u64; 8],
 }
 
@@ -92,7 +92,7 @@ macro_rules! choices {
 
 choices! { Purpose Degree Lift Elastic Quality }
 
-/// What a strike is for.
+/// Purpose of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Purpose {
@@ -106,21 +106,21 @@ impl Purpose {
     const ALL: [Self; 2] = [Self::Fragments, Self::Threshold];
 }
 
-/// Where the number of sites comes from.
+/// Source of the number of sites.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Degree {
-    /// From where the preset says.
+    /// The source that the preset names.
     Preset = 0,
     /// The calibrated closed form.
     ClosedForm = 1,
-    /// The full optimisation.
+    /// The full optimization.
     Optimised = 2,
-    /// `degree_sites`; breaks the object whatever γ says.
+    /// `degree_sites`; breaks the object whatever γ is.
     Sites = 3,
-    /// The inferred number, made to hold.
+    /// The inferred number, corrected until the criterion holds.
     Verified = 4,
-    /// What the object has learned from its examples; the closed form where they do not reach.
+    /// The number learned from the object's examples; the closed form where the examples do not reach.
     Inferred = 5,
 }
 
@@ -129,17 +129,17 @@ impl Degree {
         [Self::Preset, Self::ClosedForm, Self::Optimised, Self::Sites, Self::Verified, Self::Inferred];
 }
 
-/// In which space the cells are straight.
+/// Space in which the cells are straight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Lift {
     /// The object's default.
     Object = 0,
-    /// Space itself.
+    /// Euclidean space.
     Euclidean = 1,
-    /// That of interior distances.
+    /// Space of interior distances.
     Interior = 2,
-    /// That of diffusion on the surface, carried inside.
+    /// Space of diffusion on the surface, extended to the interior.
     SurfaceDiffusion = 3,
 }
 
@@ -147,15 +147,15 @@ impl Lift {
     const ALL: [Self; 4] = [Self::Object, Self::Euclidean, Self::Interior, Self::SurfaceDiffusion];
 }
 
-/// Where displacements come from.
+/// Source of the displacements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Elastic {
-    /// From where the preset says.
+    /// The source that the preset names.
     Preset = 0,
-    /// The solve.
+    /// An elastic solve.
     Solve = 1,
-    /// The object's reduced basis, where it has one that is exact enough for the impact; else the solve.
+    /// The object's reduced basis, if it has one that is accurate enough for the impact; else the solve.
     Reduced = 2,
 }
 
@@ -163,19 +163,19 @@ impl Elastic {
     const ALL: [Self; 3] = [Self::Preset, Self::Solve, Self::Reduced];
 }
 
-/// A preset: a bundle of numbers.
+/// A preset of the settings that an impact does not set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Quality {
-    /// The object's.
+    /// The object's preset.
     Object = 0,
-    /// To try things out.
+    /// Coarse, for trying things out.
     Draft = 1,
-    /// A strike within a frame.
+    /// For a request within a frame.
     Game = 2,
-    /// As fine as cracks are seen close up.
+    /// As fine as close-up views of cracks need.
     Film = 3,
-    /// What the others are measured by.
+    /// The reference that the other presets are measured against.
     Reference = 4,
 }
 
@@ -183,56 +183,56 @@ impl Quality {
     const ALL: [Self; 5] = [Self::Object, Self::Draft, Self::Game, Self::Film, Self::Reference];
 }
 
-/// What a strike simulates and sends beyond the bare pieces, one bit each.
+/// Effects that a request simulates or adds to the result, one bit each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Effect {
-    /// Strain energy from the deformation of the body; on by itself.
+    /// Strain energy from the deformation of the body; on by default.
     Elastic = 0x1,
-    /// Tension alone drives cracks.
+    /// Only tension drives cracks.
     Tensile = 0x2,
-    /// Interior distances; on by itself.
+    /// Interior distances; on by default.
     Interior = 0x4,
-    /// The degree from the object's examples; on by itself.
+    /// The degree from the object's examples; on by default.
     Examples = 0x8,
-    /// Slivers become part of a neighbor.
+    /// Slivers are merged into a neighbor.
     Slivers = 0x10,
-    /// Velocities of the fragments from the strain energy that is set free.
+    /// Velocities of the fragments from the released strain energy.
     Release = 0x20,
     /// Normals, one per vertex.
     Normals = 0x40,
     /// Texture coordinates of crack faces, one per vertex.
     Uv = 0x80,
-    /// Which fragments touch, and how.
+    /// Contact areas between fragments.
     Bonds = 0x100,
     /// Points on crack faces from which dust and chips come.
     Debris = 0x200,
     /// Convex proxies of the fragments for collisions.
     Hulls = 0x400,
-    /// Cells follow what an artist says.
+    /// Cells follow an artist's controls.
     Warp = 0x800,
-    /// What lies in the scene's anchors does not move.
+    /// Nodes in the scene's anchors do not move.
     Anchored = 0x1000,
     /// An anchored body has weight.
     Gravity = 0x2000,
-    /// Outer faces look as the input does there.
+    /// Normals, texture coordinates and materials of the input on outer faces.
     Attributes = 0x4000,
-    /// The input's own triangles, cut as the object is.
+    /// The input's own triangles, cut along the cracks.
     Skin = 0x8000,
 }
 
 impl Impact {
-    /// As the client wants it.
+    /// The impact as the client takes it.
     ///
     /// # Safety
     /// `contacts` is null or points to `contact_count` contacts.
     pub(crate) unsafe fn read(&self) -> Result<shatter_client::Impact, Failure> {
-        // SAFETY: handed on.
+        // SAFETY: the caller keeps the contract of this function, which is the same.
         let impact = unsafe { self.contacts() }?;
         self.refine(impact.degree(self.degree()?))
     }
 
-    /// What strikes alone have, and whether this one has it.
+    /// Fields that only impacts have, and whether each is set.
     pub(crate) fn of_a_blow(&self) -> [(&'static str, bool); 3] {
         [
             ("impact.contact_count", self.contact_count != 0),
@@ -241,28 +241,28 @@ impl Impact {
         ]
     }
 
-    /// `impact` with everything but contacts and degree.
+    /// `impact` with every option except contacts and degree.
     pub(crate) fn refine(&self, impact: shatter_client::Impact) -> Result<shatter_client::Impact, Failure> {
         let impact = self.effects(self.dials(impact)?)?;
         if self.reserved != [0; 8] {
-            let message = "reserved words must be zero";
+            let message = "reserved fields must be zero; initialize the struct with {0}";
             return Err(shatter_client::Error::new(ErrorKind::ReservedField, "impact.reserved", message).into());
         }
         self.origin(impact.seed(self.seed))
     }
 
-    /// An impact of the contacts, and nothing else.
+    /// An impact of the contacts, without options.
     ///
     /// # Safety
     /// As of [`Self::read`].
     unsafe fn contacts(&self) -> Result<shatter_client::Impact, Failure> {
-        // Refused before a pointer is followed that far.
+        // Refused before the pointer is followed.
         let count = self.contact_count;
         if count == 0 || count > CONTACTS_MAX {
             let message = format!("{count} contacts: must be 1 to {CONTACTS_MAX}");
             return Err(shatter_client::Error::new(ErrorKind::ContactCount, count.to_string(), message).into());
         }
-        // SAFETY: handed on.
+        // SAFETY: the caller keeps the contract of this function, which is the same.
         let contacts = unsafe { elements("impact.contacts", self.contacts, count) }?;
         Ok(shatter_client::Impact::new(contacts.iter().map(shatter_client::Contact::from)))
     }
@@ -304,7 +304,7 @@ impl Impact {
     fn degree(&self) -> Result<shatter_client::DegreeRule, Failure> {
         let degree = Degree::of(ErrorKind::Degree, "impact.degree", self.degree)?;
         if degree != Degree::Sites && self.degree_sites != 0 {
-            let message = "degree_sites must be zero unless that many sites are asked for";
+            let message = "degree_sites must be 0 unless degree is SHATTER_DEGREE_SITES";
             return Err(shatter_client::Error::new(ErrorKind::Degree, "impact.degree_sites", message).into());
         }
         Ok(match degree {
@@ -339,7 +339,8 @@ impl Impact {
         let impact = match (self.from_handle, self.from_fragment) {
             (0, 0) => impact,
             (0, fragment) => {
-                let message = format!("fragment {fragment} of no answer: a handle says of which");
+                let message =
+                    format!("from_fragment is {fragment}, but from_handle is 0; set the handle of the result");
                 let refusal = shatter_client::Error::new(ErrorKind::UnknownFragment, fragment.to_string(), message);
                 return Err(refusal.into());
             }
@@ -349,7 +350,7 @@ impl Impact {
     }
 }
 
-/// Zero stands for "not said".
+/// Zero stands for the default.
 impl From<&Contact> for shatter_client::Contact {
     fn from(contact: &Contact) -> Self {
         let said = |value: f64| (value != 0.0).then_some(value);
@@ -362,7 +363,7 @@ impl From<&Contact> for shatter_client::Contact {
     }
 }
 
-/// Zero stands for "not said".
+/// Applies `say` unless `value` is zero, which stands for the default.
 fn told(
     impact: shatter_client::Impact,
     value: f64,

@@ -1,9 +1,8 @@
-//! The C interface of the client: `client/include/shatter.h`, which cbindgen makes of these files. Thin: every function calls one of
-//! `shatter-client`.
+//! C interface of the client, a thin layer over `shatter-client`. cbindgen generates `client/include/shatter.h` from these files.
 //!
-//! Null is a value here, not an accident: pointers that may be null are `Option`s of references and boxes, which C sees as plain
-//! pointers, and what C has not initialised is `MaybeUninit`. So `unsafe` is left for text and arrays of the caller alone. Nothing is
-//! global, and no panic crosses the border (`border`).
+//! Pointers that may be null are `Option`s of references and boxes, which C sees as plain pointers. Memory that C has not initialized is
+//! `MaybeUninit`. Only text and arrays of the caller need `unsafe`. There is no global state, and no panic crosses the C boundary
+//! (`border`).
 
 mod answer;
 mod border;

@@ -1,4 +1,4 @@
-//! An object of the service.
+//! Objects of the service.
 
 use crate::border::{border, elements, end, given, wrong};
 use crate::refusal::Refusal;
@@ -9,7 +9,7 @@ use std::mem::MaybeUninit;
 /// An object that can be struck. Any number of threads may use it at a time.
 pub struct Object(pub(crate) shatter_client::Object);
 
-/// What the service said of it when it was asked for.
+/// Facts of the object, as the service reported them when the object was requested.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_object_facts(
     object: Option<&Object>,
@@ -23,11 +23,11 @@ pub extern "C" fn shatter_object_facts(
     })
 }
 
-/// Sends a strike and returns at once: the answer is fetched from the ticket. `ticket` is NULL afterwards where it failed. Free it with
-/// `shatter_ticket_free`. The first strike after the daemon was lost connects to its successor, which takes some milliseconds.
+/// Sends a request and returns at once; the ticket fetches the result. `ticket` is NULL after a failure. Free it with
+/// `shatter_ticket_free`. The first request after the daemon was lost connects to its successor, which takes some milliseconds.
 ///
-/// Codes: whatever the daemon would refuse in the impact's own fields; `busy` if the connection has too many strikes under way;
-/// `lost` if it reached no daemon, `no_daemon` while there is none.
+/// Codes: every error that the daemon would find in the impact's own fields; `busy` if the connection has too many requests under way;
+/// `lost` if the request reached no daemon, `no_daemon` while no daemon runs.
 ///
 /// # Safety
 /// `impact->contacts` points to `impact->contact_count` of them.
@@ -42,15 +42,15 @@ pub unsafe extern "C" fn shatter_object_strike(
         let ticket = given("ticket", ticket)?;
         ticket.write(None);
         let (object, impact) = (given("object", object)?, given("impact", impact)?);
-        // SAFETY: handed on.
+        // SAFETY: the caller keeps the contract of this function, which is the same.
         let impact = unsafe { impact.read() }?;
         ticket.write(Some(Box::new(Ticket(object.0.strike(&impact)?))));
         Ok(())
     })
 }
 
-/// Where the ray from `origin_m` along `direction` first meets the object; waits for the service. With a `handle` it is aimed at
-/// fragment `fragment` of the result that the service keeps under it; 0: at the object.
+/// Finds the first hit of the ray from `origin_m` along `direction` on the object; waits for the service. With a `handle`, the target is
+/// fragment `fragment` of the result that the service keeps under it; 0: the object.
 ///
 /// Codes: `ray` for a direction that is zero or not finite, `ray_missed` with the closest approach, and those of
 /// `shatter_object_strike`.
@@ -70,7 +70,7 @@ pub unsafe extern "C" fn shatter_object_aim(
 ) -> Code {
     border(refusal, || {
         let (object, place) = (given("object", object)?, given("hit", hit)?);
-        // SAFETY: handed on.
+        // SAFETY: the caller keeps the contract of this function, which is the same.
         let (origin_m, direction) =
             unsafe { (elements("origin_m", origin_m, 3)?, elements("direction", direction, 3)?) };
         let three = |numbers: &[f64]| [numbers[0], numbers[1], numbers[2]];
@@ -85,11 +85,11 @@ pub unsafe extern "C" fn shatter_object_aim(
     })
 }
 
-/// Sends the strike that divides the object into `pieces` even ones, without an impact: for hosts that want them ahead of time. `impact`
-/// tells seed, effects, quality, lift and caps; it has no contacts, degree or handle. NULL: every default. Waits, `timeout_ms` at most,
-/// only if the object has several bodies, for where they are. `ticket` is NULL afterwards where it failed.
+/// Sends a request that divides the object into `pieces` fragments of equal size, without an impact: for hosts that want fragments ahead of
+/// time. `impact` sets seed, effects, quality, lift and caps, and has no contacts, degree or handle; NULL: all defaults. Waits, at most
+/// `timeout_ms`, only if the object has several bodies: the service is then asked where they are. `ticket` is NULL after a failure.
 ///
-/// Codes: as of `shatter_object_strike`; `argument` for contacts, a degree or a handle.
+/// Codes: those of `shatter_object_strike`; `argument` for contacts, a degree or a handle.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_object_even(
     object: Option<&Object>,
@@ -105,7 +105,7 @@ pub extern "C" fn shatter_object_even(
         let object = given("object", object)?;
         for (at, said) in impact.map_or([("", false); 3], Impact::of_a_blow) {
             if said {
-                return Err(wrong(at, format!("{at}: even pieces have none")));
+                return Err(wrong(at, format!("{at} is set; leave it zero for an even division")));
             }
         }
         let even = object.0.even(pieces, Deadline::ms(timeout_ms))?;
@@ -115,7 +115,7 @@ pub extern "C" fn shatter_object_even(
     })
 }
 
-/// Frees an object; NULL is fine. Its tickets and answers live on.
+/// Frees an object; NULL is allowed. Its tickets and results stay valid.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_object_free(object: Option<Box<Object>>) {
     end(object);

@@ -1,33 +1,33 @@
-//! Why something was not done, in the caller's own memory.
+//! Errors, written to memory of the caller.
 
 use crate::{Code, Fault};
 use std::ffi::c_char;
 
-/// Why something was not done. Every function that takes one writes it, `SHATTER_CODE_OK` and empty texts where all went well;
-/// NULL if you do not care. Texts are UTF-8, end with a zero, and are cut where they are longer.
+/// Error of a call. Every function that takes one writes it: `SHATTER_CODE_OK` and empty texts on success. Pass NULL if you do not need it.
+/// Texts are UTF-8 and end with a zero; longer ones are truncated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Refusal {
-    /// What the function returned.
+    /// Code that the function returned.
     pub code: Code,
-    /// Whose fault it is.
+    /// Party at fault.
     pub fault: Fault,
-    /// Whether the same call may succeed a little later.
+    /// True if the same call may succeed a little later.
     pub retry: bool,
-    /// Zero.
+    /// Always zero.
     pub reserved: u32,
-    /// When it is likely to find room, ms from now; 0: not known.
+    /// Time after which the same call is likely to succeed, ms; 0: not known.
     pub retry_after_ms: f64,
-    /// The code as a noun, as in JSON and logs.
+    /// Name of the code, as in JSON and logs.
     pub name: [c_char; 32],
-    /// The offender: an argument, index, key or path; may be empty.
+    /// Argument, index, key or path that caused the error; may be empty.
     pub at: [c_char; 128],
     /// One sentence for people.
     pub message: [c_char; 512],
 }
 
 impl Refusal {
-    /// Nothing was refused.
+    /// No error.
     pub(crate) fn none() -> Self {
         Self::of(Code::Ok, Fault::Nobody, "ok", "", "")
     }
@@ -49,7 +49,7 @@ impl From<&shatter_client::Error> for Refusal {
     }
 }
 
-/// `text` with a zero behind it, cut between characters where it is longer.
+/// `text` with a terminating zero, truncated between characters if it is longer.
 pub(crate) fn text<const N: usize>(text: &str) -> [c_char; N] {
     let most = text.len().min(N.saturating_sub(1));
     let end = (0..=most).rev().find(|end| text.is_char_boundary(*end)).unwrap_or(0);

@@ -1,4 +1,4 @@
-//! A connection to a service.
+//! Connections to a service.
 
 use crate::border::{Failure, border, end, given, room, text};
 use crate::refusal::Refusal;
@@ -8,24 +8,25 @@ use std::borrow::Cow;
 use std::ffi::c_char;
 use std::mem::MaybeUninit;
 
-/// Version of this interface; what a struct or function means changes only with it.
+/// Version of this interface. The meaning of a struct or function changes only with this number.
 pub const VERSION: u32 = 3;
 
-/// A connection to a service. It outlives the daemon: what was under way when a daemon went away ends with `SHATTER_CODE_LOST`, what
-/// comes next goes to the daemon that then serves. Any number of threads may use it at a time.
+/// A connection to a service. It outlives the daemon: calls and requests under way when a daemon goes away end with `SHATTER_CODE_LOST`;
+/// later ones go to the daemon that then serves. Any number of threads may use it at a time.
 pub struct Service(pub(crate) Client);
 
-/// Version of the interface of this library; compare it with `SHATTER_VERSION` of the header that you compiled with.
+/// Version of the interface of this library. Compare it with `SHATTER_VERSION` of the header that you compiled with.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_version() -> u32 {
     VERSION
 }
 
-/// Connects to the service of that name; where `name` is NULL to that which the environment variable `SHATTER_SERVICE` names, or to
-/// `default`. Without a daemon the refusal comes at
-/// once, one that is starting is waited for. `service` is NULL afterwards where it failed. Free it with `shatter_service_free`.
+/// Connects to a service by name. If `name` is NULL, connects to the service that the environment variable `SHATTER_SERVICE` names, or to
+/// `default`. Fails at once without a daemon; waits for a daemon that is starting. `service` is NULL after a failure. Free it with
+/// `shatter_service_free`.
 ///
-/// Codes: `no_daemon`, `version_mismatch`, `busy` (no place for another client), `runtime_folder`, `service_name`, `transport`.
+/// Codes: `no_daemon`, `version_mismatch`, `busy` (the service has as many clients as it may), `runtime_folder`, `service_name`,
+/// `transport`.
 ///
 /// # Safety
 /// `name` is NULL, or points to `length` bytes, or to text that ends with a zero if `length` is `SHATTER_UP_TO_ZERO`.
@@ -38,7 +39,7 @@ pub unsafe extern "C" fn shatter_connect(
     refusal: Option<&mut MaybeUninit<Refusal>>,
 ) -> Code {
     border(refusal, || {
-        // SAFETY: handed on.
+        // SAFETY: the caller keeps the contract of this function, which is the same.
         let name = unsafe { service_name(name, length) };
         opened(service, name, |name| Client::connect(name, Deadline::ms(timeout_ms)))
     })
@@ -57,13 +58,13 @@ pub unsafe extern "C" fn shatter_wait_for(
     refusal: Option<&mut MaybeUninit<Refusal>>,
 ) -> Code {
     border(refusal, || {
-        // SAFETY: handed on.
+        // SAFETY: the caller keeps the contract of this function, which is the same.
         let name = unsafe { service_name(name, length) };
         opened(service, name, |name| Client::wait_for(name, Deadline::ms(timeout_ms)))
     })
 }
 
-/// The name, or that of the environment where it is null.
+/// The name as text; the default service if it is null.
 ///
 /// # Safety
 /// As of `shatter_connect`.
@@ -71,7 +72,7 @@ unsafe fn service_name<'a>(name: *const c_char, length: usize) -> Result<Cow<'a,
     if name.is_null() {
         return Ok(Cow::Owned(shatter_client::default_service()?));
     }
-    // SAFETY: handed on.
+    // SAFETY: the caller keeps the contract of this function, which is the same.
     unsafe { text("name", name, length) }.map(Cow::Borrowed)
 }
 
@@ -86,13 +87,13 @@ fn opened(
     Ok(())
 }
 
-/// Frees a connection; NULL is fine. Objects, tickets and answers that came from it live on by themselves.
+/// Frees a connection; NULL is allowed. Objects, tickets and results that came from it stay valid.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_service_free(service: Option<Box<Service>>) {
     end(service);
 }
 
-/// How the service goes.
+/// State of the service.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_service_status(
     service: Option<&Service>,
@@ -102,16 +103,16 @@ pub extern "C" fn shatter_service_status(
 ) -> Code {
     border(refusal, || {
         let (service, place) = (given("service", service)?, given("status", status)?);
-        place.write(Status::from(service.0.status(Deadline::ms(timeout_ms))?.row()));
+        place.write(Status::from(&service.0.status(Deadline::ms(timeout_ms))?));
         Ok(())
     })
 }
 
-/// All objects, ready or not, by name: the first `capacity` of them go to `facts`, how many there are to `count`. Ask with a capacity
-/// of 0 and no `facts` first to learn how many.
+/// All objects by name, ready or not. Writes the first `capacity` of them to `facts`, and the number of all to `count`. To learn the number
+/// first, pass a capacity of 0 and NULL for `facts`.
 ///
 /// # Safety
-/// `facts` points to room for `capacity` of them.
+/// `facts` points to memory for `capacity` of them.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shatter_service_objects(
     service: Option<&Service>,
@@ -124,7 +125,7 @@ pub unsafe extern "C" fn shatter_service_objects(
     border(refusal, || {
         let (service, count) = (given("service", service)?, given("count", count)?);
         count.write(0);
-        // SAFETY: handed on.
+        // SAFETY: the caller keeps the contract of this function, which is the same.
         let places = unsafe { room("facts", facts, capacity) }?;
         let objects = service.0.objects(Deadline::ms(timeout_ms))?;
         for (place, object) in places.iter_mut().zip(&objects) {
@@ -135,9 +136,9 @@ pub unsafe extern "C" fn shatter_service_objects(
     })
 }
 
-/// The object of that name, ready to be struck. `object` is NULL afterwards where it failed. Free it with `shatter_object_free`.
+/// Finds an object by name, ready to be struck. `object` is NULL after a failure. Free it with `shatter_object_free`.
 ///
-/// Codes: `unknown_object`, `corrupt_object`, and those of a lost connection.
+/// Codes: `unknown_object`, `corrupt_object`, `loading`, and those of a lost connection.
 ///
 /// # Safety
 /// `name` points to `length` bytes, or to text that ends with a zero if `length` is `SHATTER_UP_TO_ZERO`.
@@ -154,15 +155,15 @@ pub unsafe extern "C" fn shatter_service_object(
         let object = given("object", object)?;
         object.write(None);
         let service = given("service", service)?;
-        // SAFETY: handed on.
+        // SAFETY: the caller keeps the contract of this function, which is the same.
         let name = unsafe { text("name", name, length) }?;
         object.write(Some(Box::new(Object(service.0.object(name, Deadline::ms(timeout_ms))?))));
         Ok(())
     })
 }
 
-/// Sleeps until the service has something for this connection, a few milliseconds have passed, or the timeout: between two looks at
-/// tickets, for a thread that has nothing else to do.
+/// Sleeps until the service notifies this connection, a few milliseconds have passed, or the timeout. Use it between two polls of tickets,
+/// in a thread that has nothing else to do.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_service_doze(
     service: Option<&Service>,
@@ -175,9 +176,9 @@ pub extern "C" fn shatter_service_doze(
     })
 }
 
-/// Gives back the answer that the service keeps under `handle` (`ShatterSummary.handle`): its fragments cannot be struck any more.
+/// Releases the result that the service keeps under `handle` (`ShatterSummary.handle`): its fragments cannot be struck any more.
 ///
-/// Codes: `unknown_handle` if none is kept under it.
+/// Codes: `unknown_handle` if the service keeps no result under it.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_service_release(
     service: Option<&Service>,

@@ -1,5 +1,6 @@
-//! A strike under way.
+//! Requests under way.
 
+use crate::answer::nanoseconds;
 use crate::border::{border, end, given};
 use crate::refusal::{Refusal, text};
 use crate::{Broken, Code};
@@ -7,40 +8,40 @@ use shatter_client::{Deadline, Poll};
 use std::ffi::c_char;
 use std::mem::MaybeUninit;
 
-/// A strike under way. One thread at a time.
+/// A request under way. One thread may use it at a time.
 pub struct Ticket(pub(crate) shatter_client::Ticket);
 
-/// What a strike does.
+/// State of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum State {
-    /// It is on its way to the daemon, or among those that wait.
+    /// On its way to the daemon, or in its queue.
     Waiting = 0,
-    /// It is being computed.
+    /// Being computed.
     Computing = 1,
-    /// It was answered, refused or given up: `shatter_ticket_poll` tells.
+    /// Complete, refused or canceled: `shatter_ticket_poll` returns which.
     Ended = 2,
 }
 
-/// How far a strike is.
+/// Progress of a request.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Progress {
-    /// What it does.
+    /// State of the request.
     pub state: State,
-    /// Zero.
+    /// Always zero.
     pub reserved: u32,
-    /// Time since the daemon took it in, ns; zero unless it is being computed.
+    /// Time since the daemon admitted the request, ns; zero unless it is being computed.
     pub age_ns: u64,
-    /// The stage that computes, or computed last; empty unless it is being computed.
+    /// Stage that computes, or that computed last; empty unless the request is being computed.
     pub stage: [c_char; 32],
 }
 
-/// Looks for the answer; never blocks. Once a frame is often enough. Returns `SHATTER_CODE_OK` with `broken` NULL while there is none;
-/// with an answer, which is handed out once: free it with `shatter_broken_free`.
+/// Looks for the result; never blocks. Once a frame is often enough. Returns `SHATTER_CODE_OK` with `broken` NULL while there is no result.
+/// The result is handed out once: free it with `shatter_broken_free`.
 ///
-/// Codes: the refusal of the service; `lost` if the daemon went away; `bad_answer` if the answer fails the checks. After an answer or
-/// an error the ticket is spent (`cancelled`), except after `busy` at `answers`: free answers that you hold, and poll again.
+/// Codes: the error of the service; `lost` if the daemon went away; `bad_answer` if the result fails the checks. After a result or an error
+/// the ticket is spent (`cancelled`), except after `busy` at `answers`: free results that you hold, and poll again.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_ticket_poll(
     ticket: Option<&mut Ticket>,
@@ -57,8 +58,8 @@ pub extern "C" fn shatter_ticket_poll(
     })
 }
 
-/// Waits for the answer. On `late` the ticket is still good: wait again, or free it to cancel the strike. Otherwise as
-/// `shatter_ticket_poll`; `broken` is NULL where it failed.
+/// Waits for the result. After `late` the ticket is still valid: wait again, or free it to cancel the request. Otherwise as
+/// `shatter_ticket_poll`; `broken` is NULL after a failure.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_ticket_wait(
     ticket: Option<&mut Ticket>,
@@ -74,7 +75,7 @@ pub extern "C" fn shatter_ticket_wait(
     })
 }
 
-/// How far the strike is, as the daemon said last; never blocks: each call takes in the reply to the one before, and asks again.
+/// Progress of the request, as the daemon reported it last; never blocks. Each call reads the reply to the call before, and asks again.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_ticket_progress(
     ticket: Option<&mut Ticket>,
@@ -88,7 +89,7 @@ pub extern "C" fn shatter_ticket_progress(
     })
 }
 
-/// Frees a ticket and cancels its strike if that is still under way; NULL is fine.
+/// Frees a ticket and cancels its request if that is still under way; NULL is allowed.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_ticket_free(ticket: Option<Box<Ticket>>) {
     end(ticket);
@@ -98,7 +99,7 @@ impl From<shatter_client::Progress> for Progress {
     fn from(progress: shatter_client::Progress) -> Self {
         let (state, stage, age_ns) = match progress {
             shatter_client::Progress::Waiting => (State::Waiting, "", 0),
-            shatter_client::Progress::Computing { stage, age } => (State::Computing, stage, age.as_nanos() as u64),
+            shatter_client::Progress::Computing { stage, age } => (State::Computing, stage.name(), nanoseconds(age)),
             shatter_client::Progress::Ended => (State::Ended, "", 0),
             _ => (State::Computing, "", 0),
         };

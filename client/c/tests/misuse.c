@@ -1,6 +1,6 @@
 /*
- * Everything that a caller can get wrong and a library can notice: refused by name, and nothing is touched that must not be. Run by
- * `tests/tests/c_interface.rs`, under AddressSanitizer too.
+ * Misuses the interface in every way that the library can notice: it refuses each call by name, and writes no memory that it must not. Run
+ * by `tests/tests/c_interface.rs`, also under AddressSanitizer.
  *
  *     misuse SERVICE OBJECT X,Y,Z
  */
@@ -105,7 +105,7 @@ static void hosts(const ShatterService *service)
     IS(ARGUMENT, shatter_hertz(&ball, &ground, 1.0, 0.0, NULL, NULL));
 }
 
-/* Even pieces have nothing of a blow. */
+/* Even divisions refuse the fields that only impacts have. */
 static void even(const ShatterObject *object, const ShatterContact *contact)
 {
     ShatterImpact impact = {0};
@@ -126,7 +126,7 @@ static void even(const ShatterObject *object, const ShatterContact *contact)
     shatter_ticket_free(ticket);
 }
 
-/* Every function with nothing where a handle or a place for the result should be. */
+/* Calls every function with NULL for a handle or for the place of a result. */
 static void nothing(void)
 {
     ShatterFacts facts;
@@ -298,7 +298,7 @@ static void answers(const ShatterObject *object, const ShatterContact *contact)
     IS(OUTPUT, shatter_broken_write_glb(broken, SHATTER_CONTENT_FRAGMENTS, "", Z, NULL));
     IS(OUTPUT, shatter_broken_write_glb(broken, SHATTER_CONTENT_HULLS, "/proc/nowhere/x.glb", Z, NULL));
     shatter_broken_free(broken);
-    /* A strike that nobody waits for is cancelled. */
+    /* A request whose ticket is freed is canceled. */
     IS(OK, shatter_object_strike(object, &impact, &ticket, NULL));
     shatter_ticket_free(ticket);
 }
@@ -353,7 +353,7 @@ int main(int count, char **words)
     services(service, words[2]);
     hosts(service);
     IS(OK, shatter_service_object(service, words[2], Z, 1000, &object, NULL));
-    /* Handles live on by themselves. */
+    /* The object outlives its connection. */
     shatter_service_free(service);
     strikes(object, &contact);
     answers(object, &contact);

@@ -1,4 +1,4 @@
-//! `shatter`: list, strike and watch the objects of a running `shatterd`.
+//! The program `shatter`: list, strike and watch the objects of a running `shatterd`.
 
 mod commands;
 
@@ -9,11 +9,11 @@ use shatter_cli_common::lab::ForwardedArgs;
 use shatter_cli_common::manuals::ManualsArgs;
 use std::process::ExitCode;
 
-/// Strikes brittle objects and fetches the fragments from a running shatterd.
+/// Strike brittle objects and fetch the fragments from a running shatterd
 #[derive(Parser)]
 #[command(name = "shatter", version, max_term_width = 100)]
 struct Cli {
-    /// Service to talk to.
+    /// Name of the service
     #[arg(long, global = true, env = "SHATTER_SERVICE", default_value = "default")]
     service: String,
     #[command(subcommand)]
@@ -22,20 +22,20 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Objects of the service.
+    /// List the objects of the service
     List(list::Args),
-    /// How the service goes.
+    /// Print the state of the service
     Status(status::Args),
-    /// Strikes an object.
+    /// Strike an object
     Impact(impact::Args),
-    /// Divides an object into even pieces ahead of time, without an impact.
+    /// Divide an object evenly ahead of time, without an impact
     Prefracture(prefracture::Args),
-    /// The impulse that just breaks an object.
+    /// Print the impulse that just breaks an object
     Threshold(threshold::Args),
-    /// What the service does under many impacts from many processes.
+    /// Measure the service under many impacts from many processes
     #[command(disable_help_flag = true)]
     Load(ForwardedArgs),
-    /// Writes man pages and shell completions, for packages.
+    /// Write man pages and shell completions, for packages
     #[command(hide = true)]
     Manuals(ManualsArgs),
 }

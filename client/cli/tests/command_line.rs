@@ -1,4 +1,4 @@
-//! The command line without a daemon: usage, absence, versions, documents, exit codes.
+//! The command line without a daemon: usage errors, absent daemons, versions, documents, exit codes.
 
 use rustix::fs::{FlockOperation, flock};
 use serde_json::Value;
@@ -6,7 +6,7 @@ use shatter_proto::name::ServiceName;
 use shatter_transport::paths::ServicePaths;
 use std::process::Command;
 
-/// Runs `shatter` in an empty runtime folder; returns exit code, the document on stdout and stderr.
+/// Runs `shatter` in an empty runtime directory; returns exit code, the document on stdout, and stderr.
 fn shatter(runtime: &std::path::Path, arguments: &[&str]) -> (i32, Value, String) {
     let out = Command::new(env!("CARGO_BIN_EXE_shatter"))
         .env("XDG_RUNTIME_DIR", runtime)
@@ -84,7 +84,7 @@ fn another_version_is_told_from_absence_and_names_both() {
     for version in ["protocol 9", "iceoryx2 1.2.3", "protocol 6", "iceoryx2 0.10.0"] {
         assert!(message.contains(version), "{message}");
     }
-    // Without a process that holds the lock it is absence.
+    // Without a process that holds the lock, the daemon counts as absent.
     drop(lock);
     let (code, document, _) = shatter(runtime.path(), &["list", "--json"]);
     assert_eq!((code, document["error"]["kind"].as_str()), (4, Some("no_daemon")), "{document}");

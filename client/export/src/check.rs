@@ -1,18 +1,17 @@
-//! What a fragment must hold before it is written, and whether its surface is closed.
+//! Validity checks of fragments before writing, and the test for a closed surface.
 
 use super::{ExportError, FragmentView, ObjectView};
 
-/// Refuses an object of which nothing can be written, or whose parts do not fit together.
+/// Refuses an object without fragments, or with hulls or bonds that do not fit its fragments.
 pub(super) fn object(view: &ObjectView<'_>) -> Result<(), ExportError> {
     all(view.fragments)?;
     let fragments = view.fragments.len();
     for (bond, row) in view.bonds.iter().enumerate() {
-        let ends = if row.holds_to_world() { &row.fragments[..1] } else { &row.fragments[..] };
-        if let Some(&fragment) = ends.iter().find(|end| **end as usize >= fragments) {
+        if let Some(fragment) = row.fragments().find(|end| *end as usize >= fragments) {
             return Err(ExportError::BondOutOfRange { bond, fragment, fragments });
         }
         if !row.centroid_m.iter().chain([&row.area_m2]).all(|x| x.is_finite()) {
-            return Err(ExportError::NonFinite { fragment: row.fragments[0], what: "a bond" });
+            return Err(ExportError::NonFinite { fragment: row.fragment, what: "a bond" });
         }
     }
     for (fragment, hull) in view.fragments.iter().zip(view.hulls) {
@@ -27,7 +26,7 @@ pub(super) fn object(view: &ObjectView<'_>) -> Result<(), ExportError> {
     Ok(())
 }
 
-/// Refuses fragments of which no file can be made.
+/// Refuses fragments that make no valid file.
 pub(super) fn all(fragments: &[FragmentView<'_>]) -> Result<(), ExportError> {
     if fragments.is_empty() {
         return Err(ExportError::NoFragments);
@@ -35,7 +34,7 @@ pub(super) fn all(fragments: &[FragmentView<'_>]) -> Result<(), ExportError> {
     fragments.iter().try_for_each(valid)
 }
 
-/// Refuses what would make a file that readers reject.
+/// Refuses a fragment that would make a file that readers reject.
 fn valid(view: &FragmentView<'_>) -> Result<(), ExportError> {
     finite(view)?;
     let vertices = view.positions.len();
@@ -61,7 +60,7 @@ fn finite(view: &FragmentView<'_>) -> Result<(), ExportError> {
     }
 }
 
-/// Runs follow each other without gaps, outer before crack, in whole triangles, up to the end of the indices.
+/// Checks the runs: without gaps, outer before crack, whole triangles, up to the end of the indices.
 fn runs(view: &FragmentView<'_>) -> Result<(), ExportError> {
     let out_of_order = |run| Err(ExportError::RunOutOfOrder { fragment: view.id, run });
     let mut end = 0_usize;
@@ -89,7 +88,7 @@ fn merges(view: &FragmentView<'_>) -> Result<(), ExportError> {
     }
 }
 
-/// For every vertex the lowest vertex that the merge pairs join it with; chains and any order of pairs are fine.
+/// The lowest vertex that the merge pairs join each vertex with; chains and any order of pairs are allowed.
 pub(super) fn merged(view: &FragmentView<'_>) -> Vec<u32> {
     let mut root: Vec<u32> = (0..view.positions.len() as u32).collect();
     for &[from, to] in view.merges {
@@ -99,7 +98,7 @@ pub(super) fn merged(view: &FragmentView<'_>) -> Vec<u32> {
     (0..root.len() as u32).map(|vertex| find(&mut root, vertex)).collect()
 }
 
-/// Root of `vertex`, halving the path on the way.
+/// Root of `vertex`; halves the path on the way.
 fn find(root: &mut [u32], mut vertex: u32) -> u32 {
     while root[vertex as usize] != vertex {
         let above = root[root[vertex as usize] as usize];
@@ -109,8 +108,8 @@ fn find(root: &mut [u32], mut vertex: u32) -> u32 {
     vertex
 }
 
-/// Whether the fragment's surface is closed and consistently oriented once its merge pairs are applied: every
-/// half-edge occurs once and has exactly one opposite. False too where an index or a pair names no vertex.
+/// True if the fragment's surface is closed and consistently oriented once its merge pairs are applied: every half-edge occurs once and has
+/// exactly one opposite. False as well if an index or a pair names no vertex.
 pub fn is_closed(view: &FragmentView<'_>) -> bool {
     let vertices = view.positions.len();
     let named = |vertex: &u32| (*vertex as usize) < vertices;
@@ -124,7 +123,7 @@ pub fn is_closed(view: &FragmentView<'_>) -> bool {
     closed(view.indices, &point)
 }
 
-/// The half-edge condition on merged indices.
+/// Tests the half-edge condition on merged indices.
 pub(super) fn closed(indices: &[u32], point: &[u32]) -> bool {
     let mut half_edges = Vec::with_capacity(indices.len());
     for triangle in indices.chunks_exact(3) {

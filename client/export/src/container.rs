@@ -9,7 +9,7 @@ const BINARY: &[u8; 4] = b"BIN\0";
 const HEADER_BYTES: usize = 12;
 const CHUNK_HEADER_BYTES: usize = 8;
 
-/// Frames a JSON document and its buffer.
+/// Assembles a file from a JSON document and its buffer.
 pub(super) fn frame(json: &[u8], binary: &[u8]) -> Result<Vec<u8>, ExportError> {
     let padded = |length: usize| length.next_multiple_of(4);
     let total = HEADER_BYTES + 2 * CHUNK_HEADER_BYTES + padded(json.len()) + padded(binary.len());

@@ -1,4 +1,4 @@
-//! The glTF document: accessors, meshes, nodes, and the buffer they point into.
+//! The glTF document: accessors, meshes, nodes, and the buffer that they refer to.
 
 use super::check::{closed, merged};
 use super::normals::smooth_normals;
@@ -17,19 +17,19 @@ const VECTOR_BYTES: usize = 12;
 const UV_BYTES: usize = 8;
 const SCALAR_BYTES: usize = 4;
 
-/// Linear base colors: weathered stone outside, paler and warmer where it broke.
+/// Base colors, linear: weathered stone outside, paler and warmer on cracks.
 pub(super) const OUTER_COLOR: [f32; 4] = [0.36, 0.39, 0.43, 1.0];
 pub(super) const CRACK_COLOR: [f32; 4] = [0.78, 0.64, 0.47, 1.0];
 
-/// A document and the contents of its one buffer.
+/// A document with the contents of its one buffer.
 pub(super) struct Document {
     pub root: Root,
     pub binary: Vec<u8>,
-    /// Meshes that carry the manifold extension.
+    /// Number of meshes with the manifold extension.
     pub closed: usize,
 }
 
-/// The buffer, one view after the other.
+/// The buffer: one view after the other.
 #[derive(Default)]
 struct Sections {
     positions: Vec<u8>,
@@ -39,7 +39,7 @@ struct Sections {
     merges: Vec<u8>,
 }
 
-/// Buffer views, in the order of [`Sections`].
+/// Lengths of the buffer views, in the order of [`Sections`].
 #[derive(Clone, Copy)]
 struct Views {
     positions: Index<View>,
@@ -49,15 +49,15 @@ struct Views {
     merges: Index<View>,
 }
 
-/// What fragment `id` of so many is called in files.
+/// Name of fragment `id` of `of` fragments in files.
 pub(super) fn fragment_name(id: u32, of: usize) -> String {
     let width = of.saturating_sub(1).to_string().len().max(3);
     format!("fragment_{id:0width$}")
 }
 
-/// Builds the document; the fragments have been checked.
+/// Builds the document. The fragments have been checked.
 pub(super) fn build(fragments: &[FragmentView<'_>]) -> Result<Document, ExportError> {
-    // A view that nothing lies in is not written.
+    // An empty view is not written.
     let textured = u32::from(fragments.iter().any(|fragment| !fragment.uvs.is_empty()));
     let [positions, normals, indices, uvs, merges] = [0, 1, 2, 3, 3 + textured].map(Index::new);
     let mut writer = Writer {
@@ -107,7 +107,7 @@ impl Writer {
         Mesh { extensions, extras: None, name: Some(name.to_owned()), primitives, weights: None }
     }
 
-    /// Accessors of positions and normals, and of texture coordinates if there are any.
+    /// Adds accessors of positions and normals, and of texture coordinates if there are any.
     fn vertices(&mut self, fragment: &FragmentView<'_>) -> Vec<(Semantic, Index<Accessor>)> {
         let bytes =
             |vectors: &[[f32; 3]]| -> Vec<u8> { vectors.iter().flatten().flat_map(|x| x.to_le_bytes()).collect() };
@@ -137,7 +137,7 @@ impl Writer {
         accessor(self.views.indices, offset, count, ComponentType::U32, Type::Scalar)
     }
 
-    /// The extension, where it is true: all triangles, with the indices of merged vertices replaced sparsely.
+    /// Adds the extension if its claim holds: all triangles, with the indices of merged vertices replaced sparsely.
     fn manifold(
         &mut self,
         fragment: &FragmentView<'_>,
@@ -173,7 +173,7 @@ impl Writer {
         Some(extensions::mesh::Mesh { others })
     }
 
-    /// Appends the places and the values of the replaced indices; returns where each list begins.
+    /// Appends the positions and the values of the replaced indices; returns the offset of each list.
     fn merges(&mut self, moved: &[(u32, u32)]) -> [usize; 2] {
         let bytes = &mut self.sections.merges;
         let places = bytes.len();

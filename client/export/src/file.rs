@@ -1,4 +1,4 @@
-//! Files appear whole or not at all: written aside in the same folder, then renamed.
+//! Atomic writes of files: to a temporary file in the same folder, then renamed.
 
 use super::{ExportError, FragmentView, WriteReport, glb_bytes};
 use std::fs::Permissions;
@@ -6,10 +6,10 @@ use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-/// What a new file may be, before the process's mask is taken off.
+/// Permissions of a new file, before the umask of the process applies.
 const FILE_MODE: u32 = 0o666;
 
-/// Writes `fragments` to `path`. On failure the folder is as it was.
+/// Writes `fragments` to the `.glb` file `path`. On failure the folder is unchanged.
 ///
 /// # Errors
 /// [`ExportError`] by the figure that makes no valid file, or by the file that cannot be written.
@@ -19,8 +19,8 @@ pub fn write_glb(path: &Path, fragments: &[FragmentView<'_>]) -> Result<WriteRep
     Ok(WriteReport { files: vec![path.to_owned()], ..written })
 }
 
-/// Where `path` leads: itself, or the file that a link of that name stands for. What is neither a file nor new would be lost if a file
-/// took its place: a device, a pipe.
+/// The file that `path` names, directly or through a link. Refuses anything else that exists, such as a device or a pipe, because replacing
+/// it would lose it.
 pub(super) fn target(path: &Path) -> Result<PathBuf, ExportError> {
     let failed = |source: io::Error| ExportError::Write { path: path.to_owned(), source };
     let target = if path.is_symlink() { std::fs::canonicalize(path).map_err(failed)? } else { path.to_owned() };
@@ -33,8 +33,8 @@ pub(super) fn target(path: &Path) -> Result<PathBuf, ExportError> {
     Ok(target)
 }
 
-/// Writes `bytes` to `path`, replacing a file of that name; a reader sees the old file or the new one, never a part. Its folder is
-/// made if it is not there, with those above it.
+/// Writes `bytes` to `path`, and replaces a file of that name. A reader sees the old file or the new one, never a part. Creates missing
+/// folders.
 ///
 /// # Errors
 /// The folder or the file cannot be written.
@@ -57,7 +57,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
     Ok(())
 }
 
-/// The system's reason without the name of the file aside, which says nothing to anyone.
+/// The system's reason without the name of the temporary file.
 fn plain(error: io::Error) -> io::Error {
     error.kind().into()
 }

@@ -1,20 +1,19 @@
-//! Principal moments of inertia, for formats that want no whole tensor.
+//! Principal moments of inertia, for formats that have no full tensor.
 //!
 //! Based on: the symmetric eigenvalue problem (Golub & Van Loan, *Matrix Computations*, 2013, chapter 8).
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
-/// A tensor of inertia along its own axes.
+/// Principal moments and axes of an inertia tensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrincipalInertia {
     /// Moments, kg·m², the largest first; none exceeds the sum of the others.
     pub moments_kg_m2: [f64; 3],
-    /// Rotation from the principal axes to those of the tensor, of length one: w, x, y, z; w is not negative.
+    /// Rotation from the principal axes to those of the tensor, a unit quaternion: w, x, y, z; w is not negative.
     pub quaternion: [f64; 4],
 }
 
-/// Turns a tensor (xx, yy, zz, xy, xz, yz, finite) into its own axes. Moments that rounding put below zero, or above the sum of the
-/// others, are put where they belong.
+/// Diagonalizes a tensor (xx, yy, zz, xy, xz, yz; finite). Clamps moments that rounding put below zero or above the sum of the others.
 pub fn principal(tensor: [f64; 6]) -> PrincipalInertia {
     let [xx, yy, zz, xy, xz, yz] = tensor;
     let eigen = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz).symmetric_eigen();
@@ -36,7 +35,7 @@ mod tests {
     use super::*;
     use nalgebra::{Quaternion, Vector3};
 
-    /// The tensor comes back from what is said of it.
+    /// Rebuilds the tensor from moments and axes, and compares.
     #[track_caller]
     fn check(tensor: [f64; 6]) {
         let PrincipalInertia { moments_kg_m2: moments, quaternion: [w, x, y, z] } = principal(tensor);
@@ -56,7 +55,7 @@ mod tests {
         check([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
         check([2.0, 2.0, 2.0, 0.5, -0.5, 0.25]);
         check([2e-9, 3e-9, 4e-9, 1e-9, -5e-10, 2e-10]);
-        // A flat one: the largest is the sum of the others.
+        // A flat body: the largest moment is the sum of the others.
         check([1.0, 2.0, 3.0, 0.0, 0.0, 0.0]);
         check([0.0; 6]);
     }

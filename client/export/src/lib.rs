@@ -1,16 +1,15 @@
 //! Fragments as files: binary glTF (`.glb`), Wavefront OBJ ([`write_obj`]), and MJCF for MuJoCo ([`write_mjcf`]).
 //!
-//! A `.glb` file is one that any viewer opens and a solid modeller can trust. One node per fragment, named `fragment_000`, …, whose translation is the center of mass and whose mesh has one or
-//! two primitives: the outer faces, and the crack faces (a fragment from the inside has no outer ones). All primitives
-//! of a mesh share their vertex accessors and one buffer view of indices, and the vendor extension
-//! `EXT_mesh_manifold` (Khronos glTF registry, draft by E. Lalish) says which vertices are one point of the closed
-//! surface. Readers that do not know the extension see an ordinary mesh. A node's `extras` hold `fragment` (the id), `body`,
-//! `volume_m3`, `mass_kg`, `center_m` and `inertia_kg_m2`: the whole tensor about the center of mass, xx, yy, zz, xy, xz, yz, along
-//! the axes of the node, which are those of the file, since nodes are not turned.
+//! A `.glb` file opens in any viewer, and declares which meshes are closed. It has one node per fragment, named `fragment_000`, …, whose
+//! translation is the center of mass. The node's mesh has one or two primitives: the outer faces, and the crack faces (a fragment from the
+//! inside has no outer ones). All primitives of a mesh share their vertex accessors and one buffer view of indices. The vendor extension
+//! `EXT_mesh_manifold` (Khronos glTF registry, draft by E. Lalish) declares which vertices are one point of the closed surface; readers
+//! without the extension see an ordinary mesh. A node's `extras` hold `fragment` (the id), `body`, `volume_m3`, `mass_kg`, `center_m` and
+//! `inertia_kg_m2`: the full tensor about the center of mass, xx, yy, zz, xy, xz, yz, along the axes of the file, because nodes are not
+//! rotated.
 //!
-//! Meters, +Y up, right-handed, counter-clockwise seen from outside. Texture coordinates, whose v goes up everywhere else, go down
-//! here: (u, 1 − v). Equal fragments give equal bytes: the file holds
-//! no time, host or path.
+//! Units and axes: meters, +Y up, right-handed, counter-clockwise seen from outside. The v of texture coordinates points down in glTF, so
+//! that files contain (u, 1 − v). Equal fragments give equal bytes: a file contains no time, host or path.
 
 mod check;
 pub mod contact;
@@ -31,30 +30,30 @@ pub use mjcf::{MjcfModel, mjcf, write_mjcf};
 pub use normals::smooth_normals;
 pub use obj_folder::write_obj;
 
-use shatter_proto::result::BondWire;
+use shatter_proto::result::Bond;
 use std::io;
 use std::path::PathBuf;
 
-/// One fragment, borrowed from wherever it lies.
+/// One fragment, borrowed from any storage.
 #[derive(Clone, Copy, Debug)]
 pub struct FragmentView<'a> {
-    /// Its number in the answer; becomes the node's name and `extras.fragment`.
+    /// Index in the result; becomes the node's name and `extras.fragment`.
     pub id: u32,
-    /// The body (component of the object) it comes from.
+    /// Body (component of the object) that the fragment comes from.
     pub body: u32,
-    /// Vertices relative to the center of mass, meters. Each run has its own set.
+    /// Vertices relative to the center of mass, m. Each run has its own set.
     pub positions: &'a [[f32; 3]],
-    /// Normals, one per vertex; none: smooth ones are made.
+    /// Normals, one per vertex; if empty, smooth ones are computed.
     pub normals: &'a [[f32; 3]],
-    /// Texture coordinates, one per vertex, v upwards, or none.
+    /// Texture coordinates, one per vertex, v upwards; may be empty.
     pub uvs: &'a [[f32; 2]],
-    /// Triangles, three vertex numbers each, counter-clockwise seen from outside.
+    /// Indices of vertices, three per triangle, counter-clockwise seen from outside.
     pub indices: &'a [u32],
-    /// Consecutive stretches of `indices`, the outer one first; together they cover all of it.
+    /// Consecutive ranges of `indices`, the outer one first; together they cover all of it.
     pub runs: &'a [RunView],
     /// Pairs (from, to) of vertices at the same position that are one point of the closed surface.
     pub merges: &'a [[u32; 2]],
-    /// Center of mass, meters.
+    /// Center of mass, m.
     pub center_m: [f64; 3],
     /// Volume, m³.
     pub volume_m3: f64,
@@ -65,38 +64,38 @@ pub struct FragmentView<'a> {
 }
 
 impl FragmentView<'_> {
-    /// How many of the indices are of outer triangles; those of cracks follow.
+    /// Number of indices of outer triangles, which come before those of cracks.
     pub(crate) fn outer_indices(&self) -> usize {
         self.runs.iter().filter(|run| !run.crack).map(|run| run.index_count as usize).sum()
     }
 }
 
-/// A convex body that stands for a fragment in collisions.
+/// Convex proxy of a fragment for collisions.
 #[derive(Clone, Copy, Debug)]
 pub struct HullView<'a> {
-    /// Corners relative to the fragment's center of mass, meters.
+    /// Corners relative to the fragment's center of mass, m.
     pub positions: &'a [[f32; 3]],
-    /// Triangles, three corner numbers each, counter-clockwise seen from outside.
+    /// Indices of corners, three per triangle, counter-clockwise seen from outside.
     pub indices: &'a [u32],
 }
 
-/// A broken object, borrowed from wherever it lies.
+/// A broken object, borrowed from any storage.
 #[derive(Clone, Copy, Debug)]
 pub struct ObjectView<'a> {
-    /// Its name.
+    /// Name.
     pub name: &'a str,
-    /// All of its fragments; ids are places.
+    /// All fragments, in the order of their ids.
     pub fragments: &'a [FragmentView<'a>],
-    /// One per fragment, `None` for one too flat for a hull; empty: nobody asked for hulls.
+    /// Hulls, one per fragment, `None` for a fragment too flat for one; empty without hulls.
     pub hulls: &'a [Option<HullView<'a>>],
-    /// Which fragments hold together; empty: nobody asked, or none do.
-    pub bonds: &'a [BondWire],
+    /// Contacts between fragments; may be empty.
+    pub bonds: &'a [Bond],
 }
 
 /// Triangles of one fragment on one side of a crack, or on the outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RunView {
-    /// Whether it is a side of a crack; else the outside.
+    /// True if the run is a side of a crack; else it is the outside.
     pub crack: bool,
     /// First entry in the fragment's `indices`.
     pub index_first: u32,
@@ -104,117 +103,118 @@ pub struct RunView {
     pub index_count: u32,
 }
 
-/// What was written.
+/// Summary of an export.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct WriteReport {
-    /// Nodes in the file.
+    /// Fragments in the file.
     pub fragments: usize,
-    /// How many of them are closed and carry `EXT_mesh_manifold`; the others are written without that claim.
+    /// Number of closed fragments, which carry `EXT_mesh_manifold`; the others are written without it.
     pub closed: usize,
-    /// Size of all files together.
+    /// Size of all files together, bytes.
     pub bytes: usize,
-    /// Every file, the main one first: the `.glb` file, the table of OBJ files, the model for MuJoCo. Empty where the bytes stay in memory.
+    /// Every file, the main one first: the `.glb` file, the table of OBJ files, the MuJoCo model. Empty if the bytes stay in memory.
     pub files: Vec<PathBuf>,
 }
 
-/// Why no file was written.
+/// Error of an export.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
-    /// The list is empty: the object stayed whole.
-    #[error("there is no fragment to write")]
+    /// No fragments: the object stayed whole.
+    #[error("there is no fragment to write: the object stayed whole")]
     NoFragments,
     /// A coordinate, center, volume or mass that is not a finite number.
     #[error("fragment {fragment}: {what} is not finite")]
     NonFinite {
-        /// The fragment's id.
+        /// Id of the fragment.
         fragment: u32,
-        /// Which figure.
+        /// Name of the number.
         what: &'static str,
     },
     /// An index that names no vertex.
-    #[error("fragment {fragment}: index {position} names vertex {vertex}, it has {vertices}")]
+    #[error("fragment {fragment}: index {position} names vertex {vertex}, but it has {vertices} vertices")]
     IndexOutOfRange {
-        /// The fragment's id.
+        /// Id of the fragment.
         fragment: u32,
-        /// Place in `indices`.
+        /// Position in `indices`.
         position: usize,
-        /// What stands there.
+        /// The index.
         vertex: u32,
         /// Number of vertices.
         vertices: usize,
     },
-    /// A run that does not begin where the one before it ends, is no whole number of triangles, or is an outer run
-    /// after a crack run.
+    /// A run that does not begin at the end of the one before, has a part of a triangle, or is an outer run after a crack run.
     #[error("fragment {fragment}: run {run} is out of order")]
     RunOutOfOrder {
-        /// The fragment's id.
+        /// Id of the fragment.
         fragment: u32,
-        /// Place in `runs`.
+        /// Position in `runs`.
         run: usize,
     },
     /// A merge pair that names no vertex or joins two different positions.
     #[error("fragment {fragment}: merge pair {pair} joins vertices that are not at one position")]
     MergeMoves {
-        /// The fragment's id.
+        /// Id of the fragment.
         fragment: u32,
-        /// Place in `merges`.
+        /// Position in `merges`.
         pair: usize,
     },
-    /// More than a binary glTF file can hold (4 GiB).
-    #[error("the fragments need {bytes} bytes, a .glb file holds less than 4 GiB")]
+    /// More bytes than a binary glTF file can hold (4 GiB).
+    #[error(
+        "the fragments need {bytes} bytes, but a .glb file holds less than 4 GiB; write OBJ files or fewer fragments"
+    )]
     TooLarge {
-        /// What they need.
+        /// Size of the fragments, bytes.
         bytes: usize,
     },
     /// The path names a folder.
     #[error("{} is a folder, not a file", .0.display())]
     IsFolder(PathBuf),
-    /// What has the file's name is a device, a pipe or the like.
-    #[error("{} is no file that could be replaced", .0.display())]
+    /// The path names a device, a pipe or the like.
+    #[error("{} is not a regular file and cannot be replaced; choose another path", .0.display())]
     NoFile(PathBuf),
-    /// The folder does not take files.
+    /// A folder without write access.
     #[error("cannot write into the folder {}: {source}", .folder.display())]
     Folder {
         /// The folder.
         folder: PathBuf,
-        /// The system's reason.
+        /// Reason of the system.
         source: io::Error,
     },
     /// Writing or renaming failed.
     #[error("cannot write {}: {source}", .path.display())]
     Write {
-        /// The file asked for.
+        /// The requested file.
         path: PathBuf,
-        /// The system's reason.
+        /// Reason of the system.
         source: io::Error,
     },
-    /// A document could not be turned into JSON.
+    /// Failure to serialize JSON.
     #[error("cannot write the JSON document: {0}")]
     Document(#[from] serde_json::Error),
-    /// A document could not be turned into XML.
+    /// Failure to serialize XML.
     #[error("cannot write the XML document: {0}")]
     Xml(io::Error),
-    /// A bond that names no fragment.
-    #[error("bond {bond} names fragment {fragment}, there are {fragments}")]
+    /// A bond that names an unknown fragment.
+    #[error("bond {bond} names fragment {fragment}, but there are {fragments} fragments")]
     BondOutOfRange {
-        /// Place in the bonds.
+        /// Position in the bonds.
         bond: usize,
-        /// What stands there.
+        /// Id in the bond.
         fragment: u32,
         /// Number of fragments.
         fragments: usize,
     },
-    /// A hull whose index names no corner.
+    /// A hull with an index that names no corner.
     #[error("the hull of fragment {fragment} names a corner that it does not have")]
     HullOutOfRange {
-        /// The fragment's id.
+        /// Id of the fragment.
         fragment: u32,
     },
 }
 
-/// The bytes of a `.glb` file with these fragments, and what they hold.
+/// Makes a `.glb` file of these fragments in memory; returns its bytes and a summary.
 ///
 /// # Errors
 /// [`ExportError`] by the figure that makes no valid file.

@@ -1,7 +1,7 @@
 //! Smooth vertex normals for display.
 
-/// One unit normal per vertex: the mean of the normals of its triangles, weighted by area (Gouraud 1971). Runs have
-/// vertex sets of their own, so the rim between an outer and a crack face stays sharp.
+/// Smooth normals, one per vertex, of length one: the mean of the normals of its triangles, weighted by area (Gouraud 1971). Runs have
+/// vertices of their own, so the rim between an outer and a crack face stays sharp.
 pub fn smooth_normals(positions: &[[f32; 3]], indices: &[u32]) -> Vec<[f32; 3]> {
     let mut sums = vec![[0.0_f64; 3]; positions.len()];
     for triangle in indices.chunks_exact(3) {
@@ -23,7 +23,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// The direction of `sum`, upwards where it has none: glTF asks for unit length.
+/// Direction of `sum`; upwards if it has none, because glTF requires unit length.
 fn unit(sum: [f64; 3]) -> [f32; 3] {
     let length = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
     if length > 0.0 { sum.map(|x| (x / length) as f32) } else { [0.0, 1.0, 0.0] }

@@ -1,4 +1,4 @@
-//! The text of a Wavefront OBJ file.
+//! Text of a Wavefront OBJ file.
 //!
 //! Based on: *Object Files (.obj)*, Alias|Wavefront, *Advanced Visualizer Manual*, appendix B1.
 
@@ -6,26 +6,26 @@ use std::fmt::{Display, Write};
 
 /// Triangles of one material.
 pub(super) struct Part<'a> {
-    /// The material; `None`: none is named.
+    /// The material; `None` for no material.
     pub material: Option<&'a str>,
-    /// Three vertices each.
+    /// Indices of vertices, three per triangle.
     pub indices: &'a [u32],
 }
 
-/// The vertices of a file. Points, normals and texture coordinates have numbers of their own there, so that vertices which differ in
-/// looks alone share their point, and the surface is closed as it stands.
+/// Vertices of a file. OBJ numbers points, normals and texture coordinates separately, so that vertices which differ only in attributes
+/// share their point, and the surface is closed in the file.
 pub(super) struct Vertices<'a, N> {
-    /// One per vertex.
+    /// Points, one per vertex.
     pub points: &'a [[N; 3]],
-    /// For every vertex the one whose point it has: itself, or a lower one; empty: itself.
+    /// For every vertex the vertex whose point it uses: itself, or a lower one. Empty: itself.
     pub merged: &'a [u32],
-    /// One per vertex, or none.
+    /// Normals, one per vertex, or empty.
     pub normals: &'a [[f32; 3]],
-    /// One per vertex, or none.
+    /// Texture coordinates, one per vertex, or empty.
     pub uvs: &'a [[f32; 2]],
 }
 
-/// Appends points, looks and triangles; every index must name a vertex. A vertex that no triangle has is left out.
+/// Appends points, attributes and triangles; every index must name a vertex. Vertices without a triangle are left out.
 pub(super) fn mesh<N: Display>(text: &mut String, vertices: &Vertices<'_, N>, parts: &[Part<'_>]) {
     let point = |vertex: u32| vertices.merged.get(vertex as usize).copied().unwrap_or(vertex);
     let corners = || parts.iter().flat_map(|part| part.indices);
@@ -54,7 +54,7 @@ pub(super) fn mesh<N: Display>(text: &mut String, vertices: &Vertices<'_, N>, pa
     }
 }
 
-/// Numbers from one, in order, for those that are used; zero for the others.
+/// Numbers from one, in order, for the used vertices; zero for the others.
 fn numbers(count: usize, used: impl Iterator<Item = u32>) -> Vec<u32> {
     let mut numbers = vec![0; count];
     used.for_each(|vertex| numbers[vertex as usize] = 1);
@@ -76,7 +76,7 @@ fn rows<N: Display, const K: usize>(text: &mut String, word: &str, rows: &[[N; K
     }
 }
 
-/// Appends a line; writing to a string cannot fail.
+/// Appends a line. Writing to a string cannot fail.
 pub(super) fn line(text: &mut String, content: std::fmt::Arguments<'_>) {
     let _ = text.write_fmt(content);
     text.push('\n');

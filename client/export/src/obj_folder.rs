@@ -1,21 +1,22 @@
 //! Fragments as a folder of OBJ files: `fragment_000.obj`, …, the materials `outer` and `crack` in `fragments.mtl`, hulls as
-//! `fragment_000.hull.obj` if there are any, and what OBJ has no words for in `fragments.json`.
+//! `fragment_000.hull.obj` if there are any, and the data that OBJ cannot express in `fragments.json`.
 //!
-//! Coordinates are those of the mesh file (meters, +Y up), so that the pieces lie where they broke; each file is closed as it stands.
+//! Coordinates are those of the mesh file (meters, +Y up), so that the fragments lie where they broke. Each file is a closed surface by
+//! itself.
 
 use super::document::{CRACK_COLOR, OUTER_COLOR, fragment_name};
 use super::obj::{Part, Vertices, line, mesh};
 use super::{ExportError, FragmentView, ObjectView, WriteReport, check, smooth_normals, stale, write_whole};
 use serde_json::{Value, json};
-use shatter_proto::result::BondWire;
+use shatter_proto::result::Bond;
 use std::path::Path;
 
 const MATERIALS: &str = "fragments.mtl";
 const TABLE: &str = "fragments.json";
 
-/// Writes the fragments into `folder`, which is made if it is not there. Each file appears whole or not at all, the table
-/// `fragments.json` last. Files of those names are replaced; pieces that the table there before names and the new one does not are
-/// removed; all others stay.
+/// Writes the fragments into `folder`, which is created if necessary. Each file appears whole or not at all, the table `fragments.json`
+/// last. Files of those names are replaced. Fragments that the replaced table names and the new one does not are removed; all other files
+/// stay.
 ///
 /// # Errors
 /// [`ExportError`] by the figure that makes no valid file, or by the file that cannot be written.
@@ -47,7 +48,7 @@ pub fn write_obj(folder: &Path, object: &ObjectView<'_>) -> Result<WriteReport, 
         }
         rows.push(row(fragment, &file, hull.map(|(file, ..)| file)));
     }
-    // Before the table that names them goes: whatever ends this, what is left is named.
+    // Done before the new table replaces the old one: after an interruption the old table still names the remaining files.
     let kept = rows.iter().flat_map(|row| [&row["file"], &row["hull"]]).filter_map(Value::as_str);
     stale::remove(folder, &stale::in_table(&folder.join(TABLE)), kept)?;
     put(TABLE, &format!("{:#}\n", table(object, rows)))?;
@@ -59,19 +60,19 @@ fn in_place(fragment: &FragmentView<'_>, positions: &[[f32; 3]]) -> Vec<[f64; 3]
     positions.iter().map(|own| [0, 1, 2].map(|k| fragment.center_m[k] + f64::from(own[k]))).collect()
 }
 
-/// First lines of every file.
+/// First lines of a file.
 fn head(name: &str) -> String {
     format!("# {} {}: meters, +Y up\no {name}\n", env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION"))
 }
 
-/// Bare points and triangles.
+/// Text of points and triangles without attributes.
 fn text(name: &str, points: &[[f64; 3]], parts: &[Part<'_>]) -> String {
     let mut text = head(name);
     mesh(&mut text, &Vertices { points, merged: &[], normals: &[], uvs: &[] }, parts);
     text
 }
 
-/// A fragment, with its looks and materials.
+/// Text of a fragment with its attributes and materials.
 fn piece(name: &str, fragment: &FragmentView<'_>) -> String {
     let made;
     let normals = match fragment.normals.is_empty() {
@@ -113,8 +114,8 @@ fn row(fragment: &FragmentView<'_>, file: &str, hull: Option<String>) -> Value {
 }
 
 fn table(object: &ObjectView<'_>, fragments: Vec<Value>) -> Value {
-    let bond = |bond: &BondWire| {
-        let fragments = if bond.holds_to_world() { &bond.fragments[..1] } else { &bond.fragments[..] };
+    let bond = |bond: &Bond| {
+        let fragments: Vec<u32> = bond.fragments().collect();
         let (area_m2, normal, centroid_m) = (bond.area_m2, bond.normal, bond.centroid_m);
         json!({ "fragments": fragments, "area_m2": area_m2, "normal": normal, "centroid_m": centroid_m })
     };

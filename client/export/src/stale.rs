@@ -1,7 +1,7 @@
-//! Files of an earlier export into the same folder: pieces of another strike beside those of this one would be taken for its own.
+//! Removal of files of an earlier export into the same folder, which could be mistaken for files of this one.
 //!
-//! What an export wrote stands in its table (`fragments.json`, or the model). A file goes if the table that is about to be replaced
-//! names it, its name is one that only exports give, and this export does not write it again; everything else stays.
+//! The table of an export (`fragments.json`, or the model) names its files. A file is removed if the table that is about to be replaced
+//! names it, if its name is one that only exports use, and if this export does not write it again. All other files stay.
 
 use super::ExportError;
 use quick_xml::Reader;
@@ -10,9 +10,9 @@ use serde_json::Value;
 use std::io;
 use std::path::Path;
 
-/// Files that the table `fragments.json` names; none if there is none, or it is none of ours.
+/// Files that the table `fragments.json` names; empty without a table, or if another program wrote it.
 pub(super) fn in_table(path: &Path) -> Vec<String> {
-    // A pipe would be waited for.
+    // Only a regular file: reading a pipe would block.
     let text = Some(path).filter(|path| path.is_file()).and_then(|path| std::fs::read(path).ok());
     let table: Option<Value> = text.and_then(|text| serde_json::from_slice(&text).ok());
     let rows = table.as_ref().and_then(|table| table["fragments"].as_array()).into_iter().flatten();
@@ -20,7 +20,7 @@ pub(super) fn in_table(path: &Path) -> Vec<String> {
     named.map(str::to_owned).collect()
 }
 
-/// Files that a model names in its folder `meshes`; none if there is no model, or it has its meshes elsewhere.
+/// Files that a model names in its folder `meshes`; empty without a model, or if it has its meshes elsewhere.
 pub(super) fn in_model(path: &Path, meshes: &str) -> Vec<String> {
     let Ok(text) = std::fs::read_to_string(path) else { return Vec::new() };
     let (mut reader, mut named, mut own) = (Reader::from_str(&text), Vec::new(), false);
@@ -42,7 +42,7 @@ fn value(element: &BytesStart<'_>, key: &str) -> Option<String> {
     found.unescape_value().ok().map(|value| value.into_owned())
 }
 
-/// Removes of `named`, files of `folder`, what exports alone call so and what is not among `kept`.
+/// Removes those files `named` of `folder` that have a name which only exports use and are not among `kept`.
 pub(super) fn remove<'a>(
     folder: &Path,
     named: &[String],
@@ -59,7 +59,7 @@ pub(super) fn remove<'a>(
     Ok(())
 }
 
-/// `fragment_`, a number, perhaps an ending of ours, and `.obj`; so never a path that leads elsewhere.
+/// True if `name` is `fragment_`, a number, perhaps an ending of an export, and `.obj`. Such a name is never a path to another folder.
 fn is_ours(name: &str) -> bool {
     let rest = name.strip_prefix("fragment_").and_then(|rest| rest.strip_suffix(".obj"));
     let ending = rest.map(|rest| (rest.len(), rest.trim_start_matches(|digit: char| digit.is_ascii_digit())));

@@ -1,4 +1,4 @@
-//! The file against the rules of the formats, read by hand; `shatter-tests` reads it with an independent library.
+//! Tests of the file against the rules of the formats, read by hand; `shatter-tests` reads it with an independent library.
 
 use super::*;
 use serde_json::Value;
@@ -42,7 +42,7 @@ fn view(sample: &Sample, id: u32) -> FragmentView<'_> {
     }
 }
 
-/// Splits a `.glb` into its document and its buffer, checking the frame.
+/// Splits a `.glb` into its document and its buffer, and checks the container.
 fn parts(bytes: &[u8]) -> (Value, Vec<u8>) {
     let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
     assert_eq!(&bytes[..4], b"glTF");
@@ -55,7 +55,7 @@ fn parts(bytes: &[u8]) -> (Value, Vec<u8>) {
     (serde_json::from_slice(&bytes[20..json_end]).unwrap(), bytes[json_end + 8..].to_vec())
 }
 
-/// The words of an accessor's dense part.
+/// Words of the dense part of an accessor.
 fn words(document: &Value, buffer: &[u8], accessor: &Value) -> Vec<u32> {
     let accessor = &document["accessors"][accessor.as_u64().unwrap() as usize];
     let view = &document["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
@@ -151,7 +151,7 @@ fn equal_fragments_give_equal_bytes() {
     assert_eq!(glb_bytes(&[view(&one, 3)]).unwrap().0, glb_bytes(&[view(&two, 3)]).unwrap().0);
 }
 
-/// Spoils a sample and expects a refusal that begins so.
+/// Corrupts a sample and expects an error that begins with `message`.
 fn check(message: &str, spoil: impl Fn(&mut Sample)) {
     let mut spoilt = sample();
     spoil(&mut spoilt);

@@ -1,4 +1,4 @@
-"""Strikes an object of a running shatterd on its top: python strike.py OBJECT OUT.glb"""
+"""Strikes the top of an object of a running shatterd: python strike.py OBJECT OUT.glb"""
 
 import sys
 

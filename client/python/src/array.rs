@@ -1,4 +1,4 @@
-//! Arrays that lie in shared memory.
+//! Arrays over shared memory.
 
 use crate::broken::Held;
 use numpy::ndarray::{ArrayView1, ArrayView2};
@@ -6,13 +6,13 @@ use numpy::{Element, PyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-/// What an array over shared memory keeps alive: the answer that it looks into.
+/// Owner of an array over shared memory: it keeps the result alive.
 #[pyclass(frozen, module = "shatter")]
 struct Lease {
     _held: Arc<Held>,
 }
 
-/// Values one after another, without a copy, not to be written to; `values` picks them out of the answer.
+/// Values one after another, without a copy and read-only; `values` selects them from the result.
 pub fn column<'py, T: Element>(
     py: Python<'py>,
     held: &Arc<Held>,
@@ -21,14 +21,14 @@ pub fn column<'py, T: Element>(
     let lease = Bound::new(py, Lease { _held: held.clone() })?;
     held.with(|broken| {
         let view = ArrayView1::from(values(broken).unwrap_or(&[]));
-        // SAFETY: the values lie in the answer's shared memory, which neither moves nor ends before the answer is dropped; the lease is
-        // the array's base and owns a share of the answer. Nobody writes there, and neither can the array, which is made read-only.
+        // SAFETY: the values lie in the result's shared memory, which neither moves nor ends before the result is dropped. The lease is the
+        // array's base and shares ownership of the result. Nothing writes there; the array is made read-only.
         let array = unsafe { PyArray1::borrow_from_array(&view, lease.into_any()) };
         Ok(read_only(array))
     })
 }
 
-/// The same, `N` values to a row.
+/// The same with `N` values per row.
 pub fn rows<'py, T: Element, const N: usize>(
     py: Python<'py>,
     held: &Arc<Held>,

@@ -1,4 +1,4 @@
-//! Answers.
+//! Results.
 
 use crate::array::rows;
 use crate::fragment::Fragment;
@@ -11,17 +11,17 @@ use shatter_client::ErrorKind;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// An answer that arrays may look into.
+/// A result that arrays may borrow from.
 pub struct Held(Mutex<shatter_client::FractureResult>);
 
 impl Held {
-    /// Looks at it; what it lends holds for as long as the answer is there.
+    /// Calls `look` with the result; what it borrows is valid while the result exists.
     pub fn with<T>(&self, look: impl FnOnce(&shatter_client::FractureResult) -> T) -> T {
         look(&self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
-/// The answer to a strike.
+/// The result of a request.
 #[pyclass(frozen, module = "shatter")]
 pub struct Broken(Mutex<Option<Arc<Held>>>);
 
@@ -32,7 +32,7 @@ impl Broken {
 
     fn held(&self) -> PyResult<Arc<Held>> {
         let place = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        place.clone().ok_or_else(|| wrong("the answer was released"))
+        place.clone().ok_or_else(|| wrong("the result was released; copy what you need before"))
     }
 
     fn write(
@@ -57,19 +57,19 @@ impl Broken {
         Ok(self.held()?.with(shatter_client::FractureResult::is_whole))
     }
 
-    /// Where the ray of the strike met the object; ``None`` if it had no ray.
+    /// First hit of the request's ray on the object; ``None`` if it had no ray.
     #[getter]
     pub fn hit(&self) -> PyResult<Option<Hit>> {
         Ok(self.held()?.with(|broken| broken.hit().map(Hit::from)))
     }
 
-    /// Names this answer to later strikes (``origin``), where it was to be kept.
+    /// Handle of this result for later requests (``origin``); ``None`` if the service does not keep it.
     #[getter]
     fn handle(&self) -> PyResult<Option<u64>> {
         Ok(self.held()?.with(shatter_client::FractureResult::handle))
     }
 
-    /// Equal answers have equal ones.
+    /// Content hash: equal for identical results.
     #[getter]
     fn output_hash(&self, py: Python<'_>) -> PyResult<String> {
         let held = self.held()?;
@@ -92,39 +92,39 @@ impl Broken {
         let count = held.with(|broken| broken.fragments().len());
         let id = if index < 0 { index.checked_add_unsigned(count) } else { Some(index) };
         let id = id.and_then(|id| usize::try_from(id).ok()).filter(|id| *id < count);
-        let id = id.ok_or_else(|| PyIndexError::new_err(format!("fragment {index}: the answer has {count}")))?;
+        let id = id.ok_or_else(|| PyIndexError::new_err(format!("no fragment {index}: the result has {count}")))?;
         Ok(Fragment::new(held, id as u32))
     }
 
-    /// Which fragments touch; empty unless ``bonds`` is on.
+    /// Contact areas between fragments; empty unless ``bonds`` is on.
     #[getter]
     fn bonds(&self) -> PyResult<Vec<Bond>> {
-        let bond = |row: &shatter_proto::result::BondWire| Bond {
-            fragments: (row.fragments[0], (!row.holds_to_world()).then_some(row.fragments[1])),
-            area_m2: row.area_m2,
-            normal: row.normal,
-            centroid_m: row.centroid_m,
+        let bond = |own: shatter_client::Bond| Bond {
+            fragments: (own.fragment, own.neighbor),
+            area_m2: own.area_m2,
+            normal: own.normal,
+            centroid_m: own.centroid_m,
         };
-        Ok(self.held()?.with(|broken| broken.bonds().iter().map(bond).collect()))
+        Ok(self.held()?.with(|broken| broken.bonds().map(bond).collect()))
     }
 
-    /// Where dust and chips come from; empty unless ``debris`` is on.
+    /// Points on cracks from which dust and chips come; empty unless ``debris`` is on.
     #[getter]
     fn debris(&self) -> PyResult<Vec<Debris>> {
-        let debris = |row: &shatter_proto::result::DebrisWire| Debris {
-            fragment: row.fragment,
-            neighbor: row.neighbor,
-            position_m: row.position_m,
-            normal: row.normal,
-            size_m: row.size_m,
+        let debris = |own: shatter_client::DebrisPoint| Debris {
+            fragment: own.fragment,
+            neighbor: own.neighbor,
+            position_m: own.position_m,
+            normal: own.normal,
+            size_m: own.size_m,
         };
-        Ok(self.held()?.with(|broken| broken.debris().iter().map(debris).collect()))
+        Ok(self.held()?.with(|broken| broken.debris().map(debris).collect()))
     }
 
-    /// (all vertices, 3): of all fragments one after the other, each relative to its own center.
+    /// (all vertices, 3): the vertices of all fragments one after another, each relative to the center of its fragment.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        rows(py, &self.held()?, |broken| Some(broken.view().positions))
+        rows(py, &self.held()?, |broken| Some(broken.positions()))
     }
 
     /// Writes a binary glTF file, whole or not at all.
@@ -137,17 +137,19 @@ impl Broken {
         self.write(py, |broken| broken.write_obj(&folder).map(|_| ()))
     }
 
-    /// Writes a MuJoCo model, with its meshes in a folder beside it; ``bonds`` and ``hulls`` make it collide and hold.
+    /// Writes a MuJoCo model, with its meshes in a folder beside it; ``bonds`` and ``hulls`` make it hold together and collide.
     fn write_mjcf(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         self.write(py, |broken| broken.write_mjcf(&path).map(|_| ()))
     }
 
-    /// Gives the memory back now; ``BufferError`` while fragments or arrays look into it.
+    /// Releases the memory now; ``BufferError`` while fragments or arrays refer to it.
     fn release(&self) -> PyResult<()> {
         let mut place = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let others = place.as_ref().map_or(0, |held| Arc::strong_count(held) - 1);
         if others > 0 {
-            return Err(PyBufferError::new_err(format!("{others} fragments or arrays look into the answer")));
+            return Err(PyBufferError::new_err(format!(
+                "{others} fragments or arrays refer to the result; delete them first"
+            )));
         }
         *place = None;
         Ok(())
@@ -157,14 +159,14 @@ impl Broken {
         this
     }
 
-    /// Lets go of the answer; its memory goes back with the last array that looks into it.
+    /// Releases the result; its memory is freed with the last array that refers to it.
     #[pyo3(signature = (*_error))]
     fn __exit__(&self, _error: &Bound<'_, PyTuple>) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
 }
 
-/// The facts of a strike.
+/// Summary of a result.
 #[pyclass(frozen, get_all, module = "shatter")]
 pub struct Summary {
     object: String,
@@ -193,35 +195,35 @@ pub struct Summary {
 
 impl Summary {
     fn of(broken: &shatter_client::FractureResult) -> Self {
-        let row = broken.summary();
+        let facts = broken.summary();
         Self {
-            object: row.object(),
-            sites: row.sites,
-            fracture_degree: row.fracture_degree,
-            degree_source: row.degree_source(),
-            capped: row.capped != 0,
-            stop_reason: row.stop_reason(),
-            elastic: row.elastic(),
-            quality: row.quality(),
-            iterations: row.iterations,
-            gamma_j_m2: row.gamma_j_m2,
-            e1_over_gamma: row.e1_over_gamma,
-            threshold_impulse_factor: row.threshold_impulse_factor,
-            confidence: row.confidence,
-            radius_m: row.radius_m,
-            energy_error: row.energy_error,
-            cvd_gap: row.cvd_gap,
-            seed: row.seed,
-            time_s: 1e-9 * row.time_ns as f64,
-            overrun_s: 1e-9 * row.overrun_ns as f64,
-            overrun_reason: row.missed_time().map(|missed| missed.reason),
+            object: facts.object,
+            sites: facts.sites,
+            fracture_degree: facts.fracture_degree,
+            degree_source: facts.degree_origin.name(),
+            capped: facts.is_capped,
+            stop_reason: facts.stop_criterion.name(),
+            elastic: facts.energy_source.name(),
+            quality: facts.quality.map_or("unknown", shatter_client::Quality::name),
+            iterations: facts.iterations,
+            gamma_j_m2: facts.gamma_j_m2,
+            e1_over_gamma: facts.e1_over_gamma,
+            threshold_impulse_factor: facts.threshold_impulse_factor,
+            confidence: facts.confidence,
+            radius_m: facts.radius_m,
+            energy_error: facts.energy_error,
+            cvd_gap: facts.cvd_gap,
+            seed: facts.seed,
+            time_s: facts.time.as_secs_f64(),
+            overrun_s: facts.missed_time.map_or(0.0, |missed| missed.by.as_secs_f64()),
+            overrun_reason: facts.missed_time.map(|missed| missed.cause.name()),
             round_trip_s: broken.round_trip().as_secs_f64(),
             bytes: broken.bytes(),
         }
     }
 }
 
-/// A crack between two fragments, or what the world holds.
+/// A contact between two fragments, or between a fragment and the world.
 #[pyclass(frozen, get_all, module = "shatter")]
 pub struct Bond {
     fragments: (u32, Option<u32>),
@@ -240,16 +242,16 @@ pub struct Debris {
     size_m: f32,
 }
 
-/// A fragment that is not there.
+/// Error for a fragment that does not exist.
 pub fn unknown(id: u32) -> PyErr {
     raised(shatter_client::Error::new(
         ErrorKind::UnknownFragment,
         id.to_string(),
-        format!("fragment {id} is not there"),
+        format!("the result has no fragment {id}"),
     ))
 }
 
-/// Where a ray first meets an object.
+/// First hit of a ray on an object.
 #[pyclass(frozen, get_all, module = "shatter")]
 pub struct Hit {
     point: [f64; 3],
@@ -260,7 +262,7 @@ pub struct Hit {
 
 impl From<shatter_client::Hit> for Hit {
     fn from(hit: shatter_client::Hit) -> Self {
-        let shatter_client::Hit { point_m, normal, distance_m, body } = hit;
+        let shatter_client::Hit { point_m, normal, distance_m, body, .. } = hit;
         Self { point: point_m, normal, distance: distance_m, body }
     }
 }

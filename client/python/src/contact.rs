@@ -4,7 +4,7 @@ use crate::refusal::wrong;
 use pyo3::prelude::*;
 use shatter_export::contact::{self, ContactBody, ElasticMaterial};
 
-/// What becomes of two bodies that meet in a point.
+/// Contact of two bodies in a point, by Hertz theory.
 #[pyclass(frozen, get_all, module = "shatter")]
 pub struct Hertz {
     approach_m: f64,
@@ -16,10 +16,10 @@ pub struct Hertz {
 /// Mass (kg), radius (m), Young's modulus (Pa) and Poisson's ratio.
 type Body = (f64, f64, f64, f64);
 
-/// How long and how wide two elastic bodies touch that meet in a point (Johnson, *Contact Mechanics*, 1985, 11.4).
+/// Computes duration and radius of an elastic contact by Hertz theory (Johnson, *Contact Mechanics*, 1985, 11.4).
 ///
-/// A body is its mass (kg, ``inf`` for a floor), radius where it is touched (m, ``inf`` for a plane), Young's modulus (Pa) and Poisson's
-/// ratio; :class:`Facts` has the moduli of objects. With ``impulse_ns`` the mass is at most that which the impulse stops.
+/// A body is its mass (kg, ``inf`` for a floor), radius at the contact (m, ``inf`` for a plane), Young's modulus (Pa) and Poisson's ratio;
+/// :class:`Facts` has the moduli of objects. With ``impulse_ns`` the effective mass is at most the one that the impulse stops.
 #[pyfunction]
 #[pyo3(signature = (one, other, speed_m_s, *, impulse_ns = None))]
 pub fn hertz(one: Body, other: Body, speed_m_s: f64, impulse_ns: Option<f64>) -> PyResult<Hertz> {

@@ -4,10 +4,10 @@ use crate::array::{column, rows};
 use crate::broken::{Held, unknown};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use shatter_proto::result::{SkinVertexWire, VertexAttributeWire};
+use shatter_client::{OuterAttributes, SkinVertex};
 use std::sync::Arc;
 
-/// One fragment: a closed mesh and what a rigid body needs.
+/// One fragment: a closed mesh, and the data of a rigid body.
 #[pyclass(frozen, module = "shatter")]
 pub struct Fragment {
     held: Arc<Held>,
@@ -23,7 +23,7 @@ impl Fragment {
         self.held.with(|broken| broken.fragment(self.id).map(look)).ok_or_else(|| unknown(self.id))
     }
 
-    /// Rows, or nothing where the answer has none.
+    /// Rows of a section; ``None`` if the result does not have it.
     fn rows<'py, T: numpy::Element, const N: usize>(
         &self,
         py: Python<'py>,
@@ -34,18 +34,18 @@ impl Fragment {
     }
 }
 
-/// Three vertices per triangle.
+/// Indices of vertices, one row per triangle.
 fn triangles(indices: &[u32]) -> &[[u32; 3]] {
     indices.as_chunks().0
 }
 
-/// Normal and texture coordinates.
-fn looks(rows: &[VertexAttributeWire]) -> &[[f32; 5]] {
+/// Normals and texture coordinates, one row per vertex.
+fn looks(rows: &[OuterAttributes]) -> &[[f32; 5]] {
     bytemuck::cast_slice(rows)
 }
 
-/// Position, normal and texture coordinates.
-fn skin_vertices(rows: &[SkinVertexWire]) -> &[[f32; 8]] {
+/// Positions, normals and texture coordinates, one row per vertex.
+fn skin_vertices(rows: &[SkinVertex]) -> &[[f32; 8]] {
     bytemuck::cast_slice(rows)
 }
 
@@ -58,7 +58,7 @@ impl Fragment {
 
     #[getter]
     fn body(&self) -> PyResult<u32> {
-        self.with(|own| own.row().body)
+        self.with(|own| own.body())
     }
 
     #[getter]
@@ -77,7 +77,7 @@ impl Fragment {
         Ok(PyArray1::from_slice(py, &self.with(|own| own.center_m())?))
     }
 
-    /// (3, 3): about the center of mass.
+    /// (3, 3): inertia tensor about the center of mass.
     #[getter]
     fn inertia_kg_m2<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let [xx, yy, zz, xy, xz, yz] = self.with(|own| own.inertia_kg_m2())?;
@@ -85,7 +85,7 @@ impl Fragment {
         Ok(PyArray2::from_owned_array(py, numpy::ndarray::arr2(&tensor)))
     }
 
-    /// (3,): on top of how the object moved; None unless ``release`` is on.
+    /// (3,): velocity in addition to the object's; None unless ``release`` is on.
     #[getter]
     fn linear_m_s<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
         let velocity = self.with(|own| own.velocity().map(|velocity| velocity.linear_m_s))?;
@@ -98,7 +98,7 @@ impl Fragment {
         Ok(velocity.map(|velocity| PyArray1::from_slice(py, &velocity)))
     }
 
-    /// (vertices, 3): relative to the center of mass.
+    /// (vertices, 3): positions relative to the center of mass.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         rows(py, &self.held, |broken| broken.fragment(self.id).map(|own| own.positions()))
@@ -110,19 +110,19 @@ impl Fragment {
         rows(py, &self.held, |broken| broken.fragment(self.id).map(|own| triangles(own.indices())))
     }
 
-    /// (pairs, 2): vertices that are the same point; with them every edge has one opposite.
+    /// (pairs, 2): vertices that are the same point; with them every edge has exactly one opposite.
     #[getter]
     fn merges<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
         rows(py, &self.held, |broken| broken.fragment(self.id).map(|own| own.merges()))
     }
 
-    /// (vertices, 3); None unless ``normals`` is on.
+    /// (vertices, 3): normals, of length one; None unless ``normals`` is on.
     #[getter]
     fn normals<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
         self.rows(py, |own| own.normals())
     }
 
-    /// (vertices, 2), m; None unless ``uv`` is on.
+    /// (vertices, 2): texture coordinates, m; None unless ``uv`` is on.
     #[getter]
     fn uvs<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
         self.rows(py, |own| own.uvs())
@@ -131,10 +131,10 @@ impl Fragment {
     /// (vertices, 5): normal and texture coordinates of the input, zero on cracks; None unless ``attributes`` is on.
     #[getter]
     fn looks<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
-        self.rows(py, |own| looks(own.vertex_attributes()))
+        self.rows(py, |own| looks(own.outer_attributes()))
     }
 
-    /// (triangles,): the input's, 2³²−1 on cracks; None unless ``attributes`` is on and the input has any.
+    /// (triangles,): the input's materials, 2³²−1 on cracks; None unless ``attributes`` is on and the input has any.
     #[getter]
     fn materials<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<u32>>>> {
         let array = column(py, &self.held, |broken| broken.fragment(self.id).map(|own| own.materials()))?;
@@ -146,7 +146,7 @@ impl Fragment {
         self.with(|own| {
             let run = |run: shatter_client::Run<'_>| Run {
                 neighbor: run.neighbor,
-                crack: run.crack,
+                crack: run.is_crack,
                 triangle_first: run.index_first / 3,
                 triangle_count: run.indices.len() as u32 / 3,
                 vertex_first: run.vertex_first,
@@ -176,7 +176,7 @@ impl Fragment {
         }))
     }
 
-    /// Its part of the input's own triangles; None unless ``skin`` is on.
+    /// The fragment's part of the input's own triangles; None unless ``skin`` is on.
     #[getter]
     fn skin(&self, py: Python<'_>) -> PyResult<Option<Skin>> {
         if !self.with(|own| own.skin().is_some_and(|skin| !skin.vertices.is_empty()))? {
@@ -210,7 +210,7 @@ impl Fragment {
     }
 }
 
-/// Triangles of one fragment that face one neighbor, or the outside.
+/// Triangles of one fragment that face one neighbor, the outside, or a fragment of an earlier result.
 #[pyclass(frozen, get_all, module = "shatter")]
 pub struct Run {
     neighbor: Option<u32>,
@@ -230,7 +230,7 @@ pub struct Hull {
     margin_m: f64,
 }
 
-/// The input's own triangles as far as they are a fragment's.
+/// The input's own triangles that belong to a fragment.
 #[pyclass(frozen, get_all, module = "shatter")]
 pub struct Skin {
     vertices: Py<PyArray2<f32>>,

@@ -1,4 +1,4 @@
-//! What strikes an object, from keywords.
+//! Impacts from keyword arguments.
 
 use crate::refusal::{raised, wrong};
 use pyo3::prelude::*;
@@ -6,7 +6,7 @@ use shatter_client::{DisplacementSource, Effect, Impact, Lift, Quality};
 use shatter_proto::name::nearest;
 use std::time::Duration;
 
-/// Where and how hard an object is hit.
+/// One contact of an impact: point, impulse, duration, radius.
 #[pyclass(frozen, get_all, module = "shatter")]
 pub struct Contact {
     point: [f64; 3],
@@ -39,7 +39,7 @@ impl Contact {
 pub fn at<'a>(contacts: impl Iterator<Item = &'a Contact>) -> PyResult<Impact> {
     let contacts: Vec<shatter_client::Contact> = contacts.map(shatter_client::Contact::from).collect();
     match contacts.is_empty() {
-        true => Err(wrong("a strike takes at least one Contact")),
+        true => Err(wrong("an impact needs at least one Contact")),
         false => Ok(Impact::new(contacts)),
     }
 }
@@ -53,7 +53,7 @@ impl From<&Contact> for shatter_client::Contact {
     }
 }
 
-/// A number of sites, or where it comes from.
+/// A number of sites, or the rule that sets it.
 pub struct Degree(shatter_client::DegreeRule);
 
 impl<'py> FromPyObject<'_, 'py> for Degree {
@@ -65,7 +65,7 @@ impl<'py> FromPyObject<'_, 'py> for Degree {
     }
 }
 
-/// How an answer shall be computed.
+/// Options of a request.
 pub struct Wish<'a> {
     pub degree: Option<Degree>,
     pub quality: Option<&'a str>,
@@ -86,7 +86,7 @@ pub struct Wish<'a> {
 }
 
 impl Wish<'_> {
-    /// `impact`, computed so.
+    /// `impact` with these options.
     pub fn describe(self, impact: Impact) -> PyResult<Impact> {
         let effect = |name: &String| Effect::by_name(name).map_err(raised);
         let mut impact = impact.seed(self.seed);
@@ -145,12 +145,12 @@ fn named<T: Copy>(key: &str, name: &str, choices: &[(&str, T)]) -> PyResult<T> {
     one_of(key, name, choices).map_err(wrong)
 }
 
-/// The choice of that name; the error lists all names, and the nearest.
+/// Finds the choice with this name; the error lists all names, and suggests the nearest.
 fn one_of<T: Copy>(key: &str, name: &str, choices: &[(&str, T)]) -> Result<T, String> {
     let found = choices.iter().find(|(own, _)| *own == name);
     found.map(|(_, choice)| *choice).ok_or_else(|| {
         let names: Vec<&str> = choices.iter().map(|(own, _)| *own).collect();
         let hint = nearest(name, &names).first().map_or(String::new(), |likely| format!("; did you mean `{likely}`?"));
-        format!("{key}: `{name}` is none of {}{hint}", names.join(", "))
+        format!("{key}: `{name}` is not one of {}{hint}", names.join(", "))
     })
 }

@@ -1,4 +1,4 @@
-//! Python interface of the client: the module `shatter._shatter`, whose names `shatter` hands on. What they mean stands in
+//! Python interface of the client: the module `shatter._shatter`, whose names `shatter` exports. They are documented in
 //! `python/shatter/_shatter.pyi`.
 
 mod array;
@@ -15,11 +15,11 @@ use refusal::{Refusal, ShatterError};
 use service::Service;
 use shatter_client::{Convention, default_service};
 
-/// Connects to the service of that name, or without one to that of ``SHATTER_SERVICE``, or to ``default``.
+/// Connects to a service by name; without a name to that of ``SHATTER_SERVICE``, or to ``default``.
 ///
-/// Its answers come in the coordinates of ``convention``.
+/// Its results come in the coordinates of ``convention``.
 ///
-/// The connection outlives the daemon: what was under way when it went away ends as ``lost``, what comes next goes to its successor.
+/// The connection outlives the daemon: requests under way when a daemon goes away end as ``lost``; later ones go to its successor.
 #[pyfunction]
 #[pyo3(signature = (name = None, *, timeout_s = 1.0, convention = "gltf"))]
 fn connect(py: Python<'_>, name: Option<&str>, timeout_s: f64, convention: &str) -> PyResult<Service> {
@@ -28,7 +28,7 @@ fn connect(py: Python<'_>, name: Option<&str>, timeout_s: f64, convention: &str)
     Service::connect(py, &named(name)?, timeout, convention)
 }
 
-/// The service of that name, or of the environment.
+/// The name, or that of the default service.
 fn named(name: Option<&str>) -> PyResult<String> {
     name.map_or_else(|| default_service().map_err(refusal::raised), |name| Ok(name.to_owned()))
 }

@@ -1,4 +1,4 @@
-//! The exceptions of the module.
+//! Exceptions of the module.
 
 use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
@@ -6,12 +6,17 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyType};
 
 pyo3::create_exception!(shatter, ShatterError, PyException, "Base class of the exceptions of this module.");
-pyo3::create_exception!(shatter, Refusal, ShatterError, "Why something was not done.");
+pyo3::create_exception!(
+    shatter,
+    Refusal,
+    ShatterError,
+    "An error of the client or the service. The message is one sentence for people."
+);
 
-/// The class `ArgumentError`. It has two bases, and `create_exception!` takes one.
+/// The class `ArgumentError`, which has two bases; `create_exception!` supports one.
 static ARGUMENT_ERROR: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
-/// The class of the exceptions that [`wrong`] makes.
+/// Class of the exceptions that [`wrong`] makes.
 ///
 /// # Errors
 /// Python has no memory for the class.
@@ -20,14 +25,14 @@ pub fn argument_error(py: Python<'_>) -> PyResult<&Bound<'_, PyType>> {
         let bases = (py.get_type::<ShatterError>(), py.get_type::<PyValueError>());
         let members = PyDict::new(py);
         members.set_item("__module__", "shatter")?;
-        members.set_item("__doc__", "An argument cannot be used.")?;
+        members.set_item("__doc__", "An argument that cannot be used.")?;
         let class = py.get_type::<PyType>().call1(("ArgumentError", bases, members))?;
         Ok::<_, PyErr>(class.cast_into::<PyType>()?.unbind())
     })?;
     Ok(class.bind(py))
 }
 
-/// The exception for an argument that cannot be used.
+/// Exception for an argument that cannot be used.
 pub fn wrong(message: impl Into<String>) -> PyErr {
     let message = message.into();
     Python::attach(|py| match argument_error(py) {
@@ -36,7 +41,7 @@ pub fn wrong(message: impl Into<String>) -> PyErr {
     })
 }
 
-/// The exception that `refusal` is, with its rule, offender, fault and advice as attributes.
+/// Exception for `refusal`, with its kind, position, fault and retry advice as attributes.
 pub fn raised(refusal: shatter_client::Error) -> PyErr {
     Python::attach(|py| {
         let error = Refusal::new_err(shatter_proto::text::message(&refusal.message));

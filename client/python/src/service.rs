@@ -11,16 +11,16 @@ use std::time::{Duration, Instant};
 // Signatures show literals in `help()`, but not constants.
 const _: () = assert!(SEED_DEFAULT == 0);
 
-/// How long nobody looks whether Ctrl-C was pressed.
+/// Interval between two checks for Ctrl-C.
 const SLICE: Duration = Duration::from_millis(50);
 
-/// Seconds that are a time.
+/// Checks a timeout, s.
 pub fn timeout(seconds: f64) -> PyResult<Duration> {
     Duration::try_from_secs_f64(seconds).map_err(|error| wrong(format!("{seconds} s: {error}")))
 }
 
-/// Asks in slices until there is an answer or a refusal that is not `pending`, or until `timeout` is over; other threads of Python run
-/// meanwhile, and signals are heeded.
+/// Repeats `ask` in slices until it returns a result or an error that is not `pending`, or until `timeout`. Other threads of Python run
+/// meanwhile, and signals are handled.
 pub fn in_slices<T: Send>(
     py: Python<'_>,
     timeout: Duration,
@@ -60,7 +60,7 @@ impl Service {
 
 #[pymethods]
 impl Service {
-    /// The object of that name, ready to be struck.
+    /// Finds an object by name, ready to be struck.
     #[pyo3(signature = (name, *, timeout_s = 1.0))]
     fn object(&self, py: Python<'_>, name: &str, timeout_s: f64) -> PyResult<Object> {
         let deadline = Deadline::after(timeout(timeout_s)?);
@@ -79,20 +79,19 @@ impl Service {
     fn status(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Status> {
         let deadline = Deadline::after(timeout(timeout_s)?);
         let status = py.detach(|| self.0.status(deadline)).map_err(raised)?;
-        let row = status.row();
         Ok(Status {
-            pid: row.pid,
-            threads: row.threads,
-            clients: row.clients,
-            queued: row.queued,
-            running: row.running,
-            answered: row.answered,
-            refused: row.refused,
-            uptime_s: 1e-9 * row.uptime_ns as f64,
+            pid: status.pid,
+            threads: status.threads,
+            clients: status.clients,
+            queued: status.queued,
+            running: status.running,
+            answered: status.answered,
+            refused: status.refused,
+            uptime_s: status.uptime.as_secs_f64(),
         })
     }
 
-    /// Gives a kept answer back.
+    /// Releases a kept result: its fragments cannot be struck any more.
     #[pyo3(signature = (handle, *, timeout_s = 1.0))]
     fn release(&self, py: Python<'_>, handle: u64, timeout_s: f64) -> PyResult<()> {
         let deadline = Deadline::after(timeout(timeout_s)?);
@@ -100,7 +99,7 @@ impl Service {
     }
 }
 
-/// How a service goes.
+/// State of a service.
 #[pyclass(frozen, get_all, module = "shatter")]
 pub struct Status {
     pid: u32,
@@ -113,7 +112,7 @@ pub struct Status {
     uptime_s: f64,
 }
 
-/// What a service says of an object.
+/// Facts of an object.
 #[pyclass(frozen, get_all, module = "shatter")]
 pub struct Facts {
     name: String,
@@ -141,9 +140,9 @@ impl From<&ObjectFacts> for Facts {
     fn from(facts: &ObjectFacts) -> Self {
         Self {
             name: facts.name.clone(),
-            ready: facts.ready,
+            ready: facts.is_ready(),
             state: facts.state.name(),
-            refusal: facts.refusal.as_ref().map(|refusal| refusal.message.clone()),
+            refusal: facts.error.as_ref().map(|error| error.message.clone()),
             material: facts.material.clone(),
             bodies: facts.bodies,
             degree_max: facts.degree_max,
@@ -179,11 +178,11 @@ impl Object {
         &self.0.facts().name
     }
 
-    /// Sends a strike of one to eight contacts; never blocks. Keywords are the flags of ``shatter impact``.
+    /// Sends a request of one to eight contacts; never blocks. Keywords are the options of ``shatter impact``.
     ///
-    /// ``degree``: a number of pieces, which breaks the object whatever γ says, or where the number comes from. ``enable`` and
-    /// ``disable``: names of effects, such as ``normals``, ``hulls``, ``bonds``. ``origin``: handle of a kept answer and the id of its
-    /// fragment, which is struck instead of the object.
+    /// ``degree``: a number of sites, which breaks the object whatever γ is, or the rule that sets the number. ``enable`` and ``disable``:
+    /// names of effects, such as ``normals``, ``hulls``, ``bonds``. ``origin``: handle of a kept result and id of its fragment, which is
+    /// struck instead of the object.
     #[pyo3(signature = (*contacts, degree = None, quality = None, error = None, time_ms = None, iterations = None,
         enable = None, disable = None, gamma_j_m2 = None, lift = None, elastic = None, seed = 0, keep = false,
         origin = None, deadline_s = None, fragments_max = None, bytes_max = None))]
@@ -230,8 +229,8 @@ impl Object {
         self.0.strike(&impact).map(Ticket::new).map_err(raised)
     }
 
-    /// Where the ray from ``origin`` along ``direction`` first meets the object, or ``fragment``: the handle of a kept answer
-    /// and the id of its fragment. Waits for it.
+    /// Finds the first hit of the ray from ``origin`` along ``direction`` on the object, or on ``fragment``: the handle of a kept result
+    /// and the id of its fragment. Waits for the service.
     #[pyo3(signature = (origin, direction, *, fragment = None, timeout_s = 5.0))]
     fn aim(
         &self,
@@ -248,7 +247,7 @@ impl Object {
         hit.ok_or_else(|| raised(Error::new(ErrorKind::BadAnswer, "hit", "the service sent no hit for a ray")))
     }
 
-    /// Divides the whole object into even pieces without an impact; asks where bodies are first, if there are several.
+    /// Divides the whole object evenly without an impact; asks the service where the bodies are first, if there are several.
     #[pyo3(signature = (pieces, *, seed = 0, timeout_s = 60.0))]
     fn even(&self, py: Python<'_>, pieces: u32, seed: u64, timeout_s: f64) -> PyResult<Ticket> {
         let deadline = Deadline::after(timeout(timeout_s)?);
@@ -256,7 +255,7 @@ impl Object {
         self.0.strike(&impact.seed(seed)).map(Ticket::new).map_err(raised)
     }
 
-    /// The factor on these impulses at which the object just breaks; waits for it.
+    /// Factor on these impulses at which the object just breaks; waits for the service.
     #[pyo3(signature = (*contacts, timeout_s = 60.0))]
     fn threshold_factor(&self, py: Python<'_>, contacts: Vec<PyRef<'_, Contact>>, timeout_s: f64) -> PyResult<f64> {
         let impact = impact::at(contacts.iter().map(|contact| &**contact))?.threshold_only();

@@ -1,4 +1,4 @@
-//! Strikes under way.
+//! Requests under way.
 
 use crate::broken::Broken;
 use crate::refusal::raised;
@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use shatter_client::{ErrorKind, Poll, Progress};
 use std::sync::{Mutex, PoisonError};
 
-/// A strike under way; cancelled when the last reference to it goes before it was answered.
+/// A request under way. It is canceled when the last reference to it goes before its result.
 #[pyclass(frozen, module = "shatter")]
 pub struct Ticket(Mutex<Option<shatter_client::Ticket>>);
 
@@ -21,24 +21,25 @@ impl Ticket {
         ask: impl FnOnce(&mut shatter_client::Ticket) -> Result<T, shatter_client::Error>,
     ) -> Result<T, shatter_client::Error> {
         let mut place = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let spent = || shatter_client::Error::new(ErrorKind::Cancelled, "ticket", "the ticket was cancelled");
+        let spent =
+            || shatter_client::Error::new(ErrorKind::Cancelled, "ticket", "the ticket was canceled; strike again");
         ask(place.as_mut().ok_or_else(spent)?)
     }
 }
 
 #[pymethods]
 impl Ticket {
-    /// Waits for the answer; Ctrl-C ends it. On ``late`` the ticket is still good.
+    /// Waits for the result; Ctrl-C ends it. After ``late`` the ticket is still valid.
     #[pyo3(signature = (*, timeout_s = 60.0))]
     pub fn wait(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Broken> {
         let timeout = timeout(timeout_s)?;
-        // The service may say `late`, too, of the strike.
+        // The service may report `late` as well, for the request itself.
         let pending = |refusal: &shatter_client::Error| refusal.kind == ErrorKind::Late && refusal.at == "ticket";
         let broken = in_slices(py, timeout, pending, |slice| self.with(|ticket| ticket.wait(slice)))?;
         Ok(Broken::new(broken))
     }
 
-    /// The answer if it is there; never blocks. Once a frame is often enough.
+    /// The result if there is one; never blocks. Once a frame is often enough.
     fn poll(&self, py: Python<'_>) -> PyResult<Option<Broken>> {
         match py.detach(|| self.with(shatter_client::Ticket::poll)).map_err(raised)? {
             Poll::Pending => Ok(None),

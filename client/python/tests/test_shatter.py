@@ -1,4 +1,4 @@
-"""What the package promises, against a daemon that the environment names: SHATTER_TEST_SERVICE and SHATTER_TEST_OBJECT."""
+"""Tests of the package against a daemon that the environment names: SHATTER_TEST_SERVICE and SHATTER_TEST_OBJECT."""
 
 import functools
 import gc
@@ -203,7 +203,7 @@ def test_wrong_arguments_are_named(body, service):
         body.strike()
     for keywords in [{"degree": wrong} for wrong in ["many", -1, 2**32, 2.5]] + [{"quality": "fine"}, {"lift": "up"}, {"elastic": "no"}]:
         (key,) = keywords
-        with pytest.raises(ValueError, match=f"^{key}: .* is none of "):
+        with pytest.raises(ValueError, match=f"^{key}: .* is not one of "):
             body.strike(blow(body), **keywords)
     with pytest.raises(ValueError):
         body.strike(blow(body)).wait(timeout_s=-1.0)
@@ -239,7 +239,7 @@ def test_a_ray_finds_the_point(body):
     origin = (low + high) / 2 + (0.0, 1.0, 0.0)
     hit = body.aim(origin, (0.0, -3.0, 0.0))
     assert hit.normal[1] > 0.7 and hit.distance == pytest.approx(origin[1] - hit.point[1])
-    # The bounds are the mesh's; a ray hits the lattice's surface, here within a fortieth of its spacing of 40 mm.
+    # The bounds are those of the mesh; a ray hits the lattice's surface, here within a fortieth of its spacing of 40 mm.
     assert (low - 1e-3 <= hit.point).all() and (hit.point <= high + 1e-3).all()
     broken = body.strike(shatter.Contact(origin, (0.0, -2.0, 0.0), ray=(0.0, -1.0, 0.0)), degree=5, keep=True).wait()
     assert broken.hit.point == hit.point
@@ -325,7 +325,7 @@ def test_one_ticket_in_two_threads(body):
 
 
 def test_ctrl_c_ends_a_wait():
-    # Programs started in the background of a script ignore the signal, and so do theirs.
+    # Programs that a script starts in the background ignore the signal, and so do their children.
     script = (
         "import shatter, signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
         "print('on', flush=True); shatter.wait_for('nobody-here', timeout_s=600)"

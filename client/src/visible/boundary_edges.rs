@@ -5,7 +5,7 @@
 //! edges between them become paths along it.
 
 use super::Faces;
-use crate::FragmentSkin;
+use crate::fragment::FragmentSkin;
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
@@ -15,7 +15,7 @@ const REACH_EDGES: f32 = 4.0;
 /// The longest path that an edge becomes, over the distance between its ends and what these moved.
 const PATH_MAX: f32 = 8.0;
 
-/// How many rim vertices in a row take the place of the one before them where nothing of the skin's rim is near.
+/// Number of consecutive rim vertices that move to where the one before them moved, where no vertex of the skin's rim is near.
 const UNMATCHED_MAX: usize = 8;
 
 /// A directed edge between welded vertices.
@@ -78,7 +78,7 @@ impl<'a> BoundaryEdges<'a> {
         let mut rim = Self { positions, welded, edges, next: HashMap::new(), directions: HashMap::new() };
         for &[from, to] in &rim.edges {
             rim.next.entry(from).or_default().push(to);
-            let along = place(positions, to) - place(positions, from);
+            let along = position(positions, to) - position(positions, from);
             *rim.directions.entry(from).or_default() += along;
             *rim.directions.entry(to).or_default() += along;
         }
@@ -86,7 +86,7 @@ impl<'a> BoundaryEdges<'a> {
     }
 
     fn length(&self, [from, to]: Edge) -> f32 {
-        (place(self.positions, to) - place(self.positions, from)).norm()
+        (position(self.positions, to) - position(self.positions, from)).norm()
     }
 
     /// By vertex of this rim: the nearest vertex of `target` where that runs in the same direction, unless it is far.
@@ -99,17 +99,17 @@ impl<'a> BoundaryEdges<'a> {
         let cell = |at: Vector3<f32>| [0, 1, 2].map(|axis| (at[axis] / reach).floor() as i64);
         let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
         for &vertex in target.directions.keys() {
-            cells.entry(cell(place(target.positions, vertex))).or_default().push(vertex);
+            cells.entry(cell(position(target.positions, vertex))).or_default().push(vertex);
         }
         let nearest = |vertex: u32, direction: &Vector3<f32>| {
-            let at = place(self.positions, vertex);
+            let at = position(self.positions, vertex);
             let [x, y, z] = cell(at);
             let around = (0..27).map(|k| [x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1]);
             around
                 .filter_map(|key| cells.get(&key))
                 .flatten()
                 .filter(|other| target.directions[*other].dot(direction) > 0.0)
-                .map(|&other| ((place(target.positions, other) - at).norm(), other))
+                .map(|&other| ((position(target.positions, other) - at).norm(), other))
                 .filter(|(distance, _)| *distance <= reach)
                 .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
         };
@@ -119,7 +119,7 @@ impl<'a> BoundaryEdges<'a> {
             let behind = |&[from, to]: &Edge| Some((to, *moved.get(&from).filter(|_| !moved.contains_key(&to))?));
             let more: Vec<(u32, u32)> = self.edges.iter().filter_map(behind).collect();
             let is_near = |(vertex, other): &(u32, u32)| {
-                (place(self.positions, *vertex) - place(target.positions, *other)).norm() <= reach
+                (position(self.positions, *vertex) - position(target.positions, *other)).norm() <= reach
             };
             moved.extend(more.into_iter().filter(is_near));
         }
@@ -130,7 +130,7 @@ impl<'a> BoundaryEdges<'a> {
     fn paths(&self, target: &BoundaryEdges<'_>, moved: &HashMap<u32, u32>) -> HashMap<Edge, Vec<u32>> {
         let path = |edge: &Edge| {
             let ends = [*moved.get(&edge[0])?, *moved.get(&edge[1])?];
-            let far = |k: usize| (place(self.positions, edge[k]) - place(target.positions, ends[k])).norm();
+            let far = |k: usize| (position(self.positions, edge[k]) - position(target.positions, ends[k])).norm();
             let most = PATH_MAX * (self.length(*edge) + far(0) + far(1));
             let (forth, back) = (target.walk(ends, most), target.walk([ends[1], ends[0]], most));
             let back = back.map(|(length, path)| (length, path.into_iter().rev().collect()));
@@ -157,7 +157,7 @@ impl<'a> BoundaryEdges<'a> {
     }
 }
 
-fn place(positions: &[[f32; 3]], vertex: u32) -> Vector3<f32> {
+fn position(positions: &[[f32; 3]], vertex: u32) -> Vector3<f32> {
     Vector3::from(positions[vertex as usize])
 }
 
@@ -184,8 +184,8 @@ fn divide(
         polygon.push(ends[0]);
         let Some(path) = paths.get(&ends.map(|vertex| welded[vertex as usize])) else { continue };
         divided[k] = true;
-        for (place, vertex) in path.iter().enumerate() {
-            let share = (place + 1) as f32 / (path.len() + 1) as f32;
+        for (step, vertex) in path.iter().enumerate() {
+            let share = (step + 1) as f32 / (path.len() + 1) as f32;
             polygon.push(between(cracks, ends, share, skin_positions[*vertex as usize]));
         }
     }
@@ -202,7 +202,7 @@ fn divide(
     }
 }
 
-/// A new vertex at `position` that looks as the mean of two others.
+/// A new vertex at `position` whose normal and texture coordinates are between those of two others.
 fn between(cracks: &mut Faces, ends: [u32; 2], share: f32, position: [f32; 3]) -> u32 {
     let [from, to] = ends.map(|vertex| vertex as usize);
     let normal = Vector3::from(cracks.normals[from]).lerp(&Vector3::from(cracks.normals[to]), share);
@@ -216,7 +216,7 @@ fn between(cracks: &mut Faces, ends: [u32; 2], share: f32, position: [f32; 3]) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shatter_proto::result::SkinVertexWire;
+    use shatter_proto::result::SkinVertex;
 
     /// A crack face in the plane z = 0: a regular polygon of that many corners and radius, as a fan around its center.
     fn disc(corners: u32, radius: f32) -> Faces {
@@ -231,16 +231,16 @@ mod tests {
     }
 
     /// A skin around the face: a cone below it, whose rim has that many corners.
-    fn cone(corners: u32, radius: f32) -> (Vec<SkinVertexWire>, Vec<u32>) {
+    fn cone(corners: u32, radius: f32) -> (Vec<SkinVertex>, Vec<u32>) {
         let rim = disc(corners, radius);
         let position = |vertex: usize| if vertex == 0 { [0.0, 0.0, -2.0] } else { rim.positions[vertex] };
-        let vertex = |vertex| SkinVertexWire { position_m: position(vertex), normal: [0.0, 0.0, -1.0], uv: [0.0; 2] };
+        let vertex = |vertex| SkinVertex { position_m: position(vertex), normal: [0.0, 0.0, -1.0], uv: [0.0; 2] };
         let indices = rim.indices.as_chunks::<3>().0.iter().flat_map(|&[a, b, c]| [a, c, b]).collect();
         ((0..rim.positions.len()).map(vertex).collect(), indices)
     }
 
     /// Half-edges without an opposite, of face and skin together.
-    fn open(cracks: &Faces, vertices: &[SkinVertexWire], indices: &[u32]) -> usize {
+    fn open(cracks: &Faces, vertices: &[SkinVertex], indices: &[u32]) -> usize {
         let first = cracks.positions.len() as u32;
         let positions: Vec<[f32; 3]> =
             cracks.positions.iter().copied().chain(vertices.iter().map(|vertex| vertex.position_m)).collect();

@@ -1,13 +1,13 @@
-//! What is seen of a fragment: its skin and its crack faces, in one mesh.
+//! The visible surface of a fragment: its skin and its crack faces, in one mesh.
 
 mod boundary_edges;
 mod nearby_skin;
 
-use crate::{Fragment, FragmentSkin, Run};
+use crate::fragment::{Fragment, FragmentSkin, Run};
 use nalgebra::Vector3;
 use nearby_skin::NearbySkin;
 use shatter_export::{RunView, smooth_normals};
-use shatter_proto::result::VertexAttributeWire;
+use shatter_proto::result::OuterAttributes;
 
 /// Normals and texture coordinates of vertices; empty where the result has none.
 #[derive(Default)]
@@ -19,20 +19,19 @@ pub(crate) struct Appearance {
 impl Appearance {
     /// Of a fragment's own vertices: the input's attributes outside, and on cracks those of the result, or smooth normals.
     pub fn of(fragment: &Fragment<'_>) -> Self {
-        let looks = fragment.vertex_attributes();
-        if looks.is_empty() {
+        let attributes = fragment.outer_attributes();
+        if attributes.is_empty() {
             return Self::default();
         }
-        let is_told = |look: &VertexAttributeWire| look.normal != [0.0; 3];
-        let normal =
-            |(look, smooth): (&VertexAttributeWire, [f32; 3])| if is_told(look) { look.normal } else { smooth };
-        let normals = looks.iter().zip(normals(fragment)).map(normal).collect();
+        let is_given = |own: &OuterAttributes| own.normal != [0.0; 3];
+        let normal = |(own, smooth): (&OuterAttributes, [f32; 3])| if is_given(own) { own.normal } else { smooth };
+        let normals = attributes.iter().zip(normals(fragment)).map(normal).collect();
         let cracks = fragment.uvs();
-        let uv = |(vertex, look): (usize, &VertexAttributeWire)| match is_told(look) {
-            true => look.uv,
+        let uv = |(vertex, own): (usize, &OuterAttributes)| match is_given(own) {
+            true => own.uv,
             false => cracks.get(vertex).copied().unwrap_or_default(),
         };
-        let uvs: Vec<[f32; 2]> = looks.iter().enumerate().map(uv).collect();
+        let uvs: Vec<[f32; 2]> = attributes.iter().enumerate().map(uv).collect();
         Self { normals, uvs: unless_zero(uvs) }
     }
 }
@@ -62,7 +61,7 @@ impl Faces {
     fn cracks(fragment: &Fragment<'_>) -> Self {
         let mut faces = Self::default();
         let normals = normals(fragment);
-        for run in fragment.runs().filter(|run| run.crack) {
+        for run in fragment.runs().filter(|run| run.is_crack) {
             faces.push(&run, &normals, fragment.uvs());
         }
         faces
@@ -107,7 +106,7 @@ pub(crate) struct VisibleMesh {
 }
 
 impl VisibleMesh {
-    /// What is seen of `fragments`: of those of one result that have a skin, be it an empty one.
+    /// The visible surfaces of `fragments`: those of one result that have a skin, be it an empty one.
     pub fn all(fragments: &[(Fragment<'_>, FragmentSkin<'_>)]) -> Vec<Self> {
         let mut cracks: Vec<(Faces, Vec<bool>)> =
             fragments.iter().map(|(own, skin)| Faces::fitted(own, skin)).collect();

@@ -6,13 +6,13 @@
 use nalgebra::Vector3;
 use std::collections::{HashMap, HashSet};
 
-/// How far from the surface vertices are looked at, in mean edge lengths of the crack faces.
+/// Largest distance from the surface of the vertices that are examined, in mean edge lengths of the crack faces.
 const REACH_EDGES: f64 = 3.0;
 
-/// How far below the surface vertices lie at least, in the same unit.
+/// Smallest depth of vertices below the surface, in the same unit.
 const DEPTH_EDGES: f64 = 0.1;
 
-/// How far above the surface the middle of a triangle that is left out lies at least, in the same unit.
+/// Smallest height above the surface of the middle of a triangle that is left out, in the same unit.
 const OVER_EDGES: f64 = 0.02;
 
 /// Distances that differ by less than this part are equal: the nearest point lies on an edge of two triangles.
@@ -68,7 +68,7 @@ impl NearbySkin {
         self.height(middle).is_some_and(|(height, _)| height > over)
     }
 
-    /// How far above the nearest triangle a point is, and the normal of that; `None` where all are far.
+    /// Height of a point above the nearest triangle, and the normal of that; `None` where all are far.
     fn height(&self, point: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
         let mut best: Option<(f64, f64, Vector3<f64>)> = None;
         let triangles = around(self.cell(point)).filter_map(|key| self.cells.get(&key)).flatten();

@@ -6,14 +6,14 @@ use fastrand::Rng;
 use shatter_export::{glb_bytes, mjcf};
 use shatter_proto::layout::{Layout, SectionCounts, SectionsMut};
 use shatter_proto::result::{
-    Block, BondWire, FragmentWire, HullWire, NO_MATERIAL, OUTER, RunWire, SkinVertexWire, SkinWire, VertexAttributeWire,
+    Block, BondWire, FragmentWire, HullWire, NO_MATERIAL, OUTER, OuterAttributes, RunWire, SkinVertex, SkinWire,
 };
 use shatter_proto::view::CheckedLayout;
 
 const CORNERS: [[f32; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
-/// What one fragment, a tetrahedron, has.
+/// Arrays of one fragment, a tetrahedron.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Shape {
     /// Faces that are outer; the others are cracks, one run each. `None`: it has no faces at all.
@@ -34,10 +34,10 @@ struct Made {
     hulls: Vec<HullWire>,
     hull_positions: Vec<[f32; 3]>,
     hull_indices: Vec<u32>,
-    looks: Vec<VertexAttributeWire>,
+    looks: Vec<OuterAttributes>,
     materials: Vec<u32>,
     skins: Vec<SkinWire>,
-    skin_vertices: Vec<SkinVertexWire>,
+    skin_vertices: Vec<SkinVertex>,
     skin_indices: Vec<u32>,
     skin_materials: Vec<u32>,
 }
@@ -110,7 +110,7 @@ impl Made {
             }
             if ran.attributes {
                 let normal = if crack { [0.0; 3] } else { [0.0, 1.0, 0.0] };
-                self.looks.push(VertexAttributeWire { normal, uv: [0.5; 2] });
+                self.looks.push(OuterAttributes { normal, uv: [0.5; 2] });
             }
         }
         if ran.attributes && ran.materials {
@@ -148,7 +148,7 @@ impl Made {
     fn skin(&mut self, outer: usize, ran: Ran) {
         let (vertex_first, index_first) = (self.skin_vertices.len() as u32, self.skin_indices.len() as u32);
         for (place, corner) in FACES[..outer].iter().flatten().enumerate() {
-            self.skin_vertices.push(SkinVertexWire {
+            self.skin_vertices.push(SkinVertex {
                 position_m: CORNERS[*corner].map(|x| 1.01 * x),
                 normal: [0.0, 1.0, 0.0],
                 uv: if ran.materials { [0.1; 2] } else { [0.0; 2] },
@@ -222,7 +222,7 @@ fn read(fragment: &Fragment<'_>) -> usize {
     let own = fragment.positions().len()
         + fragment.normals().len()
         + fragment.uvs().len()
-        + fragment.vertex_attributes().len();
+        + fragment.outer_attributes().len();
     own + hull + skin + runs + fragment.materials().len() + usize::from(fragment.is_closed())
 }
 

@@ -1,4 +1,4 @@
-//! Rays of contacts: aimed at an object whose surface the client does not know.
+//! Rays of contacts: they aim at an object whose surface the client does not know.
 
 use super::{Contact, Purpose};
 use crate::{Error, ErrorKind};
@@ -30,14 +30,17 @@ pub fn squarable(direction: [f64; 3]) -> [f64; 3] {
     if square.is_normal() || !possible { direction } else { direction.map(|x| x / largest) }
 }
 
-/// Refuses rays beside other contacts, and aiming without a ray.
+/// Checks that a ray stands alone, and that a request that aims has one.
+///
+/// # Errors
+/// `ray`.
 pub(super) fn check(contacts: &[Contact], purpose: Purpose) -> Result<(), Error> {
     let first = contacts.iter().position(|contact| contact.ray.is_some());
     match first {
         Some(i) if contacts.len() > 1 => {
             let count = contacts.len();
             let message = format!(
-                "contact {i} has a ray, but there are {count} contacts; a ray needs a strike of one contact. Aim first, and pass the points."
+                "contact {i} has a ray, but there are {count} contacts; a ray needs a request of one contact. Aim first, and pass the points."
             );
             Err(Error::new(ErrorKind::Ray, format!("contacts[{i}].ray"), message))
         }

@@ -1,16 +1,16 @@
-//! Dials of accuracy and time, as they travel.
+//! Settings of accuracy and time, as they travel.
 
 use super::{Request, RequestWire, given};
 use crate::name::suggestion;
 use crate::{Error, ErrorKind};
 
-/// Largest error that can be asked for: beyond, nothing is computed.
+/// Largest relative error that a request may allow.
 pub const ERROR_MAX: f64 = 1.0;
 
-/// Longest time that can be asked for, ms: an hour.
+/// Longest time that a request may allow, ms: an hour.
 pub const TIME_MS_MAX: f64 = 3.6e6;
 
-/// Most iterations that can be asked for.
+/// Most iterations that a request may allow.
 pub const ITERATIONS_MAX: u32 = 10_000;
 
 /// Which lift.
@@ -24,17 +24,17 @@ pub enum Lift {
     SurfaceDiffusion,
 }
 
-/// A preset: a bundle of numbers, which the answer tells.
+/// A preset: a bundle of numbers, which the result reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
     /// To try things out.
     Draft,
-    /// A strike within a frame.
+    /// A result within a frame.
     #[default]
     Game,
     /// As fine as cracks are seen close up.
     Film,
-    /// What the others are measured by.
+    /// The reference for the accuracy of the others.
     Reference,
 }
 
@@ -76,18 +76,21 @@ impl Quality {
 }
 
 impl RequestWire {
-    /// Writes the dials of `strike`.
-    pub(super) fn set_dials(&mut self, strike: &Request) -> Result<(), Error> {
-        self.lift = match strike.lift {
+    /// Writes the settings of `request`.
+    ///
+    /// # Errors
+    /// `budget`.
+    pub(super) fn set_settings(&mut self, request: &Request) -> Result<(), Error> {
+        self.lift = match request.lift {
             None => 0,
             Some(Lift::Euclidean) => 1,
             Some(Lift::Interior) => 2,
             Some(Lift::SurfaceDiffusion) => 3,
         };
-        self.quality = strike.quality.map_or(0, Quality::number);
-        self.error_max = given(strike.error_max, error)?;
-        self.time_ms_max = given(strike.time_ms_max, time)?;
-        self.iterations = match strike.iterations_max {
+        self.quality = request.quality.map_or(0, Quality::number);
+        self.error_max = given(request.error_max, error)?;
+        self.time_ms_max = given(request.time_ms_max, time)?;
+        self.iterations = match request.iterations_max {
             Some(count) if count > ITERATIONS_MAX => return Err(iterations(count)),
             count => count.map_or(0, |count| count + 1),
         };

@@ -22,7 +22,7 @@ fn wire() -> RequestWire {
     strike().wire([9; 16], 42).unwrap()
 }
 
-/// The one place where these tests look at a refusal.
+/// Checks the error of an invalid request.
 fn check(change: impl FnOnce(&mut RequestWire), kind: ErrorKind, at: &str) {
     let mut wire = wire();
     change(&mut wire);
@@ -168,7 +168,7 @@ proptest! {
         prop_assert!(wire.validate().is_err());
     }
 
-    /// One changed byte: either refused, or a strike that writes back without loss.
+    /// One changed byte: either refused, or a request that writes back without loss.
     #[test]
     fn mutated_bytes_never_panic(at in 0..size_of::<RequestWire>(), value in any::<u8>()) {
         let mut bytes = bytemuck::bytes_of(&wire()).to_vec();

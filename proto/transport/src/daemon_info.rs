@@ -5,7 +5,7 @@ use crate::TRANSPORT_VERSION;
 use serde::{Deserialize, Serialize};
 use shatter_proto::{Error, ErrorKind, PROTOCOL_VERSION};
 
-/// What a daemon says about itself.
+/// Information that a daemon publishes about itself.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DaemonInfo {
     /// Its [`PROTOCOL_VERSION`].
@@ -24,7 +24,7 @@ pub struct DaemonInfo {
 }
 
 impl DaemonInfo {
-    /// What this build says as process `pid`, whose transport is the instance of this token.
+    /// Information of this build as process `pid`, with the transport instance of this token.
     pub fn ours(pid: u32, instance: &str) -> Self {
         Self {
             protocol: PROTOCOL_VERSION,
@@ -42,6 +42,9 @@ impl DaemonInfo {
     }
 
     /// Reads the file's contents.
+    ///
+    /// # Errors
+    /// `version_mismatch` at `hello` for a file that cannot be read.
     pub fn from_json(json: &str) -> Result<Self, Error> {
         serde_json::from_str(json).map_err(|error| {
             let message = format!("the daemon's hello cannot be read: {error}");
@@ -50,6 +53,9 @@ impl DaemonInfo {
     }
 
     /// Refuses a daemon that this build cannot talk to, naming both versions.
+    ///
+    /// # Errors
+    /// `version_mismatch`, whose message names both versions.
     pub fn check(&self) -> Result<(), Error> {
         let theirs = format!("protocol {}, {}", self.protocol, self.transport);
         let ours = format!("protocol {PROTOCOL_VERSION}, {TRANSPORT_VERSION}");

@@ -1,4 +1,4 @@
-//! Where the transport of one daemon process lives: a private folder in shared memory, under a random name.
+//! Location of the transport of one daemon process: a private folder in shared memory, under a random name.
 //!
 //! Shared memory has one folder for all users of a machine, and another user who knows a name beforehand can take it. So a daemon
 //! draws a random name when it starts, keeps everything in a folder of that name which is closed to others, and tells the name in
@@ -7,11 +7,13 @@
 
 use crate::daemon_info::DaemonInfo;
 use crate::paths::{ServicePaths, create_private, trusted};
-use crate::shared_memory;
 use shatter_proto::{Error, ErrorKind};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+
+/// The folder of shared memory, one for all users.
+pub const SHARED_MEMORY: &str = "/dev/shm";
 
 /// Digits of a token, of 36 each: 57 bits, too many to try out.
 const TOKEN_DIGITS: usize = 11;
@@ -19,16 +21,19 @@ const TOKEN_DIGITS: usize = 11;
 /// The digits of tokens and marks.
 pub(crate) const DIGITS: &[u8; 36] = b"0123456789abcdefghijklmnopqrstuvwxyz";
 
-/// Where the transport of one daemon process lives.
+/// Location of the transport of one daemon process.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Instance {
-    /// What tells it from others of its place.
+    /// Random token that distinguishes it from other instances of the service.
     pub token: String,
     /// Folder of the transport's segments, sockets and other files.
     pub folder: PathBuf,
 }
 
-/// A random word. Errors: `runtime_folder` where there is no source of random numbers.
+/// A random word.
+///
+/// # Errors
+/// `runtime_folder` where there is no source of random numbers.
 pub fn random_token() -> Result<String, Error> {
     let source = Path::new("/dev/urandom");
     let mut bytes = [0; TOKEN_DIGITS];
@@ -40,7 +45,10 @@ pub fn random_token() -> Result<String, Error> {
 }
 
 impl Instance {
-    /// A new one at `place`, which nobody else knows. Errors: as of [`random_token`].
+    /// Creates an instance at `place` under a new random name.
+    ///
+    /// # Errors
+    /// As of [`random_token`].
     pub fn random(place: &ServicePaths) -> Result<Self, Error> {
         Ok(Self::named(place, random_token()?))
     }
@@ -51,7 +59,10 @@ impl Instance {
         valid.then(|| Self::named(place, token.to_owned()))
     }
 
-    /// The one of the daemon that serves at `place` now. Errors: `no_daemon`, `version_mismatch`.
+    /// The one of the daemon that serves at `place` now.
+    ///
+    /// # Errors
+    /// `no_daemon`, `version_mismatch`.
     pub fn serving(place: &ServicePaths) -> Result<Self, Error> {
         let none = |why: String| Error::new(ErrorKind::NoDaemon, place.service.as_str(), why);
         let path = place.hello();
@@ -62,17 +73,23 @@ impl Instance {
     }
 
     fn named(place: &ServicePaths, token: String) -> Self {
-        let folder = Path::new(shared_memory::FOLDER).join(format!("{}{token}", place.mark));
+        let folder = Path::new(SHARED_MEMORY).join(format!("{}{token}", place.mark));
         Self { token, folder }
     }
 
     /// Creates the folder for its owner alone.
+    ///
+    /// # Errors
+    /// `runtime_folder`: the folder cannot be created, or others can change it.
     pub fn create(&self, uid: u32) -> Result<(), Error> {
         create_private(&self.folder)?;
         self.check(uid)
     }
 
-    /// Refuses a folder that others can change. Errors: `runtime_folder`.
+    /// Refuses a folder that others can change.
+    ///
+    /// # Errors
+    /// `runtime_folder`.
     pub fn check(&self, uid: u32) -> Result<(), Error> {
         trusted(&self.folder, uid)
     }

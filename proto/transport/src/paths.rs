@@ -1,4 +1,4 @@
-//! Where a service lives: folders and files. Pure rules that both sides share, so that services of different names, users and
+//! Folders and files of a service. Pure rules that both sides share, so that services of different names, users and
 //! runtime folders never meet. What changes with each daemon is an [`Instance`](crate::instance::Instance).
 
 use crate::instance::DIGITS;
@@ -9,7 +9,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
-/// Where a service lives.
+/// Paths of a service.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ServicePaths {
     /// The service.
@@ -51,7 +51,7 @@ impl ServicePaths {
         self.folder.join("metrics.txt")
     }
 
-    /// What the daemon knows of those before it.
+    /// File with the daemon's record of earlier daemons.
     pub fn past(&self) -> PathBuf {
         self.folder.join("past.json")
     }
@@ -62,6 +62,9 @@ impl ServicePaths {
     }
 
     /// Creates the folder for its owner alone, and checks it if it exists.
+    ///
+    /// # Errors
+    /// `runtime_folder`: a folder cannot be created, belongs to another user, or is open to others.
     pub fn create(&self) -> Result<(), Error> {
         self.make_private().map_err(|refusal| self.advised(refusal))
     }
@@ -77,6 +80,9 @@ impl ServicePaths {
     }
 
     /// Whether there is anything at all, in a folder that belongs to the user alone.
+    ///
+    /// # Errors
+    /// `runtime_folder`: a folder belongs to another user, or is open to others.
     pub fn exists(&self) -> Result<bool, Error> {
         self.is_there().map_err(|refusal| self.advised(refusal))
     }

@@ -1,36 +1,37 @@
-//! What strikes of an object take on this machine: measured when it is loaded, corrected by every strike.
+//! Expected times of requests for an object on this machine: measured when it is loaded, corrected by every request.
 //!
-//! It belongs to no database: those have the same bytes wherever they are baked, and are served elsewhere.
+//! The costs are not stored in databases, whose bytes must not depend on the machine that bakes them.
 
 use shatter_fracture::pipeline::{CostSample, ElasticRequest, StrikeCost};
 use shatter_proto::effect::Effects;
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// What follows a diagram is expected to take so many times what was measured, until strikes say more.
+/// Initial ratio of expected to measured time of the stages after the diagram.
 const MARGIN: f64 = 1.2;
 
-/// What is expected is what this part of the last strikes stayed within.
+/// Quantile of the recent ratios that becomes the expected ratio.
 const QUANTILE: f64 = 0.95;
 
-/// How many these are at most, and how many it takes before [`MARGIN`] has no say.
+/// Maximum number of recent requests, and the number from which [`MARGIN`] has no influence.
 const STRIKES: [usize; 2] = [64, 8];
 
-/// Sets of effects that are told apart; the memory is begun anew beyond.
+/// Maximum number of effect sets with separate statistics; beyond it all statistics start again.
 const EFFECTS_MAX: usize = 256;
 
-/// What is known of one object.
+/// Costs of one object.
 pub struct ObjectCosts(Mutex<Known>);
 
 struct Known {
     cost: StrikeCost,
     measured: bool,
-    /// By the bits of the effects, and whether they were solved for, which is another pace: the pace of strikes, and how many times as long as measured what follows a diagram took at that pace.
+    /// Recent requests by effect bits and by whether they were solved for (which changes the pace): pace, and ratio of the time after
+    /// the diagram to the measured time at that pace.
     rests: HashMap<(u64, bool), VecDeque<[f64; 2]>>,
 }
 
 impl ObjectCosts {
-    /// Of an object that takes about so much.
+    /// Creates the costs of an object from an estimate.
     pub fn new(cost: StrikeCost) -> Self {
         Self(Mutex::new(Known { cost, measured: false, rests: HashMap::new() }))
     }
@@ -39,26 +40,26 @@ impl ObjectCosts {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What a strike with these effects, to be solved for or not, is expected to take.
+    /// Expected cost of a request with these effects; `solved`: whether displacements are solved for.
     pub fn of(&self, effects: Effects, solved: bool) -> StrikeCost {
         let known = self.known();
         let [pace, rest] = known.rests.get(&(effects.bits(), solved)).map_or([1.0, MARGIN], expected);
         known.cost.scaled(pace).with_rest(rest)
     }
 
-    /// Whether it was measured.
+    /// Whether the costs were measured.
     pub fn is_measured(&self) -> bool {
         self.known().measured
     }
 
-    /// It was measured.
+    /// Replaces the costs by a fit to measurements.
     pub fn measured(&self, samples: &[CostSample]) {
         if let Some(cost) = StrikeCost::fit(samples) {
             *self.known() = Known { cost, measured: true, rests: HashMap::new() };
         }
     }
 
-    /// A strike took so long.
+    /// Corrects the costs by the times of one request.
     pub fn learn(&self, effects: Effects, took: &CostSample) {
         let mut known = self.known();
         let elastic = if took.solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
@@ -78,7 +79,7 @@ impl ObjectCosts {
     }
 }
 
-/// The median pace, and what few of the next strikes exceed at theirs if they are as the last ones.
+/// Median pace, and the ratio that few of the next requests exceed if they resemble the recent ones.
 fn expected(rests: &VecDeque<[f64; 2]>) -> [f64; 2] {
     let missing = STRIKES[1].saturating_sub(rests.len());
     let quantile = |part: usize, share: f64, prior: f64| {
@@ -117,7 +118,7 @@ mod tests {
         let of = |effects| costs.of(effects, false);
         let expected_ms = |effects| of(effects).rest_s(9) / of(effects).reduced_s;
         assert_eq!(expected_ms(plain), MARGIN);
-        // Nine of ten take 2 ms at their own pace, one 5 ms.
+        // Nine of ten take 2 ms at their own pace, one takes 5 ms.
         (0..STRIKES[0]).for_each(|strike| {
             costs.learn(hulls, &took([1.0, 2.0][strike % 2], if strike % 10 == 3 { 5e-3 } else { 2e-3 }))
         });
@@ -125,11 +126,11 @@ mod tests {
         assert_eq!(expected_ms(plain), MARGIN);
         assert_eq!((of(hulls).reduced_s, costs.of(hulls, true)), (2e-3, costs.of(plain, true)));
         (0..STRIKES[0] - 3).for_each(|_| costs.learn(hulls, &took(1.0, 2e-3)));
-        assert!((expected_ms(hulls) - 2.0).abs() < 1e-9, "what is long ago is forgotten");
+        assert!((expected_ms(hulls) - 2.0).abs() < 1e-9, "old requests are forgotten");
         assert_eq!(of(hulls).reduced_s, 1e-3);
         costs.learn(hulls, &took(1.0, 0.0));
         costs.learn(plain, &took(1.0, 0.5e-3));
-        assert_eq!(expected_ms(plain), MARGIN, "one strike says little");
+        assert_eq!(expected_ms(plain), MARGIN, "one request changes little");
         (1..STRIKES[1]).for_each(|_| costs.learn(plain, &took(1.0, 0.5e-3)));
         assert!((expected_ms(plain) - 0.5).abs() < 1e-9);
     }

@@ -1,7 +1,7 @@
-//! Requests and results over the science, without a transport: what a daemon and an in-process interface share.
+//! Requests and results over the simulation, without a transport: shared by the daemon and in-process interfaces.
 //!
-//! [`wire`] turns wire types into those of `shatter-fracture` and back, [`scene`] says what is loaded and simulated of each object, and
-//! [`object`] is what a daemon sees of an object.
+//! [`wire`] converts wire types to those of `shatter-fracture` and back, [`scene`] defines what is loaded and simulated of each object,
+//! and [`object`] is the daemon's interface to an object.
 
 pub mod cost;
 pub mod object;

@@ -1,33 +1,39 @@
-//! What the daemon strikes, as the daemon sees it: [`crate::wire`] makes it of the science, tests make it of little.
+//! Interface of served objects, implemented by the engine adapter [`crate::wire`] and by test doubles.
 
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::pipeline::{RetainedFragments, StageObserver, Workspace};
 use shatter_proto::control::ObjectRow;
 use shatter_proto::layout::{SectionCounts, SectionsMut};
 use shatter_proto::request::Request;
-use shatter_proto::result::{OverrunCause, StageWire};
+use shatter_proto::result::{OverrunCause, StageCost};
 use shatter_proto::{Error, ErrorKind};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// An object that can be struck from several threads at once.
+/// An object that several threads can strike at once.
 pub trait ServedObject: Send + Sync {
-    /// What `list` says about it.
+    /// Row for `list`.
     fn row(&self) -> ObjectRow;
 
-    /// Bytes of memory that it holds.
+    /// Memory of the object, bytes.
     fn bytes(&self) -> usize;
 
-    /// Bytes of its largest answer: bounds the buckets.
+    /// Size of its largest result, bytes; bounds the buckets.
     fn answer_bytes_max(&self) -> usize;
 
-    /// Does what loading left for later, so that no strike has to. The error is what such strikes will be told.
+    /// Does the work that loading deferred, so that no request has to. Requests that need this work receive the error.
+    ///
+    /// # Errors
+    /// What requests that need it will be told: `failed`, `unsolvable`.
     fn finish(&self) -> Result<(), Error> {
         Ok(())
     }
 
-    /// Strikes it. `token` is polled, `observer` sees every stage and effect.
+    /// Strikes the object. Polls `token` and reports every stage and effect to `observer`.
+    ///
+    /// # Errors
+    /// What is wrong with the request or the object, with the kind of the rule; `cancelled` if `token` says so.
     fn strike(
         &self,
         strike: &Request,
@@ -36,7 +42,10 @@ pub trait ServedObject: Send + Sync {
         observer: &dyn StageObserver,
     ) -> Result<Box<dyn EngineResult>, Error>;
 
-    /// Strikes fragment `fragment` of one of its answers, of which `kept` was kept.
+    /// Strikes fragment `fragment` of a result of this object; `kept` is the retained part of that result.
+    ///
+    /// # Errors
+    /// Those of [`Self::strike`], and `unknown_fragment`, `fragment_size`.
     fn strike_again(
         &self,
         (_kept, fragment): (&RetainedFragments, u32),
@@ -45,33 +54,35 @@ pub trait ServedObject: Send + Sync {
         _token: &CancelToken,
         _observer: &dyn StageObserver,
     ) -> Result<Box<dyn EngineResult>, Error> {
-        let message = "the fragments of this object cannot be struck";
+        let message = "the fragments of this object cannot be struck; strike the object itself";
         Err(Error::new(ErrorKind::UnknownFragment, fragment.to_string(), message))
     }
 }
 
-/// What a strike led to: it knows its size before a byte of it is written.
+/// Result of a request, which knows its size before a byte is written.
 pub trait EngineResult {
-    /// Elements per section.
+    /// Number of elements per section.
     fn counts(&self) -> SectionCounts;
 
-    /// What it takes to strike its fragments again; `None`: it has none.
+    /// Data for striking its fragments later; `None`: it has no fragments.
     fn keep(&self) -> Option<RetainedFragments> {
         None
     }
 
-    /// Why displacements were solved for; `None`: they were not.
+    /// Reason for which displacements were solved for; `None`: no solve was needed.
     fn solved(&self) -> Option<OverrunCause> {
         None
     }
 
-    /// The strike took so long, from when its computation began until its answer was written; `stages` of it as told.
-    fn took(&self, _time: Duration, _stages: &[StageWire]) {}
+    /// Records the time from the start of the computation until the result was written, and its stages.
+    fn took(&self, _time: Duration, _stages: &[StageCost]) {}
 
-    /// Writes everything but the stages and effects straight into the lent answer; `observer` sees every effect.
+    /// Writes all sections but the stages and effects into the loaned buffer; reports every effect to `observer`.
+    ///
+    /// # Errors
+    /// `failed` if the sections do not fit the result.
     fn write(&self, sections: &mut SectionsMut<'_>, observer: &dyn StageObserver) -> Result<(), Error>;
 }
 
-/// Loads the database at a path, as the object of the scene that has this name if there is a scene; the error says what is wrong
-/// with it.
+/// Loads the database at a path; with a scene, as the scene object of the given name. The error describes the defect of the database.
 pub type Loader = Arc<dyn Fn(&Path, Option<&str>) -> Result<Arc<dyn ServedObject>, String> + Send + Sync>;

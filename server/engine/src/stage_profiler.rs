@@ -1,36 +1,37 @@
-//! The clock that the science does not have: times and spans per stage.
+//! Profiler of a request: times and tracing spans per stage. The simulation itself reads no clock.
 
 use crate::object::EngineResult;
 use shatter_fracture::pipeline::{Stage, StageObserver};
 use shatter_fracture::scene::EffectKind;
 use shatter_proto::Error;
+use shatter_proto::effect::Effect;
 use shatter_proto::layout::SectionsMut;
-use shatter_proto::result::{EffectWire, STAGES, StageWire};
+use shatter_proto::result::{EffectCost, EffectWire, EnergySource, StageCost, StageKind, StageWire};
 use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use tracing::span::EnteredSpan;
 
-/// The stage that a strike is in, for those who ask: its number.
+/// Number of the current stage of a request, readable from other threads.
 pub type CurrentStage = Arc<AtomicU32>;
 
-/// Measures one strike.
+/// Profiler of one request.
 pub struct StageProfiler {
     shown: CurrentStage,
     times: RefCell<Times>,
-    /// Where the energy came from, once that is written.
-    energy: Cell<Option<&'static str>>,
+    /// Source of the energy, once the result is written.
+    energy: Cell<Option<EnergySource>>,
 }
 
-/// What is measured.
+/// Measurements of a request.
 struct Times {
-    rows: [StageWire; STAGES.len()],
-    effects: [EffectWire; EffectKind::ALL.len()],
+    stages: [StageCost; StageKind::ALL.len()],
+    effects: [EffectCost; Effect::ALL.len()],
     entered: Option<(Instant, EnteredSpan)>,
     begun: Option<Instant>,
-    /// What effects took of the stage that is entered.
-    others_ns: u64,
+    /// Time of effects inside the current stage.
+    others: Duration,
 }
 
 impl Default for StageProfiler {
@@ -40,59 +41,58 @@ impl Default for StageProfiler {
 }
 
 impl StageProfiler {
-    /// One that shows the stage that it is in.
+    /// Creates a profiler that publishes its current stage in `shown`.
     pub fn showing(shown: CurrentStage) -> Self {
-        let rows = std::array::from_fn(|stage| StageWire { stage: stage as u32, ran: 0, ns: 0, bytes: 0 });
-        let effects = std::array::from_fn(|effect| EffectWire { effect: effect as u32, ran: 0, ns: 0, bytes: 0 });
-        let times = Times { rows, effects, entered: None, begun: None, others_ns: 0 };
+        let stages = std::array::from_fn(|stage| StageCost::idle(StageKind::ALL[stage]));
+        let effects = Effect::ALL.map(EffectCost::idle);
+        let times = Times { stages, effects, entered: None, begun: None, others: Duration::ZERO };
         Self { shown, times: RefCell::new(times), energy: Cell::new(None) }
     }
 
-    /// Writes a result into its sections as part of the last stage, whose results are `bytes` long, and then what every stage and
-    /// effect did.
+    /// Writes a result into its sections as part of the last stage, whose output has `bytes` bytes, then the rows of all stages and
+    /// effects.
     ///
     /// # Errors
     /// Those of the result.
     pub fn write(&self, result: &dyn EngineResult, sections: &mut SectionsMut<'_>, bytes: u64) -> Result<(), Error> {
         let observer: &dyn StageObserver = self;
-        // An object that stays whole has no fragments: the stage does not run.
+        // An object that stays whole has no fragments, so the stage does not run.
         let stage = (!sections.fragments.is_empty()).then(|| observer.stage(Stage::Fragments));
         result.write(sections, observer)?;
         if let Some(stage) = stage {
             stage.produced_bytes(bytes);
         }
-        self.energy.set(Some(sections.summary.elastic()));
-        sections.stages.copy_from_slice(&self.rows());
-        sections.effects.copy_from_slice(&self.effects());
+        self.energy.set(Some(EnergySource::from_code(sections.summary.elastic)));
+        sections.stages.copy_from_slice(&self.stages().each_ref().map(StageWire::from));
+        sections.effects.copy_from_slice(&self.effects().each_ref().map(EffectWire::from));
         Ok(())
     }
 
-    /// Where the energy of the strike came from, by its name in a result; `None` without one.
-    pub fn energy(&self) -> Option<&'static str> {
+    /// Source of the energy; `None` before the result is written.
+    pub fn energy(&self) -> Option<EnergySource> {
         self.energy.get()
     }
 
-    /// One row per effect, also for those that did not run.
-    pub fn effects(&self) -> [EffectWire; EffectKind::ALL.len()] {
+    /// Cost of each effect, including those that did not run.
+    pub fn effects(&self) -> [EffectCost; Effect::ALL.len()] {
         self.times.borrow().effects
     }
 
-    /// One row per stage, also for those that did not run.
-    pub fn rows(&self) -> [StageWire; STAGES.len()] {
-        self.times.borrow().rows
+    /// Cost of each stage, including those that did not run.
+    pub fn stages(&self) -> [StageCost; StageKind::ALL.len()] {
+        self.times.borrow().stages
     }
 }
 
 impl Times {
-    fn count(&mut self, effect: EffectKind, ns: u64, bytes: u64) {
-        let row = &mut self.effects[effect as usize];
-        (row.ran, row.ns, row.bytes) = (1, row.ns.saturating_add(ns), row.bytes.saturating_add(bytes));
-        tracing::debug!(ns, bytes, "{}", effect.name());
+    fn count(&mut self, effect: EffectKind, time: Duration, bytes: u64) {
+        self.effects[effect as usize].add(time, bytes);
+        tracing::debug!(ns = nanoseconds(time), bytes, "{}", effect.name());
     }
 }
 
-fn ns_since(since: Instant) -> u64 {
-    u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX)
+fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }
 
 impl StageObserver for StageProfiler {
@@ -100,16 +100,15 @@ impl StageObserver for StageProfiler {
         let span = tracing::debug_span!("stage", stage = stage.name()).entered();
         self.shown.store(stage as u32, Ordering::Relaxed);
         let mut times = self.times.borrow_mut();
-        (times.entered, times.others_ns) = (Some((Instant::now(), span)), 0);
+        (times.entered, times.others) = (Some((Instant::now(), span)), Duration::ZERO);
     }
 
     fn leave(&self, stage: Stage, bytes: u64) {
         let mut times = self.times.borrow_mut();
         if let Some((since, _span)) = times.entered.take() {
-            let ns = ns_since(since).saturating_sub(times.others_ns);
-            let row = &mut times.rows[stage as usize];
-            (row.ran, row.ns, row.bytes) = (1, row.ns.saturating_add(ns), row.bytes.saturating_add(bytes));
-            tracing::debug!(ns, bytes, "{}", stage.name());
+            let time = since.elapsed().saturating_sub(times.others);
+            times.stages[stage as usize].add(time, bytes);
+            tracing::debug!(ns = nanoseconds(time), bytes, "{}", stage.name());
         }
     }
 
@@ -120,14 +119,14 @@ impl StageObserver for StageProfiler {
     fn end(&self, effect: EffectKind, bytes: u64) {
         let mut times = self.times.borrow_mut();
         if let Some(since) = times.begun.take() {
-            let ns = ns_since(since);
-            times.others_ns = times.others_ns.saturating_add(ns);
-            times.count(effect, ns, bytes);
+            let time = since.elapsed();
+            times.others = times.others.saturating_add(time);
+            times.count(effect, time, bytes);
         }
     }
 
     fn part(&self, effect: EffectKind, bytes: u64) {
-        self.times.borrow_mut().count(effect, 0, bytes);
+        self.times.borrow_mut().count(effect, Duration::ZERO, bytes);
     }
 }
 
@@ -138,18 +137,19 @@ mod tests {
 
     #[test]
     fn stages_have_the_same_numbers_and_names_on_the_wire() {
-        for (stage, name) in Stage::ALL.into_iter().zip(STAGES) {
-            assert_eq!((stage.name(), STAGES[stage as usize]), (name, name));
+        for (stage, wire) in Stage::ALL.into_iter().zip(StageKind::ALL) {
+            assert_eq!((stage.name(), stage as u32), (wire.name(), wire.code()));
         }
+        assert_eq!(Stage::ALL.len(), StageKind::ALL.len());
     }
 
     #[test]
     fn effects_have_the_same_numbers_and_names_on_the_wire() {
-        for (effect, wire) in EffectKind::ALL.into_iter().zip(shatter_proto::effect::Effect::ALL) {
+        for (effect, wire) in EffectKind::ALL.into_iter().zip(Effect::ALL) {
             assert_eq!((effect.name(), effect as u32), (wire.name(), wire as u32));
             assert_eq!(EffectSet::default().has(effect), wire.default_on());
         }
-        assert_eq!(EffectKind::ALL.len(), shatter_proto::effect::Effect::ALL.len());
+        assert_eq!(EffectKind::ALL.len(), Effect::ALL.len());
     }
 
     #[test]
@@ -163,10 +163,10 @@ mod tests {
         clock.part(EffectKind::Interior, 9);
         let [bonds, interior] =
             [EffectKind::Bonds, EffectKind::Interior].map(|effect| clock.effects()[effect as usize]);
-        assert_eq!((bonds.ran, bonds.bytes, bonds.name()), (1, 64, "bonds"));
-        assert_eq!((interior.ran, interior.ns, interior.bytes), (1, 0, 9));
-        assert!(clock.rows()[7].ns < bonds.ns, "{:?} {bonds:?}", clock.rows()[7]);
-        assert_eq!(clock.effects().iter().filter(|row| row.ran == 0 && (row.ns, row.bytes) == (0, 0)).count(), 14);
+        assert_eq!((bonds.has_run, bonds.bytes, bonds.effect), (true, 64, Effect::Bonds));
+        assert_eq!((interior.has_run, interior.time, interior.bytes), (true, Duration::ZERO, 9));
+        assert!(clock.stages()[7].time < bonds.time, "{:?} {bonds:?}", clock.stages()[7]);
+        assert_eq!(clock.effects().iter().filter(|cost| **cost == EffectCost::idle(cost.effect)).count(), 14);
     }
 
     #[test]
@@ -177,9 +177,10 @@ mod tests {
             clock.enter(Stage::Labels);
             clock.leave(Stage::Labels, bytes);
         }
-        let rows = clock.rows();
+        let stages = clock.stages();
         assert_eq!(shown.load(Ordering::Relaxed), 5);
-        assert_eq!((rows[5].ran, rows[5].bytes, rows[5].name()), (1, 7, "labels"));
-        assert!(rows.iter().filter(|row| row.stage != 5).all(|row| (row.ran, row.ns, row.bytes) == (0, 0, 0)));
+        assert_eq!((stages[5].has_run, stages[5].bytes, stages[5].stage), (true, 7, StageKind::Labels));
+        let mut others = stages.iter().filter(|cost| cost.stage != StageKind::Labels);
+        assert!(others.all(|cost| *cost == StageCost::idle(cost.stage)));
     }
 }

@@ -1,4 +1,4 @@
-//! Where wire types turn into engine types and back: the only such place.
+//! Conversion between wire types and engine types; no other module converts them.
 
 mod cost;
 mod errors;
@@ -34,24 +34,27 @@ use shatter_proto::effect;
 use shatter_proto::layout::{Layout, SectionCounts, SectionsMut};
 use shatter_proto::name::OBJECT_NAME_MAX;
 use shatter_proto::request::{Lift, Purpose, Quality, Request, SEED_DEFAULT};
-use shatter_proto::result::{HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, OverrunCause, StageWire, SummaryWire, WORLD};
+use shatter_proto::result::{
+    DegreeOrigin, EnergySource, HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, OverrunCause, StageCost, SummaryWire,
+    WORLD,
+};
 use shatter_proto::{Error, ErrorKind};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Bytes of answer per crack tetrahedron at most: four labels in it make 24 crack triangles, with their share of
-/// vertices and merge pairs; and per boundary triangle, of which there are fewer than tetrahedra. Normals and texture
-/// coordinates are not twice as long as positions, debris has a row per four triangles, bonds one per crack and held fragment; a
-/// hull has 1.2 kB at most, and tetrahedra are many more than fragments. Looks are as long as normals and texture coordinates.
+/// Maximum bytes of a result per crack tetrahedron. Four labels in a tetrahedron make 24 crack triangles, with their share of vertices
+/// and merge pairs. The bound also covers boundary triangles, of which there are fewer than tetrahedra. Normals and texture coordinates
+/// are less than twice as long as positions, and vertex attributes are as long as both. Debris has one row per four triangles, bonds one
+/// per crack and held fragment. A hull has at most 1.2 kB, and there are many more tetrahedra than fragments.
 const ANSWER_BYTES_PER_TET: usize = 2 * (1024 + 256) + 512;
 
-/// Bytes of answer per triangle of the skin at most: six parts of it, with their materials and twelve vertices.
+/// Maximum bytes of a result per triangle of the skin: six parts of it, with their materials and twelve vertices.
 const ANSWER_BYTES_PER_SKIN_TRIANGLE: usize = 6 * 16 + 12 * 32;
 
-// What is baked can be asked for, and the other way round.
+// Every name that can be baked can be requested, and vice versa.
 const _: () = assert!(database::NAME_BYTES_MAX == OBJECT_NAME_MAX);
 
-/// Loads databases as the science writes them: whole, or what a scene wants of them.
+/// Creates a loader of databases: whole, or the parts that a scene needs.
 pub fn loader(scene: Option<Scene>) -> Loader {
     Arc::new(move |path, name| {
         let object = scene.as_ref().map(|scene| scene.objects.get(name?));
@@ -63,11 +66,11 @@ pub fn loader(scene: Option<Scene>) -> Loader {
         let mut prepared = database::load_tables(path, terms.tables()).map_err(|error| error.to_string())?;
         let own = &prepared.parameters.material_name;
         if let Some((name, _)) = material.filter(|(name, _)| name != own) {
-            return Err(format!("it was baked of {own}, the scene wants {name}: bake it again"));
+            return Err(format!("it was baked as {own}, but the scene needs {name}; bake it again"));
         }
         if let Some(table) = database::lacking(&prepared, terms.tables()).filter(|_| scene.is_some()) {
             return Err(format!(
-                "it was baked without the table `{table}`, which the scene needs: `shatterd bake --scene` makes it"
+                "it was baked without the table `{table}`, which the scene needs; run `shatterd bake --scene`"
             ));
         }
         if let Some(name) = name {
@@ -82,7 +85,7 @@ pub fn loader(scene: Option<Scene>) -> Loader {
     })
 }
 
-/// A prepared object, served.
+/// Served object of the engine.
 pub struct EngineObject {
     prepared: Arc<PreparedObject>,
     terms: ObjectPolicy,
@@ -92,25 +95,25 @@ pub struct EngineObject {
 }
 
 impl EngineObject {
-    /// On the terms of an object that no scene speaks of.
+    /// Creates an object without a scene, with the default policy.
     pub fn whole(prepared: PreparedObject) -> Self {
         Self::new(Arc::new(prepared), ObjectPolicy::default())
     }
 
-    /// On these terms.
+    /// Creates an object with a policy.
     pub fn new(prepared: Arc<PreparedObject>, terms: ObjectPolicy) -> Self {
         let costs = Arc::new(ObjectCosts::new(StrikeCost::typical(&prepared)));
         let bounds_m = bounds_m(&prepared).map(|corner| corner.coords.into());
         Self { prepared, terms, costs, bounds_m }
     }
 
-    /// The object.
+    /// The prepared object.
     pub fn prepared(&self) -> &PreparedObject {
         &self.prepared
     }
 }
 
-/// Lowest and highest corner of the mesh, m; of the lattice where the object has no skin, or where the skin is bent when it breaks.
+/// Lowest and highest corner of the mesh, m; of the lattice if the object has no skin or is warped.
 fn bounds_m(prepared: &PreparedObject) -> [Point3<f64>; 2] {
     let Some(skin) = prepared.skin.as_ref().filter(|_| prepared.bodies.iter().all(|body| body.warped.is_none())) else {
         return prepared.bounds_m();
@@ -160,7 +163,7 @@ impl ServedObject for EngineObject {
         }
         match self.timed() {
             Ok(samples) => self.costs.measured(&samples),
-            // What cannot be struck has no time.
+            // An object that cannot be struck has no times.
             Err(refusal) => tracing::debug!("not timed: {refusal}"),
         }
         Ok(())
@@ -170,7 +173,7 @@ impl ServedObject for EngineObject {
         let worn = self.prepared.skin.as_ref().map_or(0, |skin| skin.triangles.len());
         let most = self.prepared.crack_tets().saturating_mul(ANSWER_BYTES_PER_TET);
         let most = most.saturating_add(worn.saturating_mul(ANSWER_BYTES_PER_SKIN_TRIANGLE));
-        // Longer ones are refused before a bucket is asked for.
+        // Longer results are refused before a bucket is loaned.
         self.terms.bytes_max.and_then(|bytes| usize::try_from(bytes).ok()).map_or(most, |bytes| most.min(bytes))
     }
 
@@ -209,13 +212,13 @@ impl ServedObject for EngineObject {
         let context = StrikeContext::new(&self.prepared, &request, token, observer);
         let result = pipeline::strike_again(context, from, workspace);
         let result = result.map_err(|error| refusal_in(error, &strike.convention))?;
-        // What these take says nothing of the object.
+        // The times of a fragment tell nothing about the object.
         self.struck(strike, (&request, hit), None, result)
     }
 }
 
 impl EngineObject {
-    /// The answer to `strike`, within the scene's caps.
+    /// Wraps the result of `strike`, after checking the scene's limits.
     fn struck(
         &self,
         strike: &Request,
@@ -233,16 +236,16 @@ impl EngineObject {
         Ok(Box::new(struck))
     }
 
-    /// The preset of `strike`: its own, else the scene's, else the one that the object was baked for.
+    /// Preset of `strike`: its own, else the scene's, else the one for which the object was baked.
     fn quality(&self, strike: &Request) -> Quality {
         let baked = settings::of_lattices(self.prepared.parameters.quality);
         strike.quality.or(self.terms.quality).unwrap_or(baked)
     }
 
-    /// Refuses an answer beyond the scene's caps.
+    /// Refuses a result beyond the scene's limits.
     fn fits(&self, counts: &SectionCounts) -> Result<(), Error> {
         let exceeded = |key: &str, found: u64, what: &str, cap: u64| {
-            Error::new(ErrorKind::CapExceeded, key, format!("{found} {what}, the scene takes {cap}"))
+            Error::new(ErrorKind::CapExceeded, key, format!("{found} {what}, but the scene allows {cap}"))
         };
         if let Some(cap) = self.terms.fragments_max.filter(|cap| counts.fragments > *cap as usize) {
             return Err(exceeded("fragments_max", counts.fragments as u64, "fragments", cap.into()));
@@ -254,17 +257,21 @@ impl EngineObject {
         }
     }
 
-    /// A strike as the engine wants it, on the object's terms.
+    /// Engine request for `strike` under the object's policy.
+    ///
+    /// # Errors
+    /// `effect`, as of [`ObjectPolicy::effects`].
     pub fn request(&self, strike: &Request) -> Result<pipeline::FractureRequest, Error> {
-        let (on, dials) = (self.terms.effects(strike)?, settings::of(strike, self.quality(strike)));
+        let on = self.terms.effects(strike)?;
+        let preset = settings::preset(self.quality(strike)).dials();
         let both = EffectKind::ALL.into_iter().zip(effect::Effect::ALL);
         let request = pipeline::FractureRequest {
             contacts: strike.contacts.iter().map(|contact| rows::contact(contact, &strike.convention)).collect(),
-            degree: dials.degree,
+            degree: preset.degree,
             degree_max: self.terms.sites_max.map_or(DEGREE_MAX, |most| most.min(DEGREE_MAX)),
             gamma_j_m2: strike.gamma_j_m2.or(self.terms.gamma(&self.prepared.parameters.material)),
-            elastic: dials.elastic,
-            rank_max: dials.rank_max,
+            elastic: preset.elastic,
+            rank_max: preset.rank_max,
             lift: match strike.lift.unwrap_or(self.terms.lift) {
                 Lift::Euclidean => LiftKind::Euclidean,
                 Lift::SurfaceDiffusion => LiftKind::SurfaceDiffusion,
@@ -272,32 +279,33 @@ impl EngineObject {
             },
             effects: EffectSet::of(both.filter(|(_, wire)| on.has(*wire)).map(|(effect, _)| effect)),
             volume_min_m3: self.terms.volume_min_m3,
-            tolerance: dials.tolerance,
-            iterations_max: dials.iterations_max,
+            tolerance: preset.tolerance,
+            iterations_max: preset.iterations_max,
             gap_max: None,
-            reduced_error_max: dials.reduced_error_max,
+            reduced_error_max: preset.reduced_error_max,
             budget: None,
             seed: strike.seed,
             threshold_only: strike.purpose == Purpose::Threshold,
         };
+        let request = settings::given(request, strike);
         let basis = self.prepared.bodies.iter().any(|body| body.reduced().is_some());
         let solved = !basis || request.elastic == pipeline::ElasticRequest::Solve;
         Ok(settings::bounded(request, strike, self.costs.of(on, solved)))
     }
 }
 
-/// A result of the engine, with what it does not know of the request.
+/// Result of the engine, with the data of its request.
 struct RequestedResult {
     object: String,
     seed: u64,
-    /// In whose coordinates it is answered.
+    /// Coordinates of the result.
     convention: Convention,
-    /// Where its ray met the object.
+    /// Point at which its ray hit the object.
     hit: HitWire,
-    /// Whether its energy is that of a deformation.
+    /// Whether its energy is elastic.
     deformed: bool,
     used: EffectiveSettings,
-    /// Who learns from what it took.
+    /// Costs that learn from its times.
     costs: Option<Arc<ObjectCosts>>,
     result: FractureOutcome,
 }
@@ -317,7 +325,7 @@ impl EngineResult for RequestedResult {
         solved.then_some(if self.used.is_reducible { OverrunCause::ReducedError } else { OverrunCause::NoReducedBasis })
     }
 
-    fn took(&self, time: Duration, stages: &[StageWire]) {
+    fn took(&self, time: Duration, stages: &[StageCost]) {
         let (Some(costs), Some(fracture)) = (&self.costs, self.result.fracture()) else { return };
         let solved = fracture.threshold.reduced_error.is_none();
         costs.learn(self.used.effects, &cost::sample(fracture.sites, solved, fracture.iterations, time, stages));
@@ -333,15 +341,14 @@ impl EngineResult for RequestedResult {
 impl RequestedResult {
     fn summary(&self) -> SummaryWire {
         let (result, threshold) = (&self.result, self.result.threshold());
+        let energy_source = match (self.deformed, threshold.reduced_error) {
+            _ if threshold.is_bound => EnergySource::Bounded,
+            (false, _) => EnergySource::Falloff,
+            (true, Some(_)) => EnergySource::Reduced,
+            (true, None) => EnergySource::Solve,
+        };
         let mut summary = SummaryWire {
-            degree_source: match result.degree_source() {
-                DegreeSource::Threshold => 0,
-                DegreeSource::ClosedForm => 1,
-                DegreeSource::Inferred => 2,
-                DegreeSource::Verified => 3,
-                DegreeSource::Optimised => 4,
-                DegreeSource::Forced => 5,
-            },
+            degree_source: degree_origin(result.degree_source()).code(),
             sites: result.sites(),
             fracture_degree: result.fracture_degree(),
             capped: u32::from(result.capped()),
@@ -351,12 +358,7 @@ impl RequestedResult {
             confidence: result.confidence(),
             seed: self.seed,
             radius_m: self.convention.length(threshold.radius_m),
-            elastic: match (self.deformed, threshold.reduced_error) {
-                _ if threshold.is_bound => 3,
-                (false, _) => 2,
-                (true, Some(_)) => 1,
-                (true, None) => 0,
-            },
+            elastic: energy_source.code(),
             energy_error: threshold.reduced_error.unwrap_or(0.0),
             hit: self.hit,
             ..SummaryWire::zeroed()
@@ -364,6 +366,17 @@ impl RequestedResult {
         summary.set_object(&self.object);
         self.used.tell(result, &mut summary);
         summary
+    }
+}
+
+fn degree_origin(source: DegreeSource) -> DegreeOrigin {
+    match source {
+        DegreeSource::Threshold => DegreeOrigin::Threshold,
+        DegreeSource::ClosedForm => DegreeOrigin::ClosedForm,
+        DegreeSource::Inferred => DegreeOrigin::Inferred,
+        DegreeSource::Verified => DegreeOrigin::Verified,
+        DegreeSource::Optimised => DegreeOrigin::Optimised,
+        DegreeSource::Forced => DegreeOrigin::Forced,
     }
 }
 
@@ -375,7 +388,6 @@ const _: () = assert!(HULL_FACES_MAX == shatter_fracture::hull::FACES_MAX);
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shatter_proto::result::DEGREE_SOURCES;
 
     #[test]
     fn engine_and_client_have_the_same_default_seed() {
@@ -394,15 +406,15 @@ mod tests {
 
     #[test]
     fn degree_sources_have_the_same_names_on_the_wire() {
-        for (source, number) in [
-            (DegreeSource::Threshold, 0),
-            (DegreeSource::ClosedForm, 1),
-            (DegreeSource::Inferred, 2),
-            (DegreeSource::Verified, 3),
-            (DegreeSource::Optimised, 4),
-            (DegreeSource::Forced, 5),
+        for source in [
+            DegreeSource::Threshold,
+            DegreeSource::ClosedForm,
+            DegreeSource::Inferred,
+            DegreeSource::Verified,
+            DegreeSource::Optimised,
+            DegreeSource::Forced,
         ] {
-            assert_eq!(serde_json::json!(source), DEGREE_SOURCES[number]);
+            assert_eq!(serde_json::json!(source), degree_origin(source).name());
         }
     }
 }

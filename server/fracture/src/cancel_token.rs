@@ -1,18 +1,21 @@
-//! The one stop mechanism: every stage polls a token, inside its loops too, and may ask it how much time is left.
+//! Cancellation of work in progress.
+//!
+//! [`CancelToken`] is the only way to stop a computation. Every stage polls it, inside its loops too, and may read the
+//! time that is left from it.
 
 use std::fmt::{self, Debug, Formatter};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The work was cancelled; its partial results are dropped.
+/// Error of a stage that was cancelled. Its partial results are dropped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("cancelled")]
 pub struct Cancelled;
 
-/// Shared by the thread that waits and the threads that work. Clones are cheap and refer to the same work.
+/// Stop flag shared by the thread that waits and the threads that compute.
 ///
-/// Granularity: stages poll at least once per Lloyd iteration, per 4096 lattice nodes, and per factorisation or
-/// eigenvalue block.
+/// Clones are cheap and refer to the same work. Stages poll at least once per Lloyd iteration, per 4096 lattice nodes,
+/// and per factorization or eigenvalue block.
 #[derive(Clone, Default)]
 pub struct CancelToken {
     cancelled: Arc<AtomicBool>,
@@ -20,24 +23,26 @@ pub struct CancelToken {
 }
 
 impl CancelToken {
-    /// A token of the same work that also knows how much time is left: `remaining_s` returns seconds, less than 0 after the end. This
-    /// crate has no clock; the caller brings one.
+    /// Returns a token of the same work that also reports the time left.
+    ///
+    /// `remaining_s` returns seconds, negative after the deadline. This crate reads no
+    /// clock, so the caller supplies it.
     #[must_use]
     pub fn with_time(&self, remaining_s: impl Fn() -> f64 + Send + Sync + 'static) -> Self {
         Self { cancelled: self.cancelled.clone(), remaining: Some(Arc::new(remaining_s)) }
     }
 
-    /// Asks the work to stop at its next checkpoint. Never blocks; calling it twice is harmless.
+    /// Requests the work to stop at its next checkpoint. Never blocks; repeated calls have no further effect.
     pub fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the work was asked to stop.
+    /// Returns true once [`Self::cancel`] was called on this token or a clone.
     pub fn is_cancelled(&self) -> bool {
         self.cancelled.load(Ordering::Relaxed)
     }
 
-    /// The checkpoint.
+    /// Checkpoint of a stage: fails once the work is cancelled.
     ///
     /// # Errors
     /// [`Cancelled`] once the work was asked to stop.
@@ -45,7 +50,7 @@ impl CancelToken {
         if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
     }
 
-    /// Seconds until the result is due, less than 0 after that; infinity if the work may take any time.
+    /// Seconds until the result is due: negative after the deadline, infinite without one.
     pub fn remaining_s(&self) -> f64 {
         self.remaining.as_ref().map_or(f64::INFINITY, |remaining_s| remaining_s())
     }

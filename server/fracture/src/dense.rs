@@ -1,35 +1,36 @@
-//! Dense symmetric eigenpairs by faer, on the calling thread alone.
+//! Eigenpairs of dense symmetric matrices, computed by faer on the calling thread alone.
 
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::{Mat, MatRef, Par};
 
-/// Why there are no eigenpairs.
+/// Error of a dense eigenvalue computation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum DenseError {
     /// An entry is not finite.
     #[error("an entry of the matrix is not finite")]
     NotFinite,
-    /// faer's capped iteration gave up.
+    /// faer's iteration reached its limit.
     #[error("the eigenpairs of a matrix of order {order} did not converge")]
     NotConverged {
-        /// Rows of the matrix.
+        /// Number of rows.
         order: usize,
     },
 }
 
-/// All eigenpairs of a symmetric matrix, ascending.
+/// All eigenpairs of a symmetric matrix of order n.
 pub(crate) struct DenseEigen {
-    /// Eigenvalues, ascending.
+    /// Eigenvalues, ascending, length n.
     pub(crate) values: Vec<f64>,
-    /// Orthonormal eigenvectors, column k belongs to `values[k]`.
+    /// Orthonormal eigenvectors, n × n. Column k belongs to `values[k]`.
     pub(crate) vectors: Mat<f64>,
 }
 
-/// All eigenpairs of the symmetric matrix whose lower triangle is given.
+/// Computes all eigenpairs of a symmetric matrix. Only its lower triangle is read.
 ///
-/// Errors: see [`DenseError`].
+/// # Errors
+/// See [`DenseError`].
 pub(crate) fn symmetric(matrix: MatRef<'_, f64>) -> Result<DenseEigen, DenseError> {
     let order = matrix.nrows();
     if (0..order).any(|column| (column..order).any(|row| !matrix[(row, column)].is_finite())) {

@@ -1,13 +1,75 @@
-//! The science of Shatter as a plain library: from a surface mesh and an impact to closed fragment meshes.
+//! Brittle fracture as a plain library: a surface mesh and an impact become closed fragment meshes, in milliseconds.
 //!
-//! Data walks once through rooms named after the mathematics:
-//! [`surface`] → [`lattice`] → [`elasticity`] → [`lift`] → [`centroidal`] → [`degree`] → [`tessellation`] →
-//! [`fragment`]; [`hull`] stands for fragments in collisions, [`skin`] is what they look like, [`database`] keeps what depends on the
-//! object alone, [`scene`] says what a scene wants, and
-//! [`pipeline`] is the one walk through all of them. No room knows of processes, files of others, or clocks.
+//! An object is **baked** once: its mesh is repaired, filled with two lattices of tetrahedra, its stiffness is factored, and
+//! distances inside it are made straight ([`BakeRequest`] gives a [`PreparedObject`]). Then it is **struck** as often as needed
+//! ([`FractureRequest`] gives a [`FractureOutcome`]): the object stays whole, or breaks into fragments with masses and inertias.
 //!
-//! Lengths inside the library are *local*: the object's bounding-box diagonal is 1 and its box is centered at the
-//! origin ([`surface::LocalFrame`]). Physical units appear only in [`scene`], [`pipeline`] and [`fragment`].
+//! ```
+//! use shatter_fracture::nalgebra::{Point3, Vector3};
+//! use shatter_fracture::{BakeRequest, FractureRequest, Material, Preset, surface::shapes};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let mesh = shapes::cuboid([0.3, 0.1, 0.15]); // m; `surface::read` reads OBJ, PLY, STL and glTF files
+//! let material = Material::named("ceramic")?; // or `Material { young_pa: 70e9, .. }`
+//! let request = BakeRequest { quality: Preset::Draft, ..BakeRequest::new("brick", "ceramic", material) };
+//! let brick = request.bake(mesh)?;
+//!
+//! let (point_m, impulse_ns) = (Point3::new(0.05, 0.05, 0.0), Vector3::new(0.0, -20.0, 0.0));
+//! let outcome = brick.strike(&FractureRequest::at(point_m, impulse_ns))?;
+//! let meshes = outcome.meshes().ok_or("the brick stays whole")?;
+//! for fragment in meshes.emitted()?.fragments() {
+//!     let (mass_kg, center_m) = (fragment.row.mass_kg, fragment.row.center_m);
+//!     println!("{mass_kg:.3} kg at {center_m:.3?} m, {} triangles", fragment.indices.len() / 3);
+//! }
+//! # assert!(meshes.fragments.len() > 1);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! These methods allocate what they need and cannot be stopped. [`database::bake`] and [`pipeline::strike`] do the same with a
+//! [`CancelToken`](cancel_token::CancelToken), an observer of stages, and a [`Workspace`](pipeline::Workspace) that later strikes use
+//! again; [`FractureMeshes::emit`](pipeline::FractureMeshes::emit) writes into the caller's memory. [`database::save`] and
+//! [`database::load`] keep prepared objects in files.
+//!
+//! # Method
+//!
+//! S. C. Schvartzman and M. A. Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams*, Symposium on Interactive 3D
+//! Graphics and Games, 2014. The impact deforms the object once, linearly and quasi-statically. The object breaks if the first moment
+//! of the strain energy, E_1, exceeds a threshold γ. The *fracture degree* is the smallest number of cells of which none exceeds γ.
+//! Cells are those of a centroidal Voronoi diagram, weighted by the energy, in coordinates of R^m in which distances inside the
+//! object are straight (the *lift*). They are cut out of the lattice as closed meshes. Comments name the source of everything else.
+//!
+//! # Modules, in the order in which data flows
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`surface`] | reads and repairs a mesh; tells inside from outside; generates shapes |
+//! | [`lattice`] | fills it with tetrahedra at two levels: few for the displacement, more for the cracks |
+//! | [`lift`] | coordinates in which distances inside the object are straight |
+//! | [`database`] | bakes, saves and loads what depends on the object alone |
+//! | [`scene`] | materials, effects, what holds an object |
+//! | [`elasticity`] | contacts become a displacement and a strain energy |
+//! | [`degree`] | the threshold and the fracture degree |
+//! | [`centroidal`] | the diagram: sites, and the cell of each node |
+//! | [`tessellation`] | cells become closed triangle meshes |
+//! | [`fragment`] | volumes, centers and inertias |
+//! | [`hull`], [`skin`] | convex proxies for collisions; the triangles of the input, cut as the object is |
+//! | [`pipeline`] | the walk through all of them, and learning from sampled impacts |
+//!
+//! [`sparse`], [`random`] and [`cancel_token`] serve several of them. [`reference`] and [`accuracy`] hold problems with known solutions
+//! and definitions of errors, for tests and studies.
+//!
+//! # Units and coordinates
+//!
+//! SI units, which end every name (`mass_kg`, `impulse_ns` is N·s). Coordinates are those of the mesh: right-handed, +Y up, triangles
+//! counter-clockwise seen from outside. Inside the modules lengths are *local*: the bounding box of the object has a diagonal of 1
+//! and lies around the origin ([`surface::LocalFrame`]). Physical units appear in [`scene`], [`pipeline`] and [`fragment`] alone.
+//!
+//! # Determinism
+//!
+//! The same mesh and bake request give the same bytes, and so do the same object and fracture request, for any number of threads:
+//! sums have a fixed order, random numbers depend on a seed and an index alone, and the crate has no clock and no global state. A
+//! request with a [`TimeBudget`](pipeline::TimeBudget) is the one exception; its outcome tells the iterations that repeat it.
 
 pub mod accuracy;
 pub mod cancel_token;
@@ -31,3 +93,13 @@ pub mod sparse;
 pub mod surface;
 pub mod tessellation;
 mod triangle;
+
+/// The code of the README, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+pub use database::BakeRequest;
+pub use nalgebra;
+pub use pipeline::{FractureOutcome, FractureRequest, PreparedObject, Preset};
+pub use scene::Material;

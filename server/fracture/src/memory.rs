@@ -1,6 +1,6 @@
-//! How much memory a prepared object holds: its arrays, by what they have reserved.
+//! Memory of prepared objects, counted by the reserved capacity of their arrays.
 
-/// Bytes that `array` has reserved, whatever part of them is in use.
+/// Bytes that `array` has reserved, whether in use or not.
 pub(crate) fn held<T>(array: &Vec<T>) -> usize {
     array.capacity() * size_of::<T>()
 }

@@ -1,12 +1,14 @@
-//! The widest instructions of the machine for the loops that take the time of a reduced strike, and numbers side by side for them.
+//! SIMD dispatch and lanes of f64 for the loops that dominate a request on the reduced basis.
 //!
-//! `pulp` compiles a kernel for the baseline and for AVX2. Kernels sum in lanes that are written out, and rustc never contracts a
-//! product and a sum: equal bits from both.
+//! `pulp` compiles each kernel for the baseline and for AVX2. Both yield equal bits: kernels sum in explicit lanes, and
+//! rustc never contracts a product and a sum.
 
 use pulp::{Arch, NullaryFnOnce};
 use std::ops::{Add, Mul, Sub};
 
-/// Runs `kernel` with the widest instructions that this machine has. Its `call` is to be inlined, and all that it calls.
+/// Runs `kernel` with the widest instructions of this machine.
+///
+/// The `call` of the kernel, and everything that it calls, must be inlined.
 #[inline]
 pub(crate) fn widest<K: NullaryFnOnce>(kernel: K) -> K::Output {
     #[cfg(test)]
@@ -21,13 +23,13 @@ pub(crate) fn widest<K: NullaryFnOnce>(kernel: K) -> K::Output {
 pub(crate) struct SimdLanes<const N: usize>(pub [f64; N]);
 
 impl<const N: usize> SimdLanes<N> {
-    /// The same number N times.
+    /// N copies of one number.
     #[inline(always)]
     pub fn all(value: f64) -> Self {
         Self([value; N])
     }
 
-    /// `of` each.
+    /// Applies `of` to each lane.
     #[inline(always)]
     pub fn map(self, of: impl Fn(f64) -> f64) -> Self {
         let mut result = [0.0; N];
@@ -37,7 +39,7 @@ impl<const N: usize> SimdLanes<N> {
         Self(result)
     }
 
-    /// `of` each pair.
+    /// Applies `of` to each pair of lanes.
     #[inline(always)]
     pub fn zip(self, other: Self, of: impl Fn(f64, f64) -> f64) -> Self {
         let mut result = [0.0; N];
@@ -47,7 +49,7 @@ impl<const N: usize> SimdLanes<N> {
         Self(result)
     }
 
-    /// The square of what is above 0.
+    /// Square of each positive lane; 0 in the others.
     #[inline(always)]
     pub fn positive_square(self) -> Self {
         self.map(|a| if a > 0.0 { a * a } else { 0.0 })
@@ -93,12 +95,13 @@ pub(crate) mod tests {
     use std::mem::discriminant;
     use std::sync::Mutex;
 
-    /// Held by the test that forces instructions: one at a time.
+    /// Held by the test that forces an instruction set, so that only one does at a time.
     static FORCING: Mutex<()> = Mutex::new(());
 
-    /// The forced instructions, for all threads. Other tests meanwhile get the same bits.
+    /// Instruction set forced on all threads. Tests that run meanwhile compute the same bits.
     static FORCED: Mutex<Option<Arch>> = Mutex::new(None);
 
+    /// Forced instruction set, if any.
     pub(super) fn forced() -> Option<Arch> {
         *FORCED.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
@@ -107,7 +110,7 @@ pub(crate) mod tests {
         *FORCED.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = arch;
     }
 
-    /// The baseline, then every other compilation that this machine can run.
+    /// Every compilation that this machine can run, the baseline first.
     fn available() -> Vec<Arch> {
         let mut all = vec![Arch::Scalar];
         #[cfg(target_arch = "x86_64")]
@@ -115,14 +118,14 @@ pub(crate) mod tests {
             Some(v3) => all.push(Arch::V3(v3)),
             None => println!("skipped: this processor lacks AVX2"),
         }
-        // Further ones, of other processors or where another crate turns on more of `pulp`.
+        // Covers other processors, and builds in which another crate enables more of `pulp`.
         if all.iter().all(|arch| discriminant(arch) != discriminant(&Arch::new())) {
             all.push(Arch::new());
         }
         all
     }
 
-    /// Asserts that every compilation that this machine can run gives the same as the baseline; what they give.
+    /// Asserts that every compilation that this machine can run returns the baseline's value, and returns it.
     #[track_caller]
     pub(crate) fn same_on_every_path<T: PartialEq + Debug>(run: impl Fn() -> T) -> T {
         let _one_at_a_time = FORCING.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
@@ -136,7 +139,7 @@ pub(crate) mod tests {
                 None => plain = Some(found),
             }
         }
-        plain.expect("the baseline is always there")
+        plain.expect("the baseline is always available")
     }
 
     #[test]

@@ -1,23 +1,24 @@
-//! The closest point of a triangle.
+//! Closest point of a triangle to a given point.
 //!
 //! Based on: C. Ericson, *Real-Time Collision Detection* (2005), section 5.1.5.
 
 use nalgebra::Point3;
 
-/// The feature of a triangle that a closest point lies on, and where.
+/// Feature of a triangle that contains the closest point, and the position on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum ClosestFeature {
     /// A corner.
     Corner(usize),
-    /// The point at `t` in [0, 1] between two corners.
+    /// Point between two corners: `t` in [0, 1] from `from` to `to`.
     Edge { from: usize, to: usize, t: f64 },
-    /// A point of the inside, with weights of the corners that do not sum to 1.
+    /// Interior point, with unnormalized weights of the three corners.
     Face([f64; 3]),
 }
 
 impl ClosestFeature {
-    /// Of triangle (a, b, c), by the Voronoi region of its features that `point` lies in; triangles without area are served by
-    /// their edges.
+    /// Feature of triangle (a, b, c) closest to `point`, found by the Voronoi regions of the features.
+    ///
+    /// A triangle without area yields one of its corners or edges.
     #[inline]
     pub fn of([a, b, c]: &[Point3<f64>; 3], point: &Point3<f64>) -> Self {
         let (ab, ac, ap) = (b - a, c - a, point - a);
@@ -50,7 +51,7 @@ impl ClosestFeature {
         Self::Face([va, vb, vc])
     }
 
-    /// Barycentric coordinates of the closest point.
+    /// Barycentric coordinates of the closest point; they sum to 1.
     #[inline]
     pub fn barycentric(self) -> [f64; 3] {
         let mut weights = [0.0; 3];
@@ -69,7 +70,7 @@ impl ClosestFeature {
     }
 }
 
-/// The point of a triangle closest to `point`.
+/// Point of `triangle` closest to `point`.
 #[inline]
 pub(crate) fn closest_point(triangle: &[Point3<f64>; 3], point: &Point3<f64>) -> Point3<f64> {
     match ClosestFeature::of(triangle, point) {

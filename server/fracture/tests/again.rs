@@ -1,4 +1,5 @@
-//! Second strikes: children stay within their parent, their volumes add up to its, and no distance knows a way through a crack.
+//! Striking fragments again: children stay inside their parent, their volumes add up to its volume, and distances do
+//! not cross a crack.
 
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
@@ -15,10 +16,10 @@ use shatter_fracture::scene::{EffectKind, EffectSet, Materials};
 use shatter_fracture::surface::{RawMesh, shapes};
 use std::sync::LazyLock;
 
-/// A ring of round bar with a gap, 20 mm thick; its tips are at the bottom.
+/// A ring of round bar with a gap, 20 mm thick, with its tips at the bottom.
 static HORSESHOE: LazyLock<PreparedObject> = LazyLock::new(|| prepared(shapes::horseshoe(), 0.025));
 
-/// A bar of 0.4 × 0.2 × 0.2 m with a slit from above to its middle, as wide as two spacings.
+/// A bar of 0.4 × 0.2 × 0.2 m with a slit from the top to its middle, two spacings wide.
 static SLIT: LazyLock<PreparedObject> = LazyLock::new(|| prepared(slit_bar(0.02), 0.04));
 
 fn prepared(mesh: RawMesh, crack_spacing: f64) -> PreparedObject {
@@ -34,7 +35,7 @@ fn prepared(mesh: RawMesh, crack_spacing: f64) -> PreparedObject {
     bake(mesh, &request, &CancelToken::default(), &mut |_| {}).unwrap()
 }
 
-/// The outline of a U, of which the slit is `2 · half` wide, drawn out along z.
+/// The outline of a U, extruded along z. The slit is `2 · half` wide.
 fn slit_bar(half: f64) -> RawMesh {
     let outline: [[f64; 2]; 8] =
         [[-0.2, -0.1], [0.2, -0.1], [0.2, 0.1], [half, 0.1], [half, 0.0], [-half, 0.0], [-half, 0.1], [-0.2, 0.1]];
@@ -49,7 +50,7 @@ fn slit_bar(half: f64) -> RawMesh {
     RawMesh::new([layer(-0.1), layer(0.1)].concat(), triangles)
 }
 
-/// A blow of so many sites where the object, or a fragment of it, reaches farthest along `towards`.
+/// A request for `sites` sites at the extreme point of an object or fragment in the direction `towards`.
 fn blow(points: &[Point3<f64>], towards: Vector3<f64>, sites: u32) -> FractureRequest {
     let along = |point: &&Point3<f64>| point.coords.dot(&towards);
     let point = points.iter().max_by(|a, b| along(a).total_cmp(&along(b))).unwrap();
@@ -58,15 +59,15 @@ fn blow(points: &[Point3<f64>], towards: Vector3<f64>, sites: u32) -> FractureRe
     strike
 }
 
-/// What an answer shows of one fragment: its mesh in the coordinates of the file.
+/// Emitted data of one fragment, in the coordinates of the file.
 struct Shown {
     points: Vec<Point3<f64>>,
-    /// Area of its cracks towards nobody, and of its outer face, m².
+    /// Area of cracks without a neighbor, and of the outer surface, m².
     old_crack_m2: f64,
     outer_m2: f64,
 }
 
-/// The fragments of an answer as they are emitted; each must be closed.
+/// The emitted fragments of a result; each must be closed.
 fn shown(pieces: &FractureMeshes) -> Vec<Shown> {
     let counts = pieces.counts;
     let (mut positions, mut indices) = (vec![[0.0; 3]; counts.vertices], vec![0; counts.indices]);
@@ -116,12 +117,13 @@ fn again(
     )
 }
 
-/// Volume of all fragments, m³.
+/// Total volume of the fragments, m³.
 fn volume(pieces: &FractureMeshes) -> f64 {
     pieces.fragments.iter().map(|row| row.volume_m3).sum()
 }
 
-/// Strikes a fragment again; its children hold what it held, and lie along the same cracks. Returns them.
+/// Strikes a fragment again and returns the children. Their volumes and outer areas must add up to the parent's, and
+/// one must touch an earlier crack.
 #[track_caller]
 fn check(
     prepared: &PreparedObject,
@@ -138,13 +140,13 @@ fn check(
     let before = &shown(before)[fragment as usize];
     let outer: f64 = own.iter().map(|child| child.outer_m2).sum();
     assert!((outer - before.outer_m2).abs() < 1e-6 * before.outer_m2.max(1e-6), "{outer} {}", before.outer_m2);
-    assert!(own.iter().any(|child| child.old_crack_m2 > 0.0), "some child lies along the first crack");
+    assert!(own.iter().any(|child| child.old_crack_m2 > 0.0), "a child touches the first crack");
     let side = |crack: bool| children.runs.iter().filter(|run| run.crack == crack && run.neighbor == OUTER).count();
     assert!(side(true) > 0 || side(false) > 0);
     children
 }
 
-/// The horseshoe cut near one tip, and the largest fragment that is left of it.
+/// The horseshoe broken near one tip, and its largest fragment.
 fn cut_horseshoe() -> (FractureMeshes, u32) {
     let tip = [Point3::new(0.023, -0.065, 0.0)];
     let pieces = first(&HORSESHOE, &blow(&tip, Vector3::new(1.0, -1.0, 0.0), 4));
@@ -240,7 +242,7 @@ fn volumes_add_up_where_many_cracks_meet() {
 fn effects_apply_to_children_as_to_fragments() {
     let (pieces, largest) = cut_horseshoe();
     let own = &shown(&pieces)[largest as usize];
-    // Their parent wears no skin.
+    // The parent has no skin.
     let all = EffectSet::of(EffectKind::ALL).without(EffectKind::Skin);
     let strike = FractureRequest { effects: all, ..blow(&own.points, Vector3::y(), 60) };
     let children = again(&HORSESHOE, &pieces.keep(), largest, &strike).unwrap().into_meshes().unwrap();
@@ -308,15 +310,15 @@ fn what_cannot_be_struck_again_is_refused_by_name() {
     assert_eq!(kept.fragments(), count);
     assert!(kept.bytes() > 4 * HORSESHOE.crack_nodes());
     for (prepared, fragment, strike, words) in [
-        (&*HORSESHOE, count, strike.clone(), "the answer has"),
-        (&*HORSESHOE, u32::MAX, strike.clone(), "the answer has"),
-        (&*SLIT, largest, strike.clone(), "not one of this object"),
+        (&*HORSESHOE, count, strike.clone(), "the result has"),
+        (&*HORSESHOE, u32::MAX, strike.clone(), "the result has"),
+        (&*SLIT, largest, strike.clone(), "belong to another object"),
         (&*HORSESHOE, largest, FractureRequest { lift: LiftKind::SurfaceDiffusion, ..strike.clone() }, "has no lift"),
         (&*HORSESHOE, largest, blow(&[Point3::new(9.0, 0.0, 0.0)], Vector3::x(), 4), "from the surface"),
     ] {
         let error = again(prepared, &kept, fragment, &strike).err().unwrap();
         assert!(error.to_string().contains(words), "{error}");
-        assert_eq!(error.is_callers(), words != "not one of this object", "{error}");
+        assert_eq!(error.is_callers(), words != "belong to another object", "{error}");
     }
     let many = first(&HORSESHOE, &FractureRequest { degree: DegreeRequest::Sites(512), ..strike });
     let smallest = many.fragments.iter().min_by(|a, b| a.volume_m3.total_cmp(&b.volume_m3)).unwrap().id;
@@ -346,14 +348,14 @@ fn a_part_of_a_body_gets_all_energy_of_its_elastic_tetrahedra() {
     assert!((got / given - 1.0).abs() < 1e-12 && shares.iter().all(|share| *share >= 0.0), "{got} of {given}");
 }
 
-/// Whether some points near the mouth of the slit lie on one of its sides, and some on the other.
+/// True if points near the mouth of the slit are on both of its sides.
 fn spans_the_mouth(points: impl Iterator<Item = Point3<f64>>) -> bool {
     let mouth: Vec<f64> = points.filter(|point| point.y > 0.06).map(|point| point.x).collect();
     mouth.iter().any(|x| *x < -0.015) && mouth.iter().any(|x| *x > 0.015)
 }
 
-/// Fragments, and cells of the diagrams that they are the connected parts of, on both sides of the slit's mouth, over some blows
-/// beside it.
+/// Number of fragments, and of cells of their diagrams, on both sides of the slit's mouth, over eight requests beside
+/// it.
 fn across_the_slit(lift: LiftKind) -> [usize; 2] {
     let mut across = [0; 2];
     for seed in 0..8 {

@@ -1,4 +1,5 @@
-//! Objects that carry cracks of no width: neither lattice knows a way through them, elasticity opens there, and distances go around.
+//! Objects with existing cracks without width: neither lattice crosses them, elasticity opens them, and distances go
+//! around them.
 
 use nalgebra::{Point3, Rotation3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
@@ -14,10 +15,10 @@ use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{CrackSheets, DefectKind, RawMesh, Surface, shapes};
 use std::sync::LazyLock;
 
-/// Sides of the block, m. Its crack lies in the middle plane, from above to half its depth.
+/// Sides of the block, m. Its crack is in the middle plane, from the top to half its depth.
 const SIZE_M: [f64; 3] = [0.4, 0.2, 0.2];
 
-/// How near to a crack's end its sides may meet, m: three tenths of the elastic spacing.
+/// Distance from a crack's end up to which its sides may be connected, m: three tenths of the elastic spacing.
 const END_M: f64 = 0.01;
 
 static WHOLE: LazyLock<PreparedObject> = LazyLock::new(|| baked(shapes::cuboid(SIZE_M), None).unwrap());
@@ -25,13 +26,13 @@ static WHOLE: LazyLock<PreparedObject> = LazyLock::new(|| baked(shapes::cuboid(S
 static HALF: LazyLock<PreparedObject> =
     LazyLock::new(|| check(shapes::cuboid(SIZE_M), [half_depth(), sheet([END_M, 0.12], [-0.12, 0.12])], 1));
 
-/// The rectangle x = 0, y and z within these.
+/// The rectangle at x = 0 with y and z in the given ranges.
 fn sheet(y: [f64; 2], z: [f64; 2]) -> RawMesh {
     let corners = [[y[0], z[0]], [y[1], z[0]], [y[1], z[1]], [y[0], z[1]]];
     RawMesh::new(corners.map(|[y, z]| Point3::new(0.0, y, z)).to_vec(), vec![[0, 1, 2], [0, 2, 3]])
 }
 
-/// From a little above the block to its middle.
+/// A sheet from slightly above the block to its middle.
 fn half_depth() -> RawMesh {
     sheet([0.0, 0.12], [-0.12, 0.12])
 }
@@ -55,7 +56,7 @@ fn baked(mesh: RawMesh, cracks: Option<RawMesh>) -> Result<PreparedObject, BakeE
     bake(mesh, &request, &CancelToken::default(), &mut |_| {})
 }
 
-/// Whether the line from `a` to `b` leads through the triangle.
+/// True if the segment from `a` to `b` crosses the triangle.
 fn crosses(a: &Point3<f64>, b: &Point3<f64>, [p, q, r]: &[Point3<f64>; 3]) -> bool {
     let volume =
         |a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>, d: &Point3<f64>| (b - a).cross(&(c - a)).dot(&(d - a));
@@ -64,7 +65,7 @@ fn crosses(a: &Point3<f64>, b: &Point3<f64>, [p, q, r]: &[Point3<f64>; 3]) -> bo
         && (around.iter().all(|side| *side > 0.0) || around.iter().all(|side| *side < 0.0))
 }
 
-/// Edges of a lattice that lead through the sheets.
+/// Number of edges of a lattice that cross the sheets.
 fn crossings(prepared: &PreparedObject, lattice: &Lattice, sheets: &RawMesh) -> usize {
     let corners = |triangle: &[u32; 3]| triangle.map(|k| prepared.frame.to_local(&sheets.positions_m[k as usize]));
     let triangles: Vec<[Point3<f64>; 3]> = sheets.triangles.iter().map(corners).collect();
@@ -73,8 +74,10 @@ fn crossings(prepared: &PreparedObject, lattice: &Lattice, sheets: &RawMesh) -> 
     edges.filter(|[a, b]| triangles.iter().any(|triangle| crosses(a, b, triangle))).count()
 }
 
-/// Bakes an object with cracks: as many bodies, no edge through a sheet on either level (but where it ends: `sure` is what is left
-/// without), nothing else lost or wrong. Then breaks it: every fragment is closed, and they hold what the lattice holds.
+/// Bakes an object with cracks and strikes it.
+///
+/// Expects the number of bodies, no edge of either lattice across the sheets (without their ends: `sure`), no other
+/// losses or defects, and closed fragments with the volume of the lattice.
 #[track_caller]
 fn check(mesh: RawMesh, [sheets, sure]: [RawMesh; 2], bodies: usize) -> PreparedObject {
     let prepared = baked(mesh, Some(sheets.clone())).unwrap();
@@ -129,14 +132,14 @@ fn shown(pieces: &FractureMeshes) -> Vec<Vec<Point3<f64>>> {
     pieces.fragments.iter().map(show).collect()
 }
 
-/// Whether some points near the crack's mouth lie on one of its sides, and some on the other.
+/// True if points near the crack's mouth are on both of its sides.
 fn spans_the_mouth(points: impl Iterator<Item = Point3<f64>>) -> bool {
     let mouth: Vec<f64> = points.filter(|point| point.y > 0.06).map(|point| point.x).collect();
     mouth.iter().any(|x| *x < -0.01) && mouth.iter().any(|x| *x > 0.01)
 }
 
-/// Fragments, and cells of the diagrams that they are the connected parts of, on both sides of the crack's mouth, over some blows
-/// beside it.
+/// Number of fragments, and of cells of their diagrams, on both sides of the crack's mouth, over eight requests beside
+/// it.
 fn across_the_crack(lift: LiftKind) -> [usize; 2] {
     let mut across = [0; 2];
     for seed in 0..8 {
@@ -182,7 +185,7 @@ fn nothing_spans_a_crack_of_no_width_but_straight_distances() {
     assert!(straight[1] > 0);
 }
 
-/// Distance in the interior lift between the nodes nearest to (∓`x`, 0.09, 0), over the straight one between them.
+/// Distance in the interior lift between the nodes nearest to (∓`x`, 0.09, 0), over the Euclidean one.
 fn around_the_mouth(prepared: &PreparedObject, x: f64) -> f64 {
     let body = &prepared.bodies[0];
     let nearest = |x: f64| {
@@ -204,7 +207,7 @@ fn distances_go_around_a_crack() {
     assert!(cracked > 2.5 * whole, "{cracked} {whole}");
 }
 
-/// The same of a block with a slit of 12 mm in its mesh, at a quarter of the spacings.
+/// The same ratio for a block with a slit of 12 mm in its mesh, at a quarter of the spacings.
 const SLIT: f64 = 7.8;
 
 #[test]

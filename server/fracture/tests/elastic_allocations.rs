@@ -1,4 +1,4 @@
-//! After the first impact the elastic stages allocate nothing that grows with the lattice.
+//! After the first impact, the elastic stages allocate no memory that grows with the lattice.
 
 mod support {
     pub mod counting;
@@ -41,6 +41,6 @@ fn elastic_stages_reuse_their_memory() {
     };
     let first = impact(contact(0.3));
     let later: usize = (0..8).map(|turn| impact(contact(if turn % 2 == 0 { -0.3 } else { 0.3 }))).sum();
-    // rayon's queues now and then take a block of their own, whatever the lattice.
+    // rayon's queues sometimes allocate a block, independently of the lattice.
     assert!(later < first / 8, "{later} bytes in eight impacts, {first} in the first");
 }

@@ -1,4 +1,4 @@
-//! What the interior lift is for: cells of a Voronoi diagram do not join limbs that touch only through space.
+//! Purpose of the interior lift: cells of a Voronoi diagram do not join limbs that are close only through empty space.
 
 use nalgebra::Point3;
 use shatter_fracture::cancel_token::CancelToken;
@@ -8,11 +8,12 @@ use shatter_fracture::lift::{ALPHA_DEFAULT, LiftedLattice, MODES_DEFAULT, Spectr
 use shatter_fracture::surface::{self, InsideTest, LengthUnit, Surface, UpAxis};
 use std::path::Path;
 
-/// Starts per count of sites.
+/// Starts per number of sites.
 const STARTS: u32 = 12;
 
-/// The parts of the nodes chosen by `limb` that the lattice joins without leaving them; `None` for all others. Parts of
-/// fewer than 20 nodes are no limbs.
+/// Connected parts of the nodes chosen by `limb`, connected by edges between such nodes; `None` for other nodes.
+///
+/// Parts of fewer than 20 nodes are not limbs.
 fn limbs(lattice: &Lattice, limb: impl Fn(&Point3<f64>) -> bool) -> Vec<Option<usize>> {
     let mut parts: Vec<usize> = (0..lattice.nodes.len()).collect();
     let edges = lattice.edges();
@@ -32,7 +33,7 @@ fn limbs(lattice: &Lattice, limb: impl Fn(&Point3<f64>) -> bool) -> Vec<Option<u
     (0..lattice.nodes.len()).map(own).collect()
 }
 
-/// In how many starts of uniform energy a cell holds nodes of two limbs.
+/// Number of starts of uniform energy in which a cell contains nodes of two limbs.
 fn joined(lattice: &Lattice, lift: &LiftedLattice, limbs: &[Option<usize>], sites: usize) -> usize {
     let volumes = lattice.node_volumes();
     let mut mass = volumes.clone();
@@ -50,7 +51,8 @@ fn joined(lattice: &Lattice, lift: &LiftedLattice, limbs: &[Option<usize>], site
     (0..STARTS).filter(joins).count()
 }
 
-/// The default interior lift joins limbs in at most `interior_max` starts, X = x in at least `euclidean_min`.
+/// Expects that the default interior lift joins limbs in at most `interior_max` starts, and X = x in at least
+/// `euclidean_min`.
 #[track_caller]
 fn check(lattice: &Lattice, limbs: &[Option<usize>], sites: usize, euclidean_min: usize, interior_max: usize) {
     let lift = interior(lattice, MODES_DEFAULT, ALPHA_DEFAULT, &CancelToken::default()).unwrap();
@@ -63,7 +65,7 @@ fn check(lattice: &Lattice, limbs: &[Option<usize>], sites: usize, euclidean_min
 
 #[test]
 fn the_teeth_of_a_comb_are_not_joined() {
-    // Eight teeth of two cells, slots of one, on a back of two rows.
+    // Eight teeth of two cells and slots of one cell, on a back of two rows.
     let spacing = 0.05;
     let solid = |at: &Point3<f64>| ((at.x / spacing + 11.5) / 3.0).fract() * 3.0 < 2.0 || at.y < -0.15;
     let full = block([23, 10, 3], spacing);

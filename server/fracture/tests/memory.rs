@@ -1,4 +1,4 @@
-//! A prepared object says honestly how much memory it holds: against an allocator that counts.
+//! Accuracy of the memory that a prepared object reports, compared to a counting allocator.
 
 mod support {
     pub mod counting;
@@ -28,7 +28,7 @@ fn request(elastic_spacing: f64) -> BakeRequest {
 fn an_object_says_how_much_memory_it_holds() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bar.shatter");
-    // With few elastic nodes the lifts and incidences are the most of it, with many the factor.
+    // With few elastic nodes, lifts and incidences dominate the memory; with many, the factor does.
     for elastic_spacing in [0.12, 0.06] {
         let baked =
             bake(shapes::cuboid([0.4, 0.2, 0.2]), &request(elastic_spacing), &CancelToken::default(), &mut |_| {})
@@ -39,7 +39,7 @@ fn an_object_says_how_much_memory_it_holds() {
         let loaded = load(&path).unwrap();
         let held = ALLOCATOR.out() - before;
         let said = loaded.bytes();
-        println!("{elastic_spacing}: {said} bytes said, {held} held");
-        assert!(said as f64 > 0.95 * held as f64 && said <= held, "{said} bytes said, {held} held");
+        println!("{elastic_spacing}: {said} bytes reported, {held} held");
+        assert!(said as f64 > 0.95 * held as f64 && said <= held, "{said} bytes reported, {held} held");
     }
 }

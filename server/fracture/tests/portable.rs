@@ -1,11 +1,11 @@
-//! The engine compiles on systems without Unix: what is particular to one stands below a `cfg`, and has a counterpart.
+//! The engine compiles on systems without Unix: calls specific to a system are below a `cfg` and have a counterpart.
 
 use std::path::{Path, PathBuf};
 
-/// What exists on some systems alone.
+/// Paths that exist only on some systems.
 const PARTICULAR: [&str; 4] = ["std::os::", "rustix", "libc::", "nix::"];
 
-/// The item with a particular call begins at most so many lines above it.
+/// Largest distance from a `cfg` to a specific call below it, lines.
 const LINES: usize = 4;
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {

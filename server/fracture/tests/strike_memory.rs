@@ -1,4 +1,4 @@
-//! After the first impacts strikes hold no more memory, however many come.
+//! After the first requests, further requests do not increase the memory.
 
 mod support {
     pub mod counting;
@@ -17,7 +17,7 @@ static ALLOCATOR: Counting = Counting::new();
 
 const ROUNDS: usize = 8;
 
-/// With a basis, so that reduced strikes and solved ones take turns.
+/// An object with a reduced basis, so that reduced and solved requests alternate.
 fn prepared() -> PreparedObject {
     let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let glass = materials.get("glass").unwrap().clone();
@@ -31,7 +31,7 @@ fn prepared() -> PreparedObject {
     bake(shapes::cuboid([0.4, 0.2, 0.2]), &request, &CancelToken::default(), &mut |_| {}).unwrap()
 }
 
-/// Blows all over the bar, of numbers of sites that go up and down.
+/// Requests all over the bar, with varying numbers of sites.
 fn strikes() -> Vec<FractureRequest> {
     let blow = |turn: u32| {
         let (x, side) = (-0.18 + 0.03 * f64::from(turn), if turn.is_multiple_of(2) { 0.1 } else { -0.1 });
@@ -58,8 +58,8 @@ fn strikes_hold_no_more_memory_than_the_first_ones() {
         (ALLOCATOR.out(), ALLOCATOR.ever() - before)
     };
     let rounds: Vec<(usize, usize)> = (0..ROUNDS).map(|_| round()).collect();
-    println!("bytes that are out after a round, and handed out in it: {rounds:?}");
-    // rayon's queues now and then take a block of their own, whatever the lattice.
+    println!("bytes allocated after a round, and allocations during it: {rounds:?}");
+    // rayon's queues sometimes allocate a block, independently of the lattice.
     let (first, made) = rounds[0];
     assert!(rounds.iter().all(|(out, _)| *out <= first + 65_536), "{rounds:?}");
     assert!(rounds[1..].iter().all(|(_, ever)| *ever < made / 2), "{rounds:?}");

@@ -1,13 +1,13 @@
-//! A host: a headless Rapier simulation whose bodies break.
+//! Example of a host: a headless Rapier simulation whose bodies break.
 //!
 //! ```sh
 //! cargo build --release --workspace
 //! cargo run --release --features shatter-lab/rapier --example rapier_host -- --seconds 10 --out host
 //! ```
 //!
-//! Statues fall, balls swing through shelves of vases and mugs. Impacts are found from Rapier's contact forces, struck through the
-//! client, and broken bodies are swapped for their fragments, which can break again; no step waits for the daemon. It is started
-//! if none runs, started again when it dies, and ended in the end. `--out` gets `film.glb`, `film.png`, `steps.svg`, `summary.json`.
+//! Statues fall, and balls swing through shelves of vases and mugs. Rapier's contact forces become impacts, which are sent through the
+//! client; broken bodies are replaced by their fragments, which can break again. No step waits for the daemon. The host starts the daemon
+//! if none runs, restarts it when it dies, and ends it. `--out` receives `film.glb`, `film.png`, `steps.svg`, `summary.json`.
 
 #[path = "rapier_host/mod.rs"]
 mod host;

@@ -1,4 +1,6 @@
-//! What developers and buyers look at: studies, pictures, the demonstration, and the load generator. Not published.
+//! Tools for developers and evaluators: studies, pictures, the demonstration, and the load generator. Not published.
+
+#![allow(clippy::missing_errors_doc, clippy::missing_panics_doc, reason = "not published")]
 
 pub mod commands;
 pub mod demo;

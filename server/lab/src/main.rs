@@ -1,4 +1,4 @@
-//! `shatter-lab`: what people look at. `shatterd demo`, `shatterd study` and `shatter load` run it.
+//! `shatter-lab`: demonstration, studies and load generator. `shatterd demo`, `shatterd study` and `shatter load` run it.
 
 use clap::{Parser, Subcommand};
 use shatter_cli_common::cli_error::{ended, usage};
@@ -7,7 +7,7 @@ use shatter_lab::load;
 use shatter_server::commands::{CommandError, interrupt, serve};
 use std::process::ExitCode;
 
-/// The demonstration, studies and the load generator of Shatter.
+/// Demonstration, studies and load generator of Shatter
 #[derive(Parser)]
 #[command(name = "shatter-lab", version, max_term_width = 100)]
 struct Cli {
@@ -17,25 +17,25 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Bakes a mug, serves it, strikes it three times and shows what came of it on a page.
+    /// Bake a mug, serve it, strike it three times and write a page with the results
     Demo(demo::DemoArgs),
-    /// Shows how far the results can be trusted (hard cases, bad meshes), and what effects cost and look like.
+    /// Measure accuracy, robustness to hard cases and bad meshes, and the cost of effects
     Study(study::StudyArgs),
-    /// What the service does under many impacts from many processes.
+    /// Measure the service under requests from many client processes
     Load(Load),
-    /// One client process of a load.
+    /// Run one client process of a load
     #[command(hide = true)]
     LoadClient(Service),
-    /// Writes a page of what a database has learned.
+    /// Write a page on what a database has learned
     Examples(examples::ExamplesArgs),
-    /// The daemon of the demonstration.
+    /// Run the daemon of the demonstration
     #[command(hide = true)]
     Serve(serve::ServeArgs),
 }
 
 #[derive(clap::Args)]
 struct Service {
-    /// Service to talk to.
+    /// Name of the service
     #[arg(long, env = "SHATTER_SERVICE", default_value = "default")]
     service: String,
 }
@@ -66,7 +66,7 @@ fn client(result: Result<(), shatter_cli_common::cli_error::CliError>, json: boo
 }
 
 fn server(command: &Command, json: bool) -> ExitCode {
-    // The daemon has its own way to end.
+    // The daemon handles signals itself.
     let watched = if matches!(command, Command::Serve(_)) { Ok(()) } else { interrupt::watch(json) };
     let result = watched.and_then(|()| run(command));
     if result.is_err() {
@@ -79,7 +79,7 @@ fn server(command: &Command, json: bool) -> ExitCode {
     }
 }
 
-/// Runs a command; whether everything held that it looked at.
+/// Runs a command; returns whether all of its checks passed.
 fn run(command: &Command) -> Result<bool, CommandError> {
     match command {
         Command::Demo(args) => demo::run(args).map(|()| true),

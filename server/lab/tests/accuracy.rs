@@ -1,4 +1,4 @@
-//! The study of accuracy on a small block: what it says, not what it finds.
+//! Test of the accuracy study on a small block: its structure, not its values.
 
 use serde_json::Value;
 use shatter_fracture::surface::shapes;
@@ -6,7 +6,7 @@ use shatter_lab::report;
 use shatter_lab::study::accuracy::{AccuracyFindings, AccuracyPlan, Measure, drawn, page, run};
 use std::collections::HashSet;
 
-/// Keys that others rely on.
+/// Required keys of the document.
 const KEYS: [&str; 15] = [
     "dial",
     "value",
@@ -32,7 +32,7 @@ fn findings() -> (AccuracyPlan, AccuracyFindings, usize) {
     (plan, findings, steps)
 }
 
-/// The points of one dial that have one error.
+/// Values of one error over the points of one setting.
 fn points<'a>(findings: &'a AccuracyFindings, dial: &'a str, measure: Measure) -> impl Iterator<Item = f64> + 'a {
     findings.points.iter().filter(move |point| point.dial == dial).filter_map(move |point| point.errors.get(measure))
 }
@@ -77,7 +77,7 @@ fn a_study_of_accuracy_has_the_keys_of_the_contract_and_a_point_for_every_settin
     }
     assert!(findings.points.iter().any(|point| point.preset == Some("film")));
 
-    // A tighter tolerance ends lower, and the exact diagram misses less than labels of nodes.
+    // A tighter tolerance ends with less energy, and the exact diagram has a smaller error than node labels.
     let gaps: Vec<f64> = points(&findings, "cvd_tolerance", Measure::Gap).collect();
     assert!(gaps[1] <= gaps[0], "{gaps:?}");
     let labels: Vec<f64> = points(&findings, "tessellation", Measure::Label).collect();

@@ -1,11 +1,12 @@
-//! The example host, ten seconds of it, with the daemon killed in between:
-//! `cargo test --release --workspace --features shatter-lab/rapier --test rapier_host`
+//! Test of the example host: ten seconds, with the daemon killed in between.
+//!
+//! To run it: `cargo test --release --workspace --features shatter-lab/rapier --test rapier_host`
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The example, built with the daemon that it starts: cargo builds neither for a test that is named alone.
+/// Path of the example, built together with the daemon; cargo builds neither for a single named test.
 fn host() -> PathBuf {
     let own = std::env::current_exe().unwrap();
     let folder = own.ancestors().nth(2).unwrap();
@@ -16,7 +17,7 @@ fn host() -> PathBuf {
     folder.join("examples/rapier_host")
 }
 
-/// Runs the example into `out`, and returns its figures.
+/// Runs the example into `out`, and returns its summary.
 fn hosted(out: &Path, more: &[&str]) -> Value {
     let service = format!("rapier-{}", std::process::id());
     let mut host = Command::new(host());
@@ -25,7 +26,7 @@ fn hosted(out: &Path, more: &[&str]) -> Value {
     serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
 }
 
-/// All but the balls are closed, as `EXT_mesh_manifold` declares, and as trimesh finds where Python has it.
+/// Checks that all meshes but the balls are closed, as `EXT_mesh_manifold` declares, and as trimesh finds if Python has it.
 #[track_caller]
 fn check_closed(film: &Path, actors: u64) {
     let document = gltf::Gltf::from_slice(&std::fs::read(film).unwrap()).unwrap().document.into_json();
@@ -44,7 +45,7 @@ fn check_closed(film: &Path, actors: u64) {
     }
     let seen: Vec<Value> = serde_json::from_slice(&seen.stdout).unwrap();
     assert_eq!(seen.len() as u64, actors);
-    // What breaks and what it breaks into is called vase-7 and the like; boxes of the ground share a name.
+    // Breakable actors and their fragments have names like vase-7; boxes of the ground share a name.
     let breaks = |one: &&Value| one["name"].as_str().is_some_and(|name| name.contains('-'));
     assert!(seen.iter().filter(breaks).count() > 100);
     for one in seen.iter().filter(breaks) {
@@ -60,7 +61,7 @@ fn thirty_things_break_while_the_daemon_dies_and_no_step_waits() {
     assert!(number("breaks") >= 30.0 && number("breaks_again") >= 1.0, "{found:#}");
     assert!(number("mass_off") <= 1e-6 && found["energies_finite"] == true, "{found:#}");
     assert_eq!(found["steps_that_waited"], 0, "{found:#}");
-    assert_eq!(found["paused_s"].as_array().unwrap().len(), 1, "it comes back by itself: {found:#}");
+    assert_eq!(found["paused_s"].as_array().unwrap().len(), 1, "it is restarted once: {found:#}");
     let film = gltf::Gltf::from_slice(&std::fs::read(out.path().join("film.glb")).unwrap()).unwrap();
     assert_eq!(film.nodes().len() as u64, found["actors"].as_u64().unwrap());
     assert!(film.animations().next().unwrap().channels().count() > film.nodes().len());

@@ -1,4 +1,4 @@
-//! The databases of a folder as they lie there at one moment, told apart without being opened.
+//! Snapshot of the database folder: paths and file stamps, without opening a file.
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use shatter_proto::{Error, ErrorKind};
@@ -8,11 +8,13 @@ use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-/// The ending of database files.
+/// Extension of database files.
 pub(super) const EXTENSION: &str = "shatter";
 
-/// What tells one version of a file from another. The time of the last change of its status is among it, which nobody can
-/// set: a file that was overwritten and given its old date is another version.
+/// Identity of one version of a file.
+///
+/// It includes the time of the last status change, which no program can set: a file that was overwritten and given its old modification
+/// time is another version.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FileStamp {
     device: u64,
@@ -35,34 +37,37 @@ impl From<&Metadata> for FileStamp {
 }
 
 impl FileStamp {
-    /// Length of the file.
+    /// Length of the file, bytes.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 }
 
-/// What an entry of a catalog is loaded from.
+/// Source of a catalog entry.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DatabaseSource {
-    /// The database.
+    /// Database file.
     pub path: PathBuf,
-    /// The object of a scene that it becomes; `None`: there is no scene, and the database says what it is called.
+    /// Scene object that the database becomes; `None`: there is no scene, and the database holds the name.
     pub object: Option<String>,
 }
 
 impl DatabaseSource {
-    /// The name that it stands for as long as nobody knows what is in it.
+    /// Name of the entry while the file's contents are unknown.
     pub(super) fn name(&self) -> String {
         self.object.clone().unwrap_or_else(|| stem(&self.path))
     }
 }
 
-/// The databases of a folder at one moment, sorted by path: a name given twice always goes to the same file.
+/// Databases of a folder at one moment, sorted by path, so that of several files with one name always the same one is used.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DirectorySnapshot(Vec<(DatabaseSource, FileStamp)>);
 
 impl DirectorySnapshot {
-    /// Looks at `folder`. Errors: `database_folder`.
+    /// Lists the databases of `folder`.
+    ///
+    /// # Errors
+    /// `database_folder`.
     pub fn of(folder: &Path) -> Result<Self, Error> {
         let refuse = |error: io::Error| {
             let at = folder.display().to_string();
@@ -80,7 +85,7 @@ impl DirectorySnapshot {
         Ok(Self(files.into_iter().map(|(path, stamp)| (DatabaseSource { path, object: None }, stamp)).collect()))
     }
 
-    /// These files as a scene has them: each as often as `objects` give its name to one of theirs.
+    /// Restricts the snapshot to a scene: repeats each file once for each of the `objects` that names it, and drops the others.
     #[must_use]
     pub fn only(self, objects: &BTreeMap<String, String>) -> Self {
         let cast = |(file, stamp): (DatabaseSource, FileStamp)| {
@@ -91,17 +96,17 @@ impl DirectorySnapshot {
         Self(self.0.into_iter().flat_map(cast).collect())
     }
 
-    /// The files that `other` does not have, or has in another version.
+    /// Files that `other` lacks or holds in another version.
     pub(super) fn missing_from<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = &'a (DatabaseSource, FileStamp)> {
         self.0.iter().filter(|file| !other.0.contains(file))
     }
 
-    /// Whether there is a file of that name.
+    /// Whether there is a database of that name.
     pub fn holds(&self, name: &str) -> bool {
         self.0.iter().any(|(source, _)| stem(&source.path) == name)
     }
 
-    /// The names of all files, in order.
+    /// Names of all databases, sorted by path.
     pub fn names(&self) -> Vec<String> {
         self.0.iter().map(|(source, _)| stem(&source.path)).collect()
     }
@@ -112,12 +117,12 @@ impl DirectorySnapshot {
     }
 }
 
-/// The name of a file.
+/// File name without extension.
 fn stem(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The stamp of a file; `None` if it is gone by now. A link to nowhere is there all the same: whoever loads it says so.
+/// Stamp of a file; `None` if it no longer exists. A dangling symbolic link has a stamp, so that loading it reports the error.
 fn stamp(path: &Path) -> Option<FileStamp> {
     match std::fs::metadata(path) {
         Ok(data) => Some(FileStamp::from(&data)),

@@ -1,18 +1,18 @@
-//! Databases that were found and are not loaded yet: since when, and how long that is expected to take.
+//! Databases that were found and are not loaded yet: start and expected duration of the load.
 
 use shatter_proto::{Error, ErrorKind};
 use std::time::{Duration, Instant};
 
-/// Bytes of a file that are loaded in a second, while no database is loaded that could tell: 2.66 GB took 6 s on two cores.
+/// Load rate without a loaded database to measure it by, bytes/s: 2.66 GB took 6 s on two cores.
 const BYTES_PER_S: f64 = 4e8;
 
-/// A folder is looked at twice, a quarter of a second apart, before its new databases are loaded.
+/// Time before a load begins: the folder must look the same in two scans, a quarter of a second apart.
 const REST: Duration = Duration::from_millis(500);
 
-/// Shortest and longest time after which a client is told to ask again.
+/// Shortest and longest time after which a client is advised to retry.
 const WAITS: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(600)];
 
-/// A load that goes on.
+/// Load in progress.
 #[derive(Clone, Copy)]
 pub struct LoadInProgress {
     since: Instant,
@@ -20,7 +20,7 @@ pub struct LoadInProgress {
 }
 
 impl LoadInProgress {
-    /// Begins now, of databases of so many bytes; `known` are the bytes and load times of others.
+    /// Begins a load of so many bytes; `known` holds bytes and load times of other databases.
     pub fn now(bytes: u64, known: impl Iterator<Item = (u64, Duration)>) -> Self {
         let (loaded, took) =
             known.fold((0, Duration::ZERO), |(loaded, took), (bytes, time)| (loaded + bytes, took + time));
@@ -29,13 +29,13 @@ impl LoadInProgress {
         Self { since: Instant::now(), expected: REST + Duration::from_secs_f64(time_s) }
     }
 
-    /// What a strike of the object `name` is told meanwhile.
+    /// Error for requests of the object `name` during the load.
     pub fn refusal(&self, name: &str) -> Error {
-        let message = format!("the database of `{name}` is being loaded; send the strike again later");
+        let message = format!("the database of `{name}` is being loaded; send the request again later");
         Error::new(ErrorKind::Loading, name, message).after(self.left(self.since.elapsed()))
     }
 
-    /// How long it is expected to go on after `elapsed`. One that takes longer than expected takes a tenth of its time more.
+    /// Expected remaining time after `elapsed`; a tenth of `elapsed` for a load that takes longer than expected.
     fn left(&self, elapsed: Duration) -> Duration {
         self.expected.saturating_sub(elapsed).max(elapsed / 10).clamp(WAITS[0], WAITS[1])
     }

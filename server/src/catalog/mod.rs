@@ -1,8 +1,10 @@
-//! The objects of the service. A database that cannot be loaded is logged and listed with its error; the others are served. A scene
-//! may make several objects of one database: each is an entry of its own, loaded by itself.
+//! Objects of the service.
 //!
-//! A catalog never changes: a reload makes another one of it, in which what lies in the folder unchanged is kept, and which
-//! takes its place whole. Strikes hold on to the version that they began with.
+//! A database that cannot be loaded is logged and listed with its error; the others are served. A scene may make several objects of one
+//! database: each is a separate entry, loaded separately.
+//!
+//! A catalog is immutable. A reload builds a new catalog, which keeps the versions of unchanged files, and replaces the old catalog
+//! as a whole. A request keeps the version with which it began.
 
 mod directory_snapshot;
 mod load_in_progress;
@@ -31,16 +33,16 @@ pub struct Catalog {
     read: SystemTime,
 }
 
-/// What a name stands for.
+/// Entry of one name.
 #[derive(Clone, Default)]
 struct Entry {
-    /// What is served.
+    /// Version that is served.
     version: Option<Arc<ObjectVersion>>,
-    /// How many versions of this name there were, this one counted.
+    /// Number of versions that this name has had, including the current one.
     generation: u32,
-    /// Why there is none, or why what lies in its place now is not served.
+    /// Why no version is served, or why the current file is not served.
     refusal: Option<Error>,
-    /// There is none yet: its database is being loaded.
+    /// Load of the database, while no version is served.
     loading: Option<LoadInProgress>,
 }
 
@@ -51,8 +53,10 @@ impl Default for Catalog {
 }
 
 impl Catalog {
-    /// The catalog of `shelf`, on the current rayon pool. Versions whose files did not change are kept; files that failed
-    /// are tried again, and one that took the place of a version and fails leaves that version served.
+    /// Builds the catalog of `shelf` on the current rayon pool.
+    ///
+    /// Keeps versions whose files did not change and retries files that failed. If the file of a version was replaced by one that fails,
+    /// the old version stays served.
     #[must_use]
     pub fn renewed(&self, shelf: DirectorySnapshot, loader: &Loader) -> Self {
         let found = shelf.map(|source, stamp| match self.at(source) {
@@ -62,13 +66,13 @@ impl Catalog {
         let mut catalog = Self { entries: BTreeMap::new(), shelf, read: SystemTime::now() };
         let mut loaded: Vec<_> =
             found.iter().filter_map(|(source, version)| Some((source, version.as_ref().ok()?))).collect();
-        // A name that several files hold goes to the file of that name, where bakes write; else to the one that had it. Copies
-        // take nothing away.
+        // If several files hold one name, the file of that name has precedence, because bakes write there; then the file that served
+        // it before. So copies of a file take no names away.
         loaded.sort_by_key(|(source, version)| (source.name() != version.name, !self.serves(source, &version.name)));
         for (source, version) in loaded {
             catalog.put(source, version, self);
         }
-        // Last, so that a version whose place was spoilt takes no name away from one that was not.
+        // Last, so that a version whose file was corrupted takes no name away from an intact file.
         for (source, version) in &found {
             if let Err(why) = version {
                 catalog.miss(source, why, self);
@@ -77,7 +81,7 @@ impl Catalog {
         catalog
     }
 
-    /// This catalog with the new databases of `seen` listed as being loaded; `None` if it lists the same ones already.
+    /// Lists the new databases of `seen` as being loaded; `None` if this catalog lists the same ones already.
     pub fn expecting(&self, seen: &DirectorySnapshot) -> Option<Self> {
         let new: Vec<_> = seen.missing_from(&self.shelf).filter(|(source, _)| self.at(source).is_none()).collect();
         let bytes = new.iter().map(|(_, stamp)| stamp.bytes()).sum();
@@ -93,32 +97,36 @@ impl Catalog {
         let loading =
             LoadInProgress::now(bytes, self.versions().map(|version| (version.stamp.bytes(), version.load_time())));
         for name in names {
-            // One that is listed already began earlier.
+            // Entries that are listed already keep their start.
             entries.entry(name).or_default().loading.get_or_insert(loading);
         }
         entries.retain(|_, entry| entry.version.is_some() || entry.refusal.is_some() || entry.loading.is_some());
         Some(Self { entries, shelf: self.shelf.clone(), read: self.read })
     }
 
-    /// Whether the object `name` is the one from `source`.
+    /// Whether the version from `source` serves the object `name`.
     fn serves(&self, source: &DatabaseSource, name: &str) -> bool {
         self.at(source).is_some_and(|version| version.name == name)
     }
 
-    /// The version that was loaded from `source`.
+    /// Version that was loaded from `source`.
     fn at(&self, source: &DatabaseSource) -> Option<&Arc<ObjectVersion>> {
         self.versions().find(|version| version.source == *source)
     }
 
-    /// Everything that can be struck.
+    /// All versions that are served.
     pub fn versions(&self) -> impl Iterator<Item = &Arc<ObjectVersion>> {
         self.entries.values().filter_map(|entry| entry.version.as_ref())
     }
 
-    /// Takes `version` in under its name, unless another file has it.
+    /// Adds `version` under its name, unless another file has that name.
     fn put(&mut self, source: &DatabaseSource, version: &Arc<ObjectVersion>, before: &Self) {
         if let Some(other) = self.entries.get(&version.name).and_then(|entry| entry.version.as_ref()) {
-            let why = format!("{} already holds an object `{}`", other.source.path.display(), version.name);
+            let why = format!(
+                "{} already holds an object `{}`; rename or remove one of the files",
+                other.source.path.display(),
+                version.name
+            );
             return self.refuse(&source.name(), source, &why);
         }
         let generation = match before.entries.get(&version.name) {
@@ -130,7 +138,7 @@ impl Catalog {
         (entry.version, entry.generation) = (Some(version.clone()), generation);
     }
 
-    /// `source` cannot be loaded. What was loaded from that place before is served on.
+    /// Records that `source` cannot be loaded. The version that was loaded from it before stays served.
     fn miss(&mut self, source: &DatabaseSource, why: &str, before: &Self) {
         let free = |name: &str| self.entries.get(name).is_none_or(|entry| entry.version.is_none());
         match before.at(source).filter(|old| free(&old.name)) {
@@ -142,17 +150,17 @@ impl Catalog {
         }
     }
 
-    /// Lists under `name` that `source` is not served.
+    /// Records under `name` why `source` is not served.
     fn refuse(&mut self, name: &str, source: &DatabaseSource, why: &str) {
         let path = &source.path;
         let entry = self.entries.entry(name.to_owned()).or_default();
         let served = entry.version.is_some();
-        tracing::error!(object = name, path = %path.display(), why, served, "cannot be loaded");
+        tracing::error!(object = name, path = %path.display(), why, served, "a database cannot be loaded");
         let message = format!("{}: {why}", path.file_name().unwrap_or_default().to_string_lossy());
         entry.refusal.get_or_insert(Error::new(ErrorKind::CorruptObject, name, message));
     }
 
-    /// The object `name`, or why there is none.
+    /// The object `name`, or the reason why it is not served.
     pub fn get(&self, name: &str) -> Result<Arc<dyn ServedObject>, Error> {
         match self.entries.get(name) {
             Some(Entry { version: Some(version), .. }) => Ok(version.object.clone()),
@@ -180,12 +188,12 @@ impl Catalog {
         self.entries.is_empty()
     }
 
-    /// Number of objects that can be struck.
+    /// Number of objects that are served.
     pub fn ready(&self) -> usize {
         self.versions().count()
     }
 
-    /// Number of objects whose databases are being loaded and that cannot be struck before.
+    /// Number of objects that are being loaded and not served yet.
     pub fn loading(&self) -> usize {
         self.entries.values().filter(|entry| entry.version.is_none() && entry.loading.is_some()).count()
     }
@@ -195,27 +203,27 @@ impl Catalog {
         self.len() - self.ready() - self.loading()
     }
 
-    /// Number of objects that can be struck, but are not what lies in their place now.
+    /// Number of objects that are served from an older version, because their current files cannot be loaded.
     pub fn outdated(&self) -> usize {
         self.entries.values().filter(|entry| entry.version.is_some() && entry.refusal.is_some()).count()
     }
 
-    /// Bytes of memory that the objects hold.
+    /// Memory of the objects, bytes.
     pub fn memory_bytes(&self) -> u64 {
         self.versions().map(|version| version.memory_bytes()).sum()
     }
 
-    /// The folder as it was when this catalog was made.
+    /// Folder snapshot from which this catalog was built.
     pub fn shelf(&self) -> &DirectorySnapshot {
         &self.shelf
     }
 
-    /// When it was made.
+    /// Time at which the catalog was built.
     pub fn read(&self) -> SystemTime {
         self.read
     }
 
-    /// Bytes of the largest answer that any object may give.
+    /// Size of the largest result that any object may produce, bytes.
     pub fn answer_bytes_max(&self) -> usize {
         self.versions().map(|version| version.object.answer_bytes_max()).max().unwrap_or(0)
     }

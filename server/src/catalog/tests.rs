@@ -1,4 +1,4 @@
-//! Catalogs of toy objects, and what becomes of them when their files change.
+//! Tests of catalogs with test-double objects, and of changes to their files.
 
 use super::directory_snapshot::EXTENSION;
 use super::*;
@@ -37,7 +37,7 @@ impl ServedObject for Named {
     }
 }
 
-/// A "database" is a text: the object's name, `!` for a damaged one, `panic` for one that the loader falls over.
+/// A test "database" is a text: the object's name, `!` for a corrupt file, `panic` for one that makes the loader panic.
 fn loader() -> Loader {
     Arc::new(|path, object| match std::fs::read_to_string(path).map_err(|error| error.to_string())?.as_str() {
         "!" => Err("damaged".to_owned()),
@@ -46,7 +46,7 @@ fn loader() -> Loader {
     })
 }
 
-/// A folder of "databases".
+/// Folder of test "databases".
 struct Folder(TempDir);
 
 impl Folder {
@@ -60,7 +60,7 @@ impl Folder {
         self.0.path().join(file).with_extension(EXTENSION)
     }
 
-    /// Written aside and renamed.
+    /// Writes to another file and renames it.
     fn put(&self, file: &str, text: &str) {
         let aside = self.0.path().join("aside");
         std::fs::write(&aside, text).unwrap();
@@ -75,7 +75,7 @@ impl Folder {
         catalog.renewed(DirectorySnapshot::of(self.0.path()).unwrap(), &loader())
     }
 
-    /// As a scene has it: objects, and what they are made of.
+    /// Builds the catalog of a scene: pairs of object and database.
     fn cast(&self, catalog: &Catalog, objects: &[(&str, &str)]) -> Catalog {
         let objects = objects.iter().map(|(object, database)| ((*object).to_owned(), (*database).to_owned())).collect();
         catalog.renewed(DirectorySnapshot::of(self.0.path()).unwrap().only(&objects), &loader())
@@ -142,7 +142,7 @@ fn a_bad_replacement_leaves_the_version_before_it_served() {
     let alpha = row(&spoilt, "alpha");
     assert_eq!((alpha.state, alpha.generation), (1, 1));
     assert_eq!(alpha.refusal().unwrap().message, "a.shatter: damaged");
-    // Again and again.
+    // Repeated reloads change nothing.
     let still = folder.reload(&folder.reload(&spoilt));
     assert!(Arc::ptr_eq(&before.get("alpha").unwrap(), &still.get("alpha").unwrap()));
     folder.put("a", "alpha");
@@ -150,7 +150,7 @@ fn a_bad_replacement_leaves_the_version_before_it_served() {
     let alpha = row(&mended, "alpha");
     assert_eq!((alpha.state, alpha.generation, alpha.refusal(), mended.outdated()), (1, 2, None, 0));
     std::fs::remove_file(folder.path("a")).unwrap();
-    assert_eq!(kind(&folder.reload(&spoilt), "alpha"), ErrorKind::UnknownObject, "a file that is gone is not served");
+    assert_eq!(kind(&folder.reload(&spoilt), "alpha"), ErrorKind::UnknownObject, "a removed file is not served");
 }
 
 #[test]
@@ -158,7 +158,7 @@ fn copies_of_a_database_take_nothing_away() {
     let folder = Folder::of(&[("spot", "spot"), ("vase-1", "vase")]);
     let before = folder.load();
     let same = |after: &Catalog, name: &str| Arc::ptr_eq(&before.get(name).unwrap(), &after.get(name).unwrap());
-    // Their names come first in the folder.
+    // The copies sort before the originals.
     folder.put("a copy", "spot");
     folder.put("vase-0", "vase");
     let after = folder.reload(&before);
@@ -166,7 +166,7 @@ fn copies_of_a_database_take_nothing_away() {
     assert_eq!(kind(&after, "a copy"), ErrorKind::CorruptObject);
     assert!(row(&after, "vase-0").refusal().unwrap().message.contains("vase-1.shatter already holds"));
     assert!(folder.load().get("spot").is_ok_and(|_| folder.load().at(&folder.source("spot")).is_some()));
-    // The file of the object's own name has it, also when it comes late.
+    // The file that has the object's name takes precedence, also if it appears later.
     folder.put("vase", "vase");
     let after = folder.reload(&after);
     assert!(!same(&after, "vase") && after.at(&folder.source("vase")).is_some());
@@ -183,7 +183,7 @@ fn a_version_whose_place_was_spoilt_takes_no_name_from_a_good_file() {
     assert!(!Arc::ptr_eq(&before.get("alpha").unwrap(), &after.get("alpha").unwrap()));
     assert_eq!((row(&after, "alpha").generation, row(&after, "alpha").refusal()), (2, None));
     assert_eq!(kind(&after, "a"), ErrorKind::CorruptObject);
-    // A bad file whose stem names an object of another file is not passed over in silence either.
+    // A corrupt file whose name equals an object from another file is reported, too.
     folder.put("alpha", "!");
     let after = folder.reload(&after);
     assert!(row(&after, "alpha").refusal().unwrap().message.starts_with("alpha.shatter"));
@@ -200,7 +200,7 @@ fn what_was_replaced_is_counted_until_it_is_released() {
     let struck = before.get("alpha").unwrap();
     assert_eq!(retired.alive(), (1, 100));
     drop(before);
-    assert_eq!(retired.alive(), (1, 100), "a strike holds it");
+    assert_eq!(retired.alive(), (1, 100), "a request holds it");
     drop(struck);
     assert_eq!(retired.alive(), (0, 0));
     retired.note(&after, &after);

@@ -1,4 +1,4 @@
-//! One version of an object, as it was loaded from one version of a file.
+//! One version of an object, loaded from one version of a file.
 
 use super::directory_snapshot::{DatabaseSource, FileStamp};
 use crate::memory;
@@ -22,8 +22,7 @@ pub struct ObjectVersion {
 }
 
 impl ObjectVersion {
-    /// Loads `source`; the error says what is wrong with it. A loader that panics has found that, too: the daemon
-    /// does not fall over a file.
+    /// Loads `source`; the error names the defect. A panic of the loader becomes an error, so that no file brings the daemon down.
     pub(super) fn load(source: &DatabaseSource, stamp: FileStamp, loader: &Loader) -> Result<Self, String> {
         let begun = Instant::now();
         let object = catch_unwind(AssertUnwindSafe(|| loader(&source.path, source.object.as_deref())))
@@ -51,11 +50,11 @@ impl ObjectVersion {
             file_bytes = self.stamp.bytes(),
             memory_bytes = self.memory_bytes,
             ms = self.load_time.as_millis() as u64,
-            "loaded"
+            "database loaded"
         );
     }
 
-    /// Does what loading left for later; what goes wrong is logged, and told again to every strike that needs it.
+    /// Does the work that loading deferred. Errors are logged, and returned to every request that needs this work.
     pub fn finish(&self) {
         let begun = Instant::now();
         let finished = catch_unwind(AssertUnwindSafe(|| self.object.finish()));
@@ -63,22 +62,22 @@ impl ObjectVersion {
         let object = self.name.as_str();
         match finished {
             Ok(Ok(())) => tracing::debug!(object, ms = begun.elapsed().as_millis() as u64, "finished"),
-            Ok(Err(refusal)) => tracing::error!(object, %refusal, "some strikes will fail"),
-            Err(panic) => tracing::error!(object, why = panics::text(panic.as_ref()), "some strikes will fail"),
+            Ok(Err(refusal)) => tracing::error!(object, %refusal, "some requests will fail"),
+            Err(panic) => tracing::error!(object, why = panics::text(panic.as_ref()), "some requests will fail"),
         }
     }
 
-    /// How long it took to load.
+    /// Duration of the load.
     pub(super) fn load_time(&self) -> Duration {
         self.load_time
     }
 
-    /// Bytes of memory that it holds.
+    /// Memory of the object, bytes.
     pub fn memory_bytes(&self) -> u64 {
         self.memory_bytes
     }
 
-    /// What `list` and `status` say about it, the `generation`th of its name.
+    /// Row for `list` and `status`; `generation` counts the versions of the name.
     pub(super) fn row(&self, generation: u32) -> ObjectRow {
         ObjectRow {
             state: ObjectState::Ready as u32,
@@ -92,7 +91,7 @@ impl ObjectVersion {
     }
 }
 
-/// A time of day as it travels; zero before 1970.
+/// Nanoseconds since 1970; 0 before 1970.
 pub fn unix_ns(time: SystemTime) -> u64 {
     let since = time.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
     u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)

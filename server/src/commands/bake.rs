@@ -1,4 +1,4 @@
-//! `shatterd bake`: a mesh file becomes a database.
+//! `shatterd bake`: turns a mesh file into a database.
 
 use super::bake_progress::BakeProgress;
 use super::expected_file::{self, ExpectedFile};
@@ -14,25 +14,23 @@ use shatter_fracture::surface::{self, CrackSheets, LengthUnit, RawMesh, Surface,
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Flags of `shatterd bake`.
+/// Arguments of `shatterd bake`.
 #[derive(Args, Debug)]
 pub struct BakeArgs {
     /// Mesh file: .obj, .ply, .stl, .gltf, .glb
     #[arg(required_unless_present_any = ["scene", "shape"])]
     pub mesh: Option<PathBuf>,
-    /// Instead of a mesh file: bake a shape that the program generates. Its length unit is the meter and +y points up
+    /// Generated shape to bake instead of a mesh file, in meters, +Y up
     #[arg(long, value_name = "SHAPE", value_parser = shapes::NAMES, conflicts_with_all = ["mesh", "scene", "unit", "up"])]
     pub shape: Option<String>,
-    /// Mesh file of sheets along which the object is cracked already, in the unit and axes of the other: open triangles of no
-    /// thickness, which way they face does not matter. Elasticity opens there, and no cell leads across. The lattices have slots of
-    /// 1.7 spacings there
+    /// Mesh file of existing cracks, in the unit and axes of the other mesh: open sheets of triangles without thickness, facing either
+    /// way. The object is elastically open there, and no cell crosses a sheet. The lattices have slots there, 1.7 spacings wide
     #[arg(long, value_name = "SHEETS")]
     pub cracks: Option<PathBuf>,
     /// Name of the object [default with --shape: the shape's name]
     #[arg(long, required_unless_present_any = ["scene", "shape"])]
     pub name: Option<String>,
-    /// Instead of a mesh: bake what this scene needs of every object whose shape is generated, as the scene says; what is there and
-    /// the same is kept
+    /// Scene file to bake instead of a mesh: every object with a generated shape; databases that are up to date are kept
     #[arg(long, value_name = "FILE", conflicts_with_all = [
         "mesh", "shape", "name", "material", "materials", "fragment_size", "gamma", "unit", "up", "elastic_spacing", "crack_spacing",
         "examples", "elastic", "factor", "quality", "add", "seed", "cracks", "shard", "resume", "restart",
@@ -41,71 +39,73 @@ pub struct BakeArgs {
     /// Material
     #[arg(long, default_value = "glass")]
     pub material: String,
-    /// Table of materials to use instead of the built-in one
+    /// Table of materials that replaces the built-in one
     #[arg(long, value_name = "FILE")]
     pub materials: Option<PathBuf>,
     /// Reference fragment size in meters [default: a tenth of the diagonal]
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub fragment_size: Option<f64>,
-    /// Threshold in J·m² [default: from material and fragment size]
+    /// Fracture threshold in J·m² [default: from material and fragment size]
     #[arg(long, value_name = "G", allow_negative_numbers = true)]
     pub gamma: Option<f64>,
-    /// Unit of the mesh file: m, cm, mm, in [default: m, with a question where the object is 5 m large or weighs 5 t]
+    /// Unit of the mesh file: m, cm, mm, in [default: m, with a warning if the object is 5 m large or weighs 5 t]
     #[arg(long)]
     pub unit: Option<LengthUnit>,
     /// Axis of the mesh file that points up: y, z
     #[arg(long, default_value = "y")]
     pub up: UpAxis,
-    /// Which preset its lattices are of [default: game]; spacings that are given go before it. A preset that severs parts of the
-    /// mesh is refused, unless it is given here by name
+    /// Preset of the lattices; explicit spacings override it. A preset that severs parts of the mesh is refused unless it is named
+    /// here [default: game]
     #[arg(long, value_name = "draft|game|film|reference", value_parser = quality)]
     pub quality: Option<Preset>,
-    /// Spacing of the elastic lattice over the bounding-box diagonal [default: the preset's, about 3000 nodes for game, more where
-    /// limbs are thin]
+    /// Spacing of the elastic lattice as a fraction of the bounding-box diagonal [default: the preset's, about 3000 nodes for game,
+    /// more where limbs are thin]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub elastic_spacing: Option<f64>,
-    /// Spacing of the crack lattice over the bounding-box diagonal [default: the preset's, about 9000 nodes for game, more
-    /// where walls are thin]
+    /// Spacing of the crack lattice as a fraction of the bounding-box diagonal [default: the preset's, about 9000 nodes for game,
+    /// more where walls are thin]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub crack_spacing: Option<f64>,
-    /// Impacts to learn the fracture degree from; 0: none, the closed form decides
+    /// Number of impacts from which the object learns its fracture degree; 0: the closed form decides
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub examples: u64,
-    /// How its strikes get their displacements: `reduced`, from a basis that the examples give, where it fits; `solve`: always
-    /// from the solve, and no basis is made
+    /// Source of displacements: `reduced` builds a basis from the examples and uses it where it is accurate enough; `solve` always
+    /// solves and builds no basis
     #[arg(long, value_name = "reduced|solve", default_value = "reduced", value_parser = elastic)]
     pub elastic: ElasticRequest,
-    /// Of the stored numbers of the stiffness's factor: `f32` takes half the memory of `f64`, bodies for which it is not exact enough
-    /// apart
+    /// Precision of the stored stiffness factor: `f32` halves the memory of `f64`; bodies for which it is too inaccurate keep `f64`
     #[arg(long, value_name = "f64|f32", default_value = "f64", value_parser = factor)]
     pub factor: Precision,
-    /// Add this many impacts to the examples of the database that is there; everything else stays as it was baked
+    /// Add K impacts to the examples of the existing database; everything else stays as baked
     #[arg(long, value_name = "K", conflicts_with_all = [
         "examples", "elastic", "factor", "quality", "material", "materials", "fragment_size", "gamma", "elastic_spacing", "crack_spacing", "seed",
     ])]
     pub add: Option<u64>,
-    /// Seed of everything random
+    /// Seed of all random choices
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     pub seed: u64,
-    /// Bake only share I of N of the examples, I from 0, into NAME.I-of-N.share, for `shatterd merge` [default: in a Slurm job
-    /// array or an indexed Kubernetes job its own share, elsewhere 0/1]
+    /// Bake only share I of N of the examples, I from 0, into NAME.I-of-N.share, for `shatterd merge` [default: 0/1, or the task's
+    /// own share in a Slurm job array or an indexed Kubernetes job]
     #[arg(long, value_name = "I/N")]
     pub shard: Option<BakeShare>,
-    /// Go on with the examples of a bake that was stopped; from the beginning if there is nothing to go on with
+    /// Continue an interrupted bake with the examples that it kept; start from the beginning if there are none
     #[arg(long)]
     pub resume: bool,
-    /// Begin anew, and discard the examples that a bake of that name has kept
+    /// Start again and discard the examples that an earlier bake of this name kept
     #[arg(long, conflicts_with = "resume")]
     pub restart: bool,
     /// Folder of databases [default: the platform's]
     #[arg(long, value_name = "DIR", visible_alias = "databases")]
     pub out: Option<PathBuf>,
-    /// One JSON document on stdout
+    /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,
 }
 
-/// Bakes and prints what was found. Whatever happens, a database that was there stays whole until the new one is.
+/// Bakes and prints a report. An existing database stays intact until the new one replaces it.
+///
+/// # Errors
+/// [`CommandError`] by what is wrong with mesh, arguments or files.
 pub fn run(args: &BakeArgs) -> Result<(), CommandError> {
     let folder = args.out.clone().map_or_else(data_folder, Ok)?;
     if let Some(scene) = &args.scene {
@@ -121,7 +121,7 @@ fn nothing_to_bake() -> CommandError {
     CommandError::refused("usage", "", "give a mesh and its --name, a --shape, or a --scene")
 }
 
-/// The mesh to bake: read from its file, or generated.
+/// The mesh to bake, read from its file or generated.
 fn mesh(args: &BakeArgs) -> Result<RawMesh, CommandError> {
     match (&args.mesh, &args.shape) {
         (Some(file), _) => read(file, args),
@@ -144,7 +144,7 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), CommandError> {
         shares::nothing_kept(&kept)?;
     }
     let raw = mesh(args)?;
-    // A unit that was given is meant.
+    // A unit given on the command line is intended.
     let asks = args.unit.is_none() && args.shape.is_none();
     let doubtful = asks.then(|| size::doubtful(&raw, LengthUnit::M, request.material.density_kg_m3)).flatten();
     doubtful.iter().for_each(|doubt| bake_report::warning(doubt));
@@ -185,7 +185,7 @@ fn quality(text: &str) -> Result<Preset, String> {
     Preset::by_name(text).ok_or_else(|| choice(text, &names.map(|name| (name, ()))).err().unwrap_or_default())
 }
 
-/// What is wrong with the mesh itself is said of its file.
+/// Converts a bake error; defects of the mesh name its file.
 fn of_mesh(error: BakeError, mesh: Option<&Path>) -> CommandError {
     let own = mesh.filter(|_| matches!(error, BakeError::Surface(_)) && !error.is_cancelled());
     let failure = CommandError::from(error);
@@ -195,7 +195,7 @@ fn of_mesh(error: BakeError, mesh: Option<&Path>) -> CommandError {
     }
 }
 
-/// A mesh file; what is wrong with it is said of the file.
+/// Reads a mesh file; defects of the mesh name the file.
 fn read(file: &Path, args: &BakeArgs) -> Result<RawMesh, CommandError> {
     expected_file::check(file, ExpectedFile::Mesh)?;
     surface::read(file, args.unit.unwrap_or(LengthUnit::M), args.up).map_err(|error| match error {
@@ -204,21 +204,26 @@ fn read(file: &Path, args: &BakeArgs) -> Result<RawMesh, CommandError> {
     })
 }
 
-/// The hash of mesh and cracks.
+/// Hash of mesh and cracks.
+///
+/// # Errors
+/// [`CommandError`] for a mesh that cannot be repaired, or cracks that do not fit it.
 pub fn input_hash(raw: RawMesh, request: &BakeRequest) -> Result<String, CommandError> {
     let surface = Surface::repair(raw)?;
     let sheets = request.cracks.as_ref().map(|cracks| CrackSheets::new(cracks, &surface.frame)).transpose();
     Ok(database::input_hash(&surface, sheets.map_err(BakeError::Cracks)?.as_ref()))
 }
 
-/// The database that is there, if it was baked from this mesh, with these cracks.
+/// Loads the existing database, if it was baked from this mesh and these cracks.
 fn same_mesh(raw: RawMesh, request: &BakeRequest, file: &Path) -> Result<PreparedObject, CommandError> {
     let prepared = database::load(file).map_err(|error| CommandError::database(file, &error))?;
     if prepared.report.input_hash == input_hash(raw, request)? {
         return Ok(prepared);
     }
-    let message =
-        format!("{} was baked from another mesh, with other cracks, or with another unit or axis", file.display());
+    let message = format!(
+        "{} was baked from another mesh, other cracks, another unit or another axis; pass the original ones",
+        file.display()
+    );
     Err(CommandError::refused("other_mesh", file.display().to_string(), message))
 }
 

@@ -1,4 +1,4 @@
-//! The progress of baking: one bar on a terminal, a line now and then in a log.
+//! Progress of a bake: a bar on a terminal, occasional lines in a log.
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use shatter_fracture::database::{BakeSize, BakeStep};
@@ -6,30 +6,30 @@ use std::cell::RefCell;
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
-/// Without a terminal, examples are told of this often.
+/// Interval between progress lines of the examples without a terminal.
 const TOLD_EVERY: Duration = Duration::from_secs(30);
 
-/// Stages of work without examples; see [`rank`].
+/// Number of stages of a bake without examples; see [`rank`].
 const STAGES: u64 = 7;
 
-/// How far the work is, on stderr.
+/// Progress display on stderr.
 pub struct BakeProgress {
     object: String,
     begun: Instant,
     course: RefCell<Course>,
-    /// Where stderr is a terminal.
+    /// Progress bar; `None` if stderr is not a terminal.
     terminal: Option<ProgressBar>,
 }
 
 impl BakeProgress {
-    /// At the beginning of work on `object` with that many examples.
+    /// Creates the display for a bake of `object` with that many examples.
     pub fn new(object: &str, examples: u64) -> Self {
         let terminal = std::io::stderr().is_terminal().then(terminal);
         let course = RefCell::new(Course::new(examples));
         Self { object: object.to_owned(), begun: Instant::now(), course, terminal }
     }
 
-    /// Shows that `step` begins, or how far the examples are, if there are any. Tells what the rest takes as soon as that is known.
+    /// Shows that `step` begins, or how many examples are done. Prints an estimate of the remaining cost as soon as it is known.
     pub fn show(&self, step: BakeStep) {
         if let BakeStep::Sized(size) = step {
             return self.note(&cost(&size, rayon::current_num_threads()));
@@ -40,24 +40,24 @@ impl BakeProgress {
         self.tell(rank(step), &describe(step), examples(step));
     }
 
-    /// Shows what is done at the very end.
+    /// Shows the name of the last stage.
     pub fn say(&self, what: &str) {
         self.tell(STAGES - 1, what, None);
     }
 
-    /// Removes it.
+    /// Removes the progress bar.
     pub fn finish(&self) {
         if let Some(bar) = &self.terminal {
             bar.finish_and_clear();
         }
     }
 
-    /// Writes one line that stays.
+    /// Prints a line that stays.
     fn note(&self, what: &str) {
         let line = format!("shatterd: {}: {what}", self.object);
         match &self.terminal {
             Some(bar) => bar.println(line),
-            // Work goes on where nobody reads of it.
+            // Without a reader of stderr the bake continues.
             None => {
                 let _ = writeln!(std::io::stderr(), "{line}");
             }
@@ -72,13 +72,13 @@ impl BakeProgress {
             bar.set_position(course.position);
             bar.set_message(format!("{what}{}", told.left));
         } else if told.due {
-            // Work goes on where nobody reads of it.
+            // Without a reader of stderr the bake continues.
             let _ = writeln!(std::io::stderr(), "shatterd: {}: {}", self.object, told.line(what));
         }
     }
 }
 
-/// What the rest of a bake takes on so many threads, and what it leaves to hold.
+/// Estimate of the remaining time of a bake on that many threads, and of the memory of the object.
 fn cost(size: &BakeSize, threads: usize) -> String {
     let BakeSize { elastic_nodes, crack_nodes, examples, .. } = size;
     let most = size.core_seconds();
@@ -86,7 +86,7 @@ fn cost(size: &BakeSize, threads: usize) -> String {
     let seconds = if least == most { format!("{most} s") } else { format!("{least} to {most} s") };
     let [peak, held] = [size.peak_bytes(), size.held_bytes()].map(|bytes| super::size::rounded(bytes as f64 / 1e6));
     format!(
-        "{elastic_nodes} elastic and {crack_nodes} crack nodes, {examples} examples: about {seconds} left, {peak} MB at the most; a \
+        "{elastic_nodes} elastic and {crack_nodes} crack nodes, {examples} examples: about {seconds} left, {peak} MB at most; a \
          daemon will hold about {held} MB for it"
     )
 }
@@ -100,21 +100,21 @@ fn terminal() -> ProgressBar {
     bar
 }
 
-/// What is counted: the examples where there are any, else the stages. Knows no clock.
+/// Progress counter: counts examples if there are any, else stages. Takes the time as an argument.
 struct Course {
     examples: u64,
     position: u64,
-    /// When the examples began, and how many of them were there already.
+    /// Time at which the examples began, and how many were done before.
     paced: Option<(Duration, u64)>,
-    /// What was last told of, and when.
+    /// Text and time of the last line.
     told: Option<(String, Duration)>,
 }
 
-/// What there is to tell, beside what is done.
+/// Progress line, beside the name of the stage.
 struct Told {
     count: String,
     left: String,
-    /// Whether a log should hold it.
+    /// Whether the line belongs in a log.
     due: bool,
 }
 
@@ -133,7 +133,7 @@ impl Course {
         if self.examples > 0 { self.examples } else { STAGES }
     }
 
-    /// Stage `rank`, called `what`, has come, or goes on: of its examples, so many of so many are done.
+    /// Advances to stage `rank`, called `what`; `examples` holds how many examples are done, and of how many.
     fn tell(&mut self, rank: u64, what: &str, examples: Option<[u64; 2]>, now: Duration) -> Told {
         let position = match examples {
             Some([done, _]) if self.examples > 0 => done,
@@ -141,7 +141,7 @@ impl Course {
             _ if rank > EXAMPLES => self.examples,
             _ => 0,
         };
-        // Each body has stages of its own, and the count does not go back for them.
+        // Each body has its own stages; the count does not fall when the next body begins.
         self.position = self.position.max(position.min(self.length()));
         let count = examples.map_or_else(String::new, |[done, of]| format!(" {done}/{of}"));
         let left = examples.and_then(|[done, of]| self.left(done, of, now));
@@ -155,7 +155,7 @@ impl Course {
         Told { count, left, due }
     }
 
-    /// How long the remaining examples take at the pace of those that were done here.
+    /// Remaining time of the examples, at the pace of those that this run has done.
     fn left(&mut self, done: u64, of: u64, now: Duration) -> Option<Duration> {
         let (begun, first) = *self.paced.get_or_insert((now, done));
         let here = done.checked_sub(first).filter(|here| *here > 0 && done < of)?;
@@ -233,9 +233,7 @@ mod tests {
         let size = BakeSize { elastic_nodes: 4_645, crack_nodes: 9_576, examples: 100, factor_bytes, skin_triangles };
         let told = cost(&size, 2);
         assert!(
-            told.starts_with(
-                "4645 elastic and 9576 crack nodes, 100 examples: about 17 to 35 s left, 143 MB at the most;"
-            ),
+            told.starts_with("4645 elastic and 9576 crack nodes, 100 examples: about 17 to 35 s left, 143 MB at most;"),
             "{told}"
         );
         assert!(told.ends_with("a daemon will hold about 61 MB for it"), "{told}");

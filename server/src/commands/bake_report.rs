@@ -1,4 +1,4 @@
-//! What was baked, in words and as a document.
+//! Report of a bake, as text and as JSON.
 
 use super::{CommandError, output};
 use serde_json::json;
@@ -10,10 +10,10 @@ use std::fmt::Write;
 use std::path::Path;
 use std::time::Duration;
 
-/// A larger volume error than this is worth a warning.
+/// Relative volume error above which a bake warns.
 const VOLUME_ERROR_TOLD: f64 = 0.03;
 
-/// Warns on stderr and prints what was baked. `doubtful` was said before.
+/// Prints warnings on stderr and the report on stdout. `doubtful` is a warning that was printed earlier; the document repeats it.
 pub fn tell(
     prepared: &PreparedObject,
     file: &Path,
@@ -30,18 +30,18 @@ pub fn tell(
     }
 }
 
-/// Says on stderr what should be looked at.
+/// Prints the warnings of a bake on stderr.
 pub fn warn(prepared: &PreparedObject) {
     warnings(prepared).iter().for_each(|text| warning(text));
 }
 
-/// Says `text` on stderr.
+/// Prints one warning on stderr.
 pub fn warning(text: &str) {
     eprintln!("warning: {}", text::message(text));
 }
 
-/// What should be looked at: a lattice too coarse for the shape, whose parts of about its spacing are lost or thickened, and parts that
-/// it severs.
+/// Warnings of a bake: a lattice too coarse for the shape, which loses or thickens parts of about its spacing, and parts that
+/// the lattice severs.
 fn warnings(prepared: &PreparedObject) -> Vec<String> {
     let mut warnings = Vec::new();
     let error = prepared.report.volume_error();
@@ -52,7 +52,7 @@ fn warnings(prepared: &PreparedObject) -> Vec<String> {
             _ => String::new(),
         };
         warnings.push(format!(
-            "the lattice's volume is {percent:+.1} % off the input's: parts of about its spacing are lost or thickened{finer}"
+            "the lattice's volume is {percent:+.1} % off the input's: it loses or thickens parts of about its spacing{finer}"
         ));
     }
     let severed = prepared.report.defects.iter().filter(|defect| defect.kind == DefectKind::SeveredPart);
@@ -67,7 +67,7 @@ fn warnings(prepared: &PreparedObject) -> Vec<String> {
     warnings
 }
 
-/// The document of `bake --json`.
+/// JSON document of `bake --json`.
 fn document(prepared: &PreparedObject, file: &Path, warnings: &[String], seconds: f64) -> serde_json::Value {
     let report = &prepared.report;
     json!({
@@ -98,7 +98,7 @@ fn document(prepared: &PreparedObject, file: &Path, warnings: &[String], seconds
     })
 }
 
-/// The lines of a defect report, with what is counted in words.
+/// JSON rows of a defect report, with counts in words.
 pub fn defects(all: &[Defect]) -> Vec<serde_json::Value> {
     let line = |own: &Defect| {
         json!({
@@ -157,7 +157,7 @@ fn screen(prepared: &PreparedObject, file: &Path, seconds: f64) -> String {
         let percent = |share: f64| 100.0 * share;
         let _ = writeln!(
             text,
-            "  examples         {}; degrees of 8 and more with each left out: {:.1} % off (median), closed form {:.1} %, labels \
+            "  examples         {}; median error of left-out degrees of 8 and more: {:.1} %, closed form {:.1} %, labels \
              themselves {:.1} %",
             prepared.examples.len(),
             percent(quality.median_relative_error),
@@ -168,7 +168,7 @@ fn screen(prepared: &PreparedObject, file: &Path, seconds: f64) -> String {
     if let Some(reduction) = &prepared.reduction {
         let _ = writeln!(
             text,
-            "  reduced          rank {}; {} other impacts: energy {:.2} % off (median), density {:.1} %, {:.0} % of them solved for",
+            "  reduced          rank {}; median error over {} other impacts: energy {:.2} %, density {:.1} %; {:.0} % of them were solved",
             reduction.rank.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
             reduction.holdout,
             100.0 * reduction.energy_error_median,

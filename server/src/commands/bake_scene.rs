@@ -1,4 +1,4 @@
-//! `shatterd bake --scene`: the databases of a scene, from the shapes that the project generates.
+//! `shatterd bake --scene`: bakes the databases of a scene whose shapes are generated.
 
 use super::bake_progress::BakeProgress;
 use super::expected_file::{self, ExpectedFile};
@@ -10,26 +10,27 @@ use shatter_fracture::database::{self, EXTENSION};
 use std::path::Path;
 use std::time::Instant;
 
-/// What became of a database.
+/// Outcome for one database.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum State {
-    /// It was baked.
+    /// The command baked it.
     Baked,
-    /// What is there is what a bake would make.
+    /// The existing file equals what a bake would write.
     Kept,
-    /// It is of a mesh that the scene does not know.
+    /// The scene names no shape for it.
     NoShape,
 }
 
-/// Bakes every database of the scene whose shape is generated into `folder`, one after the other; what a bake would make again is kept.
-/// A failure or an interruption ends it, and what was finished before stays.
+/// Bakes every database of the scene whose shape is generated into `folder`, one after the other; keeps files that are up to date.
+///
+/// A failure or an interruption ends the command; finished files stay.
 pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), CommandError> {
     expected_file::check(scene, ExpectedFile::Scene)?;
     let shown = scene.display();
     let scene = Scene::load(scene)?;
     let recipes = scene.recipes()?;
     if recipes.iter().all(|(name, recipe)| recipe.bake(name).is_none()) {
-        let message = format!("{shown}: no object has a `shape`; bake their meshes with --name");
+        let message = format!("{shown}: no object has a `shape`; bake each mesh with `shatterd bake MESH --name NAME`");
         return Err(CommandError::refused("no_shape", "shape", message));
     }
     output::folder(folder)?;
@@ -59,7 +60,7 @@ pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), CommandErro
     }
 }
 
-/// Sees to it that `file` is what `recipe` makes.
+/// Makes sure that `file` holds the result of `recipe`.
 fn provide(name: &str, recipe: &BakeRecipe, file: &Path, token: &CancelToken) -> Result<State, CommandError> {
     let Some((mesh, request)) = recipe.bake(name) else { return Ok(State::NoShape) };
     let bar = BakeProgress::new(name, request.examples);
@@ -94,6 +95,6 @@ fn line(name: &str, recipe: &BakeRecipe, state: State, file: &Path, seconds: f64
     match state {
         State::Baked => format!("{name}{objects}  baked  {file}, {seconds:.1} s\n"),
         State::Kept => format!("{name}{objects}  kept   {file}\n"),
-        State::NoShape => format!("{name}{objects}  has no `shape`: bake its mesh with --name {name}\n"),
+        State::NoShape => format!("{name}{objects}  has no `shape`; bake its mesh with --name {name}\n"),
     }
 }

@@ -15,7 +15,7 @@ use shatter_proto::{Error, ErrorKind};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Flags of `shatterd check`.
+/// Arguments of `shatterd check`.
 #[derive(Args, Debug)]
 pub struct CheckArgs {
     /// Scene file
@@ -23,12 +23,15 @@ pub struct CheckArgs {
     /// Folder of databases [default: the platform's]
     #[arg(long, value_name = "DIR")]
     pub databases: Option<PathBuf>,
-    /// One JSON document on stdout
+    /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,
 }
 
-/// Reads the scene and prints its plan. Databases that are there are asked how large the tables are.
+/// Reads the scene and prints its plan, with table sizes from the databases that exist.
+///
+/// # Errors
+/// [`CommandError`] by what is wrong with the scene or a database.
 pub fn run(args: &CheckArgs) -> Result<(), CommandError> {
     expected_file::check(&args.scene, ExpectedFile::Scene)?;
     let scene = Scene::load(&args.scene)?;
@@ -42,7 +45,7 @@ pub fn run(args: &CheckArgs) -> Result<(), CommandError> {
     output::print(&(screen(&scene.title, &objects) + &missing(args, &objects)))
 }
 
-/// How to bake what is not there.
+/// Commands that bake the missing databases.
 fn missing(args: &CheckArgs, objects: &[Value]) -> String {
     let shaped = |database: &Value| objects.iter().any(|own| own["database"] == *database && !own["shape"].is_null());
     let absent = objects.iter().filter(|object| object["baked"] == false);
@@ -51,7 +54,7 @@ fn missing(args: &CheckArgs, objects: &[Value]) -> String {
     let scene = (!scene.is_empty()).then(|| format!("shatterd bake --scene {}{folder}", args.scene.display()));
     let mesh = (!mesh.is_empty()).then(|| format!("shatterd bake MESH --name NAME{folder}"));
     let ways: Vec<String> = scene.into_iter().chain(mesh).collect();
-    if ways.is_empty() { String::new() } else { format!("\nto bake what is not: {}\n", ways.join(", ")) }
+    if ways.is_empty() { String::new() } else { format!("\nto bake the missing databases: {}\n", ways.join(", ")) }
 }
 
 fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, CommandError> {
@@ -88,7 +91,7 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Comman
         |row: &&Value| row["loaded"] == true && row["bytes"] == 0 && !OPTIONAL.iter().any(|name| row["name"] == *name);
     if let Some(row) = tables.iter().find(absent) {
         let (key, table) = (format!("objects.{name}"), row["name"].as_str().unwrap_or_default());
-        let message = format!("{key}: {} was baked without the table `{table}`: bake it again", file.display());
+        let message = format!("{key}: {} was baked without the table `{table}`; bake it again", file.display());
         return Err(Error::new(ErrorKind::Configuration, key, message).into());
     }
     let on = |effect: Effect| terms.on.has(effect);
@@ -124,7 +127,7 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Comman
     }))
 }
 
-/// The databases of `folder` that a misspelled `name` may have been meant for.
+/// Databases of `folder` with names similar to `name`.
 fn suggested(name: &str, folder: &Path) -> Option<Vec<String>> {
     let all = lookup::names(folder);
     let all: Vec<&str> = all.iter().map(String::as_str).collect();
@@ -132,10 +135,10 @@ fn suggested(name: &str, folder: &Path) -> Option<Vec<String>> {
     (!likely.is_empty()).then(|| likely.into_iter().map(str::to_owned).collect())
 }
 
-/// Tables that an object may be served without: no examples were asked for, or no such lift could be made.
+/// Tables that an object may be served without: the scene asked for no examples, or the bake could not make the lift.
 const OPTIONAL: [&str; 2] = ["examples", "surface_diffusion"];
 
-/// Refuses a database that was baked of another material than the scene wants.
+/// Refuses a database whose material differs from the scene's.
 fn material(name: &str, object: &SceneObject, file: &Path) -> Result<(), CommandError> {
     let Some((wanted, _)) = object.material.as_ref().filter(|_| file.exists()) else { return Ok(()) };
     let found = database::load_parameters(file).map_err(|error| CommandError::database(file, &error))?.material_name;
@@ -143,11 +146,11 @@ fn material(name: &str, object: &SceneObject, file: &Path) -> Result<(), Command
         return Ok(());
     }
     let (key, at) = (format!("objects.{name}.material"), file.display());
-    let message = format!("{key}: {at} was baked of {found}, the scene wants {wanted}: bake it again");
+    let message = format!("{key}: {at} was baked as {found}, but the scene needs {wanted}; bake it again");
     Err(Error::new(ErrorKind::Configuration, key, message).into())
 }
 
-/// Tries what an artist says on the database, if it is there.
+/// Applies the artist's controls to the database, if it exists.
 fn warp(name: &str, controls: &WarpControls, file: &Path) -> Result<(), CommandError> {
     if controls.is_silent() || !file.exists() {
         return Ok(());
@@ -159,7 +162,7 @@ fn warp(name: &str, controls: &WarpControls, file: &Path) -> Result<(), CommandE
     })
 }
 
-/// What holds the object, and how many nodes each anchor has of a database that is there. Refused: anchors that do not hold it.
+/// Anchors of the object, with the number of nodes that each holds if the database exists. Refuses anchors that do not hold it.
 fn anchors(name: &str, anchors: &Anchors, file: &Path) -> Result<Vec<Value>, CommandError> {
     let mut nodes = vec![None; anchors.regions.len()];
     if !anchors.regions.is_empty() && file.exists() {
@@ -185,7 +188,7 @@ fn screen(title: &str, objects: &[Value]) -> String {
         if !likely.is_empty() {
             baked += &format!("; did you mean the database {}?", likely.join(" or "));
         }
-        // Writing to a text cannot fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "\n{} ({}{baked})", word(object, "object"), word(object, "database"));
         let stages = list(&object["stages"]);
         let runs = stages.iter().filter(|stage| stage["runs"] == true).map(|stage| word(stage, "name"));

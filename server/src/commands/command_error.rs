@@ -1,4 +1,4 @@
-//! Why a command ended without its result: a kind, whose fault it is, whether to retry, the offender.
+//! Error of a command: kind, fault, whether to retry, and the offending input.
 
 use super::interrupt;
 use serde_json::json;
@@ -12,13 +12,13 @@ use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Exit code of a usage error, as clap has it.
+/// Exit code of a usage error, the same as clap's.
 const USAGE: u8 = 2;
 
-/// Kind of a command whose reader went away: it ends quietly.
+/// Kind of an error after the reader of stdout closed the pipe: the command ends without a message.
 const CLOSED: &str = "closed";
 
-/// A command's failure, as printed and as exit code.
+/// Error of a command: printed text, JSON document and exit code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CommandError {
     kind: &'static str,
@@ -27,29 +27,29 @@ pub struct CommandError {
     at: String,
     message: String,
     exit_code: u8,
-    /// What became of each file, where there were several.
+    /// Outcome per file, if the command writes several.
     files: Option<serde_json::Value>,
 }
 
 impl CommandError {
-    /// Input that the caller has to mend.
+    /// Error in the caller's input.
     pub fn refused(kind: &'static str, at: impl Into<String>, message: impl Into<String>) -> Self {
         let (at, message) = (at.into(), message.into());
         Self { kind, fault: "caller", retry: false, at, message, exit_code: exit::REFUSED, files: None }
     }
 
-    /// Flags that do not fit together.
+    /// Error in the command line.
     pub fn usage(error: &clap::Error) -> Self {
         Self { exit_code: USAGE, ..Self::refused("usage", "", program::usage_message(error)) }
     }
 
-    /// A file or folder that cannot be written.
+    /// Error of a file or folder that cannot be written.
     pub fn output(path: &Path, error: &dyn std::fmt::Display) -> Self {
         let at = path.display().to_string();
         Self { fault: "environment", ..Self::refused("output", at, format!("{}: {error}", path.display())) }
     }
 
-    /// A database that cannot be read or written: the file is the offender, the message names what in it is.
+    /// Error of a database that cannot be read or written; `at` is the file, the message names the part of it.
     pub fn database(path: &Path, error: &DatabaseError) -> Self {
         let kind = match error {
             DatabaseError::Io { .. } => "database_file",
@@ -61,55 +61,55 @@ impl CommandError {
         Self { fault: "environment", ..Self::refused(kind, path.display().to_string(), error.of(path)) }
     }
 
-    /// With what became of each file.
+    /// Adds the outcome of each file.
     pub fn with_files(self, files: serde_json::Value) -> Self {
         Self { files: Some(files), ..self }
     }
 
-    /// Of work on `file`, which its message does not name.
+    /// Names `file` in the message and as the offending input.
     pub fn of_file(self, file: &Path) -> Self {
         let at = file.display().to_string();
         Self { message: format!("{at}: {}", self.message), at, ..self }
     }
 
-    /// With what can be done about it.
+    /// Appends advice to the message.
     pub fn advised(mut self, advice: &str) -> Self {
         self.message += "; ";
         self.message += advice;
         self
     }
 
-    /// Something that is ours to mend.
+    /// Internal error.
     pub fn ours(kind: &'static str, message: impl Into<String>) -> Self {
         Self { fault: "service", exit_code: exit::OURS, ..Self::refused(kind, "", message) }
     }
 
-    /// Somebody ended it.
+    /// Error of a command that a signal ended.
     pub fn interrupted(message: impl Into<String>) -> Self {
         Self { retry: true, exit_code: interrupt::exit_code(), ..Self::refused("interrupted", "", message) }
     }
 
-    /// A signal ended the work before it had anything to keep.
+    /// Error of a command that a signal ended before it had anything to keep.
     fn cancelled() -> Self {
         Self::interrupted("interrupted; nothing was written")
     }
 
-    /// What it is called.
+    /// Name of the error.
     pub fn kind(&self) -> &'static str {
         self.kind
     }
 
-    /// In words.
+    /// Message for people.
     pub fn message(&self) -> &str {
         &self.message
     }
 
-    /// Whether it is ours to mend.
+    /// Whether the error is internal.
     pub fn is_ours(&self) -> bool {
         self.fault == "service"
     }
 
-    /// Prints the failure, as a JSON document on stdout too if that is wanted, and gives the exit code.
+    /// Prints the error on stderr, and as a JSON document on stdout if `as_json`; returns the exit code.
     pub fn print(&self, as_json: bool) -> ExitCode {
         if self.kind == CLOSED {
             return ExitCode::from(self.exit_code);
@@ -117,14 +117,14 @@ impl CommandError {
         if as_json && let Err(StdoutError::Failed(refusal)) = program::print(format_args!("{:#}\n", self.document())) {
             let _ = writeln!(std::io::stderr(), "shatterd: {refusal}");
         }
-        // What the message names already is not named twice.
+        // The offending input is not printed twice.
         let named = self.message.contains(&self.at);
         let at = if named { String::new() } else { format!(" (at {})", text::quoted(&self.at)) };
         let _ = writeln!(std::io::stderr(), "shatterd: {}: {}{at}", self.kind, text::message(&self.message));
         ExitCode::from(self.exit_code)
     }
 
-    /// The JSON document of the contract.
+    /// JSON document of the error.
     pub fn document(&self) -> serde_json::Value {
         let mut document = json!({"error": {
             "kind": self.kind, "message": text::message(&self.message), "fault": self.fault, "retry": self.retry,
@@ -142,7 +142,7 @@ impl From<StdoutError> for CommandError {
         match error {
             StdoutError::Failed(refusal) => refusal.into(),
             StdoutError::Closed => {
-                let message = "the reader of stdout went away";
+                let message = "the reader of stdout closed it";
                 Self { fault: "environment", exit_code: exit::CLOSED, ..Self::refused(CLOSED, "stdout", message) }
             }
         }

@@ -1,16 +1,16 @@
-//! Files and folders of another kind than a command takes, told by their names, before their contents are found to make no sense.
+//! Detection of files and folders of the wrong kind by name, before their contents are parsed.
 
 use super::CommandError;
 use shatter_fracture::database::EXTENSION;
 use std::path::Path;
 
-/// Endings of mesh files.
+/// Extensions of mesh files.
 const MESHES: [&str; 5] = ["obj", "ply", "stl", "gltf", "glb"];
 
-/// Names that a message lists at most.
+/// Maximum number of names that a message lists.
 const LISTED_MAX: usize = 5;
 
-/// What a command takes.
+/// Kind of file that a command expects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExpectedFile {
     /// A mesh file.
@@ -28,8 +28,8 @@ impl ExpectedFile {
         match self {
             Self::Mesh => "mesh (.obj, .ply, .stl, .gltf or .glb)",
             Self::Database => "database (.shatter) or share of one",
-            Self::Scene => "scene, which is a TOML file with a table [objects.NAME] for each object",
-            Self::Configuration => "configuration, which is a TOML file as `config/shatterd.toml` of the project",
+            Self::Scene => "scene (a TOML file with a table [objects.NAME] for each object)",
+            Self::Configuration => "configuration (a TOML file like `config/shatterd.toml` of the project)",
         }
     }
 
@@ -50,7 +50,7 @@ impl ExpectedFile {
     }
 }
 
-/// Refuses a path whose name tells that it is not what is wanted, with what to do about it.
+/// Refuses a path whose name shows that it is of another kind, and advises what to do.
 ///
 /// # Errors
 /// `unknown_format`, `database_file`, `configuration`.
@@ -74,18 +74,18 @@ fn mistaken(path: &Path, wanted: ExpectedFile) -> Option<String> {
     let advice = if of(ExpectedFile::Mesh) {
         format!("is a mesh, not a {}; bake it: shatterd bake {shown} --name NAME", wanted.name())
     } else if of(ExpectedFile::Database) {
-        format!("is a database already, not a {}; shatterd inspect {shown} shows what it holds", wanted.name())
+        format!("is a database, not a {}; show its contents: shatterd inspect {shown}", wanted.name())
     } else if of(ExpectedFile::Scene) && wanted != ExpectedFile::Configuration {
         format!("is a TOML file, not a {}; if it is a scene: shatterd check {shown}", wanted.name())
     } else if wanted == ExpectedFile::Mesh && ending.is_empty() {
-        format!("has no ending that tells its format, and is taken for no {}", wanted.name())
+        format!("has no extension, so its format is unknown; expected a {}", wanted.name())
     } else {
         return None;
     };
     Some(advice)
 }
 
-/// What of the wanted kind lies in a folder.
+/// List of the files of the wanted kind in a folder.
 fn inside(folder: &Path, wanted: ExpectedFile) -> String {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
     let own = |path: &std::path::PathBuf| {
@@ -121,7 +121,7 @@ mod tests {
             ("mug.shatter", ExpectedFile::Mesh, "shatterd inspect"),
             ("mug.shatter", ExpectedFile::Scene, "is a database"),
             ("scene.toml", ExpectedFile::Mesh, "shatterd check"),
-            ("plain", ExpectedFile::Mesh, "has no ending"),
+            ("plain", ExpectedFile::Mesh, "has no extension"),
             ("spot", ExpectedFile::Mesh, "spot.obj?"),
             ("", ExpectedFile::Mesh, "is a folder, not a mesh"),
             ("", ExpectedFile::Database, "mug.shatter"),

@@ -1,4 +1,4 @@
-//! `shatterd inspect`: what a database holds.
+//! `shatterd inspect`: contents of a database.
 
 use super::expected_file::{self, ExpectedFile};
 use super::inspect_memory::{memory_lines, memory_table};
@@ -14,39 +14,42 @@ use shatter_fracture::pipeline::PreparedObject;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
-/// Flags of `shatterd inspect`.
+/// Arguments of `shatterd inspect`.
 #[derive(Args, Debug)]
 pub struct InspectArgs {
     /// Database file, or the name of an object in the folder of databases
     #[arg(value_name = "FILE|NAME")]
     pub file: PathBuf,
-    /// Folder in which the name is looked for [default: the platform's]
+    /// Folder of databases, to find NAME in [default: the platform's]
     #[arg(long, value_name = "DIR")]
     pub databases: Option<PathBuf>,
-    /// Folder for a page that shows what the object has learned, NAME.html
+    /// Folder for NAME.html, a page that shows what the object has learned
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Also write the intact object: the boundary of its lattice, in meters, coordinates of the mesh file
+    /// Mesh file to write: the intact object (boundary of its lattice), meters, coordinates of the original mesh file
     #[arg(long, value_name = "FILE.obj|FILE.glb")]
     pub mesh: Option<PathBuf>,
-    /// Also strike it a few dozen times, and tell what strikes of so many sites are expected to take here, and how far that is off
+    /// Strike the object a few dozen times, and report the expected time per number of sites and its error
     #[arg(long)]
     pub time: bool,
-    /// Also tell where the memory goes that a daemon holds for it, and compare with what this process, of one thread, holds
+    /// Report the memory that a daemon holds for the object, next to the resident memory of this process
     #[arg(long, conflicts_with = "time")]
     pub memory: bool,
-    /// One JSON document on stdout
+    /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,
 }
 
-/// Loads and verifies the file as the daemon would, and prints what is inside.
+/// Loads and verifies the file as the daemon does, and prints its contents.
+///
+/// # Errors
+/// [`CommandError`] for a database or mesh that cannot be read, or an output that cannot be written.
 pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
     let file = lookup::database(&args.file, args.databases.as_deref())?;
     expected_file::check(&file, ExpectedFile::Database)?;
     let damaged = |error| CommandError::database(&file, &error);
     if args.memory {
-        // Each thread keeps free memory of its own. Whoever set the pool up earlier has decided.
+        // Each thread keeps its own free memory. If the pool exists already, it stays as it is.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(1).build_global();
     }
     let before = ResidentMemory::now();
@@ -117,7 +120,7 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
     output::lines(&text)
 }
 
-/// Shares of the outer area; `null` for an object without a skin.
+/// Shares of the outer area with accurate normals; `null` for an object without a skin.
 fn normals(prepared: &PreparedObject) -> Value {
     NormalShares::of(prepared, NORMAL_DEG).map_or(
         Value::Null,
@@ -125,7 +128,7 @@ fn normals(prepared: &PreparedObject) -> Value {
     )
 }
 
-/// What strikes are expected to take, if that is asked for; `null` where it is not, or nothing fits.
+/// Expected times of requests; `null` if `asked` is false or no fit is possible.
 fn timing(served: &EngineObject, asked: bool) -> Result<Value, CommandError> {
     let timing = if asked { served.timing()? } else { None };
     let Some(CostReport { cost, strikes, error_median, error_p90 }) = timing else { return Ok(Value::Null) };
@@ -141,16 +144,16 @@ fn timing(served: &EngineObject, asked: bool) -> Result<Value, CommandError> {
     }))
 }
 
-/// Makes the folder of the page, where there is something to show.
+/// Creates the folder of the page, if there is something to show.
 fn page_folder(prepared: &PreparedObject, folder: &Path) -> Result<(), CommandError> {
     if prepared.learned.is_none() {
-        let message = "the database has no examples, or too few to learn from; bake it with --examples 64";
+        let message = "the database has no examples or too few to learn from; bake it with --examples 64";
         return Err(CommandError::refused("no_examples", "", message));
     }
     output::folder(folder)
 }
 
-/// Has the lab draw the page of what the object has learned.
+/// Runs the lab to draw the page of what the object has learned.
 fn draw_examples(file: &Path, folder: &Path) -> Result<(), CommandError> {
     let output = lab::program().arg("examples").arg(file).arg("--out").arg(folder).stdin(Stdio::null()).output();
     let output = output.map_err(|error| CommandError::from(lab::absent(&error)))?;

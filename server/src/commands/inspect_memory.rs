@@ -1,4 +1,4 @@
-//! `shatterd inspect --memory`: where the memory of a served object goes.
+//! `shatterd inspect --memory`: memory of a served object, by part.
 
 use super::CommandError;
 use crate::memory::{ResidentMemory, release_free};
@@ -6,8 +6,9 @@ use serde_json::{Value, json};
 use shatter_engine::object::ServedObject;
 use shatter_engine::wire::EngineObject;
 
-/// Finishes the object as a daemon does, and sets what it holds beside the resident memory of this process, of which `before` was
-/// there before it was loaded.
+/// Finishes the object as a daemon does, and compares its memory with the resident memory of this process.
+///
+/// `before` is the resident memory before the object was loaded.
 ///
 /// # Errors
 /// Those of the factorization and of the strikes that the daemon times.
@@ -36,7 +37,7 @@ pub fn memory_table(served: &EngineObject, before: Option<ResidentMemory>) -> Re
     }))
 }
 
-/// The table for people; nothing where it was not asked for.
+/// Table for people; empty if there is no memory report.
 pub fn memory_lines(memory: &Value) -> String {
     let megabytes =
         |value: &Value| value.as_u64().map_or_else(|| "–".to_owned(), |bytes| format!("{:.1} MB", bytes as f64 / 1e6));

@@ -1,4 +1,4 @@
-//! The intact object as a mesh file, for hosts that put its pieces in its place when it breaks.
+//! Mesh file of the intact object, for hosts that replace it by its fragments when it breaks.
 
 use super::{CommandError, output};
 use nalgebra::Point3;
@@ -7,20 +7,21 @@ use shatter_fracture::pipeline::{IntactBody, PreparedObject};
 use shatter_fracture::surface::{RawMesh, shapes};
 use std::path::Path;
 
-/// Writes the boundary of every body to `path`, whole or not at all: one mesh in `.obj`, one node per body in `.glb`. Meters,
-/// coordinates of the mesh file.
+/// Writes the boundary of every body to `path`, whole or not at all: one mesh in `.obj`, one node per body in `.glb`.
+///
+/// Meters, coordinates of the original mesh file.
 pub fn write(prepared: &PreparedObject, path: &Path) -> Result<(), CommandError> {
     let bodies = prepared.intact();
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase();
     let bytes = match ending.as_str() {
         "obj" => shapes::obj(&joined(&bodies)).into_bytes(),
         "glb" => glb(&bodies).map_err(|error| CommandError::output(path, &error))?,
-        _ => return Err(CommandError::output(path, &"a mesh is written as .obj or .glb")),
+        _ => return Err(CommandError::output(path, &"unknown mesh format; use the extension .obj or .glb")),
     };
     output::whole(path, &bytes)
 }
 
-/// All bodies as one mesh.
+/// Joins all bodies into one mesh.
 fn joined(bodies: &[IntactBody]) -> RawMesh {
     let mut all = RawMesh::new(Vec::new(), Vec::new());
     for IntactBody { mesh, .. } in bodies {
@@ -31,7 +32,7 @@ fn joined(bodies: &[IntactBody]) -> RawMesh {
     all
 }
 
-/// What a body's node is made of.
+/// Buffers of a body's node.
 struct Sections {
     positions: Vec<[f32; 3]>,
     runs: [RunView; 1],
@@ -63,7 +64,7 @@ fn view<'a>(body: usize, own: &'a IntactBody, sections: &'a Sections) -> Fragmen
     }
 }
 
-/// One node per body, as pieces are written.
+/// One node per body, in the layout of fragments.
 fn glb(bodies: &[IntactBody]) -> Result<Vec<u8>, ExportError> {
     let sections: Vec<Sections> = bodies.iter().map(sections).collect();
     let views = bodies.iter().zip(&sections).enumerate();

@@ -1,5 +1,4 @@
-//! Ctrl-C and the ends that supervisors and job schedulers ask for: the command ends soon, with 128 and the signal's number, and
-//! leaves no half-written file.
+//! Handling of SIGINT and SIGTERM: the command ends soon with exit code 128 plus the signal's number, and leaves no partial file.
 
 use super::CommandError;
 use rustix::process::{Pid, Signal as Kill, kill_process};
@@ -13,28 +12,31 @@ use tokio::runtime::{Builder, Runtime};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::time::timeout;
 
-/// Work with a token has this long to reach its next checkpoint and say itself what is left. Beyond that the process ends.
+/// Time within which work with a token must reach its next checkpoint and report. After that the process ends.
 const GRACE: Duration = Duration::from_secs(1);
 
-/// The signal that came; 0: none.
+/// Number of the received signal; 0: none.
 static CAME: AtomicU8 = AtomicU8::new(0);
 
-/// Cancelled by the first signal, if the command has asked for it.
+/// Token that the first signal cancels, if the command requested one.
 static TOKEN: Mutex<Option<CancelToken>> = Mutex::new(None);
 
-/// Whether the work keeps what it has at its next checkpoint, however long that takes.
+/// Whether the work saves its state at the next checkpoint, however long that takes.
 static KEEPS: AtomicBool = AtomicBool::new(false);
 
-/// Whether the end of the process is told of: by the command itself or by the thread that waits for signals, not by both.
+/// Whether the end of the process was reported, by the command or by the signal thread; only one of them reports.
 static TOLD: AtomicBool = AtomicBool::new(false);
 
-/// Held while a file is written.
+/// Lock that is held while a file is written.
 static WRITING: Mutex<()> = Mutex::new(());
 
-/// A process that must not outlive this one.
+/// Child process that must not outlive this one.
 static CHILD: Mutex<Option<Pid>> = Mutex::new(None);
 
-/// Waits for signals from here on; commands call it before anything else. `json`: whether stdout gets a document.
+/// Starts to wait for signals; commands call it first. `json`: whether stdout receives a document.
+///
+/// # Errors
+/// [`CommandError`] if signals cannot be heard.
 pub fn watch(json: bool) -> Result<(), CommandError> {
     let failed = |error: std::io::Error| CommandError::output(Path::new("signals"), &error);
     let runtime = Builder::new_current_thread().enable_io().enable_time().build().map_err(failed)?;
@@ -46,7 +48,7 @@ pub fn watch(json: bool) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// A token that the first signal cancels.
+/// Creates a token that the first signal cancels.
 pub fn token() -> CancelToken {
     let token = CancelToken::default();
     if CAME.load(Ordering::SeqCst) != 0 {
@@ -56,17 +58,17 @@ pub fn token() -> CancelToken {
     token
 }
 
-/// From here on a signal waits for the work's next checkpoint, where it keeps what it has; a second one does not.
+/// Lets the first signal wait for the next checkpoint, where the work saves its state. A second signal does not wait.
 pub fn keeping() {
     KEEPS.store(true, Ordering::SeqCst);
 }
 
-/// While this is held, no signal ends the process: a file is being written.
+/// Guard that keeps signals from ending the process while a file is written.
 pub fn writing() -> MutexGuard<'static, ()> {
     held(&WRITING)
 }
 
-/// A process that is asked to end where a signal ends this one; none any more.
+/// Sets the child process that ends together with this one; `None` clears it.
 pub fn child(pid: Option<Pid>) {
     *held(&CHILD) = pid;
 }
@@ -79,7 +81,7 @@ pub fn exit_code() -> u8 {
     }
 }
 
-/// The command ends by itself. Does not return where the process is ending already.
+/// Marks that the command ends by itself. Does not return if the process is already ending.
 pub fn ending() {
     if TOLD.swap(true, Ordering::SeqCst) {
         loop {
@@ -111,7 +113,7 @@ impl Signals {
     }
 }
 
-/// Returns when the process has to end now.
+/// Waits until the process has to end.
 async fn wait(mut signals: Signals) {
     let first = signals.next().await;
     CAME.store(u8::try_from(first.as_raw_value()).unwrap_or(2), Ordering::SeqCst);
@@ -128,10 +130,10 @@ async fn wait(mut signals: Signals) {
 fn end(json: bool) -> ! {
     ending();
     if let Some(child) = *held(&CHILD) {
-        // It may have ended by itself.
+        // The child may have ended already.
         let _ = kill_process(child, Kill::TERM);
     }
     let _last = writing();
-    let _ = CommandError::interrupted("interrupted; every file is whole, as it was or as it became").print(json);
+    let _ = CommandError::interrupted("interrupted; every file is complete, in its old or its new version").print(json);
     std::process::exit(i32::from(exit_code()))
 }

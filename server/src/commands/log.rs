@@ -1,13 +1,13 @@
-//! Lines of the log, which may hold texts from files and names of files.
+//! Log lines, which may contain text from files and file names.
 
 use shatter_proto::text;
 use std::io::{Result, Write};
 
-/// Writes each buffer, which is one event of the log, as one line without control characters and of bounded length.
+/// Writer that turns each buffer (one log event) into one line of bounded length without control characters.
 pub struct LineWriter<W>(W);
 
 impl<W: Write> LineWriter<W> {
-    /// Lines that go to `output`.
+    /// Creates a writer over `output`.
     pub fn new(output: W) -> Self {
         Self(output)
     }
@@ -16,7 +16,7 @@ impl<W: Write> LineWriter<W> {
 impl<W: Write> Write for LineWriter<W> {
     fn write(&mut self, event: &[u8]) -> Result<usize> {
         let line = String::from_utf8_lossy(event.strip_suffix(b"\n").unwrap_or(event));
-        // One call, so that lines of several threads do not mix.
+        // A single write keeps the lines of several threads apart.
         self.0.write_all(format!("{}\n", text::message(&line)).as_bytes())?;
         Ok(event.len())
     }

@@ -1,4 +1,4 @@
-//! Finds a database by the name of its object.
+//! Lookup of a database by the name of its object.
 
 use super::CommandError;
 use crate::config::data_folder;
@@ -6,7 +6,10 @@ use shatter_fracture::database::EXTENSION;
 use shatter_fracture::scene::nearest;
 use std::path::{Path, PathBuf};
 
-/// The database `given`: a file, or the name of an object whose database is in `folder`, or else in the platform's folder.
+/// Finds the database `given`: a file, or the name of an object in `folder`, or else in the platform's folder.
+///
+/// # Errors
+/// [`CommandError`] `unknown_object`, whose message names the nearest.
 pub fn database(given: &Path, folder: Option<&Path>) -> Result<PathBuf, CommandError> {
     if given.exists() {
         return Ok(given.to_owned());
@@ -21,14 +24,14 @@ pub fn database(given: &Path, folder: Option<&Path>) -> Result<PathBuf, CommandE
     }
     let names = names(&folder);
     let hint = match nearest(name, names.iter().map(String::as_str)) {
-        Some(nearest) => format!("; the nearest there is `{nearest}`"),
-        None => ", which holds no database".to_owned(),
+        Some(nearest) => format!("; did you mean `{nearest}`?"),
+        None => ", which contains no database; make one with `shatterd bake`".to_owned(),
     };
     let message = format!("no file {} and no object `{name}` in {}{hint}", given.display(), folder.display());
     Err(CommandError::refused("unknown_object", name, message))
 }
 
-/// Names of the objects in `folder`, in order.
+/// Names of the objects in `folder`, sorted.
 pub fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let paths = entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|own| own == EXTENSION));
@@ -54,7 +57,7 @@ mod tests {
         assert_eq!(find(file.to_str().unwrap()), Ok(file));
         let failure = find("vaze").unwrap_err();
         assert!(failure.kind() == "unknown_object" && failure.message().contains("`vase`"), "{failure:?}");
-        // A path is no name: opening it tells what is wrong.
+        // A path is not looked up as a name; the error comes from opening it.
         assert_eq!(find("no/such/file"), Ok(PathBuf::from("no/such/file")));
     }
 }

@@ -1,4 +1,4 @@
-//! `shatterd merge`: the shares of a bake become the database.
+//! `shatterd merge`: joins the shares of a bake into the database.
 
 use super::bake_progress::BakeProgress;
 use super::expected_file::{self, ExpectedFile};
@@ -8,21 +8,24 @@ use shatter_fracture::database;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Flags of `shatterd merge`.
+/// Arguments of `shatterd merge`.
 #[derive(Args, Debug)]
 pub struct MergeArgs {
-    /// All shares of one bake, in any order
+    /// Share files: all of one bake, in any order
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
-    /// Folder of databases: NAME.shatter is written there
+    /// Folder of databases, for NAME.shatter
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// One JSON document on stdout
+    /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,
 }
 
-/// Joins the shares, learns from all of their examples, writes the database. The shares stay.
+/// Joins the shares, learns from all of their examples, and writes the database. The share files stay.
+///
+/// # Errors
+/// [`CommandError`] for shares that do not belong together, or a file that cannot be read or written.
 pub fn run(args: &MergeArgs) -> Result<(), CommandError> {
     let begun = Instant::now();
     args.files.iter().try_for_each(|file| expected_file::check(file, ExpectedFile::Database))?;

@@ -1,4 +1,4 @@
-//! The commands of `shatterd`, one file each.
+//! Commands of `shatterd`, one file each.
 
 pub mod bake;
 mod bake_progress;

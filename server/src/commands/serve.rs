@@ -20,40 +20,43 @@ use tracing_subscriber::filter::LevelFilter;
 /// Arguments of `shatterd serve`.
 #[derive(clap::Args)]
 pub struct ServeArgs {
-    /// Name of the service; several live side by side.
+    /// Name of the service; daemons with different names run side by side
     #[arg(long, env = "SHATTER_SERVICE")]
     service: Option<String>,
-    /// Configuration file; what it does not hold keeps its default.
+    /// Configuration file; keys that it omits keep their defaults
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Folder of databases.
+    /// Folder of databases
     #[arg(long, value_name = "DIR")]
     databases: Option<PathBuf>,
-    /// Scene: which of the databases are served, and what is simulated of each [default: all that lie in the folder, whole].
+    /// Scene file: which objects are served and what is simulated of each [default: all databases of the folder, whole]
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
-    /// Threads that compute, 1024 at most; 0: one per core.
+    /// Worker threads, at most 1024; 0: one per core
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
-    /// Messages to show: error, warn, info, debug, trace, or directives.
+    /// Log filter: error, warn, info, debug, trace, off, or tracing directives
     #[arg(long, value_name = "FILTER")]
     log: Option<String>,
 }
 
-/// Serves until it is ended.
+/// Serves until SIGINT or SIGTERM.
+///
+/// # Errors
+/// [`CommandError`] for a configuration, scene, folder or transport that cannot be used.
 pub fn run(args: &ServeArgs) -> Result<(), CommandError> {
     args.config.as_deref().map_or(Ok(()), |file| expected_file::check(file, ExpectedFile::Configuration))?;
     args.scene.as_deref().map_or(Ok(()), |file| expected_file::check(file, ExpectedFile::Scene))?;
     let config = configured(args)?;
     log(&config)?;
-    // Nothing that is made from here on is for others, whoever makes it.
+    // Files that are created from here on are closed to other users, including files that libraries create.
     rustix::process::umask(rustix::fs::Mode::RWXG | rustix::fs::Mode::RWXO);
     let name = ServiceName::new(&config.service.name)?;
     let runtime = std::env::var_os("XDG_RUNTIME_DIR");
     let place = ServicePaths::new(&name, runtime.as_deref().map(Path::new), rustix::process::geteuid().as_raw());
     let ready = Box::new(|| {
         match program::print(format_args!("ready\n")) {
-            // The starter of the daemon may have stopped listening; the daemon serves all the same.
+            // The process that started the daemon may have closed stdout; the daemon serves all the same.
             Ok(()) | Err(StdoutError::Closed) => Ok(()),
             Err(_) if program::is_closed() => Ok(()),
             Err(StdoutError::Failed(refusal)) => Err(refusal),
@@ -65,7 +68,7 @@ pub fn run(args: &ServeArgs) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// File over default, flags over both.
+/// Merges defaults, configuration file and flags.
 fn configured(args: &ServeArgs) -> Result<Config, Error> {
     let mut config = Config::load(args.config.as_deref())?;
     if let Some(service) = &args.service {
@@ -83,22 +86,22 @@ fn configured(args: &ServeArgs) -> Result<Config, Error> {
     config.checked("command line")
 }
 
-/// Messages go to stderr.
+/// Sends log messages to stderr.
 fn log(config: &Config) -> Result<(), Error> {
     let wrong = |why: String| Error::new(ErrorKind::Configuration, "log.filter", format!("log.filter: {why}"));
-    // A bare word is taken for the name of a module, and nothing would be heard.
+    // A bare word that is no level would name a module, and the filter would drop every message.
     let level = |word: &&str| word.contains(['=', '[', ':', '_']) || word.parse::<LevelFilter>().is_ok();
     if let Some(word) = config.log.filter.split(',').map(str::trim).find(|word| !level(word)) {
-        return Err(wrong(format!("`{word}` is no level: error, warn, info, debug, trace or off")));
+        return Err(wrong(format!("`{word}` is not a level; use error, warn, info, debug, trace or off")));
     }
     let filter = EnvFilter::try_new(&config.log.filter).map_err(|error| wrong(error.to_string()))?;
     let builder = tracing_subscriber::fmt().with_env_filter(filter);
-    // Whoever read the messages may have gone: that is said to nobody, and the daemon serves on.
-    // Texts of files may be in a message: no escape sequence is written, not even a color.
+    // If the reader of stderr is gone, the daemon keeps serving and drops the messages.
+    // Messages may contain text from files: the daemon writes no escape sequences, not even colors.
     let builder = builder.with_ansi(false).log_internal_errors(false);
     let started = match config.log.format {
         LogFormat::Text => builder.with_writer(|| LineWriter::new(std::io::stderr())).try_init(),
-        // A value of JSON holds no control characters.
+        // JSON strings escape control characters.
         LogFormat::Json => builder.with_writer(std::io::stderr).json().try_init(),
     };
     started.map_err(|error| Error::new(ErrorKind::Failed, "log", error.to_string()))

@@ -1,4 +1,4 @@
-//! Shares of a bake: which one this is, what is kept while it runs, and how a stopped one goes on.
+//! Shares of a bake: selection, checkpoints and resumption.
 
 use super::CommandError;
 use super::bake::{BakeArgs, input_hash};
@@ -12,40 +12,41 @@ use std::env::{VarError, var};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// What is done is written at most this often.
+/// Minimum interval between checkpoints.
 const KEPT_EVERY: Duration = Duration::from_secs(10);
 
-/// Number of shares of a job: an indexed Kubernetes job tells its pods their index only, and a Slurm array that repeats some tasks
-/// counts those alone.
+/// Variable for the number of shares: an indexed Kubernetes job gives its pods only their index, and a Slurm array that repeats
+/// some tasks counts only those.
 const SHARDS_VARIABLE: &str = "SHATTER_SHARDS";
 
-/// The task's number in a Slurm job array.
+/// Variable for the number of a task in a Slurm job array.
 const SLURM_ID: &str = "SLURM_ARRAY_TASK_ID";
 
-/// The pod's number in an indexed Kubernetes job.
+/// Variable for the number of a pod in an indexed Kubernetes job.
 const KUBERNETES_INDEX: &str = "JOB_COMPLETION_INDEX";
 
-/// The share that was asked for; in a job array, of a bake with examples, the task's own.
+/// The share that was given, or the task's own share in a job array if the bake has examples.
 pub fn share(asked: Option<BakeShare>, examples: u64) -> Result<BakeShare, CommandError> {
     match asked {
         Some(share) if share.count > 1 && examples == 0 => {
-            let message = format!("--shard {share} divides examples, and there are none: say how many with --examples");
+            let message =
+                format!("--shard {share} divides examples, but the bake has none; set their number with --examples");
             Err(CommandError::refused("shard", "--shard", message))
         }
         Some(share) => Ok(share),
         None if examples == 0 => Ok(BakeShare::WHOLE),
         None => Ok(scheduled(&|name| number(name))?.map_or(BakeShare::WHOLE, |(share, scheduler)| {
             let (index, count) = (share.index, share.count);
-            eprintln!("share {index} of {count}, says {scheduler}; --shard 0/1 bakes everything");
+            eprintln!("share {index} of {count} (from {scheduler}); --shard 0/1 bakes everything");
             share
         })),
     }
 }
 
-/// A variable of the environment, if it is set.
+/// Reader of an environment variable; `None` if it is not set.
 type Variable<'a> = &'a dyn Fn(&'static str) -> Result<Option<u64>, CommandError>;
 
-/// The share that the job scheduler gives by these variables, and what the scheduler is called.
+/// The share that the job scheduler assigns by these variables, and the scheduler's name.
 fn scheduled(variable: Variable) -> Result<Option<(BakeShare, &'static str)>, CommandError> {
     let shards = variable(SHARDS_VARIABLE)?;
     if let Some(id) = variable(SLURM_ID)? {
@@ -59,7 +60,7 @@ fn scheduled(variable: Variable) -> Result<Option<(BakeShare, &'static str)>, Co
     }
 }
 
-/// Share `index`, which the variable `name` holds, of as many as [`SHARDS_VARIABLE`] says.
+/// Share `index` from the variable `name`, of the number of shares in [`SHARDS_VARIABLE`].
 fn of_shards(name: &'static str, index: u64, count: u64) -> Result<BakeShare, CommandError> {
     BakeShare::new(index, count).map_err(|error| match error {
         ShareError::Count { .. } => {
@@ -69,8 +70,8 @@ fn of_shards(name: &'static str, index: u64, count: u64) -> Result<BakeShare, Co
     })
 }
 
-/// The share of task `id` of a Slurm array that alone says how many there are. One with gaps may be the repetition of some
-/// tasks of another: its own count would divide the examples otherwise than that did.
+/// Share of task `id` of a Slurm array without [`SHARDS_VARIABLE`]. An array with gaps may repeat some tasks of an earlier one; its
+/// own count would divide the examples differently, so it is refused.
 fn of_array(id: u64, variable: Variable) -> Result<BakeShare, CommandError> {
     let [count, first, last] = ["SLURM_ARRAY_TASK_COUNT", "SLURM_ARRAY_TASK_MIN", "SLURM_ARRAY_TASK_MAX"].map(variable);
     let (Some(count), Some(first), Some(last)) = (count?, first?, last?) else {
@@ -86,15 +87,15 @@ fn of_array(id: u64, variable: Variable) -> Result<BakeShare, CommandError> {
     }
 }
 
-/// What a Slurm user sets [`SHARDS_VARIABLE`] to.
-const ALL_TASKS: &str = "the number of shares of the whole bake and number the tasks from 0";
+/// Advice on [`SHARDS_VARIABLE`] for users of Slurm.
+const ALL_TASKS: &str = "the number of shares of the whole bake, number the tasks from 0";
 
 fn unknown_count(found: &str, wanted: &str) -> CommandError {
-    let message = format!("{found}: set {SHARDS_VARIABLE} to {wanted}, or bake everything with --shard 0/1");
+    let message = format!("{found}; set {SHARDS_VARIABLE} to {wanted}, or bake everything with --shard 0/1");
     CommandError::refused("shard", SHARDS_VARIABLE, message)
 }
 
-/// A variable of the environment that is a number.
+/// Reads an environment variable as a number.
 fn number(name: &'static str) -> Result<Option<u64>, CommandError> {
     let refused = |why: &dyn std::fmt::Display| CommandError::refused("shard", name, format!("{name}: {why}"));
     match var(name) {
@@ -104,7 +105,7 @@ fn number(name: &'static str) -> Result<Option<u64>, CommandError> {
     }
 }
 
-/// Refuses to bake anew where `file` keeps what is done of such a bake: hours of work are not thrown away unasked.
+/// Refuses to start again if `file` holds a checkpoint, which may be hours of work.
 pub fn nothing_kept(file: &Path) -> Result<(), CommandError> {
     if !file.exists() {
         return Ok(());
@@ -113,11 +114,11 @@ pub fn nothing_kept(file: &Path) -> Result<(), CommandError> {
         .map_err(|error| CommandError::database(file, &error).advised("remove it, or discard it with --restart"))?;
     let (done, of, shown) = (task.done, task.impacts().len(), file.display());
     let message =
-        format!("{done} of {of} impacts are kept in {shown}: go on with --resume, or discard them with --restart");
+        format!("{done} of {of} impacts are kept in {shown}; continue with --resume, or discard them with --restart");
     Err(CommandError::refused("kept_share", shown.to_string(), message))
 }
 
-/// What `file` kept of the same work; nothing if there is no such file.
+/// Loads the checkpoint `file` of the same work; `None` if there is no such file.
 pub fn resume(
     file: &Path,
     raw: &RawMesh,
@@ -126,7 +127,7 @@ pub fn resume(
     share: BakeShare,
 ) -> Result<Option<PartialBake>, CommandError> {
     if !file.exists() {
-        eprintln!("{} is not there: baking from the beginning", file.display());
+        eprintln!("{} does not exist; baking from the beginning", file.display());
         return Ok(None);
     }
     let partial = database::load_partial(file).map_err(|error| {
@@ -142,14 +143,14 @@ pub fn resume(
         return Ok(Some(partial));
     }
     let message = format!(
-        "{} was baked from another mesh, with other cracks or other flags; with --restart instead of --resume it is replaced",
+        "{} was baked from another mesh, other cracks or with other flags; replace it with --restart instead of --resume",
         file.display()
     );
     Err(CommandError::refused("other_work", file.display().to_string(), message))
 }
 
-/// Does what remains of the share, and keeps what is done in `file`: from time to time, when interrupted, and at the end of
-/// a share that others must be joined to.
+/// Computes the rest of the share and writes checkpoints to `file`: from time to time, when interrupted, and at the end of a share
+/// that must be merged.
 pub fn work(
     mut partial: PartialBake,
     file: &Path,
@@ -186,10 +187,10 @@ pub fn work(
 fn interrupted(partial: &PartialBake, file: &Path) -> CommandError {
     let (done, of) = (partial.task.done, partial.task.impacts().len());
     let file = file.display();
-    CommandError::interrupted(format!("interrupted; {done} of {of} impacts are kept in {file}: go on with --resume"))
+    CommandError::interrupted(format!("interrupted; {done} of {of} impacts are kept in {file}; continue with --resume"))
 }
 
-/// Removes what was kept of a bake that is complete.
+/// Removes the checkpoint of a complete bake.
 pub fn forget(file: &Path) -> Result<(), CommandError> {
     match std::fs::remove_file(file) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(CommandError::output(file, &error)),
@@ -197,7 +198,7 @@ pub fn forget(file: &Path) -> Result<(), CommandError> {
     }
 }
 
-/// What is said of a finished share.
+/// Report of a finished share.
 pub fn told(partial: &PartialBake, file: &Path, as_json: bool) -> String {
     let (task, object) = (&partial.task, &partial.prepared.name);
     let (share, impacts) = (task.share, task.impacts().len());
@@ -211,7 +212,10 @@ pub fn told(partial: &PartialBake, file: &Path, as_json: bool) -> String {
         });
         return format!("{document}\n");
     }
-    format!("{object}: share {share} with {impacts} impacts in {}; join all with `shatterd merge`\n", file.display())
+    format!(
+        "{object}: share {share} with {impacts} impacts in {}; join all shares with `shatterd merge`\n",
+        file.display()
+    )
 }
 
 #[cfg(test)]
@@ -229,7 +233,7 @@ mod tests {
         assert_eq!(found.as_ref().map(Option::as_deref).map_err(String::as_str), wanted, "{variables:?}");
     }
 
-    /// What Slurm sets for task `id` of an array.
+    /// Variables that Slurm sets for task `id` of an array.
     fn array(id: u64, count: u64, first: u64, last: u64) -> [(&'static str, u64); 4] {
         let [id, count] = [("SLURM_ARRAY_TASK_ID", id), ("SLURM_ARRAY_TASK_COUNT", count)];
         [id, count, ("SLURM_ARRAY_TASK_MIN", first), ("SLURM_ARRAY_TASK_MAX", last)]

@@ -1,18 +1,18 @@
-//! Whether a mesh has the size of something that breaks, or its file is in another unit.
+//! Plausibility of a mesh's size: detects files in another length unit.
 
 use nalgebra::Vector3;
 use shatter_fracture::surface::{LengthUnit, RawMesh};
 
-/// Extents that are not asked about, m: what is larger is a building, what is smaller a grain.
+/// Extents without a warning, m; larger ones are buildings, smaller ones grains.
 const LIKELY_M: std::ops::Range<f64> = 1e-3..5.0;
 
-/// Masses from here on are asked about, kg.
+/// Mass from which a bake warns, kg.
 const HEAVY_KG: f64 = 5e3;
 
-/// What a hand can hold or a person can stand beside, m: units that lead there are named.
+/// Extents of handheld and furniture-sized objects, m; the warning suggests units that lead to such an extent.
 const USUAL_M: std::ops::RangeInclusive<f64> = 0.02..=3.0;
 
-/// A question about the size of `mesh`, which was read in `unit`; nothing where it is likely.
+/// Warning about the size of `mesh`, which was read in `unit`; `None` if the size is plausible.
 pub fn doubtful(mesh: &RawMesh, unit: LengthUnit, density_kg_m3: f64) -> Option<String> {
     let points = || mesh.positions_m.iter().map(|point| point.coords);
     let low = points().reduce(|a, b| a.inf(&b))?;
@@ -29,7 +29,7 @@ pub fn doubtful(mesh: &RawMesh, unit: LengthUnit, density_kg_m3: f64) -> Option<
     });
     let others: Vec<String> = others.collect();
     let advice = if others.is_empty() { "check --unit".to_owned() } else { others.join(", ") };
-    let silence = format!("--unit {unit} says that this is meant");
+    let silence = format!("--unit {unit} keeps this size without a warning");
     Some(format!("the mesh is {} (unit {unit}); {advice}; {silence}", measured(size_m, mass_kg)))
 }
 
@@ -37,12 +37,12 @@ fn measured(size_m: f64, mass_kg: f64) -> String {
     format!("{} m large and {} kg", significant(size_m), significant(mass_kg))
 }
 
-/// Two digits, or all before the point.
+/// Formats with two digits, or with all digits before the decimal point.
 pub(super) fn rounded(value: f64) -> String {
     if value < 10.0 { format!("{value:.1}") } else { format!("{value:.0}") }
 }
 
-/// Three digits, with a power of ten where the number is long.
+/// Formats with three digits, and with a power of ten if the number is long.
 fn significant(value: f64) -> String {
     if !(1e-3..1e4).contains(&value) {
         return format!("{value:.2e}");
@@ -51,7 +51,7 @@ fn significant(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
-/// The volume by the divergence theorem, m³: exact for closed surfaces.
+/// Volume by the divergence theorem, m³; exact for closed surfaces.
 fn volume(mesh: &RawMesh, middle: &Vector3<f64>) -> f64 {
     let corner = |vertex: u32| mesh.positions_m.get(vertex as usize).map_or(*middle, |point| point.coords) - middle;
     let cone = |[a, b, c]: &[u32; 3]| corner(*a).dot(&corner(*b).cross(&corner(*c))) / 6.0;
@@ -76,7 +76,7 @@ mod tests {
         let hall = doubtful(&shapes::cuboid([10.0, 2.0, 2.0]), LengthUnit::M, 2500.0).unwrap();
         assert!(hall.contains("10.0 m large and 1.00e5 kg"), "{hall}");
         let block = doubtful(&shapes::cuboid([2.0, 2.0, 2.0]), LengthUnit::M, 2500.0).unwrap();
-        assert!(block.contains("with --unit cm it would be 0.0200 m") && block.contains("--unit m says"), "{block}");
+        assert!(block.contains("with --unit cm it would be 0.0200 m") && block.contains("--unit m keeps"), "{block}");
         assert_eq!(doubtful(&shapes::cuboid([2.0, 0.75, 1.0]), LengthUnit::M, 750.0), None, "a table");
     }
 }

@@ -1,11 +1,11 @@
-//! Whether a folder that changed has come to rest.
+//! Detection that a changed folder is stable.
 
 use crate::catalog::DirectorySnapshot;
 
-/// A folder that does not come to rest is read again after this many looks all the same.
+/// Number of scans after which a folder that keeps changing is reloaded anyway.
 const RESTLESS_MAX: u32 = 10;
 
-/// Whether a folder that differs from what is served has come to rest.
+/// Debouncer of folder changes.
 #[derive(Default)]
 pub struct Debounce {
     last: Option<DirectorySnapshot>,
@@ -13,7 +13,7 @@ pub struct Debounce {
 }
 
 impl Debounce {
-    /// Whether it is time to read a folder that looks like `seen` while `served` is served.
+    /// Whether to reload a folder that looks like `seen` while `served` is served.
     pub fn settled(&mut self, seen: DirectorySnapshot, served: &DirectorySnapshot) -> bool {
         if seen == *served {
             *self = Self::default();
@@ -46,7 +46,7 @@ mod tests {
         let mut unrest = Debounce::default();
         let mut look = |seen: &DirectorySnapshot| unrest.settled(seen.clone(), &served);
         assert!(!look(&served) && !look(&one) && !look(&two) && look(&two), "twice the same");
-        assert!(!look(&one) && !look(&served) && !look(&one), "what was undone is forgotten");
+        assert!(!look(&one) && !look(&served) && !look(&one), "an undone change is forgotten");
         let restless: Vec<bool> = (0..RESTLESS_MAX).map(|turn| look(if turn % 2 == 0 { &two } else { &one })).collect();
         assert_eq!(restless.iter().filter(|read| **read).count(), 1, "{restless:?}");
     }

@@ -1,13 +1,13 @@
-//! Services and ports: strikes with a pool of buckets, questions with a small pool of their own, two bells.
+//! Services and ports: impact requests with a pool of buckets, control requests with a small separate pool, and two wake-up services.
 
-use super::{ClientWaker, PopulatedPages, WakeSocket};
+use super::{ClientWaker, WakeSocket};
 use bytemuck::Zeroable;
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::port::client::Client;
 use iceoryx2::port::server::Server;
 use iceoryx2::port::{LoanError, ReceiveError};
-use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, PortFactory as _, SignalHandlingMode};
+use iceoryx2::prelude::{PortFactory as _, SignalHandlingMode};
 use iceoryx2::response_mut_uninit::ResponseMutUninit;
 use iceoryx2::service::port_factory::{event, request_response};
 use shatter_proto::control::{ControlReplyHeader, ControlRequestWire, REPLY_BLOCKS};
@@ -15,35 +15,35 @@ use shatter_proto::request::RequestWire;
 use shatter_proto::result::{BLOCK_BYTES, Block, ResultHeader};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::instance::Instance;
+use shatter_transport::workarounds::populated_pages::PopulatedPages;
+use shatter_transport::workarounds::response_pool;
 use shatter_transport::{
     CONTROL_SERVICE, Ipc, QUESTIONS_PER_CLIENT_MAX, STRIKE_SERVICE, STRIKES_PER_CLIENT_MAX, WAKE_CLIENT_SERVICE,
     WAKE_DAEMON_SERVICE, config, failed, service_name,
 };
 use std::mem::MaybeUninit;
 
-/// A strike received.
+/// Received impact request.
 pub type ActiveImpactRequest = ActiveRequest<Ipc, RequestWire, (), [Block], ResultHeader>;
-/// A question received.
+/// Received control request.
 pub type ActiveControlRequest = ActiveRequest<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>;
-/// A lent answer, not written yet.
+/// Loaned response buffer, not written yet.
 pub type LoanedBuffer = ResponseMutUninit<Ipc, [MaybeUninit<Block>], ResultHeader>;
 
 type RequestFactory = request_response::PortFactory<Ipc, RequestWire, (), [Block], ResultHeader>;
 type ControlFactory = request_response::PortFactory<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>;
 
-/// One client more than may connect: the daemon itself, for the rehearsal.
+/// Additional client for the daemon itself, for the rehearsal.
 const OWN_CLIENTS: usize = 1;
-/// Processes more than clients: the daemon, its looks at its own way in, and some that are just going.
+/// Additional processes beside clients: the daemon, its connection checks, and a few that are just ending.
 const OTHER_NODES: usize = 4;
-/// A failed loan is never taken off a request's count, so there are several.
-const LOANS_PER_REQUEST: usize = 4;
-/// Replies to questions that may lie about at once.
+/// Maximum number of unread control replies.
 const REPLIES: usize = 64;
 
-/// Size of the pool of answers, and for how many.
+/// Size of the result pool, and number of clients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PoolSize {
-    /// Clients at once.
+    /// Maximum number of connected clients.
     pub clients: usize,
     /// Number of buckets.
     pub buckets: usize,
@@ -58,11 +58,11 @@ impl PoolSize {
     }
 }
 
-/// The daemon's ports. Fields are dropped in this order: ports, factories, node.
+/// Ports of the daemon. Fields are dropped in this order: ports, factories, node.
 pub struct Ports {
     strikes: Server<Ipc, RequestWire, (), [Block], ResultHeader>,
     questions: Server<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>,
-    /// Of the rehearsal; it keeps its place, so that what is left is the limit.
+    /// Client of the rehearsal; kept, so that the number of free client slots equals the limit.
     rehearsal: Client<Ipc, RequestWire, (), [Block], ResultHeader>,
     strike_factory: RequestFactory,
     _control_factory: ControlFactory,
@@ -72,7 +72,10 @@ pub struct Ports {
 }
 
 impl Ports {
-    /// Creates the services of `instance`. Needs a tokio runtime for the bell.
+    /// Creates the services of `instance`. Needs a tokio runtime for the wake-up socket.
+    ///
+    /// # Errors
+    /// `transport` if a service cannot be created.
     pub fn open(instance: &Instance, pool: PoolSize) -> Result<(Self, WakeSocket, ClientWaker), Error> {
         let config = config(instance)?;
         let node = NodeBuilder::new()
@@ -90,19 +93,19 @@ impl Ports {
         let strikes = strike_factory
             .server_builder()
             .initial_max_slice_len(pool.blocks)
-            .allocation_strategy(AllocationStrategy::Static)
+            .allocation_strategy(response_pool::ALLOCATION)
             .override_response_preallocation(move |worst| worst.min(pool.buckets))
-            .max_loaned_responses_per_request(LOANS_PER_REQUEST)
-            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .max_loaned_responses_per_request(response_pool::LOANS_PER_REQUEST)
+            .backpressure_strategy(response_pool::BACKPRESSURE)
             .create()
             .map_err(|error| failed(STRIKE_SERVICE, error))?;
         let questions = control_factory
             .server_builder()
             .initial_max_slice_len(REPLY_BLOCKS)
-            .allocation_strategy(AllocationStrategy::Static)
+            .allocation_strategy(response_pool::ALLOCATION)
             .override_response_preallocation(|worst| worst.min(REPLIES))
-            .max_loaned_responses_per_request(LOANS_PER_REQUEST)
-            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .max_loaned_responses_per_request(response_pool::LOANS_PER_REQUEST)
+            .backpressure_strategy(response_pool::BACKPRESSURE)
             .create()
             .map_err(|error| failed(CONTROL_SERVICE, error))?;
         let rehearsal = strike_factory.client_builder().create().map_err(|error| failed("rehearsal", error))?;
@@ -120,33 +123,37 @@ impl Ports {
         Ok((ports, bell, ClientWaker::new(notifier)))
     }
 
-    /// The pool of answers.
+    /// Size of the result pool.
     pub fn pool(&self) -> PoolSize {
         self.pool
     }
 
-    /// Clients connected.
+    /// Number of connected clients.
     pub fn clients(&self) -> usize {
         self.strike_factory.dynamic_config().number_of_clients().saturating_sub(OWN_CLIENTS)
     }
 
-    /// The next strike that waits at a port.
+    /// Next impact request that waits at the port.
     pub fn next_strike(&self) -> Option<ActiveImpactRequest> {
         received(self.strikes.receive())
     }
 
-    /// The next question that waits at a port.
+    /// Next control request that waits at the port.
     pub fn next_question(&self) -> Option<ActiveControlRequest> {
         received(self.questions.receive())
     }
 
-    /// Takes back what dead clients held; returns how many were found.
+    /// Reclaims the resources of dead clients; returns how many were found.
     pub fn reap_dead_clients(&self) -> u64 {
         self.node.try_cleanup_dead_nodes().cleanups
     }
 
-    /// Writes the first `blocks` blocks of `buckets` buckets once, through real requests to itself: the first strikes then
-    /// find memory that exists, and a transport that does not work is found before anyone is served.
+    /// Writes the first `blocks` blocks of `buckets` buckets once, by sending real requests to itself.
+    ///
+    /// Afterwards the first requests find populated memory, and a transport that does not work is detected before the daemon serves.
+    ///
+    /// # Errors
+    /// `transport` if a request is lost, `shared_memory` if memory is full.
     pub fn rehearse(&self, buckets: usize, blocks: usize, populated: &PopulatedPages) -> Result<(), Error> {
         let blocks = blocks.min(self.pool.blocks);
         let buckets = buckets.min(self.pool.buckets).min(STRIKES_PER_CLIENT_MAX);
@@ -163,13 +170,16 @@ impl Ports {
     }
 }
 
-/// Lends a bucket for an answer. Errors: `busy` when all are held, `answer_too_large`.
+/// Loans a bucket for a result.
+///
+/// # Errors
+/// `busy` when all are held, `answer_too_large`.
 pub fn loan(active: &ActiveImpactRequest, blocks: usize) -> Result<LoanedBuffer, Error> {
     active.loan_slice_uninit(blocks).map_err(|error| match error {
-        LoanError::OutOfMemory => Error::new(ErrorKind::Busy, "answers", "all buckets of answers are held by clients"),
+        LoanError::OutOfMemory => Error::new(ErrorKind::Busy, "answers", "clients hold all buckets of results; drop some, or raise answers.buckets"),
         LoanError::ExceedsMaxLoanSize => {
             let message = format!(
-                "the answer of {} bytes is larger than a bucket; restart the daemon, which makes buckets for the objects that it then \
+                "the result of {} bytes is larger than a bucket; restart the daemon, which sizes its buckets by the objects that it \
                  loads, or raise answers.bucket_mib_max",
                 blocks * BLOCK_BYTES
             );
@@ -182,10 +192,10 @@ pub fn loan(active: &ActiveImpactRequest, blocks: usize) -> Result<LoanedBuffer,
 fn received<T>(result: Result<Option<T>, ReceiveError>) -> Option<T> {
     match result {
         Ok(request) => request,
-        // Clients hold all their slots: nothing now.
+        // Clients hold all of their slots; retry later.
         Err(ReceiveError::ExceedsMaxBorrows) => None,
         Err(error) => {
-            tracing::warn!(?error, "cannot receive");
+            tracing::warn!(?error, "cannot receive requests");
             None
         }
     }
@@ -206,7 +216,7 @@ fn strike_factory(node: &Node<Ipc>, clients: usize) -> Result<RequestFactory, Er
         .max_servers(1)
         .max_nodes(clients + OTHER_NODES)
         .max_active_requests_per_client(STRIKES_PER_CLIENT_MAX)
-        .max_response_buffer_size(2)
+        .max_response_buffer_size(response_pool::BUFFER)
         .max_borrowed_responses_per_pending_response(4)
         .enable_fire_and_forget_requests(false)
         .open_or_create()
@@ -221,7 +231,7 @@ fn control_factory(node: &Node<Ipc>, clients: usize) -> Result<ControlFactory, E
         .max_servers(1)
         .max_nodes(clients + OTHER_NODES)
         .max_active_requests_per_client(QUESTIONS_PER_CLIENT_MAX)
-        .max_response_buffer_size(2)
+        .max_response_buffer_size(response_pool::BUFFER)
         .max_borrowed_responses_per_pending_response(2)
         .enable_fire_and_forget_requests(false)
         .open_or_create()

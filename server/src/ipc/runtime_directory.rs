@@ -1,7 +1,5 @@
-//! The daemon's runtime folder: one daemon per name, and nothing left of those that died.
+//! Runtime directory of the daemon: one daemon per service name, and removal of files that dead daemons left.
 
-use iceoryx2::node::{Node, NodeState};
-use iceoryx2::prelude::CallbackProgression;
 use rustix::fs::{FlockOperation, flock};
 use serde::{Deserialize, Serialize};
 use shatter_proto::{Error, ErrorKind};
@@ -9,7 +7,7 @@ use shatter_transport::daemon_info::DaemonInfo;
 use shatter_transport::instance::Instance;
 use shatter_transport::paths::ServicePaths;
 use shatter_transport::private_folder::PrivateFolder;
-use shatter_transport::{Ipc, config};
+use shatter_transport::workarounds::left_behind::remove_unused;
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, Write};
@@ -18,65 +16,70 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Clients hold the lock for microseconds to see whether a daemon lives, and a killed daemon holds it until the kernel has taken its
-/// memory apart: a second of tries gets past both.
+/// Number of attempts to take the lock, one second in total. Clients hold it for microseconds to check whether a daemon runs, and a
+/// killed daemon holds it until the kernel has freed its memory.
 const LOCK_TRIES: u32 = 100;
 const LOCK_PAUSE: Duration = Duration::from_millis(10);
 
-/// The daemons that served under a name before the one that runs; a start that failed does not count. The file lies in the runtime
-/// folder, and goes with it.
+/// Counts of the daemons that served under this name before; failed starts do not count.
+///
+/// Stored in the runtime directory, and removed with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct RestartHistory {
-    /// How many there were.
+    /// Number of daemons.
     pub restarts: u64,
-    /// How many of them ended without a goodbye: killed, or crashed.
+    /// Number of daemons that were killed or crashed.
     pub crashes: u64,
 }
 
 impl RestartHistory {
-    /// The history that the last daemon wrote when it began to serve; empty if there is none or it cannot be read.
+    /// Reads the history that the last daemon wrote when it began to serve; empty if there is none or it cannot be read.
     fn read(place: &ServicePaths) -> Self {
         fs::read(place.past()).ok().and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default()
     }
 
-    /// One more crash.
+    /// Adds one crash.
     fn with_crash(self) -> Self {
         Self { crashes: self.crashes.saturating_add(1), ..self }
     }
 
-    /// One more daemon that serves.
+    /// Adds one daemon that served.
     fn with_restart(self) -> Self {
         Self { restarts: self.restarts.saturating_add(1), ..self }
     }
 
-    /// Keeps it for the next daemon. A history that cannot be written is lost, no more.
+    /// Writes the history for the next daemon. A failure loses only the history.
     fn write(self, place: &ServicePaths, runtime: &PrivateFolder) {
         let written = serde_json::to_vec(&self).map(|json| write(runtime, &place.past(), &json));
         if !matches!(written, Ok(Ok(()))) {
-            tracing::warn!("restarts are not counted: the runtime folder cannot be written");
+            tracing::warn!("cannot write to the runtime folder: this restart is not counted");
         }
     }
 }
 
-/// The runtime folder of a running daemon. Dropping it gives up the name.
+/// Runtime directory of a running daemon. Dropping it releases the service name.
 pub struct RuntimeDirectory {
     place: ServicePaths,
     instance: Instance,
-    /// Instances before this one of which something is left.
+    /// Earlier instances with remaining files.
     earlier: Vec<Instance>,
     past: RestartHistory,
-    /// The runtime folder, and the folder of the instance: neither is worked in after another has taken its place.
+    /// Runtime folder and folder of the instance; the daemon stops using either once another folder has replaced it.
     runtime: PrivateFolder,
     segments: PrivateFolder,
-    /// Whether clients were told that it serves.
+    /// Whether the service is announced to clients.
     is_announced: AtomicBool,
     lock: File,
 }
 
 impl RuntimeDirectory {
-    /// Takes the name: the kernel gives the lock back when the process ends, however it ends. Then removes what killed
-    /// predecessors left. Errors: `second_daemon`, `runtime_folder`.
+    /// Takes the service name, then removes the files of killed predecessors.
+    ///
+    /// The kernel releases the lock whenever the process ends.
+    ///
+    /// # Errors
+    /// `second_daemon`, `runtime_folder`.
     pub fn take(place: &ServicePaths) -> Result<Self, Error> {
         place.create()?;
         let runtime = PrivateFolder::open(&place.folder, place.uid)?;
@@ -84,14 +87,14 @@ impl RuntimeDirectory {
         let lock = lock(place, &instance)?;
         let mut past = RestartHistory::read(place);
         if place.hello().exists() {
-            // Written now: should this start fail, the next one finds no hello.
+            // Written now: if this start fails, the next one finds no hello file.
             past = past.with_crash();
             past.write(place, &runtime);
         }
-        // A stale hello would invite clients before there is anything to connect to.
+        // A stale hello file would make clients connect before the services exist.
         let _ = fs::remove_file(place.hello());
         let earlier = listed(place);
-        // Listed before anything of it exists: whoever kills this process leaves nothing that its successor does not know.
+        // Listed before any of its files exists: if this process is killed, its successor knows where to look for files.
         let all: Vec<Instance> = earlier.iter().chain([&instance]).cloned().collect();
         write_list(place, &runtime, &all)?;
         instance.create(place.uid)?;
@@ -102,22 +105,25 @@ impl RuntimeDirectory {
         Ok(home)
     }
 
-    /// Where it is.
+    /// Paths of the service.
     pub fn place(&self) -> &ServicePaths {
         &self.place
     }
 
-    /// Where the transport of this daemon is.
+    /// Transport instance of this daemon.
     pub fn instance(&self) -> &Instance {
         &self.instance
     }
 
-    /// The daemons before this one.
+    /// Counts of earlier daemons.
     pub fn past(&self) -> RestartHistory {
         self.past
     }
 
-    /// Tells clients that the daemon serves, what it speaks, and where. The first time counts the daemon for the next one's history.
+    /// Announces the service to clients: protocol version and instance. The first call counts this daemon in the history.
+    ///
+    /// # Errors
+    /// `runtime_folder` if the file cannot be written.
     pub fn announce(&self) -> Result<(), Error> {
         let hello = DaemonInfo::ours(std::process::id(), &self.instance.token).to_json();
         if !self.is_announced.swap(true, Ordering::Relaxed) {
@@ -126,13 +132,16 @@ impl RuntimeDirectory {
         write(&self.runtime, &self.place.hello(), hello.as_bytes())
     }
 
-    /// Whether the folder of the transport is still the one that this daemon made: nothing in another is cleaned up, or even read.
+    /// Whether the transport's folder is still the one that this daemon created; a replacement is neither cleaned up nor read.
     pub fn has_segments(&self) -> bool {
         self.segments.check().is_ok()
     }
 
-    /// Looks whether clients can find the daemon, and says hello again where that file was removed. Errors: `runtime_folder`, which
-    /// a restart mends.
+    /// Checks whether clients can find the daemon, and writes the hello file again if it was removed. Errors: `runtime_folder`, after
+    /// which the daemon must be restarted.
+    ///
+    /// # Errors
+    /// `runtime_folder`, which a restart mends.
     pub fn check(&self) -> Result<(), Error> {
         let advised = |refusal: Error| Error { message: format!("{}; restart the daemon", refusal.message), ..refusal };
         self.runtime.check().map_err(advised)?;
@@ -142,55 +151,61 @@ impl RuntimeDirectory {
             return Err(advised(folder(&path, &io::Error::other("it was removed or replaced"))));
         }
         if self.is_announced.load(Ordering::Relaxed) && self.place.hello().symlink_metadata().is_err() {
-            tracing::error!(path = %self.place.hello().display(), "was removed: no client can connect; it was written again");
+            tracing::error!(path = %self.place.hello().display(), "the hello file was removed, so no client could connect; it was written again");
             self.announce()?;
         }
         Ok(())
     }
 
-    /// Writes the metrics for whoever scrapes them.
+    /// Writes the metrics file.
+    ///
+    /// # Errors
+    /// `runtime_folder` if the file cannot be written.
     pub fn write_metrics(&self, text: &str) -> Result<(), Error> {
         write(&self.runtime, &self.place.metrics(), text.as_bytes())
     }
 
-    /// Nobody is invited any more.
+    /// Removes the announcement: clients no longer connect.
     pub fn withdraw(&self) {
         self.is_announced.store(false, Ordering::Relaxed);
         let _ = fs::remove_file(self.place.hello());
     }
 
-    /// Removes what earlier instances left that no living process uses. Called with the lock held, so nobody creates anything there.
+    /// Removes files of earlier instances that no living process uses. Called with the lock held, so no other process creates files there.
     pub fn sweep(&mut self) {
         let before = self.earlier.len();
         self.earlier.retain(|instance| !remove_unused(instance));
         if self.earlier.len() < before
             && let Err(refusal) = self.list()
         {
-            tracing::warn!(%refusal, "the list of instances");
+            tracing::warn!(%refusal, "cannot write the list of instances");
         }
     }
 
-    /// Removes what this instance leaves, unless clients still hold a part of it: then the next daemon does.
+    /// Removes the files of this instance. If clients still hold some of them, the next daemon removes them.
+    ///
+    /// # Errors
+    /// `runtime_folder` if the list of instances cannot be written.
     pub fn close(mut self) -> Result<(), Error> {
-        // Another folder in its place is not this daemon's.
+        // A folder that replaced it does not belong to this daemon.
         let left = (self.has_segments() && !remove_unused(&self.instance)).then(|| self.instance.clone());
         self.earlier.retain(|instance| !remove_unused(instance));
         self.earlier.extend(left);
         write_list(&self.place, &self.runtime, &self.earlier)
     }
 
-    /// Keeps the list of instances of which anything may exist.
+    /// Writes the list of instances of which files may exist.
     fn list(&self) -> Result<(), Error> {
         let all: Vec<Instance> = self.earlier.iter().chain([&self.instance]).cloned().collect();
         write_list(&self.place, &self.runtime, &all)
     }
 }
 
-/// The instances of the list in the runtime folder; none where it cannot be read.
+/// Instances listed in the runtime directory; empty if the list cannot be read.
 fn listed(place: &ServicePaths) -> Vec<Instance> {
     let Ok(text) = fs::read(place.instances()) else { return Vec::new() };
     let tokens: Vec<String> = serde_json::from_slice(&text).unwrap_or_else(|error| {
-        tracing::warn!(%error, "the list of instances cannot be read: files of killed daemons may stay in shared memory");
+        tracing::warn!(%error, "cannot read the list of instances: files of killed daemons may stay in shared memory");
         Vec::new()
     });
     tokens.iter().filter_map(|token| Instance::of_token(place, token)).collect()
@@ -198,39 +213,8 @@ fn listed(place: &ServicePaths) -> Vec<Instance> {
 
 fn write_list(place: &ServicePaths, runtime: &PrivateFolder, instances: &[Instance]) -> Result<(), Error> {
     let tokens: Vec<&str> = instances.iter().map(|instance| instance.token.as_str()).collect();
-    // A list of strings always serialises.
+    // A list of strings always serializes.
     write(runtime, &place.instances(), &serde_json::to_vec(&tokens).unwrap_or_default())
-}
-
-/// Removes the folder of an instance, unless a living process uses it; whether it is gone.
-fn remove_unused(instance: &Instance) -> bool {
-    let path = &instance.folder;
-    let removed = match path.symlink_metadata() {
-        Err(error) => return error.kind() == io::ErrorKind::NotFound,
-        // Another user's, whatever its name: not even read.
-        Ok(data) if data.uid() != rustix::process::geteuid().as_raw() => return true,
-        Ok(data) if data.is_dir() && is_used(instance) => return false,
-        Ok(data) if data.is_dir() => fs::remove_dir_all(path),
-        Ok(_) => fs::remove_file(path),
-    };
-    if let Err(error) = &removed {
-        tracing::warn!(path = %path.display(), %error, "the folder of an earlier daemon stays");
-    }
-    removed.is_ok()
-}
-
-/// Whether a living process has a node in an instance.
-fn is_used(instance: &Instance) -> bool {
-    let mut used = false;
-    let look = |node: NodeState<Ipc>| {
-        used |= matches!(node, NodeState::Alive(_));
-        if used { CallbackProgression::Stop } else { CallbackProgression::Continue }
-    };
-    match config(instance).map(|config| Node::<Ipc>::list(&config, look)) {
-        Ok(Ok(())) => used,
-        // Folders that cannot be listed belong to nobody alive.
-        _ => false,
-    }
 }
 
 fn lock(place: &ServicePaths, instance: &Instance) -> Result<File, Error> {
@@ -244,7 +228,7 @@ fn lock(place: &ServicePaths, instance: &Instance) -> Result<File, Error> {
             Err(_) => return Err(second(place, &mut file)),
         }
     }
-    // Whoever finds the lock held reads whose it is. One write, so that nobody reads a part of it.
+    // A process that finds the lock held reads its owner. A single write prevents partial reads.
     let text = format!("{}\n{}\n", std::process::id(), instance.token);
     let written = file.set_len(0).and_then(|()| file.rewind()).and_then(|()| file.write_all(text.as_bytes()));
     written.map_err(|error| folder(&path, &error))?;
@@ -255,7 +239,9 @@ fn second(place: &ServicePaths, lock: &mut File) -> Error {
     let mut text = String::new();
     let _ = lock.read_to_string(&mut text);
     let (service, pid) = (place.service.as_str(), text.lines().next().unwrap_or("unknown"));
-    let message = format!("a daemon of service `{service}` already runs (pid {pid})");
+    let message = format!(
+        "a daemon of service `{service}` already runs (pid {pid}); end it, or choose another name with --service"
+    );
     Error::new(ErrorKind::SecondDaemon, service, message)
 }
 
@@ -265,7 +251,7 @@ fn folder(path: &Path, error: &std::io::Error) -> Error {
     Error::new(ErrorKind::RuntimeFolder, at, message)
 }
 
-/// Writes a file of the runtime folder.
+/// Writes a file of the runtime directory.
 fn write(runtime: &PrivateFolder, path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
     runtime.write(name, bytes).map_err(|error| folder(path, &error))
@@ -320,7 +306,7 @@ mod tests {
         let served = start();
         served.announce().unwrap();
         assert_eq!(served.past(), RestartHistory { restarts: 0, crashes: 0 });
-        // As if it were killed.
+        // As if the process were killed.
         drop(served);
         for _ in 0..2 {
             let failed = start();
@@ -349,7 +335,7 @@ mod tests {
         }
         let home = RuntimeDirectory::take(&place).unwrap();
         assert!(earlier[..2].iter().all(|instance| !instance.folder.exists()) && !place.hello().exists());
-        assert!(left[4..].iter().all(|path| path.exists()), "what is not listed is not ours");
+        assert!(left[4..].iter().all(|path| path.exists()), "unlisted folders are not this service's");
         assert_eq!(listed(&place), [home.instance().clone()]);
         let own = home.instance().clone();
         fs::write(own.folder.join("own.data"), "").unwrap();
@@ -367,7 +353,7 @@ mod tests {
                 let home = RuntimeDirectory::take(&place).unwrap();
                 let token = home.instance().token.clone();
                 assert!(fs::read_to_string(place.lock()).unwrap().contains(&token));
-                // As if it were killed.
+                // As if the process were killed.
                 drop(home);
                 token
             })

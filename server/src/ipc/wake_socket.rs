@@ -1,16 +1,17 @@
-//! Waking: clients ring the daemon's bell, the daemon wakes the one client that is concerned.
+//! Wake-ups: clients wake the daemon, and the daemon wakes single clients.
 
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::{CallbackProgression, FileDescriptorBased};
 use shatter_transport::Ipc;
+use shatter_transport::workarounds::lost_wakeups;
 use std::collections::HashSet;
 use std::os::fd::{AsRawFd, RawFd};
 use std::time::Duration;
 use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 
-/// The daemon's bell.
+/// Socket on which clients wake the daemon.
 pub struct WakeSocket(AsyncFd<Descriptor>);
 
 struct Descriptor {
@@ -25,36 +26,37 @@ impl AsRawFd for Descriptor {
 }
 
 impl WakeSocket {
-    /// Hangs the bell into the current tokio runtime.
+    /// Registers the socket with the current tokio runtime.
+    ///
+    /// # Errors
+    /// Those of tokio, which registers the descriptor.
     pub fn new(listener: Listener<Ipc>) -> std::io::Result<Self> {
         // SAFETY: the descriptor is neither closed nor used without the listener, which lives beside it in `Descriptor`.
         let fd = unsafe { listener.file_descriptor().native_handle() };
         // SAFETY: the listener keeps its one descriptor open until it is dropped, which `AsyncFd` does after it has
-        // deregistered it; `as_raw_fd` always gives this descriptor.
+        // deregistered it; `as_raw_fd` always returns this descriptor.
         Ok(Self(unsafe { AsyncFd::register_with_interest(Descriptor { listener, fd }, Interest::READABLE)? }))
     }
 
-    /// Waits until someone rings, but no longer than `tick`: rings can be lost.
+    /// Waits until a client wakes the daemon, but no longer than `tick`, because wake-ups can be lost.
     pub async fn wait(&self, tick: Duration) {
         if let Ok(Ok(mut ready)) = tokio::time::timeout(tick, self.0.readable()).await {
             ready.clear_ready();
         }
-        if let Err(error) = self.0.get_ref().listener.try_wait(|_| {}) {
-            tracing::debug!(?error, "the bell cannot be read");
-        }
+        lost_wakeups::reset(&self.0.get_ref().listener);
     }
 }
 
-/// Wakes clients. Shared by all threads.
+/// Waker of clients, shared by all threads.
 pub struct ClientWaker(Notifier<Ipc>);
 
 impl ClientWaker {
-    /// Wakes through this port.
+    /// Creates a waker over this port.
     pub fn new(notifier: Notifier<Ipc>) -> Self {
         Self(notifier)
     }
 
-    /// The clients that listen.
+    /// Clients that listen.
     pub fn listeners(&self) -> HashSet<[u8; 16]> {
         let mut listeners = HashSet::new();
         self.0.for_each_listener(|_, details| {
@@ -64,8 +66,9 @@ impl ClientWaker {
         listeners
     }
 
-    /// Wakes the client whose listener has this id. A client that is gone, or a ring that is lost, does not matter: clients
-    /// look by themselves every few milliseconds.
+    /// Wakes the client whose listener has this id.
+    ///
+    /// A dead client or a lost wake-up does no harm: clients poll every few milliseconds.
     pub fn wake(&self, listener: [u8; 16]) {
         let id = u128::from_le_bytes(listener);
         self.0.for_each_listener(|monofier, details| {
@@ -73,7 +76,7 @@ impl ClientWaker {
                 return CallbackProgression::Continue;
             }
             if let Err(error) = monofier.notify() {
-                tracing::debug!(?error, "a client was not woken");
+                tracing::debug!(?error, "cannot wake a client");
             }
             CallbackProgression::Stop
         });

@@ -1,35 +1,35 @@
-//! How long strikes take: what is expected of the next one by what the last ones of its kind took.
+//! Forecast of computing times, from the times of recent requests of the same kind.
 
 use shatter_proto::request::{DegreeRule, Purpose, Request};
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
-/// Weight of the last strike.
+/// Weight of the latest request in the moving average.
 const WEIGHT: f64 = 0.25;
 
-/// No more than one doubt per such time: whoever asks for what cannot be does not spoil what others are told.
+/// Minimum time between two reductions of a forecast, so that a burst of impossible requests does not distort it.
 const DOUBT_PAUSE: Duration = Duration::from_millis(100);
 
-/// What an expectation that kept a strike from computing is multiplied by: one that is too high is then corrected, if not by strikes
-/// that compute, by those that may not.
+/// Factor that reduces a forecast which kept a request from computing. A forecast that is too high is thus corrected by refused
+/// requests, too, not only by those that compute.
 const DOUBT: f64 = 0.9;
 
-/// Kinds of work that are remembered; the memory is begun anew beyond.
+/// Maximum number of kinds of work; beyond it the forecast starts again.
 const WORK_MAX: usize = 4096;
 
-/// A kind of work: strikes of one kind take about as long.
+/// Kind of work: requests of one kind take about the same time.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct WorkKind {
     object: String,
-    /// Rule of the degree; for a number of sites its magnitude.
+    /// Rule of the degree; for a number of sites its order of magnitude.
     rule: u32,
-    /// Effects that are switched on and off, lift, where displacements come from, whether a fragment is struck, preset, iterations; error
-    /// and time by their magnitudes.
+    /// Effects that are switched on and off, lift, source of displacements, whether a fragment is struck, preset, iterations; error and
+    /// time by their orders of magnitude.
     how: [u64; 9],
 }
 
 impl WorkKind {
-    /// What `strike` asks for.
+    /// Kind of work of `strike`.
     pub fn of(strike: &Request) -> Self {
         let rule = match (strike.purpose, strike.degree) {
             (Purpose::Threshold, _) => 0,
@@ -63,19 +63,19 @@ pub struct Forecast {
     means: HashMap<WorkKind, MovingAverage>,
 }
 
-/// A moving average.
+/// Moving average of computing times.
 struct MovingAverage {
     time: Duration,
     doubted: Option<Instant>,
 }
 
 impl Forecast {
-    /// How long such a strike computes; `None`: none has yet.
+    /// Expected computing time; `None` if no request of this kind has computed yet.
     pub fn of(&self, work: &WorkKind) -> Option<Duration> {
         self.means.get(work).map(|mean| mean.time)
     }
 
-    /// One has computed for `time`.
+    /// Records that a request has computed for `time`.
     pub fn learn(&mut self, work: &WorkKind, time: Duration) {
         if let Some(mean) = self.means.get_mut(work) {
             mean.time = mean.time.mul_f64(1.0 - WEIGHT) + time.mul_f64(WEIGHT);
@@ -87,14 +87,14 @@ impl Forecast {
         self.means.insert(work.clone(), MovingAverage { time, doubted: None });
     }
 
-    /// One has computed for `time` and was stopped for its deadline: it takes at least as long.
+    /// Records that a request was stopped at its deadline after `time`, which is a lower bound of its computing time.
     pub fn learn_at_least(&mut self, work: &WorkKind, time: Duration) {
         if self.of(work).is_none_or(|mean| mean < time) {
             self.learn(work, time);
         }
     }
 
-    /// One was refused at this moment for what was expected of it.
+    /// Records that a request was refused at this moment because of its forecast.
     pub fn doubt(&mut self, work: &WorkKind, at: Instant) {
         let Some(mean) = self.means.get_mut(work) else { return };
         if mean.doubted.is_none_or(|last| at.saturating_duration_since(last) >= DOUBT_PAUSE) {
@@ -120,7 +120,7 @@ mod tests {
         assert_eq!(forecast.of(&vase), Some(Duration::from_millis(8)));
         (0..40).for_each(|_| forecast.learn(&vase, Duration::from_millis(20)));
         assert!(forecast.of(&vase).unwrap().abs_diff(Duration::from_millis(20)) < Duration::from_micros(10));
-        assert_eq!(forecast.of(&work("vase", DegreeRule::Sites(31))), forecast.of(&vase), "about as many");
+        assert_eq!(forecast.of(&work("vase", DegreeRule::Sites(31))), forecast.of(&vase), "a similar number of sites");
         for other in [
             work("statue", DegreeRule::Sites(20)),
             work("vase", DegreeRule::Sites(512)),
@@ -144,7 +144,7 @@ mod tests {
             };
             (1..200).take_while(refuses).count()
         };
-        assert_eq!(refused(Duration::from_micros(1)), 199, "a burst is one doubt");
+        assert_eq!(refused(Duration::from_micros(1)), 199, "a burst reduces the forecast once");
         assert!(refused(DOUBT_PAUSE) < 30);
     }
 

@@ -1,4 +1,4 @@
-//! One strike from its arrival to its end.
+//! One request from arrival to end.
 
 use super::forecast::WorkKind;
 use crate::error_mailbox::RequestKey;
@@ -12,14 +12,15 @@ use shatter_fracture::pipeline::RetainedFragments;
 use shatter_proto::request::Request;
 use shatter_proto::result::{Block, ResultHeader};
 use shatter_proto::{Error, ErrorKind};
+use shatter_transport::workarounds::response_pool::is_awaited;
 use shatter_transport::{Ipc, failed};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 
-/// A lent answer, written.
+/// Loaned response buffer with a complete result.
 pub(super) type WrittenResult = ResponseMut<Ipc, [Block], ResultHeader>;
 
-/// Why the daemon stopped a strike that computed.
+/// Reason for which the daemon stopped a computing request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum StopCause {
     /// Its deadline passed.
@@ -29,41 +30,43 @@ pub(super) enum StopCause {
 }
 
 impl StopCause {
-    /// What its client is told.
+    /// Error that the client receives.
     pub(super) fn refusal(self) -> Error {
         match self {
-            Self::Late => Error::new(ErrorKind::Late, "deadline", "the deadline passed before the answer was ready"),
-            Self::Ending => Error::new(ErrorKind::Stopping, "daemon", "the daemon is ending"),
+            Self::Late => Error::new(ErrorKind::Late, "deadline", "the deadline passed before the result was ready"),
+            Self::Ending => Error::new(ErrorKind::Stopping, "daemon", "the daemon is ending; retry later"),
         }
     }
 }
 
-/// What to do: a strike, and what it strikes.
+/// Work of a job: a validated request and its target.
 pub(super) struct JobPayload {
     pub strike: Request,
     pub object: Arc<dyn ServedObject>,
-    /// Where a fragment of an answer is struck: what was kept of that.
+    /// Retained result whose fragment is struck; `None`: the intact object is struck.
     pub kept: Option<Arc<RetainedFragments>>,
 }
 
-/// One strike. The request is shared by the thread that computes the answer and the one that looks whether somebody still
-/// waits for it; both hold the lock for microseconds.
+/// One request.
+///
+/// Two threads share the connection: one computes the result, the other checks whether the client still waits for it. Both hold the lock
+/// for microseconds.
 pub struct Job {
     request: Mutex<Option<ActiveImpactRequest>>,
     cargo: Mutex<Option<JobPayload>>,
     token: CancelToken,
     key: RequestKey,
     arrived: Instant,
-    /// The stage that it is in.
+    /// Current stage.
     stage: CurrentStage,
-    /// What kind of work it is, once it is understood.
+    /// Kind of work; set after validation.
     work: WorkKind,
-    /// Why it was stopped while it computed.
+    /// Reason for stopping it while it computed.
     stopped: OnceLock<StopCause>,
 }
 
 impl Job {
-    /// A strike that arrived now from the client with this listener.
+    /// Creates a job for a request that arrives now from the client with this listener.
     pub(super) fn new(request: ActiveImpactRequest, listener: [u8; 16], sequence: u64) -> Self {
         Self {
             request: Mutex::new(Some(request)),
@@ -77,39 +80,39 @@ impl Job {
         }
     }
 
-    /// What to do, once it is understood.
+    /// Sets the work, after validation.
     pub(super) fn place(&mut self, strike: Request, (object, kept): RetainedTarget) {
         self.work = WorkKind::of(&strike);
         self.cargo = Mutex::new(Some(JobPayload { strike, object, kept }));
     }
 
-    /// What to do; handed out once, so that the object is held no longer than it is struck.
+    /// Takes the work out; works once, so that the job holds the object no longer than it computes.
     pub(super) fn unload(&self) -> Result<JobPayload, Error> {
-        let missing = || Error::new(ErrorKind::Failed, "queue", "a strike was queued before it was understood");
+        let missing = || Error::new(ErrorKind::Failed, "queue", "a request was queued before it was validated");
         self.cargo.lock().unwrap_or_else(PoisonError::into_inner).take().ok_or_else(missing)
     }
 
-    /// Names the strike to its client.
+    /// Identifies the request to its client.
     pub(super) fn key(&self) -> RequestKey {
         self.key
     }
 
-    /// What kind of work it is.
+    /// Kind of work.
     pub(super) fn work(&self) -> &WorkKind {
         &self.work
     }
 
-    /// Polled by the stages.
+    /// Cancellation token, polled by the stages.
     pub(super) fn token(&self) -> &CancelToken {
         &self.token
     }
 
-    /// The stage that it is in.
+    /// Current stage.
     pub(super) fn stage(&self) -> &CurrentStage {
         &self.stage
     }
 
-    /// When it arrived.
+    /// Time of arrival.
     pub fn arrived(&self) -> Instant {
         self.arrived
     }
@@ -118,28 +121,28 @@ impl Job {
         self.request.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Asks it to stop at its next checkpoint.
+    /// Asks the job to stop at its next checkpoint.
     pub(super) fn cancel(&self) {
         self.token.cancel();
     }
 
-    /// Asks it to stop at its next checkpoint, and why.
+    /// Asks the job to stop at its next checkpoint, for the reason `why`.
     pub(super) fn stop(&self, why: StopCause) {
         self.stopped.get_or_init(|| why);
         self.cancel();
     }
 
-    /// Why it was asked to stop.
+    /// Reason for which the job was asked to stop.
     pub(super) fn stopped(&self) -> Option<StopCause> {
         self.stopped.get().copied()
     }
 
-    /// Its client, for messages: the first digits of what names it.
+    /// Short name of the client for messages: the first hexadecimal digits of its listener.
     pub(super) fn client(&self) -> String {
         self.key.0[..4].iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
-    /// Cancels the strike if its client gave it up or vanished; whether it did.
+    /// Cancels the job if its client dropped the request or died; returns whether it did.
     pub(super) fn cancel_if_abandoned(&self) -> bool {
         let abandoned = match &*self.request() {
             Some(request) => !request.is_connected(),
@@ -151,7 +154,7 @@ impl Job {
         abandoned
     }
 
-    /// Lends memory for the answer.
+    /// Loans memory for the result.
     pub(super) fn loan(&self, blocks: usize) -> Result<LoanedBuffer, Error> {
         match &*self.request() {
             Some(request) => loan(request, blocks),
@@ -159,26 +162,25 @@ impl Job {
         }
     }
 
-    /// Sends the answer. The request stays open until the client has read the answer or gone: so it is seen what is unread.
+    /// Sends the result. The connection stays open until the client has read the result or is gone, which shows whether it is unread.
     pub(super) fn send(&self, answer: WrittenResult) -> Result<(), Error> {
         match &*self.request() {
-            // Asked right before sending: channels are recycled, and a late answer would lie in the way of another.
-            Some(request) if request.is_connected() => answer.send().map_err(|error| failed("send", error)),
+            Some(request) if is_awaited(request) => answer.send().map_err(|error| failed("send", error)),
             _ => Err(closed()),
         }
     }
 
-    /// Whether the client still waits, or has not read the answer yet.
+    /// Whether the client still waits, or has not read the result yet.
     pub(super) fn is_open(&self) -> bool {
         self.request().as_ref().is_some_and(|request| request.is_connected())
     }
 
-    /// Closes the request without an answer. The verdict must be kept before.
+    /// Closes the request without a result. The error must be stored in the mailbox before.
     pub(super) fn close(&self) {
         self.request().take();
     }
 }
 
 fn closed() -> Error {
-    Error::new(ErrorKind::Cancelled, "client", "nobody waits for the answer any more")
+    Error::new(ErrorKind::Cancelled, "client", "the client no longer waits for the result")
 }

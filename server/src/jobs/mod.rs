@@ -1,5 +1,5 @@
-//! Strikes on their way: a bounded queue by urgency, a few that compute, and the bookkeeping between the thread that waits and
-//! the threads that compute.
+//! Requests in progress: a bounded queue by urgency, a few that compute, and the bookkeeping between the event-loop thread and the
+//! worker threads.
 
 mod forecast;
 mod job;
@@ -26,33 +26,33 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use worker_pool::WorkerSlot;
 
-/// What a strike is expected to take of whose object nothing is known yet.
+/// Default cost estimate for an object without samples.
 const COST_UNKNOWN: Duration = Duration::from_millis(10);
 
-/// A client may be ahead of its share by so many of its strikes: enough for first come first served among clients that send at
-/// random what they may, too few for one that sends a wall of them.
+/// Number of requests by which a client may be ahead of its share: enough for first come first served among clients that send at
+/// random within their share, too few for a client that sends a large burst.
 const AHEAD: f64 = 4.0;
 
-/// Strikes of a client that does not read its answers wait no longer than this: it may wait for one of them before it reads.
+/// Longest wait of requests whose client does not read its results: the client may wait for one of these before it reads.
 const UNREAD_PATIENCE: Duration = Duration::from_secs(1);
 
-/// Strikes that wait and strikes that compute. Owned by the waiting thread.
+/// Waiting and computing requests. Owned by the event-loop thread.
 pub struct Jobs {
     waiting: Queue<Arc<Job>>,
     running: Vec<Running>,
-    /// Answered, and not read yet.
+    /// Sent results that are not read yet.
     unread: Vec<Arc<Job>>,
     forecast: Forecast,
-    /// Buckets that one client may hold.
+    /// Number of buckets that one client may hold.
     held_max: usize,
-    /// Nothing more is taken in.
+    /// Whether new requests are refused.
     closed: bool,
-    /// Of those that were refused when their turn came.
+    /// Ends of requests that were refused at dispatch.
     ends: Vec<JobEnd>,
     crew: Arc<WorkerPool>,
 }
 
-/// A strike that computes.
+/// Computing request.
 struct Running {
     flight: Arc<Job>,
     place: QueueKey,
@@ -61,25 +61,26 @@ struct Running {
 }
 
 impl Jobs {
-    /// No strike yet. At most one computes in each lane of the crew, at most `queue_max` wait, and no client holds more than
-    /// `held_max` buckets.
+    /// Creates an empty job table.
+    ///
+    /// At most one request computes per worker slot, at most `queue_max` wait, and no client holds more than `held_max` buckets.
     pub fn new(queue_max: usize, held_max: usize, crew: Arc<WorkerPool>) -> Self {
         let (waiting, forecast) = (Queue::new(queue_max, crew.lanes(), AHEAD), Forecast::default());
         let (running, unread) = (Vec::new(), Vec::new());
         Self { waiting, running, unread, forecast, held_max, closed: false, ends: Vec::new(), crew }
     }
 
-    /// Strikes that compute.
+    /// Number of computing requests.
     pub fn running(&self) -> usize {
         self.running.len()
     }
 
-    /// Strikes that wait.
+    /// Number of waiting requests.
     pub fn queued(&self) -> usize {
         self.waiting.len()
     }
 
-    /// How far a strike is; `None` if it neither waits nor computes.
+    /// Progress of a request; `None` if it neither waits nor computes.
     pub fn progress(&self, strike: RequestKey) -> Option<ProgressRow> {
         let row = |state: u32, flight: &Job| {
             let age_ns = u64::try_from(flight.arrived().elapsed().as_nanos()).unwrap_or(u64::MAX);
@@ -90,22 +91,22 @@ impl Jobs {
         computing.map(|running| row(2, &running.flight)).or_else(|| waiting().map(|flight| row(1, flight)))
     }
 
-    /// Answers that their clients have not read yet.
+    /// Number of results that their clients have not read yet.
     pub fn unread_answers(&self) -> usize {
         self.unread.len()
     }
 
-    /// Takes nothing more in.
+    /// Refuses new requests from now on.
     pub fn close(&mut self) {
         self.closed = true;
     }
 
-    /// Whether nothing more is taken in.
+    /// Whether new requests are refused.
     pub fn closed(&self) -> bool {
         self.closed
     }
 
-    /// Takes a strike in, or refuses it at once; the end of one that was refused. `wire` is the one copy of its payload: the sender
+    /// Accepts a request or refuses it at once; returns its end if it was refused. `wire` is the only copy of the payload: the client
     /// can still write to the original.
     pub fn admit(&mut self, active: ActiveImpactRequest, wire: &RequestWire, catalog: &Catalog) -> Option<JobEnd> {
         let mut flight = Job::new(active, wire.listener, wire.sequence);
@@ -135,7 +136,7 @@ impl Jobs {
         refused
     }
 
-    /// Refuses everything once it is closed.
+    /// Refuses every request once the table is closed.
     fn open(&self) -> Result<(), Error> {
         if self.closed { Err(StopCause::Ending.refusal()) } else { Ok(()) }
     }
@@ -145,11 +146,11 @@ impl Jobs {
         if held < self.held_max as u64 {
             return Ok(());
         }
-        let message = format!("this client holds {held} answers, of {} that one may hold: drop some", self.held_max);
+        let message = format!("this client holds {held} results, and a client may hold {}; drop some", self.held_max);
         Err(Error::new(ErrorKind::Busy, "share", message))
     }
 
-    /// Refuses what is expected to be late anyway.
+    /// Refuses a request that is expected to miss its deadline.
     fn in_time(&mut self, deadline: Option<Instant>, work: &WorkKind, arrived: Instant) -> Result<(), Error> {
         let (Some(deadline), Some(cost)) = (deadline, self.forecast.of(work)) else { return Ok(()) };
         let wait = self.wait(Some(deadline));
@@ -162,17 +163,17 @@ impl Jobs {
         }
         let ms = |time: Duration| time.as_secs_f64() * 1e3;
         let message = format!(
-            "{:.1} ms are left, but {:.1} ms of waiting and {:.1} ms of computing are expected",
+            "{:.1} ms are left, but {:.1} ms of waiting and {:.1} ms of computing are expected; allow more time",
             ms(left),
             ms(wait),
             ms(cost)
         );
         let refusal = Error::new(ErrorKind::Late, "deadline", message);
-        // Where nothing is in the way, coming back later changes nothing.
+        // If the request would not have to wait, a retry changes nothing.
         Err(if wait > Duration::ZERO { refusal.after(wait) } else { refusal })
     }
 
-    /// How long a new strike with this deadline is expected to wait.
+    /// Expected waiting time of a new request with this deadline.
     fn wait(&self, deadline: Option<Instant>) -> Duration {
         if self.running.len() < self.crew.lanes() {
             return Duration::ZERO;
@@ -182,13 +183,13 @@ impl Jobs {
         ahead / self.crew.lanes().max(1) as u32
     }
 
-    /// The refusal of one of this client for which there is no room.
+    /// Error for a request of this client that the queue does not accept.
     fn full(&self, client: &ClientId) -> Error {
         let (all, own) = (self.waiting.len(), self.waiting.held(client));
         let (at, message) = match self.waiting.is_full() {
-            true => ("queue", format!("the queue is full: {all} waiting")),
+            true => ("queue", format!("the queue is full with {all} requests; retry later")),
             false => {
-                ("share", format!("of {all} that wait {own} are this client's: the rest of the queue is for others"))
+                ("share", format!("of {all} requests, {own} are this client's; the rest of the queue is for others"))
             }
         };
         Error::new(ErrorKind::Busy, at, message).after(self.wait(None))
@@ -200,7 +201,7 @@ impl Jobs {
         JobEnd::of(refusal)
     }
 
-    /// Lets waiting strikes compute while there is room. Those of a client that does not read its answers wait until it does.
+    /// Starts waiting requests while worker slots are free. Requests of a client that does not read its results wait until it does.
     fn dispatch(&mut self) {
         while self.running.len() < self.crew.lanes() {
             let buckets = self.buckets();
@@ -208,9 +209,13 @@ impl Jobs {
             let Some((place, flight)) = self.waiting.pop(may) else { return };
             let cost = self.forecast.of(flight.work()).unwrap_or(place.cost);
             if place.deadline.is_some_and(|deadline| Instant::now() + cost > deadline) {
-                // It would be late: whoever is next may be in time.
+                // It would miss its deadline; the next one may still meet its own.
                 self.waiting.completed(Instant::now(), &place, Duration::ZERO);
-                let late = Error::new(ErrorKind::Late, "deadline", "its turn came too late for the deadline");
+                let late = Error::new(
+                    ErrorKind::Late,
+                    "deadline",
+                    "the request's turn came too late for its deadline; allow more time",
+                );
                 let end = self.refuse(&flight, &late);
                 self.ends.push(end);
                 continue;
@@ -221,7 +226,7 @@ impl Jobs {
         }
     }
 
-    /// Buckets by client, as far as the daemon sees: of what computes, and of answers that are unread.
+    /// Buckets by client that the daemon knows of: those of computing requests and of unread results.
     fn buckets(&self) -> HashMap<ClientId, usize> {
         let (running, unread) = (self.running.iter().map(|running| &running.flight), self.unread.iter());
         let mut buckets: HashMap<ClientId, usize> = HashMap::new();
@@ -229,7 +234,7 @@ impl Jobs {
         buckets
     }
 
-    /// Where the next one computes: on all threads if it is alone, else in a lane that is free.
+    /// Worker slot of the next request: all threads if it is the only one, else a free slot.
     fn lane(&self) -> WorkerSlot {
         if self.running.is_empty() && self.waiting.len() == 0 {
             return WorkerSlot::All;
@@ -238,7 +243,7 @@ impl Jobs {
         (0..self.crew.lanes()).find(free).map_or(WorkerSlot::All, WorkerSlot::One)
     }
 
-    /// A strike has ended.
+    /// Records the end of a job.
     pub fn completed(&mut self, flight: &Arc<Job>, end: JobEnd) {
         let Some(index) = self.running.iter().position(|running| Arc::ptr_eq(&running.flight, flight)) else { return };
         let Running { place, begun, .. } = self.running.swap_remove(index);
@@ -253,7 +258,7 @@ impl Jobs {
         self.dispatch();
     }
 
-    /// Forgets answers that were read, and cancels what nobody waits for any more; returns how many of the waiting were dropped.
+    /// Drops results that were read, and cancels requests that their clients dropped; returns the number of waiting ones dropped.
     pub fn prune(&mut self) -> usize {
         let unread = self.unread.len();
         self.unread.retain(|flight| flight.is_open());
@@ -267,8 +272,10 @@ impl Jobs {
         dropped
     }
 
-    /// Ends what is late: refuses what waits, and asks what computes to stop at its next checkpoint; refuses what has waited too long
-    /// for its client to read. The ends of those that were refused, here or because their turn came too late.
+    /// Ends late requests: refuses waiting ones, and asks computing ones to stop at their next checkpoint.
+    ///
+    /// Also refuses requests that waited too long for their client to read. Returns the ends of all refused requests, including those
+    /// refused at dispatch.
     pub fn expire(&mut self) -> Vec<JobEnd> {
         let now = Instant::now();
         let late = |place: &QueueKey| place.deadline.is_some_and(|deadline| deadline <= now);
@@ -288,20 +295,20 @@ impl Jobs {
         std::mem::take(&mut self.ends)
     }
 
-    /// The refusal of what would need a bucket more than its client may hold.
+    /// Error for a request that would exceed the number of buckets of its client.
     fn unread(&self, flight: &Job) -> Error {
         let held = self.buckets().get(&flight.key().0).copied().unwrap_or(0);
-        let message = format!("{held} answers of this client are unread, as many as one may hold: read some");
+        let message = format!("{held} results of this client are unread, as many as a client may hold; read some");
         Error::new(ErrorKind::Busy, "share", message)
     }
 
-    /// The next deadline of a strike.
+    /// Next deadline of any request.
     pub fn next_deadline(&self) -> Option<Instant> {
         let running = self.running.iter().filter(|running| running.flight.stopped().is_none());
         running.filter_map(|running| running.place.deadline).chain(self.waiting.next_deadline()).min()
     }
 
-    /// Refuses everything that waits; what computes may finish. Returns how many were refused.
+    /// Refuses all waiting requests and lets computing ones finish; returns the number of refused ones.
     pub fn stop(&mut self) -> usize {
         let refusal = StopCause::Ending.refusal();
         let waiting = self.waiting.take(|_, _| true);
@@ -311,7 +318,7 @@ impl Jobs {
         waiting.len()
     }
 
-    /// Asks what computes to stop at its next checkpoint.
+    /// Asks all computing requests to stop at their next checkpoint.
     pub fn cancel(&self) {
         self.running.iter().for_each(|running| running.flight.stop(StopCause::Ending));
     }

@@ -1,27 +1,27 @@
-//! Why a strike took longer than its time budget.
+//! Cause of an exceeded time budget.
 
-use shatter_proto::result::{OverrunCause, StageWire};
+use shatter_proto::result::{OverrunCause, StageCost, StageKind};
 use std::time::Duration;
 
-/// Stages by their numbers: up to the degree, the cells, and what follows them.
-const CELLS: u32 = 4;
-const AFTER_CELLS: u32 = 6;
-
-/// The reason for exceeding a time budget by `over`, of a strike that waited so long, was solved for because of `solved`, and took
-/// so long in each stage: the queue where the budget would have been kept without it, else the part that took longest.
+/// Cause of exceeding a time budget by `over`: the queue if the request would have kept its budget without waiting (`waited`), else
+/// the slowest part. `solved` holds the reason if displacements were solved for; `stages` holds the time of each stage.
 pub(super) fn reason(
     over: Duration,
     waited: Duration,
     solved: Option<OverrunCause>,
-    stages: &[StageWire],
+    stages: &[StageCost],
 ) -> OverrunCause {
     if waited >= over {
         return OverrunCause::Queue;
     }
-    let sum = |part: std::ops::Range<u32>| -> u64 {
-        stages.iter().filter(|row| part.contains(&row.stage)).map(|row| row.ns).fold(0, u64::saturating_add)
+    let sum = |part: std::ops::Range<StageKind>| -> Duration {
+        let part = part.start.code()..part.end.code();
+        let times = stages.iter().filter(|cost| part.contains(&cost.stage.code())).map(|cost| cost.time);
+        times.fold(Duration::ZERO, Duration::saturating_add)
     };
-    let [front, cells, after] = [sum(0..CELLS), sum(CELLS..AFTER_CELLS), sum(AFTER_CELLS..u32::MAX)];
+    let front = sum(StageKind::Load..StageKind::Centroidal);
+    let cells = sum(StageKind::Centroidal..StageKind::Tessellation);
+    let after = sum(StageKind::Tessellation..StageKind::Unknown);
     if front >= cells.max(after) {
         solved.unwrap_or(OverrunCause::Degree)
     } else if cells >= after {
@@ -39,9 +39,15 @@ mod tests {
     fn the_reason_is_the_queue_or_what_took_longest() {
         let ms = Duration::from_millis;
         let stages = |front: u64, cells: u64, after: u64| {
-            [(1, front), (4, cells), (6, after)].map(|(stage, ns)| StageWire { stage, ran: 1, ns, bytes: 0 })
+            let times =
+                [(StageKind::Elasticity, front), (StageKind::Centroidal, cells), (StageKind::Tessellation, after)];
+            times.map(|(stage, ns)| {
+                let mut cost = StageCost::idle(stage);
+                cost.add(Duration::from_nanos(ns), 0);
+                cost
+            })
         };
-        let of = |waited, solved, stages: [StageWire; 3]| reason(ms(10), ms(waited), solved, &stages);
+        let of = |waited, solved, stages: [StageCost; 3]| reason(ms(10), ms(waited), solved, &stages);
         assert_eq!(of(10, None, stages(9, 1, 1)), OverrunCause::Queue);
         assert_eq!(of(9, Some(OverrunCause::NoReducedBasis), stages(9, 1, 1)), OverrunCause::NoReducedBasis);
         assert_eq!(of(9, Some(OverrunCause::ReducedError), stages(9, 10, 1)), OverrunCause::Cells);

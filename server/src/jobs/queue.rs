@@ -1,37 +1,40 @@
-//! What waits, by urgency: the earliest deadline first; among those without one, or with the same, first come first served, but for
-//! what a client sends beyond its share, which begins where its share would let it.
+//! Queue of waiting requests.
 //!
-//! Based on: C. L. Liu & J. W. Layland, *Scheduling algorithms for multiprogramming in a hard real-time environment* (1973), for
-//! deadlines; A. Demers, S. Keshav & S. Shenker, *Analysis and simulation of a fair queueing algorithm* (1989), for virtual time and
-//! shares; A. K. Choudhury & E. L. Hahne, *Dynamic queue length thresholds for shared-memory packet switches* (1998), for who may wait:
-//! a client has at most twice as much of the queue as is free, so there is room for whoever comes next, however greedy the others,
-//! and nobody is sent away who waits already. Ours: a client may be ahead of its share by a few strikes before others go first. Strict shares reorder the chance
-//! bursts of equal clients, too, and make the slowest answers a third slower than first come first served does.
+//! The earliest deadline goes first. Requests without a deadline, or with the same one, go first come first served, except that requests
+//! beyond a client's share start when its share allows.
+//!
+//! Deadlines: C. L. Liu & J. W. Layland, *Scheduling algorithms for multiprogramming in a hard real-time environment* (1973).
+//! Virtual time and shares: A. Demers, S. Keshav & S. Shenker, *Analysis and simulation of a fair queueing algorithm* (1989).
+//! Admission: A. K. Choudhury & E. L. Hahne, *Dynamic queue length thresholds for shared-memory packet switches* (1998): a client may
+//! occupy at most twice as many places as are free. So there is always space for the next client, and no waiting request is evicted.
+//!
+//! Different from these sources, a client may be ahead of its share by a few requests before others go first. With strict shares,
+//! random bursts of equal clients are reordered, too, and the slowest results take a third longer than first come first served.
 
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
-/// What names a client: its listener.
+/// Identifies a client: its listener.
 pub type ClientId = [u8; 16];
 
-/// Something that waits.
+/// Scheduling data of a waiting request.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QueueKey {
-    /// Whose it is.
+    /// Client that sent it.
     pub client: ClientId,
-    /// When it is of no use any more.
+    /// Time after which the result is of no use.
     pub deadline: Option<Instant>,
-    /// How long it is expected to compute.
+    /// Expected computing time.
     pub cost: Duration,
 }
 
-/// A bounded queue.
+/// Bounded queue.
 pub struct Queue<T> {
     waiting: Vec<QueuedJob<T>>,
     accounts: HashMap<ClientId, ClientAccount>,
-    /// Virtual time: computing time that every client with something to do has had since the queue was idle, s.
+    /// Virtual time, s: computing time that each active client has received since the queue was idle.
     now: f64,
-    /// When that was.
+    /// Wall-clock time at which `now` was computed.
     at: Instant,
     most: usize,
     servers: f64,
@@ -39,40 +42,40 @@ pub struct Queue<T> {
     count: u64,
 }
 
-/// Something that waits.
+/// Waiting request.
 struct QueuedJob<T> {
     place: QueueKey,
     /// Virtual time at which it may begin.
     start: f64,
-    /// In the order of arrival.
+    /// Sequence number by arrival.
     number: u64,
     item: T,
 }
 
-/// Where a client is. It is forgotten once nothing of it waits or computes and virtual time has caught up with it.
+/// Account of a client. It is dropped once none of the client's requests waits or computes and virtual time has passed `end`.
 #[derive(Clone, Copy, Default)]
 struct ClientAccount {
-    /// Virtual time at which its share would have all of its strikes done.
+    /// Virtual time at which all of the client's requests would be done within its share.
     end: f64,
-    /// Virtual time at which its last one may begin: the next one not before, whatever is expected of either.
+    /// Virtual time at which its last request may begin; the next one begins no earlier, whatever the costs of both.
     start: f64,
-    /// Of its own that wait or compute.
+    /// Number of its requests that wait or compute.
     open: usize,
 }
 
-/// Of the free places of the queue, a client may have so many times as many: alone it fills two thirds of the queue, eight of them
-/// have two seventeenths each.
+/// A client may occupy this many times the free places of the queue: a single client two thirds of the queue, eight clients two
+/// seventeenths each.
 const SHARE: usize = 2;
 
 impl<T> Queue<T> {
-    /// Nothing waits; at most `most` will, for so many servers. A client may be ahead of its share by `ahead` of its strikes.
+    /// Creates a queue of at most `most` requests for `servers` workers. A client may be ahead of its share by `ahead` of its requests.
     pub fn new(most: usize, servers: usize, ahead: f64) -> Self {
         let (waiting, accounts, at) = (Vec::new(), HashMap::new(), Instant::now());
         Self { waiting, accounts, now: 0.0, at, most, servers: servers.max(1) as f64, ahead, count: 0 }
     }
 
-    /// Moves virtual time on to `at`: the servers are shared by all that have something to do, or have had more than they should.
-    /// Whoever is behind it is not remembered: it would begin there anyway.
+    /// Advances virtual time to `at`. The workers are shared by all clients that are active or ahead of their share. Accounts behind
+    /// virtual time are dropped: their clients would begin at the current virtual time anyway.
     fn advance(&mut self, at: Instant) {
         let active = self.accounts.len().max(1) as f64;
         self.now += at.saturating_duration_since(self.at).as_secs_f64() * self.servers / active;
@@ -80,39 +83,42 @@ impl<T> Queue<T> {
         self.accounts.retain(|_, account| account.open > 0 || account.end > self.now);
     }
 
-    /// How many wait.
+    /// Number of waiting requests.
     pub fn len(&self) -> usize {
         self.waiting.len()
     }
 
-    /// All that wait.
+    /// All waiting requests.
     pub fn items(&self) -> impl Iterator<Item = &T> {
         self.waiting.iter().map(|waiting| &waiting.item)
     }
 
-    /// The earliest deadline of all that wait.
+    /// Earliest deadline of the waiting requests.
     pub fn next_deadline(&self) -> Option<Instant> {
         self.waiting.iter().filter_map(|waiting| waiting.place.deadline).min()
     }
 
-    /// What is expected to compute before something new with this deadline does.
+    /// Expected computing time of the requests that go before a new one with this deadline.
     pub fn ahead(&self, deadline: Option<Instant>) -> Duration {
         let late = |deadline: Option<Instant>| (deadline.is_none(), deadline);
         let places = self.waiting.iter().map(|waiting| waiting.place);
         places.filter(|place| late(place.deadline) <= late(deadline)).map(|place| place.cost).sum()
     }
 
-    /// Whether nobody more may wait.
+    /// Whether the queue is full.
     pub fn is_full(&self) -> bool {
         self.waiting.len() >= self.most
     }
 
-    /// How many of this client wait.
+    /// Number of waiting requests of this client.
     pub fn held(&self, client: &ClientId) -> usize {
         self.waiting.iter().filter(|waiting| waiting.place.client == *client).count()
     }
 
-    /// Takes `item` in, at this moment; gives it back if the queue is full, or its client has its share of it.
+    /// Adds `item` at this moment; returns it if the queue is full or its client has used its share of the places.
+    ///
+    /// # Errors
+    /// `item`, if the queue is full or the client has its share of it.
     pub fn push(&mut self, at: Instant, place: QueueKey, item: T) -> Result<(), T> {
         self.advance(at);
         if self.held(&place.client) >= SHARE * self.most.saturating_sub(self.waiting.len()) {
@@ -130,7 +136,7 @@ impl<T> Queue<T> {
         Ok(())
     }
 
-    /// The most urgent one of the clients whose turn it may be.
+    /// Removes the most urgent request of the clients that `may` admits.
     pub fn pop(&mut self, may: impl Fn(&ClientId) -> bool) -> Option<(QueueKey, T)> {
         let before = |&a: &usize, &b: &usize| {
             let (a, b) = (&self.waiting[a], &self.waiting[b]);
@@ -143,7 +149,7 @@ impl<T> Queue<T> {
         Some((place, item))
     }
 
-    /// One that was popped has computed for `time`, and is done at this moment.
+    /// Records that a popped request has computed for `time` and is done at this moment.
     pub fn completed(&mut self, at: Instant, place: &QueueKey, time: Duration) {
         self.advance(at);
         if let Some(account) = self.accounts.get_mut(&place.client) {
@@ -152,7 +158,7 @@ impl<T> Queue<T> {
         self.close(&place.client);
     }
 
-    /// Takes out all that `which` says.
+    /// Removes all requests that `which` selects.
     pub fn take(&mut self, which: impl Fn(&QueueKey, &T) -> bool) -> Vec<T> {
         let mut taken = Vec::new();
         for index in (0..self.waiting.len()).rev() {
@@ -163,7 +169,7 @@ impl<T> Queue<T> {
         taken
     }
 
-    /// Removes one that never computed: its client is as far as if it had not come.
+    /// Removes a request that never computed; its client's account becomes what it would be without it.
     fn remove(&mut self, index: usize) -> T {
         let QueuedJob { place, item, .. } = self.waiting.swap_remove(index);
         if let Some(account) = self.accounts.get_mut(&place.client) {
@@ -175,7 +181,7 @@ impl<T> Queue<T> {
         item
     }
 
-    /// One fewer of `client` waits or computes. Once none does at all, everybody begins anew.
+    /// Records that one request of `client` fewer waits or computes. When none is left at all, all accounts start again.
     fn close(&mut self, client: &ClientId) {
         if let Some(account) = self.accounts.get_mut(client) {
             account.open -= 1;
@@ -197,7 +203,7 @@ mod tests {
         QueueKey { client: [client; 16], deadline, cost: 10 * MS }
     }
 
-    /// A queue of strict shares for one server, and a moment at which everything happens.
+    /// Queue of strict shares for one worker, and the time at which everything happens.
     fn strict<T>(most: usize) -> (Queue<T>, Instant) {
         let queue = Queue::new(most, 1, 0.0);
         let at = queue.at;
@@ -237,7 +243,7 @@ mod tests {
         (0..12).for_each(|n| _ = queue.push(now, place(1, None), n));
         (100..102).for_each(|n| _ = queue.push(now, place(2, None), n));
         assert_eq!(order(&mut queue), [0, 1, 2, 3, 4, 100, 101, 5, 6, 7, 8, 9, 10, 11]);
-        // Two thirds of what two clients send by turns are first come first served, whoever sends.
+        // First come first served holds as long as no client is more than four requests ahead, whatever the order of senders.
         let mut queue = Queue::new(99, 1, 4.0);
         let senders = [1, 1, 2, 1, 2, 2, 1, 1];
         for (n, client) in senders.into_iter().enumerate() {
@@ -288,7 +294,7 @@ mod tests {
         assert_eq!(next.iter().filter(|n| **n >= 100).count(), 3, "{next:?}");
     }
 
-    /// Each client sends the next one when the one before has landed; two compute at once, and take what they take.
+    /// Each client sends its next request when the previous one is done; two compute at once, for random times.
     #[test]
     fn clients_that_wait_for_their_answers_are_served_alike() {
         let mut queue = Queue::new(99, 2, 4.0);
@@ -313,7 +319,7 @@ mod tests {
         assert!(f64::from(*least) > 0.95 * f64::from(*most), "{served:?}");
     }
 
-    /// Numbers that look drawn (Marsaglia's xorshift, 2003).
+    /// Pseudo-random numbers (Marsaglia's xorshift, 2003).
     fn draws() -> impl FnMut() -> u64 {
         let mut state = 88_172_645_463_325_252u64;
         move || {
@@ -324,7 +330,7 @@ mod tests {
         }
     }
 
-    /// Sends as many as are taken in.
+    /// Sends as many requests as the queue accepts.
     fn fill(queue: &mut Queue<u32>, at: Instant, client: u8) -> usize {
         while queue.push(at, place(client, None), 0).is_ok() {}
         queue.held(&[client; 16])
@@ -333,12 +339,12 @@ mod tests {
     #[test]
     fn there_is_room_for_who_comes_next_and_nobody_is_sent_away() {
         let (mut queue, now) = strict(99);
-        assert_eq!((fill(&mut queue, now, 1), queue.len()), (66, 66), "alone it has two thirds");
-        assert_eq!((fill(&mut queue, now, 2), queue.len()), (22, 88), "and then two thirds of the rest");
+        assert_eq!((fill(&mut queue, now, 1), queue.len()), (66, 66), "a single client has two thirds");
+        assert_eq!((fill(&mut queue, now, 2), queue.len()), (22, 88), "the second has two thirds of the rest");
         for client in 3..=5 {
             assert!(fill(&mut queue, now, client) > 0, "{client}: {} wait", queue.len());
         }
-        assert_eq!(fill(&mut queue, now, 1), 66, "nobody is sent away");
+        assert_eq!(fill(&mut queue, now, 1), 66, "no waiting request is evicted");
     }
 
     #[test]
@@ -397,7 +403,7 @@ mod tests {
     #[test]
     fn no_client_is_remembered_for_ever() {
         let (mut queue, mut now) = strict(9);
-        // One never leaves; two hundred come and go.
+        // One client stays; two hundred come and go.
         queue.push(now, place(255, None), 255).unwrap();
         for client in 0..200 {
             queue.push(now, place(client, None), client).unwrap();

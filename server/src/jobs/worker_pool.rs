@@ -1,10 +1,10 @@
-//! The threads that compute, and what they share.
+//! Worker threads and their shared state.
 
 use super::job::{JobPayload, StopCause, WrittenResult};
 use super::{Job, overrun_cause};
 use crate::error_mailbox::{ErrorMailbox, RequestKey};
 use crate::hot_reloader::ReloadEvent;
-use crate::ipc::{ClientWaker, LoanedBuffer, PopulatedPages};
+use crate::ipc::{ClientWaker, LoanedBuffer};
 use crate::metrics::JobEnd;
 use crate::panics;
 use crate::retained::{EvictedResults, RetainedResults, RetainedTarget};
@@ -15,8 +15,10 @@ use shatter_fracture::pipeline::Workspace;
 use shatter_proto::error::ErrorWire;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Request, RetainedFragment};
-use shatter_proto::result::{Block, EffectWire, StageWire};
+use shatter_proto::result::{Block, EffectCost, EnergySource, StageCost};
 use shatter_proto::{Error, ErrorKind, Fault};
+use shatter_transport::workarounds::populated_pages::PopulatedPages;
+use shatter_transport::workarounds::response_pool::LOANS_PER_REQUEST;
 use std::collections::HashSet;
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -24,47 +26,48 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::mpsc::UnboundedSender;
 
-/// The part of its time that a strike is to take; the rest is for what holds a machine up that others use, too.
+/// Fraction of the time budget that a request aims at; the rest covers delays by other users of the machine.
 const AIMED_AT: f64 = 0.85;
 
-/// Pauses before memory for an answer is asked for again: in the first the dead are buried, in the others the living may read what
-/// they were sent. A failed loan is never taken off its request's count, so there are as many as `Ports` allows less one.
-const CROWDED: [Duration; 3] = [Duration::from_millis(4), Duration::from_millis(8), Duration::from_millis(16)];
+/// Pauses between attempts to loan memory for a result: during the first, the daemon reclaims the memory of dead clients; during the
+/// others, clients may read their results. Failed loans count, so there is one pause fewer than the loans of a request.
+const CROWDED: [Duration; LOANS_PER_REQUEST - 1] =
+    [Duration::from_millis(4), Duration::from_millis(8), Duration::from_millis(16)];
 
-/// What the computing threads tell the waiting one.
+/// Event from a worker thread to the event loop.
 pub enum WorkerEvent {
-    /// A strike has ended.
+    /// A request ended.
     Landed {
-        /// Which.
+        /// The job.
         flight: Arc<Job>,
-        /// How.
+        /// End of the request.
         end: JobEnd,
-        /// Where its answer's energy came from.
-        energy: Option<&'static str>,
-        /// What each stage did.
-        stages: Box<[StageWire]>,
-        /// What each effect did.
-        effects: Box<[EffectWire]>,
+        /// Source of the result's energy.
+        energy: Option<EnergySource>,
+        /// Times of the stages.
+        stages: Box<[StageCost]>,
+        /// Times of the effects.
+        effects: Box<[EffectCost]>,
     },
-    /// What goes on in the folder of databases.
+    /// An event from the hot reloader.
     News(ReloadEvent),
-    /// Clients hold all memory for answers, among them perhaps dead ones.
+    /// Clients hold all memory for results; some of them may be dead.
     Crowded,
 }
 
-/// Where a strike computes.
+/// Threads on which a request computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WorkerSlot {
-    /// On all threads: nothing else computes.
+    /// All threads: no other request computes.
     All,
-    /// On the one thread of this lane.
+    /// The single thread of this slot.
     One(usize),
 }
 
-/// The threads that compute, and what they share.
+/// Worker threads and their shared state.
 ///
-/// Strikes never share a pool: a thread that waits for a part of its strike would take up another whole strike meanwhile, and the
-/// first would be as late as that one.
+/// Requests never share a thread pool: a thread that waits for a part of its request would steal a whole other request, and delay
+/// the first one by the time of that one.
 pub struct WorkerPool {
     all: ThreadPool,
     lanes: Vec<ThreadPool>,
@@ -76,26 +79,34 @@ pub struct WorkerPool {
     events: UnboundedSender<WorkerEvent>,
 }
 
-/// Computing threads, so much nicer than others: they give way to the thread that waits, and to hosts.
+/// Creates a pool of worker threads, which run at a raised niceness to give way to the event loop and to hosts.
+///
+/// # Errors
+/// `failed` if a thread cannot be started.
 pub fn threads(count: usize, nice: i32) -> Result<ThreadPool, Error> {
     let builder = ThreadPoolBuilder::new().num_threads(count).thread_name(|index| format!("compute-{index}"));
     let give_way = move |_| {
-        // On Linux it is the thread's own.
+        // On Linux the niceness is per thread.
         if let Err(error) = rustix::process::nice(nice) {
-            tracing::debug!(%error, "the priority of a computing thread stays");
+            tracing::debug!(%error, "cannot lower the priority of a worker thread");
         }
     };
     let built = builder.start_handler(give_way).build();
     built.map_err(|error| Error::new(ErrorKind::Failed, "threads", error.to_string()))
 }
 
-/// Threads of which each is its own.
+/// Creates single-threaded pools.
+///
+/// # Errors
+/// Those of [`threads`].
 pub fn lanes(count: usize, nice: i32) -> Result<Vec<ThreadPool>, Error> {
     (0..count).map(|_| threads(1, nice)).collect()
 }
 
 impl WorkerPool {
-    /// A crew that reports to `events`, and keeps `answers`. `populated` knows what was rehearsed.
+    /// Creates a worker pool that reports to `events` and retains results in `answers`.
+    ///
+    /// `populated` knows the buckets that the rehearsal wrote.
     pub fn new(
         all: ThreadPool,
         lanes: Vec<ThreadPool>,
@@ -108,7 +119,7 @@ impl WorkerPool {
         Self { all, lanes, workspaces, verdicts, answers, populated, waker, events }
     }
 
-    /// Strikes that may compute at once.
+    /// Number of requests that may compute at once.
     pub fn lanes(&self) -> usize {
         self.lanes.len()
     }
@@ -118,12 +129,12 @@ impl WorkerPool {
         self.all.current_num_threads()
     }
 
-    /// Buckets that were held at once at most, and bytes of shared memory that they take up.
+    /// Maximum number of buckets held at once, and their shared memory in bytes.
     pub fn pool_extent(&self) -> (u64, u64) {
         self.populated.extent()
     }
 
-    /// Runs `work` in a lane, which reports by itself.
+    /// Runs `work` in a slot and sends the event that it returns.
     fn spawn(self: &Arc<Self>, lane: WorkerSlot, work: impl FnOnce(&WorkerPool) -> WorkerEvent + Send + 'static) {
         let crew = self.clone();
         let pool = match lane {
@@ -132,18 +143,18 @@ impl WorkerPool {
         };
         pool.spawn(move || {
             let event = work(&crew);
-            // A waiting thread that is gone has ended the daemon: nobody to tell.
+            // If the receiver is gone, the daemon has ended.
             let _ = crew.events.send(event);
         });
     }
 
-    /// Computes a strike in a lane. A panic in it fails this strike alone.
+    /// Computes a request in a slot. A panic fails only this request.
     pub(super) fn run(self: &Arc<Self>, flight: Arc<Job>, lane: WorkerSlot) {
         self.spawn(lane, move |crew| {
             let profiler = StageProfiler::showing(flight.stage().clone());
             let result = catch_unwind(AssertUnwindSafe(|| crew.answer(&flight, &profiler)));
             let result = result.unwrap_or_else(|panic| {
-                let message = format!("the strike failed inside the service: {}", panics::text(panic.as_ref()));
+                let message = format!("the request failed inside the service: {}", panics::text(panic.as_ref()));
                 Err(Error::new(ErrorKind::Failed, "strike", message))
             });
             let result = result.map_err(|refusal| match flight.stopped() {
@@ -154,22 +165,22 @@ impl WorkerPool {
                 Ok(()) => JobEnd::Answered,
                 Err(refusal) => {
                     if refusal.kind.fault() == Fault::Caller {
-                        tracing::debug!(kind = refusal.kind.name(), at = refusal.at, "not answered: {refusal}");
+                        tracing::debug!(kind = refusal.kind.name(), at = refusal.at, "request failed: {refusal}");
                     } else {
-                        tracing::warn!(kind = refusal.kind.name(), at = refusal.at, "not answered: {refusal}");
+                        tracing::warn!(kind = refusal.kind.name(), at = refusal.at, "request failed: {refusal}");
                     }
                     crew.refuse(&flight, refusal);
                     JobEnd::of(refusal)
                 }
             };
             let (energy, stages, effects) =
-                (profiler.energy(), Box::new(profiler.rows()), Box::new(profiler.effects()));
+                (profiler.energy(), Box::new(profiler.stages()), Box::new(profiler.effects()));
             WorkerEvent::Landed { flight, end, energy, stages, effects }
         });
     }
 
-    /// Keeps the verdict, closes the request, wakes the client: in this order, so that a client that finds its request
-    /// closed finds the verdict too.
+    /// Stores the error, closes the request, wakes the client: in this order, so that a client that finds its request closed also
+    /// finds the error.
     pub fn refuse(&self, flight: &Job, refusal: &Error) {
         let verdict = ErrorWire::from(refusal);
         self.verdicts.lock().unwrap_or_else(PoisonError::into_inner).keep(flight.key(), verdict);
@@ -177,7 +188,7 @@ impl WorkerPool {
         self.waker.wake(flight.key().0);
     }
 
-    /// Tells the verdict on a strike, if it is known.
+    /// Error of a closed request, if it is known.
     pub fn verdict(&self, strike: RequestKey) -> Option<ErrorWire> {
         self.verdicts.lock().unwrap_or_else(PoisonError::into_inner).tell(strike)
     }
@@ -186,48 +197,51 @@ impl WorkerPool {
         self.answers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What is struck when a fragment of an answer of the object `name` is.
+    /// Target of a request that strikes a fragment of a retained result of the object `name`.
     pub(super) fn target(&self, name: &str, origin: RetainedFragment) -> Result<RetainedTarget, Error> {
         self.answers().target(name, origin, Instant::now())
     }
 
-    /// Gives back an answer that is kept.
+    /// Releases a retained result.
+    ///
+    /// # Errors
+    /// `unknown_handle`.
     pub fn release(&self, handle: u64) -> Result<(), Error> {
         let gone = self.answers().release(handle)?;
         self.drop_evicted(gone);
         Ok(())
     }
 
-    /// Gives back the answers whose time is over.
+    /// Evicts the retained results whose time is over.
     pub fn expire_kept(&self) {
         let gone = self.answers().expire(Instant::now());
         self.drop_evicted(gone);
     }
 
-    /// How many answers are kept, and the bytes that they hold.
+    /// Number of retained results, and their memory in bytes.
     pub fn kept(&self) -> (u64, u64) {
         self.answers().extent()
     }
 
-    /// Lets a computing thread give the memory back.
+    /// Frees the memory on a worker thread.
     fn drop_evicted(&self, gone: EvictedResults) {
         if !gone.is_empty() {
             self.all.spawn(move || drop(gone));
         }
     }
 
-    /// Keeps an answer whose strike asks for it; its handle, or zero.
+    /// Retains a result if its request asks for it; returns its handle, or zero.
     fn keep(&self, strike: &Request, object: Arc<dyn ServedObject>, outcome: &dyn EngineResult) -> u64 {
         if !strike.keep || !self.answers().keeps() {
             return 0;
         }
         let Some(kept) = outcome.keep() else { return 0 };
-        // What makes room is given back here, without the lock.
+        // The evicted results are dropped here, without the lock.
         let (handle, _gone) = self.answers().keep(&strike.object, object, kept, Instant::now());
         handle
     }
 
-    /// The clients that listen.
+    /// Clients that listen.
     pub fn listeners(&self) -> HashSet<[u8; 16]> {
         self.waker.listeners()
     }
@@ -237,8 +251,7 @@ impl WorkerPool {
         self.waker.wake(listener);
     }
 
-    /// Computes and sends the answer. The object is let go of here, with the strike: a version that was replaced is given
-    /// back by the thread that struck it last.
+    /// Computes and sends the result. Drops the object at the end: the worker thread that uses a replaced version last frees it.
     fn answer(&self, flight: &Job, profiler: &StageProfiler) -> Result<(), Error> {
         let JobPayload { strike, object, kept } = flight.unload()?;
         let _span =
@@ -269,21 +282,21 @@ impl WorkerPool {
         let handle = self.keep(&strike, object, outcome.as_ref());
         let timing = Timing { handle, arrived: flight.arrived(), begun, time_ms_max: strike.time_ms_max };
         let written = write(lent, &layout, outcome.as_ref(), &timing, profiler);
-        // Whoever is woken may take this very core.
+        // The woken client may preempt this thread, so the time is taken before.
         let took = begun.elapsed();
         let sent = written.and_then(|written| flight.send(written));
         if handle != 0 && sent.is_err() {
-            // Nobody knows of it; whether younger ones took its place already does not matter.
+            // No client knows the handle. The result may have been evicted already.
             let _ = self.release(handle);
         }
         sent?;
-        // Before the outcome is given back, which takes as long again.
+        // Before the outcome is dropped, which takes as long again.
         self.waker.wake(flight.key().0);
-        outcome.took(took, &profiler.rows());
+        outcome.took(took, &profiler.stages());
         Ok(())
     }
 
-    /// Lends memory for an answer; what was computed is not thrown away because somebody died a moment ago.
+    /// Loans memory for a result. Retries, so that a computed result is not lost because a client died a moment ago.
     fn loan(&self, flight: &Job, blocks: usize) -> Result<LoanedBuffer, Error> {
         for pause in CROWDED {
             match flight.loan(blocks) {
@@ -298,17 +311,17 @@ impl WorkerPool {
     }
 }
 
-/// Seconds until `due`, less than 0 after it.
+/// Seconds until `due`; negative after it.
 fn remaining_s(due: Instant) -> f64 {
     let now = Instant::now();
     due.saturating_duration_since(now).as_secs_f64() - now.saturating_duration_since(due).as_secs_f64()
 }
 
-/// Lays the answer out, within the caller's caps.
+/// Computes the layout of the result and checks it against the caller's caps.
 fn fit(strike: &Request, outcome: &dyn EngineResult) -> Result<Layout, Error> {
     let counts = outcome.counts();
     if let Some(cap) = strike.fragments_max.filter(|cap| counts.fragments > *cap as usize) {
-        let message = format!("{} fragments, the request takes {cap}", counts.fragments);
+        let message = format!("{} fragments, but the request allows {cap}; raise fragments_max", counts.fragments);
         return Err(Error::new(ErrorKind::CapExceeded, "fragments_max", message));
     }
     let layout = Layout::new(&counts).ok_or_else(|| {
@@ -317,25 +330,25 @@ fn fit(strike: &Request, outcome: &dyn EngineResult) -> Result<Layout, Error> {
     match strike.bytes_max.filter(|cap| layout.used_bytes() > *cap) {
         None => Ok(layout),
         Some(cap) => {
-            let message = format!("{} bytes, the request takes {cap}", layout.used_bytes());
+            let message = format!("{} bytes, but the request allows {cap}; raise bytes_max", layout.used_bytes());
             Err(Error::new(ErrorKind::CapExceeded, "bytes_max", message))
         }
     }
 }
 
-/// What an answer says that its outcome does not know.
+/// Data of a result that the engine does not know.
 struct Timing {
-    /// Names the answer to later strikes.
+    /// Handle of the retained result; 0: not retained.
     handle: u64,
-    /// When its strike arrived.
+    /// Arrival of the request.
     arrived: Instant,
-    /// When it began to compute.
+    /// Start of the computation.
     begun: Instant,
-    /// The time that was asked for.
+    /// Requested time budget, ms.
     time_ms_max: Option<f64>,
 }
 
-/// Writes the answer where the client will read it.
+/// Writes the result into the loaned buffer that the client will read.
 fn write(
     mut lent: LoanedBuffer,
     layout: &Layout,
@@ -344,10 +357,10 @@ fn write(
     profiler: &StageProfiler,
 ) -> Result<WrittenResult, Error> {
     let raw: *mut [MaybeUninit<Block>] = lent.payload_mut();
-    // SAFETY: the slice is borrowed from `lent`, which is not touched while `payload` lives. Its bytes are initialised:
-    // they lie in shared memory, whose pages the kernel zeroes and earlier answers wrote; any bytes are a `Block`.
+    // SAFETY: the slice is borrowed from `lent`, which is not touched while `payload` lives. Its bytes are initialized: they are in
+    // shared memory, whose pages the kernel zeroes and earlier results wrote; any bytes are a valid `Block`.
     let payload: &mut [Block] = unsafe { &mut *(raw as *mut [Block]) };
-    let unfit = || Error::new(ErrorKind::Failed, "layout", "the lent memory is shorter than the layout");
+    let unfit = || Error::new(ErrorKind::Failed, "layout", "the loaned memory is shorter than the layout");
     let mut sections = layout.split(payload).ok_or_else(unfit)?;
     profiler.write(outcome, &mut sections, layout.base_bytes())?;
     let took = timing.arrived.elapsed();
@@ -355,10 +368,10 @@ fn write(
     sections.summary.time_ns = u64::try_from(took.as_nanos()).unwrap_or(u64::MAX);
     if let Some(over) = timing.time_ms_max.and_then(|ms| took.checked_sub(Duration::from_secs_f64(1e-3 * ms))) {
         let waited = timing.begun.saturating_duration_since(timing.arrived);
-        let reason = overrun_cause::reason(over, waited, outcome.solved(), &profiler.rows());
+        let reason = overrun_cause::reason(over, waited, outcome.solved(), &profiler.stages());
         sections.summary.overrun = reason as u32;
         sections.summary.overrun_ns = u64::try_from(over.as_nanos()).unwrap_or(u64::MAX).max(1);
     }
-    // SAFETY: every byte is initialised, see above.
+    // SAFETY: every byte is initialized, see above.
     Ok(unsafe { lent.assume_init() })
 }

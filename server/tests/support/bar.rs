@@ -1,11 +1,11 @@
-//! A real object, small enough to be baked in every test.
+//! A real object, small enough to bake it in every test.
 
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, save};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
 
-/// The bytes of the database of a bar of 0.4 × 0.2 × 0.2 m.
+/// Bakes a bar of 0.4 × 0.2 × 0.2 m; returns the bytes of its database.
 pub fn bar(crack_spacing: f64) -> Vec<u8> {
     let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let glass = materials.get("glass").unwrap().clone();

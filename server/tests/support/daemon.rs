@@ -12,12 +12,12 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use tokio::sync::Notify;
 
-/// Says which part a child of the test's own binary plays.
+/// Environment variable with the role of a child of the test's own binary.
 const ROLE: &str = "SHATTER_TEST_ROLE";
 const CONFIG: &str = "SHATTER_TEST_CONFIG";
 const DATABASES: &str = "SHATTER_TEST_DATABASES";
 
-/// Toys may compute for a minute; tests do not wait for them.
+/// Time that a daemon gives its requests when it ends, s: toys may compute for a minute, which tests do not wait for.
 const DRAIN_S: f64 = 0.5;
 
 fn config(text: &str, databases: &Path) -> Config {
@@ -37,12 +37,12 @@ pub struct InProcess {
 }
 
 impl InProcess {
-    /// Starts one with the toy engine and `settings` over the default configuration; waits until it serves.
+    /// Starts a daemon with the toy engine and `settings` over the default configuration; waits until it serves.
     pub fn start(here: TestPlace, settings: &str) -> Self {
         Self::start_with(here, settings, loader())
     }
 
-    /// The same with another engine.
+    /// Starts a daemon with another engine.
     pub fn start_with(here: TestPlace, settings: &str, loader: Loader) -> Self {
         let mut daemon = Self { here, settings: settings.to_owned(), loader, stop: Arc::default(), thread: None };
         if !daemon.begin() {
@@ -52,7 +52,7 @@ impl InProcess {
         daemon
     }
 
-    /// Why one cannot be started so.
+    /// Error of a daemon that cannot be started with these settings.
     pub fn refused(here: TestPlace, settings: &str) -> Error {
         let settings = settings.to_owned();
         let mut daemon = Self { here, settings, loader: loader(), stop: Arc::default(), thread: None };
@@ -60,12 +60,12 @@ impl InProcess {
         daemon.end().unwrap_err()
     }
 
-    /// Starts it again at the same place, once it has ended.
+    /// Starts the daemon again at the same place, once it has ended.
     pub fn again(&mut self) {
         assert!(self.thread.is_none() && self.begin());
     }
 
-    /// Starts the thread; whether it came to serve.
+    /// Starts the thread; returns whether the daemon came to serve.
     fn begin(&mut self) -> bool {
         let (ready, wait) = std::sync::mpsc::channel();
         let options = ServeOptions {
@@ -83,12 +83,12 @@ impl InProcess {
         wait.recv().is_ok()
     }
 
-    /// A fresh connection.
+    /// Opens a new connection.
     pub fn connect(&self) -> Client {
         Client::connect_at(&self.here.place, Deadline::ms(30_000)).unwrap()
     }
 
-    /// Ends it as SIGTERM does.
+    /// Ends the daemon as SIGTERM does.
     pub fn end(&mut self) -> Result<(), Error> {
         self.stop.notify_one();
         self.thread.take().map_or(Ok(()), |thread| thread.join().unwrap())
@@ -101,11 +101,11 @@ impl Drop for InProcess {
     }
 }
 
-/// A child process; killed if the test forgets it. What it prints is kept readable: nobody likes a closed pipe.
+/// A child process, killed on drop. Its stdout stays open for reading, so that writes to it succeed.
 pub struct Child(std::process::Child, Option<BufReader<ChildStdout>>);
 
 impl Child {
-    /// Starts `command` and waits until it says "ready".
+    /// Starts `command` and waits until it prints "ready".
     pub fn start(command: &mut Command) -> Self {
         let child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let mut child = Self(child, None);
@@ -116,7 +116,7 @@ impl Child {
         child
     }
 
-    /// The same, but nobody reads what it says on stderr.
+    /// Starts `command` without a reader of its stderr.
     pub fn deaf(command: &mut Command) -> Self {
         let mut child = Self(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap(), None);
         drop(child.0.stderr.take());
@@ -131,25 +131,25 @@ impl Child {
         Self(command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap(), None)
     }
 
-    /// Sends it a signal.
+    /// Sends a signal to the process.
     pub fn signal(&self, signal: rustix::process::Signal) {
         let pid = rustix::process::Pid::from_child(&self.0);
         rustix::process::kill_process(pid, signal).unwrap();
     }
 
-    /// Kills it at once.
+    /// Kills the process at once.
     pub fn kill(mut self) {
         self.0.kill().unwrap();
         self.0.wait().unwrap();
     }
 
-    /// Ends it as a supervisor does.
+    /// Ends the process as a supervisor does.
     pub fn terminate(mut self) -> ExitStatus {
         self.signal(rustix::process::Signal::TERM);
         self.0.wait().unwrap()
     }
 
-    /// Waits until it ends by itself, well.
+    /// Waits until the process ends by itself, with success.
     pub fn finish(mut self) {
         let status = self.0.wait().unwrap();
         assert!(status.success(), "it ended with {status}");
@@ -167,7 +167,7 @@ impl Drop for Child {
     }
 }
 
-/// The real daemon, to be started.
+/// Command of the real daemon.
 pub fn shatterd(here: &TestPlace) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_shatterd"));
     here.aim(&mut command);
@@ -183,14 +183,14 @@ pub fn shatter(here: &TestPlace, arguments: &[&str]) -> (i32, String) {
     (child.wait().unwrap().code().unwrap(), out)
 }
 
-/// The real command line, to be started.
+/// Command of the real command line.
 pub fn shatter_program(here: &TestPlace) -> Command {
     let mut command = Command::new(program());
     here.aim(&mut command);
     command
 }
 
-/// `shatter` lies beside `shatterd`; where only this package was built, or was built later, it has to be built too.
+/// Path of `shatter` beside `shatterd`. Builds it if only this package was built, or was built later.
 fn program() -> PathBuf {
     let daemon = Path::new(env!("CARGO_BIN_EXE_shatterd"));
     let beside = daemon.with_file_name("shatter");
@@ -203,7 +203,7 @@ fn program() -> PathBuf {
     beside
 }
 
-/// This test binary as another process that plays `role`.
+/// Command that runs this test binary as another process in `role`.
 pub fn role(here: &TestPlace, role: &str, settings: &str) -> Command {
     let mut command = Command::new(std::env::current_exe().unwrap());
     here.aim(&mut command);
@@ -227,14 +227,14 @@ pub fn under(wrapper: &[&str], line: &str, command: Command) -> Command {
     wrapped
 }
 
-/// What `play_a_role` of each test binary calls: nothing, unless this process was started by [`role`].
+/// Runs the role of this process, if [`role`] started it; else does nothing. Called by `play_a_role` of each test binary.
 pub fn play(clients: impl FnOnce(&str)) {
     match std::env::var(ROLE).as_deref() {
         Err(_) => {}
         Ok("daemon") => {
             let databases = PathBuf::from(std::env::var_os(DATABASES).unwrap());
             run(ServeOptions {
-                place: shatter_client::place(&std::env::var("SHATTER_SERVICE").unwrap()).unwrap(),
+                place: shatter_client::service_paths(&std::env::var("SHATTER_SERVICE").unwrap()).unwrap(),
                 config: config(&std::env::var(CONFIG).unwrap(), &databases),
                 loader: loader(),
                 only: None,

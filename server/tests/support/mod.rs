@@ -1,4 +1,4 @@
-//! Common parts of the daemon's tests: a place of their own, a toy engine, daemons in this process and in others.
+//! Common parts of the daemon's tests: test places, a toy engine, daemons in this process and in others.
 
 #![allow(dead_code, unused_imports, reason = "every test file uses another part")]
 
@@ -20,12 +20,12 @@ use shatter_client::Deadline;
 use std::fmt::Display;
 use std::time::Duration;
 
-/// Long enough for a loaded machine; a test that waits for it has failed.
+/// Timeout long enough for a loaded machine; a test that reaches it has failed.
 pub fn patience() -> Deadline {
     Deadline::ms(60_000)
 }
 
-/// Waits, not for ever, until it holds.
+/// Waits with a timeout until `holds`.
 #[track_caller]
 pub fn eventually<T: Display>(what: impl Fn() -> T, holds: impl Fn() -> bool) {
     let deadline = patience();
@@ -35,19 +35,19 @@ pub fn eventually<T: Display>(what: impl Fn() -> T, holds: impl Fn() -> bool) {
     }
 }
 
-/// Descriptors that the process `pid` has open.
+/// Number of descriptors that the process `pid` has open.
 pub fn descriptors(pid: u32) -> usize {
     std::fs::read_dir(format!("/proc/{pid}/fd")).unwrap().count()
 }
 
-/// The middle and the largest of times.
+/// Median and maximum of times, as text.
 pub fn quantiles(mut times: Vec<Duration>) -> String {
     times.sort();
     let ms = |time: Duration| time.as_secs_f64() * 1e3;
     format!("median {:.0} ms, most {:.0} ms", ms(times[times.len() / 2]), ms(times[times.len() - 1]))
 }
 
-/// Sleeps up to so many microseconds.
+/// Sleeps a random time up to `most_us`, μs.
 pub fn pause(random: &mut ChaCha8Rng, most_us: u64) {
     std::thread::sleep(Duration::from_micros(random.next_u64() % most_us));
 }

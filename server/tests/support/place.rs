@@ -1,4 +1,4 @@
-//! Every test has its own runtime folder, service name and shared memory, and leaves nothing.
+//! Test places: every test has its own runtime directory, service name and shared memory, and leaves nothing.
 
 use shatter_proto::name::ServiceName;
 use shatter_transport::instance::Instance;
@@ -9,16 +9,16 @@ use std::path::PathBuf;
 use std::process::Command;
 use tempfile::TempDir;
 
-/// A place that is removed with everything in it.
+/// A test place, removed with everything in it on drop.
 pub struct TestPlace {
     pub place: ServicePaths,
     root: TempDir,
 }
 
 impl TestPlace {
-    /// A fresh place for service `name`.
+    /// A new place for the service `name`.
     pub fn new(name: &str) -> Self {
-        // Short, so that sockets fit into their paths; in memory, because the transport syncs every file it creates.
+        // Short, so that sockets fit into their paths; in memory, because the transport syncs every file that it creates.
         let root = tempfile::Builder::new().prefix("sh").tempdir_in("/dev/shm").unwrap();
         let uid = rustix::process::geteuid().as_raw();
         let place = ServicePaths::new(&ServiceName::new(name).unwrap(), Some(root.path()), uid);
@@ -26,12 +26,13 @@ impl TestPlace {
         Self { place, root }
     }
 
-    /// Folder of databases, where the programs look by themselves.
+    /// Folder of databases that the programs use by default.
     pub fn databases(&self) -> PathBuf {
         self.root.path().join("data/shatter")
     }
 
-    /// Writes a database of the toy engine, or a damaged one for the real engine, as `shatterd bake` does: aside, renamed.
+    /// Writes a database of the toy engine, or a corrupt one for the real engine, as `shatterd bake` does: to a temporary file, then
+    /// renamed.
     pub fn database(&self, name: &str, bytes: impl AsRef<[u8]>) {
         let aside = self.databases().join(".shatter-test.part");
         std::fs::write(&aside, bytes).unwrap();
@@ -43,33 +44,33 @@ impl TestPlace {
         std::fs::remove_file(self.databases().join(name).with_extension("shatter")).unwrap();
     }
 
-    /// A file beside the databases.
+    /// Writes a file beside the databases.
     pub fn file(&self, name: &str, text: &str) -> PathBuf {
         let path = self.root.path().join(name);
         std::fs::write(&path, text).unwrap();
         path
     }
 
-    /// Points a program at this place.
+    /// Sets the environment of a program to this place.
     pub fn aim(&self, command: &mut Command) {
         command.env("XDG_RUNTIME_DIR", self.root.path()).env("XDG_DATA_HOME", self.root.path().join("data"));
         command.env("SHATTER_SERVICE", self.place.service.as_str());
         command.env_remove("NOTIFY_SOCKET").env_remove("WATCHDOG_USEC");
     }
 
-    /// Where the transport of the daemon is that serves now.
+    /// Transport instance of the daemon that serves now.
     pub fn instance(&self) -> Instance {
         Instance::serving(&self.place).unwrap()
     }
 
-    /// Folders of the transport of all daemons of this place.
+    /// Transport folders of all daemons of this place.
     pub fn transports(&self) -> Vec<PathBuf> {
         let entries = std::fs::read_dir("/dev/shm").unwrap().flatten();
         let ours = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().starts_with(&self.place.mark);
         entries.map(|entry| entry.path()).filter(ours).collect()
     }
 
-    /// What the transport knows of nodes: files, and a folder of tags each.
+    /// Nodes that the transport knows: files, and a folder of tags each.
     pub fn nodes(&self) -> Vec<PathBuf> {
         let entries = |folder: PathBuf| std::fs::read_dir(folder.join("nodes")).into_iter().flatten();
         self.transports().into_iter().flat_map(entries).map(|entry| entry.unwrap().path()).collect()
@@ -81,7 +82,7 @@ impl TestPlace {
         entries.flatten().map(|entry| entry.path()).filter(|path| !path.is_dir()).collect()
     }
 
-    /// Addresses at which this process has answers of this place mapped.
+    /// Addresses at which this process has results of this place mapped.
     pub fn mapped(&self) -> Vec<std::ops::Range<usize>> {
         let maps = std::fs::read_to_string("/proc/self/maps").unwrap();
         let ours = maps.lines().filter(|line| line.contains(&self.place.mark) && line.ends_with(".data"));
@@ -102,12 +103,12 @@ impl Drop for TestPlace {
     }
 }
 
-/// Whether `part` lies within one of `ranges`.
+/// True if `part` is inside one of `ranges`.
 pub fn within(part: &std::ops::Range<usize>, ranges: &[std::ops::Range<usize>]) -> bool {
     ranges.iter().any(|range| range.start <= part.start && part.end <= range.end)
 }
 
-/// Replaces segments by what a process leaves that dies while it makes them: an empty one that nobody may read.
+/// Replaces segments by empty, unreadable ones, as a process leaves them that dies while it makes them.
 pub fn leave_unfinished(segments: &[PathBuf]) {
     for segment in segments {
         std::fs::remove_file(segment).unwrap();
@@ -115,7 +116,7 @@ pub fn leave_unfinished(segments: &[PathBuf]) {
     }
 }
 
-/// Leaves a tag in the folder of each node as its process does that dies while it writes one: nobody can tell what it says.
+/// Leaves an unreadable tag in the folder of each node, as a process leaves it that dies while it writes one.
 pub fn leave_tags(nodes: &[PathBuf]) {
     for node in nodes {
         let tag = node.join(format!("{}77.port_tag", node.file_name().unwrap().to_string_lossy()));

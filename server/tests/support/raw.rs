@@ -1,4 +1,4 @@
-//! A peer that speaks the transport and nothing else: it sends what no client library would.
+//! A peer that uses the transport directly, to send messages that no client library would send.
 
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::pending_response::PendingResponse;
@@ -18,13 +18,13 @@ use std::time::Duration;
 
 type Questions = Client<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>;
 
-/// A strike sent as it was.
+/// A request that was sent unchecked.
 pub type Sent = PendingResponse<Ipc, RequestWire, (), [Block], ResultHeader>;
 
-/// A question sent as it was.
+/// A question that was sent unchecked.
 pub type Asked = PendingResponse<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>;
 
-/// The peer.
+/// A peer on the level of the transport.
 pub struct RawPeer {
     strikes: Client<Ipc, RequestWire, (), [Block], ResultHeader>,
     questions: Questions,
@@ -51,21 +51,21 @@ impl RawPeer {
         }
     }
 
-    /// Sends it without asking what it is.
+    /// Sends a request unchecked.
     pub fn send(&self, wire: RequestWire) -> Sent {
         let sent = self.strikes.send_copy(wire).unwrap();
         self.ring();
         sent
     }
 
-    /// Asks without asking what.
+    /// Sends a question unchecked.
     pub fn ask(&self, wire: ControlRequestWire) -> Asked {
         let asked = self.questions.send_copy(wire).unwrap();
         self.ring();
         asked
     }
 
-    /// The kind of the refusal that a question got, or that it was not refused; `None`: there is no reply yet.
+    /// Reply to a question: success, or the kind of its error; `None` if there is no reply yet.
     pub fn reply(&self, asked: &Asked) -> Option<Result<(), ErrorKind>> {
         let reply = asked.receive().unwrap()?;
         Some(read::<ErrorWire>(reply.user_header(), reply.payload()).map(drop).map_err(|refusal| refusal.kind))
@@ -75,7 +75,7 @@ impl RawPeer {
         let _ = self.bell.notify();
     }
 
-    /// Waits for what becomes of it: the facts of the answer, or the verdict.
+    /// Waits for the outcome of a request: the summary of the result, or the error.
     pub fn outcome(&self, sent: &Sent) -> Result<SummaryWire, Option<ErrorKind>> {
         let wire = *sent.payload();
         match self.end(sent) {
@@ -84,7 +84,7 @@ impl RawPeer {
         }
     }
 
-    /// Waits until it is answered or closed.
+    /// Waits until the request has a result or is closed.
     pub fn end(&self, sent: &Sent) -> Option<SummaryWire> {
         let deadline = super::patience();
         loop {
@@ -101,7 +101,7 @@ impl RawPeer {
         }
     }
 
-    /// Why a strike was closed without an answer.
+    /// Reason why a request was closed without a result.
     fn verdict(&self, listener: [u8; 16], sequence: u64) -> Option<ErrorKind> {
         let asked = self.questions.send_copy(ControlRequest::Verdict(sequence).wire(listener)).unwrap();
         self.ring();

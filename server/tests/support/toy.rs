@@ -1,4 +1,4 @@
-//! An engine that knows no science: objects whose databases are one word that says how they behave.
+//! A toy engine without physics: databases are one word that names the behavior of the object.
 
 use bytemuck::Zeroable;
 use shatter_engine::object::{EngineResult, Loader, ServedObject};
@@ -14,22 +14,22 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// How an object behaves.
+/// Behavior of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Toy {
     /// Breaks into `sites` tetrahedra (one by default).
     Tetra,
-    /// Like a tetrahedron, but with this many KiB of vertices that no triangle uses.
+    /// Breaks like a tetrahedron, but with this many KiB of vertices that no triangle uses.
     Large(usize),
-    /// Like a tetrahedron, with this γ, and vertices that tell it; holds so many kilobytes.
+    /// Breaks like a tetrahedron, with this γ, and vertices that contain it; holds that many kilobytes.
     Tint(u32),
-    /// The same, but its strikes compute until the file beside it that ends in `.gate` is gone.
+    /// Behaves like `Tint`, but its requests compute until the file beside it that ends in `.gate` is gone.
     Gate(u32),
-    /// Computes until it is cancelled, or for a minute.
+    /// Computes until it is canceled, or for a minute.
     Slow,
-    /// Like a tetrahedron, after so many milliseconds of computing.
+    /// Breaks like a tetrahedron, after this many milliseconds of computing.
     Brief(u64),
-    /// The same, so many for each site.
+    /// Breaks like a tetrahedron, after this many milliseconds for each site.
     Sites(u64),
     /// Panics.
     Panic,
@@ -38,25 +38,25 @@ pub enum Toy {
 const CORNERS: [[f32; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const FACES: [u32; 12] = [1, 2, 3, 0, 3, 2, 0, 1, 3, 0, 2, 1];
 
-/// Parts of an answer whose addresses are noted.
+/// Number of parts of a result whose addresses are recorded.
 const PARTS: usize = 3;
 
 static WRITTEN: Mutex<Vec<(String, Range<usize>)>> = Mutex::new(Vec::new());
 
-/// Where positions, indices and merge pairs of an object's fragments were written in this process.
+/// Addresses of positions, indices and merge pairs of an object's fragments that were written in this process.
 pub fn addresses(object: &str) -> Vec<Range<usize>> {
     let written = WRITTEN.lock().unwrap();
     written.iter().filter(|(name, _)| name == object).map(|(_, range)| range.clone()).collect()
 }
 
-/// Names of the objects that end so, in the order in which their fragments were written in this process.
+/// Names of the objects with this ending, in the order in which their fragments were written in this process.
 pub fn order(ending: &str) -> Vec<String> {
     let written = WRITTEN.lock().unwrap();
     let names = written.iter().map(|(name, _)| name).filter(|name| name.ends_with(ending));
     names.step_by(PARTS).cloned().collect()
 }
 
-/// Loads toys; one takes until the file beside it that ends in `.loading` is gone.
+/// Loads toy objects; loading takes until the file beside the database that ends in `.loading` is gone.
 pub fn loader() -> Loader {
     Arc::new(|path, _| {
         let word = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
@@ -145,13 +145,13 @@ impl ServedObject for Named {
     }
 }
 
-/// Computes for so many milliseconds.
+/// Computes for `ms` milliseconds.
 fn last(token: &CancelToken, ms: u64) -> Result<(), Error> {
     let begun = Instant::now();
     wait(token, || begun.elapsed() < Duration::from_millis(ms))
 }
 
-/// Computes as long as it must, but no longer than a minute.
+/// Computes while `must` holds, but no longer than a minute.
 fn wait(token: &CancelToken, must: impl Fn() -> bool) -> Result<(), Error> {
     let begun = Instant::now();
     while must() && begun.elapsed() < Duration::from_secs(60) {

@@ -1,4 +1,4 @@
-//! Database files: bytes as they are, and a valid file with changes under checksums that fit.
+//! Fuzz target for database files: raw bytes, and a valid file with changes under matching checksums.
 
 use super::{choice, seed};
 use nalgebra::Vector3;
@@ -17,7 +17,7 @@ use std::sync::LazyLock;
 /// Bytes of one change: tensor, element and value.
 const CHANGE_BYTES: usize = 12;
 
-/// A small object's file and where its tensors are.
+/// File of a small object, and the positions of its tensors.
 static FILE: LazyLock<(Vec<u8>, Vec<Tensor>)> = LazyLock::new(|| {
     let material =
         Material { young_pa: 7e10, poisson: 0.22, density_kg_m3: 2500.0, strength_pa: 4.5e7, source: String::new() };
@@ -43,7 +43,7 @@ struct Tensor {
     width: usize,
 }
 
-/// Header and where the data begin.
+/// Header of a file, and the offset of its data.
 fn header(bytes: &[u8]) -> (Map<String, Value>, usize) {
     let length = u64::from_le_bytes(*bytes.first_chunk().expect("a length")) as usize;
     (serde_json::from_slice(&bytes[8..8 + length]).expect("a header"), 8 + length)
@@ -62,7 +62,7 @@ fn tensors(bytes: &[u8]) -> Vec<Tensor> {
         .collect()
 }
 
-/// The file with the changes, and checksums that fit them.
+/// The file with the changes, and matching checksums.
 fn changed(changes: &[u8]) -> Vec<u8> {
     let (file, tensors) = &*FILE;
     let mut bytes = file.clone();
@@ -127,7 +127,7 @@ pub(super) fn run(input: &[u8]) -> bool {
     }
 }
 
-/// Refused, or struck with fragments that are closed and have a mass.
+/// Checks that the object is refused, or struck with closed fragments that have a mass.
 fn struck(prepared: &PreparedObject) {
     let node = prepared.bodies[0].crack.nodes[0];
     let at = FractureRequest::at(prepared.frame.to_meters(&node), Vector3::new(0.3, -1.0, 0.2));

@@ -1,12 +1,12 @@
-//! Mesh files, read and mended.
+//! Fuzz target for mesh files, read and repaired.
 
 use super::{choice, seed};
 use shatter_fracture::surface::{InsideTest, LengthUnit, RawMesh, Surface, UpAxis, read, read_painted};
 
-/// By the input's first byte.
+/// File formats, by the input's first byte.
 const FORMATS: [&str; 5] = ["obj", "ply", "stl", "gltf", "glb"];
 
-/// Meshes of more triangles are read and not mended: the time goes into finding crossings, not into reading.
+/// Largest number of triangles of a mesh that is repaired: more would spend the time on crossings instead of reading.
 const MENDED_MAX: usize = 512;
 
 /// Corners and faces of a tetrahedron, outward.
@@ -67,7 +67,7 @@ fn binary_stl() -> Vec<u8> {
     [vec![b' '; 80], 4u32.to_le_bytes().to_vec(), FACES.iter().flat_map(facet).collect()].concat()
 }
 
-/// Positions, then indices of one byte.
+/// A buffer of positions, then indices of one byte.
 fn buffer() -> Vec<u8> {
     [bytemuck::cast_slice(&CORNERS), FACES.as_flattened()].concat()
 }

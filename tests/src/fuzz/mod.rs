@@ -1,7 +1,7 @@
-//! Fuzz targets: everything that reads bytes of others. An input may be refused, never answered with a panic or with half an object.
+//! Fuzz targets: every reader of foreign bytes. An input may be refused; it must cause neither a panic nor an incomplete object.
 //!
-//! `tests/tests/fuzz.rs` runs the seeds, the inputs that once failed and a few mutations of both with every test run;
-//! `tests/fuzz/run` mutates for minutes, guided by coverage.
+//! `tests/tests/fuzz.rs` runs the seeds, the inputs that once failed and a few mutations of both in every test run; `tests/fuzz/run`
+//! mutates for minutes, guided by coverage.
 
 mod database;
 mod mesh;
@@ -13,14 +13,14 @@ pub use mutate::mutated;
 
 use std::path::{Path, PathBuf};
 
-/// One reader of bytes of others.
+/// A reader of foreign bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
     /// Mesh files, up to the mended surface. The first byte chooses the format.
     Mesh,
     /// Database files, up to the fragments. The first byte chooses between bytes of a file and changes of a valid one.
     Database,
-    /// What travels in shared memory: requests, questions, replies and answers. The first byte chooses.
+    /// Messages in shared memory: requests, questions, replies and results. The first byte chooses.
     Request,
     /// The daemon's configuration and the materials. The first byte chooses.
     Toml,
@@ -32,7 +32,7 @@ impl Target {
     /// All targets.
     pub const ALL: [Self; 5] = [Self::Mesh, Self::Database, Self::Request, Self::Toml, Self::Scene];
 
-    /// Its name in folders and commands.
+    /// Name in folders and commands.
     pub fn name(self) -> &'static str {
         match self {
             Self::Mesh => "mesh",
@@ -54,10 +54,10 @@ impl Target {
         }
     }
 
-    /// Whether the input is read without an error.
+    /// Reads the input, and returns true if there was no error.
     ///
     /// # Panics
-    /// If the input is answered with something that breaks a promise: a defect.
+    /// If the result of the input violates an invariant: a defect.
     pub fn run(self, input: &[u8]) -> bool {
         match self {
             Self::Mesh => mesh::run(input),
@@ -80,7 +80,7 @@ impl Target {
         paths.into_iter().map(|path| std::fs::read(&path).map(|bytes| (path, bytes))).collect()
     }
 
-    /// Writes the seeds and the regressions into `folder`, the corpus that a long run starts from.
+    /// Writes the seeds and the regressions into `folder`, the corpus at the start of a long run.
     ///
     /// # Errors
     /// A folder or file that cannot be written.

@@ -1,8 +1,8 @@
-//! Mutations without coverage, for the runs that belong to every test run.
+//! Mutations without coverage, for every test run.
 
 use shatter_fracture::random::RandomStream;
 
-/// Words that hurt where they are believed: zeros, ones, signs, infinities, not-a-numbers, lengths, large counts.
+/// Words that do harm if they are trusted: zeros, ones, signs, infinities, not-a-numbers, lengths, large counts.
 const WORDS: [u64; 12] = [
     0,
     1,
@@ -18,7 +18,7 @@ const WORDS: [u64; 12] = [
     0x7fef_ffff_ffff_ffff,
 ];
 
-/// Pieces of text that formats give a meaning to.
+/// Pieces of text with a meaning in some format.
 const TEXTS: [&str; 16] = [
     "\n",
     "-",
@@ -38,7 +38,7 @@ const TEXTS: [&str; 16] = [
     "/",
 ];
 
-/// `input` with one to four changes, the same for the same number; parts of `other` may come in.
+/// `input` with one to four changes, which `number` determines; parts of `other` may be inserted.
 pub fn mutated(input: &[u8], other: &[u8], number: u64) -> Vec<u8> {
     let mut stream = RandomStream::new(22, number);
     let mut below = move |end: usize| if end == 0 { 0 } else { (stream.bits() % end as u64) as usize };

@@ -1,11 +1,11 @@
-//! What travels in shared memory.
+//! Fuzz target for messages in shared memory.
 
 use super::{choice, seed};
 use bytemuck::{AnyBitPattern, Zeroable, bytes_of};
 use shatter_proto::control::{self, ControlReplyHeader, ControlRequest, ControlRequestWire, ObjectRow, StatusRow};
 use shatter_proto::layout::{Layout, SectionCounts};
 use shatter_proto::request::{Contact, Request, RequestWire};
-use shatter_proto::result::{BLOCK_BYTES, Block, ResultHeader};
+use shatter_proto::result::{BLOCK_BYTES, Block, ResultHeader, StageCost, StageKind, Summary};
 use shatter_proto::view::CheckedLayout;
 use shatter_transport::daemon_info::DaemonInfo;
 
@@ -30,7 +30,7 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
     ]
 }
 
-/// Header and payload of an answer with one fragment of one triangle.
+/// Header and payload of a result with one fragment of one triangle.
 fn answer() -> Vec<u8> {
     let counts = SectionCounts { fragments: 1, runs: 1, vertices: 3, indices: 3, ..SectionCounts::default() };
     let layout = Layout::new(&counts).expect("small counts");
@@ -45,7 +45,7 @@ fn answer() -> Vec<u8> {
     [bytes_of(&layout.header(5)), bytemuck::cast_slice(&payload)].concat()
 }
 
-/// A `T` of the first bytes, and the rest as blocks; what is missing is 0.
+/// A `T` from the first bytes, and the rest as blocks; missing bytes are 0.
 fn parts<T: AnyBitPattern>(bytes: &[u8]) -> (T, Vec<Block>) {
     let mut head = bytes[..bytes.len().min(size_of::<T>())].to_vec();
     head.resize(size_of::<T>(), 0);
@@ -72,10 +72,12 @@ pub(super) fn run(input: &[u8]) -> bool {
         _ => {
             let (header, payload) = parts::<ResultHeader>(rest);
             CheckedLayout::new(&header, &payload).is_ok_and(|checked| {
-                let view = checked.view(&payload).expect("a checked answer has a view");
-                let names = [view.summary.degree_source(), view.summary.elastic(), view.summary.quality()];
+                let view = checked.view(&payload).expect("a checked result has a view");
+                let summary = Summary::from(view.summary);
+                let names = [summary.degree_origin.name(), summary.energy_source.name(), summary.stop_criterion.name()];
                 assert!(names.iter().all(|name| !name.is_empty()));
-                let _ = view.summary.object();
+                assert_eq!(view.stages.iter().map(StageCost::from).count(), StageKind::ALL.len());
+                view.effects.iter().for_each(|row| _ = row.cost());
                 true
             })
         }

@@ -1,4 +1,4 @@
-//! Configuration, materials and scenes.
+//! Fuzz target for configuration, materials and scenes.
 
 use super::{choice, seed};
 use shatter_engine::scene::Scene;
@@ -29,7 +29,7 @@ pub(super) fn toml(input: &[u8]) -> bool {
         return match Config::parse(text, "fuzz.toml") {
             Ok(config) => {
                 assert!(config.threads() > 0 && config.strikes_at_once() > 0 && config.held_max() > 0);
-                // Each must be computed without an overflow.
+                // None of these must overflow.
                 let _ = (config.tick(), config.drain(), config.kept(), config.watch());
                 true
             }
@@ -41,7 +41,7 @@ pub(super) fn toml(input: &[u8]) -> bool {
             for material in materials.names().map(|name| materials.get(name).expect("it is listed")) {
                 let numbers = [material.young_pa, material.density_kg_m3, material.strength_pa];
                 assert!(numbers.iter().all(|number| number.is_finite() && *number > 0.0), "{material:?}");
-                // Poisson's ratio is checked where a stiffness is made of it.
+                // Poisson's ratio is checked later, when a stiffness is computed from it.
             }
             true
         }

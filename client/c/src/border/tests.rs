@@ -5,7 +5,7 @@ use std::ptr;
 fn failed(failure: Failure) -> (Code, String) {
     let mut refusal = MaybeUninit::zeroed();
     let code = border(Some(&mut refusal), || Err(failure));
-    // SAFETY: written by `border`, whatever happens.
+    // SAFETY: `border` always writes it.
     let refusal = unsafe { refusal.assume_init() };
     assert_eq!(refusal.code, code);
     let shown = |text: &[c_char]| text.iter().map(|byte| *byte as u8 as char).take_while(|c| *c != '\0').collect();
@@ -16,7 +16,7 @@ fn failed(failure: Failure) -> (Code, String) {
 fn what_went_well_is_told_too() {
     let mut refusal = MaybeUninit::uninit();
     assert_eq!(border(Some(&mut refusal), || Ok(())), Code::Ok);
-    // SAFETY: written by `border`, whatever happens.
+    // SAFETY: `border` always writes it.
     assert_eq!(unsafe { refusal.assume_init() }, Refusal::none());
 }
 
@@ -32,7 +32,7 @@ fn failures_become_codes() {
 fn panics_stay_inside() {
     let mut refusal = MaybeUninit::uninit();
     assert_eq!(border(Some(&mut refusal), || panic!("fell over {}", 7)), Code::Panicked);
-    // SAFETY: written by `border`, whatever happens.
+    // SAFETY: `border` always writes it.
     let refusal = unsafe { refusal.assume_init() };
     assert_eq!(refusal.message, crate::refusal::text("fell over 7"));
     assert_eq!((refusal.fault, refusal.retry), (Fault::Service, false));
@@ -67,14 +67,14 @@ fn texts_have_a_length_or_a_zero_behind_them() {
 fn arrays_that_cannot_be_are_refused() {
     let numbers = [1.0f64, 2.0, 3.0];
     let aside = numbers.as_ptr().cast::<u8>().wrapping_add(1).cast::<f64>();
-    // SAFETY: what is read is `numbers`, and no more of it than there is.
+    // SAFETY: only elements of `numbers` are read.
     let read = |data, count| unsafe { elements::<f64>("contacts", data, count) };
     assert_eq!(read(numbers.as_ptr(), 2).unwrap(), [1.0, 2.0]);
     assert!(read(ptr::null(), 0).unwrap().is_empty());
     assert!(read(ptr::null(), 1).is_err() && read(aside, 1).is_err());
     assert!(read(numbers.as_ptr(), usize::MAX).is_err());
     let mut places = [0u64; 2];
-    // SAFETY: what is lent is `places`, and no more of it than there is.
+    // SAFETY: only elements of `places` are lent.
     unsafe {
         assert_eq!(room("facts", places.as_mut_ptr(), 2).unwrap().len(), 2);
         assert!(room("facts", ptr::null_mut::<u64>(), 0).unwrap().is_empty());
@@ -82,7 +82,7 @@ fn arrays_that_cannot_be_are_refused() {
     }
 }
 
-/// What the head of the header says of threads, checked by the compiler.
+/// The thread guarantees in the preamble of the header, checked by the compiler.
 #[test]
 fn connections_are_shared_tickets_and_answers_are_handed_over() {
     fn sent<T: Send>() {}

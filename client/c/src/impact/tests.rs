@@ -6,15 +6,15 @@ const CONTACTS: [Contact; 2] = [
     Contact { point_m: [0.4, 0.5, 0.6], impulse_ns: [0.0, 2.0, 0.0], duration_s: 0.001, radius_m: 0.02, ray: [0.0; 3] },
 ];
 
-/// What `ShatterImpact impact = {0};` gives, and some contacts.
+/// The value of `ShatterImpact impact = {0};` in C, with some contacts.
 fn zero(contact_count: usize) -> Impact {
-    // SAFETY: numbers and a pointer, for all of which zero is a value.
+    // SAFETY: all fields are numbers and a pointer, for which zero is a value.
     let impact: Impact = unsafe { std::mem::MaybeUninit::zeroed().assume_init() };
     Impact { contacts: CONTACTS.as_ptr(), contact_count, ..impact }
 }
 
 fn read(impact: Impact) -> Result<shatter_client::Impact, Failure> {
-    // SAFETY: no test claims more contacts than there are.
+    // SAFETY: no test passes a larger count than there are contacts.
     unsafe { impact.read() }
 }
 

@@ -1,4 +1,4 @@
-//! Why a command of a client ended early, and what it prints.
+//! Errors of the commands of a client, and their output.
 
 use super::stdout::{StdoutError, print};
 use super::{print_help, usage_message, usage_text};
@@ -8,13 +8,13 @@ use std::fmt::Arguments;
 use std::io::Write;
 use std::process::ExitCode;
 
-/// Why a command ended early.
+/// Reason why a command ended early.
 pub enum CliError {
-    /// The arguments do not go together.
+    /// Arguments that do not go together.
     Usage(String),
-    /// Client or service refused.
+    /// An error of the client or the service.
     Refused(Error),
-    /// The result is told, and why it is not whole.
+    /// The command printed an incomplete result; the error is the reason.
     Told(Error),
     /// The reader of stdout went away.
     Closed,
@@ -36,21 +36,27 @@ impl From<Error> for CliError {
 }
 
 /// Writes to stdout.
+///
+/// # Errors
+/// `output` if stdout cannot be written; [`CliError::Closed`] if its reader went away.
 pub fn out(text: Arguments<'_>) -> Result<(), CliError> {
     Ok(print(text)?)
 }
 
-/// Tells something beside the result, on stderr. A note that cannot be written is lost.
+/// Writes a note beside the result to stderr. A note that cannot be written is lost.
 pub fn note(text: Arguments<'_>) {
     let _ = writeln!(std::io::stderr(), "shatter: {}", shatter_proto::text::message(&text.to_string()));
 }
 
 /// Prints one JSON document.
+///
+/// # Errors
+/// Those of [`out`].
 pub fn document(value: &serde_json::Value) -> Result<(), CliError> {
     out(format_args!("{value:#}\n"))
 }
 
-/// Ends with a usage error, or with the help that was asked for.
+/// Ends with a usage error, or with the help that was requested.
 pub fn usage<C: CommandFactory>(error: &clap::Error, json: bool) -> ExitCode {
     if !error.use_stderr() {
         return print_help(error).map_or_else(|error| ended::<C>(&error.into(), false), |()| ExitCode::SUCCESS);
@@ -65,7 +71,7 @@ pub fn usage<C: CommandFactory>(error: &clap::Error, json: bool) -> ExitCode {
     ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
-/// Ends with why a command ended early.
+/// Ends with the error of a command that ended early.
 pub fn ended<C: CommandFactory>(failure: &CliError, json: bool) -> ExitCode {
     match failure {
         CliError::Closed => ExitCode::from(exit::CLOSED),
@@ -86,7 +92,7 @@ pub fn ended<C: CommandFactory>(failure: &CliError, json: bool) -> ExitCode {
     }
 }
 
-/// Prints the document of a failure. Where stdout cannot be written stderr says so; the exit code stays that of the failure.
+/// Prints an error as a document. If stdout cannot be written, stderr reports that; the exit code stays that of the first error.
 fn failed_document(document: &serde_json::Value) {
     if let Err(StdoutError::Failed(refusal)) = print(format_args!("{document:#}\n")) {
         complain(&refusal);
@@ -97,7 +103,7 @@ fn complain(refusal: &Error) {
     note(format_args!("{refusal}"));
 }
 
-/// A number of bytes for people.
+/// A number of bytes with a unit, for people.
 pub fn size(bytes: u64) -> String {
     match bytes {
         0..1_000 => format!("{bytes} B"),

@@ -1,4 +1,4 @@
-//! What `shatter` and `shatterd` share as programs: standard output, arguments and usage errors. No interface for hosts.
+//! Parts that the programs `shatter` and `shatterd` share: standard output, arguments and usage errors. Not an interface for hosts.
 
 pub mod cli_error;
 pub mod lab;
@@ -14,7 +14,7 @@ pub use usage::{arguments, usage_message, usage_text};
 use shatter_proto::name::{nearest, suggestion};
 use std::io::IsTerminal;
 
-/// Prints the help or version that was asked for.
+/// Prints the help or the version that was requested.
 ///
 /// # Errors
 /// [`StdoutError`].
@@ -23,7 +23,7 @@ pub fn print_help(help: &clap::Error) -> Result<(), StdoutError> {
     if std::io::stdout().is_terminal() { print(format_args!("{}", text.ansi())) } else { print(format_args!("{text}")) }
 }
 
-/// The one of `choices` that `name` names.
+/// Finds the one of `choices` with this name.
 ///
 /// # Errors
 /// The nearest names, and all of them.

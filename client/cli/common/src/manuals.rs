@@ -14,7 +14,7 @@ pub struct ManualsArgs {
 }
 
 impl ManualsArgs {
-    /// Writes a man page of the program `C` and of each of its commands, and its completions.
+    /// Writes a man page for the program `C` and for each of its commands, and its completions.
     ///
     /// # Errors
     /// `output` at the folder if it cannot be written.

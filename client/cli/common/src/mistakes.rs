@@ -1,14 +1,14 @@
-//! What was probably meant by a command or an option that does not exist.
+//! Suggestions for commands and options that do not exist.
 
 use shatter_proto::name::nearest;
 
-/// The commands of each program.
+/// Commands of each program.
 pub const COMMANDS: [(&str, &[&str]); 2] = [
     ("shatter", &["list", "status", "impact", "prefracture", "threshold", "load"]),
     ("shatterd", &["demo", "bake", "merge", "inspect", "check", "serve", "study"]),
 ];
 
-/// Other words for commands.
+/// Other words for commands, with the commands that they mean.
 const OTHER_COMMANDS: [(&str, &[&str]); 9] = [
     ("impact", &["strike", "hit", "break", "fracture", "smash", "shatter", "shoot"]),
     ("list", &["ls", "objects", "show"]),
@@ -21,10 +21,10 @@ const OTHER_COMMANDS: [(&str, &[&str]); 9] = [
     ("merge", &["join"]),
 ];
 
-/// Words for what a signal does.
+/// Words for ending a daemon, which a signal does.
 const ENDING: [&str; 5] = ["stop", "quit", "kill", "end", "shutdown"];
 
-/// Other words for options.
+/// Other words for options, with the options that they mean.
 const OTHER_OPTIONS: [(&str, &[&str]); 16] = [
     ("point", &["p", "pos", "position", "at", "contact"]),
     ("impulse", &["i", "force", "momentum", "strength"]),
@@ -44,19 +44,19 @@ const OTHER_OPTIONS: [(&str, &[&str]); 16] = [
     ("log", &["v", "verbose", "debug", "log-level"]),
 ];
 
-/// What may be given for an argument that is missing.
+/// Suggestions for missing arguments, by the names that the parser gives them.
 const MISSING: [(&str, &str); 8] = [
     ("--name <NAME>", "the object is listed and struck by its name, for example --name vase"),
     ("<OBJECT>", "`shatter list` shows the names of the objects"),
     ("<MESH>", "give a mesh file, or --shape SHAPE for a generated object, or --scene FILE"),
     ("<SCENE>", "a scene is a TOML file with a table [objects.NAME] for each object"),
     ("--ray <X,Y,Z,DX,DY,DZ>", "--impulse-ns goes with --ray; --point goes with --impulse"),
-    ("--point <X,Y,Z>", "give the place by --point X,Y,Z, or by --ray X,Y,Z,DX,DY,DZ"),
+    ("--point <X,Y,Z>", "give the contact point by --point X,Y,Z or by --ray X,Y,Z,DX,DY,DZ"),
     ("--impulse <X,Y,Z>", "--point goes with --impulse X,Y,Z; --ray goes with --impulse-ns J, or with --impulse X,Y,Z"),
     ("--direction <X,Y,Z>", "--point goes with --direction X,Y,Z; a --ray has a direction of its own"),
 ];
 
-/// What to do instead of the command `word` of `program`.
+/// Suggestion for the unknown command `word` of `program`.
 pub fn command(program: &str, word: &str) -> String {
     let word = word.trim_start_matches('-').to_lowercase();
     if ENDING.contains(&word.as_str()) {
@@ -82,7 +82,7 @@ fn own_first(program: &str) -> impl Iterator<Item = (&'static str, &'static [&'s
     own(true).chain(own(false))
 }
 
-/// The one of the options `known` that `flag` stands for.
+/// The one of the options `known` that `flag` means.
 pub fn option<'a>(flag: &str, known: &[&'a str]) -> Option<&'a str> {
     let flag = flag.to_lowercase().replace('_', "-");
     let meant = OTHER_OPTIONS.iter().filter(|(_, words)| words.contains(&flag.as_str())).map(|(option, _)| *option);
@@ -90,7 +90,7 @@ pub fn option<'a>(flag: &str, known: &[&'a str]) -> Option<&'a str> {
     exact.copied().or_else(|| nearest(&flag, known).first().copied())
 }
 
-/// What to do about missing arguments, as the parser names them.
+/// Suggestion for missing arguments, by the names that the parser gives them.
 pub fn missing(names: &[String]) -> Option<&'static str> {
     MISSING.iter().find(|(name, _)| names.iter().any(|own| own == name)).map(|(_, advice)| *advice)
 }

@@ -1,4 +1,4 @@
-//! Standard output: the one place where both programs write to it.
+//! Standard output: both programs write to it only here.
 
 use rustix::io::fcntl_getfd;
 use shatter_proto::{Error, ErrorKind};
@@ -7,32 +7,32 @@ use std::io::Write;
 use std::os::fd::BorrowedFd;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Why a result did not reach standard output.
+/// Reason why a result did not reach standard output.
 #[derive(Debug)]
 pub enum StdoutError {
     /// The reader closed the pipe: the program ends quietly with [`exit::CLOSED`](shatter_proto::exit::CLOSED).
     Closed,
-    /// It cannot be written.
+    /// Standard output cannot be written.
     Failed(Error),
 }
 
-/// Whether the process began without a standard output.
+/// True if the process began without a standard output; set before `main`.
 static IS_CLOSED: AtomicBool = AtomicBool::new(false);
 
-/// Looks before `main`: Rust's runtime opens `/dev/null` in the place of a standard output that is closed, and writes to it succeed.
+/// Tests standard output before `main`: Rust's runtime replaces a closed standard output by `/dev/null`, and writes to that succeed.
 extern "C" fn look() {
-    // SAFETY: descriptor 1 is borrowed for this one call, which asks whether it is open and changes nothing.
+    // SAFETY: descriptor 1 is borrowed for this one call, which tests whether it is open and changes nothing.
     let stdout = unsafe { BorrowedFd::borrow_raw(1) };
     IS_CLOSED.store(fcntl_getfd(stdout).is_err(), Ordering::Relaxed);
 }
 
-// SAFETY: the loader calls the functions of this section once, before `main`, and passes arguments that a function of the C
-// convention may ignore. This one makes one system call and stores a flag; it needs nothing of Rust's runtime.
+// SAFETY: the loader calls the functions of this section once, before `main`. It passes arguments, which a function of the C convention may
+// ignore. This one makes one system call and stores a flag; it uses nothing of Rust's runtime.
 #[used]
 #[unsafe(link_section = ".init_array")]
 static LOOK: extern "C" fn() = look;
 
-/// Whether the process began without a standard output (`>&-`).
+/// True if the process began without a standard output (`>&-`).
 pub fn is_closed() -> bool {
     IS_CLOSED.load(Ordering::Relaxed)
 }

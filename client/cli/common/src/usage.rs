@@ -1,4 +1,4 @@
-//! Arguments, and what is said of those that do not go together.
+//! Parsing of arguments, and the messages of usage errors.
 
 use super::lab::CALLED_AS;
 use super::mistakes;
@@ -6,15 +6,15 @@ use clap::error::{self, ContextKind, ContextValue};
 use clap::{Command, CommandFactory, FromArgMatches};
 use std::ffi::OsString;
 
-/// The arguments of this process, as `C` understands them.
+/// Parses the arguments of this process as `C`.
 ///
 /// # Errors
-/// A usage error that names the nearest option and says why a number is refused, or the help that was asked for.
+/// A usage error that names the nearest option or the reason why a number is refused; or the help that was requested.
 pub fn arguments<C: CommandFactory + FromArgMatches>() -> Result<C, clap::Error> {
     parsed(std::env::args_os().collect())
 }
 
-/// The command line of `C`, under the name of the program that handed its arguments over, where one did.
+/// The command line of `C`, under the name of the program that passed its arguments on, if there is one.
 fn command<C: CommandFactory>() -> Command {
     let command = C::command();
     match std::env::var(CALLED_AS).as_deref() {
@@ -26,13 +26,13 @@ fn command<C: CommandFactory>() -> Command {
 
 fn parsed<C: CommandFactory + FromArgMatches>(words: Vec<OsString>) -> Result<C, clap::Error> {
     let mut command = takes_negative_numbers(command::<C>());
-    // Built whole, so that messages can name every command as it is called.
+    // Build it completely, so that messages can name every command with its program.
     command.build();
     let matches = command.try_get_matches_from_mut(&words).map_err(|error| explained(error, &command, &words))?;
     C::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
 }
 
-/// A negative number after an option is its value: it is refused by what it is, not as an unknown option.
+/// Treats a negative number after an option as its value: it is refused for its value, not as an unknown option.
 fn takes_negative_numbers(command: Command) -> Command {
     let with_value = |arg: clap::Arg| {
         let plain = arg.is_positional() || !arg.get_action().takes_values() || arg.is_allow_hyphen_values_set();
@@ -41,7 +41,7 @@ fn takes_negative_numbers(command: Command) -> Command {
     command.mut_args(with_value).mut_subcommands(takes_negative_numbers)
 }
 
-/// `error`, with the reason that the parser does not give, or with what was probably meant.
+/// `error` with the reason that the parser omits, or with a suggestion.
 fn explained(mut error: clap::Error, command: &Command, words: &[OsString]) -> clap::Error {
     let tip = match error.kind() {
         error::ErrorKind::UnknownArgument => unknown(&mut error, command, words),
@@ -59,17 +59,17 @@ fn explained(mut error: clap::Error, command: &Command, words: &[OsString]) -> c
     error
 }
 
-/// What to do about an argument that the command does not have.
+/// Suggestion for an argument that the command does not have.
 fn unknown(error: &mut clap::Error, command: &Command, words: &[OsString]) -> Option<String> {
     let word = text(error, ContextKind::InvalidArg)?.to_owned();
     error.remove(ContextKind::Suggested);
     let own = used(command, words);
     if word.parse::<f64>().is_ok() {
-        return Some("vectors are one word: numbers with commas and without spaces, for example 0.1,0,-0.2".to_owned());
+        return Some("a vector is one word: numbers with commas and without spaces, for example 0.1,0,-0.2".to_owned());
     }
     if !word.starts_with('-') {
         return Some(match own.get_positionals().count() {
-            0 => format!("`{}` takes options alone, which begin with --", path(own)),
+            0 => format!("`{}` takes only options, which begin with --", path(own)),
             _ => format!("`{}` takes no further word; see the usage below", path(own)),
         });
     }
@@ -93,7 +93,7 @@ fn unknown(error: &mut clap::Error, command: &Command, words: &[OsString]) -> Op
     }
 }
 
-/// What to do about an option of a command that stands before the command.
+/// Suggestion for an option of a command that stands before the command.
 fn before_command(command: &Command, own: &Command, word: &str) -> Option<String> {
     let flag = word.split('=').next().unwrap_or_default();
     let has = |own: &Command| options(own).iter().any(|known| flag.strip_prefix("--") == Some(*known));
@@ -102,7 +102,7 @@ fn before_command(command: &Command, own: &Command, word: &str) -> Option<String
     is_found.then(|| format!("put `{flag}` after the command: `{called} {flag}`"))
 }
 
-/// What to do about a word that is no command.
+/// Suggestion for a word that is not a command.
 fn not_a_command(error: &mut clap::Error, command: &Command, words: &[OsString]) -> Option<String> {
     let word = text(error, ContextKind::InvalidSubcommand)?.to_owned();
     error.remove(ContextKind::SuggestedSubcommand);
@@ -120,7 +120,7 @@ fn not_a_command(error: &mut clap::Error, command: &Command, words: &[OsString])
     Some(format!("the commands of `{}` are {}", path(own), all.join(", ")))
 }
 
-/// A refused number, in words.
+/// Explains a number that is refused.
 fn in_words(error: clap::Error, command: &Command) -> clap::Error {
     let why = match source(&error) {
         why if negative(&error) && is_whole(&why) => "must be a whole number, 0 or more",
@@ -144,12 +144,12 @@ fn negative(error: &clap::Error) -> bool {
     text(error, ContextKind::InvalidValue).is_some_and(|value| value.starts_with('-') && value.parse::<f64>().is_ok())
 }
 
-/// Whether the value was to be a whole number without a sign.
+/// True if the parser expected a whole number without a sign.
 fn is_whole(why: &str) -> bool {
     why.contains("invalid digit") || why.contains("is not in 0..")
 }
 
-/// What the parser of the value said.
+/// Message of the parser of the value.
 fn source(error: &clap::Error) -> String {
     std::error::Error::source(error).map(ToString::to_string).unwrap_or_default()
 }
@@ -160,7 +160,7 @@ fn used<'a>(command: &'a Command, words: &[OsString]) -> &'a Command {
     called.fold(command, |own, word| own.find_subcommand(word).unwrap_or(own))
 }
 
-/// How a command is called.
+/// Name of a command, with its program.
 fn path(command: &Command) -> &str {
     command.get_bin_name().unwrap_or(command.get_name())
 }
@@ -170,7 +170,7 @@ fn options(own: &Command) -> Vec<&str> {
     own.get_arguments().filter(|arg| !arg.is_hide_set()).filter_map(clap::Arg::get_long).collect()
 }
 
-/// The whole text of a usage error of this process: what is wrong, and the usage and the help of the command that was used.
+/// Complete text of a usage error of this process: the error, then usage and help of the command in question.
 pub fn usage_text<C: CommandFactory>(error: &clap::Error) -> String {
     text_of(error, command::<C>(), &std::env::args_os().collect::<Vec<_>>())
 }
@@ -189,12 +189,12 @@ fn text_of(error: &clap::Error, mut command: Command, words: &[OsString]) -> Str
     format!("{}\n\n{usage}\n\nFor more information, try '{} --help'.\n", text[..end].trim_end(), path(own))
 }
 
-/// Where the message of an error ends; `None` for a text without usage.
+/// End of the message of an error; `None` for a text without usage.
 fn end(text: &str) -> Option<usize> {
     ["\nUsage:", "\nFor more information"].iter().filter_map(|end| text.find(end)).min()
 }
 
-/// What a usage error says in one line: without the usage that follows it.
+/// Message of a usage error in one line, without the usage that follows it.
 pub fn usage_message(error: &clap::Error) -> String {
     let text = error.to_string();
     let lines = text[..end(&text).unwrap_or(text.len())].lines().map(str::trim).filter(|line| !line.is_empty());
@@ -273,6 +273,6 @@ mod tests {
         check(&["--seed"], "a value is required");
         check(&["--position", "1,2,3"], "a similar argument exists: '--point'");
         check(&["--wrong"], "the options of `program impact` are --out, --seed, --clients, --radius-m, --point");
-        check(&["mug"], "`program impact` takes options alone");
+        check(&["mug"], "`program impact` takes only options");
     }
 }

@@ -1,4 +1,4 @@
-//! Where commands write fragments, and in which format.
+//! Output files of commands, and their formats.
 
 use super::{CliError, note};
 use shatter_cli_common::cli_error::size;
@@ -7,7 +7,7 @@ use shatter_export::WriteReport;
 use shatter_proto::name::nearest;
 use std::path::{Path, PathBuf};
 
-/// A format of files.
+/// Format of output files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum FileFormat {
     /// One binary glTF file.
@@ -18,47 +18,45 @@ pub enum FileFormat {
     Mjcf,
 }
 
-/// What `--out` and `--format` say.
+/// Output target: the options `--out` and `--format`.
 #[derive(Debug, PartialEq, Eq)]
 pub struct OutputTarget {
     format: FileFormat,
-    /// The file; of OBJ the folder.
+    /// The file; for OBJ the folder.
     path: PathBuf,
-    /// The folder that is made if it is not there.
+    /// Folder to create if it does not exist.
     folder: Option<PathBuf>,
 }
 
-/// What a command wrote.
+/// Files that a command wrote.
 #[derive(Debug, Default)]
 pub struct WrittenFiles {
-    /// The file that the command was asked for; of OBJ the folder. `None`: nothing was written.
+    /// The requested file, for OBJ the folder; `None` if nothing was written.
     pub target: Option<PathBuf>,
     /// Every file, the main one first.
     pub all: Vec<PathBuf>,
 }
 
 impl OutputTarget {
-    /// The ending of a file tells its format; what has neither `.glb` nor `.xml` is a folder, for `object.glb` unless `format` says
-    /// otherwise.
+    /// Derives the format from the ending of the file. A path that ends neither with `.glb` nor with `.xml` is a folder, for `object.glb`
+    /// unless `format` names another format.
     pub fn new(out: &Path, format: Option<FileFormat>, object: &str) -> Result<Self, CliError> {
         let ending = out.extension().map(|ending| ending.to_string_lossy().to_lowercase());
         let told = match ending.as_deref().filter(|_| !out.is_dir()) {
             Some("glb") => Some(FileFormat::Glb),
             Some("xml") => Some(FileFormat::Mjcf),
             Some("obj") => {
-                let message = "OBJ files are written into a folder: --out DIR --format obj";
+                let message = "OBJ files need a folder; use --out DIR --format obj";
                 return Err(CliError::Usage(message.to_owned()));
             }
             Some(other @ ("gltf" | "stl" | "ply" | "fbx" | "dae" | "usd" | "usda" | "usdc" | "usdz")) => {
-                let message = format!("no .{other} files are written: --out FILE.glb, FILE.xml or a folder");
+                let message = format!("cannot write .{other} files; use --out FILE.glb, FILE.xml or a folder");
                 return Err(CliError::Usage(message));
             }
             Some(other) if !out.is_dir() => {
                 if let Some(likely) = nearest(other, &["glb", "xml"]).first() {
-                    let message = format!(
-                        "no .{other} files are written; did you mean {}?",
-                        out.with_extension(likely).display()
-                    );
+                    let message =
+                        format!("cannot write .{other} files; did you mean {}?", out.with_extension(likely).display());
                     return Err(CliError::Usage(message));
                 }
                 None
@@ -66,14 +64,15 @@ impl OutputTarget {
             _ => None,
         };
         if told.is_none() && out.exists() && !out.is_dir() {
-            let message = format!("{} is no folder, and its name ends neither with .glb nor with .xml", out.display());
+            let message =
+                format!("{} is not a folder; give a folder, or a file that ends with .glb or .xml", out.display());
             return Err(CliError::Usage(message));
         }
         if let (Some(told), Some(format)) = (told, format)
             && told != format
         {
             let out = out.display();
-            return Err(CliError::Usage(format!("--format and the ending of {out} do not go together")));
+            return Err(CliError::Usage(format!("--format contradicts the ending of {out}; change one of them")));
         }
         let in_folder = |name: String| (out.join(name), Some(out.to_owned()));
         let format = told.or(format).unwrap_or(FileFormat::Glb);
@@ -88,8 +87,8 @@ impl OutputTarget {
         Ok(Self { format, path, folder })
     }
 
-    /// Strikes `object` with the effects that the format shows: bonds and hulls in a model for MuJoCo, skins in a `.glb` file, unless
-    /// they are in `disable`. A skin that `enable` does not name is left out where the object has none.
+    /// Strikes `object` with the effects that the format needs: bonds and hulls for a MuJoCo model, skins for a `.glb` file, except those
+    /// in `disable`. A skin that `enable` does not name is left out if the object has none.
     pub fn strike(
         &self,
         object: &Object,
@@ -110,17 +109,19 @@ impl OutputTarget {
                 if self.format == FileFormat::Glb && !enable.contains(&Effect::Skin) && is_about_skin(&refusal) =>
             {
                 let path = self.path.display();
-                note(format_args!("{path} will show the lattice, not the triangles of the mesh file: {refusal}"));
+                note(format_args!(
+                    "{path} will contain the surface of the lattice instead of the triangles of the mesh file: {refusal}"
+                ));
                 Ok(strike(impact)?)
             }
             result => Ok(result?),
         }
     }
 
-    /// Writes the fragments and names each file on stderr. Nothing for an object that stays whole.
+    /// Writes the fragments and names each file on stderr. Writes nothing for an object that stays whole.
     pub fn write(&self, broken: &FractureResult) -> Result<WrittenFiles, CliError> {
         if broken.is_whole() {
-            note(format_args!("nothing to write: {} stays whole", broken.summary().object()));
+            note(format_args!("nothing to write: {} stays whole", broken.summary().object));
             self.files_of_a_strike().iter().for_each(|path| tell_earlier(path));
             return Ok(WrittenFiles::default());
         }
@@ -138,7 +139,7 @@ impl OutputTarget {
         Ok(WrittenFiles { target: Some(self.path.clone()), all })
     }
 
-    /// Files that strikes with this target write, under names that do not depend on the fragments.
+    /// Files of this target whose names do not depend on the fragments.
     fn files_of_a_strike(&self) -> Vec<PathBuf> {
         match self.format {
             FileFormat::Glb => {
@@ -150,14 +151,14 @@ impl OutputTarget {
     }
 }
 
-/// Whether a strike was refused because of the skin: the object has none, or the result would be too long with it.
+/// True if the skin caused the error: the object has none, or the result would be too long with it.
 fn is_about_skin(refusal: &Error) -> bool {
     let (kind, at) = (refusal.kind, refusal.at.as_str());
     (kind, at) == (ErrorKind::Effect, Effect::Skin.name()) || (kind, at) == (ErrorKind::CapExceeded, "bytes_max")
 }
 
-/// What is seen of the fragments, or without skins the fragments themselves; beside it the closed meshes, where these are others, and the
-/// hulls, if there are any. Returns the files.
+/// Writes the visible surfaces of the fragments, or without skins the fragments themselves. Beside them it writes the closed meshes, if
+/// these are others, and the hulls, if there are any. Returns the files.
 fn glb(file: &Path, broken: &FractureResult) -> Result<Vec<PathBuf>, Error> {
     let (closed, hulls) = (file.with_extension("closed.glb"), file.with_extension("hulls.glb"));
     let mut files = Vec::new();
@@ -176,14 +177,14 @@ fn glb(file: &Path, broken: &FractureResult) -> Result<Vec<PathBuf>, Error> {
     Ok(files)
 }
 
-/// Names a file that is there and that this command did not write: it may be taken for its result.
+/// Names a file of an earlier command on stderr, which could be mistaken for a file of this one.
 fn tell_earlier(path: &Path) {
     if path.is_file() {
-        note(format_args!("{} was there before and is not of this strike; remove it", path.display()));
+        note(format_args!("{} is from an earlier command; remove it", path.display()));
     }
 }
 
-/// Names a file, or of OBJ a folder, that was written, and every file that belongs to it. Returns the files.
+/// Names a file that was written, or for OBJ a folder, and every file that belongs to it. Returns the files.
 fn wrote(path: &Path, what: &str, written: WriteReport) -> Vec<PathBuf> {
     let size = size(written.bytes as u64);
     note(format_args!("wrote {} ({} fragments{what}, {size})", path.display(), written.fragments));

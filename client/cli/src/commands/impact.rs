@@ -2,13 +2,13 @@
 
 use super::files::{FileFormat, OutputTarget, WrittenFiles};
 use super::parse::{NamedConvention, convention, degree, effect, elastic, lift, origin, quality, ray, vector};
-use super::{ANSWER, CliError, document, note, out, reply, with_options};
+use super::{ANSWER, CliError, document, note, note_one_piece, out, reply, wait, with_options};
 use serde_json::{Value, json};
 use shatter_client::{
-    Client, Contact, Deadline, DegreeRule, DisplacementSource, Effect, Error, ErrorKind, FractureResult, Fragment, Hit,
-    HullMesh, Impact, Lift, Quality, Ray, RetainedFragment, SEED_DEFAULT,
+    Bond, Contact, Deadline, DebrisPoint, DegreeOrigin, DegreeRule, DisplacementSource, Effect, EnergySource, Error,
+    ErrorKind, FractureResult, Fragment, Hit, HullMesh, Impact, Lift, NO_MATERIAL, Quality, Ray, RetainedFragment,
+    SEED_DEFAULT, Summary,
 };
-use shatter_proto::result::{BondWire, DebrisWire, EffectWire, HullWire, NO_MATERIAL, SummaryWire};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -16,102 +16,104 @@ use std::time::Duration;
 /// Arguments of `shatter impact`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Object to strike.
+    /// Object to strike
     object: String,
-    /// Contact point in the coordinates of the mesh file, m, or in those of --convention; repeat for several contacts.
+    /// Contact point in the coordinates of the mesh file, m, or in those of --convention; repeat for several contacts
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required_unless_present = "ray")]
     point: Vec<[f64; 3]>,
-    /// Instead of a point, for a single contact: the object is struck where the ray from X,Y,Z along DX,DY,DZ first meets it.
+    /// Ray instead of a point, for a single contact: the contact point is the first hit on the object from X,Y,Z along DX,DY,DZ
     #[arg(long, value_name = "X,Y,Z,DX,DY,DZ", value_parser = ray, allow_hyphen_values = true, conflicts_with = "point")]
     ray: Option<Ray>,
-    /// Impulse handed to the object, N·s; one per point, in the same order. In a --convention: kg times its unit of length per second.
+    /// Impulse on the object, N·s, one per point in the same order. With --convention: kg times its unit of length per second
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required_unless_present = "impulse_ns")]
     impulse: Vec<[f64; 3]>,
-    /// Instead of an impulse, with --ray: its size along the ray, N·s, or in a --convention kg times its unit of length per second.
+    /// Magnitude of the impulse along --ray, instead of --impulse, N·s. With --convention: kg times its unit of length per second
     #[arg(long, value_name = "J", requires = "ray", conflicts_with = "impulse", allow_negative_numbers = true)]
     impulse_ns: Option<f64>,
-    /// Contact duration, s.
+    /// Contact duration, s [default: the object's]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     duration_s: Option<f64>,
-    /// Contact radius, m.
+    /// Contact radius, m [default: the object's]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     radius_m: Option<f64>,
-    /// Where the number of sites comes from: a number, or a rule: `inferred` from the object's examples (the closed form where
-    /// they do not reach), `verified`, `closed_form`, `optimised`; without it the preset says.
+    /// Number of sites, or a rule for it: `inferred` from the object's examples (the closed form where they do not reach), `verified`,
+    /// `closed_form`, `optimised` [default: the preset's]
     #[arg(long, value_name = "N|inferred|verified|closed_form|optimised", value_parser = degree, allow_negative_numbers = true)]
     degree: Option<DegreeRule>,
-    /// γ, J·m², instead of the object's own.
+    /// Fracture threshold γ, J·m² [default: the object's]
     #[arg(long, value_name = "G", allow_negative_numbers = true)]
     gamma: Option<f64>,
-    /// Which lift: `euclidean`, `interior` (the default) or `surface_diffusion`.
+    /// Lift: `euclidean`, `interior` (the default) or `surface_diffusion`
     #[arg(long, value_name = "euclidean|interior|surface_diffusion", value_parser = lift)]
     lift: Option<Lift>,
-    /// Where displacements come from: `reduced`, from the object's examples where that is exact enough, or `solve`; without it the
-    /// preset says.
+    /// Source of the displacements: `reduced`, from the object's examples where that is accurate enough, or `solve` [default: the preset's]
     #[arg(long, value_name = "reduced|solve", value_parser = elastic)]
     elastic: Option<DisplacementSource>,
-    /// Which preset says what is not said here; without it the object's. The document tells its numbers.
+    /// Preset of the options that are not given; the JSON document contains its numbers [default: the object's]
     #[arg(long, value_name = "draft|game|film|reference", value_parser = quality)]
     quality: Option<Quality>,
-    /// Largest estimated relative error, of the elastic energy and of how the pieces are centered, whichever is worse.
+    /// Largest estimated relative error of the elastic energy and of the diagram, whichever is worse
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     error: Option<f64>,
-    /// Milliseconds from when the service takes it in until it sends the answer; quality falls where that is short.
+    /// Time from the admission of the request until the service sends the result, ms; quality falls where that is too short
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     time_ms: Option<f64>,
-    /// Iterations at most by which the pieces are centered; what a strike that ran out of time took repeats it.
+    /// Largest number of iterations of the diagram; the number of a request that ran out of time repeats its result
     #[arg(long, value_name = "N")]
     iterations: Option<u32>,
-    /// Effects to switch on, separated by commas.
+    /// Effects to switch on, separated by commas
     #[arg(long, value_name = "EFFECT,..", value_delimiter = ',', value_parser = effect)]
     enable: Vec<Effect>,
-    /// Effects to switch off, separated by commas.
+    /// Effects to switch off, separated by commas
     #[arg(long, value_name = "EFFECT,..", value_delimiter = ',', value_parser = effect)]
     disable: Vec<Effect>,
-    /// Milliseconds from when the service takes it in after which the answer is of no use: more urgent strikes go first, and what
-    /// cannot be in time is refused.
+    /// Time after admission within which the result is of use, ms: the service serves more urgent requests first, and refuses one that
+    /// cannot be in time
     #[arg(long, value_name = "T")]
     deadline_ms: Option<u64>,
-    /// Keep the answer for a while, so that its fragments can be struck: the document has its handle.
+    /// Longest wait for the service, and for the object while its database is being loaded, s
+    #[arg(long, value_name = "SECONDS", value_parser = wait::seconds)]
+    wait: Option<Duration>,
+    /// Keep the result for a while, so that its fragments can be struck; the document contains its handle
     #[arg(long)]
     keep: bool,
-    /// Strike this fragment of an answer that is kept, instead of the object.
+    /// Fragment of a kept result to strike, instead of the object
     #[arg(long, value_name = "HANDLE/FRAGMENT", value_parser = origin)]
     from: Option<RetainedFragment>,
-    /// Whose coordinates --point, --impulse and the document are in: axes, unit of length, winding. Other options keep their units, files are
-    /// glTF's.
+    /// Coordinates of --point, --impulse and the document: axes, unit of length, winding. Other options keep their units, and files are
+    /// glTF's
     #[arg(long, value_name = "gltf|godot|unity|unreal|blender|mujoco", value_parser = convention, default_value = "gltf")]
     convention: NamedConvention,
-    /// Everything random follows from it.
+    /// Seed of all random choices
     #[arg(long, default_value_t = SEED_DEFAULT)]
     seed: u64,
-    /// Write the fragments to this file, or to OBJECT.glb in this folder. FILE.glb shows the triangles of the mesh file where the object has them
-    /// (`skin` is then on unless --disable says otherwise), and FILE.closed.glb beside it has the closed meshes for simulators; without skin
-    /// FILE.glb has these. Hulls, if they are on, go to FILE.hulls.glb. FILE.xml is a model for MuJoCo, its meshes in FILE_assets beside it;
-    /// `bonds` and `hulls` are then on unless --disable says otherwise.
+    /// File for the fragments, or folder for OBJECT.glb. FILE.glb contains the triangles of the mesh file if the object has them (`skin` is
+    /// then on unless --disable names it), and FILE.closed.glb beside it the closed meshes for simulators; without skin FILE.glb contains
+    /// these. Hulls, if they are on, go to FILE.hulls.glb. FILE.xml is a model for MuJoCo, with its meshes in FILE_assets beside it;
+    /// `bonds` and `hulls` are then on unless --disable names them
     #[arg(long, value_name = "FILE.glb|FILE.xml|DIR")]
     out: Option<PathBuf>,
-    /// What is written into a folder: `glb` (the default), `obj` (one file per fragment, fragments.mtl, fragments.json), or `mjcf`.
+    /// Format of files in a folder: `glb` (the default), `obj` (one file per fragment, fragments.mtl, fragments.json), or `mjcf`
     #[arg(long, value_enum, requires = "out")]
     format: Option<FileFormat>,
-    /// Print one JSON document.
+    /// Print one JSON document on stdout
     #[arg(long)]
     json: bool,
 }
 
-/// What connecting and the way back may take beyond the deadline of a strike.
+/// Time for connecting and for the way back in addition to the deadline of a request, ms.
 const SLACK_MS: u64 = 250;
 
-/// Refuses points without impulses, impulses without points, and an impulse along a ray that has no size.
+/// Refuses points without impulses, impulses without points, and an invalid magnitude of an impulse along a ray.
 fn paired(args: &Args) -> Result<(), CliError> {
     let (points, impulses) = (args.point.len() + usize::from(args.ray.is_some()), args.impulse.len());
     if args.impulse_ns.is_some() && args.ray.is_none() {
-        let message = "--impulse-ns is the size of an impulse along --ray; with --point give --impulse X,Y,Z";
+        let message = "--impulse-ns is the magnitude of an impulse along --ray; with --point give --impulse X,Y,Z";
         return Err(CliError::Usage(message.to_owned()));
     }
     if let Some(impulse_ns) = args.impulse_ns.filter(|impulse_ns| !(*impulse_ns > 0.0 && impulse_ns.is_finite())) {
         let message = format!(
-            "--impulse-ns {impulse_ns}: the size of an impulse along a ray must be positive and finite; turn the ray to \
+            "--impulse-ns {impulse_ns}: the magnitude of an impulse along a ray must be positive and finite; turn the ray to \
              strike from the other side"
         );
         return Err(Error::new(ErrorKind::Impulse, "--impulse-ns", message).into());
@@ -125,42 +127,43 @@ fn paired(args: &Args) -> Result<(), CliError> {
     )))
 }
 
-/// Strikes an object and shows what came back.
+/// Strikes an object and prints the result.
 pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     paired(args)?;
-    // Whoever gives a deadline is not kept longer, whatever the daemon does.
+    // A deadline bounds the whole command, whatever the daemon does.
     let within =
         |usual: Deadline| args.deadline_ms.map_or(usual, |ms| usual.min(Deadline::ms(ms.saturating_add(SLACK_MS))));
     let target = args.out.as_ref().map(|out| OutputTarget::new(out, args.format, &args.object)).transpose()?;
     let impact = impact(args);
-    let service = Client::connect(service, within(reply()))?.with_convention(args.convention.convention);
-    let object = service.object(&args.object, within(reply()))?;
+    let object = wait::object(service, &args.object, args.convention.convention, args.wait, || within(reply()))?;
     let deadline = || within(Deadline::after(ANSWER));
     let broken = match &target {
         Some(target) => target.strike(&object, &impact, [&args.enable, &args.disable], deadline)?,
         None => object.strike(&impact)?.wait(deadline())?,
     };
     let files = target.map_or(Ok(WrittenFiles::default()), |target| target.write(&broken))?;
-    if let (Some(asked), Some(missed)) = (args.time_ms, broken.summary().missed_time()) {
+    if let (Some(asked), Some(missed)) = (args.time_ms, broken.summary().missed_time) {
         let (by_ms, reason) = (missed.by.as_secs_f64() * 1e3, missed.explanation());
-        note(format_args!("the time of {asked} ms was exceeded by {by_ms:.1} ms: {reason}"));
+        note(format_args!("the request exceeded its time of {asked} ms by {by_ms:.1} ms: {reason}"));
     }
+    note_one_piece(&broken);
     if args.json {
         let Args { error: error_max, time_ms: time_ms_max, .. } = *args;
         let asked = RequestEcho { convention: &args.convention.name, error_max, time_ms_max };
         document(&to_json(&broken, asked, &files))
     } else {
         screen(&broken)?;
-        if matches!(args.elastic, Some(DisplacementSource::Reduced)) && broken.summary().elastic() == SOLVE {
-            out(format_args!("  {}\n", solved_instead(&broken.summary())))?;
+        let summary = broken.summary();
+        if args.elastic == Some(DisplacementSource::Reduced) && summary.energy_source == EnergySource::Solve {
+            out(format_args!("  {}\n", solved_instead(&summary)))?;
         }
         Ok(())
     }
 }
 
-/// What was asked for as the answer does not tell it.
+/// Options of the request that the result does not contain.
 pub(super) struct RequestEcho<'a> {
-    /// The name of the convention.
+    /// Name of the convention.
     pub convention: &'a str,
     /// `--error`.
     pub error_max: Option<f64>,
@@ -168,11 +171,11 @@ pub(super) struct RequestEcho<'a> {
     pub time_ms_max: Option<f64>,
 }
 
-/// Why reduced displacements were asked for in vain.
-fn solved_instead(summary: &SummaryWire) -> String {
+/// Note for a request for reduced displacements that was solved for instead.
+fn solved_instead(summary: &Summary) -> String {
     let limit = 100.0 * summary.reduced_error_max;
     format!(
-        "no reduced displacements within an estimated error of {limit:.0} %, the limit of this quality: solved for instead"
+        "no reduced displacements within an estimated error of {limit:.0} %, the limit of this preset; they were solved for instead"
     )
 }
 
@@ -209,7 +212,7 @@ fn aimed(args: &Args, describe: impl Fn(Contact, &[f64; 3]) -> Contact) -> Conta
     args.impulse_ns.map_or(contact, |impulse_ns| contact.impulse_along_ray(impulse_ns))
 }
 
-/// Where a ray met the object.
+/// Document of a ray's first hit on the object.
 pub(super) fn hit(hit: Hit) -> Value {
     json!({
         "point_m": hit.point_m,
@@ -220,13 +223,13 @@ pub(super) fn hit(hit: Hit) -> Value {
     })
 }
 
-/// Where a ray met the object, for people.
+/// Line of a ray's first hit on the object, for people.
 pub(super) fn hit_line(hit: &Hit) -> String {
     let [point, normal] = [hit.point_m, hit.normal].map(|[x, y, z]| format!("{x:.6},{y:.6},{z:.6}"));
     format!("ray hits {point} (outward normal {normal})")
 }
 
-/// One hull.
+/// Document of a hull.
 fn hull(hull: HullMesh<'_>) -> Value {
     json!({
         "vertices": hull.positions.len(),
@@ -236,7 +239,7 @@ fn hull(hull: HullMesh<'_>) -> Value {
     })
 }
 
-/// How many triangles have each of the input's materials.
+/// Number of triangles of each of the input's materials.
 fn materials(of: &[u32]) -> Value {
     let mut counts = BTreeMap::new();
     of.iter()
@@ -245,8 +248,8 @@ fn materials(of: &[u32]) -> Value {
     counts.into_iter().map(|(material, triangles)| json!({ "material": material, "triangles": triangles })).collect()
 }
 
-/// One point of debris.
-fn debris(point: &DebrisWire) -> Value {
+/// Document of a point of debris.
+fn debris(point: DebrisPoint) -> Value {
     json!({
         "fragment": point.fragment,
         "neighbor": point.neighbor,
@@ -256,36 +259,40 @@ fn debris(point: &DebrisWire) -> Value {
     })
 }
 
-/// What holds of all hulls: the least coverage, that of all fragments together, the largest margin. `None` where there are none.
+/// Summary of all hulls: the least coverage, the coverage of all fragments together, the largest margin. `None` unless `hulls` ran.
 fn hulls(broken: &FractureResult) -> Option<Value> {
-    let rows: Vec<(f64, HullWire)> =
-        broken.fragments().zip(broken.view().hulls).map(|(fragment, hull)| (fragment.volume_m3(), *hull)).collect();
-    if rows.is_empty() {
+    let has_run = broken.effects().any(|cost| cost.effect == Effect::Hulls && cost.has_run);
+    if !has_run || broken.is_whole() {
         return None;
     }
-    let (volume, held) =
-        rows.iter().fold((0.0, 0.0), |(volume, held), (own, hull)| (volume + own, held + own * hull.coverage));
+    // A fragment too flat for a hull counts as not covered.
+    let coverage = |fragment: &Fragment<'_>| fragment.hull().map_or(0.0, |hull| hull.coverage);
+    let (volume, held) = broken.fragments().fold((0.0, 0.0), |(volume, held), fragment| {
+        let own = fragment.volume_m3();
+        (volume + own, held + own * coverage(&fragment))
+    });
+    let margins = broken.fragments().filter_map(|fragment| fragment.hull()).map(|hull| hull.margin_m);
     Some(json!({
-        "coverage_min": rows.iter().map(|(_, hull)| hull.coverage).fold(1.0, f64::min),
+        "coverage_min": broken.fragments().map(|fragment| coverage(&fragment)).fold(1.0, f64::min),
         "coverage": held / volume,
-        "margin_max_m": rows.iter().map(|(_, hull)| hull.margin_m).fold(0.0, f64::max),
+        "margin_max_m": margins.fold(0.0, f64::max),
     }))
 }
 
-/// The document of an answer.
+/// Document of a result.
 pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &WrittenFiles) -> Value {
     let file = |file: &PathBuf| file.display().to_string();
     let summary = broken.summary();
     let digest = broken.digest();
     let fragments: Vec<Value> = broken.fragments().map(|fragment| fragment_json(&fragment)).collect();
-    let stage = |stage: &shatter_proto::result::StageWire| json!({ "name": stage.name(), "ran": stage.ran != 0, "ns": stage.ns, "bytes": stage.bytes });
-    let effect = |effect: &EffectWire| json!({ "name": effect.name(), "ran": effect.ran != 0, "ns": effect.ns, "bytes": effect.bytes });
+    let cost = |name: &str, has_run: bool, time: Duration, bytes: u64| json!({ "name": name, "ran": has_run, "ns": nanoseconds(time), "bytes": bytes });
+    let stages = broken.stages().map(|own| cost(own.stage.name(), own.has_run, own.time, own.bytes));
+    let effects = broken.effects().map(|own| cost(own.effect.name(), own.has_run, own.time, own.bytes));
     let section = |section: &shatter_client::SectionDigest| json!({ "name": section.name, "bytes": section.bytes, "hash": section.hash });
-    let bond = |bond: &BondWire| {
-        let fragments = if bond.holds_to_world() { &bond.fragments[..1] } else { &bond.fragments[..] };
+    let bond = |bond: Bond| {
         json!({
-            "fragments": fragments,
-            "world": bond.holds_to_world(),
+            "fragments": bond.fragments().collect::<Vec<u32>>(),
+            "world": bond.is_with_world(),
             "area_m2": bond.area_m2,
             "normal": bond.normal,
             "centroid_m": bond.centroid_m,
@@ -293,51 +300,51 @@ pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &W
     };
     json!({
         "status": "ok",
-        "object": summary.object(),
+        "object": summary.object,
         "handle": broken.handle(),
         "convention": asked.convention,
         "gamma_j_m2": summary.gamma_j_m2,
         "e1_over_gamma": summary.e1_over_gamma,
         "sites": summary.sites,
         "fracture_degree": summary.fracture_degree,
-        "degree_source": summary.degree_source(),
+        "degree_source": summary.degree_origin.name(),
         "confidence": summary.confidence,
-        "elastic": summary.elastic(),
+        "elastic": summary.energy_source.name(),
         "error_estimate": {
-            "energy": (![FALLOFF, BOUNDED].contains(&summary.elastic())).then_some(summary.energy_error),
+            "energy": (![EnergySource::Falloff, EnergySource::Bounded].contains(&summary.energy_source)).then_some(summary.energy_error),
             "cvd_gap": (summary.sites > 0).then_some(summary.cvd_gap),
         },
         "iterations": summary.iterations,
-        "time_ns": summary.time_ns,
+        "time_ns": nanoseconds(summary.time),
         "quality": {
-            "name": summary.quality(),
-            "elastic": summary.elastic(),
+            "name": preset(&summary),
+            "elastic": summary.energy_source.name(),
             "rank": summary.rank,
             "tolerance": summary.tolerance,
             "iterations": summary.iterations_max,
             "lift_modes": summary.lift_modes,
             "crack_nodes": summary.crack_nodes,
             "elastic_nodes": summary.elastic_nodes,
-            "degree": summary.degree(),
+            "degree": summary.degree_method.name(),
             "reduced_error_max": summary.reduced_error_max,
             "error_max": asked.error_max,
             "time_ms_max": asked.time_ms_max,
         },
-        "missed_time": summary.missed_time().map(|missed| json!({
+        "missed_time": summary.missed_time.map(|missed| json!({
             "by_ms": missed.by.as_secs_f64() * 1e3,
-            "reason": missed.reason,
+            "reason": missed.cause.name(),
             "message": missed.explanation(),
         })),
-        "capped": summary.capped != 0,
+        "capped": summary.is_capped,
         "radius_m": summary.radius_m,
         "fragments": fragments,
-        "bonds": broken.bonds().iter().map(bond).collect::<Vec<_>>(),
-        "debris": broken.debris().iter().map(debris).collect::<Vec<_>>(),
+        "bonds": broken.bonds().map(bond).collect::<Vec<_>>(),
+        "debris": broken.debris().map(debris).collect::<Vec<_>>(),
         "hulls": hulls(broken),
-        "stages": broken.stages().iter().map(stage).chain(broken.effects().iter().map(effect)).collect::<Vec<_>>(),
+        "stages": stages.chain(effects).collect::<Vec<_>>(),
         "sections": digest.sections.iter().map(section).collect::<Vec<_>>(),
-        "stop_reason": summary.stop_reason(),
-        "round_trip_ns": broken.round_trip().as_nanos() as u64,
+        "stop_reason": summary.stop_criterion.name(),
+        "round_trip_ns": nanoseconds(broken.round_trip()),
         "response_bytes": broken.bytes(),
         "output_hash": digest.output_hash,
         "hit": broken.hit().map(hit),
@@ -346,17 +353,25 @@ pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &W
     })
 }
 
+/// Name of the preset.
+fn preset(summary: &Summary) -> &'static str {
+    summary.quality.map_or("unknown", Quality::name)
+}
+
+fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
+
 fn fragment_json(fragment: &Fragment<'_>) -> Value {
-    let row = fragment.row();
     json!({
-        "id": row.id,
-        "body": row.body,
-        "volume_m3": row.volume_m3,
-        "mass_kg": row.mass_kg,
-        "center_m": row.center_m,
-        "vertices": row.vertex_count,
-        "triangles": row.index_count / 3,
-        "energy_j_m2": row.energy_j_m2,
+        "id": fragment.id(),
+        "body": fragment.body(),
+        "volume_m3": fragment.volume_m3(),
+        "mass_kg": fragment.mass_kg(),
+        "center_m": fragment.center_m(),
+        "vertices": fragment.positions().len(),
+        "triangles": fragment.indices().len() / 3,
+        "energy_j_m2": fragment.energy_j_m2(),
         "closed": fragment.is_closed(),
         "velocity": fragment.velocity().map(|own| json!({ "linear_m_s": own.linear_m_s, "angular_rad_s": own.angular_rad_s })),
         "materials": materials(fragment.materials()),
@@ -365,42 +380,30 @@ fn fragment_json(fragment: &Fragment<'_>) -> Value {
     })
 }
 
-/// Where displacements come from that are no reduced ones.
-const SOLVE: &str = "solve";
-
-/// Where energy comes from that is no elastic one.
-const FALLOFF: &str = "falloff";
-
-/// Where it is not known, since a bound of it says enough.
-const BOUNDED: &str = "bounded";
-
-/// Where a number of sites was asked for.
-const FORCED: &str = "forced";
-
-/// How far the answer can be trusted.
-fn trust(summary: &SummaryWire) -> String {
-    if summary.elastic() == FALLOFF {
+/// Line of the result's error estimates, for people.
+fn trust(summary: &Summary) -> String {
+    if summary.energy_source == EnergySource::Falloff {
         let confidence = summary.confidence;
         return format!("energy: falloff, no elasticity, no estimate; confidence in the degree {confidence:.2}");
     }
-    if summary.elastic() == BOUNDED {
+    if summary.energy_source == EnergySource::Bounded {
         return "energy: bounded, no displacements; whatever they are, E₁ is no more".to_owned();
     }
     format!(
         "displacements: {}, energy error {:.2} % (estimated); confidence in the degree {:.2}",
-        summary.elastic(),
+        summary.energy_source,
         100.0 * summary.energy_error,
         summary.confidence
     )
 }
 
-/// The threshold, and how far the energy is above it. Pieces of equal size by falloff alone are of no energy that is measured.
-fn load(summary: &SummaryWire) -> String {
+/// Text of the threshold and of the energy relative to it; an even division by falloff alone has no energy to show.
+fn load(summary: &Summary) -> String {
     let gamma = format!("γ {:.3e} J·m²", summary.gamma_j_m2);
-    if summary.elastic() == FALLOFF && summary.degree_source() == FORCED {
+    if summary.energy_source == EnergySource::Falloff && summary.degree_origin == DegreeOrigin::Forced {
         return gamma;
     }
-    let most = if summary.elastic() == BOUNDED { "at most " } else { "" };
+    let most = if summary.energy_source == EnergySource::Bounded { "at most " } else { "" };
     format!("{gamma}, E₁/γ {most}{}", significant(summary.e1_over_gamma))
 }
 
@@ -416,43 +419,42 @@ pub(super) fn significant(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
-/// An answer for people.
+/// Prints a result for people.
 pub(super) fn screen(broken: &FractureResult) -> Result<(), CliError> {
     let summary = broken.summary();
     let milliseconds = broken.round_trip().as_secs_f64() * 1e3;
     let load = load(&summary);
     if broken.is_whole() {
-        out(format_args!("{} stays whole ({load}; {milliseconds:.1} ms)\n", summary.object()))?;
+        out(format_args!("{} stays whole ({load}; {milliseconds:.1} ms)\n", summary.object))?;
         broken.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
         return out(format_args!("  {}\n", trust(&summary)));
     }
     out(format_args!(
         "{}: {} fragments, {} sites by {}{} ({load}; {milliseconds:.1} ms, {} bytes)\n",
-        summary.object(),
+        summary.object,
         broken.fragments().len(),
         summary.sites,
-        summary.degree_source(),
-        if summary.capped != 0 { ", capped" } else { "" },
+        summary.degree_origin,
+        if summary.is_capped { ", capped" } else { "" },
         broken.bytes()
     ))?;
     broken.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
     out(format_args!("  {}\n", trust(&summary)))?;
     let times: Vec<String> = broken
         .stages()
-        .iter()
-        .filter(|stage| stage.ran != 0)
-        .map(|stage| format!("{} {:.2}", stage.name(), stage.ns as f64 * 1e-6))
+        .filter(|cost| cost.has_run)
+        .map(|cost| format!("{} {:.2}", cost.stage, cost.time.as_secs_f64() * 1e3))
         .collect();
     out(format_args!("  ms: {}\n", times.join(", ")))?;
     out(format_args!(
         "  quality: {}, {} iterations ({}), gap of the cells {:.2} % (estimated); {:.2} ms from admission to sending\n",
-        summary.quality(),
+        preset(&summary),
         summary.iterations,
-        summary.stop_reason(),
+        summary.stop_criterion,
         100.0 * summary.cvd_gap,
-        summary.time_ns as f64 * 1e-6
+        summary.time.as_secs_f64() * 1e3
     ))?;
-    let effects: Vec<&str> = broken.effects().iter().filter(|row| row.ran != 0).map(EffectWire::name).collect();
+    let effects: Vec<&str> = broken.effects().filter(|cost| cost.has_run).map(|cost| cost.effect.name()).collect();
     out(format_args!("  effects: {}\n", if effects.is_empty() { "none".to_owned() } else { effects.join(", ") }))?;
     let mut masses: Vec<f64> = broken.fragments().map(|fragment| fragment.mass_kg()).collect();
     masses.sort_by(f64::total_cmp);

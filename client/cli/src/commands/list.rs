@@ -5,16 +5,16 @@ use serde_json::{Value, json};
 use shatter_client::{Client, ObjectFacts};
 use shatter_proto::text::escaped;
 
-/// Lists the objects of the service, with the bounds of their meshes: of their lattices where the bake left out the skin, or where
-/// a scene bends them.
+/// List the objects of the service, with the bounds of their meshes, or of their lattices if the bake left out the skin or a scene bends
+/// them
 #[derive(clap::Args)]
 pub struct Args {
-    /// Print one JSON document.
+    /// Print one JSON document on stdout
     #[arg(long)]
     json: bool,
 }
 
-/// Lists the objects of the service.
+/// Prints the objects of the service.
 pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let listed = Client::connect(service, reply())?.objects(reply())?;
     if args.json {
@@ -30,7 +30,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
         "object", "state", "bounds m (low corner, high corner)", "volume m³", "γ J·m²", "nodes"
     ))?;
     for facts in &listed {
-        if facts.ready {
+        if facts.is_ready() {
             out(format_args!(
                 "{:width$}  {:7}  {:BOUNDS$}  {:11.3e}  {:11.3e}  {:6}  {}\n",
                 escaped(&facts.name),
@@ -47,7 +47,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Width of the column of bounds.
+/// Width of the column of bounds, characters.
 const BOUNDS: usize = 52;
 
 /// Both corners of an object's bounds, as options take points.
@@ -56,7 +56,7 @@ fn bounds(facts: &ObjectFacts) -> String {
     format!("{low} to {high}")
 }
 
-/// Tenths of millimeters; four digits where that shows none of them.
+/// A coordinate in tenths of millimeters; with four digits if it is too small for that.
 fn coordinate(value: f64) -> String {
     if value != 0.0 && value.abs() < 5e-3 { format!("{value:.3e}") } else { format!("{value:.4}") }
 }

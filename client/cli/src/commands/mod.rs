@@ -1,4 +1,4 @@
-//! The commands of `shatter`, one file each, and what they share.
+//! Commands of `shatter`, one file each, and their common parts.
 
 mod files;
 pub mod impact;
@@ -9,23 +9,35 @@ pub mod prefracture;
 pub mod status;
 pub mod threshold;
 mod time_of_day;
+mod wait;
 
 use shatter_cli_common::cli_error::{CliError, document, note, out};
-use shatter_client::{Contact, Deadline};
+use shatter_client::{Contact, Deadline, Effect, FractureResult};
 use std::time::Duration;
 
-/// How long a command waits for a reply of the service.
+/// Timeout of a reply of the service.
 const REPLY: Duration = Duration::from_secs(5);
 
-/// How long a command waits for the answer to a strike.
+/// Timeout of the result of a request.
 const ANSWER: Duration = Duration::from_secs(120);
 
-/// The deadline for a reply of the service.
+/// Deadline for a reply of the service.
 fn reply() -> Deadline {
     Deadline::after(REPLY)
 }
 
-/// `contact` with the duration and the radius, where they were given.
+/// Warns of a result whose cells the effect `slivers` merged into one fragment, which is the whole object.
+fn note_one_piece(result: &FractureResult) {
+    let sites = result.summary().sites;
+    let merges = result.effects().iter().any(|row| row.ran != 0 && row.name() == Effect::Slivers.name());
+    if merges && sites > 1 && result.fragments().len() == 1 {
+        note(format_args!(
+            "warning: the object is in one piece: all {sites} cells were too small for fragments of their own (effect `slivers`); pass --disable slivers, or bake it with a smaller --crack-spacing"
+        ));
+    }
+}
+
+/// `contact` with duration and radius, if they are given.
 fn with_options(contact: Contact, duration_s: Option<f64>, radius_m: Option<f64>) -> Contact {
     let contact = duration_s.map_or(contact, |duration_s| contact.duration(duration_s));
     radius_m.map_or(contact, |radius_m| contact.radius(radius_m))

@@ -1,4 +1,4 @@
-//! What `list` and `status` say about objects.
+//! Output about objects that `list` and `status` share.
 
 use super::time_of_day::utc;
 use serde_json::{Map, Value, json};
@@ -7,24 +7,23 @@ use shatter_proto::text::escaped;
 
 const MIB: f64 = 1_048_576.0;
 
-/// An object as JSON: its name, its state, whether it can be struck, why it or what lies in its place now could not be loaded, and
-/// `facts` if it can be struck.
+/// Document of an object: its name and state, the error if it or its changed file could not be loaded, and `facts` if it can be struck.
 pub fn document(object: &ObjectFacts, facts: Value) -> Value {
     let mut document = Map::from_iter([
         ("object".to_owned(), json!(object.name)),
-        ("ready".to_owned(), json!(object.ready)),
+        ("ready".to_owned(), json!(object.is_ready())),
         ("state".to_owned(), json!(object.state.name())),
     ]);
-    if let Some(refusal) = &object.refusal {
-        document.insert("error".to_owned(), refusal.document()["error"].clone());
+    if let Some(error) = &object.error {
+        document.insert("error".to_owned(), error.document()["error"].clone());
     }
-    if let (true, Value::Object(facts)) = (object.ready, facts) {
+    if let (true, Value::Object(facts)) = (object.is_ready(), facts) {
         document.extend(facts);
     }
     Value::Object(document)
 }
 
-/// What is loaded, when, and how much memory it holds.
+/// Document of a loaded database: time of loading, memory, size.
 pub fn loaded(object: &ObjectFacts) -> Value {
     let facts = json!({
         "generation": object.generation,
@@ -36,21 +35,21 @@ pub fn loaded(object: &ObjectFacts) -> Value {
     document(object, facts)
 }
 
-/// Width of the column of names.
+/// Width of the column of names, characters.
 pub fn width(objects: &[ObjectFacts]) -> usize {
     objects.iter().map(|object| escaped(&object.name).chars().count()).max().unwrap_or(0).max(6)
 }
 
-/// Why an object, or what lies in its place now, could not be loaded; empty if it could.
+/// Line of the error of an object that, or whose changed file, could not be loaded; empty if there is no error.
 pub fn complaint(object: &ObjectFacts, width: usize) -> String {
-    match &object.refusal {
-        Some(refusal) if object.ready => format!("{:width$}  outdated: {refusal}\n", ""),
-        Some(refusal) => format!("{:width$}  {:7}  {refusal}\n", escaped(&object.name), object.state.name()),
+    match &object.error {
+        Some(error) if object.is_ready() => format!("{:width$}  outdated: {error}\n", ""),
+        Some(error) => format!("{:width$}  {:7}  {error}\n", escaped(&object.name), object.state.name()),
         None => String::new(),
     }
 }
 
-/// The table of [`loaded`].
+/// Table of [`loaded`], for people.
 pub fn table(objects: &[ObjectFacts]) -> String {
     let width = width(objects);
     let mut text = format!(
@@ -58,7 +57,7 @@ pub fn table(objects: &[ObjectFacts]) -> String {
         "object", "memory MiB", "file MiB", "load ms", "version"
     );
     for object in objects {
-        if object.ready {
+        if object.is_ready() {
             text += &format!(
                 "{:width$}  {:10.1}  {:8.1}  {:7.0}  {:7}  {}\n",
                 escaped(&object.name),

@@ -1,13 +1,13 @@
-//! Values of options.
+//! Parsers for the values of options.
 
 use shatter_cli_common::choice;
 use shatter_client::{Convention, DegreeRule, DisplacementSource, Effect, Error, Lift, Quality, Ray, RetainedFragment};
 
-/// Numbers separated by commas.
+/// Parses numbers separated by commas.
 fn numbers<const N: usize>(text: &str, wanted: &str) -> Result<[f64; N], String> {
     let parts: Vec<&str> = text.split(',').collect();
     let parts: [&str; N] = parts.as_slice().try_into().map_err(|_| {
-        format!("{N} numbers {wanted} are needed, separated by commas without spaces; these are {}", parts.len())
+        format!("expected {N} numbers {wanted}, separated by commas without spaces; found {}", parts.len())
     })?;
     let mut found = [0.0; N];
     for (number, part) in found.iter_mut().zip(parts) {
@@ -19,24 +19,24 @@ fn numbers<const N: usize>(text: &str, wanted: &str) -> Result<[f64; N], String>
     Ok(found)
 }
 
-/// `X,Y,Z`.
+/// Parses `X,Y,Z`.
 pub fn vector(text: &str) -> Result<[f64; 3], String> {
     numbers(text, "X,Y,Z")
 }
 
-/// `X,Y,Z,DX,DY,DZ`: origin and direction.
+/// Parses `X,Y,Z,DX,DY,DZ`: origin and direction.
 pub fn ray(text: &str) -> Result<Ray, String> {
     let [x, y, z, dx, dy, dz] = numbers(text, "X,Y,Z,DX,DY,DZ (origin and direction)")?;
     Ok(Ray { origin_m: [x, y, z], direction: [dx, dy, dz] })
 }
 
-/// Sites of a strike at most; the daemon has the last word.
+/// Largest number of sites; the daemon has the last word.
 const DEGREE_MAX: u32 = 512;
 
-/// A rule for the number of sites, or the number.
+/// Parses a number of sites, or a rule for it.
 pub fn degree(text: &str) -> Result<DegreeRule, String> {
     if text.parse::<f64>().is_ok() {
-        // Whether a number can be had is the daemon's to say, 0 among them.
+        // The daemon decides whether a number is allowed, 0 included.
         let wrong = || format!("must be a whole number, 1 to {DEGREE_MAX}");
         return text.parse().ok().map(DegreeRule::Sites).ok_or_else(wrong);
     }
@@ -52,24 +52,24 @@ pub fn degree(text: &str) -> Result<DegreeRule, String> {
     .map_err(|error| format!("{error}, or a whole number"))
 }
 
-/// A lift by its name.
+/// Parses the name of a lift.
 pub fn lift(text: &str) -> Result<Lift, String> {
     let lifts =
         [("euclidean", Lift::Euclidean), ("interior", Lift::Interior), ("surface_diffusion", Lift::SurfaceDiffusion)];
     choice(text, &lifts)
 }
 
-/// Where displacements come from.
+/// Parses a source of displacements.
 pub fn elastic(text: &str) -> Result<DisplacementSource, String> {
     choice(text, &[("reduced", DisplacementSource::Reduced), ("solve", DisplacementSource::Solve)])
 }
 
-/// A preset by its name.
+/// Parses the name of a preset.
 pub fn quality(text: &str) -> Result<Quality, String> {
     choice(text, &Quality::ALL.map(|quality| (quality.name(), quality)))
 }
 
-/// `HANDLE/FRAGMENT`.
+/// Parses `HANDLE/FRAGMENT`.
 pub fn origin(text: &str) -> Result<RetainedFragment, String> {
     let parts =
         text.split_once('/').and_then(|(handle, fragment)| Some((handle.parse().ok()?, fragment.parse().ok()?)));
@@ -79,21 +79,21 @@ pub fn origin(text: &str) -> Result<RetainedFragment, String> {
     Ok(RetainedFragment { handle, fragment })
 }
 
-/// A convention by its name.
+/// A convention with its name.
 #[derive(Clone)]
 pub struct NamedConvention {
-    /// The name.
+    /// Name of the convention.
     pub name: String,
-    /// What it stands for.
+    /// The convention.
     pub convention: Convention,
 }
 
-/// A convention by its name.
+/// Parses the name of a convention.
 pub fn convention(text: &str) -> Result<NamedConvention, String> {
     Ok(NamedConvention { name: text.to_owned(), convention: choice(text, &Convention::NAMED)? })
 }
 
-/// An effect by its name.
+/// Parses the name of an effect.
 pub fn effect(text: &str) -> Result<Effect, Error> {
     Effect::by_name(text)
 }

@@ -3,48 +3,48 @@
 use super::files::{FileFormat, OutputTarget};
 use super::impact::{RequestEcho, screen, to_json};
 use super::parse::{effect, lift, quality};
-use super::{ANSWER, CliError, document, reply};
+use super::{ANSWER, CliError, document, note_one_piece, reply};
 use shatter_client::{Client, Deadline, Effect, Lift, Quality, SEED_DEFAULT};
 use std::path::PathBuf;
 
 /// Arguments of `shatter prefracture`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Object to divide.
+    /// Object to divide
     object: String,
-    /// Number of pieces; one that falls apart by itself makes one more, one that is too small (`slivers`) one less.
+    /// Number of fragments; a cell that falls apart adds one, one that is too small (`slivers`) removes one
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     degree: u32,
-    /// Which lift: `euclidean`, `interior` (the default) or `surface_diffusion`.
+    /// Lift: `euclidean`, `interior` (the default) or `surface_diffusion`
     #[arg(long, value_name = "euclidean|interior|surface_diffusion", value_parser = lift)]
     lift: Option<Lift>,
-    /// Which preset says how well the pieces are centered; without it the object's.
+    /// Preset that sets how well the cells are centered [default: the object's]
     #[arg(long, value_name = "draft|game|film|reference", value_parser = quality)]
     quality: Option<Quality>,
-    /// Effects to switch on, separated by commas.
+    /// Effects to switch on, separated by commas
     #[arg(long, value_name = "EFFECT,..", value_delimiter = ',', value_parser = effect)]
     enable: Vec<Effect>,
-    /// Effects to switch off, separated by commas.
+    /// Effects to switch off, separated by commas
     #[arg(long, value_name = "EFFECT,..", value_delimiter = ',', value_parser = effect)]
     disable: Vec<Effect>,
-    /// Everything random follows from it.
+    /// Seed of all random choices
     #[arg(long, default_value_t = SEED_DEFAULT)]
     seed: u64,
-    /// Write the pieces to this file, or to OBJECT.glb in this folder. FILE.glb shows the triangles of the mesh file where the object has them
-    /// (`skin` is then on unless --disable says otherwise), and FILE.closed.glb beside it has the closed meshes for simulators; without skin
-    /// FILE.glb has these. Hulls, if they are on, go to FILE.hulls.glb. FILE.xml is a model for MuJoCo, its meshes in FILE_assets beside it;
-    /// `bonds` and `hulls` are then on unless --disable says otherwise.
+    /// File for the fragments, or folder for OBJECT.glb. FILE.glb contains the triangles of the mesh file if the object has them (`skin` is
+    /// then on unless --disable names it), and FILE.closed.glb beside it the closed meshes for simulators; without skin FILE.glb contains
+    /// these. Hulls, if they are on, go to FILE.hulls.glb. FILE.xml is a model for MuJoCo, with its meshes in FILE_assets beside it;
+    /// `bonds` and `hulls` are then on unless --disable names them
     #[arg(long, value_name = "FILE.glb|FILE.xml|DIR")]
     out: PathBuf,
-    /// What is written into a folder: `glb` (the default), `obj` (one file per piece, fragments.mtl, fragments.json), or `mjcf`.
+    /// Format of files in a folder: `glb` (the default), `obj` (one file per fragment, fragments.mtl, fragments.json), or `mjcf`
     #[arg(long, value_enum)]
     format: Option<FileFormat>,
-    /// Print one JSON document, as of an impact.
+    /// Print one JSON document on stdout, as of an impact
     #[arg(long)]
     json: bool,
 }
 
-/// Divides an object evenly and shows what came back.
+/// Divides an object evenly and prints the result.
 pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let target = OutputTarget::new(&args.out, args.format, &args.object)?;
     let object = Client::connect(service, reply())?.object(&args.object, reply())?;
@@ -55,6 +55,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let load = args.disable.iter().fold(load, |load, effect| load.disable(*effect));
     let broken = target.strike(&object, &load, [&args.enable, &args.disable], || Deadline::after(ANSWER))?;
     let files = target.write(&broken)?;
+    note_one_piece(&broken);
     let asked = RequestEcho { convention: "gltf", error_max: None, time_ms_max: None };
     if args.json { document(&to_json(&broken, asked, &files)) } else { screen(&broken) }
 }

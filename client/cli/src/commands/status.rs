@@ -1,51 +1,38 @@
 //! `shatter status`.
 
 use super::time_of_day::utc;
+use super::wait::{seconds, until};
 use super::{CliError, document, objects, out, reply};
 use serde_json::{Map, Value, json};
 use shatter_client::{Client, Deadline, Error, Latency, ObjectFacts, Status};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-/// Pause between two looks of `--watch`.
+/// Pause between two updates of `--watch`.
 const PAUSE: Duration = Duration::from_secs(1);
 
-/// Pause between two tries of `--wait`.
-const AGAIN: Duration = Duration::from_millis(50);
-
-/// Clears a terminal, and goes to its first line.
+/// Control sequence that clears a terminal and moves to its first line.
 const CLEAR: &str = "\x1b[2J\x1b[H";
 
 /// Arguments of `shatter status`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Look again every second until interrupted.
+    /// Print the status again every second until interrupted
     #[arg(long)]
     watch: bool,
-    /// Wait up to this long for the service to be ready, s.
+    /// Longest wait for the service to be ready, s
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     wait: Option<Duration>,
-    /// Print one JSON document (one per line with --watch).
+    /// Print one JSON document on stdout (one per line with --watch)
     #[arg(long)]
     json: bool,
 }
 
-fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
-    Duration::try_from_secs_f64(seconds).map_err(|_| "must be 0 or more, in seconds".to_owned())
-}
-
-/// Shows how the service goes.
+/// Prints the state of the service.
 pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let deadline = args.wait.map(Deadline::after);
-    let (connection, (status, loaded)) = loop {
-        let found = look(service, deadline);
-        match (found, deadline) {
-            // A daemon that ends or begins while it is asked is not the one that is waited for.
-            (Err(refusal), Some(deadline)) if refusal.kind.retry() && !deadline.passed() => std::thread::sleep(AGAIN),
-            (found, _) => break found?,
-        }
-    };
+    // A daemon that ends or starts in between is not ready: the wait goes on.
+    let (connection, (status, loaded)) = until(deadline, || look(service, deadline))?;
     if args.watch {
         return watch(service, &connection, args.json);
     }
@@ -57,7 +44,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
 
 type Seen = (Status, Vec<ObjectFacts>);
 
-/// Connects, waiting for a daemon until the deadline if there is one, and asks once.
+/// Connects and queries the service once. With a deadline it waits for a daemon.
 fn look(service: &str, deadline: Option<Deadline>) -> Result<(Client, Seen), Error> {
     let connection = match deadline {
         Some(deadline) => Client::wait_for(service, deadline)?,
@@ -67,7 +54,7 @@ fn look(service: &str, deadline: Option<Deadline>) -> Result<(Client, Seen), Err
     Ok((connection, seen))
 }
 
-/// Looks again and again; daemons may come and go meanwhile.
+/// Prints the state again and again; daemons may end and start meanwhile.
 fn watch(service: &str, connection: &Client, json: bool) -> Result<(), CliError> {
     let mut last: Option<(Instant, Status)> = None;
     loop {
@@ -96,111 +83,110 @@ fn latency(latency: &Latency) -> Value {
 }
 
 fn to_json(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Value {
-    let row = status.row();
-    let stages: Map<String, Value> = status.stages().map(|(name, times)| (name.to_owned(), latency(times))).collect();
+    let stages: Map<String, Value> =
+        status.stage_times.iter().map(|(stage, times)| (stage.name().to_owned(), latency(times))).collect();
     json!({
         "service": service,
-        "pid": row.pid,
-        "uptime_s": row.uptime_ns as f64 * 1e-9,
-        "objects_ready": row.objects_ready,
-        "objects_failed": row.objects_failed,
-        "objects_loading": row.objects_loading,
-        "objects_outdated": row.objects_outdated,
-        "memory_bytes": row.memory_bytes,
-        "retired": row.retired,
-        "retired_bytes": row.retired_bytes,
-        "kept": row.kept,
-        "kept_bytes": row.kept_bytes,
-        "reloads": row.reloads,
-        "read_unix_s": row.read_unix_ns as f64 * 1e-9,
-        "threads": row.threads,
-        "clients": row.clients,
-        "clients_max": row.clients_max,
-        "running": row.running,
-        "queued": row.queued,
-        "queue_max": row.queue_max,
-        "buckets": row.buckets,
-        "bucket_bytes": row.bucket_bytes,
-        "unread": row.unread,
-        "buckets_used_max": row.buckets_used_max,
-        "buckets_bytes": row.buckets_bytes,
-        "restarts": row.restarts,
-        "crashes": row.crashes,
-        "ending": row.ending != 0,
-        "answered": row.answered,
-        "refused": row.refused,
-        "busy": row.busy,
-        "late": row.late,
-        "failed": row.failed,
-        "cancelled": row.cancelled,
-        "strike": latency(&row.strike),
+        "pid": status.pid,
+        "uptime_s": status.uptime.as_secs_f64(),
+        "objects_ready": status.objects_ready,
+        "objects_failed": status.objects_failed,
+        "objects_loading": status.objects_loading,
+        "objects_outdated": status.objects_outdated,
+        "memory_bytes": status.memory_bytes,
+        "retired": status.retired,
+        "retired_bytes": status.retired_bytes,
+        "kept": status.kept,
+        "kept_bytes": status.kept_bytes,
+        "reloads": status.reloads,
+        "read_unix_s": status.read_unix.as_secs_f64(),
+        "threads": status.threads,
+        "clients": status.clients,
+        "clients_max": status.clients_max,
+        "running": status.running,
+        "queued": status.queued,
+        "queue_max": status.queue_max,
+        "buckets": status.buckets,
+        "bucket_bytes": status.bucket_bytes,
+        "unread": status.unread,
+        "buckets_used_max": status.buckets_used_max,
+        "buckets_bytes": status.buckets_bytes,
+        "restarts": status.restarts,
+        "crashes": status.crashes,
+        "ending": status.is_ending,
+        "answered": status.answered,
+        "refused": status.refused,
+        "busy": status.busy,
+        "late": status.late,
+        "failed": status.failed,
+        "cancelled": status.cancelled,
+        "strike": latency(&status.request_times),
         "stages": stages,
         "objects": loaded.iter().map(objects::loaded).collect::<Vec<_>>(),
     })
 }
 
-/// One screen of text; `last` is the look before this one, for rates.
+/// One screen of text; `last` is the state at the update before, for rates.
 fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&(Instant, Status)>) -> String {
-    let row = status.row();
     let mib = |bytes: u64| bytes as f64 / 1_048_576.0;
     let mut text = format!(
         "{service}: {}pid {}, up {:.0} s, {} objects ready, {} loading, {} failed, {} of {} clients, {} threads; {} restarts, {} of them after crashes\n",
-        if row.ending == 0 { "" } else { "ending, " },
-        row.pid,
-        row.uptime_ns as f64 * 1e-9,
-        row.objects_ready,
-        row.objects_loading,
-        row.objects_failed,
-        row.clients,
-        row.clients_max,
-        row.threads,
-        row.restarts,
-        row.crashes
+        if status.is_ending { "ending, " } else { "" },
+        status.pid,
+        status.uptime.as_secs_f64(),
+        status.objects_ready,
+        status.objects_loading,
+        status.objects_failed,
+        status.clients,
+        status.clients_max,
+        status.threads,
+        status.restarts,
+        status.crashes
     );
     text += &format!(
-        "strikes: {} running, {} of {} queued; {} answered{}, {} refused, {} busy, {} late, {} failed, {} cancelled\n",
-        row.running,
-        row.queued,
-        row.queue_max,
-        row.answered,
+        "requests: {} running, {} of {} queued; {} completed{}, {} refused, {} busy, {} late, {} failed, {} canceled\n",
+        status.running,
+        status.queued,
+        status.queue_max,
+        status.answered,
         last.map(|last| rate(last, status)).unwrap_or_default(),
-        row.refused,
-        row.busy,
-        row.late,
-        row.failed,
-        row.cancelled
+        status.refused,
+        status.busy,
+        status.late,
+        status.failed,
+        status.cancelled
     );
     text += &format!(
-        "answers: {} buckets of {:.1} MiB, {} unread; at most {} were held at once, {:.1} MiB exist; {} kept to be struck again, {:.1} MiB\n",
-        row.buckets,
-        mib(row.bucket_bytes),
-        row.unread,
-        row.buckets_used_max,
-        mib(row.buckets_bytes),
-        row.kept,
-        mib(row.kept_bytes)
+        "results: {} buckets of {:.1} MiB, {} unread; at most {} were held at once, {:.1} MiB exist; {} kept for later requests, {:.1} MiB\n",
+        status.buckets,
+        mib(status.bucket_bytes),
+        status.unread,
+        status.buckets_used_max,
+        mib(status.buckets_bytes),
+        status.kept,
+        mib(status.kept_bytes)
     );
     text += &format!("{:14} {:>8} {:>9} {:>9} {:>9} {:>9}  ms\n", "", "count", "p50", "p90", "p99", "max");
-    for (name, times) in std::iter::once(("strike", &row.strike)).chain(status.stages()) {
+    let stages = status.stage_times.iter().map(|(stage, times)| (stage.name(), times));
+    for (name, times) in std::iter::once(("strike", &status.request_times)).chain(stages) {
         let [p50, p90, p99, max] = [times.p50_ns, times.p90_ns, times.p99_ns, times.max_ns].map(|ns| ns as f64 * 1e-6);
         text += &format!("{name:14} {:8} {p50:9.3} {p90:9.3} {p99:9.3} {max:9.3}\n", times.count);
     }
     text += &format!(
         "databases: read {}, {} reloads; {:.1} MiB of memory, {:.1} MiB more in {} replaced objects still being struck\n",
-        utc(Duration::from_nanos(row.read_unix_ns)),
-        row.reloads,
-        mib(row.memory_bytes),
-        mib(row.retired_bytes),
-        row.retired
+        utc(status.read_unix),
+        status.reloads,
+        mib(status.memory_bytes),
+        mib(status.retired_bytes),
+        status.retired
     );
     text + &objects::table(loaded)
 }
 
-/// Answers per second since the last look at the same daemon.
+/// Results per second since the last update, of the same daemon.
 fn rate((then, last): &(Instant, Status), status: &Status) -> String {
-    let (before, now) = (last.row(), status.row());
-    if before.pid != now.pid {
+    if last.pid != status.pid {
         return String::new();
     }
-    format!(" ({:.0}/s)", now.answered.saturating_sub(before.answered) as f64 / then.elapsed().as_secs_f64())
+    format!(" ({:.0}/s)", status.answered.saturating_sub(last.answered) as f64 / then.elapsed().as_secs_f64())
 }

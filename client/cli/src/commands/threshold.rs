@@ -11,37 +11,37 @@ use shatter_proto::request::squarable;
 /// Arguments of `shatter threshold`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Object to test.
+    /// Object to test
     object: String,
-    /// Contact point in the coordinates of the mesh file, m, or as --convention says.
+    /// Contact point in the coordinates of the mesh file, m, or in those of --convention
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required_unless_present = "ray")]
     point: Option<[f64; 3]>,
-    /// Instead of a point: the object is tested where the ray from X,Y,Z along DX,DY,DZ first meets it.
+    /// Ray instead of a point: the contact point is the first hit on the object from X,Y,Z along DX,DY,DZ
     #[arg(long, value_name = "X,Y,Z,DX,DY,DZ", value_parser = ray, allow_hyphen_values = true, conflicts_with = "point")]
     ray: Option<Ray>,
-    /// Direction of the impulse, of any length; with --ray that of the ray unless it is given.
+    /// Direction of the impulse, of any length [default with --ray: that of the ray]
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required_unless_present = "ray")]
     direction: Option<[f64; 3]>,
-    /// Contact duration, s.
+    /// Contact duration, s [default: the object's]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     duration_s: Option<f64>,
-    /// Contact radius, m.
+    /// Contact radius, m [default: the object's]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     radius_m: Option<f64>,
-    /// Whose coordinates --point, --direction and what is printed are in: axes and unit of length. Other options keep their units.
+    /// Coordinates of --point, --direction and the output: axes and unit of length. Other options keep their units
     #[arg(long, value_name = "gltf|godot|unity|unreal|blender|mujoco", value_parser = convention, default_value = "gltf")]
     convention: NamedConvention,
-    /// Print one JSON document.
+    /// Print one JSON document on stdout
     #[arg(long)]
     json: bool,
 }
 
-/// The direction of length one; `None` for what has no direction.
+/// The direction, of length one; `None` if it is zero or not finite.
 fn unit(direction: [f64; 3]) -> Option<Vector3<f64>> {
     Vector3::from(squarable(direction)).try_normalize(0.0).filter(|unit| unit.iter().all(|x| x.is_finite()))
 }
 
-/// Prints the impulse at which the object just breaks.
+/// Prints the impulse that just breaks the object.
 pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let along = args.ray.map_or([0.0; 3], |ray| ray.direction);
     let unit = unit(args.direction.unwrap_or(along)).ok_or_else(|| {

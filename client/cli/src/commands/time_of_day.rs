@@ -6,7 +6,7 @@ use std::time::Duration;
 
 const DAY_S: u64 = 24 * 60 * 60;
 
-/// A time since 1970 as date and time of day, UTC.
+/// A time since 1970 as date and time of day in UTC.
 pub fn utc(unix: Duration) -> String {
     let (days, second) = (unix.as_secs() / DAY_S, unix.as_secs() % DAY_S);
     let (year, month, day) = civil(days);
@@ -14,8 +14,7 @@ pub fn utc(unix: Duration) -> String {
     format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02} UTC")
 }
 
-/// Year, month and day of a number of days since 1970. Years begin in March, so that leap days end them, and come in eras
-/// of 400.
+/// Year, month and day of a number of days since 1970. Years begin in March, so that leap days end them; an era has 400 years.
 fn civil(days: u64) -> (u64, u64, u64) {
     let days = days + 719_468;
     let (era, day_of_era) = (days / 146_097, days % 146_097);

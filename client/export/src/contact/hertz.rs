@@ -1,11 +1,11 @@
-//! The elastic collision of two bodies that meet in a point.
+//! Elastic collision of two bodies in a point, by Hertz theory.
 //!
 //! Based on: K. L. Johnson, *Contact Mechanics* (1985), sections 4.2 (spheres at rest) and 11.4 (spheres that collide).
 //!
-//! Local deformation alone: bodies must be stout beside the contact, and waves in them short beside its duration. Crushing of brittle
-//! bodies, and plastic flow of metals, make contacts longer and wider; a blow is then harder here than in truth.
+//! The theory covers local deformation only: bodies are thick compared with the contact, and waves cross them in less than its duration.
+//! Crushing of brittle bodies and plastic flow of metals make contacts longer and wider; the force is then larger here than in reality.
 
-/// How long a collision lasts over δ/v: 2∫₀¹ (1 − x^(5/2))^(-1/2) dx = 2√π Γ(7/5)/Γ(9/10).
+/// Duration of a collision divided by δ/v: 2∫₀¹ (1 − x^(5/2))^(-1/2) dx = 2√π Γ(7/5)/Γ(9/10).
 pub const DURATION: f64 = 2.943_275_184_324_706;
 
 /// An isotropic elastic material.
@@ -29,14 +29,14 @@ impl ElasticMaterial {
     }
 }
 
-/// One of two bodies that meet.
+/// One of two bodies in contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactBody {
-    /// What it is made of.
+    /// Material of the body.
     pub material: ElasticMaterial,
-    /// Its mass, kg; infinite for what does not move.
+    /// Mass, kg; infinite for a body that does not move.
     pub mass_kg: f64,
-    /// Radius of its surface where it is touched, m; infinite for a plane, negative for a hollow.
+    /// Radius of its surface at the contact, m; infinite for a plane, negative for a concave surface.
     pub radius_m: f64,
 }
 
@@ -47,16 +47,16 @@ impl ContactBody {
     }
 }
 
-/// Why a contact has no duration and radius.
+/// Reason why a contact has no duration and radius.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ContactError {
     /// A Young's modulus or mass that is not positive, or a speed that is not positive and finite.
     #[error("{key}: {value} is not positive")]
     NotPositive {
-        /// Which figure.
+        /// Name of the number.
         key: &'static str,
-        /// What it is.
+        /// The number.
         value: f64,
     },
     /// A Poisson's ratio outside of −1 to 1/2.
@@ -65,34 +65,34 @@ pub enum ContactError {
     /// Neither body moves.
     #[error("mass_kg: one of the two bodies must have a finite mass")]
     NoMass,
-    /// Two planes, or a hollow around something that is no smaller, do not meet in a point.
+    /// Two planes, or a concave surface around a body that is not smaller, do not meet in a point.
     #[error(
-        "radius_m: surfaces of radii {0} and {1} m do not meet in a point, so that Hertz theory has no contact for them; give one of them a finite radius, or a strike a duration and radius of your own"
+        "radius_m: surfaces of radii {0} and {1} m do not meet in a point, so that Hertz theory has no contact for them; give one of them a finite radius, or set duration and radius of the contact yourself"
     )]
     NoPoint(f64, f64),
 }
 
-/// What becomes of two bodies that meet in a point.
+/// Contact of two bodies in a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HertzContact {
-    /// δ, how far the bodies approach each other at most, m.
+    /// δ, the largest approach of the bodies, m.
     pub approach_m: f64,
-    /// a, radius of the area of contact then, m.
+    /// a, the radius of the contact area at the largest approach, m.
     pub radius_m: f64,
-    /// F, the force then, N.
+    /// F, the force at the largest approach, N.
     pub force_n: f64,
-    /// τ, from the first touch to the last, s.
+    /// τ, the duration from the first touch to the last, s.
     pub duration_s: f64,
 }
 
 impl HertzContact {
-    /// Two bodies whose centers approach each other at `speed_m_s` along the line between them. With 1/E* = Σ(1 − ν²)/E,
-    /// 1/R = Σ1/r and 1/m* = Σ1/m:
+    /// Contact of two bodies whose centers approach each other at `speed_m_s` along the line between them. With 1/E* = Σ(1 − ν²)/E, 1/R =
+    /// Σ1/r and 1/m* = Σ1/m:
     ///
     /// δ = (15 m* v² / (16 E* √R))^(2/5), a = √(R δ), F = 4/3 E* √R δ^(3/2), τ = [`DURATION`] · δ/v ≈ 2.87 (m*² / (R E*² v))^(1/5).
     ///
-    /// The service loads an object by half a sine of the impulse's area, whose peak is 15 % below F for a collision that
-    /// loses no energy, and 57 % for bodies that stay together.
+    /// The service applies half a period of a sine with the area of the impulse. Its peak is 15 % below F for a collision that loses no
+    /// energy, and 57 % below F for bodies that stay together.
     ///
     /// # Errors
     /// [`ContactError`], by what is wrong.
@@ -104,9 +104,9 @@ impl HertzContact {
         Self::of_mass(one, other, speed_m_s, 1.0 / inverse)
     }
 
-    /// As [`Self::of`], for a contact whose effective mass is not that of a central one: `impulse_ns` stopped `speed_m_s`, so
-    /// m* = J/v. Bodies that are hit beside their centers turn away and are lighter, which is all that it is used for: a simulator's
-    /// resting contacts carry impulses at no speed, and m* stays that of [`Self::of`] where J/v is more.
+    /// Contact as [`Self::of`], for an effective mass other than that of a central collision: `impulse_ns` stopped `speed_m_s`, so m* =
+    /// J/v. A body that is hit off-center turns away and counts as lighter. J/v is used only where it is less than the m* of [`Self::of`],
+    /// because a simulator's resting contacts carry impulses at zero speed.
     ///
     /// # Errors
     /// [`ContactError`], by what is wrong.
@@ -121,7 +121,7 @@ impl HertzContact {
         Self::of_mass(one, other, speed_m_s, seen.min(1.0 / inverse))
     }
 
-    /// The same with m* itself, kg.
+    /// The same with the effective mass m*, kg.
     fn of_mass(one: &ContactBody, other: &ContactBody, speed_m_s: f64, mass_kg: f64) -> Result<Self, ContactError> {
         let speed_m_s = finite("speed_m_s", speed_m_s)?;
         let mass_kg = finite("mass_kg", mass_kg)?;
@@ -148,12 +148,12 @@ impl HertzContact {
     }
 }
 
-/// `value`, if it is positive; it may be infinite.
+/// `value` if it is positive; it may be infinite.
 fn positive(key: &'static str, value: f64) -> Result<f64, ContactError> {
     if value > 0.0 { Ok(value) } else { Err(ContactError::NotPositive { key, value }) }
 }
 
-/// `value`, if it is positive and finite.
+/// `value` if it is positive and finite.
 fn finite(key: &'static str, value: f64) -> Result<f64, ContactError> {
     if value > 0.0 && value.is_finite() { Ok(value) } else { Err(ContactError::NotPositive { key, value }) }
 }

@@ -1,76 +1,76 @@
-//! Contacts near each other are one.
+//! Merging of contacts that are near each other.
 
 use super::{CONTACTS_MAX, ContactBody, ContactError, HertzContact};
 use nalgebra::Vector3;
 
-/// One contact of one step, as a simulator has it.
+/// One contact of one step, as a simulator reports it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactEvent {
-    /// Where, m, in the coordinates of the object (those of its mesh file).
+    /// Contact point, m, in the coordinates of the object (those of its mesh file).
     pub point_m: [f64; 3],
-    /// What it handed to the object, N·s, in the same coordinates.
+    /// Impulse on the object, N·s, in the same coordinates.
     pub impulse_ns: [f64; 3],
-    /// How fast the bodies approached each other there before the step, m/s, along the normal.
+    /// Approach speed of the bodies at the point before the step, along the normal, m/s.
     pub speed_m_s: f64,
-    /// What touched it.
+    /// The body that touched the object.
     pub other: ContactBody,
 }
 
-/// One contact of a strike.
+/// One contact of an impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MergedContact {
-    /// Where, m.
+    /// Contact point, m.
     pub point_m: [f64; 3],
-    /// What it hands to the object, N·s.
+    /// Impulse on the object, N·s.
     pub impulse_ns: [f64; 3],
-    /// How fast the bodies met, m/s.
+    /// Approach speed of the bodies, m/s.
     pub speed_m_s: f64,
-    /// Its duration and radius, and what follows from them.
+    /// Duration and radius of the contact, with the quantities of the theory.
     pub hertz: HertzContact,
 }
 
-/// Part of the impulse that the contacts of a step may lose before they become a strike.
+/// Largest share of the impulse that merging the contacts of a step may lose.
 ///
 /// Contacts of one face share a normal: friction between them costs a few percent of the sum. More than half is lost only
 /// where contacts have no Hertz theory (a plane lands on a plane) or cancel each other.
 pub const LOSS_MAX: f64 = 0.5;
 
-/// Contacts whose impulses would be lost: the body is not struck.
+/// Error for contacts whose impulses would be lost: the body is not struck.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "the contacts of this step hand in {given_ns} N·s, of which a strike would keep {kept_ns} N·s: {}. Give the body a finite radius (ContactPolicy::radius), merge fewer contacts (ContactPolicy::merge), or strike with a duration and radius of your own",
+    "the contacts of this step have {given_ns} N·s, of which an impact would keep {kept_ns} N·s: {}. Give the body a finite radius (ContactPolicy::radius), merge fewer contacts (ContactPolicy::merge), or set duration and radius of the contacts yourself",
     self.reason()
 )]
 pub struct ImpulseLost {
-    /// Sum of the sizes of the impulses handed in, N·s.
+    /// Sum of the magnitudes of the impulses of the step, N·s.
     pub given_ns: f64,
-    /// Sum of the sizes of those that would be kept, N·s.
+    /// Sum of the magnitudes of the impulses that would be kept, N·s.
     pub kept_ns: f64,
-    /// Why the strongest contact that is lost has no duration and radius; `None` if all have, and contacts cancel each other.
+    /// Reason why the strongest lost contact has no duration and radius; `None` if all have them, and the contacts cancel each other.
     pub cause: Option<ContactError>,
 }
 
 impl ImpulseLost {
     fn reason(&self) -> String {
-        self.cause.map_or_else(|| "contacts that become one cancel each other".to_owned(), |cause| cause.to_string())
+        self.cause.map_or_else(|| "merged contacts cancel each other".to_owned(), |cause| cause.to_string())
     }
 }
 
-/// Contacts that became one: sums and means weighted by the sizes of impulses.
+/// A group of merged contacts: sums, and means weighted by the magnitudes of impulses.
 #[derive(Clone, Copy)]
 pub(super) struct ContactGroup {
     point: Vector3<f64>,
     impulse: Vector3<f64>,
     speed_m_s: f64,
-    /// Sum of the sizes of its impulses, N·s.
+    /// Sum of the magnitudes of its impulses, N·s.
     weight: f64,
-    /// The strongest contact's, and how strong that was.
+    /// The other body of the strongest contact, and the magnitude of that contact's impulse.
     other: ContactBody,
     strongest: f64,
 }
 
 impl ContactGroup {
-    /// A contact by itself; `None` without an impulse, and if a figure of it is not finite.
+    /// A group of one contact; `None` without an impulse, or if a number of it is not finite.
     pub fn of(touch: &ContactEvent) -> Option<Self> {
         let (point, impulse) = (Vector3::from(touch.point_m), Vector3::from(touch.impulse_ns));
         let weight = impulse.norm();
@@ -86,12 +86,12 @@ impl ContactGroup {
         })
     }
 
-    /// Sum of the sizes of its impulses, N·s.
+    /// Sum of the magnitudes of its impulses, N·s.
     pub fn weight(&self) -> f64 {
         self.weight
     }
 
-    /// How far the other is away, m.
+    /// Distance from the other group, m.
     pub(super) fn distance(&self, other: &Self) -> f64 {
         (self.point - other.point).norm()
     }
@@ -110,10 +110,10 @@ impl ContactGroup {
         }
     }
 
-    /// The contact of a strike that it is for `own`; `None` where its impulses cancel.
+    /// The group as a contact of an impact on `own`; `None` if its impulses cancel.
     ///
     /// # Errors
-    /// Theory has no result for it.
+    /// The theory has no solution for it.
     fn blow(&self, own: &ContactBody) -> Result<Option<MergedContact>, ContactError> {
         let impulse_ns = self.impulse.norm();
         if impulse_ns == 0.0 {
@@ -125,8 +125,8 @@ impl ContactGroup {
     }
 }
 
-/// Contacts of a strike of `own`: the nearest two become one for as long as they are nearer than `merge_m`, or there are too many
-/// ([`CONTACTS_MAX`]). Strongest first; the same for any order of `groups`, but for the last bits.
+/// Contacts of an impact on `own`. The nearest two groups merge while they are nearer than `merge_m`, or while there are more than
+/// [`CONTACTS_MAX`]. The strongest comes first; the order of `groups` changes only the last bits.
 ///
 /// # Errors
 /// More than [`LOSS_MAX`] of the impulse would be lost.
@@ -158,7 +158,7 @@ pub(super) fn merged(
     Ok(blows)
 }
 
-/// The two groups nearest to each other, and how far they are apart, m.
+/// The two groups nearest to each other, and their distance, m.
 fn nearest(groups: &[ContactGroup]) -> Option<(usize, usize, f64)> {
     let pairs = (0..groups.len()).flat_map(|i| (i + 1..groups.len()).map(move |j| (i, j)));
     let apart = |(i, j): (usize, usize)| (i, j, groups[i].distance(&groups[j]));

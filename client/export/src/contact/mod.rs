@@ -1,9 +1,8 @@
-//! From the contacts of a simulator to strikes.
+//! From the contacts of a simulator to impacts.
 //!
-//! A simulator of rigid bodies knows where bodies touched, what impulse they handed over and how fast they met; a strike wants
-//! how long that took and how wide it was, too. [`HertzContact`] is the theory of one contact, [`ContactCollector`] what a host does with all
-//! contacts of a step: those near each other become one, at most as many as a strike takes are left, and what is too weak, too
-//! slow, or too soon after the last strike is not sent.
+//! A simulator of rigid bodies reports points, impulses and approach speeds of contacts; an impact also needs their duration and radius.
+//! [`HertzContact`] computes these for one contact. [`ContactCollector`] handles all contacts of a step: it merges contacts near each
+//! other, keeps at most as many as a request takes, and drops steps that are too weak, too slow, or too soon after the last impact.
 //!
 //! ```
 //! use shatter_export::contact::{ContactBody, ContactCollector, ContactEvent, ContactPolicy, ElasticMaterial};
@@ -13,18 +12,18 @@
 //! let mut contacts = ContactCollector::default();
 //! let mug = ContactPolicy::new(ContactBody { material: ceramic, mass_kg: 0.6, radius_m: 0.04 }).impulse_min(0.05).cooldown(0.25);
 //! contacts.watch("mug", mug);
-//! // What the simulator tells after a step, in the coordinates of the object.
+//! // The simulator's report after a step, in the coordinates of the object.
 //! let (point_m, impulse_ns) = ([0.0, 0.05, 0.04], [0.0, 0.0, -1.5]);
 //! contacts.touch(&"mug", ContactEvent { point_m, impulse_ns, speed_m_s: 3.0, other: steel_ball });
-//! for (object, blows) in contacts.step(0.016) {
-//!     let blows = blows?; // A flat landing is told here, not lost.
-//!     assert_eq!((object, blows.len()), ("mug", 1));
-//!     // The client makes an impact of them: `Impact::of(&blows)`.
+//! for (object, merged) in contacts.step(0.016) {
+//!     let merged = merged?; // A flat landing is an error here, not a silent loss.
+//!     assert_eq!((object, merged.len()), ("mug", 1));
+//!     // The client makes an impact of them: `Impact::of(&merged)`.
 //! }
 //! # Ok::<(), shatter_export::contact::ImpulseLost>(())
 //! ```
 //!
-//! Nothing here reads a clock or keeps anything but what it is told: the time of a step is the simulation's.
+//! This module reads no clock and keeps only its inputs: the time of a step is simulation time.
 
 mod collect;
 mod hertz;

@@ -15,7 +15,7 @@ fn hertz(one: &ContactBody, other: &ContactBody, speed_m_s: f64) -> HertzContact
     HertzContact::of(one, other, speed_m_s).unwrap()
 }
 
-/// Twice the integral of (1 − x^(5/2))^(-1/2) from 0 to 1, with x = 1 − s², which takes the singularity away; midpoint rule.
+/// Twice the integral of (1 − x^(5/2))^(-1/2) from 0 to 1, with x = 1 − s², which removes the singularity; midpoint rule.
 fn duration_by_quadrature() -> f64 {
     let steps = 20_000;
     let at = |k: u32| (f64::from(k) + 0.5) / f64::from(steps);
@@ -39,7 +39,7 @@ fn a_steel_ball_on_steel_is_as_calculated_by_hand() {
     check("force", found.force_n, 1754.0, 1e-3);
     let johnson = 2.87 * (0.033_f64.powi(2) / (0.01 * 115.385e9_f64.powi(2))).powf(0.2);
     check("duration", found.duration_s, johnson, 1e-3);
-    // The work of the contact force is the energy that was there: 2/5 F δ = ½ m* v².
+    // The work of the contact force is the initial energy: 2/5 F δ = ½ m* v².
     check("energy", 0.4 * found.force_n * found.approach_m, 0.5 * 0.033, 1e-12);
 }
 
@@ -117,7 +117,7 @@ fn touch(point_m: [f64; 3], impulse_ns: [f64; 3]) -> ContactEvent {
     ContactEvent { point_m, impulse_ns, speed_m_s: 3.0, other: BALL }
 }
 
-/// What comes of one step of these contacts.
+/// Contacts of the impact that one step of these contacts makes.
 fn blows(touches: &[ContactEvent], terms: ContactPolicy) -> Vec<MergedContact> {
     let mut contacts = ContactCollector::default();
     contacts.watch(1, terms);
@@ -125,7 +125,7 @@ fn blows(touches: &[ContactEvent], terms: ContactPolicy) -> Vec<MergedContact> {
     contacts.step(0.0).pop().map_or(Vec::new(), |(_, blows)| blows.unwrap())
 }
 
-/// Why one step of these contacts is no strike.
+/// Error of a step of these contacts, which makes no impact.
 fn lost(touches: &[ContactEvent], terms: ContactPolicy) -> ImpulseLost {
     let mut contacts = ContactCollector::default();
     contacts.watch(1, terms.cooldown(1.0));

@@ -1,29 +1,29 @@
-//! The XML document.
+//! XML document of a MuJoCo model.
 
 use super::shapes::{Shape, Solid};
 use super::{fragment_name, tensor_z_up, z_up};
 use crate::{FragmentView, ObjectView, PrincipalInertia, principal};
 use quick_xml::Writer;
-use shatter_proto::result::BondWire;
+use shatter_proto::result::Bond;
 use std::fmt::Display;
 use std::io;
 
 type Xml = Writer<Vec<u8>>;
 
-/// Colors as a screen shows those of the `.glb`.
+/// Colors of the `.glb` file, in sRGB.
 const OUTER_RGBA: &str = "0.63 0.66 0.69 1";
 const CRACK_RGBA: &str = "0.9 0.82 0.71 1";
 
-/// Two milliseconds a step, MuJoCo's usual; fast fragments are stable under it with implicit damping.
+/// Step of 2 ms, MuJoCo's default; fast fragments are stable with it and implicit damping.
 const OPTION: [(&str, &str); 3] = [("timestep", "0.002"), ("integrator", "implicitfast"), ("gravity", "0 0 -9.81")];
 
-/// MuJoCo refuses inertias below 1e-15; smaller ones are raised to this, kg·m².
+/// Smallest inertia in the model, kg·m²: MuJoCo refuses inertias below 1e-15, so smaller ones are raised to this.
 const INERTIA_MIN: &str = "1e-14";
 
-/// Bonds are as stiff as the time step allows: a time constant of two and a half steps, critically damped.
+/// Stiffness of bonds, the largest that the time step allows: a time constant of two and a half steps, critically damped.
 const WELD: [(&str, &str); 2] = [("solref", "0.005 1"), ("solimp", "0.95 0.99 0.001")];
 
-/// The model.
+/// Writes the model as XML.
 pub(super) fn xml(object: &ObjectView<'_>, shapes: &[Shape], meshes: &str) -> io::Result<String> {
     let mut writer = Writer::new_with_indent(Vec::new(), b' ', 2);
     let root = writer.create_element("mujoco").with_attribute(("model", object.name));
@@ -51,12 +51,12 @@ fn group(xml: &mut Xml, name: &str, content: impl FnOnce(&mut Xml) -> io::Result
     Ok(())
 }
 
-/// Numbers, separated by blanks, each so that it is read as it was.
+/// Joins numbers with spaces, each in a form that reads back exactly.
 fn list<N: Display>(numbers: impl IntoIterator<Item = N>) -> String {
     numbers.into_iter().map(|number| number.to_string()).collect::<Vec<_>>().join(" ")
 }
 
-/// What is seen is of group 2 and touches nothing; what collides is of group 3, which viewers hide.
+/// Writes the default classes: visible geometry is in group 2 and does not collide; colliding geometry is in group 3, which viewers hide.
 fn defaults(xml: &mut Xml) -> io::Result<()> {
     let class = |xml: &mut Xml, name: &str, content: &[(&str, &str)]| {
         let class = xml.create_element("default").with_attribute(("class", name));
@@ -80,7 +80,7 @@ fn assets(xml: &mut Xml, shapes: &[Shape]) -> io::Result<()> {
         }
         for file in shapes.iter().flat_map(|shape| &shape.files).map(|(file, _)| file.as_str()) {
             let name = file.trim_end_matches(".obj");
-            // Inertia is told per body; the parts of a surface enclose no volume to take it from.
+            // Each body has its own inertia; the parts of a surface enclose no volume to derive it from.
             empty(xml, "mesh", [("name", name), ("file", file), ("inertia", "shell")])?;
         }
         Ok(())
@@ -127,7 +127,7 @@ fn body(xml: &mut Xml, name: &str, fragment: &FragmentView<'_>, shape: &Shape) -
     Ok(())
 }
 
-/// Lowest and highest coordinates of all fragments.
+/// Lowest and highest coordinates of all fragments, m.
 fn extent(fragments: &[FragmentView<'_>]) -> ([f64; 3], [f64; 3]) {
     let start = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     let points = fragments.iter().flat_map(|fragment| {
@@ -139,18 +139,18 @@ fn extent(fragments: &[FragmentView<'_>]) -> ([f64; 3], [f64; 3]) {
     })
 }
 
-/// Welds between fragments that share a bond, which do not collide, and to the world.
+/// Writes welds between fragments that share a bond, which do not collide, and welds to the world.
 fn bonds(xml: &mut Xml, object: &ObjectView<'_>) -> io::Result<()> {
     if object.bonds.is_empty() {
         return Ok(());
     }
     let name = |id: u32| fragment_name(id, object.fragments.len());
     let number = |id: u32| name(id).trim_start_matches("fragment_").to_owned();
-    let pairs = || object.bonds.iter().filter(|bond| !bond.holds_to_world());
+    let pairs = || object.bonds.iter().filter_map(|bond| Some([bond.fragment, bond.neighbor?]));
     if pairs().next().is_some() {
         group(xml, "contact", |xml| {
-            pairs().try_for_each(|bond| {
-                let [one, two] = bond.fragments.map(name);
+            pairs().try_for_each(|pair| {
+                let [one, two] = pair.map(name);
                 empty(xml, "exclude", [("body1", one.as_str()), ("body2", &two)])
             })
         })?;
@@ -160,20 +160,19 @@ fn bonds(xml: &mut Xml, object: &ObjectView<'_>) -> io::Result<()> {
     group(xml, "custom", |xml| empty(xml, "numeric", [("name", "bond_area_m2"), ("data", &areas)]))
 }
 
-/// The anchor, in the frame of the second body, or of the world, is where residuals of the weld are measured.
+/// Writes a weld. Its anchor, in the frame of the second body or of the world, is the point where MuJoCo measures residuals.
 fn weld(
     xml: &mut Xml,
     object: &ObjectView<'_>,
-    bond: &BondWire,
+    bond: &Bond,
     name: impl Fn(u32) -> String,
     number: impl Fn(u32) -> String,
 ) -> io::Result<()> {
-    let [first, second] = bond.fragments;
-    let one = name(first);
-    if bond.holds_to_world() {
+    let (first, one) = (bond.fragment, name(bond.fragment));
+    let Some(second) = bond.neighbor else {
         let (own, anchor) = (format!("bond_{}_world", number(first)), list(z_up(bond.centroid_m)));
         return empty(xml, "weld", [("name", own.as_str()), ("body1", &one), ("anchor", &anchor)]);
-    }
+    };
     let center = object.fragments[second as usize].center_m;
     let anchor = list(z_up([0, 1, 2].map(|k| bond.centroid_m[k] - center[k])));
     let (own, two) = (format!("bond_{}_{}", number(first), number(second)), name(second));

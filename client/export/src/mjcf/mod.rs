@@ -2,10 +2,10 @@
 //!
 //! Based on: *XML Reference*, MuJoCo documentation (E. Todorov, T. Erez & Y. Tassa, *MuJoCo*, IROS 2012).
 //!
-//! One body with a free joint per fragment, at its center of mass, with the answer's mass and inertia. Fragments that share a bond are
-//! welded (`equality`, named `bond_…`, in the order of the answer's bonds, whose areas are the numeric `bond_area_m2`), so the object
-//! stands whole until welds are switched off; one that the world holds is welded to the world. Welded neighbors do not collide, not
-//! even once they are apart: MuJoCo takes exclusions when it compiles.
+//! Each fragment is a body with a free joint at its center of mass, with the mass and inertia of the result. Fragments that share a bond
+//! are welded: an `equality` named `bond_…`, in the order of the result's bonds, whose areas are the numeric `bond_area_m2`. The object
+//! stays whole until welds are switched off. A fragment that the world holds is welded to the world. Welded neighbors never collide, even
+//! after separation: MuJoCo applies exclusions when it compiles the model.
 //!
 //! Meters, kilograms, +Z up, right-handed: (x, y, z) of the mesh file is (x, −z, y) here.
 
@@ -22,11 +22,11 @@ use std::path::Path;
 pub struct MjcfModel {
     /// The document.
     pub xml: String,
-    /// Names and texts of the meshes, in the folder that the document names.
+    /// Names and texts of the mesh files, in the folder that the document names.
     pub meshes: Vec<(String, String)>,
 }
 
-/// The model of `object`, whose meshes are to lie in the folder `meshes` beside the document.
+/// Makes a model of `object`, whose meshes go into the folder `meshes` beside the document.
 ///
 /// # Errors
 /// [`ExportError`] by the figure that makes no valid model.
@@ -43,12 +43,12 @@ pub fn mjcf(object: &ObjectView<'_>, meshes: &str) -> Result<MjcfModel, ExportEr
     Ok(MjcfModel { xml, meshes: shapes.into_iter().flat_map(|shape| shape.files).collect() })
 }
 
-/// Writes the model of `object` to `path`, and its meshes into the folder `STEM_assets` beside it, which is made if it is not there.
-/// Each file appears whole or not at all, the document last. Files of the same names are replaced; meshes that the model there before names
-/// and the new one does not are removed; all others stay.
+/// Writes a model of `object` to `path`, and its meshes into the folder `STEM_assets` beside it, which is created if necessary. Each file
+/// appears whole or not at all, the document last. Files of the same names are replaced. Meshes that the replaced model names and the new
+/// one does not are removed; all other files stay.
 ///
 /// # Errors
-/// As of [`mjcf`], and the file that cannot be written.
+/// Those of [`mjcf`], and a file that cannot be written.
 pub fn write_mjcf(path: &Path, object: &ObjectView<'_>) -> Result<WriteReport, ExportError> {
     let stem = path.file_stem().unwrap_or(OsStr::new("object")).to_string_lossy();
     let meshes = format!("{stem}_assets");
@@ -70,12 +70,12 @@ pub fn write_mjcf(path: &Path, object: &ObjectView<'_>) -> Result<WriteReport, E
     Ok(WriteReport { fragments: object.fragments.len(), closed, bytes, files })
 }
 
-/// From +Y up to +Z up: a quarter turn about x.
+/// Rotates from +Y up to +Z up: a quarter turn about x.
 fn z_up<N: Copy + std::ops::Neg<Output = N>>([x, y, z]: [N; 3]) -> [N; 3] {
     [x, -z, y]
 }
 
-/// A tensor (xx, yy, zz, xy, xz, yz), turned likewise.
+/// Rotates a tensor (xx, yy, zz, xy, xz, yz) likewise.
 fn tensor_z_up([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> [f64; 6] {
     [xx, zz, yy, -xz, xy, -yz]
 }

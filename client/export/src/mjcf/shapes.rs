@@ -1,40 +1,40 @@
-//! What MuJoCo gets of one fragment's surface: what is seen, by material, and what collides.
+//! Geometry of one fragment for MuJoCo: visible meshes by material, and a shape for collisions.
 
 use super::z_up;
 use crate::obj::{Part, Vertices, mesh};
 use crate::{FragmentView, HullView, check, principal, smooth_normals};
 
-/// MuJoCo refuses meshes of fewer vertices.
+/// Smallest number of vertices of a mesh; MuJoCo refuses fewer.
 const VERTICES_MIN: usize = 4;
 
-/// MuJoCo refuses meshes of next to no area, m².
+/// Smallest area of a mesh, m²; MuJoCo refuses less.
 const AREA_MIN_M2: f64 = 1e-12;
 
-/// Of flatter fragments no hull is asked for: thickness over width.
+/// Smallest thickness over width of a fragment with a convex hull; flatter ones get a box.
 const FLATNESS_MIN: f64 = 1e-5;
 
-/// Half a side of a box at least, m.
+/// Smallest half side of a box, m.
 const HALF_MIN_M: f64 = 1e-6;
 
-/// What collides.
+/// Shape for collisions.
 pub(super) enum Solid {
-    /// The convex hull of a mesh, by its name.
+    /// Convex hull of a mesh, by the name of the mesh.
     Mesh(String),
-    /// A box, for what is too flat for a hull: center and half sides, m.
+    /// Box for a fragment too flat for a hull: center and half sides, m.
     Box([f64; 3], [f64; 3]),
 }
 
-/// One fragment.
+/// Geometry of one fragment.
 pub(super) struct Shape {
     /// Names and texts of its mesh files.
     pub files: Vec<(String, String)>,
-    /// What is seen: the class of the geometry and the name of its mesh.
+    /// Visible meshes: class of the geometry and name of the mesh.
     pub seen: Vec<(&'static str, String)>,
-    /// What collides.
+    /// Shape for collisions.
     pub solid: Solid,
 }
 
-/// The shape of the fragment called `name`; `hull` is `None` where no hulls were asked for.
+/// Geometry of the fragment with the name `name`; `hull` is `None` if the result has no hulls.
 pub(super) fn shape(name: &str, fragment: &FragmentView<'_>, hull: Option<&Option<HullView<'_>>>) -> Shape {
     let mut shape = Shape { files: Vec::new(), seen: Vec::new(), solid: bounds(fragment) };
     let points: Vec<[f32; 3]> = fragment.positions.iter().map(|own| z_up(*own)).collect();
@@ -71,7 +71,7 @@ pub(super) fn shape(name: &str, fragment: &FragmentView<'_>, hull: Option<&Optio
     shape
 }
 
-/// The outer triangles and those of cracks; all as one where MuJoCo would refuse a part.
+/// Outer triangles and crack triangles; all as one part if MuJoCo would refuse a part.
 fn seen<'a>(fragment: &FragmentView<'a>, merged: &[u32]) -> Vec<(&'static str, &'a [u32])> {
     let (outer, crack) = fragment.indices.split_at(fragment.outer_indices());
     let fits = |indices: &[u32]| vertices(indices, merged) >= VERTICES_MIN && area_m2(fragment, indices) > AREA_MIN_M2;
@@ -98,15 +98,15 @@ fn area_m2(fragment: &FragmentView<'_>, indices: &[u32]) -> f64 {
     indices.chunks_exact(3).map(area).sum()
 }
 
-/// Whether its box of equal inertia is next to flat.
+/// True if the box of equal inertia is almost flat.
 fn is_flat(fragment: &FragmentView<'_>) -> bool {
     let [most, middle, least] = principal(fragment.inertia_kg_m2).moments_kg_m2;
-    // Of a box of sides a ≥ b ≥ c moments are those of m/12 (a² + b²), …
+    // A box of sides a ≥ b ≥ c has the moments m/12 (a² + b²), …
     let (thin, wide) = (middle + least - most, most + middle - least);
     thin <= FLATNESS_MIN * FLATNESS_MIN * wide
 }
 
-/// The box around it.
+/// Bounding box of the fragment.
 fn bounds(fragment: &FragmentView<'_>) -> Solid {
     let start = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     let points = fragment.positions.iter().map(|own| z_up(own.map(f64::from)));

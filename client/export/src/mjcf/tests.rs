@@ -1,9 +1,9 @@
-//! The model by itself; `shatter-tests` reads it as XML, and steps it where Python has MuJoCo.
+//! Tests of the model as text; `shatter-tests` reads it as XML, and runs it if Python has MuJoCo.
 
 use super::*;
 use crate::{FragmentView, HullView, RunView};
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use shatter_proto::result::{BondWire, WORLD};
+use shatter_proto::result::Bond;
 
 fn matrix([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> Matrix3<f64> {
     Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
@@ -40,17 +40,19 @@ fn fragment(id: u32) -> FragmentView<'static> {
     }
 }
 
-fn bond(fragments: [u32; 2]) -> BondWire {
-    BondWire { fragments, area_m2: 0.25, normal: [1.0, 0.0, 0.0], centroid_m: [1.0, 2.5, 0.5] }
+fn bond(fragment: u32, neighbor: Option<u32>) -> Bond {
+    let mut bond = Bond::new(fragment, neighbor);
+    (bond.area_m2, bond.normal, bond.centroid_m) = (0.25, [1.0, 0.0, 0.0], [1.0, 2.5, 0.5]);
+    bond
 }
 
-fn model(hulls: &[Option<HullView<'_>>], bonds: &[BondWire]) -> Result<MjcfModel, ExportError> {
+fn model(hulls: &[Option<HullView<'_>>], bonds: &[Bond]) -> Result<MjcfModel, ExportError> {
     mjcf(&ObjectView { name: "<a & b>", fragments: &[fragment(0), fragment(1)], hulls, bonds }, "b")
 }
 
 #[test]
 fn what_the_world_holds_is_welded_to_it_and_what_is_flat_is_a_box() {
-    let xml = model(&[None, None], &[bond([0, 1]), bond([1, WORLD])]).unwrap().xml;
+    let xml = model(&[None, None], &[bond(0, Some(1)), bond(1, None)]).unwrap().xml;
     for wanted in [
         r#"<mujoco model="&lt;a &amp; b&gt;">"#,
         r#"<weld name="bond_000_001" body1="fragment_000" body2="fragment_001" anchor="0 -0 0.5"/>"#,
@@ -84,10 +86,11 @@ fn parts_that_do_not_fit_are_refused_by_name() {
         let refusal = found.unwrap_err().to_string();
         assert!(refusal.starts_with(wanted), "{refusal}");
     };
-    check(model(&[], &[bond([0, 2])]), "bond 0 names fragment 2");
-    check(model(&[], &[bond([0, 1]), bond([5, WORLD])]), "bond 1 names fragment 5");
+    check(model(&[], &[bond(0, Some(2))]), "bond 0 names fragment 2");
+    check(model(&[], &[bond(0, Some(1)), bond(5, None)]), "bond 1 names fragment 5");
     let hull = HullView { positions: &CORNERS[..3], indices: &FACES };
     check(model(&[None, Some(hull)], &[]), "the hull of fragment 1");
-    let lost = BondWire { centroid_m: [f64::NAN; 3], ..bond([0, 1]) };
+    let mut lost = bond(0, Some(1));
+    lost.centroid_m = [f64::NAN; 3];
     check(model(&[], &[lost]), "fragment 0: a bond is not finite");
 }

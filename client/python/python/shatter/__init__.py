@@ -1,4 +1,4 @@
-"""Run-time brittle fracture as a service: client of ``shatterd``.
+"""Client of ``shatterd``, the brittle-fracture daemon.
 
     import shatter
 
@@ -6,14 +6,14 @@
     ticket = mug.strike(shatter.Contact((0.0, 0.05, 0.04), (0.0, 0.0, -2.0)), degree=24)    # never blocks
     broken = ticket.wait()                                  # or ticket.poll(), once a frame
     for fragment in broken:
-        fragment.positions, fragment.triangles              # numpy arrays over shared memory, nothing is copied
+        fragment.positions, fragment.triangles              # numpy arrays over shared memory, without a copy
         fragment.mass_kg, fragment.center_m, fragment.inertia_kg_m2
     broken.write_glb("broken.glb")
 
-Meters, kilograms, seconds; right-handed, +Y up, counter-clockwise seen from outside, unless the connection says otherwise
-(``convention``). The exceptions of this module derive from :class:`ShatterError`: :class:`Refusal` says what was refused,
-:class:`ArgumentError` which argument cannot be used. Any number of threads may use anything of it at a time. A process that forks
-connects anew in the child.
+Meters, kilograms, seconds; right-handed, +Y up, counter-clockwise seen from outside, unless the connection has another
+``convention``. The exceptions of this module derive from :class:`ShatterError`: :class:`Refusal` is an error of the client or the
+service, :class:`ArgumentError` an argument that cannot be used. Any number of threads may use the module and its objects at a time.
+After a fork, the child connects again.
 """
 
 from ._shatter import (

@@ -1,4 +1,4 @@
-"""What the module offers. Lengths are in the unit of the connection's convention, meters by default, whatever their names end with."""
+"""Names of the module. Lengths are in the unit of the connection's convention, meters by default, whatever their names end with."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -45,36 +45,36 @@ class ShatterError(Exception):
     """Base class of the exceptions of this module."""
 
 class ArgumentError(ShatterError, ValueError):
-    """An argument cannot be used."""
+    """An argument that cannot be used."""
 
 class Refusal(ShatterError):
-    """Why something was not done. The message is one sentence for people."""
+    """An error of the client or the service. The message is one sentence for people."""
 
     kind: str
-    """The rule, as in JSON and logs: ``unknown_object``, ``busy``, ``lost``, …"""
+    """Name of the error, as in JSON and logs: ``unknown_object``, ``busy``, ``lost``, …"""
     at: str
-    """The offender: an argument, index, key or path; may be empty."""
+    """Argument, index, key or path that caused the error; may be empty."""
     fault: Literal["caller", "service", "environment"]
     retry: bool
     """Whether the same call may succeed a little later."""
     retry_after_s: float | None
 
 def connect(name: str | None = None, *, timeout_s: float = 1.0, convention: _Convention = "gltf") -> Service:
-    """Connects to the service of that name, or without one to that of ``SHATTER_SERVICE``, or to ``default``.
+    """Connects to a service by name; without a name to that of ``SHATTER_SERVICE``, or to ``default``.
 
-    Its answers come in the coordinates of ``convention``.
+    Its results come in the coordinates of ``convention``.
 
-    The connection outlives the daemon: what was under way when it went away ends as ``lost``, what comes next goes to its successor.
+    The connection outlives the daemon: requests under way when a daemon goes away end as ``lost``; later ones go to its successor.
     """
 
 def wait_for(name: str | None = None, *, timeout_s: float = 60.0, convention: _Convention = "gltf") -> Service:
     """Connects as :func:`connect` does, but waits for a daemon to appear."""
 
 def hertz(one: _Body, other: _Body, speed_m_s: float, *, impulse_ns: float | None = None) -> Hertz:
-    """How long and how wide two elastic bodies touch that meet in a point (Johnson, *Contact Mechanics*, 1985, 11.4).
+    """Computes duration and radius of an elastic contact by Hertz theory (Johnson, *Contact Mechanics*, 1985, 11.4).
 
-    A body is its mass (kg, ``inf`` for a floor), radius where it is touched (m, ``inf`` for a plane), Young's modulus (Pa) and Poisson's
-    ratio; :class:`Facts` has the moduli of objects. With ``impulse_ns`` the mass is at most that which the impulse stops.
+    A body is its mass (kg, ``inf`` for a floor), radius at the contact (m, ``inf`` for a plane), Young's modulus (Pa) and Poisson's
+    ratio; :class:`Facts` has the moduli of objects. With ``impulse_ns`` the effective mass is at most the one that the impulse stops.
     """
 
 @final
@@ -90,10 +90,10 @@ class Hertz:
 
 @final
 class Contact:
-    """Where an object is hit, and the impulse (N·s) that is handed to it; duration and radius are the object's where not given.
+    """One contact of an impact: point, impulse (N·s), duration and radius; the last two are the object's if not given.
 
-    With ``ray``, a direction of any length, the point is where a ray begins: the object is struck where the ray first meets it, which
-    :attr:`Broken.hit` tells. For strikes of one contact.
+    With ``ray``, a direction of any length, ``point`` is the origin of a ray, and the contact point is its first hit on the object:
+    :attr:`Broken.hit`. Only for impacts of one contact.
     """
 
     def __new__(
@@ -118,17 +118,17 @@ class Contact:
 
 @final
 class Hit:
-    """Where a ray first meets an object: on the boundary of its crack lattice, which contact points are projected on."""
+    """First hit of a ray on an object: on the boundary of its crack lattice, onto which contact points are projected."""
 
     @property
     def point(self) -> list[float]: ...
     @property
     def normal(self) -> list[float]:
-        """Outward, of length one."""
+        """Outward normal of the surface at the point, of length one."""
 
     @property
     def distance(self) -> float:
-        """From the origin of the ray to the point."""
+        """Distance from the origin of the ray to the point."""
 
     @property
     def body(self) -> int: ...
@@ -138,14 +138,14 @@ class Service:
     """A connection to a service."""
 
     def object(self, name: str, *, timeout_s: float = 1.0) -> Object:
-        """The object of that name, ready to be struck."""
+        """Finds an object by name, ready to be struck."""
 
     def objects(self, *, timeout_s: float = 1.0) -> list[Facts]:
         """All objects, ready or not, by name."""
 
     def status(self, *, timeout_s: float = 1.0) -> Status: ...
     def release(self, handle: int, *, timeout_s: float = 1.0) -> None:
-        """Gives a kept answer back."""
+        """Releases a kept result: its fragments cannot be struck any more."""
 
 @final
 class Status:
@@ -168,7 +168,7 @@ class Status:
 
 @final
 class Facts:
-    """What a service says of an object: always meters and +Y up. Of one that is not ready all but name, state and refusal is zero."""
+    """Facts of an object, always in meters and +Y up. If it is not ready, all but name, state and refusal is zero."""
 
     @property
     def name(self) -> str: ...
@@ -204,7 +204,7 @@ class Facts:
     def center_m(self) -> list[float]: ...
     @property
     def bounds_m(self) -> list[list[float]]:
-        """Lowest and highest corner of the mesh. Rays hit the lattice's surface, which can lie outside by part of its spacing."""
+        """Lowest and highest corner of the mesh. The lattice's surface, which rays hit, can lie outside by part of its spacing."""
 
     @property
     def radius_m(self) -> float: ...
@@ -239,34 +239,34 @@ class Object:
         fragments_max: int | None = None,
         bytes_max: int | None = None,
     ) -> Ticket:
-        """Sends a strike of one to eight contacts; never blocks. Keywords are the flags of ``shatter impact``.
+        """Sends a request of one to eight contacts; never blocks. Keywords are the options of ``shatter impact``.
 
-        ``degree``: a number of pieces, which breaks the object whatever γ says, or where the number comes from. ``enable`` and
-        ``disable``: names of effects, such as ``normals``, ``hulls``, ``bonds``. ``origin``: handle of a kept answer and the id of its
+        ``degree``: a number of sites, which breaks the object whatever γ is, or the rule that sets the number. ``enable`` and
+        ``disable``: names of effects, such as ``normals``, ``hulls``, ``bonds``. ``origin``: handle of a kept result and id of its
         fragment, which is struck instead of the object.
         """
 
     def aim(
         self, origin: _Vector, direction: _Vector, *, fragment: tuple[int, int] | None = None, timeout_s: float = 5.0
     ) -> Hit:
-        """Where the ray from ``origin`` along ``direction`` first meets the object, or ``fragment``: the handle of a kept answer
-        and the id of its fragment. Waits for it."""
+        """Finds the first hit of the ray from ``origin`` along ``direction`` on the object, or on ``fragment``: the handle of a
+        kept result and the id of its fragment. Waits for the service."""
 
     def even(self, pieces: int, *, seed: int = 0, timeout_s: float = 60.0) -> Ticket:
-        """Divides the whole object into even pieces without an impact; asks where bodies are first, if there are several."""
+        """Divides the whole object evenly without an impact; asks the service where the bodies are first, if there are several."""
 
     def threshold_factor(self, *contacts: Contact, timeout_s: float = 60.0) -> float:
-        """The factor on these impulses at which the object just breaks; waits for it."""
+        """Factor on these impulses at which the object just breaks; waits for the service."""
 
 @final
 class Ticket:
-    """A strike under way. It is cancelled when nobody has it any more."""
+    """A request under way. It is canceled when the last reference to it goes before its result."""
 
     def wait(self, *, timeout_s: float = 60.0) -> Broken:
-        """Waits for the answer; Ctrl-C ends it. On ``late`` the ticket is still good."""
+        """Waits for the result; Ctrl-C ends it. After ``late`` the ticket is still valid."""
 
     def poll(self) -> Broken | None:
-        """The answer if it is there; never blocks. Once a frame is often enough."""
+        """The result if there is one; never blocks. Once a frame is often enough."""
 
     @property
     def state(self) -> Literal["waiting", "computing", "ended"]: ...
@@ -274,10 +274,10 @@ class Ticket:
 
 @final
 class Broken:
-    """The answer to a strike: a sequence of fragments, empty where the object stays whole.
+    """The result of a request: a sequence of fragments, empty if the object stays whole.
 
-    It holds memory of the service until it, its fragments and the arrays that look into it are gone; ``del`` or ``with`` let go of it.
-    Copy what is kept for long (``array.copy()``).
+    It holds memory of the service until it, its fragments and all arrays that refer to it are gone; ``del`` or ``with`` release it.
+    Copy arrays that you keep for long (``array.copy()``).
     """
 
     @property
@@ -286,27 +286,27 @@ class Broken:
     def is_whole(self) -> bool: ...
     @property
     def handle(self) -> int | None:
-        """Names this answer to later strikes (``origin``), where it was to be kept."""
+        """Handle of this result for later requests (``origin``); ``None`` if the service does not keep it."""
 
     @property
     def hit(self) -> Hit | None:
-        """Where the ray of the strike met the object; ``None`` if it had no ray."""
+        """First hit of the request's ray on the object; ``None`` if it had no ray."""
 
     @property
     def output_hash(self) -> str:
-        """Equal answers have equal ones."""
+        """Content hash: equal for identical results."""
 
     @property
     def positions(self) -> NDArray[np.float32]:
-        """(all vertices, 3): of all fragments one after the other, each relative to its own center."""
+        """(all vertices, 3): the vertices of all fragments one after another, each relative to the center of its fragment."""
 
     @property
     def bonds(self) -> list[Bond]:
-        """Which fragments touch; empty unless ``bonds`` is on."""
+        """Contact areas between fragments; empty unless ``bonds`` is on."""
 
     @property
     def debris(self) -> list[Debris]:
-        """Where dust and chips come from; empty unless ``debris`` is on."""
+        """Points on cracks from which dust and chips come; empty unless ``debris`` is on."""
 
     def write_glb(self, path: str | os.PathLike[str]) -> None:
         """Writes a binary glTF file, whole or not at all."""
@@ -315,10 +315,10 @@ class Broken:
         """Writes a folder of OBJ files with a table."""
 
     def write_mjcf(self, path: str | os.PathLike[str]) -> None:
-        """Writes a MuJoCo model, with its meshes in a folder beside it; ``bonds`` and ``hulls`` make it collide and hold."""
+        """Writes a MuJoCo model, with its meshes in a folder beside it; ``bonds`` and ``hulls`` make it hold together and collide."""
 
     def release(self) -> None:
-        """Gives the memory back now; ``BufferError`` while fragments or arrays look into it."""
+        """Releases the memory now; ``BufferError`` while fragments or arrays refer to it."""
 
     def __len__(self) -> int: ...
     def __getitem__(self, index: int, /) -> Fragment: ...
@@ -328,7 +328,7 @@ class Broken:
 
 @final
 class Summary:
-    """The facts of a strike."""
+    """Summary of a result."""
 
     @property
     def object(self) -> str: ...
@@ -377,7 +377,7 @@ class Summary:
 
 @final
 class Fragment:
-    """One fragment: a closed mesh and what a rigid body needs. Arrays look into shared memory and are read-only."""
+    """One fragment: a closed mesh, and the data of a rigid body. Arrays refer to shared memory and are read-only."""
 
     @property
     def id(self) -> int: ...
@@ -393,17 +393,17 @@ class Fragment:
 
     @property
     def inertia_kg_m2(self) -> NDArray[np.float64]:
-        """(3, 3): about the center of mass."""
+        """(3, 3): inertia tensor about the center of mass."""
 
     @property
     def linear_m_s(self) -> NDArray[np.float64] | None:
-        """(3,): on top of how the object moved; None unless ``release`` is on."""
+        """(3,): velocity in addition to the object's; None unless ``release`` is on."""
 
     @property
     def angular_rad_s(self) -> NDArray[np.float64] | None: ...
     @property
     def positions(self) -> NDArray[np.float32]:
-        """(vertices, 3): relative to the center of mass."""
+        """(vertices, 3): positions relative to the center of mass."""
 
     @property
     def triangles(self) -> NDArray[np.uint32]:
@@ -411,15 +411,15 @@ class Fragment:
 
     @property
     def merges(self) -> NDArray[np.uint32]:
-        """(pairs, 2): vertices that are the same point; with them every edge has one opposite."""
+        """(pairs, 2): vertices that are the same point; with them every edge has exactly one opposite."""
 
     @property
     def normals(self) -> NDArray[np.float32] | None:
-        """(vertices, 3); None unless ``normals`` is on."""
+        """(vertices, 3): normals, of length one; None unless ``normals`` is on."""
 
     @property
     def uvs(self) -> NDArray[np.float32] | None:
-        """(vertices, 2), m; None unless ``uv`` is on."""
+        """(vertices, 2): texture coordinates, m; None unless ``uv`` is on."""
 
     @property
     def looks(self) -> NDArray[np.float32] | None:
@@ -427,7 +427,7 @@ class Fragment:
 
     @property
     def materials(self) -> NDArray[np.uint32] | None:
-        """(triangles,): the input's, 2³²−1 on cracks; None unless ``attributes`` is on and the input has any."""
+        """(triangles,): the input's materials, 2³²−1 on cracks; None unless ``attributes`` is on and the input has any."""
 
     @property
     def runs(self) -> list[Run]: ...
@@ -437,13 +437,13 @@ class Fragment:
 
     @property
     def skin(self) -> Skin | None:
-        """Its part of the input's own triangles; None unless ``skin`` is on."""
+        """The fragment's part of the input's own triangles; None unless ``skin`` is on."""
 
     def is_closed(self) -> bool: ...
 
 @final
 class Run:
-    """Consecutive triangles and vertices of a fragment that face one neighbor; None: the outside, or an older crack."""
+    """Triangles of one fragment that face one neighbor; None: the outside, or a fragment of an earlier result."""
 
     @property
     def neighbor(self) -> int | None: ...
@@ -466,11 +466,11 @@ class Hull:
     def triangles(self) -> NDArray[np.uint32]: ...
     @property
     def coverage(self) -> float:
-        """Volume of the part of the fragment inside the hull over that of the fragment."""
+        """Volume of the part of the fragment inside the hull, divided by the fragment's volume."""
 
     @property
     def margin_m(self) -> float:
-        """The deepest that any other fragment lies below the hull's surface."""
+        """Largest depth of any other fragment below the hull's surface."""
 
 @final
 class Skin:
@@ -487,7 +487,7 @@ class Skin:
 class Bond:
     @property
     def fragments(self) -> tuple[int, int | None]:
-        """The lower id first; None: the world."""
+        """Ids of the fragments, the lower first; None: the world."""
 
     @property
     def area_m2(self) -> float: ...

@@ -1,4 +1,4 @@
-//! What a scene says of how an object is held.
+//! Anchors of an object in a scene.
 
 use super::invalid;
 use super::names::known;
@@ -11,7 +11,7 @@ use shatter_proto::effect::{Effect, Effects};
 /// Keys of an anchor.
 const KEYS: [&str; 4] = ["center", "radius_m", "min", "max"];
 
-/// The numbers of an anchor, after its keys have been checked.
+/// Values of an anchor's table, after the keys have been checked.
 #[derive(Deserialize)]
 struct Values {
     center: Option<[f64; 3]>,
@@ -20,8 +20,9 @@ struct Values {
     max: Option<[f64; 3]>,
 }
 
-/// What the object at `path` is held by, where strikes may have the effects `allowed`. Refused: anchors that no strike may have, and
-/// effects without them.
+/// Reads the anchors and gravity of the object at `path`, for the effects `allowed`.
+///
+/// Refuses anchors without the effect, and the effect without anchors.
 pub(super) fn read(
     path: &str,
     tables: Option<&[toml::Table]>,
@@ -31,7 +32,8 @@ pub(super) fn read(
     let at = |key: &str| format!("{path}.{key}");
     let region = |(number, table): (usize, &toml::Table)| region(&format!("{path}.anchors[{number}]"), table);
     let regions = tables.unwrap_or_default().iter().enumerate().map(region).collect::<Result<Vec<_>, _>>()?;
-    let needs = |effect: Effect| format!("needs the effect `{}`, which is off", effect.name());
+    let needs =
+        |effect: Effect| format!("needs the effect `{}`, which is off; add it to `effects` or `allow`", effect.name());
     if allowed.has(Effect::Anchored) && regions.is_empty() {
         return Err(invalid(at("anchors"), "the effect `anchored` needs at least one anchor"));
     }
@@ -49,7 +51,7 @@ pub(super) fn read(
     Ok(Anchors { regions, gravity_m_s2 })
 }
 
-/// A ball or a box.
+/// Reads a ball or a box.
 pub(super) fn region(path: &str, table: &toml::Table) -> Result<Region, Error> {
     known(path, table.keys(), &KEYS)?;
     let values = toml::Value::Table(table.clone()).try_into();
@@ -71,6 +73,6 @@ pub(super) fn region(path: &str, table: &toml::Table) -> Result<Region, Error> {
                 .then_some(cuboid)
                 .ok_or_else(|| invalid(format!("{path}.max"), "must be above `min` along every axis"))
         }
-        _ => Err(invalid(path, "is either a ball, with `center` and `radius_m`, or a box, with `min` and `max`")),
+        _ => Err(invalid(path, "must be either a ball (`center` and `radius_m`) or a box (`min` and `max`)")),
     }
 }

@@ -1,4 +1,4 @@
-//! Scenes: which objects are served, and what is simulated of each. What a scene does not name is neither loaded nor run.
+//! Scenes: the objects that are served, and what is simulated of each. What a scene does not name is neither loaded nor run.
 
 mod anchors;
 mod names;
@@ -18,7 +18,10 @@ use shatter_proto::{Error, ErrorKind};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Reads a text file; devices and pipes, which may never end, are refused.
+/// Reads a text file; refuses devices and pipes, whose reads may never end.
+///
+/// # Errors
+/// Those of the file system, and one for what is no regular file.
 pub fn read_text(path: &Path) -> std::io::Result<String> {
     if std::fs::metadata(path)?.is_file() {
         std::fs::read_to_string(path)
@@ -30,15 +33,19 @@ pub fn read_text(path: &Path) -> std::io::Result<String> {
 /// A scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// What it shows, for people.
+    /// Title for people.
     pub title: String,
-    /// Its objects, by the names under which they are served.
+    /// Objects by the names under which they are served.
     pub objects: BTreeMap<String, SceneObject>,
 }
 
 impl Scene {
-    /// Reads a scene file. Errors: `configuration`, `unknown_effect`, `effect`, `object_name`, naming the offender and the nearest
-    /// that is known.
+    /// Reads a scene file.
+    ///
+    ///
+    ///
+    /// # Errors
+    /// `configuration`, `unknown_effect`, `effect`, `object_name`, naming the offender and the nearest that is known.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let at = path.display().to_string();
         let text = read_text(path)
@@ -47,7 +54,10 @@ impl Scene {
             .map_err(|refusal| Error { message: format!("{at}: {}", refusal.message), ..refusal })
     }
 
-    /// As [`Self::load`], of the text of a file, which refers to others from `folder` on.
+    /// Parses the text of a scene file; `folder` is the base of relative paths in it.
+    ///
+    /// # Errors
+    /// Those of [`Self::load`].
     pub fn parse(text: &str, folder: &Path) -> Result<Self, Error> {
         let wrong = |error: toml::de::Error| Error::new(ErrorKind::Configuration, "scene", toml_error(text, &error));
         let table: toml::Table = text.parse().map_err(wrong)?;
@@ -55,13 +65,13 @@ impl Scene {
         let title = match table.get("title") {
             None => String::new(),
             Some(toml::Value::String(title)) => title.clone(),
-            Some(_) => return Err(invalid("title", "must be a text")),
+            Some(_) => return Err(invalid("title", "must be a string")),
         };
         let materials = Materials::parse(MATERIALS);
         let materials = materials.map_err(|error| invalid("materials", error.to_string()))?;
         let objects = match table.get("objects") {
             Some(toml::Value::Table(objects)) if !objects.is_empty() => objects,
-            _ => return Err(invalid("objects", "a scene needs at least one table [objects.NAME]")),
+            _ => return Err(invalid("objects", "missing; add at least one table [objects.NAME]")),
         };
         let object = |(name, value): (&String, &toml::Value)| {
             object_name(name)?;
@@ -73,13 +83,13 @@ impl Scene {
         Ok(Self { title, objects: objects.iter().map(object).collect::<Result<_, Error>>()? })
     }
 
-    /// The names of its objects' databases, by those of the objects.
+    /// Names of the databases by object name.
     pub fn databases(&self) -> BTreeMap<String, String> {
         self.objects.iter().map(|(name, object)| (name.clone(), object.database.clone())).collect()
     }
 }
 
-/// Refuses the value of a key.
+/// Error for the value of a key.
 fn invalid(key: impl Into<String>, why: impl std::fmt::Display) -> Error {
     let key = key.into();
     let message = format!("{key}: {why}");

@@ -1,4 +1,4 @@
-//! What a scene says about one object.
+//! One object of a scene file.
 
 use super::names::{known, nearest};
 use super::{BakeRecipe, anchors, invalid, warp};
@@ -15,7 +15,7 @@ use shatter_proto::name::object_name;
 use shatter_proto::request::{Lift, Quality, Request};
 use std::path::Path;
 
-/// Keys of an object, in the order in which the shipped scenes have them.
+/// Keys of an object, in the order of the shipped scenes.
 const KEYS: [&str; 19] = [
     "database",
     "shape",
@@ -38,69 +38,69 @@ const KEYS: [&str; 19] = [
     "gravity_m_s2",
 ];
 
-/// Effects for which a scene must say more than that they are on.
+/// Effects that need further keys in the scene.
 const SCENIC: [Effect; 3] = [Effect::Warp, Effect::Anchored, Effect::Gravity];
 
 /// Lifts by name.
 const LIFTS: [(&str, Lift); 3] =
     [("euclidean", Lift::Euclidean), ("interior", Lift::Interior), ("surface_diffusion", Lift::SurfaceDiffusion)];
 
-/// What names a database.
-const NAMES: &str = "it takes the name of a file in the folder that is served, without folders and without `.shatter`";
+/// Advice on database names.
+const NAMES: &str = "use the name of a file in the database folder, without folders and without `.shatter`";
 
-/// Shapes that the project generates.
+/// Names of the generated shapes.
 pub const SHAPES: [&str; 6] = shapes::NAMES;
 
-/// One object of a scene.
+/// Object of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneObject {
-    /// Name of its database: that of the file, without its ending, in the folder that is served.
+    /// Name of its database: the file name in the database folder, without extension.
     pub database: String,
-    /// A generated shape that it can be baked from.
+    /// Generated shape from which it can be baked.
     pub shape: Option<&'static str>,
-    /// What it is made of.
+    /// Name and properties of its material.
     pub material: Option<(String, Material)>,
-    /// Spacings of its lattices over the diagonal, if it is baked.
+    /// Spacing of the elastic lattice for baking, as a fraction of the diagonal.
     pub elastic_spacing: Option<f64>,
-    /// See there.
+    /// Spacing of the crack lattice for baking, as a fraction of the diagonal.
     pub crack_spacing: Option<f64>,
-    /// Impacts that it learns from, if it is baked.
+    /// Number of example impacts for baking.
     pub examples: Option<u64>,
-    /// How it is struck.
+    /// Defaults and limits of requests.
     pub terms: ObjectPolicy,
 }
 
-/// On what terms an object is struck: what strikes get that say nothing, and what they may ask for.
+/// Defaults and limits of requests for an object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObjectPolicy {
-    /// Effects that are on.
+    /// Effects that are on by default.
     pub on: Effects,
-    /// Effects that strikes may switch on, those that are on among them.
+    /// Effects that requests may switch on, including those that are on by default.
     pub allowed: Effects,
-    /// The lift where interior distances are on.
+    /// Lift for interior distances.
     pub lift: Lift,
-    /// Reference fragment size, m, for γ.
+    /// Reference fragment size for γ, m.
     pub fragment_size_m: Option<f64>,
-    /// γ, J·m²; goes before the fragment size.
+    /// γ, J·m²; overrides the fragment size.
     pub gamma_j_m2: Option<f64>,
-    /// Sites at most.
+    /// Maximum number of sites.
     pub sites_max: Option<u32>,
-    /// Fragments at most: a strike with more is refused.
+    /// Maximum number of fragments; requests that produce more are refused.
     pub fragments_max: Option<u32>,
-    /// Bytes of answer at most.
+    /// Maximum size of a result, bytes.
     pub bytes_max: Option<u64>,
-    /// Smaller pieces become part of a neighbor, m³; needs `slivers`.
+    /// Volume below which a fragment is merged into a neighbor, m³; needs `slivers`.
     pub volume_min_m3: Option<f64>,
-    /// The preset of strikes that name none, and of the lattices if they are baked for it; without it strikes have that of the lattices.
+    /// Preset of requests that name none, and of the lattices baked for the object; `None`: requests use the preset of the lattices.
     pub quality: Option<Quality>,
-    /// What an artist says; needs `warp`.
+    /// Controls for artists; needs `warp`.
     pub controls: WarpControls,
-    /// What holds it where `anchored` is on.
+    /// Anchors; used if `anchored` is on.
     pub anchors: Anchors,
 }
 
 impl Default for ObjectPolicy {
-    /// Those of an object that no scene speaks of.
+    /// Policy of an object without a scene.
     fn default() -> Self {
         Self {
             on: Effects::usual(),
@@ -120,7 +120,7 @@ impl Default for ObjectPolicy {
 }
 
 impl ObjectPolicy {
-    /// With everything on that these terms can prepare: what is held here is held there, too.
+    /// Policy with all effects on that the scene can prepare, with its anchors and controls.
     #[must_use]
     pub fn rich(&self) -> Self {
         let scenic = SCENIC.into_iter().filter(|effect| self.allowed.has(*effect));
@@ -134,7 +134,7 @@ impl ObjectPolicy {
         }
     }
 
-    /// The tables that some strike may need. Whether strikes may name another lift is a matter of what is loaded.
+    /// Tables that some request may need. Requests for another lift depend on which lifts were loaded.
     pub fn tables(&self) -> Tables {
         if *self == Self::default() {
             return Tables::ALL;
@@ -144,14 +144,17 @@ impl ObjectPolicy {
             elastic: self.allowed.has(Effect::Elastic),
             interior: interior && self.lift == Lift::Interior,
             surface_diffusion: interior && self.lift == Lift::SurfaceDiffusion,
-            // They are made in the interior lift.
+            // Examples are computed in the interior lift.
             examples: self.allowed.has(Effect::Examples) && interior && self.lift == Lift::Interior,
             attributes: self.allowed.has(Effect::Attributes),
             skin: self.allowed.has(Effect::Skin),
         }
     }
 
-    /// The effects of `strike`. Refused by name: what cannot be, and what the scene does not prepare.
+    /// Effects of `strike`. Refuses impossible combinations and effects that the scene does not prepare.
+    ///
+    /// # Errors
+    /// `effect`: an effect that the scene does not prepare, that is on and off at once, or without what it needs.
     pub fn effects(&self, strike: &Request) -> Result<Effects, Error> {
         if let Some(effect) = strike.enable.iter().find(|effect| !self.allowed.has(*effect)) {
             let (object, name) = (&strike.object, effect.name());
@@ -170,16 +173,19 @@ impl ObjectPolicy {
         let curved = |lift| lift != Lift::Euclidean;
         match strike.lift.map(curved) {
             _ if strike.enable.has(Effect::Interior) && !curved(strike.lift.unwrap_or(self.lift)) => {
-                Err(conflict(Effect::Interior, "interior distances are switched on, but the lift is `euclidean`"))
+                Err(conflict(Effect::Interior, "interior distances are on, but the lift is `euclidean`; change one"))
             }
             Some(true) if !on.has(Effect::Interior) => {
-                Err(conflict(Effect::Interior, "interior distances are off, but the lift has them"))
+                Err(conflict(Effect::Interior, "the lift needs interior distances, which are off; enable `interior`"))
             }
             _ => Ok(on),
         }
     }
 
-    /// Holds `prepared` if some strike may want it held.
+    /// Adds the anchors to `prepared` if some request may need them.
+    ///
+    /// # Errors
+    /// [`AnchorError`].
     pub fn anchor(&self, prepared: &mut PreparedObject) -> Result<(), AnchorError> {
         match self.allowed.has(Effect::Anchored) {
             true => prepared.anchor(&self.anchors, &CancelToken::default()),
@@ -187,14 +193,14 @@ impl ObjectPolicy {
         }
     }
 
-    /// γ of an object of this material, unless it is the object's own.
+    /// γ of an object of this material, J·m²; `None` if the database's own γ applies.
     pub fn gamma(&self, material: &Material) -> Option<f64> {
         let sized = |size_m| reference_gamma(material.young_pa, material.strength_pa, size_m);
         self.gamma_j_m2.or(self.fragment_size_m.map(sized))
     }
 }
 
-/// Types of the values, after the keys have been checked.
+/// Values of an object's table, after the keys have been checked.
 #[derive(Deserialize)]
 struct Values {
     database: Option<String>,
@@ -221,7 +227,7 @@ struct Values {
 }
 
 impl SceneObject {
-    /// The object `name`, from its table.
+    /// Reads the object `name` from its table.
     pub(super) fn read(name: &str, table: &toml::Table, materials: &Materials, folder: &Path) -> Result<Self, Error> {
         let path = format!("objects.{name}");
         let path = path.as_str();
@@ -246,7 +252,7 @@ impl SceneObject {
         }
         let database = values.database.unwrap_or_else(|| name.to_owned());
         object_name(&database)
-            .map_err(|_| invalid(at("database"), format!("`{}` names no database: {NAMES}", brief(&database))))?;
+            .map_err(|_| invalid(at("database"), format!("`{}` is no database name; {NAMES}", brief(&database))))?;
         let material = values.material.map(|name| match materials.get(&name) {
             Ok(material) => Ok((name, material.clone())),
             Err(error) => Err(invalid(at("material"), error)),
@@ -254,14 +260,17 @@ impl SceneObject {
         let shape = values.shape.map(|name| {
             let found = SHAPES.into_iter().find(|shape| *shape == name);
             found.ok_or_else(|| {
-                invalid(at("shape"), format!("`{}` is no shape; `{}` is", brief(&name), nearest(&name, &SHAPES)))
+                invalid(
+                    at("shape"),
+                    format!("`{}` is not a shape; did you mean `{}`?", brief(&name), nearest(&name, &SHAPES)),
+                )
             })
         });
         let lift = values.lift.map_or(Ok(Lift::Interior), |name| named(&at("lift"), "lift", &name, LIFTS))?;
         let qualities = Quality::ALL.map(|quality| (quality.name(), quality));
         let quality = values.quality.map(|name| named(&at("quality"), "quality", &name, qualities)).transpose()?;
         let on = values.effects.map_or(Ok(Effects::usual()), |names| effects(&at("effects"), &names))?;
-        // What is on must not need what is off.
+        // An effect that is on must not need one that is off.
         let on =
             Effects::default().changed(on, Effects::default()).map_err(|refusal| placed(&at("effects"), refusal))?;
         let more = effects(&at("allow"), &values.allow)?;
@@ -273,7 +282,7 @@ impl SceneObject {
         if controls.is_silent() == allowed.has(Effect::Warp) {
             return Err(invalid(
                 at("warp"),
-                "this table and the effect `warp` go together: one is there, the other is not",
+                "this table and the effect `warp` go together; add the missing one or remove both",
             ));
         }
         let anchors = anchors::read(path, values.anchors.as_deref(), values.gravity_m_s2, allowed)?;
@@ -304,17 +313,18 @@ impl SceneObject {
 }
 
 impl SceneObject {
-    /// What it is baked from, if its shape is a generated one.
+    /// Mesh and parameters for baking the object, if its shape is a generated one.
     pub fn bake(&self, name: &str) -> Option<(RawMesh, BakeRequest)> {
         BakeRecipe::of(name, self).bake(name)
     }
 }
 
-/// What `name` stands for among `all`.
+/// Looks `name` up in `all`.
 fn named<T: Copy, const N: usize>(path: &str, what: &str, name: &str, all: [(&str, T); N]) -> Result<T, Error> {
     let found = all.iter().find(|(known, _)| *known == name);
     let names = all.map(|(known, _)| known);
-    let unknown = || invalid(path, format!("`{}` is no {what}; `{}` is", brief(name), nearest(name, &names)));
+    let unknown =
+        || invalid(path, format!("`{}` is not a {what}; did you mean `{}`?", brief(name), nearest(name, &names)));
     found.map(|(_, value)| *value).ok_or_else(unknown)
 }
 
@@ -323,7 +333,7 @@ fn effects(path: &str, names: &[String]) -> Result<Effects, Error> {
     Ok(Effects::of(found.collect::<Result<Vec<_>, _>>().map_err(|refusal| placed(path, refusal))?))
 }
 
-/// The refusal, with where in the scene it is.
+/// Prefixes an error with its place in the scene.
 fn placed(path: &str, refusal: Error) -> Error {
     Error { message: format!("{path}: {}", refusal.message), ..refusal }
 }

@@ -1,4 +1,4 @@
-//! What the databases of a scene are baked from.
+//! Inputs of the databases of a scene.
 
 use super::{Scene, SceneObject, invalid};
 use crate::wire::preset;
@@ -9,17 +9,17 @@ use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_proto::Error;
 use std::collections::BTreeMap;
 
-/// What a database is baked from.
+/// Inputs of a database.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakeRecipe {
-    /// The objects that are made of it.
+    /// Objects that use the database.
     pub objects: Vec<String>,
     shape: Option<&'static str>,
     material: Option<(String, Material)>,
     elastic_spacing: Option<f64>,
     crack_spacing: Option<f64>,
     quality: pipeline::Preset,
-    /// Whether the preset is named; one that is not must not sever parts.
+    /// Whether the scene names the preset; an unnamed preset must not sever parts.
     named: bool,
     examples: u64,
     fragment_size_m: Option<f64>,
@@ -28,7 +28,7 @@ pub struct BakeRecipe {
 }
 
 impl BakeRecipe {
-    /// Of the database of one object.
+    /// Inputs of the database of one object.
     pub(super) fn of(name: &str, object: &SceneObject) -> Self {
         Self {
             objects: vec![name.to_owned()],
@@ -45,8 +45,8 @@ impl BakeRecipe {
         }
     }
 
-    /// Of a database that several objects are made of: what one of them says, and the tables of all. The threshold is each object's
-    /// own; the database has what they agree on, if they do.
+    /// Inputs of a database that several objects share: the values that any of them gives, and the tables of all. The fracture threshold is
+    /// per object; the database stores it only if all objects agree.
     fn of_all(all: &[(&str, &SceneObject)]) -> Result<Self, Error> {
         let objects = || all.iter().map(|(_, object)| *object);
         Ok(Self {
@@ -56,7 +56,7 @@ impl BakeRecipe {
             elastic_spacing: said(all, "elastic_spacing", |object| object.elastic_spacing)?,
             crack_spacing: said(all, "crack_spacing", |object| object.crack_spacing)?,
             named: objects().any(|object| object.terms.quality.is_some()),
-            // Finer lattices serve coarser strikes.
+            // Finer lattices also serve requests of coarser presets.
             quality: objects().map(|object| preset(object.terms.quality.unwrap_or_default())).max().unwrap_or_default(),
             examples: said(all, "examples", |object| object.examples)?.unwrap_or(0),
             fragment_size_m: agreed(objects().filter_map(|object| object.terms.fragment_size_m)),
@@ -85,8 +85,12 @@ impl BakeRecipe {
 }
 
 impl Scene {
-    /// What its databases are baked from, by their names. Refused by key: objects of one database that do not agree on what it is baked
-    /// from, a shape without a material.
+    /// Inputs of the databases, by name.
+    ///
+    /// Refuses objects of one database with different inputs, and a shape without a material; errors name the key.
+    ///
+    /// # Errors
+    /// `configuration` at a key on which the objects of one database differ, or for a shape without a material.
     pub fn recipes(&self) -> Result<BTreeMap<String, BakeRecipe>, Error> {
         let mut databases: BTreeMap<&str, Vec<(&str, &SceneObject)>> = BTreeMap::new();
         for (name, object) in &self.objects {
@@ -95,7 +99,10 @@ impl Scene {
         let recipe = |(database, objects): (&str, Vec<(&str, &SceneObject)>)| {
             let recipe = BakeRecipe::of_all(&objects)?;
             if let (Some(_), None, Some(name)) = (recipe.shape, &recipe.material, recipe.objects.first()) {
-                return Err(invalid(format!("objects.{name}.material"), "a shape is baked of a material"));
+                return Err(invalid(
+                    format!("objects.{name}.material"),
+                    "missing; an object with a `shape` needs a material",
+                ));
             }
             Ok((database.to_owned(), recipe))
         };
@@ -103,7 +110,7 @@ impl Scene {
     }
 }
 
-/// What those objects say under `key` that say anything; refused where two of them differ.
+/// Value that the objects give under `key`; refuses different values.
 fn said<T: PartialEq>(
     all: &[(&str, &SceneObject)],
     key: &str,
@@ -114,13 +121,14 @@ fn said<T: PartialEq>(
     match values.find(|(.., other)| *other != value) {
         None => Ok(Some(value)),
         Some((name, ..)) => {
-            let why = format!("objects.{first}, of the same database `{database}`, says otherwise");
+            let why =
+                format!("differs from objects.{first}, which uses the same database `{database}`; make them equal");
             Err(invalid(format!("objects.{name}.{key}"), why))
         }
     }
 }
 
-/// The one value of all, if there is one.
+/// The common value, if all values are equal.
 fn agreed(mut values: impl Iterator<Item = f64>) -> Option<f64> {
     let first = values.next()?;
     values.all(|other| other == first).then_some(first)

@@ -1,19 +1,19 @@
-//! The tables of a database, and which of them are wanted.
+//! Optional tables of a database.
 
 use shatter_fracture::database::Tables;
 
-/// A table of a database that objects can do without.
+/// Optional table of a database.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OptionalDatabaseTable {
-    /// What it is called in a plan.
+    /// Name in a plan.
     pub name: &'static str,
-    /// Whether it is wanted.
+    /// Whether the scene needs it.
     pub wanted: bool,
-    /// Names of its tensors contain one of these.
+    /// Substrings that identify the names of its tensors.
     pub tensors: &'static [&'static str],
 }
 
-/// All tables, and which of them are wanted.
+/// All optional tables, with flags for those in `wanted`.
 pub fn tables(wanted: Tables) -> [OptionalDatabaseTable; 6] {
     [
         OptionalDatabaseTable {

@@ -78,7 +78,7 @@ fn a_database_is_baked_for_all_objects_that_are_made_of_it() {
     assert_eq!(alone.tables, Tables { surface_diffusion: false, ..plain });
     assert_eq!(request("effects = [\"interior\"]\nlift = \"surface_diffusion\"").tables, plain);
     assert_eq!(request("elastic_spacing = 0.03\nmaterial = \"plaster\"").elastic_spacing, Some(0.03));
-    assert_eq!(request("quality = \"film\"").quality, pipeline::Preset::Film, "finer lattices serve coarser strikes");
+    assert_eq!(request("quality = \"film\"").quality, pipeline::Preset::Film, "finer lattices serve coarser requests");
     let reversed = both(&format!("{STATUE}\neffects = []"), "").recipes().unwrap()["statue"].bake("statue").unwrap().1;
     assert_eq!(reversed.tables, alone.tables);
     // γ is each object's own.

@@ -1,4 +1,4 @@
-//! What an artist says in a scene: `[objects.NAME.warp]`.
+//! Controls for artists in a scene: the table `[objects.NAME.warp]`.
 
 use super::anchors::region;
 use super::invalid;
@@ -13,10 +13,10 @@ use std::path::Path;
 /// Keys of the table.
 const KEYS: [&str; 5] = ["grain", "waves", "paint", "protect", "sites"];
 
-/// Grains of more than this are needles that no lattice resolves.
+/// Maximum ratio of a grain; beyond it pieces are needles that no lattice resolves.
 const RATIO_MAX: f64 = 32.0;
 
-/// Factors of pieces per volume, either way.
+/// Maximum factor of pieces per volume, in either direction.
 const FACTOR_MAX: f64 = 1000.0;
 
 #[derive(Deserialize)]
@@ -53,7 +53,7 @@ struct PaintValues {
     most: f64,
 }
 
-/// Reads the table at `path`; files are looked for from `folder` on.
+/// Reads the table at `path`; `folder` is the base of relative file names.
 pub(super) fn read(path: &str, table: &toml::Table, folder: &Path) -> Result<WarpControls, Error> {
     known(path, table.keys(), &KEYS)?;
     let values = toml::Value::Table(table.clone()).try_into();

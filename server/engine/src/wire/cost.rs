@@ -1,60 +1,60 @@
-//! Timing strikes of an object, for what they are expected to take.
+//! Measurement of request times of an object, for the prediction of costs.
 
 use super::EngineObject;
 use crate::object::ServedObject;
 use crate::stage_profiler::StageProfiler;
 use shatter_fracture::cancel_token::CancelToken;
-use shatter_fracture::pipeline::{CostSample, ElasticRequest, ImpactSampler, Stage, StrikeCost, Workspace};
+use shatter_fracture::pipeline::{CostSample, ElasticRequest, ImpactSampler, StrikeCost, Workspace};
 use shatter_proto::Error;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, DegreeRule, DisplacementSource, Request};
-use shatter_proto::result::{Block, StageWire};
+use shatter_proto::result::{Block, StageCost, StageKind};
 use std::time::{Duration, Instant};
 
-/// Seed of the impacts that are timed.
+/// Seed of the measured impacts.
 const SEED: u64 = 1;
 
-/// What is timed: each number of sites with each of these, of which one is solved for.
+/// Plan of a measurement: each number of sites with each of the two settings, one of which solves.
 struct Plan {
     sites: &'static [u32],
     iterations: [(u32, DisplacementSource); 2],
     rounds: u64,
 }
 
-/// What a prediction is fitted to.
+/// Plan of the requests to which the prediction is fitted.
 const FITTED: Plan = Plan {
     sites: &[8, 32, 128],
     iterations: [(0, DisplacementSource::Solve), (6, DisplacementSource::Reduced)],
     rounds: 2,
 };
 
-/// What it is judged by.
+/// Plan of the requests by which the prediction is judged.
 const JUDGED: Plan = Plan {
     sites: &[12, 20, 50, 90],
     iterations: [(3, DisplacementSource::Solve), (12, DisplacementSource::Reduced)],
     rounds: 3,
 };
 
-/// What strikes are expected to take, and how far that is off.
+/// Predicted cost of requests, and the error of the prediction.
 #[derive(Clone, Copy, Debug)]
 pub struct CostReport {
-    /// What they are expected to take.
+    /// Predicted cost.
     pub cost: StrikeCost,
-    /// Strikes that it was compared with.
+    /// Number of requests compared with the prediction.
     pub strikes: usize,
     /// Median of |log(expected/taken)|: 0.1 is ten per cent.
     pub error_median: f64,
-    /// Its ninth decile.
+    /// Ninth decile of the same error.
     pub error_p90: f64,
 }
 
-/// What a strike took, of which the stages took so much.
-pub(super) fn sample(sites: u32, solved: bool, iterations: usize, took: Duration, rows: &[StageWire]) -> CostSample {
-    let [degree, diagram] = [Stage::Degree as usize, Stage::Centroidal as usize];
-    let sum = |of: &dyn Fn(usize) -> bool| -> Duration {
-        rows.iter().filter(|row| of(row.stage as usize)).map(|row| Duration::from_nanos(row.ns)).sum()
+/// Cost sample of a request that took `took`, from the times of its stages.
+pub(super) fn sample(sites: u32, solved: bool, iterations: usize, took: Duration, costs: &[StageCost]) -> CostSample {
+    let [degree, diagram] = [StageKind::Degree, StageKind::Centroidal].map(StageKind::code);
+    let sum = |of: &dyn Fn(u32) -> bool| -> Duration {
+        costs.iter().filter(|cost| of(cost.stage.code())).map(|cost| cost.time).sum()
     };
-    let seconds = |of: &dyn Fn(usize) -> bool| sum(of).as_secs_f64();
+    let seconds = |of: &dyn Fn(u32) -> bool| sum(of).as_secs_f64();
     CostSample {
         sites,
         solved,
@@ -66,16 +66,22 @@ pub(super) fn sample(sites: u32, solved: bool, iterations: usize, took: Duration
 }
 
 impl EngineObject {
-    /// What strikes took that a prediction can be fitted to.
+    /// Measures the requests to which a prediction is fitted.
     ///
-    /// Errors: those of the strikes.
+    /// Errors: those of the requests.
+    ///
+    /// # Errors
+    /// Those of the strikes.
     pub(super) fn timed(&self) -> Result<Vec<CostSample>, Error> {
         self.carried_out(&FITTED)
     }
 
-    /// Fits what strikes take and judges it by other strikes; `None` where nothing fits.
+    /// Fits a prediction and judges it by other requests; `None` if no fit is possible.
     ///
-    /// Errors: those of the strikes.
+    /// Errors: those of the requests.
+    ///
+    /// # Errors
+    /// Those of the strikes.
     pub fn timing(&self) -> Result<Option<CostReport>, Error> {
         let Some(cost) = StrikeCost::fit(&self.timed()?) else { return Ok(None) };
         let judged = self.carried_out(&JUDGED)?;
@@ -90,7 +96,7 @@ impl EngineObject {
         Ok(Some(CostReport { cost, strikes: errors.len(), error_median, error_p90 }))
     }
 
-    /// Strikes as planned, written where nobody reads them.
+    /// Runs the requests of a plan; their results are written to a scratch buffer.
     fn carried_out(&self, plan: &Plan) -> Result<Vec<CostSample>, Error> {
         let sampler = ImpactSampler::new(&self.prepared);
         let (mut workspace, mut payload) = (Workspace::default(), Vec::new());
@@ -138,6 +144,6 @@ impl EngineObject {
             }
         }
         let iterations = strike.iterations_max.unwrap_or(0) as usize;
-        Ok(sample(sites, strike.elastic == DisplacementSource::Solve, iterations, begun.elapsed(), &profiler.rows()))
+        Ok(sample(sites, strike.elastic == DisplacementSource::Solve, iterations, begun.elapsed(), &profiler.stages()))
     }
 }

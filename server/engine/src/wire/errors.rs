@@ -1,4 +1,4 @@
-//! What the engine refuses, on the wire.
+//! Conversion of engine errors to wire errors.
 
 use nalgebra::Point3;
 use shatter_fracture::pipeline::FractureError;
@@ -6,7 +6,7 @@ use shatter_fracture::scene::EffectKind;
 use shatter_proto::convention::Convention;
 use shatter_proto::{Error, ErrorKind};
 
-/// A refusal of the engine, with its points in the coordinates of the strike.
+/// Converts an engine error, with its points in the coordinates of the request.
 pub(crate) fn refusal_in(error: FractureError, convention: &Convention) -> Error {
     let own = |point: Point3<f64>| Point3::from(convention.vector(point.coords.into()));
     refusal(match error {
@@ -20,7 +20,7 @@ pub(crate) fn refusal_in(error: FractureError, convention: &Convention) -> Error
     })
 }
 
-/// A refusal of the engine on the wire.
+/// Converts an engine error.
 pub fn refusal(error: FractureError) -> Error {
     let of = |contact: &usize, field: &str| format!("contacts[{contact}].{field}");
     let (kind, at) = match &error {
@@ -64,19 +64,19 @@ pub fn refusal(error: FractureError) -> Error {
     Error::new(kind, at, far_off(&error).unwrap_or_else(|| error.to_string()))
 }
 
-/// Distances from which on a nearest point says nothing, and rounding or overflow has the last word, m.
+/// Distance from which on the nearest point is meaningless because of rounding or overflow, m.
 const FAR_M: f64 = 1e9;
 
-/// What is said of a point or a ray so far off that its distance is hardly a number.
+/// Message for a point or a ray that is too far away for a meaningful distance.
 fn far_off(error: &FractureError) -> Option<String> {
     let is_far = |distance_m: f64| distance_m.is_nan() || distance_m >= FAR_M;
-    let advice = "`shatter list` shows between which corners the object lies";
+    let advice = "`shatter list` prints the bounds of the object";
     match error {
         FractureError::TooFar { contact, distance_m, .. } if is_far(*distance_m) => {
             Some(format!("contact {contact}: the point is more than {FAR_M:e} m from the object; {advice}"))
         }
         FractureError::RayMissed { distance_m, .. } if is_far(*distance_m) => {
-            Some(format!("the ray begins or passes more than {FAR_M:e} m from the object and misses it; {advice}"))
+            Some(format!("the ray starts or passes more than {FAR_M:e} m from the object and misses it; {advice}"))
         }
         _ => None,
     }

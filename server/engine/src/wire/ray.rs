@@ -1,4 +1,4 @@
-//! Rays of strikes: where they meet the object, and the result of a strike that only aims.
+//! Rays of requests: their hits, and the result of a request that only aims.
 
 use super::refusal_in;
 use crate::object::EngineResult;
@@ -11,7 +11,7 @@ use shatter_proto::layout::{SectionCounts, SectionsMut};
 use shatter_proto::request::{Contact, Request, squarable};
 use shatter_proto::result::{HitWire, SummaryWire};
 
-/// Where the ray of `strike` first meets what it strikes; nothing without a ray.
+/// First hit of the ray of `strike`; zeroed without a ray.
 pub(super) fn first_hit(
     strike: &Request,
     aim: impl FnOnce(&AimRay) -> Result<SurfaceHit, FractureError>,
@@ -23,7 +23,7 @@ pub(super) fn first_hit(
     }
 }
 
-/// `strike` at the point that its ray hit.
+/// Copy of `strike` with the contact at the point that its ray hit.
 pub(super) fn pointed(strike: &Request, hit: &HitWire) -> Request {
     let mut strike = strike.clone();
     if let Some(contact) = strike.contacts.first_mut().filter(|_| hit.present != 0) {
@@ -47,7 +47,7 @@ fn written(hit: &SurfaceHit, to: &Convention) -> HitWire {
     }
 }
 
-/// The result of a strike that only aims.
+/// Result of a request that only aims.
 pub(super) struct AimResult {
     object: String,
     seed: u64,
@@ -55,7 +55,7 @@ pub(super) struct AimResult {
 }
 
 impl AimResult {
-    /// Of `strike`, whose ray hit there.
+    /// Creates the result of `strike` with this hit.
     pub fn new(strike: &Request, hit: HitWire) -> Self {
         Self { object: strike.object.clone(), seed: strike.seed, hit }
     }

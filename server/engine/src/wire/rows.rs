@@ -1,4 +1,4 @@
-//! Pieces into the sections of an answer, each element once, in the convention of its strike; and contacts out of it.
+//! Conversion of fragments to result sections, in the convention of the request, and of contacts from it.
 
 use super::refusal;
 use nalgebra::Vector3;
@@ -13,10 +13,10 @@ use shatter_proto::convention::Convention;
 use shatter_proto::layout::{SectionCounts, SectionsMut};
 use shatter_proto::request::Contact;
 use shatter_proto::result::{
-    BondWire, DebrisWire, FragmentWire, HullWire, RunWire, SkinVertexWire, SkinWire, VelocityWire, VertexAttributeWire,
+    BondWire, DebrisWire, FragmentVelocity, FragmentWire, HullWire, OuterAttributes, RunWire, SkinVertex, SkinWire,
 };
 
-/// A contact of a strike in `from`, as the engine has it.
+/// Converts a contact of a request in the convention `from`.
 pub(super) fn contact(own: &Contact, from: &Convention) -> pipeline::ImpactContact {
     pipeline::ImpactContact {
         point_m: from.our_vector(own.point_m).into(),
@@ -51,7 +51,7 @@ pub(super) fn counts(pieces: &FractureMeshes) -> SectionCounts {
     }
 }
 
-/// Coordinates that are not ours.
+/// Coordinates in the convention of a host.
 struct HostCoordinates<'a>(&'a Convention);
 
 impl HostFrame for HostCoordinates<'_> {
@@ -72,19 +72,22 @@ fn single(vector: [f64; 3]) -> [f32; 3] {
     vector.map(|x| x as f32)
 }
 
-/// Writes pieces in a convention.
+/// Writer of fragments in a convention.
 pub(super) struct Writer<'a> {
     pub pieces: &'a FractureMeshes,
     pub to: &'a Convention,
 }
 
 impl Writer<'_> {
-    /// Everything but the summary, the stages and what effects did; `observer` sees the effects that are computed here.
+    /// Writes all sections but the summary, the stages and the effects; reports the effects that are computed here to `observer`.
+    ///
+    /// # Errors
+    /// `failed` if a section has another length.
     pub fn write(&self, sections: &mut SectionsMut<'_>, observer: &dyn StageObserver) -> Result<(), Error> {
         let Self { pieces, to } = self;
         fill(sections.fragments, &pieces.fragments, |row| fragment(row, to));
         fill(sections.runs, &pieces.runs, run);
-        // Ours are written by the code that knows no other.
+        // The default convention has a separate path without conversion.
         let written = match to.is_default() {
             true => pieces.emit(sections.positions, sections.indices, sections.merges),
             false => pieces.emit_for(&HostCoordinates(to), sections.positions, sections.indices, sections.merges),
@@ -95,7 +98,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// What was computed, and told, with the pieces.
+    /// Writes the data that was computed with the fragments.
     fn told(&self, sections: &mut SectionsMut<'_>) {
         let Self { pieces, to } = self;
         fill(sections.velocities, &pieces.velocities, |own| velocity(own, to));
@@ -110,7 +113,7 @@ impl Writer<'_> {
         fill(sections.skin_materials, &pieces.skins.materials, |own| *own);
     }
 
-    /// Corners of whole triangles, the way round that is wanted.
+    /// Writes triangles in the winding order of the convention.
     fn triangles(&self, wire: &mut [u32], own: &[u32]) {
         let (wire, own) = (wire.as_chunks_mut::<3>().0, own.as_chunks::<3>().0);
         match self.to.is_clockwise() {
@@ -119,7 +122,7 @@ impl Writer<'_> {
         }
     }
 
-    /// What is computed here.
+    /// Computes and writes the remaining effects.
     fn effects(&self, sections: &mut SectionsMut<'_>, observer: &dyn StageObserver) {
         let Self { pieces, to } = self;
         let effect = |effect: EffectKind, write: &mut dyn FnMut() -> usize| {
@@ -150,14 +153,14 @@ impl Writer<'_> {
     }
 }
 
-/// Writes each of `own` in its place.
+/// Converts each element into its row.
 fn fill<W, O>(wire: &mut [W], own: &[O], row: impl Fn(&O) -> W) {
     wire.iter_mut().zip(own).for_each(|(wire, own)| *wire = row(own));
 }
 
-fn velocity(own: &ReleaseVelocity, to: &Convention) -> VelocityWire {
+fn velocity(own: &ReleaseVelocity, to: &Convention) -> FragmentVelocity {
     let ReleaseVelocity { linear_m_s, angular_rad_s } = *own;
-    VelocityWire { linear_m_s: to.vector(linear_m_s.into()), angular_rad_s: to.axial(angular_rad_s.into()) }
+    FragmentVelocity { linear_m_s: to.vector(linear_m_s.into()), angular_rad_s: to.axial(angular_rad_s.into()) }
 }
 
 fn bond(own: &BondRow, to: &Convention) -> BondWire {
@@ -185,8 +188,8 @@ fn hull(own: &HullRow, to: &Convention) -> HullWire {
     HullWire { vertex_first, vertex_count, index_first, index_count, coverage, margin_m: to.length(margin_m) }
 }
 
-fn look(own: &VertexAttribute, to: &Convention) -> VertexAttributeWire {
-    VertexAttributeWire { normal: to.direction(own.normal), uv: own.uv }
+fn look(own: &VertexAttribute, to: &Convention) -> OuterAttributes {
+    OuterAttributes { normal: to.direction(own.normal), uv: own.uv }
 }
 
 fn skin(own: &SkinRow) -> SkinWire {
@@ -194,8 +197,8 @@ fn skin(own: &SkinRow) -> SkinWire {
     SkinWire { vertex_first, vertex_count, index_first, index_count }
 }
 
-fn skin_vertex(own: &SkinVertexRow, to: &Convention) -> SkinVertexWire {
-    SkinVertexWire { position_m: to.vector_f32(own.position_m), normal: to.direction(own.normal), uv: own.uv }
+fn skin_vertex(own: &SkinVertexRow, to: &Convention) -> SkinVertex {
+    SkinVertex { position_m: to.vector_f32(own.position_m), normal: to.direction(own.normal), uv: own.uv }
 }
 
 fn fragment(row: &FragmentRow, to: &Convention) -> FragmentWire {

@@ -1,13 +1,13 @@
-//! Dials of accuracy and time: what a strike asks for, and what its answer tells of them.
+//! Solver settings: accuracy and time of a request, and their values in its result.
 
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, ElasticRequest, FractureOutcome, PreparedObject, SolverSettings, StrikeCost, TimeBudget,
+    self, DegreeRequest, ElasticRequest, FractureOutcome, PreparedObject, StopReason, StrikeCost, TimeBudget,
 };
 use shatter_proto::effect::Effects;
 use shatter_proto::request::{DegreeRule, DisplacementSource, Quality, Request};
-use shatter_proto::result::{DEGREES, STOP_REASONS, SummaryWire};
+use shatter_proto::result::{DegreeMethod, StopCriterion, SummaryWire};
 
-/// The engine's preset.
+/// Engine preset of a wire preset.
 pub(crate) fn preset(quality: Quality) -> pipeline::Preset {
     match quality {
         Quality::Draft => pipeline::Preset::Draft,
@@ -17,34 +17,33 @@ pub(crate) fn preset(quality: Quality) -> pipeline::Preset {
     }
 }
 
-/// The preset that lattices are of.
+/// Wire preset of an engine preset.
 pub(super) fn of_lattices(quality: pipeline::Preset) -> Quality {
     Quality::ALL.into_iter().find(|own| preset(*own) == quality).unwrap_or_default()
 }
 
-/// The dials of `strike`: those that it gives, else those of `quality`.
-pub(super) fn of(strike: &Request, quality: Quality) -> SolverSettings {
-    let preset = preset(quality).dials();
-    SolverSettings {
-        elastic: match strike.elastic {
-            DisplacementSource::Preset => preset.elastic,
+/// `request`, which holds the settings of a preset, with the settings that `asked` gives.
+pub(super) fn given(request: pipeline::FractureRequest, asked: &Request) -> pipeline::FractureRequest {
+    pipeline::FractureRequest {
+        elastic: match asked.elastic {
+            DisplacementSource::Preset => request.elastic,
             DisplacementSource::Reduced => ElasticRequest::Reduced,
             DisplacementSource::Solve => ElasticRequest::Solve,
         },
-        degree: match strike.degree {
-            DegreeRule::Preset => preset.degree,
+        degree: match asked.degree {
+            DegreeRule::Preset => request.degree,
             DegreeRule::Inferred => DegreeRequest::Inferred,
             DegreeRule::Verified => DegreeRequest::Verified,
             DegreeRule::ClosedForm => DegreeRequest::ClosedForm,
             DegreeRule::Optimised => DegreeRequest::Optimised,
             DegreeRule::Sites(sites) => DegreeRequest::Sites(sites),
         },
-        iterations_max: strike.iterations_max.map_or(preset.iterations_max, |count| count as usize),
-        ..preset
+        iterations_max: asked.iterations_max.map_or(request.iterations_max, |count| count as usize),
+        ..request
     }
 }
 
-/// `request` with what `asked` says of error and time, whose own dials stay.
+/// Applies the bounds of error and time of `asked` to `request`; explicit settings of `asked` stay.
 pub(super) fn bounded(
     request: pipeline::FractureRequest,
     asked: &Request,
@@ -62,17 +61,17 @@ pub(super) fn bounded(
     timed(request, asked, cost)
 }
 
-/// `request` with what may fall if `asked` bounds its time.
+/// Applies the time bound of `asked` to `request`, and marks which settings may be degraded for it.
 fn timed(request: pipeline::FractureRequest, asked: &Request, cost: StrikeCost) -> pipeline::FractureRequest {
     let elastic_falls = asked.elastic == DisplacementSource::Preset;
     let budget = TimeBudget { cost, elastic_falls, degree_falls: asked.degree == DegreeRule::Preset };
     pipeline::FractureRequest { budget: asked.time_ms_max.map(|_| budget), ..request }
 }
 
-/// The numbers by which an answer is computed, as far as the result does not tell them.
+/// Settings by which a result is computed, as far as the engine's result does not contain them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EffectiveSettings {
-    /// What is on.
+    /// Effects that are on.
     pub effects: Effects,
     quality: Quality,
     degree: DegreeRequest,
@@ -82,12 +81,12 @@ pub(super) struct EffectiveSettings {
     lift_modes: usize,
     elastic_nodes: usize,
     crack_nodes: usize,
-    /// Whether displacements could have been reduced ones.
+    /// Whether reduced displacements were possible.
     pub is_reducible: bool,
 }
 
 impl EffectiveSettings {
-    /// Of `request`, with those effects and so much of a basis at most, asked of `prepared`.
+    /// Settings of `request` for `prepared`, with these effects and a reduced basis of at most rank `rank_max`.
     pub(super) fn of(
         prepared: &PreparedObject,
         effects: Effects,
@@ -114,12 +113,11 @@ impl EffectiveSettings {
         }
     }
 
-    /// Writes them beside what `result` tells.
+    /// Writes the settings into the summary.
     pub(super) fn tell(&self, result: &FractureOutcome, summary: &mut SummaryWire) {
-        let number = |names: &[&str], name: &str| names.iter().position(|own| *own == name).unwrap_or(0) as u32;
         summary.quality = self.quality.number();
-        summary.degree = number(&DEGREES, degree(self.degree));
-        summary.stop_reason = number(&STOP_REASONS, result.stop_reason().name());
+        summary.degree = degree_method(self.degree).code();
+        summary.stop_reason = stop_criterion(result.stop_reason()).code();
         (summary.tolerance, summary.iterations_max) = (self.tolerance, count(self.iterations_max));
         (summary.iterations, summary.cvd_gap) = (count(result.iterations()), result.cvd_gap().unwrap_or(0.0));
         summary.rank = if result.threshold().reduced_error.is_some() { count(self.rank) } else { 0 };
@@ -129,13 +127,24 @@ impl EffectiveSettings {
     }
 }
 
-fn degree(request: DegreeRequest) -> &'static str {
+fn degree_method(request: DegreeRequest) -> DegreeMethod {
     match request {
-        DegreeRequest::Sites(_) => "sites",
-        DegreeRequest::ClosedForm => "closed_form",
-        DegreeRequest::Inferred => "inferred",
-        DegreeRequest::Verified => "verified",
-        DegreeRequest::Optimised => "optimised",
+        DegreeRequest::Sites(_) => DegreeMethod::Sites,
+        DegreeRequest::ClosedForm => DegreeMethod::ClosedForm,
+        DegreeRequest::Inferred => DegreeMethod::Inferred,
+        DegreeRequest::Verified => DegreeMethod::Verified,
+        DegreeRequest::Optimised => DegreeMethod::Optimised,
+    }
+}
+
+fn stop_criterion(reason: StopReason) -> StopCriterion {
+    match reason {
+        StopReason::Complete => StopCriterion::Complete,
+        StopReason::Capped => StopCriterion::Capped,
+        StopReason::Converged => StopCriterion::Converged,
+        StopReason::ErrorMet => StopCriterion::ErrorMet,
+        StopReason::Time => StopCriterion::Time,
+        StopReason::Iterations => StopCriterion::Iterations,
     }
 }
 
@@ -158,12 +167,15 @@ mod tests {
     #[test]
     fn what_is_asked_for_by_itself_goes_before_the_preset() {
         let strike = Request { elastic: DisplacementSource::Solve, degree: DegreeRule::Sites(7), ..Request::default() };
-        let draft = pipeline::Preset::Draft.dials();
-        let expected = SolverSettings { elastic: ElasticRequest::Solve, degree: DegreeRequest::Sites(7), ..draft };
-        assert_eq!(of(&strike, Quality::Draft), expected);
+        let blow = pipeline::FractureRequest::at(nalgebra::Point3::origin(), nalgebra::Vector3::x());
+        let draft = blow.clone().of_quality(pipeline::Preset::Draft);
+        let degree = DegreeRequest::Sites(7);
+        let expected = pipeline::FractureRequest { elastic: ElasticRequest::Solve, degree, ..draft.clone() };
+        assert_eq!(given(draft, &strike), expected);
         let few = Request { iterations_max: Some(3), elastic: DisplacementSource::Reduced, ..Request::default() };
-        let film = pipeline::Preset::Film.dials();
-        let expected = SolverSettings { iterations_max: 3, elastic: ElasticRequest::Reduced, ..film };
-        assert_eq!(of(&few, Quality::Film), expected);
+        let film = blow.of_quality(pipeline::Preset::Film);
+        let expected =
+            pipeline::FractureRequest { iterations_max: 3, elastic: ElasticRequest::Reduced, ..film.clone() };
+        assert_eq!(given(film, &few), expected);
     }
 }

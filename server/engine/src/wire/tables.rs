@@ -1,11 +1,11 @@
-//! Which tables of a database a strike needs, and how to get one that was left out.
+//! Check that the tables which a request needs are loaded, with advice on how to get missing ones.
 
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{FractureRequest, PreparedBody, PreparedObject};
 use shatter_fracture::scene::EffectKind;
 use shatter_proto::{Error, ErrorKind};
 
-/// Refuses a strike that needs a table which `prepared` does not have, before anything is computed.
+/// Refuses a request that needs a missing table of `prepared`, before anything is computed.
 pub(super) fn check(prepared: &PreparedObject, strike: &FractureRequest) -> Result<(), Error> {
     let lacks = |has: &dyn Fn(&PreparedBody) -> bool| prepared.bodies.iter().any(|body| !has(body));
     let wants = |effect| strike.effects.has(effect);
@@ -28,7 +28,7 @@ pub(super) fn check(prepared: &PreparedObject, strike: &FractureRequest) -> Resu
     Ok(())
 }
 
-/// The refusal of an effect whose table is missing. Tables have the names of their effects.
+/// Error for an effect whose table is missing. Tables have the names of their effects.
 fn effect(prepared: &PreparedObject, effect: EffectKind) -> Error {
     let (object, name) = (&prepared.name, effect.name());
     let message = format!(
@@ -39,7 +39,7 @@ fn effect(prepared: &PreparedObject, effect: EffectKind) -> Error {
     Error::new(ErrorKind::Effect, name, message)
 }
 
-/// The refusal of a lift that is missing.
+/// Error for a missing lift.
 fn lift(prepared: &PreparedObject, lift: LiftKind) -> Error {
     let object = &prepared.name;
     let failed = prepared.report.unprepared.iter().find(|failed| failed.lift == lift);

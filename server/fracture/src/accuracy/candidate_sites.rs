@@ -1,18 +1,20 @@
-//! Which sites may own a part of a tetrahedron.
+//! Candidate sites of a tetrahedron: those that may own a part of it.
 //!
-//! Ours: X is linear on a tetrahedron, so |X − p_i|² − |X − p_j|² is, and takes its extremes at the corners. A site that is
-//! farther than one and the same other site from all four corners owns nothing in between; the sites nearest to the corners are
-//! asked first, and leave few.
+//! Our own method. X is linear on a tetrahedron, so |X − p_i|² − |X − p_j|² is linear, too, and takes its extremes at
+//! the corners. A site that is farther than one other site from all four corners owns nothing in between. Comparing
+//! with the sites nearest to the corners first leaves few candidates.
 
 use super::AccuracyError;
 use super::polytope::{BarycentricWeights, Polytope};
 use crate::lattice::Lattice;
 use crate::lift::LiftedLattice;
 
-/// A site and its squared lifted distances from the four corners.
+/// Site with its squared lifted distances from the four corners.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CandidateSite {
+    /// Index of the site.
     pub(super) site: u32,
+    /// Squared lifted distance from each corner.
     pub(super) squares: [f64; 4],
 }
 
@@ -22,14 +24,14 @@ impl CandidateSite {
         std::array::from_fn(|corner| self.squares[corner] - other.squares[corner])
     }
 
-    /// Whether it owns nothing where `other` is.
+    /// Returns true if it owns no part of the tetrahedron because of `other`.
     fn loses_to(&self, other: &Self) -> bool {
         let heights = self.against(other);
         heights.iter().all(|height| *height > 0.0)
             || other.site < self.site && heights.iter().all(|height| *height == 0.0)
     }
 
-    /// What of `part` is its own.
+    /// Clips `part` to the region that is nearest to this site among `rivals`.
     pub(super) fn cell(&self, rivals: &[Self], mut part: Polytope) -> Polytope {
         for rival in rivals.iter().filter(|rival| rival.site != self.site) {
             part.clip(&self.against(rival), rival.site);
@@ -38,16 +40,17 @@ impl CandidateSite {
     }
 }
 
-/// The sites of one diagram on one lattice.
+/// Sites of one diagram on one lattice.
 #[derive(Clone, Copy)]
 pub(super) struct CandidateSites<'a> {
+    /// Lattice of the diagram.
     pub(super) lattice: &'a Lattice,
     lift: &'a LiftedLattice,
     sites: &'a [f64],
 }
 
 impl<'a> CandidateSites<'a> {
-    /// `sites`: site-major, as many coordinates each as the lift has.
+    /// Creates the list from `sites`: site-major, with as many coordinates each as the lift has.
     pub(super) fn new(lattice: &'a Lattice, lift: &'a LiftedLattice, sites: &'a [f64]) -> Result<Self, AccuracyError> {
         AccuracyError::check("lift", lattice.nodes.len() * lift.dimension, lift.coordinates.len())?;
         let whole = sites.len() - sites.len() % lift.dimension.max(1);
@@ -60,7 +63,7 @@ impl<'a> CandidateSites<'a> {
         self.sites.len() / self.lift.dimension
     }
 
-    /// Those who may own a part of tetrahedron `tet`, by site; at least one.
+    /// Lists in `rivals` the sites that may own a part of tetrahedron `tet`, by site; at least one.
     pub(super) fn of(&self, tet: usize, all: &mut Vec<CandidateSite>, rivals: &mut Vec<CandidateSite>) {
         let corners = self.lattice.tets[tet].map(|node| self.lift.at(node as usize));
         all.clear();
@@ -77,7 +80,7 @@ impl<'a> CandidateSites<'a> {
         rivals.extend(all.iter().filter(|own| !nearest.iter().flatten().any(|other| own.loses_to(other))));
     }
 
-    /// The site nearest to a point of tetrahedron `tet`, ties to the lowest index.
+    /// Nearest site to a point of tetrahedron `tet`; ties go to the lowest index.
     pub(super) fn nearest(&self, tet: usize, weights: &BarycentricWeights) -> u32 {
         let corners = self.lattice.tets[tet].map(|node| self.lift.at(node as usize));
         let at: Vec<f64> = (0..self.lift.dimension)
@@ -88,7 +91,7 @@ impl<'a> CandidateSites<'a> {
     }
 }
 
-/// |x − p|².
+/// Squared distance |x − p|².
 fn square(at: &[f64], site: &[f64]) -> f64 {
     at.iter().zip(site).map(|(x, p)| (x - p) * (x - p)).sum()
 }

@@ -1,4 +1,4 @@
-//! How far crack surfaces lie apart.
+//! Distance between crack surfaces.
 
 use crate::lattice::area_vector;
 use crate::surface::NearestTriangles;
@@ -8,21 +8,24 @@ use rayon::prelude::*;
 /// Distances between two crack surfaces, local: over the bounding-box diagonal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CrackDistance {
-    /// Mean over the area of the one of the distance to the other, and the other way round; the mean of both.
+    /// Mean of both directions, each the area mean of the distance from one surface to the other.
     pub mean: f64,
-    /// The largest, in either direction: the Hausdorff distance of the places that are asked.
+    /// Largest distance in either direction: the Hausdorff distance of the sample points.
     pub max: f64,
 }
 
-/// Places of a triangle that stand for a third of its area each: exact for linear functions.
+/// Barycentric coordinates of sample points that stand for a third of a triangle's area
+/// each: exact for linear functions.
 const PLACES: [[f64; 3]; 3] =
     [[2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0]];
 
-/// Triangles that are asked, and summed, together.
+/// Triangles per parallel task and partial sum.
 const CHUNK: usize = 512;
 
-/// Distances between two crack surfaces, triangle soups in local coordinates. A crack that only one of them has counts with its
-/// distance to the nearest of the other. Zero where both are empty, infinite where one is.
+/// Distances between two crack surfaces, given as triangle soups in local coordinates.
+///
+/// A crack that only one of them has counts with its distance to the nearest crack of the other. Zero if both are
+/// empty, infinite if one is.
 pub fn crack_distance(cracks: &[[Point3<f64>; 3]], reference: &[[Point3<f64>; 3]]) -> CrackDistance {
     match (cracks.is_empty(), reference.is_empty()) {
         (true, true) => CrackDistance::default(),

@@ -1,31 +1,31 @@
-//! Why nothing was measured.
+//! Errors of accuracy measures.
 
 use crate::cancel_token::Cancelled;
 use crate::tessellation::TessellationError;
 
-/// Why nothing was measured.
+/// Error of an accuracy measure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AccuracyError {
     /// An array does not fit the lattice or the lift.
-    #[error("{array} has {found} entries, {expected} fit")]
+    #[error("{array} has {found} entries, but {expected} are required")]
     Length {
-        /// Which array.
+        /// Name of the array.
         array: &'static str,
-        /// Entries that fit.
+        /// Required number of entries.
         expected: usize,
-        /// Entries found.
+        /// Number of entries found.
         found: usize,
     },
-    /// Labels that cannot be tessellated.
+    /// The labels cannot be tessellated.
     #[error(transparent)]
     Tessellation(#[from] TessellationError),
-    /// Cancelled at a checkpoint.
+    /// The work was cancelled at a checkpoint.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
 
 impl AccuracyError {
-    /// Refuses an array of another length.
+    /// Fails if an array does not have the expected length.
     pub(super) fn check(array: &'static str, expected: usize, found: usize) -> Result<(), Self> {
         if expected == found { Ok(()) } else { Err(Self::Length { array, expected, found }) }
     }

@@ -1,8 +1,8 @@
-//! The exact diagram of given sites on a lattice: no cell is missed, no border is moved.
+//! Exact diagram of given sites on a lattice: it misses no cell and shifts no border.
 //!
-//! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014): cells are nearest
-//! sites in the lift. Inside a tetrahedron the lift is linear, so cells are convex polytopes there: the tetrahedron clipped by
-//! all sites that compete for it.
+//! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014): cells
+//! are nearest sites in the lift. Inside a tetrahedron the lift is linear, so cells are convex polytopes there: the
+//! tetrahedron clipped by all sites that compete for it.
 
 use super::AccuracyError;
 use super::candidate_sites::CandidateSites;
@@ -13,24 +13,29 @@ use crate::lift::LiftedLattice;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-/// Tetrahedra that are clipped, and summed, together: sums do not depend on the number of threads.
+/// Tetrahedra per parallel task and partial sum, so that sums do not depend on the number of threads.
 pub(super) const CHUNK: usize = 512;
 
-/// Exact cells.
+/// Exact cells of a diagram.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ExactCells {
-    /// Volume of each site's cell, local; they add up to the lattice's.
+    /// Volume of each site's cell, local. They sum to the lattice's volume.
     pub volumes: Vec<f64>,
-    /// Borders between cells as triangles, local, a soup: neighbors are not welded. A lattice face on which two sites tie
-    /// is one, too.
+    /// Borders between cells as a triangle soup, local; neighbors are not welded.
+    ///
+    /// A lattice face on which two sites tie is a border, too.
     pub triangles: Vec<[Point3<f64>; 3]>,
-    /// The sites on both sides of each triangle, the lower first; the triangle is counter-clockwise seen from the higher one's side.
+    /// Sites on both sides of each triangle, the lower first. The triangle is counter-clockwise
+    /// seen from the higher one's side.
     pub pairs: Vec<[u32; 2]>,
 }
 
-/// The exact diagram of `sites` (site-major, `sites × dimension` of `lift`, at least one) on `lattice`; ties go to the lowest index.
+/// Computes the exact diagram of `sites` on `lattice`. Ties go to the lowest index.
 ///
-/// Errors: [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
+/// `sites` is site-major, `sites × dimension` of `lift`, with at least one site.
+///
+/// # Errors
+/// [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
 pub fn exact(
     lattice: &Lattice,
     lift: &LiftedLattice,
@@ -52,7 +57,7 @@ pub fn exact(
     Ok(whole)
 }
 
-/// The tetrahedra of one chunk.
+/// Exact cells within the tetrahedra of one chunk.
 fn clipped(rivals: CandidateSites<'_>, chunk: usize) -> ExactCells {
     let lattice = rivals.lattice;
     let mut part = ExactCells { volumes: vec![0.0; rivals.count()], ..ExactCells::default() };
@@ -77,7 +82,7 @@ fn clipped(rivals: CandidateSites<'_>, chunk: usize) -> ExactCells {
     part
 }
 
-/// A point by its barycentric coordinates.
+/// Position of a point given by its barycentric coordinates.
 pub(super) fn placed(corners: &[Point3<f64>; 4], weights: &BarycentricWeights) -> Point3<f64> {
     let sum: Vector3<f64> = corners.iter().zip(weights).map(|(corner, weight)| corner.coords * *weight).sum();
     Point3::from(sum)

@@ -1,4 +1,4 @@
-//! How much volume a tessellation gives to another site than the nearest.
+//! Label errors: volume that a tessellation assigns to another site than the nearest.
 
 use super::candidate_sites::{CandidateSite, CandidateSites};
 use super::exact_cells::CHUNK;
@@ -10,18 +10,20 @@ use crate::lattice::{Lattice, LatticePoint, Locator};
 use crate::lift::LiftedLattice;
 use rayon::prelude::*;
 
-/// A tessellation by labels of nodes against the exact diagram of the same sites on the same lattice.
+/// Errors of a tessellation by node labels against the exact diagram of the same sites on the same lattice.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LabelErrors {
-    /// What the tessellation gives to each site, local volume; they add up to the lattice's.
+    /// Volume that the tessellation assigns to each site, local. They sum to the lattice's volume.
     pub volumes: Vec<f64>,
-    /// Volume whose nearest site is another than the one it is given to, over the lattice's: the label fraction, exactly.
+    /// Exact label fraction: volume that is assigned to another site than the nearest, over the lattice's volume.
     pub fraction: f64,
 }
 
-/// Compares the regions of labels with the exact diagram of `sites` (site-major) in `lift`, both on the lattice of `regions`.
+/// Compares the regions of labels with the exact diagram of `sites` (site-major) in `lift`,
+/// both on the lattice of `regions`.
 ///
-/// Errors: [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
+/// # Errors
+/// [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
 pub fn misplaced(
     regions: &Regions<'_>,
     lift: &LiftedLattice,
@@ -43,7 +45,7 @@ pub fn misplaced(
     Ok(LabelErrors { fraction: lost / volumes.iter().sum::<f64>(), volumes })
 }
 
-/// Volumes by site, and the volume that is misplaced.
+/// Assigned volumes by site, and the misplaced volume, over a range of tetrahedra.
 fn of_chunk(regions: &Regions<'_>, rivals: CandidateSites<'_>, tets: std::ops::Range<usize>) -> (Vec<f64>, f64) {
     let (mut volumes, mut lost) = (vec![0.0; rivals.count()], 0.0);
     let (mut all, mut own) = (Vec::new(), Vec::new());
@@ -69,23 +71,26 @@ fn of_chunk(regions: &Regions<'_>, rivals: CandidateSites<'_>, tets: std::ops::R
     (volumes, lost)
 }
 
-/// Volume of the part of `part` that is nearest to its own site.
+/// Volume of the part of `part` that is nearest to the site `label`.
 fn kept(label: u32, rivals: &[CandidateSite], part: Polytope) -> f64 {
     rivals.iter().find(|rival| rival.site == label).map_or(0.0, |own| own.cell(rivals, part).volume())
 }
 
-/// With positive volume.
+/// Orders corners so that their volume is positive.
 fn oriented(corners: [[f64; 4]; 4]) -> [[f64; 4]; 4] {
     let [a, b, c, d] = corners;
     let [p, q, r, s] = corners.map(|corner| place(&corner));
     if (q - p).dot(&(r - p).cross(&(s - p))) < 0.0 { [b, a, c, d] } else { corners }
 }
 
-/// The label fraction between two lattices of one body: volume of the `reference` lattice whose nearest of `sites` (site-major, in
-/// `lift`, that of the reference) is another than the one that `given` tells for its place on `lattice`, over all. By one place per
-/// reference tetrahedron, its centroid; places outside `lattice` are taken at the nearest point of its boundary.
+/// Sampled label fraction between two lattices of one body.
 ///
-/// Errors: [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
+/// This is the volume of the `reference` lattice whose nearest site differs from the label `given` at the same position
+/// on `lattice`, over the whole volume. `sites` is site-major, in `lift`, the lift of the reference. One point samples
+/// each reference tetrahedron, its centroid. Points outside `lattice` are projected to its boundary.
+///
+/// # Errors
+/// [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
 pub fn label_fraction(
     lattice: &Lattice,
     given: &(dyn Fn(&LatticePoint) -> u32 + Sync),
@@ -116,9 +121,12 @@ pub fn label_fraction(
     Ok(parts.iter().map(|part| part.0).sum::<f64>() / parts.iter().map(|part| part.1).sum::<f64>())
 }
 
-/// The nearest of `sites` (site-major) to a place of `lattice` in its lift, ties to the lowest index: what the exact diagram gives it to.
+/// Nearest of `sites` (site-major) to a point of `lattice` in its lift; ties go to the lowest index.
 ///
-/// Errors: [`AccuracyError::Length`].
+/// The exact diagram assigns the point to this site.
+///
+/// # Errors
+/// [`AccuracyError::Length`].
 pub fn nearest(
     lattice: &Lattice,
     lift: &LiftedLattice,
@@ -128,9 +136,10 @@ pub fn nearest(
     Ok(CandidateSites::new(lattice, lift, sites)?.nearest(place.tet as usize, &place.barycentric))
 }
 
-/// The lift of the lattice that `locator` searches, interpolated linearly at the nodes of another lattice of the same body, with the
-/// measures of its cells there; nodes outside take the nearest point of the boundary. It is not scaled again: sites stay where
-/// they are.
+/// Interpolates a lift linearly at the nodes of another lattice of the same body.
+///
+/// `lift` belongs to `lattice`, which `locator` searches. The cell moments are measured on the lattice `to`. Nodes
+/// outside take the nearest point of the boundary. The lift is not scaled again, so sites keep their positions.
 pub fn carried(lift: &LiftedLattice, lattice: &Lattice, locator: &Locator, to: &Lattice) -> LiftedLattice {
     let place = |node| locator.place(node, None);
     let rows: Vec<Vec<f64>> = to

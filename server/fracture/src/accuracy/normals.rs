@@ -1,4 +1,4 @@
-//! How far what is lit differs from the input.
+//! Difference of shading normals between the result and the input.
 
 use crate::lattice::{Lattice, area_vector};
 use crate::pipeline::PreparedObject;
@@ -8,34 +8,40 @@ use rayon::prelude::*;
 
 /// Shares of the area of outer faces whose normals are near those of the input, 0 ..= 1.
 ///
-/// Each face is asked at three places that stand for a third of its area, and compared with the input at the point nearest to the place:
-/// flat faces with the triangle there, what hosts shade with, normals of nodes, with the normals that the input is shaded with, its own or
-/// smooth ones of its triangles. Cracks do not matter: they divide outer faces, and turn none. Walls of existing cracks are among the outer faces.
+/// Three points sample each face, each for a third of its area. Normals there are compared with those of the nearest
+/// point of the input: normals of flat faces with that of the triangle there, normals of nodes with the input's
+/// shading normal. Hosts shade with normals of nodes. The input's shading normals are its own, or smooth ones of its
+/// triangles.
+///
+/// Cracks do not change the shares: they divide outer faces but rotate none. Walls of
+/// existing cracks count as outer faces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalShares {
-    /// Normals of the faces themselves, against those of triangles.
+    /// Share by normals of the faces, against those of triangles.
     pub faces: f64,
-    /// Normals of nodes, of the faces around by their areas, interpolated.
+    /// Share by normals of nodes, interpolated. They are area-weighted means over the faces around.
     pub smooth: f64,
-    /// Normals of nodes that are carried from the input ([`crate::skin::BoundaryAttributes`]), interpolated; `None` where some body has none.
+    /// Share by normals of nodes that are carried from the input ([`crate::skin::BoundaryAttributes`]), interpolated.
+    ///
+    /// `None` if some body has none.
     pub carried: Option<f64>,
 }
 
-/// What counts as near, degrees.
+/// Largest angle between normals that count as near, degrees.
 pub const NORMAL_DEG: f64 = 10.0;
 
-/// Barycentric coordinates of the places.
+/// Barycentric coordinates of the sample points of a face.
 const PLACES: [[f64; 3]; 3] =
     [[2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0]];
 
-/// A lattice, and normals by node where it has carried ones.
+/// Lattice, with normals by node if it has carried ones.
 pub type ShadedLattice<'a> = (&'a Lattice, Option<Vec<Vector3<f64>>>);
 
-/// A triangle of the input, local and outward, and what its corners are shaded with.
+/// Triangle of the input, local and outward, with the shading normals of its corners.
 pub type ShadedTriangle = ([Point3<f64>; 3], [Vector3<f64>; 3]);
 
 impl NormalShares {
-    /// Of a prepared object, against the triangles of its skin; `None` without one.
+    /// Computes the shares of a prepared object against the triangles of its skin; `None` without a skin.
     pub fn of(prepared: &PreparedObject, degrees: f64) -> Option<Self> {
         let skin = prepared.skin.as_ref()?;
         let normal = |vertex: u32| Vector3::from(skin.vertices[vertex as usize].normal).cast();
@@ -52,7 +58,7 @@ impl NormalShares {
         Some(Self::new(&bodies, &input, degrees))
     }
 
-    /// Within `degrees` of `input`; 1 where there is no area.
+    /// Computes the shares within `degrees` of `input`; 1 if there is no area.
     pub fn new(bodies: &[ShadedLattice], input: &[ShadedTriangle], degrees: f64) -> Self {
         let nearest = NearestTriangles::new(&input.iter().map(|(corners, _)| *corners).collect::<Vec<_>>());
         let least = degrees.to_radians().cos();
@@ -65,7 +71,7 @@ impl NormalShares {
     }
 }
 
-/// Area of one body's boundary, and what of it is near by faces, smooth and carried normals.
+/// Area of one body's boundary, and its parts that are near by face, smooth and carried normals.
 fn sums(
     (lattice, carried): &ShadedLattice,
     input: &[ShadedTriangle],

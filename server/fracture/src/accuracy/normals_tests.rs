@@ -2,11 +2,11 @@ use super::*;
 use crate::lattice::block;
 use nalgebra::Isometry3;
 
-/// Shares of a block against its own faces turned by so many degrees.
+/// Shares of a block against its own faces, rotated by `degrees`.
 fn turned(degrees: f64, carried: Option<Vector3<f64>>) -> NormalShares {
     let lattice = block([3, 3, 3], 0.1);
     let turn = Isometry3::rotation(Vector3::new(0.6, 0.64, 0.48).normalize() * degrees.to_radians());
-    // Large enough planes: the nearest triangle is the turned one of the same side but for a rim.
+    // The planes are large enough that the nearest triangle is the rotated one of the same side, except near a rim.
     let lit = |face: &crate::lattice::BoundaryFace| {
         let corners = face.nodes.map(|node| turn * lattice.nodes[node as usize]);
         (corners, [area_vector(&corners).normalize(); 3])
@@ -27,7 +27,7 @@ fn faces_are_near_their_own_and_far_from_turned_ones() {
 #[test]
 fn smooth_normals_miss_a_cube_near_its_edges_and_carried_ones_are_taken_as_they_are() {
     let shares = turned(0.0, Some(Vector3::x()));
-    // Faces of one side of six; nodes inside a side have its normal, the others do not.
+    // One side of six. Nodes inside a side have its normal; the others do not.
     assert!((shares.carried.unwrap() - 1.0 / 6.0).abs() < 1e-12, "{shares:?}");
     assert!((0.3..0.7).contains(&shares.smooth), "{shares:?}");
 }
@@ -36,7 +36,7 @@ fn smooth_normals_miss_a_cube_near_its_edges_and_carried_ones_are_taken_as_they_
 fn normals_of_nodes_are_held_against_what_the_input_is_shaded_with() {
     let lattice = block([2, 2, 2], 0.1);
     let outward = |place: &Point3<f64>| place.coords.normalize();
-    // A cube that is shaded like a ball: its faces stay flat, its nodes may be right all the same.
+    // A cube that is shaded like a ball: its faces stay flat, but its nodes may still be right.
     let lit = |face: &crate::lattice::BoundaryFace| {
         let corners = face.nodes.map(|node| lattice.nodes[node as usize]);
         (corners, corners.map(|corner| outward(&corner)))

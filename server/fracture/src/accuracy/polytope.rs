@@ -1,26 +1,26 @@
-//! Convex polytopes inside one tetrahedron, cut by planes.
+//! Convex polytopes inside one tetrahedron, clipped by planes.
 //!
-//! Based on: Sutherland & Hodgman, *Reentrant polygon clipping* (Communications of the ACM 17(1), 1974), face by face; the cut is
-//! closed by the chain of the edges that the faces lose. Everything is in barycentric coordinates, in which functions that are
-//! linear on the tetrahedron are sums of four products, and the tetrahedron has volume 1.
+//! Based on: Sutherland & Hodgman, *Reentrant polygon clipping* (Communications of the ACM 17(1), 1974), face by face.
+//! The chain of the edges that the faces lose closes the cut. All coordinates are barycentric. In them, functions that
+//! are linear on the tetrahedron are sums of four products, and the tetrahedron has volume 1.
 
 use crate::lattice::FACES;
 use nalgebra::Vector3;
 
-/// Barycentric coordinates.
+/// Barycentric coordinates of a point in a tetrahedron.
 pub(super) type BarycentricWeights = [f64; 4];
 
-/// On the other side of a face that no plane made: nobody.
+/// Neighbor of a face that no plane made: none.
 pub(super) const NOBODY: u32 = u32::MAX;
 
-/// A convex polytope; empty without faces.
+/// Convex polytope; empty if it has no faces.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Polytope {
     vertices: Vec<BarycentricWeights>,
     faces: Vec<Face>,
 }
 
-/// One face: who is on the other side, and its vertices, counter-clockwise seen from outside.
+/// Face: the site on its other side, and its vertices, counter-clockwise seen from outside.
 #[derive(Clone, Debug)]
 struct Face {
     other: u32,
@@ -34,14 +34,15 @@ impl Polytope {
         Self::spanned([0, 1, 2, 3].map(corner))
     }
 
-    /// The tetrahedron of four points of positive volume.
+    /// Tetrahedron of four points with positive volume.
     pub(super) fn spanned(corners: [BarycentricWeights; 4]) -> Self {
         let face = |rim: [usize; 3]| Face { other: NOBODY, rim: rim.map(|corner| corner as u32).to_vec() };
         Self { vertices: corners.to_vec(), faces: FACES.map(face).to_vec() }
     }
 
-    /// Keeps the part on which the linear function with `values` at the tetrahedron's corners is not positive; the face that it gets
-    /// has `other` on its other side. Faces on which the function vanishes get it, too.
+    /// Keeps the part on which a linear function is not positive. `values` holds it at the tetrahedron's corners.
+    ///
+    /// The new face has `other` on its other side, and so do faces on which the function vanishes.
     pub(super) fn clip(&mut self, values: &[f64; 4], other: u32) {
         let heights: Vec<f64> = self.vertices.iter().map(|weights| at(values, weights)).collect();
         if heights.iter().all(|height| *height <= 0.0) {
@@ -63,7 +64,7 @@ impl Polytope {
         }
     }
 
-    /// Faces on which two sites tie separate them.
+    /// Marks faces on which two sites tie as borders between them.
     fn tie(&mut self, heights: &[f64], other: u32) {
         let free = self.faces.iter_mut().filter(|face| face.other == NOBODY);
         for face in free.filter(|face| face.rim.iter().all(|&vertex| heights[vertex as usize] == 0.0)) {
@@ -83,7 +84,7 @@ impl Polytope {
         self.faces.iter().map(fan).sum()
     }
 
-    /// Faces with somebody on the other side, as fans of triangles.
+    /// Faces with a site on their other side, as fans of triangles.
     pub(super) fn shared(&self) -> impl Iterator<Item = (u32, [BarycentricWeights; 3])> {
         self.faces.iter().filter(|face| face.other != NOBODY).flat_map(|face| {
             let corner = |vertex: u32| self.vertices[vertex as usize];
@@ -92,26 +93,26 @@ impl Polytope {
     }
 }
 
-/// A linear function by its values at the corners.
+/// Value of a linear function, given at the corners.
 pub(super) fn at(values: &[f64; 4], weights: &BarycentricWeights) -> f64 {
     values.iter().zip(weights).map(|(value, weight)| value * weight).sum()
 }
 
-/// Coordinates in which the tetrahedron's edge matrix is the identity.
+/// Position in coordinates in which the tetrahedron's edge matrix is the identity.
 pub(super) fn place(weights: &BarycentricWeights) -> Vector3<f64> {
     Vector3::new(weights[1], weights[2], weights[3])
 }
 
-/// Where one plane cuts edges: each edge once, whichever faces it belongs to.
+/// Intersections of one plane with edges. Each edge is cut once, also if several faces share it.
 struct Cuts {
-    /// By vertex; new ones lie on the plane and are not asked for.
+    /// Height of each vertex over the plane. New vertices lie on the plane and are not looked up.
     heights: Vec<f64>,
-    /// Edge from the side that is kept, and the vertex on it.
+    /// Edge, directed away from the kept side, and the vertex on it.
     made: Vec<([u32; 2], u32)>,
 }
 
 impl Cuts {
-    /// Clips one face; the edge that closes the hole it leaves, if it is cut.
+    /// Clips one face. Returns the edge that closes the hole it leaves, if it is cut.
     fn clip(&mut self, face: &mut Face, vertices: &mut Vec<BarycentricWeights>) -> Option<[u32; 2]> {
         let (mut leaves, mut enters) = (None, None);
         let mut rim = Vec::with_capacity(face.rim.len() + 1);
@@ -131,7 +132,7 @@ impl Cuts {
         Some([enters?, leaves?])
     }
 
-    /// The vertex on an edge.
+    /// Vertex on an edge.
     fn cut(&mut self, edge: [u32; 2], vertices: &mut Vec<BarycentricWeights>) -> u32 {
         if let Some((_, vertex)) = self.made.iter().find(|(known, _)| *known == edge) {
             return *vertex;
@@ -146,7 +147,7 @@ impl Cuts {
     }
 }
 
-/// The loop that directed edges make.
+/// Loop formed by directed edges.
 fn chain(edges: &[[u32; 2]]) -> Vec<u32> {
     let mut rim = Vec::with_capacity(edges.len());
     let Some(&[start, mut at]) = edges.first() else { return rim };

@@ -1,10 +1,12 @@
-//! What a tessellation gives to each label, inside tetrahedra.
+//! Regions of a tessellation's labels inside tetrahedra.
 //!
-//! Ours: crack points divide every edge, face and tetrahedron around its corners. With one point on each of them, a tetrahedron
-//! falls into 24 small ones, one per chain of corner, edge, face and inside, and those around a corner are the region of its label.
-//! Where an edge is not cut, its middle does as well as any point; a face or an inside without a crack point of its own takes the mean of
-//! the points on its rim that the crack passes. Quadrilaterals of cracks that the margin has bent are
-//! fans about their middle then, where the tessellation has two triangles: a difference of second order.
+//! Our own method. Crack points divide every edge, face and tetrahedron among its corners. With one point on each of
+//! them, a tetrahedron is divided into 24 small ones, one per chain of corner, edge, face and interior. Those around a
+//! corner are the region of its label.
+//!
+//! An edge without a crack point takes its middle, where any point is valid. A face or an interior without a crack
+//! point of its own takes the mean of the crack points on its rim. Quadrilaterals of cracks that the margin has bent
+//! are then fans about their middle, where the tessellation has two triangles: a difference of second order.
 
 use super::AccuracyError;
 use super::polytope::BarycentricWeights;
@@ -13,10 +15,12 @@ use crate::lift::LiftedLattice;
 use crate::tessellation::{BisectorSites, CrackPoints, FixedPoints, Topology, crack_points, tessellate};
 use nalgebra::{Matrix4, Point3, Vector4};
 
-/// Labels of the nodes of a lattice with the crack points between them.
+/// Labels of the nodes of a lattice, with the crack points between them.
 pub struct Regions<'a> {
+    /// Lattice of the labels.
     pub(super) lattice: &'a Lattice,
     topology: &'a Topology,
+    /// Label of each node.
     pub(super) labels: &'a [u32],
     points: CrackPoints,
     edges: Vec<Option<Point3<f64>>>,
@@ -24,14 +28,17 @@ pub struct Regions<'a> {
     tets: Vec<Option<Point3<f64>>>,
 }
 
-/// A small tetrahedron, and the node that it belongs to.
+/// Small tetrahedron, and the node whose region contains it.
 pub(super) type Flag = (u32, [BarycentricWeights; 4]);
 
 impl<'a> Regions<'a> {
-    /// The regions that a strike makes of `labels` (sites, one per node): crack points on the bisectors of `sites` (site-major) in `lift`,
-    /// within the tessellator's margin. Components are not told apart.
+    /// Regions that a request creates from `labels` (sites, one per node).
     ///
-    /// Errors: [`AccuracyError::Tessellation`].
+    /// Crack points lie on the bisectors of `sites` (site-major) in `lift`, within the tessellator's margin. Components
+    /// of a label are not distinguished.
+    ///
+    /// # Errors
+    /// [`AccuracyError::Tessellation`].
     pub fn new(
         lattice: &'a Lattice,
         topology: &'a Topology,
@@ -59,9 +66,10 @@ impl<'a> Regions<'a> {
         })
     }
 
-    /// The crack surface as triangles, local, each once.
+    /// Crack surface as triangles, local, each once.
     ///
-    /// Errors: [`AccuracyError::Tessellation`].
+    /// # Errors
+    /// [`AccuracyError::Tessellation`].
     pub fn cracks(&self) -> Result<Vec<[Point3<f64>; 3]>, AccuracyError> {
         let tessellation = tessellate(self.lattice, self.topology, self.labels, &self.points)?;
         let mut triangles = Vec::new();
@@ -72,14 +80,14 @@ impl<'a> Regions<'a> {
         Ok(triangles)
     }
 
-    /// The label at a place of the lattice.
+    /// Label at a point of the lattice.
     pub fn label(&self, place: &LatticePoint) -> u32 {
         let tet = place.tet as usize;
         let nodes = self.lattice.tets[tet];
         if self.is_uniform(tet) {
             return self.labels[nodes[0] as usize];
         }
-        // The small tetrahedron in which the least barycentric coordinate is largest: the one that holds the place.
+        // The small tetrahedron with the largest least barycentric coordinate contains the point.
         let (mut best, mut label) = (f64::NEG_INFINITY, self.labels[nodes[0] as usize]);
         for (node, corners) in self.flags(tet) {
             let least = within(&corners, &place.barycentric);
@@ -90,7 +98,7 @@ impl<'a> Regions<'a> {
         label
     }
 
-    /// Whether all of a tetrahedron has one label.
+    /// Returns true if all corners of a tetrahedron have the same label.
     pub(super) fn is_uniform(&self, tet: usize) -> bool {
         let [first, rest @ ..] = self.lattice.tets[tet].map(|node| self.labels[node as usize]);
         rest.iter().all(|label| *label == first)
@@ -115,7 +123,7 @@ impl<'a> Regions<'a> {
         flags
     }
 
-    /// A point on every edge, on every face and inside.
+    /// Points of a tetrahedron: one on every edge, on every face and inside.
     fn tet_points(&self, tet: usize) -> TetPoints {
         let corners = self.lattice.corners(tet);
         let inverse = Matrix4::from_fn(|row, k| if row == 0 { 1.0 } else { corners[k][row - 1] }).try_inverse();
@@ -155,20 +163,20 @@ fn unit(corner: usize) -> BarycentricWeights {
     std::array::from_fn(|k| f64::from(u8::from(k == corner)))
 }
 
-/// The mean of those that are there; at least one has to be.
+/// Mean of the points that are present; at least one must be.
 fn mean(points: &[Option<BarycentricWeights>]) -> BarycentricWeights {
     let there = points.iter().flatten();
     let count = there.clone().count() as f64;
     std::array::from_fn(|k| there.clone().map(|point| point[k]).sum::<f64>() / count)
 }
 
-/// Place in [`EDGES`].
+/// Index in [`EDGES`] of the edge between two corners.
 fn edge_between([a, b]: [usize; 2]) -> usize {
     let edge = [a.min(b), a.max(b)];
     EDGES.iter().position(|known| *known == edge).unwrap_or(0)
 }
 
-/// The least barycentric coordinate of a point in a small tetrahedron.
+/// Least barycentric coordinate of a point in a small tetrahedron.
 fn within(corners: &[BarycentricWeights; 4], point: &BarycentricWeights) -> f64 {
     let matrix = Matrix4::from_fn(|row, k| corners[k][row]);
     matrix.try_inverse().map_or(f64::NEG_INFINITY, |inverse| (inverse * Vector4::from(*point)).min())

@@ -1,37 +1,44 @@
-//! Errors that compare numbers. All are relative, so without unit, and 0 where nothing differs.
+//! Relative errors of scalars. They have no unit, and are 0 for equal values.
 
 use super::AccuracyError;
 
-/// |U − U_ref| / U_ref of the elastic energies, both in one unit.
+/// Relative energy error |U − U_ref| / U_ref; both in one unit.
 pub fn energy_error(energy: f64, reference: f64) -> f64 {
     ((energy - reference) / reference).abs()
 }
 
-/// ∫|W − W_ref| / ∫W_ref, 0 ..= 2 where the totals agree: `energies` and `reference` are the energies of the nodes of one common
-/// lattice (∫ W times the node's hat function), both in one unit. Differences within a node's cell are not seen.
+/// Relative error of the energy distribution, ∫|W − W_ref| / ∫W_ref; 0 ..= 2 if the totals agree.
 ///
-/// Errors: [`AccuracyError::Length`].
+/// `energies` and `reference` are energies of the nodes of one common lattice (∫ W times the node's hat function), in
+/// one unit. Differences within a node's cell are not detected.
+///
+/// # Errors
+/// [`AccuracyError::Length`].
 pub fn density_error(energies: &[f64], reference: &[f64]) -> Result<f64, AccuracyError> {
     AccuracyError::check("energies", reference.len(), energies.len())?;
     Ok(l1(energies, reference))
 }
 
-/// |n − n_ref| / n_ref of fracture degrees. Degrees before rounding may be compared, too: κ and steps of whole fragments then do not
-/// hide what the field does.
+/// Relative error of fracture degrees, |n − n_ref| / n_ref.
+///
+/// Degrees before rounding may be compared, too, so that κ and steps of whole fragments do not
+/// hide the effect of the field.
 pub fn degree_error(degree: f64, reference: f64) -> f64 {
     ((degree - reference) / reference).abs()
 }
 
-/// (F − F_best) / F_best, F = Σ_v w_v|X_v − p|² of diagrams of one field with one number of sites. F_best is the least of several
-/// starts that were run to tolerance 0; it is an upper bound of the least of all, so gaps may be negative, and are at least as large as
-/// stated.
+/// Relative energy gap of a diagram, (F − F_best) / F_best with F = Σ_v w_v|X_v − p|².
+///
+/// Both diagrams have the same field and number of sites. F_best is the least of several starts run to tolerance 0. It
+/// is an upper bound of the true minimum, so gaps may be negative, and true gaps are at least as large.
 pub fn cvd_gap(energy: f64, best: f64) -> f64 {
     (energy - best) / best
 }
 
-/// Wasserstein-1 distance of two distributions of fragment volumes over the mean volume of the reference: ∫₀¹|Q(t) − Q_ref(t)|dt / mean,
-/// Q the quantile functions. By what share of a mean fragment sizes are off, were fragments matched by rank; the numbers may
-/// differ. Infinite where one of them has no fragment.
+/// Distance of two distributions of fragment volumes: Wasserstein-1 distance over the mean volume of the reference.
+///
+/// ∫₀¹|Q(t) − Q_ref(t)|dt / mean, with Q the quantile functions. This is the mean error of fragment sizes, matched by
+/// rank, relative to the mean fragment. The numbers of fragments may differ. Infinite if one of them has no fragment.
 pub fn size_distance(volumes: &[f64], reference: &[f64]) -> f64 {
     let sorted = |volumes: &[f64]| {
         let mut sorted = volumes.to_vec();
@@ -44,7 +51,7 @@ pub fn size_distance(volumes: &[f64], reference: &[f64]) -> f64 {
     }
     let (mut sum, mut from, mut i, mut k) = (0.0, 0.0, 0, 0);
     while i < own.len() && k < wanted.len() {
-        // Steps of both quantile functions, compared as whole numbers.
+        // Steps of both quantile functions, compared as integers.
         let (next_own, next_wanted) = ((i + 1) * wanted.len(), (k + 1) * own.len());
         let to = next_own.min(next_wanted) as f64 / (own.len() * wanted.len()) as f64;
         sum += (to - from) * (own[i] - wanted[k]).abs();
@@ -55,9 +62,10 @@ pub fn size_distance(volumes: &[f64], reference: &[f64]) -> f64 {
     sum / (wanted.iter().sum::<f64>() / wanted.len() as f64)
 }
 
-/// Σ|V_i − V_i,ref| / Σ V_i,ref over the sites, 0 ..= 2 where the totals agree: volumes of the cells of the same sites.
+/// Relative error of cell volumes, Σ|V_i − V_i,ref| / Σ V_i,ref over the same sites; 0 ..= 2 if the totals agree.
 ///
-/// Errors: [`AccuracyError::Length`].
+/// # Errors
+/// [`AccuracyError::Length`].
 pub fn volume_l1(volumes: &[f64], reference: &[f64]) -> Result<f64, AccuracyError> {
     AccuracyError::check("volumes", reference.len(), volumes.len())?;
     Ok(l1(volumes, reference))

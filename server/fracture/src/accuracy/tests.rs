@@ -8,9 +8,9 @@ use crate::reference::perturbed;
 use crate::tessellation::Topology;
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// Sites of the Euclidean lift of `lattice`, at these places.
+/// Sites of the Euclidean lift of `lattice` at these positions.
 fn sites(lift: &LiftedLattice, lattice: &Lattice, places: &[[f64; 3]]) -> Vec<f64> {
-    // The lift of a lattice is scaled to mean 1, which rounding may miss.
+    // The lift of a lattice is scaled to mean 1, up to rounding.
     let scale = lift.at(0)[0] / lattice.nodes[0].x;
     places.iter().flatten().map(|x| x * scale).collect()
 }
@@ -19,12 +19,12 @@ fn area(exact: &ExactCells) -> f64 {
     exact.triangles.iter().map(|triangle| crate::lattice::area_vector(triangle).norm()).sum()
 }
 
-/// A cube of side 1 whose inner nodes are nowhere in particular.
+/// Cube of side 1 with perturbed inner nodes.
 fn cube() -> Lattice {
     perturbed([5; 3], 0.2, 0.1, 3)
 }
 
-/// Exact cells of a cube for sites at these places: volumes and area of the cracks.
+/// Checks the exact cells of a cube for sites at these positions: volumes and area of the cracks.
 #[track_caller]
 fn check(places: &[[f64; 3]], volumes: &[f64], cracks: f64) {
     let lattice = cube();
@@ -88,7 +88,7 @@ fn labels(lattice: &Lattice, lift: &LiftedLattice, sites: &[f64]) -> Vec<u32> {
     centroidal::assign(&field, sites, &mut DiagramWorkspace::default()).labels
 }
 
-/// Sites near nodes of the lift, moved a little off the body.
+/// Random sites near nodes of the lift, slightly off the body.
 fn scattered(lift: &LiftedLattice, count: usize, seed: u64) -> Vec<f64> {
     let (mut stream, nodes) = (RandomStream::new(seed, 0), lift.second_moment.len());
     let mut site = || {
@@ -121,7 +121,7 @@ fn volumes_add_up_and_do_not_depend_on_threads_or_the_frame() {
     assert!(corners.map(apart).all(|distance| distance < 1e-14));
 }
 
-/// Regions of the nodes' labels for sites of the interior lift, with the exact diagram of the same.
+/// Regions of the nodes' labels for random sites, with the exact diagram of the same sites.
 fn compared(spacings: usize) -> (LabelErrors, f64, ExactCells, CrackDistance) {
     let h = 0.6 / spacings as f64;
     let lattice = perturbed([spacings; 3], h, 0.1, 5);
@@ -146,13 +146,13 @@ fn node_labels_err_less_on_finer_lattices_and_both_measures_agree() {
     for (misplaced, sampled, exact, distance) in &runs {
         assert!((misplaced.volumes.iter().sum::<f64>() / 0.216 - 1.0).abs() < 1e-10);
         assert!(misplaced.fraction > 0.0 && misplaced.fraction < 0.2);
-        // A place per tetrahedron sees no less than a half and no more than twice of it.
+        // One point per tetrahedron estimates it within a factor of two.
         assert!((0.5..2.0).contains(&(sampled / misplaced.fraction)), "{sampled} {}", misplaced.fraction);
         let l1 = volume_l1(&misplaced.volumes, &exact.volumes).unwrap();
-        assert!(l1 <= 2.0 * misplaced.fraction + 1e-12, "what is misplaced is lost once and won once");
+        assert!(l1 <= 2.0 * misplaced.fraction + 1e-12, "misplaced volume is lost by one site and gained by another");
         assert!(distance.mean <= distance.max);
     }
-    // Only tetrahedra about the triple lines err: of second order.
+    // Only tetrahedra around the triple lines have errors, which are of second order.
     let fall = |k: usize| runs[k].0.fraction / runs[k + 1].0.fraction;
     assert!(fall(0) > 2.5 && fall(1) > 2.5, "{} {}", fall(0), fall(1));
     assert!(runs[2].3.mean < runs[1].3.mean && runs[1].3.mean < runs[0].3.mean);
@@ -167,7 +167,7 @@ fn two_sites_are_cut_exactly() {
     let regions = Regions::new(&lattice, &topology, &lift, &sites, &labels).unwrap();
     let exact = exact(&lattice, &lift, &sites, &CancelToken::default()).unwrap();
     let misplaced = misplaced(&regions, &lift, &sites, &CancelToken::default()).unwrap();
-    // But for points that the margin keeps off the nodes.
+    // Except for points that the margin keeps off the nodes.
     assert!(misplaced.fraction < 1e-3, "{}", misplaced.fraction);
     assert!(volume_l1(&misplaced.volumes, &exact.volumes).unwrap() < 1e-3);
     assert!(crack_distance(&regions.cracks().unwrap(), &exact.triangles).mean < 1e-3);
@@ -190,10 +190,10 @@ fn numbers_are_compared_as_their_formulas_say() {
     assert_eq!(density_error(&[1.0, 2.0, 3.0], &[2.0, 2.0, 4.0]).unwrap(), 0.25);
     assert_eq!(volume_l1(&[1.0, 3.0], &[2.0, 2.0]).unwrap(), 0.5);
     assert!(volume_l1(&[1.0], &[2.0, 2.0]).is_err() && density_error(&[], &[1.0]).is_err());
-    // Order does not matter; a shift of all sizes is the shift.
+    // The order does not matter. A common shift of all sizes is the distance.
     assert_eq!(size_distance(&[3.0, 1.0], &[1.0, 3.0]), 0.0);
     assert_eq!(size_distance(&[2.0, 4.0], &[1.0, 3.0]), 0.5);
-    // Halves of everything: quantile functions 1 and 2, whatever the numbers.
+    // Twice the number of fragments of half the size: quantile functions 1 and 2.
     assert_eq!(size_distance(&[1.0; 6], &[2.0; 3]), 0.5);
     // [0, ½): 1 against 1, [½, ⅔): 3 against 1, [⅔, 1): 3 against 4, mean 2.
     assert!((size_distance(&[1.0, 3.0], &[1.0, 1.0, 4.0]) - (2.0 / 6.0 + 1.0 / 3.0) / 2.0).abs() < 1e-15);
@@ -208,7 +208,7 @@ fn distances_of_cracks_are_those_of_planes() {
     };
     let apart = crack_distance(&square(0.0), &square(0.25));
     assert!((apart.mean - 0.25).abs() < 1e-15 && (apart.max - 0.25).abs() < 1e-15);
-    // One that only one side has, a tenth of the area above it.
+    // One surface has an additional crack, of equal area, 0.5 above.
     let mut more = square(0.0);
     more.extend(square(0.5));
     let more = crack_distance(&more, &square(0.0));

@@ -1,20 +1,22 @@
-//! One assignment of all points of a level, in parallel: fixed chunks, merged in their order, so that the sums have the same bits for
-//! any number of threads.
+//! Parallel assignment of all points of a level to their nearest sites.
+//!
+//! Points are split into fixed chunks that are merged in order, so the sums have the same
+//! bits for any number of threads.
 
 use super::kernel::{self, CELL_HEAD, Chunk, KernelPath, KernelSites, WIDTH};
 use super::level::{PointLevel, TILE};
 use super::vector::LANES;
 
-/// Chunks hold at least this many groups, a multiple of [`TILE`].
+/// Smallest number of groups per chunk, a multiple of [`TILE`].
 const CHUNK_MIN: usize = 8 * TILE;
 
-/// There are at most this many chunks, for their sums are merged one after the other.
+/// Largest number of chunks, because their sums are merged one after the other.
 const CHUNKS_MAX: usize = 32;
 
 /// Multiplications, about a twentieth of a millisecond, below which waking another thread costs more than it saves.
 const SPLIT_MIN: usize = 1 << 18;
 
-/// What an assignment needs beside the level; reused from call to call.
+/// Working memory of assignments, reused between calls.
 #[derive(Clone, Debug)]
 pub(super) struct AssignScratch {
     path: KernelPath,
@@ -31,23 +33,23 @@ impl Default for AssignScratch {
     }
 }
 
-/// Sites, and what the points of a level make of them.
+/// Sites, and the assignment of a level's points to them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct AssignState {
-    /// Entries per site in `sites`: m filled up with zeros.
+    /// Entries per site in `sites`: m, padded to a multiple of [`LANES`].
     pub stride: usize,
-    /// p_i, site-major.
+    /// Sites p_i, site-major, padded with zeros.
     pub sites: Vec<f64>,
-    /// Nearest site per point, in the level's order.
+    /// Nearest site of each point, in the level's order.
     pub labels: Vec<u32>,
-    /// Per site the sums of [`Chunk::cells`].
+    /// Sums of [`Chunk::cells`] per site.
     pub cells: Vec<f64>,
-    /// F = Σ of the cells' energies, and what no site can take away.
+    /// Energy F: the sum over the cells, and the constant [`PointLevel::base`].
     pub energy: f64,
 }
 
 impl AssignState {
-    /// Takes up `sites`, site-major, `dimension` each.
+    /// Replaces the sites by `sites`, site-major, `dimension` each.
     pub fn set_sites(&mut self, sites: &[f64], dimension: usize) {
         self.stride = dimension.next_multiple_of(LANES);
         self.sites.clear();
@@ -62,12 +64,12 @@ impl AssignState {
         self.sites.len() / self.stride
     }
 
-    /// p_i with its zeros.
+    /// Site p_i, padded with zeros.
     pub fn site(&self, site: usize) -> &[f64] {
         &self.sites[site * self.stride..][..self.stride]
     }
 
-    /// Sums of site `site`: mass, energy, first moment about the site.
+    /// Sums of site `site`: mass, energy, and first moment about the site.
     pub fn cell(&self, site: usize) -> (f64, f64, &[f64]) {
         let cell = &self.cells[site * (self.stride + CELL_HEAD)..][..self.stride + CELL_HEAD];
         (cell[0], cell[1], &cell[CELL_HEAD..])
@@ -75,7 +77,7 @@ impl AssignState {
 }
 
 impl AssignScratch {
-    /// Scratch for one compilation of the kernel.
+    /// Creates scratch memory for one compilation of the kernel.
     pub fn with_path(path: KernelPath) -> Self {
         Self {
             path,
@@ -87,7 +89,7 @@ impl AssignScratch {
         }
     }
 
-    /// Labels, cells and energy of `state.sites`.
+    /// Computes labels, cells and energy of `state.sites`.
     pub fn assign(&mut self, level: &PointLevel, state: &mut AssignState) {
         let (groups, count) = (level.groups(), state.count());
         let entries = count * (state.stride + CELL_HEAD);
@@ -122,11 +124,11 @@ struct Sweep<'a> {
     entries: usize,
     /// Number of sites.
     count: usize,
-    /// Entries of lined-up sites.
+    /// Entries of the transposed sites of a chunk.
     room: usize,
 }
 
-/// What some chunks write.
+/// Output slices of consecutive chunks.
 struct Parts<'a> {
     labels: &'a mut [u32],
     partial: &'a mut [f64],
@@ -136,7 +138,7 @@ struct Parts<'a> {
 }
 
 impl Sweep<'_> {
-    /// Chunks from number `first` on, as many as `parts` has room for; halves of them in parallel while that pays.
+    /// Runs the chunks from number `first` on that `parts` has memory for, in parallel halves while that pays.
     fn run(&self, first: usize, parts: Parts<'_>) {
         let chunks = parts.partial.len() / self.entries;
         if chunks <= 1 {
@@ -164,7 +166,7 @@ impl Sweep<'_> {
         }
     }
 
-    /// The first point of chunk `index`.
+    /// Index of the first point of chunk `index`.
     fn place(&self, index: usize) -> usize {
         self.level.offsets[(index * self.chunk).min(self.level.groups())] as usize
     }
@@ -194,7 +196,7 @@ impl Sweep<'_> {
     }
 }
 
-/// Adds the chunks' cells in their order.
+/// Adds the chunks' cells in order.
 fn merge(partial: &[f64], entries: usize, state: &mut AssignState) {
     state.cells.clear();
     state.cells.resize(entries, 0.0);

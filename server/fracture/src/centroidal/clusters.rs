@@ -1,37 +1,36 @@
-//! Nodes in small connected groups, and the groups in groups: prepared once per lattice, so that most of an assignment looks at
-//! groups instead of nodes.
+//! Hierarchy of small connected groups of nodes, built once per lattice. Most of an assignment then reads groups only.
 //!
-//! Based on: P. Vaněk, J. Mandel, M. Brezina, *Algebraic multigrid by smoothed aggregation* (Computing 56, 1996), section 4: whoever
-//! is free takes its free neighbors. Groups never lead across a gap that the lattice does not cross.
+//! Based on: P. Vaněk, J. Mandel, M. Brezina, *Algebraic multigrid by smoothed aggregation* (Computing 56, 1996),
+//! section 4: a free point takes its free neighbors. Groups never cross a gap that the lattice does not cross.
 
 use crate::memory::held;
 
-/// No coarser level has fewer groups than this.
+/// Smallest number of groups of a coarser level.
 const GROUPS_MIN: usize = 96;
 
-/// Levels of groups, the finest first.
+/// Levels of groups, finest first.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Clusters {
     levels: Vec<Groups>,
 }
 
-/// Groups of points, every point in one.
+/// Partition of points into groups.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Groups {
-    /// Where each group begins in `members`, and their number.
+    /// Start of each group in `members`, and the number of members.
     pub offsets: Vec<u32>,
     /// Points, by group, ascending within one.
     pub members: Vec<u32>,
 }
 
-/// Who touches whom, as compressed rows.
+/// Adjacency of points, as compressed rows.
 struct Graph {
     offsets: Vec<u32>,
     neighbors: Vec<u32>,
 }
 
 impl Clusters {
-    /// Groups of `nodes` nodes, of which `neighbors` tells which others each touches.
+    /// Groups `nodes` nodes. `neighbors` returns the nodes adjacent to a node.
     pub fn new<'a>(nodes: usize, neighbors: impl Fn(usize) -> &'a [u32]) -> Self {
         let mut graph = Graph { offsets: vec![0], neighbors: Vec::new() };
         for node in 0..nodes {
@@ -41,7 +40,7 @@ impl Clusters {
         let mut levels = Vec::new();
         while graph.points() >= 2 * GROUPS_MIN {
             let (of, groups) = graph.gather();
-            // Pieces that touch nobody cannot be gathered.
+            // Isolated points cannot be grouped.
             if groups.count() < GROUPS_MIN || 2 * groups.count() > graph.points() {
                 break;
             }
@@ -51,17 +50,17 @@ impl Clusters {
         Self { levels }
     }
 
-    /// The levels, the finest first.
+    /// Levels, finest first.
     pub(super) fn levels(&self) -> &[Groups] {
         &self.levels
     }
 
-    /// Number of nodes; `None`: there are no groups.
+    /// Number of nodes; `None` if there are no groups.
     pub(super) fn nodes(&self) -> Option<usize> {
         self.levels.first().map(|groups| groups.members.len())
     }
 
-    /// Bytes that they hold.
+    /// Bytes of memory that they hold.
     pub fn bytes(&self) -> usize {
         self.levels.iter().map(|groups| held(&groups.offsets) + held(&groups.members)).sum()
     }
@@ -73,7 +72,7 @@ impl Groups {
         self.offsets.len() - 1
     }
 
-    /// The points of group `group`.
+    /// Points of group `group`.
     pub fn of(&self, group: usize) -> &[u32] {
         &self.members[self.offsets[group] as usize..self.offsets[group + 1] as usize]
     }
@@ -88,8 +87,10 @@ impl Graph {
         &self.neighbors[self.offsets[point] as usize..self.offsets[point + 1] as usize]
     }
 
-    /// Group of each point, and the groups: in the order of points, each free one takes its free neighbors; one that finds none
-    /// joins the group of its lowest neighbor.
+    /// Groups the points: each free one, in order, takes its free neighbors. Returns the group
+    /// of each point, and the groups.
+    ///
+    /// A point without free neighbors joins the group of its lowest neighbor that has one.
     fn gather(&self) -> (Vec<u32>, Groups) {
         const FREE: u32 = u32::MAX;
         let (mut of, mut count) = (vec![FREE; self.points()], 0);
@@ -123,7 +124,7 @@ impl Graph {
         (of, Groups { offsets, members })
     }
 
-    /// Which groups touch.
+    /// Adjacency of the groups.
     fn coarser(&self, of: &[u32], groups: &Groups) -> Self {
         let (mut offsets, mut neighbors, mut own) = (vec![0], Vec::new(), Vec::new());
         for group in 0..groups.count() {

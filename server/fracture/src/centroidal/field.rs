@@ -1,19 +1,18 @@
-//! The energy field that a diagram divides: masses on the nodes of a lifted lattice.
+//! Energy field that a diagram partitions: masses on the nodes of a lifted lattice.
 
 use super::Clusters;
 use super::power::three_fifths;
 use crate::lift::LiftedLattice;
 
-/// Fraction of the mean energy density below which no node falls.
+/// Smallest energy density of a node, over the mean density.
 ///
-/// Small enough to change E_1 and the site density by less than 10⁻³ of themselves, large enough that cells without
-/// strain energy have centroids.
+/// It is small enough to change E_1 and the site density by less than 10⁻³, relatively, and large enough that cells
+/// without strain energy have centroids.
 pub const FLOOR: f64 = 1e-6;
 
 /// Strain energy on the nodes of a lifted lattice, floored at [`FLOOR`] times the mean density.
 ///
-/// Nothing computed from it depends on the unit of energy: masses times a power of two give the same diagram bit for
-/// bit.
+/// Results do not depend on the unit of energy: masses times a power of two yield the same diagram bit for bit.
 #[derive(Clone, Copy, Debug)]
 pub struct EnergyField<'a> {
     lift: &'a LiftedLattice,
@@ -24,52 +23,54 @@ pub struct EnergyField<'a> {
     clusters: Option<&'a Clusters>,
 }
 
-/// Why masses are no field. Nodes are named by their index.
+/// Error of an energy field. Nodes are given by index.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FieldError {
     /// An array does not have one entry per node.
     #[error("{array} has {found} entries for {nodes} nodes")]
     Length {
-        /// Which array.
+        /// Name of the array.
         array: &'static str,
-        /// Entries found.
+        /// Number of entries found.
         found: usize,
-        /// Nodes of the lattice, from its volumes.
+        /// Number of nodes of the lattice, from its volumes.
         nodes: usize,
     },
     /// A mass is negative, infinite or not a number.
     #[error("node {node} has energy {mass}")]
     Mass {
-        /// The node.
+        /// Index of the node.
         node: usize,
-        /// Its mass.
+        /// Mass of the node.
         mass: f64,
     },
     /// A volume is not positive and finite.
     #[error("node {node} has volume {volume}")]
     Volume {
-        /// The node.
+        /// Index of the node.
         node: usize,
-        /// Its volume.
+        /// Volume of the node.
         volume: f64,
     },
-    /// A lifted coordinate, cell moment or density is not finite, or negative where it cannot be.
+    /// A lifted coordinate, cell moment or density is not finite, or is negative where it must not be.
     #[error("the lift is out of range at node {node}")]
     Lift {
-        /// The node.
+        /// Index of the node.
         node: usize,
     },
-    /// The energies add up to nothing, or to more than a number holds.
-    #[error("the energies add up to {total}")]
+    /// The energies sum to zero or overflow.
+    #[error("the energies add up to {total}; the sum must be positive and finite")]
     Total {
-        /// Their sum.
+        /// Sum of the energies.
         total: f64,
     },
 }
 
 impl<'a> EnergyField<'a> {
-    /// A field on the nodes of `lift`: `volumes` in local length cubed, `mass` = w_v = ∫W over each node's share in any
-    /// unit of energy, raised in place to the floor. All of length `nodes`.
+    /// Creates a field on the nodes of `lift`.
+    ///
+    /// `volumes` are in local length cubed. `mass` is w_v = ∫W over each node's share, in any unit of energy; it is
+    /// raised to the floor in place. Both have length `nodes`.
     ///
     /// # Errors
     /// [`FieldError`] when an entry is out of range or the energies add up to nothing; `mass` is then unchanged.
@@ -79,7 +80,7 @@ impl<'a> EnergyField<'a> {
         Self::on_checked(lift, volumes, mass)
     }
 
-    /// The same where lift and volumes are an object's, whose entries were looked at when it was made or read.
+    /// As [`Self::new`], for a lift and volumes whose entries were checked when the object was made or read.
     ///
     /// # Errors
     /// [`FieldError::Length`], [`FieldError::Mass`] and [`FieldError::Total`]; `mass` is then unchanged.
@@ -99,38 +100,41 @@ impl<'a> EnergyField<'a> {
         Ok(Self { lift, mass, volumes, mean_density, pinned: &[], clusters: None })
     }
 
-    /// The same with sites that stay where they are, on these nodes: the first of every diagram, as many as it has sites. They
-    /// must be different nodes of the lattice.
+    /// Sets pinned sites at these nodes.
+    ///
+    /// They are the first sites of every diagram, as many as it has sites, and do not move. They must be different
+    /// nodes of the lattice.
     pub fn pinned(self, nodes: &'a [u32]) -> Self {
         Self { pinned: nodes, ..self }
     }
 
-    /// The same with groups of the nodes, which spare work; other numbers of nodes' groups are not taken.
+    /// Sets groups of the nodes, which reduce work. Groups of another number of nodes are ignored.
     pub fn grouped(self, clusters: &'a Clusters) -> Self {
         Self { clusters: Some(clusters).filter(|own| own.nodes() == Some(self.nodes())), ..self }
     }
 
-    /// Groups of the nodes, if there are any.
+    /// Groups of the nodes, if any.
     pub(super) fn clusters(&self) -> Option<&'a Clusters> {
         self.clusters
     }
 
-    /// The same energy with other masses or another lift of the same nodes, which must be as [`Self::new`] wants them.
+    /// The same energy with other masses or another lift of the same nodes. Both must satisfy
+    /// the conditions of [`Self::new`].
     pub(crate) fn like(self, lift: &'a LiftedLattice, mass: &'a [f64]) -> Self {
         Self { lift, mass, ..self }
     }
 
-    /// Nodes of the sites that stay where they are.
+    /// Nodes of the pinned sites.
     pub(crate) fn pins(&self) -> &'a [u32] {
         self.pinned
     }
 
-    /// The lift.
+    /// Lift of the field.
     pub fn lift(&self) -> &'a LiftedLattice {
         self.lift
     }
 
-    /// w_v, floored; length `nodes`.
+    /// Floored masses w_v; length `nodes`.
     pub fn mass(&self) -> &'a [f64] {
         self.mass
     }
@@ -140,17 +144,17 @@ impl<'a> EnergyField<'a> {
         self.mass.len()
     }
 
-    /// m, the dimension of the lift.
+    /// Dimension m of the lift.
     pub fn dimension(&self) -> usize {
         self.lift.dimension
     }
 
-    /// ∫W / ∫dx before flooring; energy per local volume.
+    /// Mean energy density ∫W / ∫dx before flooring; energy per local volume.
     pub fn mean_density(&self) -> f64 {
         self.mean_density
     }
 
-    /// The mean of |X − p|² over node v's cell: |X_v − p|² + 2 b_v·(X_v − p) + m_v, without the first term.
+    /// Mean of |X − p|² over node v's cell without the term |X_v − p|²: 2 b_v·(X_v − p) + m_v.
     #[cfg(test)]
     pub(super) fn cell_moment(&self, node: usize, site: &[f64]) -> f64 {
         let offset = &self.lift.first_moment[node * self.lift.dimension..][..self.lift.dimension];
@@ -163,18 +167,19 @@ impl<'a> EnergyField<'a> {
         three_fifths(self.relative_density(node))
     }
 
-    /// W_v = w_v/V_v in units of [`Self::mean_density`].
+    /// Energy density W_v = w_v/V_v in units of [`Self::mean_density`].
     pub(crate) fn relative_density(&self, node: usize) -> f64 {
         self.mass[node] / self.volumes[node] / self.mean_density
     }
 
-    /// V_v·W_v^(3/5)·(det g)^(1/5): node v's share of the optimal number of sites, up to a factor (Gersho 1979, Zador 1982,
-    /// in dimension 3); W in units of [`Self::mean_density`].
+    /// Node v's share of the optimal number of sites, up to a factor: V_v·W_v^(3/5)·(det g)^(1/5).
+    ///
+    /// W is in units of [`Self::mean_density`] (Gersho 1979, Zador 1982, in dimension 3).
     pub fn site_share(&self, node: usize) -> f64 {
         self.measure(node) * self.relative_density_three_fifths(node)
     }
 
-    /// V_v, local volume.
+    /// Volume V_v of a node, local.
     pub(crate) fn volume(&self, node: usize) -> f64 {
         self.volumes[node]
     }
@@ -205,7 +210,7 @@ fn check_entries(lift: &LiftedLattice, volumes: &[f64]) -> Result<(), FieldError
     if let Some(node) = volumes.iter().position(|volume| !(volume.is_finite() && *volume > 0.0)) {
         return Err(FieldError::Volume { node, volume: volumes[node] });
     }
-    // Without an early exit, which would keep them from being vectorised.
+    // No early exit, because it would prevent vectorization.
     let finite = |values: &[f64]| values.iter().fold(true, |good, value| good & value.is_finite());
     let measure = |values: &[f64]| values.iter().fold(true, |good, value| good & (value.is_finite() & (*value >= 0.0)));
     let rows = finite(&lift.coordinates) && finite(&lift.first_moment);

@@ -1,25 +1,30 @@
-//! Nearest sites, exactly: a tiled f32 sweep of all sites over the groups' centers, and f64 for the points of a group that more than
-//! one site can be nearest to.
+//! Kernel that finds nearest sites exactly.
 //!
-//! Based on: S. Lloyd, *Least squares quantization in PCM* (1982), the assignment step; C. Elkan, *Using the triangle inequality to
-//! accelerate k-means* (ICML 2003), for what it spares: with d the distance of a center from its nearest site and r the group's
-//! radius, a site farther from the center than d + 2r is no point's nearest. With f_i(v) = |p_i|² − 2 p_i·X_v distances are
-//! √(f_i + |X_v|²); coordinates are centered and scaled to the unit ball, where rounding f_i in f32 costs at most
-//! (m + 4)·u·(|p_i|² + 2|p_i|), u = 2⁻²⁴, and what is spared is chosen with twice that to spare. So the labels are those of
-//! f64, ties to the lowest index, whatever the groups are; a group that one site is left for is added as a whole.
+//! A tiled f32 sweep compares all sites with the groups' centers. The points of a group that more than one site can be
+//! nearest to are then labeled in f64.
 //!
-//! The same code is compiled three times, for the baseline, for AVX2 and for AVX-512, without fused multiply-add: equal bits from all.
+//! Based on: S. Lloyd, *Least squares quantization in PCM* (1982), the assignment step; C. Elkan, *Using the triangle
+//! inequality to accelerate k-means* (ICML 2003), for the pruning. With d the distance of a center from its nearest
+//! site and r the group's radius, a site farther from the center than d + 2r is nearest to no point.
+//!
+//! With f_i(v) = |p_i|² − 2 p_i·X_v distances are √(f_i + |X_v|²). Coordinates are centered and scaled to the unit
+//! ball, where rounding f_i in f32 costs at most (m + 4)·u·(|p_i|² + 2|p_i|), u = 2⁻²⁴. Pruning keeps twice that
+//! margin. So the labels are those of f64, with ties to the lowest index, for any groups. A group with one remaining
+//! site is added as a whole.
+//!
+//! The same code is compiled for the baseline, for AVX2 and for AVX-512, without fused multiply-add,
+//! so all three yield equal bits.
 
 use super::level::TILE;
 use super::vector::{LANES, square_distance};
 
-/// Entries of a cell's sums before its first moment: mass, energy and two that stay 0.
+/// Entries of a cell's sums before its first moment: mass, energy, and two that stay 0.
 pub(super) const CELL_HEAD: usize = LANES;
 
-/// Sites that are compared side by side in f64.
+/// Number of sites that are compared in parallel in f64.
 pub(super) const WIDTH: usize = 4;
 
-/// Which compilation of the kernel runs. None can be made where the processor lacks what it needs.
+/// Compilation of the kernel that runs. It can be created only if the processor supports it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct KernelPath(Instructions);
 
@@ -39,12 +44,12 @@ impl KernelPath {
         Self(Instructions::Baseline)
     }
 
-    /// The widest that this machine has.
+    /// The widest instructions that this machine has.
     pub fn detect() -> Self {
         Self::all().pop().unwrap_or(Self(Instructions::Baseline))
     }
 
-    /// All that this machine has, the widest last.
+    /// All compilations that this machine can run, the widest last.
     pub fn all() -> Vec<Self> {
         let mut all = vec![Self(Instructions::Baseline)];
         #[cfg(target_arch = "x86_64")]
@@ -58,17 +63,17 @@ impl KernelPath {
     }
 }
 
-/// Sites as the kernel reads them.
+/// Sites in the layout of the kernel.
 pub(super) struct KernelSites<'a> {
-    /// m.
+    /// Dimension m.
     pub dimension: usize,
-    /// m filled up to a multiple of [`LANES`].
+    /// m, padded to a multiple of [`LANES`].
     pub stride: usize,
-    /// p_i, site-major, lifted coordinates; `stride` per site.
+    /// Sites p_i, site-major, lifted coordinates; `stride` per site.
     pub exact: &'a [f64],
-    /// |p_i|² and −2 p_i, centered and scaled, m + 1 per site.
+    /// |p_i|² and −2 p_i, centered and scaled; m + 1 per site.
     pub rounded: &'a [f32],
-    /// Twice the most by which a rounded f_i, or a rounded |center|², is off.
+    /// Twice the largest rounding error of a rounded f_i or |center|².
     pub resolution: f64,
 }
 
@@ -78,29 +83,31 @@ pub(super) struct Chunk<'a> {
     pub lanes: &'a [f32],
     /// |center|², centered and scaled.
     pub squares: &'a [f32],
-    /// Distance of each group's farthest point from its center, scaled.
+    /// Radius of each group: distance of its farthest point from its center, scaled.
     pub radii: &'a [f32],
-    /// The centers; `stride` per group.
+    /// Centers of the groups; `stride` per group.
     pub centers: &'a [f64],
-    /// w of each group.
+    /// Mass w of each group.
     pub masses: &'a [f64],
-    /// Σ w|X − center|² of each group.
+    /// Inner energy Σ w|X − center|² of each group.
     pub inner: &'a [f64],
-    /// Where each group begins among the points of the level, and the end of the last.
+    /// Start of each group among the points of the level, and the end of the last.
     pub offsets: &'a [u32],
-    /// X of the points; `stride` per point.
+    /// Coordinates X of the points; `stride` per point.
     pub rows: &'a [f64],
-    /// w of the points.
+    /// Mass w of each point.
     pub mass: &'a [f64],
-    /// Out: nearest site of each point.
+    /// Output: nearest site of each point.
     pub labels: &'a mut [u32],
-    /// Out, added to: per site Σw, Σw|X − p|² and, after [`CELL_HEAD`], Σw(X − p); [`CELL_HEAD`] + `stride` per site.
+    /// Output, added to: per site Σw, Σw|X − p|² and, after [`CELL_HEAD`], Σw(X − p);
+    /// [`CELL_HEAD`] + `stride` per site.
     pub cells: &'a mut [f64],
     /// Scratch: f_i of a tile, [`TILE`] per site.
     pub values: &'a mut [f32],
-    /// Scratch: sites that may be nearest to a point of one group; one per site.
+    /// Scratch: sites that may be nearest to a point of one group; one entry per site.
     pub rivals: &'a mut [u32],
-    /// Scratch: their coordinates, [`WIDTH`] side by side; `stride` per site, and room for [`WIDTH`] − 1 more.
+    /// Scratch: their coordinates, transposed in blocks of [`WIDTH`]; `stride` per site, padded
+    /// by up to [`WIDTH`] − 1 sites.
     pub lined_up: &'a mut [f64],
 }
 
@@ -182,7 +189,7 @@ fn assign_portable(sites: &KernelSites, chunk: Chunk) {
     }
 }
 
-/// The smallest f_i at a tile's centers, and their sites.
+/// Smallest f_i at a tile's centers, and their sites.
 struct Nearest {
     best: [f32; TILE],
     site: [u32; TILE],
@@ -208,8 +215,9 @@ fn sweep(sites: &KernelSites, lanes: &[f32], values: &mut [f32]) -> Nearest {
 }
 
 impl Nearest {
-    /// After one more site. Every lane is computed and written, chosen by value: branches here would become masked
-    /// stores, which are slow.
+    /// Result after one more site.
+    ///
+    /// Every lane is computed and written, with values selected, because branches would become slow masked stores.
     #[inline(always)]
     fn with(&self, site: u32, value: &[f32; TILE]) -> Self {
         let mut next = Self { best: [0.0; TILE], site: [0; TILE] };
@@ -222,7 +230,8 @@ impl Nearest {
     }
 }
 
-/// The largest f_i at which a site can still be nearest to a point of a group, where the nearest to its center has f = `best`.
+/// Largest f_i at which a site can still be nearest to a point of a group. `best` is the f_i of
+/// the site nearest to its center.
 #[inline(always)]
 fn farthest_rival(best: f32, square: f32, radius: f32, resolution: f64) -> f32 {
     let (best, square) = (f64::from(best), f64::from(square));
@@ -231,7 +240,7 @@ fn farthest_rival(best: f32, square: f32, radius: f32, resolution: f64) -> f32 {
     (value as f32).next_up()
 }
 
-/// How many of the f_i of a tile are no larger than `reach`, lane by lane.
+/// Number of sites of a tile whose f_i is at most `reach`, per lane.
 #[inline(always)]
 fn count(values: &[f32], reach: &[f32; TILE]) -> [u32; TILE] {
     let mut rivals = [0; TILE];
@@ -243,19 +252,19 @@ fn count(values: &[f32], reach: &[f32; TILE]) -> [u32; TILE] {
     rivals
 }
 
-/// The sites whose f at lane `lane` is within `reach`, ascending, listed in `found`.
+/// Sites whose f_i at lane `lane` is at most `reach`, ascending, listed in `found`.
 #[inline(always)]
 fn list<'a>(values: &[f32], lane: usize, reach: f32, found: &'a mut [u32]) -> &'a [u32] {
     let mut count = 0;
     for (site, value) in values.as_chunks::<TILE>().0.iter().enumerate() {
-        // Always written, kept if it counts: the branch would be a guess.
+        // Always written, and kept if it counts; a branch would be unpredictable.
         found[count.min(found.len() - 1)] = site as u32;
         count += usize::from(value[lane] <= reach);
     }
     &found[..count]
 }
 
-/// Writes the coordinates of `rivals`, [`WIDTH`] side by side; those that are missing are infinite.
+/// Transposes the coordinates of `rivals` in blocks of [`WIDTH`]. Missing sites are infinite.
 #[inline(always)]
 fn line_up(sites: &KernelSites, rivals: &[u32], lined_up: &mut [f64]) {
     let blocks = lined_up.as_chunks_mut::<WIDTH>().0.chunks_exact_mut(sites.stride);
@@ -268,8 +277,9 @@ fn line_up(sites: &KernelSites, rivals: &[u32], lined_up: &mut [f64]) {
     }
 }
 
-/// argmin |X − p_i|² in f64 among `rivals`, ascending, and the least; ties to the first. Sums are those of [`square_distance`], term
-/// by term.
+/// Site with the least |X − p_i|² in f64 among `rivals` (ascending), and the least square. Ties go to the first.
+///
+/// Sums are those of [`square_distance`], term by term.
 #[inline(always)]
 fn nearest_exact(row: &[f64], rivals: &[u32], lined_up: &[f64]) -> (u32, f64) {
     let (mut best, mut label) = (f64::INFINITY, 0);
@@ -301,7 +311,7 @@ fn of_label<'a>(sites: &'a KernelSites, label: u32, cells: &'a mut [f64]) -> (&'
     (&sites.exact[label * stride..][..stride], &mut cells[label * entries..][..entries])
 }
 
-/// Adds a point, whose squared distance from its site is known, to its cell.
+/// Adds a point, with its squared distance from its site, to the site's cell.
 #[inline(always)]
 fn add(row: &[f64], site: &[f64], mass: f64, square: f64, cell: &mut [f64]) {
     let (head, moments) = cell.split_at_mut(CELL_HEAD);

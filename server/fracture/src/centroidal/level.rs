@@ -1,48 +1,51 @@
-//! Points with masses as the kernel reads them, in groups: the nodes of a field, or the groups of a finer level, each at the center of
-//! its mass. A diagram of centers differs from one of the points in that groups are not cut; its energy is then that of the points,
-//! but for a constant (the parallel axis theorem).
+//! Points with masses in the layout of the kernel, in groups.
+//!
+//! Points are the nodes of a field, or the groups of a finer level, each at its center of mass. A diagram of centers
+//! differs from one of the points in that groups are not split. Its energy is that of the points up to a constant
+//! (parallel axis theorem).
 
 use super::EnergyField;
 use super::clusters::Groups;
 use super::kernel::KernelSites;
 use super::vector::{LANES, square_distance};
 
-/// Groups per tile.
+/// Number of groups per tile.
 pub(super) const TILE: usize = 16;
 
-/// Points in groups; a point without one is its own. Points lie in the order of their groups.
+/// Points in groups, ordered by group. A point without a group is its own group.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PointLevel {
     dimension: usize,
-    /// The point, of the field or of the finer level, at each place here.
+    /// Index of each point in the field or the finer level.
     pub order: Vec<u32>,
-    /// X of each point; [`Level::stride`] entries each, the last of which are zeros.
+    /// Coordinates X of each point, [`PointLevel::stride`] entries each, padded with zeros.
     pub rows: Vec<f64>,
-    /// w of each point.
+    /// Mass w of each point.
     pub mass: Vec<f64>,
-    /// Where each group begins among the points, and their number.
+    /// Start of each group among the points, and the number of points.
     pub offsets: Vec<u32>,
-    /// Center of mass of each group, as `rows`.
+    /// Center of mass of each group, in the layout of `rows`.
     pub centers: Vec<f64>,
-    /// w of each group.
+    /// Mass w of each group.
     pub masses: Vec<f64>,
-    /// Σ w|X − center|² of each group.
+    /// Inner energy Σ w|X − center|² of each group.
     pub inner: Vec<f64>,
-    /// |X − center| of each group's farthest point, scaled, rounded up.
+    /// Radius of each group, |X − center| of its farthest point, scaled and rounded up.
     pub radii: Vec<f32>,
     /// |center|² of each group, centered and scaled.
     pub squares: Vec<f32>,
-    /// The centers in f32, centered, scaled to the unit ball: tile-major, then coordinate, then lane; the last tile is filled up.
+    /// Centers in f32, centered and scaled to the unit ball: tile-major, then coordinate, then
+    /// lane. The last tile is padded.
     pub lanes: Vec<f32>,
-    /// What was taken off the coordinates in `lanes`.
+    /// Origin that is subtracted from the coordinates in `lanes`.
     origin: Vec<f64>,
-    /// What they were multiplied with.
+    /// Scale by which they are then multiplied.
     scale: f64,
-    /// Σ w|X − p|² that lies within the points of a coarse level, and no site can take away.
+    /// Energy Σ w|X − p|² within the points of a coarse level, which no site can reduce.
     pub base: f64,
 }
 
-/// Rounded up: by more than the few roundings that made it.
+/// Factor that rounds up by more than the roundings of a radius.
 const UP: f64 = 1.0 + 1e-6;
 
 impl PointLevel {
@@ -60,7 +63,7 @@ impl PointLevel {
         self.gather(groups, (&finer.centers, finer.stride()), &finer.masses);
     }
 
-    /// Refills from points: rows of so many entries, of which the first are coordinates, and masses.
+    /// Refills from points and masses. `from` holds rows that begin with the coordinates, and the length of a row.
     fn gather(&mut self, groups: Option<&Groups>, from: (&[f64], usize), mass: &[f64]) {
         let points = mass.len();
         let stride = self.stride();
@@ -98,7 +101,7 @@ impl PointLevel {
         self.round_centers();
     }
 
-    /// The centers in f32.
+    /// Computes the centers in f32.
     fn round_centers(&mut self) {
         let (m, stride, count) = (self.dimension, self.stride(), self.groups());
         self.origin.clear();
@@ -127,7 +130,7 @@ impl PointLevel {
         self.radii.iter_mut().for_each(|radius| *radius = (f64::from(*radius) * scale) as f32);
     }
 
-    /// m filled up to a multiple of [`LANES`].
+    /// m, padded to a multiple of [`LANES`].
     pub fn stride(&self) -> usize {
         self.dimension.next_multiple_of(LANES)
     }
@@ -142,12 +145,12 @@ impl PointLevel {
         self.offsets.len() - 1
     }
 
-    /// X of the point at `place`, with its zeros.
+    /// Coordinates X of the point at index `place`, padded with zeros.
     pub fn row(&self, place: usize) -> &[f64] {
         &self.rows[place * self.stride()..][..self.stride()]
     }
 
-    /// Rounds `sites` (site-major, [`Self::stride`] each) into `rounded` and proves the resolution.
+    /// Rounds `sites` (site-major, [`Self::stride`] each) into `rounded`, and bounds the rounding error.
     pub fn round<'a>(&self, sites: &'a [f64], rounded: &'a mut Vec<f32>) -> KernelSites<'a> {
         let m = self.dimension;
         rounded.clear();
@@ -165,16 +168,16 @@ impl PointLevel {
             bound = bound.max(square + 2.0 * square.sqrt());
         }
         let unit = 0.5 * f64::from(f32::EPSILON);
-        // Centers lie in the unit ball: their own squares err by no more than the last term.
+        // Centers lie in the unit ball, so their own squares err by at most the last term.
         let error = (m as f64 + 5.0) * (unit * (bound + 1.0) + f64::from(f32::MIN_POSITIVE));
         KernelSites { dimension: m, stride: self.stride(), exact: sites, rounded, resolution: 2.0 * error }
     }
 }
 
-/// Groups that one task fills.
+/// Groups per parallel task.
 const GRAIN: usize = 512;
 
-/// What points and groups are filled from.
+/// Input from which points and groups are filled.
 struct Filler<'a> {
     stride: usize,
     order: &'a [u32],
@@ -185,7 +188,7 @@ struct Filler<'a> {
     mass: &'a [f64],
 }
 
-/// The parts of a level that belong to some groups; radii are not scaled yet.
+/// Output slices of consecutive groups. Radii are not yet scaled.
 struct Filled<'a> {
     rows: &'a mut [f64],
     mass: &'a mut [f64],
@@ -196,7 +199,7 @@ struct Filled<'a> {
 }
 
 impl Filler<'_> {
-    /// Groups from `first` on, as many as `out` has room for; halves of them in parallel.
+    /// Fills the groups from `first` on that `out` has memory for, in parallel halves.
     fn run(&self, first: usize, out: Filled<'_>) {
         let count = out.masses.len();
         if count <= GRAIN {
@@ -241,7 +244,7 @@ impl Filler<'_> {
     }
 }
 
-/// Mass, inner energy and radius of a group, whose center is written to `center`.
+/// Mass, inner energy and radius of a group. Writes its center to `center`.
 fn sum_group(rows: &[f64], masses: &[f64], center: &mut [f64]) -> (f64, f64, f32) {
     let stride = center.len();
     let (first, points) = (&rows[..stride], masses.len());
@@ -250,7 +253,7 @@ fn sum_group(rows: &[f64], masses: &[f64], center: &mut [f64]) -> (f64, f64, f32
         return (masses[0], 0.0, 0.0);
     }
     let total: f64 = masses.iter().sum();
-    // About the first point: what is far from the origin loses nothing.
+    // Relative to the first point, so that points far from the origin lose no digits.
     center.fill(0.0);
     for (row, mass) in rows.chunks_exact(stride).zip(masses).skip(1) {
         let share = if total > 0.0 { mass / total } else { (points as f64).recip() };

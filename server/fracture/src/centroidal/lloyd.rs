@@ -1,13 +1,15 @@
 //! Lloyd's iteration with over-relaxation, from coarse levels to fine ones.
 //!
 //! Based on: S. Lloyd, *Least squares quantization in PCM* (1982); Q. Du, V. Faber, M. Gunzburger, *Centroidal Voronoi
-//! Tessellations* (SIAM Review 1999), section 5; Q. Du, M. Emelianenko, *Acceleration schemes for computing centroidal Voronoi
-//! tessellations* (Numerical Linear Algebra with Applications 13, 2006), for the levels. A step p ← p + ω(c − p) towards the
-//! centroid c changes the energy of unchanged cells by −ω(2 − ω) Σ M|c − p|², so it never rises for 0 < ω < 2, and new labels only
-//! lower it further. Fixed points do not depend on ω. The last step is a plain one: it takes back what over-relaxation overshot.
+//! Tessellations* (SIAM Review 1999), section 5; Q. Du, M. Emelianenko, *Acceleration schemes for computing centroidal
+//! Voronoi tessellations* (Numerical Linear Algebra with Applications 13, 2006), for the levels.
 //!
-//! Labels are exact, so only the rounding of the f64 sums could let the energy rise, at a fixed point; such a step is not
-//! taken and ends the descent.
+//! A step p ← p + ω(c − p) toward the centroid c changes the energy of unchanged cells by −ω(2 − ω) Σ M|c − p|². So it
+//! never rises for 0 < ω < 2, and new labels only lower it further. Fixed points do not depend on ω. The last step is a
+//! plain one, which corrects the overshoot of over-relaxation.
+//!
+//! Labels are exact, so only the rounding of the f64 sums can let the energy rise, at a fixed point. Such a step is
+//! rejected and ends the descent.
 
 use super::assign::{AssignScratch, AssignState};
 use super::level::PointLevel;
@@ -15,35 +17,39 @@ use super::vector::square_distance;
 use super::{StepDecision, StopCondition};
 use crate::cancel_token::{CancelToken, Cancelled};
 
-/// ω. At the default tolerance, 50 sites on 12k nodes and m = 16, 1.8 needs 12 iterations and ends 1.1 % above the best
-/// known energy, 1.0 needs 15 and ends 1.7 % above.
+/// Over-relaxation factor ω.
+///
+/// At the default tolerance, 50 sites on 12k nodes and m = 16, 1.8 needs 12 iterations and ends 1.1 % above the best
+/// known energy; 1.0 needs 15 and ends 1.7 % above.
 const RELAXATION: f64 = 1.8;
 
-/// Where the descent on a coarse level ends, whatever ends the one on the nodes. An iteration there costs half of one on the nodes and
-/// gains less and less of what counts on these: of eight tolerances from 1e-3 to 1 this one brings the gap to 10, 5, 3 and 2 % earliest
-/// (five objects, 6 to 150 sites).
+/// Tolerance on coarse levels, whatever ends the descent on the nodes.
+///
+/// An iteration there costs half of one on the nodes, and its gain on the nodes diminishes. Chosen among eight
+/// tolerances from 1e-3 to 1: this one reaches gaps of 10, 5, 3 and 2 % earliest (five objects, 6 to 150 sites).
 const COARSE_TOLERANCE: f64 = 5e-2;
 
-/// Iterations after which a diagram is taken as it is, unless fewer are asked for.
+/// Default limit on the iterations of a diagram.
 pub const ITERATIONS_MAX: usize = 200;
 
-/// What a descent moves.
+/// State that a descent changes.
 pub(super) struct LloydState<'a> {
+    /// Memory of the assignments.
     pub scratch: &'a mut AssignScratch,
-    /// The state reached; its sites are given.
+    /// State reached. Its sites are the input.
     pub current: &'a mut AssignState,
-    /// The state tried next, or the one before.
+    /// State tried next, or the previous one.
     pub trial: &'a mut AssignState,
-    /// Sites that stay where they are: the first ones.
+    /// Number of pinned sites, which are the first ones.
     pub pinned: usize,
-    /// See [`DiagramOptions`](super::Options).
+    /// As [`DiagramOptions::tolerance`](super::DiagramOptions::tolerance).
     pub tolerance: f64,
-    /// See [`DiagramOptions`](super::Options).
+    /// As [`DiagramOptions::iterations_max`](super::DiagramOptions::iterations_max).
     pub iterations_max: usize,
 }
 
 impl LloydState<'_> {
-    /// Lowers the energy on a level that is not the last; how many iterations that took.
+    /// Lowers the energy on a level that is not the last. Returns the number of iterations.
     pub fn coarse(
         &mut self,
         level: &PointLevel,
@@ -62,8 +68,9 @@ impl LloydState<'_> {
         Ok(ITERATIONS_MAX)
     }
 
-    /// Lowers the energy on the last level; writes the energy after each iteration to `history`, the start's first. Whether it
-    /// ended by itself: neither at the last iteration that is allowed nor by `stop`.
+    /// Lowers the energy on the last level. Writes the energy of the start and after each iteration to `history`.
+    ///
+    /// Returns true if the descent converged, and false if the iteration limit or `stop` ended it.
     pub fn finest(
         &mut self,
         level: &PointLevel,
@@ -105,8 +112,9 @@ impl LloydState<'_> {
         Ok(())
     }
 
-    /// One iteration. Whether the site of an empty cell was put elsewhere; `None`: the energy does not fall any more, and nothing was
-    /// changed.
+    /// Runs one iteration. Returns true if the site of an empty cell was moved to another cell.
+    ///
+    /// Returns `None`, with nothing changed, if the energy no longer falls.
     fn iterate(&mut self, level: &PointLevel, relaxation: f64, token: &CancelToken) -> Result<Option<bool>, Cancelled> {
         token.check()?;
         let reseeded = self.step(level, relaxation);
@@ -118,7 +126,8 @@ impl LloydState<'_> {
         Ok(Some(reseeded))
     }
 
-    /// Moves every site that is not pinned by ω times its way to its centroid. Whether the site of an empty cell was put elsewhere.
+    /// Moves every unpinned site by ω times its offset to its centroid. Returns true if the site
+    /// of an empty cell was reseeded.
     fn step(&mut self, level: &PointLevel, relaxation: f64) -> bool {
         let (from, to) = (&*self.current, &mut *self.trial);
         to.stride = from.stride;
@@ -135,8 +144,9 @@ impl LloydState<'_> {
     }
 }
 
-/// Puts the site of each empty cell on the point with the largest w|X − p|² > 0 of the costliest cell; each such cell
-/// gives up one point. Whether any site was put anywhere.
+/// Moves the site of each empty cell to the point with the largest w|X − p|² > 0 of the costliest cell.
+///
+/// Each costly cell loses at most one point. Returns true if any site was moved.
 fn reseed(level: &PointLevel, pinned: usize, from: &AssignState, to: &mut [f64]) -> bool {
     let mut donors: Vec<usize> = (0..from.count()).filter(|&site| from.cell(site).1 > 0.0).collect();
     donors.sort_by(|&a, &b| from.cell(b).1.total_cmp(&from.cell(a).1).then(a.cmp(&b)));
@@ -151,7 +161,7 @@ fn reseed(level: &PointLevel, pinned: usize, from: &AssignState, to: &mut [f64])
     reseeded
 }
 
-/// The point of cell `donor` with the largest w|X − p|² > 0, ties to the first.
+/// Point of cell `donor` with the largest w|X − p|² > 0; ties go to the first.
 fn costliest(level: &PointLevel, from: &AssignState, donor: usize) -> Option<usize> {
     let site = from.site(donor);
     let (mut worst, mut at) = (0.0, None);

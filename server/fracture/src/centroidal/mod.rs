@@ -1,7 +1,7 @@
-//! The energy-weighted centroidal Voronoi diagram in the lift.
+//! Energy-weighted centroidal Voronoi diagrams in the lift.
 //!
-//! Minimises F(p) = Σ_v w_v min_i |X_v − p_i|² over sites p_i in R^m, from a start that is deterministic in (seed, start,
-//! number of sites). Results have the same bits for any number of threads and on any machine.
+//! Minimizes F(p) = Σ_v w_v min_i |X_v − p_i|² over sites p_i in R^m, from a start that is deterministic in (seed,
+//! start, number of sites). Results have the same bits for any number of threads and on any machine.
 
 mod assign;
 mod clusters;
@@ -28,53 +28,59 @@ use crate::cancel_token::{CancelToken, Cancelled};
 use crate::lift::LiftedLattice;
 use crate::random::RandomStream;
 
-/// The default of [`DiagramOptions::tolerance`]: the energy ends about 0.4 % above that of the same descent run to its end, less
-/// than two descents from different starts differ.
+/// Default of [`DiagramOptions::tolerance`].
+///
+/// The energy ends about 0.4 % above that of the same descent run to its end, which is less than the difference of two
+/// descents from different starts.
 pub const TOLERANCE: f64 = 1e-3;
 
-/// What diagram is wanted.
+/// Options of a diagram.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiagramOptions {
     /// Number of sites; clamped to 1 ..= nodes.
     pub sites: usize,
-    /// Everything random follows from (seed, start, sites).
+    /// Seed. All random numbers follow from (seed, start, sites).
     pub seed: u64,
-    /// Which of several independent starts of one seed; 0 unless they are compared.
+    /// Number of the start among independent ones of one seed; 0 unless starts are compared.
     pub start: u32,
-    /// The descent ends when an iteration lowers F by less than this fraction of itself. Smaller is more accurate; at 0 it
-    /// runs to a fixed point or to `iterations_max`.
+    /// Relative decrease of F per iteration below which the descent ends.
+    ///
+    /// Smaller is more accurate. At 0 it runs to a fixed point or to `iterations_max`.
     pub tolerance: f64,
-    /// Iterations on the nodes at most, of which the last is a plain one; with 0 the sites stay where the start, or the last of the
-    /// coarser levels, puts them.
+    /// Largest number of iterations on the nodes, of which the last is a plain one.
+    ///
+    /// With 0 the sites remain those of the start, or of the last coarser level.
     pub iterations_max: usize,
 }
 
 impl DiagramOptions {
-    /// `sites` sites, start 0, default tolerance.
+    /// Options for `sites` sites, with start 0 and default tolerance.
     pub fn new(sites: usize, seed: u64) -> Self {
         Self { sites, seed, start: 0, tolerance: TOLERANCE, iterations_max: ITERATIONS_MAX }
     }
 }
 
-/// A Voronoi diagram of the lattice nodes, centroidal up to the tolerance.
+/// Voronoi diagram of the lattice nodes, centroidal up to the tolerance.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Diagram {
-    /// m.
+    /// Dimension m.
     pub dimension: usize,
-    /// p_i, site-major, `sites × m`, lifted coordinates; the very sites that the labels belong to.
+    /// Sites p_i, site-major, `sites × m`, lifted coordinates. The labels belong to exactly these sites.
     pub sites: Vec<f64>,
-    /// argmin_i |X_v − p_i|² per node in f64, ties to the lowest index. A cell may be empty when nodes coincide.
+    /// argmin_i |X_v − p_i|² per node in f64; ties go to the lowest index. A cell may be empty if nodes coincide.
     pub labels: Vec<u32>,
-    /// E_i = Σ_v w_v(|X_v − p_i|² + 2 b_v·(X_v − p_i) + m_v) per site, b_v and m_v the moments of node v's own cell: the
-    /// integral of W|X − p_i|² over the cells of the nodes; unit of the masses times local length squared.
+    /// E_i = Σ_v w_v(|X_v − p_i|² + 2 b_v·(X_v − p_i) + m_v) per site; unit of the masses times local length squared.
+    ///
+    /// b_v and m_v are the moments of node v's own cell, so E_i is the integral of W|X −
+    /// p_i|² over the cells of the nodes.
     pub cell_energy: Vec<f64>,
     /// F = Σ_v w_v|X_v − p|², without the moments of the nodes' own cells.
     pub energy: f64,
-    /// F of the start, or of the sites that coarse levels ended with, and after each iteration on the nodes; never rises.
+    /// F of the start, or of the sites from coarse levels, and after each iteration on the nodes. Never rises.
     pub history: Vec<f64>,
-    /// Iterations on coarser levels before that.
+    /// Number of iterations on coarser levels.
     pub coarse_iterations: usize,
-    /// Whether the tolerance was met before the last iteration that was allowed.
+    /// True if the tolerance was met before the iteration limit.
     pub converged: bool,
 }
 
@@ -84,12 +90,14 @@ impl Diagram {
         self.cell_energy.len()
     }
 
-    /// p_i, length m.
+    /// Site p_i, length m.
     pub fn site(&self, site: usize) -> &[f64] {
         &self.sites[site * self.dimension..][..self.dimension]
     }
 
-    /// The node nearest to each site, of its own cell if it has one, ties to the lowest index; `lift` is the field's.
+    /// Nearest node to each site; ties go to the lowest index. `lift` is that of the field.
+    ///
+    /// The node belongs to the site's own cell if the cell has one.
     pub fn site_nodes(&self, lift: &LiftedLattice) -> Vec<u32> {
         let square = |node: usize, site: usize| -> f64 {
             lift.at(node).iter().zip(self.site(site)).map(|(x, p)| (x - p) * (x - p)).sum()
@@ -110,23 +118,23 @@ impl Diagram {
         nearest.into_iter().map(|(_, node)| node).collect()
     }
 
-    /// Iterations taken on the nodes.
+    /// Number of iterations on the nodes.
     pub fn iterations(&self) -> usize {
         self.history.len().saturating_sub(1)
     }
 
-    /// [`gap`] of its history, or of where coarser levels left it.
+    /// Estimated [`gap`] of the diagram, from its history or from its coarse levels.
     pub fn gap(&self) -> f64 {
         stop_condition::gap_of(self)
     }
 
-    /// max_i E_i.
+    /// Largest cell energy, max_i E_i.
     pub fn energy_max(&self) -> f64 {
         self.cell_energy.iter().copied().fold(0.0, f64::max)
     }
 }
 
-/// The diagram of `field` that `options` asks for. Polls `token` once per iteration.
+/// Computes the diagram of `field` with these `options`. Polls `token` once per iteration.
 ///
 /// # Errors
 /// [`Cancelled`] once the token is.
@@ -141,7 +149,7 @@ pub fn diagram(
     Ok(diagram)
 }
 
-/// [`diagram`] into one that exists, whose memory is reused. After an error its contents are of no use.
+/// As [`diagram`], into an existing diagram whose memory is reused. After an error its contents are unspecified.
 ///
 /// # Errors
 /// [`Cancelled`] once the token is.
@@ -155,7 +163,7 @@ pub fn diagram_into(
     diagram_until(field, options, workspace, &mut &*token, diagram)
 }
 
-/// [`diagram_into`], whose descent `stop` may end before it converges.
+/// As [`diagram_into`], with a condition that may end the descent before it converges.
 ///
 /// # Errors
 /// [`Cancelled`] once the token of `stop` is.
@@ -169,7 +177,7 @@ pub fn diagram_until(
     let sites = options.sites.clamp(1, field.nodes());
     let mut stream = RandomStream::new(options.seed, u64::from(options.start) << 32 | sites as u64);
     let DiagramWorkspace { start, sites: drawn, levels, current, .. } = &mut *workspace;
-    // Neither waits for the other.
+    // Levels and start are independent, so they are computed in parallel.
     let (levels, ()) = rayon::join(
         || workspace::load(levels, field, sites),
         || {
@@ -188,7 +196,7 @@ pub fn diagram_until(
     Ok(())
 }
 
-/// Exact labels of given sites (site-major, m each, at least one) and their energies E_i, without moving them.
+/// Exact labels of given sites (site-major, m each, at least one) and their energies E_i. The sites do not move.
 pub fn assign(field: &EnergyField, sites: &[f64], workspace: &mut DiagramWorkspace) -> Diagram {
     let mut diagram = Diagram::default();
     workspace::load(&mut workspace.levels, field, field.nodes());

@@ -1,9 +1,12 @@
-//! x^(3/5) and x^(1/3) from additions, multiplications and divisions alone: the same bits on every machine, which the mathematical
-//! library of the platform does not promise.
+//! x^(3/5) and x^(1/3) from additions, multiplications and divisions only.
+//!
+//! They have the same bits on every machine, which the mathematical library of a platform does not guarantee.
 
-/// x^(3/5) to a few units in the last place. Zero, negative and subnormal numbers give 0; infinity and NaN stay.
+/// x^(3/5) to a few units in the last place. Zero, negative and subnormal numbers yield 0;
+/// infinity and NaN are unchanged.
 ///
-/// A fifth of the bit pattern is within 7 % of the fifth root; each Newton step on r⁵ = x squares that error (times two).
+/// A fifth of the bit pattern is within 7 % of the fifth root. Each Newton step on r⁵ = x
+/// squares that error (times two).
 pub(crate) fn three_fifths(x: f64) -> f64 {
     if x < f64::MIN_POSITIVE {
         return 0.0;
@@ -19,9 +22,10 @@ pub(crate) fn three_fifths(x: f64) -> f64 {
     root * root * root
 }
 
-/// x^(1/3) to a few units in the last place; zero, negative and subnormal numbers give 0, infinity and NaN stay.
+/// x^(1/3) to a few units in the last place. Zero, negative and subnormal numbers yield 0;
+/// infinity and NaN are unchanged.
 ///
-/// A third of the bit pattern is within 7 % of the root; each Newton step on r³ = x squares that error.
+/// A third of the bit pattern is within 7 % of the root. Each Newton step on r³ = x squares that error.
 pub(crate) fn cube_root(x: f64) -> f64 {
     if x < f64::MIN_POSITIVE {
         return 0.0;
@@ -57,7 +61,7 @@ mod tests {
             let x = (f64::from(step) * 0.23).exp();
             if x.is_normal() {
                 let (own, library) = (three_fifths(x), x.powf(0.6));
-                // The exponent that `powf` is given, 0.6, is itself 2e-17 off.
+                // The exponent passed to `powf`, 0.6, is itself off by 2e-17.
                 let tolerance = 4e-15 + 3e-17 * x.ln().abs();
                 assert!((own / library - 1.0).abs() <= tolerance, "{x:e}: {own:e} {library:e}");
             }

@@ -1,10 +1,11 @@
-//! Sums over the coordinates of the lift, in a fixed order that vectorises.
+//! Sums over the coordinates of the lift, in a fixed order that vectorizes.
 
-/// Rows of f64 are filled up with zeros to a multiple of this.
+/// Padding of rows of f64: their length is a multiple of this.
 pub(super) const LANES: usize = 4;
 
-/// |a − b|², summed in [`LANES`] interleaved parts so that it vectorises in a fixed order; zeros at the end of both do not
-/// change a bit.
+/// Squared distance |a − b|², summed in [`LANES`] interleaved parts so that it vectorizes in a fixed order.
+///
+/// Zeros at the end of both do not change a bit.
 #[inline(always)]
 pub(super) fn square_distance(a: &[f64], b: &[f64]) -> f64 {
     let mut parts = [0.0; LANES];

@@ -1,4 +1,4 @@
-//! Memory that diagrams are made in.
+//! Working memory of diagrams.
 
 use super::assign::{AssignScratch, AssignState};
 use super::level::PointLevel;
@@ -6,30 +6,34 @@ use super::lloyd::LloydState;
 use super::{Diagram, DiagramOptions, EnergyField, seeding};
 use rayon::prelude::*;
 
-/// Reused from diagram to diagram: after the largest one, no call allocates anything that grows with the mesh.
+/// Working memory of diagrams, reused between them.
+///
+/// After the largest diagram, no call allocates memory that grows with the mesh.
 #[derive(Clone, Debug, Default)]
 pub struct DiagramWorkspace {
+    /// Memory of the assignments.
     pub(super) scratch: AssignScratch,
+    /// Memory of the start.
     pub(super) start: seeding::SeedScratch,
-    /// The nodes of the field, then groups of them, coarser and coarser.
+    /// Nodes of the field, then groups of them, coarser and coarser.
     pub(super) levels: Vec<PointLevel>,
-    /// The start's sites, m each.
+    /// Sites of the start, m each.
     pub(super) sites: Vec<f64>,
-    /// The state reached.
+    /// State reached.
     pub(super) current: AssignState,
-    /// The state tried next, or the one before.
+    /// State tried next, or the previous one.
     pub(super) trial: AssignState,
-    /// Σ w(X − p) b of each cell by coordinate, b the first moments of the nodes' own cells, and Σ w m of their second ones; by parts.
+    /// Per part and cell: Σ w(X − p) b by coordinate, and Σ w m, with b and m the moments of the nodes' own cells.
     pub(super) moments: Vec<f64>,
 }
 
-/// Nodes whose own cells are added up at once.
+/// Nodes per part in the sum of moments.
 const PART: usize = 4096;
 
-/// Points per site that a level needs, to begin on.
+/// Points per site that a level must have for a descent to begin on it.
 const POINTS_PER_SITE: usize = 12;
 
-/// Refills as many of `levels` as `sites` sites can begin on; their number.
+/// Refills the levels on which `sites` sites can begin. Returns the number of levels.
 pub(super) fn load(levels: &mut Vec<PointLevel>, field: &EnergyField, sites: usize) -> usize {
     let groups = field.clusters().map_or(&[][..], |clusters| clusters.levels());
     let enough = |groups: &&super::clusters::Groups| groups.count() >= POINTS_PER_SITE * sites;
@@ -45,7 +49,7 @@ pub(super) fn load(levels: &mut Vec<PointLevel>, field: &EnergyField, sites: usi
 }
 
 impl DiagramWorkspace {
-    /// Level `index`, and what a descent on it moves.
+    /// Level `index`, and the state that a descent on it changes.
     pub(super) fn descent(
         &mut self,
         index: usize,
@@ -57,7 +61,7 @@ impl DiagramWorkspace {
         (&levels[index], LloydState { scratch, current, trial, pinned, tolerance, iterations_max })
     }
 
-    /// Copies the state reached into `diagram` and adds the moments of the nodes' own cells.
+    /// Copies the state reached to `diagram` and adds the moments of the nodes' own cells.
     pub(super) fn hand_over(&mut self, field: &EnergyField, diagram: &mut Diagram) {
         let (current, m) = (&self.current, field.dimension());
         diagram.dimension = m;
@@ -73,7 +77,8 @@ impl DiagramWorkspace {
         self.add_moments(field, diagram);
     }
 
-    /// Adds Σ w(2 b·(X − p) + m) to each cell's energy: by coordinate and by parts of the nodes, and these added up at the end.
+    /// Adds Σ w(2 b·(X − p) + m) to each cell's energy, by coordinate and by parts of the nodes,
+    /// which are added up at the end.
     fn add_moments(&mut self, field: &EnergyField, diagram: &mut Diagram) {
         let (m, lift, entries) = (field.dimension(), field.lift(), diagram.count() * (field.dimension() + 1));
         self.moments.clear();

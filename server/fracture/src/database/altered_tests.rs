@@ -1,5 +1,6 @@
-//! Databases whose values were altered, tensor by tensor and key by key, under checksums that fit: refused by name, or struck with
-//! closed, finite fragments whose mass adds up.
+//! Databases with altered values, tensor by tensor and key by key, and matching checksums.
+//!
+//! Each must be rejected with the name of the value, or yield closed, finite fragments whose masses add up.
 
 use super::container::metadata_checksum;
 use super::*;
@@ -47,7 +48,7 @@ impl File {
         file
     }
 
-    /// Writes it with checksums that fit.
+    /// Writes the file with matching checksums.
     fn write(&self, path: &Path) {
         let mut sums: Map<String, Value> = Map::new();
         let (mut header, mut data) = (Map::new(), Vec::new());
@@ -85,9 +86,9 @@ struct Trial {
     folder: tempfile::TempDir,
     refused: usize,
     served: usize,
-    /// What breaks the object as it was baked, N·s.
+    /// Impulse that breaks the unaltered object, N·s.
     impulse_ns: Vector3<f64>,
-    /// What was served and should not have been, or refused without its name.
+    /// Altered files that were accepted wrongly, or rejected without the name.
     wrong: Vec<String>,
 }
 
@@ -110,7 +111,7 @@ impl Trial {
         Self { file: File::read(&path), folder, refused: 0, served: 0, impulse_ns, wrong: Vec::new() }
     }
 
-    /// Refused with `name` in the message, or struck well.
+    /// Expects a rejection with `name` in the message, or valid fragments.
     fn check(&mut self, file: &File, name: &str, what: &str) {
         let path = self.folder.path().join("altered.shatter");
         file.write(&path);
@@ -125,7 +126,7 @@ impl Trial {
             Err(error) => {
                 self.refused += 1;
                 let text = error.to_string();
-                // A node that moved is found by the volume, a matrix that is not definite by its factor.
+                // A moved node is detected by the volume, an indefinite matrix by its factorization.
                 let named = [name, "lattice_volume_m3", "elasticity of body", "tensor \"body"]
                     .iter()
                     .any(|own| text.contains(own));
@@ -137,20 +138,20 @@ impl Trial {
     }
 }
 
-/// A point in the middle of the nodes' list, which no change of another value moves.
+/// A node in the middle of the list, which changes of other values do not move, m.
 fn middle(prepared: &PreparedObject) -> Point3<f64> {
     let nodes = &prepared.bodies[0].crack.nodes;
     prepared.frame.to_meters(&nodes[nodes.len() / 2])
 }
 
-/// The outcome of `impulse_ns` at [`middle`], its degree decided.
+/// The outcome of `impulse_ns` at [`middle`], with the degree of the closed form.
 fn decided(prepared: &PreparedObject, impulse_ns: Vector3<f64>) -> Result<FractureOutcome, FractureError> {
     let own =
         FractureRequest { degree: DegreeRequest::ClosedForm, ..FractureRequest::at(middle(prepared), impulse_ns) };
     strike(StrikeContext::new(prepared, &own, &CancelToken::default(), &()), &mut Workspace::default())
 }
 
-/// Ten times an impulse that breaks it.
+/// Ten times the smallest tested impulse that breaks the object.
 fn breaking(prepared: &PreparedObject) -> Vector3<f64> {
     let unit = Vector3::new(0.3, -1.0, 0.2);
     let sizes = (-10..30).map(|power| 2f64.powi(power));
@@ -213,7 +214,7 @@ fn width(dtype: &str) -> usize {
     if dtype == "F64" { 8 } else { 4 }
 }
 
-/// The numbers that an entry may become.
+/// Altered values of an entry.
 fn others(dtype: &str, own: &[u8]) -> Vec<(&'static str, Vec<u8>)> {
     let made = |name, value: f64| {
         (name, if dtype == "F64" { value.to_le_bytes().to_vec() } else { (value as f32).to_le_bytes().to_vec() })
@@ -246,7 +247,7 @@ fn others(dtype: &str, own: &[u8]) -> Vec<(&'static str, Vec<u8>)> {
     }
 }
 
-/// Tensors of no more entries are tried at each of them.
+/// Tensors with at most this many entries are altered at each of them.
 const FEW: usize = 6;
 
 #[test]
@@ -265,7 +266,7 @@ fn altered_tensors_are_refused_by_name_or_harmless() {
         let width = width(dtype);
         let count = bytes.len() / width;
         let at = stream.bits() as usize % count;
-        // A handful has a meaning each.
+        // In short tensors, every entry has its own meaning.
         let places = if count <= FEW { (0..count).collect() } else { vec![at] };
         for at in places {
             for (kind, value) in others(dtype, &bytes[at * width..][..width]) {
@@ -292,10 +293,10 @@ fn altered_tensors_are_refused_by_name_or_harmless() {
     assert!(trial.refused + trial.served > 250);
 }
 
-/// The document with another number in its place.
+/// A function that returns the document with another value in one place.
 type Put<'a> = dyn Fn(Value) -> Value + 'a;
 
-/// Calls `each` with every number below `value`: where it is, and the document with another in its place.
+/// Calls `each` for every number in `value`, with its path and the function that replaces it.
 fn numbers(value: &Value, path: &str, each: &mut dyn FnMut(&str, &Put)) {
     match value {
         Value::Number(_) => each(path, &|other| other),
@@ -325,7 +326,7 @@ fn numbers(value: &Value, path: &str, each: &mut dyn FnMut(&str, &Put)) {
     }
 }
 
-/// `path` of [`numbers`] below `key` as a JSON pointer.
+/// Converts a `path` of [`numbers`] below `key` to a JSON pointer.
 fn pointer(path: &str, key: &str) -> String {
     path[key.len()..].replace(['.', '['], "/").replace(']', "")
 }
@@ -354,7 +355,7 @@ fn altered_metadata_is_refused_by_name_or_harmless() {
             all.extend(others.map(|(name, other): (_, Value)| (format!("{path} = {name}"), put(other).to_string())));
         });
         assert!(all.len() >= 10, "{key}");
-        // Any threshold near the usual one may be asked for, and the object then stays whole.
+        // Thresholds near the usual one are valid, and the object then stays intact.
         for (what, text) in all.into_iter().filter(|(what, _)| what != "shape.gamma_j_m2 = one more") {
             let mut file = whole.clone();
             file.metadata.insert(key.to_owned(), text);

@@ -1,4 +1,4 @@
-//! Baking: a mesh and a few numbers become a prepared object.
+//! Baking: a prepared object from a mesh and parameters.
 
 use super::Tables;
 use super::bake_error::BakeError;
@@ -20,7 +20,10 @@ use crate::surface::{RawMesh, Surface};
 use crate::tessellation::Topology;
 use std::sync::Arc;
 
-/// Bakes `raw`. Deterministic in (mesh, request); `progress` is told of each step as it begins.
+/// Bakes `raw`. Deterministic in (mesh, request). Calls `progress` at the start of each step.
+///
+/// # Errors
+/// [`BakeError`]; `token` cancels.
 pub fn bake(
     raw: RawMesh,
     request: &BakeRequest,
@@ -30,7 +33,17 @@ pub fn bake(
     PartialBake::begin(raw, request, BakeShare::WHOLE, token, progress)?.complete(token, progress)
 }
 
-/// Everything but the examples and what is learned from them.
+impl BakeRequest {
+    /// Bakes `mesh`, with no observer and no way to stop. [`bake`] takes both.
+    ///
+    /// # Errors
+    /// Those of [`bake`].
+    pub fn bake(&self, mesh: RawMesh) -> Result<PreparedObject, BakeError> {
+        bake(mesh, self, &CancelToken::default(), &mut |_| ())
+    }
+}
+
+/// Bakes everything except the examples and the data learned from them.
 pub(super) fn whole(
     raw: RawMesh,
     request: &BakeRequest,
@@ -87,7 +100,7 @@ pub(super) fn whole(
     })
 }
 
-/// The crack lattice of each body, and its elasticity if that is wanted, not factored yet.
+/// The crack lattice of each body, and its elasticity if selected, not yet factored.
 fn assembled(
     bodies: Vec<BodyLattice>,
     parameters: &BakeParameters,
@@ -102,7 +115,7 @@ fn assembled(
     bodies.into_iter().enumerate().map(one).collect()
 }
 
-/// The input's triangles for skins, and their looks for the bodies, as far as they are wanted; with the walls of existing cracks.
+/// The skin and the attributes on the bodies' boundaries, as far as selected. Walls of existing cracks are included.
 fn dressed(
     surface: &Surface,
     bodies: &mut [PreparedBody],
@@ -119,7 +132,9 @@ fn dressed(
     tables.skin.then_some(skin)
 }
 
-/// Bounds, κ and the network from the examples; κ from a few impacts of its own where a new object has too few of them.
+/// Computes bounds of E_1, reduced bases, κ and the network from the examples.
+///
+/// A new object with too few examples gets κ from a few impacts drawn for that.
 pub(super) fn finish(
     prepared: &mut PreparedObject,
     request: Option<&BakeRequest>,
@@ -146,7 +161,7 @@ pub(super) fn finish(
     Ok(())
 }
 
-/// The surface lift of body `body`, or a line in the report: no strike needs it unless it asks for it by name.
+/// The surface lift of body `body`, or an entry in the report, because only requests that name this lift need it.
 fn surface_lift(
     crack: &Lattice,
     body: usize,

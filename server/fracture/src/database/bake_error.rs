@@ -1,4 +1,4 @@
-//! Why an object is not baked.
+//! Errors of a bake.
 
 use super::learned::EXAMPLES_MAX;
 use super::lost_parts::SeveredParts;
@@ -11,106 +11,106 @@ use crate::lift::LiftError;
 use crate::pipeline::FractureError;
 use crate::surface::SurfaceError;
 
-/// Share of the volume that may be in components which the lattice drops: beyond it, what is left is another object.
+/// Largest share of the volume in components that the lattice drops. Beyond it, the rest is a different object.
 pub(super) const GONE_MAX: f64 = 0.25;
 
-/// Why an object was not baked.
+/// Reason why an object was not baked.
 #[derive(Debug, thiserror::Error)]
 pub enum BakeError {
-    /// The name cannot be a file's name or is too long for a request.
+    /// The name is not a valid file name, or too long for a request.
     #[error(
-        "object name {0:?}: 1 to {NAME_BYTES_MAX} bytes without path separators, control or invisible characters or a leading dot"
+        "object name {0:?} is invalid: use 1 to {NAME_BYTES_MAX} bytes without path separators, control or invisible characters or a leading dot"
     )]
     Name(String),
     /// A number is not finite and positive.
     #[error("{key} must be finite and positive, got {value}")]
     NotPositive {
-        /// Which number.
+        /// Name of the number.
         key: &'static str,
-        /// What it was.
+        /// Its value.
         value: f64,
     },
-    /// A number that no object of this size and material has.
+    /// A number that is implausible for an object of this size and material.
     #[error("{key} is {value:e} times {over}: must be {:e} to {:e} times", RATIOS.start(), RATIOS.end())]
     Unusual {
-        /// Which number.
+        /// Name of the number.
         key: &'static str,
-        /// Over what.
+        /// Reference value, in words.
         over: &'static str,
-        /// How many times that it is.
+        /// Ratio of the number to the reference value.
         value: f64,
     },
     /// The mesh has no surface or no inside.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
-    /// The existing cracks are no sheets.
+    /// The existing cracks are not valid sheets.
     #[error("existing cracks: {0}")]
     Cracks(SurfaceError),
     /// The existing cracks leave too little of the object.
     #[error(
-        "existing cracks take {percent:.0} % of the object at crack spacing {spacing:.5}: bake with a finer one, or fewer of them"
+        "existing cracks take {percent:.0} % of the object at crack spacing {spacing:.5}: bake with a finer spacing or fewer cracks"
     )]
     CracksTakeAll {
-        /// Their share of the volume, per cent.
+        /// Their share of the volume, percent.
         percent: f64,
         /// Crack spacing over the diagonal.
         spacing: f64,
     },
-    /// Walls are too thin for any lattice that is accepted, or for the one that was asked for.
+    /// Walls are too thin for every possible lattice, or for the requested one.
     #[error(
         "a quarter of the surface or more has walls of {thickness_m:.3e} m or less: crack spacing {spacing:.5} loses them, \
          {spacing_needed:.5} is needed{possible}",
-        possible = if *possible { "" } else { ", finer than what can be baked" }
+        possible = if *possible { "" } else { ", which is finer than can be baked" }
     )]
     TooThin {
-        /// Thickness that a quarter of the surface does not exceed, m.
+        /// Wall thickness that a quarter of the surface does not exceed, m.
         thickness_m: f64,
-        /// Crack spacing in question, over the diagonal.
+        /// Crack spacing that loses them, over the diagonal.
         spacing: f64,
-        /// Crack spacing that keeps such walls, over the diagonal.
+        /// Crack spacing that preserves them, over the diagonal.
         spacing_needed: f64,
-        /// Whether that spacing is accepted.
+        /// True if that spacing is possible.
         possible: bool,
     },
-    /// A preset that was not asked for by name severs parts.
+    /// A preset that was not requested explicitly severs parts.
     #[error("{0}")]
     Severed(Box<SeveredParts>),
-    /// More examples than a database holds.
-    #[error("{asked} examples: at most {EXAMPLES_MAX}")]
+    /// The request has more examples than a database can hold.
+    #[error("{asked} examples exceed the maximum of {EXAMPLES_MAX}")]
     TooManyExamples {
-        /// How many were asked for.
+        /// Requested number.
         asked: u64,
     },
-    /// Most of the object is in components that no lattice of that spacing keeps.
+    /// Most of the object is in components that no lattice of this spacing preserves.
     #[error(
         "{count} components with {percent:.0} % of the volume are smaller than crack spacing {spacing:.5} resolves: bake with a \
-         finer one, or fewer components at a time"
+         finer spacing, or fewer components at a time"
     )]
     TooSmall {
-        /// How many.
+        /// Number of components.
         count: u64,
-        /// Their share of the volume, per cent.
+        /// Their share of the volume, percent.
         percent: f64,
         /// Crack spacing over the diagonal.
         spacing: f64,
     },
-    /// No lattice could be made.
+    /// The lattices could not be computed.
     #[error(transparent)]
     Lattice(#[from] LatticeError),
-    /// No lift could be computed.
+    /// A lift could not be computed.
     #[error("lift of body {body}: {source}")]
     Lift {
-        /// Which body.
+        /// Index of the body.
         body: usize,
-        /// Why.
+        /// Cause.
         source: LiftError,
     },
     /// The stiffness could not be factored.
     #[error("elasticity of body {body}: {source}")]
     Elasticity {
-        /// Which body.
+        /// Index of the body.
         body: usize,
-        /// Why.
+        /// Cause.
         source: ElasticityError,
     },
     /// A sampled impact failed.
@@ -122,7 +122,7 @@ pub enum BakeError {
 }
 
 impl BakeError {
-    /// Whether the work was cancelled, wherever it was.
+    /// True if the bake was cancelled, in any step.
     pub fn is_cancelled(&self) -> bool {
         matches!(
             self,

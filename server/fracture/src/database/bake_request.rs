@@ -1,4 +1,4 @@
-//! What to bake, and what follows from it.
+//! Request of a bake, and values derived from it.
 
 use super::Tables;
 use super::bake_error::BakeError;
@@ -11,48 +11,48 @@ use crate::surface::{RawMesh, Surface};
 use crate::{degree, lift};
 use serde::{Deserialize, Serialize};
 
-/// What to bake, apart from the mesh.
+/// Parameters of a bake, without the mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BakeRequest {
-    /// The object's name: 1 to [`NAME_BYTES_MAX`](super::NAME_BYTES_MAX) bytes, no path separators, no control or invisible characters.
+    /// Object name: 1 to [`NAME_BYTES_MAX`](super::NAME_BYTES_MAX) bytes, no path separators, no control or invisible
+    /// characters.
     pub name: String,
-    /// The material's name, for the record.
+    /// Name of the material, for information.
     pub material_name: String,
-    /// What it is made of.
+    /// Material of the object.
     pub material: Material,
     /// Reference fragment size d, m; `None`: a tenth of the diagonal.
     pub fragment_size_m: Option<f64>,
     /// Threshold γ, J·m²; `None`: from material and fragment size.
     pub gamma_j_m2: Option<f64>,
-    /// Which preset the lattices are of, as far as nothing below says otherwise.
+    /// Preset of the lattices, for everything that the fields below leave open.
     pub quality: Preset,
-    /// Spacing of the elastic lattice over the diagonal; `None`: the preset's number of nodes.
+    /// Spacing of the elastic lattice over the diagonal; `None`: from the preset's number of nodes.
     pub elastic_spacing: Option<f64>,
-    /// Spacing of the crack lattice over the diagonal; `None`: the preset's number of nodes.
+    /// Spacing of the crack lattice over the diagonal; `None`: from the preset's number of nodes.
     pub crack_spacing: Option<f64>,
     /// κ; `None`: fitted on sampled impacts, which takes most of the time on small lattices.
     pub kappa: Option<f64>,
-    /// Impacts to learn the degree from; with any, κ is fitted on them.
+    /// Number of impacts on which the degree is trained; with any, κ is fitted on them.
     pub examples: u64,
-    /// Whether they give the object a reduced basis, too.
+    /// Selects a reduced basis from these impacts, or solves only.
     pub elastic: ElasticRequest,
-    /// Of the factor of the stiffness, of bodies for which it is exact enough.
+    /// Precision of the stiffness factors. Single precision applies only to bodies for which it is accurate enough.
     pub factor: Precision,
-    /// What the object shall be prepared for; examples need elasticity and interior distances.
+    /// Tables to prepare. Examples need elasticity and interior distances.
     pub tables: Tables,
-    /// Everything random while baking follows from it.
+    /// Seed of all random numbers of the bake.
     pub seed: u64,
-    /// Whether parts that the preset's lattice severs become bodies of their own; else the object is refused. No part of what is
-    /// stored.
+    /// True if parts that the preset's lattice severs may become separate bodies; else the bake fails. Not stored.
     #[serde(skip, default)]
     pub allows_severed: bool,
-    /// Triangles along which the object is cracked already, in the coordinates of the mesh; which way they face does not matter.
+    /// Triangles of existing cracks in the coordinates of the mesh; their orientation has no effect.
     #[serde(skip)]
     pub cracks: Option<RawMesh>,
 }
 
 impl BakeRequest {
-    /// An object of that name and material, everything else at its default.
+    /// A request with the given name and material, and defaults otherwise.
     pub fn new(name: impl Into<String>, material_name: impl Into<String>, material: Material) -> Self {
         Self {
             name: name.into(),
@@ -74,9 +74,9 @@ impl BakeRequest {
         }
     }
 
-    /// Everything else that determines the object.
+    /// The request without the cracks.
     pub fn without_cracks(&self) -> Self {
-        // The sheets themselves may be large.
+        // Copied field by field, because the crack sheets may be large.
         Self {
             name: self.name.clone(),
             material_name: self.material_name.clone(),
@@ -87,7 +87,7 @@ impl BakeRequest {
         }
     }
 
-    /// The tables that are made.
+    /// The tables that the bake computes.
     pub(super) fn tables(&self) -> Tables {
         let learns = self.examples > 0;
         Tables { elastic: self.tables.elastic || learns, interior: self.tables.interior || learns, ..self.tables }
@@ -138,7 +138,7 @@ pub(super) fn few_enough(examples: u64) -> Result<(), BakeError> {
     fits.then_some(()).ok_or(BakeError::TooManyExamples { asked: examples })
 }
 
-/// γ, J·m².
+/// The threshold γ, J·m².
 pub(super) fn gamma(request: &BakeRequest, parameters: &BakeParameters) -> f64 {
     let BakeParameters { material, fragment_size_m, .. } = parameters;
     let reference = || degree::reference_gamma(material.young_pa, material.strength_pa, *fragment_size_m);

@@ -1,76 +1,78 @@
-//! Steps of a bake, and what the rest of it will take once its lattices are known.
+//! Steps of a bake, and estimates of its remaining cost once the lattices are known.
 
 use super::{BakeRequest, lost_parts};
 use crate::lattice::Lattice;
 use crate::pipeline::{BakeParameters, ElasticModel};
 use crate::surface::Surface;
 
-/// What baking does, in order; the caller may show it.
+/// Steps of a bake in order, for display.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BakeStep {
-    /// Welding, orienting, naming defects.
+    /// Welds and orients the surface and reports its defects.
     Surface,
-    /// Winding numbers and the volume that they enclose.
+    /// Computes winding numbers and the enclosed volume.
     Volume,
-    /// Both lattices and the operator between them.
+    /// Computes both lattices and the transfer between them.
     Lattices,
-    /// The lattices are there: how large they are. Nothing begins with it.
+    /// Reports the size of the finished lattices. No work begins with it.
     Sized(BakeSize),
-    /// Eigenpairs of body `0`.
+    /// Computes the eigenpairs of body `0`.
     Lift(usize),
-    /// Stiffness and factor of body `0`.
+    /// Factors the stiffness of body `0`.
     Elasticity(usize),
-    /// Reduced elastic bases from the examples' impacts.
+    /// Computes reduced elastic bases from the examples' impacts.
     Reduction,
-    /// κ, from sampled impacts.
+    /// Fits κ on sampled impacts.
     Calibration,
-    /// Examples, and what is learned from them.
+    /// Computes examples and trains on them.
     Examples {
-        /// Impacts that are done.
+        /// Number of completed impacts.
         done: u64,
-        /// All of them.
+        /// Number of all impacts.
         of: u64,
     },
 }
 
-/// How large a bake is, from which its cost follows, approximately.
+/// Size of a bake, which determines its approximate cost.
 ///
-/// Calibrated on generated shapes in `draft` and `game` (dumbbell, arch, horseshoe, mug, statue, vase: 1 500 to 58 900 elastic and 3 000
-/// to 58 900 crack nodes) and on the mug with 24 and 100 examples. Processor times are of one core of an AMD EPYC.
+/// Calibrated on generated shapes in `draft` and `game` (dumbbell, arch, horseshoe, mug, statue, vase: 1 500 to 58 900
+/// elastic and 3 000 to 58 900 crack nodes) and on the mug with 24 and 100 examples. Processor times are for one core
+/// of an AMD EPYC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BakeSize {
-    /// Nodes of all elastic lattices; 0: no elasticity is prepared.
+    /// Total number of nodes of the elastic lattices; 0 without elasticity.
     pub elastic_nodes: usize,
-    /// Nodes of all crack lattices.
+    /// Total number of nodes of the crack lattices.
     pub crack_nodes: usize,
-    /// Impacts to learn from.
+    /// Number of impacts for training.
     pub examples: u64,
-    /// Bytes of the factors, in the precision that was asked for: balls have three times as many as rods of as many nodes.
+    /// Size of the factors in the requested precision, bytes. At equal numbers of nodes, balls need three times as much
+    /// as rods.
     pub factor_bytes: u64,
-    /// Triangles that show the input; 0: none are kept.
+    /// Number of triangles of the skin; 0 without a skin.
     pub skin_triangles: usize,
 }
 
-/// Crack nodes to which times are given.
+/// Reference number of crack nodes for the times below.
 const CRACK_NODES: f64 = 9_576.0;
 
-/// Seconds of one core for the lifts and the calibration of so many crack nodes, and for one example there.
+/// Time of one core for lifts and calibration at that number of nodes, and for one example, s.
 const CRACK_S: [f64; 2] = [1.7, 0.33];
 
-/// Elastic nodes to which time and memory are given, and seconds of one core to factor and solve them.
+/// Reference number of elastic nodes, and the time of one core to factor and solve them, s.
 const ELASTIC: [f64; 2] = [58_868.0, 12.0];
 
-/// Bytes that an object holds per crack node, per elastic node beside the factor, and per triangle of its skin.
+/// Memory of an object per crack node, per elastic node without the factor, and per triangle of its skin, bytes.
 const HELD: [f64; 3] = [1_810.0, 1_490.0, 72.0];
 
-/// Triangles of a skin per square of the crack spacing, beside those of the mesh.
+/// Triangles of a skin per square of the crack spacing, if the mesh has fewer.
 const SKIN_DENSITY: f64 = 6.0;
 
-/// A bake holds so many bytes, and so many times those of the object, at its peak.
+/// Peak memory of a bake: a constant, bytes, and a multiple of the object's memory.
 const PEAK: [f64; 2] = [30e6, 1.85];
 
 impl BakeSize {
-    /// That of these bodies.
+    /// The size of these bodies.
     pub(super) fn of(
         bodies: &[(Lattice, Option<ElasticModel>)],
         surface: &Surface,
@@ -89,21 +91,21 @@ impl BakeSize {
         }
     }
 
-    /// Seconds that the rest of the bake keeps one core busy, approximately; most of it runs on all cores.
+    /// Approximate time of the rest of the bake on one core, s; most of it runs on all cores.
     pub fn core_seconds(&self) -> f64 {
         let crack = self.crack_nodes as f64 / CRACK_NODES;
         let elastic = (self.elastic_nodes as f64 / ELASTIC[0]).powi(2) * ELASTIC[1];
         elastic + crack * (CRACK_S[0] + CRACK_S[1] * self.examples as f64)
     }
 
-    /// Bytes that a daemon will hold for the object, approximately.
+    /// Approximate memory of the object in a daemon, bytes.
     pub fn held_bytes(&self) -> u64 {
         let [crack, elastic, triangle] = HELD;
         let nodes = crack * self.crack_nodes as f64 + elastic * self.elastic_nodes as f64;
         self.factor_bytes + (nodes + triangle * self.skin_triangles as f64) as u64
     }
 
-    /// Bytes that the bake holds at its peak, approximately.
+    /// Approximate peak memory of the bake, bytes.
     pub fn peak_bytes(&self) -> u64 {
         (PEAK[0] + PEAK[1] * self.held_bytes() as f64) as u64
     }
@@ -163,7 +165,7 @@ mod tests {
             };
             let prepared = bake(shapes::by_name(shape).unwrap(), &request, &CancelToken::default(), &mut hear).unwrap();
             let ratio = told as f64 / prepared.bytes() as f64;
-            println!("{shape} {}: {told} bytes told, {ratio:.3} of those held", quality.name());
+            println!("{shape} {}: {told} bytes estimated, {ratio:.3} of those held", quality.name());
             assert!((0.9..1.1).contains(&ratio), "{shape} {}: {ratio}", quality.name());
         }
     }

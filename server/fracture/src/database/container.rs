@@ -1,23 +1,30 @@
-//! The container: safetensors with sorted metadata, a checksum per tensor, written aside and renamed.
+//! File container: safetensors with sorted metadata and a checksum per tensor, written atomically.
 //!
 //! Based on: the safetensors format, version 0.x (little-endian, JSON header, contiguous tensors), through the
 //! `safetensors` crate; checksums by BLAKE3.
 
 use super::DatabaseError;
 use crate::scene::brief;
-use safetensors::tensor::TensorView;
-use safetensors::{Dtype, SafeTensors};
+use safetensors::tensor::{Metadata, TensorInfo, TensorView};
+use safetensors::{Dtype, SafeTensorError};
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
-use std::io::Write;
-use std::path::Path;
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
 
-/// Metadata key of the checksums: a JSON object, tensor name → BLAKE3 in hexadecimal; the entry [`METADATA_ENTRY`] covers
-/// every other metadata key.
+/// Metadata key of the checksums: a JSON object, tensor name → BLAKE3 in hexadecimal.
+///
+/// The entry [`METADATA_ENTRY`] covers every other metadata key.
 pub const CHECKSUMS_KEY: &str = "checksums";
 
-/// Number of columns of a tensor with one axis.
+/// Number of columns that marks a tensor with one axis.
 pub const FLAT: usize = 0;
+
+/// Bytes of the length of the header, at the beginning of a file.
+const LENGTH_BYTES: usize = 8;
+
+/// Longest header, bytes: the limit of the `safetensors` crate.
+const HEADER_BYTES_MAX: u64 = 100_000_000;
 
 /// Entry of the checksums that covers the metadata.
 const METADATA_ENTRY: &str = "__metadata__";
@@ -47,8 +54,9 @@ fn little_endian<T: Copy, const N: usize>(values: &[T], bytes: fn(T) -> [u8; N])
     values.iter().flat_map(|&value| bytes(value)).collect()
 }
 
-/// Writes `tensors` and `metadata` to `path`: aside first, then renamed, so that nobody ever sees half a file. The same
-/// content gives the same bytes.
+/// Writes `tensors` and `metadata` to a temporary file and renames it to `path`.
+///
+/// Readers never see an incomplete file. Equal contents give equal bytes.
 pub fn write(path: &Path, tensors: &Tensors, mut metadata: BTreeMap<String, String>) -> Result<(), DatabaseError> {
     let mut checksums: BTreeMap<&str, String> =
         tensors.0.iter().map(|(name, (_, _, bytes))| (name.as_str(), checksum(bytes))).collect();
@@ -63,7 +71,7 @@ pub fn write(path: &Path, tensors: &Tensors, mut metadata: BTreeMap<String, Stri
     write_aside(path, &bytes).map_err(|source| DatabaseError::Io { path: path.to_owned(), source })
 }
 
-/// The crate writes metadata in the order of a hash map; the same object must give the same bytes.
+/// Sorts the metadata, which the crate writes in the order of a hash map, so that equal objects give equal bytes.
 fn sorted_header(bytes: Vec<u8>) -> Vec<u8> {
     let Some((length, rest)) = bytes.split_first_chunk::<8>() else { return bytes };
     let length = u64::from_le_bytes(*length) as usize;
@@ -86,7 +94,7 @@ fn to_json<T: serde::Serialize>(map: &BTreeMap<impl AsRef<str> + Ord + serde::Se
     serde_json::Value::Object(entries).to_string()
 }
 
-/// A new file gets the usual mode, one that is replaced keeps its own.
+/// Writes a temporary file and renames it. A new file gets the default mode; a replaced file's mode is kept.
 fn write_aside(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
@@ -102,14 +110,14 @@ fn write_aside(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Temporary files are their owner's alone; a database has the usual mode of a new file, less what the process's mask takes away.
+/// Sets the default mode of a new file, reduced by the umask; temporary files are private otherwise.
 #[cfg(unix)]
 fn usual_mode(builder: &mut tempfile::Builder) {
     use std::os::unix::fs::PermissionsExt;
     builder.permissions(std::fs::Permissions::from_mode(0o666));
 }
 
-/// Elsewhere a new file inherits the rights of its folder.
+/// Without Unix permissions, a new file inherits the rights of its folder.
 #[cfg(not(unix))]
 fn usual_mode(_: &mut tempfile::Builder) {}
 
@@ -127,52 +135,66 @@ pub(super) fn metadata_checksum<'a>(entries: impl Iterator<Item = (&'a String, &
     hasher.finalize().to_hex().to_string()
 }
 
-/// A file mapped into memory; verified tensors are read from it.
-pub struct MappedFile(memmap2::Mmap);
-
-impl MappedFile {
-    /// Maps `path`.
-    pub fn open(path: &Path) -> Result<Self, DatabaseError> {
-        let io = |source| DatabaseError::Io { path: path.to_owned(), source };
-        // Asked before it is opened: opening a pipe would wait for a writer.
-        if !std::fs::metadata(path).map_err(io)?.is_file() {
-            return Err(io(std::io::Error::new(std::io::ErrorKind::InvalidInput, "not a regular file")));
-        }
-        let file = File::open(path).map_err(io)?;
-        // SAFETY: the map is read-only and private to this process; databases are replaced by rename, never rewritten
-        // in place, and the guide says that who may write to the folder is trusted.
-        unsafe { memmap2::Mmap::map(&file) }.map(Self).map_err(io)
-    }
-
-    /// Parses the header. Verifies offsets and sizes against the file, nothing else yet.
-    pub fn parse(&self) -> Result<ContainerContents<'_>, DatabaseError> {
-        let (_, header) = SafeTensors::read_metadata(&self.0)?;
-        let metadata: BTreeMap<String, String> = header.metadata().clone().unwrap_or_default().into_iter().collect();
-        Ok(ContainerContents { tensors: SafeTensors::deserialize(&self.0)?, metadata })
-    }
-}
-
-/// What a container holds.
-pub struct ContainerContents<'a> {
-    tensors: SafeTensors<'a>,
+/// Contents of a container.
+///
+/// Verification copies the tensors, so later reads return verified bytes. A file that is truncated or rewritten meanwhile is an
+/// error; with a memory map it would end the process with SIGBUS.
+pub struct ContainerContents {
+    path: PathBuf,
+    file: File,
+    /// Offset of the tensors in the file, bytes.
+    data: u64,
+    header: Metadata,
+    /// The bytes of the verified tensors.
+    verified: BTreeMap<String, Vec<u8>>,
     /// All metadata.
     pub metadata: BTreeMap<String, String>,
 }
 
-impl ContainerContents<'_> {
-    /// Whether there is a tensor of that name.
-    pub fn holds(&self, name: &str) -> bool {
-        self.tensors.tensor(name).is_ok()
+impl ContainerContents {
+    /// Reads the header of `path`. Verifies only offsets and sizes against the file.
+    pub fn open(path: &Path) -> Result<Self, DatabaseError> {
+        let io = |source| DatabaseError::Io { path: path.to_owned(), source };
+        // Checked before opening, because opening a pipe waits for a writer.
+        if !std::fs::metadata(path).map_err(io)?.is_file() {
+            return Err(io(std::io::Error::new(std::io::ErrorKind::InvalidInput, "not a regular file")));
+        }
+        let mut file = File::open(path).map_err(io)?;
+        let file_bytes = file.metadata().map_err(io)?.len();
+        let mut length = [0; LENGTH_BYTES];
+        file.read_exact(&mut length).map_err(|_| SafeTensorError::HeaderTooSmall)?;
+        let length = u64::from_le_bytes(length);
+        if length > HEADER_BYTES_MAX {
+            return Err(SafeTensorError::HeaderTooLarge.into());
+        }
+        let data = LENGTH_BYTES as u64 + length;
+        if data > file_bytes {
+            return Err(SafeTensorError::InvalidHeaderLength.into());
+        }
+        let mut text = vec![0; length as usize];
+        file.read_exact(&mut text).map_err(io)?;
+        let header: Metadata = serde_json::from_slice(&text).map_err(SafeTensorError::InvalidHeaderDeserialization)?;
+        if data.checked_add(header.data_len() as u64) != Some(file_bytes) {
+            return Err(SafeTensorError::MetadataIncompleteBuffer.into());
+        }
+        let metadata = header.metadata().clone().unwrap_or_default().into_iter().collect();
+        Ok(Self { path: path.to_owned(), file, data, header, verified: BTreeMap::new(), metadata })
     }
 
-    /// Rows of the tensor `name`; none where there is no such tensor.
+    /// True if there is a tensor of the given name.
+    pub fn holds(&self, name: &str) -> bool {
+        self.header.info(name).is_some()
+    }
+
+    /// Rows of the tensor `name`; 0 if there is no such tensor.
     pub fn rows(&self, name: &str) -> usize {
-        self.tensors.tensor(name).ok().and_then(|view| view.shape().first().copied()).unwrap_or(0)
+        self.header.info(name).and_then(|info| info.shape.first().copied()).unwrap_or(0)
     }
 
     /// Name and length in bytes of every tensor.
     pub fn lengths(&self) -> Vec<(String, u64)> {
-        self.tensors.tensors().into_iter().map(|(name, view)| (name, view.data().len() as u64)).collect()
+        let bytes = |info: &TensorInfo| (info.data_offsets.1 - info.data_offsets.0) as u64;
+        self.header.tensors().into_iter().map(|(name, info)| (name, bytes(info))).collect()
     }
 
     /// A metadata value.
@@ -181,32 +203,44 @@ impl ContainerContents<'_> {
         self.metadata.get(key).map(String::as_str).ok_or_else(missing)
     }
 
-    /// A metadata value that is JSON.
+    /// A metadata value in JSON.
     pub fn json<T: serde::de::DeserializeOwned>(&self, key: &'static str) -> Result<T, DatabaseError> {
         serde_json::from_str(self.text(key)?)
             .map_err(|error| DatabaseError::Metadata { key, reason: brief(&error.to_string()) })
     }
 
-    /// The checksum of every tensor, as stored.
+    /// The stored checksum of every tensor.
     pub fn checksums(&self) -> Result<BTreeMap<String, String>, DatabaseError> {
         self.json(CHECKSUMS_KEY)
     }
 
-    /// Compares every tensor that is wanted, and the metadata, with its checksum.
-    pub fn verify(&self, want: impl Fn(&str) -> bool) -> Result<(), DatabaseError> {
+    /// Compares the metadata, and every tensor that is wanted, with its checksum. Other tensors cannot be read afterwards.
+    pub fn verify(&mut self, want: impl Fn(&str) -> bool) -> Result<(), DatabaseError> {
         let stored = self.checksums()?;
         let expect = |name: &str, found: String| match stored.get(name) {
             Some(wanted) if *wanted == found => Ok(()),
             _ => Err(DatabaseError::Checksum(name.to_owned())),
         };
         expect(METADATA_ENTRY, metadata_checksum(self.metadata.iter().filter(|(key, _)| *key != CHECKSUMS_KEY)))?;
-        for (name, view) in self.tensors.tensors().into_iter().filter(|(name, _)| want(name)) {
-            expect(&name, checksum(view.data()))?;
+        for name in self.header.offset_keys().into_iter().filter(|name| want(name)) {
+            let bytes = self.bytes(&name)?;
+            expect(&name, checksum(&bytes))?;
+            self.verified.insert(name, bytes);
         }
         Ok(())
     }
 
-    /// Finite 64-bit floats with `columns` columns, or [`FLAT`]; the number of rows is the file's, or must be `rows`.
+    /// Reads the tensor `name` from the file.
+    fn bytes(&mut self, name: &str) -> Result<Vec<u8>, DatabaseError> {
+        let (first, end) = self.header.info(name).map_or((0, 0), |info| info.data_offsets);
+        let mut bytes = vec![0; end - first];
+        let read = self.file.seek(SeekFrom::Start(self.data + first as u64));
+        let read = read.and_then(|_| self.file.read_exact(&mut bytes));
+        read.map_err(|source| DatabaseError::Io { path: self.path.clone(), source })?;
+        Ok(bytes)
+    }
+
+    /// Finite 64-bit floats with `columns` columns, or [`FLAT`]. The number of rows must be `rows` if given.
     pub fn f64(&self, name: &str, rows: Option<usize>, columns: usize) -> Result<Vec<f64>, DatabaseError> {
         let values = self.typed(name, Dtype::F64, rows, columns, f64::from_le_bytes)?;
         match values.iter().position(|value| !value.is_finite()) {
@@ -215,9 +249,9 @@ impl ContainerContents<'_> {
         }
     }
 
-    /// Finite 32-bit floats in `rows` rows of as many columns as there are, which are returned first.
+    /// Number of columns, and finite 32-bit floats in `rows` rows.
     pub fn f32(&self, name: &str, rows: usize) -> Result<(usize, Vec<f32>), DatabaseError> {
-        let columns = self.tensors.tensor(name).ok().and_then(|view| view.shape().get(1).copied()).unwrap_or(1);
+        let columns = self.header.info(name).and_then(|info| info.shape.get(1).copied()).unwrap_or(1);
         let values = self.typed(name, Dtype::F32, Some(rows), columns.max(1), f32::from_le_bytes)?;
         match values.iter().position(|value| !value.is_finite()) {
             Some(index) => Err(DatabaseError::NonFinite { tensor: name.to_owned(), index }),
@@ -247,9 +281,10 @@ impl ContainerContents<'_> {
         columns: usize,
         read: fn([u8; N]) -> T,
     ) -> Result<Vec<T>, DatabaseError> {
-        let view = self.tensors.tensor(name).map_err(|_| DatabaseError::MissingTensor(name.to_owned()))?;
-        let shape = view.shape();
-        let fits = view.dtype() == dtype
+        let found = self.header.info(name).zip(self.verified.get(name));
+        let (info, bytes) = found.ok_or_else(|| DatabaseError::MissingTensor(name.to_owned()))?;
+        let shape = &info.shape;
+        let fits = info.dtype == dtype
             && match columns {
                 FLAT => shape.len() == 1,
                 _ => shape.len() == 2 && shape[1] == columns,
@@ -258,11 +293,11 @@ impl ContainerContents<'_> {
         if !fits {
             return Err(DatabaseError::Shape {
                 tensor: name.to_owned(),
-                found: format!("{:?} {shape:?}", view.dtype()),
+                found: format!("{:?} {shape:?}", info.dtype),
                 wanted: format!("{dtype:?} [{}, {columns}]", rows.map_or("any".to_owned(), |rows| rows.to_string())),
             });
         }
-        let (chunks, _) = view.data().as_chunks::<N>();
+        let (chunks, _) = bytes.as_chunks::<N>();
         Ok(chunks.iter().map(|bytes| read(*bytes)).collect())
     }
 }

@@ -1,4 +1,4 @@
-//! Cracks that an object carries from the beginning: sheets without width, along which both lattices are slotted.
+//! Existing cracks of an object: sheets without width, along which slots are cut into both lattices.
 
 use super::bake_error::{BakeError, GONE_MAX};
 use crate::cancel_token::CancelToken;
@@ -7,21 +7,24 @@ use crate::pipeline::{BakeReport, ExistingCracks};
 use crate::surface::{CrackSheets, Defect, DefectKind, InsideTest, Surface};
 use nalgebra::Point3;
 
-/// What the slots are cut out of.
+/// Shape into which slots are cut.
 pub(super) struct UncrackedShape<'a> {
+    /// Surface of the input.
     pub surface: &'a Surface,
+    /// Inside test of that surface.
     pub inside: &'a InsideTest,
-    /// The lattices without slots, and the volume (local) that they were stuffed to.
+    /// Lattices without slots, and the volume (local) to which they were fitted.
     pub levels: &'a LatticeLevels,
     pub volume: f64,
-    /// As they were asked for.
+    /// Requested spacings.
     pub spacings: Spacings,
 }
 
 impl UncrackedShape<'_> {
-    /// The lattices with slots along `sheets`, which the report then tells of.
+    /// The lattices with slots along `sheets`. Adds figures of the cracks to the report.
     ///
-    /// Errors: [`BakeError::CracksTakeAll`], those of the lattices.
+    /// # Errors
+    /// [`BakeError::CracksTakeAll`], those of the lattices.
     pub(super) fn slotted(
         &self,
         sheets: &CrackSheets,
@@ -57,7 +60,7 @@ impl UncrackedShape<'_> {
         Ok(slotted)
     }
 
-    /// What lies between slots and the surface, or other slots, and is too small for a body.
+    /// Parts between slots and the surface, or other slots, that are too small for a body.
     fn splinters(&self, slotted: &LatticeLevels) -> Option<Defect> {
         let more = slotted.crack.dropped.len().checked_sub(self.levels.crack.dropped.len()).filter(|more| *more > 0)?;
         let first = self.inside.nearest_face(&slotted.crack.dropped.first()?.place);
@@ -66,7 +69,7 @@ impl UncrackedShape<'_> {
     }
 }
 
-/// The spacing of the lattice that elasticity is solved on, local.
+/// Spacing of the elastic lattice, local.
 pub(super) fn elastic_spacing(levels: &LatticeLevels) -> f64 {
     levels.elastic.as_ref().map_or(levels.crack.spacing, |level| level.spacing)
 }

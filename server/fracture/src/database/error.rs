@@ -1,151 +1,151 @@
-//! What can be wrong with a database file.
+//! Errors of a database file.
 
 use crate::elasticity::ElasticityError;
 use crate::lattice::NonManifold;
 use std::path::{Path, PathBuf};
 
-/// Why a database was not written or not loaded. A refused file harms no other.
+/// Reason why a database was not written or not loaded. Other databases are not affected.
 #[derive(Debug, thiserror::Error)]
 pub enum DatabaseError {
-    /// The file or folder cannot be opened, mapped, written or renamed.
+    /// The file or folder cannot be opened, read, written or renamed.
     #[error("{path}: {source}", path = .path.display())]
     Io {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// Not a safetensors container, or cut short.
+    /// The file is not a safetensors container, or is truncated.
     #[error("not a complete safetensors container: {0}")]
     Container(#[from] safetensors::SafeTensorError),
-    /// Written by another version of the format.
-    #[error("format {found}, this program reads {known}: bake it again, or use the program that wrote it")]
+    /// The file was written in another version of the format.
+    #[error("the file has format {found}, this program reads {known}: bake it again, or use the program that wrote it")]
     Format {
-        /// What the file says.
+        /// Version in the file.
         found: String,
-        /// What this program reads.
+        /// Version that this program reads.
         known: &'static str,
     },
-    /// A share of a bake.
+    /// The file is a share of a bake.
     #[error("a share of a bake, not a whole database: join the shares with `shatterd merge`")]
     Share,
-    /// No share of a bake.
+    /// The file is not a share of a bake.
     #[error("a whole database, not a share of a bake")]
     Whole,
-    /// A metadata key is missing or is not what it should be.
+    /// A metadata key is missing or invalid.
     #[error("metadata key \"{key}\": {reason}")]
     Metadata {
         /// The key.
         key: &'static str,
-        /// What is wrong with it.
+        /// Cause.
         reason: String,
     },
     /// A tensor is not in the file.
     #[error("tensor \"{0}\" is missing")]
     MissingTensor(String),
-    /// A tensor has another type or shape than its place wants.
-    #[error("tensor \"{tensor}\": {found}, wanted {wanted}")]
+    /// A tensor has another type or shape than expected.
+    #[error("tensor \"{tensor}\": {found} instead of {wanted}")]
     Shape {
-        /// Which tensor.
+        /// Name of the tensor.
         tensor: String,
         /// Type and shape in the file.
         found: String,
-        /// Type and shape wanted.
+        /// Expected type and shape.
         wanted: String,
     },
-    /// The bytes are not those that were written.
+    /// The bytes differ from those that were written.
     #[error("checksum of \"{0}\" does not match: the file is damaged")]
     Checksum(String),
-    /// An entry points outside what it indexes.
+    /// An index is out of range.
     #[error("tensor \"{tensor}\", entry {index}: {value} is not below {limit}")]
     OutOfRange {
-        /// Which tensor.
+        /// Name of the tensor.
         tensor: String,
-        /// Flat position of the entry.
+        /// Flat index of the entry.
         index: usize,
-        /// What it holds.
+        /// Value of the entry.
         value: u64,
-        /// What it must stay below.
+        /// Exclusive upper limit.
         limit: u64,
     },
     /// An entry is NaN or infinite.
     #[error("tensor \"{tensor}\", entry {index} is not finite")]
     NonFinite {
-        /// Which tensor.
+        /// Name of the tensor.
         tensor: String,
-        /// Flat position of the entry.
+        /// Flat index of the entry.
         index: usize,
     },
-    /// An entry must be positive and is not.
+    /// An entry that must be positive is not.
     #[error("tensor \"{tensor}\", entry {index}: {value} is out of range")]
     NotPositive {
-        /// Which tensor.
+        /// Name of the tensor.
         tensor: String,
-        /// Flat position of the entry.
+        /// Flat index of the entry.
         index: usize,
-        /// What it is.
+        /// Value of the entry.
         value: f64,
     },
-    /// An entry that no bake writes.
+    /// An entry has a value that no bake writes.
     #[error("tensor \"{tensor}\", entry {index}: {value:e} is not {wanted}")]
     Implausible {
-        /// Which tensor.
+        /// Name of the tensor.
         tensor: String,
-        /// Flat position of the entry.
+        /// Flat index of the entry.
         index: usize,
-        /// What it is, or the length or sum that it leads to.
+        /// Value of the entry, or the length or sum computed from it.
         value: f64,
-        /// What it should be.
+        /// Description of a valid value.
         wanted: &'static str,
     },
-    /// Shares of an elastic tetrahedron that do not add up to one.
+    /// The shares of an elastic tetrahedron do not add up to 1.
     #[error("tensor \"{tensor}\": the shares of tetrahedron {tet} add up to {sum:e}, not to 1")]
     Shares {
-        /// Which tensor.
+        /// Name of the tensor.
         tensor: String,
-        /// Which elastic tetrahedron.
+        /// Index of the elastic tetrahedron.
         tet: usize,
-        /// What they add up to.
+        /// Sum of its shares.
         sum: f64,
     },
-    /// A tetrahedron has no positive volume.
+    /// The volume of a tetrahedron is not positive.
     #[error("tensor \"{tensor}\": tetrahedron {index} has no positive volume")]
     Folded {
-        /// Which tensor.
+        /// Name of the tensor.
         tensor: String,
-        /// Which tetrahedron.
+        /// Index of the tetrahedron.
         index: usize,
     },
-    /// The boundary of a lattice is no closed 2-manifold: fragments would not be closed.
+    /// The boundary of a lattice is not a closed 2-manifold, so fragments would not be closed.
     #[error("tensor \"{tensor}\": {source}")]
     Pinched {
-        /// Which tensor.
+        /// Name of the tensor.
         tensor: String,
-        /// Where.
+        /// Position of the defect.
         source: NonManifold,
     },
-    /// More bodies or nodes than an object may have.
-    #[error("{what}: {found} is beyond the cap of {cap}")]
+    /// The file exceeds a maximum, such as those of bodies or nodes.
+    #[error("{what}: {found} exceeds the maximum of {cap}")]
     TooLarge {
-        /// What there is too much of.
+        /// Name of the quantity.
         what: &'static str,
-        /// How much the file says.
+        /// Value in the file.
         found: usize,
-        /// The cap.
+        /// Maximum.
         cap: usize,
     },
     /// The stored lattice cannot be factored.
     #[error("elasticity of body {body}: {source}")]
     Elasticity {
-        /// Which body.
+        /// Index of the body.
         body: usize,
-        /// What the factorisation said.
+        /// Cause.
         source: ElasticityError,
     },
 }
 
 impl DatabaseError {
-    /// What is wrong with the file `path`, which is named once.
+    /// Message about the file `path`, which is named exactly once.
     pub fn of(&self, path: &Path) -> String {
         match self {
             Self::Io { .. } => self.to_string(),

@@ -1,9 +1,10 @@
-//! What tells one input from another.
+//! Hash of a bake's input.
 
 use crate::surface::{CrackSheets, Surface, TriangleAttributes};
 
-/// BLAKE3 of a normalised surface (positions, triangles, looks) and of the sheets along which it is cracked, hexadecimal: what
-/// [`BakeReport::input_hash`](crate::pipeline::BakeReport::input_hash) holds.
+/// BLAKE3 of a normalized surface (positions, triangles, attributes) and of its crack sheets, hexadecimal.
+///
+/// Stored in [`BakeReport::input_hash`](crate::pipeline::BakeReport::input_hash).
 pub fn input_hash(surface: &Surface, sheets: Option<&CrackSheets>) -> String {
     let mut hasher = blake3::Hasher::new();
     for position in &surface.positions {

@@ -1,4 +1,4 @@
-//! Files that were damaged, and files that were made to deceive: with hostile numbers and checksums that fit them.
+//! Damaged files, and manipulated files with hostile values and matching checksums.
 
 use super::*;
 use crate::cancel_token::CancelToken;
@@ -12,7 +12,7 @@ use crate::surface::shapes;
 use nalgebra::Vector3;
 use serde_json::{Map, Value};
 
-/// A small object's file.
+/// The bytes of a small object's file.
 fn file() -> Vec<u8> {
     let material =
         Material { young_pa: 7e10, poisson: 0.22, density_kg_m3: 2500.0, strength_pa: 4.5e7, source: String::new() };
@@ -38,13 +38,13 @@ fn opened(bytes: &[u8]) -> Result<PreparedObject, DatabaseError> {
     load(&path)
 }
 
-/// Header and where the data begin.
+/// The header, and the offset of the data.
 fn header(bytes: &[u8]) -> (Map<String, Value>, usize) {
     let length = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
     (serde_json::from_slice(&bytes[8..8 + length]).unwrap(), 8 + length)
 }
 
-/// Names of the tensors with the range of their bytes in the file.
+/// Names of the tensors, with their byte ranges in the file and types.
 fn tensors(bytes: &[u8]) -> Vec<(String, std::ops::Range<usize>, String)> {
     let (header, data) = header(bytes);
     let range = |value: &Value| {
@@ -56,7 +56,7 @@ fn tensors(bytes: &[u8]) -> Vec<(String, std::ops::Range<usize>, String)> {
     named.map(|(name, value)| (name.clone(), range(value), value["dtype"].as_str().unwrap().to_owned())).collect()
 }
 
-/// The file with checksums that fit its tensors.
+/// The file with checksums that match its tensors.
 fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     let sums: Vec<(String, String)> = tensors(&bytes)
         .into_iter()
@@ -73,7 +73,7 @@ fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     [(text.len() as u64).to_le_bytes().to_vec(), text, rest].concat()
 }
 
-/// Refused, or struck with an answer that is closed and finite or a refusal.
+/// Expects a rejection, or requests with closed, finite fragments or errors.
 fn check(bytes: &[u8], what: &str) {
     let Ok(prepared) = opened(bytes) else { return };
     let node = prepared.bodies[0].crack.nodes[0];
@@ -143,6 +143,27 @@ fn a_truncated_file_is_refused_wherever_it_ends() {
     }
     let longer = [bytes.clone(), vec![0]].concat();
     assert!(opened(&longer).is_err());
+}
+
+/// Somebody writes to the file instead of replacing it.
+#[test]
+fn a_file_that_changes_while_it_is_read_is_refused_or_stays_what_it_was() {
+    let bytes = file();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("hostile.shatter");
+    std::fs::write(&path, &bytes).unwrap();
+    let open = || container::ContainerContents::open(&path).unwrap();
+    let (mut early, mut late, mut whole) = (open(), open(), open());
+    whole.verify(|_| true).unwrap();
+    let nodes = |contents: &container::ContainerContents| contents.f64("body0.crack.nodes", None, 3).unwrap();
+    let before = nodes(&whole);
+    let (_, data) = header(&bytes);
+    let zeros = [bytes[..data].to_vec(), vec![0; bytes.len() - data]].concat();
+    std::fs::write(&path, zeros).unwrap();
+    assert!(matches!(early.verify(|_| true), Err(DatabaseError::Checksum(_))));
+    std::fs::write(&path, &bytes[..data + 1]).unwrap();
+    assert!(matches!(late.verify(|_| true), Err(DatabaseError::Io { .. })));
+    assert_eq!(nodes(&whole), before);
 }
 
 #[test]

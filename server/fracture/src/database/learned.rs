@@ -1,24 +1,25 @@
-//! Examples and the network as tensors, and back. Checksums say that a file is what was written; what is checked here is that
-//! what was written can be used.
+//! Conversion of examples and the network to tensors, and back.
+//!
+//! Checksums ensure that a file is unchanged. The checks here ensure that its values can be used.
 
 use super::container::{ContainerContents, FLAT, Tensors};
 use super::{DatabaseError, stored_values};
 use crate::degree::{DESCRIPTOR_LENGTH, PoseNetwork};
 use crate::pipeline::{ImpactContact, LearnedErrors, LearnedModel, TrainingExample, TrainingExamplePoint, lessons};
 
-/// Tensor of the examples' impacts and bodies; a file without it has no examples.
+/// Tensor of the examples' impacts and bodies; absent without examples.
 const HEADS: &str = "examples.heads";
 
-/// Metadata key of [`LearnedErrors`]; a file without it has no network.
+/// Metadata key of [`LearnedErrors`]; absent without a network.
 pub(super) const QUALITY_KEY: &str = "learned";
 
-/// Most examples of one object.
+/// Largest number of examples of an object.
 pub const EXAMPLES_MAX: usize = 1 << 20;
 
-/// Most centers and components of a network.
+/// Largest number of centers of a network.
 const NETWORK_MAX: usize = 1 << 12;
 
-/// What stands for "the default" among numbers that are positive.
+/// Encodes a default among positive numbers.
 const DEFAULT: f64 = 0.0;
 
 /// Adds the tensors of `examples`, if there are any.
@@ -64,7 +65,7 @@ fn contact(contact: &ImpactContact) -> [f64; 8] {
     [p.x, p.y, p.z, j.x, j.y, j.z, duration_s, radius_m]
 }
 
-/// Where each example's rows begin, and where the last one's end.
+/// First row of each example, and the end of the last.
 fn offsets(examples: &[TrainingExample], rows: impl Fn(&TrainingExample) -> usize) -> Vec<u32> {
     let mut offsets = vec![0];
     let mut sum = 0;
@@ -75,7 +76,7 @@ fn offsets(examples: &[TrainingExample], rows: impl Fn(&TrainingExample) -> usiz
     offsets
 }
 
-/// The examples of an object whose bodies have so many crack nodes each; none where the file has none.
+/// The examples of an object. `bodies`: number of crack nodes of each body. Empty if the file has none.
 pub(super) fn examples(contents: &ContainerContents, bodies: &[usize]) -> Result<Vec<TrainingExample>, DatabaseError> {
     if !contents.holds(HEADS) {
         return Ok(Vec::new());
@@ -140,7 +141,7 @@ pub(super) fn examples(contents: &ContainerContents, bodies: &[usize]) -> Result
     }
 }
 
-/// What `examples` taught; nothing where the file says that it was nothing.
+/// The model learned from `examples`; `None` if the file has none.
 pub(super) fn learned(
     contents: &ContainerContents,
     examples: &[TrainingExample],
@@ -154,7 +155,7 @@ pub(super) fn learned(
     Ok(Some(LearnedModel { network, quality }))
 }
 
-/// The range of each example's rows: at least one each, and all of them in turn.
+/// Rows of each example: at least one each, consecutive, covering all.
 fn rows(
     contents: &ContainerContents,
     tensor: &'static str,
@@ -180,7 +181,7 @@ fn rows(
     }
 }
 
-/// The sites of each example, nodes of the body that it is of.
+/// The sites of each example, as nodes of its body.
 fn site_nodes(
     contents: &ContainerContents,
     heads: &[[u32; 2]],
@@ -213,7 +214,7 @@ fn site_nodes(
     Ok(taken)
 }
 
-/// Logarithms are taken of all of these.
+/// Checks that values are positive, because their logarithms are taken.
 fn positive(tensor: &'static str, values: &[f64]) -> Result<(), DatabaseError> {
     match values.iter().position(|value| *value <= 0.0) {
         Some(index) => Err(DatabaseError::NotPositive { tensor: tensor.to_owned(), index, value: values[index] }),
@@ -221,7 +222,7 @@ fn positive(tensor: &'static str, values: &[f64]) -> Result<(), DatabaseError> {
     }
 }
 
-/// Numbers of sites are positive, energies too; an estimate is 0 where a point is no label, and positive elsewhere.
+/// Checks the points: positive numbers of sites and energies, and estimates of 0 or above (0 if the point labels no γ).
 fn check_points(sites: &[u32], energies: &[[f64; 4]]) -> Result<(), DatabaseError> {
     if let Some(index) = sites.iter().position(|sites| *sites == 0) {
         return Err(DatabaseError::NotPositive { tensor: "examples.sites".into(), index, value: 0.0 });

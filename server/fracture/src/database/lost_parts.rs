@@ -1,4 +1,4 @@
-//! Parts of an object that a lattice loses, tears off, or leaves without elasticity: named in the defect report.
+//! Parts of an object that a lattice loses, severs, or leaves without elasticity, for the defect report.
 
 use super::bake_error::BakeError;
 use crate::lattice::{CRACK_NODES_MAX, LatticeLevels, Spacings};
@@ -6,15 +6,19 @@ use crate::pipeline::Preset;
 use crate::surface::{Defect, DefectKind, InsideTest, ShellPart, Surface};
 use nalgebra::Point3;
 
-/// What is left of the crack spacing in each step of [`held_together`].
+/// Factor on the crack spacing in each step of [`held_together`].
 const FINER: f64 = 0.96;
 
-/// Steps of it at most: half as many nodes again. Twice as many would join the tips of the horse's draft, too, whose strikes then take
-/// almost as long as on the lattices of `game`.
+/// Largest number of those steps, which give about half as many nodes again.
+///
+/// Chosen for the horse in `draft`: twice as many steps would also join its tips, but requests would then take almost
+/// as long as in `game`.
 const STEPS_MAX: usize = 3;
 
-/// The levels at `spacings`; where these tear parts off and the crack spacing `follows` the object, those at the first finer one that does
-/// not, which `spacings` then has. If none is found in a few steps, those at the first: the parts are named.
+/// The lattices at `spacings`, refined in steps until no part is severed, if the crack spacing `follows` the object.
+///
+/// `spacings` is set to the spacing found. If a few steps do not suffice, returns the lattices at the original spacing;
+/// the report names the parts.
 pub(super) fn held_together(
     surface: &Surface,
     spacings: &mut Spacings,
@@ -38,28 +42,28 @@ pub(super) fn held_together(
     Ok(levels)
 }
 
-/// Bodies beyond the input's own parts.
+/// Number of bodies beyond the input's own parts.
 fn torn_off(surface: &Surface, levels: &LatticeLevels) -> usize {
     levels.bodies.len().saturating_sub(surface.parts.len().max(1))
 }
 
-/// Parts that the lattice severs from what they belong to.
+/// Parts that the lattice severs from the rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeveredParts {
-    /// Bodies of the lattice.
+    /// Number of bodies of the lattice.
     pub bodies: usize,
-    /// Parts of the input.
+    /// Number of parts of the input.
     pub parts: usize,
-    /// Volumes of the bodies beyond the input's parts, the largest first, m³.
+    /// Volumes of the bodies beyond the input's parts, m³, in descending order.
     pub volumes_m3: Vec<f64>,
-    /// The preset that severs them; none where the spacing was given.
+    /// Preset that severs them; `None` if the spacing was given.
     pub quality: Option<Preset>,
-    /// The next finer preset, and whether it keeps them, if that is quickly found out.
+    /// Next finer preset; true if it does not sever them, `None` if that is expensive to determine.
     pub next: Option<(Preset, Option<bool>)>,
     face: u64,
 }
 
-/// What comes apart; `keeps` tells whether another preset keeps it together.
+/// The severed parts, if any. `keeps` returns true if another preset does not sever them.
 pub(super) fn severed(
     surface: &Surface,
     levels: &LatticeLevels,
@@ -74,7 +78,7 @@ pub(super) fn severed(
     let mut volumes_m3: Vec<f64> = levels.bodies.iter().map(|body| body.crack.volume() * cubed).collect();
     volumes_m3.sort_by(|a, b| b.total_cmp(a));
     let next = quality.and_then(Preset::finer);
-    // Fitted lattices have ten times as many nodes: that would take longer than this bake.
+    // Fitted lattices have ten times as many nodes, so a trial would take longer than this bake.
     let tried = |next: Preset| (!next.lattices().fitted).then(|| keeps(next)).transpose();
     Ok(Some(SeveredParts {
         bodies: levels.bodies.len(),
@@ -86,7 +90,7 @@ pub(super) fn severed(
     }))
 }
 
-/// Bodies beyond the input's own parts at a preset's own spacings.
+/// True if a preset's own spacings do not sever any part.
 pub(super) fn keeps(
     surface: &Surface,
     spacings: Spacings,
@@ -97,7 +101,7 @@ pub(super) fn keeps(
 }
 
 impl SeveredParts {
-    /// The line of the defect report.
+    /// Entry of the defect report.
     pub(super) fn defect(&self) -> Defect {
         let action = format!(
             "bodies of their own, {}: joined by less than the lattice resolves; {}",
@@ -134,26 +138,26 @@ impl std::fmt::Display for SeveredParts {
         let (parts, sizes, advice) = (self.defect().counted(), self.sizes(), self.advice());
         write!(
             f,
-            "preset `{name}` severs {parts} of {sizes} from the object: {advice}; --quality {name}, asked for by name, "
+            "preset `{name}` severs {parts} of {sizes} from the object: {advice}; an explicit --quality {name} "
         )?;
         write!(f, "makes {} bodies where the mesh has {}", self.bodies, self.parts)
     }
 }
 
-/// Crack nodes that no elastic lattice is near.
+/// Crack nodes far from any elastic lattice.
 pub(super) fn far(inside: &InsideTest, levels: &LatticeLevels) -> Option<Defect> {
     let first = inside.nearest_face(levels.far.first()?);
     let action = "solved on the nearest part: limbs thinner than the elastic spacing; try a finer --elastic-spacing";
     Some(Defect::new(DefectKind::CoarseElastic, levels.far.len() as u64, first, action))
 }
 
-/// Components that the crack lattice could not keep: those that it dropped, and shells in whose box it has no node.
+/// Components that the crack lattice lost: those that it dropped, and shells without a node in their bounding box.
 pub(super) struct LostComponents {
-    /// How many.
+    /// Number of components.
     pub count: u64,
-    /// Their volume, local.
+    /// Total volume, local.
     pub volume: f64,
-    /// A place in the first that was dropped, or else a face of the first that was missed.
+    /// A point in the first dropped component, or else a face of the first missing shell.
     first: Option<First>,
 }
 
@@ -162,9 +166,10 @@ enum First {
     Face(u64),
 }
 
-/// What the crack lattice could not keep of a shape of `volume` (local).
+/// The components that the crack lattice lost, of a shape of `volume` (local).
 ///
-/// Where the lattice swells to meet the volume, what it dropped has swollen too: its share counts, not its size.
+/// If the lattice swells to match the volume, dropped components have swollen as well. Therefore their share counts,
+/// not their size.
 pub(super) fn gone(surface: &Surface, levels: &LatticeLevels, volume: f64) -> LostComponents {
     let nodes = || levels.bodies.iter().flat_map(|body| &body.crack.nodes);
     let holds = |part: &ShellPart, node: &Point3<f64>| (0..3).all(|k| (part.low[k]..=part.high[k]).contains(&node[k]));
@@ -187,7 +192,7 @@ pub(super) fn gone(surface: &Surface, levels: &LatticeLevels, volume: f64) -> Lo
 }
 
 impl LostComponents {
-    /// The line of the defect report, with the share of the input's volume.
+    /// Entry of the defect report, with the share of the input's volume.
     pub fn defect(&self, inside: &InsideTest, surface: &Surface, volume: f64) -> Option<Defect> {
         let first = match self.first.as_ref()? {
             First::Place(place) => inside.nearest_face(place),
@@ -231,7 +236,7 @@ mod tests {
         let own = baked(request(None));
         let torn = |defect: &&Defect| defect.kind == DefectKind::SeveredPart;
         assert_eq!((own.bodies.len(), own.report.defects.iter().find(torn)), (1, None));
-        // The last step that was not taken, asked for.
+        // The last rejected step of the refinement, as a given spacing.
         let coarser = own.parameters.crack_spacing / FINER;
         let asked = baked(request(Some(coarser)));
         assert_eq!(asked.parameters.crack_spacing, coarser);
@@ -249,7 +254,7 @@ mod tests {
             tables,
             ..BakeRequest::new("dumbbell", "glass", materials.get("glass").unwrap().clone())
         };
-        // Two balls and a bar between them that the draft's lattice does not resolve.
+        // Two blocks and a rod between them that the lattice of `draft` does not resolve.
         let baked = |request: &BakeRequest| bake(limbs(), request, &CancelToken::default(), &mut |_| ());
         let Err(BakeError::Severed(severed)) = baked(&request) else { panic!("it was baked") };
         let told = severed.to_string();
@@ -266,7 +271,7 @@ mod tests {
         );
     }
 
-    /// Two blocks of 1 m joined by a rod that is too thin for coarse lattices, in one shell.
+    /// Two blocks of 1 m, joined by a rod that is too thin for coarse lattices, in one shell.
     fn limbs() -> RawMesh {
         let rings = [(0.0, 0.5), (1.0, 0.5), (1.0, ROD), (2.0, ROD), (2.0, 0.5), (3.0, 0.5)];
         let corners = |(x, half): (f64, f64)| {

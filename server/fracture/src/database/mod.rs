@@ -1,4 +1,4 @@
-//! Databases: one object per file, baked once, verified before use.
+//! Databases of prepared objects: one object per file, baked once, verified at loading.
 
 #[cfg(test)]
 mod altered_tests;
@@ -42,8 +42,8 @@ pub use share::{BakeShare, JoinError, PartialBake, SHARE_EXTENSION, SHARES_MAX, 
 pub use stored::{lacking, stored};
 pub use tables::Tables;
 
-/// The format that this program writes and reads; a whole number, raised by every incompatible change.
+/// Version of the file format that this program writes and reads; an integer, incremented by every incompatible change.
 pub const FORMAT: &str = "1";
 
-/// The ending of database files.
+/// Extension of database files.
 pub const EXTENSION: &str = "shatter";

@@ -1,6 +1,6 @@
-//! A prepared object as tensors and metadata, and back.
+//! Conversion of a prepared object to tensors and metadata, and back.
 
-use super::container::{ContainerContents, FLAT, MappedFile, Tensors, write};
+use super::container::{ContainerContents, FLAT, Tensors, write};
 use super::learned::{self, EXAMPLES_MAX, QUALITY_KEY};
 use super::reduced::{self, REDUCTION_KEY};
 use super::share::{BakeShare, PartialBake, ShareRemainder, ShareTask};
@@ -19,57 +19,64 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Most bodies that an object may have.
+/// Largest number of bodies of an object.
 pub const BODIES_MAX: usize = 4096;
 
-/// Most nodes of one lattice.
+/// Largest number of nodes of a lattice.
 pub const NODES_MAX: usize = 4_000_000;
 
-/// What the names of tensors begin with that an object has without examples too.
+/// Prefix of the names of tensors that do not depend on examples.
 pub(super) const BASE: &str = "body";
 
-/// Tensor of a body's bound, part of its elasticity; a file without it has none.
+/// Tensor of a body's bound of E_1, part of its elasticity; optional.
 const BOUND: &str = "elastic.bound";
 
-/// Tensors of a body that has elasticity.
+/// Tensors of a body's elasticity.
 const ELASTIC: [&str; 6] =
     ["elastic.nodes", "elastic.tets", "transfer.tets", "transfer.shares", "transfer.offsets", BOUND];
 
-/// Metadata key of [`ShareTask`]: what is no whole database but a share of one.
+/// Metadata key of [`ShareTask`], present only in a share of a bake.
 const SHARE_KEY: &str = "share";
 
-/// Most coordinates of a lift.
+/// Largest dimension of a lift.
 const DIMENSION_MAX: usize = 512;
 
-/// Metadata key "shape": what the tensors alone do not say.
+/// Metadata key "shape": data that the tensors alone do not determine.
 #[derive(Serialize, Deserialize)]
 struct Shape {
     frame: LocalFrame,
     gamma_j_m2: f64,
     kappa: f64,
-    /// Dimension of each body's interior lift; none for a body without one.
+    /// Dimension of each body's interior lift; `None` without one.
     interior_dimensions: Vec<Option<usize>>,
-    /// Dimension of each body's surface lift; none for a body without one.
+    /// Dimension of each body's surface lift; `None` without one.
     surface_diffusion_dimensions: Vec<Option<usize>>,
-    /// Impacts drawn for the examples.
+    /// Number of impacts drawn for the examples.
     impacts: u64,
 }
 
-/// Metadata key "provenance": who wrote the file. No time and no host, so that equal inputs give equal bytes.
+/// Metadata key "provenance": the program that wrote the file. No time and no host, so that equal inputs give equal
+/// bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Provenance {
-    /// Which command.
+    /// Name of the command.
     pub program: String,
-    /// Its version.
+    /// Version of the command.
     pub version: String,
 }
 
-/// Writes `prepared` to `path` (aside, then renamed).
+/// Writes `prepared` to `path`, atomically through a temporary file.
+///
+/// # Errors
+/// [`DatabaseError`] by the file that cannot be written.
 pub fn save(prepared: &PreparedObject, path: &Path) -> Result<(), DatabaseError> {
     write_object(prepared, None, path)
 }
 
-/// Writes a share to `path` (aside, then renamed).
+/// Writes a share to `path`, atomically through a temporary file.
+///
+/// # Errors
+/// Those of [`save`].
 pub fn save_partial(partial: &PartialBake, path: &Path) -> Result<(), DatabaseError> {
     write_object(&partial.prepared, Some(&partial.task), path)
 }
@@ -145,16 +152,23 @@ fn put_lattice(tensors: &mut Tensors, name: &str, lattice: &Lattice) {
     tensors.u32(format!("{name}.tets"), &[lattice.tets.len(), 4], lattice.tets.as_flattened());
 }
 
-/// Loads and verifies `path`: checksums, shapes, ranges, finiteness, orientation. Bodies without a reduced basis are factored,
-/// the others at first need ([`PreparedObject::factor`]).
+/// Loads and verifies `path`: checksums, shapes, ranges, finite values, orientation.
+///
+/// Bodies without a reduced basis are factored. Other bodies are factored when first needed
+/// ([`PreparedObject::factor`]).
+///
+/// # Errors
+/// [`DatabaseError`] by what is damaged, missing, or of another format.
 pub fn load(path: &Path) -> Result<PreparedObject, DatabaseError> {
     load_tables(path, Tables::ALL)
 }
 
-/// As [`load`], but only these tables, if the object has them: the others are neither verified nor held.
+/// As [`load`], but only the given tables, if the object has them. Other tables are neither verified nor loaded.
+///
+/// # Errors
+/// Those of [`load`].
 pub fn load_tables(path: &Path, tables: Tables) -> Result<PreparedObject, DatabaseError> {
-    let mapped = MappedFile::open(path)?;
-    let contents = verified_tables(&mapped, tables)?;
+    let contents = verified_tables(path, tables)?;
     no_share(&contents)?;
     let prepared = object(&contents, tables)?;
     stored_values::impacts(&prepared)?;
@@ -165,18 +179,19 @@ fn no_share(contents: &ContainerContents) -> Result<(), DatabaseError> {
     if contents.metadata.contains_key(SHARE_KEY) { Err(DatabaseError::Share) } else { Ok(()) }
 }
 
-/// As [`load`], of a share.
+/// As [`load`], for a share.
+///
+/// # Errors
+/// Those of [`load`], and for a database that is no share.
 pub fn load_partial(path: &Path) -> Result<PartialBake, DatabaseError> {
-    let mapped = MappedFile::open(path)?;
-    let contents = verified(&mapped)?;
+    let contents = verified(path)?;
     let task = task(&contents)?;
     Ok(PartialBake { prepared: object(&contents, Tables::ALL)?, task })
 }
 
-/// The examples of a share and what it is a share of; the lattices are not looked at.
+/// The examples and the task of a share. Its lattices are not read.
 pub(super) fn load_rest(path: &Path) -> Result<ShareRemainder, DatabaseError> {
-    let mapped = MappedFile::open(path)?;
-    let contents = verified(&mapped)?;
+    let contents = verified(path)?;
     let shape: Shape = contents.json("shape")?;
     let report: BakeReport = contents.json("report")?;
     let crack_nodes: Vec<usize> = (0..shape.interior_dimensions.len())
@@ -190,27 +205,39 @@ pub(super) fn load_rest(path: &Path) -> Result<ShareRemainder, DatabaseError> {
     })
 }
 
-/// What a share is a share of, and how far it is: nothing else of it is looked at.
+/// The task of a share, with its progress. The rest is only verified.
+///
+/// # Errors
+/// Those of [`load_partial`].
 pub fn load_task(path: &Path) -> Result<ShareTask, DatabaseError> {
-    task(&verified(&MappedFile::open(path)?)?)
+    task(&verified(path)?)
 }
 
-/// Name and length in bytes of every tensor of `path`, by its header alone: nothing is verified, nothing else is read.
+/// Name and length in bytes of every tensor of `path`, from its header only, without verification.
+///
+/// # Errors
+/// [`DatabaseError`] for a file or header that cannot be read.
 pub fn tensor_bytes(path: &Path) -> Result<Vec<(String, u64)>, DatabaseError> {
-    Ok(MappedFile::open(path)?.parse()?.lengths())
+    Ok(ContainerContents::open(path)?.lengths())
 }
 
-/// What the database or share `path` was baked from, by its header alone: nothing is verified, nothing else is read.
+/// Bake parameters of the database or share `path`, from its header only, without verification.
+///
+/// # Errors
+/// Those of [`tensor_bytes`].
 pub fn load_parameters(path: &Path) -> Result<BakeParameters, DatabaseError> {
-    MappedFile::open(path)?.parse()?.json("parameters")
+    ContainerContents::open(path)?.json("parameters")
 }
 
-/// Who wrote the database or share `path`.
+/// The program that wrote the database or share `path`.
+///
+/// # Errors
+/// Those of [`tensor_bytes`].
 pub fn load_provenance(path: &Path) -> Result<Provenance, DatabaseError> {
-    MappedFile::open(path)?.parse()?.json("provenance")
+    ContainerContents::open(path)?.json("provenance")
 }
 
-/// What the share holds is what its task says.
+/// The task of a share, after a check of its numbers.
 fn task(contents: &ContainerContents) -> Result<ShareTask, DatabaseError> {
     if !contents.metadata.contains_key(SHARE_KEY) {
         return Err(DatabaseError::Whole);
@@ -224,20 +251,20 @@ fn task(contents: &ContainerContents) -> Result<ShareTask, DatabaseError> {
     let reason = match share {
         Err(error) => error.to_string(),
         Ok(_) if task.end < task.first || task.end > EXAMPLES_MAX as u64 => "impacts out of range".to_owned(),
-        Ok(_) if task.done > task.impacts().len() as u64 => "more is done than there is".to_owned(),
+        Ok(_) if task.done > task.impacts().len() as u64 => "more impacts are done than the share has".to_owned(),
         Ok(_) => return Ok(task),
     };
     Err(DatabaseError::Metadata { key: SHARE_KEY, reason })
 }
 
-/// The contents of a file, all checksums compared.
-fn verified(mapped: &MappedFile) -> Result<ContainerContents<'_>, DatabaseError> {
-    verified_tables(mapped, Tables::ALL)
+/// The contents of a file, after comparison of all checksums.
+fn verified(path: &Path) -> Result<ContainerContents, DatabaseError> {
+    verified_tables(path, Tables::ALL)
 }
 
-/// As [`verified`], but the checksums of the wanted tables alone.
-fn verified_tables(mapped: &MappedFile, tables: Tables) -> Result<ContainerContents<'_>, DatabaseError> {
-    let contents = mapped.parse()?;
+/// As [`verified`], with the checksums of the given tables only.
+fn verified_tables(path: &Path, tables: Tables) -> Result<ContainerContents, DatabaseError> {
+    let mut contents = ContainerContents::open(path)?;
     let found = contents.text("shatter_format")?;
     if found != FORMAT {
         return Err(DatabaseError::Format { found: brief(found), known: FORMAT });
@@ -252,7 +279,7 @@ fn object(contents: &ContainerContents, tables: Tables) -> Result<PreparedObject
     for (index, solid) in solids {
         solid.reduced = reduced::reduced(contents, index, &solid.elasticity)?;
         if solid.reduced.is_none() {
-            // Every strike will need it.
+            // Every request will need the factor.
             solid.elasticity.factor().map_err(|source| DatabaseError::Elasticity { body: index, source })?;
         }
     }
@@ -267,7 +294,7 @@ fn object(contents: &ContainerContents, tables: Tables) -> Result<PreparedObject
     Ok(prepared)
 }
 
-/// Everything but the impacts and what was learned from them.
+/// Everything except the impacts and the data learned from them.
 fn bare(contents: &ContainerContents, tables: Tables) -> Result<PreparedObject, DatabaseError> {
     let name = contents.text("object")?;
     let parameters: BakeParameters = contents.json("parameters")?;
@@ -317,9 +344,9 @@ fn check_shape(shape: &Shape) -> Result<(), DatabaseError> {
     }
     let positive = |value: f64| value.is_finite() && value > 0.0;
     let reason = if found == 0 {
-        "no body"
+        "no bodies"
     } else if surface.len() != found {
-        "the lifts are of different numbers of bodies"
+        "the lifts have different numbers of bodies"
     } else if !positive(shape.gamma_j_m2) || !positive(shape.kappa) {
         "gamma or kappa is not positive"
     } else if interior.iter().chain(surface).flatten().any(|dimension| !(3..=DIMENSION_MAX).contains(dimension)) {
@@ -339,7 +366,7 @@ fn body(
 ) -> Result<PreparedBody, DatabaseError> {
     let name = |part: &str| format!("{BASE}{index}.{part}");
     let crack = lattice(contents, &name("crack"))?;
-    // A part alone is a damaged file: the reader names what is missing.
+    // Incomplete elasticity means a damaged file; the reader then names the missing tensor.
     let is_elastic = ELASTIC.iter().any(|part| contents.holds(&name(part)));
     let solid = match tables.elastic && is_elastic {
         true => Some(solid(contents, index, &crack, parameters.material.poisson, parameters.factor)?),
@@ -370,7 +397,7 @@ fn body(
     Ok(body)
 }
 
-/// What bounds E_1 of `body`, compared with its stiffness and its lifts; none for a body without elasticity.
+/// The bound of E_1 of `body`, checked against its stiffness and lifts; `None` for a body without elasticity.
 fn bound(
     contents: &ContainerContents,
     tensor: String,

@@ -2,10 +2,10 @@
 
 use crate::scene::is_invisible;
 
-/// Longest object name in bytes: it travels in a fixed field of the request.
+/// Longest object name, bytes, limited by a fixed-size field of the request.
 pub const NAME_BYTES_MAX: usize = 64;
 
-/// Whether `name` can name an object: it names a file and travels in a fixed field.
+/// True if `name` is a valid object name, which serves as a file name and fits into a fixed-size field.
 pub fn is_object_name(name: &str) -> bool {
     (1..=NAME_BYTES_MAX).contains(&name.len())
         && !name.starts_with('.')

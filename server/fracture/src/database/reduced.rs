@@ -1,14 +1,14 @@
-//! Reduced bases as tensors, and back.
+//! Conversion of reduced bases to tensors, and back.
 
 use super::container::{ContainerContents, FLAT, Tensors};
 use super::{DatabaseError, stored_values};
 use crate::elasticity::{Elasticity, ErrorEstimate, ReducedBasis};
 use crate::pipeline::{PreparedObject, RANK_MAX};
 
-/// Metadata key of the figures of all bases; a file without it has none.
+/// Metadata key of the errors of all bases; absent without bases.
 pub(super) const REDUCTION_KEY: &str = "reduction";
 
-/// Tensors of body `index`.
+/// Name of a tensor of body `index`.
 fn name(index: usize, part: &str) -> String {
     format!("reduced{index}.{part}")
 }
@@ -27,7 +27,7 @@ pub(super) fn put(tensors: &mut Tensors, prepared: &PreparedObject) {
     }
 }
 
-/// The basis of body `index`; nothing where the file has none.
+/// The basis of body `index`; `None` if the file has none.
 pub(super) fn reduced(
     contents: &ContainerContents,
     index: usize,

@@ -1,7 +1,7 @@
-//! Shares of an object's examples: baked apart, on one machine or on many, stopped and resumed, then joined.
+//! Shares of an object's examples, baked separately on one or several machines, interrupted and resumed, then joined.
 //!
-//! Examples are independent of each other, so whatever way they were divided, what is joined has the bytes of an undivided
-//! bake.
+//! Examples are independent of each other. The joined database therefore has the bytes of an undivided bake, for any
+//! division.
 
 use super::DatabaseError;
 use super::bake::{finish, whole};
@@ -18,31 +18,32 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// Most shares of one bake.
+/// Largest number of shares of a bake.
 pub const SHARES_MAX: u64 = 65_536;
 
-/// Impacts done between two looks at the token and at the clock.
+/// Number of impacts between two checks of the token and of the caller's clock.
 const BATCH: usize = 16;
 
-/// The ending of files with a share.
+/// Extension of files with a share.
 pub const SHARE_EXTENSION: &str = "share";
 
-/// The impacts whose number, counted from the first that is new, leaves `index` when divided by `count`.
+/// The impacts whose number, counted from the first new one, has the remainder `index` modulo `count`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BakeShare {
-    /// Which share, below `count`.
+    /// Index of the share, below `count`.
     pub index: u64,
-    /// How many there are, 1 to [`SHARES_MAX`].
+    /// Number of shares, 1 to [`SHARES_MAX`].
     pub count: u64,
 }
 
 impl BakeShare {
-    /// All of them.
+    /// The only share of an undivided bake.
     pub const WHOLE: Self = Self { index: 0, count: 1 };
 
     /// Share `index` of `count`.
     ///
-    /// Errors: [`ShareError`].
+    /// # Errors
+    /// [`ShareError`].
     pub fn new(index: u64, count: u64) -> Result<Self, ShareError> {
         if !(1..=SHARES_MAX).contains(&count) {
             return Err(ShareError::Count { count });
@@ -53,17 +54,17 @@ impl BakeShare {
         Ok(Self { index, count })
     }
 
-    /// Numbers of its impacts among those from `first` up to, without, `end`.
+    /// Numbers of the share's impacts in `first` .. `end`.
     pub fn impacts(self, first: u64, end: u64) -> Vec<u64> {
         (first.saturating_add(self.index)..end).step_by(self.count as usize).collect()
     }
 
-    /// How many those are of `all`.
+    /// Number of the share's impacts among `all`.
     pub fn size(self, all: u64) -> u64 {
         all.saturating_sub(self.index).div_ceil(self.count)
     }
 
-    /// The file of this share of object `name` in `folder`.
+    /// Path of the file of this share of object `name` in `folder`.
     pub fn file(self, folder: &Path, name: &str) -> PathBuf {
         folder.join(format!("{name}.{}-of-{}.{SHARE_EXTENSION}", self.index, self.count))
     }
@@ -75,24 +76,24 @@ impl fmt::Display for BakeShare {
     }
 }
 
-/// Why something is no share.
+/// Errors in the description of a share.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ShareError {
-    /// Not two numbers.
+    /// The text is not two numbers.
     #[error("\"{0}\" is not i/n, as in 0/8")]
     Text(String),
-    /// No share, or too many.
-    #[error("{count} shares: 1 to {SHARES_MAX}")]
+    /// The number of shares is 0 or too large.
+    #[error("{count} shares are out of range; use 1 to {SHARES_MAX}")]
     Count {
-        /// How many.
+        /// Number of shares.
         count: u64,
     },
-    /// There is no such share.
+    /// The index is not below the number of shares.
     #[error("{index} is too large for {count} shares: they are counted from 0, the last is {}/{count}", count - 1)]
     Index {
-        /// Which.
+        /// Index of the share.
         index: u64,
-        /// How many there are.
+        /// Number of shares.
         count: u64,
     },
 }
@@ -108,34 +109,34 @@ impl FromStr for BakeShare {
     }
 }
 
-/// What a share is a share of, and how far it is. Metadata key "share" of its file.
+/// Task of a share, with its progress. Metadata key "share" of its file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShareTask {
-    /// What was asked for, but for the cracks, which are in the hash of the input; nothing where examples are added to a
-    /// database that was there.
+    /// Request without the cracks, which the hash of the input covers; `None` if examples are added to an existing
+    /// database.
     pub request: Option<BakeRequest>,
-    /// Which share.
+    /// The share.
     pub share: BakeShare,
-    /// Impacts that the object knew before.
+    /// Number of impacts before the task.
     pub first: u64,
-    /// Impacts that it shall know in the end.
+    /// Number of impacts after the task.
     pub end: u64,
-    /// Impacts of this share that are done, in its order.
+    /// Number of completed impacts of this share, in its order.
     pub done: u64,
 }
 
 impl ShareTask {
-    /// Impacts of this share.
+    /// Numbers of the impacts of this share.
     pub fn impacts(&self) -> Vec<u64> {
         self.share.impacts(self.first, self.end)
     }
 
-    /// Whether all of them are done.
+    /// True if all impacts are completed.
     pub fn is_done(&self) -> bool {
         self.done == self.impacts().len() as u64
     }
 
-    /// Whether both are parts of the same work, however far they are.
+    /// True if both are shares of the same task, at any progress.
     pub fn same_work(&self, other: &Self) -> bool {
         let whole = |task: &Self| Self { share: BakeShare::WHOLE, done: 0, ..task.clone() };
         whole(self) == whole(other) && self.share.count == other.share.count
@@ -144,16 +145,17 @@ impl ShareTask {
 
 /// An object with some of its examples.
 pub struct PartialBake {
-    /// The object; its examples are those that it had before and those of the share that are done.
+    /// The object, with its earlier examples and the completed ones of the share.
     pub prepared: PreparedObject,
-    /// What remains to be done.
+    /// The task, with its progress.
     pub task: ShareTask,
 }
 
 impl PartialBake {
-    /// Bakes everything but the examples.
+    /// Bakes everything except the examples.
     ///
-    /// Errors: see [`BakeError`].
+    /// # Errors
+    /// See [`BakeError`].
     pub fn begin(
         raw: RawMesh,
         request: &BakeRequest,
@@ -167,9 +169,10 @@ impl PartialBake {
         Ok(Self { prepared, task })
     }
 
-    /// `count` more examples for an object.
+    /// Prepares the task of adding `count` examples to an object.
     ///
-    /// Errors: [`BakeError::TooManyExamples`].
+    /// # Errors
+    /// [`BakeError::TooManyExamples`].
     pub fn add(prepared: PreparedObject, count: u64, share: BakeShare) -> Result<Self, BakeError> {
         let first = prepared.impacts;
         let end = first.saturating_add(count);
@@ -177,9 +180,10 @@ impl PartialBake {
         Ok(Self { prepared, task: ShareTask { request: None, share, first, end, done: 0 } })
     }
 
-    /// Does the next few impacts. Whatever the outcome, the examples are those of the impacts that are done.
+    /// Computes the examples of the next few impacts. In every outcome, the examples match the progress.
     ///
-    /// Errors: [`BakeError::Calibration`], [`BakeError::Cancelled`].
+    /// # Errors
+    /// [`BakeError::Calibration`], [`BakeError::Cancelled`].
     pub fn step(&mut self, token: &CancelToken) -> Result<(), BakeError> {
         let impacts: Vec<u64> = self.task.impacts().into_iter().skip(self.task.done as usize).take(BATCH).collect();
         let added = sampled(&self.prepared, &impacts, token)?;
@@ -188,9 +192,10 @@ impl PartialBake {
         Ok(())
     }
 
-    /// Does everything that remains, and learns from it. Only of the whole.
+    /// Computes all remaining examples and trains on them. Only for an undivided bake.
     ///
-    /// Errors: as [`Self::step`].
+    /// # Errors
+    /// As [`Self::step`].
     pub fn complete(
         mut self,
         token: &CancelToken,
@@ -204,19 +209,20 @@ impl PartialBake {
         self.learn(token, progress)
     }
 
-    /// Impacts of its share, done or not.
+    /// Number of impacts of the share, completed or not.
     pub fn impacts(&self) -> u64 {
         self.task.share.size(self.task.end - self.task.first)
     }
 
-    /// How far it is.
+    /// Progress of the examples.
     pub fn examples(&self) -> BakeStep {
         BakeStep::Examples { done: self.task.done, of: self.impacts() }
     }
 
-    /// Learns from the examples that are there.
+    /// Trains on the existing examples.
     ///
-    /// Errors: [`BakeError::Calibration`], [`BakeError::Cancelled`].
+    /// # Errors
+    /// [`BakeError::Calibration`], [`BakeError::Cancelled`].
     pub fn learn(self, token: &CancelToken, progress: &mut dyn FnMut(BakeStep)) -> Result<PreparedObject, BakeError> {
         let Self { mut prepared, task } = self;
         prepared.impacts = task.end;
@@ -225,7 +231,7 @@ impl PartialBake {
     }
 }
 
-/// What joining needs of a share beside the first: no lattice is built from it.
+/// Data of a share that joining needs beside the first share, without lattices.
 pub(super) struct ShareRemainder {
     pub task: ShareTask,
     pub input_hash: String,
@@ -233,78 +239,79 @@ pub(super) struct ShareRemainder {
     pub checksums: BTreeMap<String, String>,
 }
 
-/// Why shares cannot be joined.
+/// Reason why shares cannot be joined.
 #[derive(Debug, thiserror::Error)]
 pub enum JoinError {
-    /// A file is damaged, or no share.
+    /// A file is damaged, or not a share.
     #[error("{}", source.of(path))]
     Database {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Cause.
         source: DatabaseError,
     },
     /// No file was given.
     #[error("no share to join")]
     Nothing,
-    /// Shares of different work.
+    /// The shares belong to different tasks.
     #[error(
-        "{path}: another mesh, other flags or another number of shares than {first}",
+        "{path}: the mesh, flags or number of shares differ from those of {first}",
         path = .path.display(),
         first = .first.display()
     )]
     OtherWork {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What it is compared with.
+        /// Path of the file to which it was compared.
         first: PathBuf,
     },
-    /// The same work with other bits.
+    /// The shares have the same task but different bits.
     #[error(
         "{path}: \"{tensor}\" has other bits than in {first}: bake all shares with one program on one kind of processor",
         path = .path.display(),
         first = .first.display()
     )]
     OtherBits {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What it is compared with.
+        /// Path of the file to which it was compared.
         first: PathBuf,
-        /// The tensor.
+        /// Name of the tensor.
         tensor: String,
     },
-    /// A share is not finished.
+    /// A share is not complete.
     #[error("{path}: {done} of {of} impacts are done; finish it with --resume", path = .path.display())]
     Unfinished {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// Impacts that are done.
+        /// Number of completed impacts.
         done: u64,
-        /// All of its impacts.
+        /// Number of its impacts.
         of: u64,
     },
-    /// A share is there twice.
-    #[error("{path}: share {share} is there already", path = .path.display())]
+    /// A share was given twice.
+    #[error("{path}: share {share} was given already", path = .path.display())]
     Twice {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// Which share.
+        /// The share.
         share: BakeShare,
     },
     /// A share is missing.
     #[error("share {share} is missing")]
     Missing {
-        /// Which.
+        /// The share.
         share: BakeShare,
     },
-    /// Learning failed.
+    /// Training failed.
     #[error(transparent)]
     Bake(#[from] BakeError),
 }
 
-/// Joins all shares of one bake, given in any order, and learns from them: the bytes are those of an undivided bake.
+/// Joins all shares of one bake, given in any order, and trains on them. The bytes are those of an undivided bake.
 ///
-/// Errors: see [`JoinError`].
+/// # Errors
+/// See [`JoinError`].
 pub fn join(
     paths: &[PathBuf],
     token: &CancelToken,
@@ -355,7 +362,7 @@ fn check_done(path: &Path, task: &ShareTask) -> Result<(), JoinError> {
     if task.is_done() { Ok(()) } else { Err(JoinError::Unfinished { path: path.to_owned(), done: task.done, of }) }
 }
 
-/// A tensor of the object itself that differs.
+/// The name of a tensor of the object itself that differs.
 fn differing(one: &BTreeMap<String, String>, other: &BTreeMap<String, String>) -> Option<String> {
     let base = |sums: &BTreeMap<String, String>| -> BTreeMap<String, String> {
         sums.iter().filter(|(name, _)| name.starts_with(BASE)).map(|(k, v)| (k.clone(), v.clone())).collect()

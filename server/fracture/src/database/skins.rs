@@ -1,5 +1,6 @@
-//! The input's surface and its looks as tensors, and back. Checksums say that a file is what was written; what is checked here is
-//! that what was written can be used.
+//! Conversion of the input's surface and attributes to tensors, and back.
+//!
+//! Checksums ensure that a file is unchanged. The checks here ensure that its values can be used.
 
 use super::container::{ContainerContents, FLAT, Tensors};
 use super::{DatabaseError, stored_values};
@@ -8,10 +9,10 @@ use crate::pipeline::{PreparedBody, PreparedObject};
 use crate::skin::{BoundaryAttributes, Skin, SkinCorner, SkinPoint};
 use crate::surface::NO_MATERIAL;
 
-/// Any 32-bit number.
+/// Limit that allows any 32-bit number.
 const ANY: u64 = 1 << 32;
 
-/// Adds the tensors of the skin, and of its looks on the bodies' lattices, if the object has them.
+/// Adds the tensors of the skin and of the attributes on the bodies' lattices, if the object has them.
 pub(super) fn put(tensors: &mut Tensors, prepared: &PreparedObject) {
     if let Some(skin) = &prepared.skin {
         put_skin(tensors, skin);
@@ -52,7 +53,7 @@ fn put_skin(tensors: &mut Tensors, skin: &Skin) {
     }
 }
 
-/// The skin of an object of these bodies, that many names of materials and this crack spacing, if it has one.
+/// The skin of an object with these bodies, number of material names and crack spacing; `None` if the file has none.
 pub(super) fn skin(
     contents: &ContainerContents,
     bodies: &[PreparedBody],
@@ -103,7 +104,7 @@ fn spots(
     pairs.as_chunks::<2>().0.iter().zip(weights.as_chunks::<4>().0).enumerate().map(spot).collect()
 }
 
-/// How the input looks on the boundary of body `index`, if the object has that.
+/// The attributes of the input on the boundary of body `index`; `None` if the file has none.
 pub(super) fn outer(
     contents: &ContainerContents,
     index: usize,

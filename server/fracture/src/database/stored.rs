@@ -1,4 +1,4 @@
-//! Whether what is stored is what a bake would make.
+//! Comparison of a stored object with the result of a bake.
 
 use super::bake_error::BakeError;
 use super::bake_request::{self, BakeRequest};
@@ -10,9 +10,13 @@ use crate::pipeline::{MissingLift, PreparedObject};
 use crate::surface::{CrackSheets, RawMesh, Surface};
 use std::path::Path;
 
-/// The object in `file`, if a bake of `raw` would make it; tables that it has beside those are no difference. One that cannot be read
-/// counts as absent. Spacings that the request leaves open cost lattices, nothing costs more; `progress` is told of them. Errors: those
-/// of a bake as far as that.
+/// The object in `file`, if a bake of `raw` would give the same one; additional tables are ignored.
+///
+/// A file that cannot be read counts as absent. Spacings that the request leaves open require the computation of
+/// lattices, reported to `progress`; nothing more expensive is done. Errors: those of a bake up to that step.
+///
+/// # Errors
+/// Those of a bake as far as that.
 pub fn stored(
     file: &Path,
     raw: RawMesh,
@@ -42,7 +46,7 @@ pub fn stored(
     Ok((parameters == *own).then_some(prepared))
 }
 
-/// Whether everything but the spacings is as a bake would make it.
+/// True if everything except the spacings equals the result of a bake.
 fn alike(prepared: &PreparedObject, surface: &Surface, sheets: Option<&CrackSheets>, request: &BakeRequest) -> bool {
     let own = &prepared.parameters;
     let parameters = bake_request::parameters(request, surface, [own.elastic_spacing, own.crack_spacing]);
@@ -55,7 +59,7 @@ fn alike(prepared: &PreparedObject, surface: &Surface, sheets: Option<&CrackShee
         && lacking(prepared, request.tables()).is_none()
 }
 
-/// One of these tables that the object does not have, by name, though a bake could have made it.
+/// Name of a table in `tables` that the object lacks, although a bake could compute it.
 pub fn lacking(prepared: &PreparedObject, tables: Tables) -> Option<&'static str> {
     let unprepared = |index: usize| {
         let of = |absent: &MissingLift| absent.body == index && absent.lift == LiftKind::SurfaceDiffusion;
@@ -83,7 +87,7 @@ mod tests {
     use crate::scene::Materials;
     use crate::surface::shapes;
 
-    /// A request, and a file with what it makes of a bar, which holds no table but the interior lift.
+    /// A request, and a file with the object that it makes of a bar, with the interior lift only.
     fn baked(spacings: [Option<f64>; 2]) -> (BakeRequest, tempfile::TempDir) {
         let materials = Materials::parse(crate::scene::MATERIALS).unwrap();
         let [elastic_spacing, crack_spacing] = spacings;
@@ -133,7 +137,7 @@ mod tests {
         }
         let less = Tables { interior: false, ..request.tables };
         check(&folder, bar(), &BakeRequest { tables: less, ..request.clone() }, true);
-        std::fs::write(folder.path().join("bar.shatter"), "spoilt").unwrap();
+        std::fs::write(folder.path().join("bar.shatter"), "damaged").unwrap();
         check(&folder, bar(), &request, false);
     }
 

@@ -1,4 +1,6 @@
-//! Values of a database beyond shapes and index ranges: a file that no bake would write is refused by name, checksums or not.
+//! Checks of values in a database beyond shapes and index ranges.
+//!
+//! A file that no bake would write is rejected with the name of the value, even if its checksums match.
 
 use super::DatabaseError;
 use super::object_name::is_object_name;
@@ -9,34 +11,38 @@ use crate::pipeline::{BakeParameters, BakeReport, LearnedErrors, PreparedBody, P
 use crate::surface::{DIAGONAL_RANGE_M, LocalFrame, UV_MAX};
 use std::ops::RangeInclusive;
 
-/// Largest coordinate of a lattice or a skin, local: the box of the input has diagonal 1 and its center at the origin.
+/// Largest coordinate of a lattice or a skin, local. The input's bounding box has diagonal 1 and its center at the
+/// origin.
 const COORDINATE_MAX: f64 = 1.0;
 
 /// Largest coordinate of a lift, local. Lifts are scaled to distances within the object.
 const LIFT_MAX: f64 = 1e6;
 
-/// Largest entry of a reduced basis, local: its squares and products stay finite in single precision.
+/// Largest entry of a reduced basis, local. Its squares and products stay finite in single precision.
 const BASIS_MAX: f32 = 1e12;
 
-/// What rounding may leave between a sum and its value, relative. Sums of 60,000 shares were off by 1e-13.
+/// Relative rounding error allowed in a sum. Measured: sums of 60,000 shares were off by 1e-13.
 const SUM_TOLERANCE: f64 = 1e-9;
 
-/// Between the stored volume and that of the lattices, relative: slots of existing cracks are subtracted from a stored sum.
+/// Relative difference allowed between the stored volume and that of the lattices.
+///
+/// Slots of existing cracks are subtracted from a stored sum.
 const VOLUME_TOLERANCE: f64 = 1e-6;
 
-/// Volume of the lattices over that of the input: a bake refuses to lose more than a part of it.
+/// Ratio of the lattices' volume to that of the input. A bake fails if it loses too large a share.
 const VOLUME_RATIO: RangeInclusive<f64> = 0.1..=10.0;
 
-/// What was asked for over what is usual: objects that break at a touch or never are allowed, other units are not.
+/// Allowed ratios of a given number to its usual value, wide enough for extreme objects and narrow enough to detect
+/// wrong units.
 pub(super) const RATIOS: RangeInclusive<f64> = 1e-18..=1e18;
 
-/// Length of a normal: unit vectors that were stored in single precision and interpolated.
+/// Allowed length of a normal: unit vectors, stored in single precision and interpolated.
 const NORMAL_LENGTH: RangeInclusive<f64> = 0.9..=1.1;
 
-/// Largest relative error that a bake may report.
+/// Largest relative error in a report.
 const ERROR_MAX: f64 = 1e9;
 
-/// The first of `values` that does not fit, as an error that names it.
+/// Checks that all `values` fit; the error names the first that does not.
 pub(super) fn all<T: Copy + Into<f64>>(
     tensor: &str,
     values: &[T],
@@ -53,13 +59,16 @@ fn implausible(tensor: &str, index: usize, value: f64, wanted: &'static str) -> 
     DatabaseError::Implausible { tensor: tensor.to_owned(), index, value, wanted }
 }
 
-/// Coordinates of nodes or points, local.
+/// Checks coordinates of nodes or points, local.
 pub(super) fn coordinates(tensor: &str, values: &[f64]) -> Result<(), DatabaseError> {
     all(tensor, values, "within the object's box", |value| value.abs() <= COORDINATE_MAX)
 }
 
-/// Points of a skin: within the sphere around the box of the input, whose diagonal is 1, or as far beyond it as walls of cracks in a
-/// lattice of this spacing may be. Not compared with the lattice: that loses what is thinner than its spacing, the skin does not.
+/// Checks points of a skin: inside the sphere around the input's bounding box, which has diagonal 1, plus one
+/// `spacing`.
+///
+/// The margin is for walls of cracks. The points are not compared to the lattice, which loses details thinner than its
+/// spacing.
 pub(super) fn points(tensor: &str, values: &[[f64; 3]], spacing: f64) -> Result<(), DatabaseError> {
     let radius = |point: &[f64; 3]| point.iter().map(|x| x * x).sum::<f64>().sqrt();
     match values.iter().position(|point| radius(point) > 0.5 + spacing) {
@@ -73,7 +82,7 @@ pub(super) fn points(tensor: &str, values: &[[f64; 3]], spacing: f64) -> Result<
     }
 }
 
-/// Bounds of elasticity: within what stiffness and lifts allow. Zero stands for a reach that is not known.
+/// Checks a bound of E_1 against the ranges that stiffness and lifts allow. Zero marks an unknown first-moment bound.
 pub(super) fn bound(tensor: &str, values: &[f64; 4], ranges: &[RangeInclusive<f64>; 4]) -> Result<(), DatabaseError> {
     let wrong = |&index: &usize| !(ranges[index].contains(&values[index]) || (index > 0 && values[index] == 0.0));
     match (0..values.len()).find(wrong) {
@@ -82,18 +91,19 @@ pub(super) fn bound(tensor: &str, values: &[f64; 4], ranges: &[RangeInclusive<f6
     }
 }
 
-/// A number that a bake may be asked for, over what it usually is.
+/// A given number in relation to its usual value.
 pub(super) struct PlausibleRange {
-    /// Which number.
+    /// Name of the number.
     pub key: &'static str,
-    /// Over what.
+    /// Usual value, in words.
     pub over: &'static str,
-    /// How many times that it is.
+    /// Ratio of the number to the usual value.
     pub value: f64,
 }
 
-/// The first number of an object in `frame` that differs from the usual by more than [`RATIOS`]: the fragment size from the
-/// diagonal, γ from that of material and fragment size, κ from 1.
+/// The first number of an object in `frame` whose ratio to its usual value is outside [`RATIOS`].
+///
+/// Usual values: the diagonal for the fragment size, the reference γ of material and fragment size for γ, 1 for κ.
 pub(super) fn unusual(own: &BakeParameters, frame: &LocalFrame, gamma_j_m2: f64, kappa: f64) -> Option<PlausibleRange> {
     let BakeParameters { material, fragment_size_m, .. } = own;
     let reference = degree::reference_gamma(material.young_pa, material.strength_pa, *fragment_size_m);
@@ -109,7 +119,7 @@ pub(super) fn unusual(own: &BakeParameters, frame: &LocalFrame, gamma_j_m2: f64,
     all.into_iter().find(|ratio| !RATIOS.contains(&ratio.value))
 }
 
-/// Fragment size, γ and κ, compared with what they usually are.
+/// Checks fragment size, γ and κ against their usual values.
 pub(super) fn usual(
     own: &BakeParameters,
     frame: &LocalFrame,
@@ -125,22 +135,22 @@ pub(super) fn usual(
     })
 }
 
-/// Coordinates of a lift.
+/// Checks coordinates of a lift.
 pub(super) fn lift(tensor: &str, values: &[f64]) -> Result<(), DatabaseError> {
     all(tensor, values, "a distance within the object", |value| value.abs() <= LIFT_MAX)
 }
 
-/// Entries of a reduced basis.
+/// Checks entries of a reduced basis.
 pub(super) fn basis(tensor: &str, values: &[f32]) -> Result<(), DatabaseError> {
     all(tensor, values, "a displacement of unit energy", |value| value.abs() <= f64::from(BASIS_MAX))
 }
 
-/// Texture coordinates.
+/// Checks texture coordinates.
 pub(super) fn uvs(tensor: &str, values: &[[f32; 2]]) -> Result<(), DatabaseError> {
     all(tensor, values.as_flattened(), "a texture coordinate", |value| value.abs() <= f64::from(UV_MAX))
 }
 
-/// Normals: of length one.
+/// Checks that normals have unit length.
 pub(super) fn normals(tensor: &str, values: &[[f32; 3]]) -> Result<(), DatabaseError> {
     let length = |normal: &[f32; 3]| normal.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
     match values.iter().position(|normal| !NORMAL_LENGTH.contains(&length(normal))) {
@@ -149,7 +159,7 @@ pub(super) fn normals(tensor: &str, values: &[[f32; 3]]) -> Result<(), DatabaseE
     }
 }
 
-/// Barycentric coordinates: none negative, each four add up to one.
+/// Checks barycentric coordinates: not negative, and each four add up to 1.
 pub(super) fn weights(tensor: &str, values: &[[f64; 4]]) -> Result<(), DatabaseError> {
     let fits = |own: &[f64; 4]| {
         (own.iter().sum::<f64>() - 1.0).abs() <= SUM_TOLERANCE && own.iter().all(|weight| *weight >= -SUM_TOLERANCE)
@@ -160,7 +170,7 @@ pub(super) fn weights(tensor: &str, values: &[[f64; 4]]) -> Result<(), DatabaseE
     }
 }
 
-/// A matrix of products: symmetric, and no product above what its two factors allow (Cauchy and Schwarz).
+/// Checks a Gram matrix: symmetric, with entries within the Cauchy–Schwarz bound.
 pub(super) fn gram(tensor: &str, rank: usize, values: &[f64]) -> Result<(), DatabaseError> {
     let at = |i: usize, j: usize| values[i * rank + j];
     let wrong = |&(i, j): &(usize, usize)| {
@@ -174,7 +184,7 @@ pub(super) fn gram(tensor: &str, rank: usize, values: &[f64]) -> Result<(), Data
     }
 }
 
-/// Shares: positive, and those of each elastic tetrahedron add up to one, so that no energy is lost or made.
+/// Checks shares: positive, and those of each elastic tetrahedron add up to 1, so that energy is conserved.
 pub(super) fn shares(tensor: &str, transfer: &EnergyTransfer, elastic: &Lattice) -> Result<(), DatabaseError> {
     all(tensor, &transfer.shares, "a positive share", |share| share > 0.0 && share <= 1.0 + SUM_TOLERANCE)?;
     let mut sums = vec![0.0; elastic.tets.len()];
@@ -185,12 +195,12 @@ pub(super) fn shares(tensor: &str, transfer: &EnergyTransfer, elastic: &Lattice)
     }
 }
 
-/// A metadata key whose value no bake writes.
+/// The error for a metadata key with a value that no bake writes.
 fn metadata(key: &'static str, reason: String) -> DatabaseError {
     DatabaseError::Metadata { key, reason }
 }
 
-/// The first of these numbers outside its range, as an error that names it.
+/// Checks that numbers are in their ranges; the error names the first that is not.
 fn numbers(key: &'static str, all: &[(&str, f64, RangeInclusive<f64>)]) -> Result<(), DatabaseError> {
     match all.iter().find(|(_, value, range)| !range.contains(value)) {
         Some((name, value, range)) => {
@@ -201,13 +211,13 @@ fn numbers(key: &'static str, all: &[(&str, f64, RangeInclusive<f64>)]) -> Resul
     }
 }
 
-/// Positive numbers that are not denormal.
+/// Range of positive normal numbers.
 const POSITIVE: RangeInclusive<f64> = f64::MIN_POSITIVE..=f64::MAX;
 
-/// Zero and positive numbers.
+/// Range of zero and positive numbers.
 const COUNTED: RangeInclusive<f64> = 0.0..=f64::MAX;
 
-/// The object's name and what it was baked from.
+/// Checks the object's name and bake parameters.
 pub(super) fn parameters(name: &str, own: &BakeParameters) -> Result<(), DatabaseError> {
     if !is_object_name(name) {
         return Err(metadata("object", "cannot name an object".to_owned()));
@@ -226,7 +236,7 @@ pub(super) fn parameters(name: &str, own: &BakeParameters) -> Result<(), Databas
     numbers("parameters", &all)
 }
 
-/// Where the object lies, and how large it is.
+/// Checks the position and size of the object.
 pub(super) fn frame(own: &LocalFrame) -> Result<(), DatabaseError> {
     let most = *DIAGONAL_RANGE_M.end();
     let all = [
@@ -238,7 +248,7 @@ pub(super) fn frame(own: &LocalFrame) -> Result<(), DatabaseError> {
     numbers("shape", &all)
 }
 
-/// What baking found out, against the lattices that are there.
+/// Checks the report of a bake against the lattices.
 pub(super) fn report(own: &BakeReport, frame: &LocalFrame, bodies: &[PreparedBody]) -> Result<(), DatabaseError> {
     let all = [
         ("input_volume_m3", own.input_volume_m3, POSITIVE),
@@ -268,7 +278,7 @@ pub(super) fn report(own: &BakeReport, frame: &LocalFrame, bodies: &[PreparedBod
     Err(metadata("report", reason))
 }
 
-/// Relative errors of what was learned.
+/// Checks the errors of the learned model.
 pub(super) fn quality(own: &LearnedErrors) -> Result<(), DatabaseError> {
     let all = [
         ("median_relative_error", own.median_relative_error, 0.0..=ERROR_MAX),
@@ -283,7 +293,7 @@ pub(super) fn quality(own: &LearnedErrors) -> Result<(), DatabaseError> {
     numbers("learned", &all)
 }
 
-/// Figures of the reduced bases, against the bases that are there.
+/// Checks the errors of the reduced bases against the bases.
 pub(super) fn reduction(own: &ReductionErrors, bodies: &[PreparedBody]) -> Result<(), DatabaseError> {
     let all = [
         ("energy_error_median", own.energy_error_median, 0.0..=ERROR_MAX),
@@ -306,7 +316,7 @@ pub(super) fn reduction(own: &ReductionErrors, bodies: &[PreparedBody]) -> Resul
     }
 }
 
-/// Impacts: every example is of one that was drawn.
+/// Checks that every example belongs to a drawn impact.
 pub(super) fn impacts(own: &PreparedObject) -> Result<(), DatabaseError> {
     let last = own.examples.iter().map(|example| example.impact).max();
     match last.filter(|last| *last >= own.impacts) {
@@ -317,7 +327,7 @@ pub(super) fn impacts(own: &PreparedObject) -> Result<(), DatabaseError> {
     }
 }
 
-/// Materials of triangles: named in the report, or none.
+/// Checks that materials of triangles are named in the report, or `none`.
 pub(super) fn materials(tensor: &str, own: &[u32], names: usize, none: u32) -> Result<(), DatabaseError> {
     match own.iter().position(|material| *material != none && *material as usize >= names) {
         Some(index) => {

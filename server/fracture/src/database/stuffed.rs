@@ -1,4 +1,4 @@
-//! The lattices of a bake: volume, spacings, what they keep of the surface, and what was found out about it.
+//! Lattices of a bake: volume, spacings, preserved parts of the surface, and the report about them.
 
 use super::bake_error::{BakeError, GONE_MAX};
 use super::bake_request::{BakeRequest, parameters};
@@ -12,8 +12,9 @@ use crate::lattice::{self, LatticeError, LatticeLevels, Spacings};
 use crate::pipeline::{BakeParameters, BakeReport, Preset};
 use crate::surface::{CrackSheets, InsideTest, Surface, SurfaceError, WidthSide};
 
-/// Volume, spacings, both lattices, and what was found out about them. Where nothing is inside, or too little of it is kept, the error
-/// says whether the surface is flat or a vertex is far away.
+/// Parameters, lattices and report of a bake.
+///
+/// If nothing is inside, or too little is preserved, the error names a flat surface or a distant vertex as the cause.
 pub(super) fn lattices(
     request: &BakeRequest,
     surface: &Surface,
@@ -74,7 +75,7 @@ fn stuffed(
     }
     let mut kept = volume;
     if gone.volume > lattice::VOLUME_TOLERANCE * volume {
-        // What is kept must not make up for what is not.
+        // The lattice of the kept parts must not swell to replace the volume of the lost ones.
         kept = volume - gone.volume;
         levels = stuffed(request.quality, spacings, kept)?;
         gone = lost_parts::gone(surface, &levels, volume);

@@ -1,21 +1,21 @@
-//! Which tables of an object are wanted: the others are neither looked at nor held.
+//! Selection of an object's tables. Unselected ones are neither read nor loaded.
 
 use serde::{Deserialize, Serialize};
 
-/// The tables that an object can do without.
+/// Optional tables of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tables {
-    /// Elasticity: coarser lattice, its operator to the crack lattice, reduced basis, bound.
+    /// Elasticity: coarser lattice, transfer to the crack lattice, reduced basis, bound of E_1.
     pub elastic: bool,
-    /// The lift with interior distances.
+    /// Lift of interior distances.
     pub interior: bool,
-    /// The lift with diffusion distances on the surface.
+    /// Lift of surface diffusion distances.
     pub surface_diffusion: bool,
-    /// Examples, and what was learned from them.
+    /// Examples, and the model learned from them.
     pub examples: bool,
-    /// How the input looks on the crack lattices' boundaries.
+    /// Attributes of the input on the crack lattices' boundaries.
     pub attributes: bool,
-    /// The input's own triangles.
+    /// Triangles of the input.
     pub skin: bool,
 }
 
@@ -26,11 +26,11 @@ impl Default for Tables {
 }
 
 impl Tables {
-    /// All of them.
+    /// All tables.
     pub const ALL: Self =
         Self { elastic: true, interior: true, surface_diffusion: true, examples: true, attributes: true, skin: true };
 
-    /// None of them.
+    /// No tables.
     pub const NONE: Self = Self {
         elastic: false,
         interior: false,
@@ -40,7 +40,7 @@ impl Tables {
         skin: false,
     };
 
-    /// These and those.
+    /// Union of both selections.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {
@@ -53,7 +53,7 @@ impl Tables {
         }
     }
 
-    /// Whether the tensor of this name is wanted.
+    /// True if the tensor of this name belongs to a selected table or to no table.
     pub(super) fn want(self, tensor: &str) -> bool {
         let (owner, part) = tensor.split_once('.').unwrap_or((tensor, ""));
         match owner {

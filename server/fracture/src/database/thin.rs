@@ -1,4 +1,4 @@
-//! Walls and gaps thinner than a lattice keeps: the spacing follows the walls, and what is lost all the same is said.
+//! Walls and gaps that are thin relative to the lattice: the spacing adapts to walls, and losses are reported.
 
 use super::BakeRequest;
 use super::bake_error::BakeError;
@@ -8,21 +8,24 @@ use crate::pipeline::LatticeSettings;
 use crate::surface::{Defect, DefectKind, InsideTest, LocalFrame, Surface, Width, WidthSide, Widths};
 use rayon::prelude::*;
 
-/// Widths are measured up to here, local: default spacings keep anything thicker.
+/// Largest measured width, local. Default spacings preserve anything thicker.
 pub(super) const WIDTH_MAX: f64 = 0.1;
 
-/// Share of the surface whose walls the lattice must keep at least, or the object is refused; the spacing follows the
-/// walls of that share. Thinner details, such as ears, may be lost; they are named.
+/// Share of the surface with lost walls at which a bake fails.
+///
+/// The spacing follows the thickness that the walls of this share do not exceed. The report names smaller losses.
 const SHARE: f64 = 0.25;
 
-/// Fewer samples than this are not worth a line.
+/// Smallest number of samples that is reported.
 const SAMPLES_MIN: usize = 3;
 
-/// Thickness over spacing: turned rods of 1.5 and turned plates of 1.25 were kept whole, rods of 1.25 to 97 %, plates of
-/// 1.0 to 31 %. The second is tried where the first needs too many nodes.
+/// Ratios of thickness to spacing, tried in order; the second applies if the first needs too many nodes.
+///
+/// Measured on rotated shapes: rods of ratio 1.5 and plates of ratio 1.25 were preserved completely, rods of 1.25 to 97
+/// %, plates of 1.0 to 31 %.
 const WALL_SPACINGS: [f64; 2] = [1.5, 1.25];
 
-/// Elastic and crack spacing (local): those asked for, or the defaults, made finer where walls need it.
+/// Elastic and crack spacing, local: the given ones, or the defaults, refined where walls need it.
 pub(super) fn spacings(
     request: &BakeRequest,
     volume: f64,
@@ -48,7 +51,7 @@ pub(super) fn spacings(
     Err(too_thin(thickness, chosen[1], false, frame))
 }
 
-/// Nothing inside a lattice of that spacing: the walls are too thin, if they have a thickness.
+/// The error for a lattice of this spacing without inside: walls that are too thin, if they have a measured thickness.
 pub(super) fn explain(error: LatticeError, walls: &Widths, surface: &Surface) -> BakeError {
     match error {
         LatticeError::NothingInside { spacing } if walls.quantile(SHARE) < WIDTH_MAX => {
@@ -63,8 +66,9 @@ fn too_thin(thickness: f64, spacing: f64, possible: bool, frame: &LocalFrame) ->
     BakeError::TooThin { thickness_m: thickness * frame.diagonal_m, spacing, spacing_needed, possible }
 }
 
-/// Names the walls that the crack lattice lost and the gaps that it closed; refuses where the walls of [`SHARE`] of the
-/// surface are gone.
+/// Reports the walls that the crack lattice lost and the gaps that it closed.
+///
+/// Fails if the walls of [`SHARE`] of the surface are lost.
 pub(super) fn lost(
     inside: &InsideTest,
     walls: &Widths,
@@ -75,7 +79,7 @@ pub(super) fn lost(
     let locators: Vec<Locator> = levels.bodies.iter().map(|body| Locator::new(&body.crack)).collect();
     let filled = |sample: &Width| locators.iter().any(|locator| locator.containing(&sample.middle, None).is_some());
     let spacing = levels.crack.spacing;
-    // Sharp edges are thin too, and rounded off; what is lost leaves nothing near.
+    // Sharp edges are also thin, and only rounded. Near a lost wall there is no lattice at all.
     let near = |locator: &Locator, sample: &Width| {
         locator.nearest(&sample.middle).is_some_and(|nearest| nearest.distance < 0.5 * spacing)
     };
@@ -102,7 +106,7 @@ pub(super) fn lost(
     Ok(walls.into_iter().chain(gaps).collect())
 }
 
-/// The samples that `choose` names, narrowest first.
+/// The samples accepted by `choose`, narrowest first.
 fn pick(widths: &Widths, choose: impl Fn(&Width) -> bool + Sync) -> Vec<Width> {
     let narrow = widths.samples.par_iter().filter(|sample| sample.width < WIDTH_MAX);
     narrow.filter(|sample| choose(sample)).copied().collect()
@@ -128,7 +132,7 @@ mod tests {
         bake(mesh, &request, &CancelToken::default(), &mut |_| ())
     }
 
-    /// One body of the input's volume, nothing lost, at default spacings.
+    /// Expects one body with the input's volume and without losses, at default spacings.
     fn check(mesh: RawMesh) {
         let prepared = baked(mesh, None).unwrap();
         let report = &prepared.report;

@@ -1,6 +1,6 @@
-//! κ: by how much the optimised degree exceeds the closed form.
+//! Calibration of κ, the ratio of the optimized degree to the closed form's n₀.
 //!
-//! The closed form equates all E_i; the criterion asks for the largest. Their ratio hardly depends on n once n is not
+//! The closed form assumes equal E_i; the criterion depends on the largest. Their ratio hardly depends on n unless n is
 //! small, so one number per object corrects it.
 
 use super::criterion::closed_form;
@@ -8,34 +8,35 @@ use super::curve::EnergyCurve;
 use super::slenderness::Slenderness;
 use crate::centroidal::EnergyField;
 
-/// Degrees below this are no evidence for κ: n is an integer and n₀ tends to 0.
+/// Smallest degree used for κ. Smaller ones carry little information: n is an integer, and n₀ tends to 0.
 pub const SITES_MIN: usize = 8;
 
-/// κ of an object without evidence: the median that a prototype measured on a horse. Solid boxes have 1.4.
+/// κ of an object without samples: the median measured by a prototype on a horse. Solid boxes have 1.4.
 pub const KAPPA: f64 = 2.0;
 
-/// One labelled threshold of one field.
+/// A labeled threshold of one field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CalibrationSample {
     /// n₀ of the closed form.
     pub estimate: f64,
-    /// n of the optimisation.
+    /// n of the optimization.
     pub sites: usize,
 }
 
-/// κ and how well it serves.
+/// κ and its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
-    /// The median of n/n₀.
+    /// Median of n/n₀.
     pub kappa: f64,
-    /// The median of |κ n₀ − n|/n.
+    /// Median of |κ n₀ − n|/n.
     pub error_median: f64,
     /// Number of samples.
     pub samples: usize,
 }
 
-/// One sample for each number of sites ≥ [`SITES_MIN`] that is the degree of some γ on `curve`: at the middle, in the
-/// logarithm, of the interval of γ whose degree it is.
+/// One sample for each number of sites ≥ [`SITES_MIN`] that is the degree of some γ on `curve`.
+///
+/// Its γ is the logarithmic middle of the interval with this degree.
 pub fn samples(field: &EnergyField, shape: &Slenderness, curve: &EnergyCurve) -> Vec<CalibrationSample> {
     let records = curve.points().windows(2).filter(|pair| pair[1].running_minimum < pair[0].running_minimum);
     records
@@ -47,7 +48,7 @@ pub fn samples(field: &EnergyField, shape: &Slenderness, curve: &EnergyCurve) ->
         .collect()
 }
 
-/// κ from the samples of several fields of one object; `None` without samples.
+/// Fits κ to the samples of several fields of one object; `None` without samples.
 pub fn fit_kappa(samples: &[CalibrationSample]) -> Option<Calibration> {
     let kappa = median(samples.iter().map(|sample| sample.sites as f64 / sample.estimate))?;
     let error = |sample: &CalibrationSample| (kappa * sample.estimate / sample.sites as f64 - 1.0).abs();
@@ -55,7 +56,7 @@ pub fn fit_kappa(samples: &[CalibrationSample]) -> Option<Calibration> {
     Some(Calibration { kappa, error_median, samples: samples.len() })
 }
 
-/// The middle value, or the mean of the two in the middle.
+/// The middle value, or the mean of the two middle values.
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_by(f64::total_cmp);

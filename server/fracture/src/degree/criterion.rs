@@ -1,36 +1,40 @@
-//! The threshold test and the closed-form estimate of the number of fragments.
+//! Threshold test, and closed-form estimate of the number of fragments.
 //!
-//! Based on: H. Schvartzman and M. A. Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014),
-//! for the criterion; A. Gersho, *Asymptotically optimal block quantization* (1979) and P. Zador, *Asymptotic quantization
-//! error of continuous signals and the quantization dimension* (1982) for the estimate.
+//! Based on: H. Schvartzman and M. A. Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D
+//! 2014), for the criterion; A. Gersho, *Asymptotically optimal block quantization* (1979) and P. Zador, *Asymptotic
+//! quantization error of continuous signals and the quantization dimension* (1982) for the estimate.
 //!
 //! The distance-weighted energy of a fragment is E_i = ∫ W|X − p_i|² over its cell. The fracture degree is the smallest
-//! number of fragments for which every E_i ≤ γ. Energies carry the unit of the field's masses times local length squared,
+//! number of fragments with every E_i ≤ γ. Energies and γ have the unit of the field's masses times local length
+//! squared.
 //! and γ the same.
 
 use super::slenderness::Slenderness;
 use crate::centroidal::{EnergyField, cube_root, three_fifths};
 use rayon::prelude::*;
 
-/// c = 3 G_3: dimension times the normalised second moment of the body-centered cubic lattice (Barnes and Sloane 1983), so
-/// that a region of volume V and density W holds c·W·V^(5/3) about its center.
+/// c = 3 G_3, the dimension times the normalized second moment of the body-centered cubic lattice (Barnes and Sloane
+/// 1983).
+///
+/// A region of volume V and density W then has the energy c·W·V^(5/3) about its center.
 pub const COEFFICIENT: f64 = 3.0 * 0.0785433;
 
 /// c_2 = 2 G_2, of the hexagonal tiling of the plane (Fejes Tóth 1959).
 const COEFFICIENT_PLATE: f64 = 2.0 * 0.080_187_537_387_448_2;
 
-/// c_1 = G_1, of equal pieces of a line.
+/// c_1 = G_1, of equal segments of a line.
 const COEFFICIENT_ROD: f64 = 1.0 / 12.0;
 
-/// E_1 = ∫W|X − c|² over the whole body about its center of energy c, the energy of the one fragment that it is.
+/// E_1 = ∫W|X − c|² over the whole body about its center of energy c: the energy of the body as one fragment.
 ///
-/// Exact for W constant on each node's cell: the cells' own moments are counted. Summed about the node r with the most energy, which
-/// is as near to c as the energy is spread out, in one pass, and moved to c by the parallel axis theorem: little is lost.
+/// Exact for W constant on each node's cell, because the cells' own moments are included. One pass sums about the node
+/// r with the most energy, whose distance from c is at most of the order of the energy's spread. The parallel axis
+/// theorem then shifts the sum to c with little loss of precision.
 pub fn first_moment(field: &EnergyField) -> f64 {
     let m = field.dimension();
     let most = |most: usize, node: usize| if field.mass()[node] > field.mass()[most] { node } else { most };
     let about = field.lift().at((1..field.nodes()).fold(0, most));
-    // Σ w(X − r + b) by coordinate, Σ w|X − r|² + 2 w b·(X − r) by coordinate, Σ w, Σ w m_v.
+    // Sums: w(X − r + b) by coordinate; w|X − r|² + 2 w b·(X − r) by coordinate; w; w m_v.
     let sums = in_parts(field.nodes(), 2 * m + 2, |part, sums| {
         let (levers, sums) = sums.split_at_mut(m);
         let (squares, sums) = sums.split_at_mut(m);
@@ -50,10 +54,10 @@ pub fn first_moment(field: &EnergyField) -> f64 {
     about_r - sums[..m].iter().map(|lever| lever * lever).sum::<f64>() / total
 }
 
-/// Nodes of one part.
+/// Number of nodes of one part.
 const PART: usize = 2048;
 
-/// `length` sums over `count` nodes, by parts, merged in their order: the same bits for any number of threads.
+/// `length` sums over `count` nodes, merged by parts in order: the same bits for any number of threads.
 fn in_parts(count: usize, length: usize, sum: impl Fn(usize, &mut [f64]) + Sync) -> Vec<f64> {
     let mut parts = vec![0.0; count.div_ceil(PART) * length];
     parts.par_chunks_mut(length).enumerate().for_each(|(part, sums)| sum(part, sums));
@@ -62,7 +66,9 @@ fn in_parts(count: usize, length: usize, sum: impl Fn(usize, &mut [f64]) + Sync)
     all
 }
 
-/// How evenly the energy is spread, ∫(W/W̄)^(3/5) over the volume: 1 for a uniform field, less the more it is concentrated.
+/// Evenness of the energy's distribution, ∫(W/W̄)^(3/5) over the volume: 1 for a uniform field, less for concentrated
+/// energy.
+///
 /// The closed form of a solid body is this times a power of energy over γ (ours).
 pub fn evenness(field: &EnergyField) -> f64 {
     let (mut sum, mut volume) = (0.0, 0.0);
@@ -73,17 +79,18 @@ pub fn evenness(field: &EnergyField) -> f64 {
     sum / volume
 }
 
-/// The factor on the impulse at which a body of first moment `first_moment` just breaks: √(γ/E_1), since E_1 grows with
-/// the square of the impulse.
+/// The factor on the impulse at which a body of first moment `first_moment` just breaks: √(γ/E_1).
+///
+/// E_1 is proportional to the square of the impulse.
 pub fn threshold_factor(first_moment: f64, gamma: f64) -> f64 {
     (gamma / first_moment).sqrt()
 }
 
-/// n₀, the number of equal cells of energy γ. Not rounded; about 1 or less where the body holds.
+/// n₀, the number of cells of equal energy γ, not rounded; about 1 or less if the body stays intact.
 ///
-/// In D dimensions n₀ = (c_D/γ)^(D/(D+2)) ∫W^(D/(D+2))(det g)^(1/5) dx, with W integrated over a plate's thickness
-/// (D = 2) or a rod's section (D = 1). Each formula holds where cells are larger than what it integrates over, and
-/// there it gives the largest number: the largest of the three is taken node by node (ours).
+/// In D dimensions n₀ = (c_D/γ)^(D/(D+2)) ∫W^(D/(D+2))(det g)^(1/5) dx, with W integrated over a plate's thickness (D =
+/// 2) or a rod's section (D = 1). Each formula holds for cells larger than its domain of integration, and yields the
+/// largest number there. The largest of the three is therefore taken for each node (ours).
 pub fn closed_form(field: &EnergyField, shape: &Slenderness, gamma: f64) -> f64 {
     closed_form_and_evenness(field, shape, gamma)[0]
 }
@@ -107,18 +114,18 @@ pub fn closed_form_and_evenness(field: &EnergyField, shape: &Slenderness, gamma:
     [cells, even / volume]
 }
 
-/// A number of sites, and whether the cap cut it.
+/// A number of sites, with a flag for its maximum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SiteCount {
     /// Number of sites, at least 1.
     pub sites: usize,
-    /// The criterion wanted more than the cap.
+    /// True if the criterion asks for more than the maximum.
     pub capped: bool,
 }
 
-/// The degree by the calibrated closed form: 1 iff E_1 ≤ γ, else max(2, round(κ n₀)), at most `sites_max`.
+/// The degree by the calibrated closed form: 1 if and only if E_1 ≤ γ, else max(2, round(κ n₀)), at most `sites_max`.
 ///
-/// `estimate` is n₀ of [`closed_form`], `kappa` comes from [`fit_kappa`](super::fit_kappa).
+/// `estimate` is n₀ of [`closed_form`]; `kappa` comes from [`fit_kappa`](super::fit_kappa).
 pub fn decide(first_moment: f64, gamma: f64, estimate: f64, kappa: f64, sites_max: usize) -> SiteCount {
     if first_moment <= gamma {
         return SiteCount { sites: 1, capped: false };
@@ -132,11 +139,12 @@ pub fn decide(first_moment: f64, gamma: f64, estimate: f64, kappa: f64, sites_ma
     }
 }
 
-/// The default γ in J·m²: c·W_t·d⁵ with W_t = σ_t²/(2E) the energy density at the tensile strength: a region of size d
-/// strained to its strength just holds.
+/// The default γ, J·m²: c·W_t·d⁵ with the energy density at the tensile strength, W_t = σ_t²/(2E).
 ///
-/// `youngs_pa` is E, `strength_pa` σ_t, `size_m` the reference fragment size d. Grows with the fifth power of d, so it
-/// belongs to an object, not to a material.
+/// A region of size d strained to its strength just stays intact. γ grows with the fifth power of d, so it belongs to an
+/// object rather than to a material.
+///
+/// `youngs_pa` is E, `strength_pa` is σ_t, `size_m` is the reference fragment size d.
 pub fn reference_gamma(youngs_pa: f64, strength_pa: f64, size_m: f64) -> f64 {
     COEFFICIENT * strength_pa * strength_pa / (2.0 * youngs_pa) * size_m.powi(5)
 }

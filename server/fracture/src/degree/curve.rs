@@ -1,8 +1,8 @@
-//! E_max(n): the largest cell energy of the best diagram of n sites, and the degree that it gives.
+//! E_max(n), the largest cell energy of the best diagram of n sites, and the degree that follows from it.
 //!
-//! The smallest n whose diagram passes γ is noise: one start passes where the next fails. So the degree is the first n at
-//! which the running minimum of E_max passes, over numbers of sites and starts that do not depend on γ: it never falls
-//! when γ does.
+//! The smallest n whose diagram passes γ is noisy: one start passes and the next fails. The degree is therefore the
+//! first n at which the running minimum of E_max passes. The numbers of sites and the starts do not depend on γ, so the
+//! degree never decreases when γ does.
 
 use super::criterion::{self, SiteCount};
 use crate::cancel_token::{CancelToken, Cancelled};
@@ -10,10 +10,10 @@ use crate::centroidal::{
     self, Diagram, DiagramOptions, DiagramWorkspace, EnergyField, ITERATIONS_MAX, StopCondition, TOLERANCE,
 };
 
-/// How a curve is sampled. None of it may depend on γ.
+/// Sampling of a curve, independent of γ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveOptions {
-    /// The cap on the number of sites; clamped to 1 ..= nodes.
+    /// Largest number of sites; clamped to 1 ..= nodes.
     pub sites_max: usize,
     /// Starts per number of sites, of which the best counts; at least 1.
     pub starts: u32,
@@ -21,7 +21,7 @@ pub struct CurveOptions {
     pub seed: u64,
     /// Tolerance of the diagrams, as in [`DiagramOptions`].
     pub tolerance: f64,
-    /// Iterations of the diagrams at most.
+    /// Largest number of iterations of the diagrams.
     pub iterations_max: usize,
 }
 
@@ -31,22 +31,22 @@ impl Default for CurveOptions {
     }
 }
 
-/// One number of sites.
+/// One point of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurvePoint {
-    /// n.
+    /// Number of sites n.
     pub sites: usize,
     /// E_max(n), the smallest of its starts.
     pub energy_max: f64,
-    /// The largest of its starts: how far luck goes.
+    /// E_max(n), the largest of its starts, which shows the scatter between starts.
     pub energy_max_worst: f64,
-    /// The start that gave `energy_max`.
+    /// Start with the smallest `energy_max`.
     pub start: u32,
-    /// The smallest `energy_max` up to here.
+    /// Smallest `energy_max` of all points up to this one.
     pub running_minimum: f64,
 }
 
-/// E_max(n) of one field, evaluated from small n on and only as far as it was asked for.
+/// E_max(n) of one field, evaluated lazily by ascending n.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnergyCurve {
     options: CurveOptions,
@@ -63,13 +63,15 @@ impl EnergyCurve {
         Self { options, sites_max: options.sites_max.clamp(1, field.nodes()), points: vec![whole] }
     }
 
-    /// The points so far, by rising number of sites.
+    /// The points so far, by ascending number of sites.
     pub fn points(&self) -> &[CurvePoint] {
         &self.points
     }
 
-    /// Evaluates further points of `field`, the one that the curve was made for, until the running minimum passes `gamma`
-    /// or the cap is reached; with γ = 0, all of them.
+    /// Evaluates points until the running minimum passes `gamma` or the number of sites its maximum; with γ = 0, all
+    /// points.
+    ///
+    /// `field` must be that of [`Self::new`].
     ///
     /// # Errors
     /// [`Cancelled`] once the token is; the points so far stay.
@@ -83,8 +85,10 @@ impl EnergyCurve {
         self.extend_until(field, gamma, &mut &*token, workspace, &mut |_, _| ())
     }
 
-    /// As [`Self::extend`]; `show` sees the diagram of every start that is the best so far of its number of sites, `stop` every descent:
-    /// once it has no time for another one, the points are those so far.
+    /// As [`Self::extend`], with callbacks.
+    ///
+    /// `show` receives the diagram of every start that is the best so far of its number of sites. `stop` observes every
+    /// descent; once it has no time for another one, the points so far remain.
     ///
     /// # Errors
     /// As [`Self::extend`].
@@ -121,7 +125,8 @@ impl EnergyCurve {
         Ok(())
     }
 
-    /// The degree at `gamma` from the points so far, and the start of its best diagram; the cap if they do not reach it.
+    /// The degree at `gamma` from the points so far, and the start of its best diagram; the maximum if they do not
+    /// pass.
     pub fn degree(&self, gamma: f64) -> (SiteCount, u32) {
         match self.points.iter().find(|point| point.running_minimum <= gamma) {
             Some(point) => (SiteCount { sites: point.sites, capped: false }, point.start),
@@ -134,7 +139,7 @@ impl EnergyCurve {
 }
 
 impl CurvePoint {
-    /// Whether it is the best start so far.
+    /// Adds a start; returns true if it is the best so far.
     fn record(&mut self, start: u32, energy_max: f64) -> bool {
         let best = energy_max < self.energy_max;
         if best {
@@ -147,7 +152,7 @@ impl CurvePoint {
 }
 
 impl CurveOptions {
-    /// The diagram that belongs to one start of one number of sites.
+    /// The options of the diagram for one start and number of sites.
     pub(crate) fn diagram(&self, sites: usize, start: u32) -> DiagramOptions {
         let Self { seed, tolerance, iterations_max, .. } = *self;
         DiagramOptions { sites, seed, start, tolerance, iterations_max }
@@ -159,24 +164,25 @@ pub(super) fn grid(sites_max: usize) -> impl Iterator<Item = usize> {
     std::iter::successors(Some(1), move |sites| next_sites(*sites, sites_max))
 }
 
-/// The number of sites after `sites`: every integer up to 16, then a tenth more each time, the cap last.
+/// The number of sites after `sites`: every integer up to 16, then steps of a tenth, the maximum last.
 fn next_sites(sites: usize, sites_max: usize) -> Option<usize> {
     let next = if sites < 16 { sites + 1 } else { sites + sites.div_ceil(10) };
     (sites < sites_max).then(|| next.min(sites_max))
 }
 
-/// What the full optimisation found.
+/// Result of the full optimization.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OptimizedDegree {
     /// The degree, from a grid of every integer up to 16 and steps of a tenth beyond.
     pub degree: SiteCount,
-    /// The curve as far as it was needed.
+    /// The curve as far as it was evaluated.
     pub curve: EnergyCurve,
     /// The best diagram of that many sites.
     pub diagram: Diagram,
 }
 
-/// The fracture degree of `field` at γ = `gamma`, by evaluating diagrams until one passes; `None` once `stop` has no time for another.
+/// The fracture degree of `field` at γ = `gamma`, by evaluating diagrams until one passes; `None` if `stop` runs out of
+/// time.
 ///
 /// # Errors
 /// [`Cancelled`] once the token is.

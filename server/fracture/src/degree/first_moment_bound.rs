@@ -1,44 +1,50 @@
-//! Reach: how large E_1 can be per unit of energy, wherever in the body the energy is.
+//! First-moment bound: the largest E_1 per unit of energy, for any distribution of the energy in the body.
 //!
-//! Based on: M. Bădoiu & K. L. Clarkson, *Smaller core-sets for balls* (SODA 2003), for a center that little is far from. The bound
-//! is ours.
+//! Based on: M. Bădoiu & K. L. Clarkson, *Smaller core-sets for balls* (SODA 2003), for a center close to all points.
+//! The bound is ours.
 //!
-//! E_1 = Σ w_v q_v(c), with w_v the energies of the nodes, raised to the floor of a field, q_v(p) = |X_v − p|² + 2 b_v·(X_v − p) + m_v
-//! the mean of |X − p|² over node v's cell, and c the center of energy. As a function of p the sum is least at c, where its gradient
-//! −2 Σ w_v (X_v + b_v − p) vanishes. So for every p, with U the energy before it was raised,
+//! E_1 = Σ w_v q_v(c), where
+//!
+//! - w_v are the energies of the nodes, raised to the floor of a field;
+//! - q_v(p) = |X_v − p|² + 2 b_v·(X_v − p) + m_v is the mean of |X − p|² over node v's cell;
+//! - c is the center of energy.
+//!
+//! As a function of p the sum is least at c, where its gradient −2 Σ w_v (X_v + b_v − p) vanishes. So for every p, with
+//! U the energy before the floor was applied,
 //!
 //! E_1 ≤ Σ w_v q_v(p) ≤ Σ w_v · max q_v(p) ≤ (1 + [`FLOOR`]) U · max q_v(p),
 //!
-//! since no w_v is raised by more than FLOOR times the mean density times the node's volume.
+//! because no w_v is raised by more than FLOOR times the mean density times the node's volume.
 
 use crate::centroidal::FLOOR;
 use crate::lift::LiftedLattice;
 use std::ops::RangeInclusive;
 
-/// Steps of the center; the largest q_v is then within some per cent of the least possible.
+/// Number of steps of the center. The largest q_v is then within a few percent of its minimum.
 const STEPS: usize = 64;
 
-/// Steps of the check of a stored reach.
+/// Number of steps in the check of a stored bound.
 const CHECK_STEPS: usize = 8;
 
-/// What rounding may leave between a reach and its range, relative.
+/// Relative rounding error allowed between a bound and its range.
 const CHECK_TOLERANCE: f64 = 1e-6;
 
-/// (1 + FLOOR) · max q_v(p) about a good p: E_1 of a body is at most this times its energy. Local length squared.
+/// (1 + FLOOR) · max q_v(p) about a nearly optimal p, local length squared. E_1 of a body is at most this times its
+/// energy.
 pub fn reach(lift: &LiftedLattice) -> f64 {
     (1.0 + FLOOR) * *enclosed(lift, STEPS).end()
 }
 
-/// A range that contains [`reach`], in a fraction of its time: for values that were stored.
+/// A range that contains [`reach`], computed in a fraction of its time, to check stored values.
 ///
-/// From below by the mean of q_v over the nodes that were farthest, about the center where it is least: no center has a smaller
-/// maximum. From above by the first steps of [`reach`].
+/// The lower end is the mean of q_v over the nodes that were farthest, about the center where that mean is least; no
+/// center has a smaller maximum. The upper end follows from the first steps of [`reach`].
 pub fn reach_range(lift: &LiftedLattice) -> RangeInclusive<f64> {
     let all = enclosed(lift, CHECK_STEPS);
     (1.0 - CHECK_TOLERANCE) * (1.0 + FLOOR) * all.start()..=(1.0 + CHECK_TOLERANCE) * (1.0 + FLOOR) * all.end()
 }
 
-/// Bounds from below and above of the least max q_v(p), after so many steps.
+/// Lower and upper bound of the minimum over p of max q_v(p), after this many steps.
 fn enclosed(lift: &LiftedLattice, steps: usize) -> RangeInclusive<f64> {
     let m = lift.dimension;
     let offset = |node: usize| &lift.first_moment[node * m..][..m];

@@ -1,8 +1,9 @@
-//! The fracture degree: how many fragments a strain energy field makes.
+//! The fracture degree: the number of fragments for a strain energy field.
 //!
-//! [`first_moment`] says whether the body breaks at all, [`reach`] how large it can be, [`closed_form`] and [`decide`] how often at no cost, a trained
-//! [`PoseNetwork`] how often by what examples taught, [`optimise`] how often by the criterion itself; [`verify`] begins at a guess,
-//! and [`fit_kappa`] reconciles closed form and criterion.
+//! - [`first_moment`] is E_1, which decides whether the body breaks; [`reach`] bounds it.
+//! - [`closed_form`] and [`decide`] estimate the degree at almost no cost, a trained [`PoseNetwork`] from examples.
+//! - [`optimise`] computes it by the criterion itself; [`verify`] does so from an estimate.
+//! - [`fit_kappa`] calibrates the closed form to the criterion.
 
 mod calibrate;
 mod criterion;

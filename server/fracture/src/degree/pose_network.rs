@@ -1,8 +1,9 @@
-//! The learned degree: a Gaussian radial basis function network from a field's descriptor to the number of fragments.
+//! Learned degree: a Gaussian radial basis function network from a field's descriptor to the number of fragments.
 //!
-//! Based on: Schvartzman & Otaduy (I3D 2014), section 3: a radial basis function network learns the fracture degree from
-//! examples. D. S. Broomhead & D. Lowe, *Multivariable functional interpolation and adaptive networks* (1988): centers and
-//! linear weights; ridge and leave-one-out as in M. J. L. Orr, *Introduction to radial basis function networks* (1996).
+//! Based on: Schvartzman & Otaduy (I3D 2014), section 3: a radial basis function network learns the fracture degree
+//! from examples. D. S. Broomhead & D. Lowe, *Multivariable functional interpolation and adaptive networks* (1988):
+//! centers and linear weights. Ridge and leave-one-out as in M. J. L. Orr, *Introduction to radial basis function
+//! networks* (1996).
 
 use super::training_sample::TrainingSample;
 use crate::memory::held;
@@ -10,76 +11,79 @@ use crate::random::RandomStream;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use std::collections::HashMap;
 
-/// What choices of centers, width (over the spread of the descriptors) and ridge are compared.
+/// Candidate numbers of centers, widths (over the spread of the descriptors) and ridges, all compared in training.
 const CENTERS: [usize; 4] = [4, 8, 16, 32];
 const WIDTHS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 const RIDGES: [f64; 4] = [1e-4, 1e-2, 1e-1, 1.0];
 
-/// Sweeps of k-means.
+/// Largest number of k-means iterations.
 const SWEEPS: usize = 50;
 
-/// A descriptor is within reach if it lies no farther from the nearest lesson than this share of the lessons lie from the nearest
-/// lesson of another example: as far as errors were measured.
+/// Quantile of the distances from a sample to the nearest sample of another example that sets the range of the network.
+///
+/// Errors were measured up to such distances.
 const REACHED: f64 = 0.95;
 
-/// Lessons over which that is taken.
+/// Number of samples used for that quantile.
 const REACH_SAMPLE: usize = 2000;
 
-/// Least reach, standardised: lessons may be all alike.
+/// Smallest range, standardized, for samples that are all equal.
 const REACH_MIN: f64 = 1e-9;
 
-/// Fewer examples teach nothing.
+/// Smallest number of examples for training.
 pub const EXAMPLES_MIN: usize = 8;
 
-/// A trained network, and the lessons that it was trained on: how far a query is from them.
+/// A trained network, with its training samples, from which it computes a query's distance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoseNetwork {
     /// Mean of the descriptors, one entry per component.
     pub mean: Vec<f64>,
-    /// Their spread, likewise.
+    /// Standard deviation of the descriptors, one entry per component.
     pub spread: Vec<f64>,
-    /// Centers in standardised descriptors, row by row.
+    /// Centers, standardized, row by row.
     pub centers: Vec<f64>,
     /// Weights: constant, one per component, one per center.
     pub weights: Vec<f64>,
-    /// Width of the bells, standardised.
+    /// Width of the Gaussians, standardized.
     pub width: f64,
-    /// Distance from the nearest lesson, standardised, up to which a prediction counts.
+    /// Range: the largest distance from the nearest sample, standardized, at which a prediction is valid.
     pub reach: f64,
-    /// Standardised descriptors of all lessons, row by row.
+    /// Standardized descriptors of all samples, row by row.
     known: Vec<f64>,
 }
 
-/// What a network says.
+/// Prediction of a network.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prediction {
-    /// The target.
+    /// Predicted target.
     pub value: f64,
-    /// 1 on an example, e^(−1/2) at the end of the reach, 0 far away.
+    /// Confidence: 1 at a sample, e^(−1/2) at the end of the range, 0 far away.
     pub confidence: f64,
-    /// Whether the examples reach this far.
+    /// True within the range of the samples.
     pub within_reach: bool,
 }
 
-/// A network and how well it does on examples that were left out.
+/// A network with its cross-validation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrainedNetwork {
-    /// The network, trained on all lessons.
+    /// Network trained on all samples.
     pub network: PoseNetwork,
-    /// What it says of each lesson when the lesson's whole example is left out.
+    /// Prediction for each sample by a network trained without the sample's example.
     pub left_out: Vec<f64>,
 }
 
-/// Trains on `lessons`, choosing centers, width and ridge by the mean absolute error with each example left out. `None`: too
-/// few lessons, or all alike. A lesson that is there twice counts once: left out with one example it would still be told by the
-/// other.
+/// Trains on `lessons` with the centers, width and ridge of the smallest mean absolute error in leave-one-example-out
+/// cross-validation.
+///
+/// `None` with too few samples, or if all are equal. Duplicate samples count once; otherwise a sample left out with one
+/// example would remain in another.
 pub fn train(lessons: &[TrainingSample], seed: u64) -> Option<TrainedNetwork> {
     let (firsts, places) = distinct(lessons);
     let TrainedNetwork { network, left_out } = trained(&firsts, seed)?;
     Some(TrainedNetwork { network, left_out: places.into_iter().map(|place| left_out[place]).collect() })
 }
 
-/// The lessons without repetitions, and for every lesson the place of its like among them.
+/// The samples without duplicates, and for every sample its index among them.
 fn distinct(lessons: &[TrainingSample]) -> (Vec<TrainingSample>, Vec<usize>) {
     let (mut firsts, mut known) = (Vec::new(), HashMap::new());
     let place = |lesson: &TrainingSample| {
@@ -93,7 +97,7 @@ fn distinct(lessons: &[TrainingSample]) -> (Vec<TrainingSample>, Vec<usize>) {
     (firsts, places)
 }
 
-/// [`train`] on lessons of which none is there twice.
+/// [`train`] on samples without duplicates.
 fn trained(lessons: &[TrainingSample], seed: u64) -> Option<TrainedNetwork> {
     let columns = lessons.first()?.descriptor.len();
     let (mean, spread) = moments(lessons, columns);
@@ -125,18 +129,18 @@ fn trained(lessons: &[TrainingSample], seed: u64) -> Option<TrainedNetwork> {
 }
 
 impl PoseNetwork {
-    /// A network of these numbers (see its fields; `scales` are width and reach) that knows no lesson yet.
+    /// A network with these parameters (see its fields; `scales` are width and range), without training samples.
     pub fn new(mean: Vec<f64>, spread: Vec<f64>, centers: Vec<f64>, weights: Vec<f64>, scales: [f64; 2]) -> Self {
         Self { mean, spread, centers, weights, width: scales[0], reach: scales[1], known: Vec::new() }
     }
 
-    /// Bytes that it holds.
+    /// Memory, bytes.
     pub fn bytes(&self) -> usize {
         let Self { mean, spread, centers, weights, known, width: _, reach: _ } = self;
         held(mean) + held(spread) + held(centers) + held(weights) + held(known)
     }
 
-    /// The same network, knowing the descriptors of `lessons` only: for one whose numbers were stored.
+    /// The same network with the descriptors of `lessons`, for one whose parameters were stored.
     #[must_use]
     pub fn knowing(mut self, lessons: &[TrainingSample]) -> Self {
         let firsts = distinct(lessons).0;
@@ -157,7 +161,7 @@ impl PoseNetwork {
     }
 }
 
-/// Mean and standard deviation of each component; 1 where all are alike.
+/// Mean and standard deviation of each component; 1 for a constant component.
 fn moments(lessons: &[TrainingSample], columns: usize) -> (Vec<f64>, Vec<f64>) {
     let count = lessons.len() as f64;
     let mean = |of: &dyn Fn(&TrainingSample) -> f64| lessons.iter().map(of).sum::<f64>() / count;
@@ -174,7 +178,7 @@ fn standardised(descriptor: &[f64], mean: &[f64], spread: &[f64]) -> Vec<f64> {
     descriptor.iter().zip(mean).zip(spread).map(|((x, mean), spread)| (x - mean) / spread).collect()
 }
 
-/// How far the lessons reach: see [`REACHED`].
+/// Range of the network: see [`REACHED`].
 fn reach(rows: &[f64], columns: usize, examples: &[usize]) -> f64 {
     let all: Vec<(&[f64], usize)> = rows.chunks(columns).zip(examples.iter().copied()).collect();
     let nearest = |(row, example): &(&[f64], usize)| {
@@ -190,7 +194,7 @@ fn squared(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
 }
 
-/// A row per descriptor: 1, the descriptor itself, a bell per center.
+/// Design matrix, one row per descriptor: 1, the descriptor itself, a Gaussian per center.
 fn design(rows: &[f64], columns: usize, centers: &[f64], width: f64) -> DMatrix<f64> {
     let basis = |row: &[f64]| -> Vec<f64> {
         let bells = centers.chunks(columns).map(|center| (-0.5 * squared(row, center) / (width * width)).exp());
@@ -201,8 +205,9 @@ fn design(rows: &[f64], columns: usize, centers: &[f64], width: f64) -> DMatrix<
     DMatrix::from_row_slice(rows.len() / columns, width, &entries)
 }
 
-/// Ridge regression, and what it says of each lesson without the lessons of the same example: with H the hat matrix and b
-/// an example's lessons, residuals (1 − H_bb)⁻¹ r_b. Lessons of one example follow each other.
+/// Ridge regression, with leave-one-example-out predictions. Samples of one example are consecutive.
+///
+/// With the hat matrix H and the samples b of an example, its residuals are (1 − H_bb)⁻¹ r_b.
 fn solve(
     design: &DMatrix<f64>,
     targets: &DVector<f64>,
@@ -210,7 +215,7 @@ fn solve(
     ridge: f64,
 ) -> Option<(Vec<f64>, Vec<f64>)> {
     let mut normal = design.transpose() * design;
-    // The constant is not held back.
+    // The constant has no penalty.
     (1..normal.ncols()).for_each(|k| normal[(k, k)] += ridge);
     let factor = Cholesky::new(normal)?;
     let weights = factor.solve(&(design.transpose() * targets));
@@ -226,8 +231,10 @@ fn solve(
     Some((weights.iter().copied().collect(), left_out))
 }
 
-/// Centers of `count` clusters, row by row, from a start that follows from `seed`: the next center is drawn with
-/// probability proportional to the squared distance from those before (Arthur & Vassilvitskii 2007).
+/// Centers of `count` clusters, row by row, from a start determined by `seed`.
+///
+/// The probability of each next start center is proportional to the squared distance from the previous ones (Arthur &
+/// Vassilvitskii 2007).
 fn k_means(rows: &[f64], columns: usize, count: usize, seed: u64) -> Vec<f64> {
     let mut stream = RandomStream::new(seed, count as u64);
     let all: Vec<&[f64]> = rows.chunks(columns).collect();
@@ -265,7 +272,7 @@ fn k_means(rows: &[f64], columns: usize, count: usize, seed: u64) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Twenty examples of ten lessons each of a smooth function of two variables.
+    /// Twenty examples of ten samples each of a smooth function of two variables.
     fn lessons(function: fn(f64, f64) -> f64) -> Vec<TrainingSample> {
         let mut stream = RandomStream::new(3, 0);
         (0..200)
@@ -345,6 +352,6 @@ mod tests {
         assert_eq!(train(&lessons(curved)[..70], 1), None);
         let alike: Vec<TrainingSample> =
             (0..40).map(|example| TrainingSample { example, descriptor: vec![1.0, 2.0], target: 0.5 }).collect();
-        assert_eq!(train(&alike, 1), None, "one lesson, forty times");
+        assert_eq!(train(&alike, 1), None, "one sample, forty times");
     }
 }

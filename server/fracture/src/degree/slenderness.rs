@@ -1,16 +1,18 @@
-//! How thick a body is where it is thin: cells larger than a plate's thickness tile a surface, those larger than a rod's
-//! section tile a line, and fewer of them hold the same energy than the formula for solids says.
+//! Thickness and cross-section of slender bodies.
+//!
+//! Cells larger than a plate's thickness tile a surface, and cells larger than a rod's
+//! section tile a line. The formula for solids then overestimates the number of cells of equal energy.
 
 use crate::centroidal::cube_root;
 use crate::lattice::Lattice;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
-/// What the closed form needs to know of a body's shape, in local units.
+/// Measures of a body's shape for the closed form, in local units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slenderness {
-    /// Thickness τ: that of the square plate of the same volume and surface area, V^(1/3) where there is none.
+    /// Thickness τ of the square plate with the same volume and surface area; V^(1/3) without such a plate.
     pub thickness: f64,
-    /// Section A: volume over length, the length that of the box with the same second moments.
+    /// Section A: volume over length, the latter that of the box with the same second moments.
     pub section: f64,
 }
 
@@ -38,7 +40,7 @@ fn thickness(volume: f64, surface: f64) -> f64 {
     volume / below
 }
 
-/// Length of the box whose second moments are the body's: √(12 λ) with λ the largest variance of position.
+/// Length of the box with the body's second moments: √(12 λ) with the largest variance of position λ.
 fn length(lattice: &Lattice, volume: f64) -> f64 {
     let (mut mean, mut square) = (Vector3::zeros(), Matrix3::zeros());
     for tet in 0..lattice.tets.len() {

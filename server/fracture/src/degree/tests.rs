@@ -1,4 +1,4 @@
-//! The criterion beside analytic values, and the promises of the optimisation.
+//! Analytic values of the criterion, and properties of the optimization.
 
 use super::*;
 use crate::cancel_token::CancelToken;
@@ -21,7 +21,7 @@ impl Case {
         Self { lift: LiftedLattice::euclidean(lattice), volumes, mass }
     }
 
-    /// A blow on one of the body's corners, faces or edges: W falls off from `from` with the width `width`.
+    /// Energy of an impact at `from`: W falls off with the distance over the width `width`.
     fn blow(lattice: &Lattice, from: [f64; 3], width: f64) -> Self {
         Self::new(lattice, |node| 1.0 / ((node - Point3::from(from)).norm_squared() + width * width).powi(2))
     }
@@ -154,7 +154,7 @@ proptest! {
     }
 }
 
-/// Within a factor: concentrated energy has a small E_1 but a tail to divide.
+/// The bound is a factor: concentrated energy has a small E_1, but a tail that must be divided.
 #[test]
 fn the_largest_energy_falls_with_the_five_thirds_power_of_the_number_of_sites() {
     for (from, width) in [([0.5, 0.5, 0.5], 0.4), ([0.0, 0.0, 0.5], 0.2), ([0.0, 0.0, 0.0], 10.0)] {
@@ -188,8 +188,8 @@ fn one_factor_reconciles_the_closed_form_with_the_optimisation() {
     assert_eq!(fit_kappa(&[]), None);
 }
 
-/// Smallest and largest n/n₀ over the degrees n of a blow in the middle of a body, by the closed form and by that for
-/// solids alone.
+/// Smallest and largest n/n₀ over the degrees n of an impact in the middle of a body, by the closed form and by that
+/// for solids only.
 fn ratios(lattice: &Lattice, sites: std::ops::Range<usize>) -> [[f64; 2]; 2] {
     let shape = Slenderness::of(lattice);
     let solid = Slenderness { thickness: 1e6, section: 1e6 };

@@ -1,31 +1,31 @@
-//! What is learned: how far the degree is from the closed form, given how the energy is spread.
+//! Training data: the ratio of the degree to the closed form's n₀, as a function of the energy's distribution.
 //!
-//! Ours (method of the house, section 5): the target is ln(n/(1 + n₀)), the descriptor ln n₀, ln E_1/γ and the logarithm of the
-//! field's evenness. The three tell how much energy there is, how far it is spread, and how concentrated it is: the closed form
-//! makes one number of them. Measured on the bunny (200 examples, 100 impacts held out): median error 6.9 % without the
-//! evenness, 5.6 % with it, nine of ten within 17 % and 14 %.
+//! Ours (section 5 of the method). The target is ln(n/(1 + n₀)). The descriptor is ln n₀, ln E_1/γ and the logarithm of
+//! the field's evenness. These measure the amount of the energy, its extent and its concentration, which the closed
+//! form combines into one number. Measured on the bunny (200 examples, 100 held-out impacts): median error 6.9 %
+//! without the evenness and 5.6 % with it; 90th percentile 17 % and 14 %.
 
-/// One labelled field at one threshold.
+/// A labeled field at one threshold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrainingSample {
-    /// Which example it comes from: its lessons are left out together.
+    /// Index of the example. All samples of an example are left out together.
     pub example: usize,
-    /// What is known before the degree is; the same length for all.
+    /// Input of the network; the same length for all samples.
     pub descriptor: Vec<f64>,
-    /// What is to be learned.
+    /// Output to be learned.
     pub target: f64,
 }
 
-/// Components of [`descriptor`].
+/// Number of components of [`descriptor`].
 pub const DESCRIPTOR_LENGTH: usize = 3;
 
-/// The descriptor of a field: `estimate` is n₀, the moment E_1 and γ are in one unit, `evenness` is
-/// [`evenness`](super::evenness). All positive.
+/// The descriptor of a field. `estimate` is n₀, `evenness` is [`evenness`](super::evenness), E_1 and γ have the same
+/// unit; all positive.
 pub fn descriptor(estimate: f64, first_moment: f64, evenness: f64, gamma: f64) -> Vec<f64> {
     vec![estimate.ln(), (first_moment / gamma).ln(), evenness.ln()]
 }
 
-/// ln(n/(1 + n₀)).
+/// The target ln(n/(1 + n₀)).
 pub fn target(sites: f64, estimate: f64) -> f64 {
     (sites / (1.0 + estimate)).ln()
 }

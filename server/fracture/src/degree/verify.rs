@@ -1,26 +1,27 @@
-//! A guess of the degree, made to hold: from the guess up or down the curve's own grid to where γ is passed.
+//! Verification of an estimated degree: a search from the estimate up or down the curve's grid until γ is passed.
 
 use super::criterion::SiteCount;
 use super::curve::{CurveOptions, grid};
 use crate::cancel_token::Cancelled;
 use crate::centroidal::{self, Diagram, DiagramWorkspace, EnergyField, StopCondition};
 
-/// A number of sites whose diagram passes, next to one whose does not.
+/// A number of sites whose diagram passes γ, next to one whose diagram does not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VerifiedDegree {
-    /// The degree; capped where even the cap does not pass.
+    /// The degree, `capped` if even the maximum does not pass.
     pub degree: SiteCount,
-    /// The diagram that passed, or the cap's, or the last that there was time for.
+    /// The diagram that passed, that of the maximum, or the last computed in time.
     pub diagram: Diagram,
-    /// Whether `stop` let it come to its end.
+    /// True if the search completed in time.
     pub finished: bool,
 }
 
-/// The smallest n of the curve's grid from `guess` downwards whose best diagram passes γ, or from `guess` upwards the first that
-/// does. E_1 > γ is taken for granted: at least 2.
+/// Searches the curve's grid: down from `guess` to the smallest n that still passes γ, or up from `guess` to the first
+/// n that passes.
 ///
-/// `stop` sees every descent; once it says that there is no time for another one, the degree is the last one tried, at first `guess`.
-/// The result may differ from the optimised degree where E_max(n) is not monotone: that one is the first to pass from below.
+/// Requires E_1 > γ; the degree is at least 2. `stop` observes every descent. Once it has no time for another one, the
+/// degree is the last one tried, at first `guess`. The result may differ from the optimized degree if E_max(n) is not
+/// monotone, because that is the first n from below that passes.
 ///
 /// # Errors
 /// [`Cancelled`] once the token is.

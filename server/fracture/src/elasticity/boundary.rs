@@ -1,48 +1,50 @@
-//! The boundary of a lattice as a triangle mesh of its own, for contacts.
+//! Boundary of a lattice as a triangle mesh of its own, for contacts and rays.
 
 use crate::lattice::Lattice;
 use crate::memory::held;
 use crate::triangle::closest_point;
 use nalgebra::Point3;
 
-/// Boundary nodes, densely renumbered, and their faces.
+/// Boundary nodes, numbered consecutively, and their faces.
 #[derive(Clone, Debug)]
 pub struct BoundaryNodes {
     /// Lattice node of each boundary node, ascending.
     pub nodes: Vec<u32>,
-    /// Positions of the boundary nodes, local.
+    /// Position of each boundary node, local.
     pub positions: Vec<Point3<f64>>,
-    /// A third of the area of the faces around each boundary node, local.
+    /// Area of each boundary node: a third of that of the faces around it; local.
     pub areas: Vec<f64>,
     /// Boundary nodes of each face.
     pub faces: Vec<[u32; 3]>,
-    /// Where the faces around each node start in `incident`; one more than nodes.
+    /// Start of each node's faces in `incident`; length nodes + 1.
     starts: Vec<u32>,
+    /// Faces around each node, node after node.
     incident: Vec<u32>,
-    /// Boxes of every [`GROUP`] faces, low and high corner. Lattices name their tetrahedra row by row, so that faces named one after
-    /// the other are near each other.
+    /// Bounding box of every [`GROUP`] consecutive faces: low and high corner.
+    ///
+    /// Lattices number their tetrahedra row by row, so consecutive faces are near each other.
     boxes: Vec<[Point3<f64>; 2]>,
 }
 
-/// Faces in a box.
+/// Number of faces per box.
 const GROUP: usize = 32;
 
-/// Part of a distance by which rounding may make a box seem too far.
+/// Relative rounding error by which a box may seem too far.
 const SLACK: f64 = 1e-9;
 
-/// The boundary point nearest to some point.
+/// Nearest boundary point to a given point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NearestBoundaryPoint {
-    /// The face that it lies on.
+    /// Face that contains it.
     pub face: usize,
-    /// Local.
+    /// Position, local.
     pub place: Point3<f64>,
-    /// From the point asked for, local.
+    /// Distance from the given point, local.
     pub distance: f64,
 }
 
 impl BoundaryNodes {
-    /// Of `lattice`.
+    /// Extracts the boundary of `lattice`.
     pub fn new(lattice: &Lattice) -> Self {
         let outer = lattice.boundary();
         let mut nodes: Vec<u32> = outer.iter().flat_map(|face| face.nodes).collect();
@@ -62,35 +64,35 @@ impl BoundaryNodes {
         Self { nodes, positions, areas, faces, starts, incident, boxes }
     }
 
-    /// Bytes that it holds.
+    /// Bytes of memory that it holds.
     pub fn bytes(&self) -> usize {
         let Self { nodes, positions, areas, faces, starts, incident, boxes } = self;
         held(nodes) + held(positions) + held(areas) + held(faces) + held(starts) + held(incident) + held(boxes)
     }
 
-    /// The faces of each box, and the box.
+    /// Each box with the range of its faces.
     pub(super) fn groups(&self) -> impl Iterator<Item = (std::ops::Range<usize>, &[Point3<f64>; 2])> {
         let faces = |group: usize| group * GROUP..(group * GROUP + GROUP).min(self.faces.len());
         self.boxes.iter().enumerate().map(move |(group, bounds)| (faces(group), bounds))
     }
 
-    /// The faces around boundary node `node`.
+    /// Faces around boundary node `node`.
     pub fn around(&self, node: u32) -> &[u32] {
         &self.incident[self.starts[node as usize] as usize..self.starts[node as usize + 1] as usize]
     }
 
-    /// The three positions of face `face`.
+    /// Corner positions of face `face`, local.
     pub fn corners(&self, face: usize) -> [Point3<f64>; 3] {
         self.faces[face].map(|node| self.positions[node as usize])
     }
 
-    /// The boundary point nearest to `point`; the lowest face wins ties. `None` if there are no faces.
+    /// Nearest boundary point to `point`; the lowest face wins ties. `None` if there are no faces.
     pub fn nearest(&self, point: &Point3<f64>) -> Option<NearestBoundaryPoint> {
         let bounds = || self.boxes.iter().map(|bounds| distance_squared(point, bounds));
         let (likely, _) = bounds().enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
         let mut best = self.nearest_in(point, likely, None);
         for (group, bound) in bounds().enumerate() {
-            // Of no number it is not known that it is farther.
+            // The comparison is false for NaN, so a box at an unknown distance is searched.
             let farther = best.is_some_and(|best| bound * (1.0 - SLACK) > best.distance * best.distance);
             if group != likely && !farther {
                 best = self.nearest_in(point, group, best);
@@ -99,7 +101,7 @@ impl BoundaryNodes {
         best
     }
 
-    /// The nearer of `best` and the nearest of the faces of one box.
+    /// Nearer of `best` and the nearest point on the faces of one box.
     fn nearest_in(
         &self,
         point: &Point3<f64>,
@@ -108,7 +110,7 @@ impl BoundaryNodes {
     ) -> Option<NearestBoundaryPoint> {
         for face in group * GROUP..(group * GROUP + GROUP).min(self.faces.len()) {
             let place = closest_point(&self.corners(face), point);
-            // Overflow far outside gives no number: that far is infinitely far.
+            // Overflow far outside yields NaN, which counts as infinitely far.
             let distance = (place - point).norm().min(f64::INFINITY);
             if best.is_none_or(|best| (distance, face) < (best.distance, best.face)) {
                 best = Some(NearestBoundaryPoint { face, place, distance });
@@ -118,7 +120,7 @@ impl BoundaryNodes {
     }
 }
 
-/// The box of some faces.
+/// Bounding box of faces.
 fn around_faces(positions: &[Point3<f64>], faces: &[[u32; 3]]) -> [Point3<f64>; 2] {
     let mut bounds = [f64::INFINITY, f64::NEG_INFINITY].map(|end| Point3::new(end, end, end));
     for corner in faces.iter().flatten().map(|node| &positions[*node as usize]) {
@@ -127,7 +129,7 @@ fn around_faces(positions: &[Point3<f64>], faces: &[[u32; 3]]) -> [Point3<f64>; 
     bounds
 }
 
-/// From `point` to a box, 0 inside.
+/// Squared distance from `point` to a box; 0 inside.
 fn distance_squared(point: &Point3<f64>, [low, high]: &[Point3<f64>; 2]) -> f64 {
     let clamped = point.coords.sup(&low.coords).inf(&high.coords);
     (point.coords - clamped).norm_squared()
@@ -145,7 +147,7 @@ fn around(nodes: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
 mod tests {
     use super::*;
 
-    /// As a look at every face.
+    /// Compares with a search of every face.
     fn check(boundary: &BoundaryNodes, point: Point3<f64>) {
         let mut plain: Option<NearestBoundaryPoint> = None;
         for face in 0..boundary.faces.len() {

@@ -1,19 +1,23 @@
-//! Floor: how stiff a free body is at least; and so how much energy a load can store in it at most, without a solve.
+//! Lower bound of a free body's stiffness, and so an upper bound of the energy that a load can store, without a solve.
 //!
-//! Based on: J. J. Sylvester's law of inertia, for counting eigenvalues (B. N. Parlett, *The Symmetric Eigenvalue Problem*, 1980,
-//! section 3.3). The bound of the energy, and its weights, are ours.
+//! Based on: J. J. Sylvester's law of inertia, for counting eigenvalues (B. N. Parlett, *The Symmetric Eigenvalue
+//! Problem*, 1980, section 3.3). The bound of the energy and its weights are our own.
 //!
-//! Let W be a positive diagonal, K φ_k = λ_k W φ_k with φ_j'Wφ_k = δ_jk, λ_1 = … = λ_6 = 0 the rigid motions and all others
-//! positive (the body is no mechanism). K − σW is congruent to diag(λ_k − σ), so the number of its negative pivots is that of the
-//! λ_k below σ; where σ > 0 and that number is 6, λ_k ≥ σ for k > 6. What is factored is K − σW + E, and eigenvalues of K + E are
-//! off by ‖W^(−½)EW^(−½)‖ at most (Weyl), which [`Signature`] bounds and the floor is lowered by. A load in equilibrium does no work
-//! on rigid motions, φ_k'f = 0 for k ≤ 6, so with c_k = φ_k'f
+//! Let W be a positive diagonal and K φ_k = λ_k W φ_k with φ_j'Wφ_k = δ_jk. λ_1 = … = λ_6 = 0 belong to the rigid
+//! motions, and all others are positive, because the body is no mechanism. K − σW is congruent to diag(λ_k − σ), so the
+//! number of its negative pivots is that of the λ_k below σ. If σ > 0 and that number is 6, then λ_k ≥ σ for k > 6.
 //!
-//! U = ½ f'K⁺f = ½ Σ_{k>6} c_k²/λ_k ≤ ½ Σ_{k>6} c_k²/σ = ½ f'W⁻¹f/σ,
+//! The factored matrix is K − σW + E. Eigenvalues of K + E differ by at most ‖W^(−½)EW^(−½)‖ (Weyl). [`Signature`]
+//! bounds this norm, and the bound is lowered by it.
 //!
-//! since f = Σ c_k Wφ_k. Any W will do. Contacts load the surface: with the lumped masses alone a boundary node has half a
-//! spacing's depth to carry its share, and the bound grows as the lattice is refined; W has a layer of [`LAYER`] volumes over area
-//! more there.
+//! A load in equilibrium does no work on rigid motions, φ_k'f = 0 for k ≤ 6. With c_k =
+//! φ_k'f and f = Σ c_k Wφ_k follows
+//!
+//! U = ½ f'K⁺f = ½ Σ_{k>6} c_k²/λ_k ≤ ½ Σ_{k>6} c_k²/σ = ½ f'W⁻¹f/σ.
+//!
+//! Any W is valid. Contacts load the surface. With lumped masses alone, a boundary node carries its share on half a
+//! spacing of depth, and the bound grows as the lattice is refined. So W has on the boundary an additional layer of
+//! [`LAYER`] · volume / area.
 
 use super::{ElasticWorkspace, Elasticity, ElasticityError, Support};
 use crate::cancel_token::CancelToken;
@@ -22,33 +26,36 @@ use crate::random::RandomStream;
 use crate::sparse::{Signature, SymmetricMatrix};
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-/// Depth of the layer that the surface counts for beside the masses, in volumes over area. On cubes, plates and bars the bound over
-/// the energy is least for 0.5 to 2.
+/// Depth of the boundary layer that is added to the masses, in volume over area.
+///
+/// On cubes, plates and bars, the ratio of bound to energy is smallest for 0.5 to 2.
 const LAYER: f64 = 1.0;
 
-/// Most sweeps of inverse iteration for the estimate …
+/// Largest number of sweeps of inverse iteration for the estimate.
 const SWEEPS_MAX: usize = 40;
 
-/// … which ends where a sweep lowers it by less than this part of it.
+/// Relative decrease of the estimate below which the iteration stops.
 const SETTLED: f64 = 2e-3;
 
-/// Shares of the estimate that are tried, the best first.
+/// Shares of the estimate that are tried as the bound, the best first.
 const SHARES: [f64; 4] = [0.95, 0.8, 0.5, 0.2];
 
-/// Rigid motions of a body.
+/// Number of rigid motions of a body.
 const RIGID: usize = 6;
 
-/// A lower bound of the stiffness of a free body against any load in equilibrium.
+/// Lower bound of the stiffness of a free body against loads in equilibrium.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EigenvalueLowerBound {
-    /// At most the smallest positive λ with K φ = λ W φ; local.
+    /// Lower bound of the smallest positive λ with K φ = λ W φ; local.
     value: f64,
-    /// 1/w by node.
+    /// 1/w of each node.
     compliance: Vec<f64>,
 }
 
 impl EigenvalueLowerBound {
-    /// That of `body`; `None` for a body that is held, and where no bound was found. Takes some solves and a factor.
+    /// Computes the bound of `body`. `None` for an anchored body, and if no bound was found.
+    ///
+    /// Takes several solves and a factorization.
     ///
     /// # Errors
     /// Those of [`Elasticity::factor`] and [`Elasticity::solve`], [`ElasticityError::Cancelled`].
@@ -73,13 +80,15 @@ impl EigenvalueLowerBound {
         Ok(None)
     }
 
-    /// From what [`Self::value`] said of `body`.
+    /// Restores the bound of `body` from its [`Self::value`].
     pub fn stored(body: &Elasticity, value: f64) -> Self {
         Self { value, compliance: weights(body).into_iter().map(f64::recip).collect() }
     }
 
-    /// What no floor of `body` exceeds: the least Rayleigh quotient of smooth motions without rigid part, which is at least the
-    /// smallest positive λ. Takes a product with the stiffness for each.
+    /// Upper limit of any valid bound of `body`.
+    ///
+    /// It is the least Rayleigh quotient of smooth motions without rigid part, and so at least the smallest positive λ.
+    /// Takes one product with the stiffness per motion.
     pub fn most(body: &Elasticity) -> f64 {
         let weights = weights(body);
         let rigid = rigid(body, &weights);
@@ -94,24 +103,26 @@ impl EigenvalueLowerBound {
             let stored: f64 = motion.iter().zip(&forces).map(|(u, f)| u * f).sum();
             let square = |(own, weight): (&[f64], &f64)| own.iter().map(|u| u * u).sum::<f64>() * weight;
             let square: f64 = motion.chunks_exact(3).zip(&weights).map(square).sum();
-            // A ratio of zeros is no number and changes nothing.
+            // The ratio of zeros is NaN, which `min` ignores.
             least = least.min(stored / square);
         }
         least
     }
 
-    /// The bound itself.
+    /// Value of the bound; local.
     pub fn value(&self) -> f64 {
         self.value
     }
 
-    /// ½ f'W⁻¹f/σ, local: at least the energy that `forces` (three per node, in equilibrium) store. One pass.
+    /// Upper bound of the energy that `forces` store, ½ f'W⁻¹f/σ; local.
+    ///
+    /// `forces` (three per node) must be in equilibrium. Takes one pass.
     pub fn energy(&self, forces: &[f64]) -> f64 {
         let node = |(compliance, own): (&f64, &[f64])| own.iter().map(|f| f * f).sum::<f64>() * compliance;
         0.5 * self.compliance.iter().zip(forces.chunks_exact(3)).map(node).sum::<f64>() / self.value
     }
 
-    /// Bytes that it holds.
+    /// Bytes of memory that it holds.
     pub fn bytes(&self) -> usize {
         held(&self.compliance)
     }
@@ -127,7 +138,7 @@ fn weights(body: &Elasticity) -> Vec<f64> {
     weights
 }
 
-/// An estimate, from above, of the smallest positive λ with K φ = λ W φ, by inverse iteration.
+/// Estimate, from above, of the smallest positive λ with K φ = λ W φ, by inverse iteration.
 fn softest(body: &Elasticity, weights: &[f64], token: &CancelToken) -> Result<f64, ElasticityError> {
     let mut stream = RandomStream::new(0, 1);
     let mut motion: Vec<f64> = (0..body.size()).map(|_| stream.uniform() - 0.5).collect();
@@ -154,7 +165,7 @@ fn softest(body: &Elasticity, weights: &[f64], token: &CancelToken) -> Result<f6
     Ok(softest)
 }
 
-/// (R'WR)⁻¹, R the rigid motions about the center of mass: linear x, y, z, angular x, y, z. Zero where it is singular.
+/// (R'WR)⁻¹ with R the rigid motions about the center of mass: linear x, y, z, angular x, y, z. Zero if it is singular.
 fn rigid(body: &Elasticity, weights: &[f64]) -> Matrix6<f64> {
     let mut gram = Matrix6::zeros();
     for (node, weight) in weights.iter().enumerate() {
@@ -164,7 +175,7 @@ fn rigid(body: &Elasticity, weights: &[f64]) -> Matrix6<f64> {
     gram.try_inverse().unwrap_or_else(Matrix6::zeros)
 }
 
-/// Displacement at `arm`: a stretch along one axis, or a bend of axis `by` towards axis `along`.
+/// Smooth displacement at `arm`: a stretch along one axis, or a bend of axis `by` toward axis `along`.
 fn smooth(along: usize, by: usize, arm: Vector3<f64>) -> Vector3<f64> {
     let mut motion = Vector3::zeros();
     if along == by {
@@ -176,13 +187,15 @@ fn smooth(along: usize, by: usize, arm: Vector3<f64>) -> Vector3<f64> {
     motion
 }
 
-/// What the rigid motions move a node at `arm` by.
+/// Displacements of a node at `arm` under the six rigid motions.
 fn motions(arm: Vector3<f64>) -> [Vector3<f64>; RIGID] {
     let axis = |k: usize| Vector3::ith(k, 1.0);
     std::array::from_fn(|k| if k < 3 { axis(k) } else { axis(k - 3).cross(&arm) })
 }
 
-/// Takes its rigid part out of `motion`, in the inner product of the weights: what the weights make of it is then in equilibrium.
+/// Removes the rigid part of `motion` in the inner product of the weights.
+///
+/// W times the result is then in equilibrium.
 fn remove_rigid_motion(body: &Elasticity, weights: &[f64], rigid: &Matrix6<f64>, motion: &mut [f64]) {
     for _ in 0..2 {
         let mut net = Vector6::zeros();

@@ -1,4 +1,4 @@
-//! The linear tetrahedron and the isotropic law.
+//! Linear tetrahedron and isotropic material law.
 //!
 //! Based on: T. J. R. Hughes, *The Finite Element Method* (1987), sections 2.7 and 3.I.
 
@@ -15,7 +15,7 @@ pub struct Lame {
 }
 
 impl Lame {
-    /// Of Poisson's ratio `poisson`, −1 < ν < ½.
+    /// Constants for Poisson's ratio `poisson`, −1 < ν < ½.
     pub fn new(poisson: f64) -> Self {
         Self { lambda: poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)), mu: 0.5 / (1.0 + poisson) }
     }
@@ -26,12 +26,12 @@ impl Lame {
 pub struct Element {
     /// ∇φ of the four nodes, 1/local length.
     pub gradients: [Vector3<f64>; 4],
-    /// Local.
+    /// Volume, local.
     pub volume: f64,
 }
 
 impl Element {
-    /// `None` unless the volume is positive and finite.
+    /// Computes volume and gradients of tetrahedron `tet`. `None` unless the volume is positive and finite.
     pub fn new(lattice: &Lattice, tet: usize) -> Option<Self> {
         let edges = lattice.edge_matrix(tet);
         let volume = edges.determinant() / 6.0;
@@ -40,7 +40,7 @@ impl Element {
         Some(Self { gradients: [-(b + c + d), b, c, d], volume })
     }
 
-    /// The 3 × 3 stiffness block between nodes `i` and `j`: V (λ ∇φ_i ∇φ_jᵀ + μ ∇φ_j ∇φ_iᵀ + μ (∇φ_i·∇φ_j) I).
+    /// Stiffness block (3 × 3) between nodes `i` and `j`: V (λ ∇φ_i ∇φ_jᵀ + μ ∇φ_j ∇φ_iᵀ + μ (∇φ_i·∇φ_j) I).
     pub fn stiffness(&self, i: usize, j: usize, lame: Lame) -> Matrix3<f64> {
         let (a, b) = (&self.gradients[i], &self.gradients[j]);
         let dyad = a * b.transpose();

@@ -1,4 +1,4 @@
-//! Strain energy per tetrahedron.
+//! Strain energy of tetrahedra.
 
 use super::element::{Element, Lame};
 use super::strain::Strain;
@@ -11,24 +11,24 @@ use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Tetrahedra side by side.
+/// Number of tetrahedra per SIMD block.
 const SIDE: usize = 4;
 
-/// Tetrahedra between two looks at the token: a multiple of [`SIDE`].
+/// Number of tetrahedra between two checks of the token; a multiple of [`SIDE`].
 const CHUNK: usize = 2048;
 
-/// Which part of the strain energy drives cracks.
+/// Part of the strain energy that drives cracks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DrivingEnergy {
-    /// All of it, ½ σ:ε.
+    /// The whole energy, ½ σ:ε.
     #[default]
     Total,
-    /// The tensile part of the spectral split (Miehe et al. 2010): compression drives nothing.
+    /// The tensile part of the spectral split (Miehe et al. 2010). Compression does not drive cracks.
     Tensile,
 }
 
-/// What strains need of all tetrahedra: no matrix is inverted while an impact waits.
+/// Gradients and volumes of all tetrahedra, computed once so that a request inverts no matrix.
 #[derive(Debug)]
 pub(super) struct Elements {
     blocks: Vec<Block>,
@@ -37,21 +37,22 @@ pub(super) struct Elements {
 /// Three vectors of each of [`SIDE`] tetrahedra.
 type Triple = [[SimdLanes<SIDE>; 3]; 3];
 
-/// [`SIDE`] tetrahedra; those that are missing in the last block are zero.
+/// Block of [`SIDE`] tetrahedra. Missing ones in the last block are zero.
 #[derive(Clone, Debug)]
 struct Block {
-    /// ∇φ of the second, third and fourth node, that of the first being less their sum; 1/local length.
+    /// ∇φ of the second, third and fourth node, in 1/local length. That of the first is minus their sum.
     gradients: Triple,
-    /// Local.
+    /// Volumes, local.
     volumes: SimdLanes<SIDE>,
 }
 
 impl Elements {
+    /// Packs the elements into SIMD blocks.
     pub(super) fn new(elements: &[Element]) -> Self {
         Self { blocks: elements.chunks(SIDE).map(Block::new).collect() }
     }
 
-    /// Bytes that they hold.
+    /// Bytes of memory that they hold.
     pub(super) fn bytes(&self) -> usize {
         held(&self.blocks)
     }
@@ -68,10 +69,10 @@ impl Block {
         Self { gradients, volumes: lanes(&|element| element.volume) }
     }
 
-    /// ε of the tetrahedra `tets`.
+    /// Strains ε of the tetrahedra `tets`.
     #[inline(always)]
     fn strain(&self, tets: &[[u32; 4]], displacement: &[f64]) -> Strain<SIDE> {
-        // By edge, then by component.
+        // Indexed by edge, then by component.
         let mut edges = [[SimdLanes::all(0.0); 3]; 3];
         for (lane, tet) in tets.iter().enumerate().take(SIDE) {
             let first = &displacement[3 * tet[0] as usize..][..3];
@@ -89,13 +90,13 @@ impl Block {
     }
 }
 
-/// ∂u_i/∂x_j from the edges' displacements and the gradients of their ends.
+/// ∂u_i/∂x_j from the displacements along the edges and the gradients of their ends.
 #[inline(always)]
 fn derivative(edges: &Triple, gradients: &Triple, i: usize, j: usize) -> SimdLanes<SIDE> {
     edges[0][i] * gradients[0][j] + edges[1][i] * gradients[1][j] + edges[2][i] * gradients[2][j]
 }
 
-/// Energies of some consecutive tetrahedra.
+/// Kernel that computes the energies of consecutive tetrahedra.
 struct Energies<'a> {
     lame: Lame,
     driving: DrivingEnergy,
@@ -131,8 +132,10 @@ impl NullaryFnOnce for Energies<'_> {
 }
 
 impl Elasticity {
-    /// ∫ W over each tetrahedron into `energies` (length `lattice.tets.len()`), from `displacement` (length 3 · nodes).
-    /// With [`DrivingEnergy::Total`] their sum is ½ f·u.
+    /// Computes ∫ W over each tetrahedron.
+    ///
+    /// `displacement` has length 3 · nodes. `energies` is resized to `lattice.tets.len()`. With
+    /// [`DrivingEnergy::Total`] the energies sum to ½ f·u.
     ///
     /// # Errors
     /// [`ElasticityError::OtherLattice`], [`ElasticityError::Cancelled`].

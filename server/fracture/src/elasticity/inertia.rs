@@ -1,7 +1,8 @@
-//! Inertia relief: the d'Alembert forces of the rigid acceleration that a load gives to a free body.
+//! Inertia relief: d'Alembert forces of the rigid acceleration that a load causes in a free body.
 //!
-//! The acceleration a(x) = a₀ + α × (x − c) is linear in x, so its consistent forces ∫ φ_i a(x) dx need only two
-//! integrals per node, m_i = ∫ φ_i and s_i = ∫ φ_i (x − c): f_i = m_i a₀ + α × s_i. They are exact for linear tetrahedra.
+//! The acceleration a(x) = a₀ + α × (x − c) is linear in x, so its consistent forces ∫ φ_i a(x) dx
+//! need only two integrals per node, m_i = ∫ φ_i and s_i = ∫ φ_i (x − c): f_i = m_i a₀ + α × s_i. They
+//! are exact for linear tetrahedra.
 
 use crate::lattice::Lattice;
 use crate::memory::held;
@@ -11,18 +12,18 @@ use nalgebra::{Matrix3, Vector3};
 #[derive(Clone, Debug)]
 pub struct Inertia {
     volume: f64,
-    /// x_i − c.
+    /// Node positions relative to the center of mass, x_i − c.
     arms: Vec<Vector3<f64>>,
-    /// m_i, sum = volume.
+    /// Nodal masses m_i; their sum is the volume.
     masses: Vec<f64>,
-    /// s_i, sum = 0.
+    /// Nodal first moments s_i; their sum is 0.
     moments: Vec<Vector3<f64>>,
     /// Inverse of the inertia tensor about c.
     compliance: Matrix3<f64>,
 }
 
 impl Inertia {
-    /// `None` if the body has no volume.
+    /// Computes the mass distribution. `None` if the body has no volume.
     pub fn new(lattice: &Lattice) -> Option<Self> {
         let masses = lattice.node_volumes();
         let volume: f64 = masses.iter().sum();
@@ -43,7 +44,7 @@ impl Inertia {
         Some(Self { volume, arms, masses, moments, compliance })
     }
 
-    /// Net force and net torque about the center of mass of `forces` (three components per node).
+    /// Net force, and net torque about the center of mass, of `forces` (three components per node).
     pub fn net(&self, forces: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
         let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
         for (arm, own) in self.arms.iter().zip(forces.chunks_exact(3)) {
@@ -54,17 +55,17 @@ impl Inertia {
         (force, torque)
     }
 
-    /// Bytes that it holds.
+    /// Bytes of memory that it holds.
     pub fn bytes(&self) -> usize {
         held(&self.arms) + held(&self.masses) + held(&self.moments)
     }
 
-    /// Subtracts the inertial forces of `forces`, so that net force and torque vanish.
+    /// Subtracts the inertial forces that `forces` cause, so that net force and torque vanish.
     pub fn relieve(&self, forces: &mut [f64]) {
         self.balance(&self.acceleration(self.net(forces)), forces);
     }
 
-    /// The rigid acceleration, linear and angular, that the `applied` forces cause.
+    /// Rigid acceleration, linear and angular, that the `applied` forces cause.
     pub fn acceleration_of(&self, applied: &[(u32, Vector3<f64>)]) -> [Vector3<f64>; 2] {
         let add = |(force, torque): (Vector3<f64>, Vector3<f64>), (node, own): &(u32, Vector3<f64>)| {
             (force + own, torque + self.arms[*node as usize].cross(own))
@@ -72,20 +73,23 @@ impl Inertia {
         self.acceleration(applied.iter().fold((Vector3::zeros(), Vector3::zeros()), add))
     }
 
-    /// Subtracts the inertial forces of `acceleration`, which is that of `forces`. The second pass removes what the rounding of the
-    /// first left, which is all there is when the load was nothing but a rigid acceleration.
+    /// Subtracts the inertial forces of `acceleration`, the acceleration that `forces` cause.
+    ///
+    /// A second pass removes the rounding error of the first. That error is all that remains of a load that equals a
+    /// rigid acceleration.
     pub fn balance(&self, acceleration: &[Vector3<f64>; 2], forces: &mut [f64]) {
         let rest = self.acceleration(self.subtract(forces, acceleration));
         self.subtract(forces, &rest);
     }
 
-    /// The rigid acceleration, linear and angular, under a net force and torque.
+    /// Rigid acceleration, linear and angular, under a net force and torque.
     fn acceleration(&self, (force, torque): (Vector3<f64>, Vector3<f64>)) -> [Vector3<f64>; 2] {
         [force / self.volume, self.compliance * torque]
     }
 
-    /// Subtracts the inertial forces of an acceleration; net force and torque of what is left. Inlined, so that who needs no sums pays
-    /// for none.
+    /// Subtracts the inertial forces of an acceleration, and returns net force and torque of the rest.
+    ///
+    /// Inlined, so that callers that ignore the sums do not compute them.
     #[inline(always)]
     fn subtract(&self, forces: &mut [f64], acceleration: &[Vector3<f64>; 2]) -> (Vector3<f64>, Vector3<f64>) {
         let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
@@ -98,17 +102,17 @@ impl Inertia {
         (force, torque)
     }
 
-    /// m_i of node `node`.
+    /// Mass m_i of node `node`.
     pub fn mass(&self, node: usize) -> f64 {
         self.masses[node]
     }
 
-    /// Where node `node` is, relative to the center of mass.
+    /// Position of node `node` relative to the center of mass.
     pub fn arm(&self, node: usize) -> Vector3<f64> {
         self.arms[node]
     }
 
-    /// The inertial force on node `node` under an acceleration, linear and angular.
+    /// Inertial force on node `node` under an acceleration, linear and angular.
     pub fn force(&self, node: usize, [linear, angular]: &[Vector3<f64>; 2]) -> Vector3<f64> {
         linear * self.masses[node] + angular.cross(&self.moments[node])
     }

@@ -1,59 +1,65 @@
-//! Contacts to nodal forces.
+//! Nodal forces of contacts.
 
 use super::{ElasticWorkspace, Elasticity, ElasticityError, Support};
 use nalgebra::{Point3, Vector3};
 
-/// The contact radius is raised to this many spacings (mean edge length of the lattice): a narrower bell falls between
-/// the nodes, and its energy would be the lattice's, not the body's.
+/// Smallest contact radius in spacings (mean edge length of the lattice). Smaller radii are raised to it.
 ///
-/// Measured error of the energy of one contact on a block, against a lattice three times as fine, over five places
-/// between the nodes: up to 43 % at 0.5 spacings, 8 % at 0.75, 2.5 % at 1, 1 % at 1.25.
+/// A narrower bell lies between the nodes, and its energy depends on the lattice instead of the body. Measured error of
+/// the energy of one contact on a block, against a lattice three times as fine, over five places between the nodes: up
+/// to 43 % at 0.5 spacings, 8 % at 0.75, 2.5 % at 1, 1 % at 1.25.
 pub const RADIUS_SPACINGS_MIN: f64 = 1.0;
 
-/// Weights are cut off beyond this many contact radii.
+/// Radius, in contact radii, beyond which weights are cut off.
 const CUT_RADII: f64 = 3.0;
 
-/// One contact. Its peak force is spread over the boundary with weight area · (exp(−ρ²/2r²) − exp(−9/2)), ρ ≤ 3r, ρ
-/// measured along the boundary from the boundary point nearest to `point`. A point deep inside, equally near to several
-/// parts of the boundary, touches one of them.
+/// Contact of an impact.
+///
+/// Its peak force is spread over the boundary with weight area · (exp(−ρ²/2r²) − exp(−9/2)), ρ ≤ 3r. ρ is measured
+/// along the boundary from the boundary point nearest to `point`. A point deep inside that is equally near to several
+/// parts of the boundary touches one of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLoad {
-    /// Where, local; at most `radius` away from the boundary.
+    /// Position, local; at most `radius` away from the boundary.
     pub point: Point3<f64>,
     /// Direction and relative magnitude of the peak force.
     pub impulse: Vector3<f64>,
-    /// r, local, > 0.
+    /// Contact radius r, local, positive.
     pub radius: f64,
 }
 
-/// How a contact was applied.
+/// Contact as it was applied.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AppliedContact {
-    /// The boundary point nearest to the contact, local.
+    /// Boundary point nearest to the contact, local.
     pub place: Point3<f64>,
-    /// From the contact to it, local.
+    /// Distance from the contact to that point, local.
     pub distance: f64,
-    /// The radius in effect, local: the one asked for, [`RADIUS_SPACINGS_MIN`] spacings, or the way to the nearest node,
-    /// whichever is greatest.
+    /// Effective radius, local.
+    ///
+    /// It is the largest of the requested radius, [`RADIUS_SPACINGS_MIN`] spacings, and the
+    /// distance to the nearest node.
     pub radius: f64,
 }
 
 /// Nodal forces of an impact.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NodalLoad {
-    /// Three components per node; in equilibrium if the body is free. Empty until [`Elasticity::balance`].
+    /// Three components per node, in equilibrium if the body is free. Empty until [`Elasticity::balance`].
     pub forces: Vec<f64>,
-    /// One per contact.
+    /// Applied contacts, one per contact of the impact.
     pub touches: Vec<AppliedContact>,
-    /// What the contacts apply: node and force, by node.
+    /// Forces that the contacts apply: (node, force), ordered by node.
     pub applied: Vec<(u32, Vector3<f64>)>,
-    /// The rigid acceleration, linear and angular, whose inertial forces are subtracted; zero unless the body is free.
+    /// Rigid acceleration, linear and angular, whose inertial forces are subtracted. Zero unless the body is free.
     pub acceleration: [Vector3<f64>; 2],
 }
 
 impl Elasticity {
-    /// The forces of all `contacts` together into `load`, and for a free body the inertial forces of the rigid
-    /// acceleration that they cause, so that net force and torque vanish to rounding.
+    /// Writes the nodal forces of all `contacts` together to `load`.
+    ///
+    /// For a free body these include the inertial forces of the rigid acceleration that the contacts cause, so net
+    /// force and torque vanish to rounding.
     ///
     /// # Errors
     /// [`ElasticityError::NoContacts`], [`ElasticityError::NonFinitePoint`], [`ElasticityError::NonFiniteImpulse`],
@@ -70,8 +76,9 @@ impl Elasticity {
         Ok(())
     }
 
-    /// As [`Self::load`], but no nodal forces, which [`Self::balance`] adds where they are needed: what a reduced displacement is
-    /// found from is all there.
+    /// As [`Self::load`], but without the nodal forces.
+    ///
+    /// A reduced displacement does not need them; [`Self::balance`] adds them for a solve.
     ///
     /// # Errors
     /// Those of [`Self::load`].
@@ -94,7 +101,7 @@ impl Elasticity {
             load.applied.extend(workspace.weights.iter().map(|(node, weight)| (*node, contact.impulse * *weight)));
             load.touches.push(touch);
         }
-        // By node, so that what cancels is exactly nothing.
+        // Sorted by node, so that opposite forces cancel exactly.
         load.applied.sort_by_key(|(node, _)| *node);
         load.applied.dedup_by(|next, own| {
             let same = next.0 == own.0;
@@ -107,7 +114,7 @@ impl Elasticity {
         Ok(())
     }
 
-    /// Writes the nodal forces of what `load` applies, if they are not there yet.
+    /// Writes the nodal forces of the applied contacts, unless they are already present.
     pub fn balance(&self, load: &mut NodalLoad) {
         if !load.forces.is_empty() {
             return;
@@ -127,16 +134,18 @@ impl Elasticity {
     /// # Panics
     /// If the length does not fit the body.
     pub fn relieve(&self, forces: &mut [f64]) {
-        assert_eq!(forces.len(), self.size(), "three components per node");
+        assert_eq!(forces.len(), self.size(), "forces has three components per node");
         self.inertia.relieve(forces);
     }
 
-    /// Distance from `point` to the boundary, local, inside and outside alike: which body a contact belongs to.
+    /// Distance from `point` to the boundary, local, inside or outside. It selects the body that a contact belongs to.
     pub fn distance(&self, point: &Point3<f64>) -> f64 {
         self.boundary.nearest(point).map_or(f64::INFINITY, |nearest| nearest.distance)
     }
 
-    /// Finds where `contact` touches and fills the workspace with (lattice node, weight), weights summing to 1.
+    /// Finds the boundary point that `contact` touches, and fills the workspace with (lattice node, weight).
+    ///
+    /// The weights sum to 1.
     fn reach(
         &self,
         index: usize,
@@ -148,7 +157,7 @@ impl Elasticity {
             let (distance, radius) = (nearest.distance, contact.radius);
             return Err(ElasticityError::TooFar { contact: index, distance, radius });
         }
-        // On lattices made elsewhere a face may be larger than the spacing; a corner of it must carry the load.
+        // On imported lattices a face may be larger than the spacing; one of its corners must carry the load.
         let corners = self.boundary.corners(nearest.face);
         let corner = corners.iter().map(|corner| (corner - nearest.place).norm()).fold(f64::INFINITY, f64::min);
         let radius = contact.radius.max(RADIUS_SPACINGS_MIN * self.spacing).max(corner);
@@ -164,7 +173,7 @@ impl Elasticity {
     }
 }
 
-/// exp(−t²/2) less its value at the cut, so that a node that just enters the patch does not jump.
+/// exp(−t²/2) less its value at the cut, so that a node's weight starts at 0 when it enters the patch.
 fn pulse_shape(t: f64) -> f64 {
     ((-0.5 * t * t).exp() - (-0.5 * CUT_RADII * CUT_RADII).exp()).max(0.0)
 }

@@ -1,34 +1,34 @@
-//! Distance along the boundary from one of its points, as far as it is needed.
+//! Geodesic distance along the boundary from one of its points, up to a limit.
 //!
-//! Based on: R. Kimmel & J. A. Sethian, *Computing geodesic paths on manifolds* (PNAS 95, 1998), Dijkstra's front with an
-//! update across triangles, done here by unfolding the source into the triangle's plane (M. Novotni & R. Klein,
-//! *Computing geodesic distances on triangular meshes*, WSCG 2002). Right and obtuse angles can let a node be reached
-//! before both corners that its distance comes from, so distances are corrected as long as they improve. Exact within a
-//! plane; never longer than along edges.
+//! Based on: R. Kimmel & J. A. Sethian, *Computing geodesic paths on manifolds* (PNAS 95, 1998): Dijkstra's front with
+//! an update across triangles. The update unfolds the source into the triangle's plane (M. Novotni & R. Klein,
+//! *Computing geodesic distances on triangular meshes*, WSCG 2002). With right and obtuse angles, the front may reach a
+//! node before both corners that its distance comes from, so distances are corrected as long as they improve. Exact
+//! within a plane; never longer than along edges.
 
 use super::boundary::{BoundaryNodes, NearestBoundaryPoint};
 use nalgebra::Point3;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Improvements below this fraction of the limit are rounding, not a shorter way.
+/// Relative improvement, over the limit, below which a shorter path counts as rounding.
 const IMPROVEMENT_MIN: f64 = 1e-13;
 
-/// The front and what it has reached; reused from one contact to the next.
+/// Front and the nodes that it reached; reused between contacts.
 #[derive(Clone, Debug, Default)]
 pub struct LoadFront {
-    /// Per boundary node; infinite where the front did not come.
+    /// Distance of each boundary node; infinite if not reached.
     distances: Vec<f64>,
     /// Nodes with a finite distance.
     seen: Vec<u32>,
-    /// Nodes within the limit with their distances, by node.
+    /// Nodes within the limit and their distances, ordered by node.
     reached: Vec<(u32, f64)>,
-    /// Bits of non-negative floats order like the floats.
+    /// Queue by distance. The bits of non-negative floats have the order of the floats.
     heap: BinaryHeap<Reverse<(u64, u32)>>,
 }
 
 impl LoadFront {
-    /// Boundary nodes within `limit` of `source` along the boundary with their distances, ordered by node.
+    /// Boundary nodes within `limit` of `source` along the boundary, with their distances, ordered by node.
     pub fn run(&mut self, boundary: &BoundaryNodes, source: &NearestBoundaryPoint, limit: f64) -> &[(u32, f64)] {
         self.reset(boundary.nodes.len());
         let slack = IMPROVEMENT_MIN * limit;
@@ -90,8 +90,10 @@ impl LoadFront {
     }
 }
 
-/// The distance of `target` from the source that lies at distances `known` from `base`, unfolded into the plane of the
-/// triangle, on the other side of the base; `None` if the straight way does not cross the base.
+/// Distance of `target` from a source at distances `known` from the ends of `base`.
+///
+/// The source is unfolded into the plane of the triangle, on the other side of the base. `None` if the straight path
+/// does not cross the base.
 fn unfold(base: [Point3<f64>; 2], known: [f64; 2], target: Point3<f64>) -> Option<f64> {
     let edge = base[1] - base[0];
     let length = edge.norm();
@@ -101,7 +103,7 @@ fn unfold(base: [Point3<f64>; 2], known: [f64; 2], target: Point3<f64>) -> Optio
     let source_x = (known[0] * known[0] - known[1] * known[1] + length * length) / (2.0 * length);
     let source_y = (known[0] * known[0] - source_x * source_x).max(0.0).sqrt();
     let crossing = source_x + (x - source_x) * source_y / (source_y + y);
-    // Lengths are local: their squares neither overflow nor vanish.
+    // Lengths are local, so their squares neither overflow nor underflow.
     let way = (x - source_x) * (x - source_x) + (y + source_y) * (y + source_y);
     (crossing >= 0.0 && crossing <= length).then(|| way.sqrt())
 }

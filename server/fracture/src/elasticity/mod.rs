@@ -1,7 +1,8 @@
 //! Quasi-static linear elasticity: from contacts to the strain energy of every tetrahedron.
 //!
-//! One impact is `load` → `solve` → `tet_energy`. Young's modulus is 1 and forces are relative: with forces in newtons,
-//! lengths in meters and Young's modulus E, displacements and energies of this room are divided by E.
+//! An impact runs `load` → `solve` → `tet_energy`. Young's modulus is 1 and forces are relative. With
+//! forces in newtons, lengths in meters and Young's modulus E, displacements and energies of this module
+//! are those values divided by E.
 //!
 //! Based on: T. J. R. Hughes, *The Finite Element Method* (1987), linear tetrahedra, section 3.I; C. Miehe, M. Hofacker
 //! & F. Welschinger, *A phase field model for rate-independent crack propagation* (CMAME 199, 2010), equation 20, for
@@ -39,8 +40,9 @@ pub use solve::{NARROW_RESIDUAL_MAX, ROUNDING_MAX, SolveReport};
 
 use crate::sparse::SolveScratch;
 
-/// Memory of the stages of one impact, kept from one to the next: after the first impact on the largest body nothing
-/// that grows with the lattice is allocated.
+/// Working memory of an impact's stages, reused between impacts.
+///
+/// After the first impact on the largest body, no memory that grows with the lattice is allocated.
 #[derive(Default)]
 pub struct ElasticWorkspace {
     scratch: SolveScratch,

@@ -1,4 +1,4 @@
-//! What depends on the body alone: stiffness, factor, boundary, inertia.
+//! Preparation of elastic bodies: stiffness, factor, boundary and inertia.
 
 use super::boundary::BoundaryNodes;
 use super::element::{Element, Lame};
@@ -13,32 +13,43 @@ use crate::sparse::{Cholesky, Precision, SymbolicFactor, SymmetricMatrix};
 use nalgebra::Vector3;
 use std::sync::{Arc, OnceLock};
 
-/// An elastic body, ready for any number of impacts, which may be solved at the same time. Bodies that differ in how they are
-/// held share everything else.
+/// Elastic body, prepared for impacts, which may be solved concurrently.
+///
+/// Bodies that differ only in their support share everything but the factor.
 #[derive(Debug)]
 pub struct Elasticity {
+    /// Lamé's constants.
     pub(super) lame: Lame,
+    /// Stiffness matrix of the free body.
     pub(super) stiffness: Arc<SymmetricMatrix<3>>,
-    /// Largest rounding of a row of K u, relative to ‖u‖: see [`row_rounding`].
+    /// Largest rounding error of a row of K u, relative to ‖u‖; see [`row_rounding`].
     pub(super) row_rounding: f64,
+    /// Symbolic factorization of the stiffness.
     pub(super) symbolic: SymbolicFactor,
-    /// Asked for.
+    /// Requested precision of the factor.
     precision: Precision,
-    /// Made at first need, by whoever needs it: the others wait. Making it hands nothing to other threads, so that no thread can
-    /// come to wait for itself.
+    /// Factor, made on first use; other threads that need it wait.
+    ///
+    /// Making it submits no work to other threads, so a thread cannot wait for itself.
     factor: OnceLock<Result<Cholesky, ElasticityError>>,
+    /// Support of the body.
     pub(super) support: Support,
+    /// Gradients and volumes of the tetrahedra.
     pub(super) elements: Arc<Elements>,
+    /// Boundary of the lattice.
     pub(super) boundary: Arc<BoundaryNodes>,
+    /// Mass distribution.
     pub(super) inertia: Arc<Inertia>,
     /// Mean edge length of the lattice, local.
     pub(super) spacing: f64,
+    /// Number of tetrahedra.
     pub(super) tets: usize,
 }
 
 impl Elasticity {
-    /// Assembles and factors the stiffness of a free body with Young's modulus 1 and Poisson's ratio `poisson`
-    /// (−1 < ν ≤ [`POISSON_MAX`]).
+    /// Assembles and factors the stiffness of a free body.
+    ///
+    /// Young's modulus is 1. Poisson's ratio is `poisson`, −1 < ν ≤ [`POISSON_MAX`].
     ///
     /// # Errors
     /// [`ElasticityError::PoissonOutOfRange`], [`ElasticityError::LockingPoisson`],
@@ -50,8 +61,9 @@ impl Elasticity {
         Self::build(lattice, &elements, Lame::new(poisson), Support::Free(pins), token)?.factored(token)
     }
 
-    /// As [`Self::prepare`], but factored and probed at first need, by [`Self::factor`] or by a solve: for a body that was
-    /// factored before, while it was baked.
+    /// As [`Self::prepare`], but factored and tested on first use, by [`Self::factor`] or by a solve.
+    ///
+    /// Meant for bodies that were factored before, during baking.
     ///
     /// # Errors
     /// As [`Self::prepare`], without [`ElasticityError::Mechanism`] and indefinite matrices.
@@ -61,20 +73,22 @@ impl Elasticity {
         Self::build(lattice, &elements, Lame::new(poisson), Support::Free(pins), token)
     }
 
-    /// The same body, not factored yet, with a factor of this precision, if one in single precision is exact enough: if it leaves no
-    /// more than [`NARROW_RESIDUAL_MAX`] of a load, each sweep of refinement taking away as much again. Slender bodies leave more; their
-    /// factor is one in double precision all the same, as [`Self::precision`] tells.
+    /// Returns the same body, not yet factored, with a factor of this precision.
+    ///
+    /// A single-precision factor is used only if it leaves at most [`NARROW_RESIDUAL_MAX`] of a load; each sweep of
+    /// refinement reduces the rest by the same ratio. Slender bodies leave more and get a double-precision factor,
+    /// which [`Self::precision`] reports.
     pub fn of_precision(self, precision: Precision) -> Self {
         Self { precision, factor: OnceLock::new(), ..self }
     }
 
-    /// Of its factor: the one that it has, or, until then, the one asked for.
+    /// Precision of the factor: that of the existing factor, or until then the requested one.
     pub fn precision(&self) -> Precision {
         let made = self.factor.get().and_then(|made| made.as_ref().ok());
         made.map_or(self.precision, Cholesky::precision)
     }
 
-    /// A free body with any Poisson's ratio, for the measurement behind [`POISSON_MAX`].
+    /// Free body with any Poisson's ratio, for the measurement behind [`POISSON_MAX`].
     pub(crate) fn with_any_law(lattice: &Lattice, poisson: f64) -> Result<Self, ElasticityError> {
         let elements = check(lattice, 0.0)?;
         let pins = PinnedNodes::far_apart(lattice).ok_or(ElasticityError::EmptyLattice)?;
@@ -82,7 +96,7 @@ impl Elasticity {
         Self::build(lattice, &elements, Lame::new(poisson), Support::Free(pins), &token)?.factored(&token)
     }
 
-    /// As [`Self::prepare`], held by `support`.
+    /// As [`Self::prepare`], with the given `support`.
     ///
     /// # Errors
     /// As [`Self::prepare`], and [`ElasticityError::UnknownAnchor`], [`ElasticityError::AnchorsInLine`].
@@ -99,7 +113,7 @@ impl Elasticity {
         Self::build(lattice, &elements, Lame::new(poisson), support, token)?.factored(token)
     }
 
-    /// The same body with `nodes` held in place, factored; it shares with this one all but its factor.
+    /// Returns the same body, anchored at `nodes` and factored. It shares everything but the factor with `self`.
     ///
     /// # Errors
     /// Those of [`Self::check_anchors`] and [`Self::factor`], and [`ElasticityError::Cancelled`].
@@ -122,7 +136,7 @@ impl Elasticity {
         held.factored(token)
     }
 
-    /// Refuses anchors that do not hold the body.
+    /// Rejects anchors that leave a rigid motion free.
     ///
     /// # Errors
     /// [`ElasticityError::UnknownAnchor`], [`ElasticityError::AnchorsInLine`].
@@ -130,8 +144,7 @@ impl Elasticity {
         check_anchors(nodes, self.stiffness.nodes(), |node| self.inertia.arm(node))
     }
 
-    /// The forces (three per node) that the acceleration `gravity` exerts on the body of unit density; exact for linear
-    /// tetrahedra.
+    /// Forces (three per node) of the acceleration `gravity` on the body of unit density. Exact for linear tetrahedra.
     pub fn weight(&self, gravity: &Vector3<f64>) -> Vec<f64> {
         let acceleration = [*gravity, Vector3::zeros()];
         (0..self.stiffness.nodes()).flat_map(|node| self.inertia.force(node, &acceleration).data.0[0]).collect()
@@ -177,7 +190,7 @@ impl Elasticity {
         Ok(self)
     }
 
-    /// The factor of the stiffness, probed; made by the first who asks, which cannot be interrupted.
+    /// Factor of the stiffness, tested with a load. The first caller computes it, which cannot be interrupted.
     ///
     /// # Errors
     /// [`ElasticityError::Stiffness`], [`ElasticityError::Mechanism`]; the same ones ever after.
@@ -210,33 +223,33 @@ impl Elasticity {
         self.spacing
     }
 
-    /// How the body is held.
+    /// Support of the body.
     pub fn support(&self) -> &Support {
         &self.support
     }
 
-    /// Bytes of its stiffness.
+    /// Bytes of the stiffness matrix.
     pub fn stiffness_bytes(&self) -> usize {
         self.stiffness.bytes()
     }
 
-    /// Bytes of what it knows of its lattice: gradients, boundary, inertia.
+    /// Bytes of the data that depend on the lattice: gradients, boundary, inertia.
     pub fn lattice_bytes(&self) -> usize {
         self.elements.bytes() + self.boundary.bytes() + self.inertia.bytes()
     }
 
-    /// Bytes that its factor holds in the precision that was asked for, whether it is there or not.
+    /// Bytes of the factor in the requested precision, whether it exists or not.
     pub fn factor_bytes(&self) -> usize {
         self.symbolic.factor_bytes(self.precision)
     }
 
-    /// Bytes that its factor would no longer hold in single precision.
+    /// Bytes that a single-precision factor would save.
     pub fn single_precision_saving(&self) -> usize {
         let bytes = |precision| self.symbolic.factor_bytes(precision);
         bytes(self.precision()) - bytes(Precision::F32)
     }
 
-    /// Those of them that a body which is held otherwise does not share: its factor and its support.
+    /// Bytes that a body with another support does not share: those of its factor and its support.
     pub fn own_bytes(&self) -> usize {
         self.symbolic.factor_bytes(self.precision()) + self.support.bytes()
     }
@@ -257,8 +270,10 @@ fn check(lattice: &Lattice, poisson: f64) -> Result<Vec<Element>, ElasticityErro
         .collect()
 }
 
-/// The largest kε Σ|K_ij| over rows of k terms: the bound of an inner product's rounding (Higham, Accuracy and Stability
-/// of Numerical Algorithms, 2002, section 3.1).
+/// Largest kε Σ|K_ij| over rows of k terms.
+///
+/// This bounds the rounding error of an inner product (Higham, *Accuracy and Stability of Numerical
+/// Algorithms*, 2002, section 3.1).
 fn row_rounding(stiffness: &SymmetricMatrix<3>) -> f64 {
     let row = |node: usize| {
         let blocks = stiffness.row(node).1;

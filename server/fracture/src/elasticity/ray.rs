@@ -1,42 +1,42 @@
-//! The first hit of a ray on a boundary, and how close a ray that misses comes.
+//! First hit of a ray on a boundary, and closest approach of a ray that misses.
 //!
 //! Based on: T. Möller & B. Trumbore, *Fast, minimum storage ray/triangle intersection* (1997); A. Majercik et al., *A
-//! ray-box intersection algorithm* (JCGT 7, 2018), for the slab test; C. Ericson, *Real-Time Collision Detection* (2005),
-//! section 5.1.9, for the closest points of two lines.
+//! ray-box intersection algorithm* (JCGT 7, 2018), for the slab test; C. Ericson, *Real-Time Collision Detection*
+//! (2005), section 5.1.9, for the closest points of two lines.
 
 use super::BoundaryNodes;
 use nalgebra::{Point3, Vector3};
 
-/// How far outside a triangle, in barycentric coordinates, a ray still hits it: no ray passes between two neighbors.
+/// Tolerance outside a triangle, in barycentric coordinates, so that no ray passes between two neighbors.
 const EDGE: f64 = 1e-9;
 
-/// Part of the size of a box by which rounding may move its sides.
+/// Rounding error of a box's sides, relative to the size of the box.
 const SLACK: f64 = 1e-9;
 
-/// The first hit of a ray.
+/// First hit of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayHit {
-    /// The face that is hit.
+    /// Face that the ray hits.
     pub face: usize,
-    /// Where, local.
+    /// Position of the hit, local.
     pub place: Point3<f64>,
-    /// From the origin of the ray, in lengths of its direction.
+    /// Distance from the ray's origin, in lengths of its direction.
     pub distance: f64,
 }
 
-/// Where a ray that misses is closest to the boundary.
+/// Closest approach of a ray to the boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClosestApproach {
     /// Point of the ray, local.
     pub on_ray: Point3<f64>,
     /// Point of the boundary, local.
     pub on_boundary: Point3<f64>,
-    /// Between the two, local.
+    /// Distance between the two points, local.
     pub distance: f64,
 }
 
 impl BoundaryNodes {
-    /// Where the ray from `origin` along `direction` first meets a face, from either side; the lowest face wins ties.
+    /// First hit of the ray from `origin` along `direction` on a face, from either side. The lowest face wins ties.
     pub fn first_hit(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<RayHit> {
         let mut best: Option<RayHit> = None;
         for (first, bounds) in self.groups() {
@@ -53,8 +53,9 @@ impl BoundaryNodes {
         best
     }
 
-    /// Where the ray from `origin` along `direction`, of length one, is closest to the boundary; exact for a ray that misses.
-    /// `None` if there are no faces.
+    /// Closest approach to the boundary of the ray from `origin` along `direction`, a unit vector.
+    ///
+    /// Exact for a ray that misses. `None` if there are no faces.
     pub fn closest_approach(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<ClosestApproach> {
         let nearest = self.nearest(origin)?;
         let mut best = ClosestApproach { on_ray: *origin, on_boundary: nearest.place, distance: nearest.distance };
@@ -70,14 +71,14 @@ impl BoundaryNodes {
         Some(best)
     }
 
-    /// The outward normal of face `face`, of length one.
+    /// Outward unit normal of face `face`.
     pub fn normal(&self, face: usize) -> Vector3<f64> {
         let [a, b, c] = self.corners(face);
         (b - a).cross(&(c - a)).normalize()
     }
 }
 
-/// Whether the ray meets a box before `limit`.
+/// Returns true if the ray meets a box before `limit`.
 fn meets_box(origin: &Point3<f64>, direction: &Vector3<f64>, [low, high]: &[Point3<f64>; 2], limit: f64) -> bool {
     let slack = SLACK * (high - low).amax().max(low.coords.amax()).max(high.coords.amax());
     let (mut enter, mut leave) = (0.0_f64, limit);
@@ -85,14 +86,14 @@ fn meets_box(origin: &Point3<f64>, direction: &Vector3<f64>, [low, high]: &[Poin
         let inverse = 1.0 / direction[axis];
         let a = (low[axis] - slack - origin[axis]) * inverse;
         let b = (high[axis] + slack - origin[axis]) * inverse;
-        // A ray within the plane of a side gives 0 · ∞, which neither `max` nor `min` takes.
+        // A ray in the plane of a side yields 0 · ∞ = NaN, which `max` and `min` ignore.
         enter = enter.max(a.min(b));
         leave = leave.min(a.max(b));
     }
     enter <= leave * (1.0 + SLACK)
 }
 
-/// Where the ray meets a triangle, in lengths of its direction.
+/// Intersection of a ray and a triangle, in lengths of the ray's direction.
 fn meets(origin: &Point3<f64>, direction: &Vector3<f64>, [a, b, c]: [Point3<f64>; 3]) -> Option<f64> {
     let (ab, ac) = (b - a, c - a);
     let across = direction.cross(&ac);
@@ -109,7 +110,7 @@ fn meets(origin: &Point3<f64>, direction: &Vector3<f64>, [a, b, c]: [Point3<f64>
     (inside && distance >= 0.0 && distance.is_finite()).then_some(distance)
 }
 
-/// The closest points of a ray, whose direction has length one, and of the segment from `from` to `to`.
+/// Closest points of a ray, whose direction has length one, and the segment from `from` to `to`.
 fn between(origin: &Point3<f64>, direction: &Vector3<f64>, from: &Point3<f64>, to: &Point3<f64>) -> ClosestApproach {
     let (along, offset) = (to - from, origin - from);
     let (length, slope) = (along.norm_squared(), direction.dot(&along));
@@ -117,7 +118,7 @@ fn between(origin: &Point3<f64>, direction: &Vector3<f64>, from: &Point3<f64>, t
     let denominator = length - slope * slope;
     let ray = if denominator > 0.0 { ((slope * beside - ahead * length) / denominator).max(0.0) } else { 0.0 };
     let segment = if length > 0.0 { ((slope * ray + beside) / length).clamp(0.0, 1.0) } else { 0.0 };
-    // The clamp moved the end on the segment: the ray's end follows.
+    // The clamp moved the point on the segment, so the point on the ray follows.
     let ray = (slope * segment - ahead).max(0.0);
     let (on_ray, on_boundary) = (origin + direction * ray, from + along * segment);
     ClosestApproach { on_ray, on_boundary, distance: (on_ray - on_boundary).norm() }
@@ -148,7 +149,7 @@ mod tests {
             assert_eq!(found.map(|hit| hit.distance), plain, "{origin} {direction}");
             hits += usize::from(found.is_some());
         }
-        assert!((20..480).contains(&hits), "both hits and misses are tried: {hits}");
+        assert!((20..480).contains(&hits), "both hits and misses occur: {hits}");
     }
 
     #[test]

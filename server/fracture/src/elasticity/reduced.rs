@@ -1,10 +1,12 @@
-//! Reduced elasticity: the displacement as a combination of a few, without a solve.
+//! Reduced elasticity: displacements as combinations of a few basis displacements, without a solve.
 //!
-//! Based on: L. Sirovich, *Turbulence and the dynamics of coherent structures* (Quarterly of Applied Mathematics 45, 1987),
-//! method of snapshots, here in the energy inner product: with B'KB = 1 the best displacement in the span of B is B(B'f), a
-//! Galerkin projection, and its energy ½|B'f|² never exceeds the true one. The energy that it misses is ½ r'K⁻¹r, r = f − K u
-//! the residual; with the diagonal of K in the place of K it is cheap, and proportional to the true one over impacts of one
-//! body (a residual estimator: R. Verfürth, *A Review of A Posteriori Error Estimation*, 1996; the proportion, fitted, is ours).
+//! Based on: L. Sirovich, *Turbulence and the dynamics of coherent structures* (Quarterly of Applied Mathematics 45,
+//! 1987), method of snapshots, here in the energy inner product. With B'KB = 1 the best displacement in the span of B
+//! is B(B'f), a Galerkin projection. Its energy ½|B'f|² never exceeds the true one.
+//!
+//! The missing energy is ½ r'K⁻¹r with the residual r = f − K u. With the diagonal of K in the place of K it is cheap
+//! to compute, and proportional to the true one over impacts of one body (a residual estimator: R. Verfürth, *A Review
+//! of A Posteriori Error Estimation*, 1996; the fitted proportion is our own).
 
 use super::residual::{self, ResidualForm, Sums};
 use super::{ElasticWorkspace, Elasticity, NodalLoad};
@@ -14,11 +16,11 @@ use nalgebra::Vector3;
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
-/// A basis of displacements of one free body, K-orthonormal, the most energetic first.
+/// K-orthonormal basis of displacements of one free body, the most energetic first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReducedBasis {
     rank: usize,
-    /// One row of `rank` per component of a node's displacement.
+    /// Displacements: one row of `rank` entries per component of a node.
     basis: Vec<f32>,
     estimate: ErrorEstimate,
     residual: ResidualForm,
@@ -26,23 +28,26 @@ pub struct ReducedBasis {
     inertial: [Vec<f64>; 6],
 }
 
-/// Relative error of the energy from the relative residual ρ of [`ReducedBasis::residual`]: factor · ρ^power, fitted on impacts that
-/// the basis has not seen.
+/// Model of the relative energy error: factor · ρ^power, with the relative residual ρ of [`ReducedBasis::residual`].
+///
+/// It is fitted on impacts outside the snapshots of the basis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorEstimate {
-    /// Positive.
+    /// Factor, positive.
     pub factor: f64,
-    /// Positive; 1 where missing energy and residual are proportional.
+    /// Exponent, positive; 1 if missing energy and residual are proportional.
     pub power: f64,
 }
 
-/// Products that are summed side by side.
+/// Products that are summed in parallel lanes.
 pub(super) const SIDE: usize = 16;
 
-/// Rows of a basis that a thread takes at once.
+/// Rows of a basis per parallel task.
 const ROWS: usize = 1024;
 
-/// Rows of a basis times coordinates, filled up with zeros: what a row is read beyond its end, to be read by whole lanes, does not count.
+/// Kernel that multiplies rows of a basis by coordinates.
+///
+/// Coordinates are padded with zeros to whole lanes, so entries read beyond the end of a row do not count.
 struct Products<'a> {
     rank: usize,
     basis: &'a [f32],
@@ -65,7 +70,7 @@ impl NullaryFnOnce for Products<'_> {
                     lanes[lane] += chunk[lane] * coordinates[lane];
                 }
             }
-            // Empty but in the last rows.
+            // Non-empty only in the last rows.
             for ((lane, b), q) in lanes.iter_mut().zip(end).zip(self.coordinates.last().into_iter().flatten()) {
                 *lane += b * q;
             }
@@ -74,7 +79,7 @@ impl NullaryFnOnce for Products<'_> {
     }
 }
 
-/// Rows of a basis times forces, added up.
+/// Kernel that adds up rows of a basis times forces.
 struct Gather<'a, F> {
     rank: usize,
     basis: &'a [f32],
@@ -97,7 +102,7 @@ impl<F: Iterator<Item = (usize, Vector3<f64>)>> NullaryFnOnce for Gather<'_, F> 
     }
 }
 
-/// The first `half` lanes take the next ones in.
+/// Adds lanes `half` … 2 · `half` − 1 to the first `half` lanes.
 #[inline(always)]
 fn halved(mut lanes: [f32; SIDE], half: usize) -> [f32; SIDE] {
     for lane in 0..half {
@@ -106,30 +111,30 @@ fn halved(mut lanes: [f32; SIDE], half: usize) -> [f32; SIDE] {
     lanes
 }
 
-/// Fewer pairs fit no estimate.
+/// Smallest number of pairs for a fit of the estimate.
 const PAIRS_MIN: usize = 8;
 
-/// Powers beyond this are an accident of few pairs.
+/// Accepted range of the exponent. Values outside it come from too few pairs.
 const POWER_RANGE: [f64; 2] = [0.5, 2.0];
 
 impl ReducedBasis {
-    /// From a basis (one row of `rank` per component, `rank` ≥ 1) of the free displacements of `body`.
+    /// Builds the reduced basis from free displacements of `body` (one row of `rank` per component, `rank` ≥ 1).
     ///
     /// # Panics
     /// If the length of the basis is not `rank` times the size of the body.
     pub fn new(body: &Elasticity, rank: usize, basis: Vec<f32>) -> Self {
-        assert_eq!(basis.len(), rank * body.size(), "one row per component");
+        assert_eq!(basis.len(), rank * body.size(), "the basis has one row per component");
         let gram = residual::gram(body, rank, &basis);
         Self::stored(body, rank, basis, gram, ErrorEstimate::RAW)
     }
 
-    /// From what [`Self::basis`], [`Self::gram`] and [`Self::estimate`] said of a basis of `body`.
+    /// Restores a basis of `body` from its [`Self::basis`], [`Self::gram`] and [`Self::estimate`].
     ///
     /// # Panics
     /// If the length of the basis is not `rank` times the size of the body, or that of the gram matrix not `rank²`.
     pub fn stored(body: &Elasticity, rank: usize, basis: Vec<f32>, gram: Vec<f64>, estimate: ErrorEstimate) -> Self {
-        assert_eq!(basis.len(), rank * body.size(), "one row per component");
-        assert_eq!(gram.len(), rank * rank, "rank × rank");
+        assert_eq!(basis.len(), rank * body.size(), "the basis has one row per component");
+        assert_eq!(gram.len(), rank * rank, "gram is rank × rank");
         let residual = ResidualForm::new(body, rank, &basis, gram);
         let mut reduced = Self { rank, basis, estimate, residual, inertial: Default::default() };
         reduced.inertial = std::array::from_fn(|axis| {
@@ -141,37 +146,37 @@ impl ReducedBasis {
         reduced
     }
 
-    /// B'KD⁻¹KB, `rank × rank`, D the diagonal of K: what the residual's estimate needs beside the basis.
+    /// B'KD⁻¹KB, `rank × rank`, with D the diagonal of K. The residual needs it in addition to the basis.
     pub fn gram(&self) -> &[f64] {
         self.residual.gram()
     }
 
-    /// Number of displacements.
+    /// Number of displacements in the basis.
     pub fn rank(&self) -> usize {
         self.rank
     }
 
-    /// The displacements, one row of [`Self::rank`] per component of a node.
+    /// Displacements, one row of [`Self::rank`] entries per component of a node.
     pub fn basis(&self) -> &[f32] {
         &self.basis
     }
 
-    /// Bytes that it holds.
+    /// Bytes of memory that it holds.
     pub fn bytes(&self) -> usize {
         held(&self.basis) + self.residual.bytes() + self.inertial.iter().map(held).sum::<usize>()
     }
 
-    /// How errors are estimated.
+    /// Model of the energy error.
     pub fn estimate(&self) -> ErrorEstimate {
         self.estimate
     }
 
-    /// The same basis with errors estimated by `estimate`.
+    /// Returns the same basis with the error model `estimate`.
     pub fn estimating(self, estimate: ErrorEstimate) -> Self {
         Self { estimate, ..self }
     }
 
-    /// B'f of `load` into `coordinates`; the elastic energy in the span of the basis, ½|B'f|².
+    /// Projects `load`: writes B'f to `coordinates` and returns the elastic energy in the span of the basis, ½|B'f|².
     pub fn project(&self, load: &NodalLoad, coordinates: &mut Vec<f64>) -> f64 {
         coordinates.clear();
         coordinates.resize(self.rank, 0.0);
@@ -183,20 +188,23 @@ impl ReducedBasis {
         0.5 * coordinates.iter().map(|q| q * q).sum::<f64>()
     }
 
-    /// How many of the displacements are used where `most` are asked for: at least one, at most all.
+    /// Number of displacements used for a limit of `most`: at least one, at most all.
     pub fn used(&self, most: Option<u32>) -> usize {
         most.map_or(self.rank, |most| (most as usize).clamp(1, self.rank))
     }
 
-    /// Relative error of the energy of the first `used` of `coordinates`, all of which have the error `whole`. The basis is
-    /// orthonormal, so what the others capture is missing on top.
+    /// Relative energy error if only the first `used` of `coordinates` are used.
+    ///
+    /// `whole` is the error with all of them. The basis is orthonormal, so the energy of the
+    /// unused ones is missing in addition.
     pub fn truncated_error(coordinates: &[f64], used: usize, whole: f64) -> f64 {
         let square = |part: &[f64]| part.iter().map(|q| q * q).sum::<f64>();
         whole + (1.0 - whole) * square(&coordinates[used..]) / square(coordinates)
     }
 
-    /// The displacement with these coordinates, of the first displacements where they are fewer than the rank; resized to the size of
-    /// the body.
+    /// Displacement with these coordinates, resized to the size of the body.
+    ///
+    /// Fewer coordinates than the rank stand for the first displacements.
     pub fn expand(&self, coordinates: &[f64], displacement: &mut Vec<f64>, workspace: &mut ElasticWorkspace) {
         let narrow = &mut workspace.narrow;
         narrow.clear();
@@ -209,8 +217,9 @@ impl ReducedBasis {
         });
     }
 
-    /// ρ = ½ r'D⁻¹r over ½|q|², r = f − K u the residual of the displacement with coordinates `q` under `load`, D the diagonal
-    /// of K. Not a number where there is no energy.
+    /// Relative residual ρ = ½ r'D⁻¹r over ½|q|² of the displacement with coordinates `q` under `load`.
+    ///
+    /// r = f − K u, and D is the diagonal of K. NaN if there is no energy.
     ///
     /// # Panics
     /// If `body`, the load or the coordinates are another body's.
@@ -227,16 +236,17 @@ impl ReducedBasis {
 }
 
 impl ErrorEstimate {
-    /// The residual itself.
+    /// Identity model: the error equals the residual.
     pub const RAW: Self = Self { factor: 1.0, power: 1.0 };
 
-    /// Relative error of the energy of a displacement with this relative residual.
+    /// Relative energy error of a displacement with this relative residual.
     pub fn error(&self, residual: f64) -> f64 {
         self.factor * residual.powf(self.power)
     }
 
-    /// By least squares of the logarithms over pairs of residual and relative error, both positive; others are left out.
-    /// [`Self::RAW`] where too few pairs are left, or all are alike.
+    /// Fits the model to pairs of residual and relative error, by least squares of their logarithms.
+    ///
+    /// Pairs that are not positive are skipped. Returns [`Self::RAW`] if too few pairs remain or all are alike.
     pub fn fit(pairs: &[(f64, f64)]) -> Self {
         let known = pairs.iter().filter(|(residual, error)| *residual > 0.0 && *error > 0.0);
         let logarithms: Vec<[f64; 2]> = known.map(|(residual, error)| [residual.ln(), error.ln()]).collect();

@@ -1,10 +1,12 @@
-//! What a reduced displacement leaves unbalanced, without the displacement.
+//! Residual of a reduced displacement, without expanding the displacement.
 //!
-//! Based on: C. Prud'homme, D. V. Rovas, K. Veroy, L. Machiels, Y. Maday, A. T. Patera & G. Turinici, *Reliable real-time
-//! solution of parametrized partial differential equations: reduced-basis output bound methods* (Journal of Fluids Engineering
-//! 124, 2002): the square of a residual f − K B q is a quadratic form whose large part depends on the body alone. Here the norm
-//! is that of D⁻¹, D the diagonal of K, and forces are few applied ones less the inertial ones of a rigid acceleration:
-//! f'D⁻¹f − 2 f'D⁻¹KB q + q'(B'KD⁻¹KB) q.
+//! Based on: C. Prud'homme, D. V. Rovas, K. Veroy, L. Machiels, Y. Maday, A. T. Patera & G. Turinici, *Reliable
+//! real-time solution of parametrized partial differential equations: reduced-basis output bound methods*
+//! (Journal of Fluids Engineering 124, 2002): the square of a residual f − K B q is a quadratic form whose large
+//! part depends on the body alone.
+//!
+//! Here the norm is that of D⁻¹, with D the diagonal of K. Forces are a few applied ones less the inertial ones of a
+//! rigid acceleration: f'D⁻¹f − 2 f'D⁻¹KB q + q'(B'KD⁻¹KB) q.
 
 use super::{ElasticWorkspace, Elasticity, NodalLoad};
 use crate::memory::held;
@@ -13,17 +15,17 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra::{Matrix6, Vector3, Vector6};
 use rayon::prelude::*;
 
-/// Nodes whose rows of K B are computed at once.
+/// Nodes whose rows of K B are computed together.
 const NODES: usize = 512;
 
-/// The form of one basis.
+/// Quadratic form of the residual for one basis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResidualForm {
     /// B'KD⁻¹KB, `rank × rank`.
     gram: Vec<f64>,
-    /// B'KD⁻¹m of the inertial forces m of unit accelerations, `rank` each.
+    /// B'KD⁻¹m of the inertial forces m of the six unit accelerations, `rank` entries each.
     inertial: [Vec<f64>; 6],
-    /// m'D⁻¹m.
+    /// m'D⁻¹m, 6 × 6.
     inertia: Matrix6<f64>,
     /// 1/K_ii, one entry per component.
     inverse_diagonal: Vec<f64>,
@@ -56,7 +58,7 @@ pub(super) fn gram(body: &Elasticity, rank: usize, basis: &[f32]) -> Vec<f64> {
     let parts: Vec<Mat<f64>> = nodes.par_chunks(NODES).map(part).collect();
     let mut sum = vec![0.0; rank * rank];
     let mut total = MatMut::from_column_major_slice_mut(&mut sum, rank, rank);
-    // In order, whatever the number of threads.
+    // Summed in a fixed order for any number of threads.
     parts.iter().for_each(|part| total += part);
     sum
 }
@@ -66,7 +68,7 @@ fn inverse_diagonal(body: &Elasticity) -> Vec<f64> {
 }
 
 impl ResidualForm {
-    /// Of a basis of `body` with this `gram`.
+    /// Builds the form of a basis of `body` with this `gram`.
     pub(super) fn new(body: &Elasticity, rank: usize, basis: &[f32], gram: Vec<f64>) -> Self {
         let inverse_diagonal = inverse_diagonal(body);
         let nodes = body.size() / 3;
@@ -91,17 +93,17 @@ impl ResidualForm {
         Self { gram, inertial, inertia, inverse_diagonal }
     }
 
-    /// B'KD⁻¹KB.
+    /// B'KD⁻¹KB, `rank × rank`.
     pub(super) fn gram(&self) -> &[f64] {
         &self.gram
     }
 
-    /// Bytes that it holds.
+    /// Bytes of memory that it holds.
     pub(super) fn bytes(&self) -> usize {
         held(&self.gram) + held(&self.inverse_diagonal) + self.inertial.iter().map(held).sum::<usize>()
     }
 
-    /// ½ r'D⁻¹r of the displacement of `body` with these coordinates under `load`; `gather` adds B'f of forces.
+    /// ½ r'D⁻¹r of the displacement of `body` with these coordinates under `load`. `gather` adds B'f of forces.
     pub(super) fn energy(
         &self,
         body: &Elasticity,
@@ -132,24 +134,24 @@ impl ResidualForm {
         }
         let rows = self.gram.chunks_exact(coordinates.len()).zip(coordinates);
         let displacement: f64 = rows.map(|(row, q)| q * dot(row, coordinates)).sum();
-        // Rounding may leave less than nothing of what is balanced.
+        // Rounding may leave a negative value for balanced forces.
         0.5 * (forces - 2.0 * cross + displacement).max(0.0)
     }
 }
 
-/// Sums over a few nodes of a body.
+/// Sparse sums over a few nodes of a body.
 #[derive(Default)]
 pub(super) struct Sums {
-    /// Zero at every node that is not among `nodes`.
+    /// Sum of each node; zero outside `nodes`.
     sums: Vec<Vector3<f64>>,
-    /// Whether it is, one entry per node.
+    /// Membership of each node in `nodes`.
     among: Vec<bool>,
-    /// In the order in which they came.
+    /// Nodes with a sum, in order of arrival.
     nodes: Vec<u32>,
 }
 
 impl Sums {
-    /// Forgets all sums; for a body of `count` nodes.
+    /// Clears all sums and resizes to `count` nodes.
     fn begin(&mut self, count: usize) {
         for node in self.nodes.drain(..) {
             (self.sums[node as usize], self.among[node as usize]) = (Vector3::zeros(), false);
@@ -165,15 +167,16 @@ impl Sums {
         self.sums[node as usize] += more;
     }
 
+    /// Nodes with their sums, in order of arrival.
     pub(super) fn iter(&self) -> impl Iterator<Item = (usize, Vector3<f64>)> {
         self.nodes.iter().map(|node| (*node as usize, self.sums[*node as usize]))
     }
 }
 
-/// Numbers that are summed side by side: the order of summation is fixed, and a processor may take it several at a time.
+/// Lanes of a sum. They fix the order of summation and allow SIMD.
 const LANES: usize = 8;
 
-/// a·b of two rows of one length.
+/// Dot product of two rows of equal length.
 pub(super) fn dot<T: Copy + Into<f64>>(a: &[T], b: &[f64]) -> f64 {
     let (chunks, others) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
     let rest = chunks.remainder().iter().zip(others.remainder()).map(|(a, b)| (*a).into() * b).sum::<f64>();
@@ -186,7 +189,7 @@ pub(super) fn dot<T: Copy + Into<f64>>(a: &[T], b: &[f64]) -> f64 {
     lanes.iter().sum::<f64>() + rest
 }
 
-/// A unit acceleration: linear x, y, z, angular x, y, z.
+/// Unit acceleration number `axis`: linear x, y, z, angular x, y, z.
 pub(super) fn unit(axis: usize) -> [Vector3<f64>; 2] {
     let mut unit = [Vector3::zeros(); 2];
     unit[axis / 3][axis % 3] = 1.0;

@@ -1,4 +1,4 @@
-//! How a body is held while its stiffness is factored.
+//! Support of a body while its stiffness is factored.
 
 use super::ElasticityError;
 use crate::lattice::Lattice;
@@ -6,26 +6,28 @@ use crate::memory::held;
 use crate::sparse::SymmetricMatrix;
 use nalgebra::{Matrix3, Point3, Vector3};
 
-/// What takes the rigid motions out of the stiffness.
+/// Constraint that removes the rigid motions from the stiffness.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Support {
-    /// A free body: six components are pinned, which a load in equilibrium does not notice.
+    /// Free body: six components are pinned. They carry nothing under a load in equilibrium.
     Free(PinnedNodes),
-    /// These nodes do not move; they may carry any load.
+    /// Anchored body: these nodes do not move and may carry any load.
     Anchored(Vec<u32>),
 }
 
-/// Three nodes held statically determinately: the first in all directions, the second across the line to the first, the
-/// third out of the plane of the three.
+/// Three nodes that are pinned statically determinately.
+///
+/// The first is held in all directions, the second across the line to the first, the third
+/// out of the plane of the three.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PinnedNodes {
     nodes: [u32; 3],
-    /// Columns: along the line, across it in the plane, out of the plane.
+    /// Frame of the pins. Columns: along the line, across it in the plane, out of the plane.
     frame: Matrix3<f64>,
 }
 
 impl PinnedNodes {
-    /// On these three nodes; `None` if they lie on a line.
+    /// Pins at these three nodes. `None` if they lie on a line.
     pub fn on(lattice: &Lattice, nodes: [u32; 3]) -> Option<Self> {
         let [a, b, c] = nodes.map(|node| lattice.nodes[node as usize]);
         let along = (b - a).try_normalize(0.0)?;
@@ -34,8 +36,10 @@ impl PinnedNodes {
         Some(Self { nodes, frame: Matrix3::from_columns(&[along, normal.cross(&along), normal]) })
     }
 
-    /// On three nodes far apart: the farthest from the mean of the nodes, the farthest from it, the farthest from their
-    /// line; lower indices win ties. `None` if all nodes lie on a line.
+    /// Pins at three nodes far apart. `None` if all nodes lie on a line.
+    ///
+    /// They are the farthest node from the mean of the nodes, the farthest from that one, and the farthest from the
+    /// line of both. Lower indices win ties.
     pub fn far_apart(lattice: &Lattice) -> Option<Self> {
         let sum: Vector3<f64> = lattice.nodes.iter().map(|x| x.coords).sum();
         let mean = Point3::from(sum / lattice.nodes.len() as f64);
@@ -59,10 +63,10 @@ fn farthest(lattice: &Lattice, measure: impl Fn(&Point3<f64>) -> f64) -> Option<
     best.map(|(node, _)| node)
 }
 
-/// Anchors whose distance from a line is at most this share of their extent lie on it.
+/// Largest distance of collinear anchors from their line, over their extent.
 const LINE_SHARE: f64 = 1e-9;
 
-/// Refuses anchors among `count` nodes that leave a motion free: nodes that are not there, none, or all on a line.
+/// Rejects anchors that are no node of `count` nodes, an empty list of anchors, and anchors that all lie on a line.
 pub(super) fn check_anchors(
     nodes: &[u32],
     count: usize,
@@ -82,7 +86,7 @@ pub(super) fn check_anchors(
 }
 
 impl Support {
-    /// Bytes that it holds beyond its own size.
+    /// Bytes of memory that it holds beyond its own size.
     pub fn bytes(&self) -> usize {
         match self {
             Self::Free(_) => 0,
@@ -90,7 +94,7 @@ impl Support {
         }
     }
 
-    /// Puts the held nodes into their frame and fixes their held components.
+    /// Rotates the pinned nodes into their frame and fixes the held components.
     pub(super) fn constrain(&self, stiffness: &mut SymmetricMatrix<3>) {
         let diagonal = stiffness.diagonal();
         let mean = diagonal.iter().sum::<f64>() / diagonal.len() as f64;
@@ -102,7 +106,7 @@ impl Support {
         self.held(|node, component| stiffness.fix(node, component, mean));
     }
 
-    /// A vector (three components per node) in the frames of the held nodes, held components set to zero.
+    /// Rotates a vector (three components per node) into the frames of the held nodes and zeroes the held components.
     pub(super) fn enter(&self, vector: &mut [f64]) {
         if let Self::Free(pins) = self {
             pins.turn(vector, &pins.frame.transpose());
@@ -110,14 +114,15 @@ impl Support {
         self.held(|node, component| vector[3 * node + component] = 0.0);
     }
 
-    /// Back from the frames of the held nodes.
+    /// Rotates a vector back from the frames of the held nodes.
     pub(super) fn leave(&self, vector: &mut [f64]) {
         if let Self::Free(pins) = self {
             pins.turn(vector, &pins.frame);
         }
     }
 
-    /// Drops from a residual what reactions carry: at anchors they are real, at pins they must vanish and so they stay.
+    /// Drops from a residual the part that reactions carry: that at anchors. Reactions at
+    /// pins must vanish, so they stay.
     pub(super) fn drop_reactions(&self, residual: &mut [f64]) {
         if let Self::Anchored(_) = self {
             self.held(|node, component| residual[3 * node + component] = 0.0);

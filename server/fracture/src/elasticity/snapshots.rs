@@ -1,7 +1,7 @@
-//! Snapshots: the displacements under many loads become a small basis.
+//! Method of snapshots: a small basis of the displacements under many loads.
 //!
-//! Based on: L. Sirovich (Quarterly of Applied Mathematics 45, 1987): the eigenvectors of the snapshots' Gram matrix, here
-//! G_ij = u_i'Ku_j = u_i'f_j, weigh the snapshots; every snapshot counts with unit energy.
+//! Based on: L. Sirovich (Quarterly of Applied Mathematics 45, 1987). The eigenvectors of the snapshots' Gram matrix,
+//! here G_ij = u_i'Ku_j = u_i'f_j, weight the snapshots. Every snapshot is scaled to unit energy.
 
 use super::{ElasticWorkspace, Elasticity, ElasticityError, NodalLoad, ReducedBasis};
 use crate::cancel_token::CancelToken;
@@ -10,18 +10,19 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-/// Right-hand sides that are solved at once.
+/// Right-hand sides per solve.
 const BLOCK: usize = 8;
 
-/// Rows of the basis that are computed at once.
+/// Rows of the basis per parallel task.
 const ROWS: usize = 4096;
 
-/// Directions with less than this share of the most energetic one's energy are rounding.
+/// Energy of a direction, over the largest, below which it is rounding.
 const NOISE: f64 = 1e-11;
 
 impl Elasticity {
-    /// The displacements under `loads`, solved in blocks of right-hand sides on all threads of the current pool; column-major,
-    /// one column per load. Each is checked as [`Self::solve`] checks it.
+    /// Displacements under `loads`, column-major with one column per load.
+    ///
+    /// Solved in blocks of right-hand sides on all threads of the current pool. Each is checked as in [`Self::solve`].
     ///
     /// # Errors
     /// [`ElasticityError::Residual`], [`ElasticityError::Cancelled`], those of [`Self::factor`].
@@ -38,7 +39,7 @@ impl Elasticity {
                 self.back_substitute(factor, columns, workspace);
                 for (column, load) in columns.chunks_exact_mut(size).zip(loads) {
                     if !self.balances(&load.forces, column, workspace) {
-                        // One by one, with a sweep of refinement.
+                        // Solved one by one, with refinement.
                         self.solve(&load.forces, single, workspace, token)?;
                         column.copy_from_slice(single);
                     }
@@ -49,8 +50,8 @@ impl Elasticity {
         Ok(columns)
     }
 
-    /// A basis of at most `rank_max` displacements that spans those under `loads` best in energy. `None` where there is no
-    /// energy at all.
+    /// Basis of at most `rank_max` displacements that spans those under `loads` best in energy.
+    /// `None` if there is no energy.
     ///
     /// # Errors
     /// As [`Self::solve_all`].
@@ -89,7 +90,7 @@ fn inverse(value: f64) -> f64 {
     if value > 0.0 { 1.0 / value } else { 0.0 }
 }
 
-/// u_i'f_j, made symmetric.
+/// u_i'f_j, symmetrized.
 fn gram(snapshots: MatRef<'_, f64>, loads: &[NodalLoad], token: &CancelToken) -> Result<Mat<f64>, ElasticityError> {
     let (size, count) = (snapshots.nrows(), loads.len());
     let mut products = vec![0.0; count * count];
@@ -105,7 +106,7 @@ fn gram(snapshots: MatRef<'_, f64>, loads: &[NodalLoad], token: &CancelToken) ->
     Ok(Mat::from_fn(count, count, |i, j| 0.5 * (products[(i, j)] + products[(j, i)])))
 }
 
-/// Snapshots times weights, row-major, narrowed.
+/// Snapshots times weights, row-major, in single precision.
 fn combined(snapshots: MatRef<'_, f64>, weights: MatRef<'_, f64>) -> Vec<f32> {
     let (size, count, rank) = (snapshots.nrows(), snapshots.ncols(), weights.ncols());
     let mut basis = vec![0.0; size * rank];

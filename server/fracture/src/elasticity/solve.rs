@@ -1,24 +1,25 @@
-//! K u = f by one back-substitution, refined if it has to be.
+//! Solution of K u = f by one back-substitution, with refinement if needed.
 
 use super::{ElasticWorkspace, Elasticity, ElasticityError, RESIDUAL_MAX};
 use crate::cancel_token::CancelToken;
 use crate::random::RandomStream;
 use crate::sparse::{Cholesky, Precision};
 
-/// A residual that is the rounding of a slender body's large displacement, kε‖K‖‖u‖/‖f‖, is returned up to this: no
-/// refinement removes it, and energies hardly notice.
+/// Largest accepted residual that is rounding of a slender body's large displacement, kε‖K‖‖u‖/‖f‖.
+///
+/// Refinement cannot remove it, and it hardly changes energies.
 pub const ROUNDING_MAX: f64 = 1e-4;
 
-/// Above this residual a sweep of iterative refinement is worth its back-substitution.
+/// Residual above which a sweep of iterative refinement is worth its back-substitution.
 const RESIDUAL_REFINED: f64 = 1e-10;
 
-/// A factor in single precision that leaves more than this of a load is not used. Compact bodies leave 1e-5.
+/// Largest residual at which a single-precision factor is used. Compact bodies leave 1e-5.
 pub const NARROW_RESIDUAL_MAX: f64 = 1e-3;
 
-/// As [`RESIDUAL_REFINED`], with a factor in single precision.
+/// As [`RESIDUAL_REFINED`], with a single-precision factor.
 const NARROW_RESIDUAL_REFINED: f64 = 1e-7;
 
-/// Sweeps of refinement, at most.
+/// Largest number of refinement sweeps.
 fn sweeps_max(precision: Precision) -> usize {
     match precision {
         Precision::F64 => 1,
@@ -26,7 +27,7 @@ fn sweeps_max(precision: Precision) -> usize {
     }
 }
 
-/// Above this residual another sweep of refinement is worth its back-substitution.
+/// Residual above which another refinement sweep is worth its back-substitution.
 fn residual_refined(precision: Precision) -> f64 {
     match precision {
         Precision::F64 => RESIDUAL_REFINED,
@@ -34,19 +35,20 @@ fn residual_refined(precision: Precision) -> f64 {
     }
 }
 
-/// How well a displacement balances its forces.
+/// Accuracy of a solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolveReport {
     /// ‖f − K u‖ / ‖f‖ against the true stiffness of the free body, reactions at pins included.
     pub residual: f64,
-    /// Sweeps of refinement that it took: usually none, and one with a factor in single precision.
+    /// Number of refinement sweeps: usually 0, and 1 with a single-precision factor.
     pub sweeps: usize,
 }
 
 impl Elasticity {
-    /// The displacement under `forces` (length 3 · nodes, in equilibrium unless the body is anchored) into
-    /// `displacement`, resized to the same length. A free body is returned in the position of its pins: strains mean
-    /// something, the rigid motion does not.
+    /// Solves for the displacement under `forces` (length 3 · nodes, in equilibrium unless the body is anchored).
+    ///
+    /// Resizes `displacement` to the same length. The rigid motion of a free body is that of its pins and has no
+    /// meaning; its strains do.
     ///
     /// # Errors
     /// [`ElasticityError::OtherLattice`], [`ElasticityError::Residual`], [`ElasticityError::Cancelled`], those of
@@ -82,7 +84,7 @@ impl Elasticity {
         }
     }
 
-    /// Whether `displacement` balances `forces` as it is, without refinement.
+    /// Returns true if `displacement` balances `forces` without refinement.
     pub(super) fn balances(&self, forces: &[f64], displacement: &[f64], workspace: &mut ElasticWorkspace) -> bool {
         self.residual(forces, displacement, &mut workspace.residual) <= residual_refined(self.precision())
     }
@@ -91,7 +93,7 @@ impl Elasticity {
         RESIDUAL_MAX.max(self.rounding(forces, displacement).min(ROUNDING_MAX))
     }
 
-    /// kε‖K‖‖u‖/‖f‖, with the Euclidean norms of vectors: what rounding alone can leave of a residual; 0 without forces.
+    /// Rounding error of a residual, kε‖K‖‖u‖/‖f‖ in Euclidean norms; 0 without forces.
     fn rounding(&self, forces: &[f64], displacement: &[f64]) -> f64 {
         let greatest = forces.iter().fold(0.0, |greatest: f64, f| greatest.max(f.abs()));
         if greatest == 0.0 {
@@ -101,12 +103,12 @@ impl Elasticity {
         self.row_rounding * norm(displacement) / norm(forces)
     }
 
-    /// ½ f·u, the elastic energy of the whole body.
+    /// Elastic energy of the whole body, ½ f·u.
     pub fn elastic_energy(&self, forces: &[f64], displacement: &[f64]) -> f64 {
         0.5 * forces.iter().zip(displacement).map(|(f, u)| f * u).sum::<f64>()
     }
 
-    /// Any number of columns in place, in the frames of the support.
+    /// Solves for any number of columns in place, in the frames of the support.
     pub(super) fn back_substitute(&self, factor: &Cholesky, columns: &mut [f64], workspace: &mut ElasticWorkspace) {
         let size = self.size();
         columns.chunks_exact_mut(size).for_each(|column| self.support.enter(column));
@@ -114,14 +116,14 @@ impl Elasticity {
         columns.chunks_exact_mut(size).for_each(|column| self.support.leave(column));
     }
 
-    /// Fills `residual` with f − K u and returns its norm relative to that of f; 0 if there are no forces.
+    /// Fills `residual` with f − K u and returns its norm relative to that of f; 0 without forces.
     fn residual(&self, forces: &[f64], displacement: &[f64], residual: &mut Vec<f64>) -> f64 {
         residual.resize(forces.len(), 0.0);
         self.stiffness.multiply(displacement, residual);
         self.unbalanced(forces, residual)
     }
 
-    /// Of K u in `product` makes f − K u, and returns its norm relative to that of f; 0 if there are no forces.
+    /// Turns K u in `product` into f − K u and returns its norm relative to that of f; 0 without forces.
     fn unbalanced(&self, forces: &[f64], product: &mut [f64]) -> f64 {
         let residual = product;
         residual.iter_mut().zip(forces).for_each(|(r, f)| *r = f - *r);
@@ -130,11 +132,12 @@ impl Elasticity {
         if greatest == 0.0 {
             return 0.0;
         }
-        // Divided by the greatest force before squaring: loads of any magnitude neither overflow nor vanish.
+        // Scaled by the largest force before squaring, so that loads of any magnitude neither overflow nor underflow.
         let norm = |vector: &[f64]| vector.iter().map(|v| (v / greatest).powi(2)).sum::<f64>().sqrt();
         norm(residual) / norm(forces)
     }
 
+    /// Fails if `array` does not have three entries per node. `what` names it in the error.
     pub(super) fn check_length(&self, what: &'static str, array: &[f64]) -> Result<(), ElasticityError> {
         match array.len() {
             found if found == self.size() => Ok(()),
@@ -143,9 +146,10 @@ impl Elasticity {
     }
 }
 
-/// Relative residual under a fixed pseudo-random load in equilibrium. It excites every mode, so a mechanism (a
-/// part that hangs by an edge or a node, or not at all) shows even where rounding let the factorisation pass. On one
-/// thread: it is called where others wait.
+/// Relative residual under a fixed pseudo-random load in equilibrium.
+///
+/// The load excites every mode. So a mechanism (a part connected by an edge or a node only, or not at all) shows even
+/// if rounding let the factorization pass. Runs on the calling thread alone, because other threads may wait for it.
 pub(super) fn probe(body: &Elasticity, factor: &Cholesky) -> f64 {
     let mut stream = RandomStream::new(0, 0);
     let mut forces: Vec<f64> = (0..body.size()).map(|_| stream.uniform() - 0.5).collect();

@@ -1,30 +1,34 @@
-//! Strains of several tetrahedra side by side, and the energy densities that follow.
+//! Strains of several tetrahedra in SIMD lanes, and their energy densities.
 //!
-//! Based on: C. Miehe, M. Hofacker & F. Welschinger (CMAME 199, 2010), equation 20, for the tensile part. Principal strains are the roots
-//! t of t³ − 3t = det D of the deviator's direction D (O. K. Smith, *Eigenvalues of a symmetric 3 × 3 matrix*, CACM 4, 1961), the outermost
-//! by Newton's method in the place of its angles, which no processor computes side by side; the others by the quadratic that is left.
+//! Based on: C. Miehe, M. Hofacker & F. Welschinger (CMAME 199, 2010), equation 20, for the tensile part.
+//!
+//! Principal strains are the roots t of t³ − 3t = det D of the deviator's direction D (O. K. Smith, *Eigenvalues of a
+//! symmetric 3 × 3 matrix*, CACM 4, 1961). Newton's method finds the outermost, instead of Smith's angles, which have
+//! no SIMD form. The remaining quadratic yields the others.
 
 use super::element::Lame;
 use crate::simd::SimdLanes;
 
-/// xx, yy, zz, xy, yz, xz.
+/// Components xx, yy, zz, xy, yz, xz of a strain, in N lanes.
 pub(super) type Strain<const N: usize> = [SimdLanes<N>; 6];
 
-/// Steps of Newton's method: errors of 1e-3, 1e-6, 1e-12, rounding.
+/// Steps of Newton's method. Errors start at 1e-3 and fall to 1e-6, 1e-12 and rounding.
 const STEPS: usize = 3;
 
-/// √3, the outermost root where det D = 0.
+/// √3, the outermost root for det D = 0.
 const ROOT_3: f64 = 1.732_050_807_568_877_2;
 
 impl Lame {
-    /// ½ σ:ε = λ/2 (tr ε)² + μ ε:ε.
+    /// Energy density ½ σ:ε = λ/2 (tr ε)² + μ ε:ε.
     #[inline(always)]
     pub(super) fn energy_densities<const N: usize>(self, strain: &Strain<N>) -> SimdLanes<N> {
         let trace = strain[0] + strain[1] + strain[2];
         trace * trace * (0.5 * self.lambda) + norm_squared(strain) * self.mu
     }
 
-    /// ψ⁺ = λ/2 ⟨tr ε⟩₊² + μ Σ ⟨ε_a⟩₊², ε_a the principal strains. Never negative and never above the whole density where λ ≥ 0.
+    /// Tensile energy density ψ⁺ = λ/2 ⟨tr ε⟩₊² + μ Σ ⟨ε_a⟩₊², with the principal strains ε_a.
+    ///
+    /// Never negative, and never above the whole density if λ ≥ 0.
     #[inline(always)]
     pub(super) fn tensile_energy_densities<const N: usize>(self, strain: &Strain<N>) -> SimdLanes<N> {
         let trace = strain[0] + strain[1] + strain[2];
@@ -34,16 +38,16 @@ impl Lame {
     }
 }
 
-/// ε:ε.
+/// Squared Frobenius norm ε:ε.
 #[inline(always)]
 fn norm_squared<const N: usize>([xx, yy, zz, xy, yz, xz]: &Strain<N>) -> SimdLanes<N> {
     *xx * *xx + *yy * *yy + *zz * *zz + (*xy * *xy + *yz * *yz + *xz * *xz) * 2.0
 }
 
-/// The eigenvalues, in no order that means anything.
+/// Principal strains (eigenvalues), in arbitrary order.
 ///
-/// Two nearly equal ones may be split by 1e-8 of the strain; symmetric functions of them, such as the tensile energy, keep full
-/// precision.
+/// Two nearly equal ones may differ by a spurious 1e-8 of the strain. Symmetric functions of them, such as the tensile
+/// energy, keep full precision.
 #[inline(always)]
 pub(super) fn principal_strains<const N: usize>(strain: &Strain<N>) -> [SimdLanes<N>; 3] {
     let mean = (strain[0] + strain[1] + strain[2]) * (1.0 / 3.0);

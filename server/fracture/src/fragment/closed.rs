@@ -1,18 +1,18 @@
-//! The independent check of what is handed out: is a mesh, as a reader sees it, a closed and oriented surface?
+//! Independent check of emitted meshes: closed and oriented surfaces, as a reader sees them.
 
-/// The first thing that keeps a mesh from being closed.
+/// First defect that keeps a mesh from being closed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum OpenMesh {
-    /// No triangles.
+    /// The mesh has no triangles.
     #[error("no triangles")]
     Empty,
-    /// The number of indices is no multiple of three.
+    /// The number of indices is not a multiple of three.
     #[error("{count} indices, not a multiple of three")]
     IndexCount {
-        /// Indices given.
+        /// Number of indices.
         count: usize,
     },
-    /// An index points past the vertices.
+    /// An index exceeds the number of vertices.
     #[error("index {at} is vertex {vertex}, out of range")]
     VertexOutOfRange {
         /// Position of the index.
@@ -23,26 +23,27 @@ pub enum OpenMesh {
     /// A coordinate is not finite.
     #[error("vertex {vertex} is not finite")]
     NonFiniteVertex {
-        /// The vertex.
+        /// Index of the vertex.
         vertex: usize,
     },
     /// Two corners of a triangle have the same position.
-    #[error("triangle {triangle} has two corners at one place")]
+    #[error("triangle {triangle} has two corners at one position")]
     Degenerate {
-        /// The triangle.
+        /// Index of the triangle.
         triangle: usize,
     },
-    /// A half-edge appears more than once, or its opposite does not appear. Vertices are given by the lowest index at
-    /// their position.
+    /// A half-edge appears more than once, or its opposite is missing.
+    ///
+    /// Vertices are named by the lowest index at their position.
     #[error("edge from vertex {from} to vertex {to}: {forward} half-edges that way, {backward} back")]
     Edge {
-        /// Vertex where it begins.
+        /// Start vertex.
         from: u32,
-        /// Vertex where it ends.
+        /// End vertex.
         to: u32,
-        /// Half-edges from `from` to `to`.
+        /// Number of half-edges from `from` to `to`.
         forward: usize,
-        /// Half-edges from `to` to `from`.
+        /// Number of half-edges from `to` to `from`.
         backward: usize,
     },
     /// The enclosed volume is not positive.
@@ -53,9 +54,13 @@ pub enum OpenMesh {
     },
 }
 
-/// Whether the triangles are a closed, oriented surface around a positive volume: after welding vertices with bitwise
-/// equal positions, every edge has exactly two half-edges, opposite to each other. Uses nothing but what a reader of
-/// the answer has; merge pairs are not needed.
+/// Checks that the triangles form a closed, oriented surface around a positive volume.
+///
+/// After welding vertices with bitwise equal positions, every edge must have exactly two half-edges of opposite
+/// direction. The check uses positions and indices only, no merge pairs.
+///
+/// # Errors
+/// [`OpenMesh`]: the first defect.
 pub fn closed(positions: &[[f32; 3]], indices: &[u32]) -> Result<(), OpenMesh> {
     let (triangles, rest) = indices.as_chunks::<3>();
     if !rest.is_empty() {

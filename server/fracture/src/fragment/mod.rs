@@ -1,4 +1,4 @@
-//! What a fragment is once its surface is known: a rigid body, and a closed one.
+//! Properties of a fragment that follow from its surface: rigid-body properties and closedness.
 
 mod closed;
 mod properties;

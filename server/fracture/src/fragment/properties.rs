@@ -1,18 +1,18 @@
 //! Volume, center of mass and inertia of a polyhedron from its surface.
 //!
 //! Based on: Mirtich, *Fast and accurate computation of polyhedral mass properties* (Journal of Graphics Tools 1(2),
-//! 1996) and Eberly, *Polyhedral mass properties (revisited)* (2002): the divergence theorem turns the volume integrals
-//! of 1, x_i and x_i x_j into sums over triangles, exact for polyhedra. Summed as signed cones from a point near the
-//! body, so that nothing is lost to the body's distance from the origin.
+//! 1996) and Eberly, *Polyhedral mass properties (revisited)* (2002). The divergence theorem turns the volume integrals
+//! of 1, x_i and x_i x_j into sums over triangles, exact for polyhedra. The sums are over signed cones from a point
+//! near the body, so that the body's distance from the origin costs no precision.
 
 use crate::tessellation::{FragmentRange, Tessellation};
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 
-/// A fragment as a rigid body of unit density, local coordinates.
+/// A fragment as a rigid body of unit density, in local coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidProperties {
-    /// Volume, local length cubed; mass at density 1.
+    /// Volume, local length cubed; the mass at density 1.
     pub volume: f64,
     /// Center of mass, local.
     pub center: Point3<f64>,
@@ -20,22 +20,22 @@ pub struct RigidProperties {
     pub inertia: Matrix3<f64>,
 }
 
-/// Why a body cannot be simulated as rigid.
+/// Reason why a body cannot be simulated as rigid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NotRigid {
-    /// Volume not positive or not finite.
-    #[error("volume {volume}")]
+    /// The volume is not positive or not finite.
+    #[error("volume {volume} is not positive and finite")]
     Volume {
-        /// The volume.
+        /// Volume, local length cubed.
         volume: f64,
     },
-    /// Center not finite.
-    #[error("center not finite")]
+    /// The center is not finite.
+    #[error("the center of mass is not finite")]
     Center,
-    /// Inertia not positive definite.
-    #[error("inertia not positive definite")]
+    /// The inertia is not finite or not positive definite.
+    #[error("the inertia is not finite or not positive definite")]
     Inertia,
-    /// One principal moment exceeds the sum of the other two: no mass distribution has it.
+    /// One principal moment exceeds the sum of the other two, which no mass distribution allows.
     #[error("principal moments of inertia violate the triangle inequality")]
     Moments,
 }
@@ -45,7 +45,7 @@ pub enum NotRigid {
 struct Sums {
     volume: f64,
     first: Vector3<f64>,
-    /// xx, yy, zz, xy, xz, yz.
+    /// Second moments: xx, yy, zz, xy, xz, yz.
     second: [f64; 6],
 }
 
@@ -78,7 +78,8 @@ impl Sums {
 }
 
 impl RigidProperties {
-    /// Of the polyhedron with these triangles (indices into `vertices`), closed and counter-clockwise seen from outside.
+    /// Properties of the polyhedron with these triangles (indices into `vertices`), closed and counter-clockwise seen
+    /// from outside.
     pub fn of_surface(vertices: &[Point3<f64>], triangles: impl IntoIterator<Item = [u32; 3]>) -> Self {
         let reference = vertices.first().copied().unwrap_or(Point3::origin());
         let mut sums = Sums::ZERO;
@@ -86,7 +87,7 @@ impl RigidProperties {
         sums.finish(reference)
     }
 
-    /// Of one fragment; zero volume if it has no runs.
+    /// Properties of one fragment; zero volume without runs.
     pub fn of_fragment(tessellation: &Tessellation, fragment: &FragmentRange) -> Self {
         let runs = &tessellation.runs()[fragment.runs.clone()];
         let first = runs.first().and_then(|run| tessellation.run_vertices(run).first());
@@ -98,8 +99,11 @@ impl RigidProperties {
         sums.finish(reference)
     }
 
-    /// Whether a physics engine can take it: finite, positive volume, positive definite inertia that some mass
-    /// distribution has.
+    /// Checks that a physics engine can simulate the body: finite, positive volume, and a positive definite inertia
+    /// that some mass distribution has.
+    ///
+    /// # Errors
+    /// [`NotRigid`]: the first property that is not.
     pub fn rigid(&self) -> Result<(), NotRigid> {
         if !(self.volume > 0.0 && self.volume.is_finite()) {
             return Err(NotRigid::Volume { volume: self.volume });
@@ -110,13 +114,13 @@ impl RigidProperties {
         if !self.inertia.iter().all(|x| x.is_finite()) || self.inertia.cholesky().is_none() {
             return Err(NotRigid::Inertia);
         }
-        // Principal moments are I_k = ∫|r|² − λ_k; the inequality says that the second moments λ are not negative.
+        // Principal moments are I_k = ∫|r|² − λ_k, so the inequality means that the second moments λ are not negative.
         let second = Matrix3::identity() * (0.5 * self.inertia.trace()) - self.inertia;
         if second.cholesky().is_none() { Err(NotRigid::Moments) } else { Ok(()) }
     }
 }
 
-/// Of every fragment, in order, into `out`; in parallel over fragments.
+/// Writes the properties of every fragment, in order, to `out`; parallel over fragments.
 pub fn properties(tessellation: &Tessellation, out: &mut Vec<RigidProperties>) {
     tessellation
         .fragments()

@@ -1,4 +1,4 @@
-//! Exact bodies, invariances, and every way of not being closed.
+//! Exact bodies, invariances, and every defect of an open mesh.
 
 use super::*;
 use crate::random::RandomStream;

@@ -1,13 +1,14 @@
-//! What is left of triangles and tetrahedra within planes.
+//! Clipping of triangles and tetrahedra by planes.
 //!
-//! Based on: Sutherland & Hodgman, *Reentrant polygon clipping* (Communications of the ACM 17(1), 1974), and the division of a prism
-//! into three tetrahedra.
+//! Based on: Sutherland & Hodgman, *Reentrant polygon clipping* (Communications of the ACM 17(1), 1974), and the
+//! division of a prism into three tetrahedra.
 
 use super::{ClosedTriangles, Plane};
 use nalgebra::Point3;
 
-/// The points that span a body within planes: those of its surface that lie inside all of them, and where planes cut its triangles.
-/// Corners that three planes make deep inside the body are not among them.
+/// The surface points of a body within planes: its points inside all planes, and the corners of its clipped triangles.
+///
+/// Corners of three planes deep inside the body are not included.
 pub fn clipped(body: &ClosedTriangles, planes: &[Plane]) -> Vec<Point3<f64>> {
     let inside: Vec<bool> =
         body.points.iter().map(|point| planes.iter().all(|plane| plane.beyond(point) <= 0.0)).collect();
@@ -26,7 +27,7 @@ pub fn clipped(body: &ClosedTriangles, planes: &[Plane]) -> Vec<Point3<f64>> {
     points
 }
 
-/// The part of a convex polygon that lies inside of `plane`, into `out`.
+/// Writes the part of a convex polygon inside `plane` to `out`.
 fn cut(polygon: &[Point3<f64>], plane: &Plane, out: &mut Vec<Point3<f64>>) {
     out.clear();
     for (k, point) in polygon.iter().enumerate() {
@@ -41,7 +42,7 @@ fn cut(polygon: &[Point3<f64>], plane: &Plane, out: &mut Vec<Point3<f64>>) {
     }
 }
 
-/// Where a plane crosses an edge whose ends lie on different sides of it, at these distances.
+/// The point where a plane crosses an edge, from the signed distances of its ends.
 fn crossing([from, to]: [&Point3<f64>; 2], [here, there]: [f64; 2]) -> Point3<f64> {
     from + (to - from) * (here / (here - there))
 }
@@ -51,7 +52,7 @@ fn six_volumes([a, b, c, d]: &[Point3<f64>; 4]) -> f64 {
     (b - a).dot(&(c - a).cross(&(d - a))).abs()
 }
 
-/// Six times the volume of the part of a tetrahedron that lies inside of those `planes` whose bits are set.
+/// Six times the volume of the part of a tetrahedron inside the `planes` whose bits are set.
 pub(super) fn six_volumes_within(corners: &[Point3<f64>; 4], planes: &[Plane], bits: u64) -> f64 {
     if bits == 0 {
         return six_volumes(corners);

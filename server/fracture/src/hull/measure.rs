@@ -1,31 +1,31 @@
-//! How much of a body a hull holds, and how deep others reach into it.
+//! Coverage of a body by a hull, and depth of other bodies in it.
 //!
-//! Ours. Coverage is exact: a body is the signed sum of the cones from a point to its triangles, each of which is clipped by the
-//! planes of the hull that it reaches beyond. Depth is concave and changes no faster than the place, so that bounds at corners tell
-//! which triangles need a closer look (branch and bound).
+//! Ours. Coverage is exact: a body is the signed sum of the cones from a point to its triangles. Each cone is clipped
+//! by the planes of the hull that it crosses. Depth is a concave function with Lipschitz constant 1, so values at the
+//! corners bound it on a triangle, and branch and bound finds the largest.
 
 use super::clip::six_volumes_within;
 use super::{ClosedTriangles, ConvexHull, Plane, bounds, meet};
 use nalgebra::{Point3, Vector3, center};
 
-/// How far a depth may be told too large, over the diagonal of the hull.
+/// Largest overestimation of a depth, over the diagonal of the hull.
 const DEPTH_SLACK: f64 = 1e-3;
 
-/// A triangle is divided at most that often; what is left is told by its bound.
+/// Largest number of subdivisions of a triangle. The remaining parts count with their bounds.
 const DIVISIONS: u32 = 8;
 
-/// The search for the deepest point.
+/// Search for the deepest point.
 struct Search<'a> {
     planes: &'a [Plane],
-    /// Deepest so far.
+    /// Largest depth so far.
     deepest: f64,
     slack: f64,
-    /// The plane that the last triangle was found beyond of.
+    /// Index of the plane that excluded the last triangle.
     last: usize,
 }
 
 impl ConvexHull {
-    /// Volume of the part of `body` inside the hull over that of the body, 0 ..= 1; zero for a body without volume.
+    /// Share of the volume of `body` inside the hull, 0 ..= 1; 0 for a body without volume.
     pub fn coverage(&self, body: &ClosedTriangles) -> f64 {
         let apex = Point3::from(
             self.vertices.iter().map(|vertex| vertex.coords).sum::<Vector3<f64>>() / self.vertices.len().max(1) as f64,
@@ -47,8 +47,9 @@ impl ConvexHull {
         if whole > 0.0 { (inside / whole).clamp(0.0, 1.0) } else { 0.0 }
     }
 
-    /// The largest depth below the hull's surface of any point of the surface of `others`: told too large by at most a thousandth of
-    /// the hull's diagonal, never too small. Zero where none reaches inside.
+    /// The largest depth of the surfaces of `others` below the hull's surface; 0 if none is inside.
+    ///
+    /// Overestimated by at most a thousandth of the hull's diagonal, never underestimated.
     pub fn depth<'a>(&self, others: impl Iterator<Item = &'a ClosedTriangles>) -> f64 {
         let slack = DEPTH_SLACK * self.size();
         let own = bounds(&self.vertices);
@@ -63,7 +64,7 @@ impl ConvexHull {
 }
 
 impl Search<'_> {
-    /// Looks for a deeper point in a triangle.
+    /// Searches a triangle for a deeper point.
     fn visit(&mut self, corners: [Point3<f64>; 3], divisions: u32) {
         let Some(bound) = self.bound(&corners) else { return };
         for corner in &corners {
@@ -84,7 +85,7 @@ impl Search<'_> {
         }
     }
 
-    /// What no point of the triangle lies deeper than; `None` if that is of no interest.
+    /// Upper bound of the depth in a triangle; `None` if it exceeds the largest depth so far by at most the slack.
     fn bound(&mut self, corners: &[Point3<f64>; 3]) -> Option<f64> {
         let mut bound = f64::INFINITY;
         let count = self.planes.len();

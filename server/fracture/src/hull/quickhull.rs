@@ -1,38 +1,41 @@
-//! The convex hull of points, coarse first.
+//! Convex hull of points, refined from coarse to fine.
 //!
-//! Based on: Barber, Dobkin & Huhdanpaa, *The quickhull algorithm for convex hulls* (ACM Transactions on Mathematical Software
-//! 22(4), 1996): a face that points lie beyond gives way to the cone from the farthest of them to its horizon. Instead of lists of
-//! points per face, every new face asks all points for its farthest, and the face with the farthest of all is next: stopped at any
-//! time, what is there is the hull of the points that matter most.
+//! Based on: Barber, Dobkin & Huhdanpaa, *The quickhull algorithm for convex hulls* (ACM Transactions on Mathematical
+//! Software 22(4), 1996): faces seen from a point beyond them are replaced by the cone from that point to their
+//! horizon. There are no lists of points per face. Instead, every new face searches all points for its farthest, and
+//! the face with the farthest point of all is next. Stopped at any time, the result is the hull of the most prominent
+//! points.
 
 use super::{ConvexHull, FACES_MAX, Plane, bounds};
 use nalgebra::Point3;
 
-/// Bodies thinner than this, over their diagonal, have no hull.
+/// Thickness over the diagonal below which a body has no hull.
 const FLAT: f64 = 1e-6;
 
-/// Points nearer to the hull than this, over its diagonal, or over its thickness where that is less, are left out.
+/// Distance from the hull below which points are ignored, over its diagonal.
 const DETAIL: f64 = 1e-4;
+/// The same over the hull's thickness; the smaller distance applies.
 const DETAIL_OF_THICKNESS: f64 = 1e-2;
 
-/// A face is seen from points farther beyond it than this, over the diagonal.
+/// Distance beyond a face from which it counts as seen, over the diagonal.
 const SEEN: f64 = 1e-12;
 
-/// Among points that are equally far, what lies farther out wins by this much: that is a corner, and never in the middle of an edge.
+/// Weight of the squared distance from the center among equally far points. It prefers corners over points within an
+/// edge.
 const TIE: f64 = 1e-6;
 
-/// A triangle of the hull as it grows.
+/// A triangle of the growing hull.
 struct Face {
     corners: [usize; 3],
-    /// The face on the other side of the edge from each corner to the next.
+    /// Neighbor across the edge from each corner to the next.
     across: [usize; 3],
     plane: Plane,
-    /// The farthest point beyond it, and how far that is.
+    /// Distance and index of the farthest point beyond the face.
     far: Option<(f64, usize)>,
     alive: bool,
 }
 
-/// An edge between what is seen and what is not: corners in the order of the seen face, and the face that is not.
+/// An edge of the horizon: corners in the order of the seen face, and the unseen face.
 #[derive(Clone, Copy)]
 struct Edge {
     from: usize,
@@ -40,15 +43,15 @@ struct Edge {
     outer: usize,
 }
 
-/// Numbers of triangles at which points that are inside by now are put aside.
+/// Numbers of triangles at which points inside the hull are discarded.
 const SIEVES: [usize; 3] = [8, 16, 32];
 
 struct Builder {
-    /// Relative to the middle of their box.
+    /// Points relative to the center of their bounding box.
     points: Vec<Point3<f64>>,
-    /// Those that may still be farthest, ascending.
+    /// Points that may still be farthest, ascending.
     open: Vec<usize>,
-    /// What breaks ties.
+    /// Tie-break of each point.
     bias: Vec<f64>,
     size: f64,
     detail: f64,
@@ -57,8 +60,10 @@ struct Builder {
 }
 
 impl ConvexHull {
-    /// The convex hull of `points` with at most [`FACES_MAX`] triangles: of those points that stand out most where all would need
-    /// more. `None` where they are none, not finite, or lie in one plane.
+    /// The convex hull of `points` with at most [`FACES_MAX`] triangles, of the most prominent points if all would need
+    /// more.
+    ///
+    /// `None` if there are no points, a coordinate is not finite, or all are coplanar.
     pub fn of(points: &[Point3<f64>]) -> Option<Self> {
         let [low, high] = bounds(points);
         let size = (high - low).norm();
@@ -101,7 +106,7 @@ impl Builder {
         best.1
     }
 
-    /// A tetrahedron of far points; `None` where all lie in one plane.
+    /// Starts with a tetrahedron of far points; `None` if all are coplanar.
     fn begin(&mut self) -> Option<()> {
         let a = self.most(|point| point.coords.norm());
         let first = self.points[a];
@@ -116,7 +121,7 @@ impl Builder {
             return None;
         }
         self.detail = self.detail.min(DETAIL_OF_THICKNESS * height.abs());
-        // Seen from outside, the base is counter-clockwise and the last corner behind it.
+        // Seen from outside, the base is counter-clockwise and the last corner is behind it.
         let (b, c) = if height > 0.0 { (c, b) } else { (b, c) };
         let sides = [([a, b, c], [1, 2, 3]), ([b, a, d], [0, 3, 2]), ([c, b, d], [0, 1, 3]), ([a, c, d], [0, 2, 1])];
         for (corners, across) in sides {
@@ -134,7 +139,7 @@ impl Builder {
         self.alive += 1;
     }
 
-    /// Puts the points inside aside: none of them will be farthest.
+    /// Discards points inside the hull, which cannot be farthest later.
     fn sift(&mut self) {
         let Self { points, open, faces, .. } = self;
         let outside = |point: &Point3<f64>| faces.iter().any(|face| face.alive && face.plane.beyond(point) > 0.0);
@@ -152,8 +157,9 @@ impl Builder {
         best.map(|(_, face, point)| (face, point))
     }
 
-    /// Replaces what is seen of the hull from a point beyond `face` by the cone to its horizon. `false`, and nothing is changed, where
-    /// rounding leaves no simple horizon or a cone without volume.
+    /// Replaces the faces seen from a point beyond `face` by the cone to their horizon.
+    ///
+    /// Returns `false` without a change if rounding yields no simple horizon or a cone without volume.
     fn add(&mut self, face: usize, point: usize) -> bool {
         let seen = self.seen(face, &self.points[point]);
         let Some(rim) = self.rim(&seen) else { return false };
@@ -173,7 +179,7 @@ impl Builder {
         true
     }
 
-    /// Faces that are seen from `point`, connected with `face`, which is the first.
+    /// Faces seen from `point` and connected with `face`, which is the first.
     fn seen(&self, face: usize, point: &Point3<f64>) -> Vec<usize> {
         let mut seen = vec![face];
         let mut at = 0;
@@ -188,7 +194,7 @@ impl Builder {
         seen
     }
 
-    /// The edges around what is seen, each beginning where the one before it ends; `None` where they are no single loop.
+    /// The horizon as a closed loop of edges; `None` if it is not a single loop.
     fn rim(&self, seen: &[usize]) -> Option<Vec<Edge>> {
         let edges = seen.iter().flat_map(|&face| {
             let Face { corners, across, .. } = &self.faces[face];

@@ -1,4 +1,4 @@
-//! Bodies whose hulls are known, random ones, and those that have none.
+//! Bodies with known hulls, random points, and points without a hull.
 
 use super::*;
 use crate::random::RandomStream;
@@ -25,7 +25,7 @@ fn cube(low: [f64; 3], edge: f64, parts: usize) -> ClosedTriangles {
     shell
 }
 
-/// Volume from the triangles alone.
+/// Volume computed from the triangles only.
 fn volume(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> f64 {
     let cone = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(|point| points[point as usize] - points[0]);
@@ -34,7 +34,8 @@ fn volume(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> f64 {
     triangles.iter().map(cone).sum::<f64>() / 6.0
 }
 
-/// Closed, convex, within the caps, its corners among the points; contains all of them to a ten-thousandth unless a cap was met.
+/// Expects a closed, convex hull within the limits, with vertices from the points; unless a limit was met, it contains
+/// all points to a ten-thousandth.
 #[track_caller]
 fn check(points: &[Point3<f64>]) -> ConvexHull {
     let hull = ConvexHull::of(points).unwrap();
@@ -79,12 +80,12 @@ fn coverage_is_the_share_of_the_body_inside() {
         let other = ConvexHull::of(&cube(low, edge, 1).points).unwrap();
         assert!((other.coverage(&body) - share).abs() < 1e-12, "{} {share}", other.coverage(&body));
     }
-    // A corner cut off by a plane askew.
+    // A corner cut off by an oblique plane.
     let plane = Plane::at(&Point3::new(0.5, 1.0, 1.0), Vector3::repeat(1.0)).unwrap();
     let rest = check(&clipped(&body, &[plane]));
     assert!((volume(&rest.vertices, &rest.triangles) - (1.0 - 0.125 / 6.0)).abs() < 1e-12);
     assert!((rest.coverage(&body) - (1.0 - 0.125 / 6.0)).abs() < 1e-12);
-    // Two cubes that touch are one body, hollow between them.
+    // Two cubes that touch form one body with a hollow between them.
     let mut pair = body.clone();
     let second = cube([1.0; 3], 1.0, 2);
     pair.triangles.extend(second.triangles.iter().map(|t| t.map(|point| point + body.points.len() as u32)));
@@ -101,7 +102,7 @@ fn depth_is_that_of_the_deepest_point_of_a_surface() {
         (0.1, [0.9, 0.2, 0.2], 0.5, 1),
         (0.0, [1.0, 0.0, 0.0], 1.0, 4),
         (0.0, [1.5, 0.0, 0.0], 1.0, 4),
-        // Faces pass through the middle, corners are far outside.
+        // Faces pass through the middle; corners are far outside.
         (0.5, [0.5, -4.0, -4.0], 9.0, 1),
         (0.25, [0.25, -4.0, -4.0], 9.0, 1),
     ] {
@@ -135,7 +136,7 @@ fn outset_bodies_stand_out_where_they_are_told_to() {
     assert_eq!((moved[0], moved[1]), (Point3::new(-0.25, 0.0, 0.0), own[1]));
 }
 
-/// Random points of very different kinds.
+/// Random points of seven different distributions.
 fn points(kind: u32, count: usize, seed: u64) -> Vec<Point3<f64>> {
     let mut random = RandomStream::new(seed, 7);
     let mut draw = || Vector3::from_fn(|_, _| 2.0 * random.uniform() - 1.0);

@@ -1,18 +1,18 @@
-//! Which tetrahedra share a face, which belong to a node, and what hangs together through faces.
+//! Adjacency of lattices: tetrahedra across faces and around nodes, and face-connected components.
 
 use super::{FACES, Lattice};
 
-/// No tetrahedron on the other side of a face.
+/// Neighbor across a boundary face: no tetrahedron.
 pub const NO_TET: u32 = u32::MAX;
 
-/// The tetrahedra around every node, in increasing order.
+/// Tetrahedra around every node, in increasing order.
 #[derive(Clone, Debug)]
 pub struct NodeStars {
     offsets: Vec<u32>,
     tets: Vec<u32>,
 }
 
-/// A face of one tetrahedron, less its lowest node.
+/// Face of one tetrahedron, without its lowest node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 struct Face {
     others: [u32; 2],
@@ -21,15 +21,17 @@ struct Face {
 }
 
 impl NodeStars {
-    /// The tetrahedra that have `node` as a corner, increasing.
+    /// Tetrahedra that have `node` as a corner, in increasing order.
     pub fn of(&self, node: u32) -> &[u32] {
         &self.tets[self.offsets[node as usize] as usize..self.offsets[node as usize + 1] as usize]
     }
 }
 
 impl Lattice {
-    /// Per tetrahedron the four across its faces, face k opposite node k ([`FACES`]); [`NO_TET`] on the boundary, and
-    /// where more than two tetrahedra share a face, which no constructor lets happen.
+    /// Neighbors of each tetrahedron across its four faces; face k is opposite node k ([`FACES`]).
+    ///
+    /// [`NO_TET`] marks the boundary. It also marks a face that more than two tetrahedra share,
+    /// which no constructor produces.
     pub fn neighbors(&self) -> Vec<[u32; 4]> {
         let (offsets, faces) = self.faces_by_lowest_node();
         let mut neighbors = vec![[NO_TET; 4]; self.tets.len()];
@@ -45,7 +47,7 @@ impl Lattice {
         neighbors
     }
 
-    /// All faces, in buckets by their lowest node, sorted by the other two within each; and the buckets' starts.
+    /// All faces in buckets by lowest node, sorted by the other two nodes within each; and the start of each bucket.
     fn faces_by_lowest_node(&self) -> (Vec<u32>, Vec<Face>) {
         let faces = || {
             self.tets.iter().enumerate().flat_map(|(tet, nodes)| {
@@ -72,7 +74,7 @@ impl Lattice {
         (offsets, sorted)
     }
 
-    /// The tetrahedra around every node.
+    /// Collects the tetrahedra around every node.
     pub fn stars(&self) -> NodeStars {
         let mut offsets = vec![0u32; self.nodes.len() + 1];
         for &node in self.tets.iter().flatten() {
@@ -92,7 +94,7 @@ impl Lattice {
         NodeStars { offsets, tets }
     }
 
-    /// The tetrahedra that hang together through faces, each group increasing, groups by their lowest member.
+    /// Face-connected components: tetrahedra in increasing order, components by their lowest tetrahedron.
     pub fn components(&self) -> Vec<Vec<u32>> {
         let neighbors = self.neighbors();
         let (mut seen, mut components) = (vec![false; self.tets.len()], Vec::new());
@@ -116,7 +118,7 @@ impl Lattice {
         components
     }
 
-    /// The lattice of `tets` alone, in that order, with the nodes they use in their old order.
+    /// Lattice of `tets` only, in that order. The nodes they use keep their relative order.
     pub fn part(&self, tets: &[u32]) -> Self {
         let mut renamed = vec![u32::MAX; self.nodes.len()];
         for &tet in tets {

@@ -1,10 +1,11 @@
-//! The simplest lattice: a box of body-centered cubic cells, for tests, references and the smallest objects.
+//! Block of body-centered cubic cells: the simplest lattice, for tests, references and the smallest objects.
 
 use super::Lattice;
 use nalgebra::{Point3, Vector3};
 
-/// A box of `cells` cubes of side `spacing`, centered at the origin, each cube cut into 24 tetrahedra by its center and
-/// its face centers, which the neighbor shares.
+/// Block of `cells` cubes of side `spacing` (local), centered at the origin.
+///
+/// Each cube is cut into 24 tetrahedra by its center and its face centers, which neighboring cubes share.
 pub fn block(cells: [usize; 3], spacing: f64) -> Lattice {
     let half = Vector3::from(cells.map(|count| count as f64)) * (0.5 * spacing);
     let mut builder = Builder { cells, spacing, half, lattice: Lattice::default(), index: Default::default() };
@@ -27,7 +28,7 @@ struct Builder {
 }
 
 impl Builder {
-    /// Node at twice its cell coordinates: even = corner, odd = center.
+    /// Node at twice its cell coordinates: even for a corner, odd for a center.
     fn node(&mut self, twice: [usize; 3]) -> u32 {
         debug_assert!((0..3).all(|k| twice[k] <= 2 * self.cells[k]));
         *self.index.entry(twice).or_insert_with(|| {

@@ -1,12 +1,14 @@
-//! Moving nodes of the boundary off the surface, where the chords between them are far from it: at ridges and in creases.
+//! Fit of boundary nodes to ridges and creases, where chords between nodes on the surface deviate from it.
 //!
-//! Based on: C. L. Lawson, *Contributions to the theory of linear least maximum approximation* (1961), for the move of one node that makes
-//! the largest of its errors least; in the spirit of L. Kobbelt, M. Botsch, U. Schwanecke, H.-P. Seidel, *Feature sensitive surface
-//! extraction* (SIGGRAPH 2001), which puts vertices where the tangent planes of samples meet.
+//! Based on: C. L. Lawson, *Contributions to the theory of linear least maximum approximation* (1961), for
+//! the move of one node that minimizes its largest error. In the spirit of L. Kobbelt, M. Botsch, U.
+//! Schwanecke, H.-P. Seidel, *Feature sensitive surface extraction* (SIGGRAPH 2001), which puts vertices
+//! where the tangent planes of samples meet.
 //!
-//! Errors are those that [`Lattice::deviation`] looks at, from the level set that was stuffed. In every round nodes move of which no two share a tetrahedron, each
-//! only if the largest error around it falls and its tetrahedra keep the angles that stuffing promises. So no place gets worse than the
-//! worst around it was, and the order does not matter.
+//! Errors are distances from the stuffed level set, at the samples of [`Lattice::deviation`]. In every round, a set of
+//! nodes moves of which no two share a tetrahedron. A node moves only if the largest error around it falls and its
+//! tetrahedra keep the angles that stuffing guarantees. So no error exceeds the former largest error around it, and the
+//! order of moves does not matter.
 
 use super::adjacency::NodeStars;
 use super::crossing::put_back;
@@ -20,40 +22,41 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// Errors up to this share of the spacing are left as they are: what is smooth keeps its nodes on the surface.
+/// Largest error that is accepted, over the spacing. Smooth parts keep their nodes on the surface.
 const FAR: f64 = 0.1;
 
-/// Rounds at most; all that was tried ended before.
+/// Largest number of rounds. All shapes tried needed fewer.
 const ROUNDS_MAX: usize = 256;
 
-/// Angles that no tetrahedron leaves by a move, degrees; one beyond them already may come nearer.
+/// Bounds on dihedral angles after a move, degrees. A tetrahedron already outside them must not move farther out.
 const DIHEDRAL_DEG: [f64; 2] = [14.0, 160.0];
 
-/// Times that a boundary is fitted at most: after each, moves that make it cross are taken back, and their nodes stay.
+/// Largest number of fits of a boundary. After each, moves that make it cross itself are undone and their nodes pinned.
 const ATTEMPTS_MAX: usize = 5;
 
-/// Level sets that are fitted to meet a volume, at most.
+/// Largest number of level sets that are fitted to meet a volume.
 const FITS_MAX: usize = 3;
 
-/// Steps that are tried, as shares of the best one of the linear model.
+/// Step sizes tried, as shares of the best step of the linear model.
 const STEPS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 
-/// Steps that are tried in all directions where none of those gains anything: over a ridge distances are far from linear.
+/// Step sizes tried in all directions if no step of the linear model helps, over the spacing. Distances are far from
+/// linear at ridges.
 const SEARCHED: [f64; 4] = [0.2, 0.1, 0.05, 0.025];
 
-/// What a move must leave of the largest error at most.
+/// Largest accepted ratio of the new to the old largest error of a move.
 const GAIN: f64 = 0.97;
 
-/// Between the places of a difference quotient, over the spacing.
+/// Distance between the points of a difference quotient, over the spacing.
 const DIFFERENCE: f64 = 0.01;
 
 /// Iterations of Lawson's algorithm.
 const LAWSON: usize = 24;
 
-/// Holds a node where no error pulls, as a share of the pull of all.
+/// Damping of directions without errors, as a share of the trace of the normal matrix.
 const DAMPING: f64 = 1e-3;
 
-/// A place of the boundary: a node, the middle of an edge or of a face.
+/// Sample of the boundary: a node, or the middle of an edge or of a face.
 #[derive(Clone, Copy)]
 struct Sample {
     nodes: [u32; 3],
@@ -65,7 +68,7 @@ impl Sample {
         &self.nodes[..self.count]
     }
 
-    /// Its place; `moved` is where one of its nodes is instead.
+    /// Position of the sample. `moved` gives one node a different position.
     fn place(&self, nodes: &[Point3<f64>], moved: Option<(u32, Point3<f64>)>) -> Point3<f64> {
         let at =
             |node: u32| moved.filter(|(own, _)| *own == node).map_or(nodes[node as usize], |(_, place)| place).coords;
@@ -73,10 +76,12 @@ impl Sample {
     }
 }
 
-/// As [`stuff`] to a volume (local, positive), with ridges and creases: the level set is the one whose lattice holds the volume once its
-/// boundary was fitted to it.
+/// As [`stuff`] to a volume (local, positive), with the boundary fitted to ridges and creases.
 ///
-/// Errors: those of [`stuff`].
+/// Selects the level set whose lattice has the volume after the fit.
+///
+/// # Errors
+/// Those of [`stuff`].
 pub(super) fn stuff_fitted(
     shape: &dyn SignedDistance,
     spacing: f64,
@@ -100,10 +105,13 @@ pub(super) fn stuff_fitted(
     best.ok_or(LatticeError::NothingInside { spacing })
 }
 
-/// Moves boundary nodes of all bodies so that the largest distance from their level set falls, but for those after
-/// whose moves boundaries would cross. Every invariant of [`Lattice`] and every bound of [`stuff`] but that of the volume holds.
+/// Moves boundary nodes of all bodies to reduce the largest distance from their level set.
 ///
-/// Errors: cancelled; a distance that is not finite.
+/// Nodes whose moves would make boundaries cross stay. All invariants of [`Lattice`] and all bounds of [`stuff`] except
+/// that of the volume hold.
+///
+/// # Errors
+/// Cancelled; a distance that is not finite.
 fn fit(level: &mut LatticeLevel, shape: &dyn SignedDistance, token: &CancelToken) -> Result<(), LatticeError> {
     let mut joined = Lattice::default();
     for body in &level.bodies {
@@ -137,20 +145,21 @@ struct Fitter<'a> {
     lattice: Lattice,
     stars: NodeStars,
     samples: Vec<Sample>,
-    /// Errors of the samples: signed distances from the level set.
+    /// Error of each sample: its signed distance from the level set.
     values: Vec<f64>,
-    /// Per node its samples; none inside.
+    /// Samples of each node; empty for interior nodes.
     of_node: Vec<Vec<u32>>,
-    /// The boundary, and per node its faces.
+    /// Faces of the boundary.
     faces: Vec<[u32; 3]>,
+    /// Faces of each node.
     faces_of: Vec<Vec<u32>>,
-    /// Nodes that nothing is to be gained from until something around them moves.
+    /// Nodes without a useful move, until something around them moves.
     resting: Vec<bool>,
-    /// Nodes that stay.
+    /// Nodes that must not move.
     pinned: Vec<bool>,
 }
 
-/// Where a node goes, and the errors of its samples then.
+/// New position of a node, and the errors of its samples there.
 type Move = (Point3<f64>, Vec<f64>);
 
 impl<'a> Fitter<'a> {
@@ -196,7 +205,8 @@ impl<'a> Fitter<'a> {
         Ok(())
     }
 
-    /// Nodes with errors that are worse than those of all around them (at a tie the first), and their errors: no two share a tetrahedron.
+    /// Nodes with larger errors than all nodes around them (the lowest one at a tie), and their
+    /// errors. No two share a tetrahedron.
     fn chosen(&self) -> Vec<(u32, f64)> {
         let worst: HashMap<u32, f64> = (0..self.lattice.nodes.len() as u32)
             .filter(|&node| !self.resting[node as usize])
@@ -216,7 +226,7 @@ impl<'a> Fitter<'a> {
         chosen
     }
 
-    /// The largest error of a node's samples; 0 inside.
+    /// Largest error of a node's samples; 0 for interior nodes.
     fn worst(&self, node: u32) -> f64 {
         largest(self.of_node[node as usize].iter().map(|&sample| self.values[sample as usize]))
     }
@@ -233,7 +243,7 @@ impl<'a> Fitter<'a> {
         }
     }
 
-    /// The move that gains most, if any does: along the best step of the linear model, or else in any direction.
+    /// Best move of a node, if any reduces its error: along the step of the linear model, or else in any direction.
     fn best(&self, node: u32, worst: f64) -> Option<Move> {
         let step = self.step(node);
         self.best_of(node, worst, STEPS.map(|share| step * share)).or_else(|| {
@@ -266,7 +276,7 @@ impl<'a> Fitter<'a> {
         best.map(|(_, found)| found)
     }
 
-    /// Whether all tetrahedra of a node keep their angles with the node at `place`.
+    /// Returns true if all tetrahedra of `node` keep their angle bounds with the node at `place`.
     fn holds(&self, node: u32, place: Point3<f64>) -> bool {
         self.stars.of(node).iter().all(|&tet| {
             let nodes = self.lattice.tets[tet as usize];
@@ -276,7 +286,7 @@ impl<'a> Fitter<'a> {
         })
     }
 
-    /// Whether faces of a node meet others near by with the node at `place`; those farther away are looked at in the end.
+    /// Returns true if faces of `node`, moved to `place`, meet others nearby. Distant ones are checked after the fit.
     fn crosses(&self, node: u32, place: Point3<f64>) -> bool {
         let around = self.stars.of(node).iter().flat_map(|&tet| self.lattice.tets[tet as usize]);
         let mut near: Vec<u32> = around.flat_map(|other| &self.faces_of[other as usize]).copied().collect();
@@ -288,7 +298,7 @@ impl<'a> Fitter<'a> {
         own.iter().any(|&face| near.iter().any(|&other| meet(whole(face), whole(other))))
     }
 
-    /// The step that makes the largest error of a node's samples least, were distances linear.
+    /// Step that minimizes the largest error of a node's samples under a linear model of the distance.
     fn step(&self, node: u32) -> Vector3<f64> {
         let rows: Vec<(Vector3<f64>, f64)> = self.of_node[node as usize]
             .iter()
@@ -311,7 +321,7 @@ impl<'a> Fitter<'a> {
     }
 }
 
-/// The x for which the largest |value + gradient·x| is least, held near 0 where that leaves it open.
+/// Minimizer x of the largest |value + gradient·x|, damped toward 0 where it is not unique.
 fn minimax(rows: &[(Vector3<f64>, f64)]) -> Vector3<f64> {
     let (mut weights, mut step) = (vec![1.0 / rows.len() as f64; rows.len()], Vector3::zeros());
     for _ in 0..LAWSON {
@@ -337,11 +347,11 @@ fn minimax(rows: &[(Vector3<f64>, f64)]) -> Vector3<f64> {
 }
 
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    // A distance that is no number is as bad as can be.
+    // A distance that is not a number is treated as an infinite error.
     values.map(f64::abs).fold(0.0, |most, value| if value.is_finite() { most.max(value) } else { f64::INFINITY })
 }
 
-/// Nodes, middles of edges and of faces of the boundary, each once.
+/// Boundary nodes, edge midpoints and face centroids, each once.
 fn samples(boundary: &[[u32; 3]]) -> Vec<Sample> {
     let mut samples = Vec::new();
     let mut rim: Vec<u32> = boundary.iter().flatten().copied().collect();
@@ -349,7 +359,7 @@ fn samples(boundary: &[[u32; 3]]) -> Vec<Sample> {
     rim.dedup();
     samples.extend(rim.into_iter().map(|node| Sample { nodes: [node; 3], count: 1 }));
     for &[a, b, c] in boundary {
-        // On a closed boundary every edge runs from its lower to its higher node in one of its two faces.
+        // On a closed boundary every edge runs from its lower to its higher node in exactly one of its two faces.
         let edges = [[a, b], [b, c], [c, a]].into_iter().filter(|[from, to]| from < to);
         samples.extend(edges.map(|[from, to]| Sample { nodes: [from, to, to], count: 2 }));
         samples.push(Sample { nodes: [a, b, c], count: 3 });

@@ -1,4 +1,4 @@
-//! Fitting to shapes with ridges and creases: what falls, what holds, what is taken back.
+//! Tests of the boundary fit: gains, invariants and undone moves.
 
 use super::*;
 use crate::lattice::shapes::{ImplicitShape, ball, balls, cuboid, torus};
@@ -6,7 +6,7 @@ use crate::lattice::{block, check_manifold};
 use nalgebra::Isometry3;
 use std::f64::consts::PI;
 
-/// Lattices of a shape, stuffed and fitted to its volume: what holds for any, and both deviations over the spacing.
+/// Stuffs and fits a shape to its volume and checks both lattices. Returns both deviations over the spacing.
 fn check(name: &str, shape: &dyn SignedDistance, volume: f64, spacing: f64) -> [f64; 2] {
     let token = CancelToken::default();
     let stuffed = stuff(shape, spacing, Some(volume), &token).unwrap();
@@ -45,13 +45,13 @@ fn edges_and_corners_of_a_turned_box_come_much_nearer() {
 
 #[test]
 fn a_crease_comes_much_nearer() {
-    // Two balls meet in a concave circle, what they have in common ends in a sharp one.
+    // The union of two balls has a concave crease; their intersection has a sharp ridge.
     let both = balls(vec![(Point3::new(-0.1, 0.0, 0.0), 0.2), (Point3::new(0.1, 0.01, 0.0), 0.2)]);
     let lens = |p: &Point3<f64>| {
         let inward = |x: f64| (p - Point3::new(x, 0.0, 0.0)).norm() - 0.3;
         inward(-0.2).max(inward(0.2))
     };
-    // Volume of what two balls of radius r at a distance d have in common.
+    // Volume of the intersection of two balls of radius r at a distance d.
     let common = |r: f64, d: f64| PI * (2.0 * r - d).powi(2) * (d * d + 4.0 * d * r) / (12.0 * d);
     let apart = 0.2f64.hypot(0.01);
     let joined = 2.0 * 4.0 / 3.0 * PI * 0.2f64.powi(3) - common(0.2, apart);
@@ -115,7 +115,7 @@ fn a_distance_that_jumps_or_lies_ends_in_a_valid_lattice() {
 
 #[test]
 fn the_largest_error_of_a_linear_model_is_made_least() {
-    // 1 + x, −1 + x / 2 − y, −1 + y: x = −1/2, y = 1/2 leaves them no larger than any other choice does.
+    // 1 + x, −1 + x / 2 − y, −1 + y: x = −1/2, y = 1/2 minimizes the largest magnitude.
     let rows = [(Vector3::x(), 1.0), (Vector3::new(0.5, -1.0, 0.0), -1.0), (Vector3::y(), -1.0)];
     let step = minimax(&rows);
     let most = |step: &Vector3<f64>| rows.iter().map(|(g, v)| (v + g.dot(step)).abs()).fold(0.0, f64::max);
@@ -138,7 +138,7 @@ fn moves_that_make_boundaries_cross_are_taken_back_with_all_that_hangs_on_them()
     let before = both.nodes.clone();
     let right = (0..count as usize).filter(|&node| before[node].x > 0.09).collect::<Vec<_>>();
     let left = (0..count as usize).find(|&node| before[node].x < -0.09 && before[node].y.abs() < 0.01).unwrap();
-    // Across the gap of a hundredth: the middle of the face, with it a node beside it; far from both another one.
+    // Two nodes across the gap of 0.01, in the middle of the face and beside it, and a third one far away.
     let middle = *right.iter().find(|&&node| before[node].y.abs() < 0.01 && before[node].z.abs() < 0.01).unwrap();
     let beside = *right.iter().find(|&&node| before[node].y > 0.09 && before[node].z.abs() < 0.01).unwrap();
     both.nodes[middle].x += 0.02;

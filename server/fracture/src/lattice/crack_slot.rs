@@ -1,4 +1,4 @@
-//! Slots: what is cut out of a shape along cracks that have no width, so that a lattice keeps their sides apart.
+//! Slots along existing cracks: cuts of finite width that keep the two sides of a crack apart in a lattice.
 
 use super::level::{LatticeLevel, stuff};
 use super::levels::{LatticeLevels, Spacings, levels_by};
@@ -6,20 +6,20 @@ use super::{LatticeError, SignedDistance};
 use crate::cancel_token::CancelToken;
 use nalgebra::Point3;
 
-/// Half the width of a slot over the spacing.
+/// Half width of a slot over the spacing.
 ///
-/// No edge of the lattice then leads from one side of a crack to the other: its ends lie half a width from the crack at
-/// least, so it would be 1.7 spacings long, and stuffing makes no edge longer than 1.69: the longest of the grid, 1, and
-/// what both of its ends may be warped, 0.345 each. Measured on 200 sheets in random places: at 0.5 and, near the ends of
-/// cracks, at 0.65 some edges lead across, from 0.7 on none. Slots that are cut short where a crack ends keep that up to half a
-/// width from there.
+/// With it, no lattice edge crosses a crack. An edge that does has both ends at least half a width away from the crack,
+/// so it is at least 1.7 spacings long. Stuffing makes no edge longer than 1.69: 1 for the longest grid edge, plus
+/// 0.345 for the warp of each end.
+///
+/// Measured on 200 sheets in random places: some edges cross at 0.5 and, near the ends of cracks, at 0.65; none from
+/// 0.7 on. Slots that are shortened at the end of a crack ensure this up to half a width from the end.
 pub const SLOT_HALF: f64 = 0.85;
 
-/// How deep a point lies in the slots of a half width: positive within them, never more than the distance to their
-/// rim; all local.
+/// Depth of a point inside the slots of a half width; positive inside, at most the distance to their rim. All local.
 pub type SlotDepth<'a> = dyn Fn(&Point3<f64>, f64) -> f64 + Sync + 'a;
 
-/// A shape, moved outward by `offset`, without its slots.
+/// Shape, offset outward by `offset`, without its slots.
 struct Slotted<'a> {
     shape: &'a dyn SignedDistance,
     depth: &'a SlotDepth<'a>,
@@ -37,10 +37,13 @@ impl SignedDistance for Slotted<'_> {
     }
 }
 
-/// As [`stuff`] to a volume, then without slots of [`SLOT_HALF`]: apart from them the lattice is the one without cracks.
-/// `volume` (local, positive) is that of the shape without slots.
+/// As [`stuff`] to a volume, with slots of half width [`SLOT_HALF`] · `spacing` removed.
 ///
-/// Errors: those of [`stuff`].
+/// Away from the slots, the lattice equals that of the shape without cracks. `volume` (local, positive) is that of the
+/// shape without slots.
+///
+/// # Errors
+/// Those of [`stuff`].
 pub fn stuff_slotted(
     shape: &dyn SignedDistance,
     depth: &SlotDepth,
@@ -52,10 +55,12 @@ pub fn stuff_slotted(
     stuff(&Slotted { shape, depth, offset, half: SLOT_HALF * spacing }, spacing, None, token)
 }
 
-/// As [`super::levels`], with slots on both levels, each as wide as its own spacing asks; nothing is fitted, since no edge may become
-/// longer.
+/// As [`super::levels`], with slots on both levels, each sized for its own spacing.
 ///
-/// Errors: those of [`stuff`].
+/// The boundary is not fitted, because no edge may become longer.
+///
+/// # Errors
+/// Those of [`stuff`].
 pub fn slotted_levels(
     shape: &dyn SignedDistance,
     depth: &SlotDepth,

@@ -4,10 +4,10 @@ use crate::lattice::{EDGES, Lattice, check_manifold};
 use crate::random::RandomStream;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-/// Radius of the ball that is cracked.
+/// Radius of the cracked ball.
 const RADIUS: f64 = 0.4;
 
-/// A turn and an offset of up to half a spacing.
+/// Random rotation, and offset of up to half a spacing.
 fn placed(seed: u64, spacing: f64) -> Isometry3<f64> {
     let mut random = RandomStream::new(seed, 5);
     let mut vector = || Vector3::new(random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5);
@@ -15,7 +15,7 @@ fn placed(seed: u64, spacing: f64) -> Isometry3<f64> {
     Isometry3::from_parts((vector() * 0.1 + angle).into(), UnitQuaternion::from_scaled_axis(axis))
 }
 
-/// The half plane z = 0, x < `end`, placed.
+/// Half plane z = 0, x < `end`, transformed by `place`.
 #[derive(Clone, Copy)]
 struct Sheet {
     place: Isometry3<f64>,
@@ -28,7 +28,7 @@ impl Sheet {
         own.z.hypot((own.x - self.end).max(0.0))
     }
 
-    /// Edges of the lattice that lead through the sheet.
+    /// Number of lattice edges that pass through the sheet.
     fn crossings(&self, lattice: &Lattice) -> usize {
         let crosses = |tet: &[u32; 4], [i, j]: [usize; 2]| {
             let [a, b] = [i, j].map(|k| self.place.inverse_transform_point(&lattice.nodes[tet[k] as usize]));
@@ -38,7 +38,7 @@ impl Sheet {
     }
 }
 
-/// A ball with a slot of half width `half` spacings along a sheet that ends at `end`.
+/// Ball with a slot of half width `half` spacings along a sheet that ends at `end`.
 fn slotted(seed: u64, spacing: f64, half: f64, end: f64) -> (Sheet, LatticeLevel) {
     let sheet = Sheet { place: placed(seed, spacing), end };
     let (shape, depth) = (ball(RADIUS), move |point: &Point3<f64>, half: f64| half - sheet.distance(point));
@@ -46,7 +46,7 @@ fn slotted(seed: u64, spacing: f64, half: f64, end: f64) -> (Sheet, LatticeLevel
     (sheet, stuff(&shape, spacing, None, &CancelToken::default()).unwrap())
 }
 
-/// Edges across sheets of random places, in the lattices of slots of that half width.
+/// Edges across randomly placed sheets, in lattices with slots of half width `half` spacings.
 fn crossings(half: f64, end: f64, count: u64) -> usize {
     let across = |seed: u64| {
         let (sheet, level) = slotted(seed, 0.05 + 0.002 * (seed % 10) as f64, half, end);
@@ -59,7 +59,7 @@ fn crossings(half: f64, end: f64, count: u64) -> usize {
 #[test]
 fn no_edge_leads_across_a_sheet_wherever_it_lies() {
     assert_eq!([1.0, 0.0].map(|end| crossings(SLOT_HALF, end, 30)), [0, 0]);
-    // What the slot is as wide for: at half a spacing a lattice knows ways across.
+    // Narrow slots do not suffice: at half a spacing, edges cross.
     assert!([1.0, 0.0].iter().all(|end| crossings(0.5, *end, 10) > 0));
 }
 

@@ -1,12 +1,13 @@
-//! Boundaries that must not cross: nodes that moved are put back where theirs do.
+//! Undoing of node moves that make boundaries cross.
 
 use super::Lattice;
 use crate::surface::crossings;
 use nalgebra::Point3;
 
-/// Puts nodes of `lattice` back to where `before` has them, until no two faces of the boundary meet of which one has moved; where one goes
-/// back all do that share tetrahedra with it, directly or through others that moved, so that every tetrahedron keeps its shape or
-/// gets its former one. Returns the moved nodes of faces that met.
+/// Restores nodes of `lattice` to `before` until no moved face of the boundary meets another face.
+///
+/// With a node, all moved nodes are restored that share a tetrahedron with it, directly or through other moved nodes.
+/// So every tetrahedron keeps its shape or returns to its former one. Returns the moved nodes of faces that met.
 pub(super) fn put_back(lattice: &mut Lattice, before: &[Point3<f64>]) -> Vec<u32> {
     let faces: Vec<[u32; 3]> = lattice.boundary().iter().map(|face| face.nodes).collect();
     let (stars, mut all) = (lattice.stars(), Vec::new());

@@ -1,7 +1,7 @@
-//! Where the surface cuts the edges of the grid.
+//! Cut points: intersections of the surface with grid edges.
 //!
-//! Based on: the cut points of Labelle & Shewchuk (2007), section 3.1, found here on the signed distance itself by
-//! regula falsi with bisection (a jump of the sign is a root too), not on its linear interpolant.
+//! Based on: the cut points of Labelle & Shewchuk (2007), section 3.1. They are found on the signed distance itself,
+//! not on its linear interpolant, by regula falsi with bisection. A jump of the sign counts as a root.
 
 use super::grid::{Grid, finite};
 use super::{LatticeError, SignedDistance};
@@ -10,38 +10,38 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// A cut is taken once the distance there is below this share of the spacing; one more interpolation then makes it exact
-/// to about its square.
+/// Distance, over the spacing, at which the search stops. One more interpolation makes the
+/// cut exact to about its square.
 const CLOSE: f64 = 0.01;
 
-/// Samples per edge and offset at most; the bracket is then narrower than a thousandth of the edge.
+/// Largest number of samples per edge and offset. The bracket is then narrower than a thousandth of the edge.
 const STEPS_MAX: usize = 12;
 
 /// Narrowest bracket, as a share of the edge.
 const NARROW: f64 = 1e-3;
 
-/// Secant steps before bisection takes over.
+/// Secant steps before bisection.
 const SECANTS: usize = 4;
 
-/// An edge of the grid that the surface cuts.
+/// Intersection of the surface with a grid edge.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EdgeCut {
-    /// The end with the higher number.
+    /// Higher-numbered end of the edge.
     pub(super) high: u32,
-    /// The cut's place from the lower-numbered end, 0 … 1.
+    /// Position along the edge from the lower-numbered end, 0 … 1.
     pub(super) t: f64,
 }
 
-/// All cuts of one level set, in the order of their edges' (lower, higher) ends.
+/// All cuts of one level set, ordered by the (lower, higher) ends of their edges.
 pub(super) struct EdgeCuts {
-    /// Per grid node the first of the cuts whose lower end it is; length nodes + 1.
+    /// Index of the first cut whose lower end is each grid node; length nodes + 1.
     first: Vec<u32>,
-    /// The cuts themselves.
+    /// Cuts of the level set.
     pub(super) cuts: Vec<EdgeCut>,
 }
 
 impl EdgeCuts {
-    /// The cut on the edge between `a` and `b`, and its place from `a`, 0 … 1.
+    /// Cut on the edge between `a` and `b`: its index, and its position from `a`, 0 … 1.
     pub(super) fn find(&self, a: u32, b: u32) -> Option<(u32, f64)> {
         let (low, high) = (a.min(b), a.max(b));
         let (start, end) = (self.first[low as usize], self.first[low as usize + 1]);
@@ -50,7 +50,7 @@ impl EdgeCuts {
         Some((index, if a == low { t } else { 1.0 - t }))
     }
 
-    /// The lower-numbered ends, each with the range of its cuts; only those that have any.
+    /// Lower-numbered ends that have cuts, each with its cuts.
     pub(super) fn ends(&self) -> impl Iterator<Item = (u32, &[EdgeCut])> {
         self.first.windows(2).enumerate().filter(|(_, range)| range[0] < range[1]).map(|(low, range)| {
             let cuts = &self.cuts[range[0] as usize..range[1] as usize];
@@ -59,10 +59,10 @@ impl EdgeCuts {
     }
 }
 
-/// Distances along an edge, by increasing place: (place from the lower end, signed distance).
+/// Signed distances sampled along an edge, ordered by position: (position from the lower end, signed distance).
 type Samples = Vec<(f64, f64)>;
 
-/// Finds the cuts of one level set after another, keeping what it sampled for the last.
+/// Finder of cuts for one level set after another. It keeps earlier samples.
 pub(super) struct Cutter<'a> {
     shape: &'a dyn SignedDistance,
     grid: &'a Grid,
@@ -71,12 +71,12 @@ pub(super) struct Cutter<'a> {
 }
 
 impl<'a> Cutter<'a> {
-    /// For the distances `values` on the nodes of `grid`.
+    /// Creates a finder. `values` are the signed distances on the nodes of `grid`.
     pub(super) fn new(shape: &'a dyn SignedDistance, grid: &'a Grid, values: &'a [f64]) -> Self {
         Self { shape, grid, values, samples: HashMap::new() }
     }
 
-    /// The cuts of the level set distance = `offset`.
+    /// Cuts of the level set distance = `offset`.
     pub(super) fn cut(&mut self, offset: f64, token: &CancelToken) -> Result<EdgeCuts, LatticeError> {
         let (first, edges) = self.crossing(offset, token)?;
         let mut work: Vec<([u32; 2], Samples)> = edges
@@ -104,7 +104,8 @@ impl<'a> Cutter<'a> {
         Ok(EdgeCuts { first, cuts })
     }
 
-    /// Edges whose ends lie strictly on either side, ordered, and per node the first of those it is the lower end of.
+    /// Edges with one end strictly on either side, ordered; and for each node the index of the first edge of which it
+    /// is the lower end.
     fn crossing(&self, offset: f64, token: &CancelToken) -> Result<(Vec<u32>, Vec<[u32; 2]>), LatticeError> {
         let (mut first, mut edges) = (Vec::with_capacity(self.values.len() + 1), Vec::new());
         for node in 0..self.values.len() as u32 {
@@ -114,7 +115,8 @@ impl<'a> Cutter<'a> {
             let start = edges.len();
             first.push(start as u32);
             let own = self.values[node as usize] - offset;
-            // Nodes far from the surface are not skipped: the sign may jump where the surface has holes.
+            // No node is skipped for its distance from the surface, because the sign may
+            // jump where the surface has holes.
             for (other, _) in self.grid.neighbors(node).filter(|(other, _)| *other > node) {
                 if own * (self.values[other as usize] - offset) < 0.0 {
                     edges.push([node, other]);
@@ -143,7 +145,8 @@ impl<'a> Cutter<'a> {
     }
 }
 
-/// The first pair of neighboring samples on either side of `offset`: the index of the second, and both less the offset.
+/// First pair of adjacent samples on either side of `offset`: the index of the second, and
+/// both samples less the offset.
 fn bracket(samples: &Samples, offset: f64) -> (usize, (f64, f64), (f64, f64)) {
     let side = samples[0].1 - offset;
     let at = samples.iter().position(|s| (s.1 - offset) * side <= 0.0).unwrap_or(samples.len() - 1).max(1);

@@ -1,4 +1,4 @@
-//! From the elastic lattice to the crack lattice: who gets which share of each elastic tetrahedron's energy.
+//! Energy transfer from the elastic lattice to the crack lattice.
 
 use super::overlap::{Overlap, OverlapCell};
 use super::tree::{Aabb, AabbTree};
@@ -6,38 +6,39 @@ use super::{Lattice, Locator};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-/// A crack tetrahedron of which more than this share lies outside the elastic lattice gets that share from the nearest.
+/// Smallest uncovered share of a crack tetrahedron, outside the elastic lattice, that is assigned to the nearest
+/// elastic tetrahedra.
 const UNCOVERED: f64 = 1e-6;
 
-/// Products of a row that are summed side by side.
+/// Products of a row that are summed in parallel lanes.
 const SIDE: usize = 4;
 
-/// Rows that a thread takes at once.
+/// Rows per parallel task.
 const ROWS: usize = 1024;
 
-/// Shares of elastic tetrahedra, by crack node (compressed rows).
+/// Shares of elastic tetrahedra by crack node, as compressed rows.
 ///
-/// Conservative by construction: the shares of every elastic tetrahedron sum to 1 over all crack nodes, so that the
-/// nodes' energies sum to the tetrahedra's whatever those are. A node's share of a tetrahedron is the integral of the
-/// node's hat function over it, exact to rounding, so that well inside a uniform density stays uniform; what of the
-/// crack lattice no elastic tetrahedron covers takes its share of the nearest ones.
+/// Conservative by construction: the shares of every elastic tetrahedron sum to 1 over all crack nodes, so the energies
+/// of the nodes sum to those of the tetrahedra. A node's share of a tetrahedron is the integral of the node's hat
+/// function over it, exact to rounding. So a uniform density stays uniform well inside. Parts of the crack lattice
+/// outside the elastic lattice take their shares from the nearest elastic tetrahedra.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EnergyTransfer {
-    /// Row starts; length crack nodes + 1.
+    /// Start of each row; length crack nodes + 1.
     pub offsets: Vec<u32>,
     /// Elastic tetrahedra, increasing within a row.
     pub tets: Vec<u32>,
-    /// What share of each goes to the row's node, above 0, at most 1.
+    /// Share of each tetrahedron that goes to the row's node, in (0, 1].
     pub shares: Vec<f64>,
 }
 
-/// One entry before it is normalised: crack node, elastic tetrahedron, volume.
+/// Entry before normalization: crack node, elastic tetrahedron, volume.
 type Entry = (u32, u32, f64);
 
-/// Stands for what [`EnergyTransfer::part`] leaves out.
+/// Index that marks a node or tetrahedron outside the part in [`EnergyTransfer::part`].
 pub const GONE: u32 = u32::MAX;
 
-/// Whether `next` is for the same pair as `kept`, which then takes it in.
+/// Adds `next` to `kept` and returns true if both belong to the same pair.
 fn merged(next: &mut Entry, kept: &mut Entry) -> bool {
     let same = (next.0, next.1) == (kept.0, kept.1);
     if same {
@@ -47,7 +48,7 @@ fn merged(next: &mut Entry, kept: &mut Entry) -> bool {
 }
 
 impl EnergyTransfer {
-    /// The operator between two lattices of one body; neither may be empty.
+    /// Builds the operator between two lattices of one body. Neither may be empty.
     pub fn between(elastic: &Lattice, crack: &Lattice) -> Self {
         let cover = Cover::new(elastic);
         let mut entries: Vec<Entry> = (0..crack.tets.len())
@@ -56,13 +57,13 @@ impl EnergyTransfer {
             .flatten_iter()
             .collect();
         entries.extend(left_out(elastic, crack, &entries));
-        // Stable: entries of one pair are summed in the order of the crack tetrahedra.
+        // The stable sort keeps the entries of one pair in the order of the crack tetrahedra, and so their sum.
         entries.par_sort_by_key(|&(node, tet, _)| (node, tet));
         entries.dedup_by(merged);
         Self::normalised(&entries, elastic.tets.len(), crack.nodes.len())
     }
 
-    /// The operator between a lattice and itself: a quarter of each tetrahedron to each of its corners.
+    /// Operator between a lattice and itself: a quarter of each tetrahedron to each of its corners.
     pub fn identity(lattice: &Lattice) -> Self {
         let quarters = |(tet, nodes): (usize, &[u32; 4])| nodes.map(|node| (node, tet as u32, 0.25));
         let mut entries: Vec<Entry> = lattice.tets.iter().enumerate().flat_map(quarters).collect();
@@ -70,8 +71,11 @@ impl EnergyTransfer {
         Self::normalised(&entries, lattice.tets.len(), lattice.nodes.len())
     }
 
-    /// The operator of a part of the body: `nodes` and `tets` say what becomes of each crack node and each elastic tetrahedron,
-    /// [`GONE`] of those outside; several nodes may become one. What a tetrahedron gave to nodes outside goes to its others.
+    /// Restricts the operator to a part of the body.
+    ///
+    /// `nodes` and `tets` hold the new index of each crack node and elastic tetrahedron, [`GONE`] outside
+    /// the part. Several nodes may share a new index. The shares that a tetrahedron had given to nodes
+    /// outside go to its remaining nodes.
     pub fn part(&self, nodes: &[u32], tets: &[u32]) -> Self {
         let mut entries: Vec<Entry> = Vec::new();
         for (row, &node) in self.offsets.windows(2).zip(nodes).filter(|(_, node)| **node != GONE) {
@@ -86,7 +90,7 @@ impl EnergyTransfer {
         Self::normalised(&entries, count(tets), count(nodes))
     }
 
-    /// From sorted entries without repetition.
+    /// Builds the operator from sorted, unique entries.
     fn normalised(entries: &[Entry], tet_count: usize, node_count: usize) -> Self {
         let mut totals = vec![0.0; tet_count];
         let mut offsets = vec![0u32; node_count + 1];
@@ -102,8 +106,10 @@ impl EnergyTransfer {
         Self { offsets, tets, shares }
     }
 
-    /// Energies of the crack nodes from those of the elastic tetrahedra (both integrals, not densities); any unit.
-    /// `node_energy` is overwritten, length crack nodes. The sums agree to rounding.
+    /// Computes the energies of the crack nodes from those of the elastic tetrahedra.
+    ///
+    /// Both are integrals, not densities, in the same unit. Overwrites `node_energy` (length crack nodes). The sums
+    /// agree to rounding.
     pub fn apply(&self, tet_energy: &[f64], node_energy: &mut Vec<f64>) {
         node_energy.resize(self.offsets.len() - 1, 0.0);
         node_energy.par_chunks_mut(ROWS).zip(self.offsets.par_chunks(ROWS)).enumerate().for_each(
@@ -116,7 +122,7 @@ impl EnergyTransfer {
         );
     }
 
-    /// The energy of one node, summed side by side.
+    /// Energy of one node, summed in parallel lanes.
     fn row(&self, row: std::ops::Range<usize>, tet_energy: &[f64]) -> f64 {
         let (tets, tets_rest) = self.tets[row.clone()].as_chunks::<SIDE>();
         let (shares, shares_rest) = self.shares[row].as_chunks::<SIDE>();
@@ -131,7 +137,7 @@ impl EnergyTransfer {
     }
 }
 
-/// The elastic lattice, ready to be intersected.
+/// Elastic lattice, prepared for intersection queries.
 struct Cover {
     cells: Vec<OverlapCell>,
     tree: AabbTree,
@@ -146,7 +152,7 @@ impl Cover {
         Self { cells, tree: AabbTree::new(&boxes), locator: Locator::new(elastic) }
     }
 
-    /// What the corners of crack tetrahedron `tet` get from whom.
+    /// Entries for the corners of crack tetrahedron `tet`.
     fn entries(&self, crack: &Lattice, tet: usize, overlap: &mut Overlap) -> Vec<Entry> {
         let (corners, volume) = (crack.corners(tet), crack.tet_volume(tet));
         let cell = OverlapCell::new(&corners);
@@ -165,8 +171,10 @@ impl Cover {
         entries
     }
 
-    /// Shares `volume`, the part of a crack tetrahedron outside, among the elastic tetrahedra nearest to those of its
-    /// corners, face centroids and centroid that lie outside (to its centroid if none does).
+    /// Assigns `volume`, the uncovered part of a crack tetrahedron, to the nearest elastic tetrahedra.
+    ///
+    /// These are the nearest to those of its corners, face centroids and centroid that lie outside;
+    /// if none does, to its centroid.
     fn add_nearest(&self, nodes: [u32; 4], corners: &[Point3<f64>; 4], volume: f64, entries: &mut Vec<Entry>) {
         const THIRD: f64 = 1.0 / 3.0;
         let mut samples = vec![[0.25; 4]];
@@ -194,14 +202,14 @@ impl Cover {
     }
 }
 
-/// The entries of one pair of tetrahedra, without those that rounding left at 0 or below.
+/// Entries of one pair of tetrahedra, without those that rounding left at 0 or below.
 fn positive(nodes: [u32; 4], tet: u32, volumes: [f64; 4]) -> impl Iterator<Item = Entry> {
     let pairs = nodes.into_iter().zip(volumes);
     pairs.filter(|(_, volume)| *volume > 0.0).map(move |(node, volume)| (node, tet, volume))
 }
 
-/// Entries for the elastic tetrahedra that no crack tetrahedron meets: the corners of the one that is nearest to their
-/// centroid.
+/// Entries for elastic tetrahedra that no crack tetrahedron meets. They go to the crack
+/// tetrahedron nearest to their centroid.
 fn left_out(elastic: &Lattice, crack: &Lattice, entries: &[Entry]) -> Vec<Entry> {
     let mut missing = vec![true; elastic.tets.len()];
     entries.iter().for_each(|&(_, tet, _)| missing[tet as usize] = false);

@@ -9,7 +9,7 @@ fn body(shape: &dyn SignedDistance, spacing: f64) -> Lattice {
     stuff(shape, spacing, None, &CancelToken::default()).unwrap().bodies.remove(0)
 }
 
-/// A ball of radius 0.3 at two levels of equal volume, as [`crate::lattice::levels`] makes them.
+/// Ball of radius 0.3 at two levels of equal volume, as from [`crate::lattice::levels`].
 fn pair(spacing: f64) -> BodyLattice {
     let volume = 4.0 / 3.0 * std::f64::consts::PI * 0.3f64.powi(3);
     let mut both = levels(
@@ -22,19 +22,21 @@ fn pair(spacing: f64) -> BodyLattice {
     both.bodies.remove(0)
 }
 
-/// ∫W per elastic tetrahedron of a density linear in place, by its value at the centroid.
+/// Energy of each elastic tetrahedron for a density linear in space: volume times density at the centroid.
 fn energies(lattice: &Lattice, density: &dyn Fn(Vector3<f64>) -> f64) -> Vec<f64> {
     let centroid = |tet| lattice.corners(tet).iter().map(|c| c.coords).sum::<Vector3<f64>>() / 4.0;
     (0..lattice.tets.len()).map(|tet| lattice.tet_volume(tet) * density(centroid(tet))).collect()
 }
 
-/// Nodes that lie well inside a ball of 0.3 at any spacing used here.
+/// Nodes well inside a ball of radius 0.3 at all spacings used here.
 fn interior(lattice: &Lattice) -> Vec<usize> {
     (0..lattice.nodes.len()).filter(|&node| lattice.nodes[node].coords.norm() < 0.12).collect()
 }
 
-/// Mean and largest relative error of the transferred density on the interior nodes, and that of taking the density of
-/// the elastic tetrahedron at the node.
+/// Errors of the transferred density on interior nodes.
+///
+/// Returns its mean and largest relative error, and the error of sampling the density of the
+/// elastic tetrahedron at the node.
 fn errors(pair: &BodyLattice, density: &dyn Fn(Vector3<f64>) -> f64) -> [f64; 3] {
     let mut nodes = Vec::new();
     pair.transfer.apply(&energies(&pair.elastic, density), &mut nodes);

@@ -1,45 +1,45 @@
-//! What can go wrong between a signed distance and a lattice.
+//! Errors of lattice construction from a signed distance.
 
 use crate::cancel_token::Cancelled;
 use nalgebra::Point3;
 
-/// Why there is no lattice.
+/// Error of lattice construction.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum LatticeError {
     /// The spacing is outside [`super::SPACING_RANGE`], or not a number.
     #[error("spacing {spacing} is outside {spacing_min} to {spacing_max} of the bounding-box diagonal")]
     SpacingOutOfRange {
-        /// What was asked for, local.
+        /// Requested spacing, local.
         spacing: f64,
-        /// Lowest accepted.
+        /// Lowest accepted spacing, local.
         spacing_min: f64,
-        /// Highest accepted.
+        /// Highest accepted spacing, local.
         spacing_max: f64,
     },
-    /// The grid over the shape's box would exceed [`super::GRID_NODES_MAX`].
+    /// The grid over the shape's bounding box would exceed [`super::GRID_NODES_MAX`].
     #[error("spacing {spacing} needs {nodes:.0} grid nodes, more than {nodes_max}")]
     GridTooLarge {
-        /// Nodes of the grid.
+        /// Number of grid nodes.
         nodes: f64,
-        /// The limit.
+        /// Largest accepted number.
         nodes_max: usize,
-        /// The spacing, local.
+        /// Requested spacing, local.
         spacing: f64,
     },
     /// A level would have more nodes than [`super::ELASTIC_NODES_MAX`] or [`super::CRACK_NODES_MAX`].
     #[error(
-        "{level} spacing {spacing} gives about {nodes:.0} nodes, more than {nodes_max}; {spacing_needed:.4} is fine"
+        "{level} spacing {spacing} yields about {nodes:.0} nodes, more than {nodes_max}; use {spacing_needed:.4} or more"
     )]
     TooManyNodes {
-        /// "elastic" or "crack".
+        /// Name of the level: "elastic" or "crack".
         level: &'static str,
-        /// What was asked for, local.
+        /// Requested spacing, local.
         spacing: f64,
-        /// About how many nodes.
+        /// Approximate number of nodes.
         nodes: f64,
-        /// The limit.
+        /// Largest accepted number.
         nodes_max: usize,
-        /// The finest spacing within the limit, local.
+        /// Finest spacing within the limit, local.
         spacing_needed: f64,
     },
     /// The crack level would be coarser than the elastic one.
@@ -50,25 +50,25 @@ pub enum LatticeError {
         /// Spacing of the elastic level, local.
         elastic: f64,
     },
-    /// The shape's box is not finite, or inside out.
-    #[error("the shape's bounds are not finite, or inside out")]
+    /// The shape's bounding box is not finite, or its corners are swapped.
+    #[error("the shape's bounding box is not finite, or its lowest corner exceeds its highest")]
     BoundsNotFinite,
-    /// The volume asked for is not finite and positive.
+    /// The requested volume is not finite and positive.
     #[error("volume {volume} is not finite and positive")]
     VolumeNotPositive {
-        /// What was asked for, local.
+        /// Requested volume, local.
         volume: f64,
     },
-    /// The signed distance is not finite somewhere.
+    /// The signed distance is not finite at some point.
     #[error("the signed distance at {place} is not finite")]
     DistanceNotFinite {
-        /// Where, local.
+        /// Position of that point, local.
         place: Point3<f64>,
     },
     /// No tetrahedron lies inside the shape: it is thinner than the spacing, or empty.
     #[error("nothing lies inside the shape at spacing {spacing}")]
     NothingInside {
-        /// The spacing, local.
+        /// Spacing of the lattice, local.
         spacing: f64,
     },
     /// The work was cancelled.

@@ -1,43 +1,41 @@
-//! The body-centered cubic grid around a shape, and the signed distance on its nodes.
+//! Body-centered cubic grid around a shape, with the signed distance on its nodes.
 //!
 //! Based on: F. Labelle & J. R. Shewchuk, *Isosurface Stuffing: Fast Tetrahedral Meshes with Good Dihedral Angles*
 //! (SIGGRAPH 2007), section 3, with one spacing everywhere.
 //!
 //! Nodes are the corners and the centers of cubes of side `spacing`. Twice a node's cube coordinates are integers: all
-//! even for a corner, all odd for a center. Corners are numbered first, x fastest.
+//! even for a corner, all odd for a center. Corners are numbered first, with x varying fastest.
 
 use super::{LatticeError, SignedDistance};
 use crate::cancel_token::CancelToken;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-/// Spacings that [`super::stuff`] accepts, local lengths: lowest and highest.
+/// Range of spacings that [`super::stuff`] accepts: lowest and highest; local.
 pub const SPACING_RANGE: [f64; 2] = [0.002, 0.25];
 
-/// Most grid nodes that [`super::stuff`] lays over the box of a shape (16 MB of distances); checked before anything is
-/// allocated.
+/// Largest number of grid nodes over the bounding box of a shape (16 MB of distances). Checked before any allocation.
 pub const GRID_NODES_MAX: usize = 2_000_000;
 
-/// Cubes along the side of a block that is sampled, or skipped, as one.
+/// Cubes along the side of a block, the unit of sampling and skipping.
 const BLOCK: usize = 4;
 
-/// Cubes between the box of the shape and the rim of the grid: half a spacing of offset, a spacing of edge, and rounding.
+/// Cubes between the shape's box and the rim of the grid: half a spacing of offset, one spacing of edge, and rounding.
 const PADDING: f64 = 1.75;
 
-/// Offsets of the four corners of the face between a cube and the next along +x, counter-clockwise seen from +x, in
-/// twice the coordinates, from the cube's center; other axes by cyclic rotation.
+/// Corner offsets of the face between a cube and the next along +x, from the cube's center, in doubled coordinates.
 const RING: [[i32; 3]; 4] = [[1, -1, -1], [1, 1, -1], [1, 1, 1], [1, -1, 1]];
 
-/// The grid's shape; see the head of the file.
+/// Layout of the grid; see the head of this file.
 pub(super) struct Grid {
     origin: Point3<f64>,
+    /// Side of the cubes, local.
     pub(super) spacing: f64,
     cells: [usize; 3],
 }
 
 impl Grid {
-    /// The smallest grid centered on the shape's box whose outermost nodes lie outside for any offset up to half a
-    /// spacing.
+    /// Smallest grid centered on the shape's box whose outermost nodes lie outside for any offset up to half a spacing.
     pub(super) fn over(shape: &dyn SignedDistance, spacing: f64) -> Result<Self, LatticeError> {
         let [spacing_min, spacing_max] = SPACING_RANGE;
         if !(spacing_min..=spacing_max).contains(&spacing) {
@@ -62,7 +60,7 @@ impl Grid {
         self.cells.iter().map(|c| c + 1).product()
     }
 
-    /// Corners and centers.
+    /// Number of grid nodes: corners and centers.
     pub(super) fn node_count(&self) -> usize {
         self.corner_count() + self.cells.iter().product::<usize>()
     }
@@ -76,7 +74,7 @@ impl Grid {
         place.map(|c| (2 * c + odd) as i32)
     }
 
-    /// The node at twice its cube coordinates; none outside the grid. All three are even, or all odd.
+    /// Node at twice its cube coordinates, which are all even or all odd. `None` outside the grid.
     pub(super) fn node(&self, twice: [i32; 3]) -> Option<u32> {
         if (0..3).any(|k| twice[k] < 0 || twice[k] > 2 * self.cells[k] as i32) {
             return None;
@@ -91,12 +89,12 @@ impl Grid {
         self.origin + Vector3::from(twice.map(f64::from)) * (self.spacing / 2.0)
     }
 
-    /// Where `node` stands.
+    /// Position of `node`, local.
     pub(super) fn place(&self, node: u32) -> Point3<f64> {
         self.place_at(self.twice(node))
     }
 
-    /// The up to 14 neighbors of `node`, each with whether its edge is a long one (corner to corner, center to center).
+    /// Neighbors of `node`, up to 14, each with whether its edge is long (corner to corner, or center to center).
     pub(super) fn neighbors(&self, node: u32) -> impl Iterator<Item = (u32, bool)> + '_ {
         const STEPS: [[i32; 3]; 14] = [
             [-2, 0, 0],
@@ -144,8 +142,8 @@ impl Grid {
 
     /// Signed distance on every node, length [`Self::node_count`].
     ///
-    /// Blocks of cubes that lie farther from the surface than their own radius are filled with a bound of the same
-    /// sign instead; since holes in a surface let the sign jump, a block is only skipped if its corners agree too.
+    /// Blocks of cubes farther from the surface than their own radius are filled with a bound of the same sign. Holes
+    /// in a surface let the sign jump, so a block is skipped only if the signs of its corners agree too.
     pub(super) fn sample(&self, shape: &dyn SignedDistance, token: &CancelToken) -> Result<Vec<f64>, LatticeError> {
         let blocks = self.cells.map(|c| c / BLOCK + 1);
         let sampled: Vec<Result<Vec<f64>, LatticeError>> = (0..blocks.iter().product::<usize>())
@@ -207,13 +205,13 @@ impl Grid {
         broken.map_or(Ok(values), |place| Err(LatticeError::DistanceNotFinite { place }))
     }
 
-    /// A value of the right sign for a whole block far from the surface; none where it has to be sampled.
+    /// Bound of the right sign for a whole block far from the surface. `None` if the block must be sampled.
     fn block_bound(&self, shape: &dyn SignedDistance, start: [usize; 3]) -> Result<Option<f64>, LatticeError> {
         let low = start.map(|s| 2 * s as i32);
         let center = self.place_at(low.map(|t| t + BLOCK as i32));
         let middle = finite(shape, &center)?;
         let radius = BLOCK as f64 * self.spacing * 3f64.sqrt() / 2.0;
-        // An offset of half a spacing and the far end of an edge must not reach the surface either.
+        // The surface must also stay beyond an offset of half a spacing and the far end of an edge.
         if middle.abs() <= radius + 1.5 * self.spacing {
             return Ok(None);
         }
@@ -227,7 +225,7 @@ impl Grid {
     }
 }
 
-/// The signed distance at `place`, or which place has none.
+/// Signed distance at `place`, or an error if it is not finite.
 pub(super) fn finite(shape: &dyn SignedDistance, place: &Point3<f64>) -> Result<f64, LatticeError> {
     let value = shape.signed_distance(place);
     if value.is_finite() { Ok(value) } else { Err(LatticeError::DistanceNotFinite { place: *place }) }

@@ -40,7 +40,7 @@ fn skipped_blocks_keep_the_sign_of_every_node() {
     let shape = ImplicitShape { distance, half: Vector3::repeat(0.4) };
     let grid = Grid::over(&shape, 0.01).unwrap();
     let values = grid.sample(&shape, &CancelToken::default()).unwrap();
-    assert!(asked.load(Ordering::Relaxed) < grid.node_count() / 2, "too little skipped");
+    assert!(asked.load(Ordering::Relaxed) < grid.node_count() / 2, "too few nodes were skipped");
     for (node, value) in values.iter().enumerate() {
         let exact = shape.signed_distance(&grid.place(node as u32));
         assert!(value.signum() == exact.signum() && value.abs() <= exact.abs() + 1e-12);

@@ -1,4 +1,4 @@
-//! One level: from a signed distance to bodies that are safe to solve on and to cut.
+//! One lattice level: from a signed distance to bodies that are valid for solving and cutting.
 
 use super::cut::Cutter;
 use super::grid::Grid;
@@ -9,41 +9,41 @@ use crate::cancel_token::CancelToken;
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// A component is dropped if it holds less than this share of the lattice's volume …
+/// Smallest share of the lattice's volume that a component must have to be kept. The largest is kept in any case.
 pub const BODY_SHARE_MIN: f64 = 1e-3;
 
-/// … or fewer tetrahedra than this. The largest component is kept in any case.
+/// Smallest number of tetrahedra that a component must have to be kept. The largest is kept in any case.
 pub const BODY_TETS_MIN: usize = 12;
 
-/// How far the lattice's volume may stay from the one asked for, as a share of it.
+/// Largest deviation of the lattice's volume from the requested one, as a share of it.
 pub const VOLUME_TOLERANCE: f64 = 1e-3;
 
-/// Offsets tried to meet a volume, at most.
+/// Largest number of offsets tried to meet a volume.
 const OFFSETS_MAX: usize = 8;
 
-/// A component that was left out of a level.
+/// Component that was left out of a level.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DroppedComponent {
-    /// Its volume, local.
+    /// Volume, local.
     pub volume: f64,
-    /// Its tetrahedra.
+    /// Number of tetrahedra.
     pub tets: usize,
-    /// Its center of volume, local.
+    /// Center of volume, local.
     pub place: Point3<f64>,
 }
 
-/// The bodies of a shape at one spacing.
+/// Bodies of a shape at one spacing.
 #[derive(Clone, Debug)]
 pub struct LatticeLevel {
-    /// The bodies, by decreasing volume. Each holds the invariants of [`Lattice`].
+    /// Bodies, by decreasing volume. Each satisfies the invariants of [`Lattice`].
     pub bodies: Vec<Lattice>,
-    /// Components left out ([`BODY_SHARE_MIN`], [`BODY_TETS_MIN`]), by decreasing volume.
+    /// Dropped components ([`BODY_SHARE_MIN`], [`BODY_TETS_MIN`]), by decreasing volume.
     pub dropped: Vec<DroppedComponent>,
-    /// Places where the boundary was not a 2-manifold before tetrahedra were dropped there.
+    /// Number of places where the boundary was not a 2-manifold before repair.
     pub pinches_mended: usize,
-    /// Volume of the tetrahedra dropped to mend them, local.
+    /// Volume of the tetrahedra that the repair dropped, local.
     pub mended_volume: f64,
-    /// The level set that was meshed: signed distance = offset, local.
+    /// Offset of the meshed level set, signed distance = offset; local.
     pub offset: f64,
     /// Side of the grid's cubes, local.
     pub spacing: f64,
@@ -55,12 +55,12 @@ impl LatticeLevel {
         self.bodies.iter().map(Lattice::volume).sum()
     }
 
-    /// Nodes of all bodies.
+    /// Number of nodes of all bodies.
     pub fn node_count(&self) -> usize {
         self.bodies.iter().map(|body| body.nodes.len()).sum()
     }
 
-    /// Tetrahedra of all bodies.
+    /// Number of tetrahedra of all bodies.
     pub fn tet_count(&self) -> usize {
         self.bodies.iter().map(|body| body.tets.len()).sum()
     }
@@ -68,12 +68,15 @@ impl LatticeLevel {
 
 /// Fills a shape with tetrahedra on a body-centered cubic grid of cubes of side `spacing` (local).
 ///
-/// Without `volume` the surface is signed distance = 0. With it (local, positive), the level set within half a
-/// spacing of it is searched whose bodies hold that volume to 0.1 %: chords cut up to a seventh off thin limbs. Where
-/// none does, the nearest is taken; [`LatticeLevel::volume`] tells.
+/// Without `volume` the surface is the level set signed distance = 0. With it (local, positive), it is a level set
+/// within half a spacing, chosen so that the bodies have that volume to 0.1 %. This compensates chords, which cut up to
+/// a seventh off thin limbs. If no level set has that volume, the nearest is taken; see [`LatticeLevel::volume`].
 ///
-/// Every dihedral angle lies within [10.7°, 164.8°] (Labelle & Shewchuk 2007). The result depends on nothing but the
+/// Every dihedral angle lies within [10.7°, 164.8°] (Labelle & Shewchuk 2007). The result depends only on the
 /// arguments. Errors: see [`LatticeError`].
+///
+/// # Errors
+/// See [`LatticeError`].
 pub fn stuff(
     shape: &dyn SignedDistance,
     spacing: f64,
@@ -98,7 +101,7 @@ pub fn stuff(
     if level.bodies.is_empty() { Err(LatticeError::NothingInside { spacing }) } else { Ok(level) }
 }
 
-/// Safeguarded secant steps on the offset, starting at 0 with the boundary's area as the slope.
+/// Meets a volume by safeguarded secant steps on the offset, from 0 and with the boundary's area as the first slope.
 fn meet_volume(
     mut level_at: impl FnMut(f64) -> Result<LatticeLevel, LatticeError>,
     volume: f64,
@@ -120,7 +123,7 @@ fn meet_volume(
             high = offset
         }
         let step = (offset + missing / slope).clamp(low, high);
-        // The ends of the range may be tried themselves; an offset already tried tells nothing new.
+        // The ends of the range may be tried; an offset that was tried before is replaced by the middle of the range.
         let next = if step == offset { 0.5 * (low + high) } else { step };
         if next == offset {
             break;
@@ -136,7 +139,9 @@ fn meet_volume(
     Ok(best)
 }
 
-/// Splits into face-connected components, drops the tiny, mends the others, and splits again what mending parted.
+/// Splits a filled grid into face-connected bodies.
+///
+/// Drops tiny components, repairs the boundary of the others, and splits again what the repair separated.
 pub(super) fn split(filled: &Lattice, offset: f64, spacing: f64) -> LatticeLevel {
     let total = filled.volume();
     let mut level = LatticeLevel {
@@ -162,7 +167,7 @@ pub(super) fn split(filled: &Lattice, offset: f64, spacing: f64) -> LatticeLevel
     level
 }
 
-/// The components that are large enough, by decreasing volume; the others go to `dropped`.
+/// Components that are large enough, by decreasing volume. The others go to `dropped`.
 fn keep_large(components: Vec<Lattice>, total: f64, dropped: &mut Vec<DroppedComponent>) -> Vec<Lattice> {
     let mut sized: Vec<(f64, Lattice)> = components.into_iter().map(|body| (body.volume(), body)).collect();
     sized.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -178,7 +183,7 @@ fn keep_large(components: Vec<Lattice>, total: f64, dropped: &mut Vec<DroppedCom
 }
 
 impl Lattice {
-    /// The center of volume, local.
+    /// Center of volume, local.
     pub fn center(&self) -> Point3<f64> {
         let (mut moment, mut volume) = (Vector3::zeros(), 0.0);
         for tet in 0..self.tets.len() {

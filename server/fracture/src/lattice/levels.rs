@@ -1,4 +1,4 @@
-//! Two levels of one shape: a coarse lattice to solve on and a fine one to cut, body by body.
+//! Two lattice levels of one shape, paired by body: a coarse one for elasticity and a fine one for cracks.
 
 use super::boundary_fit::stuff_fitted;
 use super::level::{DroppedComponent, LatticeLevel, stuff};
@@ -9,106 +9,111 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// A crack body is solved on an elastic body only if at least this share of its volume lies in it.
+/// Smallest share of a crack body's volume inside an elastic body on which it is solved.
 pub const OVERLAP_MIN: f64 = 0.75;
 
-/// Share of the crack nodes that may lie farther than the elastic spacing from the lattice they are solved on.
+/// Largest share of crack nodes farther than the elastic spacing from the lattice they are solved on.
 pub const FAR_SHARE_MAX: f64 = 0.002;
 
-/// By what the elastic spacing is multiplied while more than that do.
+/// Factor on the elastic spacing per refinement, while more nodes than that are far.
 const REFINEMENT: f64 = 0.88;
 
 /// One body at both levels.
 #[derive(Clone, Debug)]
 pub struct BodyLattice {
-    /// Where elasticity is solved.
+    /// Lattice for elasticity.
     pub elastic: Lattice,
-    /// Where cracks run.
+    /// Lattice for cracks.
     pub crack: Lattice,
-    /// Energy from the first to the second.
+    /// Energy transfer from the elastic to the crack lattice.
     pub transfer: EnergyTransfer,
 }
 
-/// Why a body is solved on its crack lattice.
+/// Reason for solving a body on its crack lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Replacement {
-    /// The coarser level holds too little of it ([`OVERLAP_MIN`]).
+    /// The coarse level contains too little of it ([`OVERLAP_MIN`]).
     Lost,
-    /// The coarser level joins it with another body.
+    /// The coarse level joins it with another body.
     Fused,
 }
 
-/// A body that is solved on its crack lattice.
+/// Body that is solved on its crack lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReplacedBody {
     /// Index into [`LatticeLevels::bodies`].
     pub body: usize,
-    /// Why.
+    /// Reason for the replacement.
     pub reason: Replacement,
-    /// Share of its volume that lies in the elastic body it overlaps most, 0 … 1.
+    /// Share of its volume inside the elastic body that it overlaps most, 0 … 1.
     pub overlap: f64,
 }
 
-/// What one level became.
+/// Statistics of one level.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LevelReport {
     /// Side of the grid's cubes, local.
     pub spacing: f64,
-    /// The level set that was meshed, local.
+    /// Offset of the meshed level set, local.
     pub offset: f64,
     /// Volume of all bodies, local.
     pub volume: f64,
-    /// Bodies.
+    /// Number of bodies.
     pub bodies: usize,
-    /// Nodes of all bodies.
+    /// Number of nodes of all bodies.
     pub nodes: usize,
-    /// Tetrahedra of all bodies.
+    /// Number of tetrahedra of all bodies.
     pub tets: usize,
     /// Extreme dihedral angles over all bodies.
     pub dihedral: DihedralRange,
     /// Components left out.
     pub dropped: Vec<DroppedComponent>,
-    /// Places where the boundary had to be made a 2-manifold.
+    /// Number of places where the boundary was repaired to be a 2-manifold.
     pub pinches_mended: usize,
-    /// Volume dropped there, local.
+    /// Volume dropped by the repair, local.
     pub mended_volume: f64,
 }
 
-/// Both levels of a shape, body by body, with what became of it.
+/// Both levels of a shape, body by body, with their statistics.
 #[derive(Clone, Debug)]
 pub struct LatticeLevels {
-    /// The bodies, by decreasing volume of their crack lattices.
+    /// Bodies, by decreasing volume of their crack lattices.
     pub bodies: Vec<BodyLattice>,
-    /// The crack level.
+    /// Statistics of the crack level.
     pub crack: LevelReport,
-    /// The elastic level as stuffed, before bodies were matched; none if nothing lay inside at that spacing.
+    /// Statistics of the elastic level before bodies were paired. `None` if no tetrahedron was inside at that spacing.
     pub elastic: Option<LevelReport>,
-    /// Bodies solved on their crack lattice instead.
+    /// Bodies that are solved on their crack lattice.
     pub replaced: Vec<ReplacedBody>,
-    /// Volume of elastic bodies that no crack body is solved on, local.
+    /// Volume of elastic bodies on which no crack body is solved, local.
     pub unmatched_volume: f64,
-    /// Crack nodes farther than the elastic spacing from the lattice that they are solved on: what happens there is what
-    /// happens to the nearest part.
+    /// Crack nodes farther than the elastic spacing from the lattice that they are solved on.
+    ///
+    /// They take the deformation of the nearest part.
     pub far: Vec<Point3<f64>>,
 }
 
-/// Spacings of two levels (local).
+/// Spacings of two levels, local.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spacings {
-    /// Of the elastic level.
+    /// Spacing of the elastic level.
     pub elastic: f64,
-    /// Of the crack level.
+    /// Spacing of the crack level.
     pub crack: f64,
-    /// Whether the elastic level is made finer, down to the crack level, until thin limbs are in it.
+    /// Refines the elastic level, down to the crack level, until it contains thin limbs.
     pub refine: bool,
 }
 
-/// Stuffs a shape at two spacings, both to `volume` (local, positive), and pairs their bodies.
+/// Fills a shape at two spacings, both to `volume` (local, positive), and pairs their bodies.
 ///
-/// Bodies are matched by overlap. A body that the coarser level lost, or joined with another, is solved on its crack
-/// lattice, so that distinct bodies never share a solve and none is missing. Errors: those of [`stuff`]; an empty
-/// elastic level is none.
+/// Bodies are paired by overlap. A body that the coarse level lost, or joined with another, is solved on its crack
+/// lattice. So distinct bodies never share a solve and none is missing.
+///
+///
+///
+/// # Errors
+/// Those of [`stuff`]; an empty elastic level is none.
 pub fn levels(
     shape: &dyn SignedDistance,
     spacings: Spacings,
@@ -119,8 +124,13 @@ pub fn levels(
     levels_by(crack, &|spacing| stuff(shape, spacing, Some(volume), token), spacings, token)
 }
 
-/// As [`levels`], with the finer boundary fitted to ridges and creases. Which nodes move may hang on the last bits of a place: the same
-/// shape elsewhere, or in another unit, may get another lattice, as good a one.
+/// As [`levels`], with the boundary of the crack level fitted to ridges and creases.
+///
+/// The last bits of a position may decide which nodes move. The same shape in another place or unit may therefore get a
+/// different lattice of equal quality.
+///
+/// # Errors
+/// Those of [`levels`].
 pub fn fitted_levels(
     shape: &dyn SignedDistance,
     spacings: Spacings,
@@ -131,7 +141,7 @@ pub fn fitted_levels(
     levels_by(crack, &|spacing| stuff(shape, spacing, Some(volume), token), spacings, token)
 }
 
-/// Pairs the bodies of a crack level with those of what `stuffed` makes at the elastic spacing.
+/// Pairs the bodies of a crack level with those that `stuffed` creates at the elastic spacing.
 pub(super) fn levels_by(
     crack: LatticeLevel,
     stuffed: &dyn Fn(f64) -> Result<LatticeLevel, LatticeError>,
@@ -156,8 +166,8 @@ pub(super) fn levels_by(
     }
 }
 
-/// Crack nodes farther than `spacing` from the elastic body that theirs is solved on: the ends of limbs which the coarser
-/// level lost.
+/// Crack nodes farther than `spacing` from the elastic body of their own body: ends of
+/// limbs that the coarse level lost.
 fn far_nodes(crack: &[Lattice], elastic: &[Lattice], spacing: f64) -> Vec<Point3<f64>> {
     let locators: Vec<Locator> = elastic.iter().map(Locator::new).collect();
     let mut far = Vec::new();
@@ -213,7 +223,7 @@ fn pair(
     Ok(LatticeLevels { bodies, crack: crack_report, elastic: elastic_report, replaced, unmatched_volume, far })
 }
 
-/// Per crack body the elastic body that holds most of its volume (by centroids), and what share that is.
+/// For each crack body, the elastic body that contains most of its volume (by centroids), and the share contained.
 fn homes(crack: &[Lattice], locators: &[Locator]) -> Vec<(usize, f64)> {
     let home = |body: &Lattice| {
         let held = locators.iter().map(|locator| held(locator, body)).enumerate();
@@ -223,7 +233,7 @@ fn homes(crack: &[Lattice], locators: &[Locator]) -> Vec<(usize, f64)> {
     crack.iter().map(home).collect()
 }
 
-/// Volume of the tetrahedra of `body` whose centroid the located lattice holds.
+/// Volume of the tetrahedra of `body` whose centroid lies in the located lattice.
 fn held(locator: &Locator, body: &Lattice) -> f64 {
     let inside: Vec<bool> = (0..body.tets.len())
         .into_par_iter()

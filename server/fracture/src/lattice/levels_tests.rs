@@ -10,7 +10,7 @@ fn made(list: &[([f64; 3], f64)], elastic: f64, crack: f64) -> LatticeLevels {
     made
 }
 
-/// What holds for any levels: valid lattices, conserved energy, reports that fit.
+/// Checks the invariants of levels: valid lattices, conserved energy, consistent statistics.
 fn check(levels: &LatticeLevels) {
     for body in &levels.bodies {
         check_manifold(&body.elastic).unwrap();
@@ -50,7 +50,7 @@ fn a_body_that_the_coarse_level_lost_is_solved_on_its_crack_lattice() {
 
 #[test]
 fn bodies_that_the_coarse_level_joins_are_solved_apart() {
-    // A gap of 0.02, well below the coarse spacing, with a grid that reaches into both balls around it.
+    // The gap of 0.02 is far below the coarse spacing, so the grid joins both balls across it.
     let levels = made(&[([-0.16, 0.0, 0.0], 0.15), ([0.16, 0.0, 0.0], 0.15)], 0.15, 0.018);
     assert_eq!(levels.bodies.len(), 2);
     if levels.elastic.as_ref().is_some_and(|report| report.bodies == 1) {

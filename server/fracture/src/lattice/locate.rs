@@ -1,54 +1,57 @@
-//! Where a point lies in a lattice, and the nearest point of its boundary.
+//! Point location in a lattice, and the nearest point of its boundary.
 
 use super::tree::{Aabb, AabbTree};
 use super::{BoundaryFace, Lattice};
 use crate::triangle::ClosestFeature;
 use nalgebra::{Matrix3, Point3, Vector3};
 
-/// Barycentric coordinates this little below 0 still count as inside: rounding on shared faces.
+/// Tolerance of barycentric coordinates below 0, for rounding on shared faces.
 const ROUNDING: f64 = 1e-10;
 
-/// A place in a lattice.
+/// Point in a lattice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LatticePoint {
-    /// The tetrahedron.
+    /// Tetrahedron of the point.
     pub tet: u32,
-    /// Barycentric coordinates in the order of its nodes; sum 1, none below 0 by more than rounding.
+    /// Barycentric coordinates, in the order of the tetrahedron's nodes. Their sum is 1; none
+    /// is below 0 except by rounding.
     pub barycentric: [f64; 4],
 }
 
-/// The point of the boundary nearest to a given one.
+/// Nearest point of the boundary to a given one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NearestOnBoundary {
-    /// Index into [`Locator::faces`].
+    /// Index of its face in [`Locator::faces`].
     pub face: u32,
-    /// The point, local.
+    /// Position, local.
     pub point: Point3<f64>,
-    /// Its barycentric coordinates on the face, in the order of the face's nodes; sum 1, none negative.
+    /// Barycentric coordinates on the face, in the order of its nodes. Their sum is 1; none is negative.
     pub barycentric: [f64; 3],
-    /// How far it is, local.
+    /// Distance from the given point, local.
     pub distance: f64,
 }
 
-/// Searches one lattice; build it once, ask it often, from any thread. Equal questions get equal answers.
+/// Point location and nearest-boundary queries on one lattice.
+///
+/// Build it once and query it from any thread. Equal queries return equal results.
 #[derive(Clone, Debug)]
 pub struct Locator {
-    /// Per tetrahedron its first corner and the inverse of its edge matrix.
+    /// First corner, and inverse of the edge matrix, of each tetrahedron.
     frames: Vec<(Point3<f64>, Matrix3<f64>)>,
     tets: AabbTree,
     faces: Vec<BoundaryFace>,
     triangles: Vec<[Point3<f64>; 3]>,
     boundary: AabbTree,
-    /// Rounding of positions, local.
+    /// Rounding error of positions, local.
     margin: f64,
 }
 
 impl Locator {
-    /// Prepares the search.
+    /// Builds the search structures.
     pub fn new(lattice: &Lattice) -> Self {
         let frame = |tet| {
             let [a, ..] = lattice.corners(tet);
-            // Every tetrahedron has positive volume.
+            // Every tetrahedron has positive volume, so its edge matrix has an inverse.
             (a, lattice.edge_matrix(tet).try_inverse().unwrap_or_else(Matrix3::zeros))
         };
         let boxes: Vec<Aabb> = (0..lattice.tets.len()).map(|tet| Aabb::around(&lattice.corners(tet))).collect();
@@ -67,7 +70,7 @@ impl Locator {
         }
     }
 
-    /// The boundary's faces, as [`Lattice::boundary`] lists them.
+    /// Faces of the boundary, in the order of [`Lattice::boundary`].
     pub fn faces(&self) -> &[BoundaryFace] {
         &self.faces
     }
@@ -79,7 +82,7 @@ impl Locator {
         [1.0 - weights.sum(), weights.x, weights.y, weights.z]
     }
 
-    /// The tetrahedron that holds `point`, if any; `hint` is tried first and costs nothing if it is right.
+    /// Tetrahedron that contains `point`, if any. Tries `hint` first; a correct hint avoids the search.
     pub fn containing(&self, point: &Point3<f64>, hint: Option<u32>) -> Option<LatticePoint> {
         let place = |tet| LatticePoint { tet, barycentric: self.barycentric(tet, point) };
         let lowest = |place: &LatticePoint| place.barycentric.iter().copied().fold(f64::INFINITY, f64::min);
@@ -98,7 +101,7 @@ impl Locator {
         best
     }
 
-    /// The point of the boundary nearest to `point`; none of an empty lattice.
+    /// Nearest point of the boundary to `point`. `None` for an empty lattice.
     pub fn nearest(&self, point: &Point3<f64>) -> Option<NearestOnBoundary> {
         let on = |face: u32| {
             let triangle = &self.triangles[face as usize];
@@ -112,8 +115,8 @@ impl Locator {
         Some(NearestOnBoundary { face, point: foot, barycentric, distance: (foot - point).norm() })
     }
 
-    /// The tetrahedron that holds `point`, or else the place of the boundary point nearest to it; none of an empty
-    /// lattice.
+    /// Tetrahedron that contains `point`, or else the location of the nearest boundary
+    /// point. `None` for an empty lattice.
     pub fn place(&self, point: &Point3<f64>, hint: Option<u32>) -> Option<LatticePoint> {
         if let Some(place) = self.containing(point, hint) {
             return Some(place);

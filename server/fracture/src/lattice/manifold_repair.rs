@@ -1,23 +1,27 @@
-//! Making the boundary of a body a closed 2-manifold by dropping tetrahedra, and the check that it is one.
+//! Repair of a body's boundary to a closed 2-manifold by dropping tetrahedra, and the check for it.
 //!
-//! The star of a node (the tetrahedra around it) seen from the node is a patch of triangles, its *link*. The boundary is
-//! a 2-manifold at the node exactly if the link is a disc or, inside, a whole sphere. Otherwise one of three things is
-//! dropped, always the least: all but the largest face-connected part of the star; all but the largest fan around an
-//! edge; or a shortest chain of tetrahedra between two holes of the link. Each drop can open new pinches at the
-//! nodes it touched, which are looked at again; it ends since there are ever fewer tetrahedra, and one alone is
-//! a manifold. Positions never change, so the bounds on the angles stay.
+//! The star of a node (the tetrahedra around it), seen from the node, is a patch of triangles: its *link*. The boundary
+//! is a 2-manifold at the node exactly if the link is a disc or, for interior nodes, a sphere. Otherwise the repair
+//! drops the smallest of one of these:
+//!
+//! - all but the largest face-connected part of the star;
+//! - all but the largest fan around an edge;
+//! - a shortest chain of tetrahedra between two holes of the link.
+//!
+//! Each drop can open new pinches at the nodes it touched, which are checked again. The repair ends, because the number
+//! of tetrahedra falls and a single one is a manifold. Positions never change, so the bounds on angles still hold.
 
 use super::adjacency::{NO_TET, NodeStars};
 use super::{FACES, Lattice};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Why the boundary of a lattice is not a closed 2-manifold of one body.
+/// Fault of a lattice whose boundary is not the closed 2-manifold of one body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NonManifold {
     /// There are no tetrahedra.
     #[error("the lattice is empty")]
     Empty,
-    /// The lattice falls apart once only faces hold it together.
+    /// The lattice is not connected through faces.
     #[error("the lattice has {parts} face-connected parts")]
     Disconnected {
         /// Number of parts.
@@ -26,30 +30,35 @@ pub enum NonManifold {
     /// More than two tetrahedra share a face.
     #[error("{tets} tetrahedra share the face of nodes {nodes:?}")]
     Face {
-        /// The face's nodes, increasing.
+        /// Nodes of the face, increasing.
         nodes: [u32; 3],
-        /// How many share it.
+        /// Number of tetrahedra that share it.
         tets: usize,
     },
-    /// A boundary edge that does not have two boundary faces, one in each direction.
+    /// A boundary edge does not have two boundary faces, one in each direction.
     #[error("edge {nodes:?} has {faces} boundary faces")]
     Edge {
-        /// The edge's nodes, lower first.
+        /// Nodes of the edge, lower first.
         nodes: [u32; 2],
-        /// Its boundary faces.
+        /// Number of its boundary faces.
         faces: usize,
     },
-    /// A boundary node whose boundary faces do not form one fan.
+    /// The boundary faces at a boundary node do not form one fan.
     #[error("node {node} has {fans} fans of boundary faces")]
     Node {
         /// The node.
         node: u32,
-        /// Its fans.
+        /// Number of its fans.
         fans: usize,
     },
 }
 
-/// Whether the lattice is one face-connected body whose boundary is a closed 2-manifold; the first fault found if not.
+/// Checks that the lattice is one face-connected body whose boundary is a closed 2-manifold.
+///
+/// Returns the first fault found.
+///
+/// # Errors
+/// [`NonManifold`]: the first defect.
 pub fn check_manifold(lattice: &Lattice) -> Result<(), NonManifold> {
     check_faces(lattice)?;
     match lattice.components().len() {
@@ -59,7 +68,7 @@ pub fn check_manifold(lattice: &Lattice) -> Result<(), NonManifold> {
     }
     let boundary: Vec<[u32; 3]> = lattice.boundary().iter().map(|face| face.nodes).collect();
     check_edges(&boundary)?;
-    // Around a node every boundary face leads from one neighbor to the next.
+    // Around a node, every boundary face leads from one neighbor to the next.
     let mut around: BTreeMap<u32, BTreeMap<u32, u32>> = BTreeMap::new();
     for [a, b, c] in boundary {
         for [node, from, to] in [[a, b, c], [b, c, a], [c, a, b]] {
@@ -108,20 +117,22 @@ fn check_edges(boundary: &[[u32; 3]]) -> Result<(), NonManifold> {
     }
 }
 
-/// What mending one lattice took.
+/// Statistics of the repair of one lattice.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct RepairReport {
-    /// Pinches, each undone by dropping at least one tetrahedron.
+    /// Number of pinches, each removed by dropping at least one tetrahedron.
     pub(super) pinches: usize,
     /// Volume of the dropped tetrahedra, local.
     pub(super) volume: f64,
 }
 
-/// Drops tetrahedra until every face-connected part passes [`check_manifold`]. Returns the lattice that is left,
-/// possibly in several parts (which share no node once split), and what it took; none if there was nothing to mend.
+/// Drops tetrahedra until every face-connected part passes [`check_manifold`].
+///
+/// Returns the remaining lattice and the statistics, or `None` if no repair was needed. The lattice may have several
+/// parts, which share no node once split.
 pub(super) fn repair_manifold(lattice: &Lattice) -> Option<(Lattice, RepairReport)> {
     let neighbors = lattice.neighbors();
-    // The link of any other node is a sphere: its star was glued face to face.
+    // The link of any other node is a sphere, because its star was joined face to face.
     let rim = lattice.tets.iter().zip(&neighbors).flat_map(|(nodes, around)| {
         let open = (0..4).filter(|&face| around[face] == NO_TET);
         open.flat_map(|face| FACES[face].map(|c| nodes[c])).collect::<Vec<u32>>()
@@ -148,7 +159,7 @@ struct Mender<'a> {
     neighbors: Vec<[u32; 4]>,
     stars: NodeStars,
     alive: Vec<bool>,
-    /// Nodes to look at: for loose parts of their star; then, where no node has any, for edges and holes.
+    /// Nodes to check: for loose parts of their star first; once no node has any, for edges and holes.
     suspects: [BTreeSet<u32>; 2],
     mended: RepairReport,
 }
@@ -186,19 +197,19 @@ impl Mender<'_> {
         self.stars.of(node).iter().copied().filter(|&tet| self.alive[tet as usize]).collect()
     }
 
-    /// The living tetrahedron across face `face` of `tet`.
+    /// Remaining tetrahedron across face `face` of `tet`.
     fn across(&self, tet: u32, face: usize) -> Option<u32> {
         Some(self.neighbors[tet as usize][face]).filter(|&other| other != NO_TET && self.alive[other as usize])
     }
 
-    /// The faces of `tet` that contain all of `nodes`.
+    /// Faces of `tet` that contain all of `nodes`.
     fn faces_at(&self, tet: u32, nodes: &[u32]) -> impl Iterator<Item = usize> {
         let corners = self.lattice.tets[tet as usize];
         let opposite: [bool; 4] = corners.map(|corner| nodes.contains(&corner));
         (0..4).filter(move |&face| !opposite[face])
     }
 
-    /// `tets`, which all contain `nodes`, grouped by connection through faces that contain `nodes` too.
+    /// Groups of `tets`, which all contain `nodes`, connected through faces that contain `nodes` too.
     fn groups(&self, tets: &[u32], nodes: &[u32]) -> Vec<Vec<u32>> {
         let (mut left, mut groups) = (tets.to_vec(), Vec::new());
         while !left.is_empty() {
@@ -206,7 +217,7 @@ impl Mender<'_> {
             while next < group.len() {
                 let tet = group[next];
                 for other in self.faces_at(tet, nodes).filter_map(|face| self.across(tet, face)) {
-                    // A star is a few dozen tetrahedra: a scan is faster than a set.
+                    // A star has a few dozen tetrahedra, so a scan is faster than a set.
                     if let Some(at) = left.iter().position(|&tet| tet == other) {
                         group.push(left.remove(at));
                     }
@@ -218,10 +229,10 @@ impl Mender<'_> {
         groups
     }
 
-    /// What to drop at a node whose star is connected: surplus fans at an edge, or a chain between two holes.
+    /// Tetrahedra to drop at a node whose star is connected: surplus fans at an edge, or a chain between two holes.
     fn hinge_or_hole(&self, node: u32) -> Vec<u32> {
         let star = self.star(node);
-        // The rim of the link: per neighbor on it, the neighbors that boundary faces lead to, and from which tet.
+        // Rim of the link: for each neighbor on it, the neighbors that boundary faces lead to, with their tetrahedra.
         let mut rim: BTreeMap<u32, Vec<(u32, u32)>> = BTreeMap::new();
         for &tet in &star {
             for face in self.faces_at(tet, &[node]).filter(|&face| self.across(tet, face).is_none()) {
@@ -241,7 +252,8 @@ impl Mender<'_> {
         self.chain_between_holes(node, rim)
     }
 
-    /// The shortest chain of the star's tetrahedra from the first hole of the link to another; empty if there is one.
+    /// Shortest chain of the star's tetrahedra from the first hole of the link to another.
+    /// Empty if there is only one hole.
     fn chain_between_holes(&self, node: u32, rim: BTreeMap<u32, Vec<(u32, u32)>>) -> Vec<u32> {
         let Some((&first, _)) = rim.first_key_value() else { return Vec::new() };
         let (mut hole, mut next) = (BTreeSet::from([first]), vec![first]);
@@ -276,7 +288,7 @@ impl Mender<'_> {
     }
 }
 
-/// The chain that ends at `end`, back to its start, which came from itself.
+/// Chain from `end` back to its start, which is its own predecessor.
 fn trace(came_from: &BTreeMap<u32, u32>, end: u32) -> Vec<u32> {
     let mut chain = vec![end];
     while let Some(&before) = chain.last().and_then(|tet| came_from.get(tet)) {
@@ -288,7 +300,7 @@ fn trace(came_from: &BTreeMap<u32, u32>, end: u32) -> Vec<u32> {
     chain
 }
 
-/// Every group but the one of largest volume (the first of them at a tie), as one list.
+/// Members of all groups but the one of largest volume (the first of them at a tie).
 fn all_but_largest(lattice: &Lattice, mut groups: Vec<Vec<u32>>) -> Vec<u32> {
     let volume = |group: &Vec<u32>| group.iter().map(|&tet| lattice.tet_volume(tet as usize)).sum::<f64>();
     let volumes: Vec<f64> = groups.iter().map(volume).collect();

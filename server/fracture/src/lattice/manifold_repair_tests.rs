@@ -1,7 +1,7 @@
 use super::*;
 use crate::lattice::block;
 
-/// The tetrahedra of `lattice` whose centroid passes, as a lattice of its own.
+/// Lattice of the tetrahedra of `lattice` that pass `keep`.
 fn part(lattice: &Lattice, keep: impl Fn(usize) -> bool) -> Lattice {
     lattice.part(&(0..lattice.tets.len() as u32).filter(|&tet| keep(tet as usize)).collect::<Vec<_>>())
 }
@@ -35,7 +35,7 @@ fn a_hinge_is_found_and_its_smaller_side_dropped() {
 
 #[test]
 fn a_hinge_between_connected_cubes_is_found_as_an_edge() {
-    // Two layers: below all four cubes, above two that meet in an edge only.
+    // All four cubes in the lower layer; two in the upper layer that meet only in an edge.
     let both = block([2, 2, 2], 0.5);
     let hinge = part(&both, |tet| tet / 24 < 4 || matches!(tet / 24, 4 | 7));
     assert!(matches!(check_manifold(&hinge), Err(NonManifold::Edge { faces: 4, .. })));
@@ -55,7 +55,7 @@ fn two_holes_that_meet_at_a_node_become_one() {
     assert!(matches!(check_manifold(&holes), Err(NonManifold::Node { fans: 2, .. })));
     let (left, took) = mended(&holes);
     assert_eq!(left.components().len(), 1);
-    assert!(took.volume < 0.02 * whole.volume(), "a shortest chain between the holes, no more");
+    assert!(took.volume < 0.02 * whole.volume(), "only a shortest chain between the holes is dropped");
 }
 
 #[test]

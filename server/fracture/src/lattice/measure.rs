@@ -1,4 +1,4 @@
-//! Measures of a lattice: quality, area, deviation from the surface it stands for; and a moved copy.
+//! Measures of a lattice: dihedral angles, area, deviation from the surface; and a transformed copy.
 
 use super::{EDGES, FACES, Lattice};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -8,28 +8,28 @@ use serde::{Deserialize, Serialize};
 /// Smallest and largest dihedral angle, degrees.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DihedralRange {
-    /// The smallest.
+    /// Smallest angle.
     pub min_deg: f64,
-    /// The largest.
+    /// Largest angle.
     pub max_deg: f64,
 }
 
 impl DihedralRange {
-    /// Of one tetrahedron; `None` if its volume is not positive.
+    /// Angles of one tetrahedron; `None` if its volume is not positive.
     pub(super) fn of(corners: &[Point3<f64>; 4]) -> Option<Self> {
         let [a, b, c, d] = corners;
         let volume = (b - a).dot(&(c - a).cross(&(d - a)));
         (volume > 0.0).then(|| Self::from_cosines(cosines(corners)))
     }
 
-    /// Whether both angles are within `bounds_deg`, or else no farther beyond than `before`.
+    /// Returns true if both angles are within `bounds_deg`, or no farther outside than those of `before`.
     pub(super) fn within(&self, bounds_deg: [f64; 2], before: Option<Self>) -> bool {
         let [least, most] =
             before.map_or(bounds_deg, |own| [own.min_deg.min(bounds_deg[0]), own.max_deg.max(bounds_deg[1])]);
         self.min_deg >= least && self.max_deg <= most
     }
 
-    /// From the largest cosine and the smallest.
+    /// Converts the largest and the smallest cosine.
     fn from_cosines([smallest, largest]: [f64; 2]) -> Self {
         let degrees = |cosine: f64| cosine.clamp(-1.0, 1.0).acos().to_degrees();
         Self { min_deg: degrees(smallest), max_deg: degrees(largest) }
@@ -39,13 +39,13 @@ impl DihedralRange {
 /// Largest and smallest cosine of a tetrahedron's dihedral angles.
 fn cosines(corners: &[Point3<f64>; 4]) -> [f64; 2] {
     let normals = FACES.map(|[i, j, k]| area_vector(&[corners[i], corners[j], corners[k]]).normalize());
-    // Outward normals enclose the angle's supplement.
+    // Two outward normals enclose the supplement of the dihedral angle.
     let all = EDGES.map(|[i, j]| -normals[i].dot(&normals[j]));
     all.iter().fold([-1.0, 1.0], |[most, least]: [f64; 2], own| [most.max(*own), least.min(*own)])
 }
 
 impl Lattice {
-    /// The extreme dihedral angles of all tetrahedra; (180, 0) of an empty lattice.
+    /// Extreme dihedral angles of all tetrahedra; (180, 0) for an empty lattice.
     pub fn dihedral(&self) -> DihedralRange {
         let cosines = (0..self.tets.len()).map(|tet| cosines(&self.corners(tet)));
         DihedralRange::from_cosines(cosines.fold([-1.0, 1.0], |sum, own| [sum[0].max(own[0]), sum[1].min(own[1])]))
@@ -56,13 +56,13 @@ impl Lattice {
         self.boundary().iter().map(|face| area_vector(&face.nodes.map(|node| self.nodes[node as usize])).norm()).sum()
     }
 
-    /// The largest size of `distance` over the boundary's nodes, edge midpoints and face centroids, local.
+    /// Largest magnitude of `distance` over the boundary's nodes, edge midpoints and face centroids; local.
     pub fn deviation(&self, distance: &(dyn Fn(&Point3<f64>) -> f64 + Sync)) -> f64 {
         let mut places = Vec::new();
         for face in self.boundary() {
             let [a, b, c] = face.nodes.map(|node| (node, self.nodes[node as usize]));
             places.push(Point3::from((a.1.coords + b.1.coords + c.1.coords) / 3.0));
-            // On a closed boundary every edge runs from its lower to its higher node in one of its two faces.
+            // On a closed boundary every edge runs from its lower to its higher node in exactly one of its two faces.
             for (from, to) in [(a, b), (b, c), (c, a)] {
                 if from.0 < to.0 {
                     places.push(nalgebra::center(&from.1, &to.1));
@@ -76,13 +76,13 @@ impl Lattice {
         places.par_iter().map(|place| distance(place).abs()).reduce(|| 0.0, f64::max)
     }
 
-    /// The lattice moved by `isometry`.
+    /// Copy of the lattice, transformed by `isometry`.
     pub fn transformed(&self, isometry: &Isometry3<f64>) -> Self {
         Self { nodes: self.nodes.iter().map(|node| isometry * node).collect(), tets: self.tets.clone() }
     }
 }
 
-/// Half the cross product of two edges: the triangle's area along its normal.
+/// Area vector of a triangle: half the cross product of two edges.
 pub(crate) fn area_vector([a, b, c]: &[Point3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a)) / 2.0
 }

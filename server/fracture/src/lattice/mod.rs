@@ -1,4 +1,4 @@
-//! Tetrahedral lattices: the type itself, its measures and its boundary; and how a shape becomes one.
+//! Tetrahedral lattices: the type, its measures and its boundary, and their construction from signed distances.
 
 mod adjacency;
 mod block;
@@ -48,52 +48,58 @@ pub use spacing::{
 
 use nalgebra::{Matrix3, Point3};
 
-/// A solid given by its signed distance, local lengths.
+/// Solid given by its signed distance, in local lengths.
 pub trait SignedDistance: Sync {
-    /// Distance from `point` to the surface, negative inside. Where the surface has holes the sign may jump at a
-    /// distance from it; the size must not exceed the true distance.
+    /// Distance from `point` to the surface, negative inside.
+    ///
+    /// The sign may jump away from the surface where the surface has holes. The magnitude must
+    /// not exceed the true distance.
     fn signed_distance(&self, point: &Point3<f64>) -> f64;
 
-    /// The corners, lowest and highest, of a box that holds the solid.
+    /// Lowest and highest corner of a box that contains the solid.
     fn bounds(&self) -> (Point3<f64>, Point3<f64>);
 }
 
-/// A tetrahedral lattice in local coordinates.
+/// Tetrahedral lattice in local coordinates.
 ///
-/// Invariants, held by every constructor of this room: every tetrahedron has positive volume,
-/// det(b−a, c−a, d−a) > 0; every node belongs to a tetrahedron; the tetrahedra are connected through faces; the
-/// boundary is a closed 2-manifold (every boundary edge has two boundary faces, every boundary node one fan).
+/// All constructors in this module ensure these invariants:
+///
+/// - every tetrahedron has positive volume, det(b−a, c−a, d−a) > 0;
+/// - every node belongs to a tetrahedron;
+/// - the tetrahedra are connected through faces;
+/// - the boundary is a closed 2-manifold: every boundary edge has two boundary faces, every boundary node one fan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lattice {
     /// Node positions, local.
     pub nodes: Vec<Point3<f64>>,
-    /// Four node indices per tetrahedron.
+    /// Four node indices of each tetrahedron.
     pub tets: Vec<[u32; 4]>,
 }
 
-/// The faces of a positively oriented tetrahedron (a, b, c, d), each counter-clockwise seen from outside; face k is
-/// opposite node k.
+/// Faces of a positively oriented tetrahedron (a, b, c, d), counter-clockwise seen from outside.
+///
+/// Face k is opposite node k.
 pub const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
-/// The edges of a tetrahedron, by local node index, lower first.
+/// Edges of a tetrahedron, by local node index, lower first.
 pub const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
-/// A triangle of the lattice's boundary.
+/// Triangle of a lattice's boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BoundaryFace {
     /// Node indices, counter-clockwise seen from outside.
     pub nodes: [u32; 3],
-    /// The tetrahedron behind it.
+    /// Tetrahedron behind the face.
     pub tet: u32,
 }
 
 impl Lattice {
-    /// The four corners of tetrahedron `tet`.
+    /// Four corners of tetrahedron `tet`, local.
     pub fn corners(&self, tet: usize) -> [Point3<f64>; 4] {
         self.tets[tet].map(|node| self.nodes[node as usize])
     }
 
-    /// The edge matrix [b−a, c−a, d−a] of tetrahedron `tet`, columns local lengths.
+    /// Edge matrix [b−a, c−a, d−a] of tetrahedron `tet`; its columns are local lengths.
     pub fn edge_matrix(&self, tet: usize) -> Matrix3<f64> {
         let [a, b, c, d] = self.corners(tet);
         Matrix3::from_columns(&[b - a, c - a, d - a])
@@ -109,7 +115,9 @@ impl Lattice {
         (0..self.tets.len()).map(|tet| self.tet_volume(tet)).sum()
     }
 
-    /// A quarter of each tetrahedron's volume lumped to each of its nodes; length `nodes.len()`, sum [`Self::volume`].
+    /// Node volumes: a quarter of each tetrahedron's volume for each of its nodes; local.
+    ///
+    /// Has length `nodes.len()` and sum [`Self::volume`].
     pub fn node_volumes(&self) -> Vec<f64> {
         let mut volumes = vec![0.0; self.nodes.len()];
         for (tet, nodes) in self.tets.iter().enumerate() {
@@ -121,7 +129,7 @@ impl Lattice {
         volumes
     }
 
-    /// All faces without a neighbor ([`Self::neighbors`]), outward, ordered by (tetrahedron, face).
+    /// Faces without a neighbor ([`Self::neighbors`]), oriented outward, ordered by (tetrahedron, face).
     pub fn boundary(&self) -> Vec<BoundaryFace> {
         let mut boundary = Vec::new();
         for (tet, around) in self.neighbors().iter().enumerate() {
@@ -132,7 +140,7 @@ impl Lattice {
         boundary
     }
 
-    /// All edges once, as (lower node, higher node), sorted.
+    /// Edges as (lower node, higher node), each once, sorted.
     pub fn edges(&self) -> Vec<[u32; 2]> {
         let mut edges: Vec<[u32; 2]> = self
             .tets

@@ -1,13 +1,13 @@
-//! The intersection of two tetrahedra: its volume and its centroid.
+//! Intersection of two tetrahedra: volume and centroid.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-/// Overlaps below this share of the clipped tetrahedron are rounding.
+/// Share of the clipped tetrahedron below which an overlap counts as rounding.
 const NEGLIGIBLE: f64 = 1e-12;
 
 type Tet = [Vector3<f64>; 4];
 
-/// A positively oriented tetrahedron, ready to be intersected.
+/// Positively oriented tetrahedron, prepared for intersection.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OverlapCell {
     corners: Tet,
@@ -16,7 +16,7 @@ pub(super) struct OverlapCell {
 }
 
 impl OverlapCell {
-    /// From its corners; their volume must be positive.
+    /// Prepares a tetrahedron from its corners; its volume must be positive.
     pub(super) fn new(corners: &[Point3<f64>; 4]) -> Self {
         let corners = corners.map(|corner| corner.coords);
         let [a, b, c, d] = corners;
@@ -30,7 +30,7 @@ impl OverlapCell {
         [1.0 - weights.sum(), weights.x, weights.y, weights.z]
     }
 
-    /// Whether some face's plane has all of `tet` on its outer side.
+    /// Returns true if the plane of some face has all of `tet` on its outer side.
     fn excludes(&self, tet: &Tet) -> bool {
         let mut highest = [f64::NEG_INFINITY; 4];
         for corner in tet {
@@ -41,7 +41,7 @@ impl OverlapCell {
     }
 }
 
-/// Scratch for intersections.
+/// Scratch memory for intersections.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Overlap {
     parts: Vec<Tet>,
@@ -49,7 +49,7 @@ pub(super) struct Overlap {
 }
 
 impl Overlap {
-    /// Volume and centroid of what two tetrahedra have in common; none if that is nothing.
+    /// Volume and centroid of the intersection of two tetrahedra. `None` if it is empty or negligible.
     pub(super) fn of(&mut self, tet: &OverlapCell, other: &OverlapCell) -> Option<(f64, Vector3<f64>)> {
         if tet.excludes(&other.corners) || other.excludes(&tet.corners) {
             return None;
@@ -77,7 +77,8 @@ fn volume_of([a, b, c, d]: &Tet) -> f64 {
     ((b - a).dot(&(c - a).cross(&(d - a))) / 6.0).abs()
 }
 
-/// Appends tetrahedra that fill the part of `tet` where the linear function with these corner `values` is positive.
+/// Appends tetrahedra that fill the part of `tet` where a linear function is positive.
+/// `values` holds it at the corners.
 fn clip(tet: &Tet, values: [f64; 4], parts: &mut Vec<Tet>) {
     let mut order = [0, 1, 2, 3];
     order.sort_by(|&i, &j| values[j].total_cmp(&values[i]));
@@ -96,7 +97,7 @@ fn clip(tet: &Tet, values: [f64; 4], parts: &mut Vec<Tet>) {
     }
 }
 
-/// A convex prism as three tetrahedra; its quadrilaterals are planar, so any diagonals will do.
+/// Splits a convex prism into three tetrahedra. Its quadrilaterals are planar, so any diagonals are valid.
 fn prism(top: [Vector3<f64>; 3], bottom: [Vector3<f64>; 3], parts: &mut Vec<Tet>) {
     parts.push([top[0], top[1], top[2], bottom[2]]);
     parts.push([top[0], top[1], bottom[1], bottom[2]]);

@@ -1,11 +1,11 @@
-//! Two levels of real meshes, from the folder that SHATTER_MESHES names.
+//! Levels of real meshes, from the folder that SHATTER_MESHES names.
 
 use super::*;
 use crate::cancel_token::CancelToken;
 use crate::surface::{InsideTest, LengthUnit, Surface, UpAxis, read};
 use std::path::Path;
 
-/// Stuffs levels of a mesh, the crack lattice of about so many nodes, and checks what holds for every object; prints one row per level.
+/// Builds the levels of a mesh with about `nodes` crack nodes, checks their invariants, and prints one row per level.
 fn check(file: &str, nodes: usize) {
     let Ok(folder) = std::env::var("SHATTER_MESHES") else {
         println!("skipped: SHATTER_MESHES is not set");
@@ -56,7 +56,7 @@ fn check(file: &str, nodes: usize) {
     assert!((share - 1.0).abs() < 0.1 && levels.bodies.len() == 1, "{share} {:?}", levels.replaced);
 }
 
-/// With [`CRACK_NODES_DEFAULT`] a tip comes off; baking then takes a finer spacing (`tests/tests/horse.rs` bakes it).
+/// With [`CRACK_NODES_DEFAULT`] a tip separates, and baking refines the spacing; `tests/tests/horse.rs` covers that.
 #[test]
 fn the_horse_keeps_its_volume_and_legs() {
     check("horse.ply", 10_000);

@@ -3,9 +3,11 @@
 use super::SignedDistance;
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// A shape given by a closure and its box.
+/// Shape given by a closure and half the sides of its box.
 pub(super) struct ImplicitShape<F: Fn(&Point3<f64>) -> f64 + Sync> {
+    /// Signed distance.
     pub(super) distance: F,
+    /// Half sides of the box, centered at the origin.
     pub(super) half: Vector3<f64>,
 }
 
@@ -19,12 +21,12 @@ impl<F: Fn(&Point3<f64>) -> f64 + Sync> SignedDistance for ImplicitShape<F> {
     }
 }
 
-/// A ball at the origin.
+/// Ball at the origin.
 pub(super) fn ball(radius: f64) -> impl SignedDistance {
     ImplicitShape { distance: move |p: &Point3<f64>| p.coords.norm() - radius, half: Vector3::repeat(radius) }
 }
 
-/// The union of balls, each a center and a radius.
+/// Union of balls, each given by center and radius.
 pub(super) fn balls(balls: Vec<(Point3<f64>, f64)>) -> impl SignedDistance {
     let reach = balls.iter().map(|(center, radius)| center.coords.abs().add_scalar(*radius));
     let half = reach.fold(Vector3::zeros(), |a: Vector3<f64>, b| a.sup(&b));
@@ -34,13 +36,13 @@ pub(super) fn balls(balls: Vec<(Point3<f64>, f64)>) -> impl SignedDistance {
     ImplicitShape { distance, half }
 }
 
-/// A torus around z.
+/// Torus around the z axis.
 pub(super) fn torus(ring: f64, tube: f64) -> impl SignedDistance {
     let distance = move |p: &Point3<f64>| (p.x.hypot(p.y) - ring).hypot(p.z) - tube;
     ImplicitShape { distance, half: Vector3::new(ring + tube, ring + tube, tube) }
 }
 
-/// A box of half sides `half`, turned and moved.
+/// Box of half sides `half`, transformed by `isometry`.
 pub(super) fn cuboid(half: Vector3<f64>, isometry: Isometry3<f64>) -> impl SignedDistance {
     let distance = move |p: &Point3<f64>| {
         let q = isometry.inverse_transform_point(p).coords.abs() - half;

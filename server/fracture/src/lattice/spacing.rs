@@ -1,37 +1,39 @@
-//! Which spacing gives about how many nodes, and which spacings are accepted.
+//! Choice of lattice spacings from node counts, and the accepted range of spacings.
 
 use super::LatticeError;
 use super::grid::SPACING_RANGE;
 
-/// Crack nodes that a bake aims at by default, boundary included.
+/// Default number of crack nodes of a bake, boundary included.
 pub const CRACK_NODES_DEFAULT: usize = 9_000;
 
-/// Elastic nodes that a bake aims at by default, boundary included.
+/// Default number of elastic nodes of a bake, boundary included.
 pub const ELASTIC_NODES_DEFAULT: usize = 3_000;
 
-/// Crack nodes that a bake accepts: the eigenpairs of the lift take minutes there.
+/// Largest number of crack nodes of a bake. Computing the eigenpairs of the lift takes minutes there.
 pub const CRACK_NODES_MAX: usize = 250_000;
 
-/// Elastic nodes that a bake accepts: the factor takes gigabytes and minutes there.
+/// Largest number of elastic nodes of a bake. The factor takes gigabytes and minutes there.
 pub const ELASTIC_NODES_MAX: usize = 100_000;
 
-/// Thickness of the layer that stands for the boundary's nodes, in spacings: measured 0.63 to 0.80 on balls, boxes,
-/// tori, slabs, the horse and the bunny, at 1 000 to 12 000 nodes.
+/// Thickness of a layer with as many nodes as the boundary adds, in spacings.
+///
+/// Measured 0.63 to 0.80 on balls, boxes, tori, slabs, the horse and the bunny, at 1 000 to 12 000 nodes.
 const LAYER: f64 = 0.7;
 
-/// About how many nodes a solid of this volume and surface area (local) gets at `spacing`, boundary included.
+/// Estimated number of nodes at `spacing` of a solid with this volume and surface area (local), boundary included.
 ///
-/// A body-centered cubic grid has two nodes per cube; the boundary adds what a layer of 0.7 spacings would.
+/// A body-centered cubic grid has two nodes per cube. The boundary adds those of a layer of 0.7 spacings.
 fn nodes_at(spacing: f64, volume: f64, area: f64) -> f64 {
     2.0 * (volume + area * LAYER * spacing) / spacing.powi(3)
 }
 
-/// The spacing (local) at which a solid of this volume and surface area (local) gets about `nodes` nodes, boundary
-/// included, clamped to [`SPACING_RANGE`].
+/// Spacing (local) at which a solid of this volume and surface area (local) has about `nodes` nodes.
+///
+/// The count includes the boundary. The spacing is clamped to [`SPACING_RANGE`].
 pub fn default_spacing(volume: f64, area: f64, nodes: usize) -> f64 {
     let [low, high] = SPACING_RANGE;
     let (mut below, mut above) = (low, high);
-    // The count falls with the spacing; a thousandth of a percent is far finer than the estimate.
+    // The count falls with the spacing. Forty halvings are far more accurate than the estimate.
     for _ in 0..40 {
         let middle = 0.5 * (below + above);
         if nodes_at(middle, volume, area) > nodes as f64 { below = middle } else { above = middle }
@@ -39,10 +41,13 @@ pub fn default_spacing(volume: f64, area: f64, nodes: usize) -> f64 {
     0.5 * (below + above)
 }
 
-/// The elastic and the crack spacing (local) for a solid of this volume and surface area (local): what was asked for, or
-/// about as many nodes as `nodes` says, elastic and crack ones, the crack level never the coarser one.
+/// Elastic and crack spacing (local) for a solid of this volume and surface area (local).
 ///
-/// Errors: [`LatticeError::SpacingOutOfRange`], [`LatticeError::TooManyNodes`], [`LatticeError::CrackCoarser`].
+/// Each is the requested one, or else yields about as many nodes as `nodes` states (elastic, crack). A default never
+/// makes the crack level the coarser one.
+///
+/// # Errors
+/// [`LatticeError::SpacingOutOfRange`], [`LatticeError::TooManyNodes`], [`LatticeError::CrackCoarser`].
 pub fn spacings(
     volume: f64,
     area: f64,

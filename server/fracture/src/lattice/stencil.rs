@@ -1,9 +1,9 @@
-//! What remains of one grid tetrahedron inside the surface: none, one, two or three tetrahedra.
+//! Part of a grid tetrahedron inside the surface: up to three tetrahedra.
 //!
 //! Based on: Labelle & Shewchuk (2007), section 3.3 and figure 3, with the parity rule for quadrilaterals between two
-//! short edges. Both sides of a face split its quadrilateral alike, since the rule looks at nothing but the face.
+//! short edges. The rule depends only on the face, so both tetrahedra at a face split its quadrilateral alike.
 
-/// On which side of the level set a node lies; a warped node lies on it.
+/// Side of the level set on which a node lies. A warped node lies on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum LevelSetSide {
     /// Negative distance.
@@ -14,27 +14,29 @@ pub(super) enum LevelSetSide {
     Outside,
 }
 
-/// A corner of a stencil: a grid node, or the cut on the edge between two of them.
+/// Corner of a stencil: a grid node, or the cut on the edge between two of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum StencilCorner {
     /// A grid node.
     Node(u32),
-    /// The cut between two grid nodes.
+    /// Cut between two grid nodes.
     Cut(u32, u32),
 }
 
-/// The corners of a grid tetrahedron sorted by side, with what the rules ask of them.
+/// Corners of a grid tetrahedron sorted by side.
 struct Sorted<'a> {
     nodes: [u32; 4],
     sides: [LevelSetSide; 4],
-    /// The place before sorting: corners 0 and 1, and 2 and 3, are joined by the long edges.
+    /// Index of each corner before sorting. Long edges join the original corners 0 and 1, and 2 and 3.
     original: [usize; 4],
+    /// Twice the cube coordinates of a node, for the parity rule.
     twice: &'a dyn Fn(u32) -> [i32; 3],
 }
 
-/// Calls `emit` with every tetrahedron of the part of `tet` inside, positively oriented as `tet` is.
+/// Calls `emit` with every tetrahedron of the part of `tet` inside, oriented positively as `tet` is.
 ///
-/// `tet` lists the ends of one long edge, then those of the other; `twice` gives twice the cube coordinates of a node.
+/// `tet` lists the ends of one long edge, then those of the other. `twice` returns twice
+/// the cube coordinates of a node.
 pub(super) fn clip(
     tet: [u32; 4],
     sides: [LevelSetSide; 4],
@@ -42,7 +44,7 @@ pub(super) fn clip(
     mut emit: impl FnMut([StencilCorner; 4]),
 ) {
     let (sorted, odd) = sort(tet, sides, twice);
-    // An odd permutation turned the tetrahedron inside out: swapping two corners turns each part back.
+    // An odd permutation reverses the orientation; swapping two corners of each part restores it.
     let mut emit = |[a, b, c, d]: [StencilCorner; 4]| emit(if odd { [a, b, d, c] } else { [a, b, c, d] });
     let node = |i: usize| StencilCorner::Node(sorted.nodes[i]);
     let inside = sorted.sides.iter().filter(|side| **side == LevelSetSide::Inside).count();
@@ -55,7 +57,8 @@ pub(super) fn clip(
         (2, _) => {
             let order = |i, j| match (i, j) {
                 (0, j) => sorted.adjoins(0, 1, j + 1),
-                // The other two run from different corners, so only one diagonal on the level set closes no cycle.
+                // The other two diagonals start at different corners, so only one diagonal on
+                // the level set closes no cycle.
                 _ => !sorted.adjoins(0, 1, 2),
             };
             let top = [node(0), sorted.rim(0, 2), sorted.rim(0, 3)];
@@ -70,7 +73,7 @@ pub(super) fn clip(
 
 fn sort(tet: [u32; 4], sides: [LevelSetSide; 4], twice: &dyn Fn(u32) -> [i32; 3]) -> (Sorted<'_>, bool) {
     let (mut original, mut odd) = ([0, 1, 2, 3], false);
-    // Insertion sort, counting the swaps.
+    // Insertion sort that tracks the parity of its swaps.
     for end in 1..4 {
         for k in (0..end).rev() {
             if sides[original[k]] > sides[original[k + 1]] {
@@ -83,7 +86,8 @@ fn sort(tet: [u32; 4], sides: [LevelSetSide; 4], twice: &dyn Fn(u32) -> [i32; 3]
 }
 
 impl Sorted<'_> {
-    /// Where the level set leaves the edge from inside corner `i` to `j`: the cut, or `j` itself where it lies on it.
+    /// Point where the level set leaves the edge from inside corner `i` to `j`: the cut, or `j`
+    /// itself if it lies on the level set.
     fn rim(&self, i: usize, j: usize) -> StencilCorner {
         if self.sides[j] == LevelSetSide::On {
             StencilCorner::Node(self.nodes[j])
@@ -96,10 +100,10 @@ impl Sorted<'_> {
         self.original[i] ^ 1 == self.original[j]
     }
 
-    /// Whether the diagonal of the quadrilateral left of face (i, j, k) by cutting off k starts at i, not at j.
+    /// Returns true if the diagonal of a quadrilateral starts at i, not at j. Cutting k off face (i, j, k) leaves it.
     ///
-    /// It ends at the cut on the face's long edge where that is cut; otherwise, between two cuts on short edges, it
-    /// starts at the end of the long edge that exceeds k in an even number of coordinates (the parity rule).
+    /// The diagonal ends at the cut on the face's long edge if that is cut. Otherwise both cuts are on short edges, and
+    /// it starts at the end of the long edge that exceeds k in an even number of coordinates (the parity rule).
     fn adjoins(&self, i: usize, j: usize, k: usize) -> bool {
         if self.long(i, k) || self.long(j, k) {
             return self.long(j, k);
@@ -108,7 +112,7 @@ impl Sorted<'_> {
         (0..3).filter(|&axis| own[axis] > cut[axis]).count() % 2 == 0
     }
 
-    /// Corners 0 and 1 inside, 2 on the level set, 3 outside.
+    /// Emits the part with corners 0 and 1 inside, 2 on the level set, 3 outside.
     fn pyramid(&self, emit: &mut impl FnMut([StencilCorner; 4])) {
         let [a, b, apex] = [0, 1, 2].map(|i| StencilCorner::Node(self.nodes[i]));
         let (cut_a, cut_b) = (self.rim(0, 3), self.rim(1, 3));
@@ -122,8 +126,10 @@ impl Sorted<'_> {
     }
 }
 
-/// A prism of three tetrahedra; `before(i, j)`, i < j, says whether the diagonal of quadrilateral (i, j) runs from
-/// top i to bottom j. The three diagonals must not form a cycle; (top, any bottom) is positively oriented.
+/// Emits a prism as three tetrahedra.
+///
+/// `before(i, j)`, i < j, returns true if the diagonal of quadrilateral (i, j) runs from top i to bottom j. The three
+/// diagonals must not form a cycle. (top, any bottom) is positively oriented.
 fn prism(
     top: [StencilCorner; 3],
     bottom: [StencilCorner; 3],

@@ -1,9 +1,11 @@
-//! Warping the grid onto the surface and filling its inside: the core of isosurface stuffing.
+//! Core of isosurface stuffing: warps the grid onto the surface and fills its inside.
 //!
 //! Based on: F. Labelle & J. R. Shewchuk, *Isosurface Stuffing: Fast Tetrahedral Meshes with Good Dihedral Angles*
-//! (SIGGRAPH 2007), sections 3.2 and 3.3. The shares below are the ones that make the smallest angle largest: an
-//! adversarial search over signs, cuts and orders of warping found nothing outside [10.78°, 164.74°] for them, which
-//! are the bounds the paper proves ([10.7°, 164.8°]); for 0.24999 and 0.41189 it found [9.32°, 161.65°].
+//! (SIGGRAPH 2007), sections 3.2 and 3.3.
+//!
+//! The warp thresholds below maximize the smallest angle. For them, an adversarial search over signs, cuts and orders
+//! of warping found no angle outside [10.78°, 164.74°]; the paper proves [10.7°, 164.8°]. For thresholds 0.24999 and
+//! 0.41189 the search found [9.32°, 161.65°].
 
 use super::Lattice;
 use super::cut::EdgeCuts;
@@ -12,22 +14,22 @@ use super::stencil::{LevelSetSide, StencilCorner, clip};
 use nalgebra::Point3;
 use std::collections::HashMap;
 
-/// A node is warped to a cut on a long edge that is closer than this share of the edge.
+/// Warp threshold of long edges: a node is warped to a cut closer than this share of the edge.
 const ALPHA_LONG: f64 = 0.2851;
 
-/// The same for short edges.
+/// Warp threshold of short edges.
 const ALPHA_SHORT: f64 = 0.3988;
 
 /// Length of a short edge over that of a long one.
 const SHORT: f64 = 0.866_025_403_784_438_6;
 
-/// The level set's sides on the grid after warping.
+/// Sides of the level set on the grid after warping, and new positions of warped nodes.
 struct Warped {
     sides: Vec<LevelSetSide>,
     moved: HashMap<u32, Point3<f64>>,
 }
 
-/// The tetrahedra inside the level set distance = `offset`, not yet split into bodies nor mended; may be empty.
+/// Tetrahedra inside the level set distance = `offset`, neither split into bodies nor repaired. May be empty.
 pub(super) fn fill(grid: &Grid, values: &[f64], offset: f64, cuts: &EdgeCuts) -> Lattice {
     let warped = warp(grid, values, offset, cuts);
     let mut builder = Builder {
@@ -72,7 +74,7 @@ fn warp(grid: &Grid, values: &[f64], offset: f64, cuts: &EdgeCuts) -> Warped {
     warped
 }
 
-/// The cut closest to `node` among those too close to it: the other end of its edge, and its place from `node`.
+/// Cut closest to `node` among those too close to it: the other end of its edge, and its position from `node`.
 fn violation(grid: &Grid, sides: &[LevelSetSide], cuts: &EdgeCuts, node: u32) -> Option<(u32, f64)> {
     let mut closest: Option<(f64, u32, f64)> = None;
     for (other, long) in grid.neighbors(node).filter(|(other, _)| sides[*other as usize] != LevelSetSide::On) {
@@ -106,7 +108,7 @@ impl Builder<'_> {
                 *slot
             }
             StencilCorner::Cut(a, b) => {
-                // Both ends lie strictly on either side, so neither was warped and the edge was among those cut.
+                // The ends lie strictly on either side, so neither was warped, and the edge has a cut.
                 let Some((cut, t)) = self.cuts.find(a, b) else { unreachable!("an edge across the level set is cut") };
                 let slot = &mut self.of_cut[cut as usize];
                 if *slot == u32::MAX {

@@ -1,4 +1,4 @@
-//! Stuffing from analytic distances: angles, manifolds, volumes, orders of convergence, refusals.
+//! Tests of stuffing on analytic distances: angles, manifolds, volumes, orders of convergence, errors.
 
 use super::level::split;
 use super::shapes::{ImplicitShape, ball, balls, cuboid, torus};
@@ -9,14 +9,14 @@ use nalgebra::{Isometry3, Vector3};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
-/// The bounds that Labelle & Shewchuk prove, degrees.
+/// Bounds that Labelle & Shewchuk prove, degrees.
 const DIHEDRAL_DEG: [f64; 2] = [10.7, 164.8];
 
 fn stuffed(shape: &dyn SignedDistance, spacing: f64, volume: Option<f64>) -> LatticeLevel {
     stuff(shape, spacing, volume, &CancelToken::default()).unwrap()
 }
 
-/// Everything that every level promises.
+/// Checks the invariants of a level.
 fn check(level: &LatticeLevel) {
     assert!(!level.bodies.is_empty());
     for body in &level.bodies {
@@ -31,7 +31,7 @@ fn check(level: &LatticeLevel) {
     assert!(level.dropped.iter().all(|dropped| dropped.volume > 0.0 && dropped.tets > 0));
 }
 
-/// [`check`], and the angles.
+/// As [`check`], with the bounds on angles.
 fn check_stuffed(level: &LatticeLevel) {
     check(level);
     for body in &level.bodies {
@@ -40,7 +40,7 @@ fn check_stuffed(level: &LatticeLevel) {
     }
 }
 
-/// Waves of about two spacings in random directions: nothing like a distance, cuts fall anywhere on the edges.
+/// Waves of about two spacings in random directions: unlike a distance, so that cuts lie anywhere on the edges.
 fn noise(seed: u64, waves: usize, spacing: f64) -> impl SignedDistance {
     let mut stream = RandomStream::new(seed, 0);
     let mut uniform = move || 2.0 * stream.uniform() - 1.0;
@@ -166,7 +166,8 @@ fn volume_and_deviation_of_a_ball_converge_with_the_square_of_the_spacing() {
         [1.0 - level.volume() / exact, deviation]
     });
     for (measure, name) in ["volume", "deviation"].iter().enumerate() {
-        // The largest deviation depends on how the grid happens to lie: judge the whole range, a factor of four.
+        // The largest deviation depends on the position of the grid, so the order is taken over the
+        // whole range, a factor of four.
         let order = (errors[0][measure] / errors[2][measure]).log2() / 2.0;
         println!(
             "{name}: {:.2e} at 0.1, {:.2e} at 0.025, observed order {order:.2}",
@@ -232,7 +233,7 @@ fn what_cannot_be_stuffed_is_refused_with_the_reason() {
 
 #[test]
 fn a_jump_of_the_sign_ends_in_valid_bodies() {
-    // Outside a cone the sign flips far from any surface, as in front of a hole in an open mesh.
+    // Outside a cone the sign jumps far from any surface, as in front of a hole in an open mesh.
     let distance = |p: &Point3<f64>| if p.z > 0.0 { 0.3 } else { p.coords.norm() - 0.3 };
     let level = stuffed(&ImplicitShape { distance, half: Vector3::repeat(0.3) }, 0.02, None);
     check_stuffed(&level);

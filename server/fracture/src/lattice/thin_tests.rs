@@ -1,11 +1,11 @@
-//! What of plates and rods a lattice keeps, by thickness over spacing.
+//! Tests of thin plates and rods: the part that a lattice keeps, by thickness over spacing.
 
 use super::*;
 use crate::cancel_token::CancelToken;
 use crate::random::RandomStream;
 use nalgebra::{Isometry3, Vector3};
 
-/// A turned box.
+/// Rotated box.
 struct Turned {
     half: Vector3<f64>,
     place: Isometry3<f64>,
@@ -23,7 +23,8 @@ impl SignedDistance for Turned {
     }
 }
 
-/// Worst share of the mid-surface kept, and most bodies, over turned and shifted boxes of this thickness.
+/// Smallest share of the mid-surface kept, and largest number of bodies, over rotated and
+/// shifted boxes of this thickness.
 fn kept(half: Vector3<f64>, spacing: f64) -> (f64, usize) {
     let mut stream = RandomStream::new(1, 0);
     let thick = half.min();

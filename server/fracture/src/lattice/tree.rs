@@ -1,11 +1,11 @@
-//! A tree of bounding boxes: which boxes hold a point, and which item is nearest.
+//! Tree of bounding boxes: queries for the boxes that contain a point and for the nearest item.
 
 use nalgebra::{Point3, Vector3};
 
-/// Items per leaf.
+/// Largest number of items per leaf.
 const LEAF: usize = 8;
 
-/// An axis-aligned box.
+/// Axis-aligned box.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Aabb {
     low: Point3<f64>,
@@ -13,7 +13,7 @@ pub(super) struct Aabb {
 }
 
 impl Aabb {
-    /// The box of some points.
+    /// Bounding box of points.
     pub(super) fn around(points: &[Point3<f64>]) -> Self {
         let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
         for point in points {
@@ -35,7 +35,7 @@ impl Aabb {
         self.low[axis] + self.high[axis]
     }
 
-    /// Squared distance to `point`, 0 inside.
+    /// Squared distance to `point`; 0 inside.
     fn distance_squared(&self, point: &Point3<f64>) -> f64 {
         let clamped = point.coords.sup(&self.low.coords).inf(&self.high.coords);
         (point.coords - clamped).norm_squared()
@@ -45,12 +45,12 @@ impl Aabb {
 #[derive(Clone, Debug)]
 struct Branch {
     bounds: Aabb,
-    /// A leaf's items, or an inner branch's children: the next in the list, and `second`.
+    /// Items of a leaf. An inner branch's children are the next in the list, and `second`.
     items: std::ops::Range<u32>,
     second: Option<u32>,
 }
 
-/// The tree, built once by splitting at the median of the longest side. Equal input gives an equal tree.
+/// Bounding-box tree, split at the median of the longest side. Equal input yields an equal tree.
 #[derive(Clone, Debug)]
 pub(super) struct AabbTree {
     branches: Vec<Branch>,
@@ -58,7 +58,7 @@ pub(super) struct AabbTree {
 }
 
 impl AabbTree {
-    /// A tree over items 0 … with these boxes.
+    /// Builds a tree over the items 0 … with these boxes.
     pub(super) fn new(boxes: &[Aabb]) -> Self {
         let mut tree = Self { branches: Vec::new(), items: (0..boxes.len() as u32).collect() };
         if !boxes.is_empty() {
@@ -86,10 +86,10 @@ impl AabbTree {
         }
     }
 
-    /// Visits items by increasing distance of their branch's box, as long as that is below what `visit` returned least:
-    /// it is given an item and returns the squared distance to it (infinite: not of interest).
+    /// Visits items by increasing distance of their branch's box, and returns the nearest item.
     ///
-    /// Returns the item of the least distance, the first visited at a tie.
+    /// `visit` takes an item and returns its squared distance (infinite to skip it). The search stops at boxes beyond
+    /// the least distance so far. At a tie the first item visited wins.
     pub(super) fn nearest(
         &self,
         point: &Point3<f64>,
@@ -140,8 +140,8 @@ impl AabbTree {
         }
     }
 
-    /// Visits the items of all leaves whose box holds `point` (or comes as close as `margin`) until `visit` returns
-    /// true.
+    /// Visits the items of all leaves whose box contains `point` or lies within `margin` of
+    /// it, until `visit` returns true.
     pub(super) fn containing(&self, point: &Point3<f64>, margin: f64, mut visit: impl FnMut(u32) -> bool) {
         let mut open: Vec<u32> = Vec::with_capacity(64);
         open.extend((!self.branches.is_empty()).then_some(0));

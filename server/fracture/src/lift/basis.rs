@@ -1,19 +1,22 @@
-//! A growing orthonormal basis, a block at a time.
+//! Growing orthonormal basis, extended block by block.
 //!
 //! Based on: J. W. Daniel, W. B. Gragg, L. Kaufman & G. W. Stewart, *Reorthogonalization and stable algorithms for
-//! updating the Gram–Schmidt QR factorization* (Mathematics of Computation 30, 1976): every projection is done twice;
-//! a column that vanishes is replaced by a random one and its factor by zero, so that rank loss costs nothing.
+//! updating the Gram–Schmidt QR factorization* (Mathematics of Computation 30, 1976). Every projection is done twice. A
+//! column that vanishes is replaced by a random one and its factor by zero, so rank loss does no harm.
 
 use super::LiftError;
 use crate::random::RandomStream;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
-/// A column shorter than this share of what it was before the projections is in the basis' span.
+/// Length of a column after the projections, over that before, below which it lies in the span of the basis.
 const VANISHED: f64 = 1e-13;
-/// A column that lost this share within its own block lost digits against the whole basis, too.
+/// Length of a column after the projection within its block, over that before, below which it is
+/// projected on the whole basis again.
+///
+/// Such a column lost digits against the whole basis, too.
 const CANCELLED: f64 = 1e-3;
-/// Random replacements tried for a vanished column; one fails only if the basis spans all of the space.
+/// Random replacements tried for a vanished column. One fails only if the basis spans the whole space.
 const REPLACEMENTS_MAX: usize = 3;
 
 /// Orthonormal columns of length `order`, column-major in one allocation.
@@ -24,7 +27,7 @@ pub(super) struct Basis {
 }
 
 impl Basis {
-    /// A basis that starts with the unit vector `first` and has room for `capacity` columns.
+    /// Creates a basis of the unit vector `first`, with memory for `capacity` columns.
     pub(super) fn new(first: &[f64], capacity: usize) -> Self {
         let mut columns = Vec::with_capacity(first.len() * capacity);
         columns.extend_from_slice(first);
@@ -51,7 +54,8 @@ impl Basis {
         self.columns.len() / self.order
     }
 
-    /// Takes the whole basis out of `block` (column-major, `order × width`), twice; the coefficients, `len × width`.
+    /// Removes the span of the basis from `block` (column-major, `order × width`), twice. Returns
+    /// the coefficients, `len × width`.
     pub(super) fn project(&self, block: &mut [f64]) -> Mat<f64> {
         let width = block.len() / self.order;
         let basis = self.view(0, self.len());
@@ -66,10 +70,13 @@ impl Basis {
         sum
     }
 
-    /// Appends an orthonormal basis Q of `block`, which [`Self::project`] has seen, and returns R with block = Q R,
-    /// `width × width`. `lengths` are the columns' lengths before the projection: what rounding is measured against.
+    /// Appends an orthonormal basis Q of `block` and returns R with block = Q R, `width × width`.
     ///
-    /// Errors: [`LiftError::NotFinite`].
+    /// `block` must have passed [`Self::project`]. `lengths` are its columns' lengths before the projection; rounding
+    /// errors are relative to them.
+    ///
+    /// # Errors
+    /// [`LiftError::NotFinite`].
     pub(super) fn append(&mut self, block: &mut [f64], lengths: &[f64]) -> Result<Mat<f64>, LiftError> {
         let (start, width) = (self.len(), lengths.len());
         let mut factor = Mat::<f64>::zeros(width, width);
@@ -95,10 +102,12 @@ impl Basis {
         Ok(factor)
     }
 
-    /// Appends a random unit column that is orthogonal to the basis; it does not depend on how often it was asked for
-    /// elsewhere, only on how many came before.
+    /// Appends a random unit column that is orthogonal to the basis.
     ///
-    /// Errors: [`LiftError::TooFewNodes`] if the basis spans all of the space.
+    /// It depends only on the number of random columns drawn before from this basis.
+    ///
+    /// # Errors
+    /// [`LiftError::TooFewNodes`] if the basis spans all of the space.
     pub(super) fn append_random(&mut self) -> Result<(), LiftError> {
         for _ in 0..REPLACEMENTS_MAX {
             let mut column: Vec<f64> = (0..self.order).map(|_| self.random.uniform() - 0.5).collect();
@@ -115,8 +124,8 @@ impl Basis {
         Err(LiftError::TooFewNodes { nodes: self.order, wanted: self.len(), needed: self.len() + 1 })
     }
 
-    /// Replaces the columns `1 .. 1 + combination.nrows()` by their combinations, and drops all others but the last
-    /// `kept` ones.
+    /// Replaces the columns `1 .. 1 + combination.nrows()` by their combinations, and drops all
+    /// others but the last `kept` ones.
     pub(super) fn restart(&mut self, combination: MatRef<'_, f64>, kept: usize) {
         let width = combination.ncols();
         let mut combined = vec![0.0; self.order * width];
@@ -128,7 +137,7 @@ impl Basis {
         self.columns.extend_from_slice(&last);
     }
 
-    /// Takes columns `from ..` out of one column, twice; the coefficients.
+    /// Removes columns `from ..` from one column, twice. Returns the coefficients.
     fn remove(&self, from: usize, column: &mut [f64]) -> Vec<f64> {
         let mut sum = vec![0.0; self.len() - from];
         for _ in 0..2 {
@@ -147,7 +156,7 @@ pub(super) fn length(column: &[f64]) -> f64 {
     dot(column, column).sqrt()
 }
 
-/// Four interleaved partial sums: a fixed order that the compiler may vectorise.
+/// Dot product by four interleaved partial sums: a fixed order that the compiler may vectorize.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
     let (a_four, b_four) = (a.chunks_exact(4), b.chunks_exact(4));

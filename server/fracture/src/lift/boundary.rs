@@ -1,13 +1,13 @@
-//! The boundary of a lattice as a triangle surface of its own, and the shells that it consists of.
+//! Boundary of a lattice as a triangle surface of its own, and its shells.
 
 use super::laplacian::root;
 use crate::lattice::Lattice;
 use nalgebra::Point3;
 
-/// The boundary of a lattice: closed, outward.
+/// Boundary surface of a lattice: closed and oriented outward.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoundarySurface {
-    /// The lattice's node of each surface node, ascending.
+    /// Lattice node of each surface node, ascending.
     pub nodes: Vec<u32>,
     /// Positions of the surface nodes, local.
     pub positions: Vec<Point3<f64>>,
@@ -15,10 +15,10 @@ pub struct BoundarySurface {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// One connected component of a boundary: the outer one, or a cavity's.
+/// Connected component of a boundary: the outer one, or that of a cavity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoundaryShell {
-    /// The surface's node of each of the shell's, ascending.
+    /// Surface node of each of the shell's nodes, ascending.
     pub nodes: Vec<u32>,
     /// Positions of the shell's nodes, local.
     pub positions: Vec<Point3<f64>>,
@@ -27,7 +27,7 @@ pub struct BoundaryShell {
 }
 
 impl BoundarySurface {
-    /// The boundary of `lattice`.
+    /// Extracts the boundary of `lattice`.
     pub fn new(lattice: &Lattice) -> Self {
         let mut triangles: Vec<[u32; 3]> = lattice.boundary().iter().map(|face| face.nodes).collect();
         let nodes = renumber(&mut triangles, lattice.nodes.len());
@@ -35,7 +35,7 @@ impl BoundarySurface {
         Self { nodes, positions, triangles }
     }
 
-    /// The connected components, by their lowest node.
+    /// Connected components, ordered by their lowest node.
     pub fn shells(&self) -> Vec<BoundaryShell> {
         let mut parents: Vec<u32> = (0..self.nodes.len() as u32).collect();
         for [a, b, c] in &self.triangles {
@@ -62,14 +62,14 @@ impl BoundarySurface {
 }
 
 impl BoundaryShell {
-    /// Area, local.
+    /// Area of the shell, local.
     pub fn area(&self) -> f64 {
         let area = |[a, b, c]: [Point3<f64>; 3]| 0.5 * (b - a).cross(&(c - a)).norm();
         self.triangles.iter().map(|corners| area(corners.map(|node| self.positions[node as usize]))).sum()
     }
 }
 
-/// Renumbers the corners densely in their old order and returns the old number of each new one.
+/// Renumbers the corners consecutively in their old order. Returns the old number of each new one.
 fn renumber(triangles: &mut [[u32; 3]], count: usize) -> Vec<u32> {
     let mut used = vec![false; count];
     triangles.iter().flatten().for_each(|&node| used[node as usize] = true);

@@ -1,80 +1,79 @@
-//! Why a lift could not be made.
+//! Errors of lift computation.
 
 use crate::cancel_token::Cancelled;
 use crate::dense::DenseError;
 
-/// Why a lift could not be made. Every variant names what it is about; none is a matter of luck, so none is worth a
-/// retry with the same input.
+/// Error of computing a lift. Deterministic: a retry with the same input fails the same way.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LiftError {
-    /// More eigenpairs than the lattice has non-constant functions, or no tetrahedron at all.
-    #[error("too few nodes: {wanted} eigenpairs need {needed} nodes, the lattice has {nodes}")]
+    /// The lattice has fewer non-constant functions than the requested eigenpairs, or no tetrahedron.
+    #[error("too few nodes: {wanted} eigenpairs need {needed} nodes, but the lattice has {nodes}")]
     TooFewNodes {
-        /// Nodes of the lattice.
+        /// Number of nodes of the lattice.
         nodes: usize,
-        /// Eigenpairs asked for.
+        /// Number of requested eigenpairs.
         wanted: usize,
-        /// Nodes needed at least.
+        /// Smallest number of nodes needed.
         needed: usize,
     },
-    /// More eigenpairs than [`super::MODES_MAX`].
-    #[error("too many modes: {modes} asked for, at most {max} are computed")]
+    /// More eigenpairs than [`super::MODES_MAX`] were requested.
+    #[error("too many modes: {modes} requested, at most {max} are computed")]
     TooManyModes {
-        /// Modes asked for.
+        /// Number of requested modes.
         modes: usize,
-        /// [`super::MODES_MAX`].
+        /// Largest number, [`super::MODES_MAX`].
         max: usize,
     },
     /// α is negative or not finite.
     #[error("alpha must be finite and not negative, not {alpha}")]
     InvalidAlpha {
-        /// The α given.
+        /// Requested α.
         alpha: f64,
     },
-    /// A tetrahedron without positive, finite volume.
+    /// A tetrahedron has no positive, finite volume.
     #[error("tetrahedron {tet} has no positive, finite volume")]
     DegenerateTet {
         /// Index of the first such tetrahedron.
         tet: usize,
     },
-    /// A triangle of the boundary without positive, finite area.
+    /// A boundary triangle has no positive, finite area.
     #[error("boundary triangle {face} has no positive, finite area")]
     DegenerateFace {
         /// Index of the first such triangle.
         face: usize,
     },
-    /// The boundary has more shells (the outer one and cavities) than a surface lift tells apart.
-    #[error("the boundary has {shells} shells, at most {max} are told apart")]
+    /// The boundary has more shells (the outer one and cavities) than a surface lift distinguishes.
+    #[error("the boundary has {shells} shells, at most {max} are supported")]
     TooManyShells {
-        /// Shells of the boundary.
+        /// Number of shells of the boundary.
         shells: usize,
-        /// [`super::SHELLS_MAX`].
+        /// Largest number, [`super::SHELLS_MAX`].
         max: usize,
     },
-    /// The lift folds half of the body or more onto something without volume, so that it has no scale.
-    #[error("the lift is flat: half of the body is stretched {stretch:e} times as much one way as another")]
+    /// The lift collapses half of the body or more to something without volume, so it has no scale.
+    #[error("the lift is flat: half of the body is stretched {stretch:e} times as much in one direction as in another")]
     Flat {
-        /// Median of σ₁/σ₃; infinite where σ₃ vanishes.
+        /// Median of σ₁/σ₃; infinite if σ₃ vanishes.
         stretch: f64,
     },
-    /// The lattice is not connected: distances between its parts are infinite.
+    /// The lattice is not connected, so distances between its parts are infinite.
     #[error("the lattice has {components} components; a lift needs one")]
     Disconnected {
-        /// Connected components, nodes that belong to no tetrahedron counted too.
+        /// Number of connected components. A node of no tetrahedron counts as one.
         components: usize,
     },
-    /// The Laplacian could not be assembled or, shifted, not be factored.
+    /// The Laplacian could not be assembled, or its shifted form not factored.
     #[error("the Laplacian could not be assembled or factored")]
     Sparse(#[from] crate::sparse::SparseError),
-    /// The operator gave a number that is not finite.
-    #[error("the eigenvalue iteration met a number that is not finite")]
+    /// The operator returned a number that is not finite.
+    #[error("the eigenvalue iteration produced a number that is not finite")]
     NotFinite,
     /// The iteration reached its limit.
     #[error("{converged} of {wanted} eigenpairs converged within the iteration's limit")]
     NotConverged {
-        /// Leading eigenpairs that had converged.
+        /// Number of leading eigenpairs that converged.
         converged: usize,
-        /// Eigenpairs asked for.
+        /// Number of requested eigenpairs.
         wanted: usize,
     },
     /// The work was cancelled.

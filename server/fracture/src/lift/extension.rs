@@ -1,4 +1,4 @@
-//! Boundary coordinates carried to the nodes inside by barycentric coordinates: harmonic or mean value.
+//! Extension of boundary values to interior nodes by barycentric coordinates: harmonic or mean value.
 //!
 //! Based on: R. M. Rustamov, Y. Lipman & T. Funkhouser, *Interior distance using barycentric coordinates* (Computer
 //! Graphics Forum 28, 2009): v*(p) = Σ_i h_i(p) v*(v_i). Harmonic: P. Joshi et al., *Harmonic coordinates for character
@@ -14,28 +14,35 @@ use crate::sparse::{Cholesky, SolveScratch, SymmetricMatrix};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Not a node inside.
+/// Row number that marks a boundary node.
 const ON_BOUNDARY: u32 = u32::MAX;
 
-/// Which barycentric coordinates carry the boundary's values inside. Both reproduce linear functions.
+/// Barycentric coordinates that extend boundary values inside. Both kinds reproduce linear functions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Extension {
-    /// Non-negative up to what obtuse dihedral angles of the lattice cost; one sparse factor.
+    /// Harmonic coordinates, by one sparse factor.
+    ///
+    /// They are non-negative except for the effect of obtuse dihedral angles of the lattice.
     #[default]
     Harmonic,
-    /// In closed form; they can be negative in concave bodies, and cost nodes × triangles.
+    /// Mean value coordinates, in closed form.
+    ///
+    /// They can be negative in concave bodies. Their cost is proportional to nodes × triangles.
     MeanValue,
 }
 
 impl Extension {
-    /// `values` (node-major, `surface nodes × dimension`, any unit) carried to all nodes of the lattice that `surface` is
-    /// the boundary of; node-major, `nodes × dimension`, the boundary's own values as they are.
+    /// Extends `values` to all nodes of the lattice whose boundary is `surface`.
     ///
-    /// Errors: those of [`carry_harmonic`] or [`carry_mean_value`].
+    /// `values` is node-major, `surface nodes × dimension`, in any unit. The result is node-major, `nodes × dimension`;
+    /// the values on the boundary are unchanged.
     ///
     /// # Panics
     /// If `values` has another length.
+    ///
+    /// # Errors
+    /// Those of [`carry_harmonic`] or [`carry_mean_value`].
     pub fn carry(
         self,
         lattice: &Lattice,
@@ -51,13 +58,14 @@ impl Extension {
     }
 }
 
-/// [`Extension::carry`] by harmonic coordinates. Polls the token before it factors and before it solves.
-///
-/// Errors: as the constructor of the Laplacian: [`LiftError::TooFewNodes`], [`LiftError::DegenerateTet`],
-/// [`LiftError::Disconnected`], [`LiftError::Sparse`]; [`LiftError::NotFinite`]; [`LiftError::Cancelled`].
+/// As [`Extension::carry`], by harmonic coordinates. Polls the token before it factors and before it solves.
 ///
 /// # Panics
 /// If `values` is not of length `surface nodes × dimension`.
+///
+/// # Errors
+/// As the constructor of the Laplacian: [`LiftError::TooFewNodes`], [`LiftError::DegenerateTet`], [`LiftError::Disconnected`],
+/// [`LiftError::Sparse`]; [`LiftError::NotFinite`]; [`LiftError::Cancelled`].
 pub fn carry_harmonic(
     lattice: &Lattice,
     surface: &BoundarySurface,
@@ -85,13 +93,13 @@ pub fn carry_harmonic(
     finite(carried)
 }
 
-/// [`Extension::carry`] by mean value coordinates. Polls the token at every node.
-///
-/// Errors: [`LiftError::NotFinite`] (a surface without a triangle, or values that are not finite);
-/// [`LiftError::Cancelled`].
+/// As [`Extension::carry`], by mean value coordinates. Polls the token at every node.
 ///
 /// # Panics
 /// If `values` is not of length `surface nodes × dimension`.
+///
+/// # Errors
+/// [`LiftError::NotFinite`] (a surface without a triangle, or values that are not finite); [`LiftError::Cancelled`].
 pub fn carry_mean_value(
     lattice: &Lattice,
     surface: &BoundarySurface,
@@ -115,9 +123,9 @@ pub fn carry_mean_value(
     finite(carried)
 }
 
-/// The boundary's values in their places, zero elsewhere.
+/// Boundary values at their nodes, zero elsewhere.
 fn scattered(lattice: &Lattice, surface: &BoundarySurface, values: &[f64], dimension: usize) -> Vec<f64> {
-    assert_eq!(values.len(), surface.nodes.len() * dimension, "surface nodes × dimension");
+    assert_eq!(values.len(), surface.nodes.len() * dimension, "values has surface nodes × dimension entries");
     let mut carried = vec![0.0; lattice.nodes.len() * dimension];
     for (&node, value) in surface.nodes.iter().zip(values.chunks_exact(dimension.max(1))) {
         carried[node as usize * dimension..][..dimension].copy_from_slice(value);
@@ -125,7 +133,7 @@ fn scattered(lattice: &Lattice, surface: &BoundarySurface, values: &[f64], dimen
     carried
 }
 
-/// The row of each node inside, [`ON_BOUNDARY`] for the others.
+/// Row of each interior node; [`ON_BOUNDARY`] for the others.
 fn inside(lattice: &Lattice, surface: &BoundarySurface) -> Vec<u32> {
     let mut rows = vec![0; lattice.nodes.len()];
     surface.nodes.iter().for_each(|&node| rows[node as usize] = ON_BOUNDARY);
@@ -133,7 +141,7 @@ fn inside(lattice: &Lattice, surface: &BoundarySurface) -> Vec<u32> {
     rows
 }
 
-/// K_ii.
+/// Interior block K_ii of the stiffness.
 fn dirichlet(stiffness: &SymmetricMatrix, inside: &[u32], count: usize) -> Result<SymmetricMatrix, LiftError> {
     let mut entries = Vec::new();
     for (node, &row) in inside.iter().enumerate().filter(|(_, row)| **row != ON_BOUNDARY) {
@@ -148,7 +156,7 @@ fn dirichlet(stiffness: &SymmetricMatrix, inside: &[u32], count: usize) -> Resul
     Ok(SymmetricMatrix::from_triplets(count, &entries)?)
 }
 
-/// −K_ib·X_b, column-major `count × dimension`; `carried` is node-major and zero inside.
+/// Right-hand side −K_ib·X_b, column-major `count × dimension`. `carried` is node-major and zero inside.
 fn pull(stiffness: &SymmetricMatrix, inside: &[u32], count: usize, carried: &[f64], dimension: usize) -> Vec<f64> {
     let mut pull = vec![0.0; count * dimension];
     for (node, &row) in inside.iter().enumerate().filter(|(_, row)| **row != ON_BOUNDARY) {

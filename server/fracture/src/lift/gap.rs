@@ -1,20 +1,23 @@
-//! Where to cut a spectrum so that no multiplet is torn.
+//! Cut of a spectrum at a gap, so that no multiplet is split.
 
-/// How far from the number asked for the cut may move: 4 to 16 functions for the default of 10. That is wide enough for
-/// the multiplets of a cube (6) and a sphere (9), and for limbs of the same kind to be taken together, whose functions
-/// lie close to each other (15 for a brush of 16 prongs).
+/// Largest distance of the cut from the requested number of modes: 4 to 16 functions for the default of 10.
+///
+/// That suffices for the multiplets of a cube (6) and a sphere (9). It also suffices to keep limbs of the same kind
+/// together, whose eigenvalues lie close to each other (15 for a brush of 16 prongs).
 pub(super) const WINDOW: usize = 6;
 
-/// Eigenpairs to compute before [`cut`] can choose `modes`, at most `available` of them.
+/// Number of eigenpairs that [`cut`] needs to choose `modes`, at most `available`.
 pub(super) fn needed(modes: usize, available: usize) -> usize {
     (modes + WINDOW + 1).min(available)
 }
 
-/// How many of the ascending, positive `eigenvalues` to keep: the cut within [`WINDOW`] of `modes` across which they
-/// grow by the largest factor; of equal factors the one nearest to `modes`, then the lower. `whole`: no eigenvalue lies
-/// beyond the last given one; if the window reaches so far, all are kept, the cleanest cut there is.
+/// Number of the ascending, positive `eigenvalues` to keep.
 ///
-/// |X(x) − X(y)| depends on the lattice alone if whole eigenspaces are kept: within one, the basis is arbitrary.
+/// It is the cut within [`WINDOW`] of `modes` across which the eigenvalues grow by the largest factor. Of equal factors
+/// the one nearest to `modes` wins, then the lower. `whole` states that the spectrum ends with the last eigenvalue; if
+/// the window reaches it, all are kept, because no cut is cleaner.
+///
+/// |X(x) − X(y)| depends on the lattice alone if whole eigenspaces are kept, because the basis within one is arbitrary.
 pub(super) fn cut(eigenvalues: &[f64], modes: usize, whole: bool) -> usize {
     let count = eigenvalues.len();
     if whole && modes + WINDOW >= count {
@@ -79,7 +82,7 @@ mod tests {
                 value *= growth;
             }
             let kept = cut(&eigenvalues, modes, true);
-            prop_assert!(ends.contains(&kept) || modes <= WINDOW, "{kept} is none of {ends:?}");
+            prop_assert!(ends.contains(&kept) || modes <= WINDOW, "{kept} is not in {ends:?}");
             prop_assert!(kept <= modes + WINDOW);
         }
     }

@@ -1,13 +1,13 @@
-//! The largest eigenpairs of a symmetric operator, by block Lanczos with full re-orthogonalisation and thick restarts.
+//! Largest eigenpairs of a symmetric operator, by block Lanczos with full reorthogonalization and thick restarts.
 //!
 //! Based on: R. G. Grimes, J. G. Lewis & H. D. Simon, *A shifted block Lanczos algorithm for solving sparse symmetric
-//! generalized eigenproblems* (SIAM J. Matrix Anal. Appl. 15, 1994), sections 2 and 3 (blocks see multiplets that a
+//! generalized eigenproblems* (SIAM J. Matrix Anal. Appl. 15, 1994), sections 2 and 3 (blocks find multiplets that a
 //! single vector misses); K. Wu & H. Simon, *Thick-restart Lanczos method for large symmetric eigenvalue problems*
 //! (SIAM J. Matrix Anal. Appl. 22, 2000), for the restart.
 //!
 //! Termination: every pass of the loop applies the operator once to a block, and there are at most
-//! [`CYCLES_MAX`] · [`DIMENSION_MAX`] / [`BLOCK`] passes; orthogonalisation is a fixed number of projections. A NaN ends
-//! it at once.
+//! [`CYCLES_MAX`] · [`DIMENSION_MAX`] / [`BLOCK`] passes. Orthogonalization is a fixed number of projections. A
+//! NaN ends the iteration at once.
 
 use super::LiftError;
 use super::basis::{Basis, length};
@@ -16,26 +16,30 @@ use crate::dense;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, Par};
 
-/// Vectors per block: the operator's cost per vector falls by two to three up to here, and a multiplet of eight is seen
-/// whole from the first block on.
+/// Vectors per block.
+///
+/// The operator's cost per vector falls by a factor of two to three up to this size. The first block already finds a
+/// multiplet of eight completely.
 pub(super) const BLOCK: usize = 8;
-/// Columns of the Krylov basis before a restart.
+/// Number of columns of the Krylov basis before a restart.
 pub(super) const DIMENSION_MAX: usize = 256;
-/// Restarts, the first run counted.
+/// Largest number of runs: the first and its restarts.
 const CYCLES_MAX: usize = 4;
-/// Residual of a converged pair, relative to its eigenvalue.
+/// Largest residual of a converged pair, relative to its eigenvalue.
 const TOLERANCE: f64 = 1e-11;
-/// An eigenvalue below this share of the largest is rounding noise of an operator of lower rank.
+/// Share of the largest eigenvalue below which another is rounding noise of an operator of lower rank.
 const NOISE: f64 = 1e-10;
 
-/// Orthonormal eigenvectors of the `wanted` largest eigenvalues, in descending order, of a symmetric positive operator
-/// that leaves the unit vector `deflated` alone, among the vectors orthogonal to it; column-major, `order × wanted`.
-/// Their Rayleigh quotients are better eigenvalues than the iteration's own. `apply` replaces a block (column-major, `order × width`, width at most [`BLOCK`]) by
-/// its image. The token is polled before every application.
+/// Computes orthonormal eigenvectors of the `wanted` largest eigenvalues of a symmetric positive operator.
 ///
-/// Errors: [`LiftError::TooFewNodes`] unless `wanted` + 4 blocks fit both the space and [`DIMENSION_MAX`];
-/// [`LiftError::NotConverged`], also if the operator has fewer than `wanted` positive eigenvalues;
-/// [`LiftError::NotFinite`]; [`LiftError::Cancelled`].
+/// The operator must map the unit vector `deflated` to a multiple of itself; only vectors orthogonal to it are found.
+/// The result is column-major, `order × wanted`, with the largest eigenvalue first. The Rayleigh quotients of the
+/// vectors are better eigenvalues than those of the iteration. `apply` replaces a block (column-major, `order × width`,
+/// width at most [`BLOCK`]) by its image. The token is polled before every application.
+///
+/// # Errors
+/// [`LiftError::TooFewNodes`] unless `wanted` + 4 blocks fit both the space and [`DIMENSION_MAX`]; [`LiftError::NotConverged`],
+/// also if the operator has fewer than `wanted` positive eigenvalues; [`LiftError::NotFinite`]; [`LiftError::Cancelled`].
 pub(super) fn largest(
     deflated: &[f64],
     wanted: usize,
@@ -66,14 +70,14 @@ pub(super) fn largest(
     Err(LiftError::NotConverged { converged, wanted })
 }
 
-/// The basis [deflated, explored columns, pending block] and the operator seen from the explored columns.
+/// Basis [deflated, explored columns, pending block], and the operator projected on the explored columns.
 struct Krylov {
     basis: Basis,
-    /// Columns to which the operator was applied.
+    /// Number of columns to which the operator was applied.
     explored: usize,
     /// Qᵀ C Q of the explored columns; both triangles.
     projected: Mat<f64>,
-    /// Couples the last explored block to the pending one: C Q_last = Q(…) + Q_pending · factor.
+    /// Coupling of the last explored block to the pending one: C Q_last = Q(…) + Q_pending · factor.
     factor: Mat<f64>,
 }
 
@@ -84,7 +88,7 @@ struct Ritz {
 }
 
 impl Ritz {
-    /// How many of the `wanted` largest are converged, counted from the largest to the first that is not.
+    /// Number of converged pairs among the `wanted` largest, counted from the largest to the first that is not.
     fn converged(&self, wanted: usize) -> usize {
         let noise = self.dense.values.last().map_or(0.0, |largest| NOISE * largest.max(0.0));
         let largest = self.dense.values.iter().zip(&self.residuals).rev().take(wanted);
@@ -114,7 +118,7 @@ impl Krylov {
         let coefficients = self.basis.project(&mut block);
         for column in 0..BLOCK {
             for row in 0..self.explored + BLOCK {
-                // Row 0 of the coefficients is the deflated vector, no part of the projected operator.
+                // Row 0 of the coefficients belongs to the deflated vector, which is no part of the projected operator.
                 let value = coefficients[(row + 1, column)];
                 self.projected[(row, self.explored + column)] = value;
                 self.projected[(self.explored + column, row)] = value;

@@ -1,10 +1,12 @@
-//! The Laplacian L of linear elements, tetrahedra with natural (Neumann) boundary or the triangles of a closed surface,
-//! and the lumped mass M.
+//! Laplacian L of linear elements and lumped mass M.
 //!
-//! Based on: G. Dziuk, *Finite elements for the Beltrami operator on arbitrary surfaces* (1988), one dimension up: on
-//! one tetrahedron ∫∇λ_i·∇λ_j = V g_i·g_j with g_i the constant gradients of the barycentric coordinates. On a triangle
-//! the same integral is e_i·e_j/(4 A), e_i the edge opposite corner i: the cotangent weights of U. Pinkall & K. Polthier,
-//! *Computing discrete minimal surfaces and their conjugates* (Experimental Mathematics 2, 1993).
+//! The elements are tetrahedra with natural (Neumann) boundary, or triangles of a closed surface.
+//!
+//! Based on: G. Dziuk, *Finite elements for the Beltrami operator on arbitrary surfaces* (1988), in one
+//! dimension more. On a tetrahedron ∫∇λ_i·∇λ_j = V g_i·g_j with g_i the constant gradients of the barycentric
+//! coordinates. On a triangle the same integral is e_i·e_j/(4 A), with e_i the edge opposite corner i: the
+//! cotangent weights of U. Pinkall & K. Polthier, *Computing discrete minimal surfaces and their conjugates*
+//! (Experimental Mathematics 2, 1993).
 
 use super::LiftError;
 use crate::lattice::Lattice;
@@ -12,19 +14,20 @@ use crate::sparse::SymmetricMatrix;
 use nalgebra::{Matrix1, Matrix3, Matrix3x4, Matrix4, Point3, Vector3};
 use rayon::prelude::*;
 
-/// L and M.
+/// Laplacian L and lumped mass M of one lattice or surface.
 pub(super) struct Laplacian<'a> {
     points: &'a [Point3<f64>],
     /// L, one row per node; local lengths.
     pub(super) stiffness: SymmetricMatrix,
-    /// The diagonal of M: each node's share of the volume or area; positive.
+    /// Diagonal of M: each node's share of the volume or area; positive.
     pub(super) mass: Vec<f64>,
 }
 
 impl<'a> Laplacian<'a> {
     /// Assembles L and M of a connected lattice.
     ///
-    /// Errors: [`LiftError::TooFewNodes`] (no tetrahedron), [`LiftError::DegenerateTet`], [`LiftError::Disconnected`],
+    /// # Errors
+    /// [`LiftError::TooFewNodes`] (no tetrahedron), [`LiftError::DegenerateTet`], [`LiftError::Disconnected`],
     /// [`LiftError::Sparse`].
     pub(super) fn new(lattice: &'a Lattice) -> Result<Self, LiftError> {
         if lattice.tets.is_empty() {
@@ -47,7 +50,8 @@ impl<'a> Laplacian<'a> {
 
     /// Assembles L and M of a closed, connected triangle surface: the cotangent Laplacian.
     ///
-    /// Errors: [`LiftError::DegenerateFace`], [`LiftError::Sparse`].
+    /// # Errors
+    /// [`LiftError::DegenerateFace`], [`LiftError::Sparse`].
     pub(super) fn of_triangles(points: &'a [Point3<f64>], triangles: &[[u32; 3]]) -> Result<Self, LiftError> {
         let (mut mass, mut entries) = (vec![0.0; points.len()], Vec::with_capacity(6 * triangles.len()));
         for (face, corners) in triangles.iter().enumerate() {
@@ -70,9 +74,10 @@ impl<'a> Laplacian<'a> {
         self.mass.len()
     }
 
-    /// An upper bound of the smallest positive eigenvalue of L φ = λ M φ, and close to it for compact shapes: the
-    /// Rayleigh quotient of the coordinate along the longest principal axis, at most volume over ∫x² (area on a surface,
-    /// where the gradient is the tangential one).
+    /// Upper bound of the smallest positive eigenvalue of L φ = λ M φ, close to it for compact shapes.
+    ///
+    /// It is the Rayleigh quotient of a coordinate along the longest axis, at most volume over ∫x². On a surface it is
+    /// area over ∫x², and the gradient is the tangential one.
     pub(super) fn smallest_bound(&self) -> f64 {
         let volume: f64 = self.mass.iter().sum();
         let weighted = |sum: Vector3<f64>, (node, mass): (&Point3<f64>, &f64)| sum + node.coords * *mass;
@@ -82,12 +87,12 @@ impl<'a> Laplacian<'a> {
             let offset = node.coords - center;
             covariance += offset * offset.transpose() * (*mass / volume);
         }
-        // The largest diagonal entry is at least a third of the largest eigenvalue: near enough for a shift.
+        // The largest diagonal entry is at least a third of the largest eigenvalue, which is close enough for a shift.
         1.0 / covariance.diagonal().max()
     }
 }
 
-/// The element matrix of tetrahedron `tet`, unless its volume is not positive or anything is not finite.
+/// Element matrix of tetrahedron `tet`. `None` if its volume is not positive or an entry is not finite.
 fn element(lattice: &Lattice, tet: usize) -> Option<Matrix4<f64>> {
     let edges = lattice.edge_matrix(tet);
     let volume = edges.determinant() / 6.0;
@@ -99,8 +104,9 @@ fn element(lattice: &Lattice, tet: usize) -> Option<Matrix4<f64>> {
     (volume > 0.0 && volume.is_finite() && element.iter().all(|value| value.is_finite())).then_some(element)
 }
 
-/// Connected components of the graph whose edges are those of the tetrahedra; nodes of no tetrahedron are components of
-/// their own. Union by the lower root, with path halving.
+/// Number of connected components of the lattice's edge graph. Each node of no tetrahedron counts as one.
+///
+/// Union by the lower root, with path halving.
 fn components(lattice: &Lattice) -> usize {
     let mut parents: Vec<u32> = (0..lattice.nodes.len() as u32).collect();
     let mut count = lattice.nodes.len();
@@ -116,7 +122,7 @@ fn components(lattice: &Lattice) -> usize {
     count
 }
 
-/// The root of `node`'s tree; halves the path on the way.
+/// Root of `node`'s tree. Halves the path on the way.
 pub(super) fn root(parents: &mut [u32], mut node: u32) -> u32 {
     while parents[node as usize] != node {
         parents[node as usize] = parents[parents[node as usize] as usize];

@@ -2,49 +2,54 @@
 //!
 //! Based on: T. Ju, S. Schaefer & J. Warren, *Mean value coordinates for closed triangular meshes* (ACM Transactions on
 //! Graphics 24, 2005), figure 4, for the special cases; M. S. Floater, G. Kós & M. Reimers, *Mean value coordinates in
-//! 3D* (Computer Aided Geometric Design 22, 2005), for the weights. A triangle seen from x projects to a spherical
-//! triangle with unit corners u_i and mean vector m = ½ Σ θ_i n_i (θ_i the angle of edge i, n_i the unit normal of its
-//! plane); its corners' weights are λ_i/d_i with Σ λ_i u_i = m. The vectors m of a closed surface cancel in pairs of
-//! edges, so Σ w_i (v_i − x) = 0. To solve for λ by elimination keeps that sum small wherever x lies, while the
-//! formula of figure 4 loses half of the digits.
+//! 3D* (Computer Aided Geometric Design 22, 2005), for the weights.
+//!
+//! A triangle seen from x projects to a spherical triangle with unit corners u_i and mean vector m = ½ Σ θ_i n_i (θ_i
+//! the angle of edge i, n_i the unit normal of its plane). The weights of its corners are λ_i/d_i with Σ λ_i u_i = m.
+//! The vectors m of a closed surface cancel in pairs of edges, so Σ w_i (v_i − x) = 0.
+//!
+//! Solving for λ by elimination keeps that sum small for any x, while the formula of figure 4 loses half of the digits.
 
 use super::boundary::BoundarySurface;
 use nalgebra::{Matrix3, Point3, Vector3};
 
-/// Distance from a corner, over the triangle's size, below which the point is that corner.
+/// Distance from a corner, over the triangle's size, below which the point counts as that corner.
 const AT_CORNER: f64 = 1e-10;
-/// Elevation of the point over the triangle's plane (sine of the angle under which it is seen) below which the point is in
-/// that plane; and sine of the angle under which an edge is seen, below which it is on that edge's line. There the weights of a triangle that does not hold the point vanish with its solid angle.
+/// Sine of an angle below which a point counts as in a triangle's plane, or on an edge's line.
+///
+/// It applies to the point's elevation over the plane, and to the angle that the edge subtends. There the weights of a
+/// triangle that does not contain the point vanish with its solid angle.
 const IN_PLANE: f64 = 1e-10;
-/// How far from 2π the three angles of an in-plane triangle may add up if it holds the point.
+/// Tolerance of the sum 2π of the three angles of an in-plane triangle that contains the point.
 const AROUND: f64 = 1e-6;
 
-/// The weights of one point, and the memory to find them in.
+/// Weights of one point, and the memory to compute them.
 pub(super) struct MeanValueWeights<'a> {
     surface: &'a BoundarySurface,
     /// Unit vectors to the surface's nodes, and distances.
     seen: Vec<(Vector3<f64>, f64)>,
-    /// Not normalised; length of the surface's nodes.
+    /// Weights of the surface's nodes, not normalized.
     weights: Vec<f64>,
 }
 
-/// What one triangle says of the point.
+/// Contribution of one triangle to the weights of a point.
 enum View {
-    /// Weights of its corners, to be added to those of all others.
+    /// Weights of its corners, to be added to those of all other triangles.
     Weights([f64; 3]),
-    /// Nothing: the point is in its plane, but not on it.
+    /// None: the point is in the triangle's plane, but not on the triangle.
     Edgewise,
-    /// The point lies on it: only these weights count.
+    /// The point lies on the triangle, so only these weights count.
     Holds([f64; 3]),
 }
 
 impl<'a> MeanValueWeights<'a> {
+    /// Allocates memory for the weights of points in `surface`.
     pub(super) fn new(surface: &'a BoundarySurface) -> Self {
         let count = surface.nodes.len();
         Self { surface, seen: Vec::with_capacity(count), weights: vec![0.0; count] }
     }
 
-    /// Finds the weights of `point`, anywhere in or on the surface.
+    /// Computes the weights of `point`, anywhere in or on the surface.
     pub(super) fn find(&mut self, point: &Point3<f64>) {
         let seen = |position: &Point3<f64>| {
             let offset = position - point;
@@ -70,7 +75,7 @@ impl<'a> MeanValueWeights<'a> {
         corners.iter().zip(weights).for_each(|(&node, weight)| self.weights[node as usize] += weight);
     }
 
-    /// The mean of `values` (node-major, `surface nodes × target.len()`) by the weights found last.
+    /// Weighted mean of `values` (node-major, `surface nodes × target.len()`) with the weights computed last.
     pub(super) fn blend(&self, values: &[f64], target: &mut [f64]) {
         let total: f64 = self.weights.iter().sum();
         target.fill(0.0);
@@ -81,7 +86,7 @@ impl<'a> MeanValueWeights<'a> {
     }
 }
 
-/// A triangle, its corners as (unit vector, distance).
+/// Contribution of a triangle, given by its corners as (unit vector, distance).
 fn view(corners: [(Vector3<f64>, f64); 3]) -> View {
     let (u, d) = (corners.map(|corner| corner.0), corners.map(|corner| corner.1));
     let size = d[0].max(d[1]).max(d[2]);
@@ -90,12 +95,12 @@ fn view(corners: [(Vector3<f64>, f64); 3]) -> View {
     }
     let next = |i: usize| (i + 1) % 3;
     let last = |i: usize| (i + 2) % 3;
-    // Edge i, opposite corner i: twice the area of its chord triangle, and its angle.
+    // Edge i, opposite corner i: its chord triangle's doubled area vector, and its angle.
     let cross = [0, 1, 2].map(|i| u[next(i)].cross(&u[last(i)]));
     let sine = cross.map(|cross| cross.norm());
     let angle = [0, 1, 2].map(|i| sine[i].atan2(u[next(i)].dot(&u[last(i)])));
     let elevation = u[0].dot(&cross[0]).abs() / (cross[0] + cross[1] + cross[2]).norm();
-    // On the line of an edge the chord triangle has no area, and its elevation no meaning.
+    // On the line of an edge the chord triangle has no area, and the elevation is meaningless.
     if elevation > IN_PLANE && sine.iter().all(|sine| *sine > IN_PLANE) {
         let mean: Vector3<f64> = (0..3).map(|i| cross[i] * (0.5 * angle[i] / sine[i])).sum();
         let lambda = Matrix3::from_columns(&u).full_piv_lu().solve(&mean).unwrap_or_default();

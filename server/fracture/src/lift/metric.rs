@@ -1,12 +1,13 @@
-//! The metric g = JᵀJ of a lift: its scale and the measures of each node's cell.
+//! Metric g = JᵀJ of a lift: its scale, and the moments of each node's cell.
 
 use super::LiftedLattice;
 use crate::lattice::Lattice;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-/// g = JᵀJ on tetrahedron `tet`, J the m × 3 gradient of X; 3 × 3, dimensionless. The identity for a tetrahedron without
-/// volume.
+/// Metric g = JᵀJ on tetrahedron `tet`, with J the m × 3 gradient of X; 3 × 3, dimensionless.
+///
+/// The identity for a tetrahedron without volume.
 pub fn metric(lift: &LiftedLattice, lattice: &Lattice, tet: usize) -> Matrix3<f64> {
     let nodes = lattice.tets[tet];
     let Some(inverse) = lattice.edge_matrix(tet).try_inverse() else { return Matrix3::identity() };
@@ -21,8 +22,10 @@ pub fn metric(lift: &LiftedLattice, lattice: &Lattice, tet: usize) -> Matrix3<f6
     inverse.transpose() * gram * inverse
 }
 
-/// (det g)^(1/5) per tetrahedron, the factor of the optimal site density in three dimensions. √det g is the volume that
-/// the lifted edges span over that of the edges; det of the computed g itself is noise where σ₂σ₃ < 10⁻⁸ σ₁².
+/// (det g)^(1/5) per tetrahedron, the factor of the optimal site density in three dimensions.
+///
+/// √det g is computed as the volume that the lifted edges span over that of the edges. The determinant of the computed
+/// g is noise if σ₂σ₃ < 10⁻⁸ σ₁².
 fn densities(lift: &LiftedLattice, lattice: &Lattice) -> Vec<f64> {
     let density = |edges: &mut Vec<f64>, tet| {
         let volume = lattice.edge_matrix(tet).determinant().abs();
@@ -31,8 +34,9 @@ fn densities(lift: &LiftedLattice, lattice: &Lattice) -> Vec<f64> {
     (0..lattice.tets.len()).into_par_iter().map_init(Vec::new, density).collect()
 }
 
-/// Volume of the parallelepiped in R^m that the lifted edges from the first node span, by Gram–Schmidt, twice (the second
-/// pass takes out what rounding left of the first). `edges` is scratch.
+/// Volume of the parallelepiped in R^m that the lifted edges from the first node span.
+///
+/// Gram–Schmidt runs twice; the second pass removes the rounding error of the first. `edges` is scratch memory.
 fn lifted_volume(lift: &LiftedLattice, nodes: [u32; 4], edges: &mut Vec<f64>) -> f64 {
     let [base, ends @ ..] = nodes.map(|node| lift.at(node as usize));
     edges.clear();
@@ -55,7 +59,7 @@ fn lifted_volume(lift: &LiftedLattice, nodes: [u32; 4], edges: &mut Vec<f64>) ->
     volume
 }
 
-/// Scales X so that the volume mean of (det g)^(1/5) is 1; det g grows with the sixth power of the scale.
+/// Scales X so that the volume mean of (det g)^(1/5) is 1. det g grows with the sixth power of the scale.
 pub fn scale(lift: &mut LiftedLattice, lattice: &Lattice) {
     let (mut sum, mut volume) = (0.0, 0.0);
     for (tet, density) in densities(lift, lattice).iter().enumerate() {
@@ -71,9 +75,10 @@ pub fn scale(lift: &mut LiftedLattice, lattice: &Lattice) {
 
 /// Fills `first_moment`, `second_moment` and `density`, cell by cell.
 ///
-/// A node's barycentric cell in a tetrahedron (a, b, c, d) is six small tetrahedra at a, spanned by an edge midpoint, a
-/// face centroid and the tetrahedron's centroid. Each has V/24, V the tetrahedron's volume; their common centroid lies 23/144
-/// of the three edges' sum from a; their second moment follows from the lengths of the edges: [`corner_moment`].
+/// A node's barycentric cell in a tetrahedron (a, b, c, d) consists of six small tetrahedra at a. Each is spanned by an
+/// edge midpoint, a face centroid and the tetrahedron's centroid, and has volume V/24, V that of the tetrahedron. Their
+/// common centroid lies 23/144 of the three edges' sum from a. [`corner_moment`] yields their second moment from the
+/// lengths of the edges.
 pub fn measure(lift: &mut LiftedLattice, lattice: &Lattice) {
     let densities = densities(lift, lattice);
     let count = lattice.nodes.len();
@@ -119,9 +124,9 @@ fn squares(corners: &[&[f64]; 4]) -> [[f64; 4]; 4] {
 
 /// Sum over the six small tetrahedra at a corner of the mean of |X − X_corner|², from the squared lengths of the edges.
 ///
-/// With corner vectors u, v, w from X_corner the mean over one is (|u|² + |v|² + |w|² + |u+v+w|²)/20. With u = e_i/2,
-/// v = (e_i + e_j)/3, w = (e_1 + e_2 + e_3)/4 the six add up to (161 Σ|e_i|² + 194 Σ e_i·e_j)/720 over edges and pairs of them,
-/// and 2 e_i·e_j = |e_i|² + |e_j|² − |e_i − e_j|².
+/// With corner vectors u, v, w from X_corner the mean over one is (|u|² + |v|² + |w|² + |u+v+w|²)/20. With u = e_i/2, v
+/// = (e_i + e_j)/3, w = (e_1 + e_2 + e_3)/4 the six sum to (161 Σ|e_i|² + 194 Σ e_i·e_j)/720 over edges and pairs of
+/// them, and 2 e_i·e_j = |e_i|² + |e_j|² − |e_i − e_j|².
 fn corner_moment(squares: &[[f64; 4]; 4], corner: usize) -> f64 {
     let [i, j, k] = [1, 2, 3].map(|step| (corner + step) % 4);
     let own: f64 = [i, j, k].iter().map(|&other| squares[corner][other]).sum();
@@ -140,7 +145,7 @@ mod tests {
         let lift = LiftedLattice::euclidean(&lattice);
         assert!((lift.at(5)[1] - lattice.nodes[5].y).abs() < 1e-15, "scale 1");
         assert!(lift.density.iter().all(|density| (density - 1.0).abs() < 1e-12));
-        // All cells together: Σ V_v m_v is positive and no larger than V·h².
+        // Over all cells, Σ V_v m_v is positive and at most V·h².
         let total: f64 = lattice.node_volumes().iter().zip(&lift.second_moment).map(|(v, m)| v * m).sum();
         assert!(total > 0.0 && total < lattice.volume() * 0.25 * 0.25);
     }
@@ -150,7 +155,7 @@ mod tests {
         let lattice = block([3, 2, 4], 0.25);
         let lift = LiftedLattice::euclidean(&lattice);
         let size: [f64; 3] = [0.75, 0.5, 1.0];
-        // ∫|x|² over a centered box is V·Σ size²/12, whatever the spacing, once both moments of every cell are counted.
+        // ∫|x|² over a centered box is V·Σ size²/12 for any spacing, if both moments of every cell are counted.
         let mut sum = 0.0;
         for (node, volume) in lattice.node_volumes().iter().enumerate() {
             let (place, offset) = (lift.at(node), &lift.first_moment[3 * node..][..3]);

@@ -1,7 +1,7 @@
-//! The lift X: Ω → R^m that turns an interior distance into a straight one, d(x, y) = |X(x) − X(y)|.
+//! Lifts X: Ω → R^m, which turn an interior distance into a straight one, d(x, y) = |X(x) − X(y)|.
 //!
 //! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014), section
-//! 3; scale and measures are ours.
+//! 3. Scale and cell moments are our own.
 
 mod basis;
 mod boundary;
@@ -32,15 +32,16 @@ pub use warp::SpaceWarp;
 use crate::lattice::Lattice;
 use serde::{Deserialize, Serialize};
 
-/// Which lift.
+/// Kind of a lift.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LiftKind {
-    /// X = x, the ablation: cells leak across concavities.
+    /// X = x, the ablation. Cells leak across concavities.
     Euclidean,
     /// X = s·[x; α·ψ(x)] with ψ_k = φ_k/λ_k from the Neumann eigenpairs of the tetrahedral Laplacian.
     Interior,
-    /// X = s·v*: diffusion coordinates e^(−λ_k t)·φ_k of the boundary surface, carried inside by barycentric coordinates.
+    /// X = s·v*: diffusion coordinates e^(−λ_k t)·φ_k of the boundary surface, extended
+    /// inside by barycentric coordinates.
     SurfaceDiffusion,
 }
 
@@ -54,29 +55,31 @@ impl std::fmt::Display for LiftKind {
     }
 }
 
-/// A lifted lattice: coordinates on nodes, linear on each tetrahedron, with the measures that the criterion needs.
+/// Lifted lattice: coordinates on nodes, linear on each tetrahedron, with the cell moments that the criterion needs.
 ///
-/// Scaled so that the volume mean of (det g)^(1/5), g = JᵀJ, is 1: the degree of a uniform field does not depend on the
-/// lift.
+/// Scaled so that the volume mean of (det g)^(1/5), g = JᵀJ, is 1. The degree of a uniform field
+/// then does not depend on the lift.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LiftedLattice {
-    /// Which lift this is.
+    /// Kind of this lift.
     pub kind: LiftKind,
-    /// m, at least 3.
+    /// Dimension m, at least 3.
     pub dimension: usize,
-    /// Node-major, `nodes × dimension`; local lengths.
+    /// Lifted coordinates, node-major, `nodes × dimension`; local lengths.
     pub coordinates: Vec<f64>,
-    /// b_v: mean of X − X_v over node v's barycentric cell, node-major, `nodes × dimension`; local lengths. It is of the
-    /// size of the spacing on the boundary and vanishes inside a regular lattice.
+    /// First moments b_v: mean of X − X_v over node v's barycentric cell; local lengths.
+    ///
+    /// Node-major, `nodes × dimension`. On the boundary it is of the size of the spacing; inside
+    /// a regular lattice it vanishes.
     pub first_moment: Vec<f64>,
-    /// m_v: mean of |X − X_v|² over node v's barycentric cell; local length squared. Length `nodes`.
+    /// Second moments m_v: mean of |X − X_v|² over node v's barycentric cell; local length squared. Length `nodes`.
     pub second_moment: Vec<f64>,
     /// Volume mean of (det g)^(1/5) over node v's cell; dimensionless. Length `nodes`.
     pub density: Vec<f64>,
 }
 
 impl LiftedLattice {
-    /// Scales `coordinates` (node-major, `nodes × dimension`) to unit mean of (det g)^(1/5) and measures the cells.
+    /// Scales `coordinates` (node-major, `nodes × dimension`) to unit mean of (det g)^(1/5), and measures the cells.
     pub fn scaled(kind: LiftKind, lattice: &Lattice, dimension: usize, coordinates: Vec<f64>) -> Self {
         let mut lift = Self::unmeasured(kind, lattice, dimension, coordinates);
         metric::scale(&mut lift, lattice);
@@ -84,7 +87,8 @@ impl LiftedLattice {
         lift
     }
 
-    /// Measures the cells of coordinates that are scaled already: a stored lift gets the same bits as when it was made.
+    /// Measures the cells of coordinates that are already scaled. A stored lift yields the
+    /// same bits as when it was made.
     pub fn measured(kind: LiftKind, lattice: &Lattice, dimension: usize, coordinates: Vec<f64>) -> Self {
         let mut lift = Self::unmeasured(kind, lattice, dimension, coordinates);
         metric::measure(&mut lift, lattice);
@@ -97,13 +101,13 @@ impl LiftedLattice {
         Self { kind, dimension, coordinates, first_moment, second_moment, density }
     }
 
-    /// X = x.
+    /// Euclidean lift, X = x.
     pub fn euclidean(lattice: &Lattice) -> Self {
         let coordinates = lattice.nodes.iter().flat_map(|node| [node.x, node.y, node.z]).collect();
         Self::scaled(LiftKind::Euclidean, lattice, 3, coordinates)
     }
 
-    /// X of node `node`, length `dimension`.
+    /// Lifted coordinates X of node `node`, length `dimension`.
     pub fn at(&self, node: usize) -> &[f64] {
         &self.coordinates[node * self.dimension..][..self.dimension]
     }

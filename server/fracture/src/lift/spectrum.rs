@@ -1,8 +1,8 @@
-//! The lowest eigenpairs L φ = λ M φ of a lattice (Neumann) or of its boundary surface, the constants left out.
+//! Lowest eigenpairs L φ = λ M φ of a lattice (Neumann) or of its boundary surface, without the constants.
 //!
 //! Based on: T. Ericsson & A. Ruhe, *The spectral transformation Lanczos method for the numerical solution of large
-//! sparse generalized symmetric eigenvalue problems* (Mathematics of Computation 35, 1980): the pairs (λ, φ) are those
-//! of C = M^½ (L + σM)⁻¹ M^½ with θ = 1/(λ + σ) and M^½ φ, well apart at the low end.
+//! sparse generalized symmetric eigenvalue problems* (Mathematics of Computation 35, 1980). The pairs (λ, φ) are those
+//! of C = M^½ (L + σM)⁻¹ M^½ with θ = 1/(λ + σ) and M^½ φ, which are well separated at the low end.
 
 use super::boundary::BoundarySurface;
 use super::laplacian::Laplacian;
@@ -14,44 +14,53 @@ use crate::sparse::{Cholesky, SolveScratch};
 use faer::Mat;
 use rayon::prelude::*;
 
-/// Up to so many nodes all eigenpairs are computed densely: as fast, and without any limit on their number.
+/// Largest number of nodes whose eigenpairs are computed densely: as fast, and without a limit on the number of pairs.
 const DENSE_MAX: usize = 300;
-/// The shift σ as a share of an upper bound of the smallest eigenvalue: L + σM is then as well conditioned as L is on
-/// the complement of the constants, while the wanted end of the spectrum stays spread.
+/// Shift σ as a share of an upper bound of the smallest eigenvalue.
+///
+/// With it, L + σM is as well conditioned as L on the complement of the constants, and the low end
+/// of the spectrum stays spread.
 const SHIFT: f64 = 0.05;
 /// Largest residual of an accepted pair; see [`Spectrum::residual`].
 const RESIDUAL_MAX: f64 = 1e-6;
 
-/// Eigenpairs of a lattice or a surface, the constants left out.
+/// Eigenpairs of a lattice or a surface, without the constants.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
-    /// λ_k, ascending, positive; local length⁻².
+    /// Eigenvalues λ_k, ascending, positive; local length⁻².
     pub eigenvalues: Vec<f64>,
-    /// φ_k, function-major, `eigenvalues.len() × nodes`; φᵀ M φ = 1 with M the lumped volumes or areas. Sign and, within an
-    /// eigenspace, basis are arbitrary but always the same for the same lattice.
+    /// Eigenfunctions φ_k, function-major, `eigenvalues.len() × nodes`.
+    ///
+    /// φᵀ M φ = 1 with M the lumped volumes or areas. The sign and, within an eigenspace, the basis are arbitrary but
+    /// always the same for the same lattice.
     pub functions: Vec<f64>,
-    /// Whether no eigenvalue lies beyond the last.
+    /// True if the last eigenvalue ends the spectrum.
     pub whole: bool,
-    /// Largest of ‖L φ − λ M φ‖ / λ over the pairs, in the norm of M⁻¹; an upper bound of the relative distance of λ to
-    /// an exact eigenvalue.
+    /// Largest ‖L φ − λ M φ‖ / λ over the pairs, in the norm of M⁻¹.
+    ///
+    /// It bounds the relative distance of each λ to an exact eigenvalue.
     pub residual: f64,
 }
 
 impl Spectrum {
-    /// The `count` lowest pairs.
+    /// Computes the `count` lowest pairs of a lattice.
     ///
-    /// Errors: [`LiftError::TooFewNodes`] if the lattice has no more than `count` nodes, [`LiftError::TooManyModes`],
-    /// [`LiftError::DegenerateTet`], [`LiftError::Disconnected`], [`LiftError::Sparse`],
-    /// [`LiftError::NotConverged`], [`LiftError::NotFinite`], [`LiftError::Cancelled`].
+    /// # Errors
+    /// [`LiftError::TooFewNodes`] if the lattice has no more than `count` nodes, [`LiftError::TooManyModes`],
+    /// [`LiftError::DegenerateTet`], [`LiftError::Disconnected`], [`LiftError::Sparse`], [`LiftError::NotConverged`],
+    /// [`LiftError::NotFinite`], [`LiftError::Cancelled`].
     pub fn compute(lattice: &Lattice, count: usize, token: &CancelToken) -> Result<Self, LiftError> {
         token.check()?;
         Self::of(&Laplacian::new(lattice)?, count, token)
     }
 
-    /// The `count` lowest pairs of the cotangent Laplacian of a closed surface. Its shells do not hear of each other: every
-    /// function lives on one shell and vanishes on the others, and each shell's constant is left out.
+    /// Computes the `count` lowest pairs of the cotangent Laplacian of a closed surface.
     ///
-    /// Errors: as [`Self::compute`], with [`LiftError::DegenerateFace`] instead of a tetrahedron's.
+    /// Its shells are independent: every function lives on one shell and vanishes on the others. The constant of each
+    /// shell is left out.
+    ///
+    /// # Errors
+    /// As [`Self::compute`], with [`LiftError::DegenerateFace`] instead of a tetrahedron's.
     pub fn of_surface(surface: &BoundarySurface, count: usize, token: &CancelToken) -> Result<Self, LiftError> {
         let (nodes, shells) = (surface.nodes.len(), surface.shells());
         if count + shells.len() > nodes || shells.is_empty() {
@@ -80,7 +89,7 @@ impl Spectrum {
         Ok(Self { eigenvalues, functions, whole: count + shells.len() == nodes, residual })
     }
 
-    /// The `count` lowest pairs of a connected Laplacian.
+    /// Computes the `count` lowest pairs of a connected Laplacian.
     fn of(laplacian: &Laplacian<'_>, count: usize, token: &CancelToken) -> Result<Self, LiftError> {
         let nodes = laplacian.order();
         if count >= nodes {
@@ -94,13 +103,13 @@ impl Spectrum {
         Self::verified(laplacian, functions, count)
     }
 
-    /// φ_k on the nodes.
+    /// Values of φ_k on the nodes.
     pub fn function(&self, k: usize) -> &[f64] {
         let nodes = self.functions.len() / self.eigenvalues.len();
         &self.functions[k * nodes..][..nodes]
     }
 
-    /// Eigenvalues as Rayleigh quotients of functions of unit mass, and their residuals.
+    /// Computes eigenvalues as Rayleigh quotients of functions of unit mass, and checks their residuals.
     fn verified(laplacian: &Laplacian<'_>, functions: Vec<f64>, count: usize) -> Result<Self, LiftError> {
         let pairs: Vec<(f64, f64)> =
             functions.par_chunks_exact(laplacian.order()).map(|function| quotient(laplacian, function)).collect();
@@ -114,7 +123,7 @@ impl Spectrum {
     }
 }
 
-/// λ = φᵀ L φ and ‖L φ − λ M φ‖ / λ in the norm of M⁻¹.
+/// λ = φᵀ L φ, and ‖L φ − λ M φ‖ / λ in the norm of M⁻¹.
 fn quotient(laplacian: &Laplacian<'_>, function: &[f64]) -> (f64, f64) {
     let mut image = vec![0.0; function.len()];
     laplacian.stiffness.multiply(function, &mut image);
@@ -124,7 +133,7 @@ fn quotient(laplacian: &Laplacian<'_>, function: &[f64]) -> (f64, f64) {
     (value, squared.sqrt() / value)
 }
 
-/// All pairs of M^-½ L M^-½, the constant dropped; function-major.
+/// Lowest pairs of M^-½ L M^-½ by a dense solver, without the constant; function-major.
 fn by_dense(laplacian: &Laplacian<'_>, count: usize) -> Result<Vec<f64>, LiftError> {
     let roots: Vec<f64> = laplacian.mass.iter().map(|mass| mass.sqrt()).collect();
     let mut matrix = Mat::<f64>::zeros(roots.len(), roots.len());
@@ -139,7 +148,7 @@ fn by_dense(laplacian: &Laplacian<'_>, count: usize) -> Result<Vec<f64>, LiftErr
     Ok(columns.collect())
 }
 
-/// The lowest pairs by shift-inverted Lanczos; function-major.
+/// Lowest pairs by shift-inverted Lanczos; function-major.
 fn by_lanczos(laplacian: &Laplacian<'_>, count: usize, token: &CancelToken) -> Result<Vec<f64>, LiftError> {
     let roots: Vec<f64> = laplacian.mass.iter().map(|mass| mass.sqrt()).collect();
     let length = roots.iter().map(|root| root * root).sum::<f64>().sqrt();

@@ -1,4 +1,4 @@
-//! How far a lift is from a similarity: the ratio of the largest to the smallest stretch.
+//! Deviation of a lift from a similarity: the ratio of the largest to the smallest stretch.
 
 use super::LiftedLattice;
 use super::metric::metric;
@@ -6,22 +6,24 @@ use crate::lattice::Lattice;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Iterations after which the 3 × 3 eigenvalue routine gives up; it needs a handful.
+/// Limit on the iterations of the 3 × 3 eigenvalue routine, which needs a handful.
 const ITERATIONS_MAX: usize = 64;
 
-/// Statistics of σ₁/σ₃ over the tetrahedra, weighted by volume; 1 for a similarity, infinite where the lift folds a
-/// direction away (beyond about 10⁷, the accuracy of g = JᵀJ).
+/// Statistics of σ₁/σ₃ over the tetrahedra, weighted by volume.
+///
+/// The ratio is 1 for a similarity. It is infinite if the lift collapses a direction (above about
+/// 10⁷, the accuracy of g = JᵀJ).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stretch {
-    /// Half of the volume is stretched less unevenly.
+    /// Median: half of the volume has a smaller ratio.
     pub median: f64,
-    /// 99 % of the volume is stretched less unevenly.
+    /// 99th percentile: 99 % of the volume has a smaller ratio.
     pub p99: f64,
-    /// The most uneven tetrahedron.
+    /// Largest ratio of any tetrahedron.
     pub max: f64,
 }
 
-/// The stretch ratios of `lift` on the lattice it was made for; all 1 for a lattice without tetrahedra.
+/// Stretch ratios of `lift` on its lattice. All are 1 for a lattice without tetrahedra.
 pub fn stretch(lift: &LiftedLattice, lattice: &Lattice) -> Stretch {
     let mut ratios: Vec<(f64, f64)> = (0..lattice.tets.len())
         .into_par_iter()
@@ -40,11 +42,11 @@ pub fn stretch(lift: &LiftedLattice, lattice: &Lattice) -> Stretch {
     Stretch { median: percentile(0.5), p99: percentile(0.99), max: ratios.last().map_or(1.0, |(ratio, _)| *ratio) }
 }
 
-/// σ₁/σ₃ of J on one tetrahedron.
+/// Ratio σ₁/σ₃ of J on one tetrahedron.
 fn ratio(lift: &LiftedLattice, lattice: &Lattice, tet: usize) -> f64 {
     let eigen = metric(lift, lattice, tet).try_symmetric_eigen(f64::EPSILON, ITERATIONS_MAX);
     let Some(eigen) = eigen else { return f64::INFINITY };
     let (least, largest) = (eigen.eigenvalues.min(), eigen.eigenvalues.max());
-    // Below this share of the largest the square of σ₃ is rounding noise.
+    // Below this share of the largest eigenvalue, the square of σ₃ is rounding noise.
     if least <= largest * f64::EPSILON { f64::INFINITY } else { (largest / least).sqrt() }
 }

@@ -1,8 +1,8 @@
-//! The surface diffusion lift: what diffusion on the boundary says of a body, carried inside.
+//! Surface diffusion lift: diffusion coordinates of the boundary, extended inside.
 //!
 //! Based on: R. M. Rustamov, Y. Lipman & T. Funkhouser, *Interior distance using barycentric coordinates* (Computer
-//! Graphics Forum 28, 2009): v*_i = (e^(−λ_k t)·φ_k(v_i)) with the eigenpairs of the surface's Laplacian and
-//! t = 1/(8 λ_1), carried by barycentric coordinates.
+//! Graphics Forum 28, 2009): v*_i = (e^(−λ_k t)·φ_k(v_i)) with the eigenpairs of the surface's Laplacian and t = 1/(8
+//! λ_1), extended by barycentric coordinates.
 
 use super::boundary::BoundarySurface;
 use super::extension::Extension;
@@ -10,28 +10,32 @@ use super::{LiftError, LiftKind, LiftedLattice, MODES_MAX, Spectrum, gap, stretc
 use crate::cancel_token::CancelToken;
 use crate::lattice::Lattice;
 
-/// Eigenfunctions of the default surface lift, before the cut moves to a gap: 14 to 26 are kept.
+/// Requested eigenfunctions of the default surface lift. The cut at a gap keeps 14 to 26.
 ///
-/// More than the interior lift's, since there are no positions to fall back on: around 10 the widest gap often leaves
-/// four, which flatten slender bodies (an arch of 11 728 nodes: median of σ₁/σ₃ 1 300) and tear fine cells (a mug, 120
-/// sites: 2.1 % of the volume in detached pieces and 166 pieces, with 22 functions 0.6 % and 139).
+/// These are more than those of the interior lift, because the surface lift has no positions in addition.
+/// Around 10 the widest gap often leaves four, which flatten slender bodies (an arch of 11 728 nodes: median of
+/// σ₁/σ₃ 1 300) and split fine cells (a mug, 120 sites: 2.1 % of the volume in detached pieces and 166 pieces;
+/// with 22 functions 0.6 % and 139).
 pub const SURFACE_MODES_DEFAULT: usize = 20;
-/// Shells, the outer one and cavities, that a surface lift tells apart at most.
+/// Largest number of shells, the outer one and cavities, that a surface lift distinguishes.
 pub const SHELLS_MAX: usize = 64;
-/// Median of σ₁/σ₃ from which on (det g)^(1/5), which gives the lift its scale, is made of rounding errors: the smallest
-/// eigenvalue of g = JᵀJ is then a 10⁻¹² of the largest.
+/// Median of σ₁/σ₃ from which on the scale of the lift, (det g)^(1/5), consists of rounding errors.
+///
+/// The smallest eigenvalue of g = JᵀJ is then 10⁻¹² of the largest.
 const STRETCH_MAX: f64 = 1e6;
 
-/// The surface diffusion lift with about `modes` eigenfunctions, at most [`MODES_MAX`]: the spectrum is cut where the
-/// eigenvalues grow by the largest factor. As in the literature it has no position in it, so nothing keeps it from being
-/// nearly flat somewhere; see [`super::stretch`].
+/// Computes the surface diffusion lift with about `modes` eigenfunctions, at most [`MODES_MAX`].
 ///
-/// No heat flows between the shells of a body with cavities. Of the eigenfunctions to λ = 0, one constant per shell,
-/// all are kept then: they are what tells the shells apart. The dimension is the functions kept, and the shells where
-/// there are several.
+/// The spectrum is cut where the eigenvalues grow by the largest factor. As in the literature the lift contains no
+/// positions, so it may be nearly flat in places; see [`super::stretch`].
 ///
-/// Errors: [`LiftError::TooManyModes`], [`LiftError::TooManyShells`]; [`LiftError::Flat`]; those of
-/// [`Spectrum::of_surface`] and of [`Extension::carry`].
+/// No heat flows between the shells of a body with cavities. Such a body has one eigenfunction to λ = 0 per shell, its
+/// constant. All of them are kept, because they distinguish the shells. The dimension is the number of functions kept,
+/// plus that of the shells if there are several.
+///
+/// # Errors
+/// [`LiftError::TooManyModes`], [`LiftError::TooManyShells`]; [`LiftError::Flat`]; those of [`Spectrum::of_surface`] and of
+/// [`Extension::carry`].
 pub fn surface_diffusion(
     lattice: &Lattice,
     carry: Extension,
@@ -49,7 +53,7 @@ pub fn surface_diffusion(
     if stretch < STRETCH_MAX { Ok(lift) } else { Err(LiftError::Flat { stretch }) }
 }
 
-/// The dimension, and v* on the surface's nodes: node-major, `surface nodes × dimension`.
+/// Dimension, and v* on the surface's nodes: node-major, `surface nodes × dimension`.
 fn diffusion(surface: &BoundarySurface, modes: usize, token: &CancelToken) -> Result<(usize, Vec<f64>), LiftError> {
     let shells = surface.shells();
     if shells.len() > SHELLS_MAX {

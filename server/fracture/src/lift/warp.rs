@@ -1,33 +1,36 @@
-//! Bent reference spaces: the lattice, moved to where distances are what an artist wants them to be. A lift that is made there and
-//! used on the lattice as it is has cells that are straight there and bent here.
+//! Warped reference spaces: the lattice, mapped to a space in which an artist controls distances.
 //!
-//! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014), for cells in another
-//! space than the object's; Q. Du & D. Wang, *Anisotropic centroidal Voronoi tessellations and their applications* (SIAM Journal on
-//! Scientific Computing 26, 2005) for a metric as the control; M. Shinozuka & G. Deodatis, *Simulation of stochastic processes by
-//! spectral representation* (Applied Mechanics Reviews 44, 1991) for random waves.
+//! A lift that is computed on the warped lattice and used on the original has cells that are straight in the reference
+//! space and bent in the original.
+//!
+//! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014),
+//! for cells in another space than the object's; Q. Du & D. Wang, *Anisotropic centroidal Voronoi tessellations
+//! and their applications* (SIAM Journal on Scientific Computing 26, 2005) for a metric as the control; M.
+//! Shinozuka & G. Deodatis, *Simulation of stochastic processes by spectral representation* (Applied Mechanics
+//! Reviews 44, 1991) for random waves.
 
 use crate::lattice::Lattice;
 use crate::random::RandomStream;
 use nalgebra::{Point3, Unit, Vector3};
 use std::f64::consts::TAU;
 
-/// Waves in a displacement: few enough to be smooth, enough to have no direction.
+/// Number of waves in a displacement: few enough to be smooth, enough to have no preferred direction.
 const WAVES: usize = 8;
 
-/// Tetrahedra may be squeezed to this part of the volume that they have on average, no further.
+/// Smallest accepted volume of a warped tetrahedron, over its expected volume.
 const SQUEEZE_MIN: f64 = 0.05;
 
-/// The stream of random numbers that waves come from.
+/// Random stream of the waves.
 const STREAM: u64 = 0x7761_7665;
 
-/// A map of local space to a reference space.
+/// Map of local space to a reference space.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SpaceWarp {
     grain: Option<(Unit<Vector3<f64>>, f64)>,
     waves: Vec<Wave>,
 }
 
-/// One wave of the displacement: amplitude, wave vector, phase.
+/// Wave of the displacement: amplitude, wave vector, phase.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Wave {
     amplitude: Vector3<f64>,
@@ -36,17 +39,17 @@ struct Wave {
 }
 
 impl SpaceWarp {
-    /// Distances along `axis` count `ratio` times less than across it: cells are as many times longer.
+    /// Adds a grain: distances along `axis` count `ratio` times less than across it, so cells are that much longer.
     pub fn grain(mut self, axis: Unit<Vector3<f64>>, ratio: f64) -> Self {
         self.grain = Some((axis, ratio));
         self
     }
 
-    /// Random waves of length `length` (local) and root mean square slope `slope`, from `seed`: planes of the reference space are
-    /// bent so much.
+    /// Adds random waves of length `length` (local) and root mean square slope `slope`, drawn from `seed`.
     ///
-    /// Every wave moves space across its own direction: a shear, which keeps all volumes, so that space folds late. With K waves of
-    /// amplitude A the mean square of a directional derivative is K·(2πA/λ)²/6: a third for the direction, half for the phase.
+    /// They bend planes of the reference space. Every wave displaces space perpendicular to its own direction: a shear,
+    /// which keeps all volumes, so space folds only at large slopes. With K waves of amplitude A the mean square of a
+    /// directional derivative is K·(2πA/λ)²/6: a third for the direction, half for the phase.
     pub fn waves(mut self, length: f64, slope: f64, seed: u64) -> Self {
         let amplitude = slope * length / TAU * (6.0 / WAVES as f64).sqrt();
         let mut random = RandomStream::new(seed, STREAM);
@@ -59,12 +62,12 @@ impl SpaceWarp {
         self
     }
 
-    /// Whether it leaves everything where it is.
+    /// Returns true if the map is the identity.
     pub fn is_identity(&self) -> bool {
         self.grain.is_none() && self.waves.is_empty()
     }
 
-    /// Where `point` is in the reference space.
+    /// Position of `point` in the reference space.
     pub fn map(&self, point: &Point3<f64>) -> Point3<f64> {
         let mut to = *point;
         for wave in &self.waves {
@@ -76,8 +79,12 @@ impl SpaceWarp {
         to
     }
 
-    /// The lattice in the reference space. Errors: the first tetrahedron that is turned over or squeezed to nothing: space folds
-    /// there.
+    /// Lattice in the reference space.
+    ///
+    /// Errors: the first tetrahedron that is inverted or squeezed to nothing, because space folds there.
+    ///
+    /// # Errors
+    /// The first tetrahedron that is turned over or squeezed to nothing: space folds there.
     pub fn lattice(&self, lattice: &Lattice) -> Result<Lattice, usize> {
         let warped =
             Lattice { nodes: lattice.nodes.iter().map(|node| self.map(node)).collect(), tets: lattice.tets.clone() };
@@ -93,7 +100,7 @@ impl SpaceWarp {
     }
 }
 
-/// A direction, uniform on the sphere (Archimedes: its height is uniform).
+/// Random direction, uniform on the sphere (Archimedes: its height is uniform).
 fn direction(random: &mut RandomStream) -> Vector3<f64> {
     let height = 2.0 * random.uniform() - 1.0;
     let (sine, cosine) = (TAU * random.uniform()).sin_cos();

@@ -1,6 +1,7 @@
-//! Rays: where one first meets an object, or a fragment of an answer that was kept.
+//! First hit of a ray on an object or on a retained fragment.
 //!
-//! The surface is the boundary of the crack lattice, the one that contacts are projected on: a hit is never too far.
+//! The surface is the boundary of the crack lattice, onto which contacts are projected; a hit is therefore never too
+//! far from it.
 
 use super::error::FractureError;
 use super::output::retained::RetainedFragments;
@@ -13,22 +14,22 @@ use nalgebra::{Point3, Vector3};
 /// A ray, in the coordinates of the mesh file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AimRay {
-    /// Where it begins, m.
+    /// Origin, m.
     pub origin_m: Point3<f64>,
-    /// Where it leads; of any length but zero.
+    /// Direction, of any length above zero.
     pub direction: Vector3<f64>,
 }
 
-/// Where a ray first meets a surface.
+/// First hit of a ray on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceHit {
-    /// The body that it meets.
+    /// Index of the body that the ray hits.
     pub body: usize,
-    /// The point, m.
+    /// Hit point, m.
     pub point_m: Point3<f64>,
-    /// Outward normal there, of length one.
+    /// Outward unit normal at the point.
     pub normal: Vector3<f64>,
-    /// From the origin of the ray to the point, m.
+    /// Distance from the origin of the ray to the point, m.
     pub distance_m: f64,
 }
 
@@ -41,8 +42,10 @@ pub fn aim(prepared: &PreparedObject, ray: &AimRay) -> Result<SurfaceHit, Fractu
     first(&prepared.frame, bodies, ray)
 }
 
-/// The first hit of `ray` on fragment `fragment` of the answer that `kept` was kept of: on the whole tetrahedra that a
-/// strike of it loads, which end up to a spacing of the crack lattice within its surface.
+/// The first hit of `ray` on fragment `fragment` of the retained result `kept`.
+///
+/// The surface is that of the fragment's whole tetrahedra, which a request on the fragment loads. It lies up to one
+/// spacing of the crack lattice within the fragment's surface.
 ///
 /// # Errors
 /// As [`aim`], and [`FractureError::UnknownFragment`], [`FractureError::FragmentSmall`], [`FractureError::OtherObject`].
@@ -59,7 +62,7 @@ pub fn aim_again(
 }
 
 impl PreparedObject {
-    /// Lowest and highest corner of the box around the surface that contacts are projected on, m.
+    /// Lowest and highest corner of the bounding box of the surface onto which contacts are projected, m.
     pub fn bounds_m(&self) -> [Point3<f64>; 2] {
         let corners =
             self.bodies.iter().flat_map(|body| &body.boundary.positions).map(|local| self.frame.to_meters(local));

@@ -4,9 +4,9 @@ use nalgebra::{Point3, Vector3};
 /// One contact, in the coordinates of the mesh file (meters, y up).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImpactContact {
-    /// Where, meters.
+    /// Contact point, m.
     pub point_m: Point3<f64>,
-    /// Impulse handed to the object, N·s.
+    /// Impulse on the object, N·s.
     pub impulse_ns: Vector3<f64>,
     /// Contact duration, s; `None`: the scene's default.
     pub duration_s: Option<f64>,

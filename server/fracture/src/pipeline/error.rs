@@ -1,4 +1,4 @@
-//! Why a strike was refused or failed.
+//! Errors of a request.
 
 use super::output::rows::BulkCounts;
 use crate::cancel_token::Cancelled;
@@ -10,58 +10,61 @@ use crate::scene::EffectKind;
 use crate::tessellation::TessellationError;
 use nalgebra::Point3;
 
-/// A fragment of fewer whole tetrahedra cannot be struck again.
+/// Smallest number of whole tetrahedra of a fragment that can be struck again.
 pub const TETS_MIN: usize = BODY_TETS_MIN;
 
-/// Displacements of a fragment of more nodes are found on the object's coarser elastic lattice: its stiffness is factored within
-/// the strike.
+/// Largest number of nodes of a fragment whose displacements are solved for on its own lattice.
+///
+/// Larger fragments use the object's coarser elastic lattice, because their stiffness is factored within the request.
 pub const SOLVED_NODES_MAX: usize = 1_000;
 
-/// Most contacts of one strike.
+/// Largest number of contacts of one request.
 pub const CONTACTS_MAX: usize = 8;
 
-/// A strike that has no answer. Nothing was changed by it; [`Self::is_callers`] says whose to mend it is.
+/// A request that failed and changed nothing.
+///
+/// [`Self::is_callers`] distinguishes errors of the request from faults of the service.
 #[derive(Debug, thiserror::Error)]
 pub enum FractureError {
     /// No contact, or more than [`CONTACTS_MAX`].
-    #[error("{0} contacts; 1 to {CONTACTS_MAX} are possible")]
+    #[error("the request has {0} contacts; pass 1 to {CONTACTS_MAX}")]
     ContactCount(usize),
     /// A coordinate, duration or radius is not finite, or not positive where it must be.
     #[error("contact {contact}: {key} must be finite{also}, got {value}", also = if *.positive { " and positive" } else { "" })]
     Number {
-        /// Which contact.
+        /// Index of the contact.
         contact: usize,
-        /// Which number.
+        /// Name of the number.
         key: &'static str,
-        /// What it was.
+        /// Its value.
         value: f64,
-        /// Whether it must be positive too.
+        /// True if it must also be positive.
         positive: bool,
     },
-    /// All impulses are zero.
-    #[error("contact {contact}: the impulse is zero")]
+    /// The impulse of a contact is zero.
+    #[error("contact {contact}: the impulse is zero; pass a nonzero impulse in N·s")]
     ZeroImpulse {
-        /// Which contact.
+        /// Index of the contact.
         contact: usize,
     },
-    /// The contacts of a body cancel, or press on its anchors alone: nothing is deformed.
-    #[error("the contacts of body {body} cancel each other, or press on anchors alone: nothing is deformed")]
+    /// The contacts of a body cancel, or press on its anchors only, so that nothing deforms.
+    #[error("body {body}: the contacts cancel or press on anchors only, so nothing is deformed; move them")]
     Balanced {
-        /// Which body.
+        /// Index of the body.
         body: usize,
     },
     /// γ is not finite and positive.
     #[error("gamma must be finite and positive, got {0}")]
     Gamma(f64),
-    /// Impulse, modulus and γ are so far apart that E_1/γ is no number.
-    #[error("E_1/gamma is {0}: impulse, duration, size and gamma are too far apart for numbers to hold")]
+    /// E_1/γ is not a normal 64-bit number, because impulse, modulus and γ differ too much in magnitude.
+    #[error("E_1/gamma is {0}, beyond 64-bit numbers; check the units of impulse, duration, size and gamma")]
     Range(f64),
-    /// Zero sites, or more than the cap.
-    #[error("degree {degree}: 1 to {cap} sites are possible")]
+    /// Zero sites, or more than the maximum.
+    #[error("degree {degree} is out of range; pass 1 to {cap} sites")]
     Degree {
-        /// What was asked.
+        /// Number of sites of the request.
         degree: u32,
-        /// The cap.
+        /// Largest number of sites.
         cap: u32,
     },
     /// The contact point is farther from the body than its radius.
@@ -70,133 +73,133 @@ pub enum FractureError {
         point(.surface_m)
     )]
     TooFar {
-        /// Which contact.
+        /// Index of the contact.
         contact: usize,
         /// Distance to the nearest body, m.
         distance_m: f64,
-        /// The radius given, m.
+        /// Radius of the contact, m.
         radius_m: f64,
-        /// The nearest point of a body, m.
+        /// Nearest point of a body, m.
         surface_m: Point3<f64>,
     },
     /// A ray whose direction is zero or not finite.
-    #[error("the direction of the ray is zero or not finite; pass a direction of any other length")]
+    #[error("the direction of the ray is zero or not finite; pass a finite one of any length above zero")]
     RayDirection,
     /// A ray that does not meet the object.
     #[error(
-        "the ray misses the object by {distance_m:.6} m; at {} it is closest to the surface point {}",
+        "the ray misses the object by {distance_m:.6} m; its point {} is the closest, to the surface point {}. Aim at that point.",
         point(.ray_m), point(.surface_m)
     )]
     RayMissed {
-        /// The point of the ray that is closest to the object, m.
+        /// Point of the ray closest to the object, m.
         ray_m: Point3<f64>,
-        /// The point of the surface that is closest to the ray, m.
+        /// Point of the surface closest to the ray, m.
         surface_m: Point3<f64>,
-        /// Between the two, m.
+        /// Distance between the two, m.
         distance_m: f64,
     },
-    /// The object is not prepared for deformation.
-    #[error("body {body} is not prepared for elasticity: the scene does without, or it was baked without")]
+    /// The object has no elasticity tables.
+    #[error("body {body} has no elasticity tables; strike without `elastic`, enable it in the scene, or bake it again")]
     ElasticityUnprepared {
-        /// Which body.
+        /// Index of the body.
         body: usize,
     },
-    /// Nothing holds the object, or nothing pulls at it.
-    #[error("the object is not prepared for the effect `{}`: a scene's `anchors` do that", .effect.name())]
+    /// The object has no anchors or no gravity, which the effect needs.
+    #[error("the object is not prepared for the effect `{}`: give it `anchors` in the scene", .effect.name())]
     Unheld {
-        /// What was asked for.
+        /// Requested effect.
         effect: EffectKind,
     },
-    /// The object's surface was not kept for that effect.
+    /// The database holds no surface for the effect.
     #[error("the object is not prepared for the effect `{}`: bake it again", .effect.name())]
     Bare {
-        /// What was asked for.
+        /// Requested effect.
         effect: EffectKind,
     },
-    /// The answer that a fragment is of has no skins.
+    /// The result that contains the fragment has no skins.
     #[error(
-        "fragment {fragment} has no skin: the strike that it comes from was without the effect `skin`; repeat that with it"
+        "fragment {fragment} has no skin: the request that made it lacked the effect `skin`; repeat that request with it"
     )]
     Undressed {
-        /// Which.
+        /// Index of the fragment.
         fragment: u32,
     },
-    /// The object is not prepared for that lift.
-    #[error("body {body} has no lift {lift}: the scene does without, or `shatterd inspect` says why; or bake it again")]
+    /// The object has no table for the lift.
+    #[error("body {body} has no lift {lift}; enable it in the scene or bake it again (`shatterd inspect` prints why)")]
     LiftUnprepared {
-        /// Which body.
+        /// Index of the body.
         body: usize,
-        /// Which lift.
+        /// Requested lift.
         lift: LiftKind,
     },
-    /// The answer has no such fragment.
-    #[error("fragment {fragment}: the answer has {count}, counted from 0")]
+    /// The result has no such fragment.
+    #[error("fragment {fragment} does not exist; the result has {count} fragments, counted from 0")]
     UnknownFragment {
-        /// Which was asked for.
+        /// Requested fragment.
         fragment: u32,
-        /// How many there are.
+        /// Number of fragments.
         count: u32,
     },
-    /// A fragment of fewer than [`TETS_MIN`] whole tetrahedra cannot be struck again.
-    #[error("fragment {fragment} is too small to be struck: it holds fewer than {TETS_MIN} whole tetrahedra")]
+    /// The fragment has fewer than [`TETS_MIN`] whole tetrahedra and cannot be struck again.
+    #[error("fragment {fragment} is too small to be struck: it has fewer than {TETS_MIN} whole tetrahedra")]
     FragmentSmall {
-        /// Which.
+        /// Index of the fragment.
         fragment: u32,
     },
-    /// A fragment has more than [`SOLVED_NODES_MAX`] nodes, and the object's elastic lattice does not resolve it.
+    /// The fragment has more than [`SOLVED_NODES_MAX`] nodes, and the object's elastic lattice does not resolve it.
     #[error(
-        "fragment {fragment} has {nodes} nodes, of which {SOLVED_NODES_MAX} are solved for, and is too thin for the elastic lattice: do without `elastic`"
+        "fragment {fragment} has {nodes} nodes, above the maximum of {SOLVED_NODES_MAX}, and is too thin for the elastic lattice; strike it without `elastic`"
     )]
     FragmentLarge {
-        /// Which.
+        /// Index of the fragment.
         fragment: u32,
-        /// Its nodes.
+        /// Number of its nodes.
         nodes: usize,
     },
-    /// Fragments do not have that lift.
-    #[error("fragment {fragment} has no lift {lift}: `euclidean` and `interior` are made for fragments")]
+    /// Fragments do not have the requested lift.
+    #[error("fragment {fragment} has no lift {lift}; fragments have `euclidean` and `interior` only")]
     FragmentLiftKind {
-        /// Which.
+        /// Index of the fragment.
         fragment: u32,
-        /// Which lift.
+        /// Requested lift.
         lift: LiftKind,
     },
-    /// The lift of a fragment could not be made.
+    /// The lift of a fragment could not be computed.
     #[error("interior lift of fragment {fragment}: {source}")]
     FragmentLift {
-        /// Which.
+        /// Index of the fragment.
         fragment: u32,
-        /// Why.
+        /// Cause.
         source: LiftError,
     },
-    /// What was kept is of another object, or of another version of it; a fault of ours.
-    #[error("the answer that was kept is not one of this object")]
+    /// The retained fragments belong to another object or another version of it. A fault of the service.
+    #[error("the retained fragments belong to another object, or to another version of this one")]
     OtherObject,
-    /// The elastic solve refused.
+    /// The elastic solve failed.
     #[error("elasticity of body {body}: {source}")]
     Elasticity {
-        /// Which body.
+        /// Index of the body.
         body: usize,
-        /// Why.
+        /// Cause.
         source: ElasticityError,
     },
-    /// The strain energy is no density.
+    /// The strain energy is not a valid density.
     #[error("strain energy of body {body}: {source}")]
     Field {
-        /// Which body.
+        /// Index of the body.
         body: usize,
-        /// Why.
+        /// Cause.
         source: FieldError,
     },
-    /// Labels do not fit the lattice; a fault of ours.
+    /// Labels do not fit the lattice. A fault of the service.
     #[error(transparent)]
     Tessellation(#[from] TessellationError),
-    /// The memory given to the emission has other lengths than the fragments need; a fault of ours.
-    #[error("sections hold {given:?}, the fragments need {needed:?}")]
+    /// The output memory has other lengths than the fragments need. A fault of the service.
+    #[error("the output sections have the lengths {given:?}; the fragments need {needed:?}")]
     SectionLengths {
-        /// What was given.
+        /// Lengths of the output memory.
         given: BulkCounts,
-        /// What is needed.
+        /// Lengths that the fragments need.
         needed: BulkCounts,
     },
     /// Cancelled at a checkpoint.
@@ -204,13 +207,13 @@ pub enum FractureError {
     Cancelled(#[from] Cancelled),
 }
 
-/// A point as command lines take it.
+/// A point in the form that command lines accept, m.
 fn point(point: &Point3<f64>) -> String {
     format!("{:.6},{:.6},{:.6}", point.x, point.y, point.z)
 }
 
 impl FractureError {
-    /// What elasticity said of body `body`.
+    /// Error of the elasticity of body `body`.
     pub(in crate::pipeline) fn of_body(body: usize, source: ElasticityError) -> Self {
         match source {
             ElasticityError::Cancelled(cancelled) => Self::Cancelled(cancelled),
@@ -218,7 +221,7 @@ impl FractureError {
         }
     }
 
-    /// Whether the request was at fault (it will fail again), rather than the service.
+    /// True if the request is at fault and would fail again, rather than the service.
     pub fn is_callers(&self) -> bool {
         !matches!(
             self,

@@ -1,4 +1,4 @@
-//! The one walk from an impact to fragments, in the order of the method.
+//! The path of a request from an impact to fragments, in the order of the method.
 
 mod aim;
 mod contact;
@@ -17,6 +17,7 @@ pub use aim::{AimRay, SurfaceHit, aim, aim_again};
 pub use contact::ImpactContact;
 pub use error::{CONTACTS_MAX, FractureError, SOLVED_NODES_MAX, TETS_MIN};
 pub use output::emitted_effects::*;
+pub use output::emitted_meshes::{EmittedMeshes, FragmentMesh};
 pub use output::hulls::{FragmentHulls, HULL_COVERAGE, HullRow};
 pub use output::meshes::FractureMeshes;
 pub use output::release_velocity::{RELEASE_SHARE, ReleaseVelocity};
@@ -60,5 +61,5 @@ pub use training::sample::ImpactSampler;
 pub use walk::strike;
 pub use workspace::Workspace;
 
-/// Most sites of one strike.
+/// Largest number of sites of one request.
 pub const DEGREE_MAX: u32 = 512;

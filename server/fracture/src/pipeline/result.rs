@@ -1,67 +1,73 @@
-//! What a strike results in.
+//! Result of a request.
 
 use super::output::meshes::FractureMeshes;
 use super::stages::cells::DegreeSource;
 use super::stages::termination::{StopReason, Termination};
 
-/// What every strike finds out, whether the object breaks or not.
+/// Result of the threshold test, which every request runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThresholdReport {
-    /// The threshold in effect, J·m².
+    /// Effective threshold γ, J·m².
     pub gamma_j_m2: f64,
-    /// E_1/γ of the body that is nearest to breaking, or broke most.
+    /// Largest E_1/γ of the struck bodies.
     pub e1_over_gamma: f64,
-    /// Whether the strike ended before anything was solved for, since a bound of E_1 is below γ: [`Self::e1_over_gamma`] is that
-    /// bound, and [`Self::impulse_factor`] one from below.
+    /// True if the request ended before any displacement was computed, because an upper bound of E_1 is below γ.
+    ///
+    /// [`Self::e1_over_gamma`] is then that bound, and [`Self::impulse_factor`] a lower bound.
     pub is_bound: bool,
-    /// Impulses times this factor just break the object; 0 where its weight alone does. With gravity it is searched for if
-    /// nothing but the threshold is asked for; else it is the factor on all loads, the weight among them.
+    /// Factor on the impulses at which the object just breaks; 0 if its weight alone breaks it.
+    ///
+    /// With gravity, a request with `threshold_only` searches for this factor. Other requests with gravity report the
+    /// factor on all loads, weight included.
     pub impulse_factor: f64,
-    /// Contact radius in effect, m: the largest, after raising it to what the elastic lattice resolves.
+    /// Largest effective contact radius, m, after raising each to the resolution of the elastic lattice.
     pub radius_m: f64,
-    /// Relative error of the elastic energy, estimated, if the displacements of all struck bodies are reduced ones: the
-    /// largest. `None`: solved for.
+    /// Largest estimated relative error of the elastic energy, if the displacements of all struck bodies are reduced
+    /// ones.
+    ///
+    /// `None` if a body was solved for.
     pub reduced_error: Option<f64>,
-    /// Displacements of a body's basis that were used at most, if that was bounded.
+    /// Limit on the basis displacements used per body; `None`: no limit.
     pub rank_max: Option<u32>,
-    /// Estimated relative error up to which reduced displacements would stand, or did.
+    /// Estimated relative error up to which reduced displacements are accepted.
     pub reduced_error_max: f64,
 }
 
-/// What an object broke into, and how.
+/// Fragments of an object and figures of the computation.
 pub struct Fracture {
-    /// What the strike found out before anything broke.
+    /// Result of the threshold test.
     pub threshold: ThresholdReport,
-    /// Sites of the diagrams.
+    /// Total number of sites of the diagrams.
     pub sites: u32,
-    /// Fracture degree of the criterion.
+    /// Fracture degree that the criterion chose.
     pub fracture_degree: u32,
-    /// Which rule produced it.
+    /// Rule that chose the degree.
     pub degree_source: DegreeSource,
-    /// Trust in the degree, 0 ..= 1: 1 for a number given, tested or optimised, less for an estimate.
+    /// Confidence in the degree, 0 ..= 1: 1 for a given, tested or optimized number, less for an estimate.
     pub confidence: f64,
-    /// Whether the cap cut the degree.
+    /// True if the maximum limited the degree.
     pub capped: bool,
-    /// Iterations of the diagrams: the most of all bodies.
+    /// Iterations of the diagrams, the largest of all bodies.
     pub iterations: usize,
-    /// How far the energy of the diagrams is above the end of their descents, relative, estimated: the largest; `None` without one.
+    /// Estimated relative gap between the energy of a diagram and the end of its descent, the largest; `None` without
+    /// an estimate.
     pub cvd_gap: Option<f64>,
-    /// What ended the descents, if there were any.
+    /// Reason why the descents ended; `None` without a descent.
     pub ending: Option<Termination>,
     /// The fragments.
     pub meshes: FractureMeshes,
 }
 
-/// The result of one strike. It knows its exact size before any mesh is written.
+/// Result of one request, which knows its exact size before any mesh is written.
 pub enum FractureOutcome {
-    /// The object stays whole, or nothing but the threshold was asked for.
+    /// The object stays intact, or the request was for the threshold only.
     Intact(ThresholdReport),
     /// The object breaks.
     Fractured(Box<Fracture>),
 }
 
 impl FractureOutcome {
-    /// What the strike found out before anything broke.
+    /// Result of the threshold test.
     pub fn threshold(&self) -> &ThresholdReport {
         match self {
             Self::Intact(threshold) => threshold,
@@ -69,7 +75,7 @@ impl FractureOutcome {
         }
     }
 
-    /// What the object broke into; `None` if it stays whole.
+    /// Fragments and figures; `None` if the object stays intact.
     pub fn fracture(&self) -> Option<&Fracture> {
         match self {
             Self::Intact(_) => None,
@@ -77,12 +83,12 @@ impl FractureOutcome {
         }
     }
 
-    /// The fragments; `None` if the object stays whole.
+    /// The fragments; `None` if the object stays intact.
     pub fn meshes(&self) -> Option<&FractureMeshes> {
         self.fracture().map(|fracture| &fracture.meshes)
     }
 
-    /// The fragments; `None` if the object stays whole.
+    /// Extracts the fragments; `None` if the object stays intact.
     pub fn into_meshes(self) -> Option<FractureMeshes> {
         match self {
             Self::Intact(_) => None,
@@ -90,42 +96,42 @@ impl FractureOutcome {
         }
     }
 
-    /// Sites of the diagrams; 0 if the object stays whole.
+    /// Total number of sites; 0 if the object stays intact.
     pub fn sites(&self) -> u32 {
         self.fracture().map_or(0, |fracture| fracture.sites)
     }
 
-    /// Fracture degree of the criterion; 1 if the object stays whole.
+    /// Fracture degree that the criterion chose; 1 if the object stays intact.
     pub fn fracture_degree(&self) -> u32 {
         self.fracture().map_or(1, |fracture| fracture.fracture_degree)
     }
 
-    /// Which rule produced the degree; [`DegreeSource::Threshold`] if the object stays whole.
+    /// Rule that chose the degree; [`DegreeSource::Threshold`] if the object stays intact.
     pub fn degree_source(&self) -> DegreeSource {
         self.fracture().map_or(DegreeSource::Threshold, |fracture| fracture.degree_source)
     }
 
-    /// Trust in the degree, 0 ..= 1; 1 if the object stays whole.
+    /// Confidence in the degree, 0 ..= 1; 1 if the object stays intact.
     pub fn confidence(&self) -> f64 {
         self.fracture().map_or(1.0, |fracture| fracture.confidence)
     }
 
-    /// Whether the cap cut the degree.
+    /// True if the maximum limited the degree.
     pub fn capped(&self) -> bool {
         self.fracture().is_some_and(|fracture| fracture.capped)
     }
 
-    /// Iterations of the diagrams: the most of all bodies; 0 without diagrams.
+    /// Iterations of the diagrams, the largest of all bodies; 0 without diagrams.
     pub fn iterations(&self) -> usize {
         self.fracture().map_or(0, |fracture| fracture.iterations)
     }
 
-    /// Gap of the diagrams, see [`Fracture::cvd_gap`].
+    /// Gap of the diagrams; see [`Fracture::cvd_gap`].
     pub fn cvd_gap(&self) -> Option<f64> {
         self.fracture().and_then(|fracture| fracture.cvd_gap)
     }
 
-    /// What stopped the strike.
+    /// Reason why the computation stopped.
     pub fn stop_reason(&self) -> StopReason {
         match self.fracture().and_then(|fracture| fracture.ending) {
             Some(Termination::Time) => StopReason::Time,

@@ -16,15 +16,17 @@ use super::stages::energy::{BodyEnergy, apply, radius_m, strain_energy, strain_e
 use super::stages::threshold::{self, ThresholdResult};
 use super::stages::{controls, threshold_bound};
 use super::workspace::Workspace;
+use crate::cancel_token::CancelToken;
 use crate::centroidal::{Diagram, EnergyField};
 use crate::degree;
 use crate::lift::LiftKind;
 use crate::scene::EffectKind;
 use crate::tessellation::TessellationWorkspace;
 
-/// An impact goes in, fragments come out.
+/// Breaks the object by the impact of the request.
 ///
-/// If the object stays whole, nothing after the threshold test runs, and nothing before it but the load if a bound of E_1 is below γ.
+/// If the object stays intact, the threshold test is the last stage. If a bound of E_1 is already below γ, only the
+/// load stage runs before that test.
 ///
 /// # Errors
 /// [`FractureError`], naming the contact or the body.
@@ -34,7 +36,19 @@ pub fn strike(context: StrikeContext<'_>, workspace: &mut Workspace) -> Result<F
     walk(context.with_request(&plan), begun_s, workspace, FractureMeshes::new)
 }
 
-/// The walk of a planned request that had `begun_s` seconds left when it began; `cut` makes fragments of the cells.
+impl PreparedObject {
+    /// Strikes the object, with new memory, no observer and no way to stop. [`strike`] takes all three.
+    ///
+    /// # Errors
+    /// Those of [`strike`].
+    pub fn strike(&self, request: &FractureRequest) -> Result<FractureOutcome, FractureError> {
+        strike(StrikeContext::new(self, request, &CancelToken::default(), &()), &mut Workspace::default())
+    }
+}
+
+/// Runs all stages of a planned request that had `begun_s` seconds left at its start.
+///
+/// `cut` builds fragments from the cells.
 pub(in crate::pipeline) fn walk(
     context: StrikeContext<'_>,
     begun_s: f64,
@@ -81,7 +95,7 @@ pub(in crate::pipeline) fn walk(
     Ok(FractureOutcome::Fractured(Box::new(fracture(report, &division, meshes))))
 }
 
-/// The threshold test: the energy densities of the struck bodies, of which `shares` are the values, and E_1 of each against γ.
+/// Threshold test: energy densities of the struck bodies, with the values `shares`, and E_1 of each body compared to γ.
 fn tested<'a>(
     context: StrikeContext<'a>,
     gamma_j_m2: f64,
@@ -102,7 +116,7 @@ fn tested<'a>(
     }
 }
 
-/// The energy densities of the struck bodies, in the lift of the request; `shares` are their values.
+/// Energy densities of the struck bodies, in the lift of the request, with the values `shares`.
 fn fields<'a>(
     prepared: &'a PreparedObject,
     request: &FractureRequest,
@@ -118,7 +132,7 @@ fn fields<'a>(
     energies.iter().zip(shares).map(field).collect()
 }
 
-/// E_1/γ of `contacts` with impulses times `factor`, while the weight stays as it is.
+/// E_1/γ of `contacts` with impulses times `factor` and unchanged weight.
 fn weighed(
     context: StrikeContext<'_>,
     contacts: &ContactSet,
@@ -134,7 +148,7 @@ fn weighed(
     Ok(ThresholdResult::new(prepared, gamma_j_m2, &energies, &fields).e1_over_gamma())
 }
 
-/// γ in effect, after a check of what does not depend on the body.
+/// The effective γ, J·m², after the checks of the request that need no body.
 fn check(prepared: &PreparedObject, request: &FractureRequest) -> Result<f64, FractureError> {
     let gamma_j_m2 = request.gamma_j_m2.unwrap_or(prepared.gamma_j_m2);
     if !(gamma_j_m2.is_finite() && gamma_j_m2 > 0.0) {

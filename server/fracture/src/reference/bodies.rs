@@ -1,12 +1,13 @@
-//! Lattices that references are computed on.
+//! Lattices of simple bodies for the reference problems.
 
 use crate::lattice::{Lattice, block};
 use crate::random::RandomStream;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashSet;
 
-/// A block of `cells` cubes of side `spacing` with every interior node moved at random by up to `amount` of the spacing
-/// along each axis.
+/// Block of `cells` cubes with displaced interior nodes.
+///
+/// The cubes have side `spacing`. Every interior node is moved at random by up to `amount` · `spacing` along each axis.
 pub fn perturbed(cells: [usize; 3], spacing: f64, amount: f64, seed: u64) -> Lattice {
     let mut lattice = block(cells, spacing);
     let outer: HashSet<u32> = lattice.boundary().iter().flat_map(|face| face.nodes).collect();
@@ -20,7 +21,9 @@ pub fn perturbed(cells: [usize; 3], spacing: f64, amount: f64, seed: u64) -> Lat
     lattice
 }
 
-/// Cubes cut into six tetrahedra along one diagonal, all nodes on the corners: locks as early as tetrahedra do.
+/// Block of cubes that are cut into six tetrahedra each, along one diagonal (Kuhn's subdivision).
+///
+/// All nodes are corners of cubes. Linear elements on this lattice lock as early as on any tetrahedral lattice.
 pub fn kuhn(cells: [usize; 3], spacing: f64) -> Lattice {
     let counts = cells.map(|cell| cell + 1);
     let half = Vector3::from(cells.map(|count| count as f64)) * 0.5;
@@ -46,7 +49,10 @@ pub fn kuhn(cells: [usize; 3], spacing: f64) -> Lattice {
     lattice
 }
 
-/// The unit ball: the cube of `cells`³ bent by x√(1 − y²/2 − z²/2 + y²z²/3), which maps its surface onto the sphere.
+/// Unit ball with `cells` cubes across.
+///
+/// The cube [−1, 1]³ is mapped by x√(1 − y²/2 − z²/2 + y²z²/3), and likewise in y and z, which
+/// takes its surface onto the sphere.
 pub fn ball(cells: usize) -> Lattice {
     let mut lattice = block([cells; 3], 2.0 / cells as f64);
     for node in &mut lattice.nodes {

@@ -1,4 +1,4 @@
-//! Elastic bodies with exact solutions. Young's modulus is 1.
+//! Elastic bodies with closed-form solutions, for tests of [`crate::elasticity`]. Young's modulus is 1.
 //!
 //! Based on: S. Timoshenko and J. N. Goodier, *Theory of Elasticity* (1951), chapters 9 and 12 (pure bending of beams
 //! and plates); B. M. Irons and A. Razzaque, *Experience with the patch test* (1972).
@@ -8,7 +8,7 @@ use crate::elasticity::{DrivingEnergy, ElasticWorkspace, Elasticity, ElasticityE
 use crate::lattice::{Lattice, block};
 use nalgebra::{Matrix3, Point3, Vector3};
 
-/// Consistent nodal forces (three per node) of the traction σ(x) n on the boundary, σ linear in x.
+/// Consistent nodal forces (three per node) of the traction σ(x) n on the boundary. `stress`, σ, must be linear in x.
 pub fn traction(lattice: &Lattice, stress: impl Fn(Point3<f64>) -> Matrix3<f64>) -> Vec<f64> {
     let mut forces = vec![0.0; 3 * lattice.nodes.len()];
     for face in lattice.boundary() {
@@ -24,7 +24,7 @@ pub fn traction(lattice: &Lattice, stress: impl Fn(Point3<f64>) -> Matrix3<f64>)
     forces
 }
 
-/// Displacement (three per node) and tetrahedron energies under `forces`.
+/// Displacement (three per node) and strain energy (one per tetrahedron) under `forces`.
 fn solved(body: &Elasticity, lattice: &Lattice, forces: &[f64]) -> Result<(Vec<f64>, Vec<f64>), ElasticityError> {
     let (mut displacement, mut energies, token) = (Vec::new(), Vec::new(), CancelToken::default());
     body.solve(forces, &mut displacement, &mut ElasticWorkspace::default(), &token)?;
@@ -32,7 +32,10 @@ fn solved(body: &Elasticity, lattice: &Lattice, forces: &[f64]) -> Result<(Vec<f
     Ok((displacement, energies))
 }
 
-/// Largest relative error of any tetrahedron's energy over six states of constant stress.
+/// Patch test: largest relative error of any tetrahedron's energy over six states of constant stress.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn patch_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityError> {
     let body = Elasticity::prepare(lattice, poisson, &CancelToken::default())?;
     let mut worst = 0.0f64;
@@ -49,28 +52,37 @@ pub fn patch_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityErr
     Ok(worst)
 }
 
-/// Half sides of a block that is centered on the origin.
+/// Half sides of a block centered on the origin.
 fn half_sides(lattice: &Lattice) -> Vector3<f64> {
     lattice.nodes.iter().fold(Vector3::zeros(), |size: Vector3<f64>, node| size.sup(&node.coords))
 }
 
-/// σ_xx = z in a free block: the beam along x in pure bending, for any Poisson's ratio, accepted by baking or not.
+/// Solves pure bending of a free block as a beam along x, σ_xx = z.
 ///
-/// Exact: u = (x z, −ν y z, −(x² + ν(z² − y²))/2), which has this stress and no other.
+/// Takes any Poisson's ratio, also one that baking rejects. The exact displacement is u = (x z,
+/// −ν y z, −(x² + ν(z² − y²))/2).
 fn bent(lattice: &Lattice, poisson: f64) -> Result<(Vec<f64>, Vec<f64>), ElasticityError> {
     let forces = traction(lattice, |place| Matrix3::from_diagonal(&Vector3::new(place.z, 0.0, 0.0)));
     solved(&Elasticity::with_any_law(lattice, poisson)?, lattice, &forces)
 }
 
-/// (exact − computed)/exact energy of the beam in pure bending; exact = ½ ∫ z².
+/// Relative energy error of the beam in pure bending: (exact − computed)/exact, with exact energy ½ ∫ z².
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn bending_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityError> {
     let size = half_sides(lattice) * 2.0;
     let exact = 0.5 * size.x * size.y * size.z.powi(3) / 12.0;
     Ok(1.0 - bent(lattice, poisson)?.1.iter().sum::<f64>() / exact)
 }
 
-/// (exact − computed)/exact sagitta of that beam: how far the middle of its axis lies off the chord of its ends, L²/8.
-/// The lattice must have nodes at the ends and the middle of the axis.
+/// Relative sagitta error of the beam in pure bending: (exact − computed)/exact.
+///
+/// The sagitta is the distance of the middle of the axis from the chord of its ends, L²/8. The lattice must have nodes
+/// at the ends and the middle of the axis.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn bending_sagitta_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityError> {
     let half = half_sides(lattice).x;
     let (displacement, _) = bent(lattice, poisson)?;
@@ -82,7 +94,12 @@ pub fn bending_sagitta_error(lattice: &Lattice, poisson: f64) -> Result<f64, Ela
     Ok(1.0 - (lift(0.0) - 0.5 * (lift(-half) + lift(half))) / (0.5 * half * half))
 }
 
-/// (exact − computed)/exact energy of a plate bent to a sphere, σ_xx = σ_yy = z: (1 − ν) A t³/12.
+/// Relative energy error of a plate bent to a sphere, σ_xx = σ_yy = z.
+///
+/// (exact − computed)/exact with exact energy (1 − ν) A t³/12.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn plate_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityError> {
     let forces = traction(lattice, |place| Matrix3::from_diagonal(&Vector3::new(place.z, place.z, 0.0)));
     let body = Elasticity::prepare(lattice, poisson, &CancelToken::default())?;
@@ -91,8 +108,13 @@ pub fn plate_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityErr
     Ok(1.0 - solved(&body, lattice, &forces)?.1.iter().sum::<f64>() / exact)
 }
 
-/// (theory − computed)/theory energy of an anchored cantilever, 8:1, under a transverse end load, ν = 0:
-/// F²L³/(6EI) + F²L/(2κGA) with κ = 5/6 (Timoshenko's beam). `fine` cubes span its height.
+/// Relative energy error of an anchored cantilever, 8:1, under a transverse end load, ν = 0.
+///
+/// (theory − computed)/theory with the energy F²L³/(6EI) + F²L/(2κGA), κ = 5/6, of Timoshenko's beam.
+/// `fine` cubes span the height.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn cantilever_error(fine: usize) -> Result<f64, ElasticityError> {
     let lattice = block([8 * fine, fine, fine], 1.0 / fine as f64);
     let clamped = (0..lattice.nodes.len() as u32).filter(|&node| lattice.nodes[node as usize].x < -3.999).collect();
@@ -106,8 +128,13 @@ pub fn cantilever_error(fine: usize) -> Result<f64, ElasticityError> {
     Ok(1.0 - solved(&body, &lattice, &forces)?.1.iter().sum::<f64>() / theory)
 }
 
-/// (exact − computed)/exact energy of a free bar, 4:1, pushed at one end, ν = 0: it accelerates as a whole, the stress
-/// falls linearly to zero at the far end, energy = A L/6.
+/// Relative energy error of a free bar, 4:1, pushed at one end, ν = 0.
+///
+/// (exact − computed)/exact with exact energy A L/6: the bar accelerates as a whole, and the stress falls linearly to
+/// zero at the far end. `fine` cubes span the height.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn bar_error(fine: usize) -> Result<f64, ElasticityError> {
     let lattice = block([4 * fine, fine, fine], 0.25 / fine as f64);
     let body = Elasticity::prepare(&lattice, 0.0, &CancelToken::default())?;
@@ -117,7 +144,7 @@ pub fn bar_error(fine: usize) -> Result<f64, ElasticityError> {
     Ok(1.0 - solved(&body, &lattice, &forces)?.1.iter().sum::<f64>() / (0.0625 / 6.0))
 }
 
-/// A bar along x, 4:1, of length 1, ν = 0, held at its low end.
+/// Bar along x, 4:1, of length 1, ν = 0, anchored at its low end. `fine` cubes span the height.
 fn fixed_bar(fine: usize) -> Result<(Lattice, Elasticity), ElasticityError> {
     let lattice = block([4 * fine, fine, fine], 0.25 / fine as f64);
     let end = (0..lattice.nodes.len() as u32).filter(|&node| lattice.nodes[node as usize].x < -0.499).collect();
@@ -126,14 +153,24 @@ fn fixed_bar(fine: usize) -> Result<(Lattice, Elasticity), ElasticityError> {
     Ok((lattice, body))
 }
 
-/// (exact − computed)/exact energy of that bar as it hangs by its weight, ρg = 1: the stress falls linearly to zero at the free
-/// end, energy = A L³/6.
+/// Relative energy error of an anchored bar that hangs by its weight, ρg = 1.
+///
+/// (exact − computed)/exact with exact energy A L³/6: the stress falls linearly to zero at the free end.
+/// `fine` cubes span the height.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn hanging_error(fine: usize) -> Result<f64, ElasticityError> {
     let (lattice, body) = fixed_bar(fine)?;
     Ok(1.0 - solved(&body, &lattice, &body.weight(&Vector3::x()))?.1.iter().sum::<f64>() / (0.0625 / 6.0))
 }
 
-/// (exact − computed)/exact energy of that bar, pushed with stress 1 at its free end: energy = A L/2.
+/// Relative energy error of an anchored bar pushed with stress 1 at its free end.
+///
+/// (exact − computed)/exact with exact energy A L/2. `fine` cubes span the height.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn fixed_bar_error(fine: usize) -> Result<f64, ElasticityError> {
     let (lattice, body) = fixed_bar(fine)?;
     let push = |place: Point3<f64>| if place.x > 0.499 { -1.0 } else { 0.0 };
@@ -141,8 +178,13 @@ pub fn fixed_bar_error(fine: usize) -> Result<f64, ElasticityError> {
     Ok(1.0 - solved(&body, &lattice, &forces)?.1.iter().sum::<f64>() / (0.0625 / 2.0))
 }
 
-/// Largest difference of any tetrahedron's energy, over the largest energy, between two choices of the three pinned
-/// nodes, under the traction of a smooth stress on a free block.
+/// Effect of the choice of pinned nodes on the energies of a free block.
+///
+/// Returns the largest difference of any tetrahedron's energy between two choices of the three nodes, relative to the
+/// largest energy. The load is the traction of a smooth stress.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn pin_difference(lattice: &Lattice) -> Result<f64, ElasticityError> {
     let forces = traction(lattice, |place| Matrix3::from_diagonal(&Vector3::new(place.z, 1.0, 0.0)));
     let last = lattice.nodes.len() as u32 - 1;

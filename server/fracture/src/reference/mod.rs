@@ -1,7 +1,7 @@
-//! Problems with known answers: what tests and the stability study measure the rooms by.
+//! Reference problems with known solutions, shared by the tests and the stability study.
 //!
-//! Every function returns an error relative to the exact solution that it names, so that a caller needs no more than a
-//! bound.
+//! Each function ending in `_error` returns an error relative to the exact solution that it names,
+//! so a caller needs only a bound.
 
 mod bodies;
 mod elastic;

@@ -1,52 +1,53 @@
-//! What an artist says about the cracks of an object.
+//! An artist's controls of an object's cracks.
 
 use super::Region;
 use nalgebra::{Point3, Vector3};
 
-/// Fragments longer along a direction.
+/// Elongation of fragments along a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grain {
-    /// The direction, any length above zero.
+    /// Direction, of any length above zero.
     pub axis: Vector3<f64>,
-    /// How many times longer than across it; below 1: shorter. With interior distances somewhat more.
+    /// Ratio of the length along the direction to that across it; below 1: shorter. With interior distances somewhat
+    /// more.
     pub ratio: f64,
 }
 
-/// Cracks that wind.
+/// Undulation of cracks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Waves {
     /// Wavelength, m.
     pub length_m: f64,
-    /// Root mean square slope of what was a plane: 0.3 is plenty, above about 0.4 space folds.
+    /// Root mean square slope of a formerly plane crack. 0.3 is strong; above about 0.4 the space folds.
     pub slope: f64,
 }
 
-/// More cracks here than there.
+/// Local density of fragments.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Paint {
     /// Painted points, coordinates of the mesh file, m.
     pub points_m: Vec<Point3<f64>>,
-    /// Pieces per volume at each point, over what there would be without; above zero.
+    /// Fragments per volume at each point, relative to those without paint; above zero.
     pub factors: Vec<f64>,
 }
 
-/// All that an artist says. Nothing of it changes whether an object breaks.
+/// All controls of an artist. They do not affect whether the object breaks.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WarpControls {
-    /// Fragments longer along a direction.
+    /// Elongation of fragments along a direction.
     pub grain: Option<Grain>,
-    /// Cracks that wind.
+    /// Undulation of cracks.
     pub waves: Option<Waves>,
-    /// More cracks here than there.
+    /// Local density of fragments.
     pub paint: Option<Paint>,
-    /// Regions that no crack passes through.
+    /// Regions that cracks do not cross.
     pub protected: Vec<Region>,
-    /// Points around which there is a piece, coordinates of the mesh file, m.
+    /// Fixed sites, each the center of a fragment, coordinates of the mesh file, m.
     pub sites_m: Vec<Point3<f64>>,
 }
 
 impl WarpControls {
-    /// Whether nothing is said.
+    /// True if there are no controls.
     pub fn is_silent(&self) -> bool {
         *self == Self::default()
     }

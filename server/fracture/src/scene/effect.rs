@@ -1,45 +1,45 @@
-//! What a strike simulates beyond the bare pieces.
+//! Effects: options of a simulation beyond the bare fragments.
 
-/// An effect. Those of physics change the pieces; the others change nothing but what they add to the answer.
+/// An effect. Effects of physics change the fragments; others only add to the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u32)]
 pub enum EffectKind {
-    /// Strain energy from the deformation of the body. Off: it falls off with the distance from the contacts.
+    /// Physics: strain energy from the deformation of the body. Off: from the distance to the contacts.
     Elastic = 0,
-    /// Physics: tension alone drives cracks.
+    /// Physics: only tension drives cracks.
     Tensile = 1,
-    /// Physics: interior distances. Off: straight ones.
+    /// Physics: interior distances. Off: Euclidean ones.
     Interior = 2,
     /// Physics: the degree from the object's examples. Off: from the closed form.
     Examples = 3,
-    /// Physics: slivers become part of the neighbor that they share most with.
+    /// Physics: slivers are merged into the neighbor with the largest common area.
     Slivers = 4,
-    /// Velocities of the fragments from the strain energy that is set free.
+    /// Velocities of the fragments from the released strain energy.
     Release = 5,
     /// Normals, one per vertex.
     Normals = 6,
     /// Texture coordinates of crack faces, one per vertex.
     Uv = 7,
-    /// Which fragments touch, and how.
+    /// Pairs of fragments in contact, with areas and normals.
     Bonds = 8,
-    /// Points on crack faces from which dust and chips come.
+    /// Sources of dust and chips on crack faces.
     Debris = 9,
-    /// Convex proxies of the fragments for collisions.
+    /// Convex collision proxies of the fragments.
     Hulls = 10,
-    /// Physics: cells follow what an artist says.
+    /// Physics: cells follow an artist's controls.
     Warp = 11,
-    /// Physics: what lies in the scene's anchors does not move. Off: the body is free.
+    /// Physics: nodes in the scene's anchors do not move. Off: the body is free.
     Anchored = 12,
     /// Physics: an anchored body has weight.
     Gravity = 13,
-    /// Outer faces look as the input does there.
+    /// Normals, texture coordinates and materials of the input on outer faces.
     Attributes = 14,
-    /// The input's own triangles, cut as the object is.
+    /// Triangles of the input, cut into those of the fragments.
     Skin = 15,
 }
 
 impl EffectKind {
-    /// Every effect, by number.
+    /// All effects, by number.
     pub const ALL: [Self; 16] = [
         Self::Elastic,
         Self::Tensile,
@@ -59,7 +59,7 @@ impl EffectKind {
         Self::Skin,
     ];
 
-    /// The name used in scenes and JSON.
+    /// Name used in scenes and JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Elastic => "elastic",
@@ -82,37 +82,37 @@ impl EffectKind {
     }
 }
 
-/// Some effects.
+/// A set of effects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EffectSet(u32);
 
 impl Default for EffectSet {
-    /// Those that are on where nobody says otherwise.
+    /// The effects that are on by default.
     fn default() -> Self {
         Self::of([EffectKind::Elastic, EffectKind::Interior, EffectKind::Examples, EffectKind::Slivers])
     }
 }
 
 impl EffectSet {
-    /// None.
+    /// The empty set.
     pub const NONE: Self = Self(0);
 
-    /// These.
+    /// The set of the given effects.
     pub fn of(effects: impl IntoIterator<Item = EffectKind>) -> Self {
         Self(effects.into_iter().fold(0, |bits, effect| bits | 1 << effect as u32))
     }
 
-    /// Whether `effect` is one of them.
+    /// True if the set contains `effect`.
     pub fn has(self, effect: EffectKind) -> bool {
         self.0 & (1 << effect as u32) != 0
     }
 
-    /// These and `effect`.
+    /// The set with `effect`.
     pub fn with(self, effect: EffectKind) -> Self {
         Self(self.0 | 1 << effect as u32)
     }
 
-    /// These without `effect`.
+    /// The set without `effect`.
     pub fn without(self, effect: EffectKind) -> Self {
         Self(self.0 & !(1 << effect as u32))
     }

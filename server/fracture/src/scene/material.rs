@@ -1,13 +1,13 @@
-//! Materials: the numbers that turn an impulse into strain energy and strain energy into a threshold.
+//! Materials: constants that relate impulse, strain energy and threshold.
 
 use super::names::{brief, nearest, toml_error};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The table of materials that comes with the crate, as text.
+/// Text of the crate's table of materials.
 pub const MATERIALS: &str = include_str!("../../materials.toml");
 
-/// What every number of a material but Poisson's ratio lies in, in its unit: no solid is beyond.
+/// Range of all numbers of a material except Poisson's ratio, in their units; wider than that of any solid.
 const POSSIBLE: std::ops::RangeInclusive<f64> = 1e-9..=1e18;
 
 /// A homogeneous isotropic brittle material. SI units.
@@ -16,18 +16,29 @@ const POSSIBLE: std::ops::RangeInclusive<f64> = 1e-9..=1e18;
 pub struct Material {
     /// Young's modulus E, Pa; positive.
     pub young_pa: f64,
-    /// Poisson's ratio ν; the range that the element handles is checked where it is used.
+    /// Poisson's ratio ν; the elasticity checks its range.
     pub poisson: f64,
     /// Density ρ, kg/m³; positive.
     pub density_kg_m3: f64,
     /// Tensile strength σ_t, Pa; positive.
     pub strength_pa: f64,
-    /// Where the numbers come from.
+    /// Source of the numbers.
     pub source: String,
 }
 
 impl Material {
-    /// Whether every number is possible; if not, the first key that is not, and its value.
+    /// The material of that name in the table that comes with the crate, [`MATERIALS`].
+    ///
+    /// # Errors
+    /// [`MaterialError::Unknown`], which names the nearest one.
+    pub fn named(name: &str) -> Result<Self, MaterialError> {
+        Materials::parse(MATERIALS)?.get(name).cloned()
+    }
+
+    /// Checks the range of every number; returns the first invalid key and its value.
+    ///
+    /// # Errors
+    /// The first key whose value is not possible, and that value.
     pub fn check(&self) -> Result<(), (&'static str, f64)> {
         let numbers =
             [("young_pa", self.young_pa), ("density_kg_m3", self.density_kg_m3), ("strength_pa", self.strength_pa)];
@@ -35,28 +46,28 @@ impl Material {
     }
 }
 
-/// What is wrong with a table of materials; the caller's fault, no use to retry.
+/// Errors of a table of materials. The caller is at fault; a retry does not help.
 #[derive(Debug, thiserror::Error)]
 pub enum MaterialError {
-    /// Not TOML, or a key too many or too few.
+    /// The text is not valid TOML, or has unknown or missing keys.
     #[error("materials cannot be read: {0}")]
     Unreadable(String),
-    /// A number outside its range.
+    /// A number is outside its range.
     #[error("material \"{material}\": {key} must be positive, 1e-9 to 1e18, got {value:e}")]
     NotPositive {
-        /// The material's name.
+        /// Name of the material.
         material: String,
         /// The offending key.
         key: &'static str,
-        /// What it was.
+        /// Its value.
         value: f64,
     },
-    /// No material of this name.
+    /// No material has the requested name.
     #[error("no material \"{name}\"; nearest is \"{nearest}\"; known: {known}")]
     Unknown {
-        /// The name asked for.
+        /// Requested name.
         name: String,
-        /// The known name with the smallest edit distance.
+        /// Known name with the smallest edit distance.
         nearest: String,
         /// All names, comma-separated.
         known: String,
@@ -68,7 +79,10 @@ pub enum MaterialError {
 pub struct Materials(BTreeMap<String, Material>);
 
 impl Materials {
-    /// Reads a TOML text of one table per material and checks every number.
+    /// Reads a TOML text with one table per material and checks every number.
+    ///
+    /// # Errors
+    /// [`MaterialError`]: a text that is no such table, or an impossible number.
     pub fn parse(text: &str) -> Result<Self, MaterialError> {
         let unreadable = |error| MaterialError::Unreadable(toml_error(text, &error));
         let table: BTreeMap<String, Material> = toml::from_str(text).map_err(unreadable)?;
@@ -79,7 +93,10 @@ impl Materials {
         Ok(Self(table))
     }
 
-    /// The material called `name`, or an error that names the nearest one.
+    /// The material called `name`, or an error with the nearest known name.
+    ///
+    /// # Errors
+    /// [`MaterialError`] for an unknown name.
     pub fn get(&self, name: &str) -> Result<&Material, MaterialError> {
         self.0.get(name).ok_or_else(|| MaterialError::Unknown {
             name: name.to_owned(),
@@ -88,7 +105,7 @@ impl Materials {
         })
     }
 
-    /// Names in order.
+    /// Names in alphabetical order.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.0.keys().map(String::as_str)
     }

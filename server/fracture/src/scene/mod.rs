@@ -1,4 +1,4 @@
-//! What a scene says about an object: what it is made of, how it is held, how it is struck by default.
+//! Scene data of an object: material, anchors, controls, effects, defaults of impacts.
 
 mod anchors;
 mod controls;
@@ -14,12 +14,11 @@ pub use material::{MATERIALS, Material, MaterialError, Materials};
 pub use names::{brief, is_invisible, nearest, toml_error};
 pub use region::Region;
 
-/// Contact duration where the caller gives none, s: a hard ball of a few centimeters on a stiff body stays for about
-/// this long.
+/// Default contact duration, s: about that of a hard ball of a few centimeters on a stiff body.
 pub const DEFAULT_DURATION_S: f64 = 2.0e-4;
 
-/// Contact radius where the caller gives none, over the object's bounding-box diagonal.
+/// Default contact radius, over the object's bounding-box diagonal.
 pub const DEFAULT_RADIUS_DIAGONALS: f64 = 0.04;
 
-/// Reference fragment size d where the caller gives none, over the bounding-box diagonal.
+/// Default reference fragment size d, over the bounding-box diagonal.
 pub const DEFAULT_FRAGMENT_DIAGONALS: f64 = 0.1;

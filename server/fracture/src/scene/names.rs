@@ -1,12 +1,12 @@
-//! Names that are known, the nearest to one that is not, and what is wrong with a TOML text.
+//! Nearest known names, invisible characters, and errors in TOML texts.
 
-/// Most characters of a text from a file that an error quotes.
+/// Largest number of characters that an error quotes from a file.
 const QUOTED_MAX: usize = 200;
 
-/// Shorter names are not taken for the beginning of others.
+/// Smallest length of a name that counts as a prefix of others.
 const PREFIX_MIN: usize = 3;
 
-/// `text` if it is short, else its beginning and its length.
+/// `text` if it is short, else its beginning and its length in bytes.
 pub fn brief(text: &str) -> String {
     match text.char_indices().nth(QUOTED_MAX) {
         Some((end, _)) => format!("{}… ({} bytes)", &text[..end], text.len()),
@@ -14,10 +14,12 @@ pub fn brief(text: &str) -> String {
     }
 }
 
-/// Control characters, line and paragraph separators, marks that change the direction of writing, and other format characters
-/// without a sign: names of objects hold none. `shatter-proto` has the same table; a test of `shatter-engine` compares them.
+/// True for characters without a visible sign, which names of objects must not contain.
 ///
-/// Source: general category Cf of the Unicode Character Database 16.0, without the signs that are drawn.
+/// These are control characters, line and paragraph separators, marks of the writing direction, and other invisible
+/// format characters. `shatter-proto` has the same table; a test of `shatter-engine` compares them.
+///
+/// Source: general category Cf of the Unicode Character Database 16.0, without the characters that have a glyph.
 pub fn is_invisible(character: char) -> bool {
     let format = matches!(
         character,
@@ -36,10 +38,12 @@ pub fn is_invisible(character: char) -> bool {
     character.is_control() || format
 }
 
-/// The one of `all` that is nearest to `name`, the first of several: one that `name` begins, or that begins `name`, else that of the
-/// smallest edit distance (F. J. Damerau 1964, V. I. Levenshtein 1966).
+/// The name in `all` nearest to `name`; the first of several.
+///
+/// Names of which one is a prefix of the other are nearest. Others are ordered by edit distance (F. J. Damerau 1964, V.
+/// I. Levenshtein 1966).
 pub fn nearest<'a>(name: &str, all: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // The distance takes the square of the length.
+    // The cost of the distance is quadratic in the length.
     let name = brief(name);
     let begins = |one: &str, other: &str| one.len() >= PREFIX_MIN && other.starts_with(one);
     let distance =
@@ -47,14 +51,15 @@ pub fn nearest<'a>(name: &str, all: impl IntoIterator<Item = &'a str>) -> Option
     all.into_iter().min_by_key(|known| distance(known))
 }
 
-/// What is wrong with the TOML `text`, on one line: where, why, and the nearest key that is known where a key is not. The text is not
-/// quoted. Give an empty text for a table that was parsed before: then the key tells the place.
+/// One-line description of an error in the TOML `text`: position, cause, and the nearest known key to an unknown one.
+///
+/// Does not quote the text. For a table parsed before, pass an empty text; the key then replaces the position.
 pub fn toml_error(text: &str, error: &toml::de::Error) -> String {
     let place = error.span().and_then(|span| text.get(..span.start)).map_or_else(String::new, |before| {
         let column = before.rsplit('\n').next().map_or(0, |line| line.chars().count()) + 1;
         format!("line {}, column {column}: ", before.matches('\n').count() + 1)
     });
-    // Without a text the error still knows the key, and shows it on a line of its own.
+    // Without a text, the error still has the key and prints it on a separate line.
     let shown = error.to_string();
     let key = shown.lines().filter(|_| place.is_empty()).find_map(|line| line.strip_prefix("in `")?.strip_suffix('`'));
     let key = key.map_or_else(String::new, |key| format!(" (key `{}`)", brief(key)));

@@ -1,34 +1,34 @@
-//! Parts of space that a scene speaks of.
+//! Regions of space in scenes.
 
 use nalgebra::Point3;
 use std::fmt::{Display, Formatter, Result};
 
-/// A part of space, in the coordinates of the mesh file, m, with its boundary.
+/// A closed region of space, in the coordinates of the mesh file, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Region {
     /// A ball.
     Ball {
-        /// Its center.
+        /// Center, m.
         center_m: Point3<f64>,
-        /// Its radius, positive.
+        /// Radius, m, positive.
         radius_m: f64,
     },
-    /// A box along the axes.
+    /// An axis-aligned box.
     Cuboid {
-        /// The corner with the smallest coordinates.
+        /// Corner with the smallest coordinates, m.
         min_m: Point3<f64>,
-        /// The corner with the largest.
+        /// Corner with the largest coordinates, m.
         max_m: Point3<f64>,
     },
 }
 
 impl Region {
-    /// Whether `point_m` lies in it.
+    /// True if `point_m` is in the region.
     pub fn holds(&self, point_m: &Point3<f64>) -> bool {
         self.distance_m(point_m) == 0.0
     }
 
-    /// Distance of `point_m` from it, m; 0 inside.
+    /// Distance of `point_m` from the region, m; 0 inside.
     pub fn distance_m(&self, point_m: &Point3<f64>) -> f64 {
         match self {
             Self::Ball { center_m, radius_m } => ((point_m - center_m).norm() - radius_m).max(0.0),

@@ -1,4 +1,5 @@
-//! The looks of the input on the boundary of a lattice: each node and each triangle of it looks as the nearest point of the input.
+//! Attributes of the input on the boundary of a lattice. Each boundary node and triangle takes those of the nearest
+//! input point.
 
 use super::Skin;
 use super::walls::APART;
@@ -9,19 +10,19 @@ use crate::tessellation::Topology;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-/// How the boundary of one body's lattice looks.
+/// Attributes of the boundary of one body's lattice.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BoundaryAttributes {
-    /// Normals of [`Topology::boundary_nodes`], of length one.
+    /// Unit normals of [`Topology::boundary_nodes`].
     pub normals: Vec<[f32; 3]>,
-    /// Their texture coordinates; empty if the file has none.
+    /// Texture coordinates of the same nodes; empty if the file has none.
     pub uvs: Vec<[f32; 2]>,
     /// Materials of [`Topology::boundary`]; empty if the file has none.
     pub materials: Vec<u32>,
 }
 
 impl BoundaryAttributes {
-    /// The looks of `skin` on these lattices.
+    /// The attributes of `skin` on the boundaries of these lattices, by body. `spacing`: that of the lattices, local.
     pub fn of(skin: &Skin, bodies: &[(&Lattice, &Topology)], spacing: f64) -> Vec<Self> {
         let corners: Vec<[Point3<f64>; 3]> = (0..skin.triangles.len()).map(|triangle| skin.corners(triangle)).collect();
         let nearest = NearestTriangles::new(&corners);
@@ -30,7 +31,7 @@ impl BoundaryAttributes {
             let node = |node: &u32| {
                 let place = &lattice.nodes[*node as usize];
                 match nearest.distance(place) > APART * spacing {
-                    // The wall of an existing crack looks like nothing of the input.
+                    // The wall of an existing crack has no counterpart in the input.
                     true => (normals[*node as usize], [0.0; 2]),
                     false => look(skin, nearest.to(place)),
                 }
@@ -55,14 +56,14 @@ impl BoundaryAttributes {
         bodies.iter().map(|(lattice, topology)| look(lattice, topology)).collect()
     }
 
-    /// Bytes that it holds.
+    /// Memory, bytes.
     pub fn bytes(&self) -> usize {
         let Self { normals, uvs, materials } = self;
         held(normals) + held(uvs) + held(materials)
     }
 }
 
-/// Normals of the boundary's nodes, by node; of others of no meaning.
+/// Normals by node; arbitrary off the boundary.
 fn own_normals(lattice: &Lattice, topology: &Topology) -> Vec<[f32; 3]> {
     let mut sums = vec![Vector3::zeros(); lattice.nodes.len()];
     for face in &topology.boundary {

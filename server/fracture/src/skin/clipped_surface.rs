@@ -1,30 +1,30 @@
-//! Who wears which part of the skin.
+//! Division of the skin among fragments.
 //!
-//! Based on: Nielson & Franke, *Computing the separating surface for segmented data* (IEEE Visualization 1997), on triangles: one
-//! point on every edge between two fragments, one in every triangle between three. The parts of a triangle tile it whatever these
-//! points are, so that areas add up.
+//! Based on: Nielson & Franke, *Computing the separating surface for segmented data* (IEEE Visualization 1997), on
+//! triangles: one point on every edge between two fragments, and one in every triangle between three. The parts tile a
+//! triangle for any positions of these points, so areas add up.
 
 use super::Skin;
 use crate::memory::held;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 
-/// Points on edges and in triangles keep this share of their simplex from its corners.
+/// Smallest barycentric weight of a corner at points on edges and in triangles.
 const MARGIN: f64 = 0.02;
 
-/// A vertex of a part: a mean of at most three vertices of the skin.
+/// A vertex of a part: a weighted mean of at most three vertices of the skin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlendedVertex {
     /// Indices into [`Skin::vertices`].
     pub of: [u32; 3],
-    /// Their weights, sum 1.
+    /// Weights, sum 1.
     pub weights: [f64; 3],
-    /// The one of them that the part's fragment wears, too.
+    /// The vertex among them that belongs to the same fragment as the part.
     pub home: u32,
 }
 
 impl BlendedVertex {
-    /// Where it lies in `skin`, local, its normal, of length one, and its texture coordinates.
+    /// Position in `skin`, local, unit normal, and texture coordinates.
     pub fn of(&self, skin: &Skin) -> (Point3<f64>, [f32; 3], [f32; 2]) {
         let own = self.of.map(|vertex| &skin.vertices[vertex as usize]);
         let mean = |of: &dyn Fn(usize) -> Vector3<f64>| (0..3).map(|k| of(k) * self.weights[k]).sum::<Vector3<f64>>();
@@ -35,33 +35,35 @@ impl BlendedVertex {
         (place, normal.map_or(own[0].normal, |normal| normal.map(|x| x as f32).into()), [uv(0), uv(1)])
     }
 
-    /// That vertex of the skin.
+    /// The given vertex of the skin.
     fn alone(vertex: u32) -> Self {
         Self { of: [vertex; 3], weights: [1.0, 0.0, 0.0], home: vertex }
     }
 }
 
-/// The part of the skin that one fragment wears.
+/// The part of the skin that belongs to one fragment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClippedSurface {
-    /// Vertices, each once.
+    /// Vertices, without duplicates.
     pub vertices: Vec<BlendedVertex>,
     /// Indices into `vertices`, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// The triangle of the skin that each is a part of.
+    /// Triangle of the skin that contains each triangle.
     pub sources: Vec<u32>,
 }
 
 impl ClippedSurface {
-    /// Bytes that it holds.
+    /// Memory, bytes.
     pub fn bytes(&self) -> usize {
         let Self { vertices, triangles, sources } = self;
         held(vertices) + held(triangles) + held(sources)
     }
 }
 
-/// Cuts `skin` between fragments: `labels` has one per point, below `fragments`; `rival(point, a, b)` is negative where the point
-/// belongs to a rather than b and grows linearly from there to where it is b's, or not a number where nobody knows.
+/// Cuts `skin` into one part per fragment. `labels` has one entry per point, below `fragments`.
+///
+/// `rival(point, a, b)` is negative where the point belongs to a rather than b, and linear along an edge. It is NaN
+/// where it is undefined.
 pub fn clip(
     skin: &Skin,
     labels: &[u32],
@@ -82,18 +84,18 @@ pub fn clip(
     cutter.parts
 }
 
-/// Not placed yet.
+/// Marks a vertex without an index.
 const NONE: u32 = u32::MAX;
 
-/// A vertex of a part: its number there. Vertices of the skin have one fragment, points on edges two.
+/// Cuts triangles into parts. A vertex of the skin has an index in one part, a point on an edge in two.
 struct Cutter<'a, F> {
     skin: &'a Skin,
     labels: &'a [u32],
     rival: F,
     parts: Vec<ClippedSurface>,
-    /// By vertex of the skin.
+    /// Index in its part of each vertex of the skin.
     own: Vec<u32>,
-    /// By the edge's two vertices, the one of the lower point first: number in the part of each.
+    /// Indices of an edge's point in the parts of its two vertices. The vertex of the lower point comes first.
     cuts: HashMap<[u32; 2], [u32; 2]>,
 }
 
@@ -109,7 +111,7 @@ impl<F: Fn(u32, u32, u32) -> f64> Cutter<'_, F> {
             }
             [false, false, false] => self.cut_in_three(triangle, corners, labels),
             _ => {
-                // Turned so that the lone corner comes first.
+                // Rotated so that the corner with its own label comes first.
                 let lone = (0..3).find(|&k| alike[(k + 1) % 3]).unwrap_or(0);
                 let [a, b, c] = [0, 1, 2].map(|k| corners[(lone + k) % 3]);
                 let (ab, ca) = (self.between(a, b), self.between(a, c));
@@ -151,7 +153,7 @@ impl<F: Fn(u32, u32, u32) -> f64> Cutter<'_, F> {
         part.vertices.len() as u32 - 1
     }
 
-    /// A vertex of the skin in the part of its fragment.
+    /// Index of a vertex of the skin in the part of its fragment.
     fn corner(&mut self, vertex: u32) -> u32 {
         if self.own[vertex as usize] == NONE {
             self.own[vertex as usize] = self.push(self.label(vertex), BlendedVertex::alone(vertex));
@@ -159,7 +161,7 @@ impl<F: Fn(u32, u32, u32) -> f64> Cutter<'_, F> {
         self.own[vertex as usize]
     }
 
-    /// The point between two vertices of different fragments, in the part of `a` and in that of `b`.
+    /// Indices of the point between two vertices of different fragments, in the part of `a` and in that of `b`.
     fn between(&mut self, a: u32, b: u32) -> [u32; 2] {
         let swapped = self.point(a) > self.point(b);
         let [low, high] = if swapped { [b, a] } else { [a, b] };
@@ -177,7 +179,7 @@ impl<F: Fn(u32, u32, u32) -> f64> Cutter<'_, F> {
         if swapped { [sides[1], sides[0]] } else { sides }
     }
 
-    /// How far from the first point to the second the border of their fragments is.
+    /// Position of the boundary between the fragments of two points, 0 at the first and 1 at the second.
     fn share(&self, low: u32, high: u32) -> f64 {
         let (a, b) = (self.labels[low as usize], self.labels[high as usize]);
         let [from, to] = [low, high].map(|point| (self.rival)(point, a, b));
@@ -185,12 +187,12 @@ impl<F: Fn(u32, u32, u32) -> f64> Cutter<'_, F> {
         if from <= 0.0 && to >= 0.0 && share.is_finite() { share.clamp(MARGIN, 1.0 - MARGIN) } else { 0.5 }
     }
 
-    /// Where three fragments meet in a triangle, as weights of its corners.
+    /// Point where three fragments meet in a triangle, as barycentric weights.
     fn triple(&self, corners: [u32; 3], [a, b, c]: [u32; 3]) -> [f64; 3] {
         let points = corners.map(|vertex| self.point(vertex));
         let against = |other: u32| points.map(|point| (self.rival)(point, a, other));
         let (u, v) = (against(b), against(c));
-        // Both rivalries vanish: the weights are across both rows.
+        // Both differences vanish at the point, so its weights are orthogonal to both rows.
         let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
         let sum: f64 = cross.iter().sum();
         let weights = cross.map(|x| x / sum);

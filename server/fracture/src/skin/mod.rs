@@ -1,7 +1,9 @@
-//! The input's own triangles and how they look: what fragments wear, so that nothing pops when the object breaks.
+//! Skin of an object: the input's triangles with their attributes. Fragments display it, so that breaking is not
+//! visible by itself.
 //!
-//! [`Skin`] is prepared once per object: the triangles, fine enough for the crack lattice, and where their corners lie in it.
-//! [`clip`] cuts them by fragments. [`BoundaryAttributes`] carries their looks to the lattice's own boundary.
+//! [`Skin`] is prepared once per object: triangles refined to the crack lattice, and positions of their corners in it.
+//! [`clip`] divides them among fragments. [`BoundaryAttributes`] transfers their attributes to the lattice's own
+//! boundary.
 
 mod boundary_attributes;
 mod clipped_surface;
@@ -23,51 +25,55 @@ use rayon::prelude::*;
 use refine::RefinedCorner;
 use std::collections::HashMap;
 
-/// Longest edges of a skin, in spacings of the crack lattice: as far as the nodes of its boundary are from one another. With edges of one
-/// spacing, a tip between them is worn by the neighbors, up to 3 spacings from what the fragment itself wears (3 of 48 strikes on a block;
-/// with 0.7, 1.2 spacings in one).
+/// Longest edge of a skin, in spacings of the crack lattice; about the distance of its boundary nodes.
+///
+/// Chosen on 48 requests on a block. With edges of one spacing, a fragment's tip between skin points goes to the
+/// neighbors, in 3 requests and up to 3 spacings from the fragment's own skin. With 0.7, this happens in 1 request, up
+/// to 1.2 spacings away.
 const EDGE_SPACINGS: f64 = 0.7;
 
-/// Where a point of the skin lies.
+/// Position of a skin point in the crack lattices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkinPoint {
-    /// In which body.
+    /// Index of the body.
     pub body: u32,
-    /// In its crack lattice; for a point outside, the nearest one of its boundary.
+    /// Position in its crack lattice; for a point outside, the nearest point of the boundary.
     pub place: LatticePoint,
 }
 
-/// A point and how it looks from one of its triangles.
+/// A point with its attributes in some of its triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkinCorner {
     /// Index into [`Skin::points`].
     pub point: u32,
-    /// Of length one.
+    /// Unit normal.
     pub normal: [f32; 3],
-    /// Zero where the file has none.
+    /// Texture coordinates; zero if the file has none.
     pub uv: [f32; 2],
 }
 
-/// The surface of the input as it looks, mended and outward-facing, local.
+/// Surface of the input with its attributes, repaired and facing outward, local.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Skin {
-    /// Points, each once.
+    /// Points, without duplicates.
     pub points: Vec<Point3<f64>>,
-    /// Where they lie.
+    /// Position of each point in the crack lattices.
     pub spots: Vec<SkinPoint>,
-    /// Points as triangles see them.
+    /// Points with attributes.
     pub vertices: Vec<SkinCorner>,
     /// Indices into `vertices`, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
     /// Material of each triangle; empty if the file has none.
     pub materials: Vec<u32>,
-    /// Whether the file has texture coordinates.
+    /// True if the file has texture coordinates.
     pub textured: bool,
 }
 
 impl Skin {
-    /// The skin of `surface` on crack lattices of that spacing. Triangles with edges longer than 0.7 of it are
-    /// divided: a crack that bends within one could not be followed.
+    /// The skin of `surface` on crack lattices of the given spacing, local.
+    ///
+    /// Triangles with edges longer than 0.7 spacings are divided, so that the skin can follow a crack that bends within
+    /// one.
     pub fn of(surface: &Surface, lattices: &[&Lattice], spacing: f64) -> Self {
         let corners = corners(surface);
         let (points, corners, sources) = refine::refine(surface, corners, EDGE_SPACINGS * spacing);
@@ -86,8 +92,10 @@ impl Skin {
         self.triangles[triangle].map(|vertex| self.points[self.vertices[vertex as usize].point as usize])
     }
 
-    /// What one fragment wears, as a skin of its own: its vertices are points each, those on borders where a neighbor within
-    /// the fragment lies.
+    /// The part of one fragment as a separate skin.
+    ///
+    /// Each of its vertices is a point. Points on the boundary take the lattice position of a neighboring point of the
+    /// same fragment.
     pub fn part(&self, clipped: &ClippedSurface) -> Self {
         let mut part = Self { textured: self.textured, triangles: clipped.triangles.clone(), ..Self::default() };
         for (point, blend) in clipped.vertices.iter().enumerate() {
@@ -102,15 +110,16 @@ impl Skin {
         part
     }
 
-    /// Bytes that it holds.
+    /// Memory, bytes.
     pub fn bytes(&self) -> usize {
         let Self { points, spots, vertices, triangles, materials, textured: _ } = self;
         held(points) + held(spots) + held(vertices) + held(triangles) + held(materials)
     }
 }
 
-/// Points and looks of all corners of the surface. Normals that the file does not have are those of the triangles around; those that
-/// point inwards are turned.
+/// Points and attributes of all corners of the surface.
+///
+/// Missing normals are computed from the surrounding triangles. Normals that point inward are reversed.
 fn corners(surface: &Surface) -> Vec<[RefinedCorner; 3]> {
     let looks = &surface.looks;
     let creased = if looks.normals.is_empty() { normals::creased(surface) } else { Vec::new() };
@@ -123,7 +132,7 @@ fn corners(surface: &Surface) -> Vec<[RefinedCorner; 3]> {
     (0..surface.triangles.len()).map(of).collect()
 }
 
-/// The file's normals of a triangle, on its outer side: files whose triangles had to be turned mean the other one.
+/// The file's normals of a triangle on its outer side. Normals of triangles that the repair reversed are reversed, too.
 fn outward(surface: &Surface, triangle: usize) -> [[f32; 3]; 3] {
     let area = area_vector(&surface.corners(triangle));
     let own = surface.looks.normals[triangle];
@@ -131,7 +140,7 @@ fn outward(surface: &Surface, triangle: usize) -> [[f32; 3]; 3] {
     if along < 0.0 { own.map(|normal| normal.map(|x| -x)) } else { own }
 }
 
-/// Corners that are alike in everything become one vertex.
+/// Merges corners with equal points and attributes into one vertex.
 fn shared(corners: &[[RefinedCorner; 3]]) -> (Vec<SkinCorner>, Vec<[u32; 3]>) {
     let mut vertices: Vec<SkinCorner> = Vec::new();
     let mut places: HashMap<(u32, [u32; 3], [u32; 2]), u32> = HashMap::new();
@@ -146,7 +155,7 @@ fn shared(corners: &[[RefinedCorner; 3]]) -> (Vec<SkinCorner>, Vec<[u32; 3]>) {
     (vertices, triangles)
 }
 
-/// Where the points lie: in the first body that holds them, or else on the nearest one's boundary.
+/// Positions of the points: in the first body that contains them, else on the nearest body's boundary.
 fn spots(points: &[Point3<f64>], lattices: &[&Lattice]) -> Vec<SkinPoint> {
     let locators: Vec<Locator> = lattices.iter().map(|lattice| Locator::new(lattice)).collect();
     let boxes: Vec<[Point3<f64>; 2]> = lattices.iter().map(|lattice| bounds(lattice)).collect();
@@ -160,7 +169,7 @@ fn spots(points: &[Point3<f64>], lattices: &[&Lattice]) -> Vec<SkinPoint> {
     points.par_iter().map(spot).collect()
 }
 
-/// Where everything lies in an object without lattices.
+/// Position in an object without lattices.
 const NOWHERE: SkinPoint = SkinPoint { body: 0, place: LatticePoint { tet: 0, barycentric: [1.0, 0.0, 0.0, 0.0] } };
 
 fn nearest(point: &Point3<f64>, locators: &[Locator], boxes: &[[Point3<f64>; 2]]) -> Option<SkinPoint> {

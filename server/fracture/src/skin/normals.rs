@@ -1,19 +1,19 @@
 //! Normals of a surface whose file has none.
 //!
-//! Based on: H. Gouraud, *Continuous shading of curved surfaces* (IEEE Transactions on Computers C-20, 1971), weighted by area, and
-//! only over neighbors that do not meet in a crease.
+//! Based on: H. Gouraud, *Continuous shading of curved surfaces* (IEEE Transactions on Computers C-20, 1971), weighted
+//! by area, and only over neighbors without a crease between them.
 
 use crate::lattice::area_vector;
 use crate::surface::Surface;
 use nalgebra::Vector3;
 
-/// Cosine of the angle between two triangles from which on they meet in a crease: 40°.
+/// Cosine of the smallest angle between two triangles that form a crease: 40°.
 const CREASE: f64 = 0.766;
 
-/// Around a vertex of more triangles than this, creases are not looked for: that takes the square of their number.
+/// Largest number of triangles around a vertex for which creases are searched, at quadratic cost.
 const AROUND_MAX: usize = 256;
 
-/// Normals of all corners: the mean over the triangles around its point that are turned against its own by less than a crease.
+/// Normals of all corners: the mean over the triangles around the point without a crease to the corner's own.
 pub(super) fn creased(surface: &Surface) -> Vec<[[f32; 3]; 3]> {
     let count = surface.triangles.len();
     let areas: Vec<Vector3<f64>> = (0..count).map(|triangle| area_vector(&surface.corners(triangle))).collect();
@@ -30,7 +30,7 @@ pub(super) fn creased(surface: &Surface) -> Vec<[[f32; 3]; 3]> {
     (0..count).map(|triangle| surface.triangles[triangle].map(|vertex| corner(triangle, vertex))).collect()
 }
 
-/// The triangles around each vertex, ascending.
+/// Triangles around each vertex, ascending.
 struct Around {
     offsets: Vec<u32>,
     triangles: Vec<u32>,

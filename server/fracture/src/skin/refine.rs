@@ -1,15 +1,15 @@
-//! Triangles without long edges, the same surface to the last point.
+//! Division of triangles with long edges, without a change of the surface.
 //!
-//! Ours. Every edge that is too long is halved, for all of its triangles alike, until none is.
+//! Ours. Every edge that is too long is halved, in all of its triangles, until none is left.
 
 use crate::surface::Surface;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 
-/// So many triangles are enough.
+/// Largest number of triangles.
 const TRIANGLES_MAX: usize = 1 << 21;
 
-/// A corner of a triangle: its point, and how it looks from there.
+/// A corner of a triangle: its point with attributes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RefinedCorner {
     pub point: u32,
@@ -17,8 +17,9 @@ pub(super) struct RefinedCorner {
     pub uv: [f32; 2],
 }
 
-/// Points, corners of triangles, and the triangle of `surface` that each is a part of. No edge is longer than `longest`, unless
-/// there would be too many triangles.
+/// Refined points, triangles, and the triangle of `surface` that contains each.
+///
+/// No edge is longer than `longest`, unless that needs more than [`TRIANGLES_MAX`] triangles.
 pub(super) fn refine(
     surface: &Surface,
     mut triangles: Vec<[RefinedCorner; 3]>,
@@ -41,7 +42,7 @@ pub(super) fn refine(
     }
 }
 
-/// Adds the middles of all edges longer than `longest`, and tells which they are.
+/// Adds the midpoints of all edges longer than `longest`. Returns the point of each edge.
 fn halve(points: &mut Vec<Point3<f64>>, triangles: &[[RefinedCorner; 3]], longest: f64) -> HashMap<[u32; 2], u32> {
     let mut middles = HashMap::new();
     for triangle in triangles {
@@ -61,7 +62,7 @@ fn edge(a: &RefinedCorner, b: &RefinedCorner) -> [u32; 2] {
     [a.point.min(b.point), a.point.max(b.point)]
 }
 
-/// The parts of a triangle some of whose edges are halved.
+/// Appends the parts of a triangle to `out`.
 fn divide(triangle: &[RefinedCorner; 3], middles: &HashMap<[u32; 2], u32>, out: &mut Vec<[RefinedCorner; 3]>) {
     let middle = |k: usize| {
         let (a, b) = (&triangle[k], &triangle[(k + 1) % 3]);
@@ -73,7 +74,7 @@ fn divide(triangle: &[RefinedCorner; 3], middles: &HashMap<[u32; 2], u32>, out: 
         [None, None, None] => out.push(*triangle),
         [Some(ab), Some(bc), Some(ca)] => out.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]),
         _ => {
-            // Turned so that a lone middle, or the first of two, is that of the first edge.
+            // Rotated so that the first edge has the only midpoint, or the first of two.
             let first = (0..3).find(|&k| halves[k].is_some() && halves[(k + 2) % 3].is_none()).unwrap_or(0);
             let [a, b, c] = [0, 1, 2].map(|k| triangle[(first + k) % 3]);
             match (halves[first], halves[(first + 1) % 3]) {
@@ -85,7 +86,7 @@ fn divide(triangle: &[RefinedCorner; 3], middles: &HashMap<[u32; 2], u32>, out: 
     }
 }
 
-/// Half way between two corners of a triangle.
+/// Midpoint of two corners of a triangle.
 fn between(a: &RefinedCorner, b: &RefinedCorner, point: u32) -> RefinedCorner {
     let sum = Vector3::from(a.normal) + Vector3::from(b.normal);
     let normal = sum.try_normalize(0.0).map_or(a.normal, Into::into);

@@ -1,4 +1,4 @@
-//! Skins of spheres and blocks: whole, cut, and with normals of their own.
+//! Skins of spheres and blocks: intact, cut, and with computed normals.
 
 use super::*;
 use crate::random::RandomStream;
@@ -9,7 +9,7 @@ fn surface(mesh: RawMesh) -> Surface {
     Surface::repair(mesh).unwrap()
 }
 
-/// A skin that lies nowhere.
+/// A skin without lattices.
 fn skin(mesh: RawMesh, longest: f64) -> Skin {
     Skin::of(&surface(mesh), &[], longest)
 }
@@ -23,7 +23,7 @@ fn place(skin: &Skin, blend: &BlendedVertex) -> Point3<f64> {
     Point3::from((0..3).map(|k| own[k] * blend.weights[k]).sum::<Vector3<f64>>())
 }
 
-/// Edges from one end to the other, by the bits of the ends.
+/// Directed edges, as the bits of their ends.
 fn half_edges(triangles: &[[Point3<f64>; 3]]) -> Vec<[[u64; 3]; 2]> {
     let key = |point: &Point3<f64>| [point.x.to_bits(), point.y.to_bits(), point.z.to_bits()];
     let sides = |corners: &[Point3<f64>; 3]| [0, 1, 2].map(|k| [key(&corners[k]), key(&corners[(k + 1) % 3])]);
@@ -73,7 +73,8 @@ fn normals_are_smooth_on_a_sphere_and_sharp_on_a_block() {
     }
 }
 
-/// Whatever the labels: every part's triangles are its fragment's, together they are the skin, and neighbors share their borders.
+/// For any labels, every part's triangles belong to its fragment, all parts together tile the skin, and neighbors share
+/// boundaries.
 #[test]
 fn parts_tile_the_skin_for_any_labels() {
     let skin = skin(shapes::sphere(1.0, 3), 1.0);
@@ -107,7 +108,7 @@ fn parts_tile_the_skin_for_any_labels() {
     }
 }
 
-/// Three half-planes that meet on an axis: every border lies where the rivalry vanishes.
+/// Three half-planes that meet on an axis: every boundary is at the zero of the difference.
 #[test]
 fn borders_lie_where_rivals_are_equal() {
     let skin = skin(shapes::sphere(1.0, 3), 1.0);
@@ -128,7 +129,7 @@ fn borders_lie_where_rivals_are_equal() {
                 .filter(|other| *other != label as u32)
                 .map(|other| (value(&at, label as u32) - value(&at, other)).abs())
                 .fold(f64::INFINITY, f64::min);
-            // A point that the margin moved is off by that, one that would lie outside of its triangle stands in the middle.
+            // Points moved by the margin are off by it. Points outside of their triangle are moved to its center.
             let [on_edge, share] = [blend.weights[2] == 0.0, blend.weights[1] == 1.0 / 3.0].map(usize::from);
             let moved = if on_edge == 1 { !(0.021..0.979).contains(&blend.weights[1]) } else { share == 1 };
             let bound = match (moved, on_edge) {

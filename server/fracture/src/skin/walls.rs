@@ -1,4 +1,4 @@
-//! Walls that the input does not have: those of the slots of existing cracks.
+//! Walls of the slots of existing cracks, which are not part of the input's surface.
 
 use super::{Skin, SkinCorner, SkinPoint};
 use crate::lattice::{Lattice, LatticePoint, area_vector};
@@ -6,12 +6,14 @@ use crate::surface::{NO_MATERIAL, NearestTriangles};
 use crate::tessellation::Topology;
 use nalgebra::{Point3, Vector3};
 
-/// A face of the lattice's boundary this far from the input, in spacings, is none of the input's.
+/// Distance from the input, in spacings, beyond which a face of the lattice's boundary is not part of the input's
+/// surface.
 pub(super) const APART: f64 = 0.5;
 
 impl Skin {
-    /// With the faces of the lattices' boundaries that are no part of the input's surface: the walls of existing cracks. They have no
-    /// material, flat normals, and texture coordinates of zero.
+    /// Adds the faces of the lattices' boundaries that are not part of the input's surface: the walls of existing cracks.
+    ///
+    /// They have no material, flat normals, and zero texture coordinates.
     #[must_use]
     pub fn with_walls(mut self, bodies: &[(&Lattice, &Topology)], spacing: f64) -> Self {
         let corners: Vec<[Point3<f64>; 3]> = (0..self.triangles.len()).map(|triangle| self.corners(triangle)).collect();
@@ -43,7 +45,7 @@ impl Skin {
     }
 }
 
-/// A node of a tetrahedron as a place in it.
+/// A node of a tetrahedron as a lattice point.
 fn corner(lattice: &Lattice, tet: u32, node: u32) -> LatticePoint {
     let nodes = lattice.tets[tet as usize];
     LatticePoint { tet, barycentric: nodes.map(|own| if own == node { 1.0 } else { 0.0 }) }

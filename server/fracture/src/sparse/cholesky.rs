@@ -1,16 +1,17 @@
-//! A = L Lᵀ for symmetric positive definite sparse A, by faer.
+//! Cholesky factors of sparse symmetric positive definite matrices, A = L Lᵀ, by faer.
 //!
-//! Based on: P. R. Amestoy, T. A. Davis & I. S. Duff, *An approximate minimum degree ordering algorithm* (SIAM J. Matrix
-//! Anal. Appl. 17, 1996), run on the graph of nodes and expanded to their components (same fill, about half the time);
-//! the supernodal factorisation and both triangular solves are faer's.
+//! Based on: P. R. Amestoy, T. A. Davis & I. S. Duff, *An approximate minimum degree ordering algorithm* (SIAM J.
+//! Matrix Anal. Appl. 17, 1996), applied to the graph of nodes and expanded to their components (same fill, about half
+//! the time). The supernodal factorization and both triangular solves are faer's.
 //!
-//! A factor in single precision takes half the memory, and a solve about half the time, which is that of reading it; what it leaves of a
-//! right-hand side is about 1e-5 (A. Buttari, J. Dongarra, J. Kurzak, P. Luszczek & S. Tomov, *Using mixed precision for sparse matrix
-//! computations*, ACM TOMS 34, 2008): whoever needs less refines.
+//! A single-precision factor takes half the memory. A solve with it takes about half the time, because reading
+//! the factor dominates. It leaves a relative residual of about 1e-5 (A. Buttari, J. Dongarra, J. Kurzak, P.
+//! Luszczek & S. Tomov, *Using mixed precision for sparse matrix computations*, ACM TOMS 34, 2008). Callers that
+//! need less refine iteratively.
 //!
-//! Every call is sequential (parallelise across right-hand sides or bodies), so results do not depend on the number of
-//! threads. faer picks its dense kernels by the processor's vector width and caches: between unlike machines the last
-//! bits of a factor can differ.
+//! Every call is sequential, so results do not depend on the number of threads. Callers parallelize across right-hand
+//! sides or bodies. faer picks its dense kernels by the processor's vector width and caches, so the last bits of a
+//! factor can differ between unlike machines.
 
 use super::{SparseError, SymmetricMatrix};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
@@ -27,27 +28,28 @@ use faer::{Conj, MatMut, Par, Side, Spec};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The pattern of L and the ordering of one pattern of a matrix: all of a factor but its numbers. Cheap to clone.
+/// Symbolic factorization: the ordering and the pattern of L, without numbers. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct SymbolicFactor {
+    /// Pattern of L.
     pub(super) pattern: Arc<SymbolicCholesky<u32>>,
     /// New → old row.
     pub(super) forward: Arc<[u32]>,
 }
 
-/// Of a factor's entries.
+/// Floating-point precision of the entries of a factor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Precision {
-    /// Double.
+    /// Double precision.
     #[default]
     F64,
-    /// Single.
+    /// Single precision.
     F32,
 }
 
 impl Precision {
-    /// Of one entry.
+    /// Bytes per entry.
     pub fn bytes(self) -> usize {
         match self {
             Self::F64 => size_of::<f64>(),
@@ -56,7 +58,7 @@ impl Precision {
     }
 }
 
-/// The factor L of one matrix, with its ordering. Immutable: solves may run at the same time.
+/// Numeric factor L of one matrix, with its ordering. Immutable, so solves may run concurrently.
 #[derive(Debug)]
 pub struct Cholesky {
     symbolic: SymbolicFactor,
@@ -69,7 +71,7 @@ enum Values {
     F32(Vec<f32>),
 }
 
-/// Memory of a solve, kept from one to the next: once it is large enough nothing is allocated.
+/// Working memory of solves. Reused between calls; nothing is allocated once it is large enough.
 #[derive(Default)]
 pub struct SolveScratch {
     buffer: Option<MemBuffer>,
@@ -84,7 +86,7 @@ fn stack(buffer: &mut Option<MemBuffer>, need: StackReq) -> &mut MemStack {
 }
 
 impl SymbolicFactor {
-    /// Orders `matrix` and finds where its factor has entries; about a tenth of the time of the factor itself.
+    /// Orders `matrix` and finds the pattern of its factor. Takes about a tenth of the time of the factor itself.
     ///
     /// # Errors
     /// [`SparseError::Empty`], [`SparseError::TooLarge`].
@@ -109,8 +111,9 @@ impl SymbolicFactor {
         Ok(Self { pattern: Arc::new(pattern), forward: forward.into() })
     }
 
-    /// The factor of `matrix`, which has the analysed pattern. Cannot be interrupted: 3 000 nodes with B = 3 take about a
-    /// tenth of a second.
+    /// Factors `matrix`, which must have the analyzed pattern.
+    ///
+    /// Cannot be interrupted: 3 000 nodes with B = 3 take about a tenth of a second.
     ///
     /// # Errors
     /// [`SparseError::NotPositiveDefinite`], [`SparseError::TooLarge`]. A singular matrix may pass: rounding can leave its last
@@ -123,7 +126,7 @@ impl SymbolicFactor {
         matrix: &SymmetricMatrix<B>,
         precision: Precision,
     ) -> Result<Cholesky, SparseError> {
-        assert_eq!(matrix.size(), self.pattern.nrows(), "the analysed pattern");
+        assert_eq!(matrix.size(), self.pattern.nrows(), "the matrix has the analyzed pattern");
         let lower = Lower::new(matrix);
         match precision {
             Precision::F64 => self.double(&lower),
@@ -138,7 +141,7 @@ impl SymbolicFactor {
         Ok(Cholesky { symbolic: self.clone(), values: Values::F64(self.numeric(lower, &lower.values)?) })
     }
 
-    /// The entries of L of a matrix with these `entries` where `lower` has its own.
+    /// Entries of L, for a matrix that has `entries` in the positions of `lower`.
     fn numeric<T: RealField>(&self, lower: &Lower, entries: &[T]) -> Result<Vec<T>, SparseError> {
         let pattern = &self.pattern;
         let mut values = vec![T::zero_impl(); pattern.len_val()];
@@ -161,8 +164,9 @@ impl SymbolicFactor {
         Ok(values)
     }
 
-    /// Bytes that a factor holds: its entries, where they stand, and the ordering both ways. Left out are the neighbors among
-    /// supernodes, which faer keeps to itself: one index per block of entries.
+    /// Bytes that a factor holds: its entries, their indices, and the ordering in both directions.
+    ///
+    /// faer keeps the adjacency of supernodes private, so it is not counted: one index per block of entries.
     pub fn factor_bytes(&self, precision: Precision) -> usize {
         let indices = match self.pattern.raw() {
             SymbolicCholeskyRaw::Simplicial(columns) => columns.row_idx().len() + 2 * columns.col_ptr().len(),
@@ -190,7 +194,7 @@ impl Cholesky {
         self.symbolic.pattern.nrows()
     }
 
-    /// Of its entries.
+    /// Precision of the entries.
     pub fn precision(&self) -> Precision {
         match self.values {
             Values::F64(_) => Precision::F64,
@@ -198,13 +202,15 @@ impl Cholesky {
         }
     }
 
-    /// x ← A⁻¹ x, as well as the factor's precision allows, for each of the `k` columns of `x` (n × k, column-major). Eight columns at once cost two to three times one.
+    /// Solves A x = b in place for each of the `k` columns of `x` (n × k, column-major).
+    ///
+    /// Accuracy is that of the factor's precision. Eight columns at once take two to three times as long as one.
     ///
     /// # Panics
     /// If `x` is not of length n · k.
     pub fn solve_in_place(&self, x: &mut [f64], k: usize, scratch: &mut SolveScratch) {
         let size = self.size();
-        assert_eq!(x.len(), size * k, "n × k column-major");
+        assert_eq!(x.len(), size * k, "x is n × k, column-major");
         if k == 0 {
             return;
         }
@@ -213,7 +219,8 @@ impl Cholesky {
             Values::F64(values) => self.substitute(values, x, k, buffer),
             Values::F32(values) => {
                 narrow.clear();
-                // Divided by the greatest entry: right-hand sides of any magnitude neither overflow nor vanish.
+                // Scaled by the largest entry, so that right-hand sides of any magnitude neither
+                // overflow nor underflow in f32.
                 let greatest = x.iter().fold(0.0, |greatest: f64, x| greatest.max(x.abs()));
                 if greatest > 0.0 {
                     narrow.extend(x.iter().map(|x| (x / greatest) as f32));
@@ -232,22 +239,25 @@ impl Cholesky {
     }
 }
 
-/// The scalar lower triangle, columns compressed, rows ascending.
+/// Scalar lower triangle of a matrix in compressed columns, rows ascending.
 pub(super) struct Lower {
+    /// Number of scalar rows.
     pub(super) size: usize,
     offsets: Vec<u32>,
     rows: Vec<u32>,
+    /// Entries of the triangle, column by column.
     pub(super) values: Vec<f64>,
 }
 
 impl Lower {
+    /// Extracts the lower triangle of `matrix`.
     pub(super) fn new<const B: usize>(matrix: &SymmetricMatrix<B>) -> Self {
         let size = matrix.size();
         let mut lower = Self { size, offsets: vec![0], rows: Vec::new(), values: Vec::new() };
         for node in 0..matrix.nodes() {
             let (columns, blocks) = matrix.row(node);
             for component in 0..B {
-                // By symmetry, column (node, component) is that row, read from the diagonal on.
+                // By symmetry, column (node, component) equals row (node, component) from the diagonal on.
                 let own = (node * B + component) as u32;
                 for (&column, block) in columns.iter().zip(blocks) {
                     for other in 0..B {
@@ -264,12 +274,13 @@ impl Lower {
         lower
     }
 
+    /// Pattern of the triangle, as faer reads it.
     pub(super) fn pattern(&self) -> SymbolicSparseColMatRef<'_, u32> {
         SymbolicSparseColMatRef::new_checked(self.size, self.size, &self.offsets, None, &self.rows)
     }
 }
 
-/// Approximate minimum degree on the node graph, expanded to components: (new → old, old → new).
+/// Approximate minimum degree order of the node graph, expanded to components: (new → old, old → new).
 fn order<const B: usize>(matrix: &SymmetricMatrix<B>) -> Option<(Vec<u32>, Vec<u32>)> {
     let nodes = matrix.nodes();
     let (mut offsets, mut rows) = (vec![0], Vec::new());
@@ -288,7 +299,9 @@ fn order<const B: usize>(matrix: &SymmetricMatrix<B>) -> Option<(Vec<u32>, Vec<u
     Some((expand(forward), expand(inverse)))
 }
 
-/// The caller's row of pivot `index`; faer counts from 1 in its simplicial code and from 0 in its supernodal code.
+/// The caller's row of pivot `index`.
+///
+/// faer counts pivots from 1 in its simplicial code and from 0 in its supernodal code.
 fn original_row(symbolic: &SymbolicCholesky<u32>, forward: &[u32], index: usize) -> usize {
     let position = match symbolic.raw() {
         SymbolicCholeskyRaw::Simplicial(_) => index.saturating_sub(1),

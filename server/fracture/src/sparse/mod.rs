@@ -1,4 +1,4 @@
-//! Symmetric sparse matrices made of small node blocks, and their Cholesky factors.
+//! Symmetric sparse matrices of small node blocks, and their Cholesky factors.
 
 mod cholesky;
 mod signature;
@@ -10,13 +10,13 @@ pub use cholesky::{Cholesky, Precision, SolveScratch, SymbolicFactor};
 pub use signature::Signature;
 pub use symmetric::SymmetricMatrix;
 
-/// Why a matrix was not built or not factored.
+/// Error while building or factoring a matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SparseError {
-    /// There is nothing to factor.
+    /// The matrix has no rows.
     #[error("the matrix has no rows")]
     Empty,
-    /// An index reaches outside the matrix.
+    /// An element or entry names a node outside the matrix.
     #[error("index {index} is outside a matrix of {nodes} nodes")]
     IndexOutOfRange {
         /// The node index.

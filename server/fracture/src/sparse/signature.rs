@@ -1,10 +1,13 @@
-//! How many eigenvalues of a symmetric matrix are negative, without one of them.
+//! Number of negative eigenvalues of a symmetric matrix, counted without computing any of them.
 //!
-//! Based on: J. J. Sylvester's law of inertia (*A demonstration of the theorem that every homogeneous quadratic polynomial is
-//! reducible by real orthogonal substitutions …*, Philosophical Magazine 4, 1852); N. J. Higham, *Accuracy and Stability of
-//! Numerical Algorithms* (2002), theorem 9.3: what elimination without pivoting finds are the exact factors of A + E with
-//! |E| ≤ γ |L||D||Lᵀ| entry by entry, γ the number of terms of the longest row times the unit of rounding. With weights W on the
-//! diagonal, B = W^(−½)|L||D|^½, that is ‖W^(−½) E W^(−½)‖ ≤ γ ‖B‖² ≤ γ ‖B‖₁ ‖B‖_∞, found beside the pivots in one pass.
+//! Based on: J. J. Sylvester's law of inertia (*A demonstration of the theorem that every homogeneous quadratic
+//! polynomial is reducible by real orthogonal substitutions …*, Philosophical Magazine 4, 1852); N. J. Higham,
+//! *Accuracy and Stability of Numerical Algorithms* (2002), theorem 9.3.
+//!
+//! By that theorem, elimination without pivoting yields the exact factors of A + E with |E| ≤ γ |L||D||Lᵀ| entry by
+//! entry. γ is the number of terms of the longest row times the unit roundoff. With weights W on the diagonal and B =
+//! W^(−½)|L||D|^½ follows ‖W^(−½) E W^(−½)‖ ≤ γ ‖B‖² ≤ γ ‖B‖₁ ‖B‖_∞. One pass over the factor finds both norms and the
+//! signs of the pivots.
 
 use super::cholesky::Lower;
 use super::{SymbolicFactor, SymmetricMatrix};
@@ -15,26 +18,28 @@ use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw;
 use faer::sparse::linalg::cholesky::supernodal::SupernodalLdltRef;
 use faer::{Par, Side, Spec};
 
-/// Roundings per entry of a factor beside those of its inner product.
+/// Rounding errors per entry of a factor in addition to those of its inner product.
 const MORE_TERMS: usize = 4;
 
-/// How many eigenvalues are negative, and of which matrix.
+/// Number of negative eigenvalues, and the perturbation of the matrix that they belong to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Signature {
     /// Number of negative eigenvalues of A + E.
     pub negative: usize,
-    /// At least the largest |λ| with E x = λ W x.
+    /// Upper bound of |λ| over all E x = λ W x.
     pub rounding: f64,
 }
 
 impl SymbolicFactor {
-    /// The signature of `matrix`, which has the analysed pattern and need not be definite: that of the pivots of A = L D Lᵀ.
-    /// `weights`: the positive diagonal of W, one entry per scalar row. `None` where a pivot is zero, or memory does not suffice.
+    /// Signature of `matrix`, from the pivots of A = L D Lᵀ.
+    ///
+    /// `matrix` has the analyzed pattern and may be indefinite. `weights` is the positive diagonal of W, one entry per
+    /// scalar row. Returns `None` if a pivot is zero or memory does not suffice.
     ///
     /// # Panics
     /// If the matrix has another size.
     pub fn signature<const B: usize>(&self, matrix: &SymmetricMatrix<B>, weights: &[f64]) -> Option<Signature> {
-        assert_eq!(matrix.size(), self.pattern.nrows(), "the analysed pattern");
+        assert_eq!(matrix.size(), self.pattern.nrows(), "the matrix has the analyzed pattern");
         let (pattern, lower) = (&self.pattern, Lower::new(matrix));
         let mut values = vec![0.0; pattern.len_val()];
         let need = pattern.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default());
@@ -75,21 +80,21 @@ impl SymbolicFactor {
     }
 }
 
-/// One pass over the columns of L and D.
+/// Accumulator of one pass over the columns of L and D.
 struct Pass {
-    /// W^½, in the order of elimination.
+    /// W^½, in elimination order.
     roots: Vec<f64>,
     negative: usize,
-    /// Sums of the rows of B so far.
+    /// Sum of each row of B so far.
     rows: Vec<f64>,
-    /// Entries of the rows of L so far.
+    /// Number of entries of each row of L so far.
     terms: Vec<usize>,
     /// ‖B‖₁ so far.
     widest: f64,
 }
 
 impl Pass {
-    /// Takes in a pivot and the entries of L below it.
+    /// Adds a pivot and the entries of L below it.
     fn column(&mut self, column: usize, pivot: f64, below: impl Iterator<Item = (usize, f64)>) {
         self.negative += usize::from(pivot < 0.0);
         let (root, mut sum) = (pivot.abs().sqrt(), 0.0);

@@ -5,16 +5,18 @@ use crate::memory::held;
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
-/// Rows handed to a thread at once; below this a matrix is not worth sharing.
+/// Minimum number of block rows per parallel task. Smaller matrices are not worth splitting.
 const ROWS_PER_TASK_MIN: usize = 1024;
 
-/// A symmetric matrix of B × B blocks, one block row per node; both triangles are stored, rows compressed, columns
-/// ascending, the diagonal block always present. Scalar row = node · B + component.
+/// Symmetric matrix of B × B blocks, one block row per node.
+///
+/// Both triangles are stored in compressed rows with ascending columns. The diagonal block is always present. Scalar
+/// row = node · B + component.
 ///
 /// Every entry is summed in the order of the elements, so the bits do not depend on the number of threads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SymmetricMatrix<const B: usize = 1> {
-    /// Length `nodes + 1`.
+    /// First block of each block row, and the total: length `nodes + 1`.
     offsets: Vec<u32>,
     /// Node index of each block, ascending within a row.
     columns: Vec<u32>,
@@ -22,12 +24,14 @@ pub struct SymmetricMatrix<const B: usize = 1> {
     blocks: Vec<SMatrix<f64, B, B>>,
 }
 
-/// One block row while it is built.
+/// One block row under construction: columns and blocks.
 type Row<const B: usize> = (Vec<u32>, Vec<SMatrix<f64, B, B>>);
 
 impl<const B: usize> SymmetricMatrix<B> {
-    /// The sum of element matrices: `block(tet, i, j)` is the B × B block that tetrahedron `tet` adds between its local
-    /// nodes `i` and `j` (0..4); it must be the transpose of `block(tet, j, i)`.
+    /// Assembles the sum of element matrices.
+    ///
+    /// `block(tet, i, j)` is the B × B block that tetrahedron `tet` adds between its local nodes `i` and `j` (0..4). It
+    /// must be the transpose of `block(tet, j, i)`.
     ///
     /// # Errors
     /// [`SparseError::IndexOutOfRange`] and [`SparseError::NonFinite`].
@@ -88,7 +92,7 @@ impl<const B: usize> SymmetricMatrix<B> {
         self.nodes() * B
     }
 
-    /// Bytes that the matrix holds.
+    /// Bytes of memory that the matrix holds.
     pub fn bytes(&self) -> usize {
         held(&self.offsets) + held(&self.columns) + held(&self.blocks)
     }
@@ -103,7 +107,7 @@ impl<const B: usize> SymmetricMatrix<B> {
         self.offsets[node] as usize..self.offsets[node + 1] as usize
     }
 
-    /// Where block (`node`, `column`) is stored, if it is.
+    /// Position of block (`node`, `column`), or `None` if it is not stored.
     fn find(&self, node: usize, column: u32) -> Option<usize> {
         let range = self.range(node);
         self.columns[range.clone()].binary_search(&column).ok().map(|at| range.start + at)
@@ -120,7 +124,7 @@ impl<const B: usize> SymmetricMatrix<B> {
         diagonal
     }
 
-    /// A ← A + diag(`shift`), length n.
+    /// Adds diag(`shift`) to the matrix. `shift` has length n.
     pub fn add_diagonal(&mut self, shift: &[f64]) {
         debug_assert_eq!(shift.len(), self.size());
         for node in 0..self.nodes() {
@@ -132,7 +136,9 @@ impl<const B: usize> SymmetricMatrix<B> {
         }
     }
 
-    /// A ← Qᵀ A Q, where Q is the identity except for node `node`, whose block is `basis` (columns: the new axes).
+    /// Changes the basis of one node: A ← Qᵀ A Q.
+    ///
+    /// Q is the identity except for the block of `node`, which is `basis` (its columns are the new axes).
     pub fn rotate(&mut self, node: usize, basis: &SMatrix<f64, B, B>) {
         for at in self.range(node) {
             self.blocks[at] = basis.transpose() * self.blocks[at];
@@ -144,8 +150,10 @@ impl<const B: usize> SymmetricMatrix<B> {
         }
     }
 
-    /// Replaces the equation of `component` of `node` by `diagonal` · x = right-hand side, and takes x out of all
-    /// others: row and column are cleared.
+    /// Fixes one unknown: clears its row and column and sets its diagonal entry.
+    ///
+    /// The equation of `component` of `node` becomes `diagonal` · x = right-hand side, and x
+    /// no longer occurs in the others.
     pub fn fix(&mut self, node: usize, component: usize, diagonal: f64) {
         for at in self.range(node) {
             self.blocks[at].row_mut(component).fill(0.0);
@@ -158,25 +166,27 @@ impl<const B: usize> SymmetricMatrix<B> {
         }
     }
 
-    /// y = A x for each of the columns of `x` and `y` (n × k, column-major), on all threads of the current pool.
+    /// Computes y = A x for each column of `x` and `y` (n × k, column-major), on all threads of the current pool.
     ///
     /// # Panics
     /// If the lengths differ or are no multiple of n.
     pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
         let size = self.size();
-        assert!(x.len() == y.len() && x.len().is_multiple_of(size), "n × k column-major");
+        assert!(x.len() == y.len() && x.len().is_multiple_of(size), "x and y are n × k, column-major");
         for (x, y) in x.chunks_exact(size).zip(y.chunks_exact_mut(size)) {
             let rows = y.par_chunks_exact_mut(B).with_min_len(ROWS_PER_TASK_MIN).enumerate();
             rows.for_each(|(node, y)| self.multiply_row(node, x, y));
         }
     }
 
-    /// y = A x for one column each, with the bits of [`Self::multiply`], on the calling thread alone: for whoever holds a lock.
+    /// Computes y = A x for one column on the calling thread alone, for callers that hold a lock.
+    ///
+    /// The bits equal those of [`Self::multiply`].
     ///
     /// # Panics
     /// If a length is not n.
     pub fn multiply_alone(&self, x: &[f64], y: &mut [f64]) {
-        assert!(x.len() == self.size() && y.len() == self.size(), "one column each");
+        assert!(x.len() == self.size() && y.len() == self.size(), "x and y are one column each");
         y.chunks_exact_mut(B).enumerate().for_each(|(node, y)| self.multiply_row(node, x, y));
     }
 
@@ -191,8 +201,9 @@ impl<const B: usize> SymmetricMatrix<B> {
 }
 
 impl SymmetricMatrix<1> {
-    /// From entries (row, column, value). An off-diagonal entry is given once, in either triangle; entries at the same
-    /// place are summed in the order given.
+    /// Builds a scalar matrix from entries (row, column, value).
+    ///
+    /// An off-diagonal entry is given once, in either triangle. Repeated entries are summed in the given order.
     ///
     /// # Errors
     /// [`SparseError::IndexOutOfRange`] and [`SparseError::NonFinite`].
@@ -219,7 +230,7 @@ impl SymmetricMatrix<1> {
     }
 }
 
-/// The tetrahedra around each node, ascending: offsets (length `nodes + 1`) and tetrahedra.
+/// Tetrahedra around each node, ascending: offsets (length `nodes + 1`) and tetrahedra.
 fn incidence(nodes: usize, tets: &[[u32; 4]]) -> (Vec<u32>, Vec<u32>) {
     let mut starts = vec![0; nodes + 1];
     for &node in tets.iter().flatten() {
@@ -239,6 +250,7 @@ fn incidence(nodes: usize, tets: &[[u32; 4]]) -> (Vec<u32>, Vec<u32>) {
     (starts, incident)
 }
 
+/// Sums the block row of `node` over the tetrahedra `around` it.
 fn assemble_row<const B: usize>(
     node: u32,
     around: &[u32],

@@ -1,4 +1,4 @@
-//! Solves against residuals, and refusals by name.
+//! Residuals of solves, and errors of invalid matrices.
 
 use super::{Cholesky, SolveScratch, SparseError, SymbolicFactor, SymmetricMatrix};
 use crate::lattice::block;
@@ -6,7 +6,7 @@ use crate::random::RandomStream;
 use nalgebra::Matrix3;
 use proptest::prelude::*;
 
-/// A connected, diagonally dominant matrix with random entries.
+/// Connected, diagonally dominant matrix with random entries.
 fn dominant(size: usize, seed: u64) -> SymmetricMatrix {
     let mut stream = RandomStream::new(seed, 0);
     let mut triplets = Vec::new();
@@ -21,7 +21,7 @@ fn dominant(size: usize, seed: u64) -> SymmetricMatrix {
     SymmetricMatrix::from_triplets(size, &triplets).unwrap()
 }
 
-/// A vector matrix on a block lattice: random node springs in every direction, stiffened on the diagonal.
+/// Block matrix on a block lattice: the same anisotropic spring along every edge, stiffened on the diagonal.
 fn vector_matrix(cells: usize) -> SymmetricMatrix<3> {
     let lattice = block([cells; 3], 1.0);
     let spring = Matrix3::new(2.0, 0.3, 0.1, 0.3, 1.5, -0.2, 0.1, -0.2, 1.0);
@@ -33,7 +33,7 @@ fn vector_matrix(cells: usize) -> SymmetricMatrix<3> {
     .unwrap()
 }
 
-/// Solves for `k` random columns and checks each against the matrix.
+/// Solves for `k` random columns and checks the residual of each.
 fn check<const B: usize>(matrix: &SymmetricMatrix<B>, k: usize) {
     let size = matrix.size();
     let mut stream = RandomStream::new(7, k as u64);
@@ -70,7 +70,7 @@ fn a_scratch_serves_factors_of_any_size_and_columns_do_not_disturb_each_other() 
     }
 }
 
-/// Shifted below, between and above the eigenvalues of a dense solver.
+/// Shifts below, between and above the eigenvalues that a dense solver finds.
 #[test]
 fn negative_eigenvalues_are_counted() {
     for matrix in [dominant(60, 2), dominant(400, 3)] {
@@ -89,7 +89,7 @@ fn negative_eigenvalues_are_counted() {
             shifted.add_diagonal(&vec![-0.5 * (below + above); size]);
             let found = symbolic.signature(&shifted, &vec![0.25; size]).unwrap();
             assert_eq!(found.negative, count);
-            // Four times that of unit weights, which is no less than the rounding of the largest eigenvalue.
+            // Four times the bound for unit weights, which is at least the rounding error of the largest eigenvalue.
             let least = 4.0 * f64::EPSILON * values[size - 1].abs();
             assert!(found.rounding > least && found.rounding < 1e-8, "{} of {least}", found.rounding);
         }
@@ -146,7 +146,7 @@ fn rotation_and_fixing_keep_the_matrix_symmetric_and_solvable() {
     let mut x = vec![1.0; changed.size()];
     x[13] = 0.0;
     Cholesky::factor(&changed).unwrap().solve_in_place(&mut x, 1, &mut SolveScratch::default());
-    assert_eq!(x[13], 0.0, "a fixed component without a load stays");
+    assert_eq!(x[13], 0.0, "a fixed component without a load stays zero");
 }
 
 #[test]

@@ -1,13 +1,13 @@
-//! The closest point of a triangle soup.
-//!
-//! By a best-first descent of the bounding-box hierarchy.
+//! Closest triangle of a triangle soup, by best-first descent of its bounding-box hierarchy.
 
 use super::tree::{STACK, TriangleTree};
 use crate::triangle::closest_point;
 use nalgebra::Point3;
 
-/// The squared distance from `point` to the nearest of the tree's triangles and that triangle's place in the list the
-/// tree was built from; infinite and 0 without triangles.
+/// Squared distance from `point` to the nearest triangle, and the index of that triangle in the list
+/// that the tree was built from.
+///
+/// Returns (∞, 0) if the tree is empty.
 pub(super) fn nearest(tree: &TriangleTree, point: &Point3<f64>) -> (f64, u32) {
     let mut best = (f64::INFINITY, 0);
     if tree.nodes.is_empty() {

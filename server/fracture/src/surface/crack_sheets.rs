@@ -1,4 +1,4 @@
-//! Sheets: triangles that enclose nothing, along which an object is cracked already.
+//! Crack sheets: open triangle meshes along which an object is already cracked.
 
 use super::closest;
 use super::defect::DefectTally;
@@ -9,35 +9,39 @@ use super::{Defect, DefectKind, InsideTest, LocalFrame, RawMesh, SurfaceError};
 use nalgebra::Point3;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-/// How far from the object's center a vertex may lie, local: distances to it would lose their digits.
+/// Largest local coordinate of a sheet's vertex. Distances to vertices farther away would lose their digits.
 const FAR: f64 = 1e6;
 
-/// Triangles in the frame of an object. Which side of them is in front does not matter: each is stored with its corners in
-/// increasing order, and once.
+/// Existing cracks of an object: triangles in its local frame.
+///
+/// Orientation does not matter: each triangle is stored once, with its corners in lexicographic order.
 #[derive(Clone, Debug, Default)]
 pub struct CrackSheets {
     tree: TriangleTree,
+    /// Open edges of the sheets.
     pub(super) rim: OpenEdges,
     triangles: Vec<[Point3<f64>; 3]>,
-    /// The face of the file that each was cut from, and the sheet that it is of: those that share vertices.
+    /// Face of the input file that each triangle was cut from.
     faces: Vec<u64>,
+    /// Sheet of each triangle, named by its lowest triangle. Triangles that share a vertex belong to one sheet.
     sheets: Vec<u32>,
-    /// What was wrong with them.
+    /// Defects of the input.
     pub defects: Vec<Defect>,
 }
 
-/// A position as bits.
+/// Coordinates of a position as bit patterns, usable as a hash key.
 fn bits(point: &Point3<f64>) -> [u64; 3] {
     [point.x, point.y, point.z].map(f64::to_bits)
 }
 
 impl CrackSheets {
-    /// Of a mesh as it was read, for the object of that frame. Triangles without area and repeated ones are left out.
+    /// Builds the sheets from a mesh file, in the frame of the object. Drops degenerate and duplicate triangles.
     ///
-    /// Errors: [`RawMesh::check`]'s, [`SurfaceError::FarVertex`], [`SurfaceError::AllDegenerate`].
+    /// # Errors
+    /// [`RawMesh::check`]'s, [`SurfaceError::FarVertex`], [`SurfaceError::AllDegenerate`].
     pub fn new(raw: &RawMesh, frame: &LocalFrame) -> Result<Self, SurfaceError> {
         raw.check()?;
-        // Zeros of either sign are one place.
+        // Adding 0 turns −0 into 0, so that equal positions have equal bits.
         let local = |point: &Point3<f64>| frame.to_local(point).map(|x| x + 0.0);
         let places: Vec<Point3<f64>> = raw.positions_m.iter().map(local).collect();
         let near = |place: &Point3<f64>| place.coords.amax() <= FAR;
@@ -74,22 +78,23 @@ impl CrackSheets {
         })
     }
 
-    /// The corners of each triangle, local.
+    /// Corners of each triangle, local.
     pub fn triangles(&self) -> &[[Point3<f64>; 3]] {
         &self.triangles
     }
 
-    /// Area of all triangles, in the object or not, local.
+    /// Area of all triangles, inside the object or not; local (squared diagonals).
     pub fn area(&self) -> f64 {
         self.triangles.iter().map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm()).sum()
     }
 
-    /// Distance from a local point to the nearest triangle, local.
+    /// Distance from a local point to the nearest triangle; local.
     pub fn distance(&self, point: &Point3<f64>) -> f64 {
         closest::nearest(&self.tree, point).0.sqrt()
     }
 
-    /// Names the sheets, if any, in whose slots of half width `half` none of `places` lies; all local.
+    /// Reports the sheets, if any, that cut nothing: none of `places` lies in their slots of
+    /// half width `half`. All local.
     pub fn idle(&self, inside: &InsideTest, places: &[Point3<f64>], half: f64) -> Option<Defect> {
         let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for (triangle, &sheet) in self.sheets.iter().enumerate() {
@@ -119,7 +124,7 @@ impl CrackSheets {
     }
 }
 
-/// Which sheet each triangle is of, by the lowest of its triangles.
+/// Sheet of each triangle, named by its lowest triangle.
 fn sheets(triangles: &[[Point3<f64>; 3]]) -> Vec<u32> {
     let (mut sets, mut first) = (DisjointSets::new(triangles.len()), HashMap::new());
     for (triangle, corners) in triangles.iter().enumerate() {
@@ -138,7 +143,7 @@ mod tests {
 
     const FRAME: LocalFrame = LocalFrame { center_m: Point3::new(1.0, 0.0, 0.0), diagonal_m: 2.0 };
 
-    /// Two squares apart, of two triangles each.
+    /// Two separate parallel squares of two triangles each.
     fn squares() -> RawMesh {
         let square = |z: f64| [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Point3::new(x, y, z));
         let triangles = vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];

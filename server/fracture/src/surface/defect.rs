@@ -1,57 +1,61 @@
-//! What was wrong with a mesh, by name.
+//! Defects of input meshes.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// The kinds of defects, `snake_case` in JSON.
+/// Kind of a defect; `snake_case` in JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DefectKind {
-    /// Boundary loops; the index is a face at one of them.
+    /// Boundary loops. The index is a face at one of them.
     Holes,
-    /// Shells that faced inward; the index is a face of one.
+    /// Shells that faced inward. The index is a face of one.
     FlippedShell,
-    /// Triangles wound against their neighbors; the index is the first such face.
+    /// Triangles wound against their neighbors. The index is the first such face.
     MixedWinding,
-    /// Edges across which no orientation is consistent, as on a Möbius strip; the index is a face at one.
+    /// Edges across which no orientation is consistent, as on a Möbius strip. The index is a face at one.
     NonOrientable,
-    /// Pairs of triangles that intersect without sharing a vertex; the index is a face of the first pair.
+    /// Pairs of triangles that intersect without sharing a vertex. The index is a face of the first pair.
     SelfIntersection,
-    /// More than one shell (triangles connected through edges that exactly two share); the index is a face of the second.
+    /// More than one shell (triangles connected through edges that exactly two share). The
+    /// index is a face of the second.
     SeveralShells,
-    /// Shells inside other shells, cavities among them; the index is a face of one.
+    /// Shells inside other shells, cavities included. The index is a face of one.
     NestedShells,
-    /// Triangles with the same three corners as an earlier one; the index is the first such face.
+    /// Triangles with the same three corners as an earlier one. The index is the first such face.
     DuplicateTriangles,
-    /// Vertices at exactly the position of an earlier one; the index is the first such vertex.
+    /// Vertices at exactly the position of an earlier one. The index is the first such vertex.
     DuplicateVertices,
-    /// Triangles without area; the index is the first such face.
+    /// Triangles without area. The index is the first such face.
     DegenerateTriangles,
-    /// Edges of three or more triangles; the index is a face at one.
+    /// Edges of three or more triangles. The index is a face at one.
     NonManifoldEdge,
-    /// Vertices where several fans of triangles touch (a bow tie); the index is a face at one.
+    /// Vertices where several fans of triangles touch (bow ties). The index is a face at one.
     NonManifoldVertex,
-    /// Vertices of no triangle; the index is the first such vertex.
+    /// Vertices of no triangle. The index is the first such vertex.
     UnreferencedVertices,
-    /// Sample points whose winding number is near neither 0 nor 1; the index is the face nearest to the first.
+    /// Sample points whose winding number is near neither 0 nor 1. The index is the face nearest to the first.
     AmbiguousInside,
-    /// Normals, texture coordinates or materials that the file has for some triangles, or not in finite numbers, and that are left
-    /// out therefore; the index is the first face without.
+    /// Vertex attributes (normals, texture coordinates or materials) that were dropped.
+    ///
+    /// The file lacks them for some triangles, or has values that are not finite. The index is the first such face.
     LostLooks,
-    /// Vertices that lie so far from the origin that rounding shows in the shape; the index is the first such vertex.
+    /// Vertices so far from the origin that rounding is visible in the shape. The index is the first such vertex.
     LostPrecision,
-    /// Points of the surface whose wall the lattice lost; the index is the face where it is thinnest.
+    /// Surface samples where the lattice lost the wall behind them. The index is the face where the wall is thinnest.
     ThinWall,
-    /// Points of the surface before which the lattice closed a gap; the index is the face where it is narrowest.
+    /// Surface samples where the lattice closed the gap in front of them. The index is the
+    /// face where the gap is narrowest.
     NarrowGap,
-    /// Parts joined by less than the lattice resolves, which became bodies of their own; the index is a face of one.
+    /// Parts joined by less than the lattice resolves, which became separate bodies. The index is a face of one.
     SeveredPart,
-    /// Crack nodes far from the lattice that they are solved on: limbs thinner than its spacing; the index is a face there.
+    /// Crack-lattice nodes far from the elastic lattice, on limbs thinner than its spacing. The index is a face there.
     CoarseElastic,
-    /// Components that the lattice lost; the index is the first of them.
+    /// Components that the lattice lost. The index is the first of them.
     DroppedComponent,
-    /// Sheets of existing cracks that cut nothing: outside of the object, or smaller than the lattice resolves; the index is a face
-    /// of one, in their own file.
+    /// Sheets of existing cracks that cut nothing: outside the object, or smaller than the lattice resolves.
+    ///
+    /// The index is a face of one, counted in the file of the cracks.
     IdleCrack,
 }
 
@@ -62,7 +66,7 @@ impl fmt::Display for DefectKind {
 }
 
 impl DefectKind {
-    /// What is counted, one of them and several.
+    /// Noun for the counted items, singular and plural.
     fn counted(self) -> [&'static str; 2] {
         match self {
             Self::Holes => ["hole", "holes"],
@@ -83,7 +87,7 @@ impl DefectKind {
         }
     }
 
-    /// What [`Defect::first_index`] counts.
+    /// Noun for the item that [`Defect::first_index`] counts.
     fn indexed(self) -> &'static str {
         match self {
             Self::DuplicateVertices | Self::UnreferencedVertices | Self::LostPrecision => "vertex",
@@ -92,43 +96,43 @@ impl DefectKind {
     }
 }
 
-/// One kind of defect, how often, where first, and what was done about it.
+/// One kind of defect: its count, the first place and the action taken.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Defect {
-    /// What.
+    /// Kind of defect.
     pub kind: DefectKind,
-    /// How many.
+    /// Number of occurrences.
     pub count: u64,
-    /// Something to look at in the input file: a face or a vertex counted from 0, as [`DefectKind`] says.
+    /// Face or vertex to inspect in the input file, counted from 0; [`DefectKind`] states which.
     pub first_index: u64,
-    /// What was done, a short phrase.
+    /// Action taken, as a short phrase.
     pub action: String,
 }
 
 impl Defect {
-    /// A defect of any kind.
+    /// Creates a defect.
     pub fn new(kind: DefectKind, count: u64, first_index: u64, action: impl Into<String>) -> Self {
         Self { kind, count, first_index, action: action.into() }
     }
 
-    /// How many there are of what, as in "3 triangles".
+    /// Count with its noun, as in "3 triangles".
     pub fn counted(&self) -> String {
         let [one, several] = self.kind.counted();
         format!("{} {}", self.count, if self.count == 1 { one } else { several })
     }
 
-    /// What to look at in the input file, as in "face 17".
+    /// Item to inspect in the input file, as in "face 17".
     pub fn first(&self) -> String {
         format!("{} {}", self.kind.indexed(), self.first_index)
     }
 
-    /// What the lattice reports when components were too thin or too small for its spacing.
+    /// Defect for components too thin or too small for the lattice spacing.
     pub fn dropped_component(count: u64, first_index: u64) -> Self {
         Self::new(DefectKind::DroppedComponent, count, first_index, "left out: smaller than the lattice spacing")
     }
 }
 
-/// Collects a list of places of one kind: their number and the first.
+/// Counter of occurrences of one defect, which keeps the lowest index.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct DefectTally {
     count: u64,
@@ -136,13 +140,13 @@ pub(super) struct DefectTally {
 }
 
 impl DefectTally {
-    /// Counts one more; the lowest index is kept.
+    /// Counts one more occurrence and keeps the lowest index.
     pub fn note(&mut self, index: u64) {
         self.count += 1;
         self.first = Some(self.first.map_or(index, |first| first.min(index)));
     }
 
-    /// Counts what another tally counted, too.
+    /// Adds the counts of another tally.
     pub fn merge(&mut self, other: &Self) {
         if let Some(first) = other.first {
             self.note(first);
@@ -150,12 +154,12 @@ impl DefectTally {
         }
     }
 
-    /// How many were noted.
+    /// Number of occurrences.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// Appends the defect, if there is any.
+    /// Appends a defect of `kind` if any occurrence was counted.
     pub fn report(&self, kind: DefectKind, action: impl Into<String>, defects: &mut Vec<Defect>) {
         if let Some(first) = self.first {
             defects.push(Defect::new(kind, self.count, first, action));

@@ -1,7 +1,8 @@
-//! Why a mesh was refused.
+//! Errors of reading and checking meshes.
 
 use std::path::PathBuf;
 
+/// Formats a vertex with its position. Exponents are used for very small and very large coordinates.
 fn vertex_at(vertex: u64, at_m: &[f64; 3]) -> String {
     let is_long = |x: &f64| *x != 0.0 && !(1e-6..1e12).contains(&x.abs());
     let [x, y, z] = at_m.map(|x| if is_long(&x) { format!("{x:e}") } else { x.to_string() });
@@ -12,118 +13,117 @@ fn vertices_at(vertices: &[(u64, [f64; 3])]) -> String {
     vertices.iter().map(|(vertex, at_m)| vertex_at(*vertex, at_m)).collect::<Vec<_>>().join(", ")
 }
 
-/// A mesh that cannot be used; every variant names the place.
+/// Error for a mesh that cannot be used. Every variant names the place.
 #[derive(Debug, thiserror::Error)]
 pub enum SurfaceError {
-    /// The file, or one that it refers to, cannot be read.
+    /// The file, or a file that it refers to, cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Unreadable {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the operating system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The file name ends in none of the known extensions.
+    /// The file name has none of the known extensions.
     #[error("{path}: unknown mesh format '{extension}': one of obj, ply, stl, gltf, glb", path = .path.display())]
     UnknownFormat {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The extension, empty if there is none.
+        /// Extension of the file; empty if it has none.
         extension: String,
     },
     /// The file does not follow its format.
     #[error("malformed {format}, {place}: {reason}")]
     Malformed {
-        /// The format's name.
+        /// Name of the format.
         format: &'static str,
-        /// Where: a line, a byte, an element.
+        /// Place in the file: a line, a byte or an element.
         place: String,
-        /// What is wrong there.
+        /// Fault at that place.
         reason: String,
     },
-    /// More vertices or triangles than are worked on.
-    #[error("too many vertices or triangles: at most {limit} of each")]
+    /// The mesh has too many vertices or triangles.
+    #[error("too many vertices or triangles: at most {limit} of each are accepted")]
     TooLarge {
-        /// How many are.
+        /// Largest accepted number of each.
         limit: u64,
     },
-    /// No vertex or no triangle.
+    /// The mesh has no vertex or no triangle.
     #[error("no {missing} were found; {expected}")]
     Empty {
-        /// Which of both.
+        /// Missing kind: vertices or faces.
         missing: &'static str,
-        /// What a file of this format has.
+        /// Description of a valid file of this format.
         expected: &'static str,
     },
     /// A coordinate is infinite or not a number.
     #[error("vertex {vertex} is not finite")]
     NonFiniteVertex {
-        /// The vertex of the file, counted from 0.
+        /// Vertex of the file, counted from 0.
         vertex: u64,
     },
-    /// A coordinate so large that volumes and masses are no finite numbers.
+    /// A coordinate is so large that volumes or masses would not be finite.
     #[error("{} is out of range: coordinates must lie within ±{limit_m:e} m. Check --unit", vertex_at(*.vertex, .at_m))]
     VertexOutOfRange {
-        /// The vertex of the file, counted from 0.
+        /// Vertex of the file, counted from 0.
         vertex: u64,
-        /// Where it is, m.
+        /// Position of the vertex, m.
         at_m: [f64; 3],
-        /// The largest magnitude of a coordinate, m.
+        /// Largest accepted magnitude of a coordinate, m.
         limit_m: f64,
     },
-    /// A face names a vertex that does not exist.
-    #[error("face {face} names vertex {index}, but there are {vertices}")]
+    /// A face refers to a vertex that does not exist.
+    #[error("face {face} refers to vertex {index}, but the mesh has {vertices} vertices")]
     VertexOutOfBounds {
-        /// The face of the file, counted from 0.
+        /// Face of the file, counted from 0.
         face: u64,
-        /// The index, counted from 0; negative where the file counts backwards past its beginning.
+        /// Vertex index, counted from 0; negative if a relative index precedes the first vertex.
         index: i64,
-        /// How many vertices there are.
+        /// Number of vertices.
         vertices: u64,
     },
-    /// A vertex of a crack so far from the object that distances to it would lose their digits.
+    /// A vertex of an existing crack is so far from the object that distances to it would lose their digits.
     #[error("vertex {vertex} is more than a million diagonals from the object")]
     FarVertex {
-        /// The vertex of the file, counted from 0.
+        /// Vertex of the file, counted from 0.
         vertex: u64,
     },
     /// Every triangle has zero area.
     #[error("every triangle is degenerate")]
     AllDegenerate,
-    /// All vertices lie in one point.
-    #[error("the bounding box is a point")]
+    /// All vertices coincide.
+    #[error("the bounding box is a point: all vertices coincide")]
     ZeroExtent,
-    /// The bounding box is so small or large that its fragments, whose vertices are single-precision meters, would lose their
-    /// shape.
-    #[error("a bounding box of {diagonal_m} m is out of range: 1e-30 to 1e36")]
+    /// The bounding box is too small or too large for fragments with single-precision vertices in meters.
+    #[error("the bounding-box diagonal, {diagonal_m} m, is out of range: 1e-30 to 1e36 m")]
     ExtentOutOfRange {
-        /// Its diagonal, meters.
+        /// Diagonal of the bounding box, m.
         diagonal_m: f64,
     },
-    /// The winding number exceeds ½ nowhere: a flat sheet, or shells that cancel.
-    #[error("the surface encloses nothing: it is open, or its shells cancel each other")]
+    /// No point has a winding number above ½: the surface is a flat sheet, or its shells cancel.
+    #[error("the surface encloses no volume: it is open, or its shells cancel each other")]
     NothingInside,
-    /// All vertices lie in a plane, or almost.
+    /// All vertices lie in a plane, or nearly so.
     #[error(
-        "the mesh is flat and encloses nothing: its extents are {:.3e} × {:.3e} × {:.3e} m; give it a thickness",
+        "the mesh is flat and encloses no volume: its extents are {:.3e} × {:.3e} × {:.3e} m; give it a thickness",
         .extents_m[0], .extents_m[1], .extents_m[2]
     )]
     Flat {
-        /// Its extents along its principal axes, the largest first, m.
+        /// Extents along the principal axes, largest first, m.
         extents_m: [f64; 3],
     },
-    /// A few vertices so far from the others that these are a dot.
+    /// A few vertices are so far from the others that the rest of the mesh is too small to resolve.
     #[error(
-        "far from all other vertices, up to {distance_m:.3e} m from the middle of the mesh, {times:.0} times as far as the others: {}. \
-         Nothing that is enclosed is left at that scale; remove them",
+        "outlying vertices, up to {distance_m:.3e} m from the middle of the mesh, {times:.0} times as far as the others: {}. \
+         At that scale the rest of the mesh encloses no volume; remove these vertices",
         vertices_at(.vertices)
     )]
     Outliers {
-        /// The vertices of the file, counted from 0, and where they are, m; the farthest first.
+        /// Outlying vertices, counted from 0, and their positions in m; farthest first.
         vertices: Vec<(u64, [f64; 3])>,
-        /// The largest of their distances from the middle of the mesh, m.
+        /// Largest distance of an outlier from the middle of the mesh, m.
         distance_m: f64,
-        /// That distance over the largest one of all other vertices.
+        /// That distance over the largest distance of all other vertices.
         times: f64,
     },
     /// The work was cancelled.

@@ -1,16 +1,18 @@
-//! The local frame: bounding-box center at the origin, bounding-box diagonal 1.
+//! Local frame of an object: bounding-box center at the origin, bounding-box diagonal 1.
 
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Diagonals that are accepted, m: fragments go out in single precision, which keeps all its digits from 1e-38 to 3e38, and
-/// a vertex may lie a millionth of the diagonal from its fragment's center.
+/// Accepted bounding-box diagonals, m.
+///
+/// Fragments are sent in single precision, which keeps all its digits from 1e-38 to 3e38. A vertex may lie a millionth
+/// of the diagonal from its fragment's center.
 pub(crate) const DIAGONAL_RANGE_M: std::ops::RangeInclusive<f64> = 1e-30..=1e36;
 
-/// Maps the mesh file's coordinates (meters, after `--unit`; y up, after `--up`) to local ones and back.
+/// Transform between the coordinates of a mesh file (meters, y up) and local coordinates.
 ///
-/// Scaling the input by a power of two changes `diagonal_m` alone, exactly; translating it changes `center_m` alone,
-/// to rounding.
+/// The mesh file's coordinates are those after `--unit` and `--up`. Scaling the input by a power of two changes only
+/// `diagonal_m`, exactly. Translating it changes only `center_m`, to rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LocalFrame {
     /// Center of the bounding box, meters.
@@ -20,17 +22,17 @@ pub struct LocalFrame {
 }
 
 impl LocalFrame {
-    /// Meters to local.
+    /// Converts a position from meters to local.
     pub fn to_local(&self, point_m: &Point3<f64>) -> Point3<f64> {
         Point3::from((point_m - self.center_m) / self.diagonal_m)
     }
 
-    /// Local to meters.
+    /// Converts a position from local to meters.
     pub fn to_meters(&self, local: &Point3<f64>) -> Point3<f64> {
         self.center_m + local.coords * self.diagonal_m
     }
 
-    /// A local direction or offset in meters.
+    /// Converts a direction or offset from local to meters.
     pub fn offset_m(&self, local: &Vector3<f64>) -> Vector3<f64> {
         local * self.diagonal_m
     }

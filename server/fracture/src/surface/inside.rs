@@ -1,8 +1,10 @@
-//! Inside, outside, and how far.
+//! Inside test and signed distance of a surface.
 //!
-//! Based on: A. Jacobson, L. Kavan, O. Sorkine-Hornung, *Robust inside-outside segmentation using generalized winding
-//! numbers* (2013); G. Barill, N. Dickson, R. Schmidt, D. Levin, A. Jacobson, *Fast winding numbers for soups and
-//! clouds* (2018). A point is inside where the winding number exceeds ½.
+//! A point is inside where the winding number exceeds ½.
+//!
+//! Based on: A. Jacobson, L. Kavan, O. Sorkine-Hornung, *Robust inside-outside segmentation using generalized
+//! winding numbers* (2013); G. Barill, N. Dickson, R. Schmidt, D. Levin, A. Jacobson, *Fast winding numbers
+//! for soups and clouds* (2018).
 
 use super::closest;
 use super::tree::{BoundingBox, TriangleTree};
@@ -12,24 +14,31 @@ use crate::lattice::SignedDistance;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-/// A winding number this far from ½, or less, is ambiguous.
+/// Largest difference of an ambiguous winding number from ½.
 const AMBIGUOUS: f64 = 0.3;
 
-/// Answers where a point lies relative to a surface. Queries take a few microseconds and may run on any thread.
+/// Point location relative to a surface: winding number, distance and signed distance.
+///
+/// Queries take a few microseconds and may run on any thread.
 #[derive(Clone, Debug)]
 pub struct InsideTest {
+    /// Hierarchy of the triangles.
     pub(super) tree: TriangleTree,
     winding: WindingMoments,
+    /// Bounding box of the triangles.
     pub(super) bounds: BoundingBox,
+    /// True if the winding number is an integer.
     pub(super) closed: bool,
-    /// The volume by the divergence theorem, and whether nothing more is needed.
+    /// Volume by the divergence theorem, local.
     pub(super) signed_volume: f64,
+    /// True if `signed_volume` is the enclosed volume, without further integration.
     pub(super) simple: bool,
+    /// Face of the input file that each triangle came from.
     pub(super) faces: Vec<u64>,
 }
 
 impl InsideTest {
-    /// Builds the hierarchy in O(n log n).
+    /// Builds the bounding-box hierarchy in O(n log n).
     pub fn new(surface: &Surface) -> Self {
         let triangles: Vec<_> = (0..surface.triangles.len()).map(|t| surface.corners(t)).collect();
         let tree = TriangleTree::new(&triangles);
@@ -44,34 +53,35 @@ impl InsideTest {
         }
     }
 
-    /// The winding number: how often the surface goes around a local point; exactly an integer if the surface is
-    /// closed, else to about 1e-3.
+    /// Winding number of the surface around a local point.
+    ///
+    /// Exactly an integer if the surface is closed, else accurate to about 1e-3.
     pub fn winding(&self, point: &Point3<f64>) -> f64 {
         let [winding] = self.windings(&[*point]);
         winding
     }
 
-    /// [`Self::winding`] of several points, cheaper if they lie close together.
+    /// Winding numbers of several points. Cheaper than single queries if the points lie close together.
     pub(super) fn windings<const N: usize>(&self, points: &[Point3<f64>; N]) -> [f64; N] {
         let windings = self.winding.at(&self.tree, points);
         if self.closed { windings.map(f64::round) } else { windings }
     }
 
-    /// Distance from a local point to the nearest triangle, local.
+    /// Distance from a local point to the nearest triangle; local.
     pub fn distance(&self, point: &Point3<f64>) -> f64 {
         closest::nearest(&self.tree, point).0.sqrt()
     }
 
-    /// The face of the input file that is nearest to a local point, counted from 0.
+    /// Face of the input file nearest to a local point, counted from 0.
     pub fn nearest_face(&self, point: &Point3<f64>) -> u64 {
         self.faces.get(closest::nearest(&self.tree, point).1 as usize).copied().unwrap_or(0)
     }
 
-    /// Distance to the surface, local, negative where the winding number w exceeds ½.
+    /// Signed distance from a local point to the surface; local, negative where the winding number w exceeds ½.
     ///
-    /// For a closed surface the size is [`Self::distance`]. For an open one it is distance · min(1, |1 − 2w|), which
-    /// vanishes on the film w = ½ that closes a hole, so that the sign never jumps; in front of a flat round hole,
-    /// on its axis, this is exactly the distance to the hole's plane. It never exceeds the distance to the surface.
+    /// For a closed surface its magnitude is [`Self::distance`]. For an open one it is distance · min(1, |1 − 2w|),
+    /// which vanishes on the film w = ½ that closes a hole, so the sign never jumps. On the axis of a flat round hole
+    /// it equals the distance to the hole's plane. It never exceeds the distance to the surface.
     pub fn signed_distance(&self, point: &Point3<f64>) -> f64 {
         self.distance(point) * (1.0 - 2.0 * self.winding(point)).clamp(-1.0, 1.0)
     }
@@ -81,8 +91,9 @@ impl InsideTest {
         points.par_iter().with_min_len(64).map(|point| self.signed_distance(point)).collect()
     }
 
-    /// Names the sample points, if any, whose winding number lies in (0.2, 0.8): those for which the holes of the
-    /// surface leave open whether they are inside.
+    /// Reports the sample points, if any, whose winding number lies in (0.2, 0.8).
+    ///
+    /// Holes of the surface leave it undecided whether these points are inside.
     pub fn ambiguous(&self, points: &[Point3<f64>]) -> Option<Defect> {
         let unsure = |point: &&Point3<f64>| (self.winding(point) - 0.5).abs() < AMBIGUOUS;
         let found: Vec<&Point3<f64>> = points.par_iter().with_min_len(64).filter(unsure).collect();

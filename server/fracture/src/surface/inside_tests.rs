@@ -4,13 +4,12 @@ use super::*;
 use crate::cancel_token::CancelToken;
 use crate::random::RandomStream;
 use nalgebra::Vector3;
-use parry3d_f64::query::PointQuery;
 
 fn surface(mesh: RawMesh) -> Surface {
     Surface::repair(mesh).unwrap()
 }
 
-/// `count` points, uniform in the surface's box widened by a tenth.
+/// `count` points, uniform in the surface's bounding box widened by a tenth.
 fn points(inside: &InsideTest, count: usize) -> Vec<Point3<f64>> {
     let mut random = RandomStream::new(7, 0);
     let (low, size) = (inside.bounds.low, inside.bounds.diagonal());
@@ -18,8 +17,10 @@ fn points(inside: &InsideTest, count: usize) -> Vec<Point3<f64>> {
     (0..count).map(|_| low + size.component_mul(&Vector3::from_fn(|_, _| uniform()))).collect()
 }
 
-/// Compares the hierarchy, for points alone and for four close together, with the sum over all triangles; returns how many
-/// points lie inside.
+/// Compares the hierarchy's winding numbers with the sum over all triangles, for single
+/// points and for four close together.
+///
+/// Returns the number of points inside.
 fn check_winding(surface: &Surface, count: usize) -> usize {
     let inside = InsideTest::new(surface);
     let triangles: Vec<_> = (0..surface.triangles.len()).map(|t| surface.corners(t)).collect();
@@ -40,7 +41,7 @@ fn check_winding(surface: &Surface, count: usize) -> usize {
     compared.iter().filter(|(.., within)| *within).count()
 }
 
-/// A sphere without its cap above `height`.
+/// Sphere without its cap above `height`.
 fn open_sphere(height: f64) -> RawMesh {
     let mut mesh = shapes::sphere(1.0, 4);
     let RawMesh { positions_m, triangles, .. } = &mut mesh;
@@ -68,19 +69,6 @@ fn ten_thousand_points_are_on_the_right_side_of_a_torus() {
     let within = check_winding(&surface, 10_000) as f64 / 10_000.0;
     let size = InsideTest::new(&surface).bounds.diagonal() * 1.2;
     assert!((within - surface.signed_volume() / size.product()).abs() < 0.015);
-}
-
-#[test]
-fn the_distance_matches_parry() {
-    let surface = surface(shapes::mug());
-    let inside = InsideTest::new(&surface);
-    let vertices = surface.positions.iter().map(|p| parry3d_f64::math::Vector::new(p.x, p.y, p.z)).collect();
-    let oracle = parry3d_f64::shape::TriMesh::new(vertices, surface.triangles.clone()).unwrap();
-    for point in points(&inside, 500) {
-        let place = parry3d_f64::math::Vector::new(point.x, point.y, point.z);
-        let expected = oracle.distance_to_local_point(place, false);
-        assert!((inside.distance(&point) - expected).abs() < 1e-12);
-    }
 }
 
 #[test]

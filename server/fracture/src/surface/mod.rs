@@ -1,7 +1,7 @@
-//! From a mesh file to a surface with an inside.
+//! Surface meshes: reading, repair and inside tests.
 //!
-//! [`read`] takes the file as it is, [`Surface::repair`] mends what can be mended and names what was wrong, [`InsideTest`]
-//! answers where a point lies and how far from the surface. [`shapes`] generates closed meshes.
+//! [`read`] reads a mesh file unchanged. [`Surface::repair`] repairs it as far as possible and lists its defects.
+//! [`InsideTest`] locates points and measures their distance from the surface. [`shapes`] generates closed meshes.
 
 mod closest;
 mod crack_sheets;

@@ -1,40 +1,41 @@
-//! Which of many points, or triangles, is nearest.
+//! Nearest of many points or triangles.
 
 use super::closest;
 use super::tree::TriangleTree;
 use crate::triangle::closest_point;
 use nalgebra::Point3;
 
-/// Points that can be asked which of them is nearest to another.
+/// Point set with nearest-point queries.
 pub struct NearestPoints(TriangleTree);
 
 impl NearestPoints {
-    /// Of these points.
+    /// Builds the search structure of `points`.
     pub fn new(points: &[Point3<f64>]) -> Self {
         let triangles: Vec<[Point3<f64>; 3]> = points.iter().map(|point| [*point; 3]).collect();
         Self(TriangleTree::new(&triangles))
     }
 
-    /// The place of the point nearest to `point` in their list; 0 without points.
+    /// Index of the point nearest to `point`; 0 if there are none.
     pub fn to(&self, point: &Point3<f64>) -> usize {
         closest::nearest(&self.0, point).1 as usize
     }
 }
 
-/// Triangles that can be asked which of them is nearest to a point.
+/// Triangle set with nearest-triangle queries.
 pub struct NearestTriangles {
     tree: TriangleTree,
     triangles: Vec<[Point3<f64>; 3]>,
 }
 
 impl NearestTriangles {
-    /// Of these triangles.
+    /// Builds the search structure of `triangles`.
     pub fn new(triangles: &[[Point3<f64>; 3]]) -> Self {
         Self { tree: TriangleTree::new(triangles), triangles: triangles.to_vec() }
     }
 
-    /// The place of the triangle nearest to `point` in their list, and the barycentric coordinates of its nearest point; the first
-    /// corner of a triangle without area. 0 without triangles.
+    /// Index of the triangle nearest to `point`, and the barycentric coordinates of the closest point on it.
+    ///
+    /// A triangle without area yields its first corner. Without triangles the index is 0.
     pub fn to(&self, point: &Point3<f64>) -> (usize, [f64; 3]) {
         let triangle = closest::nearest(&self.tree, point).1 as usize;
         let weights = self.triangles.get(triangle).map(|corners| barycentric(corners, &closest_point(corners, point)));
@@ -43,13 +44,13 @@ impl NearestTriangles {
 }
 
 impl NearestTriangles {
-    /// How far `point` is from the nearest triangle; infinite without triangles.
+    /// Distance from `point` to the nearest triangle; infinite without triangles.
     pub fn distance(&self, point: &Point3<f64>) -> f64 {
         closest::nearest(&self.tree, point).0.sqrt()
     }
 }
 
-/// Barycentric coordinates of a point of a triangle, none negative; the first corner of one without area.
+/// Barycentric coordinates of a point of a triangle, none negative. A triangle without area yields its first corner.
 pub(crate) fn barycentric([a, b, c]: &[Point3<f64>; 3], point: &Point3<f64>) -> [f64; 3] {
     let normal = (b - a).cross(&(c - a));
     let part = |from: &Point3<f64>, to: &Point3<f64>| (to - from).cross(&(point - from)).dot(&normal).max(0.0);

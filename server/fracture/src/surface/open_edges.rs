@@ -1,7 +1,7 @@
-//! Where sheets end, and the slots around them.
+//! Open edges of crack sheets, and the slots around the sheets.
 //!
-//! A slot of half width w along a whole sheet would reach w beyond where the sheet ends, and make a crack that much longer. So
-//! where a sheet ends within the body, the slot is that of the sheet less a strip of width w along its end.
+//! A slot of half width w along a whole sheet would reach w beyond the sheet's end and lengthen the crack by as much.
+//! Where a sheet ends inside the body, the slot therefore follows the sheet less a strip of width w along that end.
 
 use super::closest;
 use super::tree::TriangleTree;
@@ -10,20 +10,24 @@ use crate::triangle::closest_point;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 
-/// Ends of slots are looked at up to so many half widths from a sheet.
+/// Distance from a sheet, in half widths, up to which the ends of slots are examined.
 const REACH: f64 = 2.0;
 
-/// A sheet ends where nothing else is nearer than this share of the way that one goes away from its end.
+/// Clearance that marks the end of a sheet.
+///
+/// A sheet ends at an edge if, one half width away from it, every other triangle is at least
+/// this share of a half width away.
 const CLEAR: f64 = 0.9;
 
-/// Edges that only one triangle has.
+/// Edges that belong to one triangle only.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OpenEdges {
     tree: TriangleTree,
     edges: Vec<Edge>,
 }
 
-/// An edge of a triangle: its ends, the triangle's unit normal, and the unit direction away from the triangle in its plane.
+/// Edge of a triangle: its ends, the triangle's unit normal, and the unit direction in its
+/// plane away from the triangle.
 #[derive(Clone, Copy, Debug)]
 struct Edge {
     ends: [Point3<f64>; 2],
@@ -32,9 +36,9 @@ struct Edge {
 }
 
 impl OpenEdges {
-    /// Of triangles with their corners in increasing order.
+    /// Collects the open edges of `triangles`, whose corners are in lexicographic order.
     pub fn new(triangles: &[[Point3<f64>; 3]]) -> Self {
-        // The third corner of each edge.
+        // The two ends and the third corner of each edge.
         let edges = |&[a, b, c]: &[Point3<f64>; 3]| [([a, b], c), ([a, c], b), ([b, c], a)];
         let key = |ends: &[Point3<f64>; 2]| ends.map(|end| end.coords.map(f64::to_bits));
         let mut count: HashMap<_, u32> = HashMap::new();
@@ -45,7 +49,7 @@ impl OpenEdges {
         Self { tree: TriangleTree::new(&flat), edges }
     }
 
-    /// The edge nearest to a point, and its place that is.
+    /// Nearest edge to a point, and the closest point on it.
     fn nearest(&self, point: &Point3<f64>) -> Option<(&Edge, Point3<f64>)> {
         let edge = self.edges.get(closest::nearest(&self.tree, point).1 as usize)?;
         let [a, b] = edge.ends;
@@ -63,16 +67,18 @@ impl Edge {
 }
 
 impl CrackSheets {
-    /// How deep a local point lies in the slots of half width `half` (local) around the sheets; positive within them.
+    /// Depth of a local point inside the slots around the sheets; positive inside, local.
+    ///
+    /// The slots have half width `half` (local).
     pub fn slot_depth(&self, inside: &InsideTest, point: &Point3<f64>, half: f64) -> f64 {
         let distance = self.distance(point);
         if distance >= REACH * half {
             return half - distance;
         }
         let Some((edge, end)) = self.rim.nearest(point) else { return half - distance };
-        // How far the foot of the point is from the end; nothing where the sheet has ended.
+        // Distance of the point's foot on the sheet from the end of the sheet; 0 beyond the end.
         let foot = ((point - end).norm_squared() - distance * distance).max(0.0).sqrt();
-        // An end at the surface is none: the crack is open there.
+        // An end at the surface leaves the slot open, because the crack is open there.
         let strip = (-inside.signed_distance(&end)).clamp(0.0, half);
         if foot >= strip || !self.ends(edge, &end, half) {
             return half - distance;
@@ -80,8 +86,9 @@ impl CrackSheets {
         half - distance.hypot(strip - foot)
     }
 
-    /// Whether the sheet of `edge` ends at `place`: nothing is there all around, neither its continuation, welded or not, nor
-    /// another sheet that it meets.
+    /// Returns true if the sheet of `edge` ends at `place`.
+    ///
+    /// That holds if no triangle is near in any direction: neither a continuation, welded or not, nor another sheet.
     fn ends(&self, edge: &Edge, place: &Point3<f64>, half: f64) -> bool {
         let diagonal = |side: f64| (edge.outward + edge.normal * side).normalize();
         let around = [edge.outward, diagonal(1.0), diagonal(-1.0), edge.normal, -edge.normal];
@@ -94,7 +101,7 @@ mod tests {
     use super::*;
     use crate::surface::{RawMesh, Surface, shapes};
 
-    /// Slots of half width 0.05 in a cube of side 1.
+    /// Checks the slot depth at `at`, for half width 0.05 in a cube of side 1.
     fn check(rectangles: &[[[f64; 3]; 4]], at: [f64; 3], depth: f64) {
         let points = rectangles.as_flattened().iter().map(|at| Point3::from(*at)).collect();
         let pair = |k: u32| [[4 * k, 4 * k + 1, 4 * k + 2], [4 * k, 4 * k + 2, 4 * k + 3]];
@@ -107,7 +114,7 @@ mod tests {
         assert!((found - depth).abs() < 1e-9, "{found} instead of {depth} at {at:?}");
     }
 
-    /// The rectangle z = `z` between these.
+    /// Rectangle in the plane z = `z` over the given ranges of x and y.
     fn flat(x: [f64; 2], y: [f64; 2], z: f64) -> [[f64; 3]; 4] {
         [[x[0], y[0], z], [x[1], y[0], z], [x[1], y[1], z], [x[0], y[1], z]]
     }

@@ -1,11 +1,11 @@
-//! A mesh as a file gives it, in meters and y-up, with nothing mended.
+//! Mesh as read from a file: meters, y up, not repaired.
 
 use super::{DIAGONAL_RANGE_M, SurfaceError, TriangleAttributes};
 use nalgebra::Point3;
 use std::fmt;
 use std::str::FromStr;
 
-/// The length unit of a mesh file's coordinates.
+/// Length unit of a mesh file's coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LengthUnit {
     /// Meters, the default.
@@ -20,7 +20,7 @@ pub enum LengthUnit {
 }
 
 impl LengthUnit {
-    /// All of them, the default first.
+    /// All units, the default first.
     pub const ALL: [Self; 4] = [Self::M, Self::Cm, Self::Mm, Self::In];
 
     /// Meters per unit.
@@ -45,7 +45,7 @@ impl fmt::Display for LengthUnit {
     }
 }
 
-/// A word that names no unit.
+/// Error for a word that names no length unit.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("unknown unit '{0}': one of m, cm, mm, in")]
 pub struct UnknownUnit(String);
@@ -64,13 +64,13 @@ impl FromStr for LengthUnit {
     }
 }
 
-/// The axis of a mesh file that points up.
+/// Axis of a mesh file that points up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum UpAxis {
     /// +Y, the default.
     #[default]
     Y,
-    /// +Z; (x, y, z) is turned to (x, z, −y).
+    /// +Z; (x, y, z) is rotated to (x, z, −y).
     Z,
 }
 
@@ -83,7 +83,7 @@ impl fmt::Display for UpAxis {
     }
 }
 
-/// A word that names no up axis.
+/// Error for a word that names no up axis.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("unknown up axis '{0}': one of y, z")]
 pub struct UnknownUpAxis(String);
@@ -100,44 +100,47 @@ impl FromStr for UpAxis {
     }
 }
 
-/// Rounding of a coordinate stored as f32, relative to its magnitude.
+/// Relative rounding error of a coordinate stored as f32.
 pub const SINGLE: f64 = f32::EPSILON as f64 / 2.0;
 
-/// Rounding of a coordinate stored as f64 or as decimal text, relative to its magnitude.
+/// Relative rounding error of a coordinate stored as f64 or as decimal text.
 pub const DOUBLE: f64 = f64::EPSILON / 2.0;
 
-/// Triangles as they came from a file or a generator.
+/// Triangle mesh from a file or a generator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RawMesh {
     /// Vertex positions, meters, y up.
     pub positions_m: Vec<Point3<f64>>,
-    /// Vertex indices, counter-clockwise seen from outside if the maker was careful.
+    /// Vertex indices of each triangle, intended to be counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// The face of the file, counted from 0, that each triangle was cut from; empty if every face is a triangle.
+    /// Face of the file, counted from 0, that each triangle was cut from. Empty if every face is a triangle.
     pub faces: Vec<u32>,
-    /// Rounding of the stored coordinates relative to their magnitude: [`SINGLE`] or [`DOUBLE`].
+    /// Relative rounding error of the stored coordinates: [`SINGLE`] or [`DOUBLE`].
     pub rounding: f64,
-    /// How the triangles look.
+    /// Normals, texture coordinates and materials of the triangles.
     pub looks: TriangleAttributes,
 }
 
 impl RawMesh {
-    /// A mesh of triangles in double precision.
+    /// Creates a mesh in double precision without attributes.
     pub fn new(positions_m: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Self {
         Self { positions_m, triangles, faces: Vec::new(), rounding: DOUBLE, looks: TriangleAttributes::default() }
     }
 
-    /// The file's face that triangle `triangle` was cut from.
+    /// Face of the file that `triangle` was cut from.
     pub fn face(&self, triangle: usize) -> u64 {
         self.faces.get(triangle).map_or(triangle as u64, |&face| u64::from(face))
     }
 
-    /// Checks that there is something, that every coordinate is finite and not too large, and that every index names a vertex.
+    /// Checks that the mesh is not empty, its coordinates are finite and in range, and every index refers to a vertex.
+    ///
+    /// # Errors
+    /// [`SurfaceError`]: the first defect.
     pub fn check(&self) -> Result<(), SurfaceError> {
         self.check_expected("a mesh has vertices and faces")
     }
 
-    /// As [`Self::check`]; a refusal of an empty mesh says what is `expected`.
+    /// As [`Self::check`]. The error for an empty mesh states what is `expected`.
     pub(super) fn check_expected(&self, expected: &'static str) -> Result<(), SurfaceError> {
         let missing = [("vertices", self.positions_m.is_empty()), ("faces", self.triangles.is_empty())];
         if let Some((missing, _)) = missing.into_iter().find(|(_, is_missing)| *is_missing) {
@@ -161,7 +164,7 @@ impl RawMesh {
         Ok(())
     }
 
-    /// Turns file coordinates into meters and y-up.
+    /// Converts file coordinates to meters and y up.
     pub(super) fn place(&mut self, unit: LengthUnit, up: UpAxis) {
         let meters = unit.meters();
         for point in &mut self.positions_m {

@@ -1,31 +1,31 @@
-//! Why a surface encloses nothing: it is flat, or a few vertices are far from all others.
+//! Causes of a surface that encloses no volume: it is flat, or a few vertices are far from all others.
 
 use super::{RawMesh, Surface, SurfaceError};
 use nalgebra::{Matrix3, Point3, Vector3};
 
-/// An outlier is so many times as far from the middle as all vertices that are none.
+/// Smallest ratio of an outlier's distance from the middle to that of the other vertices.
 const TIMES_MIN: f64 = 30.0;
 
-/// Fewer vertices have no outlier.
+/// Smallest vertex count at which outliers are searched for.
 const VERTICES_MIN: usize = 8;
 
-/// More vertices are no outliers, but a part.
+/// Largest number of outliers. More of them are a part of the mesh.
 const OUTLIERS_MAX: usize = 8;
 
-/// A mesh whose least extent is this small, over its largest, is flat.
+/// Largest ratio of the least to the largest extent of a flat mesh.
 const FLAT: f64 = 1e-4;
 
 /// Vertices that are far from all others.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Outliers {
-    /// The farthest first.
+    /// Vertex indices and positions in m, farthest first.
     vertices: Vec<(u64, [f64; 3])>,
     distance_m: f64,
     times: f64,
 }
 
 impl Outliers {
-    /// That of the vertices that triangles of `raw` use.
+    /// Finds the outliers among the vertices that triangles of `raw` use.
     pub fn of(raw: &RawMesh) -> Option<Self> {
         let mut used: Vec<u32> = raw.triangles.iter().flatten().copied().collect();
         used.sort_unstable();
@@ -38,7 +38,7 @@ impl Outliers {
             Point3::from(Vector3::from_fn(|axis, _| median(used.iter().map(|vertex| point(*vertex)[axis]).collect())));
         let mut far: Vec<(f64, u32)> = used.iter().map(|vertex| ((point(*vertex) - middle).norm(), *vertex)).collect();
         far.sort_by(|a, b| b.0.total_cmp(&a.0));
-        // Fewer than half, so that the middle is one of the others.
+        // Fewer than half, so that the middle is among the others.
         let most = OUTLIERS_MAX.min((used.len() - 1) / 2);
         let is_gap = |count: &usize| far[count - 1].0 >= TIMES_MIN * far[*count].0;
         let count = (1..=most).rev().find(is_gap)?;
@@ -48,14 +48,14 @@ impl Outliers {
     }
 }
 
-/// The value below which half of them are; there is at least one.
+/// Median of `values`, which must not be empty; the lower one of two.
 fn median(mut values: Vec<f64>) -> f64 {
     let place = (values.len() - 1) / 2;
     *values.select_nth_unstable_by(place, f64::total_cmp).1
 }
 
 impl Surface {
-    /// Why nothing is inside: a few vertices are far from all others, or the surface is flat, if either is so.
+    /// Cause of an empty inside: outlying vertices or a flat surface. `None` if neither applies.
     pub fn nothing_inside(&self) -> Option<SurfaceError> {
         if let Some(Outliers { vertices, distance_m, times }) = self.outliers.clone() {
             return Some(SurfaceError::Outliers { vertices, distance_m, times });
@@ -64,7 +64,7 @@ impl Surface {
         (extents_m[2] <= FLAT * extents_m[0]).then_some(SurfaceError::Flat { extents_m })
     }
 
-    /// Extents along the principal axes, the largest first, local.
+    /// Extents along the principal axes, largest first; local.
     fn extents(&self) -> [f64; 3] {
         let count = self.positions.len().max(1) as f64;
         let mean = self.positions.iter().map(|point| point.coords).sum::<Vector3<f64>>() / count;

@@ -1,11 +1,11 @@
-//! The real meshes of the folder `SHATTER_MESHES`, and damaged copies of them.
+//! Repair of the real meshes in the folder `SHATTER_MESHES`, and of damaged copies of them.
 
 use super::*;
 use crate::cancel_token::CancelToken;
 use DefectKind::*;
 use std::path::PathBuf;
 
-/// A mesh of the folder, or nothing and a word about it.
+/// Reads a mesh of the folder. Without the folder, prints that the test is skipped and returns `None`.
 fn mesh(name: &str) -> Option<RawMesh> {
     let Some(folder) = std::env::var_os("SHATTER_MESHES").map(PathBuf::from) else {
         println!("skipped: SHATTER_MESHES is not set");
@@ -14,7 +14,7 @@ fn mesh(name: &str) -> Option<RawMesh> {
     Some(read(&folder.join(name), LengthUnit::M, UpAxis::Y).unwrap())
 }
 
-/// Repairs a mesh and checks its defects (kind, count) and its volume, local, to 0.3 %.
+/// Repairs a mesh and checks its defects (kind, count) and its local volume, to 0.3 %.
 fn check(name: &str, damage: impl Fn(&mut RawMesh), defects: &[(DefectKind, u64)], volume: f64) {
     let Some(mut raw) = mesh(name) else { return };
     damage(&mut raw);
@@ -46,8 +46,10 @@ fn the_cow_has_a_bow_tie() {
     check("cow.obj", |_| {}, &[(SelfIntersection, 71), (NonManifoldVertex, 1)], 0.0260778);
 }
 
-/// The volumes of open meshes: bunny and spot's like from a reference that fills holes by fans; the others as found,
-/// plausible against the same reference, which counts overlaps twice.
+/// Volumes of open meshes.
+///
+/// Those of bunny and spot come from a reference that fills holes by fans. The others are the values found; they agree
+/// roughly with the same reference, which counts overlaps twice.
 #[test]
 fn open_meshes_have_an_inside() {
     check("stanford-bunny.obj", |_| {}, &[(Holes, 5), (UnreferencedVertices, 1113)], 0.0481899);

@@ -1,31 +1,32 @@
-//! How the triangles of a mesh look: what their file says beside where they are.
+//! Attributes of mesh triangles: normals, texture coordinates and materials.
 
 use crate::scene::brief;
 
-/// Material of a triangle that has none.
+/// Index of a triangle without a material.
 pub const NO_MATERIAL: u32 = u32::MAX;
 
-/// Largest texture coordinate that is kept: interpolation between larger ones would leave single precision.
+/// Largest accepted texture coordinate. Interpolation between larger ones would overflow single precision.
 pub const UV_MAX: f32 = 1e9;
 
-/// Normals, texture coordinates and materials, triangle by triangle. A list is empty if the file does not have it for every
-/// triangle.
+/// Normals, texture coordinates and materials per triangle.
+///
+/// A list is empty if the file lacks the attribute for any triangle.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleAttributes {
-    /// Normals of the three corners, of length one, y up.
+    /// Unit normals of the three corners, y up.
     pub normals: Vec<[[f32; 3]; 3]>,
-    /// Texture coordinates of the three corners, v upwards: as in OBJ and PLY files, (u, 1 − v) of glTF's.
+    /// Texture coordinates of the three corners, v up: as in OBJ and PLY files, and (u, 1 − v) of glTF's.
     pub uvs: Vec<[[f32; 2]; 3]>,
-    /// Materials, by their place in `names`, or [`NO_MATERIAL`].
+    /// Index of each triangle's material in `names`, or [`NO_MATERIAL`].
     pub materials: Vec<u32>,
     /// Names of the materials, in the file's order.
     pub names: Vec<String>,
-    /// What was left out, and the first triangle for which it is not told.
+    /// Dropped attributes, each with the first triangle that lacks a valid value.
     pub lost: Vec<(&'static str, u32)>,
 }
 
 impl TriangleAttributes {
-    /// The looks that vertices give to these triangles; what is not there for every vertex is left out.
+    /// Attributes of triangles from attributes of their vertices. Drops those that some vertex lacks.
     pub(super) fn of_vertices(triangles: &[[u32; 3]], normals: &[[f32; 3]], uvs: &[[f32; 2]]) -> Self {
         fn corners<T: Copy>(triangles: &[[u32; 3]], of: &[T]) -> Vec<[T; 3]> {
             let known = triangles.iter().flatten().all(|&vertex| (vertex as usize) < of.len());
@@ -34,7 +35,7 @@ impl TriangleAttributes {
         Self { normals: corners(triangles, normals), uvs: corners(triangles, uvs), ..Self::default() }
     }
 
-    /// Without the lists that do not tell of each of `triangles` triangles in numbers that can be used; normals of length one.
+    /// Drops the lists that are not valid for each of `triangles` triangles, and normalizes the normals.
     #[must_use]
     pub fn fitting(mut self, triangles: usize) -> Self {
         let length = |normal: &[f32; 3]| normal.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
@@ -61,7 +62,7 @@ impl TriangleAttributes {
         self
     }
 
-    /// Those of the triangles `source`, in their order, each with its last two corners exchanged where it is `turned`.
+    /// Attributes of the triangles `source`, in their order. The last two corners are exchanged where `turned`.
     #[must_use]
     pub(super) fn of(&self, source: &[u32], turned: &[bool]) -> Self {
         fn pick<T: Copy>(of: &[[T; 3]], source: &[u32], turned: &[bool]) -> Vec<[T; 3]> {
@@ -85,7 +86,7 @@ impl TriangleAttributes {
     }
 }
 
-/// The first of `triangles` triangles that a list does not tell of as it should; a list that is empty tells nothing.
+/// First of `triangles` triangles whose entry is missing or invalid. `None` for an empty list.
 fn unfit<T>(list: &[T], triangles: usize, fits: impl Fn(&T) -> bool) -> Option<u32> {
     let first =
         || list.iter().position(|own| !fits(own)).or((list.len() != triangles).then_some(list.len().min(triangles)));

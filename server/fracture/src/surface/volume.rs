@@ -1,8 +1,8 @@
-//! The volume that a surface encloses, whatever its state.
+//! Volume that a surface encloses, for any state of the surface.
 //!
-//! Based on: the divergence theorem where the winding number w is 0 or 1. Otherwise stratified sampling on an adaptive
-//! grid: of 1[w > ½] − w if the surface is closed, which differs from 0 only where shells overlap (the divergence theorem
-//! gives ∫w exactly); of 1[w > ½] if it is open.
+//! Uses the divergence theorem where the winding number w is 0 or 1. Otherwise it samples on an adaptive grid,
+//! stratified. For a closed surface it samples 1[w > ½] − w, which differs from 0 only where shells overlap, and adds
+//! ∫w by the divergence theorem. For an open one it samples 1[w > ½].
 
 use super::{InsideTest, SurfaceError};
 use crate::cancel_token::CancelToken;
@@ -10,46 +10,52 @@ use crate::random::RandomStream;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-/// Most halvings of the bounding box along each axis. A finest cell that meets the surface is sampled at a random point
-/// and its mirror image about the center: a plane through the cell rarely holds both or neither, so two points err
-/// little more than eight independent ones.
+/// Largest number of halvings of the bounding box along each axis.
+///
+/// A finest cell that meets the surface is sampled at a random point and at its mirror image about the center. A plane
+/// through the cell rarely has both points on one side, so the two err little more than eight independent ones.
 const DEPTH: u32 = 6;
 
 /// Standard error of a sampled cell over its volume: that of eight independent points.
 const CELL_ERROR: f64 = 0.18;
 
-/// Cells are halved until the standard error is this share of the volume.
+/// Target standard error as a share of the volume. Cells are halved until it is met.
 const TOLERANCE: f64 = 1e-3;
 
-/// Away from the surface the winding number is harmonic. If it varies by no more than 1 within a distance d, its gradient
-/// is at most this over d (the sharp bound in three dimensions: ¾ of the range).
+/// Bound of the winding number's gradient away from the surface, where it is harmonic.
+///
+/// If it varies by no more than 1 within a distance d, its gradient is at most this over d (the sharp bound in three
+/// dimensions: ¾ of the range).
 const STEEPEST: f64 = 0.75;
 
-/// Less than this, local, is nothing: the volume of a cube of a thousandth of the diagonal.
+/// Volume below which nothing counts as inside, local: a cube of a thousandth of the diagonal.
 const NOTHING: f64 = 1e-9;
 
-/// A cell of the bounding box, halved `depth` times: its place along each axis in units of its own size.
+/// Cell of the bounding box, halved `depth` times. `place` counts cells of its own size along each axis.
 #[derive(Clone, Copy)]
 struct Cell {
     depth: u32,
     place: [u32; 3],
 }
 
-/// What a cell adds: a known integral, or one that smaller cells or samples must tell.
+/// Contribution of a cell: a known integral, or a cell that needs refinement or samples.
 enum Share {
     Known(f64),
     Mixed(Cell),
 }
 
-/// Cells that are sampled together, and their points.
+/// Number of cells sampled together.
 const TOGETHER: usize = 4;
+/// Number of their sample points.
 const POINTS: usize = 2 * TOGETHER;
 
 impl InsideTest {
-    /// The volume of the points with a winding number above ½, local (cubed diagonals): exact to rounding for simple
-    /// surfaces, else to about 0.1 %. The same for any number of threads.
+    /// Volume of the points with a winding number above ½; local (cubed diagonals).
     ///
-    /// Errors: nothing inside, or cancelled.
+    /// Exact to rounding for simple surfaces, else to about 0.1 %. Does not depend on the number of threads.
+    ///
+    /// # Errors
+    /// Nothing inside, or cancelled.
     pub fn input_volume(&self, token: &CancelToken) -> Result<f64, SurfaceError> {
         let volume = match (self.simple, self.closed) {
             (true, _) => self.signed_volume,
@@ -59,7 +65,7 @@ impl InsideTest {
         if volume > NOTHING { Ok(volume) } else { Err(SurfaceError::NothingInside) }
     }
 
-    /// The integral of `integrand` over the bounding box, level by level.
+    /// Integral of `integrand` over the bounding box, refined level by level.
     fn integrate(&self, token: &CancelToken) -> Result<f64, SurfaceError> {
         let mut mixed = vec![Cell { depth: 0, place: [0; 3] }];
         let mut sum = 0.0;
@@ -78,7 +84,7 @@ impl InsideTest {
         Ok(sum + sampled.iter().sum::<f64>())
     }
 
-    /// Whether samples of the `mixed` cells, all of one size, tell enough beside the `known` part.
+    /// Returns true if samples of the `mixed` cells, all of one size, are accurate enough beside the `known` part.
     fn fine_enough(&self, known: f64, mixed: &[Cell]) -> bool {
         let Some(cell) = mixed.first() else { return true };
         let (count, volume) = (mixed.len() as f64, self.size(cell).product());
@@ -86,7 +92,7 @@ impl InsideTest {
         cell.depth == DEPTH || CELL_ERROR * count.sqrt() * volume <= TOLERANCE * whole
     }
 
-    /// What is summed, at a point with this winding number.
+    /// Integrand at a point with this winding number.
     fn integrand(&self, winding: f64) -> f64 {
         let indicator = if winding > 0.5 { 1.0 } else { 0.0 };
         if self.closed { indicator - winding } else { indicator }
@@ -100,7 +106,7 @@ impl InsideTest {
         self.bounds.low + self.size(cell).component_mul(&Vector3::from(cell.place.map(f64::from)))
     }
 
-    /// What the cells of one parent add.
+    /// Contributions of the children of one cell.
     fn shares(&self, cells: [Cell; 8]) -> [Share; 8] {
         let size = self.size(&cells[0]);
         let radius = 0.5 * size.norm();
@@ -121,7 +127,7 @@ impl InsideTest {
         })
     }
 
-    /// The integral over 1 to [`TOGETHER`] cells of one size, from a random point in each and its mirror image.
+    /// Integral over 1 to [`TOGETHER`] cells of one size, from a random point in each and its mirror image.
     fn sample(&self, cells: &[Cell]) -> f64 {
         let size = self.size(&cells[0]);
         let mut points = [self.corner(&cells[0]); POINTS];

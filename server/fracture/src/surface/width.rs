@@ -1,55 +1,56 @@
-//! How thick the walls of a shape are, and how wide the gaps between them.
+//! Wall thickness of a shape, and width of the gaps between its walls.
 //!
 //! Based on: L. Shapira, A. Shamir, D. Cohen-Or, *Consistent mesh partitioning and skeletonisation using the shape
-//! diameter function* (2008), with the one ray along the normal, and inside and outside by the winding number.
+//! diameter function* (2008), with a single ray along the normal. The winding number separates inside from outside.
 
 use super::InsideTest;
 use crate::cancel_token::{CancelToken, Cancelled};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-/// Points on the surface that are asked, uniform by area.
+/// Number of sample points on the surface, uniform by area.
 const SAMPLES: usize = 1024;
 
-/// Shortest steps along a ray up to the limit, and halvings of the one in which the side changes.
+/// Number of shortest steps along a ray, up to the limit.
 const STEPS: usize = 64;
 
-/// Longest stride, in such steps, through a body whose surface is open.
+/// Longest stride, in shortest steps, for an open surface.
 const STEPS_OPEN: f64 = 6.0;
+/// Halvings of the step in which the ray changes sides.
 const HALVINGS: usize = 12;
 
-/// Depth, over the limit, at which a point is taken to be on one side of the surface.
+/// Offset from the surface, over the limit, at which the side of a point is determined.
 const SKIN: f64 = 1e-4;
 
-/// Which side of the surface is measured.
+/// Side of the surface on which a width is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WidthSide {
-    /// From the surface inward to where the body ends.
+    /// Wall thickness: from the surface inward to the end of the body.
     Wall,
-    /// From the surface outward to where the body begins again.
+    /// Gap width: from the surface outward to the next part of the body.
     Gap,
 }
 
-/// A width at a point of the surface.
+/// Width at a point of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Width {
-    /// From here to the other side along the normal, local, at most the limit that was asked for.
+    /// Distance to the opposite side along the normal, local; at most the requested limit.
     pub width: f64,
-    /// The point halfway, local.
+    /// Point halfway to the opposite side, local.
     pub middle: Point3<f64>,
-    /// The face of the input file, counted from 0.
+    /// Face of the input file, counted from 0.
     pub face: u64,
 }
 
-/// Widths at points uniform by area, ascending.
+/// Widths at points distributed uniformly by area, ascending.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Widths {
-    /// One per point at which the surface separates inside from outside.
+    /// One sample per point at which the surface separates inside from outside.
     pub samples: Vec<Width>,
 }
 
 impl Widths {
-    /// The width that `share` (0 ..= 1) of the area falls below; infinite without samples.
+    /// Width below which a `share` (0 ..= 1) of the area lies; infinite without samples.
     pub fn quantile(&self, share: f64) -> f64 {
         let rank = (share * self.samples.len() as f64) as usize;
         self.samples.get(rank.min(self.samples.len().saturating_sub(1))).map_or(f64::INFINITY, |sample| sample.width)
@@ -57,8 +58,13 @@ impl Widths {
 }
 
 impl InsideTest {
-    /// Widths up to `limit` (local, positive). Samples where the surface does not separate inside from outside, as on
-    /// sheets within a body, are left out. Errors: cancelled.
+    /// Measures widths up to `limit` (local, positive).
+    ///
+    /// Skips samples where the surface does not separate inside from outside, as on sheets
+    /// within a body. Errors: cancelled.
+    ///
+    /// # Errors
+    /// Cancelled.
     pub fn widths(&self, side: WidthSide, limit: f64, token: &CancelToken) -> Result<Widths, Cancelled> {
         let areas: Vec<f64> = self.tree.triangles.iter().map(|corners| normal(corners).norm()).collect();
         let ends: Vec<f64> = areas
@@ -83,7 +89,7 @@ impl InsideTest {
         Ok(Widths { samples })
     }
 
-    /// The width at a point of a stored triangle.
+    /// Width at a sample point of a stored triangle.
     fn width(&self, side: WidthSide, limit: f64, triangle: usize, sample: usize) -> Option<Width> {
         let corners = self.tree.triangles.get(triangle)?;
         let point = spread(corners, sample);
@@ -101,7 +107,7 @@ impl InsideTest {
         let step = limit / STEPS as f64;
         let mut below = skin;
         let mut above = loop {
-            // As far as the nearest surface is away the side cannot change; films over holes may be nearer.
+            // The side cannot change within the distance of the nearest surface, but films over holes may be nearer.
             let free = self.distance(&(point + outward * (direction * below)));
             let free = if self.closed { free } else { free.min(STEPS_OPEN * step) };
             let next = below + free.max(step);
@@ -121,12 +127,12 @@ impl InsideTest {
     }
 }
 
-/// Twice the area vector.
+/// Twice the area vector of a triangle.
 fn normal([a, b, c]: &[Point3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a))
 }
 
-/// A point inside a triangle, spread evenly over many samples (the R2 sequence of M. Roberts, 2018).
+/// Sample point of a triangle. Many samples spread evenly (R2 sequence, M. Roberts, 2018).
 fn spread([a, b, c]: &[Point3<f64>; 3], sample: usize) -> Point3<f64> {
     let [u, v] = [0.754_877_666_246_693, 0.569_840_290_998_053].map(|step| (0.5 + step * sample as f64).fract());
     let [u, v] = if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] };
@@ -138,7 +144,7 @@ mod tests {
     use super::*;
     use crate::surface::{RawMesh, Surface, shapes};
 
-    /// The widths of one side of a mesh, in meters.
+    /// Checks a quantile of the widths on one side of a mesh, in m.
     fn check(mesh: RawMesh, side: WidthSide, share: f64, expected_m: f64) {
         let surface = Surface::repair(mesh).unwrap();
         let meters = surface.frame.diagonal_m;
@@ -170,7 +176,7 @@ mod tests {
         let first = two.positions_m.len() as u32;
         two.positions_m.extend(other.positions_m.iter().map(|p| p + Vector3::new(1.03, 0.0, 0.0)));
         two.triangles.extend(other.triangles.iter().map(|corners| corners.map(|vertex| vertex + first)));
-        // One face in six looks at the other cube.
+        // One face in six faces the other cube.
         check(two.clone(), WidthSide::Gap, 0.15, 0.03);
         check(two, WidthSide::Gap, 0.2, f64::INFINITY);
     }

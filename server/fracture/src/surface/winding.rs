@@ -1,53 +1,56 @@
-//! Generalised winding number of triangle soups, hierarchically.
+//! Generalized winding number of triangle soups, by a hierarchy of multipole moments.
 //!
 //! Based on: A. Jacobson, L. Kavan, O. Sorkine-Hornung, *Robust inside-outside segmentation using generalized winding
 //! numbers* (2013): w(q) = Σ Ω_t(q) / 4π. G. Barill, N. Dickson, R. Schmidt, D. Levin, A. Jacobson, *Fast winding
-//! numbers for soups and clouds* (2018): the Taylor expansion of far clusters, to its third term. A. Van Oosterom,
-//! J. Strackee, *The solid angle of a plane triangle* (1983): the exact term nearby.
+//! numbers for soups and clouds* (2018): the Taylor expansion of far clusters, to its third term. A. Van Oosterom, J.
+//! Strackee, *The solid angle of a plane triangle* (1983): the exact term nearby.
 
 use super::tree::{STACK, TriangleTree};
 use nalgebra::{Matrix3, Point3, Vector3};
 use std::f64::consts::TAU;
 
-/// A cluster is far once the query is further from its center than this many cluster radii: for errors below 0.01.
+/// Distance over cluster radius beyond which the far field is used, for errors below 0.01.
 const OPEN_REACH: f64 = 2.0;
 
 /// The same for closed surfaces, whose winding number is rounded: for errors below 0.1.
 const CLOSED_REACH: f64 = 1.3;
 
-/// What a cluster of triangles looks like from afar: ∫ n, ∫ n x and ∫ n x x over it, x from its center, each
-/// symmetrised, since the derivatives of 1/r that they meet are symmetric.
+/// Far-field moments of a cluster of triangles: ∫ n, ∫ n x and ∫ n x x, with x relative to its center.
+///
+/// Each is symmetrized, because the derivatives of 1/r that it is contracted with are symmetric.
 #[derive(Clone, Copy, Debug)]
 struct Moments {
     /// Area-weighted center.
     center: Point3<f64>,
-    /// Squared distance from which the expansion holds.
+    /// Squared distance beyond which the expansion holds.
     reach_squared: f64,
-    /// The area vector.
+    /// Area vector, ∫ n.
     dipole: Vector3<f64>,
-    /// xx yy zz xy xz yz.
+    /// Components xx yy zz xy xz yz.
     quadrupole: [f64; 6],
-    /// xxx yyy zzz, xxy xxz yyx yyz zzx zzy, xyz.
+    /// Components xxx yyy zzz, xxy xxz yyx yyz zzx zzy, xyz.
     octupole: [f64; 10],
 }
 
-/// Moments of every node of a [`Tree`].
+/// Moments of every node of a [`TriangleTree`].
 #[derive(Clone, Debug)]
 pub(super) struct WindingMoments {
     moments: Vec<Moments>,
 }
 
 impl WindingMoments {
-    /// Computes the moments in O(n log n); of a closed surface only the nearest integer is wanted.
+    /// Computes the moments in O(n log n). A `closed` surface needs less accuracy, because
+    /// its winding number is rounded.
     pub fn new(tree: &TriangleTree, closed: bool) -> Self {
         let reach = if closed { CLOSED_REACH } else { OPEN_REACH };
         Self { moments: tree.nodes.iter().map(|node| Moments::of(&tree.triangles[node.range()], reach)).collect() }
     }
 
-    /// The winding number of the tree's triangles about each of `points`; 1 inside a closed surface that faces outward. The
-    /// error is below 0.1 for what was said to be closed, else below 0.01 and on average 0.001. On the surface itself any
-    /// value between those of its sides may result. Points that lie close together share the work: a cluster is far when
-    /// it is far from all of them.
+    /// Winding number of the tree's triangles around each of `points`; 1 inside a closed surface that faces outward.
+    ///
+    /// The error is below 0.1 for a surface declared closed, else below 0.01 and 0.001 on average. On the surface
+    /// itself, any value between those of its two sides may result. Points that lie close together share the work: a
+    /// cluster is far if it is far from all of them.
     pub fn at<const N: usize>(&self, tree: &TriangleTree, points: &[Point3<f64>; N]) -> [f64; N] {
         if tree.nodes.is_empty() {
             return [0.0; N];
@@ -83,7 +86,7 @@ impl WindingMoments {
     }
 }
 
-/// The winding number by summing every triangle; the reference for [`WindingMoments`].
+/// Winding number by summing over all triangles; the reference for [`WindingMoments`].
 #[cfg(test)]
 pub(super) fn brute_force(triangles: &[[Point3<f64>; 3]], point: &Point3<f64>) -> f64 {
     let mut sum = 0.0;
@@ -107,7 +110,7 @@ impl Moments {
             let n = (b - a).cross(&(c - a)) * 0.5;
             let sum = a + b + c;
             let first = sum / 3.0;
-            // The mean of x xᵀ over a triangle.
+            // Mean of x xᵀ over a triangle.
             let second: Matrix3<f64> = [a, b, c, sum].iter().map(|x| x * x.transpose()).sum::<Matrix3<f64>>() / 12.0;
             dipole += n;
             for (slot, [i, j]) in quadrupole.iter_mut().zip(PAIRS) {
@@ -120,7 +123,8 @@ impl Moments {
         Self { center, reach_squared: radius_squared * (reach * reach), dipole, quadrupole, octupole }
     }
 
-    /// Adds the solid angle from afar; `offsets` = center − query. The terms of Barill et al., section 3.2, with ∇ⁿ(1/r).
+    /// Adds the far field of the cluster. `offsets` = center − query. Terms of Barill et
+    /// al., section 3.2, with ∇ⁿ(1/r).
     fn add_far_field<const N: usize>(&self, offsets: &Lanes<N>, distances_squared: &[f64; N], far: &mut [f64; N]) {
         let [xx, yy, zz, xy, xz, yz] = self.quadrupole;
         let [xxx, yyy, zzz, xxy, xxz, yyx, yyz, zzx, zzy, xyz] = self.octupole;
@@ -142,7 +146,7 @@ impl Moments {
     }
 }
 
-/// `N` vectors, an array per axis.
+/// `N` vectors, one array per axis.
 struct Lanes<const N: usize> {
     x: [f64; N],
     y: [f64; N],
@@ -154,7 +158,7 @@ impl<const N: usize> Lanes<N> {
         Self { x: points.map(|point| point.x), y: points.map(|point| point.y), z: points.map(|point| point.z) }
     }
 
-    /// From each of these points to `point`.
+    /// Vectors from each of these points to `point`.
     fn to(&self, point: &Point3<f64>) -> Self {
         Self { x: self.x.map(|x| point.x - x), y: self.y.map(|y| point.y - y), z: self.z.map(|z| point.z - z) }
     }
@@ -166,12 +170,12 @@ impl<const N: usize> Lanes<N> {
     }
 }
 
-/// The axes of the entries of a quadrupole and of an octupole.
+/// Axes of the entries of a quadrupole and of an octupole.
 const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 const TRIPLES: [[usize; 3]; 10] =
     [[0, 0, 0], [1, 1, 1], [2, 2, 2], [0, 0, 1], [0, 0, 2], [1, 1, 0], [1, 1, 2], [2, 2, 0], [2, 2, 1], [0, 1, 2]];
 
-/// The center of the triangles' area, or of their corners if they have none.
+/// Area-weighted center of the triangles, or the mean of their centers if they have no area.
 fn center(triangles: &[[Point3<f64>; 3]]) -> Point3<f64> {
     let (mut area, mut weighted, mut plain) = (0.0, Vector3::zeros(), Vector3::zeros());
     for [a, b, c] in triangles {
@@ -184,15 +188,16 @@ fn center(triangles: &[[Point3<f64>; 3]]) -> Point3<f64> {
     Point3::from(if area > 0.0 { weighted / area } else { plain / triangles.len() as f64 })
 }
 
-/// Cosine and sine, up to a common positive factor, of half the solid angle of a triangle whose corners are seen at
-/// these offsets (Van Oosterom & Strackee, equation 8).
+/// Cosine and sine of half the solid angle of a triangle, up to a common positive factor.
+///
+/// The corners are given relative to the query point (Van Oosterom & Strackee, equation 8).
 fn half_solid_angle(a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) -> (f64, f64) {
     let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
     (la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb, a.dot(&b.cross(c)))
 }
 
-/// Sums of half solid angles kept as complex numbers and counts of whole turns, so that no arc tangent is taken per
-/// triangle.
+/// Sums of half solid angles, kept as complex numbers and counts of whole turns. This
+/// saves an arc tangent per triangle.
 struct SolidAngles<const N: usize> {
     cosine: [f64; N],
     sine: [f64; N],
@@ -206,16 +211,16 @@ impl<const N: usize> Default for SolidAngles<N> {
 }
 
 impl<const N: usize> SolidAngles<N> {
-    /// Adds the triangle with these corners, seen from each point.
+    /// Adds the triangle with these corners, relative to each point.
     fn add(&mut self, [a, b, c]: &[Lanes<N>; 3]) {
         for lane in 0..N {
             let corner = |of: &Lanes<N>| Vector3::new(of.x[lane], of.y[lane], of.z[lane]);
             let (cosine, sine) = half_solid_angle(&corner(a), &corner(b), &corner(c));
             let scale = cosine.abs().max(sine.abs());
-            // A corner of the triangle itself sees no angle.
+            // A query point on a corner of the triangle sees no angle.
             let (cosine, sine) = if scale == 0.0 { (1.0, 0.0) } else { (cosine / scale, sine / scale) };
             let old = self.sine[lane];
-            // Adding 0 turns −0 into 0: a half turn has one representation.
+            // Adding 0 turns −0 into 0, so that a half turn has one representation.
             let new = old * cosine + self.cosine[lane] * sine + 0.0;
             self.cosine[lane] = self.cosine[lane] * cosine - old * sine;
             self.sine[lane] = new;
@@ -226,7 +231,7 @@ impl<const N: usize> SolidAngles<N> {
         self.rescale();
     }
 
-    /// Keeps the magnitudes near 1; factors lie in [1, √2], so once in a while is enough.
+    /// Keeps the magnitudes near 1. Factors lie in [1, √2], so occasional rescaling suffices.
     fn rescale(&mut self) {
         for (cosine, sine) in self.cosine.iter_mut().zip(&mut self.sine) {
             let size = cosine.abs().max(sine.abs());
@@ -237,7 +242,7 @@ impl<const N: usize> SolidAngles<N> {
         }
     }
 
-    /// The solid angles over 4π.
+    /// Solid angles over 4π.
     fn turns(&self) -> [f64; N] {
         std::array::from_fn(|lane| self.sine[lane].atan2(self.cosine[lane]) / TAU + self.turns[lane])
     }

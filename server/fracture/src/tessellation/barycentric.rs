@@ -1,31 +1,37 @@
-//! Where a bisector, a triple line or a quadruple point meets an edge, a face or a tetrahedron, in barycentric
-//! coordinates, and how it is kept inside.
+//! Crack points in barycentric coordinates, moved inside their simplices.
+//!
+//! They are the intersections of bisectors, triple lines and quadruple points with edges, faces and tetrahedra.
 //!
 //! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014): inside a
-//! tetrahedron |X − p_i|² − |X − p_j|² is linear. The margin is ours; the projection is that of Held, Wolfe & Crowder,
-//! *Validation of subgradient optimization* (Mathematical Programming 6, 1974), onto the simplex shrunk by the margin.
+//! tetrahedron |X − p_i|² − |X − p_j|² is linear. The margin is ours. The projection onto the simplex, shrunk by the
+//! margin, is that of Held, Wolfe & Crowder, *Validation of subgradient optimization* (Mathematical Programming 6,
+//! 1974).
 
-/// The least barycentric coordinate of a crack point on a face or in a tetrahedron, ε: on the boundary of its simplex two crack points would coincide.
+/// Smallest barycentric coordinate ε of a crack point on a face or in a tetrahedron.
+///
+/// On the boundary of their simplices, crack points could coincide.
 pub const MARGIN: f64 = 0.02;
 
-/// A crack point on an edge keeps this local distance from the edge's nodes: far enough to stay a point of its own in f32,
-/// near enough that bisectors stay flat to 1e-5 of the diagonal …
+/// Smallest local distance of a crack point from the nodes of its edge.
+///
+/// Large enough for distinct positions in f32, small enough that bisectors stay flat to 1e-5 of the diagonal.
 const EDGE_DISTANCE: f64 = 2e-6;
 
-/// … and at least this share of the edge.
+/// Smallest distance of a crack point from the nodes of its edge, over the edge's length.
 const EDGE_MARGIN: f64 = 1e-4;
 
-/// The least barycentric coordinate of a crack point on an edge of that local length; at most [`MARGIN`].
+/// Smallest barycentric coordinate of a crack point on an edge of the given local length; at most [`MARGIN`].
 #[inline(always)]
 pub fn edge_margin(length: f64) -> f64 {
     (EDGE_DISTANCE / length).clamp(EDGE_MARGIN, MARGIN)
 }
 
-/// Below this share of its terms' magnitude a determinant counts as zero.
+/// Relative magnitude below which a determinant counts as zero, over the sum of its terms' magnitudes.
 const DEGENERATE: f64 = 1e-9;
 
-/// f_a − f_b at a node with lift coordinates `x`, f_i(X) = |p_i|² − 2 p_i·X, without the cancellation of its terms:
-/// Σ_k (p_b − p_a)_k (2 X − p_a − p_b)_k. All slices have the lift's dimension. Negative where `a` is nearer.
+/// f_a − f_b at a node with lift coordinates `x`, where f_i(X) = |p_i|² − 2 p_i·X; negative if `a` is nearer.
+///
+/// Computed without cancellation as Σ_k (p_b − p_a)_k (2 X − p_a − p_b)_k. All slices have the lift's dimension.
 #[inline(always)]
 pub fn preference(x: &[f64], a: &[f64], b: &[f64]) -> f64 {
     let mut lanes = [0.0; 4];
@@ -41,8 +47,9 @@ pub fn preference(x: &[f64], a: &[f64], b: &[f64]) -> f64 {
     (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + rest
 }
 
-/// The zero of a function linear along an edge with values `h`, as barycentric coordinates of its two nodes, both at least
-/// `margin`; the middle where there is none.
+/// The zero of a linear function on an edge with end values `h`, as barycentric coordinates of at least `margin`.
+///
+/// The midpoint if there is no zero.
 #[inline(always)]
 pub fn on_edge(h: [f64; 2], margin: f64) -> [f64; 2] {
     let t = h[0] / (h[0] - h[1]);
@@ -53,15 +60,18 @@ pub fn on_edge(h: [f64; 2], margin: f64) -> [f64; 2] {
     [1.0 - t, t]
 }
 
-/// The common zero of two functions linear on a triangle, given by their values at its nodes, kept inside; the
-/// barycenter where there is none.
+/// The common zero of two linear functions on a triangle, given by their values at its nodes, moved inside the margin.
+///
+/// The barycenter without a unique zero.
 pub fn on_face(h: [[f64; 3]; 2]) -> [f64; 3] {
     let minor = |i: usize, j: usize| h[0][i] * h[1][j] - h[0][j] * h[1][i];
     normalised([minor(1, 2), minor(2, 0), minor(0, 1)])
 }
 
-/// The common zero of three functions linear on a tetrahedron, given by their values at its nodes, kept inside; the
-/// barycenter where there is none.
+/// The common zero of three linear functions on a tetrahedron, given by their values at its nodes, moved inside the
+/// margin.
+///
+/// The barycenter without a unique zero.
 pub fn in_tet(h: [[f64; 4]; 3]) -> [f64; 4] {
     let minor = |i: usize, j: usize, k: usize| {
         let pair = |p: usize, q: usize| h[1][p] * h[2][q] - h[1][q] * h[2][p];
@@ -70,7 +80,7 @@ pub fn in_tet(h: [[f64; 4]; 3]) -> [f64; 4] {
     normalised([minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2)])
 }
 
-/// Homogeneous coordinates to barycentric ones of the shrunk simplex.
+/// Converts homogeneous coordinates to barycentric ones inside the margin.
 fn normalised<const N: usize>(homogeneous: [f64; N]) -> [f64; N] {
     let sum: f64 = homogeneous.iter().sum();
     let magnitude: f64 = homogeneous.iter().map(|x| x.abs()).sum();
@@ -81,8 +91,9 @@ fn normalised<const N: usize>(homogeneous: [f64; N]) -> [f64; N] {
     }
 }
 
-/// The nearest coordinates (in the Euclidean norm of the coordinates) that are all at least [`MARGIN`]; `point` itself,
-/// bit for bit, if it is inside. `point` sums to 1.
+/// The nearest coordinates, in their Euclidean norm, that are all at least [`MARGIN`].
+///
+/// Returns `point` itself, bit for bit, if it is inside. `point` must sum to 1.
 pub fn kept_inside<const N: usize>(point: [f64; N]) -> [f64; N] {
     if point.iter().all(|&x| x >= MARGIN) {
         return point;

@@ -1,30 +1,31 @@
-//! Cells to fragments: a cell of the diagram can be disconnected in space, and its components are pieces of their own.
+//! Fragments from cells: a cell of the diagram can be disconnected in space, and each of its components is a fragment.
 //!
-//! Based on: B. A. Galler, M. J. Fischer, *An improved equivalence algorithm* (CACM 7, 1964), over the sorted edges, with the paths
-//! halved (R. E. Tarjan, J. van Leeuwen, 1984). Roots are lowest nodes.
+//! Based on: B. A. Galler, M. J. Fischer, *An improved equivalence algorithm* (CACM 7, 1964), over the sorted edges,
+//! with path halving (R. E. Tarjan, J. van Leeuwen, 1984). The root of each tree is its lowest node.
 
 use super::Topology;
 
-/// The connected components of a site labelling.
+/// Connected components of a labeling by sites.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Components {
-    /// Fragment of each lattice node; dense from 0.
+    /// Fragment of each lattice node, from 0 without gaps.
     pub labels: Vec<u32>,
-    /// Site of each fragment; ascending.
+    /// Site of each fragment, ascending.
     pub sites: Vec<u32>,
     order: Vec<u32>,
     found: Vec<u32>,
 }
 
 impl Components {
-    /// None yet, in memory that was of use before.
+    /// An empty instance that reuses the given memory.
     pub(crate) fn from_memory(labels: Vec<u32>, sites: Vec<u32>) -> Self {
         Self { labels, sites, ..Self::default() }
     }
 
-    /// Splits every cell of `site_labels` (one site per node of the lattice that `topology` was made from) into its
-    /// components over lattice edges, numbered by site, then by lowest node. Two components of one site never share an
-    /// edge. Reuses what an earlier call allocated.
+    /// Splits every cell of `site_labels` into its connected components over lattice edges.
+    ///
+    /// `site_labels` has one site per node of the lattice of `topology`. Components are numbered by site, then by
+    /// lowest node. Two components of one site never share an edge. Reuses the memory of earlier calls.
     pub fn split(&mut self, topology: &Topology, site_labels: &[u32]) {
         debug_assert_eq!(site_labels.len(), topology.nodes);
         self.labels.clear();
@@ -33,7 +34,7 @@ impl Components {
             if site_labels[lower as usize] != site_labels[higher as usize] {
                 continue;
             }
-            // Most nodes have no tree yet, or the right one.
+            // Most nodes have no tree yet, or already the right one.
             let [above_lower, above_higher] = [lower, higher].map(|node| self.labels[node as usize]);
             if above_higher == higher {
                 self.labels[higher as usize] = above_lower;
@@ -43,7 +44,7 @@ impl Components {
         }
         self.found.clear();
         for (node, &site) in site_labels.iter().enumerate() {
-            // What a node points to is no higher, and has its component already.
+            // The parent of a node is not higher, so it already has its component.
             let parent = self.labels[node] as usize;
             if parent == node {
                 self.labels[node] = self.found.len() as u32;
@@ -55,13 +56,13 @@ impl Components {
         self.renumber();
     }
 
-    /// Makes the trees of two nodes one, whose root is the lower of theirs.
+    /// Joins the trees of two nodes under the lower of their roots.
     fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.labels[a.max(b) as usize] = a.min(b);
     }
 
-    /// The lowest node of the tree of `node`.
+    /// The root of the tree of `node`, its lowest node.
     fn root(&mut self, mut node: u32) -> u32 {
         while self.labels[node as usize] != node {
             let above = self.labels[self.labels[node as usize] as usize];
@@ -71,7 +72,7 @@ impl Components {
         node
     }
 
-    /// From the order of lowest nodes to the order of (site, lowest node).
+    /// Renumbers components from the order of lowest nodes to that of (site, lowest node).
     fn renumber(&mut self) {
         self.order.clear();
         self.order.extend(0..self.found.len() as u32);
@@ -86,7 +87,7 @@ impl Components {
     }
 }
 
-/// [`Components::split`] into fresh memory.
+/// [`Components::split`] into new memory.
 pub fn components(topology: &Topology, site_labels: &[u32]) -> Components {
     let mut components = Components::default();
     components.split(topology, site_labels);

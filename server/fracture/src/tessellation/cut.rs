@@ -1,28 +1,28 @@
-//! Which simplices of one dimension carry a crack point, and the points.
+//! Simplices of one dimension with crack points, and the points.
 
 use super::index_set::IndexSet;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-/// No crack point here.
+/// Marks a simplex without a crack point.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Fewer points than this are not worth another thread.
+/// Smallest number of points per parallel task.
 pub(super) const GRAIN: usize = 256;
 
-/// The cut simplices of one dimension, numbered in their order.
+/// Cut simplices of one dimension, in ascending order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct CutSimplices {
-    /// Simplices with a point, ascending.
+    /// Simplices with a crack point, ascending.
     pub simplices: Vec<u32>,
     /// Index into `simplices` by simplex, or [`NONE`].
     pub slots: Vec<u32>,
-    /// One point each, local.
+    /// Crack point of each cut simplex, local.
     pub places: Vec<Point3<f64>>,
 }
 
 impl CutSimplices {
-    /// Forgets all points of a lattice with `count` simplices.
+    /// Removes all points, for a lattice with `count` simplices.
     fn clear(&mut self, count: usize) {
         if self.slots.len() == count {
             self.simplices.iter().for_each(|simplex| self.slots[*simplex as usize] = NONE);
@@ -33,21 +33,21 @@ impl CutSimplices {
         self.simplices.clear();
     }
 
-    /// Cuts those of `count` simplices that are `wanted`.
+    /// Marks those of `count` simplices that are `wanted` as cut.
     pub fn choose(&mut self, count: usize, chosen: &mut IndexSet, wanted: impl Fn(usize) -> bool + Sync) {
         self.clear(count);
         chosen.choose(count, &mut self.simplices, wanted);
         self.number();
     }
 
-    /// Cuts those of `among`, ascending, that are `wanted`; a lattice with `count` simplices.
+    /// Marks those of `among`, ascending, that are `wanted` as cut, in a lattice with `count` simplices.
     pub fn choose_of(&mut self, count: usize, among: &[u32], wanted: impl Fn(u32) -> bool) {
         self.clear(count);
         self.simplices.extend(among.iter().filter(|simplex| wanted(**simplex)));
         self.number();
     }
 
-    /// Cuts those of `count` simplices whose bits are set in `marks`, 64 to a word.
+    /// Marks those of `count` simplices whose bits are set in `marks`, 64 per word, as cut.
     pub fn take_marked(&mut self, count: usize, marks: &[u64]) {
         self.clear(count);
         for (word, bits) in marks.iter().enumerate() {
@@ -60,28 +60,30 @@ impl CutSimplices {
         self.number();
     }
 
-    /// Tells every cut simplex its place.
+    /// Fills `slots` from `simplices`.
     fn number(&mut self) {
         for (slot, simplex) in self.simplices.iter().enumerate() {
             self.slots[*simplex as usize] = slot as u32;
         }
     }
 
-    /// Finds the points.
+    /// Computes the points.
     pub fn locate(&mut self, place: impl Fn(usize) -> Point3<f64> + Sync) {
         self.locate_in_chunks(&|_, simplices, out| {
             simplices.iter().zip(out).for_each(|(&simplex, point)| *point = place(simplex as usize));
         });
     }
 
-    /// Finds the points: `place` is given the first place in `simplices` of some, these, and room for their points.
+    /// Computes the points in chunks. `place` receives the index of a chunk's first simplex in `simplices`, the chunk,
+    /// and its points.
     pub fn locate_in_chunks(&mut self, place: &(impl Fn(usize, &[u32], &mut [Point3<f64>]) + Sync)) {
         self.places.resize(self.simplices.len(), Point3::origin());
         let chunks = self.places.par_chunks_mut(GRAIN).zip(self.simplices.par_chunks(GRAIN)).enumerate();
         chunks.for_each(|(chunk, (out, simplices))| place(chunk * GRAIN, simplices, out));
     }
 
-    /// Puts the fixed points in their places; on refusal, the index that does not fit.
+    /// Replaces points by fixed ones. The error is the index of a simplex out of range or of a point that is not
+    /// finite.
     pub fn fix(&mut self, fixed: &[(u32, Point3<f64>)]) -> Result<(), u32> {
         for &(simplex, place) in fixed {
             let slot = *self.slots.get(simplex as usize).ok_or(simplex)?;

@@ -1,12 +1,12 @@
-//! Emit: the answer into memory that the caller owns, each run into its own part of it.
+//! Emission of the fragments into memory of the caller, each run into its own range.
 
 use super::{RunRange, Tessellation, TessellationError};
 use nalgebra::{Point3, Vector3};
 
-/// Runs with fewer vertices than this together are written by one thread.
+/// Number of vertices below which one thread writes all runs.
 const GRAIN: usize = 4096;
 
-/// From local coordinates to the answer's.
+/// Transformation from local coordinates to those of the result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transform {
     /// Meters per local unit: the object's bounding-box diagonal.
@@ -20,15 +20,15 @@ impl Transform {
     }
 }
 
-/// In whose coordinates meshes are written.
+/// Coordinate frame in which meshes are written.
 pub trait HostFrame: Sync {
-    /// An offset, m.
+    /// Converts an offset, m.
     fn offset(&self, meters: Vector3<f64>) -> [f32; 3];
 
-    /// A direction of length one.
+    /// Converts a unit direction.
     fn direction(&self, ours: Vector3<f64>) -> [f32; 3];
 
-    /// Whether triangles go clockwise seen from outside.
+    /// True if triangles are clockwise seen from outside.
     fn is_clockwise(&self) -> bool;
 }
 
@@ -50,7 +50,7 @@ impl HostFrame for MeterFrame {
     }
 }
 
-/// What the runs of a tessellation are written with.
+/// Inputs for writing the runs of a tessellation.
 struct Writer<'a, H> {
     tessellation: &'a Tessellation,
     centers: &'a [Point3<f64>],
@@ -58,7 +58,7 @@ struct Writer<'a, H> {
     host: &'a H,
 }
 
-/// The parts of the caller's memory that belong to some runs.
+/// Ranges of the caller's memory that belong to some runs.
 struct Sections<'a> {
     positions: &'a mut [[f32; 3]],
     indices: &'a mut [u32],
@@ -76,10 +76,17 @@ impl<'a> Sections<'a> {
 }
 
 impl Tessellation {
-    /// Writes every fragment: positions relative to its entry of `centers` (local; the centers of mass), in meters;
-    /// indices relative to its first vertex, counter-clockwise seen from outside; merge pairs (from, to) relative to
-    /// its first vertex. Slices have exactly the lengths [`Self::vertex_count`], [`Self::index_count`] and
-    /// [`Self::merge_count`]; otherwise nothing is written. Same bytes for any number of threads.
+    /// Writes every fragment into the given slices.
+    ///
+    /// - Positions are relative to the fragment's entry of `centers` (local; the centers of mass), in meters.
+    /// - Indices are relative to the fragment's first vertex, counter-clockwise seen from outside.
+    /// - Merge pairs (from, to) are relative to the fragment's first vertex.
+    ///
+    /// The slices must have the lengths [`Self::vertex_count`], [`Self::index_count`] and [`Self::merge_count`];
+    /// otherwise nothing is written. The bytes are the same for any number of threads.
+    ///
+    /// # Errors
+    /// [`TessellationError`] for slices of other lengths.
     pub fn emit(
         &self,
         centers: &[Point3<f64>],
@@ -92,6 +99,9 @@ impl Tessellation {
     }
 
     /// [`Self::emit`] in the coordinates and the winding of `host`.
+    ///
+    /// # Errors
+    /// Those of [`Self::emit`].
     pub fn emit_for(
         &self,
         host: &impl HostFrame,

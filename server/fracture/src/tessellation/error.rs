@@ -1,17 +1,17 @@
-//! What the tessellation refuses, one noun per rule.
+//! Errors of the tessellation.
 
 /// An input that does not belong to the lattice, or memory of the wrong size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TessellationError {
-    /// One label per lattice node is needed.
-    #[error("{labels} labels for {nodes} lattice nodes")]
+    /// The number of labels differs from that of the lattice's nodes.
+    #[error("{labels} labels for {nodes} lattice nodes; one per node is needed")]
     LabelCount {
-        /// Lattice nodes.
+        /// Number of lattice nodes.
         nodes: usize,
-        /// Labels given.
+        /// Number of labels.
         labels: usize,
     },
-    /// Labels are dense: there cannot be more of them than nodes.
+    /// A label is not below the number of nodes, so labels cannot be consecutive.
     #[error("node {node} has label {label}, which is not below the number of nodes")]
     LabelOutOfRange {
         /// The first such node.
@@ -22,66 +22,66 @@ pub enum TessellationError {
     /// A label has no site, or its site has no coordinates.
     #[error("fragment {fragment} has no site")]
     Site {
-        /// The fragment.
+        /// Index of the fragment.
         fragment: usize,
     },
     /// A node has no site, or its site has no coordinates.
     #[error("lattice node {node} has no site")]
     NodeSite {
-        /// The node.
+        /// Index of the node.
         node: usize,
     },
-    /// A fixed edge point names no edge or is not finite.
+    /// The edge of a fixed point does not exist, or the point is not finite.
     #[error("fixed point of edge {edge} is out of range or not finite")]
     FixedEdge {
-        /// Edge index given.
+        /// Given edge index.
         edge: u32,
     },
-    /// A fixed face point names no face or is not finite.
+    /// The face of a fixed point does not exist, or the point is not finite.
     #[error("fixed point of face {face} is out of range or not finite")]
     FixedFace {
-        /// Face index given.
+        /// Given face index.
         face: u32,
     },
-    /// A fixed tetrahedron point names no tetrahedron or is not finite.
+    /// The tetrahedron of a fixed point does not exist, or the point is not finite.
     #[error("fixed point of tetrahedron {tet} is out of range or not finite")]
     FixedTet {
-        /// Tetrahedron index given.
+        /// Given tetrahedron index.
         tet: u32,
     },
-    /// The crack points were found for other labels or another lattice.
-    #[error("crack points are not those of the labels")]
+    /// The crack points were computed for other labels or another lattice.
+    #[error("the crack points were computed for other labels or another lattice")]
     Points,
-    /// The slice for positions is not of the tessellation's size.
+    /// The slice for positions has the wrong length.
     #[error("{given} positions given, {needed} needed")]
     Positions {
-        /// Exact length needed.
+        /// Needed length.
         needed: usize,
-        /// Length given.
+        /// Given length.
         given: usize,
     },
-    /// The slice for indices is not of the tessellation's size.
+    /// The slice for indices has the wrong length.
     #[error("{given} indices given, {needed} needed")]
     Indices {
-        /// Exact length needed.
+        /// Needed length.
         needed: usize,
-        /// Length given.
+        /// Given length.
         given: usize,
     },
-    /// The slice for merge pairs is not of the tessellation's size.
+    /// The slice for merge pairs has the wrong length.
     #[error("{given} merge pairs given, {needed} needed")]
     Merges {
-        /// Exact length needed.
+        /// Needed length.
         needed: usize,
-        /// Length given.
+        /// Given length.
         given: usize,
     },
-    /// One center per fragment is needed.
+    /// The number of centers differs from that of the fragments.
     #[error("{given} centers given for {needed} fragments")]
     Centers {
-        /// Fragments.
+        /// Number of fragments.
         needed: usize,
-        /// Centers given.
+        /// Given number of centers.
         given: usize,
     },
 }

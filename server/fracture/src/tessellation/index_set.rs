@@ -1,30 +1,30 @@
-//! Numbers out of a range, found by parts side by side.
+//! Selection of indices from a range, in parallel.
 
 use super::span::each_span;
 use rayon::prelude::*;
 
-/// Numbers that one task looks through.
+/// Number of indices per task.
 pub(super) const PART: usize = 8192;
 
-/// The numbers below a count that are wanted, ascending; what it holds besides is scratch memory.
+/// Selects the wanted indices below a count, in ascending order. All fields are scratch memory.
 #[derive(Clone, Debug, Default)]
 pub(super) struct IndexSet {
-    /// Each part's own, at its beginning.
+    /// Selected indices of each part, at its beginning.
     room: Vec<u32>,
-    /// How many of each part.
+    /// Number of selected indices of each part.
     counts: Vec<usize>,
-    /// Sums of those.
+    /// Prefix sums of the counts.
     firsts: Vec<usize>,
 }
 
 impl IndexSet {
-    /// Fills `all` with what is `wanted` of 0 .. `count`.
+    /// Fills `all` with the indices in 0 .. `count` that are `wanted`.
     pub fn choose(&mut self, count: usize, all: &mut Vec<u32>, wanted: impl Fn(usize) -> bool + Sync) {
         self.room.resize(count, 0);
         let choose = |(part, own): (usize, &mut [u32])| {
             let (first, mut next) = (part * PART, 0);
             for offset in 0..own.len() {
-                // Always written, kept if it counts: a branch would be a guess.
+                // Written always and kept if selected, because a branch here is hard to predict.
                 own[next] = (first + offset) as u32;
                 next += usize::from(wanted(first + offset));
             }

@@ -1,14 +1,20 @@
-//! Labels on a lattice to closed fragment meshes.
+//! Tessellation: closed fragment meshes from labels on a lattice.
 //!
-//! [`Topology`] is prepared once per body. [`components`] turns cells into connected fragments, [`crack_points`] finds
-//! where their borders cross the lattice, [`tessellate`] counts and connects, [`Tessellation::emit`] writes the answer
-//! into the caller's memory. Every step has a twin that reuses what an earlier call allocated.
+//! [`Topology`] is prepared once per body. [`components`] turns cells into connected fragments, and [`crack_points`]
+//! computes the points at which their boundaries cross the lattice. [`tessellate`] counts and connects, and
+//! [`Tessellation::emit`] writes the result into memory of the caller. Every step has a variant that reuses the memory
+//! of earlier calls.
 //!
-//! The guarantee: for any labels and lift, every fragment is a closed, oriented 2-manifold of positive volume, provided
-//! that the lattice's own boundary is a 2-manifold. Connectivity depends on labels alone; no two crack points coincide,
-//! because each stays inside its simplex by [`MARGIN`]; quadrilaterals split such that the part of each label in each
-//! tetrahedron is positive wherever its points are. Crack polygons are made once and serve both of their fragments, so
-//! that the fragments' volumes add up to the lattice's. Fixed points are the caller's, and so is their place.
+//! Guarantee: for any labels and lift, every fragment is a closed, oriented 2-manifold of positive volume, provided
+//! that the lattice's own boundary is a 2-manifold.
+//!
+//! - Connectivity depends on labels only.
+//! - No two crack points coincide, because each stays inside its simplex by [`MARGIN`].
+//! - Quadrilaterals are split so that the part of each label in each tetrahedron is positive for any positions of its
+//!   points.
+//! - Crack polygons are computed once for both of their fragments, so the fragments' volumes add up to the lattice's.
+//!
+//! The caller is responsible for fixed points and their positions.
 
 mod barycentric;
 mod components;
@@ -47,22 +53,22 @@ use polygon::CrackPolygons;
 use rank::{Input, MergePair, Ranks};
 use sheet::CrackSheetIndex;
 
-/// Scratch memory of [`Tessellation::build`]; what it holds between calls is of no meaning.
+/// Scratch memory of [`Tessellation::build`], without meaning between calls.
 #[derive(Debug, Default)]
 pub struct TessellationWorkspace {
     sheets: CrackSheetIndex,
     ranks: Ranks,
     polygons: CrackPolygons,
     listed: Vec<MergePair>,
-    /// Merges of each crack's two runs.
+    /// Number of merges of each crack's two runs.
     counts: Vec<[u32; 2]>,
     cursors: Vec<usize>,
 }
 
-/// The fragments' surfaces, in local coordinates, ready to be measured and emitted.
+/// Surfaces of the fragments in local coordinates, ready to be measured and emitted.
 ///
-/// Vertices belong to runs: a point on the rim of two runs appears in both, and the merges map the later one to the
-/// earlier. Internally a crack is stored once for its two runs.
+/// Vertices belong to runs. A point on the rim of two runs appears in both, and a merge pair maps the later vertex to
+/// the earlier. A crack is stored once for its two runs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tessellation {
     fragments: Vec<FragmentRange>,
@@ -75,8 +81,13 @@ pub struct Tessellation {
 }
 
 impl Tessellation {
-    /// Tessellates `labels` (one per node, below the number of nodes) with the crack points found for the same labels.
-    /// A label that no node has gives a fragment without runs. Reuses what an earlier call allocated.
+    /// Tessellates `labels` (one per node, below the number of nodes) with the crack points computed for the same
+    /// labels.
+    ///
+    /// A label without nodes yields a fragment without runs. Reuses the memory of earlier calls.
+    ///
+    /// # Errors
+    /// [`TessellationError`] for labels or crack points that do not fit the lattice.
     pub fn build(
         &mut self,
         lattice: &Lattice,
@@ -94,7 +105,7 @@ impl Tessellation {
         prefix_sums(&ranks.vertices, &mut self.vertex_offsets);
         self.vertices.resize(total(&self.vertex_offsets), Point3::origin());
         let (vertex_offsets, vertices) = (&self.vertex_offsets, &mut self.vertices);
-        // Neither waits for the other.
+        // The two tasks are independent.
         rayon::join(
             || polygons.find(input, ranks),
             || {
@@ -111,8 +122,8 @@ impl Tessellation {
         Ok(())
     }
 
-    /// Forgets all but the first `count` fragments. What those share with the others has no neighbor any more, and stays a
-    /// crack.
+    /// Removes all but the first `count` fragments. Runs that they share with removed ones remain cracks, without a
+    /// neighbor.
     pub fn keep_first(&mut self, count: usize) {
         self.fragments.truncate(count);
         let last = self.fragments.last();
@@ -129,7 +140,7 @@ impl Tessellation {
         &self.fragments
     }
 
-    /// All runs: by fragment; within one the outer run, if any, first, then by ascending neighbor.
+    /// All runs by fragment, each fragment's outer run first, then by ascending neighbor.
     pub fn runs(&self) -> &[RunRange] {
         &self.runs
     }
@@ -154,7 +165,7 @@ impl Tessellation {
         &self.vertices[self.vertex_offsets[run.sheet]..self.vertex_offsets[run.sheet + 1]]
     }
 
-    /// Calls `work` with each run and its part of `out`, one element per vertex of the answer, in parallel.
+    /// Calls `work` with each run and its part of `out`, one element per emitted vertex, in parallel.
     pub fn each_run<T: Send>(&self, out: &mut [T], work: impl Fn(&RunRange, &mut [T]) + Sync) {
         let starts = self.runs.iter().map(|run| run.vertices.start);
         let offsets: Vec<usize> = starts.chain([self.vertex_count()]).collect();
@@ -166,7 +177,7 @@ impl Tessellation {
         self.run_triangles_wound(run, false)
     }
 
-    /// [`Self::run_triangles`], or the same clockwise.
+    /// [`Self::run_triangles`], or the same triangles clockwise.
     fn run_triangles_wound(&self, run: &RunRange, clockwise: bool) -> impl Iterator<Item = [u32; 3]> {
         let stored = &self.triangles[self.triangle_offsets[run.sheet]..self.triangle_offsets[run.sheet + 1]];
         let flipped = run.flipped != clockwise;
@@ -174,7 +185,10 @@ impl Tessellation {
     }
 }
 
-/// [`Tessellation::build`] into fresh memory.
+/// [`Tessellation::build`] into new memory.
+///
+/// # Errors
+/// Those of [`Tessellation::build`].
 pub fn tessellate(
     lattice: &Lattice,
     topology: &Topology,
@@ -186,7 +200,7 @@ pub fn tessellate(
     Ok(tessellation)
 }
 
-/// Where each of `counts` begins, and the total at the end.
+/// The offset of each of `counts`, and the total at the end.
 fn prefix_sums(counts: &[u32], offsets: &mut Vec<usize>) {
     offsets.clear();
     offsets.push(0);

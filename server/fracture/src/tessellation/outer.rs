@@ -1,4 +1,4 @@
-//! Where the vertices of outer runs lie in the lattice: what its boundary knows can be carried to them.
+//! Positions of the vertices of outer runs in the lattice, for the transfer of boundary data to them.
 
 use super::{CrackPoints, Topology};
 use nalgebra::Point3;
@@ -8,14 +8,16 @@ use nalgebra::Point3;
 pub enum OuterVertex {
     /// A node of the lattice.
     Node(u32),
-    /// A crack point on that edge, local.
+    /// A crack point on the given edge, local.
     Edge(u32, Point3<f64>),
-    /// A crack point on that face, local.
+    /// A crack point on the given face, local.
     Face(u32, Point3<f64>),
 }
 
-/// The vertices of the outer runs of the first `fragments` labels, in the order of [`super::Tessellation::run_vertices`]: nodes, then
-/// points on edges, then points on faces, each ascending.
+/// The vertices of the outer runs of the first `fragments` labels, in the order of
+/// [`super::Tessellation::run_vertices`].
+///
+/// Nodes come first, then points on edges, then points on faces, each ascending.
 pub fn outer_vertices(
     topology: &Topology,
     labels: &[u32],

@@ -1,43 +1,49 @@
-//! The crack polygons of a tetrahedron by which of its edges are cut.
+//! Crack polygons of a tetrahedron by the set of its cut edges.
 //!
 //! Based on: Nielson & Franke, *Computing the separating surface for segmented data* (IEEE Visualization 1997), and
 //! Bronson, Levine & Whitaker, *Lattice cleaving* (IEEE TVCG 20, 2014). With s_l the sum of the barycentric coordinates
-//! over the nodes labelled l, the polygons bound the regions {s_l largest}; connectivity follows from labels alone, so
-//! that no geometry can open a fragment.
+//! over the nodes with label l, the polygons bound the regions {s_l largest}. Connectivity follows from labels only, so
+//! no geometry can open a fragment.
 
 use crate::lattice::{EDGES, FACES};
 
-/// First corner code of a face point: `FACE_CODE + k` is the point on the face opposite node k. Lower codes are edges.
+/// First corner code of face points: `FACE_CODE + k` is the point on the face opposite node k. Lower codes are edges.
 pub const FACE_CODE: u8 = 6;
 
 /// Corner code of the point inside the tetrahedron.
 pub const TET_CODE: u8 = 10;
 
-/// How a polygon splits into triangles. The rules keep the part of every label in every tetrahedron positive, wherever
-/// inside their simplices the points are; quadrilaterals split otherwise can turn a part inside out.
+/// Split of a polygon into triangles.
+///
+/// With these rules, the part of every label in every tetrahedron is positive for any positions of the points inside
+/// their simplices. Other splits of quadrilaterals can invert a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Split {
-    /// It is a triangle; the last corner repeats the first.
+    /// A triangle; the last corner repeats the first.
     Triangle,
     /// A quadrilateral, split along either diagonal.
     Either,
-    /// A quadrilateral, split from its first to its third corner. In four-label tetrahedra that is from the edge point
-    /// to the inner point: seen from either node of the edge the quadrilateral is star-shaped about both.
+    /// A quadrilateral, split from its first to its third corner.
+    ///
+    /// In tetrahedra with four labels, this diagonal joins the edge point and the inner point. The quadrilateral, seen
+    /// from either node of the edge, is star-shaped about both.
     First,
-    /// One of the two quadrilaterals of a three-label tetrahedron that meet along the segment between its two face
-    /// points. Their diagonals come from one and the same of these points: both from first to third corner, or both
-    /// from second to fourth.
+    /// One of two quadrilaterals of a tetrahedron with three labels, which meet in the segment between its two face
+    /// points.
+    ///
+    /// Both diagonals start at the same face point: both join first and third corners, or both join second and fourth.
     Joint,
 }
 
-/// A piece of the crack between the labels of an edge's two nodes.
+/// A part of the crack between the labels of an edge's two nodes.
 #[derive(Clone, Copy, Debug)]
 pub struct Polygon {
-    /// An edge between the two labels, by its place in [`EDGES`].
+    /// Index in [`EDGES`] of an edge between the two labels.
     pub edge: u8,
-    /// Corner codes, counter-clockwise seen from the edge's second node: the normal points from first to second.
+    /// Corner codes, counter-clockwise seen from the edge's second node; the normal points from the first to the
+    /// second.
     pub corners: [u8; 4],
-    /// How it splits.
+    /// Split into triangles.
     pub split: Split,
 }
 
@@ -55,7 +61,7 @@ impl Pattern {
     }
 }
 
-/// Bit e is set where edge e of [`EDGES`] joins two labels.
+/// Set of cut edges: bit e is set if edge e of [`EDGES`] joins two labels.
 pub fn mask(labels: [u32; 4]) -> u8 {
     EDGES.iter().enumerate().fold(0, |mask, (edge, &[i, j])| mask | (u8::from(labels[i] != labels[j]) << edge))
 }
@@ -63,7 +69,7 @@ pub fn mask(labels: [u32; 4]) -> u8 {
 /// The mask of a tetrahedron with four labels.
 pub const ALL_CUT: u8 = 63;
 
-/// The edges of the face opposite each node: all cut, the face has three labels.
+/// Edges of the face opposite each node. A face with all of them cut has three labels.
 pub const FACE_MASKS: [u8; 4] = {
     let (mut masks, mut node) = ([0; 4], 0);
     while node < 4 {
@@ -85,7 +91,7 @@ const fn edges_at(node: usize) -> u8 {
     edges
 }
 
-/// Patterns by [`mask`]. The fifteen masks that a labelling can give have their polygons, the others none.
+/// Patterns by [`mask`]. Only the fifteen masks of possible labelings have polygons.
 pub static PATTERNS: [Pattern; 64] = {
     let mut patterns = [EMPTY; 64];
     let mut mask = 0;
@@ -247,8 +253,8 @@ mod tests {
             let pattern = &PATTERNS[mask(labels) as usize];
             let distinct = (0..4).filter(|&k| !labels[..k].contains(&labels[k])).count();
             assert_eq!(pattern.polygons().is_empty(), distinct == 1);
-            // Seen from one label, every half-edge inside the tetrahedron (towards its center point or between two
-            // face points) has its opposite; those on a face of the tetrahedron have none here.
+            // For one label, every half-edge inside the tetrahedron (to its inner point or between two face points) has
+            // an opposite. Half-edges on a face of the tetrahedron have none here.
             for own in labels {
                 let mut half_edges = Vec::new();
                 for polygon in pattern.polygons() {

@@ -1,8 +1,8 @@
-//! Crack points: where the cells' borders meet the edges, faces and insides of tetrahedra.
+//! Crack points: intersections of the cells' boundaries with edges, faces and interiors of tetrahedra.
 //!
-//! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014);
-//! Bronson, Levine & Whitaker, *Lattice cleaving* (IEEE TVCG 20, 2014) for one point per cut edge, face and
-//! tetrahedron. The margin is ours ([`MARGIN`](super::MARGIN)).
+//! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014); Bronson,
+//! Levine & Whitaker, *Lattice cleaving* (IEEE TVCG 20, 2014) for one point per cut edge, face and tetrahedron. The
+//! margin is ours ([`MARGIN`](super::MARGIN)).
 
 use super::barycentric::{edge_margin, in_tet, on_edge, on_face, preference};
 use super::cut::{CutSimplices, GRAIN};
@@ -17,7 +17,8 @@ use nalgebra::{Point3, Vector3};
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
-/// Whether a mask has five or six edges, so that three labels or more meet; counting is slow on old processors.
+/// True for masks of five or six edges, where at least three labels meet. A table, because counting bits is slow on old
+/// processors.
 const MANY: [bool; 64] = {
     let mut many = [false; 64];
     let mut mask = 0;
@@ -28,16 +29,17 @@ const MANY: [bool; 64] = {
     many
 };
 
-/// The diagram whose bisectors the crack points lie on.
+/// The diagram whose bisectors contain the crack points.
 #[derive(Clone, Copy, Debug)]
 pub struct BisectorSites<'a> {
     /// The lift of the lattice.
     pub lift: &'a LiftedLattice,
-    /// Site coordinates, site-major, `sites × dimension` of the lift.
+    /// Coordinates of the sites, `sites × dimension` of the lift, site by site.
     pub coordinates: &'a [f64],
     /// Site of each fragment label.
     pub of_fragment: &'a [u32],
-    /// Site of each node, where fragments have been merged: cracks stay where the diagram has them. `None`: that of its fragment.
+    /// Site of each node if fragments have been merged, so that cracks keep the diagram's positions. `None`: that of
+    /// its fragment.
     pub of_node: Option<&'a [u32]>,
 }
 
@@ -54,13 +56,13 @@ impl BisectorSites<'_> {
         self.of_node.map_or_else(|| self.of_fragment[fragment as usize], |of_node| of_node[node as usize])
     }
 
-    /// f_a − f_b at the point that is the mean of `nodes` with these weights: negative where it belongs to fragment a rather than b.
+    /// f_a − f_b at the weighted mean of `nodes`; negative if the point belongs to fragment a rather than b.
     pub fn rivalry(&self, nodes: [u32; 4], weights: [f64; 4], a: u32, b: u32) -> f64 {
         let at_nodes = self.preferences(nodes, [a, b].map(|fragment| self.of_fragment[fragment as usize]));
         at_nodes.iter().zip(weights).map(|(own, weight)| own * weight).sum()
     }
 
-    /// f_a − f_b at each of `nodes`, of two sites.
+    /// f_a − f_b of two sites at each of `nodes`.
     #[inline(always)]
     pub(super) fn preferences<const N: usize>(&self, nodes: [u32; N], [a, b]: [u32; 2]) -> [f64; N] {
         let (a, b) = (self.at(a), self.at(b));
@@ -68,25 +70,26 @@ impl BisectorSites<'_> {
     }
 }
 
-/// Points that are already there (cracks of earlier fractures), local, each with the index of its edge, face or
-/// tetrahedron in the [`Topology`]. They are taken as they are; where the present labels have no crack point they are
-/// not used.
+/// Existing crack points of earlier fractures, local, each with the index of its edge, face or tetrahedron in the
+/// [`Topology`].
+///
+/// Their positions are not changed. A point is ignored if the current labels have no crack point on its simplex.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FixedPoints {
-    /// On edges.
+    /// Points on edges.
     pub edges: Vec<(u32, Point3<f64>)>,
-    /// On faces.
+    /// Points on faces.
     pub faces: Vec<(u32, Point3<f64>)>,
-    /// In tetrahedra.
+    /// Points in tetrahedra.
     pub tets: Vec<(u32, Point3<f64>)>,
 }
 
-/// The edges with two labels, faces with three and tetrahedra with four, with one point each.
+/// Crack points: one on each edge with two labels, face with three and tetrahedron with four.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CrackPoints {
-    /// The labels that they are the points of.
+    /// Labels for which the points were computed.
     pub(super) labels: Vec<u32>,
-    /// Which edges of each tetrahedron are cut, see [`mask`].
+    /// Cut edges of each tetrahedron; see [`mask`].
     pub(super) masks: Vec<u8>,
     /// Tetrahedra with cut edges, ascending.
     pub(super) cut_tets: Vec<u32>,
@@ -98,11 +101,11 @@ pub struct CrackPoints {
     scratch: Scratch,
 }
 
-/// Memory of a search; its contents are of no meaning, so that all are alike.
+/// Scratch memory, without meaning between calls; all instances compare equal.
 #[derive(Clone, Debug, Default)]
 struct Scratch {
     chosen: IndexSet,
-    /// Faces with three labels, 64 to a word.
+    /// Faces with three labels, 64 per word.
     marks: Vec<u64>,
 }
 
@@ -113,18 +116,21 @@ impl PartialEq for Scratch {
 }
 
 impl FixedPoints {
-    /// Bytes that they hold.
+    /// Memory, bytes.
     pub fn bytes(&self) -> usize {
         held(&self.edges) + held(&self.faces) + held(&self.tets)
     }
 }
 
 impl CrackPoints {
-    /// Finds the crack points of `labels` (one fragment label per node), reusing what an earlier call allocated.
+    /// Computes the crack points of `labels` (one fragment label per node). Reuses the memory of earlier calls.
     ///
-    /// With `sites`, points lie on the bisectors, moved to the nearest point whose barycentric coordinates are all at
-    /// least [`MARGIN`](super::MARGIN) where the bisectors meet nearer to the simplex's boundary or outside;
-    /// degenerate systems, and all without `sites`, give barycenters. `fixed` wins over both.
+    /// With `sites`, points are on the bisectors. Points outside the simplex or too near its boundary are moved to the
+    /// nearest point whose barycentric coordinates are all at least [`MARGIN`](super::MARGIN). Degenerate systems yield
+    /// barycenters, as do all simplices without `sites`. `fixed` takes precedence over both.
+    ///
+    /// # Errors
+    /// [`TessellationError`] for labels or sites that do not fit the lattice.
     pub fn find(
         &mut self,
         lattice: &Lattice,
@@ -155,13 +161,13 @@ impl CrackPoints {
         FixedPoints { edges: self.edges.fixed(), faces: self.faces.fixed(), tets: self.tets.fixed() }
     }
 
-    /// Whether these are points of `labels` on the lattice of `topology`.
+    /// True if these are points of `labels` on the lattice of `topology`.
     pub(super) fn fit(&self, topology: &Topology, labels: &[u32]) -> bool {
         let lengths = [self.edges.slots.len(), self.faces.slots.len(), self.tets.slots.len()];
         lengths == [topology.edges.len(), topology.faces.len(), topology.tet_edges.len()] && self.labels == labels
     }
 
-    /// Finds what is cut, from the labels alone.
+    /// Selects the cut simplices from the labels only.
     fn select(&mut self, lattice: &Lattice, topology: &Topology, labels: &[u32]) {
         self.labels.clear();
         self.labels.extend_from_slice(labels);
@@ -188,7 +194,10 @@ impl CrackPoints {
     }
 }
 
-/// [`CrackPoints::find`] into fresh memory.
+/// [`CrackPoints::find`] into new memory.
+///
+/// # Errors
+/// Those of [`CrackPoints::find`].
 pub fn crack_points(
     lattice: &Lattice,
     topology: &Topology,
@@ -220,7 +229,7 @@ struct Finder<'a> {
     sites: Option<BisectorSites<'a>>,
 }
 
-/// The points on some cut edges.
+/// Computation of the points on some cut edges.
 struct EdgePoints<'a> {
     finder: &'a Finder<'a>,
     topology: &'a Topology,
@@ -277,7 +286,7 @@ impl Finder<'_> {
         nodes.map(|node| sites.of(node, self.labels[node as usize]))
     }
 
-    /// The point with barycentric coordinates `weights`, from the first node on, so that it stays in its simplex.
+    /// The point with barycentric coordinates `weights`, computed from the first node so that it stays in its simplex.
     #[inline(always)]
     fn combine<const N: usize>(&self, nodes: [u32; N], weights: [f64; N]) -> Point3<f64> {
         let base = self.lattice.nodes[nodes[0] as usize];

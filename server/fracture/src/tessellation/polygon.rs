@@ -1,7 +1,7 @@
-//! Count and emit: the triangles of every sheet, each crack polygon once for both of its fragments.
+//! Triangles of every sheet: counting and writing, each crack polygon once for both of its fragments.
 //!
-//! Polygons are found in lattice order, in parallel over parts of the lattice, where what they look up lies close
-//! together; each part knows how many triangles of which sheet it has, and writes them into its own piece of the sheet.
+//! Polygons are computed in lattice order, which keeps memory accesses local, in parallel over parts of the lattice.
+//! Each part counts its triangles of each sheet and writes them into its own range of the sheet.
 
 use super::pattern::{FACE_CODE, PATTERNS, Split, TET_CODE};
 use super::rank::{Input, Ranks};
@@ -9,14 +9,16 @@ use crate::lattice::EDGES;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-/// Fewer boundary faces or cut tetrahedra are not worth a part of their own.
+/// Smallest number of boundary faces or cut tetrahedra in a part.
 const PART_MIN: usize = 1024;
 
-/// Parts of the boundary, and of the cut tetrahedra, at most.
+/// Largest number of parts, of the boundary and of the cut tetrahedra each.
 const PARTS: usize = 12;
 
-/// One polygon: ranks of its corners in its sheet, counter-clockwise seen from outside (outer sheets) or from the upper
-/// fragment. A quadrilateral splits from its first to its third corner.
+/// A polygon: ranks of its corners in its sheet, counter-clockwise seen from outside (outer sheets) or from the upper
+/// fragment.
+///
+/// A quadrilateral is split from its first to its third corner.
 #[derive(Clone, Copy, Debug, Default)]
 struct Polygon {
     sheet: u32,
@@ -28,15 +30,15 @@ struct Polygon {
 #[derive(Debug, Default)]
 struct Part {
     found: Vec<Polygon>,
-    /// Triangles of each sheet.
+    /// Number of triangles of each sheet.
     triangles: Vec<u32>,
 }
 
-/// All polygons, boundary first.
+/// All polygons, those of the boundary first.
 #[derive(Debug, Default)]
 pub(super) struct CrackPolygons {
     parts: Vec<Part>,
-    /// Triangles of each sheet.
+    /// Number of triangles of each sheet.
     pub triangles: Vec<u32>,
 }
 
@@ -52,7 +54,7 @@ impl Part {
         self.found.push(polygon);
     }
 
-    /// Writes the triangles, as ranks, into this part's piece of each sheet.
+    /// Writes the triangles, as ranks, into this part's range of each sheet.
     fn write(&self, pieces: &mut [&mut [[u32; 3]]]) {
         for polygon in &self.found {
             let piece = &mut pieces[polygon.sheet as usize];
@@ -65,7 +67,7 @@ impl Part {
     }
 }
 
-/// Writes the first of `piece`, which is then the rest; there is room, since the triangles were counted.
+/// Writes the first element of `piece` and removes it. The counted triangles fit exactly.
 fn put(piece: &mut &mut [[u32; 3]], triangle: [u32; 3]) {
     if let Some((first, rest)) = std::mem::take(piece).split_first_mut() {
         *first = triangle;
@@ -74,7 +76,7 @@ fn put(piece: &mut &mut [[u32; 3]], triangle: [u32; 3]) {
 }
 
 impl CrackPolygons {
-    /// Finds all polygons and counts the triangles of every sheet.
+    /// Computes all polygons and counts the triangles of every sheet.
     pub fn find(&mut self, input: Input<'_>, ranks: &Ranks) {
         let (boundary, cut) = (input.topology.boundary.len(), &input.points.cut_tets);
         let sheets = input.fragments + input.sheets.pairs.len();
@@ -100,7 +102,7 @@ impl CrackPolygons {
         }
     }
 
-    /// Writes all triangles, sheet by sheet, as ranks; `out` has room for as many as there are.
+    /// Writes all triangles, sheet by sheet, as ranks. `out` has the length of their total number.
     pub fn write(&self, out: &mut [[u32; 3]]) {
         let sheets = self.triangles.len();
         let mut pieces: Vec<_> = self.parts.iter().map(|_| Vec::with_capacity(sheets)).collect();
@@ -116,8 +118,8 @@ impl CrackPolygons {
     }
 }
 
-/// The polygons of boundary face `face`: one begins where, going round, a label does; that of a face with one label
-/// begins at corner 0.
+/// Adds the polygons of boundary face `face`: each starts at the first corner of its label in cyclic order, or at
+/// corner 0.
 fn outer_polygons(input: Input<'_>, ranks: &Ranks, face: usize, found: &mut Part) {
     let outer = &input.topology.boundary[face];
     let labels = outer.nodes.map(|node| input.labels[node as usize]);
@@ -139,7 +141,7 @@ fn outer_polygons(input: Input<'_>, ranks: &Ranks, face: usize, found: &mut Part
                 (rotated([node(a), node(b), edge(b), edge(c)], second < first), false)
             }
             _ if labels[b] == labels[c] => ([node(a), edge(a), edge(c), node(a)], true),
-            // From the node: the face point is inside the face, so that neither triangle can fold over.
+            // Split from the node. The face point is inside the face, so neither triangle can fold over.
             _ => ([node(a), edge(a), face_rank(input, ranks, face, a), edge(c)], false),
         };
         found.push(Polygon { sheet, corners, is_triangle });
@@ -154,7 +156,7 @@ fn face_rank(input: Input<'_>, ranks: &Ranks, face: usize, corner: usize) -> u32
     ranks.face_outer[input.points.faces.slots[outer.face as usize] as usize][place]
 }
 
-/// The polygons inside tetrahedron `tet`, which is cut.
+/// Adds the polygons inside the cut tetrahedron `tet`.
 fn crack_polygons(input: Input<'_>, ranks: &Ranks, tet: usize, found: &mut Part) {
     let mask = input.points.masks[tet];
     let labels = input.lattice.tets[tet].map(|node| input.labels[node as usize]);
@@ -186,12 +188,12 @@ fn crack_polygons(input: Input<'_>, ranks: &Ranks, tet: usize, found: &mut Part)
     }
 }
 
-/// The points of one tetrahedron by corner code.
+/// Points of one tetrahedron by corner code.
 struct Corners<'a> {
     input: Input<'a>,
     ranks: &'a Ranks,
     tet: usize,
-    /// Slots of its edge points; no slots where an edge is not cut.
+    /// Slots of the edge points; invalid for edges that are not cut.
     slots: [usize; 6],
 }
 
@@ -205,7 +207,7 @@ impl Corners<'_> {
         self.input.points.tets.slots[self.tet] as usize
     }
 
-    /// Rank in crack `sheet`, the one of `edge`.
+    /// Rank in crack `sheet`, which must be that of `edge`.
     #[inline]
     fn rank(&self, code: u8, edge: u8, sheet: u32) -> u32 {
         match code {
@@ -235,7 +237,8 @@ impl Corners<'_> {
         }
     }
 
-    /// Whether the diagonals from second to fourth corner are shorter than those from first to third, together.
+    /// True if the total length of the diagonals from second to fourth corner is below that of the others (by squared
+    /// lengths).
     fn second_is_shorter(&self, quads: &[[u8; 4]]) -> bool {
         let total = |i: usize, j: usize| -> f64 {
             quads.iter().map(|corners| apart(self.place(corners[i]), self.place(corners[j]))).sum()
@@ -249,7 +252,7 @@ fn apart(a: Point3<f64>, b: Point3<f64>) -> f64 {
     (a - b).norm_squared()
 }
 
-/// Begins at the second corner if `second`, which so becomes an end of the diagonal.
+/// The corners, rotated if `second` so that the second corner is an end of the diagonal.
 fn rotated([p, q, r, s]: [u32; 4], second: bool) -> [u32; 4] {
     if second { [q, r, s, p] } else { [p, q, r, s] }
 }

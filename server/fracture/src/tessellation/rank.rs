@@ -1,8 +1,8 @@
-//! Count: the place of every point in every sheet that it belongs to, which is all that vertices and merges need.
+//! Ranks: the index of every point in every sheet that contains it, from which vertices and merges follow.
 //!
-//! A sheet's vertices are its lattice nodes (outer sheets only), edge points, face points and tetrahedron points, each
-//! ascending. A fragment sees a point once per run that it lies on; its first run (outer, else the lowest neighbor)
-//! keeps it, the others merge into that one.
+//! The vertices of a sheet are its lattice nodes (outer sheets only), edge points, face points and tetrahedron points,
+//! each ascending. A fragment has one vertex of a point per run that contains it. Its first run (the outer one, else
+//! that with the lowest neighbor) keeps the vertex; the others merge into it.
 
 use super::points::CrackPoints;
 use super::sheet::CrackSheetIndex;
@@ -10,7 +10,7 @@ use super::topology::{FACE_EDGES, Topology};
 use crate::lattice::{EDGES, Lattice};
 use nalgebra::Point3;
 
-/// What a point's ranks are computed from.
+/// Inputs of the ranks.
 #[derive(Clone, Copy)]
 pub(super) struct Input<'a> {
     pub lattice: &'a Lattice,
@@ -21,27 +21,28 @@ pub(super) struct Input<'a> {
     pub sheets: &'a CrackSheetIndex,
 }
 
-/// Ranks of points in sheets; lengths by boundary, cut edges, cut faces, cut tetrahedra. Outer ranks of points inside
-/// the lattice are not set.
+/// Ranks of points in sheets, by boundary, cut edge, cut face and cut tetrahedron.
+///
+/// Outer ranks of points inside the lattice are not set.
 #[derive(Debug, Default)]
 pub(super) struct Ranks {
-    /// By lattice node, in its fragment's outer sheet.
+    /// Rank of each lattice node in its fragment's outer sheet.
     pub node: Vec<u32>,
-    /// In the crack of the edge.
+    /// Rank of each edge point in the crack of the edge.
     pub edge: Vec<u32>,
-    /// In the outer sheets of the edge's two nodes.
+    /// Ranks of each edge point in the outer sheets of the edge's two nodes.
     pub edge_outer: Vec<[u32; 2]>,
-    /// In the cracks of the face's three edges.
+    /// Ranks of each face point in the cracks of the face's three edges.
     pub face: Vec<[u32; 3]>,
-    /// In the outer sheets of the face's three nodes.
+    /// Ranks of each face point in the outer sheets of the face's three nodes.
     pub face_outer: Vec<[u32; 3]>,
-    /// In the cracks of the tetrahedron's six edges.
+    /// Ranks of each tetrahedron point in the cracks of the tetrahedron's six edges.
     pub tet: Vec<[u32; 6]>,
-    /// Vertices of each sheet.
+    /// Number of vertices of each sheet.
     pub vertices: Vec<u32>,
 }
 
-/// A vertex of a run: that of side `side` of `sheet` (0: the lower fragment's; outer sheets have but side 0).
+/// A vertex of a run on side `side` of `sheet`: 0 is the lower fragment's; outer sheets have only side 0.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RunVertex {
     pub sheet: u32,
@@ -49,7 +50,7 @@ pub(super) struct RunVertex {
     pub rank: u32,
 }
 
-/// Two vertices of one fragment that are the same point, the later and the first.
+/// Two vertices of one fragment at the same point, the later and the first.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MergePair {
     pub from: RunVertex,
@@ -57,6 +58,7 @@ pub(super) struct MergePair {
 }
 
 impl Ranks {
+    /// Computes all ranks, and the number of vertices of each sheet.
     pub fn count(&mut self, input: Input<'_>) {
         let mut vertices = std::mem::take(&mut self.vertices);
         vertices.clear();
@@ -100,8 +102,10 @@ impl Ranks {
         }
     }
 
-    /// Every merge once, ascending in rank within each run, into `merges`; how many each crack's two runs have, lower fragment's first,
-    /// into `counts`.
+    /// Writes every merge to `merges`, ascending in rank within each run, and counts those of each crack's two runs in
+    /// `counts`.
+    ///
+    /// The lower fragment's run comes first.
     pub fn list_merges(&self, input: Input<'_>, merges: &mut Vec<MergePair>, counts: &mut Vec<[u32; 2]>) {
         merges.clear();
         counts.clear();
@@ -193,13 +197,13 @@ impl Input<'_> {
         self.topology.tet_edges[tet as usize].map(|edge| self.edge_sheet(edge))
     }
 
-    /// The crack that a cut edge crosses.
+    /// The crack that crosses a cut edge.
     pub fn edge_sheet(&self, edge: u32) -> u32 {
         self.sheets.of_edge[self.points.edges.slots[edge as usize] as usize]
     }
 }
 
-/// 0 for the lower fragment of a crack, 1 for the upper.
+/// Side of a crack: 0 for the lower fragment, 1 for the upper.
 fn side(own: u32, other: u32) -> usize {
     usize::from(own > other)
 }
@@ -213,7 +217,7 @@ struct Meeting<'a> {
 }
 
 impl Meeting<'_> {
-    /// The point in each run of the label of corner `own`, and the label across.
+    /// The point as a vertex of each run of corner `own`'s label, with the label on the other side.
     fn runs(&self, own: usize) -> impl Iterator<Item = (u32, RunVertex)> {
         let touching = self.edges.iter().enumerate().filter(move |(_, edge)| edge.contains(&own));
         touching.map(move |(k, &[i, j])| {
@@ -223,13 +227,13 @@ impl Meeting<'_> {
         })
     }
 
-    /// The point in the run of corner `own` that has the lowest neighbor.
+    /// The point as a vertex of the run of corner `own` with the lowest neighbor.
     fn first_run(&self, own: usize) -> RunVertex {
         let outside = (u32::MAX, RunVertex { sheet: self.labels[own], side: 0, rank: 0 });
         self.runs(own).fold(outside, |first, run| if run.0 < first.0 { run } else { first }).1
     }
 
-    /// Merges the point in all cracks of corner `own`, but the one of `to`, into `to`.
+    /// Merges the point's vertices in all cracks of corner `own`, except that of `to`, into `to`.
     fn merge_into(&self, own: usize, to: RunVertex, tell: &mut impl FnMut(MergePair)) {
         self.runs(own).filter(|(_, from)| from.sheet != to.sheet).for_each(|(_, from)| tell(MergePair { from, to }));
     }

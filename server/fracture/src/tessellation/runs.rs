@@ -1,47 +1,47 @@
-//! Prefix sums: the layout of fragments and runs in the answer, and the merges.
+//! Layout of fragments, runs and merges in the result, by prefix sums.
 
 use super::Tessellation;
 use super::rank::{Input, MergePair, RunVertex};
 use std::ops::Range;
 
-/// One fragment: ranges of the answer's sections.
+/// Ranges of one fragment in the sections of the result.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FragmentRange {
-    /// Its runs.
+    /// Runs of the fragment.
     pub runs: Range<usize>,
-    /// Its vertices; index values are relative to the first.
+    /// Vertices of the fragment; index values are relative to the first.
     pub vertices: Range<usize>,
-    /// Its triangles; its indices are three times that.
+    /// Triangles of the fragment; its range of indices is three times this one.
     pub triangles: Range<usize>,
-    /// Its merge pairs.
+    /// Merge pairs of the fragment.
     pub merges: Range<usize>,
 }
 
-/// Triangles of one fragment that face one neighbor, or the outside. Vertices, triangles and merges of a fragment's
-/// runs follow each other without gaps.
+/// Triangles of one fragment that face one neighbor, or the outside.
+///
+/// Vertices, triangles and merges of a fragment's runs are consecutive without gaps.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RunRange {
-    /// The fragment it belongs to.
+    /// Fragment of the run.
     pub fragment: u32,
-    /// The fragment on the other side; `None` is the outside, or a fragment that is not told of
-    /// ([`Tessellation::keep_first`]).
+    /// Fragment on the other side; `None`: the outside, or a removed fragment ([`Tessellation::keep_first`]).
     pub neighbor: Option<u32>,
-    /// Whether it is a side of a crack, and not of the lattice's own boundary.
+    /// True on a crack, false on the lattice's own boundary.
     pub crack: bool,
-    /// Its vertices in the answer.
+    /// Vertices in the result.
     pub vertices: Range<usize>,
-    /// Its triangles in the answer.
+    /// Triangles in the result.
     pub triangles: Range<usize>,
-    /// Merge pairs whose first entry is one of its vertices.
+    /// Merge pairs whose first entry is a vertex of the run.
     pub merges: Range<usize>,
-    /// Where its geometry is stored.
+    /// Sheet that stores the geometry.
     pub(super) sheet: usize,
-    /// Whether it is stored the other way round.
+    /// True if the sheet stores the triangles in the opposite orientation.
     pub(super) flipped: bool,
 }
 
 impl Tessellation {
-    /// Fills `fragments` and `runs` from the counts; `slots` is scratch.
+    /// Fills `fragments` and `runs` from the counts; `slots` is scratch memory.
     pub(super) fn lay_out_runs(
         &mut self,
         input: Input<'_>,
@@ -69,7 +69,8 @@ impl Tessellation {
             *slot += 1;
         };
         (0..fragments).filter(|&k| has_outer(k) > 0).for_each(|k| put(k as u32, None, k, 0));
-        // Pairs ascend by (lower, upper): every fragment gets its lower neighbors, ascending, then its upper ones.
+        // Pairs ascend by (lower, upper), so every fragment gets its lower neighbors in ascending order, then its upper
+        // ones.
         for (crack, (&[lower, upper], merges)) in pairs.iter().zip(merges).enumerate() {
             put(lower, Some(upper), fragments + crack, merges[0]);
             put(upper, Some(lower), fragments + crack, merges[1]);
@@ -77,7 +78,7 @@ impl Tessellation {
         self.lay_out_ranges();
     }
 
-    /// Turns the lengths of all runs into ranges, one after another.
+    /// Turns the lengths of all runs into consecutive ranges.
     fn lay_out_ranges(&mut self) {
         let (mut vertices, mut triangles, mut merges) = (0, 0, 0);
         let append = |end: &mut usize, length: usize| {
@@ -100,14 +101,14 @@ impl Tessellation {
     }
 }
 
-/// Fragments and runs of which the merges are not written yet.
+/// Fragments and runs whose merges are not written yet.
 pub(super) struct Laid<'a> {
     pub fragments: &'a [FragmentRange],
     pub runs: &'a [RunRange],
 }
 
 impl Laid<'_> {
-    /// Writes the merge pairs of `listed`; `cursors` is scratch.
+    /// Writes the merge pairs of `listed`; `cursors` is scratch memory.
     pub fn write_merges(
         &self,
         input: Input<'_>,
@@ -115,7 +116,8 @@ impl Laid<'_> {
         cursors: &mut Vec<usize>,
         merges: &mut Vec<[u32; 2]>,
     ) {
-        // For each crack and side: the first vertex of its run within its fragment, and where its next merge goes.
+        // Two entries for each crack and side: first vertex of the run within its fragment, and index of its next
+        // merge.
         cursors.clear();
         cursors.resize(4 * input.sheets.pairs.len(), 0);
         for run in self.runs.iter().filter(|run| run.neighbor.is_some()) {

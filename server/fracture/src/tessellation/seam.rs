@@ -1,11 +1,16 @@
-//! Where new cracks meet old ones: points of a second generation that keep the cracks of the first where they are.
+//! Seams: points of new cracks on earlier ones, placed so that the earlier cracks do not move.
 //!
-//! Ours: a fragment of an earlier labelling is divided, the others stay. Edge points between it and them are those of the earlier
-//! cracks. Where two of its children meet another fragment on a face, their point lies on the segment along which the earlier
-//! crack crossed that face; where three children do in a tetrahedron, on the triangle in which it crossed that. Where two children
-//! meet two other fragments, the point is moved such that the earlier fragment's part of the tetrahedron keeps its volume. So the
-//! children's volumes add up to the earlier fragment's, as long as the four edge points of a tetrahedron that an earlier crack
-//! halves lie in a plane, which they do if one bisector made them.
+//! Ours. A fragment of an earlier labeling is divided, and the other fragments stay.
+//!
+//! - Edge points between it and the others are those of the earlier cracks.
+//! - On a face with two children and another fragment, the point is on the segment in which the earlier crack crossed
+//!   the face.
+//! - In a tetrahedron with three children and another fragment, the point is on the triangle of the earlier crack.
+//! - In a tetrahedron with two children and two other fragments, the point is moved so that the earlier fragment's part
+//!   keeps its volume.
+//!
+//! The children's volumes then add up to the earlier fragment's, provided that the four edge points of every
+//! tetrahedron that an earlier crack halves are coplanar. They are if one bisector determined them.
 
 use super::barycentric::{on_edge, on_face};
 use super::cut::NONE;
@@ -14,25 +19,29 @@ use super::{BisectorSites, FixedPoints, Topology};
 use crate::lattice::{EDGES, Lattice};
 use nalgebra::{Point3, Vector3};
 
-/// The least weight of an earlier crack point in a new one between them: earlier ones can lie close together.
+/// Smallest weight of an earlier crack point in a new one between them, because earlier ones can be close together.
 const WEIGHT_MIN: f64 = 0.1;
 
-/// Places on a ridge, as weights of its ends, to begin the search for the volume from, where the first one leads out of the
-/// tetrahedron. At one of its ends the new cracks would lie in the triangles of the earlier ones: nothing is left to correct.
+/// Start points on a ridge for the volume correction, as weights of its ends, tried if the first leads out of the
+/// tetrahedron.
+///
+/// At an end of the ridge, the new cracks are in the triangles of the earlier ones, and nothing is left to correct.
 const RIDGE: [[f64; 2]; 7] =
     [[0.5, 0.5], [0.9, 0.1], [0.1, 0.9], [0.97, 0.03], [0.03, 0.97], [0.995, 0.005], [0.005, 0.995]];
 
-/// An earlier labelling and its crack points.
+/// An earlier labeling with its crack points.
 #[derive(Clone, Copy, Debug)]
 pub struct EarlierCracks<'a> {
     /// Fragment of each node.
     pub labels: &'a [u32],
-    /// Its crack points, all of them.
+    /// All its crack points.
     pub points: &'a FixedPoints,
 }
 
-/// The points of `old` and those of `labels` (one per node, which divide one fragment of `old` and leave the others whole) where
-/// new cracks meet old ones. `sites` are asked about nodes of the divided fragment alone.
+/// The points of `old`, and the points of `labels` where new cracks meet earlier ones.
+///
+/// `labels` (one per node) divide one fragment of `old` and leave the others intact. `sites` are evaluated at nodes of
+/// the divided fragment only.
 pub fn seam(
     lattice: &Lattice,
     topology: &Topology,
@@ -56,7 +65,7 @@ pub fn seam(
     fixed
 }
 
-/// Place in `fixed` of each of `count` simplices.
+/// Index in `fixed` of each of `count` simplices.
 fn slots(count: usize, fixed: &[(u32, Point3<f64>)]) -> Vec<u32> {
     let mut slots = vec![NONE; count];
     for (slot, (simplex, _)) in fixed.iter().enumerate() {
@@ -67,7 +76,7 @@ fn slots(count: usize, fixed: &[(u32, Point3<f64>)]) -> Vec<u32> {
     slots
 }
 
-/// What seams are found from; `edges` and `faces` say where the points of a simplex are.
+/// Inputs of the seams; `edges` and `faces` are the indices of the points of each simplex.
 struct Seam<'a> {
     lattice: &'a Lattice,
     topology: &'a Topology,
@@ -90,7 +99,7 @@ impl Seam<'_> {
         self.old.points.edges.get(self.edges[*edge as usize] as usize).map(|(_, place)| *place)
     }
 
-    /// The new point on a face that two children share with another fragment.
+    /// The new point on a face with two children and another fragment.
     fn face(&self, face: usize) -> Option<Point3<f64>> {
         let nodes = self.topology.faces[face];
         let (old, new) = self.labels_of(nodes);
@@ -110,7 +119,7 @@ impl Seam<'_> {
         on_edge(self.sites.preferences(nodes, sites), WEIGHT_MIN)
     }
 
-    /// The new point in a tetrahedron of four labels, some of them of children and some not.
+    /// The new point in a tetrahedron of four labels, some of them of children.
     fn tet(&self, tet: usize, fixed: &FixedPoints) -> Option<Point3<f64>> {
         let nodes = self.lattice.tets[tet];
         let (old, new) = self.labels_of(nodes);
@@ -127,7 +136,7 @@ impl Seam<'_> {
         }
     }
 
-    /// Three children and another fragment: on the triangle of the earlier crack.
+    /// Three children and another fragment: a point on the triangle of the earlier crack.
     fn on_triangle(&self, tet: usize, inside: [usize; 3], other: usize) -> Option<Point3<f64>> {
         let nodes = self.lattice.tets[tet];
         let own = inside.map(|k| nodes[k]);
@@ -141,7 +150,8 @@ impl Seam<'_> {
         Some(Point3::from(p? * t + q? * u + r? * v))
     }
 
-    /// Two children and two others: near the segment in which the three earlier fragments met, where the volume stays.
+    /// Two children and two others: a point near the segment in which the three earlier fragments met, at which the
+    /// volume is unchanged.
     fn on_ridge(&self, tet: usize, inside: [usize; 2], fixed: &FixedPoints) -> Option<Point3<f64>> {
         let nodes = self.lattice.tets[tet];
         let own = inside.map(|k| nodes[k]);
@@ -154,7 +164,7 @@ impl Seam<'_> {
             let slot = self.faces[face as usize] as usize;
             corners.places[k + FACE_CODE as usize] = fixed.faces.get(slot).map(|(_, place)| *place);
         }
-        // Face k is opposite node k: the one of a child is opposite its sibling.
+        // Face k is opposite node k, so the face of a child is opposite its sibling.
         let ends = [inside[1], inside[0]].map(|k| corners.places[k + FACE_CODE as usize]);
         let ends = [ends[0]?.coords, ends[1]?.coords];
         let (old, _) = self.labels_of(nodes);
@@ -178,7 +188,8 @@ impl Seam<'_> {
         best.map(|(_, place)| place)
     }
 
-    /// How much of `step`, 1 at most, leaves each barycentric coordinate of `from` at least half of what it is.
+    /// The largest share of `step`, at most 1, that leaves each barycentric coordinate of `from` at least half of its
+    /// value.
     fn room(&self, tet: usize, from: Point3<f64>, step: Vector3<f64>) -> f64 {
         let base = self.lattice.nodes[self.lattice.tets[tet][0] as usize];
         let Some(inverse) = self.lattice.edge_matrix(tet).try_inverse() else { return 0.0 };
@@ -193,19 +204,19 @@ fn distinct<const N: usize>(labels: &[u32; N]) -> bool {
     (1..N).all(|k| !labels[..k].contains(&labels[k]))
 }
 
-/// The crack points of one tetrahedron by corner code.
+/// Crack points of one tetrahedron by corner code.
 struct Corners {
     places: [Option<Point3<f64>>; 11],
 }
 
-/// What a part of a crack encloses with a base point, and its area vector.
+/// Volume between a part of a crack and a base point, and area vector of the part.
 struct Patch {
     volume: f64,
     area: Vector3<f64>,
 }
 
 impl Corners {
-    /// The cracks of a pattern between the nodes `inside` and the others, seen from the former: normals point away.
+    /// The cracks of a pattern between the nodes `inside` and the others; normals point away from the former.
     fn patch(&self, mask: u8, inside: [usize; 2], base: Point3<f64>) -> Option<Patch> {
         let polygons = PATTERNS[mask as usize].polygons();
         let joint = polygons.iter().filter(|polygon| polygon.split == Split::Joint);

@@ -1,13 +1,13 @@
 //! Sheets: the crack between two fragments, stored once for both, and the outer surface of each fragment.
 //!
-//! Sheet numbers: 0 .. fragments are the outer sheets, by fragment; the cracks follow, by (lower, upper) fragment.
+//! Sheets 0 .. fragments are the outer ones, by fragment. The cracks follow, by (lower, upper) fragment.
 
 use super::cut::NONE;
 use super::points::CrackPoints;
 use super::topology::Topology;
 use std::ops::Range;
 
-/// Finds the pairs of fragments that meet and names the sheet of every cut edge.
+/// Pairs of adjacent fragments, and the sheet of every cut edge.
 #[derive(Debug, Default)]
 pub(super) struct CrackSheetIndex {
     /// Lower and upper fragment of each crack; crack k is sheet `fragments + k`.
@@ -19,13 +19,13 @@ pub(super) struct CrackSheetIndex {
     /// Cut edges grouped by lower fragment.
     grouped: Vec<u32>,
     offsets: Vec<u32>,
-    /// The latest crack on whose upper side each fragment is.
+    /// Latest crack with each fragment on its upper side.
     last: Vec<u32>,
     uppers: Vec<u32>,
 }
 
 impl CrackSheetIndex {
-    /// Fills all of it for the crack points of `labels`.
+    /// Fills all fields for the crack points of `points`.
     pub fn find(&mut self, topology: &Topology, fragments: usize, points: &CrackPoints) {
         let sides = |slot: u32| {
             let [a, b] = points.sides[slot as usize];
@@ -52,7 +52,8 @@ impl CrackSheetIndex {
         }));
     }
 
-    /// Appends the pairs of `lower`, whose cut edges are `grouped[slots]`, ascending, and leaves them in `last`.
+    /// Appends the pairs of `lower`, whose cut edges are `grouped[slots]`, in ascending order, and records them in
+    /// `last`.
     fn name_pairs(&mut self, lower: u32, slots: Range<usize>, upper: impl Fn(u32) -> u32) {
         let first = self.pairs.len() as u32;
         self.uppers.clear();
@@ -70,7 +71,7 @@ impl CrackSheetIndex {
         }
     }
 
-    /// Counting sort of the cut edges by lower fragment.
+    /// Sorts the cut edges by lower fragment (counting sort).
     fn group(&mut self, count: u32, fragments: usize, lower: impl Fn(u32) -> u32) {
         self.offsets.clear();
         self.offsets.resize(fragments + 2, 0);

@@ -1,6 +1,6 @@
-//! Disjoint sub-slices for rayon, without a list of them.
+//! Parallel access to disjoint sub-slices, without allocation.
 
-/// Spans shorter than this together are worked through by one thread.
+/// Total length below which one thread processes all spans.
 const GRAIN: usize = 4096;
 
 /// Calls `work(k, slice[offsets[k] .. offsets[k + 1]])` for every k, in parallel. `offsets` ascend from 0 to the length
@@ -28,7 +28,7 @@ fn descend<T: Send>(first: usize, offsets: &[usize], slice: &mut [T], work: &(im
     }
 }
 
-/// The span boundary, neither first nor last, next to the middle of what the spans cover.
+/// The span boundary, neither first nor last, next to the middle of the spans' total length.
 fn middle(offsets: &[usize]) -> usize {
     let last = offsets.len() - 1;
     let half = (offsets[0] + offsets[last]) / 2;

@@ -1,10 +1,10 @@
-//! Incidences of a lattice, prepared once per body: what every tessellation of it looks up.
+//! Incidences of a lattice, prepared once per body for all of its tessellations.
 
 use super::TessellationError;
 use crate::lattice::{BoundaryFace, EDGES, FACES, Lattice};
 use crate::memory::held;
 
-/// The edges of a face by position in its sorted node triple; edge k of [`Topology::face_edges`].
+/// Edges of a face by index in its sorted node triple; edge k of [`Topology::face_edges`].
 pub const FACE_EDGES: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
 
 /// A triangle of the lattice's boundary with its incidences.
@@ -12,22 +12,22 @@ pub const FACE_EDGES: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
 pub struct OuterFace {
     /// Node indices, counter-clockwise seen from outside.
     pub nodes: [u32; 3],
-    /// Edge k joins `nodes[k]` and `nodes[(k + 1) % 3]`.
+    /// Edges; edge k joins `nodes[k]` and `nodes[(k + 1) % 3]`.
     pub edges: [u32; 3],
-    /// Index into [`Topology::faces`].
+    /// Index in [`Topology::faces`].
     pub face: u32,
-    /// The tetrahedron behind it.
+    /// The tetrahedron of the face.
     pub tet: u32,
 }
 
-/// Edges, faces and boundary of a lattice and who touches whom.
+/// Edges, faces and boundary of a lattice, with their incidences.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Topology {
     /// Number of lattice nodes.
     pub nodes: usize,
-    /// Every edge once, (lower node, higher node), sorted.
+    /// All edges as (lower node, higher node), sorted.
     pub edges: Vec<[u32; 2]>,
-    /// Every face once, nodes ascending, sorted.
+    /// All faces with ascending nodes, sorted.
     pub faces: Vec<[u32; 3]>,
     /// The edges of each face, in the order of [`FACE_EDGES`].
     pub face_edges: Vec<[u32; 3]>,
@@ -39,16 +39,16 @@ pub struct Topology {
     pub boundary: Vec<OuterFace>,
     /// Nodes on the boundary, ascending.
     pub boundary_nodes: Vec<u32>,
-    /// Whether an edge lies on the boundary; length `edges`.
+    /// True for edges on the boundary; length `edges`.
     pub boundary_edge: Vec<bool>,
-    /// Whether a face lies on the boundary; length `faces`.
+    /// True for faces on the boundary; length `faces`.
     pub boundary_face: Vec<bool>,
     neighbor_offsets: Vec<u32>,
     neighbors: Vec<u32>,
 }
 
 impl Topology {
-    /// One more than the highest label, after a check that labels fit the lattice.
+    /// One more than the highest label, after a check that the labels fit the lattice.
     pub(super) fn fragment_count(&self, labels: &[u32]) -> Result<usize, TessellationError> {
         let nodes = self.nodes;
         if labels.len() != nodes {
@@ -60,7 +60,7 @@ impl Topology {
         }
     }
 
-    /// Prepares `lattice`; O(t log t) in its tetrahedra.
+    /// Computes the incidences of `lattice`; O(t log t) in its tetrahedra.
     pub fn new(lattice: &Lattice) -> Self {
         let nodes = lattice.nodes.len();
         let edges = lattice.edges();
@@ -88,7 +88,7 @@ impl Topology {
         topology
     }
 
-    /// Bytes that it holds.
+    /// Memory, bytes.
     pub fn bytes(&self) -> usize {
         held(&self.edges)
             + held(&self.faces)
@@ -125,7 +125,7 @@ impl Topology {
     }
 }
 
-/// Where the edges of each lower node begin.
+/// Index of the first edge of each lower node.
 struct Finder(Vec<u32>);
 
 impl Finder {
@@ -136,7 +136,7 @@ impl Finder {
         Self(offsets)
     }
 
-    /// Index of the edge between `a` and `b`, which exists.
+    /// Index of the edge between `a` and `b`, which must exist.
     fn find(&self, edges: &[[u32; 2]], a: u32, b: u32) -> u32 {
         let (lower, higher) = (a.min(b), a.max(b));
         let (first, last) = (self.0[lower as usize], self.0[lower as usize + 1]);

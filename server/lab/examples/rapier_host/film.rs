@@ -1,8 +1,8 @@
-//! What is seen: who, from when to when, and where at each picture.
+//! The film: actors, the times at which they are visible, and their poses at each picture.
 
 use super::world::World;
 
-/// Triangles, relative to the center of mass of what they are of.
+/// Triangles, relative to the center of mass of their body.
 #[derive(Clone, Default)]
 pub struct Shell {
     pub positions: Vec<[f32; 3]>,
@@ -10,16 +10,16 @@ pub struct Shell {
     pub cracks: Vec<[u32; 3]>,
 }
 
-/// What something looks like.
+/// Appearance of an actor.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Look {
-    /// What breaks, by the number of its piece.
+    /// Breakable body, by the number of its piece.
     Piece(u32),
     Steel,
     Ground,
 }
 
-/// Where it is.
+/// Pose at a time.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Key {
     pub at_s: f64,
@@ -28,41 +28,41 @@ pub struct Key {
     pub turn: [f32; 4],
 }
 
-/// One thing in the film.
+/// Actor of the film.
 pub struct Actor {
     pub name: String,
     pub look: Look,
     pub shell: Shell,
     pub born_s: f64,
-    /// When it broke.
+    /// Time at which it broke, s.
     pub gone_s: Option<f64>,
     pub keys: Vec<Key>,
 }
 
-/// Everything that was ever in the set.
+/// All actors of the film.
 #[derive(Default)]
 pub struct Film {
     pub actors: Vec<Actor>,
 }
 
 impl Film {
-    /// Somebody comes in; returns the number by which it is known.
+    /// Adds an actor; returns its number.
     pub fn enter(&mut self, name: String, look: Look, shell: Shell, key: Key) -> usize {
         self.actors.push(Actor { name, look, shell, born_s: key.at_s, gone_s: None, keys: vec![key] });
         self.actors.len() - 1
     }
 
-    /// It is broken: its pieces take over.
+    /// Marks an actor as broken; its fragments replace it.
     pub fn leave(&mut self, actor: usize, now_s: f64) {
         self.actors[actor].gone_s = Some(now_s);
     }
 
-    /// One picture.
+    /// Takes one picture.
     pub fn shoot(&mut self, now_s: f64, world: &World<'_>) {
         for (actor, key) in world.poses(now_s) {
             let keys = &mut self.actors[actor].keys;
             let still = |other: &Key| other.place_m == key.place_m && other.turn == key.turn;
-            // Of a rest its beginning and its end are enough.
+            // Two keys are enough for an actor at rest.
             if keys.len() > 1 && keys[keys.len() - 2..].iter().all(still) {
                 keys.pop();
             }
@@ -72,7 +72,7 @@ impl Film {
 }
 
 impl Actor {
-    /// Where it is at `at_s`, if it is there then: the last picture before.
+    /// Pose at `at_s`, from the last picture before it; `None` if the actor is not visible then.
     pub fn at(&self, at_s: f64) -> Option<&Key> {
         let there = self.born_s <= at_s && self.gone_s.is_none_or(|gone_s| at_s < gone_s);
         let next = self.keys.partition_point(|key| key.at_s <= at_s);
@@ -90,7 +90,7 @@ impl Shell {
         if crack { self.cracks.extend(triangles) } else { self.outer.extend(triangles) }
     }
 
-    /// A box.
+    /// Box.
     pub fn cuboid(half_m: [f32; 3]) -> Self {
         let sign = |corner: usize, axis: usize| if corner >> axis & 1 == 1 { half_m[axis] } else { -half_m[axis] };
         let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
@@ -101,7 +101,7 @@ impl Shell {
         }
     }
 
-    /// A ball, of rings.
+    /// Sphere of rings.
     pub fn ball(radius_m: f32) -> Self {
         let (rings, around) = (16_u32, 32_u32);
         let at = |ring: u32, k: u32| ring * around + k % around;

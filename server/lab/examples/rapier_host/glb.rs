@@ -1,5 +1,6 @@
-//! The film as an animated `.glb`: one node per actor, which is there while its scale is one. Meshes have no normals, so that outer
-//! and crack faces share their points; where that closes them they say so (`EXT_mesh_manifold`).
+//! The film as an animated `.glb`: one node per actor, visible while its scale is one.
+//!
+//! Meshes have no normals, so that outer and crack faces share their points; closed meshes are marked (`EXT_mesh_manifold`).
 
 use super::Failure;
 use super::film::{Actor, Film, Look, Shell};
@@ -16,10 +17,10 @@ use shatter_export::FragmentView;
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-/// Says that a mesh is closed.
+/// Extension that marks a closed mesh.
 const MANIFOLD: &str = "EXT_mesh_manifold";
 
-/// Linear base colors and roughness: glazed and plastered outsides, broken faces, steel, boards.
+/// Linear base colors and roughness: outer faces, crack faces, steel, boards.
 const MATERIALS: [(&str, [f32; 4], f32); 4] = [
     ("outer", [0.62, 0.58, 0.52, 1.0], 0.6),
     ("crack", [0.78, 0.64, 0.47, 1.0], 0.95),
@@ -27,7 +28,7 @@ const MATERIALS: [(&str, [f32; 4], f32); 4] = [
     ("ground", [0.42, 0.36, 0.30, 1.0], 0.9),
 ];
 
-/// The bytes of the file.
+/// Bytes of the file.
 pub fn bytes(film: &Film) -> Result<Vec<u8>, Failure> {
     let mut writer = Writer::default();
     let materials = MATERIALS.map(|(name, color, roughness)| writer.root.push(material(name, color, roughness)));
@@ -56,7 +57,7 @@ pub fn bytes(film: &Film) -> Result<Vec<u8>, Failure> {
 
 type Track = (Property, Interpolation, Vec<f32>, Vec<f32>, Type);
 
-/// What moves of an actor: nothing of one that is always there and has one key.
+/// Animation tracks of an actor; empty if it is always visible and has one key.
 fn tracks(actor: &Actor) -> Vec<Track> {
     let mut tracks = Vec::new();
     let times: Vec<f32> = actor.keys.iter().map(|key| key.at_s as f32).collect();
@@ -85,7 +86,7 @@ struct Writer {
     closed: usize,
 }
 
-/// Points of a shell, each once, and the corners of its triangles, outer ones first.
+/// Points of a shell without duplicates, and the corners of its triangles, outer ones first.
 fn welded(shell: &Shell) -> (Vec<[f32; 3]>, Vec<u32>) {
     let (mut points, mut places) = (Vec::new(), HashMap::new());
     let corners = shell.outer.iter().chain(&shell.cracks).flatten();
@@ -100,7 +101,7 @@ fn welded(shell: &Shell) -> (Vec<[f32; 3]>, Vec<u32>) {
     (points, indices)
 }
 
-/// Whether these triangles alone enclose something.
+/// Whether these triangles form a closed surface.
 fn is_closed(positions: &[[f32; 3]], indices: &[u32]) -> bool {
     shatter_export::is_closed(&FragmentView {
         id: 0,

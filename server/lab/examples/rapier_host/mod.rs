@@ -1,4 +1,4 @@
-//! The parts of the host, and how they go together.
+//! Parts of the host, and its main loop.
 
 mod film;
 mod glb;
@@ -19,42 +19,42 @@ use strikes::Strikes;
 use tally::Tally;
 use world::World;
 
-/// What went wrong, in words.
+/// Error of the host, as text.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 /// Steps per simulated second.
 const RATE_HZ: u32 = 120;
 
-/// A picture of the film is taken every so many steps.
+/// Number of steps per picture of the film.
 const FILM_STEPS: u32 = 4;
 
-/// A headless Rapier simulation whose bodies break.
+/// Headless Rapier simulation whose bodies break
 #[derive(clap::Parser)]
 pub struct Options {
-    /// Simulated seconds.
+    /// Duration of the simulation in seconds
     #[arg(long, default_value_t = 10.0)]
     seconds: f64,
-    /// Folder for what comes out.
+    /// Folder for the output
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Name of the service; a daemon is started if none of that name runs.
+    /// Name of the service; the host starts a daemon if none runs under that name
     #[arg(long, default_value = "rapier-host")]
     service: String,
-    /// Folder of databases, baked if they are not there [default: databases in the folder of --out].
+    /// Folder of databases, baked if they do not exist [default: databases in the folder of --out]
     #[arg(long, value_name = "DIR")]
     databases: Option<PathBuf>,
-    /// The daemon's program [default: beside this one's folder].
+    /// Program of the daemon [default: next to the folder of this program]
     #[arg(long, value_name = "FILE")]
     shatterd: Option<PathBuf>,
-    /// Kill the daemon at this time of the simulation, s.
+    /// Time of the simulation at which the daemon is killed, in seconds
     #[arg(long, value_name = "S")]
     kill_at: Option<f64>,
-    /// As fast as it goes, instead of in real time: answers then come later in the simulation.
+    /// Run as fast as possible instead of in real time; results then arrive later in the simulation
     #[arg(long)]
     fast: bool,
 }
 
-/// Runs it all, and returns what `summary.json` holds.
+/// Runs the simulation and returns the contents of `summary.json`.
 pub fn run(options: &Options) -> Result<serde_json::Value, Failure> {
     std::fs::create_dir_all(&options.out)?;
     let databases = options.databases.clone().unwrap_or_else(|| options.out.join("databases"));
@@ -63,7 +63,7 @@ pub fn run(options: &Options) -> Result<serde_json::Value, Failure> {
     let line = keeper.first()?;
     let prototypes: Vec<Prototype> = line.objects.iter().map(Prototype::of).collect::<Result<_, _>>()?;
     let steps = (options.seconds * f64::from(RATE_HZ)).round() as u32;
-    // The same set without fracture: what its steps take.
+    // The same set without fracture, for comparison of the step times.
     let whole = played(&prototypes, None, steps, options);
     let broken = played(&prototypes, Some(Strikes::new(line, &mut keeper)), steps, options);
     keeper.end();
@@ -76,7 +76,7 @@ pub fn run(options: &Options) -> Result<serde_json::Value, Failure> {
     Ok(summary)
 }
 
-/// One run of the set, with fracture if there are strikes.
+/// One run of the set, with fracture if there are `strikes`.
 fn played(prototypes: &[Prototype], mut strikes: Option<Strikes<'_>>, steps: u32, options: &Options) -> (Tally, Film) {
     let dt_s = 1.0 / f64::from(RATE_HZ);
     let (mut film, mut tally) = (Film::default(), Tally::default());
@@ -95,7 +95,7 @@ fn played(prototypes: &[Prototype], mut strikes: Option<Strikes<'_>>, steps: u32
             strikes.turn(&mut world, &mut film, now_s, &mut spent, &mut tally);
         }
         spent.whole = own.elapsed();
-        // What only this example does: measuring, filming, waiting for real time.
+        // Measuring, filming and waiting for real time are specific to this example.
         world.measure_births(&mut tally);
         tally.step(spent, &world);
         if step % FILM_STEPS == 0 {

@@ -1,4 +1,4 @@
-//! Pictures of the film on one sheet, by the daemon's rasteriser.
+//! Contact sheet of the film, drawn by the lab's rasterizer.
 
 use super::Failure;
 use super::film::{Actor, Film, Key, Look};
@@ -12,14 +12,14 @@ const COLUMNS: usize = 4;
 const ROWS: usize = 3;
 const SIZE: PictureSize = PictureSize { width: 560, height: 360 };
 
-/// Corners of what the camera looks at, m.
+/// Corners of the visible volume, m.
 const SEEN_M: [[f32; 3]; 2] = [[-1.9, 0.0, -1.2], [1.9, 1.9, 1.2]];
-/// How far beside that things are painted still, m.
+/// Margin of the drawn volume around the visible one, m.
 const BESIDE_M: f32 = 1.2;
-/// From where it looks.
+/// Direction to the camera.
 const FROM: [f32; 3] = [0.30, 0.42, 1.0];
 
-/// A PNG of twelve pictures, row by row.
+/// PNG of twelve pictures, row by row.
 pub fn sheet(film: &Film, seconds: f64) -> Result<Vec<u8>, Failure> {
     let count = COLUMNS * ROWS;
     let painted: Vec<DrawnMesh> = film.actors.iter().map(paint).collect();
@@ -43,18 +43,18 @@ pub fn sheet(film: &Film, seconds: f64) -> Result<Vec<u8>, Failure> {
     Ok(Image { size, pixels: rows.into_iter().flat_map(|row| row.pixels).collect() }.png()?)
 }
 
-/// What went far away is not seen, and would coarsen the shadows, which span all there is.
+/// Whether an actor is near. Distant ones are not visible, and would coarsen the shadows, whose maps span the whole scene.
 fn is_near(key: &Key) -> bool {
     let [low, high] = SEEN_M;
     (0..3).all(|axis| (low[axis] - BESIDE_M..high[axis] + BESIDE_M).contains(&key.place_m[axis]))
 }
 
-/// The floor is the picture's ground.
+/// Whether an actor is the floor, which is the ground of the picture.
 fn is_floor(actor: &Actor) -> bool {
     actor.look == Look::Ground && actor.keys.iter().all(|key| key.place_m[1] < 0.0)
 }
 
-/// An actor about its center.
+/// Mesh of an actor about its center.
 fn paint(actor: &Actor) -> DrawnMesh {
     let (outer, crack) = match actor.look {
         Look::Piece(number) => (fragment_color(number), crack_color(number)),

@@ -1,4 +1,4 @@
-//! What the host knows of an object before it breaks: asked of the service once, before the simulation begins.
+//! Data of an object before it breaks, requested from the service once before the simulation begins.
 
 use super::Failure;
 use super::film::Shell;
@@ -8,58 +8,60 @@ use shatter_client::{Contact, Deadline, DegreeRule, Effect, FractureResult, Frag
 use shatter_export::contact::{ContactBody, ContactPolicy, ElasticMaterial, HertzContact};
 use std::time::Duration;
 
-/// Pieces that the collider of the whole object is made of.
+/// Number of pieces in the collider of a whole object.
 const PARTS: u32 = 16;
 
-/// How long the service may take for one of these questions.
+/// Time for the service to reply to one of these requests.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// Speed of the blow by which the threshold is found, m/s.
+/// Speed of the impact of the threshold request, m/s.
 const SPEED_M_S: f64 = 3.0;
 
-/// Of the impulse that just breaks the object at the weakest of six places, contacts below this share are not sent.
+/// Share of the impulse that just breaks the object at the weakest of six places; contacts below it are not sent.
 const SHARE: f64 = 0.25;
 
-/// A hull that reaches deeper than this into other fragments is that of a ring or a bowl, m.
+/// Depth from which a hull that overlaps other fragments counts as hollow (a ring or a bowl), m.
 const MARGIN_M: f64 = 4e-3;
 
-/// A body that can be put into the world: mass, colliders and looks, in the coordinates of the mesh file.
+/// Body for the simulation: mass, colliders and triangles, in the coordinates of the mesh file.
 #[derive(Clone)]
 pub struct Block {
     pub mass_kg: f64,
     pub center_m: [f64; 3],
     pub volume_m3: f64,
-    /// xx, yy, zz, xy, xz, yz about the center.
+    /// Moments xx, yy, zz, xy, xz, yz about the center.
     pub inertia_kg_m2: [f64; 6],
-    /// In the coordinates of the mesh file.
+    /// Collider shapes, in the coordinates of the mesh file.
     pub shapes: Vec<SharedShape>,
-    /// Whether others lie inside of its hull: it does not collide with them.
+    /// Whether other fragments are inside of its hull; it does not collide with them.
     pub hollow: bool,
-    /// Relative to the center.
+    /// Triangles relative to the center.
     pub shell: Shell,
 }
 
-/// An object of the service as a body that is still whole.
+/// Object of the service as a whole body.
 pub struct Prototype {
     pub facts: ObjectFacts,
     pub block: Block,
     pub terms: ContactPolicy,
-    /// Contacts of less are not sent, N·s.
+    /// Impulse below which contacts are not sent, N·s.
     least_ns: f64,
 }
 
 impl Prototype {
-    /// Breaks the object into a few pieces whose hulls become its collider, and asks what just breaks it.
+    /// Breaks the object into a few pieces whose hulls become its collider, and requests its threshold.
     pub fn of(object: &Object) -> Result<Self, Failure> {
         let facts = object.facts().clone();
         let block = whole(&facts, object)?;
-        let terms = facts.contact_terms(block.mass_kg).speed_min(0.5).cooldown(0.1);
+        let terms = facts.contact_policy(block.mass_kg).speed_min(0.5).cooldown(0.1);
         let least_ns = SHARE * weakest(object, &block, terms.own())?;
         Ok(Self { facts, block, terms: terms.impulse_min(least_ns), least_ns })
     }
 
-    /// The terms of a fragment of it. The energy that counts grows with F²L and Hertz contacts last as long as bodies are large, so the
-    /// impulse that just breaks a body grows with the root of its size.
+    /// Contact policy of a fragment.
+    ///
+    /// The relevant energy grows with F²L, and the duration of Hertz contacts with the size of bodies, so the impulse that just breaks a
+    /// body grows with the square root of its size.
     pub fn terms_of(&self, fragment: &Block) -> ContactPolicy {
         let radius_m = (fragment.volume_m3 * 0.75 / std::f64::consts::PI).cbrt();
         let least_ns = self.least_ns * (fragment.volume_m3 / self.block.volume_m3).powf(1.0 / 6.0);
@@ -68,7 +70,7 @@ impl Prototype {
     }
 }
 
-/// The whole object, put together of pieces.
+/// Whole object, joined from pieces.
 fn whole(facts: &ObjectFacts, object: &Object) -> Result<Block, Failure> {
     let impact = Impact::new([Contact::new(facts.center_m).impulse([0.0, -1.0, 0.0]).radius(facts.diagonal_m)]);
     let impact = impact.degree(DegreeRule::Sites(PARTS)).enable(Effect::Hulls);
@@ -78,14 +80,14 @@ fn whole(facts: &ObjectFacts, object: &Object) -> Result<Block, Failure> {
     let moment: Vector3<f64> = parts.iter().map(|part| Vector3::from(part.center_m) * part.mass_kg).sum();
     let center = moment / mass_kg;
     let inertia: Matrix3<f64> = parts.iter().map(|part| about(part, &center)).sum();
-    // What is seen is the object in one piece, closed, and not its parts, each rounded about its own center.
+    // The visible mesh is the closed object in one piece, because each of the pieces is rounded about its own center.
     let one = object.strike(&object.even(1, Deadline::after(PATIENCE))?)?.wait(Deadline::after(PATIENCE))?;
     let mut shell = Shell::default();
     for fragment in one.fragments() {
         let moved = (Vector3::from(fragment.center_m()) - center).cast::<f32>();
         fragment
             .runs()
-            .for_each(|run| shell.add(run.positions, run.indices, moved.into(), run.vertex_first, run.crack));
+            .for_each(|run| shell.add(run.positions, run.indices, moved.into(), run.vertex_first, run.is_crack));
     }
     let index = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
     Ok(Block {
@@ -109,7 +111,7 @@ fn tensor([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> Matrix3<f64> {
     Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
 }
 
-/// A fragment, copied out of shared memory.
+/// Fragment, copied out of shared memory.
 pub fn block(fragment: &Fragment<'_>) -> Block {
     let center_m = fragment.center_m();
     let place = |point: &[f32; 3]| Vector::from([0, 1, 2].map(|k| f64::from(point[k]) + center_m[k]));
@@ -118,11 +120,11 @@ pub fn block(fragment: &Fragment<'_>) -> Block {
     let shape = hull.and_then(|hull| {
         SharedShape::convex_mesh(hull.positions.iter().map(place).collect(), &triangles(hull.indices))
     });
-    // Pieces too flat for a hull of the service's are as thick as a millimeter here.
+    // Fragments too flat for a hull from the service get a thickness of one millimeter.
     let flat = || SharedShape::round_convex_hull(&fragment.positions().iter().map(place).collect::<Vec<_>>(), 5e-4);
     let mut shell = Shell::default();
     for run in fragment.runs() {
-        shell.add(run.positions, run.indices, [0.0; 3], run.vertex_first, run.crack);
+        shell.add(run.positions, run.indices, [0.0; 3], run.vertex_first, run.is_crack);
     }
     Block {
         mass_kg: fragment.mass_kg(),
@@ -136,7 +138,7 @@ pub fn block(fragment: &Fragment<'_>) -> Block {
 }
 
 impl Block {
-    /// For Rapier, in the coordinates of the mesh file.
+    /// Mass properties for Rapier, in the coordinates of the mesh file.
     pub fn mass_properties(&self) -> MassProperties {
         let [xx, yy, zz, xy, xz, yz] = self.inertia_kg_m2;
         let inertia = Matrix::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
@@ -144,7 +146,7 @@ impl Block {
     }
 }
 
-/// The least impulse, N·s, that just breaks the object at one of the six ends of its axes, struck by the floor.
+/// Smallest impulse, N·s, that just breaks the object at one of the six ends of its axes, in a contact with the floor.
 fn weakest(object: &Object, block: &Block, own: ContactBody) -> Result<f64, Failure> {
     let floor = ContactBody::ground(ElasticMaterial::CONCRETE);
     let hertz = HertzContact::of(&own, &floor, SPEED_M_S)?;

@@ -1,4 +1,4 @@
-//! The daemon: found, or baked for and started, started again, ended. All that waits is on a thread of its own.
+//! The daemon: lookup, bake, start, restart and end. All waiting is on a separate thread.
 
 use super::Failure;
 use rustix::process::{Pid, Signal, kill_process};
@@ -9,7 +9,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// What the set is made of, for `shatterd bake --scene`; pieces of less than a few nodes are of no use to a game.
+/// Scene of the set for `shatterd bake --scene`; fragments of a few nodes are too small for a game.
 const SCENE: &str = r#"title = "Rapier host"
 
 [objects.mug]
@@ -32,16 +32,16 @@ effects = ["elastic", "interior", "release", "hulls"]
 sites_max = 20
 "#;
 
-/// The objects of the set, in the order of prototypes.
+/// Objects of the set, in the order of prototypes.
 pub const OBJECTS: [&str; 3] = ["mug", "statue", "vase"];
 
-/// A daemon that does not come up in this time does not.
+/// Time for the daemon to start.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// One that is asked to end has this long.
+/// Time for the daemon to end on request.
 const END_PATIENCE: Duration = Duration::from_secs(10);
 
-/// Where the daemon is and what it serves.
+/// Program of the daemon, and its folders and service name.
 pub struct Place {
     program: PathBuf,
     databases: PathBuf,
@@ -49,19 +49,20 @@ pub struct Place {
     service: String,
 }
 
-/// A connection: the objects, in the order of [`OBJECTS`].
+/// Connection with its objects, in the order of [`OBJECTS`].
 pub struct Line {
     pub objects: Vec<Object>,
-    /// The daemon's process.
+    /// Process id of the daemon.
     pub pid: u32,
 }
 
-/// Finds the program, and bakes the databases that are not there.
+/// Finds the program, and bakes the databases that do not exist.
 pub fn provide(program: Option<PathBuf>, databases: &Path, service: String) -> Result<Place, Failure> {
     let own = std::env::current_exe()?;
     let beside = own.parent().and_then(Path::parent).map(|folder| folder.join("shatterd"));
     let program = program.or(beside).filter(|program| program.is_file());
-    let program = program.ok_or("no program `shatterd`: build the workspace first, or say --shatterd FILE")?;
+    let program = program
+        .ok_or("cannot find the program `shatterd`; build the workspace first, or name it with --shatterd FILE")?;
     std::fs::create_dir_all(databases)?;
     let scene = databases.join("host.toml");
     std::fs::write(&scene, SCENE)?;
@@ -91,7 +92,7 @@ pub fn provide(program: Option<PathBuf>, databases: &Path, service: String) -> R
     Ok(Place { program, databases: databases.to_owned(), scene, service })
 }
 
-/// An earthenware vase as OBJ, 0.3 m high, with walls of 16 mm, which coarse lattices can follow: a profile turned about +y.
+/// Earthenware vase as OBJ: a profile rotated about +y, 0.3 m high. Its walls of 16 mm suit coarse lattices.
 fn vase() -> String {
     let (steps, around, wall_m, height_m) = (40_u32, 64_u32, 0.016, 0.3);
     let radius = |t: f64| 0.062 + 0.026 * (std::f64::consts::TAU * (0.85 * t + 0.1)).sin();
@@ -106,7 +107,7 @@ fn vase() -> String {
             text += &format!("v {} {y} {}\n", r * angle.cos(), -r * angle.sin());
         }
     }
-    // Numbers from 1: the two points on the axis, then ring by ring.
+    // OBJ numbers start at 1: the two points on the axis, then ring by ring.
     let at = |ring: u32, k: u32| 3 + ring * around + k % around;
     let last = profile.len() as u32 - 1;
     for k in 0..around {
@@ -119,9 +120,9 @@ fn vase() -> String {
     text
 }
 
-/// The thread that connects, and starts the daemon where there is none.
+/// Thread that connects to the daemon, and starts one if necessary.
 pub struct Keeper {
-    /// Asks for a connection; closed in the end.
+    /// Channel for requests of a connection; closed at the end.
     ask: Option<Sender<Option<Line>>>,
     lines: Receiver<Result<Line, Failure>>,
     thread: Option<JoinHandle<()>>,
@@ -133,7 +134,7 @@ impl Keeper {
         let (send, lines) = channel();
         let thread = std::thread::spawn(move || {
             let mut child = None;
-            // Ends when the host is gone, or no longer asks.
+            // The loop ends when the host drops its sender.
             while let Ok(former) = asked.recv() {
                 let sent = send.send(line(&place, &mut child));
                 drop(former);
@@ -146,19 +147,19 @@ impl Keeper {
         Self { ask: Some(ask), lines, thread: Some(thread) }
     }
 
-    /// The first connection; waits for it.
+    /// Waits for the first connection.
     pub fn first(&mut self) -> Result<Line, Failure> {
         self.want(None);
         self.lines.recv()?
     }
 
-    /// Asks for a connection; never waits. Cleaning up after the former one is the thread's, too.
+    /// Requests a connection without waiting. The thread also cleans up after the former one.
     pub fn want(&self, former: Option<Line>) {
-        // A thread that is gone sends nothing: the host goes on without fracture.
+        // If the thread has ended, the host continues without fracture.
         let _ = self.ask.as_ref().map(|ask| ask.send(former));
     }
 
-    /// The connection that was asked for, if it is there; never waits.
+    /// The requested connection, if it is ready; never waits.
     pub fn line(&self) -> Option<Result<Line, Failure>> {
         self.lines.try_recv().ok()
     }
@@ -170,7 +171,7 @@ impl Keeper {
     }
 }
 
-/// Connects to the daemon, and starts one if there is none.
+/// Connects to the daemon; starts one if no daemon runs.
 fn line(place: &Place, child: &mut Option<Child>) -> Result<Line, Failure> {
     let deadline = Instant::now() + PATIENCE;
     loop {
@@ -197,12 +198,12 @@ fn connected(place: &Place) -> Result<Line, Failure> {
     let patience = Deadline::after(Duration::from_secs(20));
     let service = Client::connect(&place.service, patience)?;
     let objects = OBJECTS.iter().map(|name| service.object(name, patience)).collect::<Result<_, _>>()?;
-    Ok(Line { objects, pid: service.status(patience)?.row().pid })
+    Ok(Line { objects, pid: service.status(patience)?.pid })
 }
 
-/// Asks the daemon to end, and waits; one that does not is killed.
+/// Asks the daemon to end and waits; kills it after the time limit.
 fn end(mut child: Child) {
-    // It may have ended by itself: then there is nothing to do.
+    // It may have ended already.
     let _ = kill_process(Pid::from_child(&child), Signal::TERM);
     let deadline = Instant::now() + END_PATIENCE;
     while Instant::now() < deadline {
@@ -215,7 +216,7 @@ fn end(mut child: Child) {
     let _ = child.wait();
 }
 
-/// Kills the daemon, as an accident would.
+/// Kills the daemon, to simulate a crash.
 pub fn kill(pid: u32) {
     let pid = i32::try_from(pid).ok().and_then(Pid::from_raw);
     let _ = pid.map(|pid| kill_process(pid, Signal::KILL));

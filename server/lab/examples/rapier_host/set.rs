@@ -1,21 +1,21 @@
-//! What stands where: three shelves of vases and mugs, a ball on a string before each, and what falls from above.
+//! The set: three shelves of vases and mugs, a ball on a string before each, and falling objects.
 
 use super::film::Film;
 use super::service::OBJECTS;
 use super::world::World;
 use rapier3d_f64::prelude::{Pose, Vector};
 
-/// Height of the shelves' boards, their lengths' half, and where they stand along z, m.
+/// Height of the shelves' boards, half their length, and their positions along z, m.
 const BOARD_M: f64 = 1.0;
 const HALF_M: f64 = 0.9;
 const SHELVES: [(f64, f64); 3] = [(-1.2, 0.3), (0.0, 2.5), (1.2, 4.7)];
 
-/// The string of a ball, m, and how far it is pulled up, degrees.
+/// Length of a ball's string, m, and the angle to which it is pulled up, degrees.
 const STRING_M: f64 = 1.8;
 const PULLED_DEG: f64 = 80.0;
 const BALL_M: f64 = 0.07;
 
-/// What falls: which object, from where, which way up (degrees about z), when.
+/// Falling objects: name, position, rotation about z in degrees, and start time.
 const FALLS: [(&str, [f64; 3], f64, f64); 20] = [
     ("statue", [-1.5, 1.6, 0.6], 160.0, 0.1),
     ("vase", [1.5, 1.8, 0.6], 30.0, 0.4),

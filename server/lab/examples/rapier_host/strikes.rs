@@ -1,4 +1,4 @@
-//! Strikes under way. Nothing here waits: strikes are sent, tickets are looked at, connections come from the keeper's thread.
+//! Requests in flight. Nothing here waits: requests are sent, tickets are polled, and connections come from the keeper's thread.
 
 use super::film::Film;
 use super::prototype::block;
@@ -9,31 +9,31 @@ use shatter_client::{Effect, Error, ErrorKind, FractureResult, Impact, Poll, Tic
 use shatter_export::contact::MergedContact;
 use std::time::{Duration, Instant};
 
-/// An answer that comes later is of no use.
+/// Deadline of requests; later results are of no use.
 const DEADLINE: Duration = Duration::from_secs(3);
 
-/// Strikes under way at most: a daemon that is behind gets no further ones.
+/// Maximum number of requests in flight, so that a slow daemon gets no further ones.
 const UNDER_WAY_MAX: usize = 12;
 
-/// Strikes of fragments among them.
+/// Maximum number of requests for fragments among them.
 const AGAIN_MAX: usize = 3;
 
-/// A strike under way.
+/// Request in flight.
 struct Sent {
     piece: u32,
     ticket: Ticket,
     impact: Impact,
     at_s: f64,
-    /// The daemon that has it.
+    /// Process id of its daemon.
     pid: u32,
 }
 
 pub struct Strikes<'k> {
     keeper: &'k mut Keeper,
-    /// The daemon, while there is one.
+    /// Connection, while there is a daemon.
     line: Option<Line>,
     sent: Vec<Sent>,
-    /// Strikes of whole objects that a daemon took with it: they are sent again.
+    /// Requests for whole objects that were lost with a daemon; they are sent again.
     lost: Vec<(u32, Impact)>,
     down_s: f64,
 }
@@ -48,7 +48,7 @@ impl<'k> Strikes<'k> {
         self.line.iter().for_each(|line| kill(line.pid));
     }
 
-    /// What the host does with the service in a step: contacts become strikes, at most one answer becomes fragments.
+    /// Exchange with the service in a step: sends requests for contacts, and turns at most one result into fragments.
     pub fn turn(&mut self, world: &mut World<'_>, film: &mut Film, now_s: f64, spent: &mut Step, tally: &mut Tally) {
         let blows = world.blows(now_s);
         let (before, begun) = (tally.switches(), Instant::now());
@@ -82,7 +82,7 @@ impl<'k> Strikes<'k> {
         }
     }
 
-    /// Takes the connection that was asked for.
+    /// Takes over the requested connection.
     fn connect(&mut self, now_s: f64, tally: &mut Tally) {
         if self.line.is_some() {
             return;
@@ -97,7 +97,7 @@ impl<'k> Strikes<'k> {
         }
     }
 
-    /// The daemon is gone: fracture pauses, the simulation does not.
+    /// Handles the loss of the daemon: fracture pauses, the simulation continues.
     fn disconnect(&mut self, now_s: f64) {
         if let Some(former) = self.line.take() {
             self.down_s = now_s;
@@ -137,7 +137,7 @@ impl<'k> Strikes<'k> {
         };
         let own = &world.pieces[piece as usize];
         let impact = match own.origin {
-            // Its answer was the former daemon's.
+            // Its result was retained by the former daemon.
             Some((pid, ..)) if pid != line.pid => return world.spare(piece),
             Some((_, handle, fragment)) => impact.from(handle, fragment),
             None => impact,
@@ -152,7 +152,7 @@ impl<'k> Strikes<'k> {
         }
     }
 
-    /// Looks at all tickets; the first answer that is there.
+    /// Polls all tickets; returns the first result that is ready.
     fn answer(&mut self, world: &mut World<'_>, now_s: f64, tally: &mut Tally) -> Option<(u32, f64, FractureResult)> {
         let (mut index, mut found) = (0, None);
         while index < self.sent.len() && found.is_none() {
@@ -162,7 +162,7 @@ impl<'k> Strikes<'k> {
                     let sent = self.sent.remove(index);
                     found = Some((sent.piece, sent.at_s, broken));
                 }
-                // The ticket is still good.
+                // The ticket stays valid.
                 Err(refusal) if refusal.kind == ErrorKind::Busy && refusal.at == "answers" => index += 1,
                 Err(refusal) => {
                     let sent = self.sent.remove(index);
@@ -185,14 +185,14 @@ impl<'k> Strikes<'k> {
         let whole = world.pieces[piece as usize].origin.is_none();
         match refusal.kind {
             ErrorKind::Lost | ErrorKind::NoDaemon => {
-                // Tickets of a daemon that is gone already may say so late.
+                // Tickets of a lost daemon may report the loss late.
                 if self.line.as_ref().is_some_and(|line| line.pid == pid) {
                     self.disconnect(now_s);
                 }
-                // A fragment went with the daemon that kept it.
+                // A fragment is lost with the daemon that retained it.
                 if whole { self.lost.push((piece, impact)) } else { world.spare(piece) }
             }
-            // It can be struck again when it is hit again.
+            // The piece can be struck again at its next contact.
             kind if kind.retry() => {}
             _ if !whole => world.spare(piece),
             _ => eprintln!("rapier_host: {refusal}"),
@@ -200,7 +200,7 @@ impl<'k> Strikes<'k> {
     }
 }
 
-/// The blow at the nearest point of what is seen: colliders are convex, and a strike must touch.
+/// Moves the contact to the nearest visible point: colliders are convex hulls, but the contact must be on the surface.
 fn snap(blow: &MergedContact, piece: &Piece, positions: &[[f32; 3]]) -> MergedContact {
     let own = [0, 1, 2].map(|k| blow.point_m[k] - piece.center_m[k]);
     let away = |point: &[f32; 3]| (0..3).map(|k| (f64::from(point[k]) - own[k]).powi(2)).sum::<f64>();

@@ -1,4 +1,4 @@
-//! What the run was like: times of steps, masses, energies, answers.
+//! Statistics of a run: times of steps, masses, energies, results.
 
 use super::Failure;
 use super::film::Film;
@@ -9,25 +9,25 @@ use shatter_lab::study::plot::{Axes, PlotLine, PlotMark, svg};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// What a step took.
+/// Times of a step.
 #[derive(Clone, Copy, Default)]
 pub struct Step {
-    /// When it was, in the simulation.
+    /// Time in the simulation, s.
     pub at_s: f64,
     pub whole: Duration,
-    /// Rapier, and looking at its contacts.
+    /// Time of Rapier and of reading its contacts.
     pub physics: Duration,
-    /// Calls of the client: sending strikes, looking at tickets.
+    /// Time of client calls: sending requests and polling tickets.
     pub client: Duration,
-    /// Putting fragments in the place of a body.
+    /// Time of replacing bodies by fragments.
     pub swap: Duration,
-    /// How often the thread gave the processor up by itself during calls of the client.
+    /// Voluntary context switches during client calls.
     pub waits: u64,
-    /// How often it was taken away meanwhile, for others.
+    /// Involuntary context switches during client calls.
     pub taken: u64,
 }
 
-/// Counts of a run.
+/// Statistics of a run.
 #[derive(Default)]
 pub struct Tally {
     steps: Vec<Step>,
@@ -41,25 +41,25 @@ pub struct Tally {
     energies_finite: bool,
     pub strikes: u64,
     whole: u64,
-    /// Breaks by the generation of what broke: 0 for objects.
+    /// Number of breaks by generation: 0 for objects.
     breaks: [u64; 4],
     fragments: u64,
     late_s: Vec<f64>,
     round_trips: Vec<Duration>,
-    /// How deep fragments reached at their birth into their siblings, and into anything else, m.
+    /// Largest overlap of new fragments with their siblings, and with anything else, m.
     siblings_m: f64,
     others_m: f64,
-    /// Fragments whose hulls hold others.
+    /// Number of fragments with others inside of their hulls.
     hollow: u64,
-    /// Of all pairs of a fragment and something near it at its birth, those deeper than 5 mm, and all.
+    /// Number of pairs of a new fragment and a neighbor that overlap by more than 5 mm, and of all such pairs.
     deep: u64,
     pairs: u64,
     pub refusals: BTreeMap<&'static str, u64>,
-    /// How long fracture paused, each time.
+    /// Durations of the pauses of fracture, s.
     pub paused_s: Vec<f64>,
 }
 
-/// Overlaps beyond this are counted, m.
+/// Overlap from which a pair is counted, m.
 const DEEP_M: f64 = 5e-3;
 
 impl Tally {
@@ -80,7 +80,7 @@ impl Tally {
         (self.mass_ended_kg, self.energy_ended_j) = (world.mass_kg(), world.energy_j());
     }
 
-    /// An answer, `late_s` after the contact in the simulation.
+    /// Records a result, `late_s` after the contact in the simulation.
     pub fn answered(&mut self, late_s: f64, round_trip: Duration, generation: u32, broken: &FractureResult) {
         if broken.is_whole() {
             self.whole += 1;
@@ -92,12 +92,12 @@ impl Tally {
         self.round_trips.push(round_trip);
     }
 
-    /// A fragment comes in.
+    /// Records a fragment.
     pub fn hollow(&mut self, hollow: bool) {
         self.hollow += u64::from(hollow);
     }
 
-    /// A fragment at its birth beside something.
+    /// Records a new fragment and a neighbor.
     pub fn birth(&mut self, depth_m: f64, sibling: bool) {
         let deepest = if sibling { &mut self.siblings_m } else { &mut self.others_m };
         *deepest = deepest.max(depth_m);
@@ -105,8 +105,7 @@ impl Tally {
         self.pairs += 1;
     }
 
-    /// How often this thread has given the processor up by itself since it began, and how often it was taken away; zero where the
-    /// system does not say.
+    /// Voluntary and involuntary context switches of this thread; zero if the system does not report them.
     pub fn switches(&self) -> [u64; 2] {
         let status = std::fs::read_to_string("/proc/thread-self/status").unwrap_or_default();
         ["voluntary_ctxt_switches:", "nonvoluntary_ctxt_switches:"].map(|name| {
@@ -115,7 +114,7 @@ impl Tally {
         })
     }
 
-    /// Times of steps, beside those of a run without fracture.
+    /// Plot of step times, with those of a run without fracture.
     pub fn plot(&self, without: &Self) -> Result<String, Failure> {
         let line = |name: &str, steps: &[Step], of: fn(&Step) -> Duration| PlotLine {
             name: name.into(),
@@ -132,7 +131,7 @@ impl Tally {
         Ok(svg(&Axes { x, y, log_x: false, log_y: true }, &lines)?)
     }
 
-    /// The figures of the run.
+    /// JSON summary of the run.
     pub fn summary(&self, without: &Self, film: &Film) -> Value {
         let mut late_ms: Vec<f64> = self.late_s.iter().map(|late_s| 1e3 * late_s).collect();
         late_ms.sort_by(f64::total_cmp);
@@ -181,7 +180,7 @@ fn sorted_ms(times: impl Iterator<Item = Duration>) -> Vec<f64> {
     times
 }
 
-/// Median, 99th percentile and longest, ms.
+/// Median, 99th percentile and maximum, ms.
 fn times(steps: &[Step], of: fn(&Step) -> Duration) -> Value {
     let times = sorted_ms(steps.iter().map(of));
     let at = |share: f64| times.get(((times.len() as f64 * share) as usize).min(times.len().saturating_sub(1)));

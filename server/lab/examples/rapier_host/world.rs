@@ -1,7 +1,7 @@
-//! The simulation: bodies, contacts, and fragments in the place of bodies.
+//! The simulation: bodies, contacts, and the replacement of bodies by fragments.
 //!
-//! The frame of a body is that of its mesh file, be it whole or a fragment, so a fragment is born with the pose of what it was a part
-//! of, and contacts are in the coordinates of strikes once they are in those of the body.
+//! The frame of every body, whole or fragment, is that of its mesh file. So a fragment starts with the pose of its parent, and contacts
+//! in body coordinates are in the coordinates of requests.
 
 use super::film::{Film, Key, Look, Shell};
 use super::prototype::{Block, Prototype};
@@ -13,10 +13,10 @@ use shatter_export::contact::{
 };
 use std::collections::HashMap;
 
-/// What a piece is a fragment of: the daemon that keeps the answer, the answer's handle, its number there.
+/// Origin of a fragment: process id of the daemon that retains the result, handle of the result, number of the fragment.
 pub type Origin = (u32, u64, u32);
 
-/// A body that may break.
+/// Breakable body.
 pub struct Piece {
     pub body: RigidBodyHandle,
     pub actor: usize,
@@ -28,16 +28,16 @@ pub struct Piece {
     pub alive: bool,
 }
 
-/// A fragment that is to be born.
+/// New fragment.
 pub struct Birth {
     pub block: Block,
-    /// How it moves beside how the body moved, in the coordinates of the mesh file.
+    /// Velocity in addition to the parent's, in the coordinates of the mesh file.
     pub linear_m_s: [f64; 3],
     pub angular_rad_s: [f64; 3],
     pub origin: Option<Origin>,
 }
 
-/// How a piece comes into the world.
+/// Initial state of a piece.
 struct Start {
     pose: Pose,
     linear: Vector,
@@ -47,21 +47,21 @@ struct Start {
     at_s: f64,
 }
 
-/// What colliders belong to (`user_data`): nothing that moves, a ball, or the piece of this number less two.
+/// Owners of colliders (`user_data`): ground, ball, or 2 plus the number of a piece.
 const GROUND: u128 = 0;
 const BALL: u128 = 1;
 const FIRST: u128 = 2;
 
-/// Fragments whose hulls hold others collide with what is no piece, all others with everything.
+/// Collision groups: fragments with others inside of their hulls collide with everything but pieces, all others with everything.
 const PIECES: InteractionGroups =
     InteractionGroups::new(Group::GROUP_2, Group::GROUP_1.union(Group::GROUP_2), InteractionTestMode::And);
 const HOLLOW: InteractionGroups = InteractionGroups::new(Group::GROUP_3, Group::GROUP_1, InteractionTestMode::And);
 const OTHERS: InteractionGroups = InteractionGroups::new(Group::GROUP_1, Group::ALL, InteractionTestMode::And);
 
-/// Generations of fragments that may break again.
+/// Number of generations of fragments that may break again.
 const GENERATIONS: u32 = 2;
 
-/// Lighter fragments, over the whole object, do not break again.
+/// Mass over the whole object below which fragments do not break again.
 const SHARE: f64 = 0.03;
 
 pub struct World<'a> {
@@ -71,9 +71,9 @@ pub struct World<'a> {
     balls: Vec<(RigidBodyHandle, usize)>,
     ball: ContactBody,
     contacts: ContactCollector<u32>,
-    /// Bodies that are let go at a time of the simulation, s.
+    /// Bodies released at a time of the simulation, s.
     cues: Vec<(f64, RigidBodyHandle)>,
-    /// How bodies moved before the step: velocities, and about which point.
+    /// Motion of bodies before the step: velocities, and the point they refer to.
     before: HashMap<RigidBodyHandle, [Vector; 3]>,
     newborn: Vec<u32>,
 }
@@ -82,7 +82,7 @@ impl<'a> World<'a> {
     pub fn new(prototypes: &'a [Prototype], dt_s: f64, film: &mut Film) -> Self {
         let mut physics = PhysicsWorld::new();
         physics.integration_parameters.dt = dt_s;
-        // Impulses are then those of the contacts themselves.
+        // With clustering off, impulses are those of single contacts.
         physics.integration_parameters.contact_clustering = false;
         let mut world = Self {
             prototypes,
@@ -99,7 +99,7 @@ impl<'a> World<'a> {
         world
     }
 
-    /// A box that does not move.
+    /// Adds a static box.
     pub fn add_ground(&mut self, half_m: [f64; 3], place_m: [f64; 3], film: &mut Film) {
         let [x, y, z] = half_m;
         let collider = ColliderBuilder::cuboid(x, y, z)
@@ -112,7 +112,7 @@ impl<'a> World<'a> {
         film.enter("ground".into(), Look::Ground, Shell::cuboid(half_m.map(|x| x as f32)), key);
     }
 
-    /// A steel ball on a string from `pivot_m`, let go at `at_s`.
+    /// Adds a steel ball on a string from `pivot_m`, released at `at_s`.
     pub fn add_ball(&mut self, radius_m: f64, place_m: [f64; 3], pivot_m: [f64; 3], at_s: f64, film: &mut Film) {
         let mass_kg = 7850.0 * 4.0 / 3.0 * std::f64::consts::PI * radius_m.powi(3);
         self.ball = ContactBody { material: ElasticMaterial::STEEL, mass_kg, radius_m };
@@ -131,7 +131,7 @@ impl<'a> World<'a> {
         self.balls.push((body, actor));
     }
 
-    /// A whole object; held and not seen until `held_s`, if that is given.
+    /// Adds a whole object; with `held_s` it is held and invisible until then.
     pub fn add_object(&mut self, prototype: usize, pose: Pose, held_s: Option<f64>, film: &mut Film) {
         let own = &self.prototypes[prototype];
         let name = format!("{}-{}", own.facts.name, self.pieces.len());
@@ -156,7 +156,7 @@ impl<'a> World<'a> {
             let collider = collider.collision_groups(if block.hollow { HOLLOW } else { PIECES });
             self.physics.insert_collider(collider.user_data(FIRST + u128::from(number)), Some(body));
         }
-        // Rapier would find the mass in the next step only.
+        // Rapier itself would compute the mass only in the next step.
         self.physics.bodies[body].recompute_mass_properties_from_colliders(&self.physics.colliders);
         let key = self.key(body, block.center_m.into(), at_s);
         let actor = film.enter(name, Look::Piece(number), block.shell.clone(), key);
@@ -165,7 +165,7 @@ impl<'a> World<'a> {
         number
     }
 
-    /// One step; contacts become known to the collector.
+    /// Runs one step and passes its contacts to the collector.
     pub fn step(&mut self, now_s: f64) {
         let bodies = &mut self.physics.bodies;
         self.cues.retain(|(at_s, body)| {
@@ -182,17 +182,17 @@ impl<'a> World<'a> {
         self.feel();
     }
 
-    /// Who is struck by the contacts of the step.
+    /// Pieces struck by the contacts of the step.
     pub fn blows(&mut self, now_s: f64) -> Vec<(u32, Result<Vec<MergedContact>, ImpulseLost>)> {
         self.contacts.step(now_s)
     }
 
-    /// `piece` shall not be struck again.
+    /// Excludes `piece` from further requests.
     pub fn spare(&mut self, piece: u32) {
         self.contacts.forget(&piece);
     }
 
-    /// Tells the collector of every contact, once for each of the two bodies that may break.
+    /// Passes every contact to the collector, once for each of the two bodies that may break.
     fn feel(&mut self) {
         for pair in self.physics.narrow_phase.contact_pairs() {
             let colliders = [pair.collider1, pair.collider2].map(|handle| &self.physics.colliders[handle]);
@@ -221,13 +221,13 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Velocity before the step, at a place.
+    /// Velocity before the step at a point.
     fn velocity(&self, collider: &Collider, place: Vector) -> Vector {
         let motion = collider.parent().and_then(|body| self.before.get(&body));
         motion.map_or(Vector::ZERO, |[linear, angular, center]| *linear + angular.cross(place - *center))
     }
 
-    /// What touches, by its collider.
+    /// Contact body of a collider.
     fn partner(&self, collider: &Collider) -> ContactBody {
         match collider.user_data {
             GROUND => ContactBody::ground(ElasticMaterial::CONCRETE),
@@ -240,7 +240,7 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Puts fragments in the place of `piece`; they move on as it moves now.
+    /// Replaces `piece` by fragments, which continue its motion.
     pub fn shatter(&mut self, piece: u32, mut births: Vec<Birth>, now_s: f64, film: &mut Film) {
         let Piece { body, actor, prototype, generation, hollow, .. } = self.pieces[piece as usize];
         self.pieces[piece as usize].alive = false;
@@ -250,7 +250,7 @@ impl<'a> World<'a> {
         let pose = *old.position();
         let own = &self.prototypes[prototype];
         for birth in &mut births {
-            // What others lay in breaks into what may overlap them.
+            // Fragments of a body that contained others may overlap them.
             birth.block.hollow |= hollow;
             let center = pose.transform_point(birth.block.center_m.into());
             let linear = old.velocity_at_point(center) + pose.transform_vector(birth.linear_m_s.into());
@@ -266,7 +266,7 @@ impl<'a> World<'a> {
         }
     }
 
-    /// How deep fragments that were born in this step reach into each other, and into anything else.
+    /// Measures the overlaps of the fragments that were created in this step with each other and with anything else.
     pub fn measure_births(&mut self, tally: &mut Tally) {
         let newborn = std::mem::take(&mut self.newborn);
         let is_new = |collider: &Collider| {
@@ -285,12 +285,12 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Mass of everything that may break or has broken, kg, as Rapier has it.
+    /// Mass of everything that may break or has broken, kg, from Rapier.
     pub fn mass_kg(&self) -> f64 {
         self.alive().map(|piece| self.physics.bodies[piece.body].mass()).sum()
     }
 
-    /// Kinetic energy and that of height, J.
+    /// Kinetic and potential energy, J.
     pub fn energy_j(&self) -> f64 {
         let energy = |body: &RigidBody| body.kinetic_energy() + 9.81 * body.mass() * body.center_of_mass().y;
         let balls = self.balls.iter().map(|(body, _)| *body);
@@ -298,12 +298,12 @@ impl<'a> World<'a> {
         bodies.map(|body| energy(&self.physics.bodies[body])).sum()
     }
 
-    /// Pieces in the world now.
+    /// Pieces that exist now.
     pub fn alive(&self) -> impl Iterator<Item = &Piece> {
         self.pieces.iter().filter(|piece| piece.alive)
     }
 
-    /// Where everything is that moves.
+    /// Poses of everything that moves.
     pub fn poses(&self, now_s: f64) -> impl Iterator<Item = (usize, Key)> + '_ {
         let pieces = self.alive().map(move |piece| (piece.actor, self.key(piece.body, piece.center_m.into(), now_s)));
         pieces.chain(self.balls.iter().map(move |&(body, actor)| (actor, self.key(body, Vector::ZERO, now_s))))

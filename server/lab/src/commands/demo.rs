@@ -10,18 +10,18 @@ use std::path::PathBuf;
 /// Arguments of `shatterd demo`.
 #[derive(clap::Args)]
 pub struct DemoArgs {
-    /// Folder for the page and the fragments.
+    /// Folder for the page and the fragments
     #[arg(long, value_name = "DIR", default_value = "shatter-demo")]
     out: PathBuf,
-    /// Folder for the baked object [default: demo in the platform's data folder].
+    /// Folder for the baked object [default: demo in the platform's data folder]
     #[arg(long, value_name = "DIR")]
     databases: Option<PathBuf>,
-    /// Name of the service that the demo's daemon opens [default: demo- and the process's id].
+    /// Name of the service that the demonstration's daemon opens [default: demo-PID]
     #[arg(long)]
     service: Option<String>,
 }
 
-/// Runs the demonstration and says where to look.
+/// Runs the demonstration and prints the names of its files.
 pub fn run(args: &DemoArgs) -> Result<(), CommandError> {
     output::folder(&args.out)?;
     let databases = match &args.databases {

@@ -1,4 +1,4 @@
-//! `shatter-lab examples`: the page of what a database has learned.
+//! `shatter-lab examples`: page on what a database has learned.
 
 use crate::{report, study::examples};
 use shatter_fracture::database;

@@ -1,4 +1,4 @@
-//! Why a command of the lab ended without its result.
+//! Conversion of lab errors to errors of commands.
 
 use crate::study::accuracy::StudyError;
 use crate::study::effects::EffectsError;

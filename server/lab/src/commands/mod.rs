@@ -1,4 +1,4 @@
-//! The commands of `shatter-lab`, one file each.
+//! Commands of `shatter-lab`, one file each.
 
 pub mod demo;
 pub mod examples;

@@ -26,26 +26,25 @@ pub struct StudyArgs {
 
 #[derive(clap::Subcommand)]
 enum Study {
-    /// Runs the catalogue of hard cases and bad meshes, and writes a table and a page. Takes several minutes.
+    /// Run the catalog of hard cases and bad meshes, and write a table and a page; takes several minutes
     Stability(Stability),
-    /// Bakes and strikes the objects of the shipped scenes, with the scene's effects and with all, draws what each costs, and every
-    /// effect, off and on.
+    /// Strike the objects of the shipped scenes with the scene's effects and with all, and draw the cost and the look of every effect
     Effects(Effects),
-    /// Draws the paper's two figures anew: a body struck by metal balls, and one dropped on its head at three thresholds.
+    /// Reproduce the paper's two figures: a body struck by metal balls, and one dropped on its head at three thresholds
     Paper(Paper),
-    /// Turns every dial of a strike over its values, and draws errors against times of whole strikes.
+    /// Vary every solver setting of a request, and draw errors against times of whole requests
     Accuracy(Accuracy),
 }
 
 /// Arguments of `shatterd study accuracy`.
 #[derive(clap::Args)]
 struct Accuracy {
-    /// Mesh file of the object, in meters [default: a generated statue].
+    /// Mesh file of the object, in meters [default: a generated statue]
     object: Option<PathBuf>,
-    /// Folder for the page, its diagrams and their figures.
+    /// Folder for the page, its diagrams and their data
     #[arg(long, value_name = "DIR", default_value = "shatter-study")]
     out: PathBuf,
-    /// One JSON document on stdout.
+    /// Print one JSON document on stdout
     #[arg(long)]
     json: bool,
 }
@@ -53,21 +52,21 @@ struct Accuracy {
 /// Arguments of `shatterd study paper`.
 #[derive(clap::Args)]
 struct Paper {
-    /// Mesh file of the body [default: the horse of the folder of real meshes, else a generated statue].
+    /// Mesh file of the body [default: the horse from the folder of meshes, else a generated statue]
     object: Option<PathBuf>,
-    /// Folder of real meshes, which `horse.ply` is looked for in.
+    /// Folder of real meshes, searched for `horse.ply`
     #[arg(long, value_name = "DIR", env = "SHATTER_MESHES")]
     meshes: Option<PathBuf>,
-    /// The axis of the mesh file that points up.
+    /// Axis of the mesh file that points up: y, z
     #[arg(long, default_value = "y")]
     up: UpAxis,
-    /// Lattices of the body, and how strikes are computed.
+    /// Preset of the lattices and of the requests
     #[arg(long, value_name = "draft|game|film|reference", value_parser = quality, default_value = "film")]
     quality: Preset,
-    /// Folder for the page, its pictures and their figures.
+    /// Folder for the page, its pictures and their data
     #[arg(long, value_name = "DIR", default_value = "shatter-study")]
     out: PathBuf,
-    /// One JSON document on stdout.
+    /// Print one JSON document on stdout
     #[arg(long)]
     json: bool,
 }
@@ -75,10 +74,10 @@ struct Paper {
 /// Arguments of `shatterd study effects`.
 #[derive(clap::Args)]
 struct Effects {
-    /// Folder for the page.
+    /// Folder for the page
     #[arg(long, value_name = "DIR", default_value = "shatter-study")]
     out: PathBuf,
-    /// One JSON document on stdout.
+    /// Print one JSON document on stdout
     #[arg(long)]
     json: bool,
 }
@@ -86,36 +85,36 @@ struct Effects {
 /// Arguments of `shatterd study stability`.
 #[derive(clap::Args)]
 struct Stability {
-    /// Bad meshes to try.
+    /// Number of bad meshes
     #[arg(long, value_name = "N", default_value_t = 1000)]
     mutants: usize,
-    /// Seed of the bad meshes.
+    /// Seed of the bad meshes
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Folder of further meshes, real ones.
+    /// Folder of further real meshes
     #[arg(long, value_name = "DIR", env = "SHATTER_MESHES")]
     meshes: Option<PathBuf>,
-    /// Judge this bad mesh alone; if it fails, reduce it and write what is left into the folder.
+    /// Bad mesh to judge alone; if it fails, it is reduced and written into the folder
     #[arg(long, value_name = "MESH/DEFECT/SEED")]
     shrink: Option<Mutant>,
-    /// Folder for the page.
+    /// Folder for the page
     #[arg(long, value_name = "DIR", default_value = "shatter-study")]
     out: PathBuf,
-    /// One JSON document on stdout.
+    /// Print one JSON document on stdout
     #[arg(long)]
     json: bool,
 }
 
-/// Bad meshes take well below a second each; what takes this long hangs.
+/// Time limit for a bad mesh. Most take well below a second, so one that takes this long hangs.
 const DEADLINE: Duration = Duration::from_secs(60);
 
-/// One bad mesh of this many is judged twice, on other threads.
+/// One bad mesh of this many is judged a second time, on another number of threads.
 const REPEAT_EVERY: usize = 13;
 
-/// Meshes that shrinking tries.
+/// Maximum number of meshes that the shrinker tries.
 const TRIES_MAX: usize = 2000;
 
-/// Runs a study; whether everything held.
+/// Runs a study; returns whether all checks passed.
 pub fn run(args: &StudyArgs) -> Result<bool, CommandError> {
     match &args.study {
         Study::Stability(args) => {
@@ -216,7 +215,7 @@ fn quality(name: &str) -> Result<Preset, String> {
     Preset::by_name(name).ok_or_else(|| "`draft`, `game`, `film` or `reference`".to_owned())
 }
 
-/// One line of one setting: its time and its errors.
+/// Line of one setting: its time and its errors.
 fn told_point(point: &accuracy::StudyPoint) -> String {
     let error = |measure: accuracy::Measure| {
         Some(format!("{} {}", measure.name(), report::significant(point.errors.get(measure)?, 3)))
@@ -262,7 +261,7 @@ fn stability(args: &Stability) -> Result<bool, CommandError> {
         locking: found(locking, "error against Poisson's ratio", &mut rows, &mut progress),
         necks: found(neck_over_impulses, "a neck over a range of impulses", &mut rows, &mut progress),
         neck_portraits: found(neck_portraits, "pictures of the neck", &mut rows, &mut progress),
-        spoiled: found(spoiled_statues, "pictures of spoiled statues", &mut rows, &mut progress),
+        spoiled: found(spoiled_statues, "pictures of damaged statues", &mut rows, &mut progress),
         mutants: {
             progress.next(&format!("{} bad meshes", args.mutants));
             tally(args)?
@@ -281,7 +280,7 @@ fn stability(args: &Stability) -> Result<bool, CommandError> {
     Ok(!findings.failed())
 }
 
-/// What was found, or nothing and a failed row: one fault must not cost the rest of the study.
+/// Result of a part of the study, or nothing and a failed row, so that one fault does not end the study.
 fn found<T>(
     find: impl FnOnce() -> Result<Vec<T>, TrialFault>,
     name: &str,
@@ -314,10 +313,10 @@ fn bar(length: usize) -> ProgressBar {
     bar
 }
 
-/// Parts of the stability study after the cases and the real meshes.
+/// Number of parts of the stability study after the cases and the real meshes.
 const FURTHER_PARTS: usize = 5;
 
-/// Tells on stderr, one line each, which part of a study begins.
+/// Progress of a study: one line on stderr per part.
 struct StudyProgress {
     number: usize,
     total: usize,
@@ -328,22 +327,22 @@ impl StudyProgress {
         Self { number: 0, total }
     }
 
-    /// The next part begins.
+    /// Begins the next part.
     fn next(&mut self, name: &str) {
         self.number += 1;
-        // A study whose stderr is closed goes on.
+        // Without a reader of stderr the study continues.
         let _ = writeln!(std::io::stderr(), "{} of {}: {name}", self.number, self.total);
     }
 }
 
-/// The real meshes that are there, with their folder.
+/// Real meshes that exist, with their folder.
 fn real_files(args: &Stability) -> Vec<(&Path, &'static str)> {
     let folder = args.meshes.as_deref();
     let files = folder.into_iter().flat_map(|folder| REAL.iter().map(move |file| (folder, *file)));
     files.filter(|(folder, file)| folder.join(file).is_file()).collect()
 }
 
-/// The catalogue, then real meshes with their pictures.
+/// Runs the catalog, then the real meshes with their pictures.
 fn rows(files: &[(&Path, &str)], progress: &mut StudyProgress) -> (Vec<CaseRow>, Vec<ReportFigure>) {
     let (mut rows, mut pictures) = (Vec::new(), Vec::new());
     for case in CASES {
@@ -404,7 +403,7 @@ fn shrink(args: &Stability, mutant: &Mutant) -> Result<bool, CommandError> {
         CommandError::refused(
             "unknown_mesh",
             mutant.mesh.clone(),
-            format!("no mesh '{}': one of {}", mutant.mesh, names.join(", ")),
+            format!("unknown mesh '{}'; use one of {}", mutant.mesh, names.join(", ")),
         )
     })?;
     let fault = match judge.mutant(&base.mesh, mutant) {
@@ -434,7 +433,7 @@ fn shrink(args: &Stability, mutant: &Mutant) -> Result<bool, CommandError> {
     told(args, &document, false)
 }
 
-/// Prints what became of one bad mesh, as a document or line by line.
+/// Prints the outcome for one bad mesh, as a document or line by line.
 fn told(args: &Stability, document: &Value, held: bool) -> Result<bool, CommandError> {
     let lines = document.as_object().into_iter().flatten();
     let text: String = if args.json {

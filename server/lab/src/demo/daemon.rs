@@ -1,4 +1,4 @@
-//! The daemon as a process of its own.
+//! The daemon of the demonstration as a child process.
 
 use super::DemoError;
 use rustix::process::{Pid, Signal, kill_process};
@@ -9,19 +9,19 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// A daemon that ends itself on request has this long to do so.
+/// Time for the daemon to end on request.
 const END_PATIENCE: Duration = Duration::from_secs(10);
 
-/// Pause between two looks at a process that is ending.
+/// Pause between two checks of a process that is ending.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// A running daemon. Dropping it kills the process, by its id.
+/// Running daemon. Dropping it kills the process by its id.
 pub(super) struct Daemon {
     child: Child,
 }
 
 impl Daemon {
-    /// Starts `program serve` and waits until it says that it serves.
+    /// Starts `program serve` and waits until it prints that it serves.
     pub fn start(program: &Path, service: &str, databases: &Path, patience: Duration) -> Result<Self, DemoError> {
         let mut command = Command::new(program);
         command.args(["serve", "--service", service, "--log", "warn", "--databases"]).arg(databases);
@@ -50,12 +50,12 @@ impl Daemon {
         }
     }
 
-    /// The process's id.
+    /// Process id.
     pub fn pid(&self) -> u32 {
         self.child.id()
     }
 
-    /// Asks the process to end and waits for it; one that does not is killed.
+    /// Asks the process to end and waits for it; kills it after the time limit.
     pub fn end(mut self) -> Result<(), DemoError> {
         kill_process(Pid::from_child(&self.child), Signal::TERM).map_err(|error| DemoError::Process(error.into()))?;
         let deadline = Instant::now() + END_PATIENCE;
@@ -73,19 +73,19 @@ impl Drop for Daemon {
     fn drop(&mut self) {
         interrupt::child(None);
         if let Ok(None) = self.child.try_wait() {
-            // The process may end between the two calls: then there is nothing left to do.
+            // The process may have ended already.
             let _ = self.child.kill();
             let _ = self.child.wait();
         }
     }
 }
 
-/// What the daemon prints, line by line; read to the end, so that it never waits for a reader.
+/// Lines that the daemon prints; stdout is read to its end, so that the daemon never blocks on writing.
 fn lines(stdout: ChildStdout) -> Receiver<String> {
     let (sender, receiver) = channel();
     std::thread::spawn(move || {
         for line in BufReader::new(stdout).lines().map_while(Result::ok) {
-            // Nobody listens any more once the daemon is ready.
+            // Once the daemon is ready there is no receiver.
             let _ = sender.send(line);
         }
     });
@@ -99,7 +99,7 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_secs(20);
 
-    /// A process that does what `script` says, started as a daemon.
+    /// Starts a process that runs `script` in place of a daemon.
     fn start(script: &str, patience: Duration) -> Result<Daemon, DemoError> {
         let mut command = Command::new("sh");
         command.args(["-c", script]);

@@ -1,56 +1,56 @@
-//! One strike through the client, and what is kept of its answer.
+//! One request through the client, and the parts of its result that the page shows.
 
 use super::object::{DemoTarget, RADIUS_M};
 use super::{ANSWER_PATIENCE, DemoError, views};
 use crate::report::{StageTime, significant};
 use nalgebra::Vector3;
-use shatter_client::{Contact, Deadline, FractureResult, Fragment, Impact, Object};
+use shatter_client::{Contact, Deadline, FractureResult, Fragment, Impact, Object, StageCost, Summary};
 use shatter_export::WriteReport;
-use shatter_proto::result::{STAGES, SummaryWire};
 use shatter_server::commands::interrupt;
 use std::path::Path;
 
-/// Everything random follows from it.
+/// Seed of all random choices.
 const SEED: u64 = 1;
 
-/// Times that the same strike is sent; the last answer counts. The first one allocates memory, and the daemon still measures what
-/// strikes take when it begins to serve.
+/// Number of times that the same request is sent; the last result counts.
+///
+/// The first one allocates memory, and the daemon still measures costs when it begins to serve.
 pub(super) const REPEATS: usize = 5;
 
-/// Impulse with which the threshold is asked for, N·s; the answer scales it.
+/// Impulse of the threshold request, N·s; the result scales it.
 const PROBE_NS: f64 = 1.0;
 
-/// What is kept of a strike once its answer is given back to the daemon.
+/// Data of a result that is kept after the result is released to the daemon.
 pub(super) struct DemoStrike {
-    /// 1, 2, 3.
+    /// Number of the request, from 1.
     pub number: usize,
     /// Impulse over the one that just breaks the object.
     pub factor: f64,
     /// Impulse, N·s.
     pub impulse_ns: Vector3<f64>,
-    /// The answer's own figures.
-    pub summary: SummaryWire,
+    /// Summary of the result.
+    pub summary: Summary,
     /// Name of the file with the fragments.
     pub file: String,
-    /// What went into it.
+    /// Contents of that file.
     pub written: WriteReport,
     /// Sum of the fragments' volumes, m³.
     pub volume_m3: f64,
     /// Mass of the lightest and of the heaviest fragment, kg.
     pub masses_kg: [f64; 2],
-    /// Fragments that an independent check of their triangles finds closed.
+    /// Number of fragments that an independent check finds closed.
     pub closed: usize,
-    /// Time per stage.
+    /// Times of the stages.
     pub stages: Vec<StageTime>,
-    /// From sending the strike to finding the answer, ns.
+    /// Time from sending the request to finding the result, ns.
     pub round_trip_ns: u64,
-    /// Bytes of the answer.
+    /// Size of the result, bytes.
     pub bytes: u64,
-    /// The fragments moved apart, as PNG.
+    /// Picture of the fragments, moved apart; PNG.
     pub picture: Vec<u8>,
 }
 
-/// The impulse along the target's direction that just breaks the object, N·s.
+/// Impulse along the target's direction that just breaks the object, N·s.
 pub(super) fn threshold_ns(object: &Object, target: &DemoTarget) -> Result<f64, DemoError> {
     let probe = impact(target, target.direction * PROBE_NS).threshold_only();
     let answer = object.strike(&probe)?.wait(Deadline::after(ANSWER_PATIENCE))?;
@@ -62,7 +62,7 @@ fn impact(target: &DemoTarget, impulse_ns: Vector3<f64>) -> Impact {
 }
 
 impl DemoStrike {
-    /// Strikes, writes the fragments into `folder`, and draws them.
+    /// Sends the request, writes the fragments into `folder`, and draws them.
     pub fn strike(
         object: &Object,
         target: &DemoTarget,
@@ -75,7 +75,7 @@ impl DemoStrike {
         let request = impact(target, impulse_ns);
         let answer = || object.strike(&request)?.wait(Deadline::after(ANSWER_PATIENCE));
         for _ in 1..REPEATS {
-            answer()?;
+            drop(answer()?);
         }
         let broken = answer()?;
         if broken.is_whole() {
@@ -103,7 +103,7 @@ impl DemoStrike {
         })
     }
 
-    /// One line for people.
+    /// Line for people.
     pub fn line(&self) -> String {
         format!(
             "{}  {} fragments at {} times the impulse that just breaks the mug ({} N·s)",
@@ -116,10 +116,9 @@ impl DemoStrike {
 }
 
 fn stages(broken: &FractureResult) -> Vec<StageTime> {
-    let time = |stage: usize| broken.stages().iter().find(|row| row.stage as usize == stage && row.ran == 1);
-    STAGES
-        .iter()
-        .enumerate()
-        .map(|(stage, name)| StageTime { name: (*name).to_owned(), ns: time(stage).map(|row| row.ns) })
-        .collect()
+    let time = |cost: StageCost| StageTime {
+        name: cost.stage.name().to_owned(),
+        ns: cost.has_run.then(|| u64::try_from(cost.time.as_nanos()).unwrap_or(u64::MAX)),
+    };
+    broken.stages().map(time).collect()
 }

@@ -1,5 +1,5 @@
-//! Strain energy on the surface of the intact object, for its picture: computed in this process with the daemon's engine
-//! from the daemon's database.
+//! Strain energy on the surface of the intact object, for its picture: computed in this process with the daemon's engine and
+//! database.
 
 use super::DemoError;
 use super::demo_strike::DemoStrike;
@@ -13,25 +13,25 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::scene::EffectSet;
 
-/// How often densities are averaged with their neighbors: the elastic lattice, on which they are constant per
-/// tetrahedron, is coarser than the surface that shows them.
+/// Number of smoothing passes: the elastic lattice, on which densities are constant per tetrahedron, is coarser than the surface that
+/// shows them.
 const AVERAGES: usize = 3;
 
-/// The boundary of the crack lattices with the strain energy density on it.
+/// Boundary of the crack lattices with the strain energy density on it.
 pub(super) struct SurfaceEnergy {
     /// Vertices relative to the center of the object's box, m.
     pub positions: Vec<Point3<f32>>,
     /// Triangles, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// Strain energy density W per vertex, J/m³: the energy of the node's share of the lattice over its volume,
-    /// averaged over neighbors on the surface.
+    /// Strain energy density W per vertex, J/m³: energy of the node's share of the lattice over its volume, averaged over neighbors
+    /// on the surface.
     pub density_j_m3: Vec<f64>,
     /// Strain energy of the whole object, J.
     pub energy_j: f64,
 }
 
 impl SurfaceEnergy {
-    /// Solves the blow's impact once more.
+    /// Solves the impact of `blow` again.
     pub fn new(target: &DemoTarget, blow: &DemoStrike) -> Result<Self, DemoError> {
         let contact = ImpactContact {
             point_m: target.point_m,
@@ -80,7 +80,7 @@ impl SurfaceEnergy {
         Ok(surface)
     }
 
-    /// Replaces every density by the mean over its vertex and, half as heavy, the corners of the triangles around it.
+    /// Replaces every density by a weighted mean: its vertex, and with half the weight the corners of the triangles around it.
     fn average(&mut self) {
         let mut sums = self.density_j_m3.clone();
         let mut weights = vec![1.0; sums.len()];
@@ -94,7 +94,7 @@ impl SurfaceEnergy {
         self.density_j_m3 = sums.iter().zip(&weights).map(|(sum, weight)| sum / weight).collect();
     }
 
-    /// Adds the boundary of one body; a body that was not struck has no shares and no energy.
+    /// Adds the boundary of one body; a body without a contact has no shares and no energy.
     fn add(&mut self, prepared: &PreparedObject, body: usize, shares: &[f64], energy_j: f64) {
         let (body, meter) = (&prepared.bodies[body], prepared.frame.diagonal_m);
         let mut vertex = vec![u32::MAX; body.crack.nodes.len()];

@@ -1,4 +1,4 @@
-//! Why a demonstration ended early.
+//! Errors of the demonstration.
 
 use crate::picture::PictureError;
 use shatter_client::Error;
@@ -11,35 +11,35 @@ use std::io;
 use std::path::PathBuf;
 use std::process::ExitStatus;
 
-/// What went wrong, by the part that it went wrong in.
+/// Error of the demonstration, by the part that failed.
 #[derive(Debug, thiserror::Error)]
 pub enum DemoError {
-    /// A folder could not be made.
-    #[error("cannot make the folder {}: {source}", .path.display())]
+    /// A folder could not be created.
+    #[error("cannot create the folder {}: {source}", .path.display())]
     Folder {
         /// The folder.
         path: PathBuf,
         /// The system's reason.
         source: io::Error,
     },
-    /// The built-in table of materials.
+    /// The built-in table of materials is invalid.
     #[error(transparent)]
     Material(#[from] MaterialError),
-    /// The generated shape.
+    /// The generated shape is invalid.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
-    /// Baking.
+    /// The bake failed.
     #[error(transparent)]
     Bake(#[from] BakeError),
-    /// The database file.
+    /// The database file is invalid.
     #[error("{}", source.of(path))]
     Database {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The defect.
         source: DatabaseError,
     },
-    /// The daemon's process could not be started, or not be ended.
+    /// The daemon's process could not be started or ended.
     #[error("the daemon's process: {0}")]
     Process(io::Error),
     /// The daemon ended before it served.
@@ -48,25 +48,25 @@ pub enum DemoError {
     /// The daemon did not become ready.
     #[error("the daemon was not ready after {seconds} s")]
     DaemonSilent {
-        /// How long it was waited for.
+        /// Time waited, s.
         seconds: u64,
     },
-    /// The service refused.
+    /// The service returned an error.
     #[error(transparent)]
     Refused(#[from] Error),
-    /// A strike beyond the threshold left the object whole.
+    /// An impulse above the threshold left the object whole.
     #[error("the object stayed whole at {factor} times the impulse that breaks it")]
     StayedWhole {
-        /// The multiple.
+        /// Multiple of the breaking impulse.
         factor: f64,
     },
-    /// The strain energy for the pictures.
+    /// The strain energy could not be computed.
     #[error(transparent)]
     Energy(#[from] FractureError),
-    /// A picture.
+    /// A picture could not be drawn.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// A file for the output folder.
+    /// A file could not be written to the output folder.
     #[error(transparent)]
     Export(#[from] ExportError),
 }

@@ -1,9 +1,9 @@
-//! `shatterd demo`: a mug that the project makes itself, baked, served by a real daemon, struck three times through the
-//! real client, and shown on a page.
+//! `shatterd demo`: a generated mug, baked, served by a real daemon, struck three times through the real client, and shown on a
+//! page.
 //!
-//! Nothing here knows a short cut: the daemon is this program started as a process of its own, the strikes travel
-//! through shared memory as any client's do. One thing is computed in this process, from the same database and with the
-//! same engine: the strain energy that colors the intact mug, which answers do not carry. The page says so.
+//! The demonstration takes no shortcut: the daemon is this program in a separate process, and the requests travel through shared
+//! memory like those of any client. One quantity is computed in this process, with the same database and engine: the strain energy
+//! that colors the intact mug, which results do not contain. The page states this.
 
 mod daemon;
 mod demo_strike;
@@ -31,45 +31,45 @@ use shatter_server::commands::interrupt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Impulses of the strikes, over the one that just breaks the object: a few fragments, some, and many.
+/// Impulses of the requests over the one that just breaks the object: for few, some, and many fragments.
 pub const IMPULSE_FACTORS: [f64; 3] = [2.0, 6.0, 25.0];
 
-/// Name of the page within the output folder.
+/// Name of the page in the output folder.
 pub const PAGE: &str = "report.html";
 
-/// A daemon that says nothing for this long will not come up.
+/// Time for the daemon to start.
 const START_PATIENCE: Duration = Duration::from_secs(60);
 
-/// Longest wait for an answer of the service.
+/// Longest wait for a reply of the service.
 const ANSWER_PATIENCE: Duration = Duration::from_secs(60);
 
-/// Where things go.
+/// Options of the demonstration.
 #[derive(Clone, Debug)]
 pub struct DemoOptions {
-    /// Folder for the page and the fragments; made if it is not there.
+    /// Folder for the page and the fragments; created if needed.
     pub out: PathBuf,
-    /// Folder for the baked object, which a second run uses again; made if it is not there.
+    /// Folder for the baked object, which later runs reuse; created if needed.
     pub databases: PathBuf,
     /// Name of the service that the daemon opens.
     pub service: String,
-    /// The program to start as the daemon.
+    /// Program to start as the daemon.
     pub program: PathBuf,
 }
 
-/// What a run made.
+/// Output of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DemoFiles {
-    /// The page.
+    /// Path of the page.
     pub page: PathBuf,
-    /// Fragments, a file per strike.
+    /// Fragment files, one per request.
     pub files: Vec<PathBuf>,
-    /// One line per strike, for people.
+    /// Lines for people, one per request.
     pub lines: Vec<String>,
-    /// Whether the database was there already.
+    /// Whether an existing database was reused.
     pub reused: bool,
 }
 
-/// Runs the demonstration. On every way out the daemon is ended and a runtime folder that was not there before is removed.
+/// Runs the demonstration. In every case it ends the daemon, and removes a runtime folder that did not exist before.
 pub fn run(options: &DemoOptions) -> Result<DemoFiles, DemoError> {
     let begun = Instant::now();
     let progress = DemoProgress::new();
@@ -77,7 +77,7 @@ pub fn run(options: &DemoOptions) -> Result<DemoFiles, DemoError> {
     folder(&options.databases)?;
     let target = object::prepare(&options.databases, &progress)?;
     progress.step("start the daemon");
-    // Before the daemon, so that it is dropped after it.
+    // Created before the daemon, so that it is dropped after it.
     let runtime_folder = RuntimeFolder::of(&options.service)?;
     let daemon = Daemon::start(&options.program, &options.service, &options.databases, START_PATIENCE)?;
     let pid = daemon.pid();
@@ -101,7 +101,7 @@ pub fn run(options: &DemoOptions) -> Result<DemoFiles, DemoError> {
     })
 }
 
-/// Finds the impulse that just breaks the object, then strikes with multiples of it.
+/// Finds the impulse that just breaks the object, then sends requests with multiples of it.
 fn strike(options: &DemoOptions, target: &DemoTarget, progress: &DemoProgress) -> Result<Vec<DemoStrike>, DemoError> {
     let service = Client::connect(&options.service, Deadline::after(START_PATIENCE))?;
     let object = service.object(NAME, Deadline::after(ANSWER_PATIENCE))?;

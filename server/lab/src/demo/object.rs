@@ -1,4 +1,4 @@
-//! What is struck: a mug, made here, baked once.
+//! The object of the demonstration: a generated mug, baked once.
 
 use super::DemoError;
 use super::progress::DemoProgress;
@@ -6,8 +6,7 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, BakeRequest, BakeStep};
 use shatter_fracture::pipeline::PreparedObject;
-use shatter_fracture::scene::MATERIALS;
-use shatter_fracture::scene::Materials;
+use shatter_fracture::scene::Material;
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_server::commands::interrupt;
 use std::path::Path;
@@ -15,37 +14,37 @@ use std::path::Path;
 /// Name of the object in the service.
 pub const NAME: &str = "mug";
 
-/// What it is made of.
+/// Material of the object.
 pub const MATERIAL: &str = "ceramic";
 
 /// Reference fragment size d, m.
 const FRAGMENT_SIZE_M: f64 = 0.018;
 
-/// Impacts that it learns from: with so many, strikes of [`RADIUS_M`] need no solve. Each takes a third of a second of one core.
+/// Number of example impacts: enough that requests with radius [`RADIUS_M`] need no solve. Each takes a third of a second of one core.
 const EXAMPLES: u64 = 48;
 
-/// Contact radius of the strikes, m: about that of a marble.
+/// Contact radius of the requests, m: about that of a marble.
 pub(super) const RADIUS_M: f64 = 0.012;
 
-/// The outer wall away from the handle, two thirds up, seen from the axis.
+/// Direction from the axis to the struck place: the outer wall away from the handle, two thirds up.
 const STRUCK_FROM: [f64; 3] = [-0.45, 0.0, 0.9];
 const STRUCK_HEIGHT_M: f64 = 0.062;
 
-/// The object and the place where it is struck.
+/// Object and place of its impact.
 pub(super) struct DemoTarget {
-    /// The prepared object, as the daemon has it.
+    /// Prepared object, the same as in the daemon.
     pub prepared: PreparedObject,
-    /// A point of the surface, m.
+    /// Point of the surface, m.
     pub point_m: Point3<f64>,
-    /// Unit direction of the impulse: straight in.
+    /// Unit direction of the impulse: inward.
     pub direction: Vector3<f64>,
-    /// Whether the database was there already.
+    /// Whether an existing database was reused.
     pub reused: bool,
 }
 
-/// Loads the database if it was baked from this mesh with these parameters, and bakes it otherwise.
+/// Loads the database if it was baked from this mesh with these parameters; otherwise bakes it.
 pub(super) fn prepare(databases: &Path, progress: &DemoProgress) -> Result<DemoTarget, DemoError> {
-    progress.step("make a mug");
+    progress.step("generate a mug");
     let mesh = shapes::mug();
     let (point_m, direction) = struck(&mesh);
     let request = request()?;
@@ -66,11 +65,11 @@ fn request() -> Result<BakeRequest, DemoError> {
     Ok(BakeRequest {
         fragment_size_m: Some(FRAGMENT_SIZE_M),
         examples: EXAMPLES,
-        ..BakeRequest::new(NAME, MATERIAL, Materials::parse(MATERIALS)?.get(MATERIAL)?.clone())
+        ..BakeRequest::new(NAME, MATERIAL, Material::named(MATERIAL)?)
     })
 }
 
-/// The vertex farthest out in the direction of the blow at its height, and the direction straight in from there.
+/// Outermost vertex in the direction of the impact at its height, and the direction inward from there.
 fn struck(mesh: &RawMesh) -> (Point3<f64>, Vector3<f64>) {
     let outward = Vector3::from(STRUCK_FROM).normalize();
     let reach = |p: &Point3<f64>| p.coords.dot(&outward) - (p.y - STRUCK_HEIGHT_M).abs();

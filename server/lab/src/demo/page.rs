@@ -1,4 +1,4 @@
-//! The run in words and figures.
+//! Contents of the demonstration's page.
 
 use super::demo_strike::DemoStrike;
 use super::energy::SurfaceEnergy;
@@ -7,12 +7,13 @@ use super::progress::DemoProgress;
 use super::{DemoError, views};
 use crate::picture::ENERGY;
 use crate::report::{Fact, Page, ReportFigure, Scale, StrikeReport, bytes, grouped, nanoseconds, share, significant};
+use shatter_client::EnergySource;
 use std::time::Duration;
 
-/// Decades of strain energy density that the colors span, downwards from the largest value of all strikes.
+/// Decades of strain energy density that the colors span, below the largest value of all requests.
 const DECADES: f64 = 5.5;
 
-/// Puts the page together; `elapsed` is the time up to here.
+/// Builds the page; `elapsed` is the time until now.
 pub(super) fn page(
     target: &DemoTarget,
     pid: u32,
@@ -37,7 +38,7 @@ pub(super) fn page(
     })
 }
 
-/// The pieces of one strike, for the beginning of the page.
+/// Fragments of one request, for the top of the page.
 fn opening(blow: &DemoStrike) -> ReportFigure {
     let caption = format!("{} × the breaking impulse: {} pieces", blow.factor, blow.written.fragments);
     ReportFigure { png: blow.picture.clone(), caption, scale: None }
@@ -51,7 +52,7 @@ fn lead(target: &DemoTarget, pid: u32, elapsed: Duration) -> Vec<String> {
              struck the mug at one place, with three multiples of the impulse that just breaks it. Requests and fragments travelled \
              through shared memory."
         ),
-        format!("Up to the pictures the run took {} s.", significant(elapsed.as_secs_f64(), 2)),
+        format!("Without the pictures the run took {} s.", significant(elapsed.as_secs_f64(), 2)),
     ]
 }
 
@@ -94,7 +95,7 @@ fn strike(
     let broken = ReportFigure {
         png: blow.picture.clone(),
         caption: format!(
-            "The {} fragments, moved apart. Outer faces carry a color per fragment, cracks are pale.",
+            "The {} fragments, moved apart. Outer faces have a color per fragment, cracks are pale.",
             blow.written.fragments
         ),
         scale: None,
@@ -113,8 +114,8 @@ fn strike(
 fn strike_facts(target: &DemoTarget, blow: &DemoStrike, impulse: &str) -> Vec<Fact> {
     let summary = &blow.summary;
     let whole = target.prepared.report.lattice_volume_m3;
-    let source = summary.degree_source().replace('_', " ");
-    let capped = if summary.capped == 1 { ", capped" } else { "" };
+    let source = summary.degree_origin.name().replace('_', " ");
+    let capped = if summary.is_capped { ", capped" } else { "" };
     let [lightest, heaviest] = blow.masses_kg.map(|mass| significant(mass * 1e3, 3));
     vec![
         Fact::new("Impulse", format!("{impulse} N·s")),
@@ -127,17 +128,19 @@ fn strike_facts(target: &DemoTarget, blow: &DemoStrike, impulse: &str) -> Vec<Fa
         Fact::new("Closed surfaces", format!("{} of {}", blow.closed, blow.written.fragments)),
         Fact::new("Sum of volumes against the lattice", format!("{:+.1e}", blow.volume_m3 / whole - 1.0)),
         Fact::new("Mass of a fragment", format!("{lightest} to {heaviest} g")),
-        Fact::new("Time in the daemon", nanoseconds(summary.time_ns)),
+        Fact::new("Time in the daemon", nanoseconds(u64::try_from(summary.time.as_nanos()).unwrap_or(u64::MAX))),
         Fact::new("Round trip", nanoseconds(blow.round_trip_ns)),
-        Fact::new("Answer", bytes(blow.bytes)),
+        Fact::new("Result size", bytes(blow.bytes)),
     ]
 }
 
-/// Where the displacements came from, and how far their energy is off.
+/// Source of the displacements, and the error of their energy.
 fn displacements(blow: &DemoStrike) -> String {
-    match blow.summary.elastic() {
-        "reduced" => format!("from examples, energy off by {} (estimated)", share(blow.summary.energy_error)),
-        source => source.to_owned(),
+    match blow.summary.energy_source {
+        EnergySource::Reduced => {
+            format!("from examples, energy off by {} (estimated)", share(blow.summary.energy_error))
+        }
+        source => source.name().to_owned(),
     }
 }
 
@@ -149,7 +152,7 @@ fn joules(energy_j: f64) -> String {
     }
 }
 
-/// One scale for all strikes, so that their colors compare.
+/// Common scale of all requests, so that their colors are comparable.
 fn scale(energies: &[SurfaceEnergy]) -> Scale {
     let largest = energies.iter().flat_map(|energy| &energy.density_j_m3).copied().fold(f64::MIN_POSITIVE, f64::max);
     let low = largest * 10_f64.powf(-DECADES);

@@ -1,12 +1,12 @@
-//! Where a run is, on stderr; nothing where that is not a terminal.
+//! Progress display on stderr; none if stderr is not a terminal.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::time::Duration;
 
-/// Steps of a whole run with a bake; a run that finds its database jumps.
+/// Number of steps of a run with a bake; a run that finds its database skips some.
 const STEPS: u64 = 20;
 
-/// A bar with a message.
+/// Progress bar with a message.
 pub(super) struct DemoProgress(ProgressBar);
 
 impl DemoProgress {
@@ -19,7 +19,7 @@ impl DemoProgress {
         Self(bar)
     }
 
-    /// The next step begins.
+    /// Begins the next step.
     pub fn step(&self, what: &str) {
         self.0.inc(1);
         self.0.set_message(what.to_owned());

@@ -1,19 +1,22 @@
-//! The runtime folder of the demonstration's service, which goes with it.
+//! Removal of the service's runtime folder after the demonstration.
 
-use shatter_client::{Error, place};
+use shatter_client::{Error, service_paths};
 use shatter_server::ipc::RuntimeDirectory;
 use std::fs;
 
-/// Removes the runtime folder of a service when dropped, unless it was there before. Drop it after the daemon.
+/// Guard that removes the runtime folder of a service when dropped, unless the folder existed before. Drop it after the daemon.
 pub(super) struct RuntimeFolder {
     service: String,
     was_there: bool,
 }
 
 impl RuntimeFolder {
-    /// Of `service`, before its daemon starts. Errors: `service_name`, `runtime_folder`.
+    /// Creates the guard for `service`, before its daemon starts.
+    ///
+    /// # Errors
+    /// `service_name`, `runtime_folder`.
     pub fn of(service: &str) -> Result<Self, Error> {
-        let was_there = place(service)?.exists()?;
+        let was_there = service_paths(service)?.exists()?;
         Ok(Self { service: service.to_owned(), was_there })
     }
 }
@@ -23,12 +26,12 @@ impl Drop for RuntimeFolder {
         if self.was_there {
             return;
         }
-        let Ok(place) = place(&self.service) else { return };
-        // Taking the name removes what a killed daemon left in shared memory; the list of that goes with the folder. A daemon that
-        // still runs keeps the name, and its folder.
-        if RuntimeDirectory::take(&place).and_then(RuntimeDirectory::close).is_ok() {
+        let Ok(paths) = service_paths(&self.service) else { return };
+        // Taking the service name removes files of a killed daemon from shared memory; their list is in the folder. A running daemon keeps
+        // the name and its folder.
+        if RuntimeDirectory::take(&paths).and_then(RuntimeDirectory::close).is_ok() {
             // A folder that cannot be removed is small and harmless.
-            let _ = fs::remove_dir_all(&place.folder);
+            let _ = fs::remove_dir_all(&paths.folder);
         }
     }
 }
@@ -40,15 +43,15 @@ mod tests {
     #[test]
     fn a_new_folder_goes_with_what_a_killed_daemon_left_and_one_that_was_there_stays() {
         let service = format!("demo-test-{}", std::process::id());
-        let place = place(&service).unwrap();
+        let paths = service_paths(&service).unwrap();
         let new = RuntimeFolder::of(&service).unwrap();
-        let killed = RuntimeDirectory::take(&place).unwrap();
+        let killed = RuntimeDirectory::take(&paths).unwrap();
         let segments = killed.instance().folder.clone();
         drop(killed);
-        assert!(segments.exists() && place.folder.exists());
+        assert!(segments.exists() && paths.folder.exists());
         drop(RuntimeFolder::of(&service).unwrap());
-        assert!(segments.exists() && place.folder.exists());
+        assert!(segments.exists() && paths.folder.exists());
         drop(new);
-        assert!(!segments.exists() && !place.folder.exists());
+        assert!(!segments.exists() && !paths.folder.exists());
     }
 }

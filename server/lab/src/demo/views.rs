@@ -1,4 +1,4 @@
-//! The pictures of the page.
+//! Pictures of the page.
 
 use super::DemoError;
 use super::energy::SurfaceEnergy;
@@ -13,19 +13,19 @@ use shatter_export::FragmentView;
 
 const SIZE: PictureSize = PictureSize { width: 1000, height: 800 };
 
-/// Where the camera is, seen from the object: above, on the side that is struck, the handle in view.
+/// Direction from the object to the camera: above, on the struck side, with the handle in view.
 const FROM: [f32; 3] = [0.18, 0.55, 1.0];
 
-/// Long lens: things far apart keep their sizes.
+/// Long lens, which hardly shortens distant objects.
 const LENS: Projection = Projection::Perspective { fov_deg: 24.0 };
 
-/// How far fragments are moved apart, over their distance from the center.
+/// Displacement of fragments over their distance from the center.
 const SPREAD: f64 = 0.42;
 
 /// Length of the arrow over the object's diagonal.
 const ARROW: f64 = 0.26;
 
-/// The intact object, colored by strain energy density on the logarithmic scale, with an arrow where it is struck.
+/// Intact object, colored by strain energy density on a logarithmic scale, with an arrow at the contact.
 pub(super) fn intact(energy: &SurfaceEnergy, scale: &Scale, target: &DemoTarget) -> Result<Vec<u8>, DemoError> {
     let decades = (scale.high / scale.low).ln();
     let shares: Vec<f32> =
@@ -40,7 +40,7 @@ pub(super) fn intact(energy: &SurfaceEnergy, scale: &Scale, target: &DemoTarget)
     picture(&mesh, RenderStyle::CHART, ground)
 }
 
-/// The fragments, moved apart from the center of the object.
+/// Fragments, moved apart from the center of the object.
 pub(super) fn broken(fragments: &[FragmentView<'_>], target: &DemoTarget) -> Result<Vec<u8>, DemoError> {
     let hub_m = target.prepared.frame.center_m.coords.into();
     let mesh = pieces(fragments, Spread { hub_m, factor: SPREAD });

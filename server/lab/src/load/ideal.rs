@@ -1,11 +1,11 @@
-//! The queue that no service can beat: as many servers as the machine has threads, no time lost between strikes.
+//! Ideal queue, a bound for every service: as many servers as the machine has threads, and no time between requests.
 //!
-//! Based on: J. Kiefer & J. Wolfowitz, *On the theory of queues with many servers* (1955): the recursion of who is served when.
+//! Based on: J. Kiefer & J. Wolfowitz, *On the theory of queues with many servers* (1955), recursion of waiting times.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Time from arrival to end of every strike, in the order of arrival, first come first served by `servers`; all µs.
+/// Sojourn times of requests (arrival to end) in order of arrival, first come first served by `servers`. Inputs and result in µs.
 pub fn sojourns(mut strikes: Vec<(u64, u64)>, servers: usize) -> Vec<u64> {
     strikes.sort_unstable();
     let mut free: BinaryHeap<Reverse<u64>> = (0..servers.max(1)).map(|_| Reverse(0)).collect();

@@ -1,7 +1,7 @@
-//! `shatter load`: what the service does under many impacts from many processes.
+//! `shatter load`: the service under requests from many client processes.
 //!
-//! Arrivals are open: every client process has its own schedule, drawn in advance, and a strike's time counts from when it was
-//! due, not from when it could be sent. A service that falls behind is therefore seen to (G. Tene, *How not to measure latency*).
+//! Arrivals are open: every client process draws its own schedule in advance, and the latency of a request counts from its due time,
+//! not from the time at which it could be sent. So a slow service cannot hide its delays (G. Tene, *How not to measure latency*).
 
 mod ideal;
 mod picture;
@@ -23,26 +23,26 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant, SystemTime};
 use tally::{LoadTally, RequestEnd, RequestRecord};
 
-/// Sites of a strike that the command line says nothing about.
+/// Default number of sites per request.
 const DEGREE: u32 = 20;
 
-/// Time that client processes have to connect before the first strike is due.
+/// Time for client processes to connect before the first request is due.
 const HEAD_START: Duration = Duration::from_millis(1500);
 
-/// Time that client processes have, after the last answer may come, to tell.
+/// Time for client processes to report after the last result may arrive.
 const MARGIN: Duration = Duration::from_secs(10);
 
-/// Strikes per second, and seconds of a run, that make sense: a day.
+/// Largest meaningful rate, requests per second.
 const RATE_MAX: f64 = 1e6;
 const SECONDS_MAX: f64 = 86_400.0;
 
-/// How long a command waits for a reply of the service.
+/// Time that a command waits for a reply of the service.
 const REPLY: Duration = Duration::from_secs(5);
 
-/// How long a client process waits for the answer to a strike.
+/// Time that a client process waits for a result.
 const ANSWER: Duration = Duration::from_secs(120);
 
-/// The deadline for a reply of the service.
+/// Deadline for a reply of the service.
 fn reply() -> Deadline {
     Deadline::after(REPLY)
 }
@@ -50,37 +50,37 @@ fn reply() -> Deadline {
 /// Arguments of `shatter load`.
 #[derive(clap::Args)]
 pub struct LoadArgs {
-    /// Objects to strike, in equal parts [default: all that are ready].
+    /// Objects to strike, in equal parts [default: all that are ready]
     objects: Vec<String>,
-    /// Client processes.
+    /// Number of client processes
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=256))]
     clients: u16,
-    /// Strikes per second of all clients together; several rates, separated by commas, are run one after the other.
+    /// Requests per second of all clients together; several rates, separated by commas, are run one after the other
     #[arg(long, value_name = "PER_SECOND_TOTAL", value_delimiter = ',', required_unless_present = "closed", value_parser = rate)]
     rate: Vec<f64>,
-    /// Instead of a rate: every client sends a strike as soon as the one before is answered.
+    /// Closed loop instead of a rate: every client sends its next request as soon as the previous one has ended
     #[arg(long, conflicts_with = "rate")]
     closed: bool,
-    /// Seconds of each run.
+    /// Duration of each run in seconds
     #[arg(long, value_name = "S", default_value = "10", value_parser = seconds)]
     seconds: f64,
-    /// Sites of every strike [default: 20].
+    /// Number of sites of every request [default: 20]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     degree: Option<u32>,
-    /// Milliseconds after which an answer is of no use.
+    /// Deadline of every request in milliseconds
     #[arg(long, value_name = "T")]
     deadline_ms: Option<u64>,
-    /// What is struck how often: a TOML file of `[[strike]]` tables with `object`, and `weight` and `degree` where they are not 1
-    /// and 20.
+    /// TOML file with the mix of requests: `[[strike]]` tables with `object` and optionally `weight` [default: 1] and `degree`
+    /// [default: 20]
     #[arg(long, value_name = "FILE", conflicts_with_all = ["objects", "degree"])]
     mix: Option<PathBuf>,
-    /// Schedules and impacts follow from it.
+    /// Seed of schedules and impacts
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Write load.json, load.csv with every strike and, of several rates, load.svg into this folder.
+    /// Folder for load.json, load.csv with every request and, for several rates, load.svg
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Print one JSON document.
+    /// Print one JSON document on stdout
     #[arg(long)]
     json: bool,
 }
@@ -96,15 +96,15 @@ fn seconds(text: &str) -> Result<f64, String> {
 fn within(text: &str, most: f64) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(number) if number > 0.0 && number <= most => Ok(number),
-        _ => Err(format!("a number above zero, at most {most}, is wanted")),
+        _ => Err(format!("must be a number above zero and at most {most}")),
     }
 }
 
-/// Runs the load and prints what became of it.
+/// Runs the load and prints the results.
 pub fn run(service: &str, args: &LoadArgs) -> Result<(), CliError> {
     let connection = Client::connect(service, reply())?;
     let targets = targets(&connection, args)?;
-    let servers = connection.status(reply())?.row().threads.max(1) as usize;
+    let servers = connection.status(reply())?.threads.max(1) as usize;
     let rates: Vec<Option<f64>> = if args.closed { vec![None] } else { args.rate.iter().copied().map(Some).collect() };
     let mut runs = Vec::new();
     for rate in rates {
@@ -132,7 +132,7 @@ pub fn run(service: &str, args: &LoadArgs) -> Result<(), CliError> {
     lost.map_or(Ok(()), |refusal| Err(CliError::Told(refusal)))
 }
 
-/// The refusal of runs of which no strike was answered, if there was one: of the kind that most of them ended with.
+/// Error for runs in which no request succeeded; its kind is the most frequent one.
 fn unanswered<'a>(records: impl Iterator<Item = &'a RequestRecord>) -> Option<Error> {
     let (mut sent, mut kinds) = (0, BTreeMap::new());
     for record in records {
@@ -147,14 +147,14 @@ fn unanswered<'a>(records: impl Iterator<Item = &'a RequestRecord>) -> Option<Er
     }
     let (code, _) = kinds.into_iter().max_by_key(|(_, count)| *count)?;
     let kind = ErrorKind::from_code(code).unwrap_or(ErrorKind::Failed);
-    Some(Error::new(kind, "strikes", format!("none of {sent} strikes was answered; most ended with `{}`", kind.name())))
+    Some(Error::new(kind, "strikes", format!("none of {sent} requests succeeded; most ended with `{}`", kind.name())))
 }
 
-/// The refusal of runs of which some client processes told nothing, if there are such.
+/// Error for runs in which client processes ended without a report.
 fn lost<'a>(runs: impl Iterator<Item = &'a [Option<Vec<RequestRecord>>]>) -> Option<Error> {
     let (lost, all) = runs.flatten().fold((0, 0), |(lost, all), told| (lost + u32::from(told.is_none()), all + 1));
     let message = format!(
-        "{lost} of {all} client processes ended without telling what became of their strikes, which are missing in the figures; run it again"
+        "{lost} of {all} client processes ended without a report, so the figures lack their requests; run it again"
     );
     (lost > 0).then(|| Error::new(ErrorKind::Failed, "clients", message))
 }
@@ -167,7 +167,7 @@ fn targets(connection: &Client, args: &LoadArgs) -> Result<Vec<LoadTarget>, CliE
     if !args.objects.is_empty() {
         return Ok(args.objects.iter().cloned().map(target).collect());
     }
-    let ready = connection.objects(reply())?.into_iter().filter(|facts| facts.ready);
+    let ready = connection.objects(reply())?.into_iter().filter(|facts| facts.is_ready());
     let all: Vec<LoadTarget> = ready.map(|facts| target(facts.name)).collect();
     if all.is_empty() {
         return Err(Error::new(ErrorKind::UnknownObject, "", "the service has no object to strike").into());
@@ -175,7 +175,7 @@ fn targets(connection: &Client, args: &LoadArgs) -> Result<Vec<LoadTarget>, CliE
     Ok(all)
 }
 
-/// One run: what every strike of every client came to.
+/// Runs one load; returns the records of all clients.
 fn one(
     service: &str,
     args: &LoadArgs,
@@ -195,7 +195,7 @@ fn one(
     let late = Instant::now() + HEAD_START + Duration::from_secs_f64(args.seconds) + worker::PATIENCE + MARGIN;
     let records = children.into_iter().map(|child| finish(child, late)).collect::<Result<Vec<_>, _>>()?;
     match records.iter().all(Option::is_none) {
-        true => Err(failed("answer", "none of them told what became of its strikes")),
+        true => Err(failed("answer", "no client process reported its requests")),
         false => Ok(records),
     }
 }
@@ -216,14 +216,14 @@ fn start(service: &str, plan: &ClientPlan) -> Result<Child, CliError> {
     Ok(child)
 }
 
-/// What a client process tells; `None`: it was killed, or does not end.
+/// Report of a client process; `None`: it was killed, or does not end.
 fn finish(mut child: Child, late: Instant) -> Result<Option<Vec<RequestRecord>>, CliError> {
     let output = child.stdout.take();
     let (sender, told) = std::sync::mpsc::channel();
     std::thread::spawn(move || {
         let mut text = Vec::new();
         let read = output.map(|mut output| output.read_to_end(&mut text));
-        // Nobody listens any more if it took too long.
+        // After the time limit there is no receiver.
         let _ = sender.send(read.map(|read| read.map(|_| text)));
     });
     let told = told.recv_timeout(late.saturating_duration_since(Instant::now()));

@@ -1,4 +1,4 @@
-//! Latency against load, as SVG.
+//! Plot of latency against load, as SVG.
 
 use super::tally::LoadTally;
 use plotters::prelude::*;
@@ -6,16 +6,16 @@ use plotters::prelude::*;
 const SIZE: (u32, u32) = (760, 460);
 const MARGIN: f64 = 1.3;
 
-/// A curve: its name, its color, and its value of a run, ms.
+/// Curve: name, color, and value of a run in ms.
 type Curve = (&'static str, RGBColor, fn(&LoadTally) -> f64);
 
 const CURVES: [Curve; 3] = [
-    ("half are answered within", RGBColor(72, 138, 84), |tally| tally.latency_ms().0),
-    ("99 of 100 are answered within", RGBColor(196, 92, 46), |tally| tally.latency_ms().1),
-    ("99 of 100 in an ideal queue", RGBColor(46, 108, 168), LoadTally::ideal_ms),
+    ("median latency", RGBColor(72, 138, 84), |tally| tally.latency_ms().0),
+    ("99th percentile", RGBColor(196, 92, 46), |tally| tally.latency_ms().1),
+    ("99th percentile of an ideal queue", RGBColor(46, 108, 168), LoadTally::ideal_ms),
 ];
 
-/// The times of all runs over their rates, with the most that was answered per second marked. `None` of fewer than two rates.
+/// Latencies of all runs over their rates, with the highest throughput marked. `None` for fewer than two rates.
 pub fn svg(runs: &[(f64, &LoadTally)]) -> Option<Result<String, String>> {
     let rates = runs.iter().map(|(rate, _)| *rate);
     let (low, high) = (rates.clone().fold(f64::INFINITY, f64::min), rates.fold(0.0, f64::max));
@@ -35,7 +35,7 @@ fn draw(runs: &[(f64, &LoadTally)], low: f64, high: f64) -> Result<String, Box<d
         let margin = 0.05 * (high - low);
         let mut chart = builder.build_cartesian_2d(low - margin..high + margin, (least..most).log_scale())?;
         let mut mesh = chart.configure_mesh();
-        mesh.x_desc("strikes due per second").y_desc("from due to answered, ms").max_light_lines(1);
+        mesh.x_desc("requests due per second").y_desc("from due time to result, ms").max_light_lines(1);
         mesh.bold_line_style(RGBColor(226, 223, 216)).label_style(("sans-serif", 13)).draw()?;
         for (name, color, value) in CURVES {
             let style = color.stroke_width(2);
@@ -47,7 +47,7 @@ fn draw(runs: &[(f64, &LoadTally)], low: f64, high: f64) -> Result<String, Box<d
         let saturation = runs.iter().map(|(_, tally)| tally.throughput_hz()).fold(0.0, f64::max);
         let grey = RGBColor(90, 94, 102).stroke_width(1);
         let mark = LineSeries::new([(saturation, least), (saturation, most)], grey);
-        let mark = chart.draw_series(mark)?.label(format!("most answered: {saturation:.0} per second"));
+        let mark = chart.draw_series(mark)?.label(format!("highest throughput: {saturation:.0} per second"));
         mark.legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], grey));
         let mut legend = chart.configure_series_labels();
         legend.position(SeriesLabelPosition::UpperLeft).background_style(WHITE.mix(0.85));

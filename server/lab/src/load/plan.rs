@@ -1,20 +1,20 @@
-//! What a client process is told, and what it tells.
+//! Plan and report of a client process, exchanged as JSON.
 
 use super::tally::RequestRecord;
 use serde::{Deserialize, Serialize};
 use shatter_client::{Error, ErrorKind};
 use std::path::Path;
 
-/// An object and how it is struck.
+/// Target of requests.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LoadTarget {
-    /// Its name.
+    /// Name of the object.
     pub object: String,
-    /// How often, beside the others.
+    /// Relative frequency.
     #[serde(default = "one")]
     pub weight: f64,
-    /// Sites.
+    /// Number of sites.
     #[serde(default = "twenty")]
     pub degree: u32,
 }
@@ -27,36 +27,36 @@ fn twenty() -> u32 {
     super::DEGREE
 }
 
-/// What one client process does.
+/// Plan of one client process.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct ClientPlan {
-    /// What it strikes.
+    /// Targets.
     pub targets: Vec<LoadTarget>,
-    /// Strikes per second; `None`: one after the other.
+    /// Requests per second; `None`: closed loop.
     pub rate: Option<f64>,
-    /// For how long, s.
+    /// Duration, s.
     pub seconds: f64,
-    /// Deadline of each strike.
+    /// Deadline of each request, ms.
     pub deadline_ms: Option<u64>,
-    /// Schedule and impacts follow from it.
+    /// Seed of schedule and impacts.
     pub seed: u64,
-    /// When it begins.
+    /// Start time, ns since 1970.
     pub begin_unix_ns: u64,
 }
 
-/// What a client process says in the end.
+/// Report of a client process.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ClientReport {
-    /// Every strike.
+    /// Records of all requests.
     Records(Vec<RequestRecord>),
-    /// It could not begin.
+    /// The client could not begin.
     Refused {
-        /// Name of the kind.
+        /// Name of the error kind.
         kind: String,
-        /// The offender.
+        /// Offending input.
         at: String,
-        /// One sentence.
+        /// Message in one sentence.
         message: String,
     },
 }
@@ -67,11 +67,14 @@ struct Mix {
     strike: Vec<LoadTarget>,
 }
 
-/// The targets of a mix file. Errors: `configuration`.
+/// Reads the targets of a mix file.
+///
+/// # Errors
+/// `configuration`.
 pub fn mix(file: &Path) -> Result<Vec<LoadTarget>, Error> {
     let at = file.display().to_string();
     let refuse = |why: String| Error::new(ErrorKind::Configuration, at.clone(), format!("{at}: {why}"));
-    // Devices and pipes may never end.
+    // Reads of devices and pipes may never end.
     if !std::fs::metadata(file).map_err(|error| refuse(error.to_string()))?.is_file() {
         return Err(refuse("not a regular file".to_owned()));
     }
@@ -84,7 +87,7 @@ fn parse(text: &str) -> Result<Vec<LoadTarget>, String> {
     let wrong = |target: &&LoadTarget| !(target.weight.is_finite() && target.weight > 0.0) || target.degree == 0;
     match strike.iter().find(wrong) {
         Some(target) => Err(format!("`{}`: weight must be above zero and degree at least 1", target.object)),
-        None if strike.is_empty() => Err("no [[strike]]".to_owned()),
+        None if strike.is_empty() => Err("no table [[strike]]".to_owned()),
         None => Ok(strike),
     }
 }

@@ -1,10 +1,10 @@
-//! When strikes are due, and where they hit: everything random follows from a seed.
+//! Schedule of requests: due times and targets, drawn from a seed.
 
 use super::plan::{ClientPlan, LoadTarget};
 use fastrand::Rng;
 use std::time::Duration;
 
-/// Draws due times, targets and contacts.
+/// Random source of due times, targets and contacts.
 pub struct Schedule {
     random: Rng,
     rate: Option<f64>,
@@ -13,15 +13,14 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// As `plan` says.
+    /// Creates the schedule of a plan.
     pub fn new(plan: &ClientPlan) -> Self {
         let sum: f64 = plan.targets.iter().map(|target| target.weight).sum();
         let weights = plan.targets.iter().map(|LoadTarget { weight, .. }| weight / sum).collect();
         Self { random: Rng::with_seed(plan.seed), rate: plan.rate, due: Duration::ZERO, weights }
     }
 
-    /// When the next strike is due, from the beginning on; exponential pauses make arrivals that know nothing of each other.
-    /// `None` where there is no rate.
+    /// Due time of the next request, from the start of the run; exponential pauses make a Poisson process. `None` without a rate.
     pub fn next(&mut self) -> Option<Duration> {
         let rate = self.rate?;
         let pause = -(1.0 - self.random.f64()).ln() / rate;
@@ -29,7 +28,7 @@ impl Schedule {
         Some(self.due)
     }
 
-    /// The place of the next target.
+    /// Index of the next target.
     pub fn target(&mut self) -> usize {
         let mut left = self.random.f64();
         let found = self.weights.iter().position(|weight| {
@@ -39,12 +38,12 @@ impl Schedule {
         found.unwrap_or(self.weights.len() - 1)
     }
 
-    /// One of `count`.
+    /// Random index below `count`.
     pub fn pick(&mut self, count: usize) -> usize {
         self.random.usize(..count)
     }
 
-    /// A seed for a strike.
+    /// Seed for a request.
     pub fn seed(&mut self) -> u64 {
         self.random.u64(..)
     }

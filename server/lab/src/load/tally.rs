@@ -1,4 +1,4 @@
-//! What became of all strikes.
+//! Records and statistics of requests.
 
 use super::ideal;
 use hdrhistogram::Histogram;
@@ -7,40 +7,40 @@ use serde_json::{Value, json};
 use shatter_client::ErrorKind;
 use std::collections::BTreeMap;
 
-/// How a strike ended.
+/// End of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RequestEnd {
-    /// With an answer.
+    /// With a result.
     Ok,
-    /// No room.
+    /// Refused for lack of capacity.
     Busy,
-    /// Too late.
+    /// Late.
     Late,
-    /// Otherwise.
+    /// With another error.
     Failed,
 }
 
-/// One strike.
+/// Record of one request.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RequestRecord {
-    /// When it was due, from the beginning of the run on, µs.
+    /// Due time from the start of the run, µs.
     pub due_us: u64,
-    /// From when it was due to its end, µs.
+    /// Latency: from the due time to the end, µs.
     pub latency_us: u64,
-    /// All its stages, µs.
+    /// Sum of its stages, µs.
     pub service_us: u64,
-    /// Its round trip, from when it was sent, less its stages, µs.
+    /// Round trip from sending minus its stages, µs.
     pub ipc_us: u64,
-    /// How it ended.
+    /// End of the request.
     pub end: RequestEnd,
-    /// Code of the refusal's kind, if it failed.
+    /// Code of the error kind, if it failed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub why: Option<u32>,
 }
 
 impl RequestRecord {
-    /// Its line of a table.
+    /// Line of the CSV file.
     pub fn csv(&self) -> String {
         let Self { due_us, latency_us, service_us, ipc_us, end, .. } = self;
         let end = format!("{end:?}").to_lowercase();
@@ -48,11 +48,11 @@ impl RequestRecord {
     }
 }
 
-/// Counts and times of one run.
+/// Statistics of one run.
 pub struct LoadTally {
     sent: usize,
     counts: [usize; 4],
-    /// Failed strikes by the kind of their refusal.
+    /// Failed requests by error kind.
     failures: BTreeMap<&'static str, usize>,
     clients_lost: usize,
     throughput_hz: f64,
@@ -63,13 +63,13 @@ pub struct LoadTally {
     per_client: Vec<usize>,
 }
 
-/// Longer times count as this.
+/// Longest recorded time, µs; longer ones are clamped.
 const LONGEST_US: u64 = 600_000_000;
 
-/// Digits of a time that are right.
+/// Significant digits of recorded times.
 const DIGITS: u8 = 3;
 
-/// Some times, µs.
+/// Histogram of times, µs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Times {
     p50: u64,
@@ -80,7 +80,7 @@ struct Times {
 
 impl Times {
     fn of(values: impl Iterator<Item = u64>) -> Self {
-        // The only errors are those of limits that make no sense.
+        // Creation fails only for invalid limits.
         let Ok(mut histogram) = Histogram::<u64>::new_with_max(LONGEST_US, DIGITS) else { return Self::default() };
         values.for_each(|value| histogram.saturating_record(value));
         let at = |share| histogram.value_at_quantile(share);
@@ -89,18 +89,18 @@ impl Times {
 }
 
 impl LoadTally {
-    /// The head of a table of [`Self::line`]s.
+    /// Header of a table of [`Self::line`]s.
     pub const HEAD: &str =
         "   rate/s    sent      ok    busy    late  failed    ok/s   p50 ms   p90 ms   p99 ms   max ms  ideal p99";
 
-    /// Of the records of all clients of a run of so many seconds, `None` for one that was lost; the ideal queue has so many servers.
+    /// Statistics of a run from the records of all clients (`None` for a lost one); `servers` is the size of the ideal queue.
     pub fn of(clients: &[Option<Vec<RequestRecord>>], servers: usize, seconds: f64) -> Self {
         let all = || clients.iter().flatten().flatten();
         let ended = |end: RequestEnd| all().filter(move |record| record.end == end);
         let counts =
             [RequestEnd::Ok, RequestEnd::Busy, RequestEnd::Late, RequestEnd::Failed].map(|end| ended(end).count());
         let served: Vec<(u64, u64)> = ended(RequestEnd::Ok).map(|record| (record.due_us, record.service_us)).collect();
-        // A run lasts until its last answer.
+        // A run lasts until its last result.
         let last =
             ended(RequestEnd::Ok).map(|record| record.due_us + record.latency_us).max().unwrap_or(0) as f64 * 1e-6;
         let refusals = all().filter(|record| matches!(record.end, RequestEnd::Busy | RequestEnd::Late));
@@ -125,22 +125,22 @@ impl LoadTally {
         }
     }
 
-    /// Answers per second.
+    /// Results per second.
     pub fn throughput_hz(&self) -> f64 {
         self.throughput_hz
     }
 
-    /// Within how long one of two and 99 of 100 were answered, ms.
+    /// Median and 99th percentile of the latency, ms.
     pub fn latency_ms(&self) -> (f64, f64) {
         (self.latency.p50 as f64 * 1e-3, self.latency.p99 as f64 * 1e-3)
     }
 
-    /// Within how long an ideal queue answers 99 of 100, ms.
+    /// 99th percentile of the latency in an ideal queue, ms.
     pub fn ideal_ms(&self) -> f64 {
         self.ideal_p99 as f64 * 1e-3
     }
 
-    /// The document of `load --json`.
+    /// JSON document of `load --json`.
     pub fn document(&self, rate: Option<f64>) -> Value {
         let [ok, busy, late, failed] = self.counts;
         let Times { p50, p90, p99, max } = self.latency;
@@ -163,7 +163,7 @@ impl LoadTally {
         })
     }
 
-    /// What failed, if anything did: lines for people.
+    /// Lines about failures, if there were any.
     pub fn complaints(&self) -> String {
         let mut text = String::new();
         if !self.failures.is_empty() {
@@ -172,14 +172,14 @@ impl LoadTally {
         }
         if self.clients_lost > 0 {
             text.push_str(&format!(
-                "          {} client processes were lost, with what they sent\n",
+                "          {} client processes were lost, with their requests\n",
                 self.clients_lost
             ));
         }
         text
     }
 
-    /// One line for people.
+    /// Line of a table for people.
     pub fn line(&self, rate: Option<f64>) -> String {
         let rate = rate.map_or("closed".to_owned(), |rate| format!("{rate:.1}"));
         let [ok, busy, late, failed] = self.counts;

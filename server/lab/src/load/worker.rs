@@ -1,4 +1,4 @@
-//! One client process of a load: one thread sends what is due, the other takes what comes back.
+//! Client process of a load: one thread sends due requests, another one receives results.
 
 use super::plan::{ClientPlan, ClientReport, LoadTarget};
 use super::schedule::Schedule;
@@ -12,21 +12,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
-/// Sites of the strike that shows a target's surface.
+/// Sites of the request that explores the surface of a target.
 const SITES: u32 = 8;
 
-/// Points of a surface that are remembered.
+/// Maximum number of surface points that are kept.
 const POINTS_MAX: usize = 4096;
 
-/// A client that is refused comes back no sooner.
+/// Minimum pause before a retry.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// How long answers are waited for after the last strike is sent.
+/// Time to wait for results after the last request is sent.
 pub const PATIENCE: Duration = Duration::from_secs(30);
 
-/// Reads a plan, carries it out, and says what became of it.
+/// Reads a plan, carries it out, and writes a report.
 pub fn run(service: &str) -> Result<(), CliError> {
-    // Nobody is left to tell once the tool is gone.
+    // Without the parent process there is no receiver of the report.
     if let Err(error) = rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::TERM)) {
         tracing::debug!(%error, "a client process may outlive the tool");
     }
@@ -48,7 +48,7 @@ fn carried_out(service: &str) -> Result<Vec<RequestRecord>, Error> {
     Ok(if sender.plan.rate.is_some() { open(&connection, sender) } else { closed(sender) })
 }
 
-/// An object and points of its surface.
+/// Object and points of its surface.
 struct Mark {
     object: Object,
     degree: u32,
@@ -57,7 +57,7 @@ struct Mark {
 }
 
 impl Mark {
-    /// The surface of a target as its fragments show it.
+    /// Surface points of a target, taken from its fragments.
     fn of(connection: &Client, target: &LoadTarget) -> Result<Self, Error> {
         let object = connection.object(&target.object, reply())?;
         let facts = object.facts();
@@ -67,13 +67,17 @@ impl Mark {
         let broken = insist(|| object.strike(&all_over)?.wait(Deadline::after(ANSWER)))?;
         let points = surface(&broken);
         if points.is_empty() {
-            return Err(Error::new(ErrorKind::Failed, target.object.clone(), "the object shows no surface to strike"));
+            return Err(Error::new(
+                ErrorKind::Failed,
+                target.object.clone(),
+                "the object has no outer surface to strike",
+            ));
         }
         Ok(Self { degree: target.degree, points, center, object })
     }
 }
 
-/// Tries again while there is no room: others may be asking, too.
+/// Retries while the service is busy, as other clients may be exploring, too.
 fn insist<T>(ask: impl Fn() -> Result<T, Error>) -> Result<T, Error> {
     let deadline = Deadline::after(ANSWER);
     loop {
@@ -86,7 +90,7 @@ fn insist<T>(ask: impl Fn() -> Result<T, Error>) -> Result<T, Error> {
     }
 }
 
-/// Some points of the outer faces of all fragments.
+/// Samples points of the outer faces of all fragments.
 fn surface(broken: &FractureResult) -> Vec<[f64; 3]> {
     let mut points = Vec::new();
     for fragment in broken.fragments() {
@@ -101,7 +105,7 @@ fn surface(broken: &FractureResult) -> Vec<[f64; 3]> {
     points.into_iter().step_by(stride).collect()
 }
 
-/// Draws strikes and sends them.
+/// Draws requests and sends them.
 struct Sender {
     schedule: Schedule,
     marks: Vec<Mark>,
@@ -109,7 +113,7 @@ struct Sender {
     plan: ClientPlan,
 }
 
-/// A strike under way.
+/// Request in flight.
 struct Flying {
     ticket: Ticket,
     due: Duration,
@@ -129,7 +133,7 @@ impl Sender {
         mark.object.strike(&deadline.map_or(impact.clone(), |deadline| impact.deadline(deadline)))
     }
 
-    /// Waits until it is time.
+    /// Sleeps until the due time.
     fn sleep_until(&self, due: Duration) {
         std::thread::sleep((self.begin + due).saturating_duration_since(Instant::now()));
     }
@@ -139,7 +143,7 @@ impl Sender {
     }
 }
 
-/// Every client sends when a strike is due, whatever became of those before.
+/// Open loop: sends every request at its due time, whatever the state of earlier ones.
 fn open(connection: &Client, mut sender: Sender) -> Vec<RequestRecord> {
     let (flying, done) = (Mutex::new(Vec::new()), AtomicBool::new(false));
     let begin = sender.begin;
@@ -148,7 +152,7 @@ fn open(connection: &Client, mut sender: Sender) -> Vec<RequestRecord> {
             let mut refused = Vec::new();
             while let Some(due) = sender.schedule.next().filter(|due| !sender.over(*due)) {
                 sender.sleep_until(due);
-                // Locked before it is sent: an answer may be there before its ticket.
+                // Locked before sending: a result may arrive before its ticket is stored.
                 let mut flying = flying.lock().unwrap_or_else(PoisonError::into_inner);
                 match sender.strike() {
                     Ok(ticket) => flying.push(Flying { ticket, due }),
@@ -165,7 +169,7 @@ fn open(connection: &Client, mut sender: Sender) -> Vec<RequestRecord> {
     })
 }
 
-/// Takes what comes back until nothing more can.
+/// Receives results until no more can arrive.
 fn receive(connection: &Client, begin: Instant, flying: &Mutex<Vec<Flying>>, done: &AtomicBool) -> Vec<RequestRecord> {
     let (mut own, mut records): (Vec<Flying>, Vec<RequestRecord>) = (Vec::new(), Vec::new());
     let mut last: Option<Deadline> = None;
@@ -187,7 +191,7 @@ fn receive(connection: &Client, begin: Instant, flying: &Mutex<Vec<Flying>>, don
             return records;
         }
         if over && last.get_or_insert_with(|| Deadline::after(PATIENCE)).passed() {
-            let lost = Error::new(ErrorKind::Late, "ticket", "no answer came");
+            let lost = Error::new(ErrorKind::Late, "ticket", "no result arrived");
             records.extend(own.iter().map(|strike| ended(begin, strike.due, &lost)));
             return records;
         }
@@ -195,7 +199,7 @@ fn receive(connection: &Client, begin: Instant, flying: &Mutex<Vec<Flying>>, don
     }
 }
 
-/// Every client sends a strike when the one before has ended.
+/// Closed loop: sends the next request when the previous one has ended.
 fn closed(mut sender: Sender) -> Vec<RequestRecord> {
     let mut records = Vec::new();
     sender.sleep_until(Duration::ZERO);
@@ -221,8 +225,8 @@ fn micros(time: Duration) -> u64 {
 }
 
 fn answered(begin: Instant, due: Duration, broken: &FractureResult) -> RequestRecord {
-    let stages = broken.stages().iter().map(|stage| stage.ns);
-    let service = Duration::from_nanos(stages.chain(broken.effects().iter().map(|effect| effect.ns)).sum());
+    let stages = broken.stages().map(|cost| cost.time);
+    let service: Duration = stages.chain(broken.effects().map(|cost| cost.time)).sum();
     RequestRecord {
         due_us: micros(due),
         latency_us: micros(begin.elapsed().saturating_sub(due)),

@@ -1,23 +1,23 @@
-//! Where a picture is taken from.
+//! Camera of a picture.
 
 use nalgebra::{Point3, Vector3};
 
-/// How depth shortens things.
+/// Projection of a camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// Not at all.
+    /// Parallel projection.
     Orthographic,
-    /// As through a lens with this vertical angle of view.
+    /// Perspective with this vertical angle of view.
     Perspective {
         /// Degrees, between 0 and 180.
         fov_deg: f32,
     },
 }
 
-/// A camera that has been fitted to a scene.
+/// Camera fitted to a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Where the eye is.
+    /// Position of the eye.
     pub eye: Point3<f32>,
     /// Unit vector to the right of the picture.
     pub right: Vector3<f32>,
@@ -25,26 +25,27 @@ pub struct Camera {
     pub up: Vector3<f32>,
     /// Unit vector towards the eye.
     pub back: Vector3<f32>,
-    /// Half the height of the picture: at distance 1 (perspective), or anywhere (orthographic).
+    /// Half the height of the picture: at distance 1 (perspective), or at any distance (orthographic).
     half_height: f32,
     perspective: bool,
 }
 
-/// A point on the picture plane: x to the right and y up, the picture's height running from −1 to 1.
+/// Point on the picture plane: x to the right and y up; the picture's height spans −1 to 1.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Projected {
     pub x: f32,
     pub y: f32,
-    /// Grows towards the eye and is linear on the picture; the weight of perspective-correct interpolation, too.
+    /// Nearness: grows towards the eye and is linear on the picture; also the weight of perspective-correct interpolation.
     pub near: f32,
 }
 
-/// The part of the picture that the scene may fill.
+/// Share of the picture that the scene may fill.
 const FILL: f32 = 0.90;
 
 impl Camera {
-    /// The camera on the ray from the scene in direction `from` that sees all of `points` as large as the picture of
-    /// aspect `width / height` allows. Up is +y; without points it looks at the unit box.
+    /// Fits a camera in direction `from` of the scene that shows all of `points` as large as the aspect `width / height` allows.
+    ///
+    /// Up is +y; without points it looks at the unit box.
     pub fn fit(points: &[Point3<f32>], from: Vector3<f32>, projection: Projection, aspect: f32) -> Self {
         let back = from.try_normalize(1e-12).unwrap_or_else(Vector3::z);
         let vertical = if back.y.abs() > 0.999 { Vector3::z() } else { Vector3::y() };
@@ -87,7 +88,7 @@ impl Camera {
         if self.perspective { (self.eye, (aside - self.back).normalize()) } else { (self.eye + aside, -self.back) }
     }
 
-    /// Whether interpolation on the picture must weigh by nearness.
+    /// Whether interpolation on the picture needs weights by nearness.
     pub(super) fn is_perspective(&self) -> bool {
         self.perspective
     }
@@ -97,8 +98,8 @@ fn largest(values: impl Iterator<Item = f32>) -> f32 {
     values.fold(f32::NEG_INFINITY, f32::max)
 }
 
-/// The nearest eye whose pyramid of half-angle tangents (tangent·aspect, tangent) holds all corners: each face of the
-/// pyramid touches the scene in one direction, each opposite pair of faces fixes one coordinate.
+/// Nearest eye whose pyramid with half-angle tangents (tangent·aspect, tangent) contains all corners. Each face of the pyramid touches
+/// the scene in one direction, and each opposite pair of faces fixes one coordinate.
 fn perspective(corners: &[Vector3<f32>], tangent: f32, aspect: f32) -> Vector3<f32> {
     let wide = tangent * aspect;
     let reach = |axis: usize, sign: f32, slope: f32| largest(corners.iter().map(|c| sign * c[axis] + slope * c.z));

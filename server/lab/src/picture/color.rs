@@ -1,20 +1,21 @@
-//! Colors, in linear light; perceptual choices are made in OKLab.
+//! Colors in linear light; perceptual choices are made in OKLab.
 //!
 //! Based on: B. Ottosson, *A perceptual color space for image processing* (OKLab), 2020.
 
-/// A color in linear sRGB, components between 0 and 1.
+/// Color in linear sRGB, components between 0 and 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Color(pub [f32; 3]);
 
 impl Color {
-    /// From OKLab's polar form: lightness 0 to 1, chroma (0: grey; 0.1: muted; 0.25: vivid), hue in degrees. What the
-    /// display cannot show is clamped.
+    /// Color from OKLab's polar form: lightness 0 to 1, chroma (0: grey; 0.1: muted; 0.25: vivid), hue in degrees.
+    ///
+    /// Clamped to the gamut of sRGB.
     pub fn oklch(lightness: f32, chroma: f32, hue_deg: f32) -> Self {
         let hue = hue_deg.to_radians();
         Self::oklab([lightness, chroma * hue.cos(), chroma * hue.sin()])
     }
 
-    /// From OKLab (Ottosson 2020).
+    /// Color from OKLab (Ottosson 2020).
     fn oklab([lightness, a, b]: [f32; 3]) -> Self {
         let l = (lightness + 0.396_337_78 * a + 0.215_803_76 * b).powi(3);
         let m = (lightness - 0.105_561_346 * a - 0.063_854_17 * b).powi(3);
@@ -25,39 +26,41 @@ impl Color {
         Self([red, green, blue].map(|x| x.clamp(0.0, 1.0)))
     }
 
-    /// Between this color (0) and `other` (1), in linear light.
+    /// Interpolates from this color (0) to `other` (1) in linear light.
     pub fn mix(self, other: Self, share: f32) -> Self {
         Self([0, 1, 2].map(|k| self.0[k] + (other.0[k] - self.0[k]) * share))
     }
 
-    /// The three bytes of sRGB (IEC 61966-2-1).
+    /// Three bytes of sRGB (IEC 61966-2-1).
     pub fn srgb(self) -> [u8; 3] {
         self.0.map(encode)
     }
 
-    /// `#rrggbb`, as style sheets want it.
+    /// CSS notation `#rrggbb`.
     pub fn hex(self) -> String {
         let [r, g, b] = self.srgb();
         format!("#{r:02x}{g:02x}{b:02x}")
     }
 }
 
-/// One linear component as a byte of sRGB.
+/// Encodes one linear component as a byte of sRGB.
 pub(super) fn encode(linear: f32) -> u8 {
     let clamped = linear.clamp(0.0, 1.0);
     let curved = if clamped <= 0.003_130_8 { 12.92 * clamped } else { 1.055 * clamped.powf(1.0 / 2.4) - 0.055 };
     (curved * 255.0).round() as u8
 }
 
-/// A color map: anchors in OKLab's polar form (lightness, chroma, hue in degrees), crossed at constant speed in OKLab,
-/// so that equal steps of the value look equally large.
+/// Color map: anchors in OKLab's polar form (lightness, chroma, hue in degrees), traversed at constant speed in OKLab, so that equal
+/// steps of the value look equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
     anchors: &'static [[f32; 3]],
 }
 
-/// From pale ivory through amber and crimson to deep violet. Lightness falls all the way, so the map reads in grey and
-/// with any color vision; its pale end lets the shape show where nothing happens.
+/// Color map from pale ivory through amber and crimson to deep violet.
+///
+/// Lightness falls monotonically, so the map works in greyscale and with any color vision; its pale end shows the shape where values are
+/// small.
 pub const ENERGY: Ramp = Ramp {
     anchors: &[
         [0.955, 0.020, 95.0],
@@ -72,7 +75,7 @@ pub const ENERGY: Ramp = Ramp {
 };
 
 impl Ramp {
-    /// The color at `share`, which is clamped to [0, 1]; NaN counts as 0.
+    /// Color at `share`, which is clamped to [0, 1]; NaN counts as 0.
     pub fn at(&self, share: f32) -> Color {
         Color::oklab(self.lab(share))
     }
@@ -104,16 +107,16 @@ fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
 /// Turn between successive hues that keeps any number of them apart: 360° (1 − 1/φ).
 const GOLDEN_TURN_DEG: f32 = 137.507_77;
 
-/// Where the first hue stands.
+/// First hue, degrees.
 const FIRST_HUE_DEG: f32 = 232.0;
 
-/// A muted color for the outside of fragment `id`; neighbors in number are far apart in hue.
+/// Muted color for the outer faces of fragment `id`; consecutive fragments have distant hues.
 pub fn fragment_color(id: u32) -> Color {
     let lightness = [0.66, 0.74, 0.60][id as usize % 3];
     Color::oklch(lightness, 0.072, hue_deg(id))
 }
 
-/// The color of the same fragment's crack faces: lighter and warmer, with a breath of its own hue.
+/// Color of the same fragment's crack faces: lighter and warmer, with a slight tint of its hue.
 pub fn crack_color(id: u32) -> Color {
     Color::oklch(0.90, 0.045, 78.0).mix(Color::oklch(0.82, 0.075, hue_deg(id)), 0.22)
 }

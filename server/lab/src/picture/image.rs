@@ -2,7 +2,7 @@
 
 use super::PictureSize;
 
-/// Eight-bit sRGB with straight alpha, row by row from the top.
+/// Image in 8-bit sRGB with straight alpha, row by row from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     /// Columns and rows.
@@ -11,16 +11,16 @@ pub struct Image {
     pub pixels: Vec<[u8; 4]>,
 }
 
-/// Why a picture could not be encoded.
+/// Error of encoding a picture.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// The encoder refused it.
+    /// The encoder failed.
     #[error("cannot encode the picture: {0}")]
     Encoding(#[from] png::EncodingError),
 }
 
 impl Image {
-    /// The bytes of a PNG file.
+    /// Bytes of a PNG file.
     pub fn png(&self) -> Result<Vec<u8>, PictureError> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.size.width as u32, self.size.height as u32);
@@ -33,7 +33,7 @@ impl Image {
         Ok(bytes)
     }
 
-    /// Pictures of equal height, side by side; shorter ones are filled up with transparency.
+    /// Joins pictures side by side; shorter ones are filled with transparency.
     pub fn beside(pictures: &[Self]) -> Self {
         let height = pictures.iter().map(|picture| picture.size.height).max().unwrap_or(0);
         let width = pictures.iter().map(|picture| picture.size.width).sum();

@@ -1,4 +1,4 @@
-//! What light does to a surface.
+//! Lighting of surfaces.
 
 use super::camera::Camera;
 use super::color::Color;
@@ -9,24 +9,24 @@ use nalgebra::Vector3;
 pub struct RenderStyle {
     /// Strength of the key light, which casts shadows.
     pub key: f32,
-    /// Strength of the fill light, which does not.
+    /// Strength of the fill light, which casts none.
     pub fill: f32,
-    /// Strength of the sky's light from above.
+    /// Strength of the sky light from above.
     pub sky: f32,
-    /// Strength of the light that the ground throws back.
+    /// Strength of the light reflected by the ground.
     pub bounce: f32,
     /// Strength of the highlight.
     pub gloss: f32,
 }
 
 impl RenderStyle {
-    /// Shapes first: a strong key light, a faint highlight.
+    /// Emphasis on shape: a strong key light, a faint highlight.
     pub const STUDIO: Self = Self { key: 0.80, fill: 0.10, sky: 0.55, bounce: 0.26, gloss: 0.05 };
-    /// Colors first, where they carry figures: even light, no highlight.
+    /// Emphasis on colors that represent values: even light, no highlight.
     pub const CHART: Self = Self { key: 0.42, fill: 0.10, sky: 0.74, bounce: 0.48, gloss: 0.0 };
 }
 
-/// The lights as placed for one camera.
+/// Lights placed for a camera.
 pub(super) struct Lights {
     style: RenderStyle,
     /// Unit vector towards the key light.
@@ -34,30 +34,30 @@ pub(super) struct Lights {
     fill: Vector3<f32>,
 }
 
-/// Warm key, cool fill and sky: linear colors of about equal brightness.
+/// Linear colors of warm key light, cool fill light and sky, of about equal brightness.
 const KEY_TINT: [f32; 3] = [1.04, 1.0, 0.93];
 const FILL_TINT: [f32; 3] = [0.90, 0.98, 1.14];
 const SKY_TINT: [f32; 3] = [0.97, 1.0, 1.05];
 
-/// Shadows on the ground fainter than this are left out, so that they end before the picture does.
+/// Ground shadows fainter than this are omitted, so that they end before the border of the picture.
 const FAINT: f32 = 0.015;
 
-/// Sharpness of the highlight.
+/// Exponent of the highlight.
 const SHININESS: i32 = 36;
 
 /// Brightness above which highlights are compressed instead of clipped.
 const KNEE: f32 = 0.80;
 
 impl Lights {
-    /// Key from the upper left behind the camera, fill from the right.
+    /// Places the key light at the upper left behind the camera, and the fill light at the right.
     pub fn new(style: RenderStyle, camera: &Camera) -> Self {
         let key = camera.right * -0.62 + camera.back * 0.62 + Vector3::y() * 0.85;
         let fill = camera.right * 0.85 + camera.back * 0.45 + Vector3::y() * 0.10;
         Self { style, key: key.normalize(), fill: fill.normalize() }
     }
 
-    /// The light that leaves a surface of `color` towards the eye (unit vector `view`), of whose sky and key light
-    /// these parts arrive.
+    /// Light that leaves a surface of `color` towards the eye (unit vector `view`); `sky` and `key` are the visible shares of both
+    /// lights.
     pub fn shade(&self, color: Color, normal: &Vector3<f32>, view: &Vector3<f32>, sky: f32, key: f32) -> [f32; 3] {
         let style = &self.style;
         let above = 0.5 + 0.5 * normal.y;
@@ -72,7 +72,7 @@ impl Lights {
         })
     }
 
-    /// How dark the ground lies where these parts of sky and key light arrive: 0 in full light.
+    /// Darkness of the ground where these shares of sky and key light arrive: 0 in full light.
     pub fn ground_shadow(&self, sky: f32, key: f32) -> f32 {
         let direct = self.style.key * self.key.y;
         let whole = self.style.sky + direct;
@@ -81,7 +81,7 @@ impl Lights {
     }
 }
 
-/// Leaves values below the knee alone and bends the rest towards 1.
+/// Keeps values below the knee and compresses larger ones towards 1.
 fn soften(value: f32) -> f32 {
     if value <= KNEE { value } else { KNEE + (1.0 - KNEE) * (1.0 - (-(value - KNEE) / (1.0 - KNEE)).exp()) }
 }

@@ -1,14 +1,14 @@
-//! Marks in a scene.
+//! Markers in a scene.
 
 use super::color::Color;
 use super::mesh::DrawnMesh;
 use nalgebra::{Point3, Vector3};
 use std::f32::consts::TAU;
 
-/// Corners around the arrow.
+/// Number of corners around the arrow.
 const SIDES: u32 = 40;
 
-/// An arrow that ends at `tip`, flies along `direction`, and is `length` long. Empty where the direction is zero.
+/// Arrow of length `length` along `direction` that ends at `tip`. Empty if the direction is zero.
 pub fn arrow(tip: Point3<f32>, direction: Vector3<f32>, length: f32, color: Color) -> DrawnMesh {
     let Some(axis) = direction.try_normalize(1e-12) else {
         return DrawnMesh::default();
@@ -16,7 +16,7 @@ pub fn arrow(tip: Point3<f32>, direction: Vector3<f32>, length: f32, color: Colo
     let aside = if axis.y.abs() > 0.9 { Vector3::x() } else { Vector3::y() };
     let across = aside.cross(&axis).normalize();
     let along = axis.cross(&across);
-    // Profile from the tip backwards: distance from the tip, radius, both in lengths.
+    // Profile from the tip backwards: distance from the tip and radius, both over the length.
     let profile = [(0.0, 0.0), (0.34, 0.115), (0.34, 0.042), (1.0, 0.042), (1.0, 0.0)];
     let mut positions = Vec::new();
     for (distance, radius) in profile {

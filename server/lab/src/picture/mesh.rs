@@ -1,9 +1,9 @@
-//! Painted triangles.
+//! Triangle meshes with normals and colors.
 
 use super::Color;
 use nalgebra::{Point3, Vector3};
 
-/// What a corner of a triangle looks like.
+/// Attributes of a triangle's corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnCorner {
     /// Unit normal for shading.
@@ -12,10 +12,10 @@ pub struct DrawnCorner {
     pub color: Color,
 }
 
-/// Triangles with normals and colors per corner. Parts are put together with [`DrawnMesh::append`].
+/// Triangles with normals and colors per corner. [`DrawnMesh::append`] joins meshes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DrawnMesh {
-    /// Positions, +y up, any unit.
+    /// Positions, +y up, in any unit.
     pub positions: Vec<Point3<f32>>,
     /// Three vertex numbers per triangle, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
@@ -24,8 +24,9 @@ pub struct DrawnMesh {
 }
 
 impl DrawnMesh {
-    /// Paints `triangles`; `paint(triangle, vertex)` gives the color of a corner. Normals are smooth across edges that
-    /// bend by less than `crease_deg`, and sharp elsewhere.
+    /// Colors `triangles`; `paint(triangle, vertex)` returns the color of a corner.
+    ///
+    /// Normals are smooth across edges that bend by less than `crease_deg`, and sharp elsewhere.
     pub fn paint(
         positions: Vec<Point3<f32>>,
         triangles: Vec<[u32; 3]>,
@@ -44,13 +45,13 @@ impl DrawnMesh {
         Self { positions, triangles, corners }
     }
 
-    /// The same mesh elsewhere.
+    /// Translates the mesh.
     pub fn moved(mut self, offset: Vector3<f32>) -> Self {
         self.positions.iter_mut().for_each(|position| *position += offset);
         self
     }
 
-    /// Adds another mesh.
+    /// Appends another mesh.
     pub fn append(&mut self, other: Self) {
         let first = self.positions.len() as u32;
         self.positions.extend(other.positions);
@@ -67,8 +68,8 @@ impl DrawnMesh {
     }
 }
 
-/// Corner normals: at each corner the mean of the surrounding triangles' normals, weighted by area, over those that
-/// bend by less than `crease_deg` from the corner's own triangle.
+/// Corner normals: area-weighted mean normal of the surrounding triangles that bend by less than `crease_deg` from the corner's own
+/// triangle.
 fn creased(positions: &[Point3<f32>], triangles: &[[u32; 3]], crease_deg: f32) -> Vec<[Vector3<f32>; 3]> {
     let areas: Vec<Vector3<f32>> = triangles
         .iter()
@@ -89,7 +90,7 @@ fn creased(positions: &[Point3<f32>], triangles: &[[u32; 3]], crease_deg: f32) -
     triangles.iter().enumerate().map(|(own, triangle)| triangle.map(|vertex| corner(own, vertex))).collect()
 }
 
-/// The triangles around each vertex, in compressed rows.
+/// Triangles around each vertex, in compressed rows.
 struct Around {
     first: Vec<u32>,
     triangles: Vec<u32>,

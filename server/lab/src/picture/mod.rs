@@ -1,9 +1,8 @@
-//! Pictures without a graphics card: a z-buffered triangle rasteriser with supersampling, two lights, ambient occlusion
-//! and soft shadows, color maps, and a camera that fits what it looks at.
+//! Software renderer: a z-buffered triangle rasterizer with supersampling, two lights, ambient occlusion, soft shadows and color maps,
+//! and a camera that fits its scene.
 //!
-//! A picture is drawn in three steps: [`DrawnMesh`]es are painted and put together, a [`Camera`] is fitted to them, and
-//! [`draw`] returns an [`Image`]. Light is added up in linear color; the same input gives the same bytes for any number
-//! of threads.
+//! A picture takes three steps: color and join [`DrawnMesh`]es, fit a [`Camera`] to them, and [`draw`] an [`Image`]. Light is summed in
+//! linear color. The same input gives the same bytes for any number of threads.
 
 mod camera;
 mod color;
@@ -35,12 +34,12 @@ pub struct PictureSize {
     pub height: usize,
 }
 
-/// What lies behind the meshes.
+/// Background of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Backdrop {
-    /// Nothing: transparent, with the shadow on the ground as a veil, so that the page's own color shows.
+    /// Transparent, with a translucent ground shadow, so that the color of the page shows through.
     Clear,
-    /// A vertical gradient, from the top color to the bottom one.
+    /// Vertical gradient from the top color to the bottom one.
     Gradient(Color, Color),
 }
 

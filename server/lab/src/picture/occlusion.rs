@@ -1,24 +1,24 @@
-//! How much of the sky and of a light a point sees: depth maps from many directions, looked up per sample.
+//! Ambient occlusion and shadows: depth maps from many directions, looked up per sample.
 //!
 //! Based on: L. Williams, *Casting curved shadows on curved surfaces* (depth maps), 1978; W. Reeves, D. Salesin, R. Cook,
-//! *Rendering antialiased shadows with depth maps* (filtered comparison), 1987. Samples of one pixel look along
-//! different directions, so that a pixel's mean covers all of them.
+//! *Rendering antialiased shadows with depth maps* (filtered comparison), 1987. The samples of a pixel use different directions, so that
+//! the pixel's mean covers all of them.
 
 use super::mesh::DrawnMesh;
 use super::raster::{RasterVertex, nearest};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-/// Samples per side of a depth map of the sky, whose light is soft anyway.
+/// Samples per side of a depth map of the sky, whose light is soft.
 const SKY_SIDE: usize = 192;
 
 /// Samples per side of a depth map of the key light.
 const KEY_SIDE: usize = 384;
 
-/// How far a point is lifted off its surface before the look-up, in samples of the map.
+/// Offset of a point from its surface before the look-up, in samples of the map.
 const LIFT: f32 = 1.5;
 
-/// A depth map: the scene seen from far away in one direction.
+/// Depth map: the scene as seen from far away in one direction.
 pub(super) struct DepthMap {
     /// Unit vector towards the light.
     pub towards: Vector3<f32>,
@@ -53,8 +53,8 @@ impl DepthMap {
         }
     }
 
-    /// The part of the light that reaches a surface at `point`, the comparison filtered over four samples. The point is
-    /// lifted off the surface, and what lies in between must be nearer by a sample's width.
+    /// Share of the light that reaches a surface at `point`, with the comparison filtered over four samples. The point is moved off its
+    /// surface, and an occluder must be nearer by at least the width of a sample.
     fn lit(&self, point: &Point3<f32>, normal: &Vector3<f32>) -> f32 {
         let slack = 1.0 / self.scale;
         let spot = self.spot(&(point + normal * (LIFT * slack)));
@@ -75,7 +75,7 @@ impl DepthMap {
     }
 }
 
-/// Depth maps over the whole sphere and around one light, dealt out over `deals` kinds of samples.
+/// Depth maps over the whole sphere and around one light, distributed over `deals` groups of samples.
 pub(super) struct Occlusion {
     sky: Vec<DepthMap>,
     key: Vec<DepthMap>,
@@ -83,7 +83,7 @@ pub(super) struct Occlusion {
 }
 
 impl Occlusion {
-    /// Per kind of sample `sky` directions over the sphere, and `key` ones within `spread` (tangent) of `towards`.
+    /// Creates, per group of samples, `sky` directions over the sphere and `key` directions within `spread` (tangent) of `towards`.
     pub fn new(mesh: &DrawnMesh, deals: usize, sky: usize, key: usize, towards: Vector3<f32>, spread: f32) -> Self {
         let (low, high) = mesh.bounds();
         let center = nalgebra::center(&low, &high);
@@ -94,14 +94,13 @@ impl Occlusion {
         Self { sky, key, deals }
     }
 
-    /// The parts of the sky's light and of the key light that reach a surface at `point`, as samples of kind `deal`
-    /// see it.
+    /// Shares of sky light and key light that reach a surface at `point`, by the directions of group `deal`.
     pub fn dealt(&self, point: &Point3<f32>, normal: &Vector3<f32>, deal: usize) -> (f32, f32) {
         let dealt = |maps| <[DepthMap]>::iter(maps).skip(deal).step_by(self.deals);
         (sky(dealt(&self.sky), point, normal), key(dealt(&self.key), point, normal))
     }
 
-    /// The same, seen along all directions.
+    /// The same shares by all directions.
     pub fn all(&self, point: &Point3<f32>, normal: &Vector3<f32>) -> (f32, f32) {
         (sky(self.sky.iter(), point, normal), key(self.key.iter(), point, normal))
     }
@@ -138,7 +137,7 @@ fn sphere(count: usize) -> Vec<Vector3<f32>> {
         .collect()
 }
 
-/// `count` directions evenly over the cone around `axis` whose half-angle has the tangent `spread`.
+/// `count` directions distributed evenly over the cone around `axis` whose half-angle has the tangent `spread`.
 fn cone(axis: Vector3<f32>, spread: f32, count: usize) -> Vec<Vector3<f32>> {
     let aside = if axis.y.abs() > 0.9 { Vector3::x() } else { Vector3::y() };
     let (across, turn) = (aside.cross(&axis).normalize(), std::f32::consts::PI * (3.0 - 5.0_f32.sqrt()));

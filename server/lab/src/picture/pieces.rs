@@ -1,24 +1,25 @@
-//! Fragments as painted meshes, moved apart so that the cracks show.
+//! Fragments as colored meshes, moved apart so that the cracks show.
 
 use super::color::{Color, crack_color, fragment_color};
 use super::mesh::DrawnMesh;
 use nalgebra::{Point3, Vector3};
 use shatter_export::FragmentView;
 
-/// Edges that bend by less than this look round.
+/// Edges that bend by less than this are shaded smooth, degrees.
 pub const CREASE_DEG: f32 = 40.0;
 
-/// Where fragments go when they are moved apart.
+/// Displacement of fragments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
-    /// The point that stays, meters.
+    /// Fixed point, m.
     pub hub_m: [f64; 3],
-    /// How far, over a fragment's distance from the hub; 0 leaves everything in place.
+    /// Displacement over a fragment's distance from the hub; 0: none.
     pub factor: f64,
 }
 
-/// Paints fragments: a muted color of its own for the outside of each, warmer and paler where it broke. Positions in
-/// meters relative to the hub.
+/// Colors fragments: a muted color for the outer faces of each, a warmer and paler one for its crack faces.
+///
+/// Positions in meters relative to the hub.
 pub fn pieces(fragments: &[FragmentView<'_>], spread: Spread) -> DrawnMesh {
     let mut scene = DrawnMesh::default();
     for fragment in fragments {
@@ -29,7 +30,7 @@ pub fn pieces(fragments: &[FragmentView<'_>], spread: Spread) -> DrawnMesh {
     scene
 }
 
-/// One fragment around its center. Runs have vertices of their own, so their rims stay sharp.
+/// One fragment around its center. Runs have separate vertices, so their rims stay sharp.
 fn piece(fragment: &FragmentView<'_>, outer: Color, crack: Color) -> DrawnMesh {
     let positions = fragment.positions.iter().map(|&position| Point3::from(position)).collect();
     let triangles: Vec<[u32; 3]> = fragment.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();

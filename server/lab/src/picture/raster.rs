@@ -1,4 +1,4 @@
-//! Which triangle is seen at which sample.
+//! Rasterization: the visible triangle at each sample.
 //!
 //! Based on: J. Pineda, *A parallel algorithm for polygon rasterization* (edge functions), SIGGRAPH 1988.
 
@@ -6,7 +6,7 @@ use super::camera::Camera;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-/// A vertex on the sample grid: x to the right, y downwards, and nearness (larger is nearer).
+/// Vertex on the sample grid: x to the right, y down, and nearness (larger is nearer).
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RasterVertex {
     pub x: f32,
@@ -14,7 +14,7 @@ pub(super) struct RasterVertex {
     pub near: f32,
 }
 
-/// The samples of a picture.
+/// Sample grid of a picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SampleGrid {
     pub width: usize,
@@ -22,33 +22,33 @@ pub(super) struct SampleGrid {
 }
 
 impl SampleGrid {
-    /// Where a point of the scene falls.
+    /// Position of a scene point on the grid.
     pub fn spot(&self, camera: &Camera, point: &Point3<f32>) -> RasterVertex {
         let seen = camera.project(point);
         let half = self.height as f32 / 2.0;
         RasterVertex { x: self.width as f32 / 2.0 + seen.x * half, y: half - seen.y * half, near: seen.near }
     }
 
-    /// The ray through a point of the grid: origin and unit direction.
+    /// Ray through a point of the grid: origin and unit direction.
     pub fn ray(&self, camera: &Camera, x: f32, y: f32) -> (Point3<f32>, Vector3<f32>) {
         let half = self.height as f32 / 2.0;
         camera.ray((x - self.width as f32 / 2.0) / half, (half - y) / half)
     }
 }
 
-/// No triangle.
+/// Value for no triangle.
 pub(super) const NOTHING: u32 = u32::MAX;
 
-/// Rows that one task fills.
+/// Number of rows per task.
 const BAND_ROWS: usize = 48;
 
-/// The nearest triangle per sample.
+/// Nearest triangle per sample.
 pub(super) struct Visible {
     pub width: usize,
     pub triangles: Vec<u32>,
 }
 
-/// Fills a `width` × `height` grid with the nearest triangle per sample, the first one of equally near ones.
+/// Fills a `width` × `height` grid with the nearest triangle per sample; of equally near ones the first.
 pub(super) fn visible(spots: &[RasterVertex], triangles: &[[u32; 3]], width: usize, height: usize) -> Visible {
     let bands = height.div_ceil(BAND_ROWS);
     let mut bins: Vec<Vec<u32>> = vec![Vec::new(); bands];
@@ -79,7 +79,7 @@ pub(super) fn visible(spots: &[RasterVertex], triangles: &[[u32; 3]], width: usi
     Visible { width, triangles: found }
 }
 
-/// The nearness of the nearest triangle per sample of a `side` × `side` grid, −∞ where there is none.
+/// Nearness of the nearest triangle per sample of a `side` × `side` grid; −∞ without a triangle.
 pub(super) fn nearest(spots: &[RasterVertex], triangles: &[[u32; 3]], side: usize) -> Vec<f32> {
     let mut nearest = vec![f32::NEG_INFINITY; side * side];
     let window = Window { first_row: 0, rows: side, width: side };
@@ -97,8 +97,8 @@ struct Window {
     width: usize,
 }
 
-/// Calls `put(sample within the window, nearness)` for each sample whose center the triangle covers, whichever way
-/// round it is; its border belongs to it.
+/// Calls `put(sample within the window, nearness)` for each sample whose center the triangle covers, including its border, in either
+/// winding order.
 fn cover([a, b, c]: &[RasterVertex; 3], window: &Window, mut put: impl FnMut(usize, f32)) {
     let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
     if area == 0.0 || !area.is_finite() {

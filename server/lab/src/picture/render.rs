@@ -1,4 +1,4 @@
-//! From meshes to a picture.
+//! Rendering of meshes to a picture.
 
 use super::camera::Camera;
 use super::color::{Color, encode};
@@ -15,16 +15,16 @@ use rayon::prelude::*;
 /// Samples per side of a pixel.
 const FINE: usize = 3;
 
-/// Directions into the sky per sample; a pixel has `FINE`² times as many.
+/// Sky directions per sample; a pixel has `FINE`² times as many.
 const SKY_PER_SAMPLE: usize = 8;
 
-/// Directions to the key light per sample; likewise.
+/// Key light directions per sample; a pixel has `FINE`² times as many.
 const KEY_PER_SAMPLE: usize = 3;
 
-/// Tangent of half the key light's angle: how soft shadows are.
+/// Tangent of half the key light's angular size, which determines the softness of shadows.
 const KEY_SPREAD: f32 = 0.11;
 
-/// Draws `mesh` as `camera` sees it. `ground` is the height of the plane that takes the shadow, if any.
+/// Draws `mesh` as seen by `camera`. `ground` is the height of the plane that receives the shadow, if any.
 pub fn draw(
     mesh: &DrawnMesh,
     camera: &Camera,
@@ -50,7 +50,7 @@ pub fn draw(
     Image { size, pixels }
 }
 
-/// The color behind row `row`, if there is one.
+/// Background color of row `row`, if there is one.
 fn background(backdrop: Backdrop, row: usize, height: usize) -> Option<Color> {
     match backdrop {
         Backdrop::Clear => None,
@@ -70,7 +70,7 @@ struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// Mean of the pixel's samples: light and cover, the latter the alpha of what is not seen through.
+    /// Mean of the pixel's samples: light and coverage; coverage is the alpha of opaque parts.
     fn pixel(&self, column: usize, row: usize, behind: Option<Color>) -> [u8; 4] {
         let mut light = [0.0_f32; 3];
         let mut cover = 0.0;
@@ -95,7 +95,7 @@ impl Scene<'_> {
         }
     }
 
-    /// Light of one sample, already multiplied by its alpha, and the alpha.
+    /// Light of one sample, premultiplied by its alpha, and the alpha.
     fn sample(&self, x: usize, y: usize, deal: usize) -> ([f32; 3], f32) {
         match self.seen.triangles[y * self.seen.width + x] {
             NOTHING => ([0.0; 3], self.shadow.as_ref().map_or(0.0, |shadow| shadow.at(x, y))),

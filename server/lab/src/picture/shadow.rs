@@ -1,4 +1,4 @@
-//! The shadow that a scene throws on the ground.
+//! Ground shadow of a scene.
 
 use super::camera::Camera;
 use super::light::Lights;
@@ -7,26 +7,26 @@ use super::raster::SampleGrid;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-/// Samples of the picture between two places where the shadow is worked out; it is soft, so the rest is interpolated.
+/// Distance of shadow samples in samples of the picture; the shadow is soft, so the rest is interpolated.
 const STEP: usize = 8;
 
-/// How often the sky's part of the light on the ground is smoothed, so that its directions do not show one by one.
+/// Number of smoothing passes over the sky's part of the shadow, which hide its single directions.
 const BLURS: usize = 14;
 
-/// How dark the deepest shadow is.
+/// Darkness of the deepest shadow.
 const DEEPEST: f32 = 0.62;
 
-/// The part of the picture's height, from the border, over which the shadow fades: it ends before the picture does.
+/// Width of the border zone over which the shadow fades out, over the picture's height.
 const INSET: f32 = 0.14;
 
-/// The veil over the background, on a coarse grid.
+/// Shadow over the background, on a coarse grid.
 pub(super) struct Shadow {
     columns: usize,
     veil: Vec<f32>,
 }
 
 impl Shadow {
-    /// The shadow on the horizontal plane at `height`.
+    /// Computes the shadow on the horizontal plane at `height`.
     pub fn new(grid: SampleGrid, camera: &Camera, lights: &Lights, occlusion: &Occlusion, height: f32) -> Self {
         let (columns, rows) = (grid.width.div_ceil(STEP) + 1, grid.height.div_ceil(STEP) + 1);
         let up = Vector3::y();
@@ -50,7 +50,7 @@ impl Shadow {
         Self { columns, veil: (0..columns * rows).map(veil).collect() }
     }
 
-    /// How much of the background it takes away at a sample.
+    /// Share of the background that the shadow removes at a sample.
     pub fn at(&self, x: usize, y: usize) -> f32 {
         let first = y / STEP * self.columns + x / STEP;
         let (right, down) = ((x % STEP) as f32 / STEP as f32, (y % STEP) as f32 / STEP as f32);
@@ -59,7 +59,7 @@ impl Shadow {
     }
 }
 
-/// Means over neighbors, a quarter, a half and a quarter, along rows and then along columns; borders repeat.
+/// Means over neighbors with weights ¼, ½, ¼, along rows and then along columns; border values repeat.
 fn blurred(values: &[f32], columns: usize) -> Vec<f32> {
     let rows = values.len() / columns;
     let pass = |values: &[f32], across: usize, down: usize| -> Vec<f32> {
@@ -74,7 +74,7 @@ fn blurred(values: &[f32], columns: usize) -> Vec<f32> {
     pass(&pass(values, 1, 0), 0, 1)
 }
 
-/// 0 at the border of the picture, 1 from a little inside on.
+/// Fade: 0 at the border of the picture, 1 from a small distance inside.
 fn inset(grid: SampleGrid, x: f32, y: f32) -> f32 {
     let (width, height) = (grid.width as f32, grid.height as f32);
     let border = x.min(width - x).min(y).min(height - y) / height;

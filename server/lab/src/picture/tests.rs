@@ -1,11 +1,11 @@
-//! Pictures of simple things, looked at by figures.
+//! Tests of pictures of simple shapes.
 
 use super::*;
 use nalgebra::{Point3, Vector3};
 
 const SIZE: PictureSize = PictureSize { width: 96, height: 72 };
 
-/// A ball of radius 1 around the origin.
+/// Sphere of radius 1 around the origin.
 fn ball(rings: u32) -> DrawnMesh {
     let sides = 2 * rings;
     let mut positions = Vec::new();
@@ -30,7 +30,7 @@ fn picture(mesh: &DrawnMesh, projection: Projection, ground: Option<f32>) -> Ima
     draw(mesh, &camera, SIZE, RenderStyle::STUDIO, ground, Backdrop::Clear)
 }
 
-/// Columns and rows that anything opaque touches: (left, right, top, bottom).
+/// Bounds of opaque pixels: (left, right, top, bottom).
 fn extent(image: &Image) -> [usize; 4] {
     let solid = image.pixels.iter().enumerate().filter(|(_, pixel)| pixel[3] > 200);
     solid.fold([usize::MAX, 0, usize::MAX, 0], |[left, right, top, bottom], (at, _)| {

@@ -1,17 +1,17 @@
-//! Bars and color bars, drawn as inline SVG.
+//! Bar charts and color bars as inline SVG.
 
 use super::figures::{grouped, nanoseconds, power_of_ten};
 use super::text::escape;
 use super::{Scale, StageTime};
 use std::fmt::Write;
 
-/// Colors that a legend's gradient is made of.
+/// Number of colors in a legend's gradient.
 const STOPS: usize = 24;
 
-/// The shortest bar of a stage that ran, in hundredths of the longest one.
+/// Minimum length of the bar of a stage that ran, % of the longest one.
 const SHORTEST: f64 = 0.4;
 
-/// One bar per stage, all bars of a page on one linear scale that ends at `longest` nanoseconds.
+/// Bars of the stages; all bars of a page share a linear scale that ends at `longest` nanoseconds.
 pub(super) fn stages(stages: &[StageTime], longest: u64) -> String {
     let rows: String = stages.iter().map(|stage| row(stage, longest)).collect();
     let total: u64 = stages.iter().filter_map(|stage| stage.ns).sum();
@@ -36,7 +36,7 @@ fn row(stage: &StageTime, longest: u64) -> String {
     )
 }
 
-/// The color bar of a picture: a tick per decade. `id` names its gradient within the page.
+/// Color bar of a picture with a tick per decade. `id` is the gradient's identifier within the page.
 pub(super) fn legend(id: &str, scale: &Scale) -> String {
     let mut stops = String::new();
     for stop in 0..=STOPS {
@@ -56,7 +56,7 @@ pub(super) fn legend(id: &str, scale: &Scale) -> String {
     )
 }
 
-/// Powers of ten between two positive values, with their places on the logarithmic scale between 0 and 1.
+/// Powers of ten between two positive values, with their positions from 0 to 1 on the logarithmic scale.
 fn decades(low: f64, high: f64) -> Vec<(f64, String)> {
     let (first, last) = (low.log10(), high.log10());
     if !(first.is_finite() && last.is_finite() && last > first) {

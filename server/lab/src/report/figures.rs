@@ -1,6 +1,6 @@
-//! Numbers as people read them.
+//! Number formats for people.
 
-/// `value` with `digits` significant digits; very large and very small ones with a power of ten.
+/// `value` with `digits` significant digits; very large and very small values with a power of ten.
 pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
@@ -15,7 +15,7 @@ pub fn significant(value: f64, digits: usize) -> String {
     format!("{mantissa}\u{a0}×\u{a0}10{}", superscript(exponent))
 }
 
-/// 10 to that power, written out where it is short.
+/// Power of ten, written out if it is short.
 pub(super) fn power_of_ten(power: i32) -> String {
     if (-2..=2).contains(&power) { format!("{}", 10_f64.powi(power)) } else { format!("10{}", superscript(power)) }
 }
@@ -33,7 +33,7 @@ fn superscript(number: i32) -> String {
     number.to_string().chars().map(raised).collect()
 }
 
-/// A whole number in groups of three digits, with narrow spaces that do not break.
+/// Integer in groups of three digits, with narrow no-break spaces.
 pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
@@ -46,7 +46,7 @@ pub fn grouped(number: u64) -> String {
     text
 }
 
-/// A duration in the unit that suits it.
+/// Duration in a suitable unit.
 pub fn nanoseconds(ns: u64) -> String {
     match ns {
         0..1_000 => format!("{ns} ns"),
@@ -56,7 +56,7 @@ pub fn nanoseconds(ns: u64) -> String {
     }
 }
 
-/// A size in the unit that suits it.
+/// Size in a suitable unit.
 pub fn bytes(count: u64) -> String {
     match count {
         0..1_024 => format!("{count} B"),
@@ -65,7 +65,7 @@ pub fn bytes(count: u64) -> String {
     }
 }
 
-/// A part of a whole in per cent.
+/// Share of a whole in percent.
 pub fn share(part: f64) -> String {
     format!("{} %", significant(part * 100.0, 3))
 }

@@ -1,7 +1,7 @@
-//! The page that shows what a run did: one HTML file with its pictures inside, nothing fetched from anywhere.
+//! HTML report of a run: one file with embedded pictures, which loads nothing.
 //!
-//! Everything that is shown comes in as plain text and is escaped here; pictures become data addresses. The page follows
-//! the reader's light or dark setting and reads on a phone.
+//! All contents come in as plain text and are escaped here; pictures become data URLs. The page follows the reader's light or dark
+//! setting and is readable on a phone.
 
 mod chart;
 mod figures;
@@ -16,90 +16,90 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use text::{escape, path};
 
-/// A labelled figure.
+/// Labeled value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fact {
-    /// What it is.
+    /// Label.
     pub label: String,
-    /// Its value with unit.
+    /// Value with unit.
     pub value: String,
 }
 
 impl Fact {
-    /// A fact from anything that reads as text.
+    /// Creates a fact.
     pub fn new(label: impl Into<String>, value: impl Into<String>) -> Self {
         Self { label: label.into(), value: value.into() }
     }
 }
 
-/// A picture with its caption.
+/// Picture with its caption.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReportFigure {
     /// Bytes of a PNG file.
     pub png: Vec<u8>,
-    /// What it shows, for those who see it and those who do not.
+    /// Caption, which is also the alternative text.
     pub caption: String,
-    /// Colors and figures of the picture, if colors mean figures in it.
+    /// Scale of the picture, if its colors represent values.
     pub scale: Option<Scale>,
 }
 
-/// What the colors of a picture mean: a ramp over the decades from `low` to `high`.
+/// Meaning of the colors of a picture: a ramp over the decades from `low` to `high`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scale {
-    /// The color map; pale is `low`.
+    /// Color map; pale is `low`.
     pub ramp: Ramp,
     /// Value of the first color, positive.
     pub low: f64,
     /// Value of the last color, above `low`.
     pub high: f64,
-    /// What is measured, with its unit.
+    /// Measured quantity with its unit.
     pub label: String,
 }
 
-/// How long a stage took.
+/// Time of a stage.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StageTime {
-    /// Its name.
+    /// Name of the stage.
     pub name: String,
-    /// Nanoseconds; `None`: it did not run.
+    /// Time, ns; `None`: it did not run.
     pub ns: Option<u64>,
 }
 
-/// One strike.
+/// Report of one request.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StrikeReport {
-    /// Its heading.
+    /// Heading.
     pub heading: String,
-    /// A sentence on it.
+    /// Introductory sentence.
     pub lead: String,
-    /// Pictures, side by side where there is room.
+    /// Pictures, side by side on wide screens.
     pub figures: Vec<ReportFigure>,
-    /// Figures in words.
+    /// Labeled values.
     pub facts: Vec<Fact>,
-    /// One bar each.
+    /// Times of the stages.
     pub stages: Vec<StageTime>,
-    /// Name of the file with the fragments, in the page's own folder.
+    /// Name of the file with the fragments, in the folder of the page.
     pub file: Option<String>,
 }
 
-/// A whole page.
+/// Contents of a page.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Page {
     /// Title.
     pub title: String,
-    /// Pictures that come first, side by side where there is room.
+    /// Pictures at the top, side by side on wide screens.
     pub opening: Vec<ReportFigure>,
-    /// What was done, a paragraph each.
+    /// Introduction, by paragraph.
     pub lead: Vec<String>,
-    /// The strikes in order.
+    /// Requests in order.
     pub strikes: Vec<StrikeReport>,
-    /// The object and the run.
+    /// Facts on the object and the run.
     pub facts: Vec<Fact>,
-    /// Remarks at the end: what the figures mean and where they come from.
+    /// Remarks at the end: meaning and source of the values.
     pub notes: Vec<String>,
 }
 
-/// The page as one HTML document.
+/// Page as one HTML document.
 pub fn html(page: &Page) -> String {
     let longest = page.strikes.iter().flat_map(|strike| &strike.stages).filter_map(|stage| stage.ns).max().unwrap_or(0);
     let strikes: String = page.strikes.iter().enumerate().map(|(k, strike)| section(k, strike, longest)).collect();
@@ -112,7 +112,7 @@ pub fn html(page: &Page) -> String {
     shell(&page.title, &figures("opening", &page.opening), &page.lead, "", &(strikes + &ground + &notes))
 }
 
-/// Pictures side by side; nothing of none. `id` tells their legends apart from those of other places.
+/// Pictures side by side; empty without pictures. `id` keeps their legends distinct within the page.
 fn figures(id: &str, shown: &[ReportFigure]) -> String {
     if shown.is_empty() {
         return String::new();
@@ -125,7 +125,7 @@ fn paragraphs(lines: &[String]) -> String {
     lines.iter().map(|line| format!("<p>{}</p>\n", escape(line))).collect()
 }
 
-/// The document around `body`; `opening`, `facts` and `body` are HTML already.
+/// Document around `body`; `opening`, `facts` and `body` are HTML.
 fn shell(title: &str, opening: &str, lead: &[String], facts: &str, body: &str) -> String {
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\

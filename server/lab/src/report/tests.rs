@@ -1,4 +1,4 @@
-//! The page as a browser would meet it.
+//! Tests of the generated page.
 
 use super::*;
 use crate::picture::ENERGY;

@@ -1,6 +1,6 @@
-//! Text into HTML.
+//! Escaping of text for HTML.
 
-/// Escapes what HTML would read as markup, inside elements and quoted attributes alike.
+/// Escapes characters that HTML treats as markup, in elements and in quoted attributes.
 pub(super) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for letter in text.chars() {
@@ -16,8 +16,8 @@ pub(super) fn escape(text: &str) -> String {
     escaped
 }
 
-/// A file name as a relative address: everything but unreserved letters (RFC 3986) is percent-encoded, so that no name
-/// reads as a scheme, a folder or a query.
+/// File name as a relative URL: everything but unreserved characters (RFC 3986) is percent-encoded, so that no name is read as a
+/// scheme, a folder or a query.
 pub(super) fn path(name: &str) -> String {
     let mut encoded = String::from("./");
     for byte in name.bytes() {

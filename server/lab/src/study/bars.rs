@@ -1,25 +1,25 @@
-//! Stacked bars as SVG, by `plotters`.
+//! Stacked bar charts as SVG, by `plotters`.
 
 use super::plot::PlotError;
 use plotters::prelude::*;
 
-/// A part of a bar.
+/// Segment of a bar.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
-    /// What it is, for the legend.
+    /// Name in the legend.
     pub name: &'static str,
-    /// How long it is, in the unit of the axis.
+    /// Length in the unit of the axis.
     pub length: f64,
-    /// Drawn as an outline with strokes: what is not there.
+    /// Whether it is drawn as a hatched outline, for something that did not run.
     pub hatched: bool,
 }
 
-/// Segments one after the other.
+/// Bar of consecutive segments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StackedBar {
-    /// What it is.
+    /// Name of the bar.
     pub name: String,
-    /// Its parts; those of the same place in all bars have the same color.
+    /// Segments; segments at the same position have the same color in all bars.
     pub segments: Vec<Segment>,
 }
 
@@ -31,7 +31,7 @@ const ROW: i32 = 20;
 const COLUMNS: usize = 5;
 const STROKES: i32 = 7;
 
-/// An SVG document with all `bars` on one scale, from zero, with `unit` below it.
+/// SVG document with all `bars` on one scale from zero; `unit` is the label of the axis.
 pub fn svg(bars: &[StackedBar], unit: &str) -> Result<String, PlotError> {
     let longest = bars.iter().map(|bar| bar.segments.iter().map(|segment| segment.length).sum::<f64>());
     let scale = f64::from(WIDTH as i32 - LEFT - 20) / longest.fold(f64::MIN_POSITIVE, f64::max);
@@ -79,7 +79,7 @@ pub fn svg(bars: &[StackedBar], unit: &str) -> Result<String, PlotError> {
     Ok(text)
 }
 
-/// Places and labels of about five round numbers on an axis of so many pixels per unit.
+/// Positions and labels of about five round numbers on an axis with that many pixels per unit.
 fn ticks(scale: f64) -> Vec<(i32, String)> {
     let longest = f64::from(WIDTH as i32 - LEFT - 20) / scale;
     let power = 10f64.powf((longest / 5.0).log10().floor());

@@ -1,4 +1,4 @@
-//! What effects cost: every shipped scene's objects, struck on the scene's terms and with everything on.
+//! Cost of effects: the objects of every shipped scene, struck under the scene's policy and with everything on.
 
 use super::bars::{Segment, StackedBar, svg};
 use super::gallery;
@@ -20,88 +20,89 @@ use shatter_proto::Error;
 use shatter_proto::effect::Effect;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, DegreeRule, Request};
-use shatter_proto::result::Block;
+use shatter_proto::result::{Block, StageKind};
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
-/// The scenes that come with the program.
+/// Shipped scenes: name and text.
 pub const SHIPPED: [(&str, &str); 3] = [
     ("glass_shop", include_str!("../../../../config/scenes/glass_shop.toml")),
     ("stone_arch", include_str!("../../../../config/scenes/stone_arch.toml")),
     ("hero_statue", include_str!("../../../../config/scenes/hero_statue.toml")),
 ];
 
-/// Strikes of which the median is shown; one before them warms up.
+/// Number of timed requests, whose median is shown; one more before them warms up.
 const STRIKES: u64 = 15;
 
-/// Sites of each: what is compared is effects.
+/// Sites of each request, fixed because effects are compared.
 const SITES: u32 = 24;
 
-/// Why there is no study.
+/// Error of the study.
 #[derive(Debug, thiserror::Error)]
 pub enum EffectsError {
-    /// A scene or a strike was refused.
+    /// A scene or a request was refused.
     #[error(transparent)]
     Refused(#[from] Error),
     /// An object could not be baked.
     #[error(transparent)]
     Bake(#[from] BakeError),
-    /// A scene's artist wants what an object cannot have.
+    /// The controls of a scene do not suit its object.
     #[error(transparent)]
     Warp(#[from] WarpError),
-    /// An object could not be held.
+    /// The anchors of a scene do not hold its object.
     #[error(transparent)]
     Hold(#[from] AnchorError),
-    /// No plot.
+    /// A plot could not be drawn.
     #[error(transparent)]
     Plot(#[from] PlotError),
-    /// No picture.
+    /// A picture could not be drawn.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// The materials that come with the program cannot be read.
+    /// The built-in materials are invalid.
     #[error("materials: {0}")]
     Materials(String),
-    /// What should be shown broken stays whole.
-    #[error("`{0}` stays whole: nothing to show")]
+    /// An object that should break stays whole.
+    #[error("`{0}` stays whole, so there is nothing to show")]
     Whole(String),
 }
 
-/// What one stage or effect took and produced: medians.
+/// Medians of the cost of one stage or effect.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct EffectCost {
-    /// Its name.
+pub struct MedianCost {
+    /// Name of the stage or effect.
     pub name: &'static str,
     /// Whether it ran.
     pub ran: bool,
     /// Time, ns.
     pub ns: u64,
-    /// Bytes.
+    /// Output, bytes.
     pub bytes: u64,
 }
 
-/// What one object costs on the scene's terms, and with everything on.
+/// Cost of one object under the scene's policy, and with everything on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneCosts {
-    /// The scene.
+    /// Name of the scene.
     pub scene: &'static str,
-    /// The object.
+    /// Name of the object.
     pub object: String,
-    /// On the scene's terms.
-    pub own: Vec<EffectCost>,
-    /// With everything on.
-    pub all: Vec<EffectCost>,
-    /// The object, broken on the scene's terms: bytes of a PNG file.
+    /// Costs under the scene's policy.
+    pub own: Vec<MedianCost>,
+    /// Costs with everything on.
+    pub all: Vec<MedianCost>,
+    /// Picture of the broken object under the scene's policy; PNG.
     pub portrait: Vec<u8>,
-    /// Bytes of memory that the tables for the scene's terms hold, and all tables.
+    /// Memory of the tables that the scene needs, and of all tables, bytes.
     pub memory: [usize; 2],
 }
 
-/// Time of all stages and effects, ns.
-fn total(costs: &[EffectCost]) -> u64 {
+/// Total time of stages and effects, ns.
+fn total(costs: &[MedianCost]) -> u64 {
     costs.iter().map(|cost| cost.ns).sum()
 }
 
-/// Bakes and strikes the objects of all shipped scenes; `progress` is told of each.
+/// Bakes and strikes the objects of all shipped scenes; calls `progress` with the name of each.
 pub fn pairs(progress: &mut dyn FnMut(&str)) -> Result<Vec<SceneCosts>, EffectsError> {
     let mut pairs = Vec::new();
     for (scene, text) in SHIPPED {
@@ -126,13 +127,13 @@ pub fn pairs(progress: &mut dyn FnMut(&str)) -> Result<Vec<SceneCosts>, EffectsE
     Ok(pairs)
 }
 
-/// The strike of the portrait, as the engine wants it.
+/// Engine request of the portrait.
 fn request_of(prepared: &Arc<PreparedObject>, terms: &ObjectPolicy) -> Result<pipeline::FractureRequest, Error> {
     EngineObject::new(prepared.clone(), terms.clone()).request(&strike(prepared, 1))
 }
 
-/// Medians over strikes all over the object.
-fn costs(prepared: &Arc<PreparedObject>, terms: ObjectPolicy) -> Result<Vec<EffectCost>, EffectsError> {
+/// Median costs of requests spread over the object.
+fn costs(prepared: &Arc<PreparedObject>, terms: ObjectPolicy) -> Result<Vec<MedianCost>, EffectsError> {
     let served = EngineObject::new(prepared.clone(), terms);
     let (mut workspace, mut payload) = (Workspace::default(), Vec::new());
     let mut runs = Vec::new();
@@ -146,31 +147,38 @@ fn costs(prepared: &Arc<PreparedObject>, terms: ObjectPolicy) -> Result<Vec<Effe
         clock.write(outcome.as_ref(), &mut sections, layout.base_bytes())?;
         runs.push(clock);
     }
-    let stages = (0..runs[0].rows().len()).map(|k| {
-        let row = |clock: &StageProfiler| (clock.rows()[k].ran, clock.rows()[k].ns, clock.rows()[k].bytes);
-        cost(runs[0].rows()[k].name(), runs[1..].iter().map(row).collect())
+    let stages = (0..StageKind::ALL.len()).map(|k| {
+        let run = |clock: &StageProfiler| {
+            let cost = clock.stages()[k];
+            (cost.has_run, cost.time, cost.bytes)
+        };
+        cost(StageKind::ALL[k].name(), runs[1..].iter().map(run).collect())
     });
     let effects = (0..Effect::ALL.len()).map(|k| {
-        let row = |clock: &StageProfiler| (clock.effects()[k].ran, clock.effects()[k].ns, clock.effects()[k].bytes);
-        cost(Effect::ALL[k].name(), runs[1..].iter().map(row).collect())
+        let run = |clock: &StageProfiler| {
+            let cost = clock.effects()[k];
+            (cost.has_run, cost.time, cost.bytes)
+        };
+        cost(Effect::ALL[k].name(), runs[1..].iter().map(run).collect())
     });
     Ok(stages.chain(effects).collect())
 }
 
-fn cost(name: &'static str, rows: Vec<(u32, u64, u64)>) -> EffectCost {
-    let median = |of: fn(&(u32, u64, u64)) -> u64| {
-        let mut values: Vec<u64> = rows.iter().map(of).collect();
+fn cost(name: &'static str, runs: Vec<(bool, Duration, u64)>) -> MedianCost {
+    let median = |of: fn(&(bool, Duration, u64)) -> u64| {
+        let mut values: Vec<u64> = runs.iter().map(of).collect();
         values.sort_unstable();
         values[values.len() / 2]
     };
-    EffectCost { name, ran: rows.iter().any(|row| row.0 != 0), ns: median(|row| row.1), bytes: median(|row| row.2) }
+    let nanoseconds = |run: &(bool, Duration, u64)| u64::try_from(run.1.as_nanos()).unwrap_or(u64::MAX);
+    MedianCost { name, ran: runs.iter().any(|run| run.0), ns: median(nanoseconds), bytes: median(|run| run.2) }
 }
 
 fn too_large() -> Error {
-    Error::new(shatter_proto::ErrorKind::AnswerTooLarge, "answers", "the answer cannot be addressed")
+    Error::new(shatter_proto::ErrorKind::AnswerTooLarge, "answers", "the result is too large for 32-bit offsets")
 }
 
-/// A blow somewhere on the surface, inwards.
+/// Impact at a random point of the surface, inward.
 fn strike(prepared: &PreparedObject, number: u64) -> Request {
     let (point, inward): (Point3<f64>, Vector3<f64>) =
         ImpactSampler::new(prepared).point(&mut RandomStream::new(prepared.parameters.seed, number));
@@ -185,9 +193,9 @@ fn strike(prepared: &PreparedObject, number: u64) -> Request {
     }
 }
 
-/// One document of everything.
+/// JSON document of all costs.
 pub fn document(pairs: &[SceneCosts]) -> Value {
-    let costs = |costs: &[EffectCost]| -> Vec<Value> {
+    let costs = |costs: &[MedianCost]| -> Vec<Value> {
         costs.iter().map(|own| json!({ "name": own.name, "ran": own.ran, "ns": own.ns, "bytes": own.bytes })).collect()
     };
     let pair = |pair: &SceneCosts| {
@@ -205,20 +213,20 @@ pub fn document(pairs: &[SceneCosts]) -> Value {
     json!({ "strikes": STRIKES, "sites": SITES, "objects": pairs.iter().map(pair).collect::<Vec<_>>() })
 }
 
-/// The page: what every object of the scenes costs, and pictures.
+/// Page with the costs of every object, and pictures.
 pub fn page(pairs: &[SceneCosts], gallery: Section) -> Result<Study, EffectsError> {
     let mut sections = pairs.iter().map(section).collect::<Result<Vec<_>, _>>()?;
     sections.push(gallery);
     let lead = format!(
-        "Every object of the shipped scenes, struck {STRIKES} times with {SITES} sites, on its scene's terms and with everything \
-         on; medians. What is off is hatched, as long as it is where everything is on: that much is not paid."
+        "Every object of the shipped scenes, struck {STRIKES} times with {SITES} sites, under its scene's policy and with everything \
+             on; medians. Hatched parts are off in the scene; their length is their time with everything on, which the scene saves."
     );
-    Ok(Study { title: "What effects cost".to_owned(), lead: vec![lead], facts: Vec::new(), sections })
+    Ok(Study { title: "Cost of effects".to_owned(), lead: vec![lead], facts: Vec::new(), sections })
 }
 
 fn section(pair: &SceneCosts) -> Result<Section, PlotError> {
     let ms = |ns: u64| ns as f64 * 1e-6;
-    let segments = |costs: &[EffectCost]| -> Vec<Segment> {
+    let segments = |costs: &[MedianCost]| -> Vec<Segment> {
         let both = costs.iter().zip(&pair.all);
         let own = both.map(|(own, all)| match own.ran {
             true => Segment { name: own.name, length: ms(own.ns), hatched: false },
@@ -230,8 +238,8 @@ fn section(pair: &SceneCosts) -> Result<Section, PlotError> {
         StackedBar { name: format!("scene: {:.1} ms", ms(total(&pair.own))), segments: segments(&pair.own) },
         StackedBar { name: format!("all on: {:.1} ms", ms(total(&pair.all))), segments: segments(&pair.all) },
     ];
-    let row = |(own, all): (&EffectCost, &EffectCost)| {
-        let cell = |cost: &EffectCost| match cost.ran {
+    let row = |(own, all): (&MedianCost, &MedianCost)| {
+        let cell = |cost: &MedianCost| match cost.ran {
             true => [format!("{:.3} ms", ms(cost.ns)), format!("{} bytes", cost.bytes)],
             false => ["off".to_owned(), "0 bytes".to_owned()],
         };
@@ -248,10 +256,10 @@ fn section(pair: &SceneCosts) -> Result<Section, PlotError> {
             megabytes(pair.memory[0]),
             megabytes(pair.memory[1])
         )],
-        plots: vec![(svg(&bars, "ms per strike")?, "Stages and effects, one after the other.".to_owned())],
+        plots: vec![(svg(&bars, "ms per request")?, "Stages and effects, one after the other.".to_owned())],
         figures: vec![ReportFigure {
             png: pair.portrait.clone(),
-            caption: format!("{SITES} sites, on the scene's terms"),
+            caption: format!("{SITES} sites, under the scene's policy"),
             scale: None,
         }],
         tables: vec![ReportTable { head, rows: pair.own.iter().zip(&pair.all).map(row).collect() }],

@@ -1,5 +1,4 @@
-//! What a database has learned, to look at: predicted against optimised degree, how errors are spread, and where the examples
-//! struck.
+//! Page on what a database has learned: predicted against optimized degree, distribution of errors, and contacts of the examples.
 
 use super::plot::{Axes, PlotError, PlotLine, PlotMark, svg};
 use crate::picture::{
@@ -10,21 +9,21 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::degree::{self, SITES_MIN, TrainingSample};
 use shatter_fracture::pipeline::{LearnedModel, PreparedObject};
 
-/// Why there is no page.
+/// Error of the page.
 #[derive(Debug, thiserror::Error)]
 pub enum ExamplesError {
-    /// The database has not learned anything.
+    /// The database has learned nothing.
     #[error("the database has no examples, or too few to learn from")]
     Nothing,
-    /// No plot.
+    /// A plot could not be drawn.
     #[error(transparent)]
     Plot(#[from] PlotError),
-    /// No picture.
+    /// A picture could not be drawn.
     #[error(transparent)]
     Picture(#[from] PictureError),
 }
 
-/// Bars of the histogram, and the relative errors that they reach to either side.
+/// Number of bars of the histogram, and the relative error at its ends.
 const BARS: usize = 40;
 const ERROR_MAX: f64 = 0.5;
 
@@ -35,24 +34,23 @@ const LENS: Projection = Projection::Perspective { fov_deg: 24.0 };
 /// Length of an arrow over the object's diagonal.
 const ARROW: f64 = 0.05;
 
-/// One label, and what is said of it without its example.
+/// Label of an example, and its predictions without that example.
 struct Told {
     optimised: f64,
     network: f64,
     closed_form: f64,
 }
 
-/// The page on what `prepared` has learned. The network is trained once more, to hear what it says of each example when that
-/// is left out.
+/// Page on what `prepared` has learned. Trains the network again to obtain the prediction for each example when that example is left
+/// out.
 pub fn page(prepared: &PreparedObject) -> Result<Study, ExamplesError> {
     let learned = prepared.learned.as_ref().ok_or(ExamplesError::Nothing)?;
     let told = told(prepared).ok_or(ExamplesError::Nothing)?;
     Ok(Study {
         title: format!("What {} has learned", prepared.name),
         lead: vec![
-            "Impacts drawn over the surface, each labelled by the full optimisation at every threshold; a network learned from \
-             them how many fragments there will be. Every example is left out in turn: what is shown of it comes from the \
-             others."
+            "Impacts spread over the surface, each labeled by the full optimization at every threshold. A network learned from \
+             them the number of fragments. Predictions for an example come from a network trained without it."
                 .to_owned(),
         ],
         facts: facts(prepared, learned),
@@ -80,7 +78,7 @@ fn facts(prepared: &PreparedObject, learned: &LearnedModel) -> Vec<Fact> {
         Fact::new("Examples", prepared.examples.len().to_string()),
         Fact::new("Network", both(quality.median_relative_error, quality.p90_relative_error)),
         Fact::new("Closed form, κ of these examples", both(quality.closed_form_median, quality.closed_form_p90)),
-        Fact::new("Network on the blow's pose instead", both(quality.pose_network_median, quality.pose_network_p90)),
+        Fact::new("Network on the impact's pose instead", both(quality.pose_network_median, quality.pose_network_p90)),
         Fact::new("Labels from other starts", share(quality.label_noise_median)),
         Fact::new("Labels of 8 sites and more", quality.holdout.to_string()),
     ];
@@ -108,7 +106,7 @@ fn against(told: &[Told]) -> Result<Section, PlotError> {
     let lines = [
         PlotLine { name: "closed form".into(), points: points(|told| told.closed_form), mark: PlotMark::Dots },
         PlotLine { name: "network".into(), points: points(|told| told.network), mark: PlotMark::Dots },
-        PlotLine { name: "what it should be".into(), points: vec![(2.0, 2.0), (most, most)], mark: PlotMark::Line },
+        PlotLine { name: "ideal".into(), points: vec![(2.0, 2.0), (most, most)], mark: PlotMark::Line },
     ];
     let axes = Axes { x: "optimised degree".into(), y: "predicted degree".into(), log_x: true, log_y: true };
     Ok(Section {
@@ -128,14 +126,14 @@ fn spread(told: &[Told]) -> Result<Section, PlotError> {
     let lines = [line("closed form", |told| told.closed_form), line("network", |told| told.network)];
     let axes = Axes { x: "Δn / n".into(), y: "labels".into(), log_x: false, log_y: false };
     Ok(Section {
-        heading: "How errors are spread".to_owned(),
-        lead: vec!["Degrees of 8 and more; errors beyond the ends are counted at the ends.".to_owned()],
+        heading: "Distribution of errors".to_owned(),
+        lead: vec!["Degrees of 8 and more; the end bars include all errors beyond them.".to_owned()],
         plots: vec![(svg(&axes, &lines)?, "Relative errors.".to_owned())],
         ..Section::default()
     })
 }
 
-/// The outline of a histogram from −[`ERROR_MAX`] to [`ERROR_MAX`].
+/// Outline of a histogram from −[`ERROR_MAX`] to [`ERROR_MAX`].
 fn histogram(values: impl Iterator<Item = f64>) -> Vec<(f64, f64)> {
     let mut counts = [0.0; BARS];
     for value in values {
@@ -146,7 +144,7 @@ fn histogram(values: impl Iterator<Item = f64>) -> Vec<(f64, f64)> {
     counts.iter().enumerate().flat_map(|(bar, count)| [(edge(bar), *count), (edge(bar + 1), *count)]).collect()
 }
 
-/// The object with an arrow per contact.
+/// Section with the object and an arrow per contact.
 fn struck(prepared: &PreparedObject) -> Result<Section, PictureError> {
     let meter = prepared.frame.diagonal_m;
     let mut scene = DrawnMesh::default();
@@ -164,9 +162,9 @@ fn struck(prepared: &PreparedObject) -> Result<Section, PictureError> {
     let aspect = SIZE.width as f32 / SIZE.height as f32;
     let camera = Camera::fit(&scene.positions, Vector3::from(FROM), LENS, aspect);
     let png = draw(&scene, &camera, SIZE, RenderStyle::CHART, Some(ground), Backdrop::Clear).png()?;
-    let caption = "An arrow ends where a contact of an example is, and flies as its impulse does.".to_owned();
+    let caption = "Each arrow ends at a contact of an example and points along its impulse.".to_owned();
     Ok(Section {
-        heading: "Where the examples struck".to_owned(),
+        heading: "Contacts of the examples".to_owned(),
         figures: vec![ReportFigure { png, caption, scale: None }],
         ..Section::default()
     })

@@ -1,10 +1,10 @@
-//! The pieces of a strike as a mesh to be drawn, moved apart.
+//! Mesh of the fragments of a result, moved apart.
 
 use crate::picture::{DrawnMesh, Spread, pieces};
 use shatter_export::{FragmentView, RunView};
 use shatter_fracture::pipeline::{FragmentRow, RunRow};
 
-/// The fragments of an answer's tables; vertices are numbered as there.
+/// Mesh of the fragments in a result's tables; vertices keep their numbers.
 pub fn exploded(
     rows: &[FragmentRow],
     runs: &[RunRow],

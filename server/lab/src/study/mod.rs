@@ -1,4 +1,4 @@
-//! Studies: what people look at to see whether to trust the service.
+//! Studies: measurements by which users judge the service.
 
 pub mod accuracy;
 pub mod bars;

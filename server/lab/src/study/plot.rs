@@ -1,4 +1,4 @@
-//! Plots as SVG, by `plotters`: lines over one pair of axes, each linear or logarithmic.
+//! Line plots as SVG, by `plotters`; each axis is linear or logarithmic.
 
 use super::ticks::ticks;
 use plotters::coord::Shift;
@@ -7,49 +7,49 @@ use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
 use std::ops::Range;
 
-/// A line with a name.
+/// Named line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlotLine {
-    /// What it is, for the legend.
+    /// Name in the legend.
     pub name: String,
-    /// Its points.
+    /// Points of the line.
     pub points: Vec<(f64, f64)>,
-    /// How they are drawn.
+    /// Style of the points.
     pub mark: PlotMark,
 }
 
-/// How points are drawn.
+/// Style of points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PlotMark {
-    /// Joined, with a dot at each.
+    /// Joined, with a dot at each point.
     #[default]
     Both,
     /// Joined.
     Line,
-    /// A small dot at each.
+    /// Small dots.
     Dots,
 }
 
-/// Two axes.
+/// Axes of a plot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axes {
-    /// What runs to the right, with its unit.
+    /// Label of the horizontal axis, with unit.
     pub x: String,
-    /// What runs upwards, with its unit.
+    /// Label of the vertical axis, with unit.
     pub y: String,
-    /// Whether the first is logarithmic.
+    /// Whether the horizontal axis is logarithmic.
     pub log_x: bool,
-    /// Whether the second is logarithmic.
+    /// Whether the vertical axis is logarithmic.
     pub log_y: bool,
 }
 
-/// Why there is no plot.
+/// Error of drawing a plot.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("plot: {0}")]
 pub struct PlotError(String);
 
 impl PlotError {
-    /// From whatever the drawing library says.
+    /// Wraps an error of the drawing library.
     pub(super) fn new(error: impl std::fmt::Display) -> Self {
         Self(error.to_string())
     }
@@ -63,10 +63,10 @@ pub(super) const COLORS: [RGBColor; 5] = [
     RGBColor(132, 84, 160),
     RGBColor(90, 94, 102),
 ];
-/// Color of lines between which values are read.
+/// Color of grid lines.
 pub(super) const GRID: RGBColor = RGBColor(226, 223, 216);
 
-/// An SVG document with all `lines`; points that are not finite, or not positive on a logarithmic axis, are left out.
+/// SVG document with all `lines`; omits points that are not finite, or not positive on a logarithmic axis.
 pub fn svg(axes: &Axes, lines: &[PlotLine]) -> Result<String, PlotError> {
     let shown =
         |&(x, y): &(f64, f64)| x.is_finite() && y.is_finite() && (!axes.log_x || x > 0.0) && (!axes.log_y || y > 0.0);
@@ -91,13 +91,13 @@ pub fn svg(axes: &Axes, lines: &[PlotLine]) -> Result<String, PlotError> {
     Ok(text)
 }
 
-/// A logarithmic axis.
+/// Logarithmic axis.
 pub(super) fn marked(range: Range<f64>) -> WithKeyPoints<LogCoord<f64>> {
     let marks = ticks(&range);
     range.log_scale().with_key_points(marks)
 }
 
-/// The values' range with a margin; something to draw on where there is none.
+/// Range of the values with a margin; a default range without values.
 pub(super) fn range(values: impl Iterator<Item = f64> + Clone, log: bool) -> Range<f64> {
     let low = values.clone().fold(f64::INFINITY, f64::min);
     let high = values.fold(f64::NEG_INFINITY, f64::max);
@@ -165,13 +165,13 @@ where
         .map_err(PlotError::new)
 }
 
-/// A number on an axis.
+/// Format of a number on an axis.
 pub(super) fn shown_number(value: f64) -> String {
     let value = rounded(value);
     if (1e-3..1e5).contains(&value.abs()) || value == 0.0 { format!("{value}") } else { format!("{value:e}") }
 }
 
-/// Without the digits that binary fractions add, and without the ends of them around zero.
+/// Removes rounding errors from a number on an axis.
 fn rounded(value: f64) -> f64 {
     if value.abs() < 1e-14 { 0.0 } else { format!("{value:.10e}").parse().unwrap_or(value) }
 }

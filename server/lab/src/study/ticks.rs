@@ -1,8 +1,8 @@
-//! Where a logarithmic axis is marked.
+//! Ticks of a logarithmic axis.
 
 use std::ops::Range;
 
-/// Round numbers within `range`, about four to ten of them: the powers of ten, or all of a decade's that the range leaves room for.
+/// About four to ten round numbers within `range`: powers of ten, or more digits of each decade if the range is short.
 pub(super) fn ticks(range: &Range<f64>) -> Vec<f64> {
     let decades = (range.end / range.start).log10();
     let (mantissas, step): (&[f64], usize) = match decades {
@@ -17,7 +17,7 @@ pub(super) fn ticks(range: &Range<f64>) -> Vec<f64> {
     values.filter(|value| range.contains(value)).collect()
 }
 
-/// `mantissa`·10^`power` as it is written, without what a product of binary fractions adds.
+/// `mantissa`·10^`power` without the rounding error of the product.
 fn written(mantissa: f64, power: i32) -> f64 {
     format!("{mantissa}e{power}").parse().unwrap_or(mantissa)
 }

@@ -1,9 +1,9 @@
-//! Groups of nodes spare work; they change no label of given sites, and little of where sites end.
+//! Groups of nodes reduce work. They change no label of given sites, and little of the final sites.
 
 use super::*;
 use crate::tessellation::Topology;
 
-/// A generic case of 12,000 nodes, and groups of them.
+/// Generic case of 12,000 nodes, with groups of them.
 fn grouped(m: usize) -> (Case, Clusters) {
     let lattice = block([16, 14, 12], 0.06);
     let topology = Topology::new(&lattice);

@@ -1,4 +1,4 @@
-//! What a diagram must not depend on.
+//! Invariances of diagrams.
 
 use super::*;
 
@@ -61,7 +61,7 @@ fn translation_and_rotation_in_the_lift_keep_the_labels() {
     }
 }
 
-/// Turns neighboring axes one after the other, then shifts each by `shift` times a number of its own.
+/// Rotates neighboring axes one after the other, then shifts each axis by its own multiple of `shift`.
 fn turn_and_shift(place: &mut [f64], shift: f64) {
     for axis in 0..place.len() {
         let other = (axis + 1) % place.len();

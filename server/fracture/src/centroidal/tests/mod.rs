@@ -1,4 +1,4 @@
-//! Properties that every diagram has, and the fields they are tried on.
+//! Invariants of every diagram, and the fields on which they are tested.
 
 mod grouped;
 mod hard;
@@ -13,7 +13,7 @@ use crate::lattice::{Lattice, block};
 use crate::lift::{LiftKind, LiftedLattice};
 use nalgebra::Point3;
 
-/// A lattice, its lift and an energy density, owned, so that fields can be borrowed from it.
+/// Lattice data, its lift and an energy density, owned, so that fields can borrow from it.
 pub(super) struct Case {
     pub lift: LiftedLattice,
     pub volumes: Vec<f64>,
@@ -21,14 +21,14 @@ pub(super) struct Case {
 }
 
 impl Case {
-    /// Density `energy` on `lattice` lifted by `lift`.
+    /// Density `energy` on `lattice`, lifted by `lift`.
     pub fn new(lattice: &Lattice, lift: LiftedLattice, energy: impl Fn(&Point3<f64>) -> f64) -> Self {
         let volumes = lattice.node_volumes();
         let mass = lattice.nodes.iter().zip(&volumes).map(|(node, volume)| volume * energy(node)).collect();
         Self { lift, volumes, mass }
     }
 
-    /// No symmetry, `m` ≥ 3 coordinates, energy concentrated in a corner; 2969 nodes, three chunks.
+    /// Case without symmetry, with `m` ≥ 3 coordinates and energy concentrated in a corner; 2969 nodes, three chunks.
     pub fn generic(m: usize) -> Self {
         let lattice = block([8, 8, 8], 0.09);
         Self::new(&lattice, wavy(&lattice, m), |node| {
@@ -36,13 +36,13 @@ impl Case {
         })
     }
 
-    /// W = 1 on a cube of `cells`³ cells and side 1, not lifted.
+    /// Case W = 1 on a cube of `cells`³ cells and side 1, not lifted.
     pub fn cube(cells: usize) -> Self {
         let lattice = block([cells; 3], 1.0 / cells as f64);
         Self::new(&lattice, LiftedLattice::euclidean(&lattice), |_| 1.0)
     }
 
-    /// The diagram, on a fresh workspace, after all of [`check`].
+    /// Diagram on a fresh workspace, after all checks of [`check`].
     pub fn diagram(&mut self, options: DiagramOptions) -> Diagram {
         let field = EnergyField::new(&self.lift, &self.volumes, &mut self.mass).unwrap();
         let diagram = diagram(&field, &options, &mut DiagramWorkspace::default(), &CancelToken::default()).unwrap();
@@ -51,7 +51,7 @@ impl Case {
     }
 }
 
-/// x and m − 3 waves of it, scaled.
+/// Lift of x and m − 3 waves of x, scaled.
 fn wavy(lattice: &Lattice, m: usize) -> LiftedLattice {
     let wave = |node: &Point3<f64>, k: usize| {
         let k = k as f64;
@@ -64,7 +64,7 @@ fn wavy(lattice: &Lattice, m: usize) -> LiftedLattice {
     LiftedLattice::scaled(LiftKind::Interior, lattice, m, lattice.nodes.iter().flat_map(row).collect())
 }
 
-/// What holds for every diagram.
+/// Checks the invariants of every diagram.
 pub(super) fn check(field: &EnergyField, options: &DiagramOptions, diagram: &Diagram) {
     assert_eq!(diagram.count(), options.sites.clamp(1, field.nodes()));
     assert_eq!(diagram.labels.len(), field.nodes());

@@ -1,12 +1,12 @@
-//! Diagrams beside known numbers.
+//! Diagrams against known numbers.
 
 use super::*;
 
-/// Normalised second moment of the body-centered cubic lattice, the best known in R³.
+/// Normalized second moment of the body-centered cubic lattice, the best known in R³.
 const BCC: f64 = 0.0785433;
 
-/// Above the lattice for three reasons: flat outer faces, an iteration that stops at a local minimum, and cells made of
-/// whole nodes.
+/// The moments exceed that of the lattice for three reasons: flat outer faces, an iteration that stops at a local
+/// minimum, and cells that consist of whole nodes.
 #[test]
 fn uniform_cells_come_close_to_the_best_known_quantiser() {
     for (sites, cells) in [(30, 12), (60, 12), (60, 18)] {
@@ -14,7 +14,7 @@ fn uniform_cells_come_close_to_the_best_known_quantiser() {
         let result = case.diagram(DiagramOptions { tolerance: 1e-4, ..DiagramOptions::new(sites, 1) });
         let mean = result.cell_energy.iter().sum::<f64>() / sites as f64;
         let moment = mean / 3.0 / (1.0 / sites as f64).powf(5.0 / 3.0);
-        println!("{sites} sites: normalised second moment {moment:.5}, {:.3} of BCC", moment / BCC);
+        println!("{sites} sites: normalized second moment {moment:.5}, {:.3} of BCC", moment / BCC);
         assert!(moment > BCC && moment < 1.12 * BCC, "{sites} sites: {moment}");
     }
 }

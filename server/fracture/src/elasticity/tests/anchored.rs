@@ -1,10 +1,10 @@
-//! Held bodies: references, superposition, reactions.
+//! Tests of anchored bodies: references, superposition, reactions.
 
 use super::*;
 use crate::reference::{fixed_bar_error, hanging_error};
 use nalgebra::{DMatrix, DVector};
 
-/// The block, held at its low end along x.
+/// Block anchored at its low end along x.
 fn held(lattice: &Lattice, poisson: f64) -> Elasticity {
     let low = lattice.nodes.iter().map(|node| node.x).fold(f64::INFINITY, f64::min) + 1e-9;
     let nodes = (0..lattice.nodes.len() as u32).filter(|&node| lattice.nodes[node as usize].x < low).collect();
@@ -18,7 +18,7 @@ fn anchors(body: &Elasticity) -> &[u32] {
     }
 }
 
-/// A blow on the far end.
+/// Load of an impact on the far end.
 fn blow(body: &Elasticity) -> Vec<f64> {
     let contact =
         ContactLoad { point: Point3::new(0.5, 0.03, 0.02), impulse: Vector3::new(-1.0, 0.3, 0.1), radius: 0.2 };
@@ -31,10 +31,10 @@ fn a_bar_that_hangs_by_its_weight_converges_with_order_two() {
     let orders = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2()];
     println!("orders {orders:?}, errors {errors:?}");
     assert!(orders.iter().all(|order| (1.8..2.2).contains(order)), "orders {orders:?}, errors {errors:?}");
-    assert!(errors.iter().all(|error| *error > 0.0), "a displacement method is too stiff: {errors:?}");
+    assert!(errors.iter().all(|error| *error > 0.0), "a displacement method must be too stiff: {errors:?}");
 }
 
-/// Constant stress: exact but for rounding.
+/// Constant stress is exact except for rounding.
 #[test]
 fn a_push_on_a_fixed_bar_has_its_energy() {
     for fine in [1, 2] {
@@ -43,7 +43,7 @@ fn a_push_on_a_fixed_bar_has_its_energy() {
     }
 }
 
-/// The whole matrix without the held rows, by a dense factor.
+/// Compares with a dense factor of the matrix without the held rows.
 #[test]
 fn a_blow_on_a_fixed_bar_is_that_of_the_dense_solve() {
     let lattice = block([4, 2, 2], 0.25);
@@ -96,7 +96,7 @@ fn anchors_bear_the_load() {
         let moving =
             reactions.chunks_exact(3).enumerate().filter(|(node, _)| !anchors(&body).contains(&(*node as u32)));
         let left = moving.flat_map(|(_, own)| own).fold(0.0, |most: f64, r| most.max(r.abs()));
-        assert!(left < 1e-11 * sum.norm(), "nothing else bears anything: {left:e}");
+        assert!(left < 1e-11 * sum.norm(), "other nodes must not carry load: {left:e}");
     }
 }
 

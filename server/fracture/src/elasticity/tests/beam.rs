@@ -6,7 +6,7 @@ use crate::reference::{bar_error, bending_sagitta_error, cantilever_error, plate
 #[test]
 fn pure_bending_converges_with_order_two_from_below() {
     let errors = [2, 4, 6].map(|fine| bending_error(&block([4 * fine, fine, fine], 1.0 / fine as f64), 0.3).unwrap());
-    assert!(errors.iter().all(|&error| error > 0.0), "a displacement method is too stiff: {errors:?}");
+    assert!(errors.iter().all(|&error| error > 0.0), "a displacement method must be too stiff: {errors:?}");
     let orders = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).ln() / 1.5_f64.ln()];
     assert!(orders.iter().all(|order| (1.7..2.1).contains(order)), "orders {orders:?}, errors {errors:?}");
 }
@@ -47,7 +47,7 @@ fn the_sagitta_of_a_bent_beam_converges_with_order_two() {
     assert!((1.7..2.2).contains(&order), "order {order}, errors {errors:?}");
 }
 
-/// The residual of a slender body is the rounding of its displacement; its energies hardly notice.
+/// The residual of a slender body is the rounding of its displacement, which hardly changes energies.
 #[test]
 fn needles_and_plates_of_one_cell_are_solved() {
     for (cells, bound) in [([100, 1, 1], 1e-7), ([30, 30, 1], 1e-7), ([333, 1, 1], 1e-5)] {

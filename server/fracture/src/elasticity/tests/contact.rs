@@ -1,4 +1,4 @@
-//! Contacts: where their force goes, and inertia relief.
+//! Tests of contacts: distribution of their force, and inertia relief.
 
 use super::*;
 use crate::elasticity::load_front::LoadFront;
@@ -84,12 +84,12 @@ fn the_whole_force_is_applied_with_the_radius_that_is_reported() {
     assert_eq!(wide.touches[0].radius, 0.5);
 }
 
-/// Two legs that stand half a cell apart: what touches one does not load the other.
+/// Two legs half a cell apart: a contact on one must not load the other.
 #[test]
 fn a_neighboring_leg_is_not_loaded() {
     let horseshoe = carve(&block([5, 8, 2], 0.1), |place| place.x.abs() > 0.05 || place.y > 0.2);
     let body = free(&horseshoe, 0.3);
-    // On the inner side of the right leg, near its end; the left leg is 0.1 away, the radius 0.12.
+    // On the inner side of the right leg, near its end. The left leg is 0.1 away; the radius is 0.12.
     let nearest = body.boundary.nearest(&Point3::new(0.05, -0.3, 0.0)).unwrap();
     let mut front = LoadFront::default();
     let reached = front.run(&body.boundary, &nearest, 3.0 * 0.12);
@@ -97,7 +97,7 @@ fn a_neighboring_leg_is_not_loaded() {
     for &(node, distance) in reached {
         let place = body.boundary.positions[node as usize];
         assert!(place.x > 0.0, "node at {place} on the other leg");
-        assert!(distance >= (place - nearest.place).norm() - 1e-12, "no shorter than straight");
+        assert!(distance >= (place - nearest.place).norm() - 1e-12, "no shorter than the straight line");
     }
 }
 

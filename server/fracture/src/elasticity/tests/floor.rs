@@ -1,4 +1,4 @@
-//! The bound of the energy against dense eigenvalues and solves.
+//! Energy bound against dense eigenvalues and solves.
 
 use super::*;
 use nalgebra::DMatrix;
@@ -7,7 +7,7 @@ fn floor(body: &Elasticity) -> EigenvalueLowerBound {
     EigenvalueLowerBound::of(body, &CancelToken::default()).unwrap().unwrap()
 }
 
-/// W by row, from the bounds of unit forces, ½/(wσ).
+/// Diagonal of W, from the bounds ½/(wσ) of unit forces.
 fn weights(floor: &EigenvalueLowerBound, size: usize) -> Vec<f64> {
     let of = |row: usize| {
         let mut unit = vec![0.0; size];
@@ -17,7 +17,7 @@ fn weights(floor: &EigenvalueLowerBound, size: usize) -> Vec<f64> {
     (0..size).map(of).collect()
 }
 
-/// The smallest positive eigenvalue of (K, W), by a dense solver.
+/// Smallest positive eigenvalue of (K, W), by a dense solver.
 fn dense(body: &Elasticity, weights: &[f64]) -> f64 {
     let column = |row: usize| {
         let (mut unit, mut product) = (vec![0.0; body.size()], vec![0.0; body.size()]);
@@ -52,7 +52,7 @@ fn a_held_body_has_no_floor() {
     assert_eq!(EigenvalueLowerBound::of(&held, &CancelToken::default()).unwrap(), None);
 }
 
-/// Contacts of any place, direction and radius store no more than the bound says.
+/// Contacts at any place, in any direction and with any radius store no more than the bound.
 #[test]
 fn no_load_stores_more_than_its_bound() {
     for (cells, spacing) in

@@ -1,4 +1,4 @@
-//! What must not change the energies, and how they must scale.
+//! Invariances of the energies, and their scaling.
 
 use super::*;
 
@@ -25,7 +25,7 @@ fn strains_do_not_depend_on_the_pins() {
     }
 }
 
-/// Largest change of an energy when body and contacts turn together.
+/// Largest change of an energy when body and contacts rotate together.
 fn turned_difference(lattice: &Lattice, contacts: &[ContactLoad], driving: DrivingEnergy) -> f64 {
     let turn = nalgebra::Isometry3::new(Vector3::new(0.3, -0.1, 0.2), Vector3::new(0.4, -1.1, 2.0));
     let mut turned = lattice.clone();
@@ -43,7 +43,7 @@ fn rotating_lattice_and_contacts_keeps_the_energies() {
     }
 }
 
-/// On an even lattice rounding decides which face is nearest and whether a node lies on the rim of the patch.
+/// On a regular lattice, rounding decides which face is nearest and whether a node is on the rim of the patch.
 #[test]
 fn ties_do_not_show_in_the_energies() {
     let lattice = block([4, 4, 4], 0.2);

@@ -1,4 +1,4 @@
-//! Analytic references, invariances and refusals. What they share: bodies, and one strike that checks its own residual.
+//! Tests of elasticity: analytic references, invariances and errors. This file holds their shared bodies and solves.
 
 mod anchored;
 mod beam;
@@ -17,7 +17,7 @@ use crate::random::RandomStream;
 use crate::reference::{bending_error, kuhn, perturbed, traction};
 use nalgebra::{Matrix3, Point3, Vector3};
 
-/// The tetrahedra whose centroid `keep` keeps, nodes renumbered.
+/// Lattice of the tetrahedra whose centroid passes `keep`, with renumbered nodes.
 fn carve(lattice: &Lattice, keep: impl Fn(Point3<f64>) -> bool) -> Lattice {
     let mut carved = Lattice::default();
     let mut renumbered = std::collections::HashMap::new();
@@ -39,19 +39,19 @@ fn centroid(lattice: &Lattice, tet: usize) -> Point3<f64> {
     Point3::from(lattice.corners(tet).iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0)
 }
 
-/// A free body.
+/// Free body.
 fn free(lattice: &Lattice, poisson: f64) -> Elasticity {
     Elasticity::prepare(lattice, poisson, &CancelToken::default()).unwrap()
 }
 
-/// The displacement under `forces`.
+/// Displacement under `forces`.
 fn solve(body: &Elasticity, forces: &[f64]) -> Vec<f64> {
     let mut displacement = Vec::new();
     body.solve(forces, &mut displacement, &mut ElasticWorkspace::default(), &CancelToken::default()).unwrap();
     displacement
 }
 
-/// The energies of all tetrahedra under `forces`; their sum must be the work of the forces.
+/// Energies of all tetrahedra under `forces`; checks that their sum is the work of the forces.
 fn energies(body: &Elasticity, lattice: &Lattice, forces: &[f64], driving: DrivingEnergy) -> Vec<f64> {
     let displacement = solve(body, forces);
     let mut energies = Vec::new();
@@ -63,7 +63,7 @@ fn energies(body: &Elasticity, lattice: &Lattice, forces: &[f64], driving: Drivi
     energies
 }
 
-/// The forces of `contacts`, in equilibrium.
+/// Nodal forces of `contacts`, in equilibrium.
 fn load(body: &Elasticity, contacts: &[ContactLoad]) -> NodalLoad {
     let mut load = NodalLoad::default();
     body.load(contacts, &mut load, &mut ElasticWorkspace::default()).unwrap();

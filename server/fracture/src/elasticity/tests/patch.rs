@@ -1,4 +1,4 @@
-//! The patch test: constant stress is solved exactly on any lattice, for any Poisson's ratio.
+//! Patch test: constant stress is exact on any lattice, for any Poisson's ratio.
 
 use super::*;
 
@@ -11,7 +11,7 @@ const STATES: [[f64; 6]; 6] = [
     [0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
 ];
 
-/// ε = sym(∇u) of tetrahedron `tet` and its volume.
+/// ε = sym(∇u) of tetrahedron `tet`, and its volume.
 fn strain(lattice: &Lattice, tet: usize, displacement: &[f64]) -> (Matrix3<f64>, f64) {
     let edges = lattice.edge_matrix(tet);
     let [a, b, c, d] =

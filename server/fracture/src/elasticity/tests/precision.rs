@@ -1,15 +1,15 @@
-//! A factor in single precision against one in double.
+//! Single-precision factor against a double-precision one.
 
 use super::*;
 use crate::sparse::Precision;
 
-/// The same body with either factor.
+/// Body with a factor in either precision.
 fn both(lattice: &Lattice) -> [Elasticity; 2] {
     [Precision::F64, Precision::F32]
         .map(|precision| Elasticity::assembled(lattice, 0.3, &CancelToken::default()).unwrap().of_precision(precision))
 }
 
-/// A blow across the end of a block.
+/// Load of an impact across the end of a block.
 fn blow(body: &Elasticity, lattice: &Lattice) -> NodalLoad {
     let end = lattice.nodes.iter().max_by(|a, b| a.x.total_cmp(&b.x)).unwrap();
     load(body, &[ContactLoad { point: *end, impulse: Vector3::new(-0.3, -1.0, 0.2), radius: 0.2 }])

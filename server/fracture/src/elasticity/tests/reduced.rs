@@ -2,14 +2,14 @@
 
 use super::*;
 
-/// A free bar and loads at places of its surface.
+/// Free bar and its lattice.
 fn bar() -> (Lattice, Elasticity) {
     let lattice = block([6, 3, 3], 0.15);
     let body = free(&lattice, 0.3);
     (lattice, body)
 }
 
-/// A contact anywhere on the top, in any direction.
+/// Contact at a random node of the top, in a random direction.
 fn drawn(lattice: &Lattice, stream: &mut RandomStream) -> ContactLoad {
     let top = lattice.nodes.iter().map(|node| node.y).fold(f64::NEG_INFINITY, f64::max);
     let above: Vec<Point3<f64>> = lattice.nodes.iter().filter(|node| node.y == top).copied().collect();
@@ -90,7 +90,7 @@ fn captured_energy_grows_with_the_rank_and_never_exceeds_the_true_one() {
     assert!(found[3] <= truth * (1.0 + 1e-6) && found[3] > 0.9 * truth, "{found:?} of {truth}");
 }
 
-/// The relative residual of the reduced displacement under a load, and what is missing of the true energy.
+/// Relative residual of the reduced displacement under a load, and the share of the true energy that it misses.
 fn missing(lattice: &Lattice, body: &Elasticity, reduced: &ReducedBasis, load: &NodalLoad) -> (f64, f64) {
     let (mut coordinates, mut displacement, mut workspace) = (Vec::new(), Vec::new(), ElasticWorkspace::default());
     let energy = reduced.project(load, &mut coordinates);
@@ -149,7 +149,7 @@ fn estimates_are_fitted_to_the_power() {
     let found = ErrorEstimate::fit(&pairs);
     assert!((found.factor - truth.factor).abs() < 1e-9 && (found.power - truth.power).abs() < 1e-9, "{found:?}");
     assert_eq!(ErrorEstimate::fit(&pairs[..7]), ErrorEstimate::RAW);
-    assert_eq!(ErrorEstimate::fit(&vec![(0.1, 0.2); 40]), ErrorEstimate::RAW, "no power is told");
+    assert_eq!(ErrorEstimate::fit(&vec![(0.1, 0.2); 40]), ErrorEstimate::RAW, "equal pairs determine no power");
     let without_error: Vec<_> = pairs.iter().copied().chain([(0.1, 0.0), (0.0, 0.1)]).collect();
     assert_eq!(ErrorEstimate::fit(&without_error), found);
 }

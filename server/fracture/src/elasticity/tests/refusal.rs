@@ -1,4 +1,4 @@
-//! Bad input is refused by name.
+//! Errors of invalid input.
 
 use super::*;
 
@@ -35,7 +35,7 @@ fn lattices_that_are_no_body_are_refused() {
     assert_eq!(error, Some(ElasticityError::UnknownAnchor { node: 99 }));
 }
 
-/// Two cubes that share a corner or an edge: rounding may let the factorisation pass.
+/// Two cubes that share a corner or an edge. Rounding may let the factorization pass.
 #[test]
 fn mechanisms_are_refused() {
     let slab = block([2, 2, 2], 0.37);
@@ -51,9 +51,9 @@ fn mechanisms_are_refused() {
         let later = Elasticity::assembled(&lattice, 0.3, &CancelToken::default()).unwrap();
         let forces = vec![0.0; later.size()];
         let solved = later.solve(&forces, &mut Vec::new(), &mut ElasticWorkspace::default(), &CancelToken::default());
-        assert_eq!((solved.err(), later.factor().err()), (error, error), "refused whenever it is needed");
+        assert_eq!((solved.err(), later.factor().err()), (error, error), "every use must fail");
     }
-    assert_eq!(prepare(&cubes([1.0, -1.0, -1.0]), 0.3), None, "a shared face holds");
+    assert_eq!(prepare(&cubes([1.0, -1.0, -1.0]), 0.3), None, "a shared face connects them");
 }
 
 #[test]
@@ -79,7 +79,7 @@ fn bad_contacts_are_refused() {
         ElasticityError::TooFar { contact: 1, distance, radius: 0.1 } => assert!((distance - 0.2).abs() < 1e-12),
         other => panic!("{other}"),
     }
-    assert!(matches!(refusal(at(0.2)), ElasticityError::TooFar { .. }), "deep inside is as far as outside");
+    assert!(matches!(refusal(at(0.2)), ElasticityError::TooFar { .. }), "depth inside counts as distance");
     assert!(matches!(refusal(at(1e300)), ElasticityError::TooFar { .. }));
     assert!((body.distance(&Point3::new(0.7, 0.0, 0.0)) - 0.2).abs() < 1e-12);
     let huge = load(&body, &[ContactLoad { radius: 1e300, ..good }]);

@@ -1,4 +1,4 @@
-//! Barycentric coordinates: linear functions, weights, and the cases in which a formula divides by zero.
+//! Tests of barycentric coordinates: linear functions, weights, and cases in which a formula divides by zero.
 
 use super::shapes::{ball, fork};
 use super::surface::hollow;
@@ -15,8 +15,9 @@ fn carried(lattice: &Lattice, carry: Extension, values: &[f64], dimension: usize
     carry.carry(lattice, &surface, values, dimension, &CancelToken::default()).unwrap()
 }
 
-/// The boundary's own positions, carried inside, are the positions: distances on the boundary that are Euclidean stay
-/// Euclidean inside, as Rustamov et al. say (section 3).
+/// Checks that extending the boundary's own positions yields the positions.
+///
+/// Distances that are Euclidean on the boundary stay Euclidean inside (Rustamov et al., section 3).
 #[track_caller]
 fn check_positions(lattice: &Lattice) {
     let surface = BoundarySurface::new(lattice);
@@ -39,7 +40,7 @@ fn the_boundary_s_positions_carried_inside_are_the_positions() {
     }
 }
 
-/// Least weight and largest deviation of a sum of weights from 1, over all nodes inside.
+/// Least weight, and largest deviation of a sum of weights from 1, over all interior nodes.
 fn weights(lattice: &Lattice, carry: Extension) -> (f64, f64) {
     let count = BoundarySurface::new(lattice).nodes.len();
     let identity: Vec<f64> = (0..count * count).map(|at| f64::from(u8::from(at / count == at % count))).collect();
@@ -61,12 +62,12 @@ fn weights_add_up_to_one_and_harmonic_ones_are_not_negative() {
         }
     }
     assert!(weights(&fork(), Extension::Harmonic).0 >= -1e-15);
-    // A convex body has non-negative mean value coordinates, too; a slot lets some through.
+    // Mean value coordinates of a convex body are non-negative, too. A slot makes some negative.
     assert!(weights(&block([3; 3], 0.2), Extension::MeanValue).0 >= -1e-12);
     assert!(weights(&fork(), Extension::MeanValue).0 < -1e-6);
 }
 
-/// f at `point` by mean value coordinates from its values on the surface of a unit cube.
+/// Value of f at `point`, extended by mean value coordinates from the surface of a unit cube.
 fn blended(point: [f64; 3], f: impl Fn(&Point3<f64>) -> f64) -> f64 {
     let surface = BoundarySurface::new(&block([2; 3], 0.5));
     let values: Vec<f64> = surface.positions.iter().map(f).collect();
@@ -78,17 +79,17 @@ fn blended(point: [f64; 3], f: impl Fn(&Point3<f64>) -> f64) -> f64 {
 
 #[test]
 fn on_a_face_an_edge_or_a_corner_mean_values_are_those_of_the_triangle() {
-    // Linear on every triangle, as |x| is not anywhere near the corners; kinked between them.
+    // Linear on every triangle except near the corners; kinked between triangles.
     let f = |p: &Point3<f64>| p.x.abs() + 2.0 * p.y.abs() + 5.0 * f64::from(u8::from(p.z == 0.5 && p.x == 0.0));
     let corner = [0.5, 0.5, 0.5];
     assert!((blended(corner, f) - 1.5).abs() < 1e-15);
-    // The surface's nodes are the corners and centers of half-size squares.
+    // The surface's nodes are the corners and centers of squares of half the side.
     let on_edge: [f64; 3] = [0.5, 0.5, 0.4];
     let on_face: [f64; 3] = [0.5, 0.27, 0.21];
     for (point, bound) in [(on_edge, 1e-12), (on_face, 1e-12)] {
         let exact = point[0].abs() + 2.0 * point[1].abs();
         assert!((blended(point, f) - exact).abs() < bound, "{point:?}");
-        // And it comes to that value continuously: weights blow up on the way, their ratios do not.
+        // The value is approached continuously: the weights diverge on the way, their ratios do not.
         for depth in [1e-4, 1e-7, 1e-9, 1e-12, 1e-15] {
             let near = [point[0] - depth, point[1], point[2]];
             let error = (blended(near, f) - exact).abs();
@@ -101,7 +102,7 @@ fn on_a_face_an_edge_or_a_corner_mean_values_are_those_of_the_triangle() {
 fn a_cube_s_center_sees_all_its_faces_alike() {
     let center = blended([0.0; 3], |p| f64::from(u8::from(p.z == 0.5)));
     let edges = blended([0.0; 3], |p| f64::from(u8::from(p.z == 0.5 && p.coords.xy().amax() == 0.5)));
-    // A face has its inner nodes to itself and half of what its rim weighs.
+    // A face has all of the weight of its inner nodes and half of that of its rim.
     let faces = blended([0.0; 3], |p| f64::from(u8::from(p.z == 0.5 && p.coords.xy().amax() < 0.5)));
     assert!((center - edges - faces).abs() < 1e-15 && center > 1.0 / 6.0);
     let square = blended([0.0; 3], |p| p.coords.norm_squared());

@@ -1,4 +1,4 @@
-//! What must not change, and what must.
+//! Invariances of lifts, and dependences that must hold.
 
 use super::shapes::{ball, fork, nearest};
 use crate::cancel_token::CancelToken;
@@ -16,7 +16,7 @@ fn distance(lift: &LiftedLattice, a: usize, b: usize) -> f64 {
     lift.at(a).iter().zip(lift.at(b)).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt()
 }
 
-/// Distances between random nodes are the same on `lattice` and on its rotated, renumbered copy.
+/// Checks that distances between random nodes are the same on `lattice` and on its rotated, renumbered copy.
 #[track_caller]
 fn check_rotation(lattice: &Lattice, modes: usize) {
     let rotation = Rotation3::from_scaled_axis(Vector3::new(0.3, -1.1, 0.7));
@@ -52,7 +52,7 @@ fn the_scale_makes_a_uniform_field_s_degree_the_same_for_every_lift() {
     let volumes = lattice.node_volumes();
     for alpha in [0.0, 0.5, 1.0, 2.0, 8.0] {
         let lift = spectrum.lift(&lattice, 16, alpha).unwrap();
-        // n₀ of the uniform field W = 1, but for the constant (c/γ)^(3/5).
+        // n₀ of the uniform field W = 1, up to the constant (c/γ)^(3/5).
         let degree: f64 = volumes.iter().zip(&lift.density).map(|(volume, density)| volume * density).sum();
         assert!((degree / lattice.volume() - 1.0).abs() < 1e-12, "alpha {alpha}: {degree}");
         assert!(lift.second_moment.iter().all(|moment| *moment > 0.0));
@@ -89,7 +89,7 @@ fn no_weight_is_euclidean() {
 #[test]
 fn the_prongs_of_a_fork_are_far_apart_inside() {
     let lattice = fork();
-    // Across the slot at the tips, and across solid matter of the same width within the left prong.
+    // Across the slot at the tips, and across solid material of the same width within the left prong.
     let tips = [nearest(&lattice, -0.05, 0.6, 0.0), nearest(&lattice, 0.05, 0.6, 0.0)];
     let solid = [nearest(&lattice, -0.25, 0.6, 0.0), nearest(&lattice, -0.15, 0.6, 0.0)];
     let ratio = |alpha: f64| {
@@ -98,7 +98,7 @@ fn the_prongs_of_a_fork_are_far_apart_inside() {
     };
     assert!((ratio(0.0) - 1.0).abs() < 1e-9);
     let (one, two) = (ratio(1.0), ratio(2.0));
-    assert!(one > 5.0 && two > one, "across the slot {one} and {two} times as far as through matter");
+    assert!(one > 5.0 && two > one, "across the slot {one} and {two} times as far as through material");
 }
 
 #[test]

@@ -1,11 +1,11 @@
-//! The iteration itself, on operators whose spectrum is known or that have none.
+//! Tests of the eigenvalue iteration on operators whose spectrum is known, or that have none.
 
 use crate::cancel_token::{CancelToken, Cancelled};
 use crate::lattice::block;
 use crate::lift::lanczos::{BLOCK, largest};
 use crate::lift::{LiftError, Spectrum, interior};
 
-/// The operator diag(`values`), the unit vector e_0 deflated.
+/// Runs the iteration on the operator diag(`values`), with the unit vector e_0 deflated.
 fn diagonal(values: &[f64], wanted: usize, token: &CancelToken) -> Result<Vec<f64>, LiftError> {
     let mut deflated = vec![0.0; values.len()];
     deflated[0] = 1.0;
@@ -18,7 +18,7 @@ fn diagonal(values: &[f64], wanted: usize, token: &CancelToken) -> Result<Vec<f6
     largest(&deflated, wanted, apply, token)
 }
 
-/// The Rayleigh quotients of the vectors found are the largest of `values[1..]`.
+/// Checks that the Rayleigh quotients of the vectors are the largest of `values[1..]`.
 #[track_caller]
 fn check(values: &[f64], wanted: usize) {
     let vectors = diagonal(values, wanted, &CancelToken::default()).unwrap();
@@ -44,7 +44,7 @@ fn decaying_spectra_are_found() {
 
 #[test]
 fn multiplets_are_found_whole() {
-    // 1/k repeated eight times each.
+    // 1/k, repeated eight times each.
     check(&(0..800).map(|k| 1.0 / f64::from(1 + k / 8)).collect::<Vec<f64>>(), 30);
 }
 

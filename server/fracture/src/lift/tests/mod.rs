@@ -1,4 +1,4 @@
-//! Tests of the room as a whole: spectra against closed forms, lifts against invariances.
+//! Tests of the lift module as a whole: spectra against closed forms, lifts against invariances.
 
 mod carry;
 mod invariance;

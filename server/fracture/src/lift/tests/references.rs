@@ -11,8 +11,9 @@ fn spectrum(lattice: &Lattice, count: usize) -> Spectrum {
     Spectrum::compute(lattice, count, &CancelToken::default()).unwrap()
 }
 
-/// The eigenvalues of `lattice` differ from `exact` by at most `error`, relatively, and the largest such difference is
-/// returned.
+/// Checks that the eigenvalues of `lattice` differ from `exact` by at most `error`, relatively.
+///
+/// Returns the largest relative difference.
 #[track_caller]
 fn check(lattice: &Lattice, exact: &[f64], error: f64) -> f64 {
     let computed = spectrum(lattice, exact.len()).eigenvalues;
@@ -21,7 +22,7 @@ fn check(lattice: &Lattice, exact: &[f64], error: f64) -> f64 {
     worst
 }
 
-/// π²(i²/a² + j²/b² + k²/c²), ascending, zero left out.
+/// π²(i²/a² + j²/b² + k²/c²), ascending, without zero.
 fn of_box(sides: [f64; 3], count: usize) -> Vec<f64> {
     let mut values = Vec::new();
     for index in 1..1000 {
@@ -61,7 +62,7 @@ fn a_ball_has_the_zeros_of_the_derivatives_of_spherical_bessel_functions() {
     check(&ball(12), &exact, 0.06);
 }
 
-/// ‖Lφ − λMφ‖ is small, φᵀMφ' = δ, and every function is orthogonal to the constants.
+/// Checks that ‖Lφ − λMφ‖ is small, φᵀMφ' = δ, and every function is orthogonal to the constants.
 #[track_caller]
 fn check_pairs(lattice: &Lattice, count: usize) {
     let spectrum = spectrum(lattice, count);

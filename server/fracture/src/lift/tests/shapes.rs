@@ -1,10 +1,10 @@
-//! Lattices the tests are about.
+//! Lattices for the tests.
 
 use crate::lattice::{Lattice, block};
 pub use crate::reference::ball;
 use nalgebra::Point3;
 
-/// `lattice` without the tetrahedra whose centroid fails `keep`, and without the nodes that are then left over.
+/// `lattice` without the tetrahedra whose centroid fails `keep`, and without unused nodes.
 pub fn carved(lattice: Lattice, keep: impl Fn(&Point3<f64>) -> bool) -> Lattice {
     let mut renumbered = vec![u32::MAX; lattice.nodes.len()];
     let mut carved = Lattice::default();
@@ -25,12 +25,12 @@ pub fn carved(lattice: Lattice, keep: impl Fn(&Point3<f64>) -> bool) -> Lattice 
     carved
 }
 
-/// Two prongs, 1.0 long and 0.3 wide, 0.1 apart, on a foot 0.2 high: y is up, the slot is at x = 0.
+/// Two prongs, 1.0 long and 0.3 wide, 0.1 apart, on a foot 0.2 high. y is up; the slot is at x = 0.
 pub fn fork() -> Lattice {
     carved(block([7, 12, 3], 0.1), |at| at.x.abs() > 0.05 || at.y < -0.4)
 }
 
-/// The node nearest to a point.
+/// Nearest node to a point.
 pub fn nearest(lattice: &Lattice, x: f64, y: f64, z: f64) -> usize {
     let target = Point3::new(x, y, z);
     let distance = |node: &usize| (lattice.nodes[*node] - target).norm();

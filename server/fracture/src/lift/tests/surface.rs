@@ -1,4 +1,5 @@
-//! The surface lift: spectra of surfaces against closed forms, and what the lift makes of a ball and of cavities.
+//! Tests of the surface lift: spectra of surfaces against closed forms, and lifts of a
+//! ball and of bodies with cavities.
 
 use super::shapes::{ball, carved, fork, nearest};
 use crate::cancel_token::CancelToken;
@@ -17,7 +18,7 @@ fn distance(lift: &LiftedLattice, a: usize, b: usize) -> f64 {
     lift.at(a).iter().zip(lift.at(b)).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt()
 }
 
-/// A cube with a cube of a third of its side missing in the middle.
+/// Cube with a cubic cavity of a third of its side in the middle.
 pub fn hollow() -> Lattice {
     carved(block([6; 3], 1.0), |at| at.coords.amax() > 1.0)
 }
@@ -45,8 +46,8 @@ fn a_sphere_has_the_spectrum_of_spherical_harmonics_and_converges_with_order_two
 
 #[test]
 fn the_three_lowest_functions_of_a_ball_are_its_positions() {
-    // Y_1 on the sphere is the position, and so is its harmonic extension: the lift is a similarity, up to the error of
-    // a gradient, which is of order h, and least regular where the bent cube's edges were.
+    // Y_1 on the sphere is the position, and so is its harmonic extension. So the lift is a similarity, up to the error
+    // of a gradient. That error is of order h, and least regular at the edges of the bent cube.
     let unevenness = [4, 8].map(|cells| {
         let lattice = ball(cells);
         let lift = lift(&lattice, Extension::Harmonic, 1);
@@ -94,13 +95,13 @@ fn shells_have_spectra_of_their_own_and_constants_that_tell_them_apart() {
     let ratio = spectrum.eigenvalues[first] / spectrum.eigenvalues[0];
     assert!((6.0..10.0).contains(&ratio), "{ratio}");
     let lift = lift(&lattice, Extension::Harmonic, 6);
-    // Two constants: all of the inner shell is as far from the outer one as the constants say, and farther.
+    // Two constants separate the inner shell from the outer one by at least their distance.
     let (inside, outside) = (nearest(&lattice, 1.0, 0.0, 0.0), nearest(&lattice, 3.0, 0.0, 0.0));
     let opposite = nearest(&lattice, -1.0, 0.0, 0.0);
     assert!(distance(&lift, inside, opposite) < 1e-9 * distance(&lift, inside, outside));
 }
 
-/// Distances between random nodes are the same on `lattice` and on its rotated, renumbered copy.
+/// Checks that distances between random nodes are the same on `lattice` and on its rotated, renumbered copy.
 #[track_caller]
 fn check_rotation(lattice: &Lattice, carry: Extension, modes: usize) {
     let rotation = Rotation3::from_scaled_axis(Vector3::new(0.3, -1.1, 0.7));

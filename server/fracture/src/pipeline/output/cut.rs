@@ -1,4 +1,4 @@
-//! Labels, tessellation, fragments: cells become closed meshes that know their mass.
+//! Labels, tessellation and fragments stages: closed meshes with mass properties from cells.
 
 use super::release_velocity::{self, ReleaseVelocity};
 use super::slivers;
@@ -13,18 +13,23 @@ use crate::pipeline::workspace::body_meshes::{BodyMeshes, CutBuffers};
 use crate::pipeline::workspace::buffer_pool::BufferPool;
 use crate::scene::EffectKind;
 use crate::tessellation::{BisectorSites, FixedPoints, TessellationWorkspace};
-/// What the fragments of a strike are made of.
+/// Inputs of the fragments of a request.
 #[derive(Clone, Copy)]
 pub(in crate::pipeline) struct MeshSources<'a> {
+    /// Context of the request.
     pub context: StrikeContext<'a>,
+    /// Strain energies of the struck bodies.
     pub energies: &'a [BodyEnergy],
+    /// Energy densities of the struck bodies, without an artist's controls.
     pub fields: &'a [EnergyField<'a>],
+    /// Degree and diagrams.
     pub division: &'a Division,
+    /// Pool of buffers.
     pub spare: &'a BufferPool,
 }
 
 impl MeshSources<'_> {
-    /// Velocities of the fragments of one body.
+    /// Release velocities of the fragments of one body.
     pub(super) fn velocities(&self, index: usize, pieces: &BodyMeshes) -> Vec<ReleaseVelocity> {
         let struck = self.energies.iter().position(|energy| energy.body == index);
         let energy_j = struck.map_or(0.0, |struck| self.energies[struck].energy_j);
@@ -34,7 +39,7 @@ impl MeshSources<'_> {
         release_velocity::velocities(properties, labels, lattice, field, energy_j, density, frame)
     }
 
-    /// The diagrams of all bodies, of those that break; `of_fragments`: site of each fragment.
+    /// The diagram of each body, `None` if it stays intact. `of_fragments`: site of each fragment, by body.
     pub(super) fn sites<'b>(
         &'b self,
         of_fragments: &'b [Vec<u32>],
@@ -53,7 +58,7 @@ impl MeshSources<'_> {
         self.division.cells.iter().find(|cells| self.energies[cells.struck].body == body)
     }
 
-    /// Cuts one body.
+    /// Cuts one body into fragments.
     pub(super) fn cut(&self, index: usize, workspace: &mut TessellationWorkspace) -> Result<BodyMeshes, FractureError> {
         let StrikeContext { prepared, request, observer, .. } = self.context;
         let body = &prepared.bodies[index];
@@ -81,13 +86,13 @@ impl MeshSources<'_> {
         Ok(cut.into_pieces(index, self.spare, |site| cells.map_or(0.0, |cells| self.energy_j_m2(cells, site))))
     }
 
-    /// Energy of a cell, J·m².
+    /// Distance-weighted energy of a cell, J·m².
     pub(in crate::pipeline) fn energy_j_m2(&self, cells: &BodyCells, site: u32) -> f64 {
         let unit = self.energies[cells.struck].unit_j_m2(self.context.prepared.frame.diagonal_m);
         unit * cells.diagram.cell_energy[site as usize]
     }
 
-    /// Merges pieces that are small by their nodes before the body is cut.
+    /// Merges fragments that are small by the volumes of their nodes, before the body is cut.
     fn merge_small(&self, index: usize, cut: &mut CutBuffers) {
         let body = &self.context.prepared.bodies[index];
         let least = slivers::least_volume(self.context);
@@ -96,7 +101,7 @@ impl MeshSources<'_> {
         }
     }
 
-    /// Merges slivers, and cuts again where there were any; bytes of the new labels.
+    /// Merges slivers and tessellates again if there were any. Returns the size of the new labels in bytes.
     fn merge_slivers(
         &self,
         index: usize,
@@ -113,7 +118,8 @@ impl MeshSources<'_> {
         Ok(size_of_val(cut.components.labels.as_slice()) as u64)
     }
 
-    /// Finds the crack points of the components, where the diagram has them whatever was merged, and builds the fragments.
+    /// Computes the crack points of the components, at the diagram's positions even between merged cells, and builds
+    /// the fragments.
     fn tessellate(
         &self,
         index: usize,

@@ -12,34 +12,34 @@ use nalgebra::{Point3, Vector3};
 /// Triangles of a crack face per point of debris.
 const TRIANGLES_PER_POINT: usize = 4;
 
-/// Smallest and largest piece of debris, in spacings of the crack lattice.
+/// Smallest and largest size of debris, in spacings of the crack lattice.
 const DEBRIS_SPACINGS: [f64; 2] = [0.1, 1.0];
 
-/// Streams of random numbers of the cracks' debris begin here.
+/// Number of the first random stream for debris.
 const DEBRIS_STREAM: u64 = 0x6465_6272_6973_0000;
 
-/// A point of a crack from which dust and chips come.
+/// A source of dust and chips on a crack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DebrisRow {
-    /// The fragment on whose face it lies, the lower id of two.
+    /// Fragment on whose face the point lies, the lower id of the two.
     pub fragment: u32,
-    /// The other.
+    /// Fragment on the other side.
     pub neighbor: u32,
-    /// Relative to the fragment's center of mass, m.
+    /// Position relative to the fragment's center of mass, m.
     pub position_m: Vector3<f64>,
-    /// Out of the fragment, of length one.
+    /// Unit normal, out of the fragment.
     pub normal: Vector3<f64>,
     /// Diameter, m.
     pub size_m: f64,
 }
 
-/// Whether debris and bonds of this crack are told on this side.
+/// True if this side of the crack, the lower fragment's, carries its debris and bonds.
 fn is_lower(run: &RunRange) -> bool {
     run.neighbor.is_some_and(|neighbor| run.fragment < neighbor)
 }
 
 impl FractureMeshes {
-    /// Number of bonds; none unless they are asked for.
+    /// Number of bonds; 0 without the effect.
     pub fn bond_count(&self) -> usize {
         let cracks = |body: &BodyMeshes| body.tessellation.runs().iter().filter(|run| is_lower(run)).count();
         match self.effects.has(EffectKind::Bonds) {
@@ -48,7 +48,7 @@ impl FractureMeshes {
         }
     }
 
-    /// Number of points of debris; none unless they are asked for.
+    /// Number of points of debris; 0 without the effect.
     pub fn debris_count(&self) -> usize {
         let points = |run: &RunRange| run.triangles.len().div_ceil(TRIANGLES_PER_POINT);
         let cracks = |body: &BodyMeshes| -> usize {
@@ -60,8 +60,9 @@ impl FractureMeshes {
         }
     }
 
-    /// Normals of all vertices, in their order: those of their run's triangles around them, by area. Nothing is written beyond
-    /// `out`.
+    /// Writes the normals of all vertices, in order: area-weighted means over the triangles of the vertex in its run.
+    ///
+    /// Writes at most `out.len()` normals.
     pub fn normals(&self, out: &mut [[f32; 3]]) {
         self.normals_for(&MeterFrame, out);
     }
@@ -79,8 +80,9 @@ impl FractureMeshes {
         });
     }
 
-    /// Texture coordinates of all vertices, m: where a crack's point lies in the plane that the crack has on average, the same on
-    /// both sides of it. Zero where there is no crack.
+    /// Writes the texture coordinates of all vertices, m; zero outside cracks.
+    ///
+    /// They are coordinates in the mean plane of the crack, equal on both sides.
     pub fn uvs(&self, out: &mut [[f32; 2]]) {
         let meter = self.transform.meters_per_unit;
         self.each_run(out, |tessellation, run, out| {
@@ -95,7 +97,7 @@ impl FractureMeshes {
         });
     }
 
-    /// All bonds: of fragments, by body and by their numbers, then of fragments with the world, by fragment.
+    /// All bonds: between fragments by body and fragment, then between fragments and the world by fragment.
     pub fn bonds(&self) -> Vec<BondRow> {
         let meter = self.transform.meters_per_unit;
         let mut bonds = Vec::with_capacity(self.bond_count());
@@ -117,8 +119,10 @@ impl FractureMeshes {
         bonds
     }
 
-    /// Points on all cracks, uniform over their areas; sizes by a power law (D. L. Turcotte, *Fractals and fragmentation*, 1986: the
-    /// number of larger pieces goes with the inverse square of their size).
+    /// Random points on all cracks, uniform by area, with sizes by a power law.
+    ///
+    /// Source: D. L. Turcotte, *Fractals and fragmentation* (1986): the number of larger pieces is proportional to the
+    /// inverse square of the size.
     pub fn debris(&self) -> Vec<DebrisRow> {
         let meter = self.transform.meters_per_unit;
         let [least, most] = DEBRIS_SPACINGS.map(|spacings| spacings * self.crack_spacing * meter);
@@ -164,8 +168,8 @@ impl FractureMeshes {
         }
     }
 
-    /// Calls `work` with each crack, seen from its lower fragment: number of the body's first fragment, tessellation, run, and
-    /// upper fragment in the body.
+    /// Calls `work` with each crack from its lower fragment: index of the body's first fragment, tessellation, run, and
+    /// upper fragment within the body.
     fn each_crack(&self, mut work: impl FnMut(u32, &Tessellation, &RunRange, u32)) {
         let mut first = 0;
         for pieces in &self.bodies {
@@ -178,7 +182,7 @@ impl FractureMeshes {
     }
 }
 
-/// Two directions of length one across `normal`, and across each other.
+/// Two unit vectors orthogonal to `normal` and to each other.
 fn plane(normal: Vector3<f64>) -> [Vector3<f64>; 2] {
     let normal = normal.try_normalize(0.0).unwrap_or(Vector3::z());
     let mut axis = Vector3::zeros();
@@ -187,7 +191,7 @@ fn plane(normal: Vector3<f64>) -> [Vector3<f64>; 2] {
     [u, normal.cross(&u)]
 }
 
-/// The point of a triangle that two uniform numbers give, uniform over its area.
+/// A point uniform over a triangle's area, from two uniform numbers.
 fn within(corners: &[Point3<f64>; 3], [a, b]: [f64; 2]) -> Point3<f64> {
     let (a, b) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
     corners[0] + (corners[1] - corners[0]) * a + (corners[2] - corners[0]) * b

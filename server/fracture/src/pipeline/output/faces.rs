@@ -4,11 +4,13 @@ use crate::tessellation::{RunRange, Tessellation};
 use nalgebra::{Point3, Vector3};
 /// A triangle of a run: corners and area vector, local.
 pub(in crate::pipeline) struct Face {
+    /// Corners, local.
     pub corners: [Point3<f64>; 3],
+    /// Area vector, local.
     pub area: Vector3<f64>,
 }
 
-/// The triangles of `run`, their areas out of its fragment.
+/// The triangles of `run`, with area vectors out of its fragment.
 pub(in crate::pipeline) fn faces<'a>(
     tessellation: &'a Tessellation,
     run: &'a RunRange,

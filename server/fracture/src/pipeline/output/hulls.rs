@@ -1,11 +1,13 @@
-//! Convex proxies of the fragments for collisions, if they are asked for.
+//! Convex collision proxies of the fragments, computed with the effect `hulls`.
 //!
-//! Ours. The convex hull of a fragment holds all of it, and whatever of its neighbors lies in its hollows; two such hulls overlap
-//! and fly apart at the first step of a simulation. So a hull is made around what is left of the fragment within the mean planes
-//! of its cracks, which both neighbors share. A plane moves outwards until no more than a small share of the fragment lies beyond
-//! it, and all of them further until the hull holds enough: of the margins that can be had with that much, this is about the least.
-//! Curved walls need more faces than there are: what the hull then cuts off between its corners is halved by corners that stand out of
-//! the outer surface as far.
+//! Ours. The convex hull of a fragment also contains parts of neighbors in its hollows. Two such hulls overlap, and a
+//! simulation pushes them apart in its first step. A proxy is therefore the hull of the part of the fragment inside the
+//! mean planes of its cracks, which both neighbors share. Each plane moves outward until at most a small share of the
+//! fragment is beyond it; that share decreases until the hull covers enough. The overlap is then about the smallest
+//! possible with this coverage.
+//!
+//! Curved outer walls need more faces than a hull may have. The hull then cuts off parts between its vertices. Moving
+//! the points of the outer surface outward by half of that depth halves it.
 
 use crate::cancel_token::{CancelToken, Cancelled};
 use crate::hull::{ClosedTriangles, ConvexHull, Plane, bounds, clipped, meet};
@@ -15,14 +17,15 @@ use crate::tessellation::{FragmentRange, RunRange, Tessellation, Transform};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-/// What a hull holds of its fragment's volume where that can be had.
+/// Target share of the fragment's volume inside its hull.
 pub const HULL_COVERAGE: f64 = 0.9;
 
-/// Shares of a fragment that may lie beyond the plane of one crack, one after the other until the hull holds enough; at last the
-/// planes are left out.
+/// Shares of a fragment that may lie beyond the plane of a crack, tried in order until the hull covers enough.
+///
+/// The last attempt uses no planes.
 const SHARES: [f64; 5] = [0.03, 0.01, 0.003, 0.001, 0.0];
 
-/// A crack whose mean area vector is shorter than this, over its area, folds too much to be told by a plane.
+/// Smallest ratio of a crack's mean area vector to its area. Below, the crack folds too much for a plane.
 const FOLDED: f64 = 0.5;
 
 /// The hull of one fragment.
@@ -30,32 +33,33 @@ const FOLDED: f64 = 0.5;
 pub struct HullRow {
     /// First vertex in [`FragmentHulls::positions`].
     pub vertex_first: u32,
-    /// Number of vertices; zero for a fragment too flat for a hull.
+    /// Number of vertices; 0 for a fragment too flat for a hull.
     pub vertex_count: u32,
     /// First index in [`FragmentHulls::indices`].
     pub index_first: u32,
     /// Number of indices, three per triangle.
     pub index_count: u32,
-    /// Volume of the part of the fragment inside the hull over that of the fragment.
+    /// Share of the fragment's volume inside the hull.
     pub coverage: f64,
-    /// The deepest that the surface of any other fragment lies below the hull's surface, m; at most a thousandth of the hull's
-    /// diagonal too large, never too small.
+    /// Largest depth of the surface of any other fragment below the hull's surface, m.
+    ///
+    /// Overestimated by at most a thousandth of the hull's diagonal, never underestimated.
     pub margin_m: f64,
 }
 
 /// The hulls of all fragments.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FragmentHulls {
-    /// One per fragment.
+    /// Rows, one per fragment.
     pub rows: Vec<HullRow>,
-    /// Relative to the fragment's center of mass, m.
+    /// Vertices relative to the fragment's center of mass, m.
     pub positions: Vec<[f32; 3]>,
-    /// Relative to the hull's first vertex, counter-clockwise seen from outside.
+    /// Vertex indices relative to the hull's first vertex, counter-clockwise seen from outside.
     pub indices: Vec<u32>,
 }
 
 impl FragmentHulls {
-    /// Bytes of the tables.
+    /// Size of the tables in bytes.
     pub(in crate::pipeline) fn bytes(&self) -> usize {
         size_of_val(self.rows.as_slice())
             + size_of_val(self.positions.as_slice())
@@ -76,23 +80,23 @@ impl FragmentHulls {
     }
 }
 
-/// What a hull is made of, local.
+/// Input of one hull, local.
 struct Part {
     shell: ClosedTriangles,
-    /// The first points, on the outside.
+    /// Number of the first points, which lie on the outer surface.
     outer: usize,
     bounds: [Point3<f64>; 2],
     cracks: Vec<Crack>,
 }
 
-/// The mean plane of a crack, and how far the fragment's nodes lie beyond it: ascending, those alone that do.
+/// The mean plane of a crack, and the distances of the fragment's nodes beyond it, ascending.
 struct Crack {
     plane: Plane,
     beyond: Vec<f64>,
     nodes: usize,
 }
 
-/// A hull, and what has become of it.
+/// A hull with its measures.
 struct Fitted {
     hull: ConvexHull,
     coverage: f64,
@@ -100,7 +104,8 @@ struct Fitted {
 }
 
 impl FragmentHulls {
-    /// The hulls of all fragments of `bodies`, the same for any number of threads. `lattices`: those that the bodies were cut on.
+    /// The hulls of all fragments of `bodies`, independent of the number of threads. `lattices` are those that the
+    /// bodies were cut on.
     pub(in crate::pipeline) fn fit(
         bodies: &[BodyMeshes],
         lattices: &[&Lattice],
@@ -129,12 +134,12 @@ impl FragmentHulls {
     }
 }
 
-/// The parts of one body, by fragment.
+/// The inputs of one body's hulls, by fragment.
 fn parts(pieces: &BodyMeshes, lattice: &Lattice) -> Vec<Part> {
     let fragments = pieces.tessellation.fragments();
     let mut nodes = vec![Vec::new(); fragments.len()];
     for (&label, node) in pieces.labels.iter().zip(&lattice.nodes) {
-        // Fragments that are not answered come last.
+        // Fragments that are not part of the result come last.
         if let Some(own) = nodes.get_mut(label as usize) {
             own.push(*node);
         }
@@ -161,8 +166,9 @@ fn part(tessellation: &Tessellation, fragment: &FragmentRange, nodes: &[Point3<f
     Part { bounds: bounds(&shell.points), shell, outer, cracks }
 }
 
-/// The plane through a crack's centroid across its mean area vector, out of the run's fragment: the same from both sides. `None`
-/// where the crack folds.
+/// The plane through a crack's centroid orthogonal to its mean area vector, out of the run's fragment.
+///
+/// Equal from both sides. `None` if the crack folds.
 fn mean_plane(tessellation: &Tessellation, run: &RunRange) -> Option<Plane> {
     let points = tessellation.run_vertices(run);
     let (mut area, mut mean, mut moment) = (0.0, Vector3::zeros(), Vector3::zeros());
@@ -178,7 +184,7 @@ fn mean_plane(tessellation: &Tessellation, run: &RunRange) -> Option<Plane> {
 }
 
 impl Crack {
-    /// Its plane, outwards until at most this share of the fragment lies beyond it.
+    /// The plane, moved outward until at most this share of the fragment is beyond it.
     fn moved(&self, share: f64) -> Plane {
         let left_out = (share * self.nodes as f64) as usize;
         let last = self.beyond.len().checked_sub(left_out + 1);
@@ -187,7 +193,7 @@ impl Crack {
     }
 }
 
-/// The hull of part `own`. `None` where the part is flat.
+/// The hull of part `own`; `None` if the part is flat.
 fn fit(parts: &[Part], own: usize) -> Option<Fitted> {
     let mut best = parts[own].fit()?;
     let reach = bounds(&best.hull.vertices);
@@ -197,7 +203,7 @@ fn fit(parts: &[Part], own: usize) -> Option<Fitted> {
 }
 
 impl Part {
-    /// The first hull that holds enough, else the one that holds most; its depth is still to be measured.
+    /// The first hull that covers enough, else the one that covers most; its depth is measured later.
     fn fit(&self) -> Option<Fitted> {
         let mut best = self.tried(&self.shell, Some(SHARES[0]));
         if best.as_ref().is_some_and(Fitted::is_enough) {
@@ -217,7 +223,7 @@ impl Part {
         best
     }
 
-    /// The hull of what is left of `shell` within the planes of the cracks; `None`: without them.
+    /// The hull of the part of `shell` inside the planes of the cracks. `share` as in [`SHARES`]; `None`: no planes.
     fn tried(&self, shell: &ClosedTriangles, share: Option<f64>) -> Option<Fitted> {
         let planes = |share| self.cracks.iter().map(|crack| crack.moved(share)).collect();
         let planes: Vec<Plane> = share.map_or(Vec::new(), planes);

@@ -1,4 +1,4 @@
-//! The fragments of all bodies, laid out in tables.
+//! Fragments of all bodies, laid out in tables.
 
 use super::cut::MeshSources;
 use super::hulls::FragmentHulls;
@@ -18,35 +18,35 @@ use crate::surface::LocalFrame;
 use crate::tessellation::{BisectorSites, HostFrame, MeterFrame, TessellationWorkspace, Transform};
 use std::sync::Arc;
 
-/// The meshes of all bodies, ready to be emitted: their size is known to the byte.
+/// Meshes of all bodies, ready to be emitted, with exactly known sizes.
 pub struct FractureMeshes {
     pub(in crate::pipeline) bodies: Vec<BodyMeshes>,
     pub(in crate::pipeline) transform: Transform,
     pub(in crate::pipeline) frame: LocalFrame,
     pub(in crate::pipeline) crack_spacing: f64,
     pub(in crate::pipeline) seed: u64,
-    /// Bonds with the world, by fragment, if bonds are asked for.
+    /// Bonds with the world, by fragment, with the effect `bonds`.
     pub(in crate::pipeline) world: Vec<BondRow>,
-    /// One row per fragment, by body, then by site, then by lowest node.
+    /// Fragments, one row each, by body, then site, then lowest node.
     pub fragments: Vec<FragmentRow>,
-    /// One row per run; a fragment's rows follow each other.
+    /// Runs, one row each; those of a fragment are consecutive.
     pub runs: Vec<RunRow>,
-    /// One per fragment, if release is asked for.
+    /// Release velocities, one per fragment, with the effect `release`.
     pub velocities: Vec<ReleaseVelocity>,
-    /// Empty unless hulls are asked for.
+    /// Hulls; empty without the effect `hulls`.
     pub hulls: FragmentHulls,
-    /// Empty unless attributes are asked for.
+    /// Attributes of vertices; empty without the effect `attributes`.
     pub looks: VertexAttributes,
-    /// Empty unless skins are asked for.
+    /// Skins; empty without the effect `skin`.
     pub skins: FragmentSkins,
-    /// What is asked for.
+    /// Effects of the request.
     pub effects: EffectSet,
     /// Lengths of the bulk sections.
     pub counts: BulkCounts,
 }
 
 impl FractureMeshes {
-    /// Cuts every body: those with cells along them, the others stay whole.
+    /// Cuts every body that has cells; the others stay intact.
     pub(in crate::pipeline) fn new(
         sources: MeshSources<'_>,
         workspace: &mut TessellationWorkspace,
@@ -115,7 +115,7 @@ impl FractureMeshes {
         pieces
     }
 
-    /// The same with the looks of outer faces, if they are asked for.
+    /// Adds the attributes of outer faces, with the effect `attributes`.
     pub(in crate::pipeline) fn with_looks(mut self, context: StrikeContext<'_>) -> Result<Self, FractureError> {
         if self.effects.has(EffectKind::Attributes) {
             let attributes = context.observer.effect(EffectKind::Attributes);
@@ -126,7 +126,7 @@ impl FractureMeshes {
         Ok(self)
     }
 
-    /// The same with skins of the fragments, cut from `skin`. `sites`: the diagram of each body, if it has one.
+    /// Adds the skins of the fragments, cut from `skin`. `sites`: the diagram of each body, if it has one.
     ///
     /// # Errors
     /// [`FractureError::Bare`] without `skin`.
@@ -143,7 +143,7 @@ impl FractureMeshes {
         Ok(self)
     }
 
-    /// The same with hulls of the fragments, if they are asked for. `lattices`: those that the bodies were cut on.
+    /// Adds the hulls of the fragments, with the effect `hulls`. `lattices` are those that the bodies were cut on.
     pub(in crate::pipeline) fn with_hulls(
         mut self,
         lattices: &[&Lattice],
@@ -201,8 +201,13 @@ impl FractureMeshes {
         }
     }
 
-    /// Writes positions (relative to each fragment's center of mass, m), indices and merge pairs (both relative to the
-    /// fragment's first vertex) into the caller's memory; lengths exactly [`Self::counts`], or nothing is written.
+    /// Writes positions, indices and merge pairs into memory of the lengths [`Self::counts`].
+    ///
+    /// Positions are relative to each fragment's center of mass, m. Indices and pairs are relative to the fragment's
+    /// first vertex. With other lengths, nothing is written.
+    ///
+    /// # Errors
+    /// [`FractureError::SectionLengths`] for slices of other lengths.
     pub fn emit(
         &self,
         positions: &mut [[f32; 3]],
@@ -213,6 +218,9 @@ impl FractureMeshes {
     }
 
     /// [`Self::emit`] in the coordinates and the winding of `host`.
+    ///
+    /// # Errors
+    /// Those of [`Self::emit`].
     pub fn emit_for(
         &self,
         host: &impl HostFrame,

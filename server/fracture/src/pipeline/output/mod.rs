@@ -1,7 +1,8 @@
-//! Cells become closed meshes, tables and what effects add to them.
+//! Closed meshes and tables from cells, with the additions of effects.
 
 pub(super) mod cut;
 pub(super) mod emitted_effects;
+pub(super) mod emitted_meshes;
 pub(super) mod faces;
 pub(super) mod hulls;
 pub(super) mod meshes;

@@ -1,9 +1,9 @@
-//! Release: the strain energy that is set free sets the fragments in motion.
+//! Release velocities: motion of the fragments by the released strain energy.
 //!
-//! Ours: a share η of each fragment's strain energy becomes its kinetic energy, away from where the energy was; then the rigid motion
-//! of all together is taken out, so that neither linear nor angular momentum comes from nothing. In the metric of the masses
-//! that is a projection: it never adds kinetic energy. Fragments that the world holds stand still after that: it takes up what they
-//! would have had, so the momentum of an anchored body's fragments does not vanish.
+//! Ours. A share η of each fragment's strain energy becomes kinetic energy, directed away from the center of the
+//! energy. The common rigid motion is then removed, so that linear and angular momentum vanish. In the metric of the
+//! masses this is a projection, which never adds kinetic energy. Anchored fragments are then set to zero. The world
+//! takes up their momentum, so the total momentum of an anchored body's fragments does not vanish.
 
 use crate::centroidal::EnergyField;
 use crate::fragment::RigidProperties;
@@ -11,27 +11,28 @@ use crate::lattice::Lattice;
 use crate::surface::LocalFrame;
 use nalgebra::{Matrix3, Point3, Vector3};
 
-/// η: most of the energy makes surfaces, sound and heat.
+/// Share η of the strain energy that becomes kinetic. The larger part goes into surfaces, sound and heat.
 pub const RELEASE_SHARE: f64 = 0.1;
 
-/// Of one fragment, on top of how the object moved.
+/// Velocity of one fragment, relative to the motion of the object.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReleaseVelocity {
-    /// Of the center of mass, m/s.
+    /// Velocity of the center of mass, m/s.
     pub linear_m_s: Vector3<f64>,
-    /// rad/s.
+    /// Angular velocity, rad/s.
     pub angular_rad_s: Vector3<f64>,
 }
 
-/// A fragment as a rigid body, SI, about a point near all of them.
+/// A fragment as a rigid body in SI units, relative to a point near all fragments.
 struct Rigid {
     mass: f64,
     place: Vector3<f64>,
     inertia: Matrix3<f64>,
 }
 
-/// Velocities of the fragments of one body, of which `labels` has one per node of `lattice`. `energy_j`: its strain energy; zero
-/// where it was not struck.
+/// Velocities of the fragments of one body. `labels` has one entry per node of `lattice`.
+///
+/// `energy_j`: strain energy of the body, J; 0 if it was not struck.
 pub(in crate::pipeline) fn velocities(
     properties: &[RigidProperties],
     labels: &[u32],
@@ -59,7 +60,7 @@ pub(in crate::pipeline) fn velocities(
         }
     };
     let mut velocities: Vec<ReleaseVelocity> = bodies.iter().zip(&shares).map(away).collect();
-    // The second pass takes out the rounding of the first.
+    // The second pass removes the rounding errors of the first.
     for _ in 0..2 {
         take_out_rigid_motion(&bodies, &mut velocities);
     }

@@ -1,4 +1,4 @@
-//! What is kept of an answer so that its fragments can be struck again: labels and crack points, a few bytes per node.
+//! Retained data of a result for striking its fragments again: labels and crack points, a few bytes per node.
 
 use super::meshes::FractureMeshes;
 use super::skins::SkinCut;
@@ -8,30 +8,31 @@ use crate::pipeline::workspace::body_meshes::BodyMeshes;
 use crate::skin::ClippedSurface;
 use crate::tessellation::FixedPoints;
 
-/// The fragments of an answer, as they lie in the crack lattices of the object that was struck. It belongs to that version of
-/// the object alone.
+/// Fragments of a result in the crack lattices of the struck object.
+///
+/// Valid only for the same version of the object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RetainedFragments {
     bodies: Vec<RetainedBody>,
-    /// How their skins were cut, if they have any.
+    /// Cut of the skins, if there are any.
     skins: Option<SkinCut>,
 }
 
-/// Those of one body.
+/// Retained fragments of one body.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::pipeline) struct RetainedBody {
-    /// Which body.
+    /// Index of the body.
     pub body: usize,
-    /// Fragment of each node of its crack lattice; those of the answer come first.
+    /// Fragment of each node of the crack lattice; fragments of the result come first.
     pub labels: Vec<u32>,
-    /// Volumes of those of the answer, local.
+    /// Volumes of the fragments of the result, local.
     pub volumes: Vec<f64>,
-    /// All crack points of these labels.
+    /// All crack points for these labels.
     pub points: FixedPoints,
 }
 
 impl FractureMeshes {
-    /// What it takes to strike these fragments again.
+    /// Copies the data needed to strike these fragments again.
     pub fn keep(&self) -> RetainedFragments {
         let keep = |pieces: &BodyMeshes| RetainedBody {
             body: pieces.body,
@@ -44,12 +45,12 @@ impl FractureMeshes {
 }
 
 impl RetainedFragments {
-    /// Fragments that can be named: those of the answer.
+    /// Number of fragments that can be struck, those of the result.
     pub fn fragments(&self) -> u32 {
         self.bodies.iter().map(|body| body.volumes.len() as u32).sum()
     }
 
-    /// Bytes that it holds.
+    /// Memory, bytes.
     pub fn bytes(&self) -> usize {
         let own = self
             .bodies
@@ -64,17 +65,19 @@ impl RetainedFragments {
         own + self.skins.as_ref().map_or(0, skins) + held(&self.bodies)
     }
 
-    /// The skins of the answer, of which fragment `fragment` has one.
+    /// The cut of the result's skins, which includes fragment `fragment`.
     ///
-    /// Errors: [`FractureError::Undressed`].
+    /// # Errors
+    /// [`FractureError::Undressed`].
     pub(in crate::pipeline) fn skin_cut(&self, fragment: u32) -> Result<&SkinCut, FractureError> {
         let has = |cut: &&SkinCut| (fragment as usize) < cut.parts.len();
         self.skins.as_ref().filter(has).ok_or(FractureError::Undressed { fragment })
     }
 
-    /// The body of fragment `fragment` of the answer, and its label there.
+    /// The body of fragment `fragment` of the result, and its label there.
     ///
-    /// Errors: [`FractureError::UnknownFragment`].
+    /// # Errors
+    /// [`FractureError::UnknownFragment`].
     pub(in crate::pipeline) fn find(&self, fragment: u32) -> Result<(&RetainedBody, u32), FractureError> {
         let mut label = fragment;
         for body in &self.bodies {

@@ -1,16 +1,16 @@
-//! Tables of the fragments: one row each, offsets into the bulk sections.
+//! Rows of the tables of fragments, with offsets into the bulk sections.
 
 use nalgebra::{Point3, Vector3};
 
-/// Neighbor of an outer run, and of a run on an earlier crack: no fragment.
+/// Marks the neighbor of an outer run, or of a run on an earlier crack: no fragment.
 pub const OUTER: u32 = u32::MAX;
 
-/// One fragment. Offsets point into the sections; index values are relative to the fragment's first vertex.
+/// One fragment. Offsets refer to the sections; index values are relative to the fragment's first vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FragmentRow {
-    /// Position in the table; dense from 0.
+    /// Index in the table, from 0 without gaps.
     pub id: u32,
-    /// Body (component of the object) it comes from.
+    /// Body (connected component of the object) that the fragment was part of.
     pub body: u32,
     /// First vertex in the positions section.
     pub vertex_first: u32,
@@ -32,24 +32,27 @@ pub struct FragmentRow {
     pub volume_m3: f64,
     /// Mass, kg.
     pub mass_kg: f64,
-    /// Center of mass in the coordinates of the mesh file, m. Positions are relative to it.
+    /// Center of mass in the coordinates of the mesh file, m; the origin of the positions.
     pub center_m: [f64; 3],
-    /// Inertia about the center, axes of the mesh file, kg·m²: xx, yy, zz, xy, xz, yz (tensor entries, so off-diagonal
-    /// ones carry their minus sign).
+    /// Inertia about the center, axes of the mesh file, kg·m²: xx, yy, zz, xy, xz, yz.
+    ///
+    /// Tensor entries, so off-diagonal ones include their minus sign.
     pub inertia_kg_m2: [f64; 6],
-    /// Distance-weighted energy E_i of the cell it belongs to, J·m².
+    /// Distance-weighted energy E_i of the fragment's cell, J·m².
     pub energy_j_m2: f64,
 }
 
-/// Triangles of one fragment that face one neighbor, or the outside. The fragment of an earlier answer on the other side of an
-/// earlier crack is not told of: such runs follow those with neighbors, one per fragment that was there.
+/// Triangles of one fragment that face one neighbor, or no fragment of the result.
+///
+/// Runs on earlier cracks follow those with neighbors, one per fragment of the earlier result on the other side. They
+/// do not name that fragment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RunRow {
-    /// The fragment it belongs to.
+    /// Fragment of the run.
     pub fragment: u32,
-    /// The fragment on the other side, or [`OUTER`]: the outside, or a fragment of an earlier answer.
+    /// Fragment on the other side, or [`OUTER`]: the outside, or a fragment of an earlier result.
     pub neighbor: u32,
-    /// Whether it is a side of a crack, be it an earlier one.
+    /// True on a crack, including earlier ones.
     pub crack: bool,
     /// First vertex in the positions section.
     pub vertex_first: u32,
@@ -64,27 +67,30 @@ pub struct RunRow {
 /// Lengths of the bulk sections.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BulkCounts {
-    /// Vertices: three f32 each.
+    /// Number of vertices, three f32 each.
     pub vertices: usize,
-    /// Indices: one u32 each.
+    /// Number of indices, one u32 each.
     pub indices: usize,
-    /// Merge pairs: two u32 each.
+    /// Number of merge pairs, two u32 each.
     pub merges: usize,
 }
 
-/// Second fragment of a bond that ties the first to the world: no fragment.
+/// Marks the second fragment of a bond with the world: no fragment.
 pub const WORLD: u32 = u32::MAX;
 
-/// Two fragments that touch; or one that lies, in part at least, in an anchor, and the world that holds it.
+/// A contact area of two fragments, or of a fragment partly inside an anchor and the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BondRow {
-    /// The fragments, the lower id first; the second may be [`WORLD`].
+    /// Fragments, the lower id first; the second may be [`WORLD`].
     pub fragments: [u32; 2],
-    /// Area of the crack between them, m². Of a bond with the world: of the triangles of the fragment's outer surface whose
-    /// centroids lie in anchors; zero where these hold inner parts alone.
+    /// Area of the crack between the fragments, m².
+    ///
+    /// With the world: area of the triangles of the fragment's outer surface with centroids in anchors; 0 if anchors
+    /// hold only inner parts.
     pub area_m2: f64,
-    /// Mean normal of that area from the first to the second, of length one; zero where it closes upon itself, or there is none.
+    /// Mean unit normal of that area, from the first to the second; zero if the area is closed or empty.
     pub normal: Vector3<f64>,
-    /// Centroid of that area, coordinates of the mesh file, m; of the held nodes of the crack lattice where there is none.
+    /// Centroid of that area, coordinates of the mesh file, m. Without area: mean of the anchored nodes of the crack
+    /// lattice.
     pub centroid_m: Point3<f64>,
 }

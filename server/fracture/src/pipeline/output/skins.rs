@@ -1,4 +1,4 @@
-//! The skins of the fragments, if they are asked for: the input's triangles, cut where the cells' borders meet them.
+//! Skins of the fragments, with the effect `skin`: the input's triangles, cut along the boundaries of cells.
 
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
@@ -8,7 +8,7 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// The skin of one fragment; nothing where no part of the input's surface is its.
+/// Skin of one fragment; empty if no part of the input's surface belongs to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SkinRow {
     /// First vertex in [`FragmentSkins::vertices`].
@@ -21,52 +21,52 @@ pub struct SkinRow {
     pub index_count: u32,
 }
 
-/// A vertex of a skin.
+/// Vertex of a skin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkinVertexRow {
-    /// Relative to the fragment's center of mass, m.
+    /// Position relative to the fragment's center of mass, m.
     pub position_m: [f32; 3],
-    /// Of length one.
+    /// Unit normal.
     pub normal: [f32; 3],
-    /// Texture coordinates, as in the input; zero where it has none.
+    /// Texture coordinates of the input; zero if it has none.
     pub uv: [f32; 2],
 }
 
-/// The skins of all fragments.
+/// Skins of all fragments.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FragmentSkins {
-    /// One per fragment.
+    /// Rows, one per fragment.
     pub rows: Vec<SkinRow>,
     /// Vertices, by fragment.
     pub vertices: Vec<SkinVertexRow>,
-    /// Relative to the fragment's first vertex, counter-clockwise seen from outside.
+    /// Vertex indices relative to the fragment's first vertex, counter-clockwise seen from outside.
     pub indices: Vec<u32>,
-    /// One per triangle: a material of the input; empty if it has none.
+    /// Material of the input for each triangle; empty if it has none.
     pub materials: Vec<u32>,
-    /// What they were cut from, and how.
+    /// Cut of the skins.
     pub(in crate::pipeline) cut: Option<SkinCut>,
 }
 
-/// How skins were cut.
+/// Cut of a skin into those of fragments.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::pipeline) struct SkinCut {
-    /// From what.
+    /// Skin that was cut.
     pub skin: Arc<Skin>,
-    /// Whether that is the object's own.
+    /// True if that is the object's own skin.
     pub whole: bool,
-    /// By fragment.
+    /// Parts, one per fragment.
     pub parts: Vec<ClippedSurface>,
 }
 
 impl SkinCut {
-    /// What fragment `fragment`, which is one of them, wears.
+    /// The skin of fragment `fragment`, which must exist.
     pub fn of(&self, fragment: u32) -> Skin {
         self.skin.part(&self.parts[fragment as usize])
     }
 }
 
 impl FragmentSkins {
-    /// Bytes of the tables.
+    /// Size of the tables in bytes.
     pub(in crate::pipeline) fn bytes(&self) -> usize {
         let Self { rows, vertices, indices, materials, cut: _ } = self;
         let tables = size_of_val(rows.as_slice()) + size_of_val(vertices.as_slice());
@@ -75,7 +75,7 @@ impl FragmentSkins {
 }
 
 impl FragmentSkins {
-    /// Those of the fragments of `bodies`, cut from `skin`. `sites`: the diagram of each body, if it has one.
+    /// The skins of the fragments of `bodies`, cut from `skin`. `sites`: the diagram of each body, if it has one.
     pub(in crate::pipeline) fn clip(
         bodies: &[BodyMeshes],
         skin: &Arc<Skin>,
@@ -115,16 +115,16 @@ fn vertex(blend: &BlendedVertex, skin: &Skin, center: &Point3<f64>, meter: f64) 
     SkinVertexRow { position_m: ((place - center) * meter).map(|x| x as f32).into(), normal, uv }
 }
 
-/// Who wears what.
+/// Assignment of skin points to fragments.
 struct SkinAssigner<'a> {
     pieces: &'a [BodyMeshes],
     skin: &'a Skin,
     prepared: &'a PreparedObject,
-    /// By body of the answer: its diagram, if it has one.
+    /// Diagram of each body of the result, if it has one.
     sites: &'a [Option<BisectorSites<'a>>],
-    /// By body of the answer: number of its first fragment.
+    /// First fragment of each body of the result.
     firsts: Vec<u32>,
-    /// By body of the object: its place among those of the answer.
+    /// Index in the result of each body of the object.
     places: Vec<usize>,
 }
 
@@ -152,8 +152,9 @@ impl<'a> SkinAssigner<'a> {
         })
     }
 
-    /// Which body of the answer a point lies in, the fragments at the nodes around it there, and the weights of these; nodes of
-    /// fragments that are not answered have none.
+    /// Body of the result around a point, fragments at the corner nodes of its tetrahedron, and their weights.
+    ///
+    /// Nodes of fragments outside the result have no fragment and weight 0.
     fn around(&self, point: u32) -> (usize, [Option<u32>; 4], [f64; 4]) {
         let SkinPoint { body, place } = &self.skin.spots[point as usize];
         let own = self.places[*body as usize];
@@ -165,7 +166,7 @@ impl<'a> SkinAssigner<'a> {
         (own, fragments.map(|label| Some(self.firsts[own] + label?)), weights)
     }
 
-    /// The fragment that wears a point: of those that the tetrahedron around it has corners in, the one in whose cell it lies.
+    /// The fragment of a point: among those at the corners of its tetrahedron, the one whose cell contains the point.
     fn label(&self, point: u32) -> u32 {
         let (body, fragments, _) = self.around(point);
         let nearer = |best: u32, other: u32| {
@@ -175,7 +176,7 @@ impl<'a> SkinAssigner<'a> {
         fragments.into_iter().flatten().reduce(nearer).unwrap_or(self.firsts[body])
     }
 
-    /// f_a − f_b at a point, not a number between bodies.
+    /// Difference f_a − f_b at a point; NaN for fragments of different bodies.
     fn rival(&self, point: u32, a: u32, b: u32) -> f64 {
         let (body, _, weights) = self.around(point);
         let own = |fragment: u32| {

@@ -1,24 +1,29 @@
-//! Slivers: pieces too small to be worth a body of their own become part of the neighbor that they share most with.
+//! Slivers: fragments too small for a body of their own, merged into the neighbor with the largest common area.
 
 use crate::fragment::RigidProperties;
 use crate::pipeline::request::context::StrikeContext;
 use crate::tessellation::{Components, RunRange, Tessellation, Topology};
 use std::collections::BTreeMap;
 
-/// Smaller pieces are slivers: volume in cubes of the crack lattice's spacing. They have about four nodes, so the lattice shapes them
-/// and not the diagram. A share of the mean piece would take the small ones around a contact, which are meant.
+/// Volume below which a fragment is a sliver, in cubed spacings of the crack lattice.
+///
+/// Such a fragment has about four nodes, so the lattice determines its shape rather than the diagram. A share of the
+/// mean volume would also remove small fragments around a contact, which are intended.
 pub const SLIVER_CUBES: f64 = 2.0;
 
-/// The volume below which a piece is a sliver, local: that of the lattice, or what the strike asks for.
+/// The volume below which a fragment is a sliver, local: [`SLIVER_CUBES`] or that of the request, whichever is larger.
 pub(in crate::pipeline) fn least_volume(context: StrikeContext<'_>) -> f64 {
     let StrikeContext { prepared, request, .. } = context;
     let asked = request.volume_min_m3.map_or(0.0, |volume_m3| volume_m3 / prepared.frame.diagonal_m.powi(3));
     asked.max(SLIVER_CUBES * prepared.parameters.crack_spacing.powi(3))
 }
 
-/// Gives every piece of less than `least` to the neighbor with which it shares the largest area, the smallest first, until
-/// none is left that has a neighbor; pieces that are not measured take no part. Whether there was one; `components` then has the pieces as they are now, numbered in their old order, each with
-/// the site of the one that took in the others.
+/// Merges every fragment smaller than `least` into the neighbor with the largest common area, in ascending order of
+/// volume.
+///
+/// Ends when no sliver with a neighbor is left. Fragments without an entry in `measured` take no part. Returns true if
+/// there was a sliver. `components` then has the merged fragments in their old order, with the sites of the absorbing
+/// ones.
 pub(in crate::pipeline) fn merge(
     components: &mut Components,
     tessellation: &Tessellation,
@@ -26,14 +31,14 @@ pub(in crate::pipeline) fn merge(
     least: f64,
 ) -> bool {
     let volumes: Vec<f64> = measured.iter().map(|piece| piece.volume).collect();
-    // Areas are summed only where a piece is small.
+    // Common areas are needed only if a fragment is small.
     if volumes.iter().all(|volume| *volume >= least) {
         return false;
     }
     join(components, volumes, shared_areas(tessellation), least)
 }
 
-/// Volumes of the pieces by the lumped volumes of their nodes, local, if one of them is less than `least`.
+/// Fragment volumes by the lumped volumes of their nodes, local, if one of them is less than `least`.
 pub(in crate::pipeline) fn small_by_nodes(
     components: &Components,
     node_volumes: &[f64],
@@ -44,8 +49,9 @@ pub(in crate::pipeline) fn small_by_nodes(
     volumes.iter().any(|volume| *volume < least).then_some(volumes)
 }
 
-/// As [`merge`], before anything is cut: by these volumes, and by the number of lattice edges between pieces. Few pieces are left
-/// for [`merge`], which has to cut a second time.
+/// As [`merge`], before the body is cut: by these volumes, and by the number of lattice edges between fragments.
+///
+/// This leaves little for [`merge`], after which the body must be cut again.
 pub(in crate::pipeline) fn merge_by_nodes(
     components: &mut Components,
     topology: &Topology,
@@ -54,7 +60,7 @@ pub(in crate::pipeline) fn merge_by_nodes(
 ) {
     let mut shared = vec![BTreeMap::new(); volumes.len()];
     for [a, b] in topology.edges.iter().map(|edge| edge.map(|node| components.labels[node as usize] as usize)) {
-        // Neighbors of large pieces do not matter.
+        // Only neighbors of small fragments matter.
         if a != b && (volumes[a] < least || volumes[b] < least) {
             *shared[a].entry(b).or_default() += 1.0;
             *shared[b].entry(a).or_default() += 1.0;
@@ -63,7 +69,7 @@ pub(in crate::pipeline) fn merge_by_nodes(
     join(components, volumes, shared, least);
 }
 
-/// Joins pieces as [`merge`] says; `shared[piece]` is what it shares with each neighbor.
+/// Merges fragments as in [`merge`]; `shared[piece]` maps each neighbor to the common area or edge count.
 fn join(components: &mut Components, mut volumes: Vec<f64>, mut shared: Vec<BTreeMap<usize, f64>>, least: f64) -> bool {
     let mut became: Vec<usize> = (0..volumes.len()).collect();
     let mut any = false;
@@ -85,7 +91,7 @@ fn join(components: &mut Components, mut volumes: Vec<f64>, mut shared: Vec<BTre
     any
 }
 
-/// The smallest sliver that has a neighbor, and the one that it shares most with.
+/// The smallest sliver with a neighbor, and the neighbor with the most in common.
 fn next(became: &[usize], volumes: &[f64], shared: &[BTreeMap<usize, f64>], least: f64) -> Option<(usize, usize)> {
     let pieces = (0..volumes.len()).filter(|&piece| became[piece] == piece && volumes[piece] < least);
     let slivers = pieces.filter(|&piece| !shared[piece].is_empty());
@@ -94,7 +100,7 @@ fn next(became: &[usize], volumes: &[f64], shared: &[BTreeMap<usize, f64>], leas
     Some((sliver, *host.0))
 }
 
-/// By piece: neighbors, and the area shared with each, local.
+/// Neighbors of each fragment, with the common area, local.
 fn shared_areas(tessellation: &Tessellation) -> Vec<BTreeMap<usize, f64>> {
     let mut shared = vec![BTreeMap::new(); tessellation.fragments().len()];
     for run in tessellation.runs() {

@@ -1,4 +1,4 @@
-//! How the outer faces of the fragments look, if it is asked for: as the input does there.
+//! Attributes of the fragments' outer faces, taken from the input, with the effect `attributes`.
 
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::{PreparedBody, PreparedObject};
@@ -10,26 +10,26 @@ use crate::tessellation::{OuterVertex, Topology, outer_vertices};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
-/// How a vertex of an outer face looks; zero on crack faces.
+/// Attributes of a vertex of an outer face; zero on crack faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VertexAttribute {
-    /// Of length one.
+    /// Unit normal.
     pub normal: [f32; 3],
-    /// Texture coordinates, as in the input; zero where it has none.
+    /// Texture coordinates of the input; zero if it has none.
     pub uv: [f32; 2],
 }
 
-/// The looks of all fragments.
+/// Attributes of all fragments.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VertexAttributes {
-    /// One per vertex of the answer.
+    /// Attributes, one per vertex of the result.
     pub vertices: Vec<VertexAttribute>,
-    /// One per triangle of the answer: a material of the input, or [`NO_MATERIAL`]; empty if the input has none.
+    /// Material of the input, or [`NO_MATERIAL`], for each triangle of the result; empty if the input has none.
     pub materials: Vec<u32>,
 }
 
 impl VertexAttributes {
-    /// Those of the outer faces of `bodies`, fragments of `prepared`.
+    /// The attributes of the outer faces of `bodies`, fragments of `prepared`.
     pub(in crate::pipeline) fn of(bodies: &[BodyMeshes], prepared: &PreparedObject) -> Result<Self, FractureError> {
         let mut looks = Self::default();
         for pieces in bodies {
@@ -41,14 +41,14 @@ impl VertexAttributes {
     }
 }
 
-/// The boundary of one body, and the fragments that have parts of it.
+/// The boundary of one body, and its fragments.
 struct BodyBoundary<'a> {
     body: &'a PreparedBody,
     outer: &'a BoundaryAttributes,
     pieces: &'a BodyMeshes,
     /// Vertices of the outer run of each fragment.
     origins: Vec<Vec<OuterVertex>>,
-    /// Place among the boundary's nodes, by node.
+    /// Index among the boundary's nodes, by node.
     places: Vec<u32>,
 }
 
@@ -63,7 +63,7 @@ impl<'a> BodyBoundary<'a> {
         Self { body, outer, pieces, origins, places }
     }
 
-    /// Appends the looks of this body's fragments.
+    /// Appends the attributes of this body's fragments.
     fn look(&self, looks: &mut VertexAttributes) {
         let tessellation = &self.pieces.tessellation;
         let first = looks.vertices.len();
@@ -120,7 +120,7 @@ impl<'a> BodyBoundary<'a> {
         VertexAttribute { normal, uv: [uv(0), uv(1)] }
     }
 
-    /// The nodes, ascending, of the boundary's face that these vertices lie on.
+    /// The nodes, ascending, of the boundary face that contains these vertices; `None` if they span several.
     fn face_of(&self, triangle: [&OuterVertex; 3]) -> Option<[u32; 3]> {
         let topology = &self.body.topology;
         let mut nodes = [0; 9];
@@ -148,7 +148,7 @@ impl<'a> BodyBoundary<'a> {
     }
 }
 
-/// Faces of the boundary by their nodes, ascending.
+/// Indices of the boundary's faces by their nodes, ascending.
 fn faces(topology: &Topology) -> HashMap<[u32; 3], usize> {
     let key = |outer: &crate::tessellation::OuterFace| topology.faces[outer.face as usize];
     topology.boundary.iter().enumerate().map(|(place, outer)| (key(outer), place)).collect()

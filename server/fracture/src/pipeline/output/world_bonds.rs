@@ -1,4 +1,4 @@
-//! Which fragments the world holds, and by how much of their surface.
+//! Bonds of fragments to the world: fragments inside anchors, and the area of their surface there.
 
 use super::faces::faces;
 use super::rows::{BondRow, WORLD};
@@ -8,22 +8,23 @@ use crate::pipeline::workspace::body_meshes::BodyMeshes;
 use crate::surface::LocalFrame;
 use nalgebra::{Point3, Vector3};
 
-/// What anchors have of one fragment, local.
+/// Part of one fragment inside anchors, local.
 #[derive(Clone, Copy, Default)]
 struct Part {
-    /// Nodes of the crack lattice.
+    /// Number of nodes of the crack lattice.
     nodes: usize,
-    /// Sum of their places.
+    /// Sum of their positions.
     places: Vector3<f64>,
-    /// Area of outer triangles, the sum of their area vectors, and the first moment of the area.
+    /// Area of outer triangles. The fields below are the sum of their area vectors and the first moment of the area.
     area: f64,
     normal: Vector3<f64>,
     moment: Vector3<f64>,
 }
 
-/// The bonds of one body's fragments to the world, by fragment; numbers within the body. A fragment has one if a node of the crack
-/// lattice that belongs to it, or the centroid of a triangle of its outer surface, lies in an anchor. The area is that of these
-/// triangles.
+/// The bonds of one body's fragments to the world, by fragment; indices within the body.
+///
+/// A fragment has a bond if an anchor contains one of its nodes of the crack lattice or the centroid of a triangle of
+/// its outer surface. The area of the bond is that of these triangles.
 pub(in crate::pipeline) fn bonds(
     pieces: &BodyMeshes,
     lattice: &Lattice,

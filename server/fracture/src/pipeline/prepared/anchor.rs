@@ -1,4 +1,4 @@
-//! Holds an object by anchors.
+//! Anchoring of an object.
 
 use super::anchored::{AnchorError, AnchorNodes, AnchoredBody, AnchoredObject};
 use super::object::PreparedObject;
@@ -7,9 +7,10 @@ use crate::elasticity::ElasticityError;
 use crate::pipeline::error::FractureError;
 use crate::scene::{Anchors, EffectKind, EffectSet};
 impl PreparedObject {
-    /// The nodes that `anchors` hold, after a check that they do hold every body that they reach.
+    /// The nodes inside `anchors`, after a check that they hold every body that they touch.
     ///
-    /// Errors: [`AnchorError::ElasticityUnprepared`], [`AnchorError::Empty`], [`AnchorError::Loose`].
+    /// # Errors
+    /// [`AnchorError::ElasticityUnprepared`], [`AnchorError::Empty`], [`AnchorError::Loose`].
     pub fn anchor_nodes(&self, anchors: &Anchors) -> Result<AnchorNodes, AnchorError> {
         let mut grip =
             AnchorNodes { counts: vec![0; anchors.regions.len()], nodes: Vec::with_capacity(self.bodies.len()) };
@@ -46,10 +47,13 @@ impl PreparedObject {
         }
     }
 
-    /// Holds the object by `anchors`, for strikes with [`EffectKind::Anchored`]: factors what they hold, and solves for its weight.
-    /// Strikes without it find the object as it was.
+    /// Anchors the object for requests with [`EffectKind::Anchored`]: factors the anchored stiffness and solves for the
+    /// weight.
     ///
-    /// Errors: those of [`Self::anchor_nodes`], and [`AnchorError::Cancelled`].
+    /// Requests without that effect use the free object.
+    ///
+    /// # Errors
+    /// Those of [`Self::anchor_nodes`], and [`AnchorError::Cancelled`].
     pub fn anchor(&mut self, anchors: &Anchors, token: &CancelToken) -> Result<(), AnchorError> {
         let grip = self.anchor_nodes(anchors)?;
         let mut bodies = Vec::with_capacity(grip.nodes.len());
@@ -66,9 +70,10 @@ impl PreparedObject {
         Ok(())
     }
 
-    /// What holds the object under `effects`; nothing without [`EffectKind::Anchored`].
+    /// The anchored object under `effects`; `None` without [`EffectKind::Anchored`].
     ///
-    /// Errors: [`FractureError::Unheld`].
+    /// # Errors
+    /// [`FractureError::Unheld`].
     pub fn held(&self, effects: EffectSet) -> Result<Option<&AnchoredObject>, FractureError> {
         if !effects.has(EffectKind::Anchored) {
             return Ok(None);
@@ -81,7 +86,7 @@ impl PreparedObject {
     }
 }
 
-/// "anchors[0], anchors[2]".
+/// Names of regions in the form "anchors[0], anchors[2]".
 fn named(regions: impl Iterator<Item = usize>) -> String {
     regions.map(|region| format!("anchors[{region}]")).collect::<Vec<_>>().join(", ")
 }

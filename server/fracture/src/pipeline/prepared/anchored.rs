@@ -1,66 +1,69 @@
-//! Held: an object whose anchors do not move, and its weight.
+//! An anchored object: nodes that do not move, and the displacement under its weight.
 //!
 //! Based on: T. J. R. Hughes, *The Finite Element Method* (1987), chapter 2: prescribed displacements and body forces.
-//! Linear elasticity superposes, so the weight is solved for once, of unit density under the acceleration g, K w = ∫φ g, and
-//! every strike adds its displacement. With diagonal L, density ρ and peak force F, forces are fractions of F and volumes are in
-//! L³: the weight is ρL³/F times that of unit density, and so is what it displaces.
+//!
+//! Linear elasticity superposes. The weight of unit density under the acceleration g is therefore solved for once, K w
+//! = ∫φ g, and every request adds its displacement. With diagonal L, density ρ and peak force F, forces are fractions
+//! of F and volumes are in L³. The weight is then ρL³/F times that of unit density, and so is its displacement.
 
 use crate::cancel_token::{CancelToken, Cancelled};
 use crate::elasticity::{ElasticWorkspace, Elasticity, ElasticityError};
 use crate::memory::held;
 use crate::scene::Anchors;
 
-/// What a scene's anchors make of an object.
+/// An object held by the anchors of a scene.
 pub struct AnchoredObject {
     anchors: Anchors,
-    /// One per body; `None`: no anchor reaches it, it is free.
+    /// One entry per body; `None`: no anchor touches it, it is free.
     bodies: Vec<Option<AnchoredBody>>,
 }
 
-/// One held body.
+/// An anchored body.
 pub struct AnchoredBody {
-    /// The body with its anchored nodes held; it shares all but its factor with the free one.
+    /// Elasticity with the anchored nodes fixed. It shares all tables but its factor with the free body.
     pub elasticity: Elasticity,
-    /// w, three components per node: local, per unit of density; `None`: it has no weight.
+    /// Displacement w under the weight, three components per node, local, per unit of density; `None`: no gravity.
     pub sag: Option<Vec<f64>>,
 }
 
-/// Which nodes of the elastic lattices are held.
+/// Anchored nodes of the elastic lattices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnchorNodes {
-    /// By region: how many nodes lie in it.
+    /// Number of nodes in each region.
     pub counts: Vec<usize>,
-    /// By body: those that lie in some region, ascending.
+    /// Nodes in any region, ascending, for each body.
     pub nodes: Vec<Vec<u32>>,
 }
 
-/// Why an object cannot be held; the scene's fault, no use to retry.
+/// Errors of anchoring an object. The scene is at fault; a retry does not help.
 #[derive(Debug, thiserror::Error)]
 pub enum AnchorError {
-    /// The object is not prepared for deformation.
-    #[error("body {body} is not prepared for elasticity, without which nothing is held")]
+    /// The body has no elasticity tables.
+    #[error("body {body} has no elasticity tables, which anchors need; bake the object with elasticity")]
     ElasticityUnprepared {
-        /// Which body.
+        /// Index of the body.
         body: usize,
     },
-    /// A region in which there is nothing to hold.
-    #[error("anchors[{region}], {what}, holds no node of the elastic lattice, whose edges are {spacing_m:.4} m long")]
+    /// A region contains no node.
+    #[error(
+        "anchors[{region}], {what}, contains no node of the elastic lattice (edges of {spacing_m:.4} m); enlarge it"
+    )]
     Empty {
-        /// Which region.
+        /// Index of the region.
         region: usize,
-        /// What it is.
+        /// Description of the region.
         what: String,
-        /// Mean edge length, m.
+        /// Mean edge length of the elastic lattice, m.
         spacing_m: f64,
     },
-    /// The regions leave a body a motion, or their equations cannot be solved.
+    /// The regions leave a body a rigid motion, or its equations cannot be solved.
     #[error("body {body} is not held by {regions}: {source}")]
     Loose {
-        /// Which body.
+        /// Index of the body.
         body: usize,
-        /// The regions that reach it.
+        /// Names of the regions that touch it.
         regions: String,
-        /// Why.
+        /// Cause.
         source: ElasticityError,
     },
     /// Cancelled.
@@ -69,12 +72,12 @@ pub enum AnchorError {
 }
 
 impl AnchoredObject {
-    /// Of the bodies as they are held.
+    /// An anchored object with these bodies.
     pub(in crate::pipeline) fn new(anchors: Anchors, bodies: Vec<Option<AnchoredBody>>) -> Self {
         Self { anchors, bodies }
     }
 
-    /// Body `body` as it is held; `None`: it is free.
+    /// Body `body` if it is anchored; `None`: it is free.
     pub fn body(&self, body: usize) -> Option<&AnchoredBody> {
         self.bodies[body].as_ref()
     }
@@ -84,7 +87,7 @@ impl AnchoredObject {
         &self.anchors
     }
 
-    /// Bytes that it holds beyond those of the free object.
+    /// Memory beyond that of the free object, bytes.
     pub fn bytes(&self) -> usize {
         let own = |body: &AnchoredBody| body.elasticity.own_bytes() + body.sag.as_ref().map_or(0, held);
         held(&self.anchors.regions) + held(&self.bodies) + self.bodies.iter().flatten().map(own).sum::<usize>()

@@ -1,12 +1,14 @@
-//! Bound: how large E_1 can be under a load, before anything is solved for; where that is below γ the object stays whole.
+//! Upper bound of E_1 under a load, without a solve. If it is below γ, the object stays intact.
 //!
-//! Based on: [`EigenvalueLowerBound`] for the energy, [`degree::reach`] for E_1 per energy; the bound is ours.
+//! Based on: [`EigenvalueLowerBound`] for the energy and [`degree::reach`] for E_1 per energy; the combination is ours.
 //!
-//! With ρ² the reach of the lift and U_d the energy that drives cracks, all of U or its tensile part, E_1 ≤ ρ²U_d ≤ ρ²U ≤ ρ²·½f'W⁻¹f/σ:
-//! the transfer to the crack lattice keeps sums. That is for K u = f. What a strike has instead of u leaves a residual r, and
-//! √(½u'Ku) is a norm of f − r, in equilibrium as f is: at most (1 + |r|/|f|)² times the bound, with |·|² = (·)'W⁻¹(·). [`SLACK`]
-//! is more than residuals that pass for a solution can be worth, and than rounding. A reduced displacement is a projection: its
-//! energy is no more than U.
+//! With ρ² the first-moment bound of the lift ([`degree::reach`]) and U_d the energy that drives cracks (all of U or
+//! its tensile part): E_1 ≤ ρ²U_d ≤ ρ²U ≤ ρ²·½f'W⁻¹f/σ. The transfer to the crack lattice preserves sums.
+//!
+//! This holds for K u = f. A computed u leaves a residual r, and √(½u'Ku) is a norm of f − r, which is in equilibrium
+//! like f. Its energy is therefore at most (1 + |r|/|f|)² times the bound, with |·|² = (·)'W⁻¹(·). [`SLACK`] exceeds
+//! the effect of any residual that passes for a solution, and of rounding. A reduced displacement is a projection, so
+//! its energy is at most U.
 
 use super::object::{PreparedBody, PreparedObject};
 use super::parameters::ElasticRequest;
@@ -16,32 +18,33 @@ use crate::elasticity::{EigenvalueLowerBound, Elasticity, ElasticityError};
 use crate::lift::LiftKind;
 use std::ops::RangeInclusive;
 
-/// Told on top of every bound, relative.
+/// Relative margin added to every bound.
 const SLACK: f64 = 0.01;
 
-/// Lifts in the order of their reaches.
+/// Lifts in the order of [`EnergyUpperBound::values`].
 const LIFTS: [LiftKind; 3] = [LiftKind::Euclidean, LiftKind::Interior, LiftKind::SurfaceDiffusion];
 
-/// What stands for a reach that is not known: the body has no such lift.
+/// Marks the first-moment bound of a lift that the body does not have.
 const UNKNOWN: f64 = 0.0;
 
-/// What bounds E_1 of a free body.
+/// Upper bound of E_1 of a free body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnergyUpperBound {
     floor: EigenvalueLowerBound,
-    /// In the order of [`LIFTS`]; local length squared.
+    /// First-moment bounds in the order of [`LIFTS`], local length squared.
     reaches: [f64; 3],
 }
 
 impl EnergyUpperBound {
-    /// That of `body`; `None` without elasticity, or where its stiffness has no bound.
+    /// The bound of `body`; `None` without elasticity, or if its stiffness has no eigenvalue bound.
     ///
-    /// Errors: [`Cancelled`].
+    /// # Errors
+    /// [`Cancelled`].
     fn of(body: &PreparedBody, token: &CancelToken) -> Result<Option<Self>, Cancelled> {
         let Some(solid) = &body.solid else { return Ok(None) };
         match EigenvalueLowerBound::of(&solid.elasticity, token) {
             Err(ElasticityError::Cancelled(cancelled)) => Err(cancelled),
-            // Whatever else fails is told to whoever strikes it.
+            // Other errors recur in, and are reported by, the request that strikes the body.
             Err(_) | Ok(None) => Ok(None),
             Ok(Some(floor)) => {
                 let reaches = LIFTS.map(|kind| body.lift(kind).map_or(UNKNOWN, degree::reach));
@@ -50,12 +53,13 @@ impl EnergyUpperBound {
         }
     }
 
-    /// From what [`Self::values`] said of the body.
+    /// The bound from stored [`Self::values`].
     pub fn stored(elasticity: &Elasticity, [floor, reaches @ ..]: [f64; 4]) -> Self {
         Self { floor: EigenvalueLowerBound::stored(elasticity, floor), reaches }
     }
 
-    /// What [`Self::values`] of `body` lie within; `None` for a body without elasticity. A lift that is not there bounds nothing.
+    /// Valid ranges of [`Self::values`] of `body`; `None` for a body without elasticity. A missing lift leaves its
+    /// value unbounded.
     pub fn ranges(body: &PreparedBody) -> Option<[RangeInclusive<f64>; 4]> {
         let floor = f64::MIN_POSITIVE..=(1.0 + SLACK) * EigenvalueLowerBound::most(&body.solid.as_ref()?.elasticity);
         let reach = |kind| body.lift(kind).map_or(UNKNOWN..=f64::MAX, degree::reach_range);
@@ -63,28 +67,30 @@ impl EnergyUpperBound {
         Some([floor, euclidean, interior, surface_diffusion])
     }
 
-    /// The floor, positive, and the reaches in the lifts `euclidean`, `interior` and `surface_diffusion`, zero where there is none.
+    /// The eigenvalue bound, positive, and the first-moment bounds of the lifts `euclidean`, `interior` and
+    /// `surface_diffusion`; 0 without the lift.
     pub fn values(&self) -> [f64; 4] {
         let [euclidean, interior, surface_diffusion] = self.reaches;
         [self.floor.value(), euclidean, interior, surface_diffusion]
     }
 
-    /// At least E_1 under `forces`, local; `None` where the lift's reach is not known.
+    /// Upper bound of E_1 under `forces`, local; `None` if the lift's first-moment bound is unknown.
     pub(in crate::pipeline) fn first_moment(&self, kind: LiftKind, forces: &[f64]) -> Option<f64> {
         let reach = LIFTS.iter().zip(self.reaches).find(|(own, _)| **own == kind).map(|(_, reach)| reach);
         reach.filter(|reach| *reach != UNKNOWN).map(|reach| (1.0 + SLACK) * reach * self.floor.energy(forces))
     }
 
-    /// Bytes that it holds.
+    /// Memory, bytes.
     pub fn bytes(&self) -> usize {
         self.floor.bytes()
     }
 }
 
 impl PreparedObject {
-    /// Finds the bounds of bodies that have none, if its strikes may do without a solve at all.
+    /// Computes missing bounds of the bodies, unless every request is solved.
     ///
-    /// Errors: [`Cancelled`].
+    /// # Errors
+    /// [`Cancelled`].
     pub fn bound(&mut self, token: &CancelToken) -> Result<(), Cancelled> {
         if self.parameters.elastic == ElasticRequest::Solve {
             return Ok(());

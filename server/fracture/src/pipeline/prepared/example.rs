@@ -1,58 +1,58 @@
-//! Examples: impacts whose fracture degree is known at every magnitude and every threshold.
+//! Training examples: impacts whose fracture degree is known at every magnitude and threshold.
 //!
-//! Based on: Schvartzman & Otaduy (I3D 2014), section 3: examples fractured with a full optimisation teach the degree. That
-//! one curve E_max(n) labels every γ is ours: n depends on W/γ alone.
+//! Based on: Schvartzman & Otaduy (I3D 2014), section 3: the degree is learned from examples fractured by full
+//! optimization. Labeling every γ by one curve E_max(n) is ours: n depends on W/γ only.
 
 use crate::degree::{self, SITES_MIN, TrainingSample};
 use crate::pipeline::contact::ImpactContact;
-/// One impact of this many is labelled twice.
+/// One in this many impacts is labeled twice.
 pub(in crate::pipeline) const TWICE: u64 = 8;
 
-/// One point of an example's curve.
+/// One point of an example's curve E_max(n).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrainingExamplePoint {
-    /// n.
+    /// Number of sites n.
     pub sites: u32,
-    /// E_max(n), the better of the starts; shares of the body's energy times local length squared.
+    /// Smaller E_max(n) of the starts, in shares of the body's energy times local length squared.
     pub energy_max: f64,
-    /// The worse of the starts.
+    /// Larger E_max(n) of the starts.
     pub energy_max_worst: f64,
-    /// E_max(n) from other starts: one impact of eight is labelled twice, to see what labels are worth; 0 elsewhere.
+    /// E_max(n) from other starts, which measures the noise of labels; 0 for the seven of eight impacts labeled once.
     pub energy_max_again: f64,
-    /// n₀ at the threshold that this point is a label of; 0 where it is none.
+    /// n₀ at the threshold that this point labels; 0 if it labels none.
     pub estimate: f64,
 }
 
-/// One strain energy field and its curve.
+/// A strain energy field and its curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrainingExample {
-    /// Number of the impact; two bodies that it strikes make two examples.
+    /// Number of the impact. An impact on two bodies makes two examples.
     pub impact: u64,
-    /// The body.
+    /// Index of the body.
     pub body: usize,
-    /// The whole impact.
+    /// All contacts of the impact.
     pub contacts: Vec<ImpactContact>,
-    /// The body's strain energy, J.
+    /// Strain energy of the body, J.
     pub energy_j: f64,
-    /// E_1 in the units of the points.
+    /// E_1, in the units of the points.
     pub first_moment: f64,
-    /// How evenly the energy is spread: [`degree::evenness`].
+    /// Evenness of the energy's distribution: [`degree::evenness`].
     pub evenness: f64,
-    /// E_max(n) by rising n, from 1.
+    /// Points of the curve by ascending n, from 1.
     pub points: Vec<TrainingExamplePoint>,
-    /// The sites of the best diagram of each point but n = 1, as the crack nodes nearest to them, point after point.
+    /// Crack nodes nearest to the sites of the best diagram, point after point, without n = 1.
     pub site_nodes: Vec<u32>,
 }
 
 impl TrainingExample {
-    /// The sites of the best diagram of point `place`, as crack nodes; none where n = 1.
+    /// Crack nodes nearest to the sites of the best diagram of point `place`; empty where n = 1.
     pub fn sites(&self, place: usize) -> &[u32] {
         let length = |point: &TrainingExamplePoint| if point.sites > 1 { point.sites as usize } else { 0 };
         let begin: usize = self.points[..place].iter().map(length).sum();
         &self.site_nodes[begin..][..length(&self.points[place])]
     }
 
-    /// γ of each label, its n₀ and its n: the middles, in the logarithm, of the intervals of γ whose degree some point is.
+    /// γ, n₀ and n of each label. The γ are the logarithmic middles of the intervals in which the degree is constant.
     pub fn labels(&self) -> impl Iterator<Item = (f64, f64, u32)> + '_ {
         records(self.points.iter().map(|point| point.energy_max)).map(|(place, gamma)| {
             let point = &self.points[place];
@@ -60,12 +60,12 @@ impl TrainingExample {
         })
     }
 
-    /// The degree at γ; `None` beyond the curve's end.
+    /// The degree at γ; `None` beyond the end of the curve.
     pub fn degree(&self, gamma: f64) -> Option<u32> {
         self.points.iter().find(|point| point.energy_max <= gamma).map(|point| point.sites)
     }
 
-    /// One lesson per label.
+    /// One training sample per label.
     pub fn lessons(&self, example: usize) -> impl Iterator<Item = TrainingSample> + '_ {
         self.labels().map(move |(gamma, estimate, found)| TrainingSample {
             example,
@@ -74,7 +74,8 @@ impl TrainingExample {
         })
     }
 
-    /// Lessons from the impact's pose and magnitude alone: place and direction of the first contact, its radius, and ln J²/γ.
+    /// Training samples from the impact's pose and magnitude only: point and direction of the first contact, its
+    /// radius, and ln J²/γ.
     pub(in crate::pipeline) fn poses(&self, example: usize) -> impl Iterator<Item = TrainingSample> + '_ {
         let first = self.contacts[0];
         let (place, magnitude) = (first.point_m.coords, first.impulse_ns.norm());
@@ -90,7 +91,8 @@ impl TrainingExample {
         })
     }
 
-    /// |Δn|/n between the degrees of both curves at the γ of the first one's labels; nothing where there is one curve.
+    /// Label noise |Δn|/n: the difference of both curves' degrees at the γ of the first curve's labels; empty with one
+    /// curve.
     pub fn noise(&self) -> impl Iterator<Item = f64> + '_ {
         let again = |gamma: f64| self.points.iter().find(|point| (0.0..=gamma).contains(&point.energy_max_again));
         let twice = self.impact.is_multiple_of(TWICE);
@@ -103,7 +105,7 @@ impl TrainingExample {
     }
 }
 
-/// Places at which the running minimum falls, beyond the first, and the middle γ of the fall.
+/// Indices at which the running minimum falls, without the first, and the γ in the middle of the fall.
 pub(in crate::pipeline) fn records(energies: impl Iterator<Item = f64>) -> impl Iterator<Item = (usize, f64)> {
     let mut least = f64::INFINITY;
     energies.enumerate().filter_map(move |(place, energy)| {

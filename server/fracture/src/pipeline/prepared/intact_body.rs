@@ -1,13 +1,14 @@
-//! The object before it breaks: the boundaries of its lattices, which the fragments' outer faces are made of.
+//! The object before it breaks: the boundaries of its lattices, from which the fragments' outer faces are cut.
 
 use super::object::PreparedObject;
 use crate::fragment::RigidProperties;
 use crate::surface::RawMesh;
 
-/// One body, whole.
+/// One intact body.
 #[derive(Clone, Debug)]
 pub struct IntactBody {
-    /// Its surface, coordinates of the mesh file, m: closed, counter-clockwise seen from outside, every vertex once.
+    /// Boundary surface, coordinates of the mesh file, m: closed, counter-clockwise seen from outside, without
+    /// duplicate vertices.
     pub mesh: RawMesh,
     /// Volume, m³.
     pub volume_m3: f64,
@@ -20,10 +21,12 @@ pub struct IntactBody {
 }
 
 impl PreparedObject {
-    /// All bodies, whole, in their order. What a host shows until the object breaks: pieces put together again look the same.
+    /// All bodies, intact, in order.
+    ///
+    /// A host displays them until the object breaks. The fragments in their original positions look the same.
     pub fn intact(&self) -> Vec<IntactBody> {
         let bodies = self.bodies.iter().map(|body| {
-            // Boundary nodes ascend.
+            // Boundary nodes are in ascending order.
             let nodes = &body.topology.boundary_nodes;
             let vertex = |node: u32| nodes.partition_point(|own| *own < node) as u32;
             let positions_m: Vec<_> =

@@ -1,4 +1,4 @@
-//! How much memory a prepared object holds.
+//! Memory of a prepared object.
 
 use super::anchored::AnchoredObject;
 use super::energy_bound::EnergyUpperBound;
@@ -12,22 +12,22 @@ use crate::lift::LiftedLattice;
 use crate::memory::held;
 use crate::skin::BoundaryAttributes;
 
-/// Bytes that an object holds, by what holds them; rows add up, whatever their names are.
+/// Memory of an object by table, bytes. Rows of equal names are summed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MemoryRows(Vec<(&'static str, usize)>);
 
 impl MemoryRows {
-    /// The rows: what holds the bytes, and how many.
+    /// The rows: name of the table, and bytes.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, usize)> {
         self.0.iter().copied()
     }
 
-    /// Sum of all rows.
+    /// Sum of all rows, bytes.
     pub fn total(&self) -> usize {
         self.0.iter().map(|(_, bytes)| bytes).sum()
     }
 
-    /// Adds bytes to the row of that name.
+    /// Adds bytes to the row of the given name.
     fn add(&mut self, name: &'static str, bytes: usize) {
         match self.0.iter_mut().find(|(own, _)| *own == name) {
             Some((_, sum)) => *sum += bytes,
@@ -37,13 +37,14 @@ impl MemoryRows {
 }
 
 impl PreparedObject {
-    /// Bytes that the object holds as long as anybody may strike it: lattices, operators, factors, lifts, examples. Left out
-    /// are what the allocator adds, and texts.
+    /// Memory of the object while it is loaded, bytes: lattices, operators, factors, lifts, examples.
+    ///
+    /// Allocator overhead and strings are not counted.
     pub fn bytes(&self) -> usize {
         self.memory().total()
     }
 
-    /// The bytes of [`Self::bytes`] by what holds them. Factors are counted before they are made.
+    /// The bytes of [`Self::bytes`] by table. Factors are counted before they are computed.
     pub fn memory(&self) -> MemoryRows {
         let mut rows = MemoryRows::default();
         self.bodies.iter().for_each(|body| body.count(&mut rows));
@@ -57,7 +58,7 @@ impl PreparedObject {
         rows
     }
 
-    /// Bytes that the factors of the stiffness would no longer hold in single precision.
+    /// Memory that factors of the stiffness in single precision would save, bytes.
     pub fn single_precision_saving(&self) -> usize {
         let solids = self.bodies.iter().filter_map(|body| body.solid.as_ref());
         solids.map(|solid| solid.elasticity.single_precision_saving()).sum()
@@ -65,7 +66,7 @@ impl PreparedObject {
 }
 
 impl PreparedBody {
-    /// Adds what the body holds. Everything is named, so that what is added to a body is not forgotten here.
+    /// Adds the body's tables. All fields are destructured, so the compiler reports a field that is not counted.
     fn count(&self, rows: &mut MemoryRows) {
         let Self { crack, solid, interior, surface_diffusion, euclidean, volumes, topology, clusters, .. } = self;
         let Self { slenderness: _, boundary, warped, outer, bound, .. } = self;
@@ -82,7 +83,7 @@ impl PreparedBody {
 }
 
 impl WarpedBody {
-    /// Bytes that it holds.
+    /// Memory, bytes.
     pub fn bytes(&self) -> usize {
         let Self { lifts, protected, pins, factors, alike: _ } = self;
         let protected = protected.iter().map(held).sum::<usize>() + held(protected);
@@ -91,7 +92,7 @@ impl WarpedBody {
 }
 
 impl ElasticModel {
-    /// Adds what the elasticity holds.
+    /// Adds the tables of the elasticity.
     fn count(&self, rows: &mut MemoryRows) {
         let Self { lattice: elastic, transfer, elasticity, reduced } = self;
         rows.add("factor of the stiffness", elasticity.own_bytes());

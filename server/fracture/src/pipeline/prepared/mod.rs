@@ -1,4 +1,4 @@
-//! An object as it is before a strike: lattices, factors, lifts, tables, and what a scene adds.
+//! Prepared objects: lattices, factors, lifts, tables, and additions of a scene.
 
 pub(super) mod anchor;
 pub(super) mod anchored;

@@ -1,4 +1,4 @@
-//! Everything that depends on the object alone: built by baking, loaded at start-up, shared and never changed.
+//! Data that depends on the object only: built by baking, loaded at startup, shared and never changed.
 
 use super::anchored::AnchoredObject;
 use super::energy_bound::EnergyUpperBound;
@@ -20,20 +20,23 @@ use crate::surface::LocalFrame;
 use crate::tessellation::Topology;
 use std::sync::Arc;
 
-/// What a body's elasticity needs; an object that is not asked for its deformation does without.
+/// Elasticity tables of a body. Objects whose requests need no deformation do without them.
 pub struct ElasticModel {
-    /// Coarser lattice: elasticity.
+    /// Coarser lattice, for elasticity.
     pub lattice: Lattice,
-    /// Energy from it to the crack lattice.
+    /// Transfer of energies from the elastic to the crack lattice.
     pub transfer: EnergyTransfer,
     /// Factored stiffness.
     pub elasticity: Elasticity,
-    /// A few displacements that span those of most impacts; `None`: every strike is solved.
+    /// Basis of displacements that approximates those of most impacts; `None`: every request is solved.
     pub reduced: Option<ReducedBasis>,
 }
 
 impl ElasticModel {
-    /// Assembles the stiffness, which is factored at first need; without a reduced basis, which whoever has one adds.
+    /// Assembles the stiffness, which is factored when first needed. The caller adds a reduced basis.
+    ///
+    /// # Errors
+    /// [`ElasticityError`] for a lattice without an assembly, or a cancelled `token`.
     pub fn new(
         lattice: Lattice,
         transfer: EnergyTransfer,
@@ -48,36 +51,36 @@ impl ElasticModel {
 
 /// One connected component of the object.
 pub struct PreparedBody {
-    /// Finer lattice: cracks.
+    /// Finer lattice, for cracks.
     pub crack: Lattice,
-    /// Elasticity; `None`: not prepared.
+    /// Elasticity tables; `None`: not prepared.
     pub solid: Option<ElasticModel>,
-    /// The lift with interior distances, on the crack lattice; `None`: not prepared.
+    /// Lift of interior distances, on the crack lattice; `None`: not prepared.
     pub interior: Option<LiftedLattice>,
-    /// The lift with diffusion distances on the surface, on the crack lattice; `None`: not prepared.
+    /// Lift of surface diffusion distances, on the crack lattice; `None`: not prepared.
     pub surface_diffusion: Option<LiftedLattice>,
-    /// The lift with straight distances, on the crack lattice.
+    /// Lift of Euclidean distances, on the crack lattice.
     pub euclidean: LiftedLattice,
     /// Lumped volumes of the crack lattice's nodes, local.
     pub volumes: Vec<f64>,
     /// Edges, faces and boundary of the crack lattice.
     pub topology: Topology,
-    /// Groups of its nodes, for diagrams.
+    /// Clusters of the crack lattice's nodes, for diagrams.
     pub clusters: Clusters,
-    /// Thickness and section, for the closed form.
+    /// Thickness and cross-section, for the closed form.
     pub slenderness: Slenderness,
-    /// Surface of the crack lattice: which body a contact is nearest to.
+    /// Boundary of the crack lattice, to find the body nearest to a contact.
     pub boundary: BoundaryNodes,
-    /// What an artist's controls make of it, if there are any.
+    /// Results of an artist's controls, if there are any.
     pub warped: Option<WarpedBody>,
-    /// How the input looks on the crack lattice's boundary; `None`: not prepared.
+    /// Appearance of the input on the crack lattice's boundary; `None`: not prepared.
     pub outer: Option<BoundaryAttributes>,
-    /// What bounds its E_1; `None`: nothing does.
+    /// Upper bound of E_1; `None`: no bound.
     pub bound: Option<EnergyUpperBound>,
 }
 
 impl PreparedBody {
-    /// Derives everything that follows from the crack lattice; without elasticity and lifts, which whoever has them adds.
+    /// Derives all tables that follow from the crack lattice. The caller adds elasticity and lifts.
     pub fn new(crack: Lattice) -> Self {
         let topology = Topology::new(&crack);
         Self {
@@ -97,7 +100,7 @@ impl PreparedBody {
         }
     }
 
-    /// The lift of that kind, if the body was prepared for it.
+    /// The lift of the given kind, if the body has it.
     pub fn lift(&self, kind: LiftKind) -> Option<&LiftedLattice> {
         match kind {
             LiftKind::Euclidean => Some(&self.euclidean),
@@ -106,7 +109,7 @@ impl PreparedBody {
         }
     }
 
-    /// Its reduced basis, if it has one.
+    /// The reduced basis, if the body has one.
     pub fn reduced(&self) -> Option<&ReducedBasis> {
         self.solid.as_ref().and_then(|solid| solid.reduced.as_ref())
     }
@@ -114,52 +117,57 @@ impl PreparedBody {
 
 /// An object ready to be struck.
 pub struct PreparedObject {
-    /// Its name.
+    /// Name of the object.
     pub name: String,
-    /// Local frame.
+    /// Local frame of all positions and lengths.
     pub frame: LocalFrame,
-    /// What it was baked from.
+    /// Parameters of the bake.
     pub parameters: BakeParameters,
     /// Threshold γ, J·m².
     pub gamma_j_m2: f64,
-    /// κ: calibrated degree over the closed form's n₀.
+    /// κ: ratio of the calibrated degree to the closed form's n₀.
     pub kappa: f64,
-    /// What baking found.
+    /// Report of the bake.
     pub report: BakeReport,
-    /// Its components.
+    /// Connected components.
     pub bodies: Vec<PreparedBody>,
-    /// Impacts that were drawn for the examples: the next is number `impacts`.
+    /// Number of impacts drawn for the examples; the next has this number.
     pub impacts: u64,
-    /// Impacts whose fracture degree is known, by their numbers.
+    /// Impacts whose fracture degree is known, by number.
     pub examples: Vec<TrainingExample>,
-    /// What they taught, if they are enough.
+    /// Degree model learned from them, if they suffice.
     pub learned: Option<LearnedModel>,
-    /// How well the reduced bases do, if there are any.
+    /// Errors of the reduced bases, if there are any.
     pub reduction: Option<ReductionErrors>,
-    /// What a scene's anchors make of it; no part of its database.
+    /// The object held by a scene's anchors; not part of its database.
     pub held: Option<AnchoredObject>,
-    /// The input's own triangles; `None`: not prepared.
+    /// Triangles of the input; `None`: not prepared.
     pub skin: Option<Arc<Skin>>,
 }
 
 impl PreparedObject {
-    /// The lift of that kind of body `body`.
+    /// The lift of the given kind of body `body`.
     ///
-    /// Errors: [`FractureError::LiftUnprepared`].
+    /// # Errors
+    /// [`FractureError::LiftUnprepared`].
     pub fn lift(&self, body: usize, kind: LiftKind) -> Result<&LiftedLattice, FractureError> {
         self.bodies[body].lift(kind).ok_or(FractureError::LiftUnprepared { body, lift: kind })
     }
 
-    /// What the elasticity of body `body` needs.
+    /// The elasticity tables of body `body`.
     ///
-    /// Errors: [`FractureError::ElasticityUnprepared`].
+    /// # Errors
+    /// [`FractureError::ElasticityUnprepared`].
     pub fn solid(&self, body: usize) -> Result<&ElasticModel, FractureError> {
         self.bodies[body].solid.as_ref().ok_or(FractureError::ElasticityUnprepared { body })
     }
 
-    /// Factors the stiffness of every body that is not factored yet, so that no strike has to.
+    /// Factors every stiffness that has no factor yet, so that no request has to.
     ///
-    /// Errors: [`FractureError::Elasticity`], what every strike that needs that factor will be told.
+    /// Errors: [`FractureError::Elasticity`], as every request that needs that factor will return.
+    ///
+    /// # Errors
+    /// [`FractureError::Elasticity`], the error that every request needing that factor gets.
     pub fn factor(&self) -> Result<(), FractureError> {
         let solids = self.bodies.iter().enumerate().filter_map(|(body, own)| Some((body, own.solid.as_ref()?)));
         for (body, own) in solids {
@@ -168,22 +176,22 @@ impl PreparedObject {
         Ok(())
     }
 
-    /// Nodes of all elastic lattices.
+    /// Total number of nodes of the elastic lattices.
     pub fn elastic_nodes(&self) -> usize {
         self.bodies.iter().filter_map(|body| body.solid.as_ref()).map(|solid| solid.lattice.nodes.len()).sum()
     }
 
-    /// Tetrahedra of all elastic lattices.
+    /// Total number of tetrahedra of the elastic lattices.
     pub fn elastic_tets(&self) -> usize {
         self.bodies.iter().filter_map(|body| body.solid.as_ref()).map(|solid| solid.lattice.tets.len()).sum()
     }
 
-    /// Nodes of all crack lattices.
+    /// Total number of nodes of the crack lattices.
     pub fn crack_nodes(&self) -> usize {
         self.bodies.iter().map(|body| body.crack.nodes.len()).sum()
     }
 
-    /// Tetrahedra of all crack lattices.
+    /// Total number of tetrahedra of the crack lattices.
     pub fn crack_tets(&self) -> usize {
         self.bodies.iter().map(|body| body.crack.tets.len()).sum()
     }

@@ -1,6 +1,7 @@
-//! Presets: four points on the curve of accuracy over time, each a bundle of numbers.
+//! Presets: four trade-offs of accuracy against time, each a set of numbers.
 //!
-//! A bake fixes the lattices, a strike chooses among what is left. Numbers that are given by themselves go before those of a preset.
+//! A bake fixes the lattices; a request chooses the rest. Numbers given explicitly take precedence over those of a
+//! preset.
 
 use super::parameters::RANK_MAX;
 use crate::lattice::{CRACK_NODES_DEFAULT, ELASTIC_NODES_DEFAULT};
@@ -10,37 +11,37 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
-    /// A third of everything, to try things out and for what is far away.
+    /// A third of the crack nodes of `game`, for previews and distant objects.
     Draft,
-    /// A strike within a frame.
+    /// A request within one frame.
     #[default]
     Game,
-    /// Cracks as fine as they are seen close up.
+    /// Cracks fine enough for close views.
     Film,
-    /// What the others are measured by.
+    /// Reference solution by which the other presets are measured.
     Reference,
 }
 
-/// What a bake fixes.
+/// Settings of a preset that a bake fixes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LatticeSettings {
-    /// Elastic nodes aimed at.
+    /// Target number of elastic nodes.
     pub elastic_nodes: usize,
-    /// Crack nodes aimed at.
+    /// Target number of crack nodes.
     pub crack_nodes: usize,
-    /// Neumann modes asked of the interior lift.
+    /// Number of Neumann modes requested for the interior lift.
     pub modes: usize,
-    /// Displacements of a body's basis at most.
+    /// Largest number of displacements of a body's basis.
     pub rank_max: usize,
-    /// Whether the crack lattice's boundary is fitted to ridges and creases.
+    /// True if the crack lattice's boundary is fitted to ridges and creases.
     pub fitted: bool,
 }
 
 impl Preset {
-    /// All of them, from fast to accurate.
+    /// All presets, from fast to accurate.
     pub const ALL: [Self; 4] = [Self::Draft, Self::Game, Self::Film, Self::Reference];
 
-    /// The name used in scenes, on command lines and in JSON.
+    /// Name used in scenes, on command lines and in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Draft => "draft",
@@ -50,12 +51,12 @@ impl Preset {
         }
     }
 
-    /// The preset of that name.
+    /// The preset with the given name.
     pub fn by_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|quality| quality.name() == name)
     }
 
-    /// The next preset whose lattices are finer.
+    /// The next preset with finer lattices, if any.
     pub fn finer(self) -> Option<Self> {
         match self {
             Self::Draft => Some(Self::Game),
@@ -64,7 +65,7 @@ impl Preset {
         }
     }
 
-    /// What a bake of it fixes.
+    /// The settings of a bake of this preset.
     pub fn lattices(self) -> LatticeSettings {
         let [elastic_nodes, crack_nodes] = match self {
             Self::Draft => [ELASTIC_NODES_DEFAULT / 2, 3_000],

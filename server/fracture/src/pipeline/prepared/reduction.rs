@@ -1,23 +1,24 @@
-//! How well the reduced bases of an object do.
+//! Errors of an object's reduced bases.
 
 use serde::{Deserialize, Serialize};
-/// How well the bases do on impacts that they have not seen: medians over bodies struck.
+/// Errors of the reduced bases on held-out impacts, over all struck bodies.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReductionErrors {
-    /// Displacements of each body's basis; 0: it has none.
+    /// Number of displacements of each body's basis; 0: none.
     pub rank: Vec<usize>,
-    /// Displacements that were compared.
+    /// Number of displacements compared.
     pub holdout: usize,
-    /// Relative error of the elastic energy.
+    /// Median relative error of the elastic energy.
     pub energy_error_median: f64,
-    /// Its ninth decile.
+    /// 90th percentile of the relative error of the elastic energy.
     pub energy_error_p90: f64,
-    /// Volume integral of the difference of the energy densities over that of the density.
+    /// Median of the volume integral of the energy densities' difference, over that of the density.
     pub density_error_median: f64,
-    /// Relative error of the closed form's n₀ at the object's own γ.
+    /// Median relative error of the closed form's n₀ at the object's own γ.
     pub degree_error_median: f64,
-    /// Share of the estimated errors that are within a factor 3 of the true ones, on displacements they were not fitted to.
+    /// Share of the estimated errors within a factor of 3 of the true ones, on displacements not used to fit the
+    /// estimate.
     pub estimates_within_3: f64,
-    /// Share of the same that a strike would solve for, the estimate being too large.
+    /// Share of the same displacements whose estimated error is large enough for a solve.
     pub solved: f64,
 }

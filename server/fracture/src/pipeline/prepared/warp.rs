@@ -1,9 +1,9 @@
-//! What an artist's controls make of an object: lifts in a bent space, regions that keep one label, sites that stay, painted
-//! densities. Made once, when the object is loaded.
+//! Application of an artist's controls to an object when it is loaded: warped lifts, regions that keep one label, fixed
+//! sites, painted densities.
 //!
-//! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014); A. Gersho,
-//! *Asymptotically optimal block quantization* (1979): sites follow the density to the power 3/5, so that f times as many want its
-//! f^(5/3)-fold.
+//! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014); A.
+//! Gersho, *Asymptotically optimal block quantization* (1979): the density of sites is the energy density to the power
+//! 3/5, so f times as many sites need f^(5/3) times the energy.
 
 use super::object::PreparedObject;
 use super::warped_body::{WarpError, WarpedBody};
@@ -15,11 +15,12 @@ use crate::surface::{LocalFrame, NearestPoints};
 use nalgebra::{Point3, Unit, Vector3};
 use std::collections::BTreeSet;
 
-/// Halvings of the range in which the steepest waves that do not fold are looked for.
+/// Bisection steps in the search for the steepest waves that do not fold.
 const SLOPE_STEPS: usize = 8;
 
 impl PreparedObject {
-    /// The object under `controls`, which strikes with the effect `warp` follow. Random waves come from the object's own seed.
+    /// Applies `controls` to the object, for requests with the effect `warp`. Random waves derive from the object's own
+    /// seed.
     ///
     /// # Errors
     /// [`WarpError`], naming the control.
@@ -47,7 +48,7 @@ impl PreparedObject {
         Ok(self)
     }
 
-    /// Refuses waves under which some body folds, with a slope under which none does.
+    /// Rejects waves under which some body folds, and proposes a slope under which none does.
     fn unfolded(&self, controls: &WarpControls, warp: &SpaceWarp) -> Result<(), WarpError> {
         let fold = |warp: &SpaceWarp| {
             let mut bodies = self.bodies.iter().enumerate();
@@ -63,20 +64,20 @@ impl PreparedObject {
             let middle = 0.5 * (range[0] + range[1]);
             range[usize::from(!holds(middle))] = middle;
         }
-        // Two digits, rounded down, so that it can be copied.
+        // Two digits, rounded down, so that the user can copy it.
         let unit = 10f64.powf(range[0].log10().floor() - 1.0);
         let rounded = format!("{:.1e}", (range[0] / unit).floor() * unit).parse().ok();
         Err(self.folds(index, tet, rounded.filter(|slope| *slope > 0.0 && holds(*slope))))
     }
 
-    /// Space folds at tetrahedron `tet` of body `index`.
+    /// The error for space that folds at tetrahedron `tet` of body `index`.
     fn folds(&self, index: usize, tet: usize, slope: Option<f64>) -> WarpError {
         let corners = self.bodies[index].crack.corners(tet);
         let center = corners.iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0;
         WarpError::Folds { body: index, at_m: self.frame.to_meters(&Point3::from(center)).coords.into(), slope }
     }
 
-    /// The lifts that body `index` has, made in the bent space and measured on the lattice as it is.
+    /// The lifts of body `index`, computed in the warped space, with moments and density on the original lattice.
     fn bent(&self, index: usize, warp: &SpaceWarp, token: &CancelToken) -> Result<Vec<LiftedLattice>, WarpError> {
         let body = &self.bodies[index];
         let crack = &body.crack;
@@ -104,8 +105,9 @@ impl PreparedObject {
         lifts.into_iter().map(home).collect()
     }
 
-    /// Finds the nodes of protected regions: those inside, and those whose tetrahedra reach inside. Regions that share a node are
-    /// one.
+    /// Finds the nodes of protected regions: those inside, and those within one edge length of them.
+    ///
+    /// Regions that share a node are merged.
     fn protect(&mut self, controls: &WarpControls) -> Result<(), WarpError> {
         let meter = self.frame.diagonal_m;
         let frame = self.frame;
@@ -135,7 +137,7 @@ impl PreparedObject {
         }
     }
 
-    /// Finds the nodes nearest to the sites that stay; a second site on a node is the same one.
+    /// Finds the nodes nearest to the fixed sites. Sites on the same node count once.
     fn pin(&mut self, controls: &WarpControls) -> Result<(), WarpError> {
         for (site, point_m) in controls.sites_m.iter().enumerate() {
             let local = self.frame.to_local(point_m);
@@ -171,7 +173,7 @@ fn warp(controls: &WarpControls, prepared: &PreparedObject) -> SpaceWarp {
     warp
 }
 
-/// By node the factor of the painted point that is nearest, to the power 5/3.
+/// Factor of the nearest painted point to the power 5/3, by node.
 fn painted(paint: &Paint, crack: &Lattice, frame: &LocalFrame) -> Vec<f64> {
     let nearest = NearestPoints::new(&paint.points_m);
     let factor = |node: &Point3<f64>| {

@@ -1,53 +1,53 @@
-//! What an artist's controls make of one body.
+//! Results of an artist's controls on one body.
 
 use crate::cancel_token::Cancelled;
 use crate::lift::{LiftError, LiftKind, LiftedLattice};
-/// Why controls cannot be had of an object.
+/// Errors of applying an artist's controls to an object.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WarpError {
-    /// Space folds: the waves are too steep.
+    /// The waves are too steep: the warped space folds.
     #[error(
         "waves: space folds in body {body} near ({x:.4}, {y:.4}, {z:.4}); {}",
         advice(*.slope), x = .at_m[0], y = .at_m[1], z = .at_m[2]
     )]
     Folds {
-        /// Which body.
+        /// Index of the body.
         body: usize,
-        /// Where, m.
+        /// Position, m.
         at_m: [f64; 3],
         /// A slope at which no body folds, if there is one.
         slope: Option<f64>,
     },
-    /// Waves that no lattice can show.
-    #[error("waves: a length of {length_m} m is below two spacings of the crack lattice, {least_m:.4} m")]
+    /// The waves are too short for the crack lattice to represent.
+    #[error("waves: the length {length_m} m is below two spacings of the crack lattice; use at least {least_m:.4} m")]
     Short {
-        /// The length given, m.
+        /// Given length, m.
         length_m: f64,
-        /// The least that can be, m.
+        /// Smallest possible length, m.
         least_m: f64,
     },
-    /// The lift cannot be made in the bent space.
-    #[error("body {body} has no {lift} lift in the bent space: {source}")]
+    /// The lift cannot be computed in the warped space.
+    #[error("body {body} has no {lift} lift in the warped space: {source}")]
     Lift {
-        /// Which body.
+        /// Index of the body.
         body: usize,
-        /// Which lift.
+        /// Kind of the lift.
         lift: LiftKind,
-        /// Why.
+        /// Cause.
         source: LiftError,
     },
-    /// A protected region that holds nothing of the object.
-    #[error("protect[{region}] holds nothing of the object")]
+    /// A protected region contains no part of the object.
+    #[error("protect[{region}] contains no part of the object; move or enlarge it")]
     Region {
-        /// Which, from 0.
+        /// Index of the region, from 0.
         region: usize,
     },
-    /// A site outside the object.
-    #[error("sites[{site}] is {distance_m:.4} m from the object")]
+    /// A site lies outside the object.
+    #[error("sites[{site}] is {distance_m:.4} m from the object; move it into the object")]
     Site {
-        /// Which, from 0.
+        /// Index of the site, from 0.
         site: usize,
-        /// Distance to the nearest node of a lattice, m.
+        /// Distance to the nearest node of a crack lattice, m.
         distance_m: f64,
     },
     /// Cancelled.
@@ -55,36 +55,36 @@ pub enum WarpError {
     Cancelled(#[from] Cancelled),
 }
 
-/// What can be done where space folds.
+/// Advice for waves that fold the space.
 fn advice(slope: Option<f64>) -> String {
     slope.map_or_else(
-        || "no slope of waves avoids that: the grain does it, lower its ratio".to_owned(),
+        || "no slope of the waves avoids it; lower the ratio of the grain".to_owned(),
         |slope| format!("a slope of {slope} does not fold"),
     )
 }
 
-/// What the controls make of one body.
+/// Results of an artist's controls on one body.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WarpedBody {
-    /// In the bent space, of the kinds that the body has; none where nothing bends.
+    /// Lifts in the warped space, of the kinds that the body has; empty if the warp is the identity.
     pub(in crate::pipeline) lifts: Vec<LiftedLattice>,
-    /// Nodes of each protected region; no node is in two.
+    /// Nodes of each protected region, disjoint.
     pub(in crate::pipeline) protected: Vec<Vec<u32>>,
-    /// Nodes of the sites that stay, all different.
+    /// Nodes of the fixed sites, all different.
     pub(in crate::pipeline) pins: Vec<u32>,
-    /// By node, times how much energy counts when sites are placed; empty: as it is.
+    /// Factor on the energy in the placement of sites, by node; empty: 1.
     pub(in crate::pipeline) factors: Vec<f64>,
-    /// Whether as many pieces do as without: neither grain nor paint.
+    /// True if the number of sites is as without controls: neither grain nor paint.
     pub(in crate::pipeline) alike: bool,
 }
 
 impl WarpedBody {
-    /// The lift of that kind in the bent space.
+    /// The lift of the given kind in the warped space.
     pub(in crate::pipeline) fn lift(&self, kind: LiftKind) -> Option<&LiftedLattice> {
         self.lifts.iter().find(|lift| lift.kind == kind)
     }
 
-    /// Gives each protected region the label that most of its volume has, ties to the lowest.
+    /// Assigns each protected region the label that covers most of its volume; ties go to the lowest label.
     pub(in crate::pipeline) fn keep_whole(&self, labels: &mut [u32], volumes: &[f64], sites: usize) {
         for region in &self.protected {
             let mut shares = vec![0.0; sites];

@@ -1,8 +1,11 @@
-//! What quality falls, and in which order, where time is short.
+//! Time budget of a request: which parts of the computation are simplified when time is short, and in which order.
 //!
-//! The iterations of the diagram fall first, down to none; then a solve becomes a reduced displacement, even one whose estimated error is
-//! large, and that one of half the basis; then a search of the degree becomes a guess. Whether pieces are closed, their masses and the caps never fall. What a request
-//! says by itself does not fall, either, except that a search that was asked for is begun, and becomes the guess where time ends it.
+//! 1. The iterations of the diagram are reduced, down to none.
+//! 2. A solve becomes a reduced displacement, even with a large estimated error, and then one of half the basis.
+//! 3. A search for the degree becomes an estimate.
+//!
+//! Closed fragments, masses and maxima are never given up. Explicit options of a request are kept, except that a
+//! requested search is started and becomes the estimate when its time ends.
 
 use super::cost::StrikeCost;
 use super::fracture_request::{DegreeRequest, FractureRequest};
@@ -10,35 +13,37 @@ use crate::centroidal::ITERATIONS_MAX;
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::prepared::parameters::{ElasticRequest, RANK_MAX};
 
-/// What is known of the time of one strike, and what of it may fall. How much time is left is known to its
-/// [`CancelToken`](crate::cancel_token::CancelToken::remaining_s).
+/// Expected cost of a request, and the parts that may be simplified.
+///
+/// The remaining time is known to its [`CancelToken`](crate::cancel_token::CancelToken::remaining_s).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeBudget {
-    /// What strikes of the object take.
+    /// Expected cost of requests on the object.
     pub cost: StrikeCost,
-    /// Whether a solve may become a reduced displacement.
+    /// True if a solve may become a reduced displacement.
     pub elastic_falls: bool,
-    /// Whether a search of the degree that there is no time for is not begun.
+    /// True if a search for the degree is skipped when the remaining time is too short for it.
     pub degree_falls: bool,
 }
 
-/// Sites that are reckoned with while nobody knows how many there will be.
+/// Site count assumed before the degree is known.
 const SITES_EXPECTED: u32 = 50;
 
-/// Largest estimated error of a reduced displacement that stands in for a solve that there is no time for.
+/// Largest estimated error at which a reduced displacement replaces a solve for lack of time.
 pub const HURRIED_ERROR_MAX: f64 = 0.25;
 
-/// Displacements of a basis at most where there is no time for a diagram's first iteration.
+/// Largest number of basis displacements if there is no time for a diagram's first iteration.
 pub const HURRIED_RANK_MAX: u32 = RANK_MAX as u32 / 2;
 
 impl TimeBudget {
-    /// The budget of what is left, at the pace of what came so far: energies, solved for or not, which took `front_s` seconds.
+    /// The budget with the cost rescaled by the pace so far: the energies, solved for or not, took `front_s` seconds.
     pub(in crate::pipeline) fn rescaled(self, solved: bool, front_s: f64) -> Self {
         let elastic = if solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
         Self { cost: self.cost.at_pace(self.cost.pace(elastic, front_s)), ..self }
     }
 
-    /// Whether `remaining_s` seconds are enough to search the degree, as `rule` says, of bodies that are guessed to get so many sites.
+    /// True if `remaining_s` seconds suffice for a search of the degree by `rule` on bodies with `sites` estimated
+    /// sites.
     pub(in crate::pipeline) fn allows_search(&self, rule: DegreeRequest, sites: u32, remaining_s: f64) -> bool {
         let cost = &self.cost;
         let search_s = match rule {
@@ -50,7 +55,7 @@ impl TimeBudget {
 }
 
 impl FractureRequest {
-    /// The strike as it is begun with `remaining_s` seconds left.
+    /// The request with the simplifications that `remaining_s` seconds require at its start.
     pub(in crate::pipeline) fn degrade_for_budget(self, prepared: &PreparedObject, remaining_s: f64) -> Self {
         let Some(TimeBudget { cost, elastic_falls: true, .. }) = self.budget else { return self };
         let sites = match self.degree {
@@ -69,7 +74,10 @@ impl FractureRequest {
         Self { elastic: ElasticRequest::Reduced, reduced_error_max, rank_max, ..self }
     }
 
-    /// With the dials by which `error_max` is met: a reduced displacement where its estimate allows, as many iterations as it takes.
+    /// The same request with settings for a given error.
+    ///
+    /// Reduced displacements are used if their estimated error is at most `error_max`, and diagrams iterate until their
+    /// estimated gap is.
     #[must_use]
     pub fn to_the_error(self, error_max: f64) -> Self {
         Self {

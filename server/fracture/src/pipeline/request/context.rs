@@ -1,26 +1,27 @@
-//! What every stage of a strike is given.
+//! Context of one request.
 
 use super::fracture_request::FractureRequest;
 use super::observer::StageObserver;
 use crate::cancel_token::CancelToken;
 use crate::pipeline::prepared::object::PreparedObject;
 
-/// One strike: what is struck, what is asked for, and who may stop and observe it. The memory that stages write into is a
-/// [`Workspace`](crate::pipeline::Workspace), apart from it.
+/// One request with its object, cancellation and observer.
+///
+/// The memory that stages write into is separate: a [`Workspace`](crate::pipeline::Workspace).
 #[derive(Clone, Copy)]
 pub struct StrikeContext<'a> {
     /// The object.
     pub prepared: &'a PreparedObject,
-    /// What is asked for; it does not change while the strike is computed.
+    /// The request, constant during the computation.
     pub request: &'a FractureRequest,
-    /// Polled by every stage.
+    /// Cancellation and time limit, polled by every stage.
     pub cancel: &'a CancelToken,
-    /// Sees every stage and effect.
+    /// Observer of every stage and effect.
     pub observer: &'a dyn StageObserver,
 }
 
 impl<'a> StrikeContext<'a> {
-    /// Of a strike that nothing stops and nothing observes is `StrikeContext::new(prepared, request, &CancelToken::default(), &())`.
+    /// Context of one request. Without cancellation and observer, pass `&CancelToken::default()` and `&()`.
     pub fn new(
         prepared: &'a PreparedObject,
         request: &'a FractureRequest,
@@ -30,7 +31,7 @@ impl<'a> StrikeContext<'a> {
         Self { prepared, request, cancel, observer }
     }
 
-    /// The same with another request.
+    /// The same context with another request.
     pub(in crate::pipeline) fn with_request<'b>(self, request: &'b FractureRequest) -> StrikeContext<'b>
     where
         'a: 'b,

@@ -1,55 +1,55 @@
-//! What strikes of one object take, predicted from the number of sites.
+//! Cost of requests on one object, predicted from the number of sites.
 //!
-//! Ours: a few strikes at several numbers of sites are timed by whoever has a clock, and straight lines are laid through what the stages
-//! took: n sites cost an assignment n comparisons per node, and their cracks have an area that grows like the cube root of n, which a
-//! square root stands for, since pieces have costs of their own, too.
+//! Ours. A caller with a clock times a few requests with several numbers of sites, and the times of the stages are
+//! fitted by straight lines. An assignment with n sites takes n comparisons per node. The area of n sites' cracks grows
+//! with the cube root of n. A square root replaces it, because every fragment also has a constant cost.
 
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::prepared::parameters::ElasticRequest;
 
-/// Iterations of a descent that nothing cuts short, about.
+/// Approximate number of iterations of an unlimited descent.
 const ITERATIONS_USUAL: f64 = 12.0;
 
-/// Diagrams that a verification makes: two starts of two numbers of sites at least, and half as many again.
+/// Number of diagrams of a verification: at least two starts for each of two numbers of sites, and half as many again.
 const DIAGRAMS_VERIFIED: f64 = 6.0;
 
-/// Paces between which a strike is taken at its word.
+/// Range to which the measured pace of a request is limited.
 const PACES: [f64; 2] = [0.25, 4.0];
 
-/// What strikes of one object take on one machine, s.
+/// Cost of requests on one object and one machine, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrikeCost {
-    /// Everything before the degree, with a reduced displacement.
+    /// Time before the degree with a reduced displacement, s.
     pub reduced_s: f64,
-    /// The same with a solve.
+    /// Time before the degree with a solve, s.
     pub solve_s: f64,
-    /// Start of a diagram: of any, and per site.
+    /// Time of a diagram's start: constant, and per site, s.
     pub start_s: [f64; 2],
-    /// One iteration: of any, and per site.
+    /// Time of one iteration: constant, and per site, s.
     pub iteration_s: [f64; 2],
-    /// Everything after the diagram: of any, and per √site.
+    /// Time after the diagram: constant, and per √site, s.
     pub rest_s: [f64; 2],
 }
 
-/// What one strike took.
+/// Measured times of one request.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CostSample {
-    /// Its sites.
+    /// Number of sites.
     pub sites: u32,
-    /// Whether its displacement was solved for.
+    /// True if the displacement was solved for.
     pub solved: bool,
-    /// Iterations of its diagram.
+    /// Number of iterations of the diagram.
     pub iterations: usize,
-    /// Everything before the degree, s.
+    /// Time before the degree, s.
     pub front_s: f64,
-    /// The diagram, s.
+    /// Time of the diagram, s.
     pub diagram_s: f64,
-    /// Everything after it, s.
+    /// Time after the diagram, s.
     pub rest_s: f64,
 }
 
 impl StrikeCost {
-    /// Of an object that was never struck: what machines of today take per node and tetrahedron, about.
+    /// Default cost of an object without samples, from typical times per node and tetrahedron.
     pub fn typical(prepared: &PreparedObject) -> Self {
         let count = |count: usize| count as f64;
         let (elastic, nodes) = (count(prepared.elastic_nodes()), count(prepared.crack_nodes()));
@@ -63,7 +63,9 @@ impl StrikeCost {
         }
     }
 
-    /// From what strikes took; `None` without any of two numbers of sites, of each with and without iterations.
+    /// Fits the cost to measured times.
+    ///
+    /// `None` without samples for at least two numbers of sites, each with and without iterations.
     pub fn fit(samples: &[CostSample]) -> Option<Self> {
         let least = |solved: bool| {
             let fronts = samples.iter().filter(|sample| sample.solved == solved).map(|sample| sample.front_s);
@@ -89,7 +91,7 @@ impl StrikeCost {
         })
     }
 
-    /// Everything before the degree.
+    /// Time before the degree, s.
     pub fn front_s(&self, elastic: ElasticRequest) -> f64 {
         match elastic {
             ElasticRequest::Reduced => self.reduced_s,
@@ -97,34 +99,35 @@ impl StrikeCost {
         }
     }
 
-    /// The start of a diagram of so many sites, with its labels.
+    /// Time of the start of a diagram with this number of sites, including labels, s.
     pub fn start_s(&self, sites: u32) -> f64 {
         self.start_s[0] + self.start_s[1] * f64::from(sites)
     }
 
-    /// One iteration of such a diagram.
+    /// Time of one iteration of such a diagram, s.
     pub fn iteration_s(&self, sites: u32) -> f64 {
         self.iteration_s[0] + self.iteration_s[1] * f64::from(sites)
     }
 
-    /// Everything after the diagram.
+    /// Time after the diagram, s.
     pub fn rest_s(&self, sites: u32) -> f64 {
         self.rest_s[0] + self.rest_s[1] * f64::from(sites).sqrt()
     }
 
-    /// A strike.
+    /// Time of a whole request, s.
     pub fn strike_s(&self, elastic: ElasticRequest, sites: u32, iterations: usize) -> f64 {
         let diagram_s = self.start_s(sites) + iterations as f64 * self.iteration_s(sites);
         self.front_s(elastic) + diagram_s + self.rest_s(sites)
     }
 
-    /// A verification of a guess of so many sites.
+    /// Time of a verification of this estimated number of sites, s.
     pub fn verify_s(&self, sites: u32) -> f64 {
         DIAGRAMS_VERIFIED * (self.start_s(sites) + ITERATIONS_USUAL * self.iteration_s(sites))
     }
 
-    /// A search of the degree from below that ends at so many sites: two starts of each number of sites up to 16, then of each that is a
-    /// tenth more.
+    /// Time of a search for the degree from below that ends at this number of sites, s.
+    ///
+    /// It makes two starts for each number of sites up to 16, then for numbers in steps of a tenth.
     pub fn optimise_s(&self, sites: u32) -> f64 {
         let numbers =
             std::iter::successors(Some(2), |sites: &u32| Some(sites + if *sites < 16 { 1 } else { sites / 10 }));
@@ -132,14 +135,16 @@ impl StrikeCost {
         numbers.take_while(|own| *own <= sites.max(2)).map(one).sum()
     }
 
-    /// How many times as long as expected a strike takes whose part before the degree took `front_s`: what slows one stage, as another
-    /// program on the same cores does, slows the next ones too. Of whole strikes on a busy machine the pace leaves a third of the spread.
+    /// Ratio of the measured to the expected time before the degree.
+    ///
+    /// It applies to later stages too, because a slow stage, such as with other programs on the same cores, is followed
+    /// by slow ones. Over whole requests on a busy machine, the pace leaves a third of the spread.
     pub fn pace(&self, elastic: ElasticRequest, front_s: f64) -> f64 {
         let pace = front_s / self.front_s(elastic);
         if pace.is_normal() { pace.clamp(PACES[0], PACES[1]) } else { 1.0 }
     }
 
-    /// The same at a pace: everything but what came before the diagram multiplied.
+    /// The cost with the times of the diagram and after it multiplied by `pace`.
     #[must_use]
     pub fn at_pace(self, pace: f64) -> Self {
         let Self { start_s, iteration_s, rest_s, .. } = self;
@@ -147,20 +152,20 @@ impl StrikeCost {
         Self { start_s, iteration_s, rest_s, ..self }
     }
 
-    /// The same with everything multiplied.
+    /// The cost with all times multiplied by `factor`.
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {
         Self { reduced_s: factor * self.reduced_s, solve_s: factor * self.solve_s, ..self.at_pace(factor) }
     }
 
-    /// The same with everything after the diagram multiplied.
+    /// The cost with the time after the diagram multiplied by `factor`.
     #[must_use]
     pub fn with_rest(self, factor: f64) -> Self {
         Self { rest_s: self.rest_s.map(|value| factor * value), ..self }
     }
 }
 
-/// Number of sites and the least of `of`, of each number.
+/// Pairs of a number of sites and the smallest value of `of` among its samples.
 fn pairs<'a>(samples: impl Iterator<Item = &'a CostSample>, of: impl Fn(&CostSample) -> f64) -> Vec<[f64; 2]> {
     let mut pairs: Vec<[f64; 2]> = Vec::new();
     for sample in samples {
@@ -173,8 +178,9 @@ fn pairs<'a>(samples: impl Iterator<Item = &'a CostSample>, of: impl Fn(&CostSam
     pairs
 }
 
-/// Value at 0 and slope, neither below zero, of the line through `points` whose relative errors are least squares; `None` of points at
-/// one place, or of times that are not positive.
+/// Value at 0 and slope of the line with the least squared relative errors at `points`, neither negative.
+///
+/// `None` if all points have the same abscissa, or a time is not positive.
 fn line(points: &[[f64; 2]]) -> Option<[f64; 2]> {
     let first = points.first()?[0];
     if points.iter().all(|[x, _]| *x == first) || points.iter().any(|[_, y]| *y <= 0.0 || !y.is_finite()) {

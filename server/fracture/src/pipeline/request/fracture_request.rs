@@ -1,4 +1,4 @@
-//! What one strike asks for.
+//! One request.
 
 use super::budget::TimeBudget;
 use super::solver_settings::{GAME_ERROR_MAX, GAME_TOLERANCE};
@@ -13,65 +13,71 @@ use crate::pipeline::prepared::warped_body::WarpedBody;
 use crate::scene::{EffectKind, EffectSet};
 use nalgebra::{Point3, Vector3};
 
-/// Seed of a strike that names none; the same as in the client (a test of `shatter-server` compares them).
+/// Default seed of a request, equal to that of the client (a test of `shatter-server` compares them).
 pub const SEED_DEFAULT: u64 = 0;
 
-/// Where the number of sites comes from.
+/// Rule that chooses the number of sites.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DegreeRequest {
-    /// This many sites, at least 1.
+    /// The given number, at least 1.
     Sites(u32),
     /// The calibrated closed form.
     ClosedForm,
-    /// What the object has learned from its examples; the closed form where they do not reach.
+    /// The estimate learned from the object's examples; the closed form outside their range.
     Inferred,
-    /// The inferred number, made to hold: the smallest near it that passes γ.
+    /// The inferred number, corrected to the smallest one near it that passes γ.
     Verified,
-    /// The full optimisation: the first n at which the running minimum of E_max(n) passes γ.
+    /// Full optimization: the first n at which the running minimum of E_max(n) passes γ.
     Optimised,
 }
 
-/// One request.
+/// An impact with its options.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FractureRequest {
-    /// At least one contact.
+    /// Contacts, at least one.
     pub contacts: Vec<ImpactContact>,
-    /// Where the number of sites comes from.
+    /// Rule that chooses the number of sites.
     pub degree: DegreeRequest,
-    /// Sites at most, of all bodies each; a larger degree is cut, a larger number asked for refused.
+    /// Largest number of sites per body. A larger computed degree is reduced to it; a larger given degree is an error.
     pub degree_max: u32,
-    /// Threshold γ in J·m²; `None`: the object's own.
+    /// Threshold γ, J·m²; `None`: the object's own.
     pub gamma_j_m2: Option<f64>,
-    /// Where displacements come from.
+    /// Source of the displacements.
     pub elastic: ElasticRequest,
-    /// Displacements of the reduced basis that are used, the most energetic first, at least one; `None`: all. What the others would have
-    /// added counts as error, which is told and may be large: a solve is for impacts that the whole basis does not reach.
+    /// Number of displacements of the reduced basis to use, the most energetic first, at least one; `None`: all.
+    ///
+    /// The reported error includes the part that the unused displacements would have added, and may be large. This
+    /// limit never triggers a solve: only the error of the whole basis does.
     pub rank_max: Option<u32>,
-    /// Which lift, where interior distances are on.
+    /// Lift, used if the effect for interior distances is on.
     pub lift: LiftKind,
-    /// What is simulated.
+    /// Effects to simulate.
     pub effects: EffectSet,
-    /// With [`EffectKind::Slivers`](crate::scene::EffectKind): pieces of less volume become part of a neighbor, m³; `None`, or where it is
-    /// less: [`SLIVER_CUBES`](crate::pipeline::SLIVER_CUBES).
+    /// Volume below which pieces are merged into a neighbor, m³, with
+    /// [`EffectKind::Slivers`](crate::scene::EffectKind).
+    ///
+    /// `None` or a smaller volume: [`SLIVER_CUBES`](crate::pipeline::SLIVER_CUBES).
     pub volume_min_m3: Option<f64>,
-    /// Where the descent of a diagram ends: an iteration lowers its energy by less than this part of it.
+    /// Relative decrease of a diagram's energy in one iteration below which the descent ends.
     pub tolerance: f64,
-    /// Iterations of a diagram's descent on the nodes at most; with 0 its sites stay where coarser levels, if there are any, end.
+    /// Largest number of iterations of a diagram's descent on the nodes. With 0, the sites stay at the end of the
+    /// coarser levels, if any.
     pub iterations_max: usize,
-    /// Estimated gap of a diagram at which its descent ends, too; `None`: it does not.
+    /// Estimated gap of a diagram at which its descent also ends; `None`: no such test.
     pub gap_max: Option<f64>,
-    /// Largest estimated error of the elastic energy with which a reduced displacement is taken; above, it is solved for.
+    /// Largest estimated relative error of the elastic energy at which a reduced displacement is accepted instead of a
+    /// solve.
     pub reduced_error_max: f64,
-    /// What falls where time is short; `None`: nothing, whatever it takes.
+    /// Parts of the computation that may be simplified when time is short; `None`: none.
     pub budget: Option<TimeBudget>,
-    /// Everything random follows from it.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// Stop after the threshold test: the impulse that just breaks the object is asked for, no fragments.
+    /// True to stop after the threshold test, with the impulse that just breaks the object and no fragments.
     pub threshold_only: bool,
 }
 
 impl FractureRequest {
-    /// One contact at `point_m` (mesh file, m) with this impulse (N·s), everything else at its default.
+    /// A request with one contact at `point_m` (mesh file, m), this impulse (N·s) and default options.
     pub fn at(point_m: Point3<f64>, impulse_ns: Vector3<f64>) -> Self {
         Self {
             contacts: vec![ImpactContact { point_m, impulse_ns, duration_s: None, radius_m: None }],
@@ -93,7 +99,7 @@ impl FractureRequest {
         }
     }
 
-    /// With this seed instead of the default one.
+    /// The same request with another seed.
     #[must_use]
     pub fn seeded(self, seed: u64) -> Self {
         Self { seed, ..self }
@@ -101,8 +107,10 @@ impl FractureRequest {
 }
 
 impl FractureRequest {
-    /// The strike as it is carried out: without interior distances the lift is the straight one, without examples the closed form
-    /// decides where they would have.
+    /// The request as it is carried out.
+    ///
+    /// Without interior distances, the lift is Euclidean. Without examples, the closed form replaces the inferred
+    /// degree.
     pub fn planned(&self) -> Self {
         let lift = if self.effects.has(EffectKind::Interior) { self.lift } else { LiftKind::Euclidean };
         let degree = match self.degree {
@@ -112,12 +120,12 @@ impl FractureRequest {
         Self { lift, degree, ..self.clone() }
     }
 
-    /// What the artist's controls make of body `body`, if the request follows them and there are any.
+    /// The artist's controls of body `body`, if the request uses them and there are any.
     pub fn controls_of<'a>(&self, prepared: &'a PreparedObject, body: usize) -> Option<&'a WarpedBody> {
         prepared.bodies[body].warped.as_ref().filter(|_| self.effects.has(EffectKind::Warp))
     }
 
-    /// The lift of body `body` in which the cells are straight.
+    /// The lift of body `body` in which cells have planar faces.
     ///
     /// # Errors
     /// [`FractureError::LiftUnprepared`].

@@ -1,4 +1,4 @@
-//! What is asked of a strike, and the context that its stages get.
+//! Requests, and the context that every stage receives.
 
 pub(super) mod budget;
 pub(super) mod context;

@@ -1,18 +1,18 @@
-//! What a caller may observe of a strike: its stages and effects, as spans.
+//! Observation of a request: its stages and effects, as spans.
 
 use super::stage::Stage;
 use crate::scene::EffectKind;
 
-/// Sees when a stage or an effect begins and ends. This crate has no clock; the caller may bring one.
+/// Observer of the beginnings and ends of stages and effects.
 ///
-/// Stages and effects are spans: [`stage`](StageSpan) and [`effect`](EffectSpan) of `dyn StageObserver` begin one, which ends where
-/// it is dropped.
+/// This crate has no clock; the caller may bring one. Stages and effects are spans: [`stage`](StageSpan) and
+/// [`effect`](EffectSpan) of `dyn StageObserver` begin one, which ends when it is dropped.
 pub trait StageObserver {
-    /// Stage `stage` begins. A stage may begin once per body.
+    /// Stage `stage` begins; it may begin once per body.
     fn enter(&self, stage: Stage);
     /// Stage `stage` ends and has produced `bytes` bytes of results.
     fn leave(&self, stage: Stage, bytes: u64);
-    /// Effect `effect` begins, within a stage or outside. Its time does not count for the stage.
+    /// Effect `effect` begins, inside or outside a stage, whose time excludes that of the effect.
     fn begin(&self, effect: EffectKind);
     /// Effect `effect` ends and has produced `bytes` bytes of results, or used tables of that size.
     fn end(&self, effect: EffectKind, bytes: u64);
@@ -20,7 +20,7 @@ pub trait StageObserver {
     fn part(&self, effect: EffectKind, bytes: u64);
 }
 
-/// Observes nothing.
+/// The observer that ignores all events.
 impl StageObserver for () {
     fn enter(&self, _: Stage) {}
     fn leave(&self, _: Stage, _: u64) {}
@@ -30,20 +30,20 @@ impl StageObserver for () {
 }
 
 impl<'a> dyn StageObserver + 'a {
-    /// Begins `stage`, which ends where the span is dropped.
+    /// Begins `stage`, which ends when the span is dropped.
     pub fn stage(&self, stage: Stage) -> StageSpan<'_> {
         self.enter(stage);
         StageSpan { observer: self, stage, bytes: 0 }
     }
 
-    /// Begins `effect`, which ends where the span is dropped.
+    /// Begins `effect`, which ends when the span is dropped.
     pub fn effect(&self, effect: EffectKind) -> EffectSpan<'_> {
         self.begin(effect);
         EffectSpan { observer: self, effect, bytes: 0 }
     }
 }
 
-/// A stage that runs until this is dropped.
+/// A running stage, which ends when this is dropped.
 #[must_use]
 pub struct StageSpan<'a> {
     observer: &'a (dyn StageObserver + 'a),
@@ -69,7 +69,7 @@ impl Drop for StageSpan<'_> {
     }
 }
 
-/// An effect that runs until this is dropped.
+/// A running effect, which ends when this is dropped.
 #[must_use]
 pub struct EffectSpan<'a> {
     observer: &'a (dyn StageObserver + 'a),
@@ -78,7 +78,7 @@ pub struct EffectSpan<'a> {
 }
 
 impl EffectSpan<'_> {
-    /// Ends the effect, which has produced all of `results`, or used them as a table.
+    /// Ends the effect, which has produced all of `results` or used them as a table.
     pub fn produced<T>(self, results: &[T]) {
         self.produced_bytes(size_of_val(results) as u64);
     }

@@ -1,41 +1,46 @@
-//! What a strike of a preset chooses.
+//! Solver settings of a preset.
 
 use super::fracture_request::{DegreeRequest, FractureRequest};
 use crate::centroidal::{ITERATIONS_MAX, TOLERANCE};
 use crate::pipeline::prepared::parameters::{ElasticRequest, RANK_MAX};
 use crate::pipeline::prepared::preset::Preset;
 
-/// Tolerance of [`Preset::Game`]: its diagrams end some 2 % above the best of several, 1 % above the ends of their descents.
+/// Tolerance of [`Preset::Game`].
+///
+/// Measured: its diagrams end about 2 % above the best of several, and 1 % above the ends of their own descents.
 pub const GAME_TOLERANCE: f64 = 2e-2;
 
-/// [`SolverSettings::reduced_error_max`] of [`Preset::Game`]: what its elastic lattice is off by, too, so that a solve would gain little.
+/// [`SolverSettings::reduced_error_max`] of [`Preset::Game`].
+///
+/// The preset's elastic lattice has an error of the same size, so a solve would gain little.
 pub const GAME_ERROR_MAX: f64 = 0.1;
 
-/// The same of [`Preset::Draft`], which would rather be wrong than late.
+/// The same of [`Preset::Draft`], which prefers speed to accuracy.
 pub const DRAFT_ERROR_MAX: f64 = 0.25;
 
-/// A larger estimated error of the energy is worth a solve. The density is then off by some four times as much.
+/// The same of [`Preset::Film`]. The relative error of the energy density is about four times as large.
 pub const REDUCED_ERROR_MAX: f64 = 0.02;
 
-/// What a strike chooses.
+/// Settings that trade the accuracy of a request for time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverSettings {
-    /// Where displacements come from.
+    /// Source of the displacements.
     pub elastic: ElasticRequest,
-    /// Displacements of a body's basis that are used at most; `None`: all.
+    /// Largest number of displacements of a body's basis; `None`: all.
     pub rank_max: Option<u32>,
-    /// Largest estimated error of the elastic energy with which a reduced displacement is taken; above, it is solved for.
+    /// Largest estimated relative error of the elastic energy at which a reduced displacement is accepted instead of a
+    /// solve.
     pub reduced_error_max: f64,
-    /// Where the descent of a diagram ends.
+    /// Relative decrease of a diagram's energy in one iteration below which the descent ends.
     pub tolerance: f64,
-    /// Iterations of a diagram at most.
+    /// Largest number of iterations of a diagram.
     pub iterations_max: usize,
-    /// Where the number of sites comes from.
+    /// Rule that chooses the number of sites.
     pub degree: DegreeRequest,
 }
 
 impl Preset {
-    /// What a strike of it chooses.
+    /// The solver settings of this preset.
     pub fn dials(self) -> SolverSettings {
         let game = SolverSettings {
             elastic: ElasticRequest::Reduced,
@@ -67,7 +72,7 @@ impl Preset {
 }
 
 impl FractureRequest {
-    /// With all dials as `quality` has them.
+    /// The same request with all solver settings of the preset `quality`.
     #[must_use]
     pub fn of_quality(self, quality: Preset) -> Self {
         let SolverSettings { elastic, rank_max, reduced_error_max, tolerance, iterations_max, degree } =

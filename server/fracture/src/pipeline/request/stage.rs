@@ -1,26 +1,26 @@
-//! The stages of a strike, in the order in which data flows.
+//! The stages of a request, in the order of data flow.
 
 use serde::{Deserialize, Serialize};
 
-/// A stage of a strike; names as in JSON.
+/// A stage of a request, named as in JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
-    /// Contacts to nodal forces, rigid acceleration taken out.
+    /// Converts contacts to nodal forces and removes the rigid acceleration.
     Load,
-    /// One back-substitution.
+    /// Computes displacements by one back-substitution or from the reduced basis, and strain energies.
     Elasticity,
-    /// First moment of the strain energy against γ.
+    /// Compares the first moment of the strain energy to γ.
     Threshold,
-    /// The number of sites.
+    /// Chooses the number of sites.
     Degree,
-    /// Energy-weighted centroidal Voronoi diagram in the lift.
+    /// Computes the energy-weighted centroidal Voronoi diagram in the lift.
     Centroidal,
-    /// Cells to connected fragments.
+    /// Splits cells into connected fragments.
     Labels,
-    /// Crack polygons: count.
+    /// Computes the crack polygons and counts the output.
     Tessellation,
-    /// Masses, and the emission of the meshes.
+    /// Computes masses and emits the meshes.
     Fragments,
 }
 
@@ -37,7 +37,7 @@ impl Stage {
         Self::Fragments,
     ];
 
-    /// The name used in JSON, logs and metrics.
+    /// Name used in JSON, logs and metrics.
     pub fn name(self) -> &'static str {
         match self {
             Self::Load => "load",

@@ -1,12 +1,17 @@
-//! A fragment of an answer is struck again.
+//! Striking a fragment of an earlier result.
 //!
-//! Based on: Schvartzman & Otaduy (I3D 2014), section 3, which asks for crack concavity; how is ours. The fragment's own whole
-//! tetrahedra are an object ([`ParentFragment`]) that is struck as any other, up to the labels. These go to all of the body's lattice: nodes
-//! of the fragment that no whole tetrahedron has take the label of the nearest that one has, those of other fragments keep theirs.
-//! Points of earlier cracks stay where they are, so that the children's volumes add up to the fragment's.
+//! Based on: Schvartzman & Otaduy (I3D 2014), section 3, which asks for crack concavity. The method is ours:
 //!
-//! Cost: beyond that of a first strike of an object with the fragment's nodes the eigenpairs of the interior lift and the factor of
-//! the stiffness, which a first strike finds prepared; and one tessellation of all of the body's lattice.
+//! - The whole tetrahedra of the fragment form an object ([`ParentFragment`]), which is struck like any other, up to
+//!   the labels.
+//! - The labels are transferred to the whole lattice of the body. A node of the fragment without a whole tetrahedron
+//!   takes the label of the nearest node that has one. Nodes of other fragments keep their labels.
+//! - Points of earlier cracks do not move, so the volumes of the children add up to that of the fragment.
+//!
+//! Cost, in addition to a first request on an object with the fragment's nodes:
+//!
+//! - the eigenpairs of the interior lift and the factor of the stiffness, which a first request finds prepared;
+//! - one tessellation of the body's whole lattice.
 
 pub(super) mod parent;
 pub(super) mod volume_correction;
@@ -35,18 +40,20 @@ use parent::{NOBODY, ParentFragment};
 use std::sync::Arc;
 use volume_correction::correct_volume;
 
-/// Relative error up to which the volumes of the children add up to their parent's …
+/// Relative error up to which the children's volumes add up to their parent's.
 const VOLUME_ERROR: f64 = 1e-9;
 
-/// … after so many tessellations at most; one is enough unless earlier cracks are bent.
+/// Largest number of tessellations to reach it. One is enough unless earlier cracks are bent.
 const TESSELLATIONS_MAX: usize = 3;
 
-/// As [`super::strike`], but what is struck is fragment `fragment` of the answer that `kept` was kept of; the outcome tells of its
-/// children alone. What they share with other fragments of that answer is a crack that faces nobody. Only the lifts `euclidean`
-/// and `interior` are to be had, and the object's examples have nothing to say. `prepared` is the object that was struck then.
+/// Strikes fragment `fragment` of the retained result `kept`; otherwise as [`super::strike`].
+///
+/// `prepared` is the object of the earlier request. The outcome contains only the children of the fragment. Faces that
+/// they share with other fragments of the earlier result are cracks without a neighbor. Only the lifts `euclidean` and
+/// `interior` are available, and the object's examples are not used.
 ///
 /// # Errors
-/// Those of a strike, and [`FractureError::UnknownFragment`], [`FractureError::FragmentSmall`],
+/// Those of [`strike`](super::strike), and [`FractureError::UnknownFragment`], [`FractureError::FragmentSmall`],
 /// [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`], [`FractureError::FragmentLiftKind`], [`FractureError::OtherObject`].
 pub fn strike_again(
     context: StrikeContext<'_>,
@@ -54,7 +61,7 @@ pub fn strike_again(
     workspace: &mut Workspace,
 ) -> Result<FractureOutcome, FractureError> {
     let StrikeContext { prepared, request, cancel, observer } = context;
-    // A fragment is free and straight, whatever held and bent the object that it was part of.
+    // A fragment is free and undeformed, even if the object that it was part of was anchored or warped.
     let gone = [EffectKind::Anchored, EffectKind::Gravity, EffectKind::Warp];
     let effects = gone.into_iter().fold(request.effects, |effects, effect| effects.without(effect));
     let plan = FractureRequest { effects, ..request.planned() };
@@ -79,15 +86,15 @@ pub fn strike_again(
     })
 }
 
-/// What children are made of.
+/// Inputs of the children's meshes.
 struct Children<'a> {
     /// The object that the fragment was part of.
     prepared: &'a PreparedObject,
     body: &'a PreparedBody,
     old: &'a RetainedBody,
-    /// Of the fragment, local.
+    /// Volume of the fragment, in local units.
     volume: f64,
-    /// What the fragment wears, if skins are asked for.
+    /// Skin of the fragment, if the request asks for skins.
     skin: Option<Arc<Skin>>,
     parent: &'a ParentFragment,
     sources: MeshSources<'a>,
@@ -96,7 +103,7 @@ struct Children<'a> {
 
 impl Children<'_> {
     fn meshes(&self, workspace: &mut TessellationWorkspace) -> Result<FractureMeshes, FractureError> {
-        // The children are fragments of the object that was struck first.
+        // The children count as fragments of the original object.
         let context = StrikeContext { prepared: self.prepared, ..self.sources.context };
         let StrikeContext { request, observer, .. } = context;
         let mut cut = self.sources.spare.take();
@@ -149,7 +156,7 @@ impl Children<'_> {
         release_velocity::velocities(&children.properties, &labels, own, field, energy_j, density, &self.prepared.frame)
     }
 
-    /// Labels all of the body: children first, the other fragments after them. Returns how many children there are.
+    /// Labels the whole body, children first and other fragments after them. Returns the number of children.
     fn label(&self, cut: &mut CutBuffers) -> usize {
         let sites = self.cells.diagram.count() as u32;
         let label = |(&stands, &old): (&u32, &u32)| match self.cells.diagram.labels.get(stands as usize) {
@@ -161,13 +168,15 @@ impl Children<'_> {
         cut.components.sites.partition_point(|site| *site < sites)
     }
 
-    /// Sites of all fragments; other fragments have none, and are not asked for it.
+    /// Site of every fragment; 0 for other fragments, whose site is never read.
     fn sites_of(&self, sites: &[u32]) -> Vec<u32> {
         let count = self.cells.diagram.count() as u32;
         sites.iter().map(|&site| if site < count { site } else { 0 }).collect()
     }
 
-    /// The lift of the fragment on the nodes of the body; nodes that others stand for have theirs, those of other fragments zero.
+    /// The fragment's lift on the nodes of the body.
+    ///
+    /// Represented nodes take the coordinates of their representative; nodes of other fragments have zeros.
     fn scattered(&self) -> LiftedLattice {
         let own = self.sources.fields[self.cells.struck].lift();
         let mut coordinates = vec![0.0; self.parent.stands.len() * own.dimension];
@@ -180,7 +189,7 @@ impl Children<'_> {
         LiftedLattice { kind: own.kind, dimension: own.dimension, coordinates, first_moment, second_moment, density }
     }
 
-    /// Finds the crack points but for those that are fixed, builds all fragments, and forgets all but the children, which it measures.
+    /// Computes the crack points that are not fixed, builds all fragments, keeps only the children, and measures them.
     fn tessellate(
         &self,
         cut: &mut CutBuffers,
@@ -206,7 +215,8 @@ impl Children<'_> {
         Ok(())
     }
 
-    /// Merges slivers among the children, and cuts again where there were any; bytes of the new labels.
+    /// Merges slivers among the children and tessellates again if there were any. Returns the size of the new labels in
+    /// bytes.
     fn merge_slivers(
         &self,
         cut: &mut CutBuffers,

@@ -1,7 +1,7 @@
-//! A fragment as an object of its own, made when it is struck.
+//! A fragment as an object of its own, built when it is struck.
 //!
-//! Based on: Schvartzman & Otaduy (I3D 2014), section 3, crack concavity; to take existing cracks as boundary is ours: the lattice
-//! holds no tetrahedron that a crack crosses, so that neither distances nor displacements know a way through one.
+//! Based on: Schvartzman & Otaduy (I3D 2014), section 3, crack concavity. Taking existing cracks as boundary is ours:
+//! the lattice has no tetrahedron that a crack crosses, so neither distances nor displacements pass through a crack.
 
 use crate::cancel_token::CancelToken;
 use crate::lattice::{EnergyTransfer, GONE, Lattice};
@@ -15,24 +15,27 @@ use crate::scene::EffectKind;
 use crate::sparse::Precision;
 use std::collections::VecDeque;
 
-/// Stands for a node that is not of the fragment.
+/// Marks a node outside the fragment.
 pub(in crate::pipeline) const NOBODY: u32 = GONE;
 
 /// A fragment that is struck.
 pub(in crate::pipeline) struct ParentFragment {
-    /// It alone, in the frame and of the material of the object that it was part of.
+    /// The fragment as an object, in the frame and with the material of the object that it was part of.
     pub prepared: PreparedObject,
-    /// The nodes of its lattice in the lattice of the body that it was part of.
+    /// Node of the body's lattice, for each node of the fragment's lattice.
     pub nodes: Vec<u32>,
-    /// By node of that lattice the node of its own that stands for it: itself, or for nodes of the fragment that no whole
-    /// tetrahedron has the nearest along edges; [`NOBODY`] outside.
+    /// Representative in the fragment's lattice, for each node of the body's lattice.
+    ///
+    /// Nodes of the fragment's lattice represent themselves. Nodes of the fragment without a whole tetrahedron have the
+    /// nearest one along edges. [`NOBODY`] marks nodes outside the fragment.
     pub stands: Vec<u32>,
 }
 
 impl ParentFragment {
-    /// The fragment `label` of `body`, prepared for what the request asks of it; `fragment` names it in errors.
+    /// Prepares the fragment `label` of `body` for the request; `fragment` is its index in errors.
     ///
-    /// Errors: [`FractureError::FragmentSmall`], [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`],
+    /// # Errors
+    /// [`FractureError::FragmentSmall`], [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`],
     /// [`FractureError::FragmentLiftKind`], [`FractureError::ElasticityUnprepared`], [`FractureError::Elasticity`],
     /// [`FractureError::Cancelled`].
     pub fn new(
@@ -62,7 +65,7 @@ impl ParentFragment {
     }
 }
 
-/// The largest part of a fragment that hangs together through faces of whole tetrahedra, and its nodes.
+/// The largest face-connected part of a fragment's whole tetrahedra, and its nodes.
 pub(in crate::pipeline) fn inner(lattice: &Lattice, labels: &[u32], label: u32) -> Option<(Lattice, Vec<u32>)> {
     let tets = largest(lattice, |tet| lattice.tets[tet].iter().all(|&node| labels[node as usize] == label))?;
     let mut used = vec![false; lattice.nodes.len()];
@@ -71,7 +74,7 @@ pub(in crate::pipeline) fn inner(lattice: &Lattice, labels: &[u32], label: u32) 
     Some((lattice.part(&tets), nodes))
 }
 
-/// The tetrahedra of the largest part of `lattice` that those which are `inside` make through faces.
+/// The tetrahedra of the largest face-connected part of those tetrahedra of `lattice` that are `inside`.
 fn largest(lattice: &Lattice, inside: impl Fn(usize) -> bool) -> Option<Vec<u32>> {
     let own: Vec<u32> = (0..lattice.tets.len() as u32).filter(|&tet| inside(tet as usize)).collect();
     let parts = lattice.part(&own).components();
@@ -79,7 +82,7 @@ fn largest(lattice: &Lattice, inside: impl Fn(usize) -> bool) -> Option<Vec<u32>
     Some(largest.into_iter().map(|tet| own[tet as usize]).collect())
 }
 
-/// See [`ParentFragment::stands`]: breadth first from `nodes`, in ascending order, so that the same node always wins.
+/// Computes [`ParentFragment::stands`] breadth-first from `nodes` in ascending order, which makes ties deterministic.
 fn representatives(whole: &PreparedBody, labels: &[u32], label: u32, nodes: &[u32]) -> Vec<u32> {
     let mut stands = vec![NOBODY; labels.len()];
     nodes.iter().enumerate().for_each(|(own, &node)| stands[node as usize] = own as u32);
@@ -95,7 +98,7 @@ fn representatives(whole: &PreparedBody, labels: &[u32], label: u32, nodes: &[u3
     stands
 }
 
-/// Gives `body` the lift.
+/// Computes the lift of `body`.
 fn lifted(
     body: &mut PreparedBody,
     prepared: &PreparedObject,
@@ -115,7 +118,8 @@ fn lifted(
     Ok(())
 }
 
-/// Its elasticity: on the lattice of its cracks itself, or, where that has many nodes, on its part of the object's elastic lattice.
+/// Elasticity of the fragment: on its crack lattice, or, if that has too many nodes, on its part of the object's
+/// elastic lattice.
 fn solid(
     whole: &ElasticModel,
     crack: &Lattice,
@@ -134,7 +138,7 @@ fn solid(
         .map_err(|source| FractureError::of_body(0, source))
 }
 
-/// The tetrahedra of the elastic lattice that give most of their energy to the fragment, as far as they hang together.
+/// The largest connected part of the elastic tetrahedra that pass more than half of their energy to the fragment.
 fn coarse(whole: &ElasticModel, stands: &[u32]) -> Option<(Lattice, EnergyTransfer)> {
     let EnergyTransfer { offsets, tets, shares } = &whole.transfer;
     let mut given = vec![0.0; whole.lattice.tets.len()];
@@ -148,8 +152,10 @@ fn coarse(whole: &ElasticModel, stands: &[u32]) -> Option<(Lattice, EnergyTransf
     Some((whole.lattice.part(&own), whole.transfer.part(stands, &names)))
 }
 
-/// An object of this body alone. Its lattice ends up to a spacing within the fragment's surface, and on the object's own surface
-/// where that one's lattice does.
+/// An object with this body only.
+///
+/// Its lattice ends up to one spacing within the fragment's surface. On the original surface it ends where the object's
+/// lattice does.
 fn alone(prepared: &PreparedObject, body: PreparedBody) -> PreparedObject {
     let parameters = BakeParameters { elastic: ElasticRequest::Solve, ..prepared.parameters.clone() };
     let report = BakeReport {

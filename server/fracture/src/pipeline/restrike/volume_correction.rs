@@ -1,18 +1,23 @@
-//! The last digits of the children's volumes: where the earlier crack is not quite flat, its new points are moved until the children
-//! hold what their parent held.
+//! Correction of the children's volumes, which must add up to their parent's.
 //!
-//! Ours. An earlier crack that halves a tetrahedron is a quadrilateral, flat but where an edge point keeps its distance from a node;
-//! a new crack that ends on it bends it along another line than its diagonal. The sum of volumes is affine in each point, with a
-//! third of the area vector around the point as its gradient, so one small step along all gradients together removes the
-//! difference up to its square.
+//! Needed where an earlier crack is not quite flat: new points on it are moved until the sum is right.
+//!
+//! Ours. An earlier crack that halves a tetrahedron is a quadrilateral. It is flat unless one of its edge points is
+//! moved to keep its distance from a node. A new crack that ends on it folds it along a line other than its diagonal.
+//!
+//! The sum of volumes is affine in each point. Its gradient is a third of the area vector around the point. One small
+//! step along all gradients together therefore removes the difference up to its square.
 
 use crate::lattice::Lattice;
 use crate::tessellation::{FixedPoints, Tessellation, Topology};
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 
-/// Moves the points of `fixed` that are not points of `old`, but lie on its cracks inside the body, such that the volume of the
-/// children in `tessellation`, which was built with `fixed`, grows by `missing`; whether there is such a point.
+/// Moves new points on earlier cracks so that the volume of the children grows by `missing`; returns whether there is
+/// such a point.
+///
+/// The moved points are those of `fixed` that are not in `old` but lie on its cracks inside the body. `tessellation`
+/// was built with `fixed`.
 pub(in crate::pipeline) fn correct_volume(
     fixed: &mut FixedPoints,
     old: &FixedPoints,
@@ -29,7 +34,7 @@ pub(in crate::pipeline) fn correct_volume(
     slots.extend(places.enumerate().map(|(index, place)| (key(&place), index)));
     let mut gradients = gradients(tessellation, &slots);
     for (gradient, &slot) in gradients.iter_mut().zip(&faces) {
-        // Points of a face stay in it.
+        // Points of a face stay in its plane.
         let [a, b, c] = topology.faces[fixed.faces[slot].0 as usize].map(|node| lattice.nodes[node as usize]);
         let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default();
         *gradient -= normal * normal.dot(gradient);
@@ -44,7 +49,7 @@ pub(in crate::pipeline) fn correct_volume(
     true
 }
 
-/// Positions in `fixed` of simplices that `old`, ascending, has not.
+/// Positions in `fixed` of the simplices that are not in `old`; both ascend.
 fn new(fixed: &[(u32, Point3<f64>)], old: &[(u32, Point3<f64>)]) -> Vec<usize> {
     let is_new = |slot: &usize| old.binary_search_by_key(&fixed[*slot].0, |(simplex, _)| *simplex).is_err();
     (0..fixed.len()).filter(is_new).collect()
@@ -54,7 +59,7 @@ fn key(place: &Point3<f64>) -> [u64; 3] {
     [place.x.to_bits(), place.y.to_bits(), place.z.to_bits()]
 }
 
-/// By point the gradient of the children's volume: cracks between children cancel, those of before are left.
+/// Gradient of the children's volume by point. Cracks between children cancel, so only earlier cracks contribute.
 fn gradients(tessellation: &Tessellation, slots: &HashMap<[u64; 3], usize>) -> Vec<Vector3<f64>> {
     let mut gradients = vec![Vector3::zeros(); slots.len()];
     for run in tessellation.runs().iter().filter(|run| run.crack && run.neighbor.is_none()) {

@@ -1,4 +1,4 @@
-//! Degree and centroidal: how many sites, and where.
+//! Degree and centroidal stages: number and positions of the sites.
 
 use super::convergence_monitor::ConvergenceMonitor;
 use super::search::search;
@@ -17,58 +17,60 @@ use crate::pipeline::workspace::Workspace;
 use crate::scene::EffectKind;
 use serde::{Deserialize, Serialize};
 
-/// Trust in a degree from the closed form where no examples are asked: what is said at the edge of their reach, since it errs about
-/// as much as they do there.
+/// Confidence in a degree from the closed form if examples are not used.
+///
+/// Equal to the confidence at the edge of the examples' range, where the closed form has about their error.
 const CONFIDENCE_CLOSED_FORM: f64 = 0.6;
 
-/// Which rule produced the fracture degree.
+/// Rule that chose the fracture degree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DegreeSource {
-    /// E_1 ≤ γ: the object stays whole.
+    /// E_1 ≤ γ: the object stays intact.
     Threshold,
     /// The calibrated closed form.
     ClosedForm,
-    /// A network that was trained on the object's examples.
+    /// A network trained on the object's examples.
     Inferred,
-    /// A guess that was made to hold.
+    /// An estimate corrected by diagrams to the smallest number near it that passes γ.
     Verified,
-    /// The full optimisation.
+    /// Full optimization.
     Optimised,
-    /// The caller's number.
+    /// The number given in the request.
     Forced,
 }
 
-/// The diagram of one struck body.
+/// Diagram of one struck body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyCells {
-    /// Position among the struck bodies.
+    /// Index among the struck bodies.
     pub struck: usize,
-    /// Sites, labels, cell energies.
+    /// Diagram: sites, labels, cell energies.
     pub diagram: Diagram,
 }
 
-/// What the degree and centroidal stages decided.
+/// Result of the degree and centroidal stages.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Division {
-    /// Which rule produced the number of sites.
+    /// Rule that chose the number of sites.
     pub source: DegreeSource,
-    /// Fracture degree of the criterion.
+    /// Fracture degree that the criterion chose.
     pub degree: u32,
-    /// Whether the cap cut it.
+    /// True if the maximum limited the degree.
     pub capped: bool,
-    /// Trust in the degree, 0 to 1.
+    /// Confidence in the degree, 0 ..= 1.
     pub confidence: f64,
-    /// What ended the descents: the last of [`Termination`] of all bodies; `None` without any.
+    /// Reason why the descents ended, the last in the order of [`Termination`] over all bodies; `None` without a
+    /// descent.
     pub ending: Option<Termination>,
-    /// Diagrams of the bodies that break; the others stay whole.
+    /// Diagrams of the bodies that break.
     pub cells: Vec<BodyCells>,
 }
 
-/// Chooses the number of sites of each struck body and divides it, in the time that `budget` knows of.
+/// Chooses the number of sites of each struck body and computes its diagram, within `budget`.
 ///
-/// A number asked for by the caller is shared out by the closed form's degree and breaks the object whatever γ says; the
-/// other rules leave a body whole where its E_1 ≤ γ.
+/// A given number of sites is distributed over the bodies in proportion to the closed form's degrees, and breaks the
+/// object at any γ. The other rules leave a body intact if its E_1 ≤ γ.
 pub(in crate::pipeline) fn divide(
     context: StrikeContext<'_>,
     budget: Option<TimeBudget>,
@@ -110,7 +112,7 @@ pub(in crate::pipeline) fn divide(
     })
 }
 
-/// Which part of the sites each struck body wants: the closed form's degree; a single body takes them all.
+/// Relative number of sites per struck body: the closed form's degree, or 1 for a single body.
 fn wishes(context: StrikeContext<'_>, threshold: &ThresholdResult, fields: &[EnergyField]) -> Vec<f64> {
     let wish = |(struck, field): (usize, &EnergyField)| {
         let shape = &context.prepared.bodies[threshold.bodies[struck]].slenderness;
@@ -119,40 +121,45 @@ fn wishes(context: StrikeContext<'_>, threshold: &ThresholdResult, fields: &[Ene
     if fields.len() > 1 { fields.iter().enumerate().map(wish).collect() } else { vec![1.0] }
 }
 
-/// What is said of one struck body without making a diagram.
+/// Degree of one struck body, estimated without a diagram.
 pub(in crate::pipeline) struct DegreeGuess {
+    /// Number of sites, 1 if the body stays intact.
     pub sites: u32,
+    /// True if the maximum limited the number.
     pub capped: bool,
-    /// Whether the examples say so; where the body stays whole, nobody needs to.
+    /// True if the estimate is the examples' or the body stays intact.
     pub inferred: bool,
+    /// Confidence in the number, 0 ..= 1.
     pub confidence: f64,
 }
 
-/// The rule that made these guesses.
+/// Rule behind these estimates.
 pub(in crate::pipeline) fn source_of(guesses: &[DegreeGuess]) -> DegreeSource {
     let inferred = guesses.iter().all(|guess| guess.inferred);
     if inferred { DegreeSource::Inferred } else { DegreeSource::ClosedForm }
 }
 
-/// Reports to `observer` whether a guess comes from examples.
+/// Reports to `observer` that an estimate comes from examples, if one does.
 pub(in crate::pipeline) fn observe(guesses: &[DegreeGuess], observer: &dyn StageObserver) {
     if guesses.iter().any(|guess| guess.inferred && guess.sites > 1) {
         observer.part(EffectKind::Examples, size_of_val(guesses) as u64);
     }
 }
 
-/// A guess per struck body: by the examples where they are asked for, were made for this lift, and reach; else by the closed
-/// form.
+/// Estimates the degree of each struck body.
+///
+/// The examples decide if the request uses them, they were made for its lift, and the body is within their range; else
+/// the closed form does.
 fn guesses(context: StrikeContext<'_>, threshold: &ThresholdResult, fields: &[EnergyField]) -> Vec<DegreeGuess> {
     let StrikeContext { prepared, request: strike, .. } = context;
-    // They were labelled with all of the elastic energy of a free body, in the interior lift.
+    // The examples are labeled by the total elastic energy of a free body, in the interior lift.
     let strange = [EffectKind::Tensile, EffectKind::Anchored].into_iter().any(|effect| strike.effects.has(effect));
     let alike = strike.effects.has(EffectKind::Elastic) && !strange;
     let asked = strike.effects.has(EffectKind::Examples) && !matches!(strike.degree, DegreeRequest::ClosedForm);
     let asked = asked && alike && strike.lift == LiftKind::Interior;
     let learned = prepared.learned.as_ref().filter(|_| asked);
     let guess = |(struck, field): (usize, &EnergyField)| {
-        // Nor do they know of grain and paint.
+        // The examples were made without grain and paint.
         let controls = strike.controls_of(prepared, threshold.bodies[struck]);
         let learned = learned.filter(|_| controls.is_none_or(|warped| warped.alike));
         let (first_moment, gamma) = (threshold.first_moments[struck], threshold.gammas[struck]);
@@ -163,11 +170,12 @@ fn guesses(context: StrikeContext<'_>, threshold: &ThresholdResult, fields: &[En
         let [estimate, evenness] = degree::closed_form_and_evenness(field, slenderness, gamma);
         let descriptor = || degree::descriptor(estimate, first_moment, evenness, gamma);
         let told = learned.map(|learned| learned.network.predict(&descriptor()));
-        // Beyond their reach the examples decide nothing, but how far it is beyond says how much to trust the closed form.
+        // Outside their range the examples do not decide, but the distance from it determines the confidence in the
+        // closed form.
         let confidence = told.as_ref().map_or(CONFIDENCE_CLOSED_FORM, |told| told.confidence);
         let told = told.filter(|told| told.within_reach);
         let wanted = told.map_or(prepared.kappa * estimate, |told| degree::sites(told.value, estimate));
-        // There is room for the sites that stay, at least.
+        // The degree is at least the number of fixed sites.
         let wanted = wanted.max(field.pins().len() as f64);
         let SiteCount { sites, capped } = degree::decide(first_moment, gamma, wanted, 1.0, strike.degree_max as usize);
         DegreeGuess { sites: sites as u32, capped, inferred: told.is_some(), confidence }
@@ -205,8 +213,9 @@ pub(in crate::pipeline) fn diagram_bytes(diagram: &Diagram) -> u64 {
     (size_of_val(diagram.sites.as_slice()) + size_of_val(diagram.labels.as_slice())) as u64
 }
 
-/// `count` in whole parts proportional to `wishes` (largest remainders first, ties to the lower index). Where there are
-/// fewer sites than bodies the smallest wishes get none.
+/// Divides `count` into integer parts proportional to `wishes`, by largest remainders; ties go to the lower index.
+///
+/// With fewer sites than bodies, the smallest wishes get 0.
 fn shared_out(count: u32, wishes: &[f64]) -> Vec<u32> {
     let total: f64 = wishes.iter().sum();
     let exact: Vec<f64> = wishes.iter().map(|wish| f64::from(count) * wish / total).collect();

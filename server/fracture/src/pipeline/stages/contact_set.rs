@@ -1,7 +1,8 @@
-//! Load, first half: a request in meters and newton-seconds becomes relative forces in the local frame, body by body.
+//! First half of the load stage: converts contacts from meters and newton-seconds to relative forces in the local
+//! frame, by body.
 //!
-//! Based on: Hertz impact as a half-sine pulse (Johnson, *Contact Mechanics*, 1985, section 11.4): peak force
-//! F = (π/2)·J/τ.
+//! Based on: Hertz impact as a half-sine pulse (Johnson, *Contact Mechanics*, 1985, section 11.4): peak force F =
+//! (π/2)·J/τ.
 
 use crate::elasticity;
 use crate::pipeline::contact::ImpactContact;
@@ -11,20 +12,23 @@ use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, EffectKind};
 use nalgebra::Vector3;
 
-/// Relative forces are rounded to this step, so that the same impact at another magnitude gives the same bits.
+/// Rounding step of relative forces, so that scaling an impact does not change their bits.
 const FORCE_STEP: f64 = 1.0 / (1u64 << 40) as f64;
 
-/// The contacts of one strike, as the engine sees them.
+/// Contacts of one request, in local units and by body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactSet {
-    /// Largest peak force of all contacts, N; relative forces are fractions of it.
+    /// Largest peak force of all contacts, N; the unit of relative forces.
     pub peak_force_n: f64,
-    /// Struck bodies in ascending order, each with its contacts: impulse relative to the peak, lengths local.
+    /// Struck bodies in ascending order with their contacts: impulses as fractions of the peak force, lengths local.
     pub bodies: Vec<(usize, Vec<elasticity::ContactLoad>)>,
 }
 
 impl ContactSet {
-    /// Validates `strike` and hands each contact to the body that it is nearest to.
+    /// Validates the contacts of `strike` and assigns each to the nearest body.
+    ///
+    /// # Errors
+    /// [`FractureError`] by the contact that is invalid or too far from every body.
     pub fn new(prepared: &PreparedObject, strike: &FractureRequest) -> Result<Self, FractureError> {
         let count = strike.contacts.len();
         if !(1..=CONTACTS_MAX).contains(&count) {
@@ -41,7 +45,8 @@ impl ContactSet {
         for (index, (contact, force)) in strike.contacts.iter().zip(&forces).enumerate() {
             let (body, mut local) = place(prepared, index, contact, *force / peak_force_n)?;
             if strike.effects.has(EffectKind::Elastic) {
-                // The coarser lattice's boundary may lie farther away than the radius; the load is spread from there all the same.
+                // The boundary of the coarser lattice may be farther away than the radius. The load is still spread
+                // from the nearest boundary point.
                 local.radius = local.radius.max(prepared.solid(body)?.elasticity.distance(&local.point));
             }
             match bodies.iter_mut().find(|(known, _)| *known == body) {
@@ -60,7 +65,7 @@ impl ContactSet {
         self.peak_force_n.powi(2) / (prepared.parameters.material.young_pa * prepared.frame.diagonal_m)
     }
 
-    /// ρL³/F: fractions of the peak force per unit of local weight of unit density.
+    /// Fraction of the peak force per unit of local weight at unit density: ρL³/F.
     pub fn weight_unit(&self, prepared: &PreparedObject) -> f64 {
         prepared.parameters.material.density_kg_m3 * prepared.frame.diagonal_m.powi(3) / self.peak_force_n
     }
@@ -86,8 +91,9 @@ fn peak_force_n(contact: usize, given: &ImpactContact) -> Result<Vector3<f64>, F
     }
 }
 
-/// The nearest body, and the contact in its terms; refused if the surface is farther than the radius given. The crack
-/// lattice stands for the surface, to within its spacing: it rounds corners off.
+/// The nearest body, and the contact in its local units; an error if the surface is farther away than the radius.
+///
+/// The crack lattice approximates the surface to within its spacing, because it rounds corners off.
 fn place(
     prepared: &PreparedObject,
     index: usize,
@@ -102,7 +108,7 @@ fn place(
     let (body, distance, surface) =
         nearest.map_or((0, f64::INFINITY, point), |(body, nearest)| (body, nearest.distance, nearest.place));
     let lattice = prepared.report.surface_deviation.max(prepared.parameters.crack_spacing);
-    // Far from the origin a point cannot be given more exactly than its coordinates are rounded.
+    // Far from the origin, the precision of a point is limited by the rounding of its coordinates.
     let rounding = f64::EPSILON * contact.point_m.coords.amax() / prepared.frame.diagonal_m;
     if distance > radius + lattice + rounding {
         return Err(FractureError::TooFar {

@@ -1,4 +1,4 @@
-//! An artist's controls, followed while a body is divided.
+//! Application of an artist's controls to the division of a body.
 
 use super::cells::BodyCells;
 use super::energy::BodyEnergy;
@@ -8,7 +8,7 @@ use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::request::context::StrikeContext;
 use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::scene::EffectKind;
-/// Masses of the fields where something is painted, with the total that they had; `None` where nothing is.
+/// Masses of the fields after painting, with unchanged totals; `None` for a body without paint.
 pub(in crate::pipeline) fn repainted(
     prepared: &PreparedObject,
     strike: &FractureRequest,
@@ -25,7 +25,7 @@ pub(in crate::pipeline) fn repainted(
     energies.iter().zip(fields).map(repaint).collect()
 }
 
-/// The fields as the controls want them divided: in the bent space, painted, with the sites that stay.
+/// Fields under the controls: in the warped space, painted, with the fixed sites.
 pub(in crate::pipeline) fn followed<'a>(
     prepared: &'a PreparedObject,
     strike: &FractureRequest,
@@ -41,7 +41,7 @@ pub(in crate::pipeline) fn followed<'a>(
     energies.iter().zip(fields).zip(masses).map(follow).collect()
 }
 
-/// Keeps the protected regions of finished diagrams whole.
+/// Assigns one label to each protected region of finished diagrams.
 pub(in crate::pipeline) fn guard(context: StrikeContext<'_>, energies: &[BodyEnergy], cells: &mut [BodyCells]) {
     let StrikeContext { prepared, request, observer, .. } = context;
     for BodyCells { struck, diagram } in cells {

@@ -1,4 +1,4 @@
-//! When a diagram is good enough for its strike.
+//! Decision when the diagram of a request is accurate enough.
 
 use super::termination::Termination;
 use crate::cancel_token::CancelToken;
@@ -6,28 +6,30 @@ use crate::centroidal::{Diagram, GAP_CERTAIN, StepDecision, StopCondition, gap};
 use crate::pipeline::request::budget::TimeBudget;
 use crate::pipeline::request::fracture_request::FractureRequest;
 
-/// Values of F that an estimate of the gap looks at.
+/// Number of values of F that an estimate of the gap uses.
 const LOOKED_AT: usize = 3;
 
-/// Weight of the last iteration, if it was faster than expected, in what one is expected to take; a slower one is what is expected then.
+/// Weight of the last iteration's time in the expected time, if it was faster than expected. A slower one replaces the
+/// expected time.
 const WEIGHT: f64 = 0.5;
 
-/// Watches the descent of one diagram, or of several one after another: its error, and the time that it leaves to what follows.
+/// Observes the descent of one diagram, or of several in sequence: its estimated error, and the time left for the later
+/// stages.
 pub(in crate::pipeline) struct ConvergenceMonitor<'a> {
     cancel: &'a CancelToken,
     gap_max: Option<f64>,
-    /// What follows takes this long, s.
+    /// Expected time of the later stages, s.
     rest_s: f64,
-    /// An iteration takes this long, s.
+    /// Expected time of an iteration, s.
     step_s: f64,
-    /// What was left when it was asked last, s.
+    /// Remaining time at the last decision, s.
     left_s: f64,
     history: Vec<f64>,
     ending: Option<Termination>,
 }
 
 impl<'a> ConvergenceMonitor<'a> {
-    /// Of a diagram of `sites` sites of `request`, in the time that `budget` knows of.
+    /// Monitor of a diagram of `sites` sites for `request`, within `budget`.
     pub fn new(request: &FractureRequest, budget: Option<TimeBudget>, sites: u32, cancel: &'a CancelToken) -> Self {
         let cost = budget.map(|budget| budget.cost);
         let [rest_s, step_s] = cost.map_or([0.0; 2], |cost| [cost.rest_s(sites), cost.iteration_s(sites)]);
@@ -35,7 +37,8 @@ impl<'a> ConvergenceMonitor<'a> {
         Self { cancel, gap_max, rest_s, step_s, left_s, history, ending: None }
     }
 
-    /// Of the diagrams by which a degree is searched: time is left for the start of one of `sites` sites, the guess.
+    /// Monitor of the diagrams of a degree search. It leaves time for the start of a diagram of `sites` sites, the
+    /// estimate.
     pub fn of_search(
         request: &FractureRequest,
         budget: Option<TimeBudget>,
@@ -47,13 +50,13 @@ impl<'a> ConvergenceMonitor<'a> {
         Self { rest_s: alone.rest_s + start_s, ..alone }
     }
 
-    /// What ended the descent of `diagram`.
+    /// Reason why the descent of `diagram` ended.
     pub fn ending(&self, diagram: &Diagram) -> Termination {
         let own = if diagram.converged { Termination::Converged } else { Termination::Iterations };
         self.ending.unwrap_or(own)
     }
 
-    /// Iterations that there is time for.
+    /// Number of further iterations that fit into the remaining time.
     fn steps(&mut self, iterations: usize) -> f64 {
         let left_s = self.cancel.remaining_s();
         if left_s.is_infinite() {
@@ -109,7 +112,7 @@ mod tests {
         FractureRequest::at(Point3::origin(), Vector3::x()).seeded(1)
     }
 
-    /// With ten seconds of rest and iterations of one, a descent that finds this left goes on at these paces.
+    /// Expects the decisions `paces` at the remaining times `left_s`, with 10 s for later stages and 1 s per iteration.
     #[track_caller]
     fn check(left_s: &[f64], paces: &[StepDecision]) {
         let cost = StrikeCost {
@@ -135,7 +138,7 @@ mod tests {
         check(&[20.0, 12.0, 11.0], &[On, Last]);
         check(&[20.0, 10.9], &[End]);
         check(&[20.0, 11.0], &[Last]);
-        // One slow iteration says that the next is as slow, a fast one says less.
+        // A slow iteration raises the expected time to its own; a fast one lowers it by half of the difference.
         check(&[20.0, 17.0, 14.0], &[On, Last]);
         check(&[20.0, 11.9], &[Last]);
         check(&[20.0, 12.0, 11.8, 11.7], &[On, On, On]);

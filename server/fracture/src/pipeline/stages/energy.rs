@@ -1,7 +1,7 @@
-//! Load and elasticity: from an impact to strain energy on the crack lattice's nodes.
+//! Load and elasticity stages: strain energy on the crack lattice's nodes.
 //!
-//! Based on: Schvartzman & Otaduy (I3D 2014), section 3: one quasi-static solve per impact; inertia relief, anchors and units
-//! are ours. With diagonal L, modulus E and peak force F, energies in joules are F²/(E·L) times local ones.
+//! Based on: Schvartzman & Otaduy (I3D 2014), section 3: one quasi-static solve per impact. Inertia relief, anchors and
+//! units are ours. With diagonal L, modulus E and peak force F, energies in joules are F²/(E·L) times local ones.
 
 use super::contact_set::ContactSet;
 use super::falloff::falloff;
@@ -20,26 +20,27 @@ use crate::scene::EffectKind;
 /// Strain energy of one struck body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyEnergy {
-    /// Which body.
+    /// Index of the body.
     pub body: usize,
     /// Share of the body's strain energy on each node of the crack lattice; sum 1.
     pub shares: Vec<f64>,
-    /// The body's strain energy, J.
+    /// Strain energy of the body, J.
     pub energy_j: f64,
-    /// Relative error of the energy, estimated, if the displacement is a reduced one; `None`: it was solved for.
+    /// Estimated relative error of the energy if the displacement is a reduced one; `None` if it was solved for.
     pub reduced_error: Option<f64>,
-    /// Contact radius in effect, m: the largest of its contacts after raising them to what the lattice resolves.
+    /// Largest effective contact radius of the body, m, after raising each to the resolution of the lattice.
     pub radius_m: f64,
 }
 
 impl BodyEnergy {
-    /// Joule·meters² per unit of a local first moment of the shares: energy times the square of the diagonal.
+    /// J·m² per unit of a local first moment of the shares: energy times the squared diagonal.
     pub fn unit_j_m2(&self, diagonal_m: f64) -> f64 {
         self.energy_j * diagonal_m * diagonal_m
     }
 }
 
-/// The strain energy of every body that `contacts` strike: from its deformation, or a falloff where the effects do without.
+/// The strain energy of every body that `contacts` strike: from its deformation, or from a falloff without the effect
+/// `elastic`.
 ///
 /// # Errors
 /// [`FractureError`], naming the body.
@@ -67,7 +68,7 @@ pub(in crate::pipeline) fn strain_energy_applied(
     Ok(energies)
 }
 
-/// Writes the forces of `contacts` on every struck body into the workspace; none if the effects do without deformation.
+/// Writes the forces of `contacts` on every struck body into the workspace; nothing without the effect `elastic`.
 pub(in crate::pipeline) fn apply(
     context: StrikeContext<'_>,
     contacts: &ContactSet,
@@ -91,12 +92,12 @@ pub(in crate::pipeline) fn apply(
     Ok(())
 }
 
-/// The largest contact radius in effect under `load`, m.
+/// The largest effective contact radius under `load`, m.
 pub(in crate::pipeline) fn radius_m(prepared: &PreparedObject, load: &NodalLoad) -> f64 {
     load.touches.iter().map(|touch| touch.radius).fold(0.0, f64::max) * prepared.frame.diagonal_m
 }
 
-/// The energies of every struck body under the workspace's loads.
+/// The energies of every struck body under the loads in the workspace.
 fn deformed(
     context: StrikeContext<'_>,
     contacts: &ContactSet,
@@ -147,8 +148,10 @@ fn deformed(
     Ok(energies)
 }
 
-/// The displacement under load `place` of the workspace: from the reduced basis if that is asked for and all of it good enough, with the
-/// estimated error of what is used of it, else from the solve.
+/// Computes the displacement under load `place` of the workspace.
+///
+/// Uses the reduced basis if the request allows it and the whole basis is accurate enough, and returns the estimated
+/// error of the part used. Otherwise solves, and returns `None`.
 fn displace(
     solid: &ElasticModel,
     request: &FractureRequest,
@@ -172,8 +175,10 @@ fn displace(
     Ok(None)
 }
 
-/// The displacement of a held body under load `place` of the workspace, and under its weight where that is asked for. Reduced bases are
-/// those of free bodies: it is solved for.
+/// Solves for the displacement of an anchored body under load `place` of the workspace, and under its weight with the
+/// effect `gravity`.
+///
+/// Reduced bases are those of free bodies, so they do not apply.
 fn displace_held(
     context: StrikeContext<'_>,
     contacts: &ContactSet,

@@ -1,9 +1,9 @@
-//! Strain energy without elasticity: it falls off with the distance from the contacts.
+//! Strain energy without elasticity, by distance from the contacts.
 //!
-//! Based on: the half-space under a point load (J. Boussinesq, 1885; Johnson, *Contact Mechanics*, 1985, section 3.2), whose stress
-//! goes with the inverse square of the distance; ours is to let it level off within the contact radius a, at the mean pressure:
-//! σ = F/(πa²) / (1 + (d/a)²), W = σ²/(2E). Contacts add energies. A body that is not large against its contacts, or bends,
-//! has more energy, and elsewhere.
+//! Based on: the half-space under a point load (J. Boussinesq, 1885; Johnson, *Contact Mechanics*, 1985, section 3.2),
+//! whose stress falls with the inverse square of the distance. Limiting it to the mean pressure within the contact
+//! radius a is ours: σ = F/(πa²) / (1 + (d/a)²), W = σ²/(2E). Energies of contacts add. Bodies that bend, or are not
+//! large relative to their contacts, have more energy in reality, and a different distribution.
 
 use super::contact_set::ContactSet;
 use super::energy::BodyEnergy;
@@ -12,12 +12,15 @@ use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::PreparedObject;
 use nalgebra::Point3;
 
-/// Contacts are no smaller than this many spacings of the crack lattice, which would not see them.
+/// Smallest contact radius in spacings of the crack lattice, which does not resolve smaller ones.
 const RADIUS_SPACINGS: f64 = 1.0;
 
 /// The energy of every struck body.
 ///
-/// Errors: [`FractureError::Balanced`] where blows are too weak, or their contacts too wide, for a number to hold their energy.
+/// Errors: [`FractureError::Balanced`] if impulses are so small, or contacts so wide, that the energy underflows.
+///
+/// # Errors
+/// [`FractureError::Balanced`] where impulses are too weak, or their contacts too wide, for a number to hold their energy.
 pub(in crate::pipeline) fn falloff(
     prepared: &PreparedObject,
     impact: &ContactSet,
@@ -47,7 +50,7 @@ pub(in crate::pipeline) fn falloff(
     impact.bodies.iter().map(energy).collect()
 }
 
-/// W at `node`, in units of E.
+/// Energy density W at `node`, in units of E.
 fn density(contact: &ContactLoad, least: f64, node: &Point3<f64>) -> f64 {
     let square = contact.radius.max(least).powi(2);
     let pressure = contact.impulse.norm() / (std::f64::consts::PI * square);

@@ -1,4 +1,4 @@
-//! The stages of a strike, from contacts to cells, in the order of the method.
+//! Stages of a request from contacts to cells, in the order of the method.
 
 pub(super) mod cells;
 pub(super) mod contact_set;

@@ -1,4 +1,4 @@
-//! A degree searched by diagrams, as far as there is time.
+//! Search for the degree by diagrams, within the remaining time.
 
 use super::cells::{BodyCells, DegreeGuess, DegreeSource, Division, diagram_bytes, observe, source_of};
 use super::convergence_monitor::ConvergenceMonitor;
@@ -13,15 +13,17 @@ use crate::pipeline::request::fracture_request::{DegreeRequest, FractureRequest}
 use crate::pipeline::request::stage::Stage;
 use crate::pipeline::workspace::Workspace;
 
-/// What a search of one body came to.
+/// Result of the search of one body.
 struct Found {
     degree: SiteCount,
     diagram: Diagram,
-    /// Whether it ended by itself, and not because no time was left.
+    /// True if the search completed; false if time ended it.
     finished: bool,
 }
 
-/// Searches the degree of each struck body by diagrams: from below, or from its guess. Where time ends it, the degree is the guess.
+/// Searches the degree of each struck body by diagrams, upward from the smallest or around its estimate.
+///
+/// If time ends the search, the degree is the estimate.
 pub(in crate::pipeline) fn search(
     context: StrikeContext<'_>,
     budget: Option<TimeBudget>,

@@ -1,37 +1,37 @@
-//! What ends a descent, and a strike.
+//! Reasons why a descent or a request ends.
 
-/// What ended the descent of a diagram, in the order in which it counts where a strike has several.
+/// Reason why the descent of a diagram ended, in ascending precedence for requests with several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Termination {
-    /// Its tolerance.
+    /// The tolerance was met.
     Converged,
-    /// Its estimated gap is no more than the strike's error.
+    /// The estimated gap is at most the error allowed by the request.
     ErrorMet,
-    /// As many iterations as were allowed.
+    /// The largest number of iterations was reached.
     Iterations,
-    /// The strike's time.
+    /// The time of the request ended.
     Time,
 }
 
-/// What stopped a strike.
+/// Reason why a request ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopReason {
-    /// Nothing: no diagram was made.
+    /// Complete, without any diagram.
     Complete,
-    /// The degree reached its cap.
+    /// The degree was limited by its maximum.
     Capped,
-    /// The diagrams' tolerance was met.
+    /// The diagrams met their tolerance.
     Converged,
-    /// The error that was asked for was met.
+    /// The diagrams met the error allowed by the request.
     ErrorMet,
-    /// No time was left.
+    /// Time ended.
     Time,
-    /// No more iterations were allowed.
+    /// The largest number of iterations was reached.
     Iterations,
 }
 
 impl StopReason {
-    /// The name used in JSON.
+    /// Name used in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Complete => "complete",

@@ -1,4 +1,4 @@
-//! Threshold: does the object break at all?
+//! Threshold stage: whether the object breaks.
 //!
 //! Based on: Schvartzman & Otaduy (I3D 2014), section 3.1: an object breaks if its distance-weighted deformation energy
 //! exceeds γ. E_1 is the energy of the whole body as one fragment.
@@ -9,21 +9,21 @@ use crate::degree;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::PreparedObject;
 
-/// E_1 of every struck body against γ.
+/// E_1 of every struck body, and γ in the same units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThresholdResult {
     /// γ, J·m².
     pub gamma_j_m2: f64,
-    /// The struck bodies.
+    /// Indices of the struck bodies.
     pub bodies: Vec<usize>,
-    /// γ of each struck body in units of its own share field: dimensionless, local.
+    /// γ of each struck body in units of its own share field: dimensionless energy times local length squared.
     pub gammas: Vec<f64>,
     /// E_1 of each struck body, in the same units.
     pub first_moments: Vec<f64>,
 }
 
 impl ThresholdResult {
-    /// Compares each field's first moment with γ.
+    /// Computes E_1 of each field and scales γ to its units.
     pub fn new(prepared: &PreparedObject, gamma_j_m2: f64, energies: &[BodyEnergy], fields: &[EnergyField]) -> Self {
         let unit = |energy: &BodyEnergy| gamma_j_m2 / energy.unit_j_m2(prepared.frame.diagonal_m);
         let gammas: Vec<f64> = energies.iter().map(unit).collect();
@@ -31,30 +31,33 @@ impl ThresholdResult {
         Self { gamma_j_m2, bodies, gammas, first_moments: fields.iter().map(degree::first_moment).collect() }
     }
 
-    /// The largest E_1/γ; above 1 something breaks.
+    /// The largest E_1/γ; the object breaks above 1.
     pub fn e1_over_gamma(&self) -> f64 {
         self.first_moments.iter().zip(&self.gammas).map(|(first, gamma)| first / gamma).fold(0.0, f64::max)
     }
 }
 
-/// The threshold under weight is found to this relative precision of E_1.
+/// Relative precision of E_1 in the search for the threshold under weight.
 const PRECISION: f64 = 1e-6;
 
-/// Most impacts that are tried for it.
+/// Largest number of trials of that search.
 const TRIALS_MAX: usize = 48;
 
-/// While only one side is known, every trial goes this much further, or as far as a threshold without weight would be.
+/// Smallest step factor of a trial while only one side of the threshold is known.
 const STRIDE: f64 = 4.0;
 
-/// The factor on the impulses at which the object just breaks while its weight stays as it is; 0 where the weight alone breaks it.
-/// `e1_over_gamma` tells E_1/γ at a factor: no multiple of its square then, which is why the factor is searched for, by regula
-/// falsi on √E_1, nearly linear in it, and a bisection every third time.
+/// The factor on the impulses at which the object just breaks under unchanged weight; 0 if the weight alone breaks it.
 ///
-/// Errors: those of `e1_over_gamma`.
+/// `e1_over_gamma` returns E_1/γ at a factor. With weight, E_1 is not proportional to the square of the factor, so
+/// the factor is searched for. The search is regula falsi on √E_1, which is nearly linear in the factor, with a
+/// bisection in every third trial.
+///
+/// # Errors
+/// Those of `e1_over_gamma`.
 pub(in crate::pipeline) fn under_weight(
     e1_over_gamma: &mut dyn FnMut(f64) -> Result<f64, FractureError>,
 ) -> Result<f64, FractureError> {
-    // A factor and its √(E_1/γ), each.
+    // Factor and √(E_1/γ) on each side.
     let (mut holds, mut breaks): (Option<[f64; 2]>, Option<[f64; 2]>) = (None, None);
     let mut factor = 1.0;
     for trial in 0..TRIALS_MAX {
@@ -77,7 +80,7 @@ pub(in crate::pipeline) fn under_weight(
 mod tests {
     use super::under_weight;
 
-    /// E_1/γ of a blow that adds to, or takes from, a weight whose own E_1/γ is `weight`².
+    /// Expects the threshold of an impact whose √(E_1/γ) at factor f is |b·f + w| for the arguments b and w.
     #[track_caller]
     fn check(blow: f64, weight: f64) {
         let mut trials = 0;

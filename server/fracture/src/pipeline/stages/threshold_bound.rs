@@ -1,4 +1,4 @@
-//! The threshold test by a bound of E_1, before anything is solved for.
+//! Threshold test by an upper bound of E_1, without a solve.
 
 use super::contact_set::ContactSet;
 use crate::elasticity::NodalLoad;
@@ -6,14 +6,15 @@ use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::prepared::parameters::ElasticRequest;
 use crate::pipeline::request::fracture_request::{DegreeRequest, FractureRequest};
 use crate::scene::EffectKind;
-/// Whether a bound will do for `strike`: not where exact figures or a number of sites are asked for, nor where something holds it.
+/// True if a bound may decide `strike`: the body is free, and neither exact figures nor a number of sites are
+/// requested.
 pub(in crate::pipeline) fn will_do(strike: &FractureRequest) -> bool {
     let free = strike.effects.has(EffectKind::Elastic) && !strike.effects.has(EffectKind::Anchored);
     let exact = strike.threshold_only || strike.elastic == ElasticRequest::Solve;
     free && !exact && !matches!(strike.degree, DegreeRequest::Sites(_))
 }
 
-/// At least E_1/γ of every struck body, if that is at most 1. `loads` are those of the impact's bodies.
+/// An upper bound of E_1/γ over all struck bodies, if it is at most 1. `loads` belong to the bodies of the impact.
 pub(in crate::pipeline) fn below(
     prepared: &PreparedObject,
     strike: &FractureRequest,
@@ -24,7 +25,7 @@ pub(in crate::pipeline) fn below(
     let unit = impact.unit_j(prepared) * prepared.frame.diagonal_m * prepared.frame.diagonal_m / gamma_j_m2;
     let mut most = 0.0f64;
     for ((body, _), load) in impact.bodies.iter().zip(loads) {
-        // A strike that will be refused for its lift is refused.
+        // A request with a missing lift must fail later with its error, so no bound decides it.
         prepared.lift(*body, strike.lift).ok()?;
         let bound = prepared.bodies[*body].bound.as_ref()?;
         prepared.solid(*body).ok()?.elasticity.balance(load);

@@ -1,6 +1,7 @@
-//! κ: how many more sites the criterion wants than the closed form says, fitted on impacts sampled over the surface.
+//! Calibration of κ, the ratio of the criterion's number of sites to the closed form's, on impacts sampled over the
+//! surface.
 //!
-//! Based on: method of the house (section 1): n = max(2, round(κ·n₀)); n₀ after Gersho (1979) and Zador (1982).
+//! Based on: section 1 of the method: n = max(2, round(κ·n₀)); n₀ after Gersho (1979) and Zador (1982).
 
 use super::sample::ImpactSampler;
 use crate::cancel_token::CancelToken;
@@ -17,13 +18,16 @@ use crate::pipeline::stages::energy::strain_energy;
 use crate::pipeline::workspace::Workspace;
 use crate::random::RandomStream;
 
-/// Impacts sampled.
+/// Number of sampled impacts.
 const IMPACTS: u64 = 6;
 
-/// The curves end at this many sites.
+/// Largest number of sites of the curves.
 const SITES_MAX: usize = 40;
 
-/// κ from the curves E_max(n) of sampled impacts.
+/// Fits κ to the curves E_max(n) of sampled impacts.
+///
+/// # Errors
+/// [`FractureError`] of an impact, or for a cancelled `token`.
 pub fn calibrate(prepared: &PreparedObject, token: &CancelToken) -> Result<f64, FractureError> {
     let mut workspace = Workspace::default();
     let mut stream = RandomStream::new(prepared.parameters.seed, 0);

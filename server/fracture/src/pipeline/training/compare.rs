@@ -1,7 +1,8 @@
-//! Lifts side by side on one body: what each makes of the same number of sites of uniform density.
+//! Comparison of lifts on one body by diagrams of the same number of sites and uniform density.
 //!
-//! Based on: the house's method, section 3. A cell that an interior distance cannot reach around a concavity falls into
-//! pieces; the volume of those pieces, their number and the stretch of the lift tell how well it fits a tessellator.
+//! Based on: section 3 of the method. If a lift represents interior distances poorly, cells that reach around a
+//! concavity split into several components. The volume and number of those components, and the stretch of the lift,
+//! measure how well it suits a tessellation.
 
 use crate::cancel_token::{CancelToken, Cancelled};
 use crate::centroidal::{self, DiagramOptions, DiagramWorkspace, EnergyField, FieldError};
@@ -11,46 +12,46 @@ use crate::tessellation::components;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// One lift, one number of sites, one seed.
+/// Figures of one lift, number of sites and seed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LiftRow {
-    /// Which lift.
+    /// Kind of the lift.
     pub lift: LiftKind,
-    /// What carried it inside; only a surface lift is carried.
+    /// Extension of the lift from the surface to the interior; `None` for other lifts than the surface one.
     pub carry: Option<Extension>,
-    /// m.
+    /// Dimension m of the lift.
     pub dimension: usize,
-    /// Sites asked for.
+    /// Requested number of sites.
     pub sites: usize,
-    /// Start of the diagram.
+    /// Seed of the diagram's start.
     pub seed: u64,
-    /// Cells that got a node.
+    /// Number of cells with at least one node.
     pub cells: usize,
-    /// Connected components of the cells; as many as `cells` at best.
+    /// Number of connected components of the cells; equal to `cells` at best.
     pub components: usize,
-    /// Volume outside the largest component of each cell, over the body's.
+    /// Share of the body's volume outside the largest component of each cell.
     pub stray_volume: f64,
-    /// Uneven stretch of the lift; it does not depend on the sites.
+    /// Unevenness of the lift's stretch, independent of the sites.
     pub stretch: Stretch,
 }
 
-/// Why lifts were not compared.
+/// Errors of a comparison of lifts.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LiftComparisonError {
-    /// A lift could not be made.
+    /// A lift could not be computed.
     #[error("lift carried by {carry:?}: {source}")]
     Lift {
-        /// Which surface lift.
+        /// Extension of the surface lift.
         carry: Extension,
-        /// Why.
+        /// Cause.
         source: LiftError,
     },
-    /// A lift and the body's volumes are no field.
+    /// A lift and the body's volumes do not make a valid field.
     #[error("lift {lift}: {source}")]
     Field {
-        /// Which lift.
+        /// Kind of the lift.
         lift: LiftKind,
-        /// Why.
+        /// Cause.
         source: FieldError,
     },
     /// Cancelled at a checkpoint.
@@ -58,7 +59,7 @@ pub enum LiftComparisonError {
     Cancelled(#[from] Cancelled),
 }
 
-/// The lifts of one body, each made once, to be compared at any number of sites.
+/// The lifts of one body, computed once and compared at any number of sites.
 pub struct LiftComparison<'a> {
     body: &'a PreparedBody,
     lifts: Vec<Candidate<'a>>,
@@ -71,10 +72,13 @@ struct Candidate<'a> {
 }
 
 impl<'a> LiftComparison<'a> {
-    /// Euclidean and interior as `body` has them, and the surface lift with about `modes` functions, carried both ways;
-    /// the mean value coordinates take seconds on a body of 12 000 nodes.
+    /// Takes the Euclidean and interior lifts of `body`, and computes the surface lift with about `modes` functions and
+    /// both extensions.
     ///
-    /// Errors: [`LiftComparisonError::Lift`].
+    /// The mean value coordinates take seconds on a body of 12 000 nodes.
+    ///
+    /// # Errors
+    /// [`LiftComparisonError::Lift`].
     pub fn new(body: &'a PreparedBody, modes: usize, token: &CancelToken) -> Result<Self, LiftComparisonError> {
         let candidate = |lift: Cow<'a, LiftedLattice>, carry| {
             let stretch = stretch(&lift, &body.crack);
@@ -90,10 +94,13 @@ impl<'a> LiftComparison<'a> {
         Ok(Self { body, lifts })
     }
 
-    /// One row per lift, in the order euclidean, interior, surface by harmonic and by mean value coordinates: a
-    /// centroidal diagram of `sites` sites of uniform energy from the start that `seed` gives.
+    /// One row per lift, in the order Euclidean, interior, surface by harmonic extension, surface by mean value
+    /// coordinates.
     ///
-    /// Errors: [`LiftComparisonError::Field`], [`LiftComparisonError::Cancelled`].
+    /// Each row is measured on a centroidal diagram of `sites` sites and uniform energy, started from `seed`.
+    ///
+    /// # Errors
+    /// [`LiftComparisonError::Field`], [`LiftComparisonError::Cancelled`].
     pub fn rows(&self, sites: usize, seed: u64, token: &CancelToken) -> Result<Vec<LiftRow>, LiftComparisonError> {
         self.lifts.iter().map(|candidate| self.row(candidate, sites, seed, token)).collect()
     }
@@ -116,7 +123,7 @@ impl<'a> LiftComparison<'a> {
         for (&part, volume) in split.labels.iter().zip(volumes) {
             parts[part as usize] += volume;
         }
-        // The components of one site are neighbors in the list.
+        // The components of one site are consecutive in the list.
         let (mut cells, mut first, mut stray) = (0, 0, 0.0);
         for same in split.sites.chunk_by(|a, b| a == b) {
             let cell = &parts[first..first + same.len()];

@@ -1,4 +1,4 @@
-//! Makes examples: impacts whose fracture degree is found by full optimization.
+//! Computation of examples: impacts whose fracture degree is found by full optimization.
 
 use super::sample::ImpactSampler;
 use crate::cancel_token::CancelToken;
@@ -15,10 +15,13 @@ use crate::pipeline::workspace::Workspace;
 use crate::random::RandomStream;
 use std::collections::BTreeMap;
 
-/// Curves end at this many sites; predictions above the largest label are out of reach.
+/// Largest number of sites of the curves. Predictions cannot exceed the largest label.
 const SITES_MAX: usize = 128;
 
-/// The examples of impact number `index` of `seed`, one per body that it strikes.
+/// The examples of impact `index` of `seed`, one per struck body.
+///
+/// # Errors
+/// [`FractureError`] of the impact, or for a cancelled `token`.
 pub fn examples(
     prepared: &PreparedObject,
     sampler: &ImpactSampler,
@@ -31,7 +34,7 @@ pub fn examples(
     let impact = ContactSet::new(prepared, &strike)?;
     let mut examples = Vec::new();
     let energies = match strain_energy(StrikeContext::new(prepared, &strike, token, &()), &impact, workspace) {
-        // Two blows that cancel leave nothing to learn from.
+        // Two contacts that cancel yield no example.
         Err(FractureError::Balanced { .. }) => Vec::new(),
         energies => energies?,
     };

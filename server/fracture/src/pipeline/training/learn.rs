@@ -1,4 +1,4 @@
-//! Learns the degree from examples.
+//! Training of the degree model on examples.
 
 use super::examples::examples;
 use super::sample::ImpactSampler;
@@ -11,7 +11,10 @@ use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::workspace::Workspace;
 use rayon::prelude::*;
 
-/// The examples of these impacts of the object's seed, in order, on all threads of the current pool.
+/// The examples of the given impacts with the object's seed, in order, computed on all threads of the current pool.
+///
+/// # Errors
+/// [`FractureError`] of the first impact that fails, or for a cancelled `token`.
 pub fn sampled(
     prepared: &PreparedObject,
     impacts: &[u64],
@@ -24,7 +27,7 @@ pub fn sampled(
     Ok(all.into_iter().flatten().collect())
 }
 
-/// κ and the network; `None` where the examples have too few labels.
+/// Trains κ and the network; `None` if the examples have too few labels.
 pub fn learn(examples: &[TrainingExample], seed: u64) -> Option<(f64, LearnedModel)> {
     let trained = degree::train(&lessons(examples), seed)?;
     let labels: Vec<(f64, f64)> = examples
@@ -66,12 +69,12 @@ pub fn learn(examples: &[TrainingExample], seed: u64) -> Option<(f64, LearnedMod
     Some((kappa, LearnedModel { network: trained.network, quality }))
 }
 
-/// The lessons of all examples, in order.
+/// The training samples of all examples, in order.
 pub(crate) fn lessons(examples: &[TrainingExample]) -> Vec<TrainingSample> {
     examples.iter().enumerate().flat_map(|(k, example)| example.lessons(k)).collect()
 }
 
-/// Middle and ninth decile of some numbers.
+/// Median and 90th percentile of some numbers.
 struct Errors {
     count: usize,
     median: f64,
@@ -79,7 +82,7 @@ struct Errors {
 }
 
 impl Errors {
-    /// `None` of none.
+    /// Quantiles of `values`; `None` if empty.
     fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
         let mut sorted: Vec<f64> = values.collect();
         sorted.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! What a bake learns from impacts on the object: examples, reduced bases, degrees.
+//! Training on impacts during a bake: examples, reduced bases, degrees.
 
 pub(super) mod calibrate;
 pub(super) mod compare;

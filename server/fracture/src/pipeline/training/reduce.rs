@@ -1,6 +1,6 @@
-//! Reduced bases from the examples' impacts, and what they are worth on others.
+//! Reduced bases from the examples' impacts, and their errors on others.
 //!
-//! Ours: the problem is linear, so every contact of an example is worth three snapshots, one per direction of its force.
+//! Ours: the problem is linear, so every contact of an example yields three snapshots, one per direction of its force.
 
 use super::sample::ImpactSampler;
 use crate::cancel_token::CancelToken;
@@ -20,22 +20,26 @@ use crate::pipeline::workspace::Workspace;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-/// Most bytes of one body's basis; larger lattices get fewer displacements.
+/// Largest size of one body's basis, bytes; larger lattices get fewer displacements.
 const BASIS_BYTES_MAX: usize = 13 << 20;
 
-/// Most bytes of one body's snapshots, while they are computed; larger lattices get fewer snapshots.
+/// Largest size of one body's snapshots during the computation, bytes; larger lattices get fewer snapshots.
 const SNAPSHOT_BYTES_MAX: usize = 512 << 20;
 
-/// Fewer displacements are no basis.
+/// Smallest number of displacements of a basis.
 const RANK_MIN: usize = 8;
 
-/// Impacts on which the bases are tried; no example is among them. The estimates are fitted to every other one and judged on the rest.
+/// Number of held-out impacts, none of which is an example. Every other one fits the error estimates, the rest tests
+/// them.
 const HELD_OUT: u64 = 128;
 
-/// Numbers of the held-out impacts begin here: examples never get so far.
+/// Number of the first held-out impact, above all numbers of examples.
 const HELD_OUT_FIRST: u64 = 1 << 32;
 
-/// Makes the bases of all bodies, and tries them. Without impacts, or with `rank_max` 0, there are none.
+/// Computes and tests the bases of all bodies. Without impacts, or with `rank_max` 0, there are none.
+///
+/// # Errors
+/// [`FractureError`] of an impact, or for a cancelled `token`.
 pub fn reduce(prepared: &mut PreparedObject, rank_max: usize, token: &CancelToken) -> Result<(), FractureError> {
     let solids = |prepared: &mut PreparedObject| -> Vec<usize> {
         let all =
@@ -102,7 +106,7 @@ fn basis(
     solid.elasticity.reduce(&loads, rank_max, token).map_err(failed)
 }
 
-/// All contacts of the object's impacts with body `index`.
+/// All contacts of the object's impacts on body `index`.
 fn contacts(prepared: &PreparedObject, index: usize) -> Result<Vec<ContactLoad>, FractureError> {
     let sampler = ImpactSampler::new(prepared);
     let mut contacts = Vec::new();
@@ -114,10 +118,10 @@ fn contacts(prepared: &PreparedObject, index: usize) -> Result<Vec<ContactLoad>,
     Ok(contacts)
 }
 
-/// One body under one held-out impact, solved and reduced.
+/// One body under one held-out impact, both solved and reduced.
 struct Trial {
     body: usize,
-    /// Whether the estimate is fitted to it; it is judged on the others.
+    /// True if the estimate is fitted to this trial. The other trials test it.
     fits: bool,
     residual: f64,
     energy_error: f64,
@@ -146,7 +150,7 @@ fn trial(
 ) -> Result<Vec<Trial>, FractureError> {
     let impact = ContactSet::new(prepared, strike)?;
     let solved = match strain_energy(StrikeContext::new(prepared, strike, token, &()), &impact, workspace) {
-        // Two blows that cancel have no energy to compare.
+        // Two contacts that cancel have no energy to compare.
         Err(FractureError::Balanced { .. }) => return Ok(Vec::new()),
         solved => solved?,
     };
@@ -192,7 +196,7 @@ fn trial(
 }
 
 impl ReductionErrors {
-    /// `None` without trials.
+    /// The figures of `trials`; `None` if empty.
     fn of(prepared: &PreparedObject, trials: &[Trial]) -> Option<Self> {
         let estimates: Vec<(f64, f64)> = trials
             .iter()
@@ -218,7 +222,7 @@ impl ReductionErrors {
     }
 }
 
-/// `None` of none.
+/// The quantile `share` of `value`; `None` if empty.
 fn quantile(trials: &[Trial], share: f64, value: impl Fn(&Trial) -> f64) -> Option<f64> {
     let mut sorted: Vec<f64> = trials.iter().map(value).collect();
     sorted.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! Impacts drawn over an object's surface: what it is calibrated on and what it learns from.
+//! Random impacts over an object's surface, for calibration and training.
 //!
 //! Ours: contact points uniform by area, directions around the inward normal, radii over two octaves, one or two contacts.
 
@@ -11,26 +11,28 @@ use crate::scene::DEFAULT_RADIUS_DIAGONALS;
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::TAU;
 
-/// Share of the drawn impacts that have a second contact.
+/// Share of the impacts with a second contact.
 const TWO_CONTACTS: f64 = 0.2;
 
-/// Directions are at most this far from the inward normal: cosine of the angle.
+/// Smallest cosine of the angle between a direction and the inward normal.
 const COSINE_MIN: f64 = 0.5;
 
-/// Radii over the default: from just below it, so that it is within, to four times it. Contacts much smaller would need a
-/// larger reduced basis: from 0.7 on, the energy of the bunny's is 2.3 % off instead of 0.5 %, and 4.5 % with half of the contacts at the
-/// default itself, since a surface has room for several hundred contacts of that size.
+/// Range of the radii over the default radius, from just below it, so that it is inside the range, to four times it.
+///
+/// Chosen by the relative energy error of the bunny's reduced basis: 0.5 % with this range; 2.3 % from 0.7 on; 4.5 %
+/// with half of the contacts at the default itself. Smaller contacts need a larger basis, because several hundred of
+/// them fit on a surface.
 const RADIUS_FACTORS: [f64; 2] = [0.95, 4.0];
 
-/// Draws impacts over all bodies of an object.
+/// Random source of impacts over all bodies of an object.
 pub struct ImpactSampler<'a> {
     prepared: &'a PreparedObject,
-    /// Body and face of its crack lattice's boundary, with the area up to and including it.
+    /// Body, face of its crack lattice's boundary, and cumulative area up to and including that face.
     faces: Vec<(usize, usize, f64)>,
 }
 
 impl<'a> ImpactSampler<'a> {
-    /// Over the boundaries of all crack lattices.
+    /// A sampler over the boundaries of all crack lattices.
     pub fn new(prepared: &'a PreparedObject) -> Self {
         let mut sum = 0.0;
         let mut faces = Vec::new();
@@ -43,7 +45,7 @@ impl<'a> ImpactSampler<'a> {
         Self { prepared, faces }
     }
 
-    /// A point, uniform by area, and the inward unit normal there, both local.
+    /// A point, uniform by area, and the inward unit normal at it, both local.
     pub fn point(&self, stream: &mut RandomStream) -> (Point3<f64>, Vector3<f64>) {
         let total = self.faces.last().map_or(0.0, |(.., sum)| *sum);
         let place = stream.uniform() * total;
@@ -54,8 +56,7 @@ impl<'a> ImpactSampler<'a> {
         (Point3::from(a + b + c), -normal(triangle).normalize())
     }
 
-    /// Impact number `index` of `seed`, at a magnitude of about 1 N·s, to be solved; everything else that is not drawn is at
-    /// its default.
+    /// Impact `index` of `seed`, of about 1 N·s, to be solved; options that are not drawn have their defaults.
     pub fn impact(&self, seed: u64, index: u64) -> FractureRequest {
         let mut stream = RandomStream::new(seed, index);
         let count = if stream.uniform() < TWO_CONTACTS { 2 } else { 1 };
@@ -87,12 +88,12 @@ fn corners(body: &PreparedBody, face: usize) -> [Point3<f64>; 3] {
     body.topology.boundary[face].nodes.map(|node| body.crack.nodes[node as usize])
 }
 
-/// Twice the area, outward.
+/// Outward normal with twice the area as length.
 fn normal([a, b, c]: [Point3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a))
 }
 
-/// The coordinate axis that `vector` leans on least.
+/// The coordinate axis with the smallest component in `vector`.
 fn least_axis(vector: &Vector3<f64>) -> Vector3<f64> {
     let mut axis = Vector3::zeros();
     axis[vector.iamin()] = 1.0;

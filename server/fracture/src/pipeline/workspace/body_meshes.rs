@@ -1,24 +1,24 @@
-//! The meshes of one body, whose memory goes back to where it came from.
+//! Meshes of one body, whose buffers return to a pool.
 
 use super::buffer_pool::BufferPool;
 use crate::fragment::RigidProperties;
 use crate::tessellation::{Components, CrackPoints, Tessellation};
 use nalgebra::Point3;
 use std::mem::take;
-/// The meshes of one body, whole or broken, or of one fragment that was struck again.
+/// Meshes of one body, intact or fractured, or of the children of one fragment.
 pub(in crate::pipeline) struct BodyMeshes {
     pub(in crate::pipeline) body: usize,
     pub(in crate::pipeline) tessellation: Tessellation,
-    /// Fragment of each node of the body; those that are answered come first.
+    /// Fragment of each node of the body. Fragments of the result come first.
     pub(in crate::pipeline) labels: Vec<u32>,
-    /// The crack points of these labels.
+    /// Crack points for these labels.
     pub(in crate::pipeline) points: CrackPoints,
     pub(in crate::pipeline) properties: Vec<RigidProperties>,
     /// Site of each fragment.
     pub(in crate::pipeline) sites: Vec<u32>,
     pub(in crate::pipeline) centers: Vec<Point3<f64>>,
     pub(in crate::pipeline) energies_j_m2: Vec<f64>,
-    /// Where its memory goes.
+    /// Pool that receives the buffers.
     spare: BufferPool,
 }
 
@@ -30,17 +30,21 @@ impl Drop for BodyMeshes {
     }
 }
 
-/// What cutting one body works on.
+/// Buffers for cutting one body.
 #[derive(Default)]
 pub(in crate::pipeline) struct CutBuffers {
+    /// Fragments of the nodes, and sites of the fragments.
     pub components: Components,
+    /// Crack points.
     pub points: CrackPoints,
+    /// Surfaces of the fragments.
     pub tessellation: Tessellation,
+    /// Rigid-body properties of the fragments.
     pub measured: Vec<RigidProperties>,
 }
 
 impl CutBuffers {
-    /// The pieces of body `body`, by the energy of a site, J·m².
+    /// The fragments of body `body`; `energy_j_m2` returns the energy of a site, J·m².
     pub fn into_pieces(self, body: usize, spare: &BufferPool, energy_j_m2: impl Fn(u32) -> f64) -> BodyMeshes {
         let Self { components, points, tessellation, measured } = self;
         let energies_j_m2 = components.sites.iter().take(measured.len()).map(|&site| energy_j_m2(site)).collect();

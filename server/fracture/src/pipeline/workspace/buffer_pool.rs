@@ -1,24 +1,26 @@
-//! Memory of answers that were given, for those to come: what a strike makes grows with the lattice, and asking the system for it
-//! anew each time costs a good part of a millisecond in pages alone.
+//! Pool of buffers of dropped results, for later requests.
+//!
+//! Results grow with the lattice. The page faults of a new allocation each time would cost a large part of
+//! a millisecond.
 
 use super::body_meshes::CutBuffers;
 use std::sync::{Arc, Mutex};
 
-/// Most that are kept; the rest goes back to the system.
+/// Largest number of buffers kept; others are freed.
 const KEPT_MAX: usize = 8;
 
-/// A few sets of buffers, shared with the answers that use them now.
+/// A few sets of buffers, shared with the results that use them.
 #[derive(Clone, Default)]
 pub(in crate::pipeline) struct BufferPool(Arc<Mutex<Vec<CutBuffers>>>);
 
 impl BufferPool {
-    /// One that nobody uses, or a new one; what is in it is of no meaning.
+    /// Takes unused buffers from the pool, with arbitrary contents, or new ones.
     pub fn take(&self) -> CutBuffers {
         let kept = self.0.lock().ok().and_then(|mut kept| kept.pop());
         kept.unwrap_or_default()
     }
 
-    /// Takes one back.
+    /// Returns buffers to the pool.
     pub fn give(&self, cut: CutBuffers) {
         if let Ok(mut kept) = self.0.lock()
             && kept.len() < KEPT_MAX

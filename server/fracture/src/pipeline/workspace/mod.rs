@@ -1,4 +1,4 @@
-//! Memory of one strike, kept from one to the next.
+//! Memory of one request, reused by the next.
 
 pub(super) mod body_meshes;
 pub(super) mod buffer_pool;
@@ -6,11 +6,13 @@ pub(super) mod buffer_pool;
 use crate::{centroidal, elasticity, tessellation};
 use buffer_pool::BufferPool;
 
-/// What the stages write into. One per worker; after a first strike on the largest object little is allocated anew.
+/// Buffers that the stages write into.
+///
+/// One per worker. After a first request on the largest object, later ones allocate little.
 #[derive(Default)]
 pub struct Workspace {
     pub(in crate::pipeline) elasticity: elasticity::ElasticWorkspace,
-    /// By struck body; those of an impact with more bodies stay.
+    /// Loads by struck body; entries beyond the current number of bodies are left over from earlier requests.
     pub(in crate::pipeline) loads: Vec<elasticity::NodalLoad>,
     pub(in crate::pipeline) displacement: Vec<f64>,
     pub(in crate::pipeline) coordinates: Vec<f64>,

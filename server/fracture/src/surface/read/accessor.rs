@@ -1,17 +1,17 @@
 //! glTF accessors, with every range checked.
 //!
-//! The readers of the `gltf` crate panic or wrap on an accessor of no elements, on ranges that overflow, on strides below
-//! the element size and on short sparse values; so only its description of the accessor is used.
+//! Only the `gltf` crate's description of an accessor is used. Its readers panic or wrap on empty accessors, on ranges
+//! that overflow, on strides below the element size, and on short sparse values.
 
 use super::{LIMIT, SurfaceError, malformed};
 use gltf::accessor::sparse::IndexType;
 use gltf::accessor::{Accessor, DataType, Dimensions};
 use gltf::buffer::View;
 
-/// The bytes of all buffers of a document.
+/// Contents of all buffers of a document.
 pub(super) struct BufferBytes(pub Vec<Vec<u8>>);
 
-/// Elements of a buffer view, some bytes apart.
+/// Elements of a buffer view, `stride` bytes apart.
 struct Window<'a> {
     bytes: &'a [u8],
     stride: usize,
@@ -27,7 +27,7 @@ impl<'a> Window<'a> {
 }
 
 impl BufferBytes {
-    /// Positions: three f32 each.
+    /// Reads positions: three f32 each.
     pub fn positions(&self, accessor: &Accessor) -> Result<Vec<[f32; 3]>, SurfaceError> {
         if (accessor.data_type(), accessor.dimensions()) != (DataType::F32, Dimensions::Vec3) {
             return Err(wrong(accessor, "positions are not three floats"));
@@ -36,7 +36,7 @@ impl BufferBytes {
         self.read(accessor, 12, |bytes| [0, 1, 2].map(|k| number(bytes, k)))
     }
 
-    /// Texture coordinates: two f32 each. glTF's v goes down, ours up.
+    /// Reads texture coordinates: two f32 each, converted from v down (glTF) to v up.
     pub fn uvs(&self, accessor: &Accessor) -> Result<Vec<[f32; 2]>, SurfaceError> {
         if (accessor.data_type(), accessor.dimensions()) != (DataType::F32, Dimensions::Vec2) {
             return Err(wrong(accessor, "texture coordinates are not two floats"));
@@ -45,7 +45,7 @@ impl BufferBytes {
         self.read(accessor, 8, |bytes| [number(bytes, 0), 1.0 - number(bytes, 1)])
     }
 
-    /// Vertex indices: unsigned scalars.
+    /// Reads vertex indices: unsigned scalars.
     pub fn indices(&self, accessor: &Accessor) -> Result<Vec<u32>, SurfaceError> {
         let size = match (accessor.data_type(), accessor.dimensions()) {
             (DataType::U8, Dimensions::Scalar) => 1,
@@ -68,7 +68,7 @@ impl BufferBytes {
                 let window = self.window(&view, accessor.offset(), count, size);
                 window.map_err(|reason| wrong(accessor, reason))?.iter().map(&decode).collect()
             }
-            // Zeros by definition; no more of them than a file of this size could replace.
+            // Zeros by definition. The limit keeps a small file from allocating more zeros than it could replace.
             None if count <= LIMIT.min(self.0.iter().map(Vec::len).sum()) => vec![T::default(); count],
             None => return Err(wrong(accessor, "has no data")),
         };

@@ -1,7 +1,8 @@
-//! glTF 2.0 and GLB: the triangles, strips and fans of every node of the scene, placed.
+//! Reader of glTF 2.0 and GLB: triangles, strips and fans of every node of the scene, in scene coordinates.
 //!
-//! The `gltf` crate parses and validates the document; buffers and accessors are read with checked ranges. Skins, morphs
-//! and animations are left at rest; a required extension that the crate does not know (compression) is an error.
+//! The `gltf` crate parses and validates the document. Buffers and accessors are read with checked ranges.
+//! Skins, morph targets and animations are ignored. A required extension that the crate does not know
+//! (such as compression) is an error.
 
 use super::accessor::BufferBytes;
 use super::{RawMesh, SurfaceError, load, malformed, within_limit};
@@ -14,8 +15,9 @@ use gltf::{Document, Gltf, Node};
 use nalgebra::{Matrix3, Matrix4, Point3};
 use std::path::{Component, Path, PathBuf};
 
+/// Parses a glTF or GLB file whose buffers lie in `folder`.
 pub(super) fn parse(bytes: &[u8], folder: &Path) -> Result<RawMesh, SurfaceError> {
-    // The crate subtracts the header from the length without a check.
+    // The crate subtracts the header size from the length without a check.
     if bytes.starts_with(b"glTF") && bytes.get(8..12).is_some_and(|length| length[0] < 12 && length[1..] == [0; 3]) {
         return Err(malformed("gltf", "byte 8", "the length does not cover the header"));
     }
@@ -36,8 +38,9 @@ pub(super) fn parse(bytes: &[u8], folder: &Path) -> Result<RawMesh, SurfaceError
     Ok(builder.finish())
 }
 
-/// Validates a document. The crate's validation looks up the accessor of positions before it has checked that there is
-/// one.
+/// Validates a document.
+///
+/// The crate's validation uses the accessor of positions before it checks that the accessor exists.
 fn validated(document: Document) -> Result<Document, SurfaceError> {
     let json = document.into_json();
     for (number, mesh) in json.meshes.iter().enumerate() {
@@ -64,18 +67,20 @@ fn buffers(document: &Document, mut blob: Option<Vec<u8>>, folder: &Path) -> Res
     Ok(BufferBytes(document.buffers().map(read).collect::<Result<_, _>>()?))
 }
 
-/// The file in `folder`, or below it, that `uri` names. Refused: absolute names, other schemes, `..`, and links that lead out of the
-/// folder: a mesh from elsewhere must not read the user's other files.
+/// Path of the file in or below `folder` that `uri` names.
+///
+/// Rejects absolute names, other schemes, `..`, and links that lead out of the folder, because a mesh from elsewhere
+/// must not read the user's other files.
 fn beside(folder: &Path, uri: &str) -> Result<PathBuf, String> {
     let name = percent_decoded(uri).ok_or("its name is not UTF-8")?;
     let plain = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
-    // On some systems a backslash separates folders, and a colon follows the name of a disk.
+    // On some systems a backslash separates folders, and a colon follows a drive letter.
     let leaves = name.is_empty() || name.contains([':', '\\', '\0']) || !Path::new(&name).components().all(plain);
     let file = folder.join(&name);
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let leads_out = |file: &Path| match (file.canonicalize(), folder.canonicalize()) {
         (Ok(file), Ok(folder)) => !file.starts_with(folder),
-        // What is not there cannot be read.
+        // A missing file cannot be read, so it leads nowhere.
         _ => false,
     };
     if leaves || leads_out(&file) {
@@ -84,7 +89,7 @@ fn beside(folder: &Path, uri: &str) -> Result<PathBuf, String> {
     Ok(file)
 }
 
-/// Turns %20 and the like into the bytes that they stand for.
+/// Decodes percent escapes such as %20.
 fn percent_decoded(uri: &str) -> Option<String> {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
@@ -104,8 +109,9 @@ fn percent_decoded(uri: &str) -> Option<String> {
     String::from_utf8(bytes).ok()
 }
 
-/// Every node below the roots of the default scene (or the first; or of the document, if it has no scene), with its
-/// placement in the scene.
+/// Nodes of the default scene with their transforms to scene coordinates.
+///
+/// Without a default scene it takes the first scene; without any scene, all nodes of the document.
 fn placed_nodes(document: &Document) -> Result<Vec<(Node<'_>, Matrix4<f64>)>, SurfaceError> {
     let mut visited = vec![false; document.nodes().len()];
     let mut pending: Vec<(Node, Matrix4<f64>)> = match document.default_scene().or_else(|| document.scenes().next()) {
@@ -134,9 +140,9 @@ fn placed_nodes(document: &Document) -> Result<Vec<(Node<'_>, Matrix4<f64>)>, Su
 struct Builder {
     buffers: BufferBytes,
     mesh: RawMesh,
-    /// The largest coordinate before translation: what f32 has rounded.
+    /// Largest coordinate before translation; f32 rounding is relative to it.
     own_max: f64,
-    /// Whether a primitive has normals, and texture coordinates.
+    /// Presence of normals, and of texture coordinates, in any primitive.
     told: [bool; 2],
 }
 
@@ -179,7 +185,8 @@ impl Builder {
         Ok(())
     }
 
-    /// How the triangles from `added` on look, whose vertices come after `first` others. Looks that cannot be read are left out.
+    /// Reads the attributes of the triangles from `added` on, whose vertices start at index
+    /// `first`. Drops unreadable attributes.
     fn look(&mut self, primitive: &Primitive, first: usize, added: usize, linear: &Matrix3<f64>) {
         let told = |semantic| primitive.get(&semantic).is_some();
         self.told = [self.told[0] || told(Semantic::Normals), self.told[1] || told(Semantic::TexCoords(0))];
@@ -205,7 +212,7 @@ impl Builder {
         let rounding = SINGLE * self.own_max / placed_max;
         let mut looks = std::mem::take(&mut self.mesh.looks);
         let [normals, uvs] = self.told;
-        // What no primitive tells is not lost.
+        // An attribute that no primitive has is not reported as lost.
         if !normals {
             looks.normals.clear();
         }
@@ -221,7 +228,8 @@ impl Builder {
     }
 }
 
-/// glTF 2.0, section 3.7.2.1: strips turn every other triangle, fans share their first vertex.
+/// Triangles of a primitive (glTF 2.0, section 3.7.2.1): strips flip every other triangle,
+/// fans share their first vertex.
 fn triangles(mode: Mode, indices: &[u32]) -> Box<dyn Iterator<Item = [u32; 3]> + '_> {
     match mode {
         Mode::TriangleStrip => Box::new(indices.windows(3).enumerate().map(|(k, window)| match k % 2 {
@@ -240,7 +248,7 @@ fn triangles(mode: Mode, indices: &[u32]) -> Box<dyn Iterator<Item = [u32; 3]> +
 mod tests {
     use super::*;
 
-    /// What becomes of a mesh in `folder/mesh` whose buffer is at `uri`.
+    /// Result of reading a mesh in `folder/mesh` whose buffer is at `uri`.
     fn read(folder: &Path, uri: &str) -> Result<RawMesh, SurfaceError> {
         let document = format!(r#"{{"asset":{{"version":"2.0"}},"buffers":[{{"uri":"{uri}","byteLength":4}}]}}"#);
         parse(document.as_bytes(), &folder.join("mesh"))

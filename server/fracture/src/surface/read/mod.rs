@@ -1,4 +1,4 @@
-//! Mesh files: OBJ, PLY, STL, glTF and GLB.
+//! Readers of mesh files: OBJ, PLY, STL, glTF and GLB.
 
 mod accessor;
 mod gltf;
@@ -19,22 +19,24 @@ use crate::scene::brief;
 use std::fmt::Display;
 use std::path::Path;
 
-/// What a PLY file has.
+/// Description of a valid PLY file.
 const PLY_EXPECTED: &str = "a PLY file has the elements `vertex` and `face`";
 
-/// Vertices, and triangles, that a mesh may have.
+/// Largest accepted number of vertices, and of triangles.
 const LIMIT: usize = 1 << 26;
 
-/// Reads the bytes of a mesh file that lies in a folder.
+/// Parser of the bytes of a mesh file that lies in a folder.
 type Parser = fn(&[u8], &Path) -> Result<RawMesh, SurfaceError>;
 
-/// Reads a mesh file; the extension, in upper or lower case, tells the format.
+/// Reads a mesh file. The extension, in upper or lower case, selects the format.
 ///
-/// Polygons are cut into triangles, which keep the file's normals, texture coordinates and materials; points and lines are left out; every node of a glTF scene is placed. Nothing is
-/// mended. Buffers of a `.gltf` are read from its own folder and below; a URI that leads elsewhere is refused.
+/// Polygons are cut into triangles, which keep the file's normals, texture coordinates and materials. Points and lines
+/// are dropped. Every node of a glTF scene is transformed to scene coordinates. Nothing is repaired. Buffers of a
+/// `.gltf` are read only from its own folder and below; other URIs are rejected.
 ///
-/// Errors: unreadable or unknown files, malformed ones (with line, byte or element), empty meshes, coordinates that are
-/// not finite or beyond 1e36 m, indices that name no vertex, more than 2²⁶ vertices or triangles.
+/// # Errors
+/// Unreadable or unknown files, malformed ones (with line, byte or element), empty meshes, coordinates that are not finite or
+/// beyond 1e36 m, indices that name no vertex, more than 2²⁶ vertices or triangles.
 pub fn read(path: &Path, unit: LengthUnit, up: UpAxis) -> Result<RawMesh, SurfaceError> {
     let extension = path.extension().map(|word| word.to_string_lossy().to_lowercase()).unwrap_or_default();
     let (parse, expected): (Parser, _) = match extension.as_str() {
@@ -66,7 +68,7 @@ fn malformed(format: &'static str, place: impl Display, reason: impl Display) ->
     SurfaceError::Malformed { format, place: brief(&place.to_string()), reason: brief(&reason.to_string()) }
 }
 
-/// Refuses to grow past [`LIMIT`].
+/// Fails if `count` exceeds [`LIMIT`].
 fn within_limit(count: usize) -> Result<(), SurfaceError> {
     if count <= LIMIT { Ok(()) } else { Err(SurfaceError::TooLarge { limit: LIMIT as u64 }) }
 }

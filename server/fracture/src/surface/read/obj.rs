@@ -1,8 +1,8 @@
-//! Wavefront OBJ: vertices and faces, through `tobj`; how they look is read by [`super::obj_looks`].
+//! Reader of Wavefront OBJ: vertices and faces through `tobj`, attributes through [`super::obj_looks`].
 //!
-//! `tobj` numbers vertices by first use, tells no place in the file, and stops at lines that are no UTF-8 or that go on
-//! after a backslash. So it is handed statements, `v` and `f` alone and whole, with a point of every vertex just behind
-//! it, which keeps the file's own numbers; and where it refuses, halving finds the statement that it refuses.
+//! `tobj` numbers vertices by first use, reports no line number, and stops at lines that are not UTF-8 or that continue
+//! after a backslash. So it receives only complete `v` and `f` statements. Each vertex is followed by a point face of
+//! its own, which keeps the file's numbering. If `tobj` fails, bisection finds the statement that it rejects.
 
 use super::polygon::FacePolygons;
 use super::{RawMesh, SurfaceError, malformed, obj_looks, within_limit};
@@ -11,9 +11,10 @@ use nalgebra::Point3;
 use std::borrow::Cow;
 use tobj::{LoadError, LoadOptions, Mesh};
 
+/// Parses an OBJ file.
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     let text = String::from_utf8_lossy(bytes);
-    // Some editors begin a file with a mark that is no part of its first line.
+    // Some editors write a byte-order mark at the start of a file.
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let statements = statements(text);
     within_limit(statements.len())?;
@@ -33,17 +34,18 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     Ok(RawMesh { positions_m: positions, triangles: cut.triangles, faces: cut.faces, rounding: DOUBLE, looks })
 }
 
-/// A vertex or a face, as `tobj` shall see it.
+/// Vertex or face statement, as passed to `tobj`.
 struct Statement {
     is_vertex: bool,
-    /// The last of its lines, from 1.
+    /// Number of its last line, from 1.
     line: usize,
-    /// How many vertices, or how many vertices and faces, come before it: what is left out first when halving.
+    /// Position in the order of bisection, in which all vertices precede all faces.
     rank: usize,
     text: String,
 }
 
-/// The lines of `text`, joined where a backslash ends one, each with the number of its last part, from 1.
+/// Logical lines of `text`, joined where a backslash ends a line, each with the number of
+/// its last physical line, from 1.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     let mut parts = text.lines().enumerate();
     std::iter::from_fn(move || {
@@ -57,12 +59,12 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
                 None => return Some((number + 1, Cow::Owned(whole + part))),
             }
         }
-        // Nothing follows the last backslash: what stands before it is left out.
+        // Nothing follows the last backslash, so the text before it is dropped.
         None
     })
 }
 
-/// Vertices without weights and colors, faces without texture and normal indices.
+/// Vertex statements without weights and colors, and face statements without texture and normal indices.
 fn statements(text: &str) -> Vec<Statement> {
     let mut statements = Vec::new();
     for (line, whole) in lines(text) {
@@ -80,7 +82,7 @@ fn statements(text: &str) -> Vec<Statement> {
     statements
 }
 
-/// All vertices, then all faces.
+/// Ranks all vertices first, then all faces.
 fn rank(statements: &mut [Statement]) {
     let vertices = statements.iter().filter(|statement| statement.is_vertex).count();
     let (mut vertex, mut face) = (0, vertices);
@@ -91,7 +93,7 @@ fn rank(statements: &mut [Statement]) {
     }
 }
 
-/// One mesh of the statements of rank below `end`: per statement one face, for a vertex the point alone.
+/// Loads the statements of rank below `end` as one mesh with one face per statement; a vertex yields a point face.
 fn load(statements: &[Statement], end: usize) -> Result<Mesh, LoadError> {
     let mut text = String::new();
     for statement in statements.iter().filter(|statement| statement.rank < end) {
@@ -103,7 +105,7 @@ fn load(statements: &[Statement], end: usize) -> Result<Mesh, LoadError> {
     models.pop().map(|model| model.mesh).ok_or(LoadError::GenericFailure)
 }
 
-/// Names the first statement, vertices before faces, that `tobj` refuses.
+/// Error that names the first statement, vertices before faces, that `tobj` rejects.
 fn refused(statements: &[Statement], error: &LoadError) -> SurfaceError {
     let (mut accepted, mut refused) = (0, statements.len());
     while refused - accepted > 1 {

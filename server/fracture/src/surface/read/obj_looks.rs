@@ -1,30 +1,30 @@
-//! What an OBJ file says of how its faces look: `vt`, `vn`, `usemtl`, and what faces refer to.
+//! Attributes of the faces of an OBJ file: `vt`, `vn`, `usemtl`, and the references of faces.
 
 use super::obj::lines;
 use super::polygon::FaceTriangles;
 use crate::surface::{NO_MATERIAL, TriangleAttributes};
 use std::collections::HashMap;
 
-/// A corner without a reference.
+/// Reference of a corner that has none.
 const NONE: usize = usize::MAX;
 
-/// A corner with a reference to nothing.
+/// Reference of a corner to a missing entry.
 const BAD: usize = usize::MAX - 1;
 
-/// Lists of the file, and for each corner of each face which of them it refers to.
+/// Attribute lists of the file, and the references of each corner of each face.
 #[derive(Default)]
 struct Lists {
     uvs: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
     corners: Vec<[usize; 2]>,
-    /// By face.
+    /// Material of each face.
     materials: Vec<u32>,
     names: Vec<String>,
     places: HashMap<String, u32>,
     material: Option<u32>,
 }
 
-/// The looks of the triangles that the faces of `text` were cut into.
+/// Attributes of the triangles that the faces of `text` were cut into.
 pub(super) fn looks(text: &str, cut: &FaceTriangles) -> TriangleAttributes {
     let mut lists = Lists::default();
     for (_, line) in lines(text) {
@@ -37,7 +37,8 @@ pub(super) fn looks(text: &str, cut: &FaceTriangles) -> TriangleAttributes {
     TriangleAttributes { normals, uvs, materials, names: lists.names, lost: Vec::new() }.fitting(cut.triangles.len())
 }
 
-/// What the corners of all triangles refer to in one list, `nothing` where they refer to nothing; none if no corner does.
+/// Values of one list for the corners of all triangles; `nothing` for missing entries. Empty
+/// if no corner has a reference.
 fn told<T: Copy>(
     lists: &Lists,
     cut: &FaceTriangles,
@@ -82,12 +83,12 @@ impl Lists {
     }
 }
 
-/// Missing numbers are zero, what is no number is not finite.
+/// Numbers of a line. Missing ones are 0; words that are no numbers become NaN.
 fn numbers<'a, const N: usize>(mut words: impl Iterator<Item = &'a str>) -> [f32; N] {
     [(); N].map(|()| words.next().map_or(0.0, |word| word.parse().unwrap_or(f32::NAN)))
 }
 
-/// From 1 on, or from the last of `length` so far backwards.
+/// Index from 0 of a reference: positive ones count from 1, negative ones backwards from the last of `length` entries.
 fn reference(word: &str, length: usize) -> usize {
     match word.parse::<i64>() {
         Ok(index) if index > 0 => index as usize - 1,

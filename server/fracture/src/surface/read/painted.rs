@@ -1,4 +1,4 @@
-//! Numbers that somebody has painted on the vertices of a PLY file.
+//! Vertex properties of a PLY file as scalar fields, such as painted weights.
 
 use super::ply::{check_size, one_line, scalar};
 use super::{PLY_EXPECTED, SurfaceError, load, malformed};
@@ -7,11 +7,12 @@ use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{DefaultElement, Property, PropertyType, ScalarType};
 use std::path::Path;
 
-/// A file without a vertex.
+/// Error for a file without vertices.
 const EMPTY: SurfaceError = SurfaceError::Empty { missing: "vertices", expected: PLY_EXPECTED };
 
-/// The vertices of a PLY file, in its coordinates, and the values of their property `attribute`: colors of eight bits from 0 to 1,
-/// other numbers as they are.
+/// Reads vertex positions of a PLY file, in its coordinates, and the values of the vertex property `attribute`.
+///
+/// Eight-bit colors are scaled to 0 … 1; other numbers stay unchanged.
 ///
 /// # Errors
 /// Unreadable and malformed files; a file without that property; vertices or values that are not finite.

@@ -1,6 +1,6 @@
-//! PLY, ASCII and binary of either byte order: vertices, faces and triangle strips.
+//! Reader of PLY, ASCII and binary of either byte order: vertices, faces and triangle strips.
 //!
-//! `ply-rs-bw` reads headers and binary bodies; ASCII bodies are read by [`super::ply_ascii`].
+//! `ply-rs-bw` reads headers and binary bodies. [`super::ply_ascii`] reads ASCII bodies.
 
 use super::ply_ascii::Rows;
 use super::polygon::{FacePolygons, FaceTriangles};
@@ -12,16 +12,20 @@ use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
 };
 
-/// What a row of an element says: coordinates and looks, or vertex indices.
+/// Values of one row of an element: coordinates and attributes of a vertex, or vertex indices.
 #[derive(Default)]
 pub(super) struct PlyRow {
+    /// Position of a vertex.
     pub point: Point3<f64>,
+    /// Normal of a vertex.
     pub normal: [f64; 3],
+    /// Texture coordinates of a vertex.
     pub uv: [f64; 2],
+    /// Vertex indices of a face or strip.
     pub indices: Vec<i64>,
 }
 
-/// Which property a value belongs to.
+/// Meaning of a property.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Meaning {
     Axis(usize),
@@ -31,7 +35,7 @@ pub(super) enum Meaning {
     Nothing,
 }
 
-/// What the property called `name` means to us.
+/// Meaning of the property called `name`.
 pub(super) fn meaning(name: &str) -> Meaning {
     match name {
         "x" => Meaning::Axis(0),
@@ -47,6 +51,7 @@ pub(super) fn meaning(name: &str) -> Meaning {
     }
 }
 
+/// Parses a PLY file.
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     let mut reader = Reader::new(bytes);
     let parser = Parser::<PlyRow>::new();
@@ -72,12 +77,14 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     body.finish(&header)
 }
 
+/// Text of an error with all white space replaced by single spaces.
 pub(super) fn one_line(error: &impl ToString) -> String {
     error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// A row takes at least a byte: a count above the number of bytes left is a lie, and must not be believed by whoever
-/// allocates.
+/// Checks the row count of an element against the remaining bytes.
+///
+/// A row takes at least one byte. A larger count is false and must not reach an allocation.
 pub(super) fn check_size(element: &ElementDef, bytes: usize) -> Result<(), SurfaceError> {
     let place = || format!("element {}", element.name);
     if element.count > 0 && element.properties.is_empty() {
@@ -138,7 +145,7 @@ impl Body {
         Ok(())
     }
 
-    /// Indices as unsigned numbers; whether they name vertices is found out once all vertices are read.
+    /// Converts indices to unsigned numbers. Their upper range is checked once all vertices are read.
     fn corners(&self, indices: &[i64]) -> Result<Vec<u32>, SurfaceError> {
         let (face, vertices) = (self.polygons.len() as u64, self.positions.len() as u64);
         let convert =
@@ -175,7 +182,7 @@ impl PropertyAccess for PlyRow {
     }
 }
 
-/// A number of any type; a list is not a number.
+/// Numeric value of a scalar property of any type; NaN for a list.
 pub(super) fn scalar(value: &Property) -> f64 {
     match *value {
         Property::Char(v) => f64::from(v),
@@ -190,7 +197,7 @@ pub(super) fn scalar(value: &Property) -> f64 {
     }
 }
 
-/// A list of integers of any type; other values give no indices.
+/// Indices from a list of integers of any type; empty for other values.
 fn list(value: Property) -> Vec<i64> {
     fn widen<T: Into<i64>>(values: Vec<T>) -> Vec<i64> {
         values.into_iter().map(Into::into).collect()

@@ -1,30 +1,30 @@
-//! ASCII bodies of PLY files, one row per line.
+//! Reader of ASCII bodies of PLY files, one row per line.
 //!
-//! Read here and not by `ply-rs-bw`, whose grammar refuses `.5`, `5.` and `nan`, and so good files and the name of what
-//! is wrong with bad ones.
+//! `ply-rs-bw` does not read them, because its grammar rejects `.5`, `5.` and `nan`: it fails on valid files and hides
+//! the fault of invalid ones.
 
 use super::ply::{Meaning, PlyRow, meaning};
 use super::{SurfaceError, malformed};
 use ply_rs_bw::ply::{ElementDef, PropertyType};
 
-/// The lines of a body that are still to be read.
+/// Unread lines of a body.
 pub(super) struct Rows<'a> {
     rest: &'a [u8],
     lines_read: usize,
 }
 
 impl<'a> Rows<'a> {
-    /// The lines of `rest`, of which `lines_read` precede.
+    /// Starts at `rest`, which follows `lines_read` lines of the file.
     pub fn new(rest: &'a [u8], lines_read: usize) -> Self {
         Self { rest, lines_read }
     }
 
-    /// What is left.
+    /// Bytes after the lines read so far.
     pub fn rest(&self) -> &'a [u8] {
         self.rest
     }
 
-    /// How many lines of the file were read.
+    /// Number of lines of the file read so far.
     pub fn lines_read(&self) -> usize {
         self.lines_read
     }
@@ -75,7 +75,7 @@ fn row<'a>(mut words: impl Iterator<Item = &'a str>, meanings: &[(Meaning, &Prop
                     Meaning::Axis(axis) => {
                         row.point[axis] = word.parse().map_err(|_| format!("'{word}' is not a number"))?;
                     }
-                    // Without looks a mesh is still a mesh.
+                    // Invalid attributes do not invalidate the mesh; they are dropped later.
                     Meaning::Normal(axis) => row.normal[axis] = word.parse().unwrap_or(f64::NAN),
                     Meaning::Uv(axis) => row.uv[axis] = word.parse().unwrap_or(f64::NAN),
                     Meaning::Indices | Meaning::Nothing => {}

@@ -1,15 +1,15 @@
-//! Polygons into triangles.
+//! Triangulation of polygons.
 //!
-//! Based on: G. H. Meisters, *Polygons have ears* (1975): while more than three corners are left, a convex corner whose
-//! triangle holds no other corner is cut off. Newell's normal tells which way a spatial polygon is seen.
+//! Based on: G. H. Meisters, *Polygons have ears* (1975). While more than three corners are left, it cuts off an ear: a
+//! convex corner whose triangle contains no other corner. Newell's normal orients a spatial polygon.
 
 use super::{SurfaceError, within_limit};
 use nalgebra::{Point3, Vector3};
 
-/// Polygons of more corners are cut as fans: searching ears can take the cube of their number.
+/// Largest number of corners for ear clipping, whose cost is cubic in the worst case. Larger polygons are cut as fans.
 const EARS_MAX: usize = 512;
 
-/// Faces of a file, one after the other.
+/// Faces of a file.
 #[derive(Default)]
 pub(super) struct FacePolygons {
     corners: Vec<u32>,
@@ -17,18 +17,18 @@ pub(super) struct FacePolygons {
 }
 
 impl FacePolygons {
-    /// Appends a face; corners are vertices counted from 0, and may be defined later.
+    /// Appends a face. Corners are vertex indices from 0 and may refer to vertices defined later.
     pub fn push(&mut self, corners: impl IntoIterator<Item = u32>) {
         self.corners.extend(corners);
         self.ends.push(self.corners.len());
     }
 
-    /// How many faces there are.
+    /// Number of faces.
     pub fn len(&self) -> usize {
         self.ends.len()
     }
 
-    /// The triangles; faces of fewer than three corners give none.
+    /// Cuts all faces into triangles. Faces of fewer than three corners yield none.
     pub fn triangles(&self, positions: &[Point3<f64>]) -> Result<FaceTriangles, SurfaceError> {
         within_limit(self.corners.len())?;
         let mut cut = FaceTriangles::default();
@@ -50,18 +50,18 @@ impl FacePolygons {
     }
 }
 
-/// Triangles of faces.
+/// Triangles that faces were cut into.
 #[derive(Default)]
 pub(super) struct FaceTriangles {
-    /// Vertices.
+    /// Vertex indices.
     pub triangles: Vec<[u32; 3]>,
-    /// Which corners of the file they are, counted over all faces.
+    /// Corner of the file that each triangle corner came from, counted over all faces.
     pub places: Vec<[usize; 3]>,
-    /// The face that each was cut from.
+    /// Face that each triangle was cut from.
     pub faces: Vec<u32>,
 }
 
-/// The triangles of one face, by places in `corners`.
+/// Triangles of one face, as indices into `corners`.
 fn cut(corners: &[u32], positions: &[Point3<f64>]) -> Vec<[usize; 3]> {
     match corners.len() {
         0..3 => Vec::new(),
@@ -85,7 +85,7 @@ fn cut_ears(corners: &[u32], positions: &[Point3<f64>]) -> Vec<[usize; 3]> {
             let others = left.iter().filter(|&&other| !around(k).map(vertex).contains(&vertex(other)));
             turn(&a, &b, &c, &normal) > 0.0 && !others.into_iter().any(|&other| holds(&[a, b, c], &at(other), &normal))
         };
-        // A polygon that crosses itself may have no ear left: then any corner is cut.
+        // A self-intersecting polygon may have no ear left; then any corner is cut.
         let ear = (1..count).chain([0]).find(|&k| is_ear(k)).unwrap_or(1);
         triangles.push(around(ear));
         left.remove(ear);
@@ -101,7 +101,7 @@ fn newell(corners: &[u32], positions: &[Point3<f64>]) -> Vector3<f64> {
     (0..corners.len()).map(|k| offset(k).cross(&offset(k + 1))).sum()
 }
 
-/// Positive if a, b, c turn left as seen against `normal`.
+/// Orientation of a, b, c seen against `normal`: positive for a left turn.
 fn turn(a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>, normal: &Vector3<f64>) -> f64 {
     (b - a).cross(&(c - b)).dot(normal)
 }

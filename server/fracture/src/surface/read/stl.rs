@@ -1,7 +1,8 @@
-//! STL, ASCII and binary, through `stl_io`. Equal corners become one vertex, since the format cannot share them.
+//! Reader of STL, ASCII and binary, through `stl_io`.
 //!
-//! `stl_io` takes every file that begins with "solid " for ASCII, stops after the first solid, wants it named and knows
-//! no capital letters: binary files lose their header, and ASCII solids are handed over one by one in small letters.
+//! The format cannot share vertices, so equal corners are merged into one vertex. `stl_io` takes every file that begins
+//! with "solid " for ASCII, stops after the first solid, requires a name and accepts only small letters. So binary
+//! files lose their header first, and ASCII solids are passed one by one in small letters.
 
 use super::{RawMesh, SurfaceError, malformed, within_limit};
 use crate::surface::SINGLE;
@@ -13,6 +14,7 @@ use stl_io::create_stl_reader;
 const HEADER: usize = 84;
 const FACET: usize = 50;
 
+/// Parses an STL file.
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     let facets = bytes.get(80..HEADER).map(|count| count.iter().rev().fold(0, |n, &byte| n << 8 | usize::from(byte)));
     let exact = facets.is_some_and(|facets| facets * FACET + HEADER == bytes.len());
@@ -23,7 +25,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     }
 }
 
-/// Begins with "solid" and goes on as text would.
+/// Returns true if the file begins with "solid" and continues as text.
 fn is_ascii(bytes: &[u8]) -> bool {
     let start = String::from_utf8_lossy(&bytes[..bytes.len().min(1024)]).to_lowercase();
     start.trim_start().starts_with("solid") && (start.contains("facet") || start.contains("endsolid"))
@@ -43,7 +45,7 @@ fn parse_binary(bytes: &[u8], facets: usize) -> Result<RawMesh, SurfaceError> {
     Ok(builder.mesh)
 }
 
-/// `text` in small letters: any number of solids, each from a line "solid …" to a line "endsolid …".
+/// Parses `text` (in small letters): any number of solids, each from a line "solid …" to a line "endsolid …".
 fn parse_ascii(text: &str) -> Result<RawMesh, SurfaceError> {
     let mut builder = Builder::default();
     let mut solid = String::new();
@@ -67,7 +69,7 @@ fn parse_ascii(text: &str) -> Result<RawMesh, SurfaceError> {
     Ok(builder.mesh)
 }
 
-/// Collects triangles and shares their equal corners.
+/// Collects triangles and merges their equal corners.
 struct Builder {
     mesh: RawMesh,
     places: HashMap<[u32; 3], u32>,
@@ -81,7 +83,7 @@ impl Default for Builder {
 }
 
 impl Builder {
-    /// Reads one solid; an error names the facet, counted from 0 over all solids.
+    /// Reads one solid. Errors name the facet, counted from 0 over all solids.
     fn add(&mut self, solid: Vec<u8>) -> Result<(), SurfaceError> {
         let mut solid = Cursor::new(solid);
         let at = |facet: usize, error: std::io::Error| malformed("stl", format!("facet {facet}"), error);

@@ -11,11 +11,11 @@ fn read_bytes(name: &str, bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     read(&path, LengthUnit::M, UpAxis::Y)
 }
 
-/// A unit tetrahedron.
+/// Corners of a unit tetrahedron.
 const POINTS: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const TRIANGLES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
 
-/// The file holds the tetrahedron, vertex for vertex.
+/// Checks that the file contains the unit tetrahedron with its vertices in order.
 fn check(name: &str, bytes: &[u8]) -> RawMesh {
     let mesh = read_bytes(name, bytes).unwrap();
     assert_eq!(mesh.positions_m, POINTS.map(Point3::from));
@@ -23,7 +23,7 @@ fn check(name: &str, bytes: &[u8]) -> RawMesh {
     mesh
 }
 
-/// The file holds a tetrahedron, in some order.
+/// Checks that the file contains the unit tetrahedron in any order.
 fn check_shape(name: &str, bytes: &[u8]) -> RawMesh {
     let mesh = read_bytes(name, bytes).unwrap();
     let surface = Surface::repair(mesh.clone()).unwrap();
@@ -52,7 +52,7 @@ fn obj_is_read() {
 
 #[test]
 fn obj_polygons_are_cut_without_overlap() {
-    // An L, whose fan from the first corner would leave it.
+    // An L-shape; a fan from its first corner would leave it.
     let text = "v 0 2 0\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nf 4 5 6 1 2 3\nf 1 2\nf 1 2 3\n";
     let mesh = read_bytes("l.obj", text.as_bytes()).unwrap();
     assert_eq!(mesh.triangles.len(), 5);
@@ -93,7 +93,7 @@ fn ply_header(format: &str, number: &str, list: &str) -> String {
     )
 }
 
-/// Both byte orders through one closure that turns numbers into bytes.
+/// PLY file of the unit tetrahedron; the closures encode numbers in either byte order.
 fn ply_binary(header: &str, number: impl Fn(f64) -> Vec<u8>, index: impl Fn(u32) -> Vec<u8>) -> Vec<u8> {
     let mut bytes = header.as_bytes().to_vec();
     for point in POINTS {
@@ -224,7 +224,7 @@ fn stl_errors_name_the_place() {
     check_malformed("a.stl", &many, "byte 284");
 }
 
-/// A document with the tetrahedron as its mesh 0; `nodes` and `scenes` are JSON, `more` further accessor members.
+/// glTF document with the unit tetrahedron as mesh 0. `nodes` is JSON; `uri` holds further members of the buffer.
 fn gltf_text(nodes: &str, mode: u32, indices: &[u16], uri: &str) -> String {
     let count = indices.len();
     let length = 48 + 2 * count;
@@ -364,7 +364,7 @@ fn other_files_are_refused() {
     assert!(matches!(missing, Err(SurfaceError::Unreadable { .. })));
 }
 
-/// Whatever the bytes, the readers return, and what they return can be repaired or refused.
+/// Checks that the readers return for any bytes, and that repair accepts or rejects every mesh they return.
 fn survive(bytes: &[u8]) {
     let folder = Path::new("no such folder");
     for mesh in
@@ -374,7 +374,7 @@ fn survive(bytes: &[u8]) {
     }
 }
 
-/// A good file of each kind.
+/// A valid file of each kind.
 fn good_files() -> Vec<Vec<u8>> {
     let header = ply_header("binary_little_endian", "float", "uchar uint");
     let ascii =

@@ -1,4 +1,4 @@
-//! Welding, and dropping what carries no surface.
+//! Welding of equal vertices, and removal of degenerate and duplicate triangles.
 
 use super::super::defect::DefectTally;
 use super::super::tree::BoundingBox;
@@ -8,21 +8,25 @@ use nalgebra::Point3;
 use robust::{Coord, orient2d};
 use std::collections::HashMap;
 
-/// Coordinates that are rounded by more than this share of the diagonal have lost the shape's details.
+/// Largest accepted rounding of coordinates, relative to the diagonal. Beyond it, details of the shape are lost.
 const VISIBLE_ROUNDING: f64 = 1e-5;
 
-/// Flat triangles whose neighbors were dropped have become loose themselves; so often they are looked at again.
+/// Passes over degenerate triangles: dropping one can give its neighbor an open edge.
 const PEELS_MAX: usize = 8;
 
-/// A welded mesh in local coordinates, and the triangles of the raw mesh that its triangles are.
+/// Welded mesh in local coordinates.
 pub(super) struct CleanMesh {
+    /// Transform between the object's coordinates and local ones.
     pub frame: LocalFrame,
+    /// Vertex positions, local.
     pub positions: Vec<Point3<f64>>,
+    /// Vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
+    /// Triangle of the raw mesh that each triangle came from.
     pub source: Vec<u32>,
 }
 
-/// Welds equal positions and drops triangles that repeat a vertex, have no area or repeat another triangle.
+/// Welds equal positions and drops triangles that repeat a vertex, have no area or duplicate another triangle.
 pub(super) fn clean(raw: &RawMesh, defects: &mut Vec<Defect>) -> Result<CleanMesh, SurfaceError> {
     let flat: Vec<bool> = raw.triangles.iter().map(|corners| is_flat(&raw.positions_m, corners)).collect();
     let frame = frame(raw, &flat)?;
@@ -55,7 +59,7 @@ pub(super) fn clean(raw: &RawMesh, defects: &mut Vec<Defect>) -> Result<CleanMes
     Ok(clean)
 }
 
-/// Whether the corners lie exactly on a line.
+/// Returns true if the corners lie exactly on a line.
 pub(in crate::surface) fn is_flat(positions: &[Point3<f64>], corners: &[u32; 3]) -> bool {
     let [a, b, c] = corners.map(|vertex| positions[vertex as usize]);
     (0..3).all(|axis| {
@@ -65,7 +69,7 @@ pub(in crate::surface) fn is_flat(positions: &[Point3<f64>], corners: &[u32; 3])
     })
 }
 
-/// The frame of the triangles that have an area.
+/// Frame of the bounding box of all triangles that have an area.
 fn frame(raw: &RawMesh, flat: &[bool]) -> Result<LocalFrame, SurfaceError> {
     let corners = |triangle: &'_ [u32; 3]| triangle.map(|vertex| &raw.positions_m[vertex as usize]);
     let all = BoundingBox::of(raw.triangles.iter().flat_map(corners));
@@ -95,8 +99,9 @@ fn report_precision(raw: &RawMesh, frame: &LocalFrame, defects: &mut Vec<Defect>
     far.report(DefectKind::LostPrecision, "none: move the object near the origin or store doubles", defects);
 }
 
-/// Local positions with equal ones merged, and for each raw vertex its merged one; vertices of no triangle map to
-/// `u32::MAX`.
+/// Merges equal local positions.
+///
+/// Returns the merged positions, and the merged index of each raw vertex: `u32::MAX` for vertices of no triangle.
 fn weld(raw: &RawMesh, frame: &LocalFrame, defects: &mut Vec<Defect>) -> (Vec<Point3<f64>>, Vec<u32>) {
     let mut used = vec![false; raw.positions_m.len()];
     raw.triangles.iter().flatten().for_each(|&vertex| used[vertex as usize] = true);
@@ -110,7 +115,7 @@ fn weld(raw: &RawMesh, frame: &LocalFrame, defects: &mut Vec<Defect>) -> (Vec<Po
             continue;
         }
         let local = frame.to_local(point_m);
-        // Adding 0 turns −0 into 0: equal positions have equal bits.
+        // Adding 0 turns −0 into 0, so that equal positions have equal bits.
         let key: [u64; 3] = [0, 1, 2].map(|k| (local[k] + 0.0).to_bits());
         let next = positions.len() as u32;
         let place = *places.entry(key).or_insert(next);
@@ -127,8 +132,9 @@ fn weld(raw: &RawMesh, frame: &LocalFrame, defects: &mut Vec<Defect>) -> (Vec<Po
 }
 
 impl CleanMesh {
-    /// Keeps one of several triangles with the same corners, or none where they are a wall between two sides that are
-    /// closed without it.
+    /// Keeps one of several triangles with the same corners.
+    ///
+    /// Keeps none of them where they form a wall between two sides that are closed without it.
     fn drop_duplicates(&mut self, raw: &RawMesh, defects: &mut Vec<Defect>) {
         let mut sorted: Vec<([u32; 3], u32)> = Vec::with_capacity(self.triangles.len());
         for (triangle, corners) in self.triangles.iter().enumerate() {
@@ -162,8 +168,9 @@ impl CleanMesh {
         repeated.report(DefectKind::DuplicateTriangles, action, defects);
     }
 
-    /// Drops triangles without area that have an edge of their own; the others are sewn in, and dropping them would
-    /// open the surface. Returns how many were kept.
+    /// Drops triangles without area that have an open edge, and returns the number kept.
+    ///
+    /// The others are connected on all sides; dropping them would open the surface.
     fn drop_flat(&mut self, flat: &[bool], raw: &RawMesh, degenerate: &mut DefectTally) -> u64 {
         let is_flat =
             |clean: &Self, t: usize| flat[clean.source[t] as usize] || is_flat(&clean.positions, &clean.triangles[t]);
@@ -190,7 +197,7 @@ impl CleanMesh {
         self.source.retain(|_| kept.next().is_some_and(|keep| *keep));
     }
 
-    /// Forgets vertices that no triangle uses any more.
+    /// Removes vertices that no triangle uses.
     fn compact(&mut self) {
         let mut place = vec![u32::MAX; self.positions.len()];
         let mut positions = Vec::with_capacity(self.positions.len());

@@ -1,27 +1,27 @@
-//! The edges of a triangle mesh and what hangs on them.
+//! Edges of a triangle mesh and their incident triangles.
 
 use super::sets::DisjointSets;
 
 /// One side of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct HalfEdge {
-    /// Its end points, the lower first.
+    /// End points, the lower index first.
     pub ends: [u32; 2],
-    /// Its triangle.
+    /// Triangle of this side.
     pub triangle: u32,
-    /// Its place in the triangle: it runs from corner `side` to the next.
+    /// Side number: it runs from corner `side` to the next corner.
     pub side: u8,
-    /// Whether it runs from the lower to the higher end.
+    /// True if it runs from the lower to the higher end point.
     pub forward: bool,
 }
 
-/// All sides, sorted by end points.
+/// All sides of a mesh, sorted by end points.
 pub(super) struct Edges {
     half_edges: Vec<HalfEdge>,
 }
 
 impl Edges {
-    /// Sorts the sides of `triangles`, which must have three different corners each.
+    /// Sorts the sides of `triangles`, each of which must have three different corners.
     pub fn new(triangles: &[[u32; 3]]) -> Self {
         let mut half_edges = Vec::with_capacity(triangles.len() * 3);
         for (triangle, corners) in triangles.iter().enumerate() {
@@ -39,12 +39,12 @@ impl Edges {
         Self { half_edges }
     }
 
-    /// The sides of each edge together.
+    /// Sides grouped by edge.
     pub fn groups(&self) -> impl Iterator<Item = &[HalfEdge]> {
         self.half_edges.chunk_by(|a, b| a.ends == b.ends)
     }
 
-    /// Per triangle: whether an edge is its own alone.
+    /// For each triangle, whether it has an edge of its own (an open edge).
     pub fn with_boundary(&self, triangles: usize) -> Vec<bool> {
         let mut boundary = vec![false; triangles];
         for group in self.groups().filter(|group| group.len() == 1) {
@@ -53,8 +53,10 @@ impl Edges {
         boundary
     }
 
-    /// Per triangle: whether it belongs to an edge-connected set of `doubled` triangles that ends on edges where an
-    /// even number of others, and at least at one edge two of them, close the surface without it.
+    /// For each triangle, whether it belongs to an inner wall.
+    ///
+    /// A wall is an edge-connected set of `doubled` triangles. At every edge of it, an even number of other triangles
+    /// closes the surface without it; at one edge at least, that number is not 0.
     pub fn walls(&self, doubled: &[bool]) -> Vec<bool> {
         let mut sets = DisjointSets::new(doubled.len());
         for group in self.groups() {
@@ -76,7 +78,7 @@ impl Edges {
         (0..doubled.len()).map(|t| is_wall(t, sets.root(t as u32) as usize)).collect()
     }
 
-    /// Whether every edge is passed as often forward as backward: the surface has no boundary as a chain.
+    /// Returns true if every edge is passed equally often in both directions: the surface has no boundary as a chain.
     pub fn balanced(&self) -> bool {
         self.groups().all(|group| 2 * group.iter().filter(|side| side.forward).count() == group.len())
     }

@@ -1,7 +1,7 @@
-//! Pairs of triangles that intersect.
+//! Intersecting pairs of triangles.
 //!
 //! Based on: P. Guigue, O. Devillers, *Fast and robust triangle-triangle overlap test using orientation predicates*
-//! (2003), in the plainer form edge against triangle; signs by J. R. Shewchuk, *Adaptive precision floating-point
+//! (2003), in the simpler form of edge against triangle. Signs by J. R. Shewchuk, *Adaptive precision floating-point
 //! arithmetic and fast robust geometric predicates* (1997), through `robust`.
 
 use super::super::tree::{BoundingBox, TriangleTree};
@@ -10,23 +10,23 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-/// Triangles that are searched for at once, and pairs whose boxes overlap that are looked at before the search is given
-/// up: a heap of triangles in one place would take the square of their number.
+/// Triangles tested per parallel batch.
 const BATCH: usize = 1024;
+/// Pairs with overlapping boxes after which the search stops. Many triangles in one place would take quadratic time.
 const PAIRS_MAX: u64 = 100_000_000;
 
-/// Pairs that intersect.
+/// Result of the search for intersecting pairs.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Crossings {
-    /// How many pairs.
+    /// Number of intersecting pairs.
     pub count: u64,
-    /// The lowest triangle of them all.
+    /// Lowest triangle of all pairs.
     pub first: Option<u32>,
-    /// Whether the search came to its end.
+    /// True if the search tested all pairs.
     pub complete: bool,
 }
 
-/// The intersecting pairs of triangles that share no vertex. Triangles without area take no part; touching counts.
+/// Intersecting pairs of triangles that share no vertex. Triangles without area are skipped; touching counts.
 pub(super) fn intersections(positions: &[Point3<f64>], triangles: &[[u32; 3]]) -> Crossings {
     let solid: Vec<u32> =
         (0..triangles.len() as u32).filter(|&t| !is_flat(positions, &triangles[t as usize])).collect();
@@ -63,8 +63,9 @@ pub(super) fn intersections(positions: &[Point3<f64>], triangles: &[[u32; 3]]) -
     crossings
 }
 
-/// The pairs of one of the `chosen` triangles and any other that meet elsewhere than in vertices they share; the chosen one first, and pairs
-/// of two of them twice. Neighbors across an edge count as apart.
+/// Pairs of one of the `chosen` triangles and any other that meet outside their shared vertices.
+///
+/// The chosen one comes first; pairs of two chosen ones occur twice. Neighbors across an edge do not count.
 pub(crate) fn crossings(positions: &[Point3<f64>], triangles: &[[u32; 3]], chosen: &[u32]) -> Vec<[u32; 2]> {
     let corners = |triangle: u32| triangles[triangle as usize].map(|vertex| positions[vertex as usize]);
     let tree = TriangleTree::new(&(0..triangles.len() as u32).map(corners).collect::<Vec<_>>());
@@ -83,8 +84,10 @@ pub(crate) fn crossings(positions: &[Point3<f64>], triangles: &[[u32; 3]], chose
     found.concat()
 }
 
-/// Whether two triangles, each its vertices and where they are, have a point in common that no shared vertex or edge explains: where
-/// they share a vertex, whether an edge opposite it meets the other triangle. Neighbors across an edge count as apart.
+/// Returns true if two triangles have a common point that no shared vertex or edge explains.
+///
+/// Each is given by its vertices and their positions. If they share one vertex, the edge opposite it in one of them
+/// must meet the other triangle. Neighbors across an edge do not count.
 pub(crate) fn meet((one, at_one): ([u32; 3], Triangle), (two, at_two): ([u32; 3], Triangle)) -> bool {
     let shared = |k: &usize| two.contains(&one[*k]);
     match (0..3).filter(shared).count() {
@@ -107,7 +110,7 @@ fn lower(a: Option<u32>, b: Option<u32>) -> Option<u32> {
 
 type Triangle = [Point3<f64>; 3];
 
-/// Whether two triangles with areas have a point in common; exact.
+/// Returns true if two triangles with areas have a common point; exact.
 fn intersect(one: &Triangle, two: &Triangle) -> bool {
     let (above_one, above_two) = (two.map(|p| side(one, &p)), one.map(|p| side(two, &p)));
     if apart(&above_one) || apart(&above_two) {
@@ -122,7 +125,7 @@ fn intersect(one: &Triangle, two: &Triangle) -> bool {
     crosses(two, &above_one, one) || crosses(one, &above_two, two)
 }
 
-/// The sign of a point's height above a triangle's plane.
+/// Side of a triangle's plane on which a point lies, as the sign of its height.
 fn side([a, b, c]: &Triangle, point: &Point3<f64>) -> f64 {
     orient3d(coord(a), coord(b), coord(c), coord(point))
 }
@@ -135,7 +138,7 @@ fn apart(sides: &[f64; 3]) -> bool {
     sides.iter().all(|side| *side > 0.0) || sides.iter().all(|side| *side < 0.0)
 }
 
-/// Whether the segment p q, whose ends lie at the given sides of the triangle's plane, meets the triangle.
+/// Returns true if the segment p q meets the triangle. `side_p` and `side_q` are the sides of its ends.
 fn segment_meets(p: &Point3<f64>, q: &Point3<f64>, side_p: f64, side_q: f64, triangle: &Triangle) -> bool {
     if side_p == 0.0 && side_q == 0.0 {
         return coplanar_segment_meets(p, q, triangle);
@@ -147,7 +150,9 @@ fn segment_meets(p: &Point3<f64>, q: &Point3<f64>, side_p: f64, side_q: f64, tri
     turns.iter().all(|turn| *turn >= 0.0) || turns.iter().all(|turn| *turn <= 0.0)
 }
 
-/// The same for a segment in the triangle's plane, seen along an axis along which the triangle keeps an area.
+/// Returns true if a segment in the triangle's plane meets the triangle.
+///
+/// Both are projected along an axis along which the triangle keeps an area.
 fn coplanar_segment_meets(p: &Point3<f64>, q: &Point3<f64>, triangle: &Triangle) -> bool {
     let flatten = |point: &Point3<f64>, axis: usize| Coord { x: point[(axis + 1) % 3], y: point[(axis + 2) % 3] };
     for axis in 0..3 {
@@ -166,8 +171,9 @@ fn inside_flat(p: Coord<f64>, [a, b, c]: [Coord<f64>; 3]) -> bool {
     turns.iter().all(|turn| *turn >= 0.0) || turns.iter().all(|turn| *turn <= 0.0)
 }
 
-/// Whether two segments of the plane have a point in common, both not shorter than a point; ends on a line of the other
-/// are sorted out by their boxes.
+/// Returns true if two segments in the plane have a common point. Neither may be degenerate.
+///
+/// Their boxes decide where an end of one lies on the line of the other.
 fn cross_flat(p: Coord<f64>, q: Coord<f64>, u: Coord<f64>, v: Coord<f64>) -> bool {
     let opposed = |a: f64, b: f64| !((a > 0.0 && b > 0.0) || (a < 0.0 && b < 0.0));
     let overlap = |a: f64, b: f64, c: f64, d: f64| a.min(b) <= c.max(d) && c.min(d) <= a.max(b);

@@ -1,4 +1,4 @@
-//! From triangles as they came to a surface with an inside, and a list of what was wrong.
+//! Repair of triangle meshes: an oriented surface with an inside, and a list of defects.
 
 mod clean;
 mod edges;
@@ -21,38 +21,43 @@ use edges::{Edges, HalfEdge};
 use nalgebra::Point3;
 use shells::Shells;
 
-/// A welded, consistently wound, outward-facing surface in local coordinates. It may still be open or intersect itself;
-/// [`super::InsideTest`] copes with both.
+/// Welded, consistently wound, outward-facing surface in local coordinates.
+///
+/// It may still be open or intersect itself; [`super::InsideTest`] handles both.
 #[derive(Clone, Debug)]
 pub struct Surface {
-    /// Where the object is.
+    /// Transform between the object's coordinates and local ones.
     pub frame: LocalFrame,
-    /// Vertex positions, local; every one is used.
+    /// Vertex positions, local. Every vertex is used.
     pub positions: Vec<Point3<f64>>,
     /// Vertex indices, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// For each triangle, the face of the input file that it came from, counted from 0.
+    /// Face of the input file that each triangle came from, counted from 0.
     pub faces: Vec<u64>,
-    /// How the triangles look; normals as in the file, though triangles were turned.
+    /// Attributes of the triangles. Normals are those of the file even where triangles were flipped.
     pub looks: TriangleAttributes,
-    /// Shells that stand alone and enclose something.
+    /// Outermost shells that enclose a volume.
     pub parts: Vec<ShellPart>,
-    /// Vertices that are far from all others, if there are a few.
+    /// Vertices far from all others, if there are at most a few.
     pub(super) outliers: Option<Outliers>,
-    /// What was wrong with the input, in a fixed order of kinds.
+    /// Defects of the input, sorted by kind.
     pub defects: Vec<Defect>,
-    /// Whether every edge is passed as often in one direction as in the other: the winding number is an integer.
+    /// True if every edge is passed equally often in both directions, so that the winding number is an integer.
     pub closed: bool,
-    /// Whether the surface is closed, does not intersect itself and is nested so that the winding number is 0 or 1
-    /// everywhere: [`Surface::signed_volume`] is the volume.
+    /// True if the winding number is 0 or 1 everywhere, so that [`Surface::signed_volume`] is the volume.
+    ///
+    /// That holds if the surface is closed, does not intersect itself and is nested accordingly.
     pub simple: bool,
 }
 
 impl Surface {
-    /// Mends a mesh: welds bitwise-equal positions, drops duplicate triangles and those without area, makes the winding
-    /// consistent, turns inverted shells outward, keeps cavities; and names everything that was wrong.
+    /// Repairs a mesh and lists all its defects.
     ///
-    /// Errors: [`RawMesh::check`]'s, and meshes without extent or area.
+    /// Welds bitwise-equal positions, drops duplicate triangles and those without area, makes the winding consistent,
+    /// and turns inverted shells outward. Cavities are kept.
+    ///
+    /// # Errors
+    /// [`RawMesh::check`]'s, and meshes without extent or area.
     pub fn repair(raw: RawMesh) -> Result<Self, SurfaceError> {
         raw.check()?;
         let mut defects = Vec::new();
@@ -93,12 +98,13 @@ impl Surface {
         Ok(Self { frame, positions, triangles, faces, looks, parts, outliers, defects, closed, simple })
     }
 
-    /// The three corners of triangle `triangle`.
+    /// The three corners of a triangle, local.
     pub fn corners(&self, triangle: usize) -> [Point3<f64>; 3] {
         self.triangles[triangle].map(|vertex| self.positions[vertex as usize])
     }
 
-    /// ∫ of the winding number over space by the divergence theorem, local; a volume if the surface is closed.
+    /// Integral of the winding number over space, by the divergence theorem; local. The
+    /// volume if the surface is closed.
     pub fn signed_volume(&self) -> f64 {
         let cone = |t| {
             let [a, b, c] = self.corners(t).map(|corner| corner.coords);
@@ -121,7 +127,7 @@ fn report_shells(shells: &Shells, defects: &mut Vec<Defect>) {
     nested.report(DefectKind::NestedShells, action, defects);
 }
 
-/// Holes, edges of more than two triangles, and bow ties.
+/// Reports holes, edges of more than two triangles, and bow ties.
 fn report_edges(
     edges: &Edges,
     triangles: &[[u32; 3]],
@@ -156,7 +162,7 @@ fn report_edges(
     bow_ties(&mut fans, triangles, vertices, &face).report(DefectKind::NonManifoldVertex, "kept", defects);
 }
 
-/// Joins the corners of two triangles at the ends of an edge that they share; corner k of triangle t is 3 t + k.
+/// Joins the corners of two triangles at the ends of a shared edge. Corner k of triangle t has index 3 t + k.
 fn join_fans(fans: &mut DisjointSets, a: &HalfEdge, b: &HalfEdge) {
     let corner = |half: &HalfEdge, lower: bool| {
         let offset = if half.forward == lower { half.side } else { (half.side + 1) % 3 };
@@ -166,7 +172,7 @@ fn join_fans(fans: &mut DisjointSets, a: &HalfEdge, b: &HalfEdge) {
     fans.join(corner(a, false), corner(b, false));
 }
 
-/// Vertices whose corners form more than one fan, counted once each.
+/// Vertices whose corners form more than one fan, each counted once.
 fn bow_ties(
     fans: &mut DisjointSets,
     triangles: &[[u32; 3]],

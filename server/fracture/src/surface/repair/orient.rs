@@ -1,4 +1,4 @@
-//! One orientation per patch: triangles connected through edges that exactly two of them share.
+//! Consistent orientation of each patch: triangles connected through edges that exactly two of them share.
 
 use super::super::defect::DefectTally;
 use super::edges::Edges;
@@ -6,16 +6,17 @@ use nalgebra::{Point3, Vector3};
 
 /// Patches of a consistently wound mesh.
 pub(super) struct Patches {
-    /// The triangles of each patch, ascending.
+    /// Triangles of each patch, ascending.
     pub members: Vec<Vec<u32>>,
-    /// Triangles that were turned.
+    /// Triangles whose winding was reversed.
     pub turned: DefectTally,
     /// Edges across which the orientation cannot be consistent.
     pub twisted: DefectTally,
 }
 
-/// Turns triangles so that each patch is wound consistently; the orientation that covers more area stays. `face` names
-/// a triangle in the report.
+/// Winds each patch consistently and keeps the orientation that covers more area.
+///
+/// `face` maps a triangle to its face in the report.
 pub(super) fn orient(
     positions: &[Point3<f64>],
     triangles: &mut [[u32; 3]],
@@ -45,14 +46,16 @@ pub(super) fn orient(
     patches
 }
 
-/// Area times unit normal.
+/// Area times unit normal of a triangle.
 pub(super) fn area_vector(positions: &[Point3<f64>], corners: &[u32; 3]) -> Vector3<f64> {
     let [a, b, c] = corners.map(|vertex| positions[vertex as usize]);
     (b - a).cross(&(c - a)) * 0.5
 }
 
-/// Per triangle and side: the triangle across, if exactly one, and whether both run along the edge in the same
-/// direction, that is, are wound against each other.
+/// Neighbors of each triangle, by side.
+///
+/// An entry holds the triangle across, if exactly one, and whether both run along the edge in the same direction, that
+/// is, are wound against each other.
 fn neighbors(edges: &Edges, triangles: usize) -> Vec<[Option<(u32, bool)>; 3]> {
     let mut neighbors = vec![[None; 3]; triangles];
     for group in edges.groups() {
@@ -65,8 +68,9 @@ fn neighbors(edges: &Edges, triangles: usize) -> Vec<[Option<(u32, bool)>; 3]> {
     neighbors
 }
 
-/// Marks the patch of `seed`: false for triangles wound like the seed, true for those wound against it. Calls `twisted`
-/// for each edge that contradicts.
+/// Collects and marks the patch of `seed`: false for triangles wound like the seed, true for the others.
+///
+/// Calls `twisted` for each edge that contradicts.
 fn spread(
     seed: u32,
     neighbors: &[[Option<(u32, bool)>; 3]],
@@ -86,7 +90,7 @@ fn spread(
                     against[other as usize] = Some(own != differs);
                     members.push(other);
                 }
-                // Each contradicting edge is met from both sides; the lower triangle tells.
+                // Each contradicting edge is met from both sides; the lower triangle reports it.
                 Some(known) if known != (own != differs) && triangle < other => twisted(triangle),
                 Some(_) => {}
             }

@@ -1,20 +1,21 @@
 //! Disjoint sets of indices.
 //!
-//! Based on: R. E. Tarjan, *Efficiency of a good but not linear set union algorithm* (1975), with path halving; the
-//! lowest member represents its set, so that results do not depend on the order of joins.
+//! The lowest member represents its set, so results do not depend on the order of joins.
+//!
+//! Based on: R. E. Tarjan, *Efficiency of a good but not linear set union algorithm* (1975), with path halving.
 
-/// Sets over 0 .. n.
+/// Partition of 0 .. n into sets.
 pub(in crate::surface) struct DisjointSets {
     parent: Vec<u32>,
 }
 
 impl DisjointSets {
-    /// `n` sets of one.
+    /// Creates `n` sets of one member each.
     pub fn new(n: usize) -> Self {
         Self { parent: (0..n as u32).collect() }
     }
 
-    /// The lowest member of the set of `index`.
+    /// Lowest member of the set of `index`.
     pub fn root(&mut self, mut index: u32) -> u32 {
         while self.parent[index as usize] != index {
             let grandparent = self.parent[self.parent[index as usize] as usize];

@@ -1,8 +1,8 @@
-//! Which side of each patch is out.
+//! Outward orientation of patches.
 //!
-//! A patch that is closed, or nearly so, is judged by its signed volume: negative in empty space means inside out and it
-//! is turned; negative inside another one means a cavity and it stays. If the outermost patch was inside out, so were
-//! those inside it, and all are turned together. Panels too open to have a volume of their own are judged as one.
+//! The signed volume decides for a patch that is closed or nearly so. Negative in empty space means inside out, and the
+//! patch is turned. Negative inside another patch means a cavity, and it stays. If the outermost patch was inside out,
+//! the patches inside it are turned with it. Panels too open to have a volume of their own are judged together.
 
 use super::super::defect::DefectTally;
 use super::super::tree::{BoundingBox, TriangleTree};
@@ -10,13 +10,13 @@ use super::super::winding::WindingMoments;
 use super::orient::area_vector;
 use nalgebra::{Point3, Vector3};
 
-/// A patch with a smaller part of its area facing one way counts as nearly closed; a hemisphere has ½.
+/// Largest ratio of area vector to area of a nearly closed patch; that of a hemisphere is ½.
 const OPEN: f64 = 0.45;
 
-/// A volume counts if a shift of its reference point by this many times the root of the area cannot change its sign.
+/// Shift of the reference point, over the root of the area, that must not change the sign of a valid volume.
 const SHIFT: f64 = 0.1;
 
-/// What was found out about the shells.
+/// Result of orienting the shells.
 #[derive(Default)]
 pub(super) struct Shells {
     /// Patches that were turned.
@@ -25,26 +25,26 @@ pub(super) struct Shells {
     pub cavities: DefectTally,
     /// Patches inside others that are positive.
     pub solids: DefectTally,
-    /// Shells that stand alone and enclose something.
+    /// Outermost shells that enclose a volume.
     pub parts: Vec<ShellPart>,
-    /// Whether no point can have a winding number other than 0 or 1, if the patches are closed and do not intersect.
+    /// True if the winding number can only be 0 or 1, provided that the patches are closed and do not intersect.
     pub simple: bool,
 }
 
-/// A shell that stands alone and encloses something, local.
+/// Outermost shell that encloses a volume; local.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShellPart {
-    /// Lowest corner of its box.
+    /// Lowest corner of its bounding box.
     pub low: Point3<f64>,
-    /// Highest corner of its box.
+    /// Highest corner of its bounding box.
     pub high: Point3<f64>,
-    /// Volume that it encloses.
+    /// Enclosed volume.
     pub volume: f64,
-    /// A face of it in the input file, counted from 0.
+    /// One of its faces in the input file, counted from 0.
     pub face: u64,
 }
 
-/// Turns patches outward. `face` names a triangle in the report.
+/// Turns patches outward. `face` maps a triangle to its face in the report.
 pub(super) fn face_outward(
     positions: &[Point3<f64>],
     triangles: &mut [[u32; 3]],
@@ -91,13 +91,13 @@ pub(super) fn face_outward(
     shells
 }
 
-/// Area, area vector and signed volume about the area's center.
+/// Area, area vector and signed volume of a patch; the volume is taken about the center of the area.
 struct Measure {
     area: f64,
     vector: Vector3<f64>,
     volume: f64,
     bounds: BoundingBox,
-    /// A point on the patch.
+    /// Point on the patch.
     sample: Point3<f64>,
 }
 
@@ -128,7 +128,7 @@ impl Measure {
         Self { area, vector, volume, bounds, sample }
     }
 
-    /// Whether the volume's sign does not hang on the point that it is measured from.
+    /// Returns true if the volume's sign does not depend on the reference point.
     fn has_sign(&self) -> bool {
         let doubt = SHIFT * self.vector.norm() * self.area.sqrt() / 3.0 + 1e-12 * self.area.powf(1.5);
         self.volume.abs() > doubt
@@ -139,16 +139,16 @@ impl Measure {
     }
 }
 
-/// Tells which patches lie inside which.
+/// Containment of patches in one another.
 struct Nest<'a> {
     positions: &'a [Point3<f64>],
     triangles: &'a [[u32; 3]],
     patches: &'a [Vec<u32>],
     measures: &'a [Measure],
-    /// The patches in question, larger volumes first, and a hierarchy of their boxes.
+    /// Nearly closed patches, larger volumes first, and a hierarchy of their boxes.
     solid: &'a [usize],
     boxes: TriangleTree,
-    /// Hierarchies of the patches that were asked about.
+    /// Hierarchies of patches, built on first use.
     hulls: Vec<Option<(TriangleTree, WindingMoments)>>,
 }
 
@@ -165,7 +165,7 @@ impl<'a> Nest<'a> {
         Self { positions, triangles, patches, measures, solid, boxes, hulls: vec![None; patches.len()] }
     }
 
-    /// The patches that hold the one of rank `rank`, larger volumes first.
+    /// Patches that contain the one of rank `rank`, larger volumes first.
     fn containers(&mut self, rank: usize) -> Vec<usize> {
         let own = &self.measures[self.solid[rank]];
         let mut ranks = Vec::new();

@@ -2,7 +2,7 @@ use super::*;
 use crate::surface::shapes;
 use nalgebra::Vector3;
 
-/// Repairs, and checks the defects as (kind, count, first index).
+/// Repairs a mesh and checks its defects as (kind, count, first index).
 fn check(mesh: RawMesh, expected: &[(DefectKind, u64, u64)]) -> Surface {
     let surface = Surface::repair(mesh).unwrap();
     let found: Vec<_> = surface.defects.iter().map(|d| (d.kind, d.count, d.first_index)).collect();
@@ -220,7 +220,7 @@ fn degenerate_triangles_are_dropped_unless_they_close_the_surface() {
     mesh.triangles.insert(4, [0, 0, 1]);
     mesh.triangles.push([2, 2, 2]);
     check(mesh, &[(DefectKind::DegenerateTriangles, 2, 4)]);
-    // A T-junction: an edge with a vertex in its middle on one side, bridged by a triangle without area.
+    // A T-junction: one side of an edge has a vertex in the middle, bridged by a triangle without area.
     let mut mesh = cube();
     mesh.positions_m.push(nalgebra::center(&mesh.positions_m[0], &mesh.positions_m[6]));
     mesh.triangles.splice(0..1, [[0, 4, 8], [8, 4, 6], [0, 8, 6]]);
@@ -284,7 +284,7 @@ fn useless_meshes_are_refused() {
     let line = (0..3).map(|k| Point3::new(f64::from(k), 0.0, 0.0)).collect();
     assert!(matches!(refused(RawMesh::new(line, vec![[0, 1, 2], [0, 0, 1]])), SurfaceError::AllDegenerate));
     assert!(matches!(refused(RawMesh::new(vec![Point3::origin(); 3], vec![[0, 1, 2]])), SurfaceError::ZeroExtent));
-    // What single precision cannot hold has no fragments.
+    // Sizes outside the range of single precision are rejected.
     assert!(matches!(refused(scaled(cube(), 1e40)), SurfaceError::VertexOutOfRange { vertex: 0, .. }));
     assert!(matches!(refused(scaled(cube(), 1e-40)), SurfaceError::ExtentOutOfRange { .. }));
 }

@@ -1,20 +1,21 @@
-//! A closed mesh of the points where a function is negative.
+//! Closed mesh of the region where a function is negative.
 //!
-//! Based on: A. Guéziec, R. Hummel, *Exploiting triangulated surface extraction using tetrahedral decomposition* (1995):
-//! marching tetrahedra on cubes cut in six about a diagonal. Cuts keep a margin from the nodes, so that no triangle
-//! degenerates; the surface is a closed manifold by construction.
+//! Based on: A. Guéziec, R. Hummel, *Exploiting triangulated surface extraction using tetrahedral decomposition*
+//! (1995): marching tetrahedra on cubes cut in six along a diagonal. Cut points keep a margin from the nodes, so no
+//! triangle degenerates. The surface is a closed manifold by construction.
 
 use super::RawMesh;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 
-/// Cuts stay this far, in edges, from the nodes.
+/// Distance of cut points from the nodes, as a share of the edge.
 const MARGIN: f64 = 0.1;
 
-/// The corners of the six tetrahedra of a cube, as bits x, y, z: along its edges from corner 0 to corner 7.
+/// Corners of the six tetrahedra of a cube, as bits x, y, z. Each runs along cube edges from corner 0 to corner 7.
 const TETS: [[usize; 4]; 6] = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]];
 
-/// Meshes {`height` < 0} within a box, on cubes of side `spacing_m`. What touches the box is cut off there, closed.
+/// Meshes the region {`height` < 0} inside a box, on cubes of side `spacing_m`. The box
+/// closes the mesh where they meet.
 pub fn implicit(
     low_m: Point3<f64>,
     high_m: Point3<f64>,
@@ -74,7 +75,7 @@ impl Grid {
         }
     }
 
-    /// A triangle between three cut edges, (inside, outside) each, that faces from the node `from` to the node `to`.
+    /// Adds a triangle between three cut edges (inside, outside each), facing from node `from` to node `to`.
     fn face(&mut self, edges: &[[usize; 2]; 3], from: usize, to: usize) {
         let [a, b, c] = edges.map(|edge| self.point(edge));
         let [pa, pb, pc] = [a, b, c].map(|vertex| self.mesh.positions_m[vertex as usize]);

@@ -1,6 +1,6 @@
-//! Closed generated meshes, in meters and y-up: for tests, references and the demonstration.
+//! Generated closed meshes in meters, y up, for tests, references and the demonstration.
 //!
-//! Every shape is one closed surface per body, consistently wound, facing outward, without self-intersections.
+//! Every body is one closed surface, consistently wound, facing outward, without self-intersections.
 
 mod implicit;
 mod objects;
@@ -19,7 +19,7 @@ use std::path::Path;
 /// Names of the shapes that [`by_name`] generates.
 pub const NAMES: [&str; 6] = ["arch", "dumbbell", "horseshoe", "mug", "statue", "vase"];
 
-/// Generates the shape of that name; `None` for a name that is not in [`NAMES`].
+/// Generates the shape of that name; `None` for a name outside [`NAMES`].
 pub fn by_name(name: &str) -> Option<RawMesh> {
     match name {
         "arch" => Some(arch()),
@@ -32,21 +32,24 @@ pub fn by_name(name: &str) -> Option<RawMesh> {
     }
 }
 
-/// A mesh as Wavefront OBJ, meters; reading it again gives the same bits.
+/// Mesh as Wavefront OBJ text, in meters. Reading it returns the same bits.
 pub fn obj(mesh: &RawMesh) -> String {
     let mut text = String::new();
     for point in &mesh.positions_m {
         text += &format!("v {} {} {}\n", point.x, point.y, point.z);
     }
     for [a, b, c] in &mesh.triangles {
-        // Indices of a mesh that was never checked may be as large as they can.
+        // The mesh may be unchecked, so its indices may be u32::MAX.
         let [a, b, c] = [a, b, c].map(|&index| u64::from(index) + 1);
         text += &format!("f {a} {b} {c}\n");
     }
     text
 }
 
-/// Writes a mesh as Wavefront OBJ, as [`obj`] has it.
+/// Writes a mesh as Wavefront OBJ, in the format of [`obj`].
+///
+/// # Errors
+/// Those of the file system.
 pub fn write_obj(mesh: &RawMesh, path: &Path) -> std::io::Result<()> {
     std::fs::write(path, obj(mesh))
 }

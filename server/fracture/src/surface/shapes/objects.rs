@@ -1,4 +1,4 @@
-//! Things to break.
+//! Generated objects for fracture.
 
 use super::RawMesh;
 use super::implicit::implicit;
@@ -6,14 +6,16 @@ use super::sweep::{lathe, tube};
 use nalgebra::{Point3, Vector2, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// A mug with a handle along +x, 0.1 m high and 0.08 m wide, with a wall of 9 mm; about 70,000 triangles, genus 1.
+/// Mug with a handle along +x, 0.1 m high and 0.08 m wide, with a wall of 9 mm.
 ///
-/// Its rims are rounded on purpose: lattices follow smooth surfaces well, and sharp edges only raggedly.
+/// It has about 70,000 triangles and genus 1. Its rims are rounded, because lattices follow smooth
+/// surfaces better than sharp edges.
 pub fn mug() -> RawMesh {
     implicit(Point3::new(-0.0443, -0.0042, -0.0443), Point3::new(0.0793, 0.1043, 0.0443), 0.0019, mug_height)
 }
 
-/// Negative inside the mug: a wall and a bottom thickened about their profiles, a ring for a handle, a hollow.
+/// Implicit function of the mug, negative inside: wall and bottom thickened about their
+/// profiles, ring-shaped handle, hollow.
 fn mug_height(p: &Point3<f64>) -> f64 {
     let profile = Point3::new(p.x.hypot(p.z), p.y, 0.0);
     let wall = capsule(&profile, [0.0355, 0.0055, 0.0], [0.0355, 0.0955, 0.0], 0.0045, 0.0045);
@@ -24,7 +26,7 @@ fn mug_height(p: &Point3<f64>) -> f64 {
     blend(blend(wall, bottom, 0.006), handle, 0.007).max(-hollow)
 }
 
-/// A vase, 0.3 m high, with a wall of 6 mm.
+/// Vase, 0.3 m high, with a wall of 6 mm.
 pub fn vase() -> RawMesh {
     let radius = |t: f64| 0.060 + 0.028 * (TAU * (0.85 * t + 0.1)).sin();
     let (height, wall, base, steps) = (0.3, 0.006, 0.012, 60);
@@ -38,7 +40,7 @@ pub fn vase() -> RawMesh {
     lathe(&profile, 96)
 }
 
-/// A stone arch: a rectangular section of 0.2 × 0.3 m along two legs and a half circle of 0.5 m radius between them.
+/// Stone arch: a rectangular section of 0.2 × 0.3 m along two legs and a half circle of radius 0.5 m between them.
 pub fn arch() -> RawMesh {
     let mut path = Vec::new();
     let (radius, leg, steps) = (0.5, 0.4, 8);
@@ -59,7 +61,7 @@ pub fn arch() -> RawMesh {
     swept(&path, &section)
 }
 
-/// A horseshoe of round bar, 20 mm thick, open at the bottom: two tips that face each other across a gap.
+/// Horseshoe of round bar, 20 mm thick, open at the bottom. Its two tips face each other across a gap.
 pub fn horseshoe() -> RawMesh {
     let steps = 96;
     let angle = |k: u32| -FRAC_PI_2 + 0.4 + (TAU - 0.8) * f64::from(k) / f64::from(steps);
@@ -70,12 +72,12 @@ pub fn horseshoe() -> RawMesh {
     swept(&path, &section)
 }
 
-/// The direction, less a quarter turn, of an ellipse's tangent at parameter `angle`.
+/// Direction of an ellipse's tangent at parameter `angle`, less a quarter turn.
 fn heading(angle: f64, a: f64, b: f64) -> f64 {
     (b * angle.cos()).atan2(-a * angle.sin()) - FRAC_PI_2
 }
 
-/// Two balls of 0.1 m radius, 0.3 m apart, joined by a neck of 15 mm radius: where it breaks is no question.
+/// Dumbbell: two balls of radius 0.1 m, 0.3 m apart, joined by a neck of radius 15 mm, where it must break.
 pub fn dumbbell() -> RawMesh {
     let (ball, half, neck) = (0.1, 0.15, 0.015_f64);
     let meet = (neck / ball).asin();
@@ -88,19 +90,19 @@ pub fn dumbbell() -> RawMesh {
     lathe(&profile, 64)
 }
 
-/// A four-legged animal, 0.5 m long, of blended capsules; about 54,000 triangles, legs well apart.
+/// Four-legged animal, 0.5 m long, of blended capsules, with legs well apart; about 54,000 triangles.
 pub fn statue() -> RawMesh {
     statue_on(0.0075)
 }
 
-/// The same of about 100,000 triangles, as a scan would have.
+/// The animal of [`statue`] with about 100,000 triangles, as from a scan.
 pub fn scanned_statue() -> RawMesh {
     statue_on(0.00552)
 }
 
-/// The animal of [`statue`], on cubes of side `spacing_m`, meters: the finer, the more triangles.
+/// The animal of [`statue`], meshed on cubes of side `spacing_m`, m. Smaller cubes yield more triangles.
 pub fn statue_on(spacing_m: f64) -> RawMesh {
-    // From, to (meters, x forward), radii at both ends.
+    // Start, end (m, x forward), and radii at both ends.
     let bones: [([f64; 3], [f64; 3], f64, f64); 9] = [
         ([-0.14, 0.30, 0.0], [0.12, 0.31, 0.0], 0.062, 0.068),
         ([0.13, 0.32, 0.0], [0.22, 0.43, 0.0], 0.045, 0.034),
@@ -119,7 +121,7 @@ pub fn statue_on(spacing_m: f64) -> RawMesh {
     implicit(Point3::new(-0.2703, -0.0042, -0.0843), Point3::new(0.3393, 0.5203, 0.0843), spacing_m, height)
 }
 
-/// Height of a segment thickened by a radius that changes linearly.
+/// Distance from a capsule whose radius changes linearly along its axis; negative inside.
 fn capsule(p: &Point3<f64>, from: [f64; 3], to: [f64; 3], start: f64, end: f64) -> f64 {
     let (from, to) = (Point3::from(from), Point3::from(to));
     let axis: Vector3<f64> = to - from;
@@ -127,14 +129,15 @@ fn capsule(p: &Point3<f64>, from: [f64; 3], to: [f64; 3], start: f64, end: f64) 
     (p - (from + axis * share)).norm() - (start + (end - start) * share)
 }
 
-/// The smaller of two heights, rounded where they are closer than `width` (Quilez's polynomial minimum).
+/// Smaller of two heights, rounded where they differ by less than `width` (I. Quilez's polynomial minimum).
 fn blend(a: f64, b: f64, width: f64) -> f64 {
     let overlap = (width - (a - b).abs()).max(0.0);
     a.min(b) - overlap * overlap / (4.0 * width)
 }
 
-/// Carries a section (outward, along z) along a path in the plane z = 0, given by points and the angle of the outward
-/// direction, so that the path runs to its left.
+/// Sweeps a section (outward, along z) along a path in the plane z = 0.
+///
+/// The path is given by points and by the angle of the outward direction; it runs to the left of that direction.
 fn swept(path: &[([f64; 2], f64)], section: &[[f64; 2]]) -> RawMesh {
     let ring = |&([x, y], angle): &([f64; 2], f64)| {
         let (sine, cosine) = angle.sin_cos();

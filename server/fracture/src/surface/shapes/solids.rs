@@ -1,11 +1,11 @@
-//! Solids with a known volume.
+//! Solids of known volume.
 
 use super::RawMesh;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-/// A box of 12 triangles about the origin; `size_m` are its side lengths.
+/// Box of 12 triangles, centered on the origin. `size_m` holds its side lengths, m.
 pub fn cuboid(size_m: [f64; 3]) -> RawMesh {
     let half = Vector3::from(size_m) * 0.5;
     let sign = |corner: usize, axis: usize| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
@@ -15,12 +15,12 @@ pub fn cuboid(size_m: [f64; 3]) -> RawMesh {
     RawMesh::new((0..8).map(corner).collect(), triangles)
 }
 
-/// A sphere about the origin: an icosahedron whose triangles are cut in four `subdivisions` times.
+/// Sphere centered on the origin: an icosahedron whose triangles are quartered `subdivisions` times.
 pub fn sphere(radius_m: f64, subdivisions: u32) -> RawMesh {
     ellipsoid([radius_m; 3], subdivisions)
 }
 
-/// An ellipsoid about the origin: [`sphere`], stretched to three semi-axes.
+/// Ellipsoid centered on the origin: [`sphere`], stretched to three semi-axes, m.
 pub fn ellipsoid(semi_axes_m: [f64; 3], subdivisions: u32) -> RawMesh {
     let (mut positions, mut triangles) = icosahedron();
     for _ in 0..subdivisions {
@@ -30,7 +30,7 @@ pub fn ellipsoid(semi_axes_m: [f64; 3], subdivisions: u32) -> RawMesh {
     RawMesh::new(positions.iter().map(|p| Point3::from(p.component_mul(&axes))).collect(), triangles)
 }
 
-/// A torus about the y axis; `segments` around the axis and around the tube, at least 3 each.
+/// Torus about the y axis, with `segments` around the axis and around the tube, at least 3 each. Radii in m.
 pub fn torus(major_m: f64, minor_m: f64, segments: [u32; 2]) -> RawMesh {
     let [around, across] = segments;
     let mut mesh = RawMesh::new(Vec::new(), Vec::new());
@@ -73,7 +73,7 @@ fn icosahedron() -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
     (positions, triangles)
 }
 
-/// Cuts each triangle in four, with the new corners on the unit sphere.
+/// Cuts each triangle into four, with the new corners on the unit sphere.
 fn quartered(positions: &mut Vec<Vector3<f64>>, triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
     let mut middles = HashMap::new();
     let mut middle = |a: u32, b: u32| {

@@ -1,11 +1,12 @@
-//! Surfaces from sections: rings along a path, and profiles about an axis.
+//! Swept surfaces: rings along a path, and profiles about an axis.
 
 use super::RawMesh;
 use nalgebra::Point3;
 use std::f64::consts::TAU;
 
-/// Joins rings of equally many points to a tube and closes both ends with a fan about their middle. Each ring runs
-/// counter-clockwise as seen from the next one.
+/// Joins rings of equally many points to a tube and closes both ends with a fan about their middle.
+///
+/// Each ring runs counter-clockwise as seen from the next one.
 pub(super) fn tube(rings: &[Vec<Point3<f64>>]) -> RawMesh {
     let mut mesh = RawMesh::new(rings.concat(), Vec::new());
     let (Some(first), Some(last)) = (rings.first(), rings.last()) else {
@@ -31,8 +32,10 @@ pub(super) fn tube(rings: &[Vec<Point3<f64>>]) -> RawMesh {
     mesh
 }
 
-/// Turns a profile of (radius, height) about the y axis in `segments` steps. It starts and ends on the axis and has the
-/// solid on its left, seen with the radius to the right and the height up.
+/// Revolves a profile of (radius, height) about the y axis in `segments` steps.
+///
+/// The profile starts and ends on the axis. The solid lies on its left, seen with the radius
+/// to the right and the height up.
 pub(super) fn lathe(profile: &[[f64; 2]], segments: u32) -> RawMesh {
     let mut mesh = RawMesh::new(Vec::new(), Vec::new());
     let [[_, bottom], rim @ .., [_, top]] = profile else {

@@ -2,7 +2,7 @@ use super::*;
 use crate::surface::{LengthUnit, Surface, UpAxis};
 use std::f64::consts::PI;
 
-/// A shape is one closed surface without any defect; returns its volume, m³.
+/// Checks that a shape is one closed surface without defects, and returns its volume, m³.
 fn check(mesh: RawMesh) -> f64 {
     let surface = Surface::repair(mesh).unwrap();
     assert!(surface.simple, "{:?}", surface.defects);

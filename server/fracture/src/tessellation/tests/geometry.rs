@@ -1,4 +1,4 @@
-//! Where the cracks lie: planes, triple lines, quadruple points.
+//! Positions of the cracks: planes, triple lines, quadruple points.
 
 use super::support::*;
 use crate::lattice::{Lattice, block};
@@ -6,7 +6,7 @@ use crate::tessellation::barycentric::edge_margin;
 use crate::tessellation::*;
 use nalgebra::{Matrix3, Point3, Vector3};
 
-/// Signed distance of `place` from the bisector of `a` and `b`, positive towards `b`.
+/// Signed distance of `place` from the bisector of `a` and `b`, positive on the side of `b`.
 fn beyond(place: &Point3<f64>, a: &Point3<f64>, b: &Point3<f64>) -> f64 {
     (place - nalgebra::center(a, b)).dot(&(b - a).normalize())
 }
@@ -45,14 +45,16 @@ fn unclamped_points_of_a_voronoi_diagram_lie_on_all_their_bisectors() {
     let free_edges = points.edges.iter().filter(|(edge, place)| free(&topology.edges[*edge as usize], place)).count();
     let free_faces = points.faces.iter().filter(|(face, place)| free(&topology.faces[*face as usize], place)).count();
     let free_tets = points.tets.iter().filter(|(tet, place)| free(&lattice.tets[*tet as usize], place)).count();
-    // Most edge points are free, many face points and a few tetrahedron points are.
+    // Most edge points, many face points and a few tetrahedron points are free.
     assert!(free_edges > points.edges.len() * 9 / 10, "{free_edges} of {}", points.edges.len());
     assert!(free_faces > points.faces.len() / 3, "{free_faces} of {}", points.faces.len());
     assert!(free_tets > 0, "none of {}", points.tets.len());
 }
 
-/// Asserts that `place` is inside its simplex by the margin and, unless it is kept inside, on the bisectors of its
-/// nodes' sites; returns whether it is free.
+/// Asserts that `place` is inside its simplex by the margin and, unless it was moved inside, on the bisectors of its
+/// nodes' sites.
+///
+/// Returns true if it was not moved.
 fn on_all_bisectors(lattice: &Lattice, voronoi: &Voronoi, nodes: &[u32], place: &Point3<f64>) -> bool {
     let weights = barycentric_of(lattice, nodes, place);
     let margin = match *nodes {
@@ -107,7 +109,7 @@ fn four_sites_meet_in_their_quadruple_point() {
     let corners = lattice.corners(7);
     let center = Point3::from(corners.iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0);
     let aim = center + (corners[0] - center) * 0.2;
-    // Four points at one distance from `aim`, each in the direction of a node.
+    // Four points at equal distance from `aim`, each in the direction of a node.
     let sites: Vec<Point3<f64>> = corners.iter().map(|corner| aim + (corner - aim).normalize() * 0.05).collect();
     let rows = [1, 2, 3].map(|k| (sites[k] - sites[0]).transpose());
     assert!(Matrix3::from_rows(&rows).determinant().abs() > 1e-6);

@@ -1,4 +1,4 @@
-//! The heart of the project's guarantee: nothing that is fed in opens a fragment.
+//! The guarantee of the tessellation: every fragment is closed for any input.
 
 use super::support::*;
 use crate::lattice::Lattice;
@@ -11,7 +11,7 @@ fn cells() -> impl Strategy<Value = [usize; 3]> {
     [1usize..4, 1usize..4, 1usize..4]
 }
 
-/// Labels made of connected components of random labels: as a strike makes them.
+/// Labels of the connected components of random labels, as in a request.
 fn split(lattice: &Lattice, labels: &[u32]) -> Components {
     components(&Topology::new(lattice), labels)
 }
@@ -31,7 +31,7 @@ proptest! {
     ) {
         let lattice = wobbly(cells, seed);
         let (lift, sites) = random_lift(&lattice, dimension, count, seed);
-        // Labels that have nothing to do with the sites: every zero is anywhere.
+        // Labels unrelated to the sites, so that zeros are anywhere.
         let wild = split(&lattice, &random_labels(lattice.nodes.len(), count, seed));
         check(&lattice, &wild.labels, Some(BisectorSites { lift: &lift, coordinates: &sites, of_fragment: &wild.sites, of_node: None }));
         let cells = split(&lattice, &nearest(&lift, &sites));
@@ -77,7 +77,7 @@ fn every_node_on_its_own_is_a_fragment() {
     );
 }
 
-/// A point of the simplex `nodes` by the margin inside, often in a corner.
+/// A point of the simplex `nodes`, inside by the margin, often in a corner.
 fn extreme(lattice: &Lattice, nodes: &[u32], random: &mut RandomStream) -> Point3<f64> {
     let count = nodes.len();
     let chosen = (random.uniform() * count as f64) as usize;

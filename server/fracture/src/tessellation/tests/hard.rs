@@ -1,4 +1,4 @@
-//! Hard cases: ties, points at the ends of edges, exterior triple and quadruple points, numbers that are none.
+//! Hard cases: ties, points at the ends of edges, exterior triple and quadruple points, values that are not finite.
 
 use super::support::*;
 use crate::lattice::block;
@@ -9,7 +9,7 @@ use nalgebra::Point3;
 #[test]
 fn bisectors_through_nodes_are_moved_off_them() {
     let lattice = block([4, 4, 4], 0.1);
-    // Bisectors x = 0, y = 0, z = 0 run through whole layers of nodes; ties go to the lower site.
+    // The bisectors x = 0, y = 0, z = 0 contain whole layers of nodes; ties go to the lower site.
     let mut sites = Vec::new();
     for corner in 0..8 {
         let side = |bit: usize| if corner >> bit & 1 == 0 { -0.1 } else { 0.1 };
@@ -27,7 +27,7 @@ fn coincident_and_symmetric_sites_stay_closed() {
     let twins = Voronoi::new(&lattice, &[center, center, center]);
     assert_eq!(twins.split.sites, [0], "ties to the lowest");
     twins.check(&lattice);
-    // Labels that claim different sites at one place: no bisector anywhere.
+    // Labels with different sites at one position have no bisector.
     let labels = random_labels(lattice.nodes.len(), 3, 7);
     check(&lattice, &labels, Some(BisectorSites { of_fragment: &[0, 1, 2], ..twins.sites() }));
     let on_nodes: Vec<Point3<f64>> = lattice.nodes.clone();
@@ -85,7 +85,7 @@ fn fixed_points_are_taken_as_they_are() {
     let middles = crack_points(&lattice, &topology, labels, None, &FixedPoints::default()).unwrap();
     let mut fixed = middles.to_fixed();
     let kept = crack_points(&lattice, &topology, labels, Some(voronoi.sites()), &fixed).unwrap();
-    assert_eq!(kept, middles, "all fixed: the sites have no say");
+    assert_eq!(kept, middles, "all fixed: the sites have no effect");
     fixed.edges.truncate(10);
     fixed.faces.clear();
     let mixed = crack_points(&lattice, &topology, labels, Some(voronoi.sites()), &fixed).unwrap().to_fixed();
@@ -104,7 +104,7 @@ fn a_second_generation_keeps_the_edge_points_of_the_first() {
     let none = FixedPoints::default();
     let first = crack_points(&lattice, &topology, &parents.split.labels, Some(parents.sites()), &none).unwrap();
     let first = first.to_fixed();
-    // Children: parent and a second diagram together.
+    // Children: the labels of the parents and of a second diagram combined.
     let second = Voronoi::new(&lattice, &random_points(5, 0.2, 9));
     let both: Vec<u32> =
         parents.split.labels.iter().zip(&second.split.labels).map(|(parent, child)| parent * 100 + child).collect();

@@ -1,4 +1,4 @@
-//! Same bytes always; sizes known beforehand; memory reused; wrong sizes refused.
+//! Determinism, sizes known in advance, reused memory, errors for wrong sizes.
 
 use super::support::*;
 use crate::lattice::block;
@@ -40,7 +40,7 @@ fn wide_instructions_do_not_change_a_bit() {
 #[test]
 fn a_reused_workspace_answers_as_a_fresh_one() {
     let (mut points, mut tessellation, mut workspace) = <(CrackPoints, Tessellation, TessellationWorkspace)>::default();
-    // The last lattice but one again, with other cells: what was cut for the first is not.
+    // The last two cases use the same lattice with other cells: simplices cut in the first are no longer cut.
     let cases = [([3, 3, 3], 12, 1), ([1, 1, 1], 2, 2), ([2, 2, 2], 1, 4), ([4, 2, 2], 30, 3), ([4, 2, 2], 5, 3)];
     for (cells, count, seed) in cases {
         let lattice = wobbly(cells, seed);

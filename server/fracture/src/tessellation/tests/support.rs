@@ -1,4 +1,4 @@
-//! One `check` for everything that must hold of every tessellation, and the lattices and diagrams to try it on.
+//! The function `check` with all properties of every tessellation, and lattices and diagrams for it.
 
 use crate::fragment::{self, RigidProperties};
 use crate::lattice::{Lattice, block};
@@ -8,7 +8,7 @@ use crate::tessellation::*;
 use nalgebra::{Point3, Vector3};
 use std::collections::{HashMap, HashSet};
 
-/// What a host gets.
+/// Output for a host.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emitted {
     pub tessellation: Tessellation,
@@ -30,7 +30,7 @@ pub fn emit(tessellation: Tessellation, meters_per_unit: f64) -> Emitted {
     Emitted { tessellation, properties, positions, indices, merges }
 }
 
-/// Everything that must hold of any labels, points and lift on `lattice`.
+/// Checks all properties that hold for any labels, points and lift on `lattice`.
 pub fn check(lattice: &Lattice, labels: &[u32], sites: Option<BisectorSites<'_>>) -> Emitted {
     let topology = Topology::new(lattice);
     let points = crack_points(lattice, &topology, labels, sites, &FixedPoints::default()).unwrap();
@@ -49,7 +49,7 @@ pub fn check_emitted(lattice: &Lattice, emitted: &Emitted) {
     check_volumes(lattice, emitted);
 }
 
-/// Fragments and runs cover the sections without gaps, in the promised order, and every crack has its two runs.
+/// Fragments and runs cover the sections without gaps, in the documented order, and every crack has its two runs.
 fn check_ranges(tessellation: &Tessellation) {
     let (mut runs, mut vertices, mut triangles, mut merges) = (0, 0, 0, 0);
     for (index, fragment) in tessellation.fragments().iter().enumerate() {
@@ -110,7 +110,7 @@ fn check_fragment(emitted: &Emitted, index: usize) {
     assert_eq!(rim, merges.iter().flatten().copied().collect(), "rim vertices, and only they, take part in merges");
 }
 
-/// Every vertex's first appearance, after checks of the pairs themselves.
+/// First vertex of each point, after checks of the pairs themselves.
 fn apply_merges(positions: &[[f32; 3]], merges: &[[u32; 2]]) -> Vec<u32> {
     let mut first: Vec<u32> = (0..positions.len() as u32).collect();
     assert!(merges.is_sorted_by(|a, b| a[0] < b[0]), "ascending, none twice");
@@ -123,7 +123,7 @@ fn apply_merges(positions: &[[f32; 3]], merges: &[[u32; 2]]) -> Vec<u32> {
     first
 }
 
-/// By index alone: every edge has two opposite half-edges, every vertex one fan.
+/// By index only: every edge has two opposite half-edges, every vertex one fan.
 fn check_manifold(indices: &[u32]) {
     let mut half_edges = HashSet::new();
     let mut next: HashMap<u32, HashMap<u32, u32>> = HashMap::new();
@@ -145,14 +145,14 @@ fn check_manifold(indices: &[u32]) {
     }
 }
 
-/// Vertices on edges that have one half-edge within these triangles.
+/// Vertices on edges with a single half-edge within these triangles.
 fn rim_of(triangles: &[u32]) -> HashSet<u32> {
     let half_edges: HashSet<(u32, u32)> =
         triangles.chunks(3).flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]).collect();
     half_edges.iter().filter(|&&(a, b)| !half_edges.contains(&(b, a))).flat_map(|&(a, b)| [a, b]).collect()
 }
 
-/// The fragments' volumes add up to the lattice's, in f64 and in what is emitted.
+/// The fragments' volumes add up to the lattice's, in f64 and in the emitted f32.
 fn check_volumes(lattice: &Lattice, emitted: &Emitted) {
     let expected = lattice.volume();
     let sum: f64 = emitted.properties.iter().map(|properties| properties.volume).sum();
@@ -170,7 +170,7 @@ fn check_volumes(lattice: &Lattice, emitted: &Emitted) {
     assert!((emitted_sum / expected - 1.0).abs() < 1e-6, "{emitted_sum} {expected}");
 }
 
-/// A block whose nodes are moved at random, by less than turns a tetrahedron over.
+/// A block with randomly moved nodes; the moves are too small to invert a tetrahedron.
 pub fn wobbly(cells: [usize; 3], seed: u64) -> Lattice {
     let spacing = 0.5 / cells.iter().copied().max().unwrap_or(1) as f64;
     let mut lattice = block(cells, spacing);
@@ -201,7 +201,7 @@ pub fn carved(cells: [usize; 3], spacing: f64, keep: impl Fn(Point3<f64>) -> boo
     lattice
 }
 
-/// Labels below `count`, every node on its own; dense.
+/// Independent random labels below `count`, renumbered without gaps.
 pub fn random_labels(nodes: usize, count: usize, seed: u64) -> Vec<u32> {
     let mut random = RandomStream::new(seed, 2);
     dense((0..nodes).map(|_| (random.uniform() * count as f64) as u32).collect())
@@ -215,7 +215,7 @@ fn dense(mut labels: Vec<u32>) -> Vec<u32> {
     labels
 }
 
-/// A lift of `dimension` coordinates without any sense, and sites among them.
+/// A lift of `dimension` random coordinates, and random sites.
 pub fn random_lift(lattice: &Lattice, dimension: usize, sites: usize, seed: u64) -> (LiftedLattice, Vec<f64>) {
     let mut random = RandomStream::new(seed, 3);
     let mut draw = |count: usize| -> Vec<f64> { (0..count).map(|_| random.uniform() - 0.5).collect() };
@@ -224,7 +224,7 @@ pub fn random_lift(lattice: &Lattice, dimension: usize, sites: usize, seed: u64)
     (lift, draw(sites * dimension))
 }
 
-/// Nearest site of each node, ties to the lowest.
+/// Nearest site of each node; ties go to the lowest.
 pub fn nearest(lift: &LiftedLattice, sites: &[f64]) -> Vec<u32> {
     let squared = |x: &[f64], p: &[f64]| x.iter().zip(p).map(|(x, p)| (x - p) * (x - p)).sum::<f64>();
     let node_count = lift.coordinates.len() / lift.dimension;
@@ -235,7 +235,7 @@ pub fn nearest(lift: &LiftedLattice, sites: &[f64]) -> Vec<u32> {
     (0..node_count).map(|node| best(node) as u32).collect()
 }
 
-/// A euclidean Voronoi diagram of `lattice` with its crack points and everything checked.
+/// A Euclidean Voronoi diagram of `lattice`, with its components.
 pub struct Voronoi {
     pub lift: LiftedLattice,
     pub sites: Vec<f64>,
@@ -244,7 +244,7 @@ pub struct Voronoi {
 
 impl Voronoi {
     pub fn new(lattice: &Lattice, sites: &[Point3<f64>]) -> Self {
-        // Scaled to unit density already, so that sites and nodes keep their places.
+        // Already scaled to unit density, so that sites and nodes keep their positions.
         let mut lift = LiftedLattice::euclidean(lattice);
         lift.coordinates = lattice.nodes.iter().flat_map(|node| [node.x, node.y, node.z]).collect();
         let sites: Vec<f64> = sites.iter().flat_map(|site| [site.x, site.y, site.z]).collect();

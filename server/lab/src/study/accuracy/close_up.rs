@@ -1,4 +1,4 @@
-//! A close-up: what was struck, and the pieces of the same blow on the lattices of each preset.
+//! Close-up of a contact: the input, and the fragments of the same impact on the lattices of each preset.
 
 use super::dials::Bench;
 use super::subject::ResultBuffers;
@@ -14,52 +14,52 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::pipeline::{self, FractureRequest, PreparedObject, Workspace};
 use shatter_fracture::surface::RawMesh;
 
-/// One of the pictures.
+/// Size of one picture.
 const SIZE: PictureSize = PictureSize { width: 420, height: 420 };
 
-/// What is seen of the object: a cube of this edge about the contact, over the diagonal.
+/// Edge of the visible cube about the contact, over the diagonal.
 const EDGE: f64 = 0.22;
 
-/// Pieces move away from the contact by this part of their distance.
+/// Displacement of fragments over their distance from the contact.
 const APART: f64 = 0.05;
 
-/// The camera is this far above the outward direction of the blow, over the distance.
+/// Elevation of the camera above the outward direction of the impact, over the distance.
 const ABOVE: f64 = 0.35;
 
-/// Of what is whole.
+/// Color of the input.
 const WHOLE: Color = Color([0.55, 0.53, 0.49]);
 
-/// The same place of the input and of what broke.
+/// Views of the same place of the input and of its fragments.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CloseUp {
-    /// Where the camera is, seen from the contact; not normalised.
+    /// Direction from the contact to the camera; not normalized.
     from: [f32; 3],
-    /// Edge of the cube that is seen, m.
+    /// Edge of the visible cube, m.
     edge_m: f32,
-    /// The input first; meshes in meters, relative to the contact.
+    /// Views, the input first; meshes in meters, relative to the contact.
     views: Vec<View>,
 }
 
-/// One of its pictures.
+/// One view.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct View {
     name: &'static str,
     mesh: DrawnMesh,
-    /// What the lattice makes of the input; nothing for the input itself.
+    /// Fit of the lattice to the input; `None` for the input itself.
     fit: Option<Fit>,
 }
 
-/// How well the boundary of a lattice stands for the input.
+/// Fit of a lattice's boundary to the input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Fit {
     crack_nodes: usize,
-    /// Over the diagonal.
+    /// Surface deviation over the diagonal.
     deviation: f64,
     normals: Option<NormalShares>,
 }
 
 impl Bench<'_> {
-    /// The pieces of the first strike on the lattices of a preset, beside those seen before.
+    /// Adds the fragments of the first impact on the lattices of a preset.
     pub(super) fn look(
         &mut self,
         name: &'static str,
@@ -84,13 +84,13 @@ impl Bench<'_> {
     }
 }
 
-/// The input, relative to `hub_m`.
+/// Mesh of the input, relative to `hub_m`.
 fn whole(mesh: &RawMesh, hub_m: &Point3<f64>) -> DrawnMesh {
     let positions = mesh.positions_m.iter().map(|point| Point3::from((point - hub_m).cast::<f32>())).collect();
     DrawnMesh::paint(positions, mesh.triangles.clone(), CREASE_DEG, |_, _| WHOLE)
 }
 
-/// The pieces of a strike, relative to `hub_m` and moved apart from there.
+/// Fragments of a request, relative to `hub_m` and moved apart from there.
 fn broken(prepared: &PreparedObject, strike: &FractureRequest, hub_m: &Point3<f64>) -> Result<DrawnMesh, StudyError> {
     let outcome = pipeline::strike(
         pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
@@ -104,7 +104,7 @@ fn broken(prepared: &PreparedObject, strike: &FractureRequest, hub_m: &Point3<f6
 }
 
 impl CloseUp {
-    /// Bytes of a PNG file: all views side by side, seen by the same camera; `None` if nothing was struck.
+    /// Picture of all views side by side, seen by the same camera; PNG. `None` if there is no impact.
     ///
     /// # Errors
     /// [`StudyError::Picture`].
@@ -128,12 +128,13 @@ impl CloseUp {
     }
 }
 
-/// The close-up as a part of the page, with what `png` shows.
+/// Section of the page with the close-up; `png` is its picture.
 pub(super) fn section(findings: &AccuracyFindings, png: Vec<u8>) -> Section {
     let close_up = &findings.close_up;
-    let lead = "The first blow, on the lattices of each preset and with as many sites; pieces are moved away from the contact.";
+    let lead = "The first impact, on the lattices of each preset with the same number of sites; fragments are moved away from the contact.";
     let caption = format!("From the left: {}.", close_up.names().join(", "));
-    let head = ["", "crack nodes", "surface off, % of the diagonal", "normals within 10°: flat", "smooth", "carried"];
+    let head =
+        ["", "crack nodes", "surface deviation, % of the diagonal", "normals within 10°: flat", "smooth", "carried"];
     let share = |share: Option<f64>| share.map_or_else(|| "–".to_owned(), |share| significant(100.0 * share, 3) + " %");
     let row = |(name, fit): (&str, Fit)| {
         let normals = fit.normals;

@@ -1,4 +1,4 @@
-//! Dials that leave the lattices of cracks and the lift as they are.
+//! Settings that keep the crack lattice and the lift.
 
 use super::subject::{SOLID, energy, rebaked, timed};
 use super::truth::{Truth, Truths, diagram, optimised, solve};
@@ -13,14 +13,14 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::sparse::Precision;
 
-/// Settings that every plan tries.
+/// Number of values that every plan tries.
 pub(super) const FIXED: usize =
     1 + SOURCES.len() + PRECISIONS.len() + super::lifts::KINDS.len() + super::tessellations::MODES + Preset::ALL.len();
 
-/// Of the factor of the stiffness.
+/// Precisions of the stiffness factor.
 const PRECISIONS: [(&str, Precision); 2] = [("f32", Precision::F32), ("f64", Precision::F64)];
 
-/// Where the number of sites comes from.
+/// Sources of the number of sites.
 const SOURCES: [(&str, DegreeRequest); 4] = [
     ("closed_form", DegreeRequest::ClosedForm),
     ("inferred", DegreeRequest::Inferred),
@@ -28,10 +28,10 @@ const SOURCES: [(&str, DegreeRequest); 4] = [
     ("optimised", DegreeRequest::Optimised),
 ];
 
-/// Strikes of each impact where every one takes as long as a hundred others.
+/// Timed requests per impact for settings whose requests take as long as a hundred others.
 const RUNS_OPTIMISED: usize = 2;
 
-/// What every dial works on.
+/// State shared by the measurements of all settings.
 pub(super) struct Bench<'a> {
     pub plan: &'a AccuracyPlan,
     pub base: PreparedObject,
@@ -42,7 +42,7 @@ pub(super) struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// Measures one setting; one that fails is left out, and said so.
+    /// Measures one value of a setting; a failure is recorded and omitted.
     pub(super) fn point(
         &mut self,
         dial: &'static str,
@@ -56,7 +56,7 @@ impl Bench<'_> {
         }
     }
 
-    /// Leaves one setting out, and says why.
+    /// Omits one value, with the reason.
     pub(super) fn skip(&mut self, dial: &str, value: impl std::fmt::Display, why: String) {
         let what = format!("{dial} {value}");
         (self.progress)(&what);
@@ -72,14 +72,14 @@ impl Bench<'_> {
         Ok(PointErrors::medians(&each.collect::<Result<Vec<_>, _>>()?))
     }
 
-    /// Strikes with something changed.
+    /// The plan's requests with a change.
     pub(super) fn with(&self, change: impl Fn(&mut FractureRequest)) -> Vec<FractureRequest> {
         let mut strikes = self.strikes.clone();
         strikes.iter_mut().for_each(change);
         strikes
     }
 
-    /// Elastic lattices: each is solved on.
+    /// Spacings of the elastic lattice, by a solve on each.
     pub(super) fn elastic_spacings(&mut self) {
         for nodes in self.plan.elastic.clone() {
             let spacing = self.base.parameters.elastic_spacing * nodes.powf(-1.0 / 3.0);
@@ -109,7 +109,7 @@ impl Bench<'_> {
         Ok(PointErrors::medians(&each.collect::<Result<Vec<_>, _>>()?))
     }
 
-    /// Ranks of the reduced basis, against the finest solve and against that on the same lattice; then that solve.
+    /// Ranks of the reduced basis, against the finest solve and against the solve on the same lattice; then that solve.
     pub(super) fn ranks(&mut self) {
         for rank in self.plan.ranks.clone() {
             let strikes = self.with(|strike| strike.rank_max = Some(rank));
@@ -125,7 +125,7 @@ impl Bench<'_> {
                     self.findings.points.push(StudyPoint { dial, value, preset: None, times, errors });
                 }
                 Some((_, None)) => {
-                    let why = "the basis reaches none of the impacts: all were solved for";
+                    let why = "the basis is accurate enough for none of the impacts: all were solved for";
                     self.findings.left_out.push([format!("rank_own_lattice {rank}"), why.to_owned()]);
                 }
                 None => {}
@@ -137,7 +137,7 @@ impl Bench<'_> {
         });
     }
 
-    /// What the basis adds, and how well that is estimated: of the impacts that are not solved for, if there are any.
+    /// Error added by the basis, and its estimate: of the impacts that are not solved for; `None` without such impacts.
     fn reduction_errors(&mut self, strikes: &[FractureRequest]) -> Result<Option<PointErrors>, StudyError> {
         let mut workspace = Workspace::default();
         let mut all = Vec::new();
@@ -159,7 +159,7 @@ impl Bench<'_> {
         Ok((!all.is_empty()).then(|| PointErrors::medians(&all)))
     }
 
-    /// Precisions of the factor, on the same lattice, against one of double precision: every impact is solved for.
+    /// Precisions of the factor, against a factor of double precision on the same lattice; every impact is solved for.
     pub(super) fn precisions(&mut self) {
         for (name, precision) in PRECISIONS {
             self.point("factor_precision", json!(name), |bench| bench.precision(precision));
@@ -217,7 +217,7 @@ impl Bench<'_> {
         }
     }
 
-    /// Where the degree comes from: impacts of several magnitudes, as numbers of sites of one size would flatter those that are near it.
+    /// Sources of the degree, on impacts of several magnitudes: with a single number of sites, sources close to it would look too good.
     pub(super) fn degrees(&mut self) {
         let factors = spread(self.strikes.len());
         let wanted = self.truths.impacts.iter().zip(&factors);
@@ -249,13 +249,13 @@ impl Bench<'_> {
     }
 }
 
-/// Factors on impulses that spread the number of sites evenly over a factor of four, about that of the plan.
+/// Factors on impulses that spread the number of sites evenly over a factor of four, about the plan's number.
 fn spread(count: usize) -> Vec<f64> {
     let place = |number: usize| (number as f64 + 0.5) / count as f64 - 0.5;
     (0..count).map(|number| 4f64.powf(5.0 / 6.0 * place(number))).collect()
 }
 
-/// Exchanges the elasticity of two objects of the same crack lattices.
+/// Exchanges the elasticity of two objects with the same crack lattices.
 fn swap_solids(one: &mut PreparedObject, other: &mut PreparedObject) {
     for (own, other) in one.bodies.iter_mut().zip(&mut other.bodies) {
         std::mem::swap(&mut own.solid, &mut other.solid);

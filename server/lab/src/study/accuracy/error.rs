@@ -1,4 +1,4 @@
-//! Why there is no study, or no point of it.
+//! Errors of the study.
 
 use crate::picture::PictureError;
 use crate::study::plot::PlotError;
@@ -10,51 +10,51 @@ use shatter_fracture::elasticity::ElasticityError;
 use shatter_fracture::lift::LiftError;
 use shatter_fracture::pipeline::FractureError;
 
-/// Why there is no study, or no point of it.
+/// Error of the study, or of one of its points.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
-    /// The materials that come with the program cannot be read.
+    /// The built-in materials are invalid.
     #[error("materials: {0}")]
     Materials(String),
     /// The object could not be baked.
     #[error(transparent)]
     Bake(#[from] BakeError),
-    /// A strike failed.
+    /// A request failed.
     #[error(transparent)]
     Strike(#[from] FractureError),
-    /// Strain energies are no field.
+    /// The strain energies are no valid field.
     #[error(transparent)]
     Field(#[from] FieldError),
-    /// No stiffness.
+    /// The elasticity could not be computed.
     #[error(transparent)]
     Elasticity(#[from] ElasticityError),
-    /// No lift.
+    /// The lift could not be computed.
     #[error(transparent)]
     Lift(#[from] LiftError),
-    /// Nothing to compare.
+    /// The comparison failed.
     #[error(transparent)]
     Accuracy(#[from] AccuracyError),
-    /// Another lattice has other bodies, so none of it stands for one of the object's.
-    #[error("{found} bodies where the object has {expected}")]
+    /// Another lattice has a different number of bodies, so the bodies cannot be matched.
+    #[error("the lattice has {found} bodies, but the object has {expected}")]
     Bodies {
-        /// Bodies of the object.
+        /// Number of bodies of the object.
         expected: usize,
-        /// Bodies of the other.
+        /// Number of bodies of the other lattice.
         found: usize,
     },
-    /// What should break stays whole.
+    /// An object that should break stays whole.
     #[error("the object stays whole")]
     Whole,
-    /// The object has no such table.
-    #[error("the object was not prepared for it")]
+    /// The object lacks a table.
+    #[error("the object was baked without the required table")]
     Unprepared,
-    /// Cancelled.
+    /// The study was cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-    /// No picture.
+    /// A picture could not be drawn.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// No plot.
+    /// A plot could not be drawn.
     #[error(transparent)]
     Plot(#[from] PlotError),
 }

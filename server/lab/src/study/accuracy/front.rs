@@ -1,11 +1,11 @@
-//! Whether presets lie on the Pareto front.
+//! Position of presets relative to the Pareto front.
 //!
-//! **Of a diagram**: a preset lies on the front unless another point of the same diagram is both faster, beyond the whiskers (its last
-//! decile of times before the preset's first), and more accurate. A dial that spends on one error alone may beat a bundle there, which
-//! spends on several at once.
+//! **Per diagram**: a preset is on the front unless another point of the same diagram is both faster, beyond the whiskers (its last
+//! decile of times before the preset's first), and more accurate. A setting that reduces a single error may beat a preset there, which
+//! reduces several at once.
 //!
-//! **Combined**: so bundles are judged by the worst of their errors, too ([`COMBINED`]), each over that of `game`; among all points that
-//! have every one of them.
+//! **Combined**: therefore presets are also judged by the worst of their errors ([`COMBINED`]), each relative to that of `game`, among
+//! all points that have all of these errors.
 
 use super::page::together;
 use super::{AccuracyFindings, Measure, StudyPoint};
@@ -14,24 +14,24 @@ use serde_json::{Value, json};
 /// Errors that count in the combined one: of elasticity, of cells, of cracks.
 const COMBINED: [Measure; 3] = [Measure::Energy, Measure::Gap, Measure::Label];
 
-/// The preset whose errors are the units of the combined one.
+/// Preset whose errors are the units of the combined one.
 const UNIT: &str = "game";
 
-/// One preset in one diagram.
+/// Standing of one preset in one diagram.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PresetStanding {
-    /// Which preset.
+    /// Name of the preset.
     pub preset: &'static str,
-    /// The diagram's name, or `combined`.
+    /// Name of the diagram, or `combined`.
     pub diagram: &'static str,
-    /// The error; `None` for the combined one.
+    /// Error of the diagram; `None` for the combined one.
     pub measure: Option<Measure>,
-    /// The first point that is both faster and more accurate: its dial and setting; `None` on the front.
+    /// First point that is both faster and more accurate: its setting and value; `None` on the front.
     pub beaten_by: Option<[String; 2]>,
 }
 
 impl PresetStanding {
-    /// For the document.
+    /// JSON document of the standing.
     pub fn document(&self) -> Value {
         json!({
             "preset": self.preset,
@@ -43,7 +43,7 @@ impl PresetStanding {
     }
 }
 
-/// Where all presets stand, diagram by diagram, then combined.
+/// Standings of all presets, diagram by diagram, then combined.
 pub fn standings(findings: &AccuracyFindings) -> Vec<PresetStanding> {
     let mut all = Vec::new();
     for (diagram, measure, points) in together(findings) {
@@ -55,7 +55,7 @@ pub fn standings(findings: &AccuracyFindings) -> Vec<PresetStanding> {
     all
 }
 
-/// A point and its error.
+/// Point and its error.
 type Placed<'a> = (&'a StudyPoint, f64);
 
 fn stand(diagram: &'static str, measure: Option<Measure>, points: &[Placed]) -> Vec<PresetStanding> {
@@ -68,12 +68,12 @@ fn stand(diagram: &'static str, measure: Option<Measure>, points: &[Placed]) -> 
     presets.map(standing).collect()
 }
 
-/// Whether the first is faster, beyond the whiskers, and more accurate.
+/// Whether the first point is faster, beyond the whiskers, and more accurate.
 fn beats((one, error): &Placed, (other, other_error): &Placed) -> bool {
     one.times.at(0.9) < other.times.at(0.1) && error < other_error
 }
 
-/// Points with the worst of their errors in units of those of [`UNIT`]; none without it.
+/// Points with the worst of their errors in units of those of [`UNIT`]; empty without that preset.
 fn combined(points: &[StudyPoint]) -> Vec<Placed<'_>> {
     let Some(unit) = points.iter().find(|point| point.preset == Some(UNIT)) else { return Vec::new() };
     let worst = |point: &StudyPoint| {
@@ -107,10 +107,10 @@ mod tests {
         let rank = |times: [f64; 3], error: f64| point("rank", None, times, [error; 3]);
         check(vec![game(), rank([1.0, 2.0, 3.0], 0.05)], "elasticity", "game", false);
         check(vec![game(), rank([1.0, 2.0, 3.0], 0.2)], "elasticity", "game", true);
-        // Whiskers overlap, or the errors are the same.
+        // Whiskers overlap, or the errors are equal.
         check(vec![game(), rank([4.0, 5.0, 6.0], 0.05)], "elasticity", "game", true);
         check(vec![game(), rank([1.0, 2.0, 3.0], 0.1)], "elasticity", "game", true);
-        // A dial of another diagram has no say.
+        // A setting of another diagram does not count.
         check(vec![game(), point("cvd_tolerance", None, [1.0; 3], [0.05; 3])], "elasticity", "game", true);
     }
 
@@ -118,7 +118,7 @@ mod tests {
     fn bundles_are_judged_by_the_worst_of_their_errors() {
         let game = || point("preset", Some("game"), [5.0; 3], [0.1, 0.02, 0.004]);
         let film = |errors| point("preset", Some("film"), [50.0; 3], errors);
-        // One error of three is as large as game's: beaten, for it takes longer; just not where all are smaller.
+        // With one of three errors equal to game's, the slower preset is beaten; with all three smaller it is not.
         check(vec![game(), film([0.05, 0.03, 0.001])], "combined", "film", false);
         check(vec![game(), film([0.05, 0.019, 0.001])], "combined", "film", true);
         check(vec![game(), film([0.05, 0.019, 0.001])], "combined", "game", true);

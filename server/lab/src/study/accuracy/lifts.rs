@@ -1,5 +1,7 @@
-//! Dials of the lift. Energies in different lifts are no errors of each other, so all diagrams are judged in the finest one: the
-//! energy of its best diagram against that of the same nodes' labels, with sites in the centroids.
+//! Settings of the lift.
+//!
+//! Energies in different lifts are not comparable, so all diagrams are judged in the finest lift: energy of the same node labels there,
+//! with sites in their centroids, relative to the energy of the best diagram in that lift.
 
 use super::dials::Bench;
 use super::subject::timed;
@@ -12,17 +14,17 @@ use shatter_fracture::centroidal::DiagramOptions;
 use shatter_fracture::lift::{LiftKind, LiftedLattice, interior};
 use shatter_fracture::pipeline::FractureRequest;
 
-/// The lifts that a strike can ask for.
+/// Lifts that a request can name.
 pub(super) const KINDS: [LiftKind; 3] = [LiftKind::Euclidean, LiftKind::Interior, LiftKind::SurfaceDiffusion];
 
-/// The finest lift of every body, and the best energy of every impact in it.
+/// Finest lift of every body, and the best energy of every impact in it.
 struct Finest {
     lifts: Vec<LiftedLattice>,
     energies: Vec<f64>,
 }
 
 impl Bench<'_> {
-    /// Eigenfunctions of the interior lift, and the kinds of lift.
+    /// Numbers of eigenfunctions of the interior lift, and the kinds of lift.
     pub(super) fn lifts(&mut self) {
         let finest = match self.finest() {
             Ok(finest) => finest,
@@ -51,8 +53,8 @@ impl Bench<'_> {
         Ok(lifts.collect::<Result<_, _>>()?)
     }
 
-    /// Each is cut where the eigenvalues leave a gap, so that several numbers may ask for the same lift; one of them is measured, as
-    /// the number of eigenfunctions that it has.
+    /// Numbers of eigenfunctions. The spectrum is cut at gaps, so several numbers may give the same lift; it is measured
+    /// once, under the number of eigenfunctions that it has.
     fn dimensions(&mut self, finest: &Finest) {
         let mut tried = Vec::new();
         for modes in self.plan.modes.clone() {
@@ -68,7 +70,7 @@ impl Bench<'_> {
                 self.skip(
                     "lift_dimension",
                     modes,
-                    format!("the spectrum is cut at the same gap as before, after {kept}"),
+                    format!("the spectrum is cut at the same gap as for a previous value, after {kept}"),
                 );
                 continue;
             }
@@ -89,7 +91,7 @@ impl Bench<'_> {
         found
     }
 
-    /// Times and errors of strikes in the lifts that they ask for.
+    /// Times and errors of requests in the lifts that they name.
     fn lifted(&self, strikes: &[FractureRequest], finest: &Finest) -> Result<(PointTimes, PointErrors), StudyError> {
         let mut all = Vec::new();
         for ((truth, strike), reference) in self.truths.impacts.iter().zip(strikes).zip(&finest.energies) {
@@ -140,7 +142,7 @@ mod tests {
         (mass[0], mass[1], mass[2]) = (1.0, 3.0, 2.0);
         let labels: Vec<u32> = (0..lattice.nodes.len()).map(|node| u32::from(node == 2)).collect();
         let square: f64 = lift.at(0).iter().zip(lift.at(1)).map(|(a, b)| (a - b) * (a - b)).sum();
-        // Two masses about their centroid, and one alone.
+        // Two masses about their centroid, and a single one.
         assert!((energy_in(&lift, &mass, &labels, 2) - square * 3.0 / 4.0).abs() < 1e-12);
     }
 }

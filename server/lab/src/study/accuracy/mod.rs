@@ -1,4 +1,4 @@
-//! What accuracy costs in time: every dial of a strike over its values, errors against a reference, times of whole strikes.
+//! Accuracy against time: every solver setting over its values, errors against a reference, times of whole requests.
 
 mod close_up;
 mod dials;
@@ -27,46 +27,46 @@ use shatter_fracture::database::bake;
 use shatter_fracture::pipeline::{RANK_MAX, reduce};
 use truth::Truths;
 
-/// What the object is and what it was measured against.
+/// Object and reference of the study.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StudyGround {
-    /// Its name.
+    /// Name of the object.
     pub object: String,
-    /// Triangles of the input.
+    /// Number of triangles of the input.
     pub triangles: usize,
-    /// Nodes of its lattices, elastic and crack.
+    /// Numbers of nodes of the object's lattices, elastic and crack.
     pub nodes: [usize; 2],
-    /// Nodes of the reference's lattices.
+    /// Numbers of nodes of the reference's lattices, elastic and crack.
     pub reference_nodes: [usize; 2],
-    /// Its lift's dimension.
+    /// Dimension of the lift.
     pub dimension: usize,
-    /// Impacts, and strikes of each that were timed.
+    /// Number of impacts, and of timed requests per impact.
     pub strikes: [usize; 2],
-    /// Sites.
+    /// Number of sites.
     pub sites: u32,
-    /// Processor.
+    /// Name of the processor.
     pub machine: String,
-    /// Threads that computed.
+    /// Number of worker threads.
     pub threads: usize,
 }
 
-/// All that was measured.
+/// Results of the study.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AccuracyFindings {
-    /// The object and the reference.
+    /// Object and reference.
     pub ground: StudyGround,
-    /// Settings.
+    /// Measured points.
     pub points: Vec<StudyPoint>,
-    /// What was not measured, and why.
+    /// Omitted points, with reasons.
     pub left_out: Vec<[String; 2]>,
-    /// Estimated and true errors of reduced energies, one strike each.
+    /// Pairs of estimated and true error of reduced energies, one per request.
     pub estimates: Vec<[f64; 2]>,
-    /// The same blow on the lattices of the presets.
+    /// Close-up of the same impact on the lattices of the presets.
     pub close_up: CloseUp,
 }
 
 impl AccuracyFindings {
-    /// One document of everything.
+    /// JSON document of all results.
     pub fn document(&self) -> Value {
         let ground = &self.ground;
         json!({
@@ -90,7 +90,7 @@ impl AccuracyFindings {
         })
     }
 
-    /// Share of the estimates that are within this factor of the true error; `None` without any.
+    /// Share of the estimates within this factor of the true error; `None` without estimates.
     pub fn estimates_within(&self, factor: f64) -> Option<f64> {
         let holds = |[estimate, error]: &&[f64; 2]| (error / factor..=error * factor).contains(estimate);
         let count = self.estimates.iter().filter(holds).count();
@@ -98,7 +98,7 @@ impl AccuracyFindings {
     }
 }
 
-/// Runs the whole study; `progress` is told of each of [`AccuracyPlan::steps`].
+/// Runs the whole study; calls `progress` for each of [`AccuracyPlan::steps`].
 ///
 /// # Errors
 /// [`StudyError`] where the object or its reference cannot be made; a setting that fails is left out, and named.
@@ -106,7 +106,7 @@ pub fn run(plan: &AccuracyPlan, progress: &mut dyn FnMut(&str)) -> Result<Accura
     progress("the object");
     let token = CancelToken::default();
     let mut base = bake(plan.mesh.clone(), &subject::request(plan)?, &token, &mut |_| {})?;
-    // A basis wants more impacts than the degree, and is cheaper.
+    // A basis needs more impacts than the degree, and they are cheaper.
     base.impacts = plan.snapshots.max(plan.examples);
     reduce(&mut base, RANK_MAX, &token)?;
     base.factor()?;
@@ -139,7 +139,7 @@ pub fn run(plan: &AccuracyPlan, progress: &mut dyn FnMut(&str)) -> Result<Accura
     Ok(bench.findings)
 }
 
-/// The processor's own name, where the system tells it.
+/// Name of the processor, if the system reports it.
 fn machine() -> String {
     let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name =

@@ -1,4 +1,4 @@
-//! Diagrams, their figures as text, and the page.
+//! Diagrams, their data as CSV, and the page.
 
 use super::close_up;
 use super::front::{PresetStanding, standings};
@@ -7,18 +7,18 @@ use super::{AccuracyFindings, Measure, StudyError, StudyPoint};
 use crate::report::{Fact, ReportTable, Section, Study, significant};
 use crate::study::precision::{DiagramFrame, DialCurve, DialSetting, svg};
 
-/// Times that matter in games and films, ms.
+/// Frame times of games and films, ms.
 const LEVELS_MS: [f64; 4] = [1.0, 4.0, 8.0, 16.7];
 
-/// One diagram.
+/// Definition of one diagram.
 struct Diagram {
-    /// Name of its files.
+    /// File name without extension.
     file: &'static str,
     heading: &'static str,
     lead: &'static str,
     measures: &'static [Measure],
     dials: &'static [&'static str],
-    /// Whether the presets are measured against the same.
+    /// Whether the presets are measured against the same reference.
     presets: bool,
 }
 
@@ -33,7 +33,7 @@ const DIAGRAMS: [Diagram; 7] = [
     },
     Diagram {
         file: "rank",
-        heading: "What the reduced basis adds, and single precision of the factor",
+        heading: "Errors added by the reduced basis and by single precision of the factor",
         lead: "Against the solve on the same lattice, in double precision.",
         measures: &[Measure::Energy, Measure::Density],
         dials: &["rank_own_lattice", "factor_precision"],
@@ -42,15 +42,15 @@ const DIAGRAMS: [Diagram; 7] = [
     Diagram {
         file: "cvd",
         heading: "The diagram: tolerance of its descent",
-        lead: "Against the best of several starts that were run to their end. Two starts differ, so no tolerance leads to zero.",
+        lead: "Against the best of several starts that were run to convergence. Starts differ, so no tolerance leads to zero.",
         measures: &[Measure::Gap, Measure::Size],
         dials: &["cvd_tolerance"],
         presets: true,
     },
     Diagram {
         file: "degree",
-        heading: "Degree ablation: where the number of fragments comes from",
-        lead: "Against the median of several full optimisations with other seeds.",
+        heading: "Degree ablation: source of the number of fragments",
+        lead: "Against the median of several full optimizations with other seeds.",
         measures: &[Measure::Degree],
         dials: &["degree"],
         presets: false,
@@ -58,15 +58,15 @@ const DIAGRAMS: [Diagram; 7] = [
     Diagram {
         file: "cracks",
         heading: "Cracks: spacing of the crack lattice, labels of nodes or the exact diagram",
-        lead: "The same sites: against their exact diagram on the finest crack lattice, in its lift.",
+        lead: "The same sites, against their exact diagram on the finest crack lattice, in its lift.",
         measures: &[Measure::Label, Measure::CrackMean, Measure::CrackMax, Measure::Volume],
         dials: &["crack_spacing", "tessellation"],
         presets: true,
     },
     Diagram {
         file: "labels",
-        heading: "What labels of nodes miss",
-        lead: "The same sites on the same lattice: against the exact diagram there.",
+        heading: "Errors of node labels",
+        lead: "The same sites on the same lattice, against the exact diagram there.",
         measures: &[Measure::Label, Measure::CrackMean, Measure::Volume],
         dials: &["node_labels"],
         presets: false,
@@ -82,20 +82,20 @@ const DIAGRAMS: [Diagram; 7] = [
     },
 ];
 
-/// A picture with its figures.
+/// Drawn diagram with its data.
 pub struct AccuracyDrawing {
-    /// Name of the files, without ending.
+    /// File name without extension.
     pub file: String,
     /// SVG.
     pub svg: String,
     /// Comma-separated values.
     pub csv: String,
-    /// Which of [`DIAGRAMS`].
+    /// Index into [`DIAGRAMS`].
     diagram: usize,
     caption: String,
 }
 
-/// All diagrams that have a point.
+/// Draws all diagrams that have a point.
 ///
 /// # Errors
 /// [`StudyError::Plot`].
@@ -103,7 +103,7 @@ pub fn drawn(findings: &AccuracyFindings) -> Result<Vec<AccuracyDrawing>, StudyE
     let (mut all, ground) = (Vec::new(), &findings.ground);
     let note =
         format!("{}: {} crack nodes; {} threads of {}", ground.object, ground.nodes[1], ground.threads, ground.machine);
-    let frame = DiagramFrame { x: "", y: "a whole strike, ms", note: &note, levels: &LEVELS_MS };
+    let frame = DiagramFrame { x: "", y: "time of a whole request, ms", note: &note, levels: &LEVELS_MS };
     for (number, diagram) in DIAGRAMS.iter().enumerate() {
         for &measure in diagram.measures {
             let points: Vec<&StudyPoint> =
@@ -118,7 +118,7 @@ pub fn drawn(findings: &AccuracyFindings) -> Result<Vec<AccuracyDrawing>, StudyE
                 csv: csv(measure, &points),
                 diagram: number,
                 caption: format!(
-                    "{}: medians over impacts, zeros left out; whiskers from the first to the last decile of times.",
+                    "{}: medians over impacts without zeros; whiskers from the first to the last decile of times.",
                     measure.name()
                 ),
             });
@@ -127,7 +127,7 @@ pub fn drawn(findings: &AccuracyFindings) -> Result<Vec<AccuracyDrawing>, StudyE
     Ok(all)
 }
 
-/// Every error of every diagram with presets, and the points that are drawn there.
+/// Errors of the diagrams with presets, and the points drawn for each.
 pub(super) fn together(findings: &AccuracyFindings) -> Vec<(&'static str, Measure, Vec<&StudyPoint>)> {
     let own = DIAGRAMS.iter().filter(|diagram| diagram.presets);
     own.flat_map(|diagram| diagram.measures.iter().map(move |measure| (diagram, *measure)))
@@ -174,7 +174,7 @@ fn csv(measure: Measure, points: &[&StudyPoint]) -> String {
     format!("dial,value,preset,{},{head}\n{rows}", measure.name())
 }
 
-/// The page; `close_up` is [`CloseUp::png`](super::CloseUp::png).
+/// Builds the page; `close_up` is [`CloseUp::png`](super::CloseUp::png).
 pub fn page(findings: &AccuracyFindings, drawn: &[AccuracyDrawing], close_up: Option<Vec<u8>>) -> Study {
     let mut sections: Vec<Section> = DIAGRAMS
         .iter()
@@ -199,7 +199,7 @@ pub fn page(findings: &AccuracyFindings, drawn: &[AccuracyDrawing], close_up: Op
     sections.push(front(findings));
     sections.push(left_out(findings));
     Study {
-        title: format!("What accuracy costs in time: {}", findings.ground.object),
+        title: format!("Accuracy against time: {}", findings.ground.object),
         lead: lead(findings),
         facts: facts(findings),
         sections,
@@ -229,7 +229,7 @@ fn facts(findings: &AccuracyFindings) -> Vec<Fact> {
     let mut facts = vec![
         Fact::new("input", format!("{} triangles", ground.triangles)),
         Fact::new("elastic and crack nodes", format!("{} and {}", ground.nodes[0], ground.nodes[1])),
-        Fact::new("of the reference", format!("{} and {}", ground.reference_nodes[0], ground.reference_nodes[1])),
+        Fact::new("nodes of the reference", format!("{} and {}", ground.reference_nodes[0], ground.reference_nodes[1])),
         Fact::new("dimension of the lift", ground.dimension.to_string()),
         Fact::new("sites", ground.sites.to_string()),
     ];
@@ -260,8 +260,10 @@ fn front(findings: &AccuracyFindings) -> Section {
     let lead = "A preset lies on the front unless another point of the same diagram is both faster, beyond the whiskers, and more accurate. \
                 Combined: the worst of three errors, of elastic energy, cells and cracks, each over that of game.";
     let row = |own: &PresetStanding| {
-        let told =
-            own.beaten_by.as_ref().map_or_else(|| "on the front".to_owned(), |by| format!("behind {}", by.join(" ")));
+        let told = own
+            .beaten_by
+            .as_ref()
+            .map_or_else(|| "on the front".to_owned(), |by| format!("beaten by {}", by.join(" ")));
         let error = own.measure.map_or("combined", Measure::name);
         ("", vec![own.preset.to_owned(), own.diagram.to_owned(), error.to_owned(), told])
     };
@@ -273,14 +275,14 @@ fn front(findings: &AccuracyFindings) -> Section {
 fn left_out(findings: &AccuracyFindings) -> Section {
     let failed = findings.left_out.iter().map(|row| ("failed", row.to_vec()));
     let rows: Vec<_> = failed.chain(zeros(findings)).collect();
-    let none = "Nothing failed, and nothing was left out.".to_owned();
+    let none = "Nothing failed or was omitted.".to_owned();
     let lead = if rows.is_empty() { vec![none] } else { Vec::new() };
     let head = ["what", "why"].map(str::to_owned).to_vec();
     let tables = if rows.is_empty() { Vec::new() } else { vec![ReportTable { head, rows }] };
-    Section { heading: "What failed or was left out".to_owned(), lead, tables, ..Section::default() }
+    Section { heading: "Failures and omissions".to_owned(), lead, tables, ..Section::default() }
 }
 
-/// What the diagrams leave out: errors of zero, for which a logarithmic axis has no place.
+/// Errors of zero, which the diagrams omit because a logarithmic axis cannot show them.
 fn zeros(findings: &AccuracyFindings) -> impl Iterator<Item = (&'static str, Vec<String>)> {
     let every = DIAGRAMS.iter().flat_map(|diagram| diagram.measures.iter().map(move |measure| (diagram, *measure)));
     every.filter_map(|(diagram, measure)| {
@@ -289,7 +291,7 @@ fn zeros(findings: &AccuracyFindings) -> impl Iterator<Item = (&'static str, Vec
             point.preset.map_or_else(|| format!("{} {}", point.dial, point.label()), str::to_owned)
         };
         let points: Vec<String> = findings.points.iter().filter(zero).map(named).collect();
-        let why = "no error at all, for which a logarithmic axis has no place; see all figures";
+        let why = "no error at all, which a logarithmic axis cannot show; see all figures";
         let what = format!("in the diagram of {} ({}): {}", measure.name(), diagram.file, points.join(", "));
         (!points.is_empty()).then(|| ("", vec![what, why.to_owned()]))
     })

@@ -1,46 +1,46 @@
-//! What is tried, and on what.
+//! Plan of the study: object and values of the settings.
 
 use shatter_fracture::surface::{RawMesh, shapes};
 
-/// One study: an object, impacts, and the values of every dial.
+/// Plan of a study: an object, impacts, and the values of every setting.
 #[derive(Clone, Debug)]
 pub struct AccuracyPlan {
     /// Name of the object.
     pub name: String,
     /// Its mesh.
     pub mesh: RawMesh,
-    /// Impacts, spread over the surface; errors are medians over them.
+    /// Number of impacts, spread over the surface; errors are medians over them.
     pub impacts: u64,
-    /// Strikes of each impact that are timed, after one that is not.
+    /// Number of timed requests per impact, after one that is not timed.
     pub runs: usize,
-    /// Sites of every strike but those of the dial that chooses their number.
+    /// Number of sites, except for the setting that varies it.
     pub sites: u32,
-    /// Starts of a diagram of which the best is the reference.
+    /// Number of starts of a diagram; the best one is the reference.
     pub starts: u32,
-    /// Examples that the object is baked with.
+    /// Number of examples with which the object is baked.
     pub examples: u64,
-    /// Impacts that its reduced basis is of: those of the examples and further ones.
+    /// Number of impacts from which its reduced basis is built: those of the examples and further ones.
     pub snapshots: u64,
-    /// Spacings of the object itself over the diagonal, elastic and crack; `None`: the default's.
+    /// Spacings of the object over the diagonal, elastic and crack; `None`: the defaults.
     pub spacings: Option<[f64; 2]>,
-    /// The reference has so many times the nodes, on both levels.
+    /// Ratio of the reference's nodes to the object's, on both levels.
     pub finer: f64,
-    /// Nodes of the elastic lattices over those of the object's.
+    /// Numbers of elastic nodes, over the object's.
     pub elastic: Vec<f64>,
-    /// Displacements of the reduced basis.
+    /// Ranks of the reduced basis.
     pub ranks: Vec<u32>,
-    /// Nodes of the crack lattices over those of the object's.
+    /// Numbers of crack nodes, over the object's.
     pub crack: Vec<f64>,
-    /// Eigenfunctions of the interior lift; the most are the reference.
+    /// Numbers of eigenfunctions of the interior lift; the largest is the reference.
     pub modes: Vec<usize>,
     /// Tolerances of the diagram.
     pub tolerances: Vec<f64>,
-    /// Everything random follows from it.
+    /// Seed of all random choices.
     pub seed: u64,
 }
 
 impl AccuracyPlan {
-    /// The whole study of an object.
+    /// Full study of an object.
     pub fn new(name: impl Into<String>, mesh: RawMesh) -> Self {
         Self {
             name: name.into(),
@@ -62,12 +62,12 @@ impl AccuracyPlan {
         }
     }
 
-    /// Of the generated statue.
+    /// Full study of the generated statue.
     pub fn statue() -> Self {
         Self::new("statue", shapes::statue())
     }
 
-    /// The least of everything: whether it runs, not what comes of it.
+    /// Smallest possible study, for tests that it runs.
     pub fn quick(name: impl Into<String>, mesh: RawMesh) -> Self {
         Self {
             impacts: 2,
@@ -87,7 +87,7 @@ impl AccuracyPlan {
         }
     }
 
-    /// Steps that progress is told of.
+    /// Number of progress steps.
     pub fn steps(&self) -> usize {
         let fixed = 3 + super::dials::FIXED;
         fixed + self.elastic.len() + self.ranks.len() + self.crack.len() + self.modes.len() + self.tolerances.len()

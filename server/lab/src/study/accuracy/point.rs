@@ -1,8 +1,8 @@
-//! One setting of one dial: its time and its errors.
+//! Points of the study: a value of a setting with its times and errors.
 
 use serde_json::{Map, Value};
 
-/// An error, defined in `shatter_fracture::accuracy`.
+/// Kind of error, defined in `shatter_fracture::accuracy`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measure {
     /// Elastic energy.
@@ -15,7 +15,7 @@ pub enum Measure {
     Gap,
     /// Distribution of fragment sizes.
     Size,
-    /// Volume with another label.
+    /// Share of the volume with another label.
     Label,
     /// Mean distance of crack surfaces.
     CrackMean,
@@ -23,11 +23,11 @@ pub enum Measure {
     CrackMax,
     /// Volumes of the cells.
     Volume,
-    /// What the strike itself says its error is.
+    /// Error that the result itself estimates.
     Estimate,
-    /// Volume of pieces of cells that are cut off from the largest.
+    /// Volume of pieces of cells that are detached from the largest piece.
     Stray,
-    /// The lattice's boundary from the input's surface.
+    /// Distance of the lattice's boundary from the input's surface.
     Surface,
 }
 
@@ -35,7 +35,7 @@ pub enum Measure {
 const COUNT: usize = 12;
 
 impl Measure {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; COUNT] = [
         Self::Energy,
         Self::Density,
@@ -51,7 +51,7 @@ impl Measure {
         Self::Surface,
     ];
 
-    /// Its key in documents and tables.
+    /// Key in documents and tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Energy => "energy_error",
@@ -69,7 +69,7 @@ impl Measure {
         }
     }
 
-    /// What it is, for axes.
+    /// Label of an axis.
     pub fn title(self) -> &'static str {
         match self {
             Self::Energy => "elastic energy, relative error",
@@ -92,22 +92,22 @@ impl Measure {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PointErrors {
     values: [Option<f64>; COUNT],
-    /// Measures for which the reference is not fine enough.
+    /// Flags of errors for which the reference is not fine enough.
     not_known: [bool; COUNT],
 }
 
-/// How a measure reads whose reference is not fine enough.
+/// Text for an error whose reference is not fine enough.
 pub const NOT_KNOWN: &str = "not known yet";
 
 impl PointErrors {
-    /// With one more.
+    /// Adds an error.
     #[must_use]
     pub fn with(mut self, measure: Measure, value: f64) -> Self {
         self.values[measure as usize] = Some(value);
         self
     }
 
-    /// Removes these errors and marks them as not known: their reference is not fine enough.
+    /// Removes these errors and marks them as not known, because their reference is not fine enough.
     #[must_use]
     pub fn not_known(mut self, measures: &[Measure]) -> Self {
         for &measure in measures {
@@ -121,7 +121,7 @@ impl PointErrors {
         self.not_known[measure as usize]
     }
 
-    /// These, and what of `other` is not among them.
+    /// Adds the errors of `other` that are missing here.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {
@@ -130,12 +130,12 @@ impl PointErrors {
         }
     }
 
-    /// One of them.
+    /// Value of one kind.
     pub fn get(&self, measure: Measure) -> Option<f64> {
         self.values[measure as usize]
     }
 
-    /// Medians over impacts, of those that have one.
+    /// Medians over impacts, of those that have the error.
     pub fn medians(all: &[Self]) -> Self {
         let values = |k: usize| all.iter().filter_map(|own| own.values[k]).collect::<Vec<_>>();
         Self {
@@ -145,18 +145,18 @@ impl PointErrors {
     }
 }
 
-/// Times of the whole strike, ms.
+/// Times of whole requests, ms.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointTimes(pub Vec<f64>);
 
 impl PointTimes {
-    /// A quantile of them; 0 of none.
+    /// Quantile of the times; 0 without times.
     pub fn at(&self, share: f64) -> f64 {
         quantile(&self.0, share).unwrap_or(0.0)
     }
 }
 
-/// A quantile by the nearest rank; `None` of nothing.
+/// Quantile by the nearest rank; `None` without values.
 fn quantile(values: &[f64], share: f64) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -166,23 +166,23 @@ fn quantile(values: &[f64], share: f64) -> Option<f64> {
     Some(from + (to - from) * (last as f64 * share - low))
 }
 
-/// One setting.
+/// Measured value of a setting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyPoint {
-    /// Which dial.
+    /// Name of the setting.
     pub dial: &'static str,
-    /// What it is set to: a number or a name.
+    /// Value: a number or a name.
     pub value: Value,
-    /// Of which preset it is, if it is one.
+    /// Name of the preset, if the point is one.
     pub preset: Option<&'static str>,
     /// Times.
     pub times: PointTimes,
-    /// Errors: medians.
+    /// Median errors.
     pub errors: PointErrors,
 }
 
 impl StudyPoint {
-    /// The setting in words.
+    /// Value as text.
     pub fn label(&self) -> String {
         match &self.value {
             Value::Number(number) if number.is_f64() => {
@@ -193,8 +193,9 @@ impl StudyPoint {
         }
     }
 
-    /// For the document: numbers that are not finite, and errors that were not measured, are null. `not_known_yet` names the errors
-    /// whose reference is not fine enough.
+    /// JSON document: numbers that are not finite and errors that were not measured are null.
+    ///
+    /// `not_known_yet` names the errors whose reference is not fine enough.
     pub fn document(&self) -> Value {
         let mut map = Map::new();
         map.insert("dial".to_owned(), self.dial.into());

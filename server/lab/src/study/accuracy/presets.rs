@@ -1,4 +1,4 @@
-//! Presets, each on lattices of its own.
+//! Presets, each on its own lattices.
 
 use super::dials::Bench;
 use super::subject::{DRESSED, energies_on, request, timed};
@@ -13,7 +13,7 @@ use shatter_fracture::lattice::Lattice;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{ElasticRequest, FractureRequest, LatticeSettings, PreparedObject, Preset, reduce};
 
-/// An object on the lattices of a preset, and what its tessellation misses.
+/// Object on the lattices of a preset, with the error of its tessellation.
 struct Baked {
     lattices: LatticeSettings,
     prepared: PreparedObject,
@@ -21,7 +21,7 @@ struct Baked {
 }
 
 impl Bench<'_> {
-    /// All presets: whole strikes of each, with every error of theirs.
+    /// Measures whole requests of all presets, with all of their errors.
     pub(super) fn presets(&mut self) {
         let mut baked = None;
         for quality in Preset::ALL {
@@ -40,7 +40,7 @@ impl Bench<'_> {
         }
     }
 
-    /// The close-up of a preset; none of one that lattices are shared with.
+    /// Adds the close-up of `draft`, `game` or `film`; `reference` has the lattices of `film`.
     fn seen(&mut self, quality: Preset, baked: Option<&Baked>) -> Result<(), StudyError> {
         let shown = [Preset::Draft, Preset::Game, Preset::Film].contains(&quality);
         let (Some(own), Some(strike)) = (baked.filter(|_| shown), self.strikes.first()) else { return Ok(()) };
@@ -57,7 +57,7 @@ impl Bench<'_> {
                 Baked { lattices, pair: self.same_sites(&prepared)?, prepared }
             }
         };
-        // The number of sites is the plan's: what others do is another dial.
+        // The number of sites is the plan's; the preset's own rule is a separate setting.
         let strikes = self.with(|strike| {
             let degree = strike.degree;
             *strike = FractureRequest { degree, ..strike.clone().of_quality(quality) };
@@ -77,7 +77,7 @@ impl Bench<'_> {
             let found = diagram(&self.base, &truth.own, lift, &options)?;
             all.push(truth.elastic(&self.base, energy)?.and(truth.diagram(&self.base, &found)));
         }
-        // Cracks for which the reference is not fine enough are measured against the exact diagram on their own lattice.
+        // If the reference is not fine enough, cracks are measured against the exact diagram on their own lattice.
         let judged = is_finer(self.truths.fine.crack_nodes(), own.prepared.crack_nodes());
         let cracks = if judged { own.pair.finest } else { own.pair.own };
         let errors = self.truths.judged(PointErrors::medians(&all), own.prepared.elastic_nodes());
@@ -85,7 +85,7 @@ impl Bench<'_> {
         Ok((times, errors.and(cracks)))
     }
 
-    /// The object on the lattices of a preset, with a basis if its strikes use one.
+    /// Bakes the object on the lattices of a preset, with a basis if the preset uses one.
     fn baked(&self, quality: Preset) -> Result<PreparedObject, StudyError> {
         let request = BakeRequest {
             quality,

@@ -1,4 +1,4 @@
-//! The object, its impacts, and what strikes of it take.
+//! Object, impacts and timing of the study.
 
 use super::{AccuracyPlan, PointTimes, StudyError};
 use shatter_fracture::cancel_token::CancelToken;
@@ -12,24 +12,22 @@ use shatter_fracture::pipeline::{
     StrikeContext, Workspace, strain_energy,
 };
 use shatter_fracture::random::RandomStream;
-use shatter_fracture::scene::MATERIALS;
-use shatter_fracture::scene::Materials;
+use shatter_fracture::scene::Material;
 use std::time::Instant;
 
-/// Of what the object is made: it sets the scale of impulses, and no error.
+/// Material of the object; it sets the scale of impulses and affects no error.
 const MATERIAL: &str = "glass";
 
-/// Tables of lattices that others are measured on.
+/// Tables of lattices on which elasticity is measured.
 pub(super) const SOLID: Tables = Tables { elastic: true, ..Tables::NONE };
-/// The same with interior distances.
+/// The same tables with interior distances.
 pub(super) const LIFTED: Tables = Tables { interior: true, ..SOLID };
-/// The same with what the input looks like.
+/// The same tables with attributes and skin.
 pub(super) const DRESSED: Tables = Tables { attributes: true, skin: true, ..LIFTED };
 
-/// What the object is baked from.
+/// Bake request of the object.
 pub(super) fn request(plan: &AccuracyPlan) -> Result<BakeRequest, StudyError> {
-    let materials = Materials::parse(MATERIALS).map_err(|error| StudyError::Materials(error.to_string()))?;
-    let material = materials.get(MATERIAL).map_err(|error| StudyError::Materials(error.to_string()))?.clone();
+    let material = Material::named(MATERIAL).map_err(|error| StudyError::Materials(error.to_string()))?;
     let [elastic_spacing, crack_spacing] =
         plan.spacings.map_or([None, None], |[elastic, crack]| [Some(elastic), Some(crack)]);
     let tables = Tables { surface_diffusion: true, examples: true, ..LIFTED };
@@ -38,7 +36,7 @@ pub(super) fn request(plan: &AccuracyPlan) -> Result<BakeRequest, StudyError> {
     Ok(BakeRequest { elastic_spacing, crack_spacing, examples, seed, tables, ..request })
 }
 
-/// The same object on other lattices; nothing of it is learned anew.
+/// The same object on other lattices, with the same learned model.
 pub(super) fn rebaked(
     plan: &AccuracyPlan,
     base: &PreparedObject,
@@ -62,7 +60,7 @@ pub(super) fn rebaked(
     }
 }
 
-/// Impacts straight in, spread over the surface, of such impulses that the closed form asks for the plan's number of sites.
+/// Inward impacts spread over the surface, with impulses for which the closed form gives the plan's number of sites.
 pub(super) fn strikes(plan: &AccuracyPlan, base: &PreparedObject) -> Result<Vec<FractureRequest>, StudyError> {
     let sampler = ImpactSampler::new(base);
     let mut workspace = Workspace::default();
@@ -82,7 +80,7 @@ pub(super) fn strikes(plan: &AccuracyPlan, base: &PreparedObject) -> Result<Vec<
     (0..plan.impacts).map(strike).collect()
 }
 
-/// Strain energy of the body that a strike with one contact hits.
+/// Strain energy of the body that a request with one contact strikes.
 pub(super) fn energy(
     prepared: &PreparedObject,
     strike: &FractureRequest,
@@ -94,7 +92,7 @@ pub(super) fn energy(
     energies.into_iter().next().ok_or(StudyError::Whole)
 }
 
-/// The same of every strike, on the nodes of `lattices`, those of another object of the same bodies.
+/// Strain energies of all requests, on the nodes of `lattices`, those of another object with the same bodies.
 pub(super) fn energies_on(
     prepared: &mut PreparedObject,
     lattices: &[&Lattice],
@@ -114,7 +112,7 @@ pub(super) fn energies_on(
     found
 }
 
-/// n₀ of the closed form at the object's γ, in interior distances; `energy` is that of its crack lattice.
+/// n₀ of the closed form at the object's γ, in interior distances; `energy` is on its crack lattice.
 pub(super) fn degree_of(prepared: &PreparedObject, energy: &BodyEnergy) -> Result<f64, StudyError> {
     let body = &prepared.bodies[energy.body];
     let mut mass = energy.shares.clone();
@@ -123,7 +121,7 @@ pub(super) fn degree_of(prepared: &PreparedObject, energy: &BodyEnergy) -> Resul
     Ok(degree::closed_form(&field, &body.slenderness, gamma))
 }
 
-/// Times of all strikes, with emission into memory that is there; one of each before them warms up.
+/// Times of all requests, including writing into existing memory; one request per impact warms up.
 pub(super) fn timed(
     prepared: &PreparedObject,
     strikes: &[FractureRequest],
@@ -150,7 +148,7 @@ pub(super) fn timed(
     Ok(times)
 }
 
-/// What answers are written into.
+/// Reused buffers for results.
 #[derive(Default)]
 pub(super) struct ResultBuffers {
     pub positions: Vec<[f32; 3]>,

@@ -1,4 +1,4 @@
-//! Dials of the tessellation: the crack lattice, and labels of nodes or the exact diagram. All of the same sites.
+//! Settings of the tessellation: spacing of the crack lattice, and node labels or the exact diagram. All use the same sites.
 
 use super::dials::Bench;
 use super::subject::{rebaked, timed};
@@ -16,7 +16,7 @@ use shatter_fracture::lift::{LiftKind, LiftedLattice};
 use shatter_fracture::pipeline::{PreparedBody, PreparedObject};
 use std::time::Instant;
 
-/// Settings of the dial `tessellation`.
+/// Number of values of the setting `tessellation`.
 pub(super) const MODES: usize = 2;
 
 /// Errors of one crack lattice: against the finest one, and of the labels alone.
@@ -26,7 +26,7 @@ pub(super) struct CrackErrors {
 }
 
 impl Bench<'_> {
-    /// Crack lattices; beside each, labels of its nodes against the exact diagram on it.
+    /// Spacings of the crack lattice, and for each the node labels against the exact diagram on it.
     pub(super) fn crack_spacings(&mut self) {
         for nodes in self.plan.crack.clone() {
             let spacing = self.base.parameters.crack_spacing * nodes.powf(-1.0 / 3.0);
@@ -44,7 +44,7 @@ impl Bench<'_> {
     }
 
     fn crack_spacing(&mut self, spacing: f64) -> Result<(PointTimes, CrackErrors), StudyError> {
-        // Elasticity is lent by the object; its own is made for no coarser lattice.
+        // The object lends its elasticity, since none is computed on a coarser lattice.
         let tables = Tables { interior: true, ..Tables::NONE };
         let elastic = self.base.parameters.elastic_spacing.max(spacing);
         let mut other = rebaked(self.plan, &self.base, elastic, spacing, tables)?;
@@ -54,7 +54,7 @@ impl Bench<'_> {
         Ok((found?, self.same_sites(&other)?))
     }
 
-    /// Errors of another object of the same bodies, for the sites of the finest lattice.
+    /// Errors of another object with the same bodies, for the sites of the finest lattice.
     pub(super) fn same_sites(&self, other: &PreparedObject) -> Result<CrackErrors, StudyError> {
         let lifts = self.carried(other);
         let (mut finest, mut own) = (Vec::new(), Vec::new());
@@ -66,7 +66,7 @@ impl Bench<'_> {
         Ok(CrackErrors { finest: PointErrors::medians(&finest), own: PointErrors::medians(&own) })
     }
 
-    /// The lift of the finest lattices on those of another object.
+    /// Lift of the finest lattices, carried to those of another object.
     fn carried(&self, other: &PreparedObject) -> Vec<LiftedLattice> {
         let fine = self.truths.fine.bodies.iter().zip(&self.truths.locators);
         let pairs = fine.zip(&other.bodies);
@@ -111,7 +111,7 @@ impl Bench<'_> {
             .with(Measure::Volume, volume_l1(volumes, &truth.exact.volumes)?))
     }
 
-    /// Labels of nodes and the exact diagram on the object's own lattice, both against the finest one; clipping comes on top of a strike.
+    /// Node labels and the exact diagram on the object's lattice, both against the finest one; the time of clipping adds to a request's.
     pub(super) fn tessellations(&mut self) {
         self.point("tessellation", json!("nodes"), |bench| {
             let times = timed(&bench.base, &bench.strikes, bench.plan.runs)?;
@@ -148,14 +148,14 @@ fn same_lattice(
         .with(Measure::Volume, volume_l1(&found.volumes, &clipped.volumes)?))
 }
 
-/// The nearest site of every node.
+/// Nearest site of every node.
 fn labels(body: &PreparedBody, lift: &LiftedLattice, sites: &[f64]) -> Result<Vec<u32>, StudyError> {
     let mut mass = body.volumes.clone();
     let field = EnergyField::new(lift, &body.volumes, &mut mass)?;
     Ok(assign(&field, sites, &mut DiagramWorkspace::default()).labels)
 }
 
-/// Hands the elasticity of one object to another of the same bodies.
+/// Moves the elasticity of one object to another with the same bodies.
 fn lend(from: &mut PreparedObject, to: &mut PreparedObject) {
     for (from, to) in from.bodies.iter_mut().zip(&mut to.bodies) {
         to.solid = from.solid.take().map(|mut solid| {

@@ -1,4 +1,4 @@
-//! What the points are measured against.
+//! References against which the points are measured.
 
 use super::subject::{LIFTED, degree_of, energies_on, energy, rebaked};
 use super::{AccuracyPlan, Measure, PointErrors, StudyError};
@@ -13,42 +13,42 @@ use shatter_fracture::lift::{LiftKind, LiftedLattice};
 use shatter_fracture::pipeline::{BodyEnergy, ElasticRequest, FractureRequest, PreparedObject, Workspace};
 use shatter_fracture::tessellation::components;
 
-/// Seeds of the references' starts begin here: no strike has one of them.
+/// First seed of the references' starts; no request uses one of these seeds.
 const SEED_FIRST: u64 = 1 << 32;
 
-/// A reference judges a lattice only if it has at least so many times its nodes: against a lattice as fine as its own an error is too
-/// small, whatever its size.
+/// Minimum ratio of a reference's nodes to those of the lattice that it judges. Against a lattice as fine as itself, any lattice
+/// appears too accurate.
 const FINER_MIN: usize = 2;
 
-/// Errors that need a finer elastic lattice to be measured against.
+/// Errors that need a finer elastic lattice as reference.
 const ELASTIC: [Measure; 3] = [Measure::Energy, Measure::Density, Measure::Degree];
 
-/// Optimisations of which the median is the reference of a degree.
+/// Number of optimizations whose median is the reference of a degree.
 const OPTIMISED: u64 = 3;
 
-/// One impact.
+/// References of one impact.
 pub(super) struct Truth {
-    /// Solved for on the finest lattice, on the nodes of the object's crack lattice.
+    /// Energy of a solve on the finest lattice, on the nodes of the object's crack lattice.
     pub energy: BodyEnergy,
-    /// n₀ of that.
+    /// n₀ of that energy.
     pub degree: f64,
-    /// Solved for on the object's own lattice.
+    /// Energy of a solve on the object's own lattice.
     pub own: BodyEnergy,
     /// Sites on the finest lattice, site-major.
     pub sites: Vec<f64>,
-    /// Their exact diagram there.
+    /// Exact diagram of these sites there.
     pub exact: ExactCells,
-    /// Best known energy of a diagram of the own field, and its fragments' volumes.
+    /// Best known energy of a diagram of the own field, and its fragment volumes.
     pub best: Best,
 }
 
-/// The best of several diagrams.
+/// Best of several diagrams.
 pub(super) struct Best {
     pub energy: f64,
     pub sizes: Vec<f64>,
 }
 
-/// The finest lattices, and all that follows from them.
+/// Finest lattices, and the references derived from them.
 pub(super) struct Truths {
     pub fine: PreparedObject,
     pub locators: Vec<Locator>,
@@ -89,7 +89,7 @@ impl Truths {
 }
 
 impl Truths {
-    /// `errors` of an object, without the elastic ones where the reference's elastic lattice has less than twice the object's nodes.
+    /// `errors` of an object; elastic ones are removed if the reference's elastic lattice has less than twice the object's nodes.
     pub(super) fn judged(&self, errors: PointErrors, elastic_nodes: usize) -> PointErrors {
         match is_finer(self.fine.elastic_nodes(), elastic_nodes) {
             true => errors,
@@ -98,7 +98,7 @@ impl Truths {
     }
 }
 
-/// Whether a reference of so many nodes can judge a lattice of so many.
+/// Whether a reference with that many nodes can judge a lattice with `nodes` nodes.
 pub(super) fn is_finer(reference_nodes: usize, nodes: usize) -> bool {
     reference_nodes >= FINER_MIN.saturating_mul(nodes)
 }
@@ -127,7 +127,7 @@ impl Truth {
     }
 }
 
-/// From the solve, whatever bases there are.
+/// Request that always solves for displacements.
 pub(super) fn solve(strike: &FractureRequest) -> FractureRequest {
     FractureRequest { elastic: ElasticRequest::Solve, ..strike.clone() }
 }
@@ -147,7 +147,7 @@ fn divided(
     Ok((diagram.sites, exact))
 }
 
-/// A diagram of an energy in a lift.
+/// Diagram of an energy in a lift.
 pub(super) fn diagram(
     prepared: &PreparedObject,
     energy: &BodyEnergy,
@@ -159,7 +159,7 @@ pub(super) fn diagram(
     Ok(centroidal::diagram(&field, options, &mut centroidal::DiagramWorkspace::default(), &CancelToken::default())?)
 }
 
-/// The best of the plan's starts, run to their end.
+/// Best of the plan's starts, run to convergence.
 pub(super) fn best(
     plan: &AccuracyPlan,
     prepared: &PreparedObject,
@@ -177,14 +177,14 @@ pub(super) fn best(
     Ok(best)
 }
 
-/// Volumes of the connected pieces of labels, and the share of the volume that is not in the largest piece of its cell.
+/// Volumes of the connected pieces of labels, and the share of the volume outside the largest piece of its cell.
 pub(super) fn pieces(prepared: &PreparedObject, body: usize, labels: &[u32]) -> (Vec<f64>, f64) {
     let body = &prepared.bodies[body];
     let split = components(&body.topology, labels);
     let mut sizes = vec![0.0; split.sites.len()];
     split.labels.iter().zip(&body.volumes).for_each(|(piece, volume)| sizes[*piece as usize] += volume);
     let (mut first, mut stray) = (0, 0.0);
-    // The pieces of one cell follow each other.
+    // The pieces of a cell are consecutive.
     for same in split.sites.chunk_by(|a, b| a == b) {
         let cell = &sizes[first..first + same.len()];
         stray += cell.iter().sum::<f64>() - cell.iter().copied().fold(0.0, f64::max);
@@ -194,8 +194,7 @@ pub(super) fn pieces(prepared: &PreparedObject, body: usize, labels: &[u32]) -> 
     (sizes, stray / whole)
 }
 
-/// The fracture degree of an impact: the median of several full optimisations with other seeds than any strike's.
-/// `factor`: on its impulse.
+/// Fracture degree of an impact: median of several full optimizations with seeds that no request uses. `factor` scales its impulse.
 pub(super) fn optimised(base: &PreparedObject, truth: &Truth, factor: f64) -> Result<f64, StudyError> {
     let own = &truth.own;
     let body = &base.bodies[own.body];

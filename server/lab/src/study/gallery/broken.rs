@@ -1,4 +1,4 @@
-//! A broken object, as meshes to be drawn.
+//! Broken object as meshes for drawing.
 
 use super::super::effects::EffectsError;
 use super::super::exploded::exploded;
@@ -11,38 +11,34 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::scene::EffectKind;
 
-/// What became of a strike.
+/// Result of a request.
 pub struct GalleryResult {
-    /// Its pieces.
+    /// Fragments.
     pub pieces: FractureMeshes,
     /// E_1/γ.
     pub e1_over_gamma: f64,
-    /// Sites of the diagrams.
+    /// Number of sites.
     pub sites: u32,
     hub_m: [f64; 3],
     positions: Vec<[f32; 3]>,
     indices: Vec<u32>,
-    /// The fragment that was struck again, and what became of it.
+    /// Fragment that was struck again, with its result.
     children: Option<(u32, Box<Self>)>,
 }
 
-/// Sites of a second strike.
+/// Number of sites of the second request.
 const AGAIN_SITES: u32 = 12;
 
-/// Radius of its contact, m: its energy falls off slowly.
+/// Radius of its contact, m; large, so that the energy falls off slowly.
 const AGAIN_RADIUS_M: f64 = 0.1;
 
 impl GalleryResult {
-    /// Strikes; what stays whole cannot be shown.
+    /// Strikes the object; an error if it stays whole.
     pub fn new(prepared: &PreparedObject, strike: &FractureRequest) -> Result<Self, EffectsError> {
-        let outcome = pipeline::strike(
-            pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
-            &mut Workspace::default(),
-        );
-        Self::of(prepared, outcome.map_err(refusal)?)
+        Self::of(prepared, prepared.strike(strike).map_err(refusal)?)
     }
 
-    /// With the children of the largest piece, struck again in its middle, in its place.
+    /// Strikes the largest fragment again at its center, and replaces it by the result.
     pub fn again(self, prepared: &PreparedObject, strike: &FractureRequest) -> Result<Self, EffectsError> {
         let larger = |a: &&FragmentRow, b: &&FragmentRow| a.volume_m3.total_cmp(&b.volume_m3);
         let Some(parent) = self.pieces.fragments.iter().max_by(larger).copied() else { return Ok(self) };
@@ -62,10 +58,8 @@ impl GalleryResult {
     fn of(prepared: &PreparedObject, outcome: FractureOutcome) -> Result<Self, EffectsError> {
         let (e1_over_gamma, sites) = (outcome.threshold().e1_over_gamma, outcome.sites());
         let pieces = outcome.into_meshes().ok_or_else(|| EffectsError::Whole(prepared.name.clone()))?;
-        let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
-        let mut indices = vec![0; pieces.counts.indices];
-        let mut merges = vec![[0; 2]; pieces.counts.merges];
-        pieces.emit(&mut positions, &mut indices, &mut merges).map_err(refusal)?;
+        let emitted = pieces.emitted().map_err(refusal)?;
+        let (positions, indices) = (emitted.positions, emitted.indices);
         Ok(Self {
             pieces,
             e1_over_gamma,
@@ -77,23 +71,23 @@ impl GalleryResult {
         })
     }
 
-    /// Whether anchors held it.
+    /// Whether anchors held the object.
     pub fn is_held(&self) -> bool {
         self.pieces.effects.has(EffectKind::Anchored)
     }
 
-    /// Where the center of fragment `fragment` is drawn when pieces are moved apart by `factor` of their distance.
+    /// Drawn center of fragment `fragment` when fragments are moved apart by `factor` of their distance.
     pub fn place(&self, fragment: u32, factor: f64) -> Vector3<f32> {
         let center = Vector3::from(self.pieces.fragments[fragment as usize].center_m);
         ((center - Vector3::from(self.hub_m)) * (1.0 + factor)).cast()
     }
 
-    /// A point of the object, drawn with the pieces in their places.
+    /// Drawn position of a point of the object, with the fragments in place.
     pub fn point(&self, point_m: &Point3<f64>) -> Point3<f32> {
         (point_m - Vector3::from(self.hub_m)).cast()
     }
 
-    /// The pieces, moved apart by `factor` of their distance. Vertices are numbered as in the answer.
+    /// Fragments, moved apart by `factor` of their distance. Vertices keep their numbers in the result.
     pub fn mesh(&self, factor: f64) -> DrawnMesh {
         let spread = Spread { hub_m: self.hub_m, factor };
         let mut mesh = exploded(&self.pieces.fragments, &self.pieces.runs, &self.positions, &self.indices, spread);

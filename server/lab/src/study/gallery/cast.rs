@@ -1,4 +1,4 @@
-//! Which object shows which effect, and how it is struck.
+//! Objects and requests that show each effect.
 
 use super::super::effects::EffectsError;
 use super::EffectPair;
@@ -10,22 +10,21 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, ImpactContact, PreparedObject};
-use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::{
-    Anchors, DEFAULT_GRAVITY_M_S2, EffectKind, EffectSet, Grain, Materials, Paint, Region, WarpControls, Waves,
+    Anchors, DEFAULT_GRAVITY_M_S2, EffectKind, EffectSet, Grain, Material, Paint, Region, WarpControls, Waves,
 };
 use shatter_fracture::surface::{RawMesh, shapes};
 
-/// Cracks of blocks under an artist are seen best when the pieces hardly move.
+/// Displacement of fragments for the artist's controls, whose cracks show best when the fragments hardly move.
 const NARROW: f64 = 0.06;
 
-/// Pieces that are shown as slivers are smaller, m³.
+/// Volume below which a fragment is shown as a sliver, m³.
 const SLIVER_M3: f64 = 3e-5;
 
-/// Where the bar is held, m.
+/// Box that holds the bar, m.
 const HELD_M: [[f64; 3]; 2] = [[-0.3, -0.1, -0.1], [-0.2, 0.1, 0.1]];
 
-/// One effect and what shows it.
+/// Effect, with the object and request that show it.
 pub struct Showcase {
     name: &'static str,
     caption: &'static str,
@@ -36,22 +35,22 @@ pub struct Showcase {
     controls: WarpControls,
     anchors: Anchors,
     draw: fn(&GalleryResult, bool) -> DrawnMesh,
-    /// A second contact, on the right alone.
+    /// Second contact, only with the effect on.
     also: Option<ImpactContact>,
-    /// Whether the largest piece is struck again on the right.
+    /// Whether the largest fragment is struck again with the effect on.
     again: bool,
 }
 
-/// What is struck.
+/// Object of a showcase.
 #[derive(Clone, Copy, PartialEq)]
 enum Stage {
     Bar,
     Block,
     Horseshoe,
     Statue,
-    /// The statue with texture coordinates, as seen from the front.
+    /// Statue with texture coordinates, as seen from the front.
     Painted,
-    /// The block, cracked already: in the middle, from the top to half its height.
+    /// Block with an existing crack in its middle, from the top to half its height.
     Cracked,
 }
 
@@ -77,8 +76,7 @@ impl Stage {
         examples: u64,
     ) -> Result<PreparedObject, EffectsError> {
         let name = if self.is_statue() { "plaster" } else { "stone" };
-        let materials = Materials::parse(MATERIALS).map_err(|error| EffectsError::Materials(error.to_string()))?;
-        let material = materials.get(name).map_err(|error| EffectsError::Materials(error.to_string()))?.clone();
+        let material = Material::named(name).map_err(|error| EffectsError::Materials(error.to_string()))?;
         let cracks = (self == Self::Cracked).then(|| {
             let corners = [[0.0, -0.2], [0.2, -0.2], [0.2, 0.2], [0.0, 0.2]].map(|[y, z]| Point3::new(0.0, y, z));
             RawMesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]])
@@ -106,7 +104,7 @@ impl Showcase {
         Self { draw, ..self }
     }
 
-    /// The bar, held at its left end, seen from the front.
+    /// Showcase of the bar, held at its left end, seen from the front.
     fn held(effect: EffectKind, caption: &'static str, strike: FractureRequest) -> Self {
         let [min_m, max_m] = HELD_M.map(Point3::from);
         let end = Region::Cuboid { min_m, max_m };
@@ -115,13 +113,13 @@ impl Showcase {
         show.drawn(|broken, on| marks::held(broken, HELD_M.map(Point3::from), on || broken.is_held()))
     }
 
-    /// A control of the artist on a block, seen from the front.
+    /// Showcase of an artist's control on a block, seen from the front.
     fn warp(name: &'static str, caption: &'static str, controls: WarpControls) -> Self {
         let show = Self::new(EffectKind::Warp, caption, Stage::Block, wide(40));
         Self { name, controls, from: [0.35, 0.4, 1.0], ..show }.drawn(|broken, _| broken.mesh(NARROW))
     }
 
-    /// Strikes twice and makes what is drawn.
+    /// Strikes twice and builds the meshes.
     pub fn pair(self) -> Result<EffectPair, EffectsError> {
         let Self { name, caption, from, .. } = self;
         let examples = if self.on.has(EffectKind::Examples) { 40 } else { 0 };
@@ -139,7 +137,7 @@ impl Showcase {
     }
 }
 
-/// The mesh with x and y as texture coordinates.
+/// Mesh with x and y as texture coordinates.
 fn painted(mut mesh: RawMesh) -> RawMesh {
     let uv = |vertex: u32| {
         let point = &mesh.positions_m[vertex as usize];
@@ -149,7 +147,7 @@ fn painted(mut mesh: RawMesh) -> RawMesh {
     mesh
 }
 
-/// The contacts, moved to the nearest nodes of the object's lattices.
+/// Contacts, moved to the nearest nodes of the object's lattices.
 fn snapped(prepared: &PreparedObject, strike: &FractureRequest) -> Vec<ImpactContact> {
     let nodes = || prepared.bodies.iter().flat_map(|body| &body.crack.nodes).map(|node| prepared.frame.to_meters(node));
     let snap = |contact: &ImpactContact| {
@@ -160,7 +158,7 @@ fn snapped(prepared: &PreparedObject, strike: &FractureRequest) -> Vec<ImpactCon
     strike.contacts.iter().map(snap).collect()
 }
 
-/// A blow at a point, with so many sites and these effects.
+/// Impact at a point, with that many sites and these effects.
 fn blow(point: [f64; 3], impulse: [f64; 3], sites: u32, effects: &[EffectKind]) -> FractureRequest {
     let contact = ImpactContact { point_m: point.into(), impulse_ns: impulse.into(), duration_s: None, radius_m: None };
     let strike = FractureRequest::at(Point3::from(point), Vector3::from(impulse)).seeded(1);
@@ -175,7 +173,7 @@ fn blow(point: [f64; 3], impulse: [f64; 3], sites: u32, effects: &[EffectKind]) 
     }
 }
 
-/// On the front of the block, with an energy that falls off slowly.
+/// Impact on the front of the block whose energy falls off slowly.
 fn wide(sites: u32) -> FractureRequest {
     let mut strike = blow([0.05, 0.02, 0.1], [0.0, 0.0, -300.0], sites, &[]);
     strike.contacts[0].radius_m = Some(0.4);
@@ -190,11 +188,11 @@ fn statue(sites: u32) -> FractureRequest {
     blow([-0.02, 0.3, 0.065], [0.0, 0.0, -20.0], sites, &[EffectKind::Elastic, EffectKind::Interior])
 }
 
-/// Everything that is shown.
+/// All showcases.
 pub fn cast() -> Vec<Showcase> {
     let elastic = [EffectKind::Elastic];
     let horseshoe = FractureRequest { lift: LiftKind::Interior, ..blow([0.0, 0.125, 0.0], [0.0, -30.0, 0.0], 14, &[]) };
-    // Off: three pieces, on: five.
+    // Three fragments without the effect, five with it.
     let tap = blow([-0.049, 0.012, 0.0], [0.0, -0.0485, 0.0], 0, &[EffectKind::Elastic, EffectKind::Interior]);
     let learned = FractureRequest { degree: DegreeRequest::Inferred, ..tap };
     let slivers = FractureRequest { volume_min_m3: Some(SLIVER_M3), ..statue(90) };
@@ -203,35 +201,35 @@ pub fn cast() -> Vec<Showcase> {
         Showcase::new(EffectKind::Elastic, "the bar bends, and breaks where it bends", Stage::Bar, bar(24, &[])),
         Showcase::new(
             EffectKind::Tensile,
-            "cracks where the bar is pulled apart, not where it is pressed",
+            "cracks where the bar is in tension, not in compression",
             Stage::Bar,
             bar(24, &elastic),
         ),
-        Showcase::new(EffectKind::Interior, "pieces stay on their leg of the horseshoe", Stage::Horseshoe, horseshoe),
+        Showcase::new(EffectKind::Interior, "fragments stay on their leg of the horseshoe", Stage::Horseshoe, horseshoe),
         Showcase::new(
             EffectKind::Examples,
-            "as many pieces as the object's own examples say",
+            "as many fragments as a network predicts from the object's examples",
             Stage::Horseshoe,
             learned,
         ),
         Showcase::new(
             EffectKind::Slivers,
-            "no piece is smaller than 30 cubic centimeters: those are red",
+            "fragments below 30 cm³ (red) are merged into neighbors",
             Stage::Statue,
             slivers,
         )
         .drawn(|broken, _| marks::slivers(broken, SLIVER_M3)),
         Showcase::new(
             EffectKind::Release,
-            "pieces fly with the velocities of their release",
+            "fragments fly with their release velocities",
             Stage::Statue,
             statue(40),
         )
         .drawn(|broken, on| if on { marks::release(broken) } else { broken.mesh(0.0) }),
-        Showcase::new(EffectKind::Normals, "smooth light", Stage::Statue, statue(16)).drawn(marks::normals),
-        Showcase::new(EffectKind::Uv, "a board on crack faces, 12 mm a field", Stage::Statue, statue(16))
+        Showcase::new(EffectKind::Normals, "smooth shading", Stage::Statue, statue(16)).drawn(marks::normals),
+        Showcase::new(EffectKind::Uv, "a checkerboard on crack faces, fields of 12 mm", Stage::Statue, statue(16))
             .drawn(|broken, on| if on { marks::uvs(broken) } else { broken.mesh(SPREAD) }),
-        Showcase::new(EffectKind::Bonds, "which pieces touch, thicker for larger areas", Stage::Statue, statue(24))
+        Showcase::new(EffectKind::Bonds, "bonds between touching fragments, thicker for larger areas", Stage::Statue, statue(24))
             .drawn(|broken, on| if on { marks::bonds(broken) } else { broken.mesh(marks::BOND_SPREAD) }),
         Showcase::new(
             EffectKind::Debris,
@@ -240,25 +238,25 @@ pub fn cast() -> Vec<Showcase> {
             statue(24),
         )
         .drawn(|broken, on| if on { marks::debris(broken) } else { broken.mesh(SPREAD) }),
-        Showcase::new(EffectKind::Hulls, "a convex proxy of each piece, for collisions", Stage::Statue, statue(24))
+        Showcase::new(EffectKind::Hulls, "a convex hull of each fragment, for collisions", Stage::Statue, statue(24))
             .drawn(|broken, on| if on { marks::hulls(broken) } else { broken.mesh(SPREAD) }),
         Showcase::new(
             EffectKind::Attributes,
-            "outer faces look as the input: its texture, its normals",
+            "outer faces with the input's texture and normals",
             Stage::Painted,
             statue(16),
         )
         .drawn(|broken, on| if on { marks::attributes(broken) } else { broken.mesh(SPREAD) }),
         Showcase::new(
             EffectKind::Skin,
-            "left the lattice's faces with the input's texture, right the input's own triangles, cut with the pieces",
+            "left: the lattice's faces with the input's texture; right: the input's own triangles, cut with the fragments",
             Stage::Painted,
             textured,
         )
         .drawn(|broken, on| if on { marks::skin(broken) } else { marks::attributes(broken) }),
         Showcase::held(
             EffectKind::Anchored,
-            "held on the left, the bar breaks there too",
+            "the bar is held on the left and breaks there, too",
             blow([0.2, 0.05, 0.0], [0.0, -20.0, 0.0], 24, &elastic),
         ),
         Showcase::held(
@@ -272,7 +270,7 @@ pub fn cast() -> Vec<Showcase> {
     all
 }
 
-/// What is no effect of its own.
+/// Showcases of features that are not separate effects.
 fn more() -> [Showcase; 3] {
     let both = [EffectKind::Elastic, EffectKind::Interior];
     let left = bar(16, &both);
@@ -288,7 +286,7 @@ fn more() -> [Showcase; 3] {
             also: Some(right),
             ..new(
                 "several contacts",
-                "left one contact, right a second at the end",
+                "left: one contact; right: a second one at the end",
                 EffectKind::Elastic,
                 Stage::Bar,
                 left,
@@ -296,7 +294,7 @@ fn more() -> [Showcase; 3] {
         },
         new(
             "existing crack",
-            "cracked from the top to half its height: left with straight distances, right with interior distances",
+            "cracked from the top to half its height; left: straight distances; right: distances around the crack",
             EffectKind::Interior,
             Stage::Cracked,
             cracked,
@@ -306,7 +304,7 @@ fn more() -> [Showcase; 3] {
             again: true,
             ..new(
                 "struck again",
-                "right, the largest piece of the left has been struck again",
+                "right: the largest fragment of the left, struck again",
                 EffectKind::Interior,
                 Stage::Horseshoe,
                 horseshoe,
@@ -315,7 +313,7 @@ fn more() -> [Showcase; 3] {
     ]
 }
 
-/// What an artist can say.
+/// Showcases of the artist's controls.
 fn artist() -> [Showcase; 5] {
     let silent = WarpControls::default;
     let grain = Some(Grain { axis: Vector3::new(1.0, 0.5, 0.0), ratio: 4.0 });
@@ -335,16 +333,20 @@ fn artist() -> [Showcase; 5] {
         mesh
     };
     [
-        Showcase::warp("warp: grain", "pieces four times as long along the grain", WarpControls { grain, ..silent() }),
-        Showcase::warp("warp: waves", "wavy cracks", WarpControls { waves, ..silent() }),
+        Showcase::warp(
+            "warp: grain",
+            "fragments four times as long along the grain",
+            WarpControls { grain, ..silent() },
+        ),
+        Showcase::warp("warp: waves", "winding cracks", WarpControls { waves, ..silent() }),
         Showcase::warp(
             "warp: paint",
-            "many small pieces on the left, few on the right",
+            "many small fragments on the left, few on the right",
             WarpControls { paint, ..silent() },
         ),
         Showcase::warp("warp: protect", "no crack within 7 cm of the red mark", WarpControls { protected, ..silent() })
             .drawn(marked),
-        Showcase::warp("warp: sites", "a piece around each of nine points", WarpControls { sites_m, ..silent() })
+        Showcase::warp("warp: sites", "a fragment around each of nine points", WarpControls { sites_m, ..silent() })
             .drawn(|broken, _| broken.mesh(0.0)),
     ]
 }

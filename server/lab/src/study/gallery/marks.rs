@@ -1,29 +1,28 @@
-//! What effects of output add to the pieces, made visible.
+//! Visualization of the effects that add data to a result.
 
 use super::broken::GalleryResult;
 use crate::picture::{Color, DrawnCorner, DrawnMesh, arrow, fragment_color};
 use nalgebra::{Point3, Vector3};
 
-/// How far pieces are moved apart, over their distance from the center.
+/// Displacement of fragments over their distance from the center.
 pub const SPREAD: f64 = 0.35;
 
-/// The same where bonds are shown between them.
+/// The same for pictures of bonds.
 pub const BOND_SPREAD: f64 = 1.1;
 
-/// Fields of the board that texture coordinates are shown by, m.
+/// Size of checkerboard fields that show texture coordinates, m.
 const FIELD_M: f32 = 0.012;
 
-/// Fields of the board on outer faces, m.
+/// Size of checkerboard fields on outer faces, m.
 const TILE_M: f32 = 0.04;
 
-/// How much larger chips are drawn than they are.
+/// Magnification of debris chips.
 const CHIP: f32 = 3.0;
 
-/// Time that pieces fly with the velocities of their release before the picture is taken, s: so that the fastest goes this far, over
-/// the object's size.
+/// Distance that the fastest fragment flies before the picture is taken, over the object's size.
 const FLIGHT: f32 = 0.35;
 
-/// Every bond as a rod between the pieces that it holds together.
+/// Bonds as rods between their fragments.
 pub fn bonds(broken: &GalleryResult) -> DrawnMesh {
     let mut mesh = broken.mesh(BOND_SPREAD);
     let bonds = broken.pieces.bonds();
@@ -36,7 +35,7 @@ pub fn bonds(broken: &GalleryResult) -> DrawnMesh {
     mesh
 }
 
-/// Every point of debris as a chip of its size.
+/// Debris as chips of their size.
 pub fn debris(broken: &GalleryResult) -> DrawnMesh {
     let mut mesh = broken.mesh(SPREAD);
     for chip in broken.pieces.debris() {
@@ -49,7 +48,7 @@ pub fn debris(broken: &GalleryResult) -> DrawnMesh {
     mesh
 }
 
-/// Pieces smaller than this in red, all others pale.
+/// Fragments; those smaller than `least_m3` in red, the others pale.
 pub fn slivers(broken: &GalleryResult, least_m3: f64) -> DrawnMesh {
     let mut mesh = broken.mesh(SPREAD);
     let [small, large] = [Color::oklch(0.55, 0.22, 28.0), Color::oklch(0.9, 0.01, 90.0)];
@@ -64,12 +63,12 @@ pub fn slivers(broken: &GalleryResult, least_m3: f64) -> DrawnMesh {
     mesh
 }
 
-/// The pieces, and the clamp that holds them, if it does.
+/// Fragments, and the clamp if `holds`.
 pub fn held(broken: &GalleryResult, [low, high]: [Point3<f64>; 2], holds: bool) -> DrawnMesh {
     let mut mesh = broken.mesh(SPREAD);
     if holds {
         let clamp = shatter_fracture::surface::shapes::cuboid((high - low).into());
-        // Behind the end of the bar, which moves apart with its pieces.
+        // Behind the end of the bar, which moves apart with its fragments.
         let middle = nalgebra::center(&low, &high) - Vector3::x() * (1.2 * (high.x - low.x));
         let positions = clamp.positions_m.iter().map(|corner| broken.point(&(middle + corner.coords))).collect();
         mesh.append(DrawnMesh::paint(positions, clamp.triangles, 1.0, |_, _| Color::oklch(0.35, 0.02, 250.0)));
@@ -77,7 +76,7 @@ pub fn held(broken: &GalleryResult, [low, high]: [Point3<f64>; 2], holds: bool) 
     mesh
 }
 
-/// The hulls in the places of the pieces.
+/// Convex hulls in the places of the fragments.
 pub fn hulls(broken: &GalleryResult) -> DrawnMesh {
     let mut mesh = DrawnMesh::default();
     let hulls = &broken.pieces.hulls;
@@ -94,7 +93,7 @@ pub fn hulls(broken: &GalleryResult) -> DrawnMesh {
     mesh
 }
 
-/// The pieces a moment after, flown with the velocities of their release.
+/// Fragments a moment after release, moved by their release velocities.
 pub fn release(broken: &GalleryResult) -> DrawnMesh {
     let mut mesh = broken.mesh(0.0);
     let fastest = broken.pieces.velocities.iter().map(|own| own.linear_m_s.norm()).fold(f64::MIN_POSITIVE, f64::max);
@@ -112,7 +111,7 @@ pub fn release(broken: &GalleryResult) -> DrawnMesh {
     mesh
 }
 
-/// The pieces lit by the normals of the answer, or by those of flat triangles.
+/// Fragments lit by the normals of the result, or by those of flat triangles.
 pub fn normals(broken: &GalleryResult, smooth: bool) -> DrawnMesh {
     let mut mesh = broken.mesh(SPREAD);
     let mut own = vec![[0.0; 3]; broken.pieces.counts.vertices];
@@ -130,7 +129,7 @@ pub fn normals(broken: &GalleryResult, smooth: bool) -> DrawnMesh {
     mesh
 }
 
-/// Crack faces with a board of their texture coordinates on them.
+/// Crack faces with a checkerboard in their texture coordinates.
 pub fn uvs(broken: &GalleryResult) -> DrawnMesh {
     let mut mesh = broken.mesh(SPREAD);
     let mut own = vec![[0.0; 2]; broken.pieces.counts.vertices];
@@ -146,7 +145,7 @@ pub fn uvs(broken: &GalleryResult) -> DrawnMesh {
     mesh
 }
 
-/// The field of a board with fields of that size that the middle of a triangle lies in.
+/// Color of the checkerboard field at the center of a triangle.
 fn board(uvs: [[f32; 2]; 3], field: f32) -> Color {
     let middle = [0, 1].map(|k| uvs.iter().map(|uv| uv[k]).sum::<f32>() / 3.0 / field);
     match (middle[0].floor() + middle[1].floor()).rem_euclid(2.0) > 0.5 {
@@ -155,7 +154,7 @@ fn board(uvs: [[f32; 2]; 3], field: f32) -> Color {
     }
 }
 
-/// Outer faces with a board of the input's texture coordinates on them, lit by its normals.
+/// Outer faces with a checkerboard in the input's texture coordinates, lit by its normals.
 pub fn attributes(broken: &GalleryResult) -> DrawnMesh {
     let mut mesh = broken.mesh(SPREAD);
     let looks = &broken.pieces.looks.vertices;
@@ -172,7 +171,7 @@ pub fn attributes(broken: &GalleryResult) -> DrawnMesh {
     mesh
 }
 
-/// Crack faces, and the input's own triangles with a board of their texture coordinates on them.
+/// Crack faces, and the input's own triangles with a checkerboard in their texture coordinates.
 pub fn skin(broken: &GalleryResult) -> DrawnMesh {
     let mut mesh = broken.mesh(SPREAD);
     let mut is_crack = vec![false; mesh.positions.len()];
@@ -200,14 +199,14 @@ pub fn skin(broken: &GalleryResult) -> DrawnMesh {
     mesh
 }
 
-/// A ball of triangles, to mark a point or a region.
+/// Sphere of triangles that marks a point or a region.
 pub fn ball(center: Point3<f32>, radius: f32, color: Color) -> DrawnMesh {
     let mesh = shatter_fracture::surface::shapes::sphere(f64::from(radius), 2);
     let positions = mesh.positions_m.iter().map(|point| center + point.coords.cast::<f32>()).collect();
     DrawnMesh::paint(positions, mesh.triangles, 60.0, |_, _| color)
 }
 
-/// A rod with six sides.
+/// Rod with six sides.
 fn rod(from: Point3<f32>, to: Point3<f32>, radius: f32, color: Color) -> DrawnMesh {
     let Some(axis) = (to - from).try_normalize(1e-12) else { return DrawnMesh::default() };
     let aside = if axis.y.abs() > 0.9 { Vector3::x() } else { Vector3::y() };

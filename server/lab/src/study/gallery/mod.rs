@@ -1,4 +1,4 @@
-//! A picture per effect: the same blow without it and with it, side by side.
+//! Gallery of effects: the same impact without and with each effect, side by side.
 
 mod broken;
 mod cast;
@@ -16,45 +16,45 @@ pub(super) use broken::GalleryResult;
 pub(super) use marks::ball;
 use shatter_fracture::pipeline::{FractureRequest, PreparedObject};
 
-/// One half of a picture.
+/// Size of one half of a picture.
 const SIZE: PictureSize = PictureSize { width: 480, height: 400 };
 
-/// Long lens: things far apart keep their sizes.
+/// Long lens, which hardly shortens distant objects.
 const LENS: Projection = Projection::Perspective { fov_deg: 24.0 };
 
-/// One effect, off and on.
+/// Meshes of one effect, off and on.
 pub struct EffectPair {
-    /// What it is called.
+    /// Name of the effect.
     pub name: &'static str,
-    /// What is to be seen.
+    /// Caption.
     pub caption: &'static str,
-    /// Where the camera is, seen from the object.
+    /// Direction from the object to the camera.
     pub from: [f32; 3],
-    /// Without it, and with it; meters.
+    /// Meshes without and with the effect, m.
     pub meshes: [DrawnMesh; 2],
 }
 
-/// A picture of one effect: off on the left, on on the right.
+/// Picture of one effect: off on the left, on on the right.
 pub struct EffectPicture {
-    /// What it is called.
+    /// Name of the effect.
     pub name: &'static str,
-    /// What is to be seen.
+    /// Caption.
     pub caption: &'static str,
     /// Bytes of a PNG file.
     pub png: Vec<u8>,
 }
 
 impl EffectPicture {
-    /// A name for its file.
+    /// Name of the picture's file.
     pub fn file(&self) -> String {
         self.name.replace(": ", "-").replace(' ', "-") + ".png"
     }
 }
 
-/// What stands before all pictures.
-const LEAD: &str = "Left without the effect, right with it; object, impact and seed are the same.";
+/// Introduction to the pictures.
+const LEAD: &str = "Left: without the effect; right: with it. Both show the same object, impact and seed.";
 
-/// Draws all pairs; `progress` is told of each.
+/// Draws all pairs; calls `progress` with the name of each.
 pub fn shown(progress: &mut dyn FnMut(&str)) -> Result<Vec<EffectPicture>, EffectsError> {
     let draw = |scene: Showcase| {
         let pair = scene.pair()?;
@@ -65,7 +65,7 @@ pub fn shown(progress: &mut dyn FnMut(&str)) -> Result<Vec<EffectPicture>, Effec
     cast().into_iter().map(draw).collect()
 }
 
-/// All pictures as a part of a page.
+/// Section of a page with all pictures.
 pub fn section(shown: &[EffectPicture]) -> Section {
     let figure = |own: &EffectPicture| ReportFigure {
         png: own.png.clone(),
@@ -73,30 +73,30 @@ pub fn section(shown: &[EffectPicture]) -> Section {
         scale: None,
     };
     Section {
-        heading: "What effects look like".to_owned(),
+        heading: "Gallery of effects".to_owned(),
         lead: vec![LEAD.to_owned()],
         figures: shown.iter().map(figure).collect(),
         ..Section::default()
     }
 }
 
-/// All pictures as a page of Markdown that lies beside their files.
+/// Markdown page with all pictures, for the folder of their files.
 pub fn markdown(shown: &[EffectPicture]) -> String {
-    let mut text = format!("# What effects look like\n\n{LEAD} Made by `shatterd study effects`.\n");
+    let mut text = format!("# Gallery of effects\n\n{LEAD} Made by `shatterd study effects`.\n");
     for own in shown {
         text += &format!("\n## {}\n\n{}\n\n![{}]({})\n", own.name, own.caption, own.name, own.file());
     }
     text
 }
 
-/// The pieces of a strike, moved apart: bytes of a PNG file.
+/// Picture of the fragments of a request, moved apart; PNG.
 pub fn portrait(prepared: &PreparedObject, strike: &FractureRequest) -> Result<Vec<u8>, EffectsError> {
     let mesh = GalleryResult::new(prepared, strike)?.mesh(marks::SPREAD);
     let pair = EffectPair { name: "", caption: "", from: [0.6, 0.5, 1.0], meshes: [mesh, DrawnMesh::default()] };
     Ok(side(&pair.meshes[0], &pair).png()?)
 }
 
-/// Both halves are seen by the same camera, fitted to both.
+/// Draws one half; both halves share a camera fitted to both.
 fn side(mesh: &DrawnMesh, pair: &EffectPair) -> Image {
     let points: Vec<_> = pair.meshes.iter().flat_map(|mesh| mesh.positions.iter().copied()).collect();
     let camera = Camera::fit(&points, Vector3::from(pair.from), LENS, SIZE.width as f32 / SIZE.height as f32);

@@ -1,23 +1,23 @@
-//! The meshes that are spoiled.
+//! Base meshes of the mesh fuzzer.
 
 use super::cluster::clustered;
 use nalgebra::Point3;
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, SurfaceError, UpAxis, shapes};
 use std::path::{Path, PathBuf};
 
-/// Triangles that a base mesh has at most, so that a mutant takes some tens of milliseconds.
+/// Maximum number of triangles of a base mesh, so that a mutant takes some tens of milliseconds.
 pub const TRIANGLES_MAX: usize = 3000;
 
-/// A mesh with a name.
+/// Named mesh.
 #[derive(Clone, Debug)]
 pub struct BaseMesh {
-    /// Without a slash; part of each mutant's name.
+    /// Name without a slash; part of each mutant's name.
     pub name: String,
-    /// At most [`TRIANGLES_MAX`] triangles.
+    /// Mesh of at most [`TRIANGLES_MAX`] triangles.
     pub mesh: RawMesh,
 }
 
-/// Why a folder of meshes cannot be used.
+/// Error of a folder of meshes.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
     /// The folder cannot be listed.
@@ -25,7 +25,7 @@ pub enum FolderError {
     Unreadable {
         /// The folder.
         path: PathBuf,
-        /// What the operating system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// A mesh in it cannot be read.
@@ -33,19 +33,19 @@ pub enum FolderError {
     Mesh {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The defect.
         source: SurfaceError,
     },
 }
 
 impl BaseMesh {
-    /// Brings a mesh to [`TRIANGLES_MAX`].
+    /// Creates a base mesh, simplified to [`TRIANGLES_MAX`] triangles.
     pub fn new(name: impl Into<String>, mesh: &RawMesh) -> Self {
         Self { name: name.into(), mesh: clustered(mesh, TRIANGLES_MAX) }
     }
 }
 
-/// The generated shapes, coarse.
+/// Generated shapes at a coarse resolution.
 pub fn generated() -> Vec<BaseMesh> {
     vec![
         BaseMesh::new("sphere", &shapes::sphere(0.5, 3)),
@@ -59,7 +59,7 @@ pub fn generated() -> Vec<BaseMesh> {
     ]
 }
 
-/// The meshes of a folder, by name; other files are left alone.
+/// Meshes of a folder, sorted by name; ignores other files.
 pub fn from_folder(folder: &Path) -> Result<Vec<BaseMesh>, FolderError> {
     let unreadable = |source| FolderError::Unreadable { path: folder.to_owned(), source };
     let entries = std::fs::read_dir(folder).and_then(Iterator::collect::<Result<Vec<_>, _>>).map_err(unreadable)?;
@@ -80,7 +80,7 @@ fn is_mesh(path: &Path) -> bool {
     path.extension().and_then(|extension| extension.to_str()).is_some_and(|extension| known.contains(&extension))
 }
 
-/// Every triangle cut in four at the middles of its sides.
+/// Mesh with every triangle split in four at the midpoints of its sides.
 fn quartered(mesh: &RawMesh) -> RawMesh {
     let mut finer = RawMesh::new(mesh.positions_m.clone(), Vec::new());
     let mut middles = std::collections::HashMap::new();

@@ -1,74 +1,74 @@
-//! What an answer must be, and what was wrong with one that is not.
+//! Checks of a result, and their errors.
 
 use shatter_fracture::fragment::{OpenMesh, closed};
 use shatter_fracture::pipeline::{FractureMeshes, FractureOutcome, PreparedObject};
 use std::hash::{DefaultHasher, Hasher};
 
-/// Volumes of fragments add up to the lattice's to this share of it.
+/// Relative tolerance of the sum of fragment volumes against the lattice's volume.
 const VOLUME_TOLERANCE: f64 = 1e-6;
 
-/// Why a mutant failed: the engine neither answered rightly nor refused.
+/// Failure of a mutant: the engine neither returned a valid result nor an error.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FuzzFault {
-    /// A panic.
+    /// The engine panicked.
     #[error("panicked: {0}")]
     Panicked(String),
-    /// Neither answered nor refused in time.
+    /// The engine did not end in time.
     #[error("took longer than {seconds} s")]
     Deadline {
-        /// What was allowed.
+        /// Time limit, s.
         seconds: f64,
     },
-    /// It went on though it was cancelled.
-    #[error("still running after {seconds} s, and does not heed being cancelled")]
+    /// The engine continued after cancellation.
+    #[error("still running after {seconds} s, in spite of cancellation")]
     Stuck {
-        /// How long it was waited for.
+        /// Time waited, s.
         seconds: f64,
     },
-    /// No threads to run it on.
+    /// No worker threads could be created.
     #[error("threads: {0}")]
     Threads(String),
-    /// Baking gave up for a reason of its own.
+    /// Baking failed with an internal error.
     #[error("bake: {0}")]
     Bake(String),
-    /// A valid strike had no answer.
+    /// A valid request failed.
     #[error("strike: {0}")]
     Strike(String),
-    /// A number is infinite or none.
+    /// A number is infinite or NaN.
     #[error("{0} is not finite")]
     NotFinite(&'static str),
     /// A fragment's mesh is not a closed surface.
     #[error("fragment {fragment}: {open}")]
     Open {
-        /// Which one.
+        /// Number of the fragment.
         fragment: u32,
-        /// What is wrong with it.
+        /// The defect.
         open: OpenMesh,
     },
-    /// A fragment without volume or mass.
+    /// A fragment has no volume or mass.
     #[error("fragment {fragment}: volume {volume_m3} m³, mass {mass_kg} kg")]
     Empty {
-        /// Which one.
+        /// Number of the fragment.
         fragment: u32,
-        /// Its volume, m³.
+        /// Volume, m³.
         volume_m3: f64,
-        /// Its mass, kg.
+        /// Mass, kg.
         mass_kg: f64,
     },
     /// The fragments' volumes do not add up to the lattice's.
-    #[error("fragments hold {fragments_m3} m³, the lattice {lattice_m3} m³")]
+    #[error("the fragments have {fragments_m3} m³, the lattice {lattice_m3} m³")]
     VolumeSum {
         /// Sum over the fragments, m³.
         fragments_m3: f64,
-        /// Of all crack lattices, m³.
+        /// Sum over the crack lattices, m³.
         lattice_m3: f64,
     },
     /// Another number of threads gave another result.
-    #[error("not the same on another number of threads: {0}")]
+    #[error("another result on another number of threads: {0}")]
     Differs(String),
 }
 
-/// Checks every number and every mesh of an answer and digests its geometry.
+/// Checks every number and every mesh of a result, and returns a hash of its geometry.
 pub(super) fn check(prepared: &PreparedObject, outcome: &FractureOutcome) -> Result<u64, FuzzFault> {
     let report = &prepared.report;
     finite("kappa", &[prepared.kappa])?;
@@ -77,7 +77,7 @@ pub(super) fn check(prepared: &PreparedObject, outcome: &FractureOutcome) -> Res
     finite("E_1/gamma", &[outcome.threshold().e1_over_gamma, outcome.threshold().impulse_factor])?;
     finite("the radius", &[outcome.threshold().radius_m, outcome.confidence()])?;
     let Some(pieces) = &outcome.meshes() else {
-        return Err(FuzzFault::Strike("stayed whole, though sites were asked for".to_owned()));
+        return Err(FuzzFault::Strike("the object stayed whole, although a number of sites was requested".to_owned()));
     };
     rows(pieces, report.lattice_volume_m3)?;
     meshes(pieces)
@@ -87,7 +87,7 @@ fn finite(what: &'static str, numbers: &[f64]) -> Result<(), FuzzFault> {
     if numbers.iter().all(|number| number.is_finite()) { Ok(()) } else { Err(FuzzFault::NotFinite(what)) }
 }
 
-/// Masses, centers, inertias; and that volumes add up.
+/// Checks masses, centers and inertias, and the sum of the volumes.
 fn rows(pieces: &FractureMeshes, lattice_m3: f64) -> Result<(), FuzzFault> {
     for row in &pieces.fragments {
         finite("a center", &row.center_m)?;
@@ -106,20 +106,16 @@ fn rows(pieces: &FractureMeshes, lattice_m3: f64) -> Result<(), FuzzFault> {
     }
 }
 
-/// Writes the meshes as a caller would and checks each as its reader would.
+/// Writes the meshes as the daemon does and checks each as a client does.
 fn meshes(pieces: &FractureMeshes) -> Result<u64, FuzzFault> {
-    let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
-    let mut indices = vec![0; pieces.counts.indices];
-    let mut merges = vec![[0; 2]; pieces.counts.merges];
-    pieces.emit(&mut positions, &mut indices, &mut merges).map_err(|error| FuzzFault::Strike(error.to_string()))?;
-    for row in &pieces.fragments {
-        let vertices = &positions[row.vertex_first as usize..][..row.vertex_count as usize];
-        let corners = &indices[row.index_first as usize..][..row.index_count as usize];
-        closed(vertices, corners).map_err(|open| FuzzFault::Open { fragment: row.id, open })?;
+    let emitted = pieces.emitted().map_err(|error| FuzzFault::Strike(error.to_string()))?;
+    for fragment in emitted.fragments() {
+        let open = |open| FuzzFault::Open { fragment: fragment.row.id, open };
+        closed(fragment.positions, fragment.indices).map_err(open)?;
     }
     let mut hasher = DefaultHasher::new();
-    hasher.write(bytemuck::cast_slice(&positions));
-    hasher.write(bytemuck::cast_slice(&indices));
-    hasher.write(bytemuck::cast_slice(&merges));
+    hasher.write(bytemuck::cast_slice(&emitted.positions));
+    hasher.write(bytemuck::cast_slice(&emitted.indices));
+    hasher.write(bytemuck::cast_slice(&emitted.merges));
     Ok(hasher.finish())
 }

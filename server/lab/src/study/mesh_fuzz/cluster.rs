@@ -1,18 +1,18 @@
-//! Fewer triangles.
+//! Simplification of base meshes.
 //!
-//! Based on: J. Rossignac, P. Borrel, *Multi-resolution 3D approximations for rendering complex scenes* (1993): the
-//! vertices of each cell of a grid become their mean. Nothing is promised about the result: walls thinner than a cell
-//! fuse, which is fine for a mesh that is about to be spoiled.
+//! Based on: J. Rossignac, P. Borrel, *Multi-resolution 3D approximations for rendering complex scenes* (1993): the vertices of
+//! each cell of a grid become their mean. The result has no guarantees: walls thinner than a cell fuse, which is acceptable for a mesh
+//! that is damaged afterwards.
 
 use nalgebra::Point3;
 use shatter_fracture::surface::RawMesh;
 use std::collections::HashMap;
 
-/// Cells along the longest side of the box that are tried first, and by what factor they become fewer.
+/// Number of cells along the longest side of the box at the first try, and the factor by which it decreases.
 const CELLS_FIRST: f64 = 128.0;
 const FEWER: f64 = 0.85;
 
-/// The mesh on the finest of some grids that leaves at most `triangles_max` triangles; unchanged if it has no more.
+/// Mesh on the finest of several grids that leaves at most `triangles_max` triangles; unchanged if it has no more.
 pub(super) fn clustered(mesh: &RawMesh, triangles_max: usize) -> RawMesh {
     let (mut coarse, mut cells) = (mesh.clone(), CELLS_FIRST);
     while coarse.triangles.len() > triangles_max && cells > 1.0 {

@@ -1,4 +1,4 @@
-//! Twenty ways to spoil a mesh.
+//! Twenty defects that the fuzzer applies to meshes.
 
 mod numbers;
 mod shells;
@@ -12,7 +12,7 @@ use shatter_fracture::surface::RawMesh;
 use std::fmt;
 use std::str::FromStr;
 
-/// What can be wrong with a mesh; `snake_case` in print.
+/// Defect of a mesh; printed in `snake_case`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FuzzDefect {
@@ -24,21 +24,21 @@ pub enum FuzzDefect {
     HugeCoordinate,
     /// Coordinates below the smallest normal number, a few or all.
     Denormal,
-    /// Triangles that name vertices past the last.
+    /// Triangles whose vertex indices are out of range.
     IndexOutOfRange,
-    /// Up to half of all triangles left out at random.
+    /// Up to half of all triangles removed at random.
     DroppedTriangles,
-    /// Triangles given twice, with the same vertices or with copies of them.
+    /// Triangles duplicated, with the same vertices or with copies of them.
     DuplicatedTriangles,
-    /// Single triangles turned over.
+    /// Single triangles reversed.
     FlippedTriangles,
-    /// One to four holes of a few percent of the area at most.
+    /// One to four holes of at most a few percent of the area.
     SmallHoles,
     /// Parts pushed through others, swapped vertices, or a second copy askew.
     SelfIntersection,
-    /// Flattened along one direction, to nothing or nearly so.
+    /// Flattened along one direction, completely or nearly.
     ZeroThickness,
-    /// Every triangle turned over.
+    /// Every triangle reversed.
     InsideOut,
     /// A second copy, beside the first or overlapping it.
     TwoShells,
@@ -48,23 +48,23 @@ pub enum FuzzDefect {
     TJunction,
     /// All vertices in one plane.
     Coplanar,
-    /// Nothing but one triangle.
+    /// A single triangle.
     SingleTriangle,
     /// A thousand to 1e18 diagonals from the origin.
     HugeOffset,
     /// A thousandth to 1e-80 of its size.
     TinyScale,
-    /// A connected part turned over.
+    /// A connected part reversed.
     MixedWinding,
 }
 
-/// A word that names no defect.
+/// Unknown name of a defect.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("unknown defect '{0}'")]
 pub struct UnknownDefect(String);
 
 impl FuzzDefect {
-    /// All of them.
+    /// All defects.
     pub const ALL: [Self; 20] = [
         Self::Nan,
         Self::Infinity,
@@ -88,7 +88,7 @@ impl FuzzDefect {
         Self::MixedWinding,
     ];
 
-    /// Whether what it leaves still has an inside that nobody would doubt, so that a refusal is never justified.
+    /// Whether the damaged mesh always keeps a clear inside, so that an error is never justified.
     pub fn must_accept(self) -> bool {
         matches!(
             self,
@@ -103,8 +103,7 @@ impl FuzzDefect {
         )
     }
 
-    /// Spoils a mesh, which must be sound and at least a few dozen triangles; strength, place and number follow from
-    /// `seed`.
+    /// Damages a mesh, which must be intact and have at least a few dozen triangles; strength, place and number follow from `seed`.
     pub fn apply(self, mesh: &RawMesh, seed: u64) -> RawMesh {
         let (mut spoiled, mut draw) = (mesh.clone(), ChoiceStream::new(seed, self as u64));
         let (mesh, draw) = (&mut spoiled, &mut draw);

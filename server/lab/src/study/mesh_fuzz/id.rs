@@ -1,4 +1,4 @@
-//! The name of a mutant.
+//! Names of mutants.
 
 use super::{FuzzDefect, UnknownDefect};
 use serde::{Serialize, Serializer};
@@ -6,28 +6,29 @@ use std::fmt;
 use std::num::ParseIntError;
 use std::str::FromStr;
 
-/// One mutant: a base mesh, a defect, and the seed of the defect's strength, place and number. Printed and parsed as
-/// `mesh/defect/seed`.
+/// Mutant: a base mesh, a defect, and the seed of the defect's strength, place and number.
+///
+/// Printed and parsed as `mesh/defect/seed`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mutant {
-    /// The base mesh's name.
+    /// Name of the base mesh.
     pub mesh: String,
-    /// What was done to it.
+    /// Defect.
     pub defect: FuzzDefect,
-    /// Everything random follows from it.
+    /// Seed of all random choices.
     pub seed: u64,
 }
 
-/// A word that names no mutant.
+/// Invalid name of a mutant.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MutantIdError {
-    /// Not three parts.
+    /// The name does not have three parts.
     #[error("'{0}' is not mesh/defect/seed")]
     Parts(String),
-    /// The second part names no defect.
+    /// The second part is not the name of a defect.
     #[error(transparent)]
     Defect(#[from] UnknownDefect),
-    /// The third part is no number.
+    /// The third part is not a number.
     #[error("seed: {0}")]
     Seed(#[from] ParseIntError),
 }

@@ -1,4 +1,4 @@
-//! Whether a mesh clearly has an inside: an opinion of its own, with none of the engine's code, to judge refusals by.
+//! Independent test whether a mesh clearly has an inside, without the engine's code, to judge its errors by.
 //!
 //! Based on: A. Jacobson, L. Kavan, O. Sorkine-Hornung, *Robust inside-outside segmentation using generalized winding
 //! numbers* (2013), every triangle summed.
@@ -7,20 +7,20 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::surface::RawMesh;
 use std::f64::consts::TAU;
 
-/// Points are tried on a grid of this many steps along the diagonal …
+/// Number of grid steps along the diagonal.
 const STEPS: f64 = 16.0;
 
-/// … at most this many of them along each side.
+/// Maximum number of grid points along each side.
 const SIDE_MAX: usize = 24;
 
-/// Steps, m, for which single precision, in which fragments are handed out, has all its digits.
+/// Range of steps, m, in which single precision (the format of fragments) keeps all its digits.
 const FRAGMENT_RANGE_M: std::ops::Range<f64> = 1e-30..1e34;
 
-/// A winding number of at least this size, whatever its sign, is inside.
+/// Minimum absolute winding number of a point inside.
 const SURE: f64 = 0.75;
 
-/// Whether some point and its six neighbors, 1/16 of the diagonal away, are surely inside: there is room for a lattice of
-/// that spacing, whichever way the triangles face.
+/// Whether some point and its six neighbors at 1/16 of the diagonal are surely inside, so that a lattice of that spacing fits, whichever
+/// way the triangles face.
 pub(super) fn clearly_has_inside(mesh: &RawMesh) -> bool {
     if mesh.check().is_err() {
         return false;
@@ -43,7 +43,7 @@ pub(super) fn clearly_has_inside(mesh: &RawMesh) -> bool {
     (0..count.x).any(|x| (0..count.y).any(|y| (0..count.z).any(|z| is_inside([x, y, z]))))
 }
 
-/// How often the triangles go around `point`.
+/// Winding number of the triangles around `point`.
 pub(super) fn winding(mesh: &RawMesh, point: &Point3<f64>) -> f64 {
     let angle = |corners: &[u32; 3]| {
         let [a, b, c] = corners.map(|vertex| mesh.positions_m[vertex as usize] - point);

@@ -1,4 +1,4 @@
-//! One mutant: baked, struck, and checked, within a deadline.
+//! Judge of a mutant: bakes, strikes and checks it within a deadline.
 
 use super::check::{FuzzFault, check};
 use super::inside::clearly_has_inside;
@@ -8,8 +8,7 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeError, BakeRequest, bake};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{self, DegreeRequest, FractureError, FractureRequest, PreparedObject, Workspace};
-use shatter_fracture::scene::MATERIALS;
-use shatter_fracture::scene::{Material, MaterialError, Materials};
+use shatter_fracture::scene::{Material, MaterialError};
 use shatter_fracture::surface::RawMesh;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::channel;
@@ -19,55 +18,57 @@ use std::time::{Duration, Instant};
 const ELASTIC_SPACING: f64 = 0.1;
 const CRACK_SPACING: f64 = 1.0 / 16.0;
 
-/// Sites of the strike.
+/// Number of sites of the request.
 const SITES: u32 = 8;
 
-/// How a mutant ended.
+/// Outcome for a mutant.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FuzzVerdict {
-    /// Baked and broken, and everything held.
+    /// Baked and broken; all checks passed.
     Checked {
-        /// A digest of the fragments' meshes.
+        /// Hash of the fragments' meshes.
         geometry: u64,
-        /// Volume that the engine found inside, m³.
+        /// Volume inside the input surface, as the engine computed it, m³.
         volume_m3: f64,
     },
-    /// Refused with a reason.
+    /// Refused with an error.
     Refused {
-        /// The reason's name on the command line.
+        /// Kind of the error on the command line.
         kind: &'static str,
-        /// The reason in words.
+        /// Message of the error.
         message: String,
-        /// Whether it could be: the defect may be refused, and the mesh has not clearly an inside.
+        /// Whether the error is justified: the defect may be refused, and the mesh does not clearly have an inside.
         justified: bool,
     },
-    /// Neither.
+    /// Failed.
     Failed(FuzzFault),
 }
 
-/// Judges meshes, all with the same settings.
+/// Judge of meshes, with fixed settings.
 #[derive(Clone, Debug)]
 pub struct Judge {
     pub(super) material: Material,
-    /// Time that a mesh may take.
+    /// Time limit for a mesh.
     pub deadline: Duration,
-    /// Threads that it is given, at least one.
+    /// Number of worker threads, at least one.
     pub threads: usize,
 }
 
 impl Judge {
-    /// Meshes are glass, have one thread and may take `deadline`. Errors: the program's own table of materials has no
-    /// glass.
+    /// Creates a judge with one thread, the material glass and a time limit. Errors: the built-in table of materials has no glass.
+    ///
+    /// # Errors
+    /// The program's own table of materials has no glass.
     pub fn new(deadline: Duration) -> Result<Self, MaterialError> {
-        Ok(Self { material: Materials::parse(MATERIALS)?.get("glass")?.clone(), deadline, threads: 1 })
+        Ok(Self { material: Material::named("glass")?, deadline, threads: 1 })
     }
 
-    /// Judges the mutant of `mesh`.
+    /// Judges a mutant of `mesh`.
     pub fn mutant(&self, mesh: &RawMesh, mutant: &Mutant) -> FuzzVerdict {
         self.mesh(&mutant.defect.apply(mesh, mutant.seed), mutant.defect.must_accept(), mutant.seed)
     }
 
-    /// Bakes and strikes `raw` and checks the answer; `seed` chooses where it is struck.
+    /// Bakes and strikes `raw` and checks the result; `seed` chooses the contact.
     pub fn mesh(&self, raw: &RawMesh, must_accept: bool, seed: u64) -> FuzzVerdict {
         let (judge, mesh) = (self.clone(), raw.clone());
         let walk = move |token: &CancelToken| judge.walk(&mesh, seed, token);
@@ -93,15 +94,15 @@ impl Judge {
         BakeRequest {
             elastic_spacing: Some(ELASTIC_SPACING),
             crack_spacing: Some(CRACK_SPACING),
-            // Fitting it would take most of the time, and decides nothing where the number of sites is given.
+            // Fitting κ would take most of the time, and does not matter when the number of sites is given.
             kappa: Some(2.0),
             ..BakeRequest::new("mutant", "glass", self.material.clone())
         }
     }
 }
 
-/// What `work` returns, on a pool of its own: neither its time nor a panic belongs to another's. It is cancelled at the
-/// deadline, and left behind, running, if it reaches no checkpoint for as long again.
+/// Runs `work` on a separate pool, so that neither its time nor a panic affects other work. Cancels it at the deadline; if it reaches no
+/// checkpoint for as long again, it is abandoned while it runs.
 fn timed<T: Send + 'static>(
     threads: usize,
     deadline: Duration,
@@ -114,7 +115,7 @@ fn timed<T: Send + 'static>(
     let watched = token.clone();
     pool.spawn(move || {
         let ended = catch_unwind(AssertUnwindSafe(|| work(&watched)));
-        // Nobody listens if it was left behind.
+        // Abandoned work has no receiver.
         let _ = sender.send(ended);
     });
     let ended = receiver.recv_timeout(deadline).or_else(|_| {
@@ -129,7 +130,7 @@ fn timed<T: Send + 'static>(
     }
 }
 
-/// What ends a walk before its answer is checked.
+/// Reason for ending before the result is checked.
 enum FuzzStop {
     Refused(&'static str, String),
     Failed(FuzzFault),
@@ -156,7 +157,7 @@ impl From<FuzzFault> for FuzzStop {
     }
 }
 
-/// A blow of 1 N·s straight into a face of the largest body, which one follows from `seed`.
+/// Impact of 1 N·s into a face of the largest body, chosen by `seed`.
 fn strike(prepared: &PreparedObject, seed: u64) -> FractureRequest {
     let body = &prepared.bodies[0];
     let faces = &body.topology.boundary;
@@ -172,10 +173,10 @@ fn strike(prepared: &PreparedObject, seed: u64) -> FractureRequest {
     }
 }
 
-/// What a panic said.
+/// Message of a panic.
 fn words(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
-    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "without words".to_owned())
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "without a message".to_owned())
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
-//! What a refusal is called, and whether it is one.
+//! Classification of bake errors: rejected meshes, or internal errors.
 
 use shatter_fracture::database::BakeError;
 use shatter_server::commands::CommandError;
 
-/// A refusal's kind as the command line tells it, or nothing where the fault is the engine's own.
+/// Kind of the error as on the command line and its message; `Err` with the message for an internal error.
 pub(super) fn refusal(error: BakeError) -> Result<(&'static str, String), String> {
     let message = error.to_string();
     let failure = CommandError::from(error);

@@ -1,8 +1,8 @@
-//! Bad meshes at scale: base meshes × twenty defects × seeds, each judged.
+//! Mesh fuzzer: base meshes × twenty defects × seeds, each judged.
 //!
-//! A [`Mutant`] is named `mesh/defect/seed` and follows from its name alone. [`Judge`] bakes and strikes it and checks the
-//! answer, [`run`] does so for many and tallies them, [`shrink`] reduces one that fails to few triangles, and
-//! [`REGRESSIONS`] holds those that failed once.
+//! A [`Mutant`] is named `mesh/defect/seed` and determined by its name. [`Judge`] bakes and strikes it and checks the result, [`run`]
+//! does so for many and counts the outcomes, [`shrink`] reduces a failing mesh to few triangles, and [`REGRESSIONS`] lists mutants that
+//! failed once.
 
 mod base;
 mod check;
@@ -19,8 +19,8 @@ mod shrink;
 mod table;
 mod tally;
 
-/// Share of the mutants that must be accepted that is, at least: each of their defects leaves an inside that a person would
-/// point at, and the lattice of a mutant is coarse.
+/// Minimum accepted share of the mutants that must be accepted. Their defects leave an inside that a person would recognize, but the
+/// lattice of a mutant is coarse.
 pub const MUST_ACCEPT_RATE_MIN: f64 = 0.95;
 
 pub use base::{BaseMesh, FolderError, TRIANGLES_MAX, from_folder, generated};

@@ -1,33 +1,35 @@
-//! Many mutants, as many at once as there are threads.
+//! Judging of many mutants in parallel.
 
 use super::check::FuzzFault;
 use super::{BaseMesh, FuzzDefect, FuzzTally, FuzzVerdict, Judge, Mutant};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Sender, channel};
 
-/// Threads on which mutants are judged again.
+/// Number of threads on which mutants are judged again.
 const OTHER_THREADS: usize = 3;
 
-/// What to try. Mutants come in a fixed order: one defect after the other, each time on the next mesh; after every pair of
-/// mesh and defect, again with the next seed.
+/// Plan of a run.
+///
+/// Mutants come in a fixed order: one defect after the other, each on the next mesh; after every pair of mesh and defect, again with the
+/// next seed.
 #[derive(Clone, Debug)]
 pub struct FuzzPlan {
-    /// How many.
+    /// Number of mutants.
     pub count: usize,
-    /// The first seed.
+    /// First seed.
     pub seed: u64,
-    /// What is spoiled; names differ.
+    /// Base meshes with distinct names.
     pub meshes: Vec<BaseMesh>,
-    /// How each is judged.
+    /// Judge of the mutants.
     pub judge: Judge,
-    /// One mutant of this many is judged again on several threads, and the results compared; 0: none is.
+    /// One mutant of this many is judged again on several threads, and the results compared; 0: none.
     pub repeat_every: usize,
-    /// Mutants at once, at least one.
+    /// Number of mutants judged at once, at least one.
     pub threads: usize,
 }
 
 impl FuzzPlan {
-    /// Mutant number `index` and its base mesh; nothing without meshes.
+    /// Mutant number `index` and its base mesh; `None` without meshes.
     pub fn mutant(&self, index: usize) -> Option<(&BaseMesh, Mutant)> {
         let round = self.meshes.len() * FuzzDefect::ALL.len();
         let (turn, defect) = (index / FuzzDefect::ALL.len(), index % FuzzDefect::ALL.len());
@@ -36,7 +38,7 @@ impl FuzzPlan {
         Some((base, Mutant { mesh: base.name.clone(), defect, seed: self.seed + (index / round) as u64 }))
     }
 
-    /// Judges mutant number `index`, again on other threads if it is its turn.
+    /// Judges mutant number `index`, a second time on other threads if it is its turn.
     fn judge(&self, index: usize) -> Option<FuzzVerdict> {
         let (base, mutant) = self.mutant(index)?;
         let verdict = self.judge.mutant(&base.mesh, &mutant);
@@ -52,8 +54,7 @@ impl FuzzPlan {
     }
 }
 
-/// Judges every mutant of the plan. `progress` is told of each as it ends, in any order; the tally follows from the plan
-/// alone.
+/// Judges every mutant of the plan. Calls `progress` for each as it ends, in any order; the tally depends on the plan only.
 pub fn run(plan: &FuzzPlan, progress: &mut dyn FnMut(&Mutant, &FuzzVerdict)) -> FuzzTally {
     let next = AtomicUsize::new(0);
     let mut verdicts: Vec<Option<FuzzVerdict>> = vec![None; plan.count];
@@ -80,10 +81,10 @@ pub fn run(plan: &FuzzPlan, progress: &mut dyn FnMut(&Mutant, &FuzzVerdict)) -> 
     tally
 }
 
-/// Takes mutants until none is left.
+/// Judges mutants until none is left.
 fn work(plan: &FuzzPlan, next: &AtomicUsize, sender: &Sender<(usize, FuzzVerdict)>) {
     let mut indices = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed)).take_while(|&i| i < plan.count);
-    // Nobody listens any more only if the caller's thread is gone.
+    // There is no receiver only if the caller's thread has ended.
     while let Some((index, verdict)) = indices.next().and_then(|index| Some((index, plan.judge(index)?))) {
         if sender.send((index, verdict)).is_err() {
             return;

@@ -1,4 +1,4 @@
-//! A failing mesh with few triangles.
+//! Reduction of a failing mesh to few triangles.
 //!
 //! Based on: A. Zeller, R. Hildebrandt, *Simplifying and isolating failure-inducing input* (2002): ddmin, on triangles.
 
@@ -7,17 +7,18 @@ use super::check::FuzzFault;
 use super::judge::FuzzVerdict;
 use shatter_fracture::surface::RawMesh;
 
-/// What a mesh was reduced to.
+/// Reduced mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShrunkMesh {
-    /// Fails as before.
+    /// Mesh that still fails.
     pub mesh: RawMesh,
-    /// Meshes that were tried.
+    /// Number of meshes tried.
     pub tries: usize,
 }
 
-/// Leaves out triangles as long as `fails` says that the rest still does, then vertices that none uses; tries at most
-/// `tries_max` meshes. `mesh` itself is taken to fail.
+/// Removes triangles while `fails` is true for the rest, then unused vertices; tries at most `tries_max` meshes.
+///
+/// `mesh` itself must fail.
 pub fn shrink(mesh: &RawMesh, tries_max: usize, fails: &mut dyn FnMut(&RawMesh) -> bool) -> ShrunkMesh {
     let mut shrunk = ShrunkMesh { mesh: RawMesh { faces: Vec::new(), ..mesh.clone() }, tries: 0 };
     let mut parts = 2;
@@ -40,7 +41,7 @@ pub fn shrink(mesh: &RawMesh, tries_max: usize, fails: &mut dyn FnMut(&RawMesh) 
 }
 
 impl ShrunkMesh {
-    /// Leaves out `size` triangles from `first` on if the rest fails too.
+    /// Removes `size` triangles from `first` on if the rest still fails.
     fn without(
         &mut self,
         first: usize,
@@ -62,7 +63,7 @@ impl ShrunkMesh {
     }
 }
 
-/// Vertices that some triangle uses; the mesh itself if an index names none.
+/// Mesh without unused vertices; the mesh itself if an index is out of range.
 fn compacted(mesh: &RawMesh) -> RawMesh {
     let mut place = vec![None; mesh.positions_m.len()];
     let mut compact = RawMesh { rounding: mesh.rounding, ..RawMesh::new(Vec::new(), mesh.triangles.clone()) };
@@ -77,7 +78,7 @@ fn compacted(mesh: &RawMesh) -> RawMesh {
 }
 
 impl Judge {
-    /// Whether `mesh` fails in the same way as `fault`, in other words perhaps.
+    /// Whether `mesh` fails with the same kind of fault as `fault`, whatever the message.
     pub fn fails_like(&self, mesh: &RawMesh, must_accept: bool, seed: u64, fault: &FuzzFault) -> bool {
         match self.mesh(mesh, must_accept, seed) {
             FuzzVerdict::Failed(other) => std::mem::discriminant(&other) == std::mem::discriminant(fault),

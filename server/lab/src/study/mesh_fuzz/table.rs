@@ -1,4 +1,4 @@
-//! A tally for people.
+//! Table of a tally for people.
 
 use super::FuzzCounts;
 use super::FuzzTally;

@@ -1,25 +1,25 @@
-//! Counting verdicts.
+//! Counts of outcomes.
 
 use super::{FuzzDefect, FuzzVerdict, Mutant};
 use serde::Serialize;
 
-/// How often what happened.
+/// Counts by outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct FuzzCounts {
-    /// Mutants judged.
+    /// Number of mutants judged.
     pub tried: u64,
-    /// Answered, and everything held.
+    /// Number with a result that passed all checks.
     pub checked: u64,
-    /// Refused with a reason.
+    /// Number refused with an error.
     pub refused: u64,
-    /// Those of the refused that should have been accepted.
+    /// Number refused that should have been accepted.
     pub unjustified: u64,
-    /// Neither answered nor refused.
+    /// Number that failed.
     pub failed: u64,
 }
 
 impl FuzzCounts {
-    /// Share of those tried that were answered; 1 of none.
+    /// Share of the judged mutants with a result; 1 without mutants.
     pub fn accept_rate(&self) -> f64 {
         if self.tried == 0 { 1.0 } else { self.checked as f64 / self.tried as f64 }
     }
@@ -37,42 +37,42 @@ impl FuzzCounts {
     }
 }
 
-/// The counts of one mesh or one defect.
+/// Counts of one mesh or one defect.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct NamedCounts {
-    /// The mesh or the defect.
+    /// Name of the mesh or the defect.
     pub name: String,
-    /// All its mutants.
+    /// Counts of all mutants.
     pub all: FuzzCounts,
-    /// Those that must be accepted.
+    /// Counts of those that must be accepted.
     pub must_accept: FuzzCounts,
 }
 
-/// A mutant and what is to be said of it.
+/// Mutant with a message.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct FuzzReport {
-    /// Which one.
+    /// The mutant.
     pub mutant: Mutant,
-    /// What happened.
+    /// The message.
     pub message: String,
 }
 
-/// What became of many mutants. Follows from the plan alone.
+/// Tally of a run; depends on the plan only.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FuzzTally {
-    /// All mutants.
+    /// Counts of all mutants.
     pub all: FuzzCounts,
-    /// Those that must be accepted.
+    /// Counts of those that must be accepted.
     pub must_accept: FuzzCounts,
-    /// Share of those that must be accepted that were.
+    /// Accepted share of those that must be accepted.
     pub must_accept_rate: f64,
-    /// By base mesh, in the plan's order.
+    /// Counts by base mesh, in the plan's order.
     pub per_mesh: Vec<NamedCounts>,
-    /// By defect, in the order of [`FuzzDefect::ALL`].
+    /// Counts by defect, in the order of [`FuzzDefect::ALL`].
     pub per_defect: Vec<NamedCounts>,
-    /// Every failure.
+    /// All failures.
     pub failures: Vec<FuzzReport>,
-    /// Every refusal that should have been an answer.
+    /// All unjustified errors.
     pub unjustified: Vec<FuzzReport>,
 }
 

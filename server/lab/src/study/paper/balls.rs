@@ -1,4 +1,4 @@
-//! A body struck by metal balls.
+//! Figure of a body struck by steel balls.
 
 use super::scene::{PaperBody, PaperContact, SPREAD, pictures};
 use super::{Panel, PaperError, PaperFigure};
@@ -8,15 +8,15 @@ use nalgebra::{Point3, Vector3};
 use shatter_export::contact::{ContactBody, ElasticMaterial};
 use std::f64::consts::PI;
 
-/// A steel ball, and where it comes from.
+/// Steel ball and its trajectory.
 pub struct Ball {
     radius_m: f64,
     speed_m_s: f64,
-    /// Height of the place that it hits, over the body's.
+    /// Height of the contact over the body's height.
     height: f64,
 }
 
-/// Small and slow, then larger and faster.
+/// Balls from small and slow to large and fast.
 pub const BALLS: [Ball; 3] = [
     Ball { radius_m: 0.015, speed_m_s: 8.0, height: 0.55 },
     Ball { radius_m: 0.020, speed_m_s: 14.0, height: 0.55 },
@@ -26,12 +26,12 @@ pub const BALLS: [Ball; 3] = [
 /// Density of steel, kg/m³ (EN 1993-1-1, 3.2.6).
 const STEEL_KG_M3: f64 = 7850.0;
 
-/// Half the height of the band in which the place to hit is looked for, over the body's height.
+/// Half the height of the band in which the contact is searched, over the body's height.
 const BAND: f64 = 0.05;
 
 const METAL: Color = Color([0.23, 0.25, 0.29]);
 
-/// The figure.
+/// Draws the figure.
 pub fn drawn(body: &PaperBody, progress: &mut dyn FnMut(&str)) -> Result<PaperFigure, PaperError> {
     let (mut panels, mut meshes) = (Vec::<Panel>::new(), Vec::<DrawnMesh>::new());
     for own in &BALLS {
@@ -62,7 +62,7 @@ pub fn drawn(body: &PaperBody, progress: &mut dyn FnMut(&str)) -> Result<PaperFi
     PaperFigure::new("paper-balls", caption, panels.into_iter().zip(images).collect())
 }
 
-/// The vertex that stands out furthest along `out` at that part of the height.
+/// Vertex that is farthest along `out` at that relative height.
 fn place(vertices_m: &[Point3<f64>], height: f64, out: &Vector3<f64>) -> Option<Point3<f64>> {
     let (low, high) = vertices_m
         .iter()

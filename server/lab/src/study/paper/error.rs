@@ -1,29 +1,29 @@
-//! What may go wrong.
+//! Errors of the paper study.
 
 use crate::picture::PictureError;
 use crate::study::effects::EffectsError;
 use shatter_export::contact::ContactError;
 use shatter_fracture::database::BakeError;
 
-/// Why there are no figures.
+/// Error of the paper study.
 #[derive(Debug, thiserror::Error)]
 pub enum PaperError {
-    /// The materials that come with the program cannot be read.
+    /// The built-in materials are invalid.
     #[error("materials: {0}")]
     Materials(String),
     /// The body could not be baked.
     #[error(transparent)]
     Bake(#[from] BakeError),
-    /// There is nothing to strike.
+    /// The mesh has no extent.
     #[error("the mesh has no extent")]
     Empty,
-    /// A collision without duration and radius.
+    /// A contact has no duration or radius.
     #[error("contact: {0}")]
     Contact(#[from] ContactError),
-    /// A strike failed, or left the body whole.
+    /// A request failed, or left the body whole.
     #[error(transparent)]
     Strike(#[from] EffectsError),
-    /// No picture.
+    /// A picture could not be drawn.
     #[error(transparent)]
     Picture(#[from] PictureError),
 }

@@ -1,5 +1,5 @@
-//! The two figures by which the paper shows what the method is for, drawn anew: a body struck by metal balls, and one dropped on its head
-//! at three thresholds γ.
+//! Reproduction of the paper's two application figures: a body struck by metal balls, and one dropped on its head at three
+//! thresholds γ.
 //!
 //! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014), figures 1 and 3; impulses,
 //! durations and radii by Hertz theory (`shatter_export::contact`).
@@ -19,50 +19,50 @@ use serde_json::{Value, json};
 use shatter_fracture::pipeline::Preset;
 use shatter_fracture::surface::{RawMesh, shapes};
 
-/// Diagonal of the body, m: what is struck is scaled to it, so that the balls fit.
+/// Diagonal to which the body is scaled, m, so that the balls fit.
 const DIAGONAL_M: f64 = 0.5;
 
-/// What is drawn.
+/// Plan of the figures.
 #[derive(Clone, Debug)]
 pub struct PaperPlan {
     /// Name of the body.
     pub name: String,
-    /// Its mesh; scaled, so any unit will do.
+    /// Mesh of the body in any unit; it is scaled.
     pub mesh: RawMesh,
-    /// Its lattices, and how strikes are computed.
+    /// Preset of the lattices and of the requests.
     pub quality: Preset,
-    /// Where balls and camera come from; not upright.
+    /// Horizontal direction from which balls and camera come.
     pub from: [f64; 3],
 }
 
 impl PaperPlan {
-    /// A body of that name, as fine as films want it.
+    /// Plan for a body of that name, at the preset `film`.
     pub fn new(name: impl Into<String>, mesh: RawMesh) -> Self {
         Self { name: name.into(), mesh, quality: Preset::Film, from: [0.75, 0.25, 1.0] }
     }
 
-    /// The horse of the usual collection, which looks along -Z once it stands: from its side, a little from ahead.
+    /// Plan for the horse of the usual mesh collection, which faces -Z when upright: seen from its side, a little from ahead.
     pub fn horse(mesh: RawMesh) -> Self {
         Self { from: [1.0, 0.25, -0.55], ..Self::new("horse", mesh) }
     }
 
-    /// A statue that the project generates.
+    /// Plan for a generated statue.
     pub fn statue() -> Self {
         Self::new("statue", shapes::scanned_statue())
     }
 
-    /// Times that progress is told.
+    /// Number of progress steps.
     pub fn steps(&self) -> usize {
         1 + balls::BALLS.len() + drop::GAMMAS.len()
     }
 }
 
-/// One panel of a figure: what struck, and what came of it.
+/// Panel of a figure: an impact and its result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
-    /// What is different here, for people.
+    /// Caption of the panel.
     pub caption: String,
-    /// Mass that strikes, kg: of the ball, or of the body that falls.
+    /// Impacting mass, kg: of the ball, or of the falling body.
     pub mass_kg: f64,
     /// Radius of the ball, or of the head, m.
     pub radius_m: f64,
@@ -78,20 +78,20 @@ pub struct Panel {
     pub gamma_j_m2: f64,
     /// E_1/γ.
     pub e1_over_gamma: f64,
-    /// Sites of the diagram.
+    /// Number of sites.
     pub sites: u32,
-    /// Fragments.
+    /// Number of fragments.
     pub fragments: usize,
 }
 
-/// A figure.
+/// Figure of several panels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PaperFigure {
-    /// Name of its file, without ending.
+    /// File name without extension.
     pub file: &'static str,
-    /// What is to be seen.
+    /// Caption of the figure.
     pub caption: &'static str,
-    /// From the left.
+    /// Panels from the left.
     pub panels: Vec<Panel>,
     /// Bytes of a PNG file.
     pub png: Vec<u8>,
@@ -123,7 +123,7 @@ impl PaperFigure {
         format!("{head}\n{}", self.panels.iter().map(row).collect::<String>())
     }
 
-    /// Its part of the document.
+    /// JSON document of the figure.
     fn document(&self) -> Value {
         let panel = |own: &Panel| {
             json!({
@@ -136,7 +136,7 @@ impl PaperFigure {
     }
 }
 
-/// Bakes the body, strikes it and draws both figures; `progress` is told of each step.
+/// Bakes the body, strikes it and draws both figures; calls `progress` with the name of each step.
 ///
 /// # Errors
 /// [`PaperError`], by what failed.
@@ -146,7 +146,7 @@ pub fn run(plan: &PaperPlan, progress: &mut dyn FnMut(&str)) -> Result<[PaperFig
     Ok([balls::drawn(&body, progress)?, drop::drawn(&body, progress)?])
 }
 
-/// Both figures in numbers.
+/// JSON document of both figures.
 pub fn document(plan: &PaperPlan, drawn: &[PaperFigure]) -> Value {
     let figures: Vec<Value> = drawn.iter().map(PaperFigure::document).collect();
     json!({ "object": plan.name, "quality": plan.quality.name(), "diagonal_m": DIAGONAL_M, "figures": figures })
@@ -174,7 +174,7 @@ mod tests {
         let gammas: Vec<f64> = falls.panels.iter().map(|own| own.gamma_j_m2 / falls.panels[1].gamma_j_m2).collect();
         assert_eq!(gammas, drop::GAMMAS);
         let first = &balls.panels[0];
-        // A ball that bounces off a heavier body takes nearly twice its momentum from it.
+        // A ball that bounces off a heavier body transfers nearly twice its momentum.
         let momentum = first.mass_kg * first.speed_m_s;
         assert!(first.impulse_ns < 2.0 * momentum && first.impulse_ns > momentum, "{first:?}");
         assert!((first.mass_kg / (4.0 / 3.0 * std::f64::consts::PI * first.radius_m.powi(3)) - 7850.0).abs() < 1e-6);

@@ -1,15 +1,15 @@
-//! Both figures as a page.
+//! Page with both figures.
 
 use super::{Panel, PaperFigure, PaperPlan};
 use crate::report::{Fact, ReportFigure, ReportTable, Section, Study, significant};
 
-/// The page.
+/// Builds the page.
 pub fn page(plan: &PaperPlan, drawn: &[PaperFigure]) -> Study {
     Study {
         title: format!("The paper's figures: {}", plan.name),
         lead: vec![
-            "Two figures of Schvartzman & Otaduy (I3D 2014), drawn anew: how cracks follow the blow, and how γ governs the pieces. Impulses, \
-             durations and radii of contacts are those of elastic collisions (Hertz; Johnson 1985)."
+            "Two figures of Schvartzman & Otaduy (I3D 2014), reproduced: how cracks follow the impact, and how γ controls the fragments. \
+             Impulses, durations and radii of contacts are those of elastic collisions (Hertz; Johnson 1985)."
                 .to_owned(),
         ],
         facts: vec![Fact::new("quality", plan.quality.name()), Fact::new("diagonal", format!("{} m", super::DIAGONAL_M))],

@@ -1,4 +1,4 @@
-//! The body that both figures break, and how their panels are drawn.
+//! Body of both figures, and the drawing of their panels.
 
 use super::{DIAGONAL_M, Panel, PaperError, PaperPlan};
 use crate::picture::{Backdrop, Camera, DrawnMesh, Image, PictureSize, Projection, RenderStyle, draw};
@@ -8,56 +8,54 @@ use shatter_export::contact::{ContactBody, ElasticMaterial, HertzContact};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, PreparedObject};
-use shatter_fracture::scene::MATERIALS;
-use shatter_fracture::scene::Materials;
+use shatter_fracture::scene::Material;
 use shatter_fracture::surface::RawMesh;
 
-/// Of what the body is made.
+/// Material of the body.
 const MATERIAL: &str = "ceramic";
 
-/// One panel.
+/// Size of a panel.
 const SIZE: PictureSize = PictureSize { width: 480, height: 480 };
 
-/// Long lens: things far apart keep their sizes.
+/// Long lens, which hardly shortens distant objects.
 const LENS: Projection = Projection::Perspective { fov_deg: 24.0 };
 
-/// Pieces are moved apart by this part of their distance from the body's center.
+/// Displacement of fragments over their distance from the body's center.
 pub const SPREAD: f64 = 0.3;
 
-/// The body of both figures.
+/// Body of both figures.
 pub struct PaperBody {
     pub prepared: PreparedObject,
     /// Vertices of the input, m.
     pub vertices_m: Vec<Point3<f64>>,
-    /// Where balls and camera come from.
+    /// Direction from which balls and camera come.
     pub from: Vector3<f64>,
-    /// How strikes are computed.
+    /// Template of the requests.
     strike: FractureRequest,
 }
 
-/// What meets the body where.
+/// Contact of the body with a ball or the floor.
 pub struct PaperContact {
     pub point_m: Point3<f64>,
-    /// Where the impulse that the body takes points.
+    /// Direction of the impulse on the body.
     pub direction: Vector3<f64>,
     pub partner: ContactBody,
     pub speed_m_s: f64,
-    /// Radius of the body where it is touched, m.
+    /// Radius of curvature of the body at the contact, m; infinite where it is flat.
     pub own_radius_m: f64,
-    /// γ over the body's own.
+    /// γ over the body's own γ.
     pub gamma_factor: f64,
 }
 
 impl PaperBody {
     pub fn new(plan: &PaperPlan) -> Result<Self, PaperError> {
         let mesh = scaled(&plan.mesh).ok_or(PaperError::Empty)?;
-        let materials = Materials::parse(MATERIALS).map_err(|error| PaperError::Materials(error.to_string()))?;
-        let material = materials.get(MATERIAL).map_err(|error| PaperError::Materials(error.to_string()))?.clone();
+        let material = Material::named(MATERIAL).map_err(|error| PaperError::Materials(error.to_string()))?;
         let request = BakeRequest { quality: plan.quality, ..BakeRequest::new(plan.name.clone(), MATERIAL, material) };
         let vertices_m = mesh.positions_m.clone();
         let prepared = bake(mesh, &request, &CancelToken::default(), &mut |_| {})?;
         let strike = FractureRequest::at(Point3::origin(), Vector3::x()).seeded(1).of_quality(plan.quality);
-        // Nothing was learned, so the closed form guesses; diagrams make it hold.
+        // Nothing was learned, so the closed form estimates the degree, and diagrams verify it.
         let strike = FractureRequest { degree: DegreeRequest::Verified, ..strike };
         Ok(Self { prepared, vertices_m, from: Vector3::from(plan.from), strike })
     }
@@ -66,14 +64,14 @@ impl PaperBody {
         self.prepared.report.lattice_volume_m3 * self.prepared.parameters.material.density_kg_m3
     }
 
-    /// As one that meets another with a surface of this radius.
+    /// Contact partner with a surface of this radius.
     fn partner(&self, radius_m: f64) -> ContactBody {
         let material = &self.prepared.parameters.material;
         let material = ElasticMaterial { young_pa: material.young_pa, poisson: material.poisson };
         ContactBody { material, mass_kg: self.mass_kg(), radius_m }
     }
 
-    /// Strikes as Hertz says: a collision that loses no energy hands over J = 2 m* v.
+    /// Strikes with the contact of Hertz theory: a collision without energy loss transfers J = 2 m* v.
     pub fn strike(
         &self,
         blow: &PaperContact,
@@ -112,7 +110,7 @@ impl PaperBody {
     }
 }
 
-/// `mesh` with the diagonal of both figures, about its middle.
+/// Scales `mesh` to the diagonal of both figures, about its center.
 fn scaled(mesh: &RawMesh) -> Option<RawMesh> {
     let first = *mesh.positions_m.first()?;
     let (low, high) =
@@ -124,7 +122,7 @@ fn scaled(mesh: &RawMesh) -> Option<RawMesh> {
     Some(scaled)
 }
 
-/// All panels, seen by the same camera from `from`, on the ground below the lowest point.
+/// Draws all panels with the same camera from `from`, on the ground below the lowest point.
 pub fn pictures(meshes: &[DrawnMesh], from: Vector3<f32>) -> Vec<Image> {
     let points: Vec<_> = meshes.iter().flat_map(|mesh| mesh.positions.iter().copied()).collect();
     let camera = Camera::fit(&points, from, LENS, SIZE.width as f32 / SIZE.height as f32);

@@ -1,28 +1,28 @@
-//! Where names of places are written so that they neither cover each other nor what they name.
+//! Placement of labels in a diagram, so that they cover neither each other nor the points.
 
 /// Upper left and lower right corner, pixels.
 type Rectangle = [[i32; 2]; 2];
 
-/// Width of a letter on average, and height of a line, at the size of the labels, pixels.
+/// Mean width of a letter and height of a line at the size of the labels, pixels.
 const LETTER: [i32; 2] = [6, 12];
 
-/// From a place to the nearest corner or edge of its label, pixels.
+/// Distance from a point to its label, pixels.
 const AWAY: i32 = 6;
 
-/// As far as any label reaches, pixels.
+/// Upper bound of the extent of a label, pixels.
 const FAR: i32 = 1000;
 
-/// Between the spots that stand for a line, pixels.
+/// Distance between the rectangles that cover a line, pixels.
 const STEP: i32 = 3;
 
-/// What is taken on a drawing.
+/// Occupied areas of a drawing.
 #[derive(Default)]
 pub(super) struct Labels {
     taken: Vec<Rectangle>,
 }
 
 impl Labels {
-    /// Labels that stay between these corners where they can.
+    /// Creates a placement that prefers labels between these corners.
     pub fn within(from: [i32; 2], to: [i32; 2]) -> Self {
         let [left, top] =
             [[[from[0] - FAR, from[1] - FAR], [from[0], to[1] + FAR]], [[from[0], from[1] - FAR], [to[0], from[1]]]];
@@ -31,7 +31,7 @@ impl Labels {
         Self { taken: vec![left, top, right, bottom] }
     }
 
-    /// Keeps labels from a line, pixels.
+    /// Keeps a line free of labels, pixels.
     pub fn keep_free_along(&mut self, from: [i32; 2], to: [i32; 2]) {
         let steps = ((to[0] - from[0]).abs().max((to[1] - from[1]).abs()) / STEP).max(1);
         for step in 0..steps {
@@ -40,12 +40,12 @@ impl Labels {
         }
     }
 
-    /// Keeps labels from this corner to that one, pixels.
+    /// Keeps a rectangle free of labels, pixels.
     pub fn keep_free(&mut self, from: [i32; 2], to: [i32; 2]) {
         self.taken.push([from, to]);
     }
 
-    /// The upper left corner, relative to the place at `at`, of its label: the one of twelve around it that covers least.
+    /// Places the label of the point `at`; returns its upper left corner relative to `at`, of twelve candidates the one that covers least.
     pub fn put(&mut self, at: [i32; 2], label: &str) -> [i32; 2] {
         let size = [LETTER[0] * label.chars().count() as i32, LETTER[1]];
         let [right, left, middle] = [AWAY, -AWAY - size[0], -size[0] / 2];
@@ -64,7 +64,7 @@ impl Labels {
     }
 }
 
-/// Pixels that two share.
+/// Common area of two rectangles, pixels.
 fn shared([a, b]: &Rectangle, [c, d]: &Rectangle) -> i32 {
     let along = |axis: usize| (b[axis].min(d[axis]) - a[axis].max(c[axis])).max(0);
     along(0) * along(1)

@@ -1,4 +1,4 @@
-//! Work-precision diagrams as SVG, by `plotters`: errors to the right, times upwards, both logarithmic.
+//! Work-precision diagrams as SVG, by `plotters`: error to the right, time upwards, both logarithmic.
 
 mod labels;
 
@@ -10,52 +10,52 @@ use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use std::ops::Range;
 
-/// One setting of one dial.
+/// Point of a diagram: one value of a setting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DialSetting {
     /// Error.
     pub x: f64,
-    /// Time, its median.
+    /// Median time.
     pub y: f64,
     /// Lower end of the whisker.
     pub low: f64,
     /// Upper end of the whisker.
     pub high: f64,
-    /// What it is set to.
+    /// Value of the setting.
     pub label: String,
 }
 
-/// Settings of one dial.
+/// Curve of the values of one setting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DialCurve {
-    /// The dial.
+    /// Name of the setting.
     pub name: String,
-    /// In the order in which they are joined.
+    /// Points in the order in which they are joined.
     pub places: Vec<DialSetting>,
-    /// Whether they stand for themselves: dark and not joined.
+    /// Whether the points are highlighted: dark and not joined.
     pub marked: bool,
 }
 
-/// What a diagram shows besides its curves.
+/// Axes and annotations of a diagram.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiagramFrame<'a> {
-    /// What runs to the right.
+    /// Label of the horizontal axis.
     pub x: &'a str,
-    /// What runs upwards.
+    /// Label of the vertical axis.
     pub y: &'a str,
-    /// Written above: of what the figures are, and on which machine they were taken.
+    /// Note at the top: object and machine.
     pub note: &'a str,
-    /// Heights of lines across, ms.
+    /// Heights of horizontal lines, ms.
     pub levels: &'a [f64],
 }
 
 /// Half the width of the ends of whiskers, pixels.
 const CAP: i32 = 3;
 
-/// Color of what is marked, and of the lines across.
+/// Color of highlighted points and of horizontal lines.
 const INK: RGBColor = RGBColor(40, 42, 48);
 
-/// An SVG document with all `curves` within `frame`; places that are not finite and positive are left out.
+/// SVG document with all `curves` within `frame`; omits points that are not finite and positive.
 pub fn svg(frame: &DiagramFrame<'_>, curves: &[DialCurve]) -> Result<String, PlotError> {
     let positive = |value: f64| value.is_finite() && value > 0.0;
     let shown = |place: &&DialSetting| [place.x, place.y, place.low, place.high].into_iter().all(positive);
@@ -66,7 +66,7 @@ pub fn svg(frame: &DiagramFrame<'_>, curves: &[DialCurve]) -> Result<String, Plo
     let places = || kept.iter().flat_map(|curve| &curve.places);
     let right = range(places().map(|place| place.x), true);
     let up = range(places().flat_map(|place| [place.low, place.high]).chain(frame.levels.iter().copied()), true);
-    // Room for labels and the legend.
+    // Space for labels and the legend.
     let (right, up) = (right.start / 1.2..right.end * 1.5, up.start / 1.2..up.end * 1.6);
     let mut text = String::new();
     {
@@ -109,7 +109,7 @@ fn draw(
     for (curve, color) in &colored {
         lines(&mut chart, curve, *color, &mut labels)?;
     }
-    // Those that stand for themselves are named first, nearest.
+    // Highlighted points are labeled first, closest to their points.
     let (marked, others): (Vec<_>, Vec<_>) = colored.into_iter().partition(|(curve, _)| curve.marked);
     for (curve, color) in marked.into_iter().chain(others) {
         names(&mut chart, curve, color, &mut labels)?;
@@ -132,7 +132,7 @@ fn small() -> FontDesc<'static> {
     ("sans-serif", 11).into_font()
 }
 
-/// Lines across, named at their right end.
+/// Draws horizontal lines with labels at their right ends.
 fn levels(chart: &mut Chart, levels: &[f64], [from, to]: [f64; 2], labels: &mut Labels) -> Result<(), PlotError> {
     for &level in levels {
         let line = DashedPathElement::new([(from, level), (to, level)], 5, 4, INK.mix(0.7));
@@ -146,7 +146,7 @@ fn levels(chart: &mut Chart, levels: &[f64], [from, to]: [f64; 2], labels: &mut 
     Ok(())
 }
 
-/// A curve with its places and whiskers.
+/// Draws a curve with its points and whiskers.
 fn lines(chart: &mut Chart, curve: &DialCurve, color: RGBColor, labels: &mut Labels) -> Result<(), PlotError> {
     let style = color.stroke_width(2);
     let joined = if curve.marked { &[] } else { curve.places.as_slice() };
@@ -178,7 +178,7 @@ fn lines(chart: &mut Chart, curve: &DialCurve, color: RGBColor, labels: &mut Lab
     Ok(())
 }
 
-/// What the places of a curve are set to.
+/// Draws the labels of a curve's points.
 fn names(chart: &mut Chart, curve: &DialCurve, color: RGBColor, labels: &mut Labels) -> Result<(), PlotError> {
     for place in &curve.places {
         let (x, y) = chart.backend_coord(&(place.x, place.y));

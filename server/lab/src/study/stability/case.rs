@@ -1,85 +1,85 @@
-//! One case and its verdict.
+//! Case of the stability study and its outcome.
 
 use super::TrialFault;
 use crate::report::significant;
 use serde::Serialize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// What must come of a case.
+/// Expected result of a case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Expect {
-    /// A figure of at most this.
+    /// Figure of at most this value.
     AtMost(f64),
-    /// A figure of at least this.
+    /// Figure of at least this value.
     AtLeast(f64),
-    /// A figure between these two.
+    /// Figure between these two values.
     Between(f64, f64),
-    /// A refusal of this kind.
+    /// Error of this kind.
     Refused(&'static str),
 }
 
-/// A hard case.
+/// Hard case.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
-    /// Its name, unique.
+    /// Unique name.
     pub name: &'static str,
-    /// The item of [`super::LIST`] that it stands for.
+    /// Item of [`super::LIST`] to which it belongs.
     pub item: &'static str,
-    /// What must come of it.
+    /// Expected result.
     pub expect: Expect,
-    /// What the figure is, and why the bound is what it is.
+    /// Meaning of the figure, and reason for the bound.
     pub why: &'static str,
-    /// Does it.
+    /// Function that computes the figure.
     pub run: fn() -> Result<f64, TrialFault>,
 }
 
-/// What came of a case.
+/// Outcome of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CaseOutcome {
     /// The figure is within its bound.
     Passed,
-    /// Refused, as it must be.
+    /// Refused, as expected.
     Refused,
-    /// Anything else.
+    /// Failed.
     Failed,
 }
 
-/// A line of the table.
+/// Row of the table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CaseRow {
     /// Name of the case.
     pub name: String,
     /// Item of the list.
     pub item: String,
-    /// What came of it.
+    /// Outcome.
     pub outcome: CaseOutcome,
-    /// The figure, if there is one.
+    /// Figure, if there is one.
     pub figure: Option<f64>,
-    /// The bound as a number: the upper one where there are two; none for a refusal.
+    /// Bound as a number: the upper one of two; `None` for an expected error.
     pub bound: Option<f64>,
-    /// The bound in words.
+    /// Bound as text.
     pub expected: String,
-    /// What the figure is and why the bound is what it is.
+    /// Meaning of the figure, and reason for the bound.
     pub why: String,
-    /// The refusal, or what went wrong.
+    /// Message of the error.
     pub message: Option<String>,
 }
 
 impl CaseRow {
-    /// What a part of the study that is no case leaves when it fails.
+    /// Row for a failed part of the study that is not a case.
     pub fn failed(name: &str, fault: &TrialFault) -> Self {
         let why = "must not fail";
         compare(name, "the study itself", Expect::AtMost(0.0), why, || Err(fault.clone()))
     }
 }
 
-/// Runs a case and compares; a panic fails it.
+/// Runs a case and compares its figure with the bound; a panic fails it.
 pub fn judge(case: &Case) -> CaseRow {
     compare(case.name, case.item, case.expect, case.why, case.run)
 }
 
-/// As [`judge`], for a case that is not in the table.
+/// Same as [`judge`], for a case outside the table.
 pub(super) fn compare(
     name: &str,
     item: &str,
@@ -87,7 +87,8 @@ pub(super) fn compare(
     why: &str,
     run: impl FnOnce() -> Result<f64, TrialFault>,
 ) -> CaseRow {
-    let found = catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|_| Err(TrialFault::ours("panic", "it panicked")));
+    let found =
+        catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|_| Err(TrialFault::ours("panic", "the case panicked")));
     let outcome = match (&found, expect) {
         (Ok(figure), Expect::AtMost(bound)) if *figure <= bound => CaseOutcome::Passed,
         (Ok(figure), Expect::AtLeast(bound)) if *figure >= bound => CaseOutcome::Passed,

@@ -1,7 +1,7 @@
-//! Hard cases: what must hold, the figure that shows it, and the bound with its reason.
+//! Hard cases: required properties, each with a figure and a bound with its reason.
 //!
-//! [`CASES`] is data: a case is a name, the item of the list that it stands for, a bound with its reason, and a function
-//! that returns one figure or a refusal. [`judge`] is the one check for all of them.
+//! [`CASES`] is data: a case has a name, an item of the list, a bound with its reason, and a function that returns one figure or an
+//! error. [`judge`] checks all of them.
 
 mod case;
 mod cases;

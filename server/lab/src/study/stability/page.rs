@@ -1,4 +1,4 @@
-//! The page and the document of the stability study.
+//! Page and JSON document of the stability study.
 
 use super::{CaseOutcome, CaseRow, Locking, Neck};
 use crate::report::{Fact, ReportFigure, ReportTable, Section, Study, share, significant};
@@ -6,33 +6,33 @@ use crate::study::mesh_fuzz::{FuzzTally, MUST_ACCEPT_RATE_MIN, NamedCounts};
 use crate::study::plot::{Axes, PlotError, PlotLine, PlotMark, svg};
 use serde_json::{Value, json};
 
-/// Everything that the study found.
+/// Results of the stability study.
 #[derive(Clone, Debug)]
 pub struct StabilityFindings {
-    /// The catalogue, then real meshes if there were any.
+    /// Rows of the catalog, then of real meshes.
     pub rows: Vec<CaseRow>,
     /// Error of bending against Poisson's ratio.
     pub locking: Vec<Locking>,
-    /// A weak neck over a range of impulses.
+    /// Results of the weak neck over a range of impulses.
     pub necks: Vec<Neck>,
-    /// What three of these impulses make of it.
+    /// Pictures of three of these results.
     pub neck_portraits: Vec<ReportFigure>,
-    /// Real meshes, broken.
+    /// Pictures of real meshes after the impact.
     pub real_portraits: Vec<ReportFigure>,
-    /// Bad meshes, broken.
+    /// Pictures of bad meshes after the impact.
     pub spoiled: Vec<ReportFigure>,
-    /// Bad meshes.
+    /// Tally of bad meshes.
     pub mutants: FuzzTally,
 }
 
 impl StabilityFindings {
-    /// Whether anything failed, or too much was refused.
+    /// Whether anything failed, or too many meshes were refused.
     pub fn failed(&self) -> bool {
         let refused = self.must_accept_rate().is_some_and(|rate| rate < MUST_ACCEPT_RATE_MIN);
         self.count(CaseOutcome::Failed) > 0 || self.mutants.all.failed > 0 || refused
     }
 
-    /// None where no mutant that must be accepted was tried.
+    /// Accepted share of the mutants that must be accepted; `None` if no such mutant was tried.
     fn must_accept_rate(&self) -> Option<f64> {
         (self.mutants.must_accept.tried > 0).then_some(self.mutants.must_accept_rate)
     }
@@ -41,7 +41,7 @@ impl StabilityFindings {
         self.rows.iter().filter(|row| row.outcome == outcome).count()
     }
 
-    /// The document of `--json`.
+    /// JSON document of `--json`.
     pub fn document(&self) -> Value {
         let all = &self.mutants.all;
         json!({
@@ -60,23 +60,23 @@ impl StabilityFindings {
         })
     }
 
-    /// The page.
+    /// Builds the page.
     pub fn page(&self) -> Result<Study, PlotError> {
         let all = &self.mutants.all;
         Ok(Study {
             title: "Hard cases".to_owned(),
             lead: vec![
-                "Every case ends in a checked answer, with a figure and a bound, or in a refusal that names its reason. \
-                 Nothing may panic, hang, return a number that is none, or an open mesh."
+                "Every case ends in a checked result, with a figure and a bound, or in an error that names its reason. No case may panic, \
+                 hang, or return a number that is not finite or an open mesh."
                     .to_owned(),
             ],
             facts: vec![
                 Fact::new("Cases within their bound", self.count(CaseOutcome::Passed).to_string()),
-                Fact::new("Refused, as they must be", self.count(CaseOutcome::Refused).to_string()),
+                Fact::new("Refused, as expected", self.count(CaseOutcome::Refused).to_string()),
                 Fact::new("Cases failed", self.count(CaseOutcome::Failed).to_string()),
                 Fact::new("Bad meshes tried", all.tried.to_string()),
                 Fact::new("Bad meshes failed", all.failed.to_string()),
-                Fact::new("Of those that must be answered", self.must_accept_rate().map_or("–".to_owned(), share)),
+                Fact::new("Accepted of those that must be", self.must_accept_rate().map_or("–".to_owned(), share)),
             ],
             sections: [vec![self.cases(), self.poisson()?, self.neck()?, self.bad_meshes()], self.real_meshes()].concat(),
         })
@@ -96,7 +96,7 @@ impl StabilityFindings {
         };
         Section {
             heading: format!("{} cases", self.rows.len()),
-            lead: vec!["What the figure is, and why its bound is what it is, stands in the last column.".to_owned()],
+            lead: vec!["The last column explains the figure and its bound.".to_owned()],
             tables: vec![ReportTable {
                 head: ["item", "case", "outcome", "figure", "bound", "why"].map(str::to_owned).to_vec(),
                 rows: self.rows.iter().map(cell).collect(),
@@ -113,15 +113,15 @@ impl StabilityFindings {
         };
         let lines = [
             line("body-centered lattice, 6 cubes across", |at| at.body_centered),
-            line("cubes cut in six, 8 across", |at| at.six_per_cube),
+            line("cubes divided in six, 8 across", |at| at.six_per_cube),
         ];
         let axes = Axes { x: "Poisson's ratio".into(), y: "missing energy, %".into(), log_x: false, log_y: false };
         Ok(Section {
             heading: "Nearly incompressible materials".to_owned(),
             lead: vec![
-                "Linear tetrahedra lock as Poisson's ratio nears one half. Pure bending, relative shortfall of the energy: \
-                 the lattice that baking makes hardly notices, one of tetrahedra in the worst arrangement loses three \
-                 quarters. Baking accepts up to 0.45, where even that loses no more than 15 %, and refuses the rest."
+                "Linear tetrahedra lock as Poisson's ratio approaches one half. The plot shows the relative deficit of the energy in pure \
+                 bending: small on the lattice of the bake, three quarters on tetrahedra in the worst arrangement. Baking accepts ratios \
+                 up to 0.45, where the worst arrangement loses at most 15 %, and refuses larger ones."
                     .to_owned(),
             ],
             plots: vec![(svg(&axes, &lines)?, "Error of a bent beam against Poisson's ratio.".to_owned())],
@@ -137,7 +137,7 @@ impl StabilityFindings {
         };
         let lines = [
             line("fragments", |neck| neck.fragments as f64),
-            line("of these from the neck", |neck| neck.in_neck as f64),
+            line("fragments from the neck", |neck| neck.in_neck as f64),
             line("share of each end in one piece", |neck| neck.ends_kept),
         ];
         let axes =
@@ -145,21 +145,21 @@ impl StabilityFindings {
         Ok(Section {
             heading: "A weak neck".to_owned(),
             lead: vec![
-                "A dumb-bell, one end pushed sideways: the strain energy sits in its neck. Near the threshold it snaps in \
-                 two. Far above it an energy-weighted diagram puts its cells where the energy is, so the neck shatters \
-                 while the ends fly off whole. Who wants a clean snap at any impulse asks for two sites, or raises γ."
+                "A dumb-bell with one end pushed sideways: the strain energy is in its neck. Near the threshold it snaps in two. Far above \
+                 it, an energy-weighted diagram puts its cells where the energy is, so the neck shatters while the ends stay whole. For a \
+                 clean snap at any impulse, request two sites or raise γ."
                     .to_owned(),
             ],
-            plots: vec![(svg(&axes, &lines)?, "What becomes of a dumb-bell over a range of impulses.".to_owned())],
+            plots: vec![(svg(&axes, &lines)?, "Fragments of a dumb-bell over a range of impulses.".to_owned())],
             figures: self.neck_portraits.clone(),
             ..Section::default()
         })
     }
 
-    /// Nothing without pictures.
+    /// Section of real meshes; empty without pictures.
     fn real_meshes(&self) -> Vec<Section> {
         let section = Section {
-            heading: "Meshes as people have them".to_owned(),
+            heading: "Real meshes".to_owned(),
             lead: vec![
                 "Scans and models with holes, open edges and inverted faces, baked at default spacings and struck once \
                  with 12 sites."
@@ -173,7 +173,7 @@ impl StabilityFindings {
 
     fn bad_meshes(&self) -> Section {
         let table = |title: &str, rows: &[NamedCounts]| ReportTable {
-            head: [title, "tried", "checked", "refused", "of these unjustified", "failed", "must-accept answered"]
+            head: [title, "tried", "checked", "refused", "unjustified errors", "failed", "must-accept accepted"]
                 .map(str::to_owned)
                 .to_vec(),
             rows: rows.iter().map(counts).collect(),
@@ -181,10 +181,10 @@ impl StabilityFindings {
         Section {
             heading: format!("{} bad meshes", self.mutants.all.tried),
             lead: vec![
-                "Twenty defects, by meshes and seeds. Each is repaired, baked, struck, and every fragment of the answer \
-                 checked. What has no inside, or is not finite, may be refused; inside-out, flipped, duplicated, mixed, \
-                 holed, doubled, nested and T-junctioned meshes must be answered: the pictures show a statue with each \
-                 of these, struck alike."
+                "Twenty defects, by meshes and seeds. Each mesh is repaired, baked and struck, and every fragment of the result is \
+                 checked. Meshes without an inside or with values that are not finite may be refused. Inside-out, flipped, \
+                 duplicated, mixed, holed, doubled, nested and T-junctioned meshes must be accepted; the pictures show a \
+                 statue with each of these defects and the same impact."
                     .to_owned(),
             ],
             figures: self.spoiled.clone(),

@@ -1,4 +1,4 @@
-//! Pictures of what became of hard cases.
+//! Pictures of the results of hard cases.
 
 use super::TrialFault;
 use super::trial::{TrialResult, at, baked, coarse, sound, struck};
@@ -11,12 +11,12 @@ use shatter_fracture::pipeline::PreparedObject;
 
 const SIZE: PictureSize = PictureSize { width: 520, height: 420 };
 
-/// Where the camera is, seen from the object.
+/// Direction from the object to the camera.
 const FROM: [f32; 3] = [0.6, 0.5, 1.0];
 
 const LENS: Projection = Projection::Perspective { fov_deg: 24.0 };
 
-/// How far fragments are moved apart, over their distance from the center.
+/// Displacement of fragments over their distance from the center.
 const SPREAD: f64 = 0.35;
 
 impl From<PictureError> for TrialFault {
@@ -25,7 +25,7 @@ impl From<PictureError> for TrialFault {
     }
 }
 
-/// The fragments of `answer`, moved apart.
+/// Picture of the fragments of `answer`, moved apart.
 pub fn portrait(prepared: &PreparedObject, answer: &TrialResult, caption: String) -> Result<ReportFigure, TrialFault> {
     let spread = Spread { hub_m: prepared.frame.center_m.coords.into(), factor: SPREAD };
     let mesh = exploded(&answer.rows, &answer.runs, &answer.positions, &answer.indices, spread);
@@ -35,11 +35,11 @@ pub fn portrait(prepared: &PreparedObject, answer: &TrialResult, caption: String
     Ok(ReportFigure { png, caption, scale: None })
 }
 
-/// The statue under every defect that must be answered, struck alike.
+/// Pictures of the statue under every defect that must be accepted, each with the same impact.
 pub fn spoiled_statues() -> Result<Vec<ReportFigure>, TrialFault> {
     let bases = generated();
     let statue = bases.iter().find(|base| base.name == "statue");
-    let statue = statue.ok_or_else(|| TrialFault::ours("picture", "no mesh is called statue"))?;
+    let statue = statue.ok_or_else(|| TrialFault::ours("picture", "there is no mesh `statue`"))?;
     let defects = FuzzDefect::ALL.iter().filter(|defect| defect.must_accept());
     defects
         .map(|defect| {

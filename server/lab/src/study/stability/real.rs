@@ -1,4 +1,4 @@
-//! Real meshes, which the project does not contain: what users bring.
+//! Real meshes, as users have them; not part of the project.
 
 use super::case::compare;
 use super::portrait::portrait;

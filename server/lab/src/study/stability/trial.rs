@@ -1,4 +1,4 @@
-//! What cases have in common: bake a mesh, strike it, and see whether the answer is sound.
+//! Common steps of the cases: bake a mesh, strike it, and check that the result is sound.
 
 use nalgebra::{Point3, Vector3};
 use shatter_engine::wire;
@@ -9,24 +9,23 @@ use shatter_fracture::fragment::closed;
 use shatter_fracture::lattice::LatticeError;
 use shatter_fracture::lift::LiftError;
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, DegreeSource, FractureError, FractureRequest, FragmentRow, PreparedObject, RunRow, Workspace,
+    DegreeRequest, DegreeSource, FractureError, FractureRequest, FragmentRow, PreparedObject, RunRow,
 };
-use shatter_fracture::scene::MATERIALS;
-use shatter_fracture::scene::{Material, MaterialError, Materials};
+use shatter_fracture::scene::{Material, MaterialError};
 use shatter_fracture::surface::{RawMesh, SurfaceError};
 use shatter_server::commands::CommandError;
 
-/// Why a case has no figure: a refusal as the programs name it, or a fault.
+/// Error of a case that has no figure: an error as the programs name it, or an internal fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TrialFault {
-    /// The rule, as in `error.kind` of the programs' documents.
+    /// Kind, as in `error.kind` of the programs' documents.
     pub kind: String,
-    /// In words.
+    /// Message.
     pub message: String,
 }
 
 impl TrialFault {
-    /// Something that must not happen.
+    /// Internal fault.
     pub fn ours(kind: &str, message: impl Into<String>) -> Self {
         Self { kind: kind.to_owned(), message: message.into() }
     }
@@ -38,7 +37,7 @@ impl From<CommandError> for TrialFault {
     }
 }
 
-/// Errors that the command line names already.
+/// Converts errors by way of the command line's kinds.
 macro_rules! as_the_programs_say {
     ($($error:ty),*) => {$(
         impl From<$error> for TrialFault {
@@ -70,12 +69,12 @@ impl From<LiftError> for TrialFault {
     }
 }
 
-/// A material that ships with the program.
+/// Built-in material of that name.
 pub fn material(name: &str) -> Result<Material, TrialFault> {
-    Ok(Materials::parse(MATERIALS)?.get(name)?.clone())
+    Ok(Material::named(name)?)
 }
 
-/// Stone on lattices of a few hundred nodes: cases are many, and none needs more to be hard.
+/// Stone on lattices of a few hundred nodes; there are many cases, and none needs a finer lattice.
 pub fn coarse() -> Result<BakeRequest, TrialFault> {
     Ok(BakeRequest { elastic_spacing: Some(0.1), crack_spacing: Some(0.0625), ..fine()? })
 }
@@ -85,13 +84,15 @@ pub fn fine() -> Result<BakeRequest, TrialFault> {
     Ok(BakeRequest::new("case", "stone", material("stone")?))
 }
 
-/// Bakes.
+/// Bakes a mesh.
 pub fn baked(mesh: RawMesh, request: &BakeRequest) -> Result<PreparedObject, TrialFault> {
     Ok(bake(mesh, request, &CancelToken::default(), &mut |_| ())?)
 }
 
-/// A strike with 12 sites by an impulse of 1 N·s along −`outward` where the ray from the box's center along `outward`
-/// leaves the first body for the last time: well defined on every body.
+/// Request with 12 sites and an impulse of 1 N·s along −`outward`.
+///
+/// The contact is where the ray from the box's center along `outward` leaves the first body for the last time; this is well defined on
+/// every body.
 pub fn at(prepared: &PreparedObject, outward: [f64; 3]) -> FractureRequest {
     let outward = Vector3::from(outward).normalize();
     let nodes = prepared.bodies.iter().flat_map(|body| body.crack.nodes.iter());
@@ -100,40 +101,37 @@ pub fn at(prepared: &PreparedObject, outward: [f64; 3]) -> FractureRequest {
     sites(FractureRequest::at(point_m, -outward).seeded(1), 12)
 }
 
-/// The same strike with a number of sites.
+/// The same request with a number of sites.
 pub fn sites(strike: FractureRequest, sites: u32) -> FractureRequest {
     FractureRequest { degree: DegreeRequest::Sites(sites), ..strike }
 }
 
-/// An answer as a client holds it.
+/// Result as a client receives it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrialResult {
-    /// Fragments; empty where the object stays whole.
+    /// Fragments; empty if the object stays whole.
     pub rows: Vec<FragmentRow>,
     /// Runs of the fragments.
     pub runs: Vec<RunRow>,
     /// Vertices relative to each fragment's center, m.
     pub positions: Vec<[f32; 3]>,
-    /// Corners relative to each fragment's first vertex.
+    /// Triangle corners, relative to each fragment's first vertex.
     pub indices: Vec<u32>,
     /// E_1/γ.
     pub e1_over_gamma: f64,
-    /// Impulses times this factor just break it.
+    /// Factor on the impulses that just breaks the object.
     pub impulse_factor: f64,
     /// Fracture degree.
     pub degree: u32,
-    /// Whether the cap cut it.
+    /// Whether the degree was capped.
     pub capped: bool,
-    /// Which rule decided.
+    /// Source of the degree.
     pub source: DegreeSource,
 }
 
-/// Strikes.
+/// Strikes the object.
 pub fn struck(prepared: &PreparedObject, strike: &FractureRequest) -> Result<TrialResult, TrialFault> {
-    let outcome = pipeline::strike(
-        pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
-        &mut Workspace::default(),
-    )?;
+    let outcome = prepared.strike(strike)?;
     let mut answer = TrialResult {
         rows: Vec::new(),
         runs: Vec::new(),
@@ -146,17 +144,15 @@ pub fn struck(prepared: &PreparedObject, strike: &FractureRequest) -> Result<Tri
         source: outcome.degree_source(),
     };
     if let Some(pieces) = outcome.into_meshes() {
-        answer.positions = vec![[0.0; 3]; pieces.counts.vertices];
-        answer.indices = vec![0; pieces.counts.indices];
-        let mut merges = vec![[0; 2]; pieces.counts.merges];
-        pieces.emit(&mut answer.positions, &mut answer.indices, &mut merges)?;
+        let emitted = pieces.emitted()?;
+        (answer.positions, answer.indices) = (emitted.positions, emitted.indices);
         (answer.rows, answer.runs) = (pieces.fragments, pieces.runs);
     }
     Ok(answer)
 }
 
-/// How far the fragments' volumes are from summing to the lattice's, relatively; a fault if any fragment is open, not
-/// finite or without mass.
+/// Relative difference between the sum of fragment volumes and the lattice's volume; an error if a fragment is open, not finite or
+/// without mass.
 pub fn sound(prepared: &PreparedObject, answer: &TrialResult) -> Result<f64, TrialFault> {
     for row in &answer.rows {
         let vertices = &answer.positions[row.vertex_first as usize..][..row.vertex_count as usize];
@@ -174,15 +170,15 @@ pub fn sound(prepared: &PreparedObject, answer: &TrialResult) -> Result<f64, Tri
     Ok((sum / prepared.report.lattice_volume_m3 - 1.0).abs())
 }
 
-/// Bakes coarsely, strikes from +x, and returns [`sound`]'s figure.
+/// Bakes coarsely, strikes from +x, and returns the figure of [`sound`].
 pub fn survives(mesh: RawMesh) -> Result<f64, TrialFault> {
     let prepared = baked(mesh, &coarse()?)?;
     let answer = struck(&prepared, &at(&prepared, [1.0, 0.2, 0.1]))?;
     sound(&prepared, &answer)
 }
 
-/// Largest relative difference between the volumes of two answers' fragments after division by `scale`; infinite where
-/// their number differs.
+/// Largest relative difference between the fragment volumes of two results after division by `scale`; infinite if their numbers
+/// differ.
 pub fn difference(a: &TrialResult, b: &TrialResult, scale: f64) -> f64 {
     if a.rows.len() != b.rows.len() || a.rows.is_empty() {
         return f64::INFINITY;

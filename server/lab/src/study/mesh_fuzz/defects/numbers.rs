@@ -4,7 +4,7 @@ use super::super::draw::ChoiceStream;
 use nalgebra::Vector3;
 use shatter_fracture::surface::RawMesh;
 
-/// Vertices spoiled, at most, as a share of all.
+/// Maximum share of damaged vertices.
 const SHARE_MAX: f64 = 0.1;
 
 pub(super) fn nan(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
@@ -46,18 +46,18 @@ pub(super) fn huge_offset(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
 }
 
 pub(super) fn tiny_scale(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
-    // Half of them at sizes that somebody might send.
+    // Half of them at sizes that occur in practice.
     let lowest = if draw.chance(0.5) { -9.0 } else { -80.0 };
     scale(mesh, draw.decade(lowest, -3.0));
 }
 
-/// The bounding box's diagonal.
+/// Diagonal of the bounding box.
 pub(super) fn diagonal(mesh: &RawMesh) -> f64 {
     let [low, high] = bounds(mesh);
     (high - low).norm()
 }
 
-/// The lowest and the highest corner of the bounding box.
+/// Lowest and highest corner of the bounding box.
 pub(super) fn bounds(mesh: &RawMesh) -> [Vector3<f64>; 2] {
     let coords = || mesh.positions_m.iter().map(|point| point.coords);
     [

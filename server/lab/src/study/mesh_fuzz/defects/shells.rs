@@ -1,4 +1,4 @@
-//! Defects of the shape as a whole.
+//! Defects of the whole shape.
 
 use super::super::draw::ChoiceStream;
 use super::super::inside::winding;
@@ -6,10 +6,10 @@ use super::numbers::{bounds, diagonal};
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use shatter_fracture::surface::{RawMesh, shapes};
 
-/// Points that are tried for the middle of a nested ball.
+/// Number of points tried for the center of a nested ball.
 const TRIES: usize = 24;
 
-/// A nested ball fills this much of the room around its middle, at most.
+/// Maximum radius of a nested ball over the free distance around its center.
 const ROOM: f64 = 0.7;
 
 pub(super) fn self_intersection(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
@@ -62,7 +62,7 @@ pub(super) fn nested_shell(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
             (middle, room) = (point, distance);
         }
     }
-    // Where no inside was found, a small ball in the middle of the box.
+    // Without a point inside, a small ball at the center of the box.
     let radius = if room > 0.0 { room * draw.between(0.2, ROOM) } else { 0.05 * (high - low).norm() };
     let mut ball = shapes::sphere(radius, 1);
     if draw.chance(0.5) {
@@ -85,7 +85,7 @@ pub(super) fn coplanar(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     }
 }
 
-/// Adds the triangles of `other`, with its vertices moved.
+/// Appends the triangles of `other`, with its vertices moved.
 fn append(mesh: &mut RawMesh, other: &RawMesh, place: impl Fn(&Point3<f64>) -> Point3<f64>) {
     let first = mesh.positions_m.len() as u32;
     mesh.positions_m.extend(other.positions_m.iter().map(place));

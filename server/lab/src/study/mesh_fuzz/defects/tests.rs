@@ -1,4 +1,4 @@
-//! Each defect does what it says, whatever the seed.
+//! Tests that each defect has its effect for any seed.
 
 use super::FuzzDefect;
 use super::numbers::{bounds, diagonal};
@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 const SEEDS: u64 = 40;
 
-/// Holds of the mutants of a ball and of a ring, for every seed.
+/// Checks a property of the mutants of a ball and of a ring, for many seeds.
 #[track_caller]
 fn every(defect: FuzzDefect, holds: impl Fn(&RawMesh, &RawMesh) -> bool) {
     for base in [shapes::sphere(1.0, 2), shapes::torus(1.0, 0.3, [24, 12])] {
@@ -82,7 +82,7 @@ fn triangles_are_turned_over() {
         let same = base.triangles.iter().zip(&mesh.triangles).filter(|(a, b)| a == b).count();
         base.triangles.len() == mesh.triangles.len() && same < base.triangles.len()
     };
-    // A triangle may be turned twice, so that all are as before: not with these seeds.
+    // A triangle that is reversed twice would hide the defect; these seeds avoid that.
     every(FuzzDefect::FlippedTriangles, turned);
     every(FuzzDefect::MixedWinding, turned);
 }

@@ -4,7 +4,7 @@ use super::super::draw::ChoiceStream;
 use nalgebra::Point3;
 use shatter_fracture::surface::RawMesh;
 
-/// Area that one small hole takes, at most, as a share of the whole, unless a single triangle is larger.
+/// Maximum area of a small hole as a share of the whole area, unless a single triangle is larger.
 const HOLE_SHARE_MAX: f64 = 0.02;
 
 pub(super) fn dropped(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
@@ -41,7 +41,7 @@ pub(super) fn inside_out(mesh: &mut RawMesh) {
     mesh.triangles.iter_mut().for_each(|corners| corners.swap(0, 1));
 }
 
-/// Turns over a part that grows from one triangle across shared vertices.
+/// Reverses a part that grows from one triangle across shared vertices.
 pub(super) fn mixed_winding(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     let around = around(mesh);
     let wanted = draw.few(mesh.triangles.len(), 0.6);
@@ -60,7 +60,7 @@ pub(super) fn mixed_winding(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     part.iter().for_each(|&triangle| mesh.triangles[triangle as usize].swap(0, 1));
 }
 
-/// Removes the triangles around a vertex, or a single one where that would be no small hole.
+/// Removes the triangles around a vertex, or a single triangle if that hole would be too large.
 pub(super) fn small_holes(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     let around = around(mesh);
     let areas: Vec<f64> = mesh.triangles.iter().map(|corners| area(mesh, corners)).collect();
@@ -79,7 +79,7 @@ pub(super) fn small_holes(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     mesh.triangles.retain(|_| keep.next() == Some(&true));
 }
 
-/// Splits triangles at a vertex on one of their edges, exactly on it or a little beside, and leaves the neighbor across.
+/// Splits triangles at a vertex exactly on or close to one of their edges, and leaves the neighbor across unsplit.
 pub(super) fn t_junction(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     for _ in 0..draw.few(mesh.triangles.len(), 0.3) {
         let triangle = draw.below(mesh.triangles.len());
@@ -99,7 +99,7 @@ pub(super) fn single(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     mesh.triangles = vec![mesh.triangles[draw.below(mesh.triangles.len())]];
 }
 
-/// The triangles around each vertex.
+/// Triangles around each vertex.
 fn around(mesh: &RawMesh) -> Vec<Vec<u32>> {
     let mut around = vec![Vec::new(); mesh.positions_m.len()];
     for (triangle, corners) in mesh.triangles.iter().enumerate() {

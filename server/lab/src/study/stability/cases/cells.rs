@@ -1,4 +1,4 @@
-//! Diagrams of fields that are hard to divide.
+//! Cases: diagrams of fields that are hard to divide.
 
 use super::super::trial::{TrialFault, at, baked, coarse, difference, sites, sound, struck};
 use nalgebra::{Point3, Vector3};
@@ -16,7 +16,7 @@ impl From<FieldError> for TrialFault {
     }
 }
 
-/// A diagram on a lattice; `change` may spoil lift and masses.
+/// Computes a diagram on a lattice; `change` may alter lift and masses.
 fn divided(
     lattice: &Lattice,
     options: DiagramOptions,
@@ -30,7 +30,7 @@ fn divided(
         .map_err(|cancelled| TrialFault::ours("cancelled", cancelled.to_string()))
 }
 
-/// Largest rise of Lloyd's energy from one iteration to the next, over the energy; infinite where it is not finite.
+/// Largest relative rise of Lloyd's energy from one iteration to the next; infinite if it is not finite.
 fn rise(diagram: &Diagram) -> f64 {
     if !diagram.cell_energy.iter().chain(&diagram.sites).all(|number| number.is_finite()) {
         return f64::INFINITY;
@@ -88,7 +88,7 @@ pub fn thirty_decades() -> Result<f64, TrialFault> {
     Ok(rise(&result))
 }
 
-/// Normalised second moment of the cells of a uniform cube, over that of the body-centered cubic lattice.
+/// Normalized second moment of the cells of a uniform cube, over that of the body-centered cubic lattice.
 pub fn yardstick() -> Result<f64, TrialFault> {
     let sites = 60;
     let lattice = block([18; 3], 1.0 / 18.0);
@@ -97,7 +97,7 @@ pub fn yardstick() -> Result<f64, TrialFault> {
     Ok(mean / 3.0 / (1.0 / sites as f64).powf(5.0 / 3.0) / 0.0785433)
 }
 
-/// The same symmetric strike twice, in pools of one and of four threads: largest relative difference of any number.
+/// Largest relative difference between the results of the same symmetric request on one and on four threads.
 fn repeated(mesh: RawMesh, point: [f64; 3]) -> Result<f64, TrialFault> {
     let prepared = baked(mesh, &coarse()?)?;
     let strike = sites(FractureRequest::at(Point3::from(point), -Vector3::from(point).normalize()).seeded(1), 16);
@@ -126,7 +126,7 @@ pub fn torus_on_its_rim() -> Result<f64, TrialFault> {
     repeated(shapes::torus(1.0, 0.35, [64, 32]), [1.35, 0.0, 0.0])
 }
 
-/// Components that a diagram of two clumps of energy leaves beyond its sites, over the sites.
+/// Number of components beyond the number of sites in a diagram of two clumps of energy, over the number of sites.
 pub fn two_clumps() -> Result<f64, TrialFault> {
     let lattice = block([12, 4, 4], 0.1);
     let result = divided(&lattice, DiagramOptions::new(8, 4), |lift, masses| {

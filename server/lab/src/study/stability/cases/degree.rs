@@ -1,4 +1,4 @@
-//! The degree without examples, and where it is decided by a hair.
+//! Cases: the degree without examples, and close to the threshold.
 
 use super::super::trial::{TrialFault, at, baked, coarse, struck};
 use shatter_fracture::database::BakeRequest;
@@ -6,7 +6,7 @@ use shatter_fracture::degree::{TrainingSample, train};
 use shatter_fracture::pipeline::{DegreeRequest, DegreeSource, FractureRequest, PreparedObject, TrainingExample};
 use shatter_fracture::surface::{RawMesh, shapes};
 
-/// An arch, a strike, and the factor at which it just breaks.
+/// Arch, request, and the factor on its impulse that just breaks the arch.
 fn threshold() -> Result<(PreparedObject, FractureRequest, f64), TrialFault> {
     let prepared = baked(shapes::arch(), &coarse()?)?;
     let strike = FractureRequest { degree: DegreeRequest::ClosedForm, ..at(&prepared, [0.4, 1.0, 0.1]) };
@@ -26,7 +26,7 @@ pub fn by_a_hair() -> Result<f64, TrialFault> {
     Ok(f64::from(degree(&prepared, &strike, factor * (1.0 + 1e-9))?) - f64::from(below))
 }
 
-/// 0 if an object without examples says that the closed form decided.
+/// 0 if the degree source of an object without examples is the closed form.
 pub fn no_example() -> Result<f64, TrialFault> {
     let (prepared, strike, factor) = threshold()?;
     let own = FractureRequest::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (3.0 * factor)).seeded(1);
@@ -34,19 +34,19 @@ pub fn no_example() -> Result<f64, TrialFault> {
     Ok(f64::from(u8::from(answer.source != DegreeSource::ClosedForm)))
 }
 
-/// An arch that learned from a dozen impacts.
+/// Arch that learned from a dozen impacts.
 fn taught() -> Result<PreparedObject, TrialFault> {
     baked(shapes::arch(), &BakeRequest { examples: 12, ..coarse()? })
 }
 
-/// Largest relative change of the number inferred for any lesson when every example is learned twice.
+/// Largest relative change of an inferred number when every example is duplicated.
 pub fn duplicate_examples() -> Result<f64, TrialFault> {
     let examples = taught()?.examples;
     let once = lessons(&examples);
     let again = once.iter().map(|lesson| TrainingSample { example: lesson.example + examples.len(), ..lesson.clone() });
     let twice: Vec<TrainingSample> = once.iter().cloned().chain(again).collect();
     let [Some(one), Some(two)] = [&once, &twice].map(|lessons| train(lessons, 1)) else {
-        return Err(TrialFault::ours("learning", "too few lessons"));
+        return Err(TrialFault::ours("learning", "too few training samples"));
     };
     let change = |lesson: &TrainingSample| {
         let [a, b] = [&one, &two].map(|trained| trained.network.predict(&lesson.descriptor).value);
@@ -59,7 +59,7 @@ fn lessons(examples: &[TrainingExample]) -> Vec<TrainingSample> {
     examples.iter().enumerate().flat_map(|(k, example)| example.lessons(k)).collect()
 }
 
-/// 0 if a blow like those of the examples is inferred, and one a million times as strong is not.
+/// 0 if the degree of an impact like the examples is inferred, and of one a million times as strong is not.
 pub fn far_outside() -> Result<f64, TrialFault> {
     let prepared = taught()?;
     let strike = breaking_blow(&prepared)?;
@@ -72,7 +72,7 @@ pub fn far_outside() -> Result<f64, TrialFault> {
     Ok(right.iter().filter(|right| !**right).count() as f64)
 }
 
-/// The first example's own blow at the impulse that just breaks the object.
+/// Impact of the first example with the impulse that just breaks the object.
 fn breaking_blow(prepared: &PreparedObject) -> Result<FractureRequest, TrialFault> {
     let first = prepared.examples.first().ok_or_else(|| TrialFault::ours("learning", "no example"))?;
     let mut strike = FractureRequest { contacts: first.contacts.clone(), ..at(prepared, [0.0, 1.0, 0.0]) };
@@ -82,7 +82,7 @@ fn breaking_blow(prepared: &PreparedObject) -> Result<FractureRequest, TrialFaul
     Ok(strike)
 }
 
-/// Largest fall of the optimised degree while γ falls.
+/// Largest decrease of the optimized degree while γ decreases.
 pub fn monotone() -> Result<f64, TrialFault> {
     let (prepared, mut strike, factor) = threshold()?;
     strike.degree = DegreeRequest::Optimised;
@@ -95,7 +95,7 @@ pub fn monotone() -> Result<f64, TrialFault> {
     Ok(worst)
 }
 
-/// Closed-form degree over the optimised one where the object breaks into a dozen pieces or more.
+/// Closed-form degree over the optimized one for an impact that breaks the object into a dozen fragments or more.
 fn closed_over_optimised(mesh: RawMesh, outward: [f64; 3]) -> Result<f64, TrialFault> {
     let prepared = baked(mesh, &coarse_for_thin()?)?;
     let strike = FractureRequest { degree: DegreeRequest::ClosedForm, ..at(&prepared, outward) };

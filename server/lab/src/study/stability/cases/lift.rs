@@ -1,4 +1,4 @@
-//! Lifts of symmetric and broken lattices.
+//! Cases: lifts of symmetric and broken lattices.
 
 use super::super::trial::TrialFault;
 use nalgebra::{Rotation3, Vector3};
@@ -20,7 +20,7 @@ fn distance(lift: &LiftedLattice, a: usize, b: usize) -> f64 {
     lift.at(a).iter().zip(lift.at(b)).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt()
 }
 
-/// Largest relative change of an interior distance when the lattice is turned and its nodes are numbered backwards.
+/// Largest relative change of an interior distance when the lattice is rotated and its node order reversed.
 fn turned(lattice: &Lattice, modes: usize) -> Result<f64, TrialFault> {
     let rotation = Rotation3::from_scaled_axis(Vector3::new(0.3, -1.1, 0.7));
     let mut other = lattice.clone();
@@ -71,8 +71,8 @@ pub fn tiny_lattice() -> Result<f64, TrialFault> {
     Ok(if finite { 0.0 } else { f64::INFINITY })
 }
 
-/// Largest difference between the interior distance of two nodes and the straight one, over the body's size, where the
-/// distances on the boundary are straight: the boundary's own coordinates carried inside.
+/// Largest difference between interior and straight distance of two nodes, over the body's size, when the distances on the boundary are
+/// straight: the coordinates of the boundary are extended inside.
 fn straight(carry: Extension) -> Result<f64, TrialFault> {
     let lattice = ball(6);
     let (surface, token) = (BoundarySurface::new(&lattice), CancelToken::default());

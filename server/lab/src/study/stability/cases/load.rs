@@ -1,4 +1,4 @@
-//! Loads: too small, too sharp, too far, and balanced ones.
+//! Cases: loads that are too small, too concentrated, too far, or balanced.
 
 use super::super::trial::{TrialFault, at, baked, coarse, sites, sound, struck};
 use nalgebra::{Point3, Vector3};
@@ -14,7 +14,7 @@ fn arch() -> Result<PreparedObject, TrialFault> {
     baked(shapes::arch(), &coarse()?)
 }
 
-/// The strike `change` makes of a plain one, which must be sound.
+/// Result of a plain request after `change`; must be sound.
 fn after(change: impl FnOnce(&mut FractureRequest)) -> Result<f64, TrialFault> {
     let prepared = arch()?;
     let mut strike = at(&prepared, [0.4, 1.0, 0.1]);
@@ -81,7 +81,7 @@ pub fn at_a_corner() -> Result<f64, TrialFault> {
     sound(&prepared, &struck(&prepared, &strike)?)
 }
 
-/// Strain energy under a contact of vanishing radius on a cube of this elastic spacing, J.
+/// Strain energy under a contact of vanishing radius on a cube with this elastic spacing, J.
 fn point_load(spacing: f64) -> Result<f64, TrialFault> {
     let mut request = coarse()?;
     (request.elastic_spacing, request.crack_spacing) = (Some(spacing), Some(spacing.min(0.0625)));
@@ -97,12 +97,12 @@ fn point_load(spacing: f64) -> Result<f64, TrialFault> {
     Ok(energies.iter().map(|energy| energy.energy_j * energy.radius_m).sum())
 }
 
-/// Energy times contact radius, which a point load keeps (energy ~ F²/(E r)), between the finest lattice and the next.
+/// Ratio of energy times contact radius between the two finest lattices; constant for a point load (energy ~ F²/(E r)).
 pub fn point_load_under_refinement() -> Result<f64, TrialFault> {
     Ok(point_load(0.05)? / point_load(0.1)?)
 }
 
-/// Displacement under a load on anchored nodes alone, over that under the same load elsewhere.
+/// Displacement under a load on anchored nodes, over that under the same load elsewhere.
 pub fn on_an_anchor() -> Result<f64, TrialFault> {
     let lattice = block([4, 4, 4], 0.25);
     let low = (0..lattice.nodes.len() as u32).filter(|&node| lattice.nodes[node as usize].z < -0.49).collect();

@@ -1,11 +1,11 @@
-//! Materials and thresholds at the ends of their ranges.
+//! Cases: materials and thresholds at the ends of their ranges.
 
 use super::super::trial::{TrialFault, TrialResult, at, baked, coarse, difference, sound, struck};
 use shatter_fracture::database::BakeRequest;
 use shatter_fracture::pipeline::{DegreeRequest, FractureRequest};
 use shatter_fracture::surface::shapes;
 
-/// A sound strike on an arch of this Poisson's ratio.
+/// Sound request on an arch with this Poisson's ratio.
 fn with_poisson(poisson: f64) -> Result<f64, TrialFault> {
     let mut request = coarse()?;
     request.material.poisson = poisson;
@@ -33,7 +33,7 @@ pub fn poisson_negative() -> Result<f64, TrialFault> {
     with_poisson(-0.3)
 }
 
-/// The arch with E times `stiffer`, γ scaled so that W/γ stays; struck by the closed form.
+/// Request on the arch with E times `stiffer` and γ scaled so that W/γ is constant; degree by the closed form.
 fn with_modulus(stiffer: f64) -> Result<TrialResult, TrialFault> {
     let base = coarse()?;
     let mut request = BakeRequest { gamma_j_m2: Some(1e-9 / stiffer), ..base };
@@ -54,7 +54,7 @@ pub fn modulus_over_twelve_decades() -> Result<f64, TrialFault> {
     Ok(difference(&own, &soft, 1.0).max(difference(&own, &stiff, 1.0)))
 }
 
-/// The degree, and whether it was capped, of an arch with this γ.
+/// Result for an arch with this γ: degree, and whether it was capped.
 fn with_gamma(gamma_j_m2: f64) -> Result<TrialResult, TrialFault> {
     let prepared = baked(shapes::arch(), &coarse()?)?;
     let strike = at(&prepared, [0.4, 1.0, 0.1]);

@@ -1,4 +1,4 @@
-//! Meshes that users made.
+//! Cases: defective and extreme meshes.
 
 use super::super::trial::{self, TrialFault, at, baked, coarse, fine, sound, struck, survives};
 use nalgebra::{Point3, Vector3};
@@ -6,12 +6,12 @@ use shatter_fracture::pipeline::PreparedObject;
 use shatter_fracture::surface::{DefectKind, RawMesh, SINGLE, shapes};
 use std::f64::consts::PI;
 
-/// A sphere of radius 1.
+/// Sphere of radius 1.
 fn ball() -> RawMesh {
     shapes::sphere(1.0, 4)
 }
 
-/// Both meshes in one file, the second moved.
+/// Mesh of two meshes, the second moved.
 pub(super) fn joined(mut one: RawMesh, two: &RawMesh, offset: [f64; 3]) -> RawMesh {
     let first = one.positions_m.len() as u32;
     one.positions_m.extend(two.positions_m.iter().map(|point| point + Vector3::from(offset)));
@@ -24,27 +24,27 @@ fn inverted(mut mesh: RawMesh) -> RawMesh {
     mesh
 }
 
-/// The mesh without the triangles whose number `drop` drops.
+/// Mesh without the triangles that `drop` selects by number.
 fn without(mut mesh: RawMesh, drop: impl Fn(usize) -> bool) -> RawMesh {
     let mut number = 0..;
     mesh.triangles.retain(|_| number.next().is_none_or(|number| !drop(number)));
     mesh
 }
 
-/// Volume of the lattice against `volume_m3`, after a strike that must be sound.
+/// Relative difference of the lattice's volume from `volume_m3`, after a request that must be sound.
 fn volume(mesh: RawMesh, volume_m3: f64) -> Result<f64, TrialFault> {
     let prepared = baked(mesh, &coarse()?)?;
     sound(&prepared, &struck(&prepared, &at(&prepared, [1.0, 0.3, 0.2]))?)?;
     Ok((prepared.report.lattice_volume_m3 / volume_m3 - 1.0).abs())
 }
 
-/// The lattice of a spoilt arch against that of the arch itself.
+/// Relative difference of the lattice's volume between a damaged arch and the intact one.
 fn as_the_arch(spoil: impl FnOnce(RawMesh) -> RawMesh) -> Result<f64, TrialFault> {
     let arch = baked(shapes::arch(), &coarse()?)?;
     volume(spoil(shapes::arch()), arch.report.lattice_volume_m3)
 }
 
-/// A ball beside 20 crumbs that hold a fortieth of its volume and are too small for the lattice.
+/// Ball beside 20 crumbs that have a fortieth of its volume and are too small for the lattice.
 pub fn crumbs() -> Result<f64, TrialFault> {
     let crumb = shapes::cuboid([0.17; 3]);
     let places = (0..20).map(|k| [k / 10, k / 5 % 2, k % 5].map(|k| f64::from(k) * 0.4));
@@ -118,7 +118,7 @@ pub fn several_components() -> Result<f64, TrialFault> {
     Ok(bodies(&prepared, 3))
 }
 
-/// One whole body, or a fault; how far its volume is from the box's.
+/// Relative difference of the volume from the box's; an error unless there is one whole body.
 fn thin(size_m: [f64; 3]) -> Result<f64, TrialFault> {
     let prepared = baked(shapes::cuboid(size_m), &fine()?)?;
     sound(&prepared, &struck(&prepared, &at(&prepared, [1.0, 1.0, 1.0]))?)?;
@@ -147,7 +147,7 @@ pub fn lost_wall() -> Result<f64, TrialFault> {
     survives(shapes::vase())
 }
 
-/// How many samples the defect of this kind counts.
+/// Number of samples counted by defects of this kind.
 fn named(prepared: &PreparedObject, kind: DefectKind) -> f64 {
     prepared.report.defects.iter().filter(|defect| defect.kind == kind).map(|defect| defect.count as f64).sum()
 }
@@ -176,7 +176,7 @@ pub fn lost_precision() -> Result<f64, TrialFault> {
     Ok(named(&prepared, DefectKind::LostPrecision))
 }
 
-/// The arch with one coordinate of one vertex replaced.
+/// Arch with one coordinate of one vertex replaced.
 fn with(coordinate: f64) -> Result<f64, TrialFault> {
     let mut mesh = shapes::arch();
     mesh.positions_m[7].y = coordinate;
@@ -221,7 +221,7 @@ pub fn denormal() -> Result<f64, TrialFault> {
 }
 
 pub fn bow_tie() -> Result<f64, TrialFault> {
-    // Two cubes that share one corner: a hinge, which no solve may see.
+    // Two cubes that share one corner: a hinge, which would make the stiffness singular.
     let cube = shapes::cuboid([1.0; 3]);
     let prepared = baked(joined(cube.clone(), &cube, [1.0; 3]), &trial::coarse()?)?;
     sound(&prepared, &struck(&prepared, &at(&prepared, [1.0, 1.0, 1.0]))?)

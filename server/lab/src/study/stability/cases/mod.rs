@@ -1,4 +1,4 @@
-//! What each case does. Bounds and reasons are in the catalogue.
+//! Implementations of the cases. The catalog holds bounds and reasons.
 
 pub mod cells;
 pub mod degree;

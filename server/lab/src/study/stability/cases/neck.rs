@@ -1,4 +1,4 @@
-//! A weak neck: does a dumb-bell snap at its neck, or does the neck shatter?
+//! Case of a weak neck: a dumb-bell may snap at its neck, or the neck may shatter.
 
 use super::super::portrait::portrait;
 use super::super::trial::{TrialFault, TrialResult, at, baked, fine, sound, struck};
@@ -7,14 +7,14 @@ use nalgebra::Vector3;
 use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, PreparedObject};
 use shatter_fracture::surface::shapes;
 
-/// What one impulse makes of a dumb-bell.
+/// Result of one impulse on a dumb-bell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Neck {
     /// Impulse over the one that just breaks it.
     pub times: f64,
-    /// Fragments.
+    /// Number of fragments.
     pub fragments: usize,
-    /// Those whose center lies in the neck.
+    /// Number of fragments whose center is in the neck.
     pub in_neck: usize,
     /// Largest fragment at either end, over the volume of one end.
     pub ends_kept: f64,
@@ -23,7 +23,7 @@ pub struct Neck {
 /// Half the length of the neck over that of the dumb-bell along its axis.
 const NECK: f64 = 0.2;
 
-/// One end, pushed sideways: the neck bends.
+/// Dumb-bell with one end pushed sideways, so that the neck bends.
 fn pushed() -> Result<(PreparedObject, FractureRequest, f64), TrialFault> {
     let prepared = baked(shapes::dumbbell(), &fine()?)?;
     let side = at(&prepared, [0.3, 1.0, 0.0]).contacts[0].point_m;
@@ -47,7 +47,7 @@ fn measure(prepared: &PreparedObject, times: f64, answer: &TrialResult) -> Neck 
     Neck { times, fragments: answer.rows.len(), in_neck, ends_kept: kept[0].min(kept[1]) }
 }
 
-/// What a range of impulses makes of it; every answer must be sound.
+/// Results over a range of impulses; all must be sound.
 pub fn neck_over_impulses() -> Result<Vec<Neck>, TrialFault> {
     let (prepared, strike, factor) = pushed()?;
     let mut necks = Vec::new();
@@ -61,7 +61,7 @@ pub fn neck_over_impulses() -> Result<Vec<Neck>, TrialFault> {
     Ok(necks)
 }
 
-/// The dumb-bell's fragments at three of these impulses.
+/// Pictures of the dumb-bell's fragments at three of these impulses.
 pub fn neck_portraits() -> Result<Vec<ReportFigure>, TrialFault> {
     let (prepared, strike, factor) = pushed()?;
     let picture = |times: f64| {
@@ -73,12 +73,12 @@ pub fn neck_portraits() -> Result<Vec<ReportFigure>, TrialFault> {
     [1.01, 5.0, 12.0].into_iter().map(picture).collect()
 }
 
-/// Share of each end that stays in one piece just above the threshold.
+/// Share of each end that stays in one fragment just above the threshold.
 pub fn snaps_near_the_threshold() -> Result<f64, TrialFault> {
     Ok(neck_over_impulses()?[0].ends_kept)
 }
 
-/// Share of the fragments that come out of the neck at twelve times the threshold.
+/// Share of the fragments from the neck at twelve times the threshold.
 pub fn shatters_far_above() -> Result<f64, TrialFault> {
     let far = neck_over_impulses()?[6];
     Ok(far.in_neck as f64 / far.fragments as f64)

@@ -1,21 +1,21 @@
-//! Locking: the error of pure bending against Poisson's ratio, on both ways to cut cubes into tetrahedra.
+//! Locking: error of pure bending against Poisson's ratio, for two ways to divide cubes into tetrahedra.
 
 use super::super::TrialFault;
 use shatter_fracture::lattice::block;
 use shatter_fracture::reference::{bending_error, kuhn};
 
-/// Relative shortfall of the energy in pure bending at one Poisson's ratio.
+/// Relative deficit of the energy in pure bending at one Poisson's ratio.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Locking {
-    /// ν.
+    /// Poisson's ratio ν.
     pub poisson: f64,
-    /// On the body-centered lattice that baking makes, six cubes across.
+    /// Deficit on the body-centered lattice of the bake, six cubes across.
     pub body_centered: f64,
-    /// On cubes cut into six tetrahedra, eight across: what a badly stuffed boundary comes close to.
+    /// Deficit on cubes divided into six tetrahedra, eight across; a badly stuffed boundary resembles it.
     pub six_per_cube: f64,
 }
 
-/// The curve behind the largest Poisson's ratio that is accepted.
+/// Curve that determines the largest accepted Poisson's ratio.
 pub fn locking() -> Result<Vec<Locking>, TrialFault> {
     let centered = block([18, 6, 6], 1.0 / 6.0);
     let cut = kuhn([24, 8, 8], 0.125);

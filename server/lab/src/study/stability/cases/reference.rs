@@ -1,4 +1,4 @@
-//! The rooms against exact solutions.
+//! Cases: elasticity and spectra against exact solutions.
 
 use super::super::trial::TrialFault;
 use shatter_fracture::lattice::block;
@@ -11,7 +11,7 @@ pub fn patch() -> Result<f64, TrialFault> {
     Ok(patch_error(&perturbed([3, 2, 2], 0.2, 0.12, 11), 0.3)?)
 }
 
-/// Observed order between a spacing and half of it.
+/// Observed order of convergence between a spacing and half of it.
 fn order(coarse: f64, fine: f64) -> f64 {
     (coarse / fine).log2()
 }

@@ -1,11 +1,11 @@
-//! Size and place: the same object in micrometers, in megameters, and far from the origin.
+//! Cases: size and position; the same object in micrometers, in megameters, and far from the origin.
 
 use super::super::trial::{TrialFault, TrialResult, baked, coarse, difference, sites, sound, struck};
 use nalgebra::{Isometry3, Point3, Vector3};
 use shatter_fracture::pipeline::FractureRequest;
 use shatter_fracture::surface::{RawMesh, shapes};
 
-/// The arch askew, so that no face lies in a plane of the lattice, where rounding would decide; scaled and moved.
+/// Arch, scaled and moved; rotated so that no face lies in a plane of the lattice, where rounding would decide.
 fn arch(scale: f64, shift_m: f64) -> RawMesh {
     let mesh = shapes::arch();
     let askew = Isometry3::rotation(Vector3::new(0.31, 0.17, -0.23));
@@ -13,10 +13,10 @@ fn arch(scale: f64, shift_m: f64) -> RawMesh {
     RawMesh::new(mesh.positions_m.iter().map(place).collect(), mesh.triangles)
 }
 
-/// 16 sites, γ scaled with the fifth power of length, so that W/γ stays.
+/// Result with 16 sites, and γ scaled with the fifth power of length so that W/γ is constant.
 fn answer(scale: f64, shift_m: f64) -> Result<TrialResult, TrialFault> {
     let prepared = baked(arch(scale, shift_m), &coarse()?)?;
-    // A point of the input, so that it is the same for all of them.
+    // A point of the input, so that it is the same for all scales.
     let point_m = arch(scale, shift_m).positions_m[0];
     let inward = prepared.frame.center_m - point_m;
     let strike = sites(FractureRequest::at(point_m, inward * scale).seeded(1), 16);
@@ -25,7 +25,7 @@ fn answer(scale: f64, shift_m: f64) -> Result<TrialResult, TrialFault> {
     Ok(answer)
 }
 
-/// Largest relative difference of a fragment's volume from that of the object of unit size at the origin.
+/// Largest relative difference of a fragment's volume from the object of unit size at the origin.
 fn like_the_original(scale: f64, shift_m: f64) -> Result<f64, TrialFault> {
     Ok(difference(&answer(1.0, 0.0)?, &answer(scale, shift_m)?, scale.powi(3)))
 }
@@ -42,8 +42,8 @@ pub fn far_from_the_origin() -> Result<f64, TrialFault> {
     like_the_original(1.0, 1e6)
 }
 
-/// Largest distance of a vertex from its fragment's center over the object's diagonal, for the object far away: f32 keeps
-/// its digits only because vertices are relative to their fragment.
+/// Largest distance of a vertex from its fragment's center over the object's diagonal, for the distant object: f32 keeps its digits
+/// only because vertices are relative to their fragment.
 pub fn positions_are_relative() -> Result<f64, TrialFault> {
     let answer = answer(1.0, 1e6)?;
     let farthest = answer.positions.iter().flatten().map(|x| f64::from(x.abs())).fold(0.0, f64::max);

@@ -1,4 +1,4 @@
-//! Labels and crack points that break marching tetrahedra.
+//! Cases: labels and crack points that are hard for marching tetrahedra.
 
 use super::super::trial::TrialFault;
 use nalgebra::Point3;
@@ -17,7 +17,7 @@ impl From<TessellationError> for TrialFault {
     }
 }
 
-/// How far the fragments' volumes are from summing to the lattice's, relatively; a fault if one is open.
+/// Relative difference between the sum of fragment volumes and the lattice's volume; an error if a fragment is open.
 fn cut(lattice: &Lattice, site_labels: &[u32], lift: &LiftedLattice, coordinates: &[f64]) -> Result<f64, TrialFault> {
     let topology = Topology::new(lattice);
     let split = components(&topology, site_labels);
@@ -45,7 +45,7 @@ fn random_labels(nodes: usize, labels: u32, seed: u64) -> Vec<u32> {
     (0..nodes).map(|_| (stream.uniform() * f64::from(labels)) as u32).collect()
 }
 
-/// Worst over seeds and numbers of labels.
+/// Largest difference over seeds and numbers of labels.
 fn random(lattice: &Lattice, most: u32) -> Result<f64, TrialFault> {
     let mut worst = 0.0f64;
     for labels in 2..=most {
@@ -66,7 +66,7 @@ pub fn random_labels_on_a_perturbed_block() -> Result<f64, TrialFault> {
     random(&perturbed([4, 3, 3], 0.2, 0.1, 5), 12)
 }
 
-/// The eight octants of a block: bisectors run through whole layers of nodes.
+/// Eight octants of a block, whose bisectors run through whole layers of nodes.
 pub fn ties_at_nodes() -> Result<f64, TrialFault> {
     let lattice = block([4, 4, 4], 0.1);
     let side = |bit: u32| if bit == 0 { -0.1 } else { 0.1 };
@@ -76,7 +76,7 @@ pub fn ties_at_nodes() -> Result<f64, TrialFault> {
     cut(&lattice, &labels, &LiftedLattice::euclidean(&lattice), &coordinates)
 }
 
-/// Sites at the nodes themselves: crack points at the ends of their edges.
+/// Sites at the nodes, so that crack points are at the ends of their edges.
 pub fn sites_on_nodes() -> Result<f64, TrialFault> {
     let lattice = block([2, 2, 2], 0.2);
     let labels: Vec<u32> = (0..lattice.nodes.len() as u32).collect();
@@ -84,13 +84,13 @@ pub fn sites_on_nodes() -> Result<f64, TrialFault> {
     cut(&lattice, &labels, &LiftedLattice::euclidean(&lattice), &coordinates)
 }
 
-/// Labels that claim sites at one place: no bisector anywhere.
+/// Labels of sites at the same place, which have no bisector.
 pub fn coincident_sites() -> Result<f64, TrialFault> {
     let lattice = block([3, 3, 3], 0.1);
     cut(&lattice, &random_labels(lattice.nodes.len(), 3, 7), &LiftedLattice::euclidean(&lattice), &[0.0; 9])
 }
 
-/// Random lifts of dimension 6: most triple and quadruple points fall outside their simplex.
+/// Random lifts of dimension 6, where most triple and quadruple points are outside their simplex.
 pub fn exterior_points() -> Result<f64, TrialFault> {
     let lattice = perturbed([3, 3, 3], 0.1, 0.1, 11);
     let mut worst = 0.0f64;

@@ -1,5 +1,15 @@
-//! Shared memory is sparse: a page exists once it is written, and a machine that has none left answers with SIGBUS. So pages are
-//! asked for before they are written, by both sides.
+//! A full `/dev/shm` kills with SIGBUS.
+//!
+//! **Symptom.** Segments are sparse files: a page exists once it is written, and where no page is left the kernel sends SIGBUS. The
+//! transport neither checks for free space nor populates pages.
+//!
+//! **Reproduction** (iceoryx2 0.10.0). A `/dev/shm` of 64 MiB and a pool of eight buckets of 50 MiB: the pool is created, and the process
+//! dies while it fills the second response. `MADV_POPULATE_WRITE` on the same range returns an error instead.
+//!
+//! **Upstream.** No issue known.
+//!
+//! **Delete.** This file, [`populated_pages`](super::populated_pages) and their calls before a segment is created or written, once the
+//! transport populates pages itself and returns an error.
 
 use rustix::io::Errno;
 use rustix::mm::{Advice, madvise};
@@ -7,8 +17,8 @@ use shatter_proto::{Error, ErrorKind};
 use std::ops::Range;
 use std::path::Path;
 
-/// Where shared memory lives.
-pub const FOLDER: &str = "/dev/shm";
+/// Folder of shared memory.
+const FOLDER: &str = crate::instance::SHARED_MEMORY;
 
 /// Files that a connection needs, with some to spare.
 const FILES: u64 = 64;
@@ -19,7 +29,10 @@ pub const CONNECTION_BYTES: u64 = 8 << 20;
 /// Segments beyond this size are pools, of which only what is lent is populated.
 const SEGMENT_MAX: usize = 16 * 1024 * 1024;
 
-/// Bytes that shared memory can still take. Errors: `shared_memory`.
+/// Bytes that shared memory can still take.
+///
+/// # Errors
+/// `shared_memory`.
 pub fn free_bytes() -> Result<u64, Error> {
     match rustix::fs::statvfs(FOLDER) {
         Ok(data) => Ok(data.f_bavail.saturating_mul(data.f_frsize)),
@@ -27,7 +40,10 @@ pub fn free_bytes() -> Result<u64, Error> {
     }
 }
 
-/// Refuses unless shared memory can take `bytes` more, in a few more files. Errors: `shared_memory`.
+/// Refuses unless shared memory can take `bytes` more, in a few more files.
+///
+/// # Errors
+/// `shared_memory`.
 pub fn need(bytes: u64) -> Result<(), Error> {
     let free = free_bytes()?;
     if free < bytes {
@@ -44,8 +60,10 @@ pub fn need(bytes: u64) -> Result<(), Error> {
     }
 }
 
-/// Makes the pages of `range` (addresses) exist; no byte changes. Errors: `shared_memory`; `transport` for addresses that are not
-/// mapped writable, or a segment that is cut short.
+/// Makes the pages of `range` (addresses) exist; no byte changes.
+///
+/// # Errors
+/// `shared_memory`; `transport` for addresses that are not mapped writable, or a segment that is cut short.
 pub fn populate(range: Range<usize>) -> Result<(), Error> {
     let page = rustix::param::page_size();
     let start = range.start / page * page;
@@ -63,6 +81,9 @@ pub fn populate(range: Range<usize>) -> Result<(), Error> {
 }
 
 /// Makes the pages of every segment exist that lies in `folder` and that this process has mapped writable; pools aside.
+///
+/// # Errors
+/// Those of [`populate`].
 pub fn populate_mapped(folder: &Path) -> Result<(), Error> {
     let maps = std::fs::read_to_string("/proc/self/maps").map_err(|error| full(0, &error.to_string()))?;
     maps.lines().filter_map(|line| writable(line, folder)).try_for_each(populate)
@@ -78,7 +99,7 @@ fn writable(line: &str, folder: &Path) -> Option<Range<usize>> {
     (rest.starts_with("rw-s") && path.starts_with(folder) && range.len() <= SEGMENT_MAX).then_some(range)
 }
 
-/// There is room, and the pages cannot exist all the same: whoever made the segment died before it was as long as it should be.
+/// The error for pages that cannot exist despite free space: the creator of the segment died before it reached its full length.
 fn torn(length: usize) -> Error {
     Error::new(ErrorKind::Transport, FOLDER, format!("a segment of {length} bytes is cut short: its maker died"))
 }

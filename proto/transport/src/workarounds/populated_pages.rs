@@ -1,21 +1,26 @@
-//! The pages of an answer are asked for before they are written.
+//! Population of shared-memory pages before results are written into them, once per bucket.
+//!
+//! See [`shared_memory`](super::shared_memory) for the symptom and for what to delete.
 
+use super::shared_memory::{need, populate};
 use shatter_proto::Error;
 use shatter_proto::result::Block;
-use shatter_transport::shared_memory::{need, populate};
 use std::collections::HashMap;
 use std::mem::MaybeUninit;
 use std::sync::{Mutex, PoisonError};
 
-/// Shared memory that answers leave to others: to clients that come, and to the transport, bytes.
+/// Shared memory that results leave free for new clients and for the transport, bytes.
 const RESERVE: u64 = 8 * 1024 * 1024;
 
-/// How far each bucket is known to be populated, by address. Asking again for pages that are there costs milliseconds.
+/// Populated length of each bucket, by address. Populating pages again costs milliseconds.
 #[derive(Default)]
 pub struct PopulatedPages(Mutex<HashMap<usize, usize>>);
 
 impl PopulatedPages {
-    /// Makes the pages of `range` exist. Errors: `shared_memory`.
+    /// Populates the pages of `range`.
+    ///
+    /// # Errors
+    /// `shared_memory`.
     pub fn ensure(&self, range: &mut [MaybeUninit<Block>]) -> Result<(), Error> {
         let (start, length) = (range.as_mut_ptr() as usize, size_of_val(range));
         let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&start).copied().unwrap_or(0);
@@ -28,8 +33,9 @@ impl PopulatedPages {
         Ok(())
     }
 
-    /// Buckets that were ever populated, and bytes of them. The transport lends the bucket that came back last, so this is
-    /// how many were held at once at most.
+    /// Number of buckets that were ever populated, and their populated bytes.
+    ///
+    /// The transport reuses the bucket that was returned last, so the number is the maximum that was held at once.
     pub fn extent(&self) -> (u64, u64) {
         let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         (known.len() as u64, known.values().map(|length| *length as u64).sum())
@@ -51,13 +57,13 @@ mod tests {
             assert_eq!(populated.0.lock().unwrap()[&address], known * 64);
             assert_eq!(populated.extent(), (1, known as u64 * 64));
         }
-        // SAFETY: all blocks were initialised above.
+        // SAFETY: all blocks were initialized above.
         assert!(blocks.iter().all(|block| unsafe { block.assume_init_ref() }.bytes == [7; 64]));
     }
 
     #[test]
     fn memory_that_cannot_exist_is_an_error_not_a_signal() {
-        // A file of no length, mapped: every access is SIGBUS, and populating it fails instead.
+        // In a mapping of an empty file every access raises SIGBUS; populating it returns an error instead.
         let file = tempfile::tempfile().unwrap();
         let length = 16 * rustix::param::page_size();
         // SAFETY: a fresh mapping at an address of the kernel's choice; it is unmapped below and never read or written.

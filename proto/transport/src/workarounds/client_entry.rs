@@ -1,43 +1,53 @@
-//! The way in for clients.
+//! A corrupt segment stops every client.
 //!
-//! Every process that connects opens one small segment first (iceoryx2 0.10.0): a few zeros in it, and no client connects any more.
-//! The folder is closed to other users; what this user or root can still spoil is found by looking and put right.
+//! **Symptom.** Every process that connects opens the segment `*.global_mgmt` first. If a few bytes of it are zero, or it is gone, no
+//! client can connect, and the daemon does not notice.
+//!
+//! **Reproduction** (iceoryx2 0.10.0). The test `entrance` of `shatter-server` overwrites and removes the segment of a running daemon.
+//!
+//! **Upstream.** No issue known.
+//!
+//! **Delete.** This file, its call in the loop of the daemon and the counter of restored segments, once a node repairs or rejects the
+//! segment. The folder is closed to other users; this user, root and cleaners of `/dev/shm` can still damage it.
 
+use crate::instance::Instance;
+use crate::private_folder::PrivateFolder;
+use crate::{Ipc, client_config, failed};
 use iceoryx2::node::NodeBuilder;
 use iceoryx2::prelude::SignalHandlingMode;
 use shatter_proto::{Error, ErrorKind};
-use shatter_transport::instance::Instance;
-use shatter_transport::private_folder::PrivateFolder;
-use shatter_transport::{Ipc, client_config, failed};
 use std::ffi::OsStr;
 use std::fs;
 use std::path::PathBuf;
 
-/// How the segment's name ends.
+/// Extension of the segment.
 const SEGMENT: &str = "global_mgmt";
 
-/// How the names of segments end that last as long as the services, one each.
+/// Extension of the segments that exist as long as the services, one each.
 const SERVICE: &str = "dynamic";
 
-/// First bytes of the segment, which never change: the transport's version. A counter follows.
+/// Length of the segment's constant prefix, the transport's version, bytes. A counter follows.
 const FIXED_BYTES: usize = 8;
 
-/// Watches over the way in. Made once the services exist.
+/// Check of the files that clients need to connect. Created after the services.
 pub struct ClientEntryCheck {
     instance: Instance,
     folder: PrivateFolder,
     segment: PathBuf,
-    /// What the segment held when it was made.
+    /// Original contents of the segment.
     bytes: Vec<u8>,
     /// Segments and descriptions without which no service can be opened.
     services: Vec<PathBuf>,
-    /// What was found last and could not be put right.
+    /// Last damage that could not be repaired.
     trouble: Option<String>,
     restored: u64,
 }
 
 impl ClientEntryCheck {
-    /// Goes the way in to `instance` once. Errors: `transport`, which names what is in the way.
+    /// Opens a test connection to `instance`.
+    ///
+    /// # Errors
+    /// `transport`, which names what is in the way.
     pub fn open(instance: &Instance, uid: u32) -> Result<Self, Error> {
         let ending = |path: &PathBuf, ending: &str| path.extension() == Some(OsStr::new(ending));
         let entries = fs::read_dir(&instance.folder).into_iter().flatten().flatten();
@@ -55,13 +65,17 @@ impl ClientEntryCheck {
         Ok(entrance)
     }
 
-    /// Times that it was spoilt and put right.
+    /// Number of repairs.
     pub fn restored(&self) -> u64 {
         self.restored
     }
 
-    /// Looks whether clients can come in. What is in their way is put right, if it can be, named in the log, and returned: the next
-    /// look then finds nothing. Errors: `transport`.
+    /// Checks whether clients can connect.
+    ///
+    /// Damage is logged, repaired if possible, and returned as an error; after a repair the next check succeeds.
+    ///
+    /// # Errors
+    /// `transport`.
     pub fn check(&mut self) -> Result<(), Error> {
         let Err((path, what)) = self.look() else {
             self.trouble = None;
@@ -80,9 +94,9 @@ impl ClientEntryCheck {
         Err(Error::new(ErrorKind::Transport, path.display().to_string(), format!("{message}; {advice}")))
     }
 
-    /// What is in the way, and where.
+    /// Finds the first damaged file and describes the damage.
     fn look(&self) -> Result<(), (PathBuf, String)> {
-        // Another folder in its place is not looked into.
+        // If another folder has replaced this one, nothing in it is read.
         self.folder.check().map_err(|refusal| (self.instance.folder.clone(), refusal.message))?;
         let found = |what: String| (self.segment.clone(), what);
         let data = self.segment.symlink_metadata().map_err(|error| found(format!("cannot be read ({error})")))?;
@@ -99,7 +113,7 @@ impl ClientEntryCheck {
         }
     }
 
-    /// Puts a fresh copy of the segment in its place.
+    /// Replaces the segment by a fresh copy.
     fn restore(&self) -> std::io::Result<()> {
         if self.segment.symlink_metadata().is_ok_and(|data| data.is_dir()) {
             fs::remove_dir_all(&self.segment)?;
@@ -108,7 +122,7 @@ impl ClientEntryCheck {
         self.folder.write(name, &self.bytes)
     }
 
-    /// What a client does first.
+    /// Connects as a client does.
     fn go_in(&self) -> Result<(), Error> {
         let config = client_config(&self.instance)?;
         let node = NodeBuilder::new().config(&config).signal_handling_mode(SignalHandlingMode::Disabled);

@@ -1,0 +1,58 @@
+//! The option `--wait SECONDS`: wait until a service, or an object of it, can be used.
+
+use super::reply;
+use shatter_client::{Client, Convention, Deadline, Error, Object};
+use std::time::Duration;
+
+/// Pause between two attempts.
+const PAUSE: Duration = Duration::from_millis(50);
+
+/// The value of `--wait`, s.
+///
+/// # Errors
+/// A message for text that is not a number, or for a negative number.
+pub(super) fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+    Duration::try_from_secs_f64(seconds).map_err(|_| "must be 0 or more, in seconds".to_owned())
+}
+
+/// Result of `attempt`. Repeats it after an error that may pass, until the deadline, if there is one.
+///
+/// # Errors
+/// The last error of `attempt`.
+pub(super) fn until<T>(deadline: Option<Deadline>, attempt: impl Fn() -> Result<T, Error>) -> Result<T, Error> {
+    loop {
+        match (attempt(), deadline) {
+            (Err(refusal), Some(deadline)) if refusal.kind.retry() && !deadline.passed() => {
+                std::thread::sleep(PAUSE.min(deadline.left()));
+            }
+            (result, _) => return result,
+        }
+    }
+}
+
+/// Finds the object `name` of `service`, for requests in `convention`. Waits up to `wait` for a daemon, and for the object while its
+/// database is being loaded. Without `wait`, each of the two replies may take until `usual`.
+///
+/// # Errors
+/// Those of [`Client::connect`] and [`Client::object`]; once the wait is over, the last of them.
+pub(super) fn object(
+    service: &str,
+    name: &str,
+    convention: Convention,
+    wait: Option<Duration>,
+    usual: impl Fn() -> Deadline,
+) -> Result<Object, Error> {
+    let deadline = wait.map(Deadline::after);
+    let patience = || if wait.is_some() { reply() } else { usual() };
+    let waited = |refusal: Error| match (wait, refusal.kind.retry()) {
+        (Some(wait), true) => {
+            let message = format!("{}; waited {} s (--wait)", refusal.message, wait.as_secs_f64());
+            Error { message, ..refusal }
+        }
+        _ => refusal,
+    };
+    let connected = until(deadline, || Client::connect(service, patience()));
+    let connection = connected.map_err(waited)?.with_convention(convention);
+    until(deadline, || connection.object(name, patience())).map_err(waited)
+}
