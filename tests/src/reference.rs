@@ -5,7 +5,8 @@ use crate::pages;
 use bytemuck::Zeroable;
 use shatter_proto::ErrorKind;
 use shatter_proto::control::StatusRow;
-use shatter_proto::result::{EffectWire, STAGES, StageWire};
+use shatter_proto::effect::Effect;
+use shatter_proto::result::{EffectCost, EnergySource, StageCost, StageKind};
 use shatter_server::metrics::{JobEnd, Metrics};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -188,10 +189,11 @@ fn exposition() -> String {
     for end in [Answered, Busy, Cancelled, Failed, Late, Refused] {
         metrics.ended(end);
     }
-    let stage = |stage: usize| StageWire { stage: stage as u32, ran: 1, ns: 1, bytes: 0 };
-    let stages: Vec<StageWire> = (0..STAGES.len()).map(stage).collect();
-    let effects = [EffectWire { effect: 8, ran: 1, ns: 1, bytes: 0 }];
-    metrics.ran(Answered, Duration::from_millis(1), Some("bounded"), &stages, &effects);
+    let mut stage = StageCost::idle(StageKind::Elasticity);
+    stage.add(Duration::from_millis(1), 0);
+    let mut effect = EffectCost::idle(Effect::Bonds);
+    effect.add(Duration::from_millis(1), 0);
+    metrics.ran(Answered, Duration::from_millis(1), Some(EnergySource::Bounded), &[stage], &[effect]);
     metrics.text(&StatusRow::zeroed())
 }
 
