@@ -189,11 +189,11 @@ fn exposition() -> String {
     for end in [Answered, Busy, Cancelled, Failed, Late, Refused] {
         metrics.ended(end);
     }
-    let mut stages: Vec<StageCost> = StageKind::ALL.iter().map(|stage| StageCost::idle(*stage)).collect();
-    let mut effects = [EffectCost::idle(Effect::Normals)];
-    stages.iter_mut().for_each(|cost| cost.add(Duration::from_nanos(1), 0));
-    effects.iter_mut().for_each(|cost| cost.add(Duration::from_nanos(1), 0));
-    metrics.ran(Answered, Duration::from_millis(1), Some(EnergySource::Bounded), &stages, &effects);
+    let mut stage = StageCost::idle(StageKind::Elasticity);
+    stage.add(Duration::from_millis(1), 0);
+    let mut effect = EffectCost::idle(Effect::Bonds);
+    effect.add(Duration::from_millis(1), 0);
+    metrics.ran(Answered, Duration::from_millis(1), Some(EnergySource::Bounded), &[stage], &[effect]);
     metrics.text(&StatusRow::zeroed())
 }
 
