@@ -4,10 +4,11 @@ mod support;
 
 use serde_json::Value;
 use shatter_client::{
-    Client, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Progress, Request, RetainedFragment, Status,
+    Client, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Progress, RetainedFragment, Status,
 };
 use shatter_proto::control::ControlRequest;
 use shatter_proto::request::Contact;
+use shatter_proto::request::Request;
 use std::sync::LazyLock;
 use support::{Child, InProcess, RawPeer, TestPlace, bar, eventually, patience, shatter, shatterd};
 
@@ -84,7 +85,7 @@ fn fragments_are_struck_again_and_theirs_too() {
     let row = status(&service);
     assert!((row.kept, row.kept_bytes > 10_000) == (1, true), "{} bytes", row.kept_bytes);
     let second = check(&bar, &first, true);
-    check(&bar, &second, false);
+    drop(check(&bar, &second, false));
     // Another connection of this user may use the handle, too.
     let other = daemon.connect().object("bar", patience()).unwrap();
     let again = check(&other, &first, true);
@@ -157,7 +158,7 @@ fn a_handle_holds_on_to_the_version_that_was_struck() {
     let generation = || service.object("bar", patience()).unwrap().facts().generation;
     eventually(generation, || generation() == 2);
     assert_eq!(status(&service).retired, 1);
-    check(&bar, &first, false);
+    drop(check(&bar, &first, false));
     service.release(first.handle().unwrap(), patience()).unwrap();
     eventually(|| status(&service).retired, || status(&service).retired == 0);
 }

@@ -430,7 +430,7 @@ fn exhausted_descriptors_are_a_refusal_and_not_an_end() {
     let connect = || {
         let service = Client::connect_at(&here.place, Deadline::ms(500))?;
         let vase = service.object("vase", Deadline::ms(500))?;
-        vase.strike(&impact(0)).and_then(|mut ticket| ticket.wait(Deadline::ms(500)))?;
+        drop(vase.strike(&impact(0)).and_then(|mut ticket| ticket.wait(Deadline::ms(500)))?);
         Ok::<_, Error>(service)
     };
     let first = connect().unwrap();

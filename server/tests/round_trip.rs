@@ -1,5 +1,4 @@
-//! Round trips through shared memory with a daemon in this process and a toy engine: results, errors, and isolation of requests from each
-//! other.
+//! Round trips through shared memory with a daemon in this process and a toy engine: results, errors, isolation of requests.
 
 mod support;
 
@@ -315,10 +314,7 @@ fn a_ticket_tells_how_far_its_strike_is() {
             std::thread::sleep(std::time::Duration::from_millis(1));
         }
     };
-    until(
-        &mut first,
-        |progress| matches!(progress, Progress::Computing { stage: StageKind::Load, age } if !age.is_zero()),
-    );
+    until(&mut first, |at| matches!(at, Progress::Computing { stage: StageKind::Load, age } if !age.is_zero()));
     (0..20).for_each(|_| until(&mut second, |progress| progress == Progress::Waiting));
     std::fs::remove_file(gate).unwrap();
     for ticket in [&mut first, &mut second] {
@@ -444,7 +440,7 @@ fn an_ending_daemon_finishes_what_it_took_in_and_refuses_what_is_new() {
     eventually(&service, |row| (row.running, row.queued) == (1, 1));
     std::thread::scope(|scope| {
         let ending = scope.spawn(|| daemon.end().unwrap());
-        eventually(&service, |row| row.ending == 1);
+        eventually(&service, |row| row.is_ending);
         let refused = vase.strike(&impact()).unwrap().wait(patience()).err().unwrap();
         assert_eq!(refused.kind, ErrorKind::Stopping, "{refused}");
         std::fs::remove_file(gate).unwrap();

@@ -61,7 +61,7 @@ impl Kept {
 
     fn open(&mut self) {
         std::fs::remove_file(&self.gate).unwrap();
-        self.keeper.wait(patience()).unwrap();
+        drop(self.keeper.wait(patience()).unwrap());
     }
 }
 
@@ -138,7 +138,7 @@ fn what_is_late_costs_no_more_and_what_will_be_late_is_refused_at_once() {
     let hopeless = refused(object(&kept.service, "keeper").strike(&within(50)).unwrap());
     assert_eq!((hopeless.kind, hopeless.at.as_str()), (ErrorKind::Late, "deadline"), "{hopeless}");
     assert!(hopeless.message.contains("expected"), "{hopeless} after {:?}", begun.elapsed());
-    object(&kept.service, "keeper").strike(&within(60_000)).unwrap().wait(patience()).unwrap();
+    drop(object(&kept.service, "keeper").strike(&within(60_000)).unwrap().wait(patience()).unwrap());
     kept.until(|running, queued| running == 0 && queued == 0);
 }
 
@@ -222,7 +222,7 @@ fn a_wrong_forecast_does_not_refuse_for_ever() {
     let many = impact().degree(DegreeRule::Sites(100));
     (0..2).for_each(|_| drop(vase.strike(&many).unwrap().wait(patience()).unwrap()));
     let soon = |sites| impact().degree(DegreeRule::Sites(sites)).deadline(Duration::from_millis(200));
-    vase.strike(&soon(2)).unwrap().wait(patience()).unwrap();
+    drop(vase.strike(&soon(2)).unwrap().wait(patience()).unwrap());
     // About as many sites as those that took 400 ms, and predicted to take as long. The request takes half of that, and is tried in the
     // end.
     let refused = (0..60).take_while(|_| {
