@@ -27,9 +27,12 @@ pub struct Passage {
     pub text: String,
 }
 
-/// Words of a text in lower case; code between backticks is left out.
+/// Words of a text in lower case. Code between backticks and placeholders are left out.
 pub fn words(text: &str) -> Vec<String> {
-    let plain: String = text.split('`').step_by(2).collect::<Vec<_>>().join(" code ");
+    let mut plain: String = text.split('`').step_by(2).collect::<Vec<_>>().join(" code ");
+    while let Some((start, length)) = plain.find('{').and_then(|start| Some((start, plain[start..].find('}')?))) {
+        plain.replace_range(start..=start + length, "");
+    }
     let split =
         plain.split(|letter: char| !(letter.is_alphanumeric() || letter == '\'' || letter == '_' || letter == '-'));
     split.filter(|word| !word.is_empty()).map(str::to_lowercase).collect()

@@ -29,7 +29,7 @@ fn reply() -> Deadline {
 /// Warns of a result whose cells the effect `slivers` merged into one fragment, which is the whole object.
 fn note_one_piece(result: &FractureResult) {
     let sites = result.summary().sites;
-    let merges = result.effects().iter().any(|row| row.ran != 0 && row.name() == Effect::Slivers.name());
+    let merges = result.effects().any(|cost| cost.effect == Effect::Slivers && cost.has_run);
     if merges && sites > 1 && result.fragments().len() == 1 {
         note(format_args!(
             "warning: the object is in one piece: all {sites} cells were too small for fragments of their own (effect `slivers`); pass --disable slivers, or bake it with a smaller --crack-spacing"
