@@ -101,7 +101,7 @@ fn a_database_that_is_not_there_is_named() {
         (out.status.code().unwrap(), [out.stdout, out.stderr].map(|bytes| String::from_utf8(bytes).unwrap()))
     };
     let (code, [_, error]) = run(&["serve", "--scene", file.to_str().unwrap()], &mut command);
-    assert!(code == 3 && error.contains("`bowl`") && error.contains("bowl.shatter: bake"), "{error}");
+    assert!(code == 3 && error.contains("`bowl`") && error.contains("bowl.shatter is missing; bake it"), "{error}");
     let mut command = Command::new(env!("CARGO_BIN_EXE_shatterd"));
     here.aim(&mut command);
     let databases = here.databases();

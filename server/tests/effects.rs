@@ -225,12 +225,11 @@ fn slivers_become_part_of_their_neighbors() {
     assert!(after.fragments().all(|fragment| fragment.is_closed()));
 }
 
-/// On a lattice of few nodes every cell is a sliver.
+/// Every cell is a sliver where fragments must be larger than the object.
 #[test]
 fn a_result_of_one_piece_is_warned_of() {
-    let here = TestPlace::new("one");
-    here.database("bar", bar(0.3));
-    let daemon = InProcess::start_with(here, "", shatter_engine::wire::loader(None));
+    let scene = Scene::parse("[objects.bar]\nvolume_min_m3 = 0.02", Path::new("")).unwrap();
+    let (daemon, _) = start_with(Some(scene));
     let strike = ["impact", "bar", "--point", "0.2,0,0", "--impulse", "-50,3,0", "--degree", "8"];
     let told = |more: &[&str]| {
         let output = shatter_program(&daemon.here).args([&strike, more].concat()).output().unwrap();

@@ -282,7 +282,7 @@ fn a_time_that_cannot_be_kept_is_told_with_its_reason() {
     let (missed, note) = strike("0.001");
     assert!(missed["by_ms"].as_f64().is_some_and(|ms| ms > 0.0), "{missed}");
     assert!(OverrunCause::ALL.iter().any(|cause| missed["reason"] == cause.name()), "{missed}");
-    assert!(note.contains("exceeded by") && note.contains(missed["message"].as_str().unwrap()), "{note}");
+    assert!(note.contains("exceeded its time") && note.contains(missed["message"].as_str().unwrap()), "{note}");
     let (kept, note) = strike("60000");
     assert!(kept.is_null() && note.is_empty(), "{kept} {note}");
 }

@@ -388,7 +388,7 @@ fn body(
     let surface = shape.surface_diffusion_dimensions[index];
     let surface_diffusion = lift("surface_diffusion", LiftKind::SurfaceDiffusion, surface, tables.surface_diffusion)?;
     let mut body = PreparedBody { solid, interior, surface_diffusion, ..PreparedBody::new(crack) };
-    if contents.holds(&name(BOUND)) {
+    if tables.elastic && contents.holds(&name(BOUND)) {
         body.bound = bound(contents, name(BOUND), &body)?;
     }
     if tables.attributes {
