@@ -15,7 +15,7 @@
 
 #define PATIENCE_MS 120000
 
-/* /* Motion of the body that breaks at the time of the result; its frame is that of the mesh file, not rotated. */
+/* Motion of the body that breaks at the time of the result; its frame is that of the mesh file, not rotated. */
 typedef struct Body {
     double center[3], linear[3], angular[3];
 } Body;
