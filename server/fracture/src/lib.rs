@@ -56,7 +56,7 @@
 //! | [`hull`], [`skin`] | convex proxies for collisions; the triangles of the input, cut as the object is |
 //! | [`pipeline`] | the walk through all of them, and learning from sampled impacts |
 //!
-//! [`sparse`], [`random`] and [`cancel_token`] serve several of them. [`reference`] and [`accuracy`] hold problems with known solutions
+//! [`sparse`], [`random`] and [`cancel_token`] serve several of them. [`reference`](mod@reference) and [`accuracy`] hold problems with known solutions
 //! and definitions of errors, for tests and studies.
 //!
 //! # Units and coordinates

@@ -5,7 +5,7 @@ use bytemuck::{AnyBitPattern, Zeroable, bytes_of};
 use shatter_proto::control::{self, ControlReplyHeader, ControlRequest, ControlRequestWire, ObjectRow, StatusRow};
 use shatter_proto::layout::{Layout, SectionCounts};
 use shatter_proto::request::{Contact, Request, RequestWire};
-use shatter_proto::result::{BLOCK_BYTES, Block, ResultHeader, StageCost, StageKind, Summary};
+use shatter_proto::result::{BLOCK_BYTES, Block, ResultHeader, StageCost, Summary};
 use shatter_proto::view::CheckedLayout;
 use shatter_transport::daemon_info::DaemonInfo;
 
@@ -76,7 +76,7 @@ pub(super) fn run(input: &[u8]) -> bool {
                 let summary = Summary::from(view.summary);
                 let names = [summary.degree_origin.name(), summary.energy_source.name(), summary.stop_criterion.name()];
                 assert!(names.iter().all(|name| !name.is_empty()));
-                assert_eq!(view.stages.iter().map(StageCost::from).count(), StageKind::ALL.len());
+                view.stages.iter().for_each(|row| _ = StageCost::from(row));
                 view.effects.iter().for_each(|row| _ = row.cost());
                 true
             })
