@@ -182,7 +182,7 @@ fn messages_say_what_is_wrong_and_what_to_do() {
     assert!(empty.contains("empty.obj"), "{empty}");
     let flat = told("flat.obj", "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3 4\n", &[]);
     assert!(
-        flat.contains("flat.obj") && flat.contains("flat and encloses nothing") && flat.contains("2.000e0"),
+        flat.contains("flat.obj") && flat.contains("flat and encloses no volume") && flat.contains("2.000e0"),
         "{flat}"
     );
     let far = house.path("far.obj");
