@@ -1,26 +1,29 @@
-//! Test of the example host: ten seconds, with the daemon killed in between.
+//! Tests of the example hosts: one fall of `rapier`, and ten seconds of `rapier_host`, with the daemon killed in between.
 //!
 //! To run it: `cargo test --release --workspace --features shatter-lab/rapier --test rapier_host`
 
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
-/// Path of the example, built together with the daemon; cargo builds neither for a single named test.
-fn host() -> PathBuf {
+/// Folder of the programs. The examples are built together with the daemon; cargo builds neither for a single named test.
+fn programs() -> PathBuf {
     let own = std::env::current_exe().unwrap();
     let folder = own.ancestors().nth(2).unwrap();
     let profile = if folder.ends_with("release") { "release" } else { "dev" };
     let mut build = Command::new(env!("CARGO"));
-    build.args(["build", "--workspace", "--bins", "--example", "rapier_host", "--features", "shatter-lab/rapier"]);
-    assert!(build.args(["--profile", profile]).status().unwrap().success());
-    folder.join("examples/rapier_host")
+    build.args(["build", "--workspace", "--bins", "--example", "rapier", "--example", "rapier_host"]);
+    build.args(["--features", "shatter-lab/rapier", "--profile", profile]);
+    assert!(build.status().unwrap().success());
+    folder.to_owned()
 }
 
 /// Runs the example into `out`, and returns its summary.
 fn hosted(out: &Path, more: &[&str]) -> Value {
     let service = format!("rapier-{}", std::process::id());
-    let mut host = Command::new(host());
+    let mut host = Command::new(programs().join("examples/rapier_host"));
     host.args(["--service", &service, "--out"]).arg(out).args(more);
     assert!(host.status().unwrap().success());
     serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
@@ -69,4 +72,36 @@ fn thirty_things_break_while_the_daemon_dies_and_no_step_waits() {
     for picture in ["film.png", "steps.svg"] {
         assert!(std::fs::metadata(out.path().join(picture)).unwrap().len() > 10_000, "{picture}");
     }
+}
+
+/// The number before `unit` in a line.
+#[track_caller]
+fn number_before(line: &str, unit: &str) -> f64 {
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let at = words.iter().position(|word| word.trim_end_matches(',') == unit);
+    at.and_then(|at| words[at - 1].parse().ok()).unwrap_or_else(|| panic!("no number of {unit} in {line}"))
+}
+
+#[test]
+fn a_mug_falls_and_its_fragments_have_its_mass() {
+    let (programs, place) = (programs(), tempfile::Builder::new().prefix("st").tempdir_in("/tmp").unwrap());
+    let command = |program: &str| {
+        let mut command = Command::new(programs.join(program));
+        command.env("XDG_RUNTIME_DIR", place.path()).env("XDG_DATA_HOME", place.path().join("data"));
+        command.env_remove("SHATTER_SERVICE").env_remove("NOTIFY_SOCKET").env_remove("WATCHDOG_USEC");
+        command
+    };
+    let bake = ["bake", "--shape", "mug", "--material", "ceramic", "--quality", "draft"];
+    assert!(command("shatterd").args(bake).status().unwrap().success());
+    let mut daemon = command("shatterd").arg("serve").stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+    let mut printed = BufReader::new(daemon.stdout.take().unwrap()).lines();
+    assert!(printed.any(|line| line.unwrap() == "ready"));
+    let hosted = command("examples/rapier").arg("mug").output().unwrap();
+    kill_process(Pid::from_child(&daemon), Signal::TERM).unwrap();
+    assert!(daemon.wait().unwrap().success() && hosted.status.success(), "{hosted:?}");
+    let text = String::from_utf8(hosted.stdout).unwrap();
+    let (first, last) = (text.lines().next().unwrap(), text.lines().last().unwrap());
+    let [whole_kg, fragments_kg] = [first, last].map(|line| number_before(line, "kg"));
+    assert!(whole_kg > 0.1 && (whole_kg - fragments_kg).abs() < 2e-3, "{text}");
+    assert!(number_before(last, "fragments") > 1.0, "{text}");
 }
