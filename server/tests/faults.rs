@@ -12,8 +12,8 @@ use shatter_client::{Client, Contact, Deadline, DegreeRule, Error, ErrorKind, Im
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::process::Command;
+use std::sync::RwLock;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use support::{
     Child, InProcess, TestPlace, bar, descriptors, eventually, leave_tags, leave_unfinished, patience, pause, play,
@@ -23,11 +23,8 @@ use support::{
 /// Largest time by which a call may exceed its deadline, on a machine under any load.
 const SLACK: Duration = Duration::from_secs(5);
 
-/// Serializes the tests, because some count what this process holds.
-fn alone() -> MutexGuard<'static, ()> {
-    static ALONE: Mutex<()> = Mutex::new(());
-    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
-}
+/// Held alone by tests that count descriptors of this process, shared by all others.
+static ALONE: RwLock<()> = RwLock::new(());
 
 /// Runs the process of another role for the tests below; does nothing by itself.
 #[test]
@@ -112,7 +109,7 @@ fn strike_until(bar: &Object, over: &AtomicBool) -> Calls {
 /// no resource accumulates.
 fn daemons_killed(kills: u64) {
     const CLIENTS: usize = 3;
-    let _alone = alone();
+    let _alone = ALONE.write();
     let here = TestPlace::new("kills");
     here.database("bar", bar(0.08));
     let before = descriptors(std::process::id());
@@ -180,7 +177,7 @@ fn three_hundred_killed_daemons_hang_nobody() {
 /// Kills `kills` clients at random moments, with requests under way and results held. Other clients are served, and the daemon gets all
 /// resources back.
 fn clients_killed(kills: u64) {
-    let _alone = alone();
+    let _together = ALONE.read();
     let here = TestPlace::new("deaths");
     here.database("bar", bar(0.08));
     let config =
@@ -237,7 +234,7 @@ fn three_hundred_killed_clients_harm_nobody() {
 /// A process that opens an unfinished segment blocks. The daemon that removes dead clients opens it, and so does the next daemon.
 #[test]
 fn segments_that_the_dead_did_not_finish_hang_nobody() {
-    let _alone = alone();
+    let _together = ALONE.read();
     let here = TestPlace::new("unfinished");
     here.database("bar", bar(0.08));
     let config = here.file("config.toml", "[times]\ncleanup_ms = 50");
@@ -273,10 +270,10 @@ fn segments_that_the_dead_did_not_finish_hang_nobody() {
 
 #[test]
 fn who_comes_right_after_a_death_gets_the_place() {
-    let _alone = alone();
+    let _together = ALONE.read();
     let here = TestPlace::new("heirs");
     here.database("bar", bar(0.08));
-    let config = here.file("config.toml", "[service]\nclients_max = 1");
+    let config = here.file("config.toml", "[service]\nclients_max = 1\n[times]\ncleanup_ms = 100");
     let daemon = Child::start(shatterd(&here).args(["--config", config.to_str().unwrap()]));
     for number in 0..10 {
         let victim = Child::start(&mut role(&here, "striker", ""));
@@ -290,7 +287,7 @@ fn who_comes_right_after_a_death_gets_the_place() {
 
 #[test]
 fn stopped_daemons_and_clients_hang_nobody() {
-    let _alone = alone();
+    let _together = ALONE.read();
     let here = TestPlace::new("stopped");
     here.database("bar", bar(0.08));
     let daemon = Child::start(&mut shatterd(&here));
@@ -313,7 +310,7 @@ fn stopped_daemons_and_clients_hang_nobody() {
 /// Connects and disconnects `count` clients.
 fn connects(count: usize) {
     const CLIENTS_MAX: usize = 8;
-    let _alone = alone();
+    let _alone = ALONE.write();
     let here = TestPlace::new("guests");
     here.database("vase", "tetra");
     let daemon = InProcess::start(here, &format!("[service]\nclients_max = {CLIENTS_MAX}"));
@@ -387,7 +384,7 @@ fn crowded() {
 
 #[test]
 fn full_shared_memory_is_a_refusal_and_not_a_signal() {
-    let _alone = alone();
+    let _together = ALONE.read();
     let namespace = ["unshare", "--user", "--map-root-user", "--mount"];
     let own = "mount -t tmpfs -o size=24m tmpfs /dev/shm";
     let probe = Command::new(namespace[0]).args(&namespace[1..]).args(["sh", "-c", own]).output();
@@ -418,7 +415,7 @@ fn poor() {
 
 #[test]
 fn exhausted_descriptors_are_a_refusal_and_not_an_end() {
-    let _alone = alone();
+    let _together = ALONE.read();
     let here = TestPlace::new("poor");
     here.database("vase", "tetra");
     // A client with few descriptors at a daemon with many.
@@ -427,16 +424,16 @@ fn exhausted_descriptors_are_a_refusal_and_not_an_end() {
     assert_eq!(daemon.terminate().code(), Some(0));
     // Clients with many descriptors at a daemon with few.
     let daemon = Child::start(&mut under(&[], "ulimit -n 56", role(&here, "daemon", "")));
-    let connect = || {
-        let service = Client::connect_at(&here.place, Deadline::ms(500))?;
-        let vase = service.object("vase", Deadline::ms(500))?;
-        drop(vase.strike(&impact(0)).and_then(|mut ticket| ticket.wait(Deadline::ms(500)))?);
+    let connect = |deadline: Deadline| {
+        let service = Client::connect_at(&here.place, deadline)?;
+        let vase = service.object("vase", deadline)?;
+        drop(vase.strike(&impact(0)).and_then(|mut ticket| ticket.wait(deadline))?);
         Ok::<_, Error>(service)
     };
-    let first = connect().unwrap();
+    let first = connect(patience()).unwrap();
     let (mut guests, mut refused) = (Vec::new(), 0);
     for _ in 0..24 {
-        match connect() {
+        match connect(Deadline::ms(200)) {
             Ok(guest) => guests.push(guest),
             Err(_) => refused += 1,
         }
@@ -446,7 +443,7 @@ fn exhausted_descriptors_are_a_refusal_and_not_an_end() {
     let vase = first.object("vase", patience()).unwrap();
     assert!(vase.strike(&impact(0)).unwrap().wait(patience()).is_ok());
     let deadline = patience();
-    while let Err(refusal) = connect() {
+    while let Err(refusal) = connect(Deadline::ms(500)) {
         assert!(!deadline.passed(), "{refusal}");
     }
     drop((vase, first));
@@ -466,7 +463,7 @@ fn allocated_kib(pid: u32) -> u64 {
 fn half_an_hour_of_load_leaves_memory_where_it_was() {
     /// First minutes, in which buffers grow to the largest request.
     const WARM: u64 = 3;
-    let _alone = alone();
+    let _alone = ALONE.write();
     let minutes: u64 = std::env::var("SHATTER_SOAK_MINUTES").map_or(30, |text| text.parse().unwrap());
     assert!(minutes > WARM, "the first {WARM} minutes tell nothing");
     let here = TestPlace::new("soak");

@@ -36,10 +36,15 @@ fn many_processes_strike_by_schedule_and_all_is_accounted_for() {
 }
 
 #[test]
-fn what_is_late_is_counted_so_and_a_closed_loop_waits() {
+fn a_closed_loop_waits() {
     let daemon = daemon();
     let closed = run(&daemon, &["vase", "--clients", "2", "--closed"]);
     assert!(closed["ok"].as_u64() > Some(20) && closed["rate_hz"].is_null(), "{closed}");
+}
+
+#[test]
+fn several_rates_of_a_mix_are_run_one_after_the_other() {
+    let daemon = daemon();
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("load");
     let mix = folder.path().join("mix.toml");

@@ -1,11 +1,12 @@
 //! A test folder for both real programs: short runtime directory, own databases, own service name.
 
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
-use std::sync::OnceLock;
+use std::sync::{Arc, Mutex, OnceLock};
 use tempfile::TempDir;
 
 /// A test folder. On drop it ends its daemon, and leaves nothing in shared memory.
@@ -90,6 +91,22 @@ impl House {
         let (code, document) = self.json(name, arguments);
         assert_eq!(code, 0, "{name} {arguments:?}: {document}");
         document
+    }
+
+    /// Puts a database here that `shatterd bake` makes of this mesh file with these further arguments. The same once more, in this
+    /// process, takes no second bake.
+    #[track_caller]
+    pub fn bake_once(&self, mesh: &Path, name: &str, more: &[&str]) {
+        static BAKED: Mutex<BTreeMap<String, Arc<OnceLock<Vec<u8>>>>> = Mutex::new(BTreeMap::new());
+        let key = format!("{} {name} {more:?}", blake3::hash(&std::fs::read(mesh).unwrap()));
+        let own = BAKED.lock().unwrap().entry(key).or_default().clone();
+        let file = self.databases().join(format!("{name}.shatter"));
+        let bytes = own.get_or_init(|| {
+            self.ok("shatterd", &[&["bake", mesh.to_str().unwrap(), "--name", name], more].concat());
+            std::fs::read(&file).unwrap()
+        });
+        std::fs::create_dir_all(self.databases()).unwrap();
+        std::fs::write(file, bytes).unwrap();
     }
 
     /// Starts the daemon with these further arguments and waits until it serves.

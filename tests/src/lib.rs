@@ -2,6 +2,7 @@
 
 #![allow(clippy::missing_errors_doc, clippy::missing_panics_doc, reason = "not published")]
 
+pub mod baked_once;
 pub mod fuzz;
 pub mod glb;
 pub mod golden;

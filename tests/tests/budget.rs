@@ -11,10 +11,15 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_tests::real;
-use std::sync::Mutex;
+use std::sync::{Mutex, OnceLock};
 
-/// An arch with a basis and without learned degrees.
-fn arch(impacts: u64) -> PreparedObject {
+/// An arch with a basis, or without one for 0 impacts, and without learned degrees. Baked once.
+fn arch(impacts: u64) -> &'static PreparedObject {
+    static ARCHES: [OnceLock<PreparedObject>; 2] = [const { OnceLock::new() }; 2];
+    ARCHES[usize::from(impacts > 0)].get_or_init(|| baked(impacts))
+}
+
+fn baked(impacts: u64) -> PreparedObject {
     let request =
         BakeRequest { elastic_spacing: Some(0.06), crack_spacing: Some(0.05), ..real::request("arch", "ceramic") };
     let mut prepared = bake(shapes::arch(), &request, &CancelToken::default(), &mut |_| ()).unwrap();
@@ -92,15 +97,15 @@ fn check_whole(prepared: &PreparedObject, outcome: &FractureOutcome) {
 fn a_descent_ends_when_the_time_left_is_what_the_rest_takes() {
     let prepared = arch(0);
     let budget = |solve_s| falling().map(|budget| TimeBudget { cost: StrikeCost { solve_s, ..COST }, ..budget });
-    let blow = FractureRequest { budget: budget(1.0), ..blow(&prepared) };
+    let blow = FractureRequest { budget: budget(1.0), ..blow(prepared) };
     // The time is queried at the start, at the solve, at the start of the descent, and after every step. Each query takes a second, and
     // each step is predicted to take one. The last second is for the rest.
     for (seconds, iterations) in [(0.0, 0), (4.9, 0), (5.0, 1), (5.9, 1), (6.0, 2), (10.9, 6)] {
-        let outcome = struck(&prepared, &blow, &looks(seconds, 1.0));
+        let outcome = struck(prepared, &blow, &looks(seconds, 1.0));
         assert_eq!((outcome.iterations(), outcome.stop_reason()), (iterations, StopReason::Time), "{seconds}");
-        check_whole(&prepared, &outcome);
+        check_whole(prepared, &outcome);
         let again = struck(
-            &prepared,
+            prepared,
             &FractureRequest { iterations_max: iterations, budget: None, ..blow.clone() },
             &CancelToken::default(),
         );
@@ -111,12 +116,12 @@ fn a_descent_ends_when_the_time_left_is_what_the_rest_takes() {
     // The solve took twice as long as predicted: all else is predicted to as well, until the steps are faster.
     let slow = FractureRequest { budget: budget(0.5), ..blow.clone() };
     for (seconds, iterations) in [(6.9, 0), (7.0, 1), (8.9, 1), (9.0, 3)] {
-        assert_eq!(struck(&prepared, &slow, &looks(seconds, 1.0)).iterations(), iterations, "{seconds}");
+        assert_eq!(struck(prepared, &slow, &looks(seconds, 1.0)).iterations(), iterations, "{seconds}");
     }
-    let patient = struck(&prepared, &blow, &looks(1e9, 1.0));
+    let patient = struck(prepared, &blow, &looks(1e9, 1.0));
     assert_eq!(
         cells(&patient),
-        cells(&struck(&prepared, &FractureRequest { budget: None, ..blow }, &CancelToken::default()))
+        cells(&struck(prepared, &FractureRequest { budget: None, ..blow }, &CancelToken::default()))
     );
 }
 
@@ -128,14 +133,14 @@ fn cells(outcome: &FractureOutcome) -> Vec<(f64, f64)> {
 #[test]
 fn a_solve_falls_before_a_search_and_what_was_asked_for_does_not() {
     let prepared = arch(60);
-    let solved = FractureRequest { elastic: ElasticRequest::Solve, budget: falling(), ..blow(&prepared) };
+    let solved = FractureRequest { elastic: ElasticRequest::Solve, budget: falling(), ..blow(prepared) };
     let reduced = |strike: &FractureRequest, seconds| {
-        struck(&prepared, strike, &looks(seconds, 0.0)).threshold().reduced_error.is_some()
+        struck(prepared, strike, &looks(seconds, 0.0)).threshold().reduced_error.is_some()
     };
     // The solve takes five seconds, start and rest one each.
     assert!(reduced(&solved, 6.9) && !reduced(&solved, 7.1));
     let rank_max =
-        |strike: &FractureRequest, seconds| struck(&prepared, strike, &looks(seconds, 0.0)).threshold().rank_max;
+        |strike: &FractureRequest, seconds| struck(prepared, strike, &looks(seconds, 0.0)).threshold().rank_max;
     assert_eq!(rank_max(&solved, 3.1), None);
     assert_eq!(rank_max(&solved, 2.9), Some(HURRIED_RANK_MAX), "no time for all of the basis");
     let less = FractureRequest { rank_max: Some(9), ..solved.clone() };
@@ -144,12 +149,12 @@ fn a_solve_falls_before_a_search_and_what_was_asked_for_does_not() {
     assert_eq!(rank_max(&FractureRequest { budget: Some(firm), ..solved.clone() }, 0.0), None);
     assert!(!reduced(&FractureRequest { budget: Some(firm), ..solved.clone() }, 0.0));
 
-    let whole = struck(&prepared, &FractureRequest { threshold_only: true, ..solved.clone() }, &CancelToken::default());
+    let whole = struck(prepared, &FractureRequest { threshold_only: true, ..solved.clone() }, &CancelToken::default());
     let gamma_j_m2 = Some(whole.threshold().gamma_j_m2 * whole.threshold().e1_over_gamma / 20.0);
     let searched = FractureRequest { degree: DegreeRequest::Verified, gamma_j_m2, ..solved };
     let source = |strike: &FractureRequest, seconds| {
-        let outcome = struck(&prepared, strike, &looks(seconds, 0.0));
-        check_whole(&prepared, &outcome);
+        let outcome = struck(prepared, strike, &looks(seconds, 0.0));
+        check_whole(prepared, &outcome);
         outcome.degree_source()
     };
     let enough = COST.verify_s(9) + COST.rest_s(9);
@@ -170,27 +175,27 @@ fn searching(prepared: &PreparedObject, degree: DegreeRequest) -> FractureReques
 fn a_search_that_was_asked_for_ends_with_its_time() {
     let prepared = arch(60);
     let guessed = struck(
-        &prepared,
-        &FractureRequest { budget: None, ..searching(&prepared, DegreeRequest::Inferred) },
+        prepared,
+        &FractureRequest { budget: None, ..searching(prepared, DegreeRequest::Inferred) },
         &CancelToken::default(),
     );
     for (degree, source) in
         [(DegreeRequest::Verified, DegreeSource::Verified), (DegreeRequest::Optimised, DegreeSource::Optimised)]
     {
-        let searching = searching(&prepared, degree);
-        let late = struck(&prepared, &searching, &looks(0.0, 0.0));
-        check_whole(&prepared, &late);
+        let searching = searching(prepared, degree);
+        let late = struck(prepared, &searching, &looks(0.0, 0.0));
+        check_whole(prepared, &late);
         assert_eq!((late.stop_reason(), late.iterations()), (StopReason::Time, 0), "{degree:?}");
         assert_eq!((late.degree_source(), late.sites()), (guessed.degree_source(), guessed.sites()), "it is the guess");
-        let early = struck(&prepared, &searching, &looks(14.0, 1.0));
-        check_whole(&prepared, &early);
+        let early = struck(prepared, &searching, &looks(14.0, 1.0));
+        check_whole(prepared, &early);
         assert_eq!(
             (early.stop_reason(), early.degree_source()),
             (StopReason::Time, guessed.degree_source()),
             "{degree:?}"
         );
-        let patient = struck(&prepared, &searching, &looks(1e9, 1.0));
-        let free = struck(&prepared, &FractureRequest { budget: None, ..searching }, &CancelToken::default());
+        let patient = struck(prepared, &searching, &looks(1e9, 1.0));
+        let free = struck(prepared, &FractureRequest { budget: None, ..searching }, &CancelToken::default());
         assert_eq!((patient.stop_reason(), patient.degree_source()), (StopReason::Converged, source));
         assert_eq!(cells(&patient), cells(&free));
     }
@@ -200,12 +205,12 @@ fn a_search_that_was_asked_for_ends_with_its_time() {
 fn a_search_ends_its_diagrams_at_the_error() {
     let prepared = arch(60);
     for degree in [DegreeRequest::Verified, DegreeRequest::Optimised] {
-        let free = FractureRequest { budget: None, ..searching(&prepared, degree) };
+        let free = FractureRequest { budget: None, ..searching(prepared, degree) };
         let iterations = |error_max: f64| {
-            let outcome = struck(&prepared, &free.clone().to_the_error(error_max), &CancelToken::default());
+            let outcome = struck(prepared, &free.clone().to_the_error(error_max), &CancelToken::default());
             assert_eq!(outcome.stop_reason(), StopReason::ErrorMet, "{degree:?} {error_max}");
             assert!(GAP_CERTAIN * outcome.cvd_gap().unwrap() <= 2.0 * error_max);
-            check_whole(&prepared, &outcome);
+            check_whole(prepared, &outcome);
             outcome.iterations()
         };
         assert!(iterations(0.3) < iterations(0.02), "{degree:?}");
@@ -216,7 +221,7 @@ fn a_search_ends_its_diagrams_at_the_error() {
 fn descents_begin_alike_whatever_ends_them() {
     let prepared = arch(0);
     let begun = |tolerance| {
-        struck(&prepared, &FractureRequest { tolerance, iterations_max: 0, ..blow(&prepared) }, &CancelToken::default())
+        struck(prepared, &FractureRequest { tolerance, iterations_max: 0, ..blow(prepared) }, &CancelToken::default())
     };
     let [loose, tight] = [0.9, 1e-6].map(begun);
     assert_eq!(cells(&loose), cells(&tight));
@@ -228,8 +233,8 @@ fn an_error_that_is_asked_for_is_met_by_both_estimates() {
     let prepared = arch(60);
     let mut last = 0;
     for error_max in [0.3, 0.1, 0.03, 0.01] {
-        let strike = blow(&prepared).to_the_error(error_max);
-        let outcome = struck(&prepared, &strike, &CancelToken::default());
+        let strike = blow(prepared).to_the_error(error_max);
+        let outcome = struck(prepared, &strike, &CancelToken::default());
         assert_eq!(
             (outcome.stop_reason(), outcome.fracture().and_then(|fracture| fracture.ending)),
             (StopReason::ErrorMet, Some(Termination::ErrorMet))
@@ -240,10 +245,10 @@ fn an_error_that_is_asked_for_is_met_by_both_estimates() {
         );
         assert!(outcome.iterations() >= last, "{error_max}: {} after {last}", outcome.iterations());
         last = outcome.iterations();
-        check_whole(&prepared, &outcome);
+        check_whole(prepared, &outcome);
     }
     assert!(last >= 4, "{last}");
-    let exact = struck(&prepared, &blow(&prepared).to_the_error(1e-9), &CancelToken::default());
+    let exact = struck(prepared, &blow(prepared).to_the_error(1e-9), &CancelToken::default());
     assert_eq!(exact.threshold().reduced_error, None, "no basis is that exact");
     assert_ne!(exact.stop_reason(), StopReason::ErrorMet, "gaps below {GAP_MIN} are not told apart");
 }
@@ -254,8 +259,8 @@ fn presets_are_carried_out_by_their_numbers() {
     let iterations = |quality| {
         let sites = DegreeRequest::Sites(12);
         let outcome = struck(
-            &prepared,
-            &FractureRequest { degree: sites, ..blow(&prepared).of_quality(quality) },
+            prepared,
+            &FractureRequest { degree: sites, ..blow(prepared).of_quality(quality) },
             &CancelToken::default(),
         );
         match quality {

@@ -18,8 +18,7 @@ fn with_bar() -> House {
     let mut house = House::new();
     let mesh = house.path("bar.obj");
     write_obj(&shapes::cuboid([0.4, 0.2, 0.2]), &mesh).unwrap();
-    let bake = ["bake", mesh.to_str().unwrap(), "--name", "bar", "--material", "glass"];
-    house.ok("shatterd", &[&bake[..], &["--crack-spacing", "0.04", "--elastic-spacing", "0.1"]].concat());
+    house.bake_once(&mesh, "bar", &["--material", "glass", "--crack-spacing", "0.04", "--elastic-spacing", "0.1"]);
     house.serve(&[]);
     house
 }

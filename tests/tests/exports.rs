@@ -26,8 +26,7 @@ fn with(mesh: &RawMesh, spacing: &str) -> House {
     let file = house.path("thing.obj");
     write_obj(mesh, &file).unwrap();
     let spacings = ["--crack-spacing", spacing, "--elastic-spacing", "0.08"];
-    let file = file.to_str().unwrap();
-    house.ok("shatterd", &[&["bake", file, "--name", "thing", "--material", "ceramic"][..], &spacings].concat());
+    house.bake_once(&file, "thing", &[&["--material", "ceramic"][..], &spacings].concat());
     house.serve(&[]);
     house
 }

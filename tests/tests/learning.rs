@@ -13,6 +13,10 @@ use shatter_fracture::pipeline::{
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::surface::shapes;
 use shatter_tests::real;
+use std::sync::LazyLock;
+
+/// The same for all tests that do not bake it their own way.
+static HORSESHOE: LazyLock<PreparedObject> = LazyLock::new(horseshoe);
 
 /// A horseshoe on coarse lattices that learned from 24 impacts.
 fn horseshoe() -> PreparedObject {
@@ -68,29 +72,29 @@ fn examples_that_are_added_are_those_of_an_undivided_bake() {
     let (part, _) = file(&horseshoe_after(10), "part");
     let more = PartialBake::add(part, 14, BakeShare::WHOLE).unwrap();
     let part = more.complete(&CancelToken::default(), &mut |_| ()).unwrap();
-    assert!(file(&part, "added").1 == file(&horseshoe(), "whole").1);
+    assert!(file(&part, "added").1 == file(&HORSESHOE, "whole").1);
 }
 
 #[test]
 fn degrees_are_inferred_within_reach_and_said_to_be() {
-    let prepared = horseshoe();
+    let prepared = &*HORSESHOE;
     let quality = prepared.learned.as_ref().unwrap().quality;
     println!("{quality:?}");
     assert!(quality.median_relative_error < quality.pose_network_median, "{quality:?}");
     assert!(quality.label_noise_median < 0.2, "{quality:?}");
-    let source = |times: f64, degree| struck(&prepared, &blow(&prepared, times, degree)).degree_source();
+    let source = |times: f64, degree| struck(prepared, &blow(prepared, times, degree)).degree_source();
     assert_eq!(source(0.5, DegreeRequest::Inferred), DegreeSource::Threshold);
     assert_eq!(source(8.0, DegreeRequest::Inferred), DegreeSource::Inferred);
     assert_eq!(source(8.0, DegreeRequest::ClosedForm), DegreeSource::ClosedForm);
     assert_eq!(source(8.0, DegreeRequest::Verified), DegreeSource::Verified);
     assert_eq!(source(1e5, DegreeRequest::Inferred), DegreeSource::ClosedForm, "no example is so violent");
-    let euclidean = FractureRequest { lift: LiftKind::Euclidean, ..blow(&prepared, 8.0, DegreeRequest::Inferred) };
+    let euclidean = FractureRequest { lift: LiftKind::Euclidean, ..blow(prepared, 8.0, DegreeRequest::Inferred) };
     assert_eq!(
-        struck(&prepared, &euclidean).degree_source(),
+        struck(prepared, &euclidean).degree_source(),
         DegreeSource::ClosedForm,
         "examples have the interior lift"
     );
-    let inferred = struck(&prepared, &blow(&prepared, 8.0, DegreeRequest::Inferred));
+    let inferred = struck(prepared, &blow(prepared, 8.0, DegreeRequest::Inferred));
     assert!((0.6..=1.0).contains(&inferred.confidence()), "{}", inferred.confidence());
 }
 
@@ -102,9 +106,9 @@ fn excess(outcome: &FractureOutcome) -> f64 {
 
 #[test]
 fn a_verified_degree_holds_and_is_near_the_optimised_one() {
-    let prepared = horseshoe();
+    let prepared = &*HORSESHOE;
     for times in [1.1, 3.0, 8.0, 20.0] {
-        let of = |degree| struck(&prepared, &blow(&prepared, times, degree));
+        let of = |degree| struck(prepared, &blow(prepared, times, degree));
         let (verified, optimised) = (of(DegreeRequest::Verified), of(DegreeRequest::Optimised));
         assert!(excess(&verified) <= 1.0 + 1e-12, "{times}: {}", excess(&verified));
         let (found, wanted) = (f64::from(verified.fracture_degree()), f64::from(optimised.fracture_degree()));
@@ -203,15 +207,15 @@ fn two_hundred_examples_teach_the_degree() {
 
 #[test]
 fn an_example_is_the_field_of_its_impact() {
-    let prepared = horseshoe();
-    let all = sampled(&prepared, &[0, 1, 2, 3], &CancelToken::default()).unwrap();
+    let prepared = &*HORSESHOE;
+    let all = sampled(prepared, &[0, 1, 2, 3], &CancelToken::default()).unwrap();
     assert_eq!(all[..], prepared.examples[..all.len()]);
     let TrainingExample { impact, contacts, first_moment, body, .. } = &all[2];
     let at = FractureRequest::at(contacts[0].point_m, contacts[0].impulse_ns).seeded(1);
     let again = FractureRequest { contacts: contacts.clone(), seed: *impact, elastic: ElasticRequest::Solve, ..at };
-    let impact = ContactSet::new(&prepared, &again).unwrap();
+    let impact = ContactSet::new(prepared, &again).unwrap();
     let mut energies = strain_energy(
-        StrikeContext::new(&prepared, &again, &CancelToken::default(), &()),
+        StrikeContext::new(prepared, &again, &CancelToken::default(), &()),
         &impact,
         &mut Workspace::default(),
     )

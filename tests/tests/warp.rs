@@ -7,6 +7,7 @@ use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{DegreeRequest, FractureOutcome, FractureRequest, PreparedObject, WarpError};
 use shatter_fracture::scene::{EffectKind, EffectSet, Grain, Paint, Region, WarpControls, Waves};
 use shatter_fracture::surface::shapes;
+use shatter_tests::baked_once::BakedOnce;
 use shatter_tests::{real, struck};
 
 /// Side of the cube, m.
@@ -16,9 +17,12 @@ const SIDE: f64 = 1.0;
 const SITES: u32 = 80;
 
 fn cube() -> PreparedObject {
-    let tables = Tables { interior: true, ..Tables::NONE };
-    let request = BakeRequest { crack_spacing: Some(0.028), tables, ..real::request("cube", "stone") };
-    bake(shapes::cuboid([SIDE; 3]), &request, &CancelToken::default(), &mut |_| ()).unwrap()
+    static CUBE: BakedOnce = BakedOnce::new(|| {
+        let tables = Tables { interior: true, ..Tables::NONE };
+        let request = BakeRequest { crack_spacing: Some(0.028), tables, ..real::request("cube", "stone") };
+        bake(shapes::cuboid([SIDE; 3]), &request, &CancelToken::default(), &mut |_| ()).unwrap()
+    });
+    CUBE.load()
 }
 
 /// An impact with a wide contact on the cube, in a lift: energy falls off slowly, so that fragments are alike.

@@ -23,7 +23,7 @@ fn prepared() -> PreparedObject {
     let glass = materials.get("glass").unwrap().clone();
     let request = BakeRequest {
         elastic_spacing: Some(0.08),
-        crack_spacing: Some(0.03),
+        crack_spacing: Some(0.05),
         examples: 24,
         seed: 1,
         ..BakeRequest::new("bar", "glass", glass)

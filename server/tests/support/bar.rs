@@ -1,12 +1,20 @@
-//! A real object, small enough to bake it in every test.
+//! A real object, small enough to bake it in every test binary.
 
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, save};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, OnceLock};
 
-/// Bakes a bar of 0.4 × 0.2 × 0.2 m; returns the bytes of its database.
+/// The database of a bar of 0.4 × 0.2 × 0.2 m, as bytes. Bakes it once per process and spacing.
 pub fn bar(crack_spacing: f64) -> Vec<u8> {
+    static BARS: Mutex<BTreeMap<u64, Arc<OnceLock<Vec<u8>>>>> = Mutex::new(BTreeMap::new());
+    let own = BARS.lock().unwrap().entry(crack_spacing.to_bits()).or_default().clone();
+    own.get_or_init(|| baked(crack_spacing)).clone()
+}
+
+fn baked(crack_spacing: f64) -> Vec<u8> {
     let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let glass = materials.get("glass").unwrap().clone();
     let request = BakeRequest {

@@ -101,8 +101,8 @@ fn a_distance_that_jumps_or_lies_ends_in_a_valid_lattice() {
         let mut uniform = || 2.0 * stream.uniform() - 1.0;
         let (k, phase) = (Vector3::new(uniform(), uniform(), uniform()) * 80.0, 3.0 * uniform());
         let distance =
-            move |p: &Point3<f64>| ((k.dot(&p.coords) + phase).sin() * 0.02).max(p.coords.abs().max() - 0.25);
-        let shape = ImplicitShape { distance, half: Vector3::repeat(0.25) };
+            move |p: &Point3<f64>| ((k.dot(&p.coords) + phase).sin() * 0.02).max(p.coords.abs().max() - 0.15);
+        let shape = ImplicitShape { distance, half: Vector3::repeat(0.15) };
         let mut level = stuff(&shape, 0.05, None, &CancelToken::default()).unwrap();
         fit(&mut level, &shape, &CancelToken::default()).unwrap();
         for body in &level.bodies {

@@ -178,7 +178,7 @@ mod tests {
         let momentum = first.mass_kg * first.speed_m_s;
         assert!(first.impulse_ns < 2.0 * momentum && first.impulse_ns > momentum, "{first:?}");
         assert!((first.mass_kg / (4.0 / 3.0 * std::f64::consts::PI * first.radius_m.powi(3)) - 7850.0).abs() < 1e-6);
-        let [again, _] = run(&plan, &mut |_| ()).unwrap();
+        let again = PaperBody::new(&plan).and_then(|body| balls::drawn(&body, &mut |_| ())).unwrap();
         assert_eq!(again, balls);
     }
 }

@@ -1,0 +1,33 @@
+//! Objects that many tests of one binary need, each in a copy of its own.
+
+use shatter_fracture::database::{load, save};
+use shatter_fracture::pipeline::PreparedObject;
+use std::sync::OnceLock;
+
+/// An object that is baked when it is first asked for, and read from its database whenever it is.
+pub struct BakedOnce {
+    bake: fn() -> PreparedObject,
+    database: OnceLock<Vec<u8>>,
+}
+
+impl BakedOnce {
+    /// What `bake` makes.
+    pub const fn new(bake: fn() -> PreparedObject) -> Self {
+        Self { bake, database: OnceLock::new() }
+    }
+
+    /// A copy of it.
+    ///
+    /// # Panics
+    /// Where it cannot be saved or loaded.
+    pub fn load(&self) -> PreparedObject {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("once.shatter");
+        let database = self.database.get_or_init(|| {
+            save(&(self.bake)(), &path).unwrap();
+            std::fs::read(&path).unwrap()
+        });
+        std::fs::write(&path, database).unwrap();
+        load(&path).unwrap()
+    }
+}
