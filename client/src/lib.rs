@@ -69,7 +69,7 @@ pub use digest::{ResultDigest, SectionDigest};
 pub use fragment::{Fragment, FragmentSkin, HullMesh, Run};
 pub use impact::Impact;
 pub use object::Object;
-pub use result::FractureResult;
+pub use result::*;
 pub use result_future::ResultFuture;
 pub use result_in_meters::ResultInMeters;
 pub use shatter_export::{self as export, contact};
@@ -78,10 +78,6 @@ pub use shatter_proto::convention::{Convention, Hand, Up, Winding};
 pub use shatter_proto::effect::{Effect, Effects};
 pub use shatter_proto::request::{
     CONTACTS_MAX, Contact, DegreeRule, DisplacementSource, Lift, Quality, RetainedFragment, SEED_DEFAULT,
-};
-pub use shatter_proto::result::{
-    Bond, DebrisPoint, DegreeMethod, DegreeOrigin, EffectCost, EnergySource, FragmentVelocity, MissedTime, NO_MATERIAL,
-    OuterAttributes, OverrunCause, SkinVertex, StageCost, StageKind, StopCriterion, Summary,
 };
 pub use shatter_proto::{Error, ErrorKind, Fault, exit};
 pub use shatter_transport::paths::ServicePaths;

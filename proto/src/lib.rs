@@ -21,6 +21,7 @@ pub mod convention;
 mod costs;
 pub mod effect;
 pub mod error;
+mod in_meters;
 pub mod layout;
 pub mod name;
 mod output_rows;

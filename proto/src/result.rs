@@ -16,14 +16,13 @@
 //! beside them: [`Summary`], [`StageCost`], [`EffectCost`], [`Bond`], [`DebrisPoint`]. [`FragmentVelocity`], [`OuterAttributes`] and
 //! [`SkinVertex`] are both: they hold numbers alone.
 
+use crate::convention::Convention;
+use crate::in_meters::InMeters;
 use bytemuck::{Pod, Zeroable};
 
 pub use crate::codes::{DegreeMethod, DegreeOrigin, EnergySource, OverrunCause, StageKind, StopCriterion};
 pub use crate::costs::{EffectCost, EffectWire, StageCost, StageWire};
-pub use crate::output_rows::{
-    Bond, BondWire, DebrisPoint, DebrisWire, FragmentVelocity, HULL_FACES_MAX, HitWire, HullWire, NO_MATERIAL,
-    OuterAttributes, SkinVertex, SkinWire, WORLD,
-};
+pub use crate::output_rows::*;
 pub use crate::sections::SectionKind;
 pub use crate::summary::{MissedTime, Summary, SummaryWire};
 
@@ -141,6 +140,17 @@ pub struct FragmentWire {
     pub energy_j_m2: f64,
 }
 
+impl InMeters for FragmentWire {
+    fn in_meters(&self, from: &Convention) -> Self {
+        Self {
+            volume_m3: from.meters3(self.volume_m3),
+            center_m: from.our_vector(self.center_m),
+            inertia_kg_m2: from.our_inertia(self.inertia_kg_m2),
+            ..*self
+        }
+    }
+}
+
 const _: () = assert!(size_of::<Block>() == 64 && align_of::<Block>() == 64);
 const _: () = assert!(size_of::<ResultHeader>() == 64);
 const _: () = assert!(size_of::<SectionWire>() == 24);
@@ -149,11 +159,4 @@ const _: () = assert!(size_of::<StageWire>() == 24);
 const _: () = assert!(size_of::<RunWire>() == 32);
 const _: () = assert!(size_of::<FragmentWire>() == 144);
 const _: () = assert!(size_of::<EffectWire>() == 24);
-const _: () = assert!(size_of::<FragmentVelocity>() == 48);
-const _: () = assert!(size_of::<BondWire>() == 64);
-const _: () = assert!(size_of::<DebrisWire>() == 40);
-const _: () = assert!(size_of::<HullWire>() == 32);
-const _: () = assert!(size_of::<OuterAttributes>() == 20);
-const _: () = assert!(size_of::<SkinWire>() == 16);
-const _: () = assert!(size_of::<SkinVertex>() == 32);
 const _: () = assert!(crate::PROTOCOL_VERSION == 6, "sizes above are those of version 6");

@@ -7,7 +7,7 @@ use crate::result::{
 use crate::{Error, ErrorKind, PROTOCOL_VERSION};
 use std::ops::Range;
 
-pub use crate::sections::ResultView;
+pub use crate::sections::{ResultView, SectionsInMeters};
 
 /// Positions of the sections of a result, after all checks. Cheap to keep beside the payload that it was checked against.
 #[derive(Clone, Debug, PartialEq, Eq)]
