@@ -73,7 +73,7 @@ pub fn section(shown: &[EffectPicture]) -> Section {
         scale: None,
     };
     Section {
-        heading: "Gallery of effects".to_owned(),
+        heading: "Pictures of effects".to_owned(),
         lead: vec![LEAD.to_owned()],
         figures: shown.iter().map(figure).collect(),
         ..Section::default()
@@ -82,7 +82,7 @@ pub fn section(shown: &[EffectPicture]) -> Section {
 
 /// Markdown page with all pictures, for the folder of their files.
 pub fn markdown(shown: &[EffectPicture]) -> String {
-    let mut text = format!("# Gallery of effects\n\n{LEAD} Made by `shatterd study effects`.\n");
+    let mut text = format!("# Pictures of effects\n\nThis page shows each effect. {LEAD} `shatterd study effects` draws the pictures.\n");
     for own in shown {
         text += &format!("\n## {}\n\n{}\n\n![{}]({})\n", own.name, own.caption, own.name, own.file());
     }
