@@ -58,9 +58,9 @@ enum ShatterCode
     SHATTER_CODE_BAD_MAGIC = 1,
     /// The daemon speaks another version of the protocol than this library.
     SHATTER_CODE_VERSION_MISMATCH = 2,
-    /// No such kind of request.
+    /// The kind of request does not exist.
     SHATTER_CODE_UNKNOWN_REQUEST = 3,
-    /// A field that this version keeps free is not zero.
+    /// A reserved field is not zero.
     SHATTER_CODE_RESERVED_FIELD = 4,
     /// The object's name is empty, too long or not UTF-8.
     SHATTER_CODE_OBJECT_NAME = 5,
@@ -82,45 +82,45 @@ enum ShatterCode
     SHATTER_CODE_CONTACT_RADIUS = 13,
     /// γ is not above zero, or not finite.
     SHATTER_CODE_GAMMA = 14,
-    /// A degree of zero, beyond the object's cap, or from an unknown source.
+    /// The degree is zero, above the object's limit, or from an unknown rule.
     SHATTER_CODE_DEGREE = 15,
-    /// A lift that is unknown or that the object was not baked for.
+    /// The lift is unknown, or the object was not baked for it.
     SHATTER_CODE_LIFT = 16,
-    /// An effect that this version does not have.
+    /// The effect does not exist in this version.
     SHATTER_CODE_UNKNOWN_EFFECT = 17,
-    /// A budget that this version does not have, or that is not finite.
+    /// The preset is unknown, or a limit of time, error or iterations is out of range.
     SHATTER_CODE_BUDGET = 18,
     /// An invalid coordinate convention: an unknown number or name, or a unit of length out of range.
     SHATTER_CODE_CONVENTION = 19,
-    /// The service keeps no result under this handle: it never did, the result was released, or its time is over.
+    /// The service retains no result under this handle: it expired, was released or evicted, or never existed.
     SHATTER_CODE_UNKNOWN_HANDLE = 20,
-    /// The result would exceed the caller's cap on fragments or bytes.
+    /// The result would exceed the limit of fragments or bytes.
     SHATTER_CODE_CAP_EXCEEDED = 21,
-    /// A name of a service that is not 1 to 32 letters, digits, `-` or `_`.
+    /// The name of the service is not 1 to 32 letters, digits, `-` or `_`.
     SHATTER_CODE_SERVICE_NAME = 22,
-    /// A configuration key or value that cannot be used.
+    /// A key or value of the configuration or scene is invalid.
     SHATTER_CODE_CONFIGURATION = 23,
     /// An output file could not be written.
     SHATTER_CODE_OUTPUT = 24,
-    /// The elastic solve cannot follow this load.
+    /// The displacement under this load cannot be computed.
     SHATTER_CODE_UNSOLVABLE = 25,
-    /// An unknown source of displacements.
+    /// The source of displacements is unknown.
     SHATTER_CODE_ELASTIC = 26,
-    /// An effect that is both on and off, or without what it needs.
+    /// An effect is both enabled and disabled, or an effect or table that it needs is missing.
     SHATTER_CODE_EFFECT = 27,
     /// The result has no such fragment.
     SHATTER_CODE_UNKNOWN_FRAGMENT = 28,
-    /// A fragment too small to be struck again, or too large to be deformed.
+    /// The fragment is too small to be struck again, or too thin for the elastic lattice.
     SHATTER_CODE_FRAGMENT_SIZE = 29,
-    /// A ray without a direction, beside other contacts, or missing where one is needed.
+    /// A ray has no direction, is combined with other contacts, or is missing.
     SHATTER_CODE_RAY = 30,
-    /// A ray that does not meet the object.
+    /// The ray misses the object.
     SHATTER_CODE_RAY_MISSED = 31,
     /// The queue or the pool of results is full.
     SHATTER_CODE_BUSY = 40,
-    /// The deadline passed first.
+    /// The deadline passed before the result was ready.
     SHATTER_CODE_LATE = 41,
-    /// The daemon is ending.
+    /// The daemon is stopping.
     SHATTER_CODE_STOPPING = 42,
     /// The request was canceled, or its ticket is spent.
     SHATTER_CODE_CANCELLED = 43,
@@ -136,7 +136,7 @@ enum ShatterCode
     SHATTER_CODE_LOADING = 48,
     /// No daemon of this name runs.
     SHATTER_CODE_NO_DAEMON = 60,
-    /// The daemon went away while a request was with it.
+    /// The daemon ended during the request.
     SHATTER_CODE_LOST = 61,
     /// Another daemon of this name runs.
     SHATTER_CODE_SECOND_DAEMON = 62,
