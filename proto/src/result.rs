@@ -1,20 +1,20 @@
 //! A result: header, section table, sections.
 //!
-//! The header travels as the transport's user header. The payload is a slice of [`Block`]s: first the section table, one
-//! [`SectionWire`] per section, then the sections in the order of [`SectionKind::ALL`], each beginning at a multiple of
-//! 64 bytes. Index values and merge pairs are relative to the first vertex of their fragment; everything else counts from
-//! the beginning of its section.
+//! The header is sent as the transport's user header. The payload is a slice of [`Block`]s. It begins with the section
+//! table, one [`SectionWire`] per section. The sections follow in the order of [`SectionKind::ALL`], each at a multiple
+//! of 64 bytes. Indices and merge pairs count from the first vertex of their fragment; all other numbers count from the
+//! beginning of their section.
 //!
-//! Vertex sets belong to runs: a vertex on the rim of two runs appears in both, at bitwise equal positions, and the merge
-//! pairs say which ones are the same, so that a fragment is provably closed although its normals split (after Manifold,
-//! *merge vectors*).
+//! Each run of triangles has its own vertices. A vertex on the border of two runs appears in both, at bitwise equal
+//! positions. The merge pairs list vertices that are one point (after Manifold, *merge vectors*). So a fragment can be
+//! checked to be closed although its normals differ across runs.
 //!
-//! Units, axes and winding are those of the default convention. The result of a request with another one ([`crate::convention`]) is
-//! in its axes, winding and unit of length: then `_m`, `_m2` and `_m3` stand for that unit.
+//! Units, axes and winding are those of the default convention. The result of a request with another convention
+//! ([`crate::convention`]) uses that one's axes, winding and unit of length; `_m`, `_m2` and `_m3` then stand for that unit.
 //!
-//! Types whose names end with `Wire` are rows of shared memory: numbers stand for choices, zero for nothing. Hosts read the plain types
-//! beside them: [`Summary`], [`StageCost`], [`EffectCost`], [`Bond`], [`DebrisPoint`]. [`FragmentVelocity`], [`OuterAttributes`] and
-//! [`SkinVertex`] are both: they hold numbers alone.
+//! Types whose names end with `Wire` are rows of shared memory: choices are numbers, and zero means absent. Hosts read the plain
+//! types beside them: [`Summary`], [`StageCost`], [`EffectCost`], [`Bond`], [`DebrisPoint`]. [`FragmentVelocity`],
+//! [`OuterAttributes`] and [`SkinVertex`] contain numbers only and serve as both.
 
 use crate::convention::Convention;
 use crate::in_meters::InMeters;

@@ -25,7 +25,7 @@ pub(super) type WrittenResult = ResponseMut<Ipc, [Block], ResultHeader>;
 pub(super) enum StopCause {
     /// Its deadline passed.
     Late,
-    /// The daemon is ending.
+    /// The daemon is stopping.
     Ending,
 }
 

@@ -1,15 +1,16 @@
 //! Queue of waiting requests.
 //!
-//! The earliest deadline goes first. Requests without a deadline, or with the same one, go first come first served, except that requests
-//! beyond a client's share start when its share allows.
+//! The request with the earliest deadline starts first. Requests with the same deadline, or without one, start first come first
+//! served. A request beyond its client's share starts when that share allows.
 //!
 //! Deadlines: C. L. Liu & J. W. Layland, *Scheduling algorithms for multiprogramming in a hard real-time environment* (1973).
 //! Virtual time and shares: A. Demers, S. Keshav & S. Shenker, *Analysis and simulation of a fair queueing algorithm* (1989).
-//! Admission: A. K. Choudhury & E. L. Hahne, *Dynamic queue length thresholds for shared-memory packet switches* (1998): a client may
-//! occupy at most twice as many places as are free. So there is always space for the next client, and no waiting request is evicted.
+//! Admission: A. K. Choudhury & E. L. Hahne, *Dynamic queue length thresholds for shared-memory packet switches* (1998). A client
+//! may occupy at most twice as many slots as are free. So there is always a slot for the next client, and no waiting request is
+//! evicted.
 //!
-//! Different from these sources, a client may be ahead of its share by a few requests before others go first. With strict shares,
-//! random bursts of equal clients are reordered, too, and the slowest results take a third longer than first come first served.
+//! Unlike in these sources, a client may be a few requests ahead of its share before others go first. Strict shares also reorder
+//! random bursts of equal clients, and the slowest results then take a third longer than with first come first served.
 
 use std::collections::HashMap;
 use std::time::{Duration, Instant};

@@ -1,17 +1,17 @@
-//! Segments and nodes of killed processes stay.
+//! Segments and nodes of killed processes are not removed.
 //!
-//! **Symptom.** (1) A process that is killed between creating a segment and registering it leaves a segment that the transport's cleanup
-//! misses, because it follows registrations. (2) If a process is killed while it writes a tag, its node is never reclaimed: the cleanup
-//! removes everything but the unfinished tag and its folder, and finds the node again each time. (3) A process that is killed while it
-//! creates its node leaves a folder that is not listed, because it might still be starting.
+//! **Symptom.** (1) A process killed between creating a segment and registering it leaves that segment. The transport's cleanup
+//! follows registrations and misses it. (2) If a process is killed while it writes a tag, its node is never reclaimed. The cleanup
+//! removes everything except the unfinished tag and its folder, and finds the node again each time. (3) A process killed while it
+//! creates its node leaves a folder. The transport does not list it, because the node might still be starting.
 //!
-//! **Reproduction** (iceoryx2 0.10.0). Clients killed at random moments of their first 12 ms; the tests `faults` and `forgotten` of
-//! `shatter-server` do that. Three hundred kills left folders of kind (3), and 30 kills were counted as 17538 cleanups (2).
+//! **Reproduction** (iceoryx2 0.10.0). Clients killed at random moments of their first 12 ms, as in the tests `faults` and
+//! `forgotten` of `shatter-server`. 300 kills left folders of kind (3). After 30 kills, 17,538 cleanups were counted (2).
 //!
 //! **Upstream.** No issue known.
 //!
-//! **Delete.** This file and its call in the loop of the daemon, once cleanups follow port tags. Every port writes its tag before it
-//! creates anything, and the tag is removed after everything else, so a segment whose owner has no tag is stale.
+//! **Delete.** This file and its call in the loop of the daemon, once the transport's cleanup follows port tags. Every port writes
+//! its tag first and removes it last, so a segment whose owner has no tag is stale.
 
 use crate::instance::Instance;
 use crate::{Ipc, PREFIX, config};

@@ -1,15 +1,16 @@
 //! Repair of a body's boundary to a closed 2-manifold by dropping tetrahedra, and the check for it.
 //!
-//! The star of a node (the tetrahedra around it), seen from the node, is a patch of triangles: its *link*. The boundary
-//! is a 2-manifold at the node exactly if the link is a disc or, for interior nodes, a sphere. Otherwise the repair
-//! drops the smallest of one of these:
+//! The *star* of a node is the set of tetrahedra around it. Their faces opposite the node are its *link*. The boundary
+//! is a 2-manifold at a node exactly if the link is a disc or, for interior nodes, a sphere. Otherwise the repair drops
+//! the smallest of these sets of tetrahedra:
 //!
 //! - all but the largest face-connected part of the star;
 //! - all but the largest fan around an edge;
 //! - a shortest chain of tetrahedra between two holes of the link.
 //!
-//! Each drop can open new pinches at the nodes it touched, which are checked again. The repair ends, because the number
-//! of tetrahedra falls and a single one is a manifold. Positions never change, so the bounds on angles still hold.
+//! Dropping tetrahedra can make other nodes non-manifold, so their nodes are checked again. The repair ends, because
+//! the number of tetrahedra falls and a single one is a manifold. Positions never change, so the bounds on angles still
+//! hold.
 
 use super::adjacency::{NO_TET, NodeStars};
 use super::{FACES, Lattice};

@@ -85,7 +85,7 @@ pub enum FractureError {
     /// A ray whose direction is zero or not finite.
     #[error("the direction of the ray is zero or not finite; pass a finite one of any length above zero")]
     RayDirection,
-    /// A ray that does not meet the object.
+    /// The ray misses the object.
     #[error(
         "the ray misses the object by {distance_m:.6} m; its point {} is the closest, to the surface point {}. Aim at that point.",
         point(.ray_m), point(.surface_m)

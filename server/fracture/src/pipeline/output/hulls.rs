@@ -1,13 +1,13 @@
 //! Convex collision proxies of the fragments, computed with the effect `hulls`.
 //!
-//! Ours. The convex hull of a fragment also contains parts of neighbors in its hollows. Two such hulls overlap, and a
-//! simulation pushes them apart in its first step. A proxy is therefore the hull of the part of the fragment inside the
-//! mean planes of its cracks, which both neighbors share. Each plane moves outward until at most a small share of the
-//! fragment is beyond it; that share decreases until the hull covers enough. The overlap is then about the smallest
-//! possible with this coverage.
+//! The method is ours. The convex hull of a concave fragment also contains parts of its neighbors. Two such hulls
+//! overlap, and a simulation pushes them apart in its first step. A proxy is therefore the hull of only a part of the
+//! fragment, inside the mean planes of its cracks. Neighbors share these planes. Each plane moves outward until at most
+//! a small share of the fragment is beyond it. That share decreases until the hull covers enough. The overlap is then
+//! about the smallest possible with this coverage.
 //!
-//! Curved outer walls need more faces than a hull may have. The hull then cuts off parts between its vertices. Moving
-//! the points of the outer surface outward by half of that depth halves it.
+//! Curved outer walls need more faces than a hull may have, so the hull cuts off parts between its vertices. Moving
+//! the points of the outer surface outward by half the depth of these parts halves the depth.
 
 use crate::cancel_token::{CancelToken, Cancelled};
 use crate::hull::{ClosedTriangles, ConvexHull, Plane, bounds, clipped, meet};

@@ -1,16 +1,17 @@
-//! Striking a fragment of an earlier result.
+//! Second requests, which strike a fragment of an earlier result.
 //!
-//! Based on: Schvartzman & Otaduy (I3D 2014), section 3, which asks for crack concavity. The method is ours:
+//! Based on: Schvartzman & Otaduy (I3D 2014), section 3, which names crack concavity as a goal. The method is ours:
 //!
-//! - The whole tetrahedra of the fragment form an object ([`ParentFragment`]), which is struck like any other, up to
-//!   the labels.
-//! - The labels are transferred to the whole lattice of the body. A node of the fragment without a whole tetrahedron
-//!   takes the label of the nearest node that has one. Nodes of other fragments keep their labels.
-//! - Points of earlier cracks do not move, so the volumes of the children add up to that of the fragment.
+//! - The tetrahedra that are entirely in the fragment form an object ([`ParentFragment`]). The usual stages run on
+//!   it, up to the labels.
+//! - The labels are transferred to the whole lattice of the body. A node of the fragment that belongs to none of
+//!   these tetrahedra gets the label of the nearest node that does. Nodes of other fragments keep their labels.
+//! - Points of earlier cracks do not move, so the volumes of the new fragments add up to that of the struck one.
 //!
-//! Cost, in addition to a first request on an object with the fragment's nodes:
+//! Cost, in addition to that of a first request on an object with as many nodes:
 //!
-//! - the eigenpairs of the interior lift and the factor of the stiffness, which a first request finds prepared;
+//! - the eigenpairs of the interior lift and the factor of the stiffness, which the database contains for a first
+//!   request;
 //! - one tessellation of the body's whole lattice.
 
 pub(super) mod parent;

@@ -52,7 +52,7 @@ impl EffectPicture {
 }
 
 /// Introduction to the pictures.
-const LEAD: &str = "Left: without the effect; right: with it. Both show the same object, impact and seed.";
+const LEAD: &str = "See what each effect does. Left: without it; right: with it. Object, impact and seed are the same.";
 
 /// Draws all pairs; calls `progress` with the name of each.
 pub fn shown(progress: &mut dyn FnMut(&str)) -> Result<Vec<EffectPicture>, EffectsError> {
@@ -73,7 +73,7 @@ pub fn section(shown: &[EffectPicture]) -> Section {
         scale: None,
     };
     Section {
-        heading: "Gallery of effects".to_owned(),
+        heading: "Pictures of effects".to_owned(),
         lead: vec![LEAD.to_owned()],
         figures: shown.iter().map(figure).collect(),
         ..Section::default()
@@ -82,7 +82,7 @@ pub fn section(shown: &[EffectPicture]) -> Section {
 
 /// Markdown page with all pictures, for the folder of their files.
 pub fn markdown(shown: &[EffectPicture]) -> String {
-    let mut text = format!("# Gallery of effects\n\n{LEAD} Made by `shatterd study effects`.\n");
+    let mut text = format!("# Pictures of effects\n\n{LEAD} Drawn by `shatterd study effects`.\n");
     for own in shown {
         text += &format!("\n## {}\n\n{}\n\n![{}]({})\n", own.name, own.caption, own.name, own.file());
     }
