@@ -166,6 +166,32 @@ fn outputs_change_no_other_section() {
     }
 }
 
+/// The tests above use the default lift; this one covers the other lifts.
+#[test]
+fn every_effect_works_in_every_lift() {
+    let (_daemon, bar) = start_held();
+    for lift in [Lift::Euclidean, Lift::SurfaceDiffusion] {
+        let struck = |impact: Impact| {
+            let result = strike(&bar, &impact.lift(lift));
+            assert!(result.fragments().len() > 8 && result.fragments().all(|fragment| fragment.is_closed()), "{lift:?}");
+            result
+        };
+        let before = hashes(&struck(blow()));
+        for effect in OUTPUTS {
+            let mut after = hashes(&struck(with(&needed(effect))));
+            let added = needed(effect).into_iter().flat_map(sections);
+            added.for_each(|name| assert!(after.remove(name).is_some(), "{name} {lift:?}"));
+            assert_eq!(after, before, "{} {lift:?}", effect.name());
+        }
+        for effect in [Effect::Tensile, Effect::Anchored, Effect::Gravity] {
+            let result = struck(with(&needed(effect)));
+            assert!(result.effects().any(|cost| cost.effect == effect && cost.has_run), "{} {lift:?}", effect.name());
+            assert_ne!(hashes(&result)["positions"], before["positions"], "{} {lift:?}", effect.name());
+        }
+        assert!(struck(bar.even(16, patience()).unwrap()).fragments().len() >= 16);
+    }
+}
+
 #[test]
 fn physics_changes_the_pieces() {
     let (_daemon, bar) = start();

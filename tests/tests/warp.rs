@@ -18,7 +18,7 @@ const SITES: u32 = 80;
 
 fn cube() -> PreparedObject {
     static CUBE: BakedOnce = BakedOnce::new(|| {
-        let tables = Tables { interior: true, ..Tables::NONE };
+        let tables = Tables { interior: true, surface_diffusion: true, ..Tables::NONE };
         let request = BakeRequest { crack_spacing: Some(0.028), tables, ..real::request("cube", "stone") };
         bake(shapes::cuboid([SIDE; 3]), &request, &CancelToken::default(), &mut |_| ()).unwrap()
     });
@@ -162,7 +162,7 @@ fn under(controls: WarpControls) -> PreparedObject {
 fn a_grain_of_four_shows_in_the_inertia_of_the_pieces() {
     let axis = Vector3::new(0.0, 0.6, 0.8);
     let prepared = under(WarpControls { grain: Some(Grain { axis, ratio: 4.0 }), ..WarpControls::default() });
-    for lift in [LiftKind::Euclidean, LiftKind::Interior] {
+    for lift in [LiftKind::Euclidean, LiftKind::Interior, LiftKind::SurfaceDiffusion] {
         let [with, without] = [true, false].map(|warp| stretch(&Pieces::new(&prepared, &blow(lift, warp)), axis));
         println!("grain of 4, {lift}: {with:.2} times as long along it, {without:.2} without");
         assert!((2.0..=6.0).contains(&with) && (0.7..1.4).contains(&without), "{lift}: {with} {without}");

@@ -179,8 +179,9 @@ fn cells(prepared: &PreparedObject, strike: &FractureRequest) -> Vec<u32> {
 
 #[test]
 fn nothing_spans_a_crack_of_no_width_but_straight_distances() {
-    let [interior, straight] = [LiftKind::Interior, LiftKind::Euclidean].map(across_the_crack);
-    println!("fragments and cells across the crack: interior {interior:?}, euclidean {straight:?}");
+    let lifts = [LiftKind::Interior, LiftKind::Euclidean, LiftKind::SurfaceDiffusion];
+    let [interior, straight, diffusion] = lifts.map(across_the_crack);
+    println!("fragments and cells across the crack: interior {interior:?}, euclidean {straight:?}, surface {diffusion:?}");
     assert_eq!(interior, [0; 2]);
     assert!(straight[1] > 0);
 }
