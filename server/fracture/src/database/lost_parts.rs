@@ -104,7 +104,7 @@ impl SeveredParts {
     /// Entry of the defect report.
     pub(super) fn defect(&self) -> Defect {
         let action = format!(
-            "bodies of their own, {}: joined by less than the lattice resolves; {}",
+            "separate bodies, {}: their connection is too thin for the lattice; {}",
             self.sizes(),
             self.advice()
         );
@@ -147,7 +147,7 @@ impl std::fmt::Display for SeveredParts {
 /// Crack nodes far from any elastic lattice.
 pub(super) fn far(inside: &InsideTest, levels: &LatticeLevels) -> Option<Defect> {
     let first = inside.nearest_face(levels.far.first()?);
-    let action = "solved on the nearest part: limbs thinner than the elastic spacing; try a finer --elastic-spacing";
+    let action = "energy taken from the nearest part: limbs thinner than the elastic spacing; try a finer --elastic-spacing";
     Some(Defect::new(DefectKind::CoarseElastic, levels.far.len() as u64, first, action))
 }
 

@@ -67,7 +67,7 @@ impl CrackSheets {
         }
         let mut defects = Vec::new();
         degenerate.report(DefectKind::DegenerateTriangles, "left out of the cracks", &mut defects);
-        repeated.report(DefectKind::DuplicateTriangles, "once among the cracks", &mut defects);
+        repeated.report(DefectKind::DuplicateTriangles, "duplicates dropped from the cracks", &mut defects);
         Ok(Self {
             tree: TriangleTree::new(&triangles),
             rim: OpenEdges::new(&triangles),

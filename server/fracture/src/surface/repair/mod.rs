@@ -67,20 +67,20 @@ impl Surface {
         let edges = Edges::new(&triangles);
         let patches = orient::orient(&positions, &mut triangles, &edges, face);
         patches.turned.report(DefectKind::MixedWinding, "turned to agree with their neighbors", &mut defects);
-        patches.twisted.report(DefectKind::NonOrientable, "none: one-sided there", &mut defects);
+        patches.twisted.report(DefectKind::NonOrientable, "not repaired: the surface is one-sided here", &mut defects);
         let shells = shells::face_outward(&positions, &mut triangles, &patches.members, face);
         report_shells(&shells, &mut defects);
         if let [_, second, ..] = &patches.members[..] {
             let count = patches.members.len() as u64;
-            defects.push(Defect::new(DefectKind::SeveralShells, count, face(second[0]), "united"));
+            defects.push(Defect::new(DefectKind::SeveralShells, count, face(second[0]), "merged into one object"));
         }
         let edges = Edges::new(&triangles);
         report_edges(&edges, &triangles, positions.len(), face, &mut defects);
         let crossings = intersect::intersections(&positions, &triangles);
         if let Some(first) = crossings.first {
             let action = match crossings.complete {
-                true => "none: what either part encloses is inside",
-                false => "none: what either part encloses is inside; counting was given up",
+                true => "not repaired: the inside of both parts counts",
+                false => "not repaired: the inside of both parts counts; counting stopped early",
             };
             defects.push(Defect::new(DefectKind::SelfIntersection, crossings.count, face(first), action));
         }
