@@ -93,7 +93,7 @@ impl ObjectFacts {
         Self {
             name: row.name(),
             state: row.state(),
-            error: row.refusal(),
+            error: row.error(),
             material: row.material(),
             bodies: row.bodies,
             degree_max: row.degree_max,

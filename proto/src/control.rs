@@ -24,7 +24,7 @@ pub enum ControlRequest {
     Status,
     /// Why the service closed the request with this sequence without a result. One [`ErrorWire`], or no row if the service does not
     /// know the request.
-    Verdict(u64),
+    RequestError(u64),
     /// Progress of the request with this sequence. One [`ProgressRow`], or no row if it neither waits nor computes.
     Progress(u64),
     /// Releases the result kept under `handle`, once the request with the sequence `after` has arrived, and so all that this client
@@ -46,7 +46,7 @@ pub struct ControlRequestWire {
     /// [`PROTOCOL_VERSION`].
     pub version: u32,
     /// 1: list. 2: status. 3: verdict. 4: progress. 5: release.
-    pub question: u32,
+    pub kind: u32,
     /// First row of a list, else zero.
     pub first: u32,
     /// Sequence of the request that a verdict or progress is about, or the handle to release; else zero.
@@ -112,7 +112,7 @@ pub struct ObjectRow {
     pub name: [u8; OBJECT_NAME_MAX],
     /// Bytes of `name` that count.
     pub name_length: u32,
-    /// Number of an [`ObjectState`]. Unless it is ready, `refusal` is the reason, and everything else is zero.
+    /// Number of an [`ObjectState`]. Unless it is ready, `error` is the reason, and everything else is zero.
     pub state: u32,
     /// Bodies (components).
     pub bodies: u32,
@@ -162,7 +162,7 @@ pub struct ObjectRow {
     pub bytes_max: u64,
     /// Why the object cannot be struck; if it is ready, why its changed file could not be loaded, so that the version loaded before
     /// is still served. Of kind 0 otherwise.
-    pub refusal: ErrorWire,
+    pub error: ErrorWire,
 }
 
 /// Times of one stage, ns, since the daemon started.
@@ -279,15 +279,15 @@ const _: () = assert!(size_of::<StatusRow>() == 56 + 20 * 8 + 9 * 40);
 impl ControlRequest {
     /// The request as it travels.
     pub fn wire(self, listener: [u8; 16]) -> ControlRequestWire {
-        let (question, first, sequence, after) = match self {
+        let (kind, first, sequence, after) = match self {
             Self::List(first) => (1, first, 0, 0),
             Self::Status => (2, 0, 0, 0),
-            Self::Verdict(sequence) => (3, 0, sequence, 0),
+            Self::RequestError(sequence) => (3, 0, sequence, 0),
             Self::Progress(sequence) => (4, 0, sequence, 0),
             Self::Release { handle, after } => (5, 0, handle, after),
         };
         let (magic, version) = (REQUEST_MAGIC, PROTOCOL_VERSION);
-        ControlRequestWire { magic, version, question, first, sequence, listener, after, reserved: [0; 7] }
+        ControlRequestWire { magic, version, kind, first, sequence, listener, after, reserved: [0; 7] }
     }
 
     /// Sequence of the request that must have arrived before the daemon replies; zero: none.
@@ -295,7 +295,7 @@ impl ControlRequest {
         match self {
             Self::Release { after, .. } => after,
             Self::Progress(sequence) => sequence,
-            Self::List(_) | Self::Status | Self::Verdict(_) => 0,
+            Self::List(_) | Self::Status | Self::RequestError(_) => 0,
         }
     }
 }
@@ -310,10 +310,10 @@ impl ControlRequestWire {
         if let Some(i) = self.reserved.iter().position(|word| *word != 0) {
             return Err(Error::new(ErrorKind::ReservedField, format!("reserved[{i}]"), "reserved words must be zero"));
         }
-        match (self.question, self.first, self.sequence, self.after) {
+        match (self.kind, self.first, self.sequence, self.after) {
             (1, first, 0, 0) => Ok(ControlRequest::List(first)),
             (2, 0, 0, 0) => Ok(ControlRequest::Status),
-            (3, 0, sequence, 0) => Ok(ControlRequest::Verdict(sequence)),
+            (3, 0, sequence, 0) => Ok(ControlRequest::RequestError(sequence)),
             (4, 0, sequence, 0) => Ok(ControlRequest::Progress(sequence)),
             (5, 0, handle, after) => Ok(ControlRequest::Release { handle, after }),
             (other, ..) => {
@@ -394,8 +394,8 @@ impl ObjectRow {
     }
 
     /// Why the object cannot be struck, or why its changed file could not be loaded.
-    pub fn refusal(&self) -> Option<Error> {
-        (self.state() != ObjectState::Ready || self.refusal.kind != 0).then(|| Error::from(&self.refusal))
+    pub fn error(&self) -> Option<Error> {
+        (self.state() != ObjectState::Ready || self.error.kind != 0).then(|| Error::from(&self.error))
     }
 
     /// The object's name, for showing.
@@ -425,15 +425,15 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn questions_survive_the_wire() {
-        for question in [
+    fn control_requests_round_trip() {
+        for request in [
             ControlRequest::List(7),
             ControlRequest::Status,
-            ControlRequest::Verdict(u64::MAX),
+            ControlRequest::RequestError(u64::MAX),
             ControlRequest::Progress(9),
             ControlRequest::Release { handle: 3, after: 8 },
         ] {
-            assert_eq!(question.wire([3; 16]).validate().unwrap(), question);
+            assert_eq!(request.wire([3; 16]).validate().unwrap(), request);
         }
         let mut wire = ControlRequest::Status.wire([0; 16]);
         wire.reserved[2] = 1;
@@ -441,7 +441,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_survive_the_wire() {
+    fn reply_rows_round_trip() {
         let mut row = ObjectRow::zeroed();
         row.set_name("Bär");
         let rows = vec![row; 3];
@@ -453,28 +453,28 @@ mod tests {
     }
 
     #[test]
-    fn a_row_may_be_ready_and_refused_at_once() {
+    fn an_object_row_can_be_ready_and_have_an_error() {
         let mut row = ObjectRow::zeroed();
-        assert_eq!(row.refusal().map(|refusal| refusal.kind), Some(ErrorKind::BadAnswer));
+        assert_eq!(row.error().map(|error| error.kind), Some(ErrorKind::BadAnswer));
         row.state = ObjectState::Ready as u32;
-        assert_eq!(row.refusal(), None);
-        let refusal = Error::new(ErrorKind::CorruptObject, "vase", "vase.shatter: cut short");
-        row.refusal = ErrorWire::from(&refusal);
-        assert_eq!(row.refusal(), Some(refusal));
+        assert_eq!(row.error(), None);
+        let error = Error::new(ErrorKind::CorruptObject, "vase", "vase.shatter: cut short");
+        row.error = ErrorWire::from(&error);
+        assert_eq!(row.error(), Some(error));
     }
 
     #[test]
     fn the_error_of_a_control_request_comes_back() {
-        let refusal = Error::new(ErrorKind::UnknownRequest, "9", "no such request to the control service");
+        let error = Error::new(ErrorKind::UnknownRequest, "9", "no such request to the control service");
         let mut payload = vec![Block::zeroed(); REPLY_BLOCKS];
-        let header = write(&mut payload, &[ErrorWire::from(&refusal)], 1, true);
-        assert_eq!(read::<StatusRow>(&header, &payload).unwrap_err(), refusal);
+        let header = write(&mut payload, &[ErrorWire::from(&error)], 1, true);
+        assert_eq!(read::<StatusRow>(&header, &payload).unwrap_err(), error);
     }
 
     proptest! {
         #[test]
-        fn random_bytes_never_panic(question in proptest::collection::vec(any::<u8>(), 104), rows in any::<u32>()) {
-            let wire: ControlRequestWire = bytemuck::pod_read_unaligned(&question);
+        fn random_bytes_never_panic(request in proptest::collection::vec(any::<u8>(), 104), rows in any::<u32>()) {
+            let wire: ControlRequestWire = bytemuck::pod_read_unaligned(&request);
             prop_assert!(wire.validate().is_err());
             let payload = vec![Block::zeroed(); 3];
             let mut header = write::<StatusRow>(&mut payload.clone(), &[], 0, rows % 2 == 0);

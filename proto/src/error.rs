@@ -306,14 +306,14 @@ mod tests {
     }
 
     #[test]
-    fn main_prints_a_sentence() {
+    fn an_error_displays_as_a_sentence() {
         let error = Error::new(ErrorKind::Impulse, "contacts[1].impulse_ns", "the impulse is zero");
         assert_eq!(format!("{error:?}"), "the impulse is zero (impulse, at `contacts[1].impulse_ns`)");
         assert_eq!(format!("{:?}", Error::new(ErrorKind::Stopping, "", "no more")), "no more (stopping)");
     }
 
     #[test]
-    fn errors_survive_the_wire() {
+    fn errors_round_trip() {
         let error = Error::new(ErrorKind::Impulse, "contacts[1].impulse_ns", "the impulse is zero");
         assert_eq!(Error::from(&ErrorWire::from(&error)), error);
         let busy = Error::new(ErrorKind::Busy, "queue", "full").after(Duration::from_micros(1500));

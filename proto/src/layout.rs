@@ -1,7 +1,7 @@
 //! From counts to offsets: the position of every section of a result before a byte of it is written.
 
 use crate::PROTOCOL_VERSION;
-use crate::result::{ANSWER_MAGIC, BLOCK_BYTES, Block, ResultHeader, SectionKind, SectionWire};
+use crate::result::{BLOCK_BYTES, Block, RESULT_MAGIC, ResultHeader, SectionKind, SectionWire};
 use bytemuck::Zeroable;
 
 pub use crate::sections::{SectionCounts, SectionsMut};
@@ -54,7 +54,7 @@ impl Layout {
     /// The header of the result of request `sequence`.
     pub fn header(&self, sequence: u64) -> ResultHeader {
         ResultHeader {
-            magic: ANSWER_MAGIC,
+            magic: RESULT_MAGIC,
             version: PROTOCOL_VERSION,
             status: 1,
             sections: SECTIONS as u32,
@@ -91,7 +91,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn an_answer_without_fragments_is_small() {
+    fn a_result_without_fragments_is_small() {
         let layout = Layout::new(&SectionCounts::default()).unwrap();
         assert_eq!((layout.used_bytes(), layout.blocks()), (1472, 23));
     }

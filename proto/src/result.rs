@@ -27,7 +27,7 @@ pub use crate::sections::SectionKind;
 pub use crate::summary::{MissedTime, Summary, SummaryWire};
 
 /// First bytes of every result.
-pub const ANSWER_MAGIC: u32 = u32::from_le_bytes(*b"SHTa");
+pub const RESULT_MAGIC: u32 = u32::from_le_bytes(*b"SHTa");
 
 /// The element in which results are lent: its alignment is the alignment of every section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
@@ -45,7 +45,7 @@ pub const BLOCK_BYTES: usize = size_of::<Block>();
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ResultHeader {
-    /// [`ANSWER_MAGIC`].
+    /// [`RESULT_MAGIC`].
     pub magic: u32,
     /// [`crate::PROTOCOL_VERSION`].
     pub version: u32,

@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn zeros_of_the_row_stand_for_nothing() {
+    fn zeros_in_the_row_mean_absent() {
         let mut row =
             SummaryWire { degree_source: 5, quality: 2, handle: 9, capped: 1, time_ns: 3, ..SummaryWire::zeroed() };
         row.set_object("Bär");

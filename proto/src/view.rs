@@ -2,7 +2,7 @@
 
 use crate::layout::{SECTIONS, TABLE_BYTES};
 use crate::result::{
-    ANSWER_MAGIC, BLOCK_BYTES, Block, FragmentWire, OUTER, ResultHeader, RunWire, SectionKind, SectionWire,
+    BLOCK_BYTES, Block, FragmentWire, OUTER, RESULT_MAGIC, ResultHeader, RunWire, SectionKind, SectionWire,
 };
 use crate::{Error, ErrorKind, PROTOCOL_VERSION};
 use std::ops::Range;
@@ -47,7 +47,7 @@ fn bad(at: impl Into<String>, what: impl std::fmt::Display) -> Error {
 }
 
 fn head(header: &ResultHeader) -> Result<(), Error> {
-    if header.magic != ANSWER_MAGIC {
+    if header.magic != RESULT_MAGIC {
         return Err(bad("magic", format!("{:#010x}", header.magic)));
     }
     if header.version != PROTOCOL_VERSION {

@@ -28,7 +28,7 @@ zero_copy! {
     ResultHeader: "shatter.AnswerHeader.v1",
     ControlRequestWire: "shatter.Control.v1",
     ControlReplyHeader: "shatter.ControlHeader.v1",
-    ErrorWire: "shatter.Refusal.v1",
+    ErrorWire: "shatter.ServiceError.v1",
     ContactWire: "shatter.Contact.v1",
     RequestWire: "shatter.Strike.v1",
 }

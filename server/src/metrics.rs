@@ -33,8 +33,8 @@ impl JobEnd {
     const ALL: [Self; 6] = [Self::Answered, Self::Refused, Self::Busy, Self::Late, Self::Failed, Self::Cancelled];
 
     /// End that corresponds to an error.
-    pub fn of(refusal: &Error) -> Self {
-        match (refusal.kind, refusal.kind.fault()) {
+    pub fn of(error: &Error) -> Self {
+        match (error.kind, error.kind.fault()) {
             (ErrorKind::Cancelled, _) => Self::Cancelled,
             (ErrorKind::Late, _) => Self::Late,
             (ErrorKind::Busy | ErrorKind::Stopping | ErrorKind::SharedMemory, _) => Self::Busy,
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn every_refusal_has_an_end() {
+    fn every_error_kind_has_a_request_outcome() {
         let end = |kind| JobEnd::of(&Error::new(kind, "", ""));
         assert_eq!(end(ErrorKind::Impulse), JobEnd::Refused);
         assert_eq!(end(ErrorKind::CorruptObject), JobEnd::Refused);

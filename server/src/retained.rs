@@ -63,7 +63,7 @@ impl RetainedResults {
     }
 
     /// Whether the store retains anything at all.
-    pub fn keeps(&self) -> bool {
+    pub fn allows_keeping(&self) -> bool {
         self.count_max > 0
     }
 

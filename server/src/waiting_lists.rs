@@ -16,23 +16,23 @@ pub struct WaitingLists(VecDeque<WaitingList>);
 
 struct WaitingList {
     active: ActiveControlRequest,
-    look: u64,
+    scan: u64,
     since: Instant,
 }
 
 impl WaitingLists {
-    /// Holds a request until scan number `look` is over; returns it if too many are held.
-    pub fn hold(&mut self, active: ActiveControlRequest, look: u64) -> Option<ActiveControlRequest> {
+    /// Holds a request until scan number `scan` is over; returns it if too many are held.
+    pub fn hold(&mut self, active: ActiveControlRequest, scan: u64) -> Option<ActiveControlRequest> {
         if self.0.len() >= HELD_MAX {
             return Some(active);
         }
-        self.0.push_back(WaitingList { active, look, since: Instant::now() });
+        self.0.push_back(WaitingList { active, scan, since: Instant::now() });
         None
     }
 
     /// Requests whose scan is over or takes too long, after `done` scans, in order of arrival.
     pub fn due(&mut self, done: u64) -> Vec<ActiveControlRequest> {
-        let is_due = |list: &&WaitingList| list.look <= done || list.since.elapsed() > WAIT_MAX;
+        let is_due = |list: &&WaitingList| list.scan <= done || list.since.elapsed() > WAIT_MAX;
         let count = self.0.iter().take_while(is_due).count();
         self.0.drain(..count).map(|list| list.active).collect()
     }

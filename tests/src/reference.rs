@@ -1,6 +1,6 @@
 //! The reference pages of the guide, generated from the code.
 
-use crate::house::House;
+use crate::fixture::Fixture;
 use crate::pages;
 use bytemuck::Zeroable;
 use shatter_proto::ErrorKind;
@@ -161,10 +161,10 @@ fn listed(help: &str) -> BTreeSet<&str> {
 }
 
 fn commands() -> String {
-    let house = House::new();
+    let fixture = Fixture::new();
     let help = |command: &str| {
         let words: Vec<&str> = command.split(' ').collect();
-        let mut run = house.command(words[0]);
+        let mut run = fixture.command(words[0]);
         let output = run.args(&words[1..]).arg("--help").env_remove("SHATTER_MESHES").output().unwrap();
         assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
         let text = String::from_utf8(output.stdout).unwrap();

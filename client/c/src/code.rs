@@ -2,7 +2,7 @@
 
 use shatter_client::ErrorKind;
 
-/// Result code of a call. Zero: success. Any other value names the rule that was violated. `ShatterRefusal` adds who is at fault, whether
+/// Result code of a call. Zero: success. Any other value names the rule that was violated. `ShatterError` adds who is at fault, whether
 /// to try again, and the argument, field or path in question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
@@ -170,7 +170,7 @@ impl From<ErrorKind> for Code {
 #[repr(u32)]
 pub enum Fault {
     /// No error.
-    Nobody = 0,
+    None = 0,
     /// The call is wrong; repeating it changes nothing.
     Caller = 1,
     /// The service or this library failed, or cannot do it now.
@@ -194,7 +194,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn codes_are_those_of_the_kinds() {
+    fn codes_match_error_kinds() {
         for kind in ErrorKind::ALL {
             assert_eq!(Code::from(*kind) as u32, kind.code(), "{kind:?}");
             assert_eq!(format!("{:?}", Code::from(*kind)), format!("{kind:?}"));

@@ -27,7 +27,7 @@ const COUNTS: SectionCounts = SectionCounts {
 };
 
 /// Two fragments of one triangle each, one run each, one merge pair.
-fn answer() -> (ResultHeader, Vec<Block>) {
+fn sample_result() -> (ResultHeader, Vec<Block>) {
     let counts = COUNTS;
     let layout = Layout::new(&counts).unwrap();
     let mut payload = vec![Block::zeroed(); layout.blocks()];
@@ -62,10 +62,10 @@ fn answer() -> (ResultHeader, Vec<Block>) {
 }
 
 fn check(change: impl FnOnce(&mut ResultHeader, &mut [Block]), at: &str) {
-    let (mut header, mut payload) = answer();
+    let (mut header, mut payload) = sample_result();
     change(&mut header, &mut payload);
-    let refusal = CheckedLayout::new(&header, &payload).expect_err(at);
-    assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::BadAnswer, at), "{}", refusal.message);
+    let error = CheckedLayout::new(&header, &payload).expect_err(at);
+    assert_eq!((error.kind, error.at.as_str()), (ErrorKind::BadAnswer, at), "{}", error.message);
 }
 
 fn table(payload: &mut [Block]) -> &mut [SectionWire] {
@@ -79,8 +79,8 @@ fn section(payload: &mut [Block], change: impl FnOnce(crate::layout::SectionsMut
 }
 
 #[test]
-fn a_good_answer_is_borrowed() {
-    let (header, payload) = answer();
+fn a_valid_result_is_borrowed() {
+    let (header, payload) = sample_result();
     let checked = CheckedLayout::new(&header, &payload).unwrap();
     let view = checked.view(&payload).unwrap();
     assert_eq!((view.fragments.len(), view.positions.len(), view.summary.object()), (2, 6, "vase".into()));
@@ -89,7 +89,7 @@ fn a_good_answer_is_borrowed() {
 }
 
 #[test]
-fn every_rule_names_its_offender() {
+fn every_validation_error_names_the_field() {
     check(|h, _| h.magic = 1, "magic");
     check(|h, _| h.version = 1, "version");
     check(|h, _| h.status = 0, "header");
@@ -141,8 +141,8 @@ fn every_rule_names_its_offender() {
 }
 
 #[test]
-fn a_bond_may_tie_a_fragment_to_the_world() {
-    let (header, mut payload) = answer();
+fn a_bond_may_connect_a_fragment_to_the_world() {
+    let (header, mut payload) = sample_result();
     section(&mut payload, |s| s.bonds[0].fragments = [1, WORLD]);
     let view = CheckedLayout::new(&header, &payload).unwrap().view(&payload).unwrap();
     assert!(view.bonds[0].holds_to_world());
@@ -150,12 +150,12 @@ fn a_bond_may_tie_a_fragment_to_the_world() {
 
 proptest! {
     #[test]
-    fn random_tables_never_reach_out_of_bounds(
+    fn random_tables_are_never_read_out_of_bounds(
         bytes in proptest::collection::vec(any::<u8>(), 64 * 20),
         used in 0u64..1400,
         words in proptest::collection::vec((0usize..42, 0u32..1500), 0..12),
     ) {
-        let (mut header, mut payload) = answer();
+        let (mut header, mut payload) = sample_result();
         header.used_bytes = used;
         for (at, value) in words {
             bytemuck::cast_slice_mut::<_, u32>(&mut payload)[at] = value;
@@ -168,8 +168,8 @@ proptest! {
 
     /// One changed byte anywhere: whatever still passes can be walked without a panic.
     #[test]
-    fn mutated_answers_never_reach_out_of_bounds(at in 0usize..2048, value in any::<u8>()) {
-        let (header, mut payload) = answer();
+    fn mutated_results_are_never_read_out_of_bounds(at in 0usize..2048, value in any::<u8>()) {
+        let (header, mut payload) = sample_result();
         let bytes = bytemuck::cast_slice_mut::<_, u8>(&mut payload);
         let at = at % bytes.len();
         bytes[at] = value;

@@ -53,11 +53,11 @@ const HOLLOW: InteractionGroups = InteractionGroups::new(Group::GROUP_3, Group::
 fn main() -> Result<(), Failure> {
     let name = std::env::args().nth(1).unwrap_or_else(|| "mug".to_owned());
     // These calls wait, so a game makes them on a loading thread. The service is `default`, or the one that SHATTER_SERVICE names.
-    let patience = Deadline::after(Duration::from_secs(20));
-    let object = Client::connect_default(patience)?.object(&name, patience)?;
+    let timeout = Deadline::after(Duration::from_secs(20));
+    let object = Client::connect_default(timeout)?.object(&name, timeout)?;
     let mut host = Host::new(object);
     host.add_ground();
-    host.add_whole(patience)?;
+    host.add_whole(timeout)?;
     let begun = Instant::now();
     for step in 0..STEPS {
         host.step(f64::from(step) / RATE_HZ)?;
@@ -118,9 +118,9 @@ impl Host {
     }
 
     /// Adds the whole object. The service divides it into even pieces, whose hulls are its collider.
-    fn add_whole(&mut self, patience: Deadline) -> Result<(), Failure> {
-        let impact = self.object.even(PIECES, patience)?.enable(Effect::Hulls);
-        let pieces = self.object.strike(&impact)?.wait(patience)?;
+    fn add_whole(&mut self, timeout: Deadline) -> Result<(), Failure> {
+        let impact = self.object.even(PIECES, timeout)?.enable(Effect::Hulls);
+        let pieces = self.object.strike(&impact)?.wait(timeout)?;
         let mass: MassProperties = pieces.fragments().map(|piece| mass(&piece)).sum();
         let pose = Pose::new(Vector::new(0.0, HEIGHT_M, 0.0), Vector::new(0.0, 0.0, TURN_RAD));
         let body = RigidBodyBuilder::dynamic().pose(pose).additional_mass_properties(mass);

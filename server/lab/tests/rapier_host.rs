@@ -33,10 +33,10 @@ fn hosted(out: &Path, more: &[&str]) -> Value {
 #[track_caller]
 fn check_closed(film: &Path, actors: u64) {
     let document = gltf::Gltf::from_slice(&std::fs::read(film).unwrap()).unwrap().document.into_json();
-    let told = |mesh: &&gltf::json::Mesh| {
+    let report = |mesh: &&gltf::json::Mesh| {
         mesh.extensions.as_ref().is_some_and(|own| own.others.contains_key("EXT_mesh_manifold"))
     };
-    let open = document.meshes.iter().filter(|mesh| !told(mesh));
+    let open = document.meshes.iter().filter(|mesh| !report(mesh));
     let names: Vec<&str> = open.filter_map(|mesh| mesh.name.as_deref()).collect();
     assert!(names.iter().all(|name| *name == "ball"), "{names:?}");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/peers/watertight.py");
@@ -57,7 +57,7 @@ fn check_closed(film: &Path, actors: u64) {
 }
 
 #[test]
-fn thirty_things_break_while_the_daemon_dies_and_no_step_waits() {
+fn no_step_waits_while_the_daemon_is_killed() {
     let out = tempfile::tempdir().unwrap();
     let found = hosted(out.path(), &["--seconds", "10", "--kill-at", "4"]);
     let number = |key: &str| found[key].as_f64().unwrap_or(f64::NAN);

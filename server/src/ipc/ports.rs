@@ -18,7 +18,7 @@ use shatter_transport::instance::Instance;
 use shatter_transport::workarounds::populated_pages::PopulatedPages;
 use shatter_transport::workarounds::response_pool;
 use shatter_transport::{
-    CONTROL_SERVICE, Ipc, QUESTIONS_PER_CLIENT_MAX, STRIKE_SERVICE, STRIKES_PER_CLIENT_MAX, WAKE_CLIENT_SERVICE,
+    CONTROL_REQUESTS_PER_CLIENT_MAX, CONTROL_SERVICE, Ipc, STRIKE_SERVICE, STRIKES_PER_CLIENT_MAX, WAKE_CLIENT_SERVICE,
     WAKE_DAEMON_SERVICE, config, failed, service_name,
 };
 use std::mem::MaybeUninit;
@@ -61,7 +61,7 @@ impl PoolSize {
 /// Ports of the daemon. Fields are dropped in this order: ports, factories, node.
 pub struct Ports {
     strikes: Server<Ipc, RequestWire, (), [Block], ResultHeader>,
-    questions: Server<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>,
+    control_requests: Server<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>,
     /// Client of the rehearsal; kept, so that the number of free client slots equals the limit.
     rehearsal: Client<Ipc, RequestWire, (), [Block], ResultHeader>,
     strike_factory: RequestFactory,
@@ -87,7 +87,7 @@ impl Ports {
             (event(&node, WAKE_DAEMON_SERVICE, pool.clients)?, event(&node, WAKE_CLIENT_SERVICE, pool.clients)?);
         let listener = wake_daemon.listener_builder().create().map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?;
         let notifier = wake_client.notifier_builder().create().map_err(|error| failed(WAKE_CLIENT_SERVICE, error))?;
-        let bell = WakeSocket::new(listener).map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?;
+        let wake_socket = WakeSocket::new(listener).map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?;
         let (strike_factory, control_factory) =
             (strike_factory(&node, pool.clients)?, control_factory(&node, pool.clients)?);
         let strikes = strike_factory
@@ -99,7 +99,7 @@ impl Ports {
             .backpressure_strategy(response_pool::BACKPRESSURE)
             .create()
             .map_err(|error| failed(STRIKE_SERVICE, error))?;
-        let questions = control_factory
+        let control_requests = control_factory
             .server_builder()
             .initial_max_slice_len(REPLY_BLOCKS)
             .allocation_strategy(response_pool::ALLOCATION)
@@ -112,7 +112,7 @@ impl Ports {
         let events = [wake_daemon, wake_client];
         let ports = Self {
             strikes,
-            questions,
+            control_requests,
             rehearsal,
             strike_factory,
             _control_factory: control_factory,
@@ -120,7 +120,7 @@ impl Ports {
             node,
             pool,
         };
-        Ok((ports, bell, ClientWaker::new(notifier)))
+        Ok((ports, wake_socket, ClientWaker::new(notifier)))
     }
 
     /// Size of the result pool.
@@ -139,8 +139,8 @@ impl Ports {
     }
 
     /// Next control request that waits at the port.
-    pub fn next_question(&self) -> Option<ActiveControlRequest> {
-        received(self.questions.receive())
+    pub fn next_control_request(&self) -> Option<ActiveControlRequest> {
+        received(self.control_requests.receive())
     }
 
     /// Reclaims the resources of dead clients; returns how many were found.
@@ -162,9 +162,9 @@ impl Ports {
         let mut held = Vec::with_capacity(buckets);
         for _ in 0..buckets {
             let active = self.next_strike().ok_or_else(|| failed("rehearsal", "a request was lost"))?;
-            let mut lent = loan(&active, blocks)?;
-            populated.ensure(lent.payload_mut())?;
-            held.push((active, lent));
+            let mut buffer = loan(&active, blocks)?;
+            populated.ensure(buffer.payload_mut())?;
+            held.push((active, buffer));
         }
         Ok(())
     }
@@ -230,7 +230,7 @@ fn control_factory(node: &Node<Ipc>, clients: usize) -> Result<ControlFactory, E
         .max_clients(clients + OWN_CLIENTS)
         .max_servers(1)
         .max_nodes(clients + OTHER_NODES)
-        .max_active_requests_per_client(QUESTIONS_PER_CLIENT_MAX)
+        .max_active_requests_per_client(CONTROL_REQUESTS_PER_CLIENT_MAX)
         .max_response_buffer_size(response_pool::BUFFER)
         .max_borrowed_responses_per_pending_response(2)
         .enable_fire_and_forget_requests(false)

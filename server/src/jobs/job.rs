@@ -31,7 +31,7 @@ pub(super) enum StopCause {
 
 impl StopCause {
     /// Error that the client receives.
-    pub(super) fn refusal(self) -> Error {
+    pub(super) fn error(self) -> Error {
         match self {
             Self::Late => Error::new(ErrorKind::Late, "deadline", "the deadline passed before the result was ready"),
             Self::Ending => Error::new(ErrorKind::Stopping, "daemon", "the daemon is ending; retry later"),
@@ -163,9 +163,9 @@ impl Job {
     }
 
     /// Sends the result. The connection stays open until the client has read the result or is gone, which shows whether it is unread.
-    pub(super) fn send(&self, answer: WrittenResult) -> Result<(), Error> {
+    pub(super) fn send(&self, written: WrittenResult) -> Result<(), Error> {
         match &*self.request() {
-            Some(request) if is_awaited(request) => answer.send().map_err(|error| failed("send", error)),
+            Some(request) if is_awaited(request) => written.send().map_err(|error| failed("send", error)),
             _ => Err(closed()),
         }
     }

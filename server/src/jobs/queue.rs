@@ -338,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn there_is_room_for_who_comes_next_and_nobody_is_sent_away() {
+    fn a_full_queue_reserves_slots_for_new_clients() {
         let (mut queue, now) = strict(99);
         assert_eq!((fill(&mut queue, now, 1), queue.len()), (66, 66), "a single client has two thirds");
         assert_eq!((fill(&mut queue, now, 2), queue.len()), (22, 88), "the second has two thirds of the rest");
@@ -349,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn as_many_as_may_wait_do() {
+    fn the_queue_accepts_up_to_its_limit() {
         for most in 0..9 {
             let (mut queue, now) = strict(most);
             let taken: usize = (1..=9).map(|client| fill(&mut queue, now, client)).sum();
@@ -380,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_taken_out_counts_no_more() {
+    fn removed_requests_do_not_count_for_the_share() {
         let (mut queue, now) = strict(9);
         (0..6).for_each(|n| _ = queue.push(now, place(1 + (n % 2) as u8, Some(now + n * MS)), n));
         let mut late = queue.take(|place, _| place.deadline <= Some(now + 2 * MS));
@@ -390,7 +390,7 @@ mod tests {
     }
 
     #[test]
-    fn who_gives_up_what_waits_is_as_far_as_if_it_had_not_come() {
+    fn withdrawn_requests_do_not_change_the_share() {
         let (mut queue, now) = strict(99);
         (0..30).for_each(|n| _ = queue.push(now, place(1, None), n));
         assert_eq!(queue.pop(|_| true).unwrap().1, 0);
@@ -402,7 +402,7 @@ mod tests {
     }
 
     #[test]
-    fn no_client_is_remembered_for_ever() {
+    fn idle_clients_are_forgotten() {
         let (mut queue, mut now) = strict(9);
         // One client stays; two hundred come and go.
         queue.push(now, place(255, None), 255).unwrap();

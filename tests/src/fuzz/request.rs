@@ -23,7 +23,7 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
     let header = control::write(&mut payload, &[row, row], 2, false);
     vec![
         seed(0, bytes_of(&strike)),
-        seed(1, bytes_of(&ControlRequest::Verdict(3).wire(LISTENER))),
+        seed(1, bytes_of(&ControlRequest::RequestError(3).wire(LISTENER))),
         seed(2, DaemonInfo::ours(7, "seed").to_json()),
         seed(3, [bytes_of(&header), bytemuck::cast_slice(&payload)].concat()),
         seed(4, answer()),
@@ -61,8 +61,8 @@ pub(super) fn run(input: &[u8]) -> bool {
         0 => strike(&parts(rest).0),
         1 => {
             let (wire, _) = parts::<ControlRequestWire>(rest);
-            wire.validate().is_ok_and(|question| {
-                assert_eq!(question.wire(wire.listener).validate().expect("it was understood"), question);
+            wire.validate().is_ok_and(|request| {
+                assert_eq!(request.wire(wire.listener).validate().expect("it was understood"), request);
                 true
             })
         }
@@ -96,7 +96,7 @@ fn reply(bytes: &[u8]) -> bool {
     let (header, payload) = parts::<ControlReplyHeader>(bytes);
     let status = control::read::<StatusRow>(&header, &payload).is_ok();
     let objects = control::read::<ObjectRow>(&header, &payload).is_ok_and(|rows| {
-        rows.iter().for_each(|row| _ = (row.name(), row.material(), row.refusal()));
+        rows.iter().for_each(|row| _ = (row.name(), row.material(), row.error()));
         true
     });
     status || objects

@@ -97,7 +97,7 @@ impl ClientEntryCheck {
     /// Finds the first damaged file and describes the damage.
     fn look(&self) -> Result<(), (PathBuf, String)> {
         // If another folder has replaced this one, nothing in it is read.
-        self.folder.check().map_err(|refusal| (self.instance.folder.clone(), refusal.message))?;
+        self.folder.check().map_err(|error| (self.instance.folder.clone(), error.message))?;
         let found = |what: String| (self.segment.clone(), what);
         let data = self.segment.symlink_metadata().map_err(|error| found(format!("cannot be read ({error})")))?;
         if !data.is_file() {

@@ -73,8 +73,8 @@ mod tests {
         };
         // SAFETY: the elements are `MaybeUninit` and never accessed; the mapping outlives the slice.
         let range = unsafe { std::slice::from_raw_parts_mut(mapped.cast::<MaybeUninit<Block>>(), length / 64) };
-        let refusal = PopulatedPages::default().ensure(range).unwrap_err();
-        assert_eq!(refusal.kind, ErrorKind::Transport);
+        let error = PopulatedPages::default().ensure(range).unwrap_err();
+        assert_eq!(error.kind, ErrorKind::Transport);
         // SAFETY: the whole mapping, which nothing refers to any more.
         unsafe { rustix::mm::munmap(mapped, length).unwrap() };
     }

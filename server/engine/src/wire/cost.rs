@@ -4,7 +4,7 @@ use super::EngineObject;
 use crate::object::ServedObject;
 use crate::stage_profiler::StageProfiler;
 use shatter_fracture::cancel_token::CancelToken;
-use shatter_fracture::pipeline::{CostSample, ElasticRequest, ImpactSampler, StrikeCost, Workspace};
+use shatter_fracture::pipeline::{CostSample, ElasticRequest, ImpactSampler, RequestCost, Workspace};
 use shatter_proto::Error;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, DegreeRule, DisplacementSource, Request};
@@ -39,7 +39,7 @@ const JUDGED: Plan = Plan {
 #[derive(Clone, Copy, Debug)]
 pub struct CostReport {
     /// Predicted cost.
-    pub cost: StrikeCost,
+    pub cost: RequestCost,
     /// Number of requests compared with the prediction.
     pub strikes: usize,
     /// Median of |log(expected/taken)|: 0.1 is ten per cent.
@@ -73,7 +73,7 @@ impl EngineObject {
     /// # Errors
     /// Those of the strikes.
     pub(super) fn timed(&self) -> Result<Vec<CostSample>, Error> {
-        self.carried_out(&FITTED)
+        self.effective_cost(&FITTED)
     }
 
     /// Fits a prediction and judges it by other requests; `None` if no fit is possible.
@@ -83,8 +83,8 @@ impl EngineObject {
     /// # Errors
     /// Those of the strikes.
     pub fn timing(&self) -> Result<Option<CostReport>, Error> {
-        let Some(cost) = StrikeCost::fit(&self.timed()?) else { return Ok(None) };
-        let judged = self.carried_out(&JUDGED)?;
+        let Some(cost) = RequestCost::fit(&self.timed()?) else { return Ok(None) };
+        let judged = self.effective_cost(&JUDGED)?;
         let error = |own: &CostSample| {
             let elastic = if own.solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
             let took_s = own.front_s + own.diagram_s + own.rest_s;
@@ -97,7 +97,7 @@ impl EngineObject {
     }
 
     /// Runs the requests of a plan; their results are written to a scratch buffer.
-    fn carried_out(&self, plan: &Plan) -> Result<Vec<CostSample>, Error> {
+    fn effective_cost(&self, plan: &Plan) -> Result<Vec<CostSample>, Error> {
         let sampler = ImpactSampler::new(&self.prepared);
         let (mut workspace, mut payload) = (Workspace::default(), Vec::new());
         let mut samples = Vec::new();

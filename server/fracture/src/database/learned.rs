@@ -5,7 +5,7 @@
 use super::container::{ContainerContents, FLAT, Tensors};
 use super::{DatabaseError, stored_values};
 use crate::degree::{DESCRIPTOR_LENGTH, PoseNetwork};
-use crate::pipeline::{ImpactContact, LearnedErrors, LearnedModel, TrainingExample, TrainingExamplePoint, lessons};
+use crate::pipeline::{ImpactContact, LearnedErrors, LearnedModel, TrainingExample, TrainingExamplePoint, samples};
 
 /// Tensor of the examples' impacts and bodies; absent without examples.
 const HEADS: &str = "examples.heads";
@@ -134,7 +134,7 @@ pub(super) fn examples(contents: &ContainerContents, bodies: &[usize]) -> Result
         })
         .collect();
     let bare =
-        |example: &TrainingExample| example.lessons(0).any(|lesson| !lesson.descriptor.iter().all(|x| x.is_finite()));
+        |example: &TrainingExample| example.samples(0).any(|sample| !sample.descriptor.iter().all(|x| x.is_finite()));
     match examples.iter().position(bare) {
         Some(index) => Err(DatabaseError::NonFinite { tensor: "examples.energies".into(), index }),
         None => Ok(examples),
@@ -151,7 +151,7 @@ pub(super) fn learned(
     }
     let quality: LearnedErrors = contents.json(QUALITY_KEY)?;
     stored_values::quality(&quality)?;
-    let network = network(contents)?.knowing(&lessons(examples));
+    let network = network(contents)?.with_reach_of(&samples(examples));
     Ok(Some(LearnedModel { network, quality }))
 }
 

@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_lattice_keeps_is_refused_with_its_thickness() {
+    fn walls_too_thin_for_any_lattice_are_rejected_with_their_thickness() {
         let sheet = baked(shapes::cuboid([1.0, 1.0, 0.0005]), None).err().unwrap();
         assert!(
             matches!(sheet, BakeError::TooThin { thickness_m, possible: false, .. } if (thickness_m / 5e-4 - 1.0).abs() < 0.02)

@@ -142,30 +142,30 @@ pub(super) fn repair_manifold(lattice: &Lattice) -> Option<(Lattice, RepairRepor
     rim.sort_unstable();
     rim.dedup();
     let suspects: BTreeSet<u32> = rim.into_iter().collect();
-    let mut mender = Mender {
+    let mut repairer = ManifoldRepairer {
         lattice,
         neighbors,
         stars: lattice.stars(),
         alive: vec![true; lattice.tets.len()],
         suspects: [suspects.clone(), suspects],
-        mended: RepairReport::default(),
+        repaired: RepairReport::default(),
     };
-    mender.run();
-    let kept = || (0..lattice.tets.len() as u32).filter(|&tet| mender.alive[tet as usize]).collect::<Vec<u32>>();
-    (mender.mended.pinches > 0).then(|| (lattice.part(&kept()), mender.mended))
+    repairer.run();
+    let kept = || (0..lattice.tets.len() as u32).filter(|&tet| repairer.alive[tet as usize]).collect::<Vec<u32>>();
+    (repairer.repaired.pinches > 0).then(|| (lattice.part(&kept()), repairer.repaired))
 }
 
-struct Mender<'a> {
+struct ManifoldRepairer<'a> {
     lattice: &'a Lattice,
     neighbors: Vec<[u32; 4]>,
     stars: NodeStars,
     alive: Vec<bool>,
     /// Nodes to check: for loose parts of their star first; once no node has any, for edges and holes.
     suspects: [BTreeSet<u32>; 2],
-    mended: RepairReport,
+    repaired: RepairReport,
 }
 
-impl Mender<'_> {
+impl ManifoldRepairer<'_> {
     fn run(&mut self) {
         loop {
             let surplus = if let Some(node) = self.suspects[0].pop_first() {
@@ -176,7 +176,7 @@ impl Mender<'_> {
                 return;
             };
             if !surplus.is_empty() {
-                self.mended.pinches += 1;
+                self.repaired.pinches += 1;
                 self.drop_all(&surplus);
             }
         }
@@ -185,7 +185,7 @@ impl Mender<'_> {
     fn drop_all(&mut self, tets: &[u32]) {
         for &tet in tets {
             self.alive[tet as usize] = false;
-            self.mended.volume += self.lattice.tet_volume(tet as usize);
+            self.repaired.volume += self.lattice.tet_volume(tet as usize);
             for node in self.lattice.tets[tet as usize] {
                 self.suspects.iter_mut().for_each(|suspects| {
                     suspects.insert(node);

@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn space_that_folds_is_refused() {
+    fn folding_warps_are_rejected() {
         let lattice = block([6, 6, 6], 1.0 / 6.0);
         assert!(SpaceWarp::default().waves(0.5, 0.3, 1).lattice(&lattice).is_ok());
         assert!(SpaceWarp::default().waves(0.5, 5.0, 1).lattice(&lattice).is_err());

@@ -106,13 +106,13 @@ pub enum FractureError {
     },
     /// The object has no anchors or no gravity, which the effect needs.
     #[error("the object is not prepared for the effect `{}`: give it `anchors` in the scene", .effect.name())]
-    Unheld {
+    AnchorsUnprepared {
         /// Requested effect.
         effect: EffectKind,
     },
     /// The database holds no surface for the effect.
     #[error("the object is not prepared for the effect `{}`: bake it again", .effect.name())]
-    Bare {
+    AttributesUnprepared {
         /// Requested effect.
         effect: EffectKind,
     },
@@ -120,7 +120,7 @@ pub enum FractureError {
     #[error(
         "fragment {fragment} has no skin: the request that made it lacked the effect `skin`; repeat that request with it"
     )]
-    Undressed {
+    SkinUnprepared {
         /// Index of the fragment.
         fragment: u32,
     },

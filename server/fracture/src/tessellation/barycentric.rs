@@ -98,13 +98,13 @@ pub fn kept_inside<const N: usize>(point: [f64; N]) -> [f64; N] {
     if point.iter().all(|&x| x >= MARGIN) {
         return point;
     }
-    let room = 1.0 - N as f64 * MARGIN;
+    let free_weight = 1.0 - N as f64 * MARGIN;
     let mut sorted = point.map(|x| x - MARGIN);
     sorted.sort_unstable_by(|a, b| b.total_cmp(a));
     let (mut sum, mut shift) = (0.0, 0.0);
     for (count, &value) in sorted.iter().enumerate() {
         sum += value;
-        let candidate = (sum - room) / (count + 1) as f64;
+        let candidate = (sum - free_weight) / (count + 1) as f64;
         if value > candidate {
             shift = candidate;
         }

@@ -10,7 +10,7 @@ pub(super) const PART: usize = 8192;
 #[derive(Clone, Debug, Default)]
 pub(super) struct IndexSet {
     /// Selected indices of each part, at its beginning.
-    room: Vec<u32>,
+    marks_memory: Vec<u32>,
     /// Number of selected indices of each part.
     counts: Vec<usize>,
     /// Prefix sums of the counts.
@@ -20,7 +20,7 @@ pub(super) struct IndexSet {
 impl IndexSet {
     /// Fills `all` with the indices in 0 .. `count` that are `wanted`.
     pub fn choose(&mut self, count: usize, all: &mut Vec<u32>, wanted: impl Fn(usize) -> bool + Sync) {
-        self.room.resize(count, 0);
+        self.marks_memory.resize(count, 0);
         let choose = |(part, own): (usize, &mut [u32])| {
             let (first, mut next) = (part * PART, 0);
             for offset in 0..own.len() {
@@ -30,7 +30,7 @@ impl IndexSet {
             }
             next
         };
-        self.room.par_chunks_mut(PART).enumerate().map(choose).collect_into_vec(&mut self.counts);
+        self.marks_memory.par_chunks_mut(PART).enumerate().map(choose).collect_into_vec(&mut self.counts);
         self.firsts.clear();
         self.firsts.push(0);
         self.firsts.extend(self.counts.iter().scan(0, |sum, count| {
@@ -38,8 +38,8 @@ impl IndexSet {
             Some(*sum)
         }));
         all.resize(self.firsts[self.firsts.len() - 1], 0);
-        let room = &self.room;
-        each_span(&self.firsts, all, &|part, own| own.copy_from_slice(&room[part * PART..][..own.len()]));
+        let marks_memory = &self.marks_memory;
+        each_span(&self.firsts, all, &|part, own| own.copy_from_slice(&marks_memory[part * PART..][..own.len()]));
     }
 }
 
@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_wanted_is_chosen_in_order() {
+    fn wanted_indices_are_selected_in_order() {
         let (mut chosen, mut all) = (IndexSet::default(), Vec::new());
         for (count, step) in [(3 * PART + 17, 3), (PART, 1), (0, 1), (5, 7), (2 * PART, usize::MAX)] {
             chosen.choose(count, &mut all, |number| number % step == step / 2);

@@ -12,7 +12,7 @@ mod world;
 
 use film::Film;
 use prototype::Prototype;
-use service::Keeper;
+use service::DaemonSupervisor;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use strikes::Strikes;
@@ -59,15 +59,15 @@ pub fn run(options: &Options) -> Result<serde_json::Value, Failure> {
     std::fs::create_dir_all(&options.out)?;
     let databases = options.databases.clone().unwrap_or_else(|| options.out.join("databases"));
     let place = service::provide(options.shatterd.clone(), &databases, options.service.clone())?;
-    let mut keeper = Keeper::new(place);
-    let line = keeper.first()?;
+    let mut supervisor = DaemonSupervisor::new(place);
+    let line = supervisor.first()?;
     let prototypes: Vec<Prototype> = line.objects.iter().map(Prototype::of).collect::<Result<_, _>>()?;
     let steps = (options.seconds * f64::from(RATE_HZ)).round() as u32;
     // The same set without fracture, for comparison of the step times.
     let whole = played(&prototypes, None, steps, options);
-    let broken = played(&prototypes, Some(Strikes::new(line, &mut keeper)), steps, options);
-    keeper.end();
-    let (tally, film) = &broken;
+    let result = played(&prototypes, Some(Strikes::new(line, &mut supervisor)), steps, options);
+    supervisor.end();
+    let (tally, film) = &result;
     std::fs::write(options.out.join("film.glb"), glb::bytes(film)?)?;
     std::fs::write(options.out.join("film.png"), pictures::sheet(film, options.seconds)?)?;
     std::fs::write(options.out.join("steps.svg"), tally.plot(&whole.0)?)?;

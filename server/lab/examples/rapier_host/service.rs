@@ -36,10 +36,10 @@ sites_max = 20
 pub const OBJECTS: [&str; 3] = ["mug", "statue", "vase"];
 
 /// Time for the daemon to start.
-const PATIENCE: Duration = Duration::from_secs(60);
+const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Time for the daemon to end on request.
-const END_PATIENCE: Duration = Duration::from_secs(10);
+const STOP_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Program of the daemon, and its folders and service name.
 pub struct Place {
@@ -50,7 +50,7 @@ pub struct Place {
 }
 
 /// Connection with its objects, in the order of [`OBJECTS`].
-pub struct Line {
+pub struct ServiceLink {
     pub objects: Vec<Object>,
     /// Process id of the daemon.
     pub pid: u32,
@@ -121,14 +121,14 @@ fn vase() -> String {
 }
 
 /// Thread that connects to the daemon, and starts one if necessary.
-pub struct Keeper {
+pub struct DaemonSupervisor {
     /// Channel for requests of a connection; closed at the end.
-    ask: Option<Sender<Option<Line>>>,
-    lines: Receiver<Result<Line, Failure>>,
+    ask: Option<Sender<Option<ServiceLink>>>,
+    lines: Receiver<Result<ServiceLink, Failure>>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Keeper {
+impl DaemonSupervisor {
     pub fn new(place: Place) -> Self {
         let (ask, asked) = channel();
         let (send, lines) = channel();
@@ -148,19 +148,19 @@ impl Keeper {
     }
 
     /// Waits for the first connection.
-    pub fn first(&mut self) -> Result<Line, Failure> {
+    pub fn first(&mut self) -> Result<ServiceLink, Failure> {
         self.want(None);
         self.lines.recv()?
     }
 
     /// Requests a connection without waiting. The thread also cleans up after the former one.
-    pub fn want(&self, former: Option<Line>) {
+    pub fn want(&self, former: Option<ServiceLink>) {
         // If the thread has ended, the host continues without fracture.
         let _ = self.ask.as_ref().map(|ask| ask.send(former));
     }
 
     /// The requested connection, if it is ready; never waits.
-    pub fn line(&self) -> Option<Result<Line, Failure>> {
+    pub fn line(&self) -> Option<Result<ServiceLink, Failure>> {
         self.lines.try_recv().ok()
     }
 
@@ -172,12 +172,12 @@ impl Keeper {
 }
 
 /// Connects to the daemon; starts one if no daemon runs.
-fn line(place: &Place, child: &mut Option<Child>) -> Result<Line, Failure> {
-    let deadline = Instant::now() + PATIENCE;
+fn line(place: &Place, child: &mut Option<Child>) -> Result<ServiceLink, Failure> {
+    let deadline = Instant::now() + TIMEOUT;
     loop {
         match connected(place) {
             Ok(line) => return Ok(line),
-            Err(refusal) if Instant::now() > deadline => return Err(refusal),
+            Err(error) if Instant::now() > deadline => return Err(error),
             Err(_) => {}
         }
         let ended = match child {
@@ -194,18 +194,18 @@ fn line(place: &Place, child: &mut Option<Child>) -> Result<Line, Failure> {
     }
 }
 
-fn connected(place: &Place) -> Result<Line, Failure> {
-    let patience = Deadline::after(Duration::from_secs(20));
-    let service = Client::connect(&place.service, patience)?;
-    let objects = OBJECTS.iter().map(|name| service.object(name, patience)).collect::<Result<_, _>>()?;
-    Ok(Line { objects, pid: service.status(patience)?.pid })
+fn connected(place: &Place) -> Result<ServiceLink, Failure> {
+    let timeout = Deadline::after(Duration::from_secs(20));
+    let service = Client::connect(&place.service, timeout)?;
+    let objects = OBJECTS.iter().map(|name| service.object(name, timeout)).collect::<Result<_, _>>()?;
+    Ok(ServiceLink { objects, pid: service.status(timeout)?.pid })
 }
 
 /// Asks the daemon to end and waits; kills it after the time limit.
 fn end(mut child: Child) {
     // It may have ended already.
     let _ = kill_process(Pid::from_child(&child), Signal::TERM);
-    let deadline = Instant::now() + END_PATIENCE;
+    let deadline = Instant::now() + STOP_TIMEOUT;
     while Instant::now() < deadline {
         if !matches!(child.try_wait(), Ok(None)) {
             return;

@@ -74,9 +74,9 @@ impl Scene<'_> {
     fn pixel(&self, column: usize, row: usize, behind: Option<Color>) -> [u8; 4] {
         let mut light = [0.0_f32; 3];
         let mut cover = 0.0;
-        for deal in 0..FINE * FINE {
-            let (x, y) = (column * FINE + deal % FINE, row * FINE + deal / FINE);
-            let (sample, alpha) = self.sample(x, y, deal);
+        for stratum in 0..FINE * FINE {
+            let (x, y) = (column * FINE + stratum % FINE, row * FINE + stratum / FINE);
+            let (sample, alpha) = self.sample(x, y, stratum);
             light = [0, 1, 2].map(|k| light[k] + sample[k]);
             cover += alpha;
         }
@@ -96,14 +96,14 @@ impl Scene<'_> {
     }
 
     /// Light of one sample, premultiplied by its alpha, and the alpha.
-    fn sample(&self, x: usize, y: usize, deal: usize) -> ([f32; 3], f32) {
+    fn sample(&self, x: usize, y: usize, stratum: usize) -> ([f32; 3], f32) {
         match self.seen.triangles[y * self.seen.width + x] {
             NOTHING => ([0.0; 3], self.shadow.as_ref().map_or(0.0, |shadow| shadow.at(x, y))),
-            triangle => (self.surface(triangle as usize, x, y, deal), 1.0),
+            triangle => (self.surface(triangle as usize, x, y, stratum), 1.0),
         }
     }
 
-    fn surface(&self, triangle: usize, x: usize, y: usize, deal: usize) -> [f32; 3] {
+    fn surface(&self, triangle: usize, x: usize, y: usize, stratum: usize) -> [f32; 3] {
         let vertices = self.mesh.triangles[triangle].map(|vertex| vertex as usize);
         let spots = vertices.map(|vertex| self.spots[vertex]);
         let mut share = weights(&spots, x as f32 + 0.5, y as f32 + 0.5);
@@ -121,7 +121,7 @@ impl Scene<'_> {
         let side = if flat.dot(&forward) > 0.0 { -1.0 } else { 1.0 };
         let mixed: Vector3<f32> = (0..3).map(|c| corners[c].normal * share[c]).sum();
         let normal = mixed.try_normalize(0.0).unwrap_or_else(Vector3::y) * side;
-        let (sky, key) = self.occlusion.dealt(&place, &normal, deal);
+        let (sky, key) = self.occlusion.stratified(&place, &normal, stratum);
         self.lights.shade(color, &normal, &-forward, sky, key)
     }
 

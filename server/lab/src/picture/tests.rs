@@ -66,8 +66,8 @@ fn light_falls_from_above_and_shadow_on_the_ground() {
     let image = picture(&ball(24), Projection::Orthographic, Some(-1.0));
     let at = |x: usize, y: usize| image.pixels[y * SIZE.width + x];
     assert!(at(48, 14)[1] > at(48, 58)[1]);
-    let veil = image.pixels.iter().filter(|pixel| (1..200).contains(&pixel[3])).count();
-    assert!(veil > 100, "no shadow on the ground: {veil} pixels");
+    let opacity = image.pixels.iter().filter(|pixel| (1..200).contains(&pixel[3])).count();
+    assert!(opacity > 100, "no shadow on the ground: {opacity} pixels");
     assert_eq!(at(2, 2)[3], 0);
 }
 

@@ -66,7 +66,7 @@ impl TrainingExample {
     }
 
     /// One training sample per label.
-    pub fn lessons(&self, example: usize) -> impl Iterator<Item = TrainingSample> + '_ {
+    pub fn samples(&self, example: usize) -> impl Iterator<Item = TrainingSample> + '_ {
         self.labels().map(move |(gamma, estimate, found)| TrainingSample {
             example,
             descriptor: degree::descriptor(estimate, self.first_moment, self.evenness, gamma),

@@ -8,7 +8,7 @@ use crate::lift::LiftKind;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::example::{TWICE, TrainingExample, TrainingExamplePoint, records};
 use crate::pipeline::prepared::object::PreparedObject;
-use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::stages::contact_set::ContactSet;
 use crate::pipeline::stages::energy::strain_energy;
 use crate::pipeline::workspace::Workspace;
@@ -33,7 +33,7 @@ pub fn examples(
     let strike = sampler.impact(seed, index);
     let impact = ContactSet::new(prepared, &strike)?;
     let mut examples = Vec::new();
-    let energies = match strain_energy(StrikeContext::new(prepared, &strike, token, &()), &impact, workspace) {
+    let energies = match strain_energy(RequestContext::new(prepared, &strike, token, &()), &impact, workspace) {
         // Two contacts that cancel yield no example.
         Err(FractureError::Balanced { .. }) => Vec::new(),
         energies => energies?,

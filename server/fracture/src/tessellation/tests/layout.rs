@@ -38,7 +38,7 @@ fn wide_instructions_do_not_change_a_bit() {
 }
 
 #[test]
-fn a_reused_workspace_answers_as_a_fresh_one() {
+fn a_reused_workspace_gives_the_same_result() {
     let (mut points, mut tessellation, mut workspace) = <(CrackPoints, Tessellation, TessellationWorkspace)>::default();
     // The last two cases use the same lattice with other cells: simplices cut in the first are no longer cut.
     let cases = [([3, 3, 3], 12, 1), ([1, 1, 1], 2, 2), ([2, 2, 2], 1, 4), ([4, 2, 2], 30, 3), ([4, 2, 2], 5, 3)];

@@ -1,19 +1,19 @@
 //! Gallery of effects: the same impact without and with each effect, side by side.
 
-mod broken;
-mod cast;
+mod examples;
 mod marks;
+mod result;
 
 use super::effects::EffectsError;
 use crate::picture::{Backdrop, Camera, DrawnMesh, Image, PictureSize, Projection, RenderStyle, draw};
 use crate::report::{ReportFigure, Section};
 use nalgebra::Vector3;
 
-use cast::Showcase;
-pub use cast::cast;
+use examples::EffectExample;
+pub use examples::effect_examples;
 
-pub(super) use broken::GalleryResult;
 pub(super) use marks::ball;
+pub(super) use result::GalleryResult;
 use shatter_fracture::pipeline::{FractureRequest, PreparedObject};
 
 /// Size of one half of a picture.
@@ -56,13 +56,13 @@ const LEAD: &str = "See what each effect does. Left: without it; right: with it.
 
 /// Draws all pairs; calls `progress` with the name of each.
 pub fn shown(progress: &mut dyn FnMut(&str)) -> Result<Vec<EffectPicture>, EffectsError> {
-    let draw = |scene: Showcase| {
+    let draw = |scene: EffectExample| {
         let pair = scene.pair()?;
         progress(pair.name);
         let png = Image::beside(&pair.meshes.each_ref().map(|mesh| side(mesh, &pair))).png()?;
         Ok(EffectPicture { name: pair.name, caption: pair.caption, png })
     };
-    cast().into_iter().map(draw).collect()
+    effect_examples().into_iter().map(draw).collect()
 }
 
 /// Section of a page with all pictures.

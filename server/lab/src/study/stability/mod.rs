@@ -16,6 +16,6 @@ pub use cases::neck::{Neck, neck_over_impulses, neck_portraits};
 pub use cases::poisson::{Locking, locking};
 pub use catalogue::{CASES, LIST};
 pub use page::StabilityFindings;
-pub use portrait::spoiled_statues;
+pub use portrait::damaged_statues;
 pub use real::{REAL, real};
 pub use trial::TrialFault;

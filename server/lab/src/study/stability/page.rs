@@ -20,7 +20,7 @@ pub struct StabilityFindings {
     /// Pictures of real meshes after the impact.
     pub real_portraits: Vec<ReportFigure>,
     /// Pictures of bad meshes after the impact.
-    pub spoiled: Vec<ReportFigure>,
+    pub damaged: Vec<ReportFigure>,
     /// Tally of bad meshes.
     pub mutants: FuzzTally,
 }
@@ -187,7 +187,7 @@ impl StabilityFindings {
                  statue with each of these defects and the same impact."
                     .to_owned(),
             ],
-            figures: self.spoiled.clone(),
+            figures: self.damaged.clone(),
             tables: vec![table("defect", &self.mutants.per_defect), table("mesh", &self.mutants.per_mesh)],
             ..Section::default()
         }
