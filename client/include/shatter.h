@@ -1,16 +1,16 @@
 /*
  * C interface of Shatter, a brittle-fracture service. For C11 and C++17.
  *
- *     ShatterService *service; ShatterObject *mug; ShatterTicket *ticket; ShatterBroken *broken; ShatterRefusal error;
+ *     ShatterService *service; ShatterObject *mug; ShatterTicket *ticket; ShatterResult *result; ShatterError error;
  *     if (shatter_connect("default", SHATTER_UP_TO_ZERO, 50, &service, &error)) ...        // 0 is success, else see error
  *     if (shatter_service_object(service, "mug", SHATTER_UP_TO_ZERO, 50, &mug, &error)) ...
  *     ShatterContact contact = {{0.0, 0.05, 0.04}, {0.0, 0.0, -2.0}, 0.0, 0.0, {0}};       // point, m; impulse, N s
  *     ShatterImpact impact = {0};                                                          // zero is the default
  *     impact.contacts = &contact, impact.contact_count = 1;
  *     if (shatter_object_strike(mug, &impact, &ticket, &error)) ...                        // never blocks
- *     if (shatter_ticket_poll(ticket, &broken, &error)) ...                                // never blocks; once a frame
- *     if (broken) for (uint32_t id = 0; !shatter_broken_fragment(broken, id, &fragment, NULL); id++) ...
- *     shatter_broken_free(broken);                                                         // its pointers are invalid now
+ *     if (shatter_ticket_poll(ticket, &result, &error)) ...                                // never blocks; once a frame
+ *     if (result) for (uint32_t id = 0; !shatter_result_fragment(result, id, &fragment, NULL); id++) ...
+ *     shatter_result_free(result);                                                         // its pointers are invalid now
  *
  * Units are meters, kilograms and seconds. Axes are right-handed, +Y up; triangles are counter-clockwise seen from outside.
  *
@@ -45,7 +45,7 @@
 /// of a triangle without one.
 #define SHATTER_NONE UINT32_MAX
 
-/// Result code of a call. Zero: success. Any other value names the rule that was violated. `ShatterRefusal` adds who is at fault, whether
+/// Result code of a call. Zero: success. Any other value names the rule that was violated. `ShatterError` adds who is at fault, whether
 /// to try again, and the argument, field or path in question.
 enum ShatterCode
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -168,7 +168,7 @@ enum ShatterFault
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /// No error.
-    SHATTER_FAULT_NOBODY = 0,
+    SHATTER_FAULT_NONE = 0,
     /// The call is wrong; repeating it changes nothing.
     SHATTER_FAULT_CALLER = 1,
     /// The service or this library failed, or cannot do it now.
@@ -390,7 +390,7 @@ typedef uint32_t ShatterContent;
 
 /// The result of a request. It holds one bucket of the daemon's pool until it is freed: free it once the fragments are copied. One thread
 /// may use it at a time; any number of threads may read through its pointers.
-typedef struct ShatterBroken ShatterBroken;
+typedef struct ShatterResult ShatterResult;
 
 /// An object that can be struck. Any number of threads may use it at a time.
 typedef struct ShatterObject ShatterObject;
@@ -404,7 +404,7 @@ typedef struct ShatterTicket ShatterTicket;
 
 /// Error of a call. Every function that takes one writes it: `SHATTER_CODE_OK` and empty texts on success. Pass NULL if you do not need it.
 /// Texts are UTF-8 and end with a zero; longer ones are truncated.
-typedef struct ShatterRefusal {
+typedef struct ShatterError {
     /// Code that the function returned.
     ShatterCode code;
     /// Party at fault.
@@ -421,7 +421,7 @@ typedef struct ShatterRefusal {
     char at[128];
     /// One sentence for people.
     char message[512];
-} ShatterRefusal;
+} ShatterError;
 
 /// State of a service; counters since the daemon started.
 typedef struct ShatterStatus {
@@ -489,7 +489,7 @@ typedef struct ShatterFacts {
     char name[72];
     /// Name of its material.
     char material[40];
-    /// True if the object can be struck. If not, `refusal` has the reason, and all other fields but the name are zero.
+    /// True if the object can be struck. If not, `error` has the reason, and all other fields but the name are zero.
     bool ready;
     /// Bodies (components).
     uint32_t bodies;
@@ -533,7 +533,7 @@ typedef struct ShatterFacts {
     uint64_t file_bytes;
     /// Reason why the object could not be loaded. If it is ready: reason why its changed file could not be loaded; the version before is
     /// served.
-    struct ShatterRefusal refusal;
+    struct ShatterError error;
 } ShatterFacts;
 
 /// Coordinates of a host. Zeros are the convention of glTF: +Y up, right-handed, counter-clockwise, meters.
@@ -721,14 +721,14 @@ typedef struct ShatterSummary {
 } ShatterSummary;
 
 /// Attributes of a vertex on an outer face; zero on crack faces.
-typedef struct ShatterLook {
+typedef struct ShatterVertexAttributes {
     /// Normal, of length one.
     float normal[3];
     /// Texture coordinates of the input, v upwards (OBJ's; 1 - v of glTF's); zero where it has none.
     float uv[2];
-} ShatterLook;
+} ShatterVertexAttributes;
 
-/// One fragment: a closed mesh, and the data of a rigid body. Pointers point into shared memory and are valid until `shatter_broken_free`;
+/// One fragment: a closed mesh, and the data of a rigid body. Pointers point into shared memory and are valid until `shatter_result_free`;
 /// NULL where the result does not have the data. Positions are relative to `center_m`.
 typedef struct ShatterFragment {
     /// Index of the fragment in the result.
@@ -754,7 +754,7 @@ typedef struct ShatterFragment {
     /// Texture coordinates, two per vertex, m; NULL unless `uv` is on.
     const float *uvs;
     /// Attributes of outer faces, one per vertex; NULL unless `attributes` is on.
-    const struct ShatterLook *looks;
+    const struct ShatterVertexAttributes *attributes;
     /// Number of vertices.
     size_t vertex_count;
     /// Indices of vertices, three per triangle, counter-clockwise from outside.
@@ -767,7 +767,7 @@ typedef struct ShatterFragment {
     const uint32_t *merges;
     /// Number of merge pairs.
     size_t merge_count;
-    /// Number of runs; see `shatter_broken_run`.
+    /// Number of runs; see `shatter_result_run`.
     size_t run_count;
 } ShatterFragment;
 
@@ -896,7 +896,7 @@ ShatterCode shatter_connect(const char *name,
                             size_t length,
                             uint64_t timeout_ms,
                             struct ShatterService **service,
-                            struct ShatterRefusal *refusal);
+                            struct ShatterError *error);
 
 /// Connects as `shatter_connect` does, but waits for a daemon to appear.
 ///
@@ -906,7 +906,7 @@ ShatterCode shatter_wait_for(const char *name,
                              size_t length,
                              uint64_t timeout_ms,
                              struct ShatterService **service,
-                             struct ShatterRefusal *refusal);
+                             struct ShatterError *error);
 
 /// Frees a connection; NULL is allowed. Objects, tickets and results that came from it stay valid.
 void shatter_service_free(struct ShatterService *service);
@@ -915,7 +915,7 @@ void shatter_service_free(struct ShatterService *service);
 ShatterCode shatter_service_status(const struct ShatterService *service,
                                    uint64_t timeout_ms,
                                    struct ShatterStatus *status,
-                                   struct ShatterRefusal *refusal);
+                                   struct ShatterError *error);
 
 /// All objects by name, ready or not. Writes the first `capacity` of them to `facts`, and the number of all to `count`. To learn the number
 /// first, pass a capacity of 0 and NULL for `facts`.
@@ -927,7 +927,7 @@ ShatterCode shatter_service_objects(const struct ShatterService *service,
                                     struct ShatterFacts *facts,
                                     size_t capacity,
                                     size_t *count,
-                                    struct ShatterRefusal *refusal);
+                                    struct ShatterError *error);
 
 /// Finds an object by name, ready to be struck. `object` is NULL after a failure. Free it with `shatter_object_free`.
 ///
@@ -940,13 +940,13 @@ ShatterCode shatter_service_object(const struct ShatterService *service,
                                    size_t length,
                                    uint64_t timeout_ms,
                                    struct ShatterObject **object,
-                                   struct ShatterRefusal *refusal);
+                                   struct ShatterError *error);
 
 /// Sleeps until the service notifies this connection, a few milliseconds have passed, or the timeout. Use it between two polls of tickets,
 /// in a thread that has nothing else to do.
-ShatterCode shatter_service_doze(const struct ShatterService *service,
+ShatterCode shatter_service_wait(const struct ShatterService *service,
                                  uint64_t timeout_ms,
-                                 struct ShatterRefusal *refusal);
+                                 struct ShatterError *error);
 
 /// Releases the result that the service keeps under `handle` (`ShatterSummary.handle`): its fragments cannot be struck any more.
 ///
@@ -954,7 +954,7 @@ ShatterCode shatter_service_doze(const struct ShatterService *service,
 ShatterCode shatter_service_release(const struct ShatterService *service,
                                     uint64_t handle,
                                     uint64_t timeout_ms,
-                                    struct ShatterRefusal *refusal);
+                                    struct ShatterError *error);
 
 /// Finds a convention by name: `gltf`, `godot`, `unity`, `unreal`, `blender` or `mujoco`.
 ///
@@ -965,7 +965,7 @@ ShatterCode shatter_service_release(const struct ShatterService *service,
 ShatterCode shatter_convention_named(const char *name,
                                      size_t length,
                                      struct ShatterConvention *convention,
-                                     struct ShatterRefusal *refusal);
+                                     struct ShatterError *error);
 
 /// Makes a connection for a host with these coordinates. The service reads impacts on objects taken from `hosted`, and writes their
 /// results, in its axes, unit and winding; `_m`, `_ns`, `_m2` and `_m3` of contacts, fragments and their parts then stand for that unit.
@@ -976,7 +976,7 @@ ShatterCode shatter_convention_named(const char *name,
 ShatterCode shatter_service_with_convention(const struct ShatterService *service,
                                             const struct ShatterConvention *convention,
                                             struct ShatterService **hosted,
-                                            struct ShatterRefusal *refusal);
+                                            struct ShatterError *error);
 
 /// Computes duration and radius of a contact by Hertz theory. `speed_m_s` is the approach speed along the normal before the step, which
 /// `impulse_ns` stopped; an impulse of 0: that of a central collision of both masses. In SI units, whatever the convention.
@@ -987,12 +987,12 @@ ShatterCode shatter_hertz(const struct ShatterPartner *one,
                           double speed_m_s,
                           double impulse_ns,
                           struct ShatterHertz *hertz,
-                          struct ShatterRefusal *refusal);
+                          struct ShatterError *error);
 
 /// Facts of the object, as the service reported them when the object was requested.
 ShatterCode shatter_object_facts(const struct ShatterObject *object,
                                  struct ShatterFacts *facts,
-                                 struct ShatterRefusal *refusal);
+                                 struct ShatterError *error);
 
 /// Sends a request and returns at once; the ticket fetches the result. `ticket` is NULL after a failure. Free it with
 /// `shatter_ticket_free`. The first request after the daemon was lost connects to its successor, which takes some milliseconds.
@@ -1005,7 +1005,7 @@ ShatterCode shatter_object_facts(const struct ShatterObject *object,
 ShatterCode shatter_object_strike(const struct ShatterObject *object,
                                   const struct ShatterImpact *impact,
                                   struct ShatterTicket **ticket,
-                                  struct ShatterRefusal *refusal);
+                                  struct ShatterError *error);
 
 /// Finds the first hit of the ray from `origin_m` along `direction` on the object; waits for the service. With a `handle`, the target is
 /// fragment `fragment` of the result that the service keeps under it; 0: the object.
@@ -1022,7 +1022,7 @@ ShatterCode shatter_object_aim(const struct ShatterObject *object,
                                uint32_t fragment,
                                uint64_t timeout_ms,
                                struct ShatterHit *hit,
-                               struct ShatterRefusal *refusal);
+                               struct ShatterError *error);
 
 /// Sends a request that divides the object into `pieces` fragments of equal size, without an impact: for hosts that want fragments ahead of
 /// time. `impact` sets seed, effects, quality, lift and caps, and has no contacts, degree or handle; NULL: all defaults. Waits, at most
@@ -1034,110 +1034,110 @@ ShatterCode shatter_object_even(const struct ShatterObject *object,
                                 const struct ShatterImpact *impact,
                                 uint64_t timeout_ms,
                                 struct ShatterTicket **ticket,
-                                struct ShatterRefusal *refusal);
+                                struct ShatterError *error);
 
 /// Frees an object; NULL is allowed. Its tickets and results stay valid.
 void shatter_object_free(struct ShatterObject *object);
 
-/// Looks for the result; never blocks. Once a frame is often enough. Returns `SHATTER_CODE_OK` with `broken` NULL while there is no result.
-/// The result is handed out once: free it with `shatter_broken_free`.
+/// Looks for the result; never blocks. Once a frame is often enough. Returns `SHATTER_CODE_OK` with `result` NULL while there is no result.
+/// The result is handed out once: free it with `shatter_result_free`.
 ///
 /// Codes: the error of the service; `lost` if the daemon went away; `bad_answer` if the result fails the checks. After a result or an error
 /// the ticket is spent (`cancelled`), except after `busy` at `answers`: free results that you hold, and poll again.
 ShatterCode shatter_ticket_poll(struct ShatterTicket *ticket,
-                                struct ShatterBroken **broken,
-                                struct ShatterRefusal *refusal);
+                                struct ShatterResult **result,
+                                struct ShatterError *error);
 
 /// Waits for the result. After `late` the ticket is still valid: wait again, or free it to cancel the request. Otherwise as
-/// `shatter_ticket_poll`; `broken` is NULL after a failure.
+/// `shatter_ticket_poll`; `result` is NULL after a failure.
 ShatterCode shatter_ticket_wait(struct ShatterTicket *ticket,
                                 uint64_t timeout_ms,
-                                struct ShatterBroken **broken,
-                                struct ShatterRefusal *refusal);
+                                struct ShatterResult **result,
+                                struct ShatterError *error);
 
 /// Progress of the request, as the daemon reported it last; never blocks. Each call reads the reply to the call before, and asks again.
 ShatterCode shatter_ticket_progress(struct ShatterTicket *ticket,
                                     struct ShatterProgress *progress,
-                                    struct ShatterRefusal *refusal);
+                                    struct ShatterError *error);
 
 /// Frees a ticket and cancels its request if that is still under way; NULL is allowed.
 void shatter_ticket_free(struct ShatterTicket *ticket);
 
 /// Summary of the result.
-ShatterCode shatter_broken_summary(const struct ShatterBroken *broken,
+ShatterCode shatter_result_summary(const struct ShatterResult *result,
                                    struct ShatterSummary *summary,
-                                   struct ShatterRefusal *refusal);
+                                   struct ShatterError *error);
 
 /// Fragment `id`, below `ShatterSummary.fragment_count`. Only its facts are copied.
 ///
 /// Codes: `unknown_fragment`.
-ShatterCode shatter_broken_fragment(const struct ShatterBroken *broken,
+ShatterCode shatter_result_fragment(const struct ShatterResult *result,
                                     uint32_t id,
                                     struct ShatterFragment *fragment,
-                                    struct ShatterRefusal *refusal);
+                                    struct ShatterError *error);
 
 /// Run `number` of fragment `id`, below `ShatterFragment.run_count`.
 ///
 /// Codes: `unknown_fragment`; `SHATTER_CODE_ARGUMENT` if it has no such run.
-ShatterCode shatter_broken_run(const struct ShatterBroken *broken,
+ShatterCode shatter_result_run(const struct ShatterResult *result,
                                uint32_t id,
                                size_t number,
                                struct ShatterRun *run,
-                               struct ShatterRefusal *refusal);
+                               struct ShatterError *error);
 
 /// Hull of fragment `id`; all zero if it has none.
 ///
 /// Codes: `unknown_fragment`.
-ShatterCode shatter_broken_hull(const struct ShatterBroken *broken,
+ShatterCode shatter_result_hull(const struct ShatterResult *result,
                                 uint32_t id,
                                 struct ShatterHull *hull,
-                                struct ShatterRefusal *refusal);
+                                struct ShatterError *error);
 
 /// Skin of fragment `id`; all zero if it has none.
 ///
 /// Codes: `unknown_fragment`.
-ShatterCode shatter_broken_skin(const struct ShatterBroken *broken,
+ShatterCode shatter_result_skin(const struct ShatterResult *result,
                                 uint32_t id,
                                 struct ShatterSkin *skin,
-                                struct ShatterRefusal *refusal);
+                                struct ShatterError *error);
 
 /// True if the surface of fragment `id` is closed and oriented.
 ///
 /// Codes: `unknown_fragment`.
-ShatterCode shatter_broken_is_closed(const struct ShatterBroken *broken,
+ShatterCode shatter_result_is_closed(const struct ShatterResult *result,
                                      uint32_t id,
                                      bool *closed,
-                                     struct ShatterRefusal *refusal);
+                                     struct ShatterError *error);
 
 /// Contact areas between fragments, and of fragments with the world. `rows` points to `count` of them in shared memory, valid until
-/// `shatter_broken_free`. Empty unless `bonds` is on.
-ShatterCode shatter_broken_bonds(const struct ShatterBroken *broken,
+/// `shatter_result_free`. Empty unless `bonds` is on.
+ShatterCode shatter_result_bonds(const struct ShatterResult *result,
                                  const struct ShatterBond **rows,
                                  size_t *count,
-                                 struct ShatterRefusal *refusal);
+                                 struct ShatterError *error);
 
-/// Points on cracks from which dust and chips come. `rows` as in `shatter_broken_bonds`. Empty unless `debris` is on.
-ShatterCode shatter_broken_debris(const struct ShatterBroken *broken,
+/// Points on cracks from which dust and chips come. `rows` as in `shatter_result_bonds`. Empty unless `debris` is on.
+ShatterCode shatter_result_debris(const struct ShatterResult *result,
                                   const struct ShatterDebris **rows,
                                   size_t *count,
-                                  struct ShatterRefusal *refusal);
+                                  struct ShatterError *error);
 
-/// Cost of each stage. `rows` as in `shatter_broken_bonds`.
-ShatterCode shatter_broken_stages(const struct ShatterBroken *broken,
+/// Cost of each stage. `rows` as in `shatter_result_bonds`.
+ShatterCode shatter_result_stages(const struct ShatterResult *result,
                                   const struct ShatterCounter **rows,
                                   size_t *count,
-                                  struct ShatterRefusal *refusal);
+                                  struct ShatterError *error);
 
-/// Cost of each effect. `rows` as in `shatter_broken_bonds`.
-ShatterCode shatter_broken_effects(const struct ShatterBroken *broken,
+/// Cost of each effect. `rows` as in `shatter_result_bonds`.
+ShatterCode shatter_result_effects(const struct ShatterResult *result,
                                    const struct ShatterCounter **rows,
                                    size_t *count,
-                                   struct ShatterRefusal *refusal);
+                                   struct ShatterError *error);
 
 /// Content hash of the result, as `shatter impact --json` prints it (`output_hash`).
-ShatterCode shatter_broken_hash(const struct ShatterBroken *broken,
+ShatterCode shatter_result_hash(const struct ShatterResult *result,
                                 struct ShatterHash *hash,
-                                struct ShatterRefusal *refusal);
+                                struct ShatterError *error);
 
 /// Writes a `.glb` file, whole or not at all; `content` is a `ShatterContent`. The folder must exist.
 ///
@@ -1145,14 +1145,14 @@ ShatterCode shatter_broken_hash(const struct ShatterBroken *broken,
 ///
 /// # Safety
 /// `path` points to `length` bytes, or to text that ends with a zero if `length` is `SHATTER_UP_TO_ZERO`.
-ShatterCode shatter_broken_write_glb(const struct ShatterBroken *broken,
+ShatterCode shatter_result_write_glb(const struct ShatterResult *result,
                                      uint32_t content,
                                      const char *path,
                                      size_t length,
-                                     struct ShatterRefusal *refusal);
+                                     struct ShatterError *error);
 
 /// Frees a result and returns its bucket to the daemon; NULL is allowed. Its pointers are invalid afterwards.
-void shatter_broken_free(struct ShatterBroken *broken);
+void shatter_result_free(struct ShatterResult *result);
 
 #ifdef __cplusplus
 }  // extern "C"
