@@ -8,7 +8,7 @@
     for fragment in result:
         fragment.positions, fragment.triangles              # numpy arrays over shared memory, without a copy
         fragment.mass_kg, fragment.center_m, fragment.inertia_kg_m2
-    result.write_glb("result.glb")
+    result.write_glb("broken.glb")
 
 Meters, kilograms, seconds; right-handed, +Y up, counter-clockwise seen from outside, unless the connection has another
 ``convention``. The exceptions of this module derive from :class:`ShatterError`: :class:`ServiceError` is an error of the client or the
