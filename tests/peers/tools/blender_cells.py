@@ -12,7 +12,12 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from exchange import serve
+
+# Blender itself passes its own arguments too, and does not look for modules beside the script.
+if "--" in sys.argv:
+    sys.argv = sys.argv[sys.argv.index("--") :]
+sys.path.insert(0, str(Path(__file__).parent))
+from exchange import serve  # noqa: E402
 
 SIDE = 200.0
 
