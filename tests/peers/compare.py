@@ -181,6 +181,8 @@ def markdown(document):
         kind, volume = "closed" if mesh["closed"] else "open", "exact" if mesh["volume_is_exact"] else "by winding numbers"
         lines += ["", f"### {mesh['name']}", "", f"{mesh['triangles']:,} triangles, {kind}; volume {volume}.", ""]
         lines += table([COLUMNS, *(row(tool, result) for tool, result in own["results"].items())])
+        notes = {tool: result["note"] for tool, result in own["results"].items() if result.get("note") and tool != SKIN}
+        lines += ["", *(f"- {tool}: {note}" for tool, note in notes.items())] if notes else []
     return "\n".join(lines) + "\n"
 
 
