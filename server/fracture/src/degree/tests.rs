@@ -30,9 +30,9 @@ impl Case {
         EnergyField::new(&self.lift, &self.volumes, &mut self.mass).unwrap()
     }
 
-    fn optimise(&mut self, gamma: f64, options: CurveOptions) -> OptimizedDegree {
+    fn optimize(&mut self, gamma: f64, options: CurveOptions) -> OptimizedDegree {
         let token = CancelToken::default();
-        let found = optimise(&self.field(), gamma, options, &mut &token, &mut DiagramWorkspace::default());
+        let found = optimize(&self.field(), gamma, options, &mut &token, &mut DiagramWorkspace::default());
         found.unwrap().unwrap()
     }
 }
@@ -95,10 +95,10 @@ fn degree_decisions_in_limit_cases() {
 fn below_the_threshold_nothing_is_divided_and_above_it_something_is() {
     let mut case = Case::point_load(&block([4, 4, 4], 0.25), [0.5, 0.5, 0.5], 0.2);
     let energy = first_moment(&case.field());
-    let whole = case.optimise(energy, few(30));
+    let whole = case.optimize(energy, few(30));
     assert_eq!((whole.degree, whole.curve.points().len()), (SiteCount { sites: 1, capped: false }, 1));
     assert_eq!(whole.diagram.count(), 1);
-    assert!(case.optimise(energy * (1.0 - 1e-9), few(30)).degree.sites >= 2);
+    assert!(case.optimize(energy * (1.0 - 1e-9), few(30)).degree.sites >= 2);
 }
 
 #[test]
@@ -106,7 +106,7 @@ fn the_diagram_of_an_optimised_degree_passes() {
     let mut case = Case::point_load(&block([6, 5, 4], 0.2), [0.6, 0.5, 0.4], 0.15);
     let energy = first_moment(&case.field());
     for fraction in [0.3, 0.1, 0.03, 0.01] {
-        let found = case.optimise(fraction * energy, few(200));
+        let found = case.optimize(fraction * energy, few(200));
         assert!(!found.degree.capped && found.diagram.count() == found.degree.sites);
         assert!(found.diagram.energy_max() <= fraction * energy, "{fraction}: {:?}", found.degree);
         let last = found.curve.points().last().unwrap();
@@ -118,7 +118,7 @@ fn the_diagram_of_an_optimised_degree_passes() {
 fn the_cap_is_reached_and_reported() {
     let mut case = Case::point_load(&block([3, 3, 3], 0.3), [0.4, 0.4, 0.4], 0.1);
     for (cap, sites) in [(20, 20), (1, 1), (0, 1), (100_000, case.volumes.len())] {
-        let found = case.optimise(0.0, few(cap));
+        let found = case.optimize(0.0, few(cap));
         assert_eq!(found.degree, SiteCount { sites, capped: true });
         assert_eq!(found.diagram.count(), sites);
     }
@@ -128,12 +128,12 @@ fn the_cap_is_reached_and_reported() {
 fn a_lazy_curve_is_a_prefix_of_the_full_curve() {
     let mut case = Case::point_load(&block([4, 4, 4], 0.25), [0.5, 0.1, 0.0], 0.2);
     let energy = first_moment(&case.field());
-    let whole = case.optimise(0.0, few(60)).curve;
+    let whole = case.optimize(0.0, few(60)).curve;
     let sites: Vec<usize> = whole.points().iter().map(|point| point.sites).collect();
     assert_eq!(sites[..18], [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 18, 20]);
     assert_eq!(sites.last(), Some(&60));
     for fraction in [0.5, 0.2, 0.04] {
-        let lazy = case.optimise(fraction * energy, few(60));
+        let lazy = case.optimize(fraction * energy, few(60));
         assert_eq!(lazy.curve.points(), &whole.points()[..lazy.curve.points().len()]);
         assert_eq!(lazy.degree, whole.degree(fraction * energy).0);
     }
@@ -147,7 +147,7 @@ proptest! {
         let mut case = Case::point_load(&block([3, 3, 2], 0.3), [x, 0.3, -0.2], width);
         let energy = first_moment(&case.field());
         let options = CurveOptions { seed, ..few(40) };
-        let mut degree = |exponent: f64| case.optimise(energy * (-exponent).exp(), options).degree;
+        let mut degree = |exponent: f64| case.optimize(energy * (-exponent).exp(), options).degree;
         let (above, below) = (degree(high), degree(high + fall));
         prop_assert!(above.sites <= below.sites && above.capped <= below.capped, "{above:?} {below:?}");
         prop_assert_eq!(above.sites == 1, high == 0.0);
@@ -159,7 +159,7 @@ proptest! {
 fn the_largest_energy_falls_with_the_five_thirds_power_of_the_number_of_sites() {
     for (from, width) in [([0.5, 0.5, 0.5], 0.4), ([0.0, 0.0, 0.5], 0.2), ([0.0, 0.0, 0.0], 10.0)] {
         let mut case = Case::point_load(&block([10, 10, 10], 0.1), from, width);
-        let curve = case.optimise(0.0, few(128)).curve;
+        let curve = case.optimize(0.0, few(128)).curve;
         let whole = curve.points()[0].energy_max;
         let factors = curve.points().iter().map(|p| p.energy_max / whole * (p.sites as f64).powf(5.0 / 3.0));
         let (low, high) = factors.fold((f64::INFINITY, 0.0f64), |(low, high), f| (low.min(f), high.max(f)));
@@ -176,7 +176,7 @@ fn one_factor_reconciles_the_closed_form_with_the_optimisation() {
     let mut evidence = Vec::new();
     for (from, width) in point_loads {
         let mut case = Case::point_load(&lattice, from, width);
-        let curve = case.optimise(0.0, few(128)).curve;
+        let curve = case.optimize(0.0, few(128)).curve;
         let own = samples(&case.field(), &shape, &curve);
         println!("from {from:?}, width {width}: {:?}", fit_kappa(&own));
         evidence.extend(own);
@@ -194,7 +194,7 @@ fn ratios(lattice: &Lattice, sites: std::ops::Range<usize>) -> [[f64; 2]; 2] {
     let shape = Slenderness::of(lattice);
     let solid = Slenderness { thickness: 1e6, section: 1e6 };
     let mut case = Case::point_load(lattice, [0.0; 3], 0.2);
-    let curve = case.optimise(0.0, few(sites.end)).curve;
+    let curve = case.optimize(0.0, few(sites.end)).curve;
     let field = case.field();
     [shape, solid].map(|shape| {
         let passes = curve.points().windows(2).filter(|pair| pair[1].running_minimum < pair[0].running_minimum);

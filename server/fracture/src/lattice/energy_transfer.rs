@@ -60,7 +60,7 @@ impl EnergyTransfer {
         // The stable sort keeps the entries of one pair in the order of the crack tetrahedra, and so their sum.
         entries.par_sort_by_key(|&(node, tet, _)| (node, tet));
         entries.dedup_by(merged);
-        Self::normalised(&entries, elastic.tets.len(), crack.nodes.len())
+        Self::normalized(&entries, elastic.tets.len(), crack.nodes.len())
     }
 
     /// Operator between a lattice and itself: a quarter of each tetrahedron to each of its corners.
@@ -68,7 +68,7 @@ impl EnergyTransfer {
         let quarters = |(tet, nodes): (usize, &[u32; 4])| nodes.map(|node| (node, tet as u32, 0.25));
         let mut entries: Vec<Entry> = lattice.tets.iter().enumerate().flat_map(quarters).collect();
         entries.sort_by_key(|&(node, tet, _)| (node, tet));
-        Self::normalised(&entries, lattice.tets.len(), lattice.nodes.len())
+        Self::normalized(&entries, lattice.tets.len(), lattice.nodes.len())
     }
 
     /// Restricts the operator to a part of the body.
@@ -87,11 +87,11 @@ impl EnergyTransfer {
         entries.dedup_by(merged);
         let count =
             |names: &[u32]| names.iter().filter(|name| **name != NO_INDEX).max().map_or(0, |&last| last as usize + 1);
-        Self::normalised(&entries, count(tets), count(nodes))
+        Self::normalized(&entries, count(tets), count(nodes))
     }
 
     /// Builds the operator from sorted, unique entries.
-    fn normalised(entries: &[Entry], tet_count: usize, node_count: usize) -> Self {
+    fn normalized(entries: &[Entry], tet_count: usize, node_count: usize) -> Self {
         let mut totals = vec![0.0; tet_count];
         let mut offsets = vec![0u32; node_count + 1];
         for &(node, tet, volume) in entries {

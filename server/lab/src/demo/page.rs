@@ -49,7 +49,7 @@ fn lead(target: &DemoTarget, pid: u32, elapsed: Duration) -> Vec<String> {
     vec![
         format!(
             "The program generated a mug of {MATERIAL}, {database}, and started a daemon (process {pid}), which loaded it. A client then \
-             struck the mug at one place, with three multiples of the impulse that just breaks it. Requests and fragments travelled \
+             struck the mug at one place, with three multiples of the impulse that just breaks it. Requests and fragments traveled \
              through shared memory."
         ),
         format!("Without the pictures the run took {} s.", significant(elapsed.as_secs_f64(), 2)),

@@ -128,7 +128,7 @@ impl RequestCost {
     /// Time of a search for the degree from below that ends at this number of sites, s.
     ///
     /// It makes two starts for each number of sites up to 16, then for numbers in steps of a tenth.
-    pub fn optimise_s(&self, sites: u32) -> f64 {
+    pub fn optimize_s(&self, sites: u32) -> f64 {
         let numbers =
             std::iter::successors(Some(2), |sites: &u32| Some(sites + if *sites < 16 { 1 } else { sites / 10 }));
         let one = |sites: u32| 2.0 * (self.start_s(sites) + ITERATIONS_USUAL * self.iteration_s(sites));

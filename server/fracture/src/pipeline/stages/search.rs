@@ -85,7 +85,7 @@ fn of_body(
         let found = degree::verify(field, gamma, sites, &options, monitor, workspace)?;
         return Ok(Found { degree: found.degree, diagram: found.diagram, finished: found.finished });
     }
-    if let Some(found) = degree::optimise(field, gamma, options, monitor, workspace)? {
+    if let Some(found) = degree::optimize(field, gamma, options, monitor, workspace)? {
         return Ok(Found { degree: found.degree, diagram: found.diagram, finished: true });
     }
     let mut diagram = Diagram::default();

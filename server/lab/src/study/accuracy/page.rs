@@ -219,7 +219,7 @@ fn lead(findings: &AccuracyFindings) -> Vec<String> {
             ground.threads,
             ground.machine
         ),
-        "Left and low is good. Points are labelled with their settings; spacings are over the diagonal. An error is \
+        "Left and low is good. Points are labeled with their settings; spacings are over the diagonal. An error is \
          shown only where the reference has at least twice the nodes of the lattice that is judged; elsewhere it is not known yet.".to_owned(),
     ]
 }

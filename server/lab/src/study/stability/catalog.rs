@@ -149,7 +149,7 @@ pub const CASES: &[Case] = &[
     case("negative energy", "CVD: extreme fields", Refused("field"), "the energy is no density", cells::negative_energy),
     case("thirty decades", "CVD: extreme fields", AtMost(1e-12), "rise of Lloyd's energy: the floor of the density keeps cells in regions without energy", cells::thirty_decades),
     case("two clumps of energy", "CVD: extreme fields", AtMost(1.0), "rise of Lloyd's energy, plus components beyond the sites, over the sites", cells::two_clumps),
-    case("uniform cube, 60 cells", "CVD: uniform cube", Between(1.0, 1.12), "normalised second moment over 0.0785433, that of the body-centered lattice: limited by flat faces, a local minimum, and cells of whole nodes", cells::yardstick),
+    case("uniform cube, 60 cells", "CVD: uniform cube", Between(1.0, 1.12), "normalized second moment over 0.0785433, that of the body-centered lattice: limited by flat faces, a local minimum, and cells of whole nodes", cells::yardstick),
     case("cube at a face center", "CVD: perfect symmetry", AtMost(0.0), "any difference between 1 and 4 threads: ties are broken by index", cells::cube_at_a_face_center),
     case("sphere at a pole", "CVD: perfect symmetry", AtMost(0.0), "any difference between 1 and 4 threads: ties are broken by index", cells::sphere_at_a_pole),
     case("torus on its rim", "CVD: perfect symmetry", AtMost(0.0), "any difference between 1 and 4 threads: ties are broken by index", cells::torus_on_its_rim),
@@ -177,8 +177,8 @@ pub const CASES: &[Case] = &[
     case("spectrum of a box", "references: spectra", AtMost(0.015), "first twelve eigenvalues, 0.05 spacing: second order", reference::box_spectrum),
     case("order of the box's spectrum", "references: spectra", Between(1.8, 2.3), "observed order when the spacing is halved: linear elements", reference::box_spectrum_order),
     case("spectrum of a ball", "references: spectra", AtMost(0.03), "first eight eigenvalues, twelve cubes across: second order", reference::ball_spectrum),
-    case("dumb-bell near its threshold", "a weak neck", AtLeast(0.95), "share of each end that stays in one fragment: the neck snaps", neck::snaps_near_the_threshold),
-    case("dumb-bell far above", "a weak neck", AtLeast(0.5), "share of the fragments from the neck at twelve times the threshold: the neck shatters, and the ends stay whole", neck::shatters_far_above),
+    case("dumbbell near its threshold", "a weak neck", AtLeast(0.95), "share of each end that stays in one fragment: the neck snaps", neck::snaps_near_the_threshold),
+    case("dumbbell far above", "a weak neck", AtLeast(0.5), "share of the fragments from the neck at twelve times the threshold: the neck shatters, and the ends stay whole", neck::shatters_far_above),
 ];
 
 #[cfg(test)]
