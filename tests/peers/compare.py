@@ -26,8 +26,11 @@ import daemon  # noqa: E402
 from install import NPM, PACKAGES, SOURCES, Installer, Unavailable  # noqa: E402
 
 SHATTER, SKIN = "Shatter", "Shatter, skin"
-COLUMNS = ["tool", "time, ms", "once per mesh, s", "fragments", "closed", "volume error", "surface error, mean", "largest",
+COLUMNS = ["tool", "time, ms", "processor, ms", "once per mesh, s", "fragments", "closed", "volume error", "surface error, mean", "largest",
            "in several parts", "slivers"]
+
+
+TIMES = ["times_ms", "cpu_ms"]
 
 
 def commit(name):
@@ -106,7 +109,7 @@ def judged(python, folder, result):
     done = subprocess.run([python, TOOLS / "judge.py", "fragments", folder, result["fragments"]], capture_output=True, text=True)
     if done.returncode:
         return {"rejected": f"no usable fragments: {done.stderr.strip().splitlines()[-1][:120]}"}
-    return {**result, **json.loads(done.stdout), "time_ms": statistics.median(result["times_ms"])}
+    return {**result, **json.loads(done.stdout)}
 
 
 def compare(path, options, installer, python, peers):
@@ -150,9 +153,10 @@ def row(tool, result):
     if "fragments" not in result:
         reason = f"not available: {result['unavailable']}" if "unavailable" in result else f"rejected: {result['rejected']}"
         return [tool, reason.replace("|", "/"), *["–"] * (len(COLUMNS) - 2)]
-    time, once = result["time_ms"], result["prepare_ms"] / 1e3
+    once = result["prepare_ms"] / 1e3
+    times = (statistics.median(result[key]) for key in TIMES)
     return [
-        tool, f"{time:.1f}" if time < 100 else f"{time:,.0f}", "–" if once < 0.05 else f"{once:.1f}" if once < 10 else f"{once:.0f}", str(result["fragments"]),
+        tool, *(f"{time:.1f}" if time < 100 else f"{time:,.0f}" for time in times), "–" if once < 0.05 else f"{once:.1f}" if once < 10 else f"{once:.0f}", str(result["fragments"]),
         str(result["closed"]), percent(result["volume_error"]), percent(result["surface_mean"]), percent(result["surface_max"]),
         str(result["several"]), str(result["slivers"]),
     ]

@@ -62,9 +62,17 @@ class Daemon:
         where = ",".join(f"{value:.9g}" for value in ray)
         return document([self.folder / "shatter", command, "mesh", "--service", self.service, f"--ray={where}", *options, "--json"])
 
+    def cpu_ns(self):
+        """Processor time of all threads of the daemon."""
+        threads = Path(f"/proc/{self.process.pid}/task").iterdir()
+        return sum(int((thread / "schedstat").read_text().split()[0]) for thread in threads)
+
     def strike(self, ray, sites, *options):
+        """The client's document, with the processor time that the daemon spent meanwhile."""
         impulse = OVER * self.client("threshold", ray)["impulse_ns"]
-        return self.client("impact", ray, "--impulse-ns", f"{impulse:.9g}", "--degree", sites, "--quality", "game", *options)
+        before = self.cpu_ns()
+        made = self.client("impact", ray, "--impulse-ns", f"{impulse:.9g}", "--degree", sites, "--quality", "game", *options)
+        return {**made, "cpu_ns": self.cpu_ns() - before}
 
 
 def fractured(folder, mesh, rays, sites, runs, work, examples):
@@ -81,11 +89,12 @@ def fractured(folder, mesh, rays, sites, runs, work, examples):
         note = f"{examples} examples, {baked['crack_nodes']} crack nodes{bodies}"
         for name, options in {"closed": ["--disable", "skin"], "skin": ["--enable", "skin"]}.items():
             daemon.strike(rays[0], sites, *options)
-            times = [daemon.strike(ray, sites, *options)["round_trip_ns"] / 1e6 for ray in rays[:runs]]
+            made = [daemon.strike(ray, sites, *options) for ray in rays[:runs]]
+            times, cpu = ([own[key] / 1e6 for own in made] for key in ("round_trip_ns", "cpu_ns"))
             file = work / f"{name}.glb"
             struck = daemon.strike(rays[0], sites, *options, "--out", file)
-            own = {"times_ms": times, "prepare_ms": prepare_ms, "note": note, "fragments": file, "sites": struck["sites"]}
-            results[name] = own
+            own = {"times_ms": times, "cpu_ms": cpu, "prepare_ms": prepare_ms, "note": note}
+            results[name] = {**own, "fragments": file, "sites": struck["sites"]}
         return results
     finally:
         daemon.stop()

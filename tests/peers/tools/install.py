@@ -13,7 +13,7 @@ PACKAGES = {
     "voro++": ["numpy==2.4.6", "multivoro==0.1.3", "manifold3d==3.5.4"],
     "fracture-modes": ["numpy==1.26.4", "scipy==1.15.3", "libigl==2.4.1", "gpytoolbox==0.3.8", "tetgen==0.8.4", "clarabel==0.11.1"],
     "cell-fracture": ["bpy==5.0.1"],
-    "geogram": ["cmake==3.31.6", "ninja==1.13.2"],
+    "geogram": ["cmake==3.31.6", "ninja==1.13.2", "tbb-devel==2023.2.0"],
 }
 NPM = ["@dgreenheck/three-pinata@2.0.1", "three@0.187.0"]
 
@@ -139,16 +139,18 @@ class Installer:
 
     def build_geogram(self, source, folder):
         tools = self.python("geogram").parent
-        paths = {**os.environ, "PATH": f"{tools}{os.pathsep}{os.environ['PATH']}"}
+        threads = tools.parent / "lib"  # of oneTBB, which the C++ library's parallel algorithms need
+        paths = {**os.environ, "PATH": f"{tools}{os.pathsep}{os.environ['PATH']}", "LIBRARY_PATH": str(threads)}
+        linker = f"-Wl,-rpath,{threads}"
         reason, build = "cannot build geogram", folder / "library"
-        options = ["-DCMAKE_BUILD_TYPE=Release", "-DVORPALINE_PLATFORM=Linux64-gcc-dynamic"]
+        options = ["-DCMAKE_BUILD_TYPE=Release", "-DVORPALINE_PLATFORM=Linux64-gcc-dynamic", f"-DCMAKE_SHARED_LINKER_FLAGS={linker}"]
         options += [f"-DGEOGRAM_{option}" for option in GEOGRAM_OPTIONS]
         call(["cmake", "-G", "Ninja", "-S", source, "-B", build, *options], self.log, reason, env=paths)
         call(["ninja", "-C", build, f"-j{len(os.sched_getaffinity(0))}"], self.log, reason, env=paths)
         library = next(build.rglob("libgeogram.so")).parent
         flags = ["-O2", "-std=c++17", "-I", source / "src/lib", "-I", build / "src/lib"]
-        link = ["-L", library, "-lgeogram", f"-Wl,-rpath,{library}", "-lpthread"]
-        call(["g++", *flags, TOOLS / "geogram.cpp", *link, "-o", folder / "program"], self.log, reason)
+        link = ["-L", library, "-lgeogram", f"-Wl,-rpath,{library}", linker, "-L", threads, "-ltbb", "-lpthread"]
+        call(["g++", *flags, TOOLS / "geogram.cpp", *link, "-o", folder / "program"], self.log, reason, env=paths)
 
     def build_blast(self, source, folder):
         includes = [f"-I{source / include}" for include in BLAST_INCLUDES]

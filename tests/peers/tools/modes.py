@@ -11,13 +11,13 @@ import clarabel
 import gpytoolbox
 import numpy as np
 import tetgen
-from exchange import serve
+from exchange import Stopwatch, serve
 from gpytoolbox.copyleft import lazy_cage
 from scipy import sparse
 
 CAGE_FACES = 2000
 MODES = 10
-times_ms = []
+projection = Stopwatch()
 
 
 def conic_solve(D, M, Us, c, d, verbose=False):
@@ -46,6 +46,11 @@ def conic_solve(D, M, Us, c, d, verbose=False):
     return np.array(solution.x)[:unknowns]
 
 
+def stopped(silence=True):
+    projection.stop()
+    return projection.times_ms[-1] / 1e3
+
+
 def module(name, **values):
     sys.modules[name] = made = ModuleType(name)
     made.__dict__.update(values)
@@ -55,6 +60,9 @@ def prepare(positions, triangles, sites):
     from fracture_utility import compute_fracture_modes as modes_of_library
     from fracture_utility import fracture_modes, fracture_modes_parameters
 
+    # The library measures the projection of an impact between these two calls.
+    sys.modules[fracture_modes.__module__].tic = projection.start
+    sys.modules[fracture_modes.__module__].toc = stopped
     library = sys.modules[modes_of_library.__module__]
     library.conic_solve, library.sparse_sqrt = conic_solve, lambda matrix: matrix
     low, side = positions.min(0), (positions.max(0) - positions.min(0)).max()
@@ -65,6 +73,8 @@ def prepare(positions, triangles, sites):
     modes.compute_modes(parameters=fracture_modes_parameters(num_modes=MODES, d=1))
     modes.impact_precomputation(v_fine=positions, f_fine=triangles)
     made_low, made_side = positions.min(0), (positions.max(0) - positions.min(0)).max()
+    projection.times_ms.clear()
+    projection.cpu_ms.clear()
     place = (made_low, side / made_side, low)
     contact = nodes[np.argmin(np.linalg.norm(nodes - ((sites[0] - low) / place[1] + made_low), axis=1))]
     return (modes, contact, place), f"{len(tetrahedra)} tetrahedra, {MODES} modes, at most {modes.precomputed_num_pieces} pieces"
@@ -73,7 +83,6 @@ def prepare(positions, triangles, sites):
 def run(prepared):
     modes, contact, (low, scale, origin) = prepared
     modes.impact_projection(contact_point=contact, direction=np.array([1.0]))
-    times_ms.append(1e3 * modes.t_impact)
     labels = modes.fine_vertex_labels_after_impact[modes.fine_triangles[:, 0]]
     fragments = []
     for label in range(modes.n_pieces_after_impact):
@@ -87,4 +96,4 @@ module("mosek")
 module("polyscope")
 module("sksparse")
 module("sksparse.cholmod", cholesky=None)
-serve(prepare, run, times_ms)
+serve(prepare, run, projection)

@@ -4,6 +4,7 @@ import { readFileSync, writeFileSync } from "node:fs";
 import { DestructibleMesh, FractureOptions } from "@dgreenheck/three-pinata";
 import * as THREE from "three";
 
+const LIMIT_MS = 30_000;
 const [input, output, runs] = process.argv.slice(2);
 
 function readMesh(path) {
@@ -54,20 +55,24 @@ function fracture(positions, indices, sites) {
   return mesh.fracture(options);
 }
 
-const result = { times_ms: [], prepare_ms: 0, note: "" };
+const result = { times_ms: [], cpu_ms: [], prepare_ms: 0, note: "" };
 try {
   const [positions, indices] = readMesh(`${input}/mesh.bin`);
   const sites = readSites(`${input}/sites.bin`);
   let fragments = [];
-  for (let run = 0; run < Number(runs); run++) {
-    const begun = performance.now();
+  const started = performance.now();
+  for (let run = 0; run < Number(runs) && performance.now() - started < LIMIT_MS; run++) {
+    const [begun, used] = [performance.now(), process.cpuUsage()];
     fragments = fracture(positions.slice(), indices.slice(), sites);
     result.times_ms.push(performance.now() - begun);
+    const { user, system } = process.cpuUsage(used);
+    result.cpu_ms.push((user + system) / 1e3);
   }
   fragments.forEach((fragment) => fragment.updateMatrixWorld(true));
   writeMeshes(`${output}/fragments.bin`, fragments);
 } catch (error) {
   delete result.times_ms;
+  delete result.cpu_ms;
   result.rejected = `${error.message ?? error}`;
 }
 writeFileSync(`${output}/result.json`, JSON.stringify(result));
