@@ -1,11 +1,12 @@
-//! Requests in flight. Nothing here waits: requests are sent, tickets are polled, and connections come from the keeper's thread.
+//! Requests in flight. Nothing here waits, but for the film of the vase: requests are sent, tickets are polled, and connections come from
+//! the keeper's thread.
 
 use super::film::Film;
 use super::prototype::block;
 use super::service::{Keeper, Line, kill};
 use super::tally::{Step, Tally};
 use super::world::{Birth, Piece, World};
-use shatter_client::{Effect, Error, ErrorKind, FractureResult, Impact, Poll, Ticket};
+use shatter_client::{Deadline, Effect, Error, ErrorKind, FractureResult, Impact, Poll, Ticket};
 use shatter_export::contact::MergedContact;
 use std::time::{Duration, Instant};
 
@@ -32,6 +33,8 @@ pub struct Strikes<'k> {
     keeper: &'k mut Keeper,
     /// Connection, while there is a daemon.
     line: Option<Line>,
+    /// Whether a step waits for the results of its requests, so that they do not depend on the speed of the machine.
+    is_waiting: bool,
     sent: Vec<Sent>,
     /// Requests for whole objects that were lost with a daemon; they are sent again.
     lost: Vec<(u32, Impact)>,
@@ -39,8 +42,8 @@ pub struct Strikes<'k> {
 }
 
 impl<'k> Strikes<'k> {
-    pub fn new(line: Line, keeper: &'k mut Keeper) -> Self {
-        Self { keeper, line: Some(line), sent: Vec::new(), lost: Vec::new(), down_s: 0.0 }
+    pub fn new(line: Line, keeper: &'k mut Keeper, is_waiting: bool) -> Self {
+        Self { keeper, line: Some(line), is_waiting, sent: Vec::new(), lost: Vec::new(), down_s: 0.0 }
     }
 
     /// Kills the daemon.
@@ -156,7 +159,10 @@ impl<'k> Strikes<'k> {
     fn answer(&mut self, world: &mut World<'_>, now_s: f64, tally: &mut Tally) -> Option<(u32, f64, FractureResult)> {
         let (mut index, mut found) = (0, None);
         while index < self.sent.len() && found.is_none() {
-            match self.sent[index].ticket.poll() {
+            let ticket = &mut self.sent[index].ticket;
+            let polled =
+                if self.is_waiting { ticket.wait(Deadline::after(DEADLINE)).map(Poll::Ready) } else { ticket.poll() };
+            match polled {
                 Ok(Poll::Pending) => index += 1,
                 Ok(Poll::Ready(broken)) => {
                     let sent = self.sent.remove(index);
