@@ -10,24 +10,25 @@ const GLAZE_M: f32 = 0.0007;
 
 /// Number of periods of the vine around the vase, and its height and half its width, m.
 const PERIODS: f32 = 4.0;
-const VINE_M: f32 = 0.149;
-const SWING_M: f32 = 0.026;
+const VINE_M: f32 = 0.146;
+const SWING_M: f32 = 0.031;
 
 /// Appearance of an outer face or of a crack face at a place of the mesh file, m.
 pub fn finish(place: Vector3<f32>, is_crack: bool) -> Finish {
     let depth_m = radius_m(f64::from(place.y) / HEIGHT_M) as f32 - place.x.hypot(place.z);
     let is_foot = place.y < 0.001;
     if is_foot || (is_crack && depth_m > GLAZE_M) {
-        let grain = 0.5 + 0.25 * waves(place, 380.0) + 0.25 * waves(place, 1900.0);
+        let grain = 0.5 + 0.2 * waves(place, 70.0) + 0.1 * waves(place, 610.0) + 0.2 * waves(place, 2700.0);
         return Finish {
             color: Color::oklch(0.58, 0.085, 45.0).mix(Color::oklch(0.74, 0.075, 62.0), grain),
-            glaze: 0.0,
+            reflectance: 0.0,
         };
     }
     let is_outside = !is_crack && depth_m < 0.5 * WALL_M as f32;
     let ink = if is_outside { ink(place.z.atan2(place.x), place.y) } else { 0.0 };
-    let cobalt = Color::oklch(0.34, 0.17, 264.0).mix(Color::oklch(0.44, 0.16, 260.0), 0.5 + 0.5 * waves(place, 260.0));
-    Finish { color: Color::oklch(0.945, 0.008, 220.0).mix(cobalt, ink), glaze: 1.0 }
+    let cobalt = Color::oklch(0.31, 0.16, 263.0).mix(Color::oklch(0.42, 0.16, 259.0), 0.5 + 0.5 * waves(place, 260.0));
+    let wash = Color::oklch(0.945, 0.008, 220.0).mix(Color::oklch(0.58, 0.125, 254.0), (1.6 * ink).min(1.0));
+    Finish { color: wash.mix(cobalt, ((ink - 0.6) * 2.5).clamp(0.0, 1.0)), reflectance: 0.04 }
 }
 
 /// Irregular value between -1 and 1 that changes over about one radian of `frequency`, 1/m.
@@ -47,9 +48,9 @@ fn ink(angle: f32, y: f32) -> f32 {
         return 1.0;
     }
     match y {
-        0.0..0.062 => petals(angle, (y - 0.009) / 0.050, 12.0),
-        0.062..0.205 => scroll(angle, y),
-        0.205..0.231 => petals(angle, (0.231 - y) / 0.026, 20.0),
+        0.0..0.062 => 1.0 - petals(angle, (y - 0.009) / 0.050, 12.0),
+        0.062..0.200 => scroll(angle, y),
+        0.200..0.231 => petals(angle, (0.231 - y) / 0.031, 18.0),
         _ => petals(angle, (y - 0.239) / 0.046, 10.0),
     }
 }
@@ -101,17 +102,17 @@ fn scroll(angle: f32, y: f32) -> f32 {
 /// Flower of eight petals about (0, 0), m.
 fn flower(x: f32, y: f32) -> f32 {
     let (radius, angle) = (x.hypot(y), y.atan2(x));
-    let edge = 0.0165 + 0.0055 * (4.0 * angle).cos().abs();
+    let edge = 0.021 + 0.007 * (4.0 * angle).cos().abs();
     let vein = radius * (4.0 * angle).sin().abs() / 4.0;
-    let petal = radius * (4.0 * angle).cos().abs() / 4.0;
+    let seam = radius * (4.0 * angle).cos().abs() / 4.0;
     match radius {
         _ if radius > edge => 0.0,
-        _ if radius > edge - 0.0017 => 1.0,
-        0.0..0.0042 => 1.0,
-        0.0042..0.0058 => 0.03,
-        0.0058..0.0072 => 1.0,
-        _ if petal < 0.0005 => 1.0,
-        _ if vein < 0.0004 => 0.9,
-        _ => 0.62 - 28.0 * (radius - 0.0072),
+        _ if radius > edge - 0.0019 => 1.0,
+        0.0..0.0055 => 1.0,
+        0.0055..0.0073 => 0.03,
+        0.0073..0.0089 => 1.0,
+        _ if seam < 0.0006 => 1.0,
+        _ if vein < 0.0005 => 0.9,
+        _ => 0.60 - 24.0 * (radius - 0.0089),
     }
 }

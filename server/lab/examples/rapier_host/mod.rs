@@ -76,8 +76,9 @@ pub fn run(options: &Options) -> Result<serde_json::Value, Failure> {
     match options.set {
         Set::Shelves => std::fs::write(options.out.join("film.png"), pictures::sheet(film, options.seconds)?)?,
         Set::Vase => {
-            std::fs::write(options.out.join("vase.png"), close_up::still(film)?)?;
-            std::fs::write(options.out.join("vase-film.png"), close_up::animation(film)?)?;
+            let [still, animation] = close_up::pictures(film)?;
+            std::fs::write(options.out.join("vase.png"), still)?;
+            std::fs::write(options.out.join("vase-film.png"), animation)?;
         }
     }
     std::fs::write(options.out.join("steps.svg"), tally.plot(&whole.0)?)?;

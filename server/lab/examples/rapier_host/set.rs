@@ -10,7 +10,7 @@ use rapier3d_f64::prelude::{Pose, Vector};
 pub enum Set {
     /// Shelves of vases and mugs, a ball on a string before each, and falling objects; in real time
     Shelves,
-    /// Painted vase that falls, close up; each step waits for its results
+    /// Painted vase and a ball on a string, close up; each step waits for its results
     Vase,
 }
 
@@ -57,7 +57,10 @@ impl Set {
         world.add_ground([8.0, 0.5, 8.0], [0.0, -0.5, 0.0], film);
         match self {
             Self::Shelves => shelves(world, film),
-            Self::Vase => world.add_object(0, Pose::new(VASE_M.into(), VASE_TURN.into()), None, film),
+            Self::Vase => {
+                world.add_object(0, Pose::new(Vector::ZERO, Vector::new(0.0, VASE_TURN_RAD, 0.0)), None, film);
+                hang(VASE_BALL_M, VASE_PIVOT_M, 0.0, world, film);
+            }
         }
     }
 
@@ -94,12 +97,14 @@ const VASE_SCENE: &str = r#"title = "Painted vase"
 [objects.painted-vase]
 quality = "film"
 effects = ["elastic", "interior", "release", "normals", "hulls"]
-sites_max = 40
+fragment_size_m = 0.025
+sites_max = 60
 "#;
 
-/// Origin of the falling vase, m, and its rotation vector, rad.
-const VASE_M: [f64; 3] = [0.0, 0.35, 0.0];
-const VASE_TURN: [f64; 3] = [0.3, 0.0, 0.6];
+/// Rotation of the painted vase about y, rad; radius of its ball, m, and the point to which its string is tied, m.
+const VASE_TURN_RAD: f64 = 0.5;
+const VASE_BALL_M: f64 = 0.04;
+const VASE_PIVOT_M: [f64; 3] = [-0.05, 1.97, 0.0];
 
 /// Height of the shelves' boards, half their length, and their positions along z, m.
 const BOARD_M: f64 = 1.0;
@@ -143,13 +148,17 @@ fn shelves(world: &mut World<'_>, film: &mut Film) {
             let name = if k % 3 == 1 { "mug" } else { "vase" };
             world.add_object(Set::Shelves.number(name), Pose::translation(x, BOARD_M + 0.001, z), None, film);
         }
-        let pivot_m = [0.0, BOARD_M + 0.1 + STRING_M, z];
-        let (sine, cosine) = PULLED_DEG.to_radians().sin_cos();
-        let place_m = [pivot_m[0] - STRING_M * sine, pivot_m[1] - STRING_M * cosine, z];
-        world.add_ball(BALL_M, place_m, pivot_m, at_s, film);
+        hang(BALL_M, [0.0, BOARD_M + 0.1 + STRING_M, z], at_s, world, film);
     }
     for (name, place_m, turn_deg, at_s) in FALLS {
         let turned = Vector::new(0.0, 0.0, turn_deg.to_radians());
         world.add_object(Set::Shelves.number(name), Pose::new(place_m.into(), turned), Some(at_s), film);
     }
+}
+
+/// Adds a ball on a string, pulled up towards -x and released at `at_s`.
+fn hang(radius_m: f64, pivot_m: [f64; 3], at_s: f64, world: &mut World<'_>, film: &mut Film) {
+    let (sine, cosine) = PULLED_DEG.to_radians().sin_cos();
+    let place_m = [pivot_m[0] - STRING_M * sine, pivot_m[1] - STRING_M * cosine, pivot_m[2]];
+    world.add_ball(radius_m, place_m, pivot_m, at_s, film);
 }

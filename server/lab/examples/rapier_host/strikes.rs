@@ -13,6 +13,9 @@ use std::time::{Duration, Instant};
 /// Deadline of requests; later results are of no use.
 const DEADLINE: Duration = Duration::from_secs(3);
 
+/// Deadline where steps wait for results.
+const WAITING_DEADLINE: Duration = Duration::from_secs(120);
+
 /// Maximum number of requests in flight, so that a slow daemon gets no further ones.
 const UNDER_WAY_MAX: usize = 12;
 
@@ -127,7 +130,8 @@ impl<'k> Strikes<'k> {
         let positions = &film.actors[own.actor].shell.positions;
         let snapped: Vec<MergedContact> = blows.iter().map(|blow| snap(blow, own, positions)).collect();
         if let Some(impact) = Impact::of(&snapped) {
-            let impact = impact.seed(u64::from(piece)).keep().deadline(DEADLINE);
+            let impact = impact.seed(u64::from(piece)).keep();
+            let impact = impact.deadline(if self.is_waiting { WAITING_DEADLINE } else { DEADLINE });
             let impact = impact.enable(Effect::Hulls).enable(Effect::Release);
             self.send(world, piece, impact, now_s, tally);
         }
@@ -160,8 +164,11 @@ impl<'k> Strikes<'k> {
         let (mut index, mut found) = (0, None);
         while index < self.sent.len() && found.is_none() {
             let ticket = &mut self.sent[index].ticket;
-            let polled =
-                if self.is_waiting { ticket.wait(Deadline::after(DEADLINE)).map(Poll::Ready) } else { ticket.poll() };
+            let polled = if self.is_waiting {
+                ticket.wait(Deadline::after(WAITING_DEADLINE)).map(Poll::Ready)
+            } else {
+                ticket.poll()
+            };
             match polled {
                 Ok(Poll::Pending) => index += 1,
                 Ok(Poll::Ready(broken)) => {

@@ -31,8 +31,8 @@ impl RenderStyle {
 pub struct Finish {
     /// Color.
     pub color: Color,
-    /// Share of the surface under a clear glaze, which reflects the lights: 0 to 1.
-    pub glaze: f32,
+    /// Share of light that is reflected as by a mirror at normal incidence: 0 for matte surfaces, 0.04 for glazes, more for metals.
+    pub reflectance: f32,
 }
 
 /// Lights placed for a camera.
@@ -54,10 +54,7 @@ const FAINT: f32 = 0.015;
 /// Exponent of the highlight.
 const SHININESS: i32 = 36;
 
-/// Share of light that a glaze reflects at normal incidence: refractive index 1.5.
-const GLAZE: f32 = 0.04;
-
-/// Brightness of the key light's reflection in a glaze, and the cosines between which its edge fades.
+/// Brightness of the key light in a mirror, and the cosines between which its edge fades.
 const LAMP: f32 = 14.0;
 const LAMP_EDGE: [f32; 2] = [0.965, 0.985];
 
@@ -81,24 +78,27 @@ impl Lights {
         let fill = style.fill * normal.dot(&self.fill).max(0.0) * sky;
         let half = (self.key + view).normalize();
         let gloss = style.gloss * normal.dot(&half).max(0.0).powi(SHININESS) * key;
-        let mirrored = finish.glaze * self.mirrored(normal, view, sky, key);
+        let mirrored = self.mirrored(finish.reflectance, normal, view, sky, key);
         [0, 1, 2].map(|k| {
             let arriving = ambient * SKY_TINT[k] + direct * KEY_TINT[k] + fill * FILL_TINT[k];
             soften(finish.color.0[k] * arriving + gloss + mirrored)
         })
     }
 
-    /// Light of the sky and of the key light that a glaze reflects.
+    /// Light of the ground, the sky and the key light that is reflected as by a mirror.
     ///
     /// Based on: C. Schlick, *An inexpensive BRDF model for physically-based rendering* (Fresnel term), 1994.
-    fn mirrored(&self, normal: &Vector3<f32>, view: &Vector3<f32>, sky: f32, key: f32) -> f32 {
+    fn mirrored(&self, reflectance: f32, normal: &Vector3<f32>, view: &Vector3<f32>, sky: f32, key: f32) -> f32 {
+        if reflectance == 0.0 {
+            return 0.0;
+        }
         let cosine = normal.dot(view).clamp(0.0, 1.0);
         let mirror = normal * (2.0 * cosine) - view;
-        let above = (0.5 + 0.5 * mirror.y).clamp(0.0, 1.0);
+        let above = (0.5 + 2.0 * mirror.y).clamp(0.0, 1.0);
         let [rim, disk] = LAMP_EDGE;
         let lamp = LAMP * ((mirror.dot(&self.key) - rim) / (disk - rim)).clamp(0.0, 1.0);
         let arriving = (self.style.bounce + (self.style.sky - self.style.bounce) * above) * sky + lamp * key;
-        (GLAZE + (1.0 - GLAZE) * (1.0 - cosine).powi(5)) * arriving
+        (reflectance + (1.0 - reflectance) * (1.0 - cosine).powi(5)) * arriving
     }
 
     /// Darkness of the ground where these shares of sky and key light arrive: 0 in full light.

@@ -39,7 +39,7 @@ pub fn draw(
     let own = |triangle: usize, share: [f32; 3]| {
         let corners = &mesh.corners[triangle];
         let color = Color([0, 1, 2].map(|k| (0..3).map(|c| corners[c].color.0[k] * share[c]).sum()));
-        Finish { color, glaze: 0.0 }
+        Finish { color, reflectance: 0.0 }
     };
     draw_textured(mesh, &own, camera, size, style, ground, backdrop)
 }
