@@ -26,13 +26,13 @@ const DELAY_MS: u16 = 50;
 const LAST_MS: u16 = 600;
 
 /// Corners of the visible volume, m.
-const SEEN_M: [[f32; 3]; 2] = [[-0.20, 0.0, -0.12], [0.30, 0.36, 0.12]];
+const SEEN_M: [[f32; 3]; 2] = [[-0.11, 0.0, -0.10], [0.29, 0.35, 0.10]];
 /// Margin of the drawn volume around the visible one, m.
 const BESIDE_M: f32 = 0.25;
 /// Direction to the camera.
 const FROM: [f32; 3] = [-0.40, 0.34, 1.0];
 
-const STYLE: RenderStyle = RenderStyle { key: 0.86, fill: 0.14, sky: 0.52, bounce: 0.24, gloss: 0.0 };
+const STYLE: RenderStyle = RenderStyle { key: 0.83, fill: 0.14, sky: 0.52, bounce: 0.24, gloss: 0.0 };
 
 /// PNG of the fragments shortly after the break, and an animated PNG of the impact.
 pub fn pictures(film: &Film) -> Result<[Vec<u8>; 2], Failure> {
@@ -80,9 +80,9 @@ fn picture(actors: &[(&Actor, DrawnMesh)], at_s: f64, size: PictureSize) -> Imag
             (0..3).map(|k| Vector3::from(shell.positions[corners[k] as usize]) * share[k]).sum::<Vector3<f32>>();
         match look {
             Look::Piece(_) => glaze::finish(place + Vector3::from(shell.center_m), is_crack),
-            Look::Steel | Look::Ground => Finish { color: Color::oklch(0.25, 0.01, 250.0), reflectance: 0.4 },
+            Look::Steel | Look::Ground => Finish { color: Color::oklch(0.12, 0.01, 250.0), reflectance: 0.6 },
         }
     };
-    let backdrop = Backdrop::Gradient(Color::oklch(0.70, 0.02, 80.0), Color::oklch(0.86, 0.02, 80.0));
+    let backdrop = Backdrop::Gradient(Color::oklch(0.64, 0.025, 68.0), Color::oklch(0.84, 0.022, 75.0));
     draw_textured(&scene, &texture, &camera, size, STYLE, Some(0.0), backdrop)
 }

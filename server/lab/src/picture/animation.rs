@@ -18,7 +18,10 @@ pub struct AnimationFrame {
 /// Number of colors. The first entry of the palette is transparent and marks pixels that do not change.
 const COLORS: usize = 255;
 
-/// Color with six bits per channel; colors of one bin are not told apart.
+/// Thresholds of ordered dithering, by the parities of row and column (Bayer 1973).
+const DITHER: [[u8; 2]; 2] = [[0, 2], [3, 1]];
+
+/// Color with six bits per channel, after dithering.
 type Bin = [u8; 3];
 
 /// Bytes of an animated PNG that repeats forever; an error without frames.
@@ -38,7 +41,7 @@ pub fn animated_png(frames: &[AnimationFrame]) -> Result<Vec<u8>, PictureError> 
     let mut writer = encoder.write_header()?;
     let mut shown = vec![0; size.width * size.height];
     for frame in frames {
-        let next: Vec<u8> = frame.image.pixels.iter().map(|pixel| entries[&bin(pixel)]).collect();
+        let next: Vec<u8> = bins(&frame.image).map(|bin| entries[&bin]).collect();
         let is_new = |at: usize| next[at] != shown[at];
         let [columns, rows] = changed(&is_new, size);
         let places = rows.clone().flat_map(|row| columns.clone().map(move |column| row * size.width + column));
@@ -65,14 +68,19 @@ fn changed(is_new: &impl Fn(usize) -> bool, size: PictureSize) -> [std::ops::Ran
     [0, 1].map(|k| low[k]..high[k] + 1)
 }
 
-fn bin(pixel: &[u8; 4]) -> Bin {
-    [0, 1, 2].map(|k| pixel[k] >> 2)
+fn bins(image: &Image) -> impl Iterator<Item = Bin> {
+    let width = image.size.width;
+    let bin = move |(at, pixel): (usize, &[u8; 4])| {
+        let threshold = DITHER[at / width % 2][at % width % 2];
+        [0, 1, 2].map(|k| pixel[k].saturating_add(threshold) >> 2)
+    };
+    image.pixels.iter().enumerate().map(bin)
 }
 
 /// Palette of all frames, and the entry of each bin: the set of bins with the largest error is divided at its mean, again and again.
 fn palette(frames: &[AnimationFrame]) -> (Vec<[u8; 3]>, BTreeMap<Bin, u8>) {
     let mut counts = BTreeMap::<Bin, f64>::new();
-    frames.iter().flat_map(|frame| &frame.image.pixels).for_each(|pixel| *counts.entry(bin(pixel)).or_default() += 1.0);
+    frames.iter().flat_map(|frame| bins(&frame.image)).for_each(|bin| *counts.entry(bin).or_default() += 1.0);
     let mut sets = vec![counts.into_iter().collect::<Vec<_>>()];
     while sets.len() < COLORS {
         let errors = sets.iter().map(|set| [0, 1, 2].map(|axis| error(set, axis))).enumerate();
@@ -85,7 +93,7 @@ fn palette(frames: &[AnimationFrame]) -> (Vec<[u8; 3]>, BTreeMap<Bin, u8>) {
         let (low, high) = set.into_iter().partition(|(bin, _)| f64::from(bin[axis]) < middle);
         sets.extend([low, high]);
     }
-    let color = |set: &Vec<(Bin, f64)>| [0, 1, 2].map(|axis| (4.0 * mean(set, axis) + 2.0) as u8);
+    let color = |set: &Vec<(Bin, f64)>| [0, 1, 2].map(|axis| (4.0 * mean(set, axis) + 0.5) as u8);
     let colors = std::iter::once([0; 3]).chain(sets.iter().map(color)).collect();
     let entries = (1..).zip(&sets).flat_map(|(entry, set)| set.iter().map(move |(bin, _)| (*bin, entry)));
     (colors, entries.collect())
