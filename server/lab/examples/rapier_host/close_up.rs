@@ -80,7 +80,7 @@ fn picture(actors: &[(&Actor, DrawnMesh)], at_s: f64, size: PictureSize) -> Imag
             (0..3).map(|k| Vector3::from(shell.positions[corners[k] as usize]) * share[k]).sum::<Vector3<f32>>();
         match look {
             Look::Piece(_) => glaze::finish(place + Vector3::from(shell.center_m), is_crack),
-            Look::Steel | Look::Ground => Finish { color: Color::oklch(0.12, 0.01, 250.0), reflectance: 0.6 },
+            Look::Steel | Look::Ground => Finish { color: Color::oklch(0.16, 0.01, 250.0), reflectance: 0.25 },
         }
     };
     let backdrop = Backdrop::Gradient(Color::oklch(0.64, 0.025, 68.0), Color::oklch(0.84, 0.022, 75.0));
