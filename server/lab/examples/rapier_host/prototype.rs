@@ -82,8 +82,9 @@ fn whole(facts: &ObjectFacts, object: &Object) -> Result<Block, Failure> {
     let inertia: Matrix3<f64> = parts.iter().map(|part| about(part, &center)).sum();
     // The visible mesh is the closed object in one piece, because each of the pieces is rounded about its own center.
     let one = object.strike(&object.even(1, Deadline::after(TIMEOUT))?)?.wait(Deadline::after(TIMEOUT))?;
-    let mut shell = Shell::default();
+    let mut shell = Shell { center_m: center.cast::<f32>().into(), ..Shell::default() };
     for fragment in one.fragments() {
+        shell.normals.extend_from_slice(fragment.normals());
         let moved = (Vector3::from(fragment.center_m()) - center).cast::<f32>();
         fragment
             .runs()
@@ -122,7 +123,8 @@ pub fn block(fragment: &Fragment<'_>) -> Block {
     });
     // Fragments too flat for a hull from the service get a thickness of one millimeter.
     let flat = || SharedShape::round_convex_hull(&fragment.positions().iter().map(place).collect::<Vec<_>>(), 5e-4);
-    let mut shell = Shell::default();
+    let (center, normals) = (center_m.map(|x| x as f32), fragment.normals().to_vec());
+    let mut shell = Shell { center_m: center, normals, ..Shell::default() };
     for run in fragment.runs() {
         shell.add(run.positions, run.indices, [0.0; 3], run.vertex_first, run.is_crack);
     }

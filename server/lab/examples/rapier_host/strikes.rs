@@ -1,16 +1,20 @@
-//! Requests in flight. Nothing here waits: requests are sent, tickets are polled, and connections come from the keeper's thread.
+//! Requests in flight. Nothing here waits, but for the film of the vase: requests are sent, tickets are polled, and connections come from
+//! the keeper's thread.
 
 use super::film::Film;
 use super::prototype::block;
 use super::service::{DaemonSupervisor, ServiceLink, kill};
 use super::tally::{Step, Tally};
 use super::world::{NewPiece, Piece, World};
-use shatter_client::{Effect, Error, ErrorKind, FractureResult, Impact, Poll, Ticket};
+use shatter_client::{Deadline, Effect, Error, ErrorKind, FractureResult, Impact, Poll, Ticket};
 use shatter_export::contact::MergedContact;
 use std::time::{Duration, Instant};
 
 /// Deadline of requests; later results are of no use.
 const DEADLINE: Duration = Duration::from_secs(3);
+
+/// Deadline where steps wait for results.
+const WAITING_DEADLINE: Duration = Duration::from_secs(120);
 
 /// Maximum number of requests in flight, so that a slow daemon gets no further ones.
 const UNDER_WAY_MAX: usize = 12;
@@ -32,6 +36,8 @@ pub struct Strikes<'k> {
     supervisor: &'k mut DaemonSupervisor,
     /// Connection, while there is a daemon.
     line: Option<ServiceLink>,
+    /// Whether a step waits for the results of its requests, so that they do not depend on the speed of the machine.
+    is_waiting: bool,
     sent: Vec<Sent>,
     /// Requests for whole objects that were lost with a daemon; they are sent again.
     lost: Vec<(u32, Impact)>,
@@ -39,8 +45,8 @@ pub struct Strikes<'k> {
 }
 
 impl<'k> Strikes<'k> {
-    pub fn new(line: ServiceLink, supervisor: &'k mut DaemonSupervisor) -> Self {
-        Self { supervisor, line: Some(line), sent: Vec::new(), lost: Vec::new(), down_s: 0.0 }
+    pub fn new(line: ServiceLink, supervisor: &'k mut DaemonSupervisor, is_waiting: bool) -> Self {
+        Self { supervisor, line: Some(line), is_waiting, sent: Vec::new(), lost: Vec::new(), down_s: 0.0 }
     }
 
     /// Kills the daemon.
@@ -125,7 +131,8 @@ impl<'k> Strikes<'k> {
         let snapped: Vec<MergedContact> =
             merged_contacts.iter().map(|merged_contact| snap(merged_contact, own, positions)).collect();
         if let Some(impact) = Impact::of(&snapped) {
-            let impact = impact.seed(u64::from(piece)).keep().deadline(DEADLINE);
+            let impact = impact.seed(u64::from(piece)).keep();
+            let impact = impact.deadline(if self.is_waiting { WAITING_DEADLINE } else { DEADLINE });
             let impact = impact.enable(Effect::Hulls).enable(Effect::Release);
             self.send(world, piece, impact, now_s, tally);
         }
@@ -157,7 +164,13 @@ impl<'k> Strikes<'k> {
     fn answer(&mut self, world: &mut World<'_>, now_s: f64, tally: &mut Tally) -> Option<(u32, f64, FractureResult)> {
         let (mut index, mut found) = (0, None);
         while index < self.sent.len() && found.is_none() {
-            match self.sent[index].ticket.poll() {
+            let ticket = &mut self.sent[index].ticket;
+            let polled = if self.is_waiting {
+                ticket.wait(Deadline::after(WAITING_DEADLINE)).map(Poll::Ready)
+            } else {
+                ticket.poll()
+            };
+            match polled {
                 Ok(Poll::Pending) => index += 1,
                 Ok(Poll::Ready(result)) => {
                     let sent = self.sent.remove(index);

@@ -5,6 +5,7 @@
 
 use super::film::{Film, Key, Look, Shell};
 use super::prototype::{Block, Prototype};
+use super::set::Set;
 use super::tally::Tally;
 use rapier3d_f64::parry::query;
 use rapier3d_f64::prelude::*;
@@ -79,9 +80,9 @@ pub struct World<'a> {
 }
 
 impl<'a> World<'a> {
-    pub fn new(prototypes: &'a [Prototype], dt_s: f64, film: &mut Film) -> Self {
+    pub fn new(prototypes: &'a [Prototype], set: Set, film: &mut Film) -> Self {
         let mut physics = PhysicsWorld::new();
-        physics.integration_parameters.dt = dt_s;
+        physics.integration_parameters.dt = 1.0 / f64::from(set.rate_hz());
         // With clustering off, impulses are those of single contacts.
         physics.integration_parameters.contact_clustering = false;
         let mut world = Self {
@@ -95,7 +96,7 @@ impl<'a> World<'a> {
             before: HashMap::new(),
             newborn: Vec::new(),
         };
-        super::set::build(&mut world, film);
+        set.build(&mut world, film);
         world
     }
 
