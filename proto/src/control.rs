@@ -5,7 +5,7 @@
 use crate::error::ErrorWire;
 use crate::name::OBJECT_NAME_MAX;
 use crate::request::{REQUEST_MAGIC, head};
-use crate::result::{Block, StageKind};
+use crate::result::{AlignedBlock, StageKind};
 use crate::{Error, ErrorKind, PROTOCOL_VERSION, text};
 use bytemuck::{Pod, Zeroable};
 
@@ -13,14 +13,14 @@ use bytemuck::{Pod, Zeroable};
 pub const ROWS_MAX: usize = 64;
 
 /// Blocks that one reply needs at most.
-pub const REPLY_BLOCKS: usize = (ROWS_MAX * size_of::<ObjectRow>()).div_ceil(size_of::<Block>());
+pub const REPLY_BLOCKS: usize = (ROWS_MAX * size_of::<ObjectRow>()).div_ceil(size_of::<AlignedBlock>());
 
 /// A request to the control service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ControlRequest {
     /// Objects, from this position on. Rows are [`ObjectRow`]s.
     List(u32),
-    /// State of the service. One [`StatusRow`].
+    /// State of the service. One [`ServiceStatusRow`].
     Status,
     /// Why the service closed the request with this sequence without a result. One [`ErrorWire`], or no row if the service does not
     /// know the request.
@@ -184,7 +184,7 @@ pub struct Latency {
 /// State of the service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
-pub struct StatusRow {
+pub struct ServiceStatusRow {
     /// Process id of the daemon.
     pub pid: u32,
     /// Objects ready.
@@ -274,7 +274,7 @@ pub struct ProgressRow {
 const _: () = assert!(size_of::<ControlRequestWire>() == 104);
 const _: () = assert!(size_of::<ControlReplyHeader>() == 64);
 const _: () = assert!(size_of::<ObjectRow>() == 712);
-const _: () = assert!(size_of::<StatusRow>() == 56 + 20 * 8 + 9 * 40);
+const _: () = assert!(size_of::<ServiceStatusRow>() == 56 + 20 * 8 + 9 * 40);
 
 impl ControlRequest {
     /// The request as it travels.
@@ -326,17 +326,17 @@ impl ControlRequestWire {
 /// A type whose rows travel in replies.
 pub trait ReplyRow: Pod {}
 impl ReplyRow for ObjectRow {}
-impl ReplyRow for StatusRow {}
+impl ReplyRow for ServiceStatusRow {}
 impl ReplyRow for ProgressRow {}
 impl ReplyRow for ErrorWire {}
 
 /// Blocks needed for `rows` rows of type `R`.
 pub fn blocks<R: ReplyRow>(rows: usize) -> usize {
-    (rows * size_of::<R>()).div_ceil(size_of::<Block>())
+    (rows * size_of::<R>()).div_ceil(size_of::<AlignedBlock>())
 }
 
 /// Writes rows into a payload of at least [`blocks`] blocks and returns the header; what does not fit is left out.
-pub fn write<R: ReplyRow>(payload: &mut [Block], rows: &[R], total: usize, refused: bool) -> ControlReplyHeader {
+pub fn write<R: ReplyRow>(payload: &mut [AlignedBlock], rows: &[R], total: usize, refused: bool) -> ControlReplyHeader {
     let bytes: &mut [u8] = bytemuck::cast_slice_mut(payload);
     let rows = &rows[..rows.len().min(bytes.len() / size_of::<R>())];
     let source: &[u8] = bytemuck::cast_slice(rows);
@@ -357,7 +357,7 @@ pub fn write<R: ReplyRow>(payload: &mut [Block], rows: &[R], total: usize, refus
 ///
 /// # Errors
 /// `bad_answer` for rows that do not fit `R`, and the error with which the service replied.
-pub fn read<R: ReplyRow>(header: &ControlReplyHeader, payload: &[Block]) -> Result<Vec<R>, Error> {
+pub fn read<R: ReplyRow>(header: &ControlReplyHeader, payload: &[AlignedBlock]) -> Result<Vec<R>, Error> {
     head(header.magic, header.version).map_err(|error| bad(error.message))?;
     if header.refused != 0 {
         let rows = copy::<ErrorWire>(header, payload)?;
@@ -366,7 +366,7 @@ pub fn read<R: ReplyRow>(header: &ControlReplyHeader, payload: &[Block]) -> Resu
     copy(header, payload)
 }
 
-fn copy<R: ReplyRow>(header: &ControlReplyHeader, payload: &[Block]) -> Result<Vec<R>, Error> {
+fn copy<R: ReplyRow>(header: &ControlReplyHeader, payload: &[AlignedBlock]) -> Result<Vec<R>, Error> {
     let size = size_of::<R>();
     let rows = header.rows as usize;
     let bytes: &[u8] = bytemuck::cast_slice(payload);
@@ -445,11 +445,11 @@ mod tests {
         let mut row = ObjectRow::zeroed();
         row.set_name("Bär");
         let rows = vec![row; 3];
-        let mut payload = vec![Block::zeroed(); blocks::<ObjectRow>(3)];
+        let mut payload = vec![AlignedBlock::zeroed(); blocks::<ObjectRow>(3)];
         let header = write(&mut payload, &rows, 9, false);
         assert_eq!((header.rows, header.total), (3, 9));
         assert_eq!(read::<ObjectRow>(&header, &payload).unwrap(), rows);
-        assert_eq!(read::<StatusRow>(&header, &payload).unwrap_err().kind, ErrorKind::BadAnswer);
+        assert_eq!(read::<ServiceStatusRow>(&header, &payload).unwrap_err().kind, ErrorKind::BadAnswer);
     }
 
     #[test]
@@ -466,9 +466,9 @@ mod tests {
     #[test]
     fn the_error_of_a_control_request_comes_back() {
         let error = Error::new(ErrorKind::UnknownRequest, "9", "no such request to the control service");
-        let mut payload = vec![Block::zeroed(); REPLY_BLOCKS];
+        let mut payload = vec![AlignedBlock::zeroed(); REPLY_BLOCKS];
         let header = write(&mut payload, &[ErrorWire::from(&error)], 1, true);
-        assert_eq!(read::<StatusRow>(&header, &payload).unwrap_err(), error);
+        assert_eq!(read::<ServiceStatusRow>(&header, &payload).unwrap_err(), error);
     }
 
     proptest! {
@@ -476,10 +476,10 @@ mod tests {
         fn random_bytes_never_panic(request in proptest::collection::vec(any::<u8>(), 104), rows in any::<u32>()) {
             let wire: ControlRequestWire = bytemuck::pod_read_unaligned(&request);
             prop_assert!(wire.validate().is_err());
-            let payload = vec![Block::zeroed(); 3];
-            let mut header = write::<StatusRow>(&mut payload.clone(), &[], 0, rows % 2 == 0);
+            let payload = vec![AlignedBlock::zeroed(); 3];
+            let mut header = write::<ServiceStatusRow>(&mut payload.clone(), &[], 0, rows % 2 == 0);
             header.rows = rows;
-            prop_assert!(rows == 0 || read::<StatusRow>(&header, &payload).is_err());
+            prop_assert!(rows == 0 || read::<ServiceStatusRow>(&header, &payload).is_err());
         }
     }
 }

@@ -3,7 +3,7 @@
 //! A **request** ([`request::RequestWire`], [`control::ControlRequestWire`]) is fixed-size plain old data. The daemon copies it
 //! once, because the sender can still write to its own memory, and validates the copy into a typed value.
 //!
-//! A **result** is a header ([`result::ResultHeader`]), a section table, and sections of 64-byte [`result::Block`]s.
+//! A **result** is a header ([`result::ResultHeader`]), a section table, and sections of 64-byte [`result::AlignedBlock`]s.
 //! [`layout::Layout`] computes every offset from the counts before a byte is written. [`view::CheckedLayout`] checks every
 //! offset, alignment, count and index before a byte is used.
 //!

@@ -1,6 +1,6 @@
 //! A result: header, section table, sections.
 //!
-//! The header is sent as the transport's user header. The payload is a slice of [`Block`]s. It begins with the section
+//! The header is sent as the transport's user header. The payload is a slice of [`AlignedBlock`]s. It begins with the section
 //! table, one [`SectionWire`] per section. The sections follow in the order of [`SectionKind::ALL`], each at a multiple
 //! of 64 bytes. Indices and merge pairs count from the first vertex of their fragment; all other numbers count from the
 //! beginning of their section.
@@ -33,13 +33,13 @@ pub const RESULT_MAGIC: u32 = u32::from_le_bytes(*b"SHTa");
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 #[repr(align(64))]
-pub struct Block {
+pub struct AlignedBlock {
     /// Whatever the section table says.
     pub bytes: [u8; 64],
 }
 
-/// Bytes per [`Block`], and alignment of every section.
-pub const BLOCK_BYTES: usize = size_of::<Block>();
+/// Bytes per [`AlignedBlock`], and alignment of every section.
+pub const BLOCK_BYTES: usize = size_of::<AlignedBlock>();
 
 /// Header of a result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -151,7 +151,7 @@ impl InMeters for FragmentWire {
     }
 }
 
-const _: () = assert!(size_of::<Block>() == 64 && align_of::<Block>() == 64);
+const _: () = assert!(size_of::<AlignedBlock>() == 64 && align_of::<AlignedBlock>() == 64);
 const _: () = assert!(size_of::<ResultHeader>() == 64);
 const _: () = assert!(size_of::<SectionWire>() == 24);
 const _: () = assert!(size_of::<SummaryWire>() == 296);

@@ -20,7 +20,7 @@ use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, DegreeRule, Request};
-use shatter_proto::result::{Block, ResultHeader};
+use shatter_proto::result::{AlignedBlock, ResultHeader};
 use shatter_server::jobs::lanes;
 use std::path::Path;
 use std::sync::Barrier;
@@ -73,7 +73,12 @@ fn strike(served: &EngineObject, number: usize) -> Request {
 }
 
 /// Computes one result from request to bytes, as the daemon's threads do; returns its length, and time of all stages.
-fn answer(served: &EngineObject, number: usize, workspace: &mut Workspace, payload: &mut Vec<Block>) -> (u64, u64) {
+fn answer(
+    served: &EngineObject,
+    number: usize,
+    workspace: &mut Workspace,
+    payload: &mut Vec<AlignedBlock>,
+) -> (u64, u64) {
     let clock = StageProfiler::default();
     let strike = strike(served, number);
     let outcome = served.strike(&strike, workspace, &CancelToken::default(), &clock).unwrap();

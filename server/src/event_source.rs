@@ -18,7 +18,7 @@ const IDLE: Duration = Duration::from_secs(3600);
 /// Reason for which the loop woke up.
 pub enum WakeEvent {
     /// A client woke the daemon, or a tick has passed.
-    Bell,
+    Wake,
     /// A worker thread or the hot reloader sent an event.
     Event(WorkerEvent),
     /// Time to look for dead clients.
@@ -127,7 +127,7 @@ impl EventSource {
     /// Waits until an event arrives or a tick has passed; a lost wake-up costs at most a tick.
     pub async fn next(&mut self, tick: Duration) -> WakeEvent {
         tokio::select! {
-            () = self.wake_socket.wait(tick) => WakeEvent::Bell,
+            () = self.wake_socket.wait(tick) => WakeEvent::Wake,
             Some(event) = self.events.recv() => WakeEvent::Event(event),
             _ = self.cleanup.tick() => WakeEvent::Cleanup,
             _ = self.metrics.tick() => WakeEvent::Metrics,

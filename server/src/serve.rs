@@ -11,15 +11,15 @@ use crate::jobs::{Jobs, WorkerEvent, WorkerPool, lanes, threads};
 use crate::memory::ResidentMemory;
 use crate::metrics::{JobEnd, Metrics};
 use crate::pending_arrivals::PendingArrivals;
+use crate::pending_list_requests::PendingListRequests;
 use crate::retained::RetainedResults;
-use crate::waiting_lists::WaitingLists;
 use bytemuck::Zeroable;
 use rayon::ThreadPool;
 use sd_notify::NotifyState;
 use shatter_engine::object::Loader;
-use shatter_proto::control::{self, ControlReplyHeader, ControlRequest, ROWS_MAX, ReplyRow, StatusRow};
+use shatter_proto::control::{self, ControlReplyHeader, ControlRequest, ROWS_MAX, ReplyRow, ServiceStatusRow};
 use shatter_proto::error::ErrorWire;
-use shatter_proto::result::{BLOCK_BYTES, Block};
+use shatter_proto::result::{AlignedBlock, BLOCK_BYTES};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::failed;
 use shatter_transport::paths::ServicePaths;
@@ -61,8 +61,6 @@ pub struct ServeOptions {
 }
 
 /// Serves until SIGINT, SIGTERM or `options.stop`.
-///
-///
 ///
 /// # Errors
 /// `second_daemon`, `runtime_folder`, `database_folder`, `shared_memory`, `transport`.
@@ -125,8 +123,8 @@ struct Daemon {
     directory: RuntimeDirectory,
     reaper: StaleSegmentReaper,
     arrivals: PendingArrivals,
-    lists: WaitingLists,
-    entrance: ClientEntryCheck,
+    lists: PendingListRequests,
+    client_entry: ClientEntryCheck,
 }
 
 impl Daemon {
@@ -143,7 +141,7 @@ impl Daemon {
         let needed = (config.answers.prefault_buckets * rehearsed * BLOCK_BYTES + SHARED_MEMORY_SPARE) as u64;
         shared_memory::need(needed)?;
         let (ports, wake_socket, waker) = Ports::open(directory.instance(), pool)?;
-        let entrance = ClientEntryCheck::open(directory.instance(), directory.place().uid)?;
+        let client_entry = ClientEntryCheck::open(directory.instance(), directory.place().uid)?;
         let populated = PopulatedPages::default();
         ports.rehearse(config.answers.prefault_buckets, rehearsed, &populated)?;
         shared_memory::populate_mapped(&directory.instance().folder)?;
@@ -155,7 +153,7 @@ impl Daemon {
         let (metrics, started) = (Metrics::new()?, Instant::now());
         let (catalog, retired, reloads, reaper) =
             (Arc::new(catalog), RetiredVersions::default(), 0, StaleSegmentReaper::default());
-        let (arrivals, lists) = (PendingArrivals::default(), WaitingLists::default());
+        let (arrivals, lists) = (PendingArrivals::default(), PendingListRequests::default());
         let daemon = Self {
             jobs,
             worker_pool,
@@ -172,7 +170,7 @@ impl Daemon {
             reaper,
             arrivals,
             lists,
-            entrance,
+            client_entry,
         };
         Ok((daemon, wake_socket, events))
     }
@@ -181,7 +179,7 @@ impl Daemon {
     /// end.
     async fn turn(&mut self, event_source: &mut EventSource) -> bool {
         match event_source.next(self.time_until_tick()).await {
-            WakeEvent::Bell => {}
+            WakeEvent::Wake => {}
             WakeEvent::Event(event) => self.on(event),
             WakeEvent::Cleanup => {
                 self.reap_dead_clients();
@@ -189,7 +187,7 @@ impl Daemon {
                 self.arrivals.retain(&self.worker_pool.listeners());
                 self.directory.sweep();
                 // The check logs and repairs damage itself.
-                let _ = self.check_way_in();
+                let _ = self.check_client_entry();
             }
             WakeEvent::Metrics => self.write_metrics(),
             WakeEvent::Heartbeat => notify(&[NotifyState::Watchdog]),
@@ -321,9 +319,9 @@ impl Daemon {
         }
     }
 
-    fn status(&self) -> StatusRow {
+    fn status(&self) -> ServiceStatusRow {
         let pool = self.ports.pool();
-        let mut row = StatusRow {
+        let mut row = ServiceStatusRow {
             pid: std::process::id(),
             objects_ready: self.catalog.ready() as u32,
             objects_failed: self.catalog.failed() as u32,
@@ -345,7 +343,7 @@ impl Daemon {
             unread: self.jobs.unread_results() as u64,
             reloads: self.reloads,
             read_unix_ns: unix_ns(self.catalog.read()),
-            ..StatusRow::zeroed()
+            ..ServiceStatusRow::zeroed()
         };
         (row.retired, row.retired_bytes) = self.retired.alive();
         (row.buckets_used_max, row.buckets_bytes) = self.worker_pool.pool_extent();
@@ -400,22 +398,22 @@ impl Daemon {
     ///
     /// # Errors
     /// `runtime_folder`, `transport`, `shared_memory`.
-    fn check_way_in(&mut self) -> Result<(), Error> {
+    fn check_client_entry(&mut self) -> Result<(), Error> {
         self.directory.check()?;
-        self.entrance.check()?;
+        self.client_entry.check()?;
         shared_memory::need(shared_memory::CONNECTION_BYTES)
     }
 
     /// Replies to the operations port, if the connection still waits.
     fn report(&mut self, inquiry: LoopInquiry) {
-        let client_entry = self.check_way_in();
+        let client_entry = self.check_client_entry();
         let metrics = self.metrics.text(&self.status());
         let mut summary = self.summary();
         if let Err(error) = &client_entry {
             summary += &format!("not ready: {error}\n");
-        } else if self.entrance.restored() > 0 {
+        } else if self.client_entry.restored() > 0 {
             summary +=
-                &format!("files that clients need to connect were restored {} times\n", self.entrance.restored());
+                &format!("files that clients need to connect were restored {} times\n", self.client_entry.restored());
         }
         let _ = inquiry.send(LoopReport { ready: !self.jobs.closed() && client_entry.is_ok(), summary, metrics });
     }
@@ -490,7 +488,7 @@ fn announce(catalog: &Catalog, begun: Instant) {
 }
 
 fn send_rows<R: ReplyRow>(active: &ActiveControlRequest, rows: &[R], total: usize, refused: bool) -> Result<(), Error> {
-    let mut payload = vec![Block::zeroed(); control::blocks::<R>(rows.len()).max(1)];
+    let mut payload = vec![AlignedBlock::zeroed(); control::blocks::<R>(rows.len()).max(1)];
     let header: ControlReplyHeader = control::write(&mut payload, rows, total, refused);
     let buffer = active.loan_slice_uninit(payload.len()).map_err(|error| failed("reply", error))?;
     let mut reply = buffer.write_from_slice(&payload);

@@ -6,7 +6,7 @@ use bytemuck::Zeroable;
 use shatter_client::{Client, Contact, Error, ErrorKind, Impact, Object};
 use shatter_proto::control::{self, ControlRequest, ObjectRow, ReplyRow};
 use shatter_proto::error::ErrorWire;
-use shatter_proto::result::Block;
+use shatter_proto::result::AlignedBlock;
 use shatter_server::ipc::{ActiveControlRequest, PoolSize, Ports, RuntimeDirectory};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -65,7 +65,7 @@ fn a_call_that_reached_no_daemon_is_made_again_over_a_new_connection() {
 }
 
 fn reply<R: ReplyRow>(request: &ActiveControlRequest, rows: &[R]) {
-    let mut payload = vec![Block::zeroed(); control::blocks::<R>(rows.len()).max(1)];
+    let mut payload = vec![AlignedBlock::zeroed(); control::blocks::<R>(rows.len()).max(1)];
     let header = control::write(&mut payload, rows, rows.len(), false);
     let mut reply = request.loan_slice_uninit(payload.len()).unwrap().write_from_slice(&payload);
     *reply.user_header_mut() = header;

@@ -7,7 +7,7 @@ use shatter_client::{
     Client, Contact, Deadline, DegreeRule, Error, ErrorKind, Impact, Poll, Progress, StageKind, Status, Ticket,
 };
 use shatter_proto::request::RequestWire;
-use shatter_proto::result::{Block, ResultHeader};
+use shatter_proto::result::{AlignedBlock, ResultHeader};
 use shatter_transport::{Ipc, STRIKE_SERVICE, config, service_name};
 use std::future::IntoFuture;
 use std::io::{Read, Write};
@@ -348,7 +348,7 @@ fn malformed_requests_are_rejected() {
         .unwrap();
     let strikes = node
         .service_builder(&service_name(STRIKE_SERVICE).unwrap())
-        .request_response::<RequestWire, [Block]>()
+        .request_response::<RequestWire, [AlignedBlock]>()
         .response_user_header::<ResultHeader>()
         .open()
         .unwrap();

@@ -4,7 +4,7 @@ use crate::fixture::Fixture;
 use crate::pages;
 use bytemuck::Zeroable;
 use shatter_proto::ErrorKind;
-use shatter_proto::control::StatusRow;
+use shatter_proto::control::ServiceStatusRow;
 use shatter_proto::effect::Effect;
 use shatter_proto::result::{EffectCost, EnergySource, StageCost, StageKind};
 use shatter_server::metrics::{JobEnd, Metrics};
@@ -194,7 +194,7 @@ fn exposition() -> String {
     let mut effect = EffectCost::idle(Effect::Bonds);
     effect.add(Duration::from_millis(1), 0);
     metrics.ran(Answered, Duration::from_millis(1), Some(EnergySource::Bounded), &[stage], &[effect]);
-    metrics.text(&StatusRow::zeroed())
+    metrics.text(&ServiceStatusRow::zeroed())
 }
 
 fn metrics() -> String {

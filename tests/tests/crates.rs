@@ -185,7 +185,7 @@ fn a_row_is_found_in_every_kind_of_signature() {
     let text = "\
 pub fn a(&self) -> Option<SummaryWire> {
 pub fn b(
-    row: &StatusRow,
+    row: &ServiceStatusRow,
 ) -> u32 {
 pub use x::{
     A, ResultView,
@@ -201,7 +201,7 @@ pub fn f(&self) -> Row2 {
     let lines: Vec<(usize, String)> = (1..).zip(text.lines().map(str::to_owned)).collect();
     let found = signatures(&lines);
     let rows: Vec<(usize, Option<&str>)> = found.iter().map(|(number, own)| (*number, row_in(own))).collect();
-    let wanted = [(1, "SummaryWire"), (2, "StatusRow"), (5, "ResultView"), (8, "BondWire"), (9, "ObjectRow")];
+    let wanted = [(1, "SummaryWire"), (2, "ServiceStatusRow"), (5, "ResultView"), (8, "BondWire"), (9, "ObjectRow")];
     assert_eq!(rows, wanted.map(|(n, row)| (n, Some(row))).into_iter().chain([(14, None)]).collect::<Vec<_>>());
 }
 

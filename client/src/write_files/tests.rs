@@ -6,7 +6,7 @@ use fastrand::Rng;
 use shatter_export::{glb_bytes, mjcf};
 use shatter_proto::layout::{Layout, SectionCounts, SectionsMut};
 use shatter_proto::result::{
-    Block, BondWire, FragmentWire, HullWire, NO_MATERIAL, OUTER, OuterAttributes, RunWire, SkinVertex, SkinWire,
+    AlignedBlock, BondWire, FragmentWire, HullWire, NO_MATERIAL, OUTER, OuterAttributes, RunWire, SkinVertex, SkinWire,
 };
 use shatter_proto::view::CheckedLayout;
 
@@ -167,7 +167,7 @@ impl Made {
     }
 
     /// The bytes that a daemon would send, and what checked them.
-    fn sent(&self) -> (Vec<Block>, CheckedLayout) {
+    fn sent(&self) -> (Vec<AlignedBlock>, CheckedLayout) {
         let counts = SectionCounts {
             fragments: self.fragments.len(),
             runs: self.runs.len(),
@@ -188,7 +188,7 @@ impl Made {
             ..SectionCounts::default()
         };
         let layout = Layout::new(&counts).unwrap();
-        let mut payload = vec![Block::zeroed(); layout.blocks()];
+        let mut payload = vec![AlignedBlock::zeroed(); layout.blocks()];
         self.fill(layout.split(&mut payload).unwrap());
         let checked = CheckedLayout::new(&layout.header(1), &payload).unwrap();
         (payload, checked)

@@ -27,10 +27,10 @@ const COUNTS: SectionCounts = SectionCounts {
 };
 
 /// Two fragments of one triangle each, one run each, one merge pair.
-fn sample_result() -> (ResultHeader, Vec<Block>) {
+fn sample_result() -> (ResultHeader, Vec<AlignedBlock>) {
     let counts = COUNTS;
     let layout = Layout::new(&counts).unwrap();
-    let mut payload = vec![Block::zeroed(); layout.blocks()];
+    let mut payload = vec![AlignedBlock::zeroed(); layout.blocks()];
     let sections = layout.split(&mut payload).unwrap();
     for (i, fragment) in sections.fragments.iter_mut().enumerate() {
         let i = i as u32;
@@ -61,19 +61,19 @@ fn sample_result() -> (ResultHeader, Vec<Block>) {
     (layout.header(5), payload)
 }
 
-fn check(change: impl FnOnce(&mut ResultHeader, &mut [Block]), at: &str) {
+fn check(change: impl FnOnce(&mut ResultHeader, &mut [AlignedBlock]), at: &str) {
     let (mut header, mut payload) = sample_result();
     change(&mut header, &mut payload);
     let error = CheckedLayout::new(&header, &payload).expect_err(at);
     assert_eq!((error.kind, error.at.as_str()), (ErrorKind::BadAnswer, at), "{}", error.message);
 }
 
-fn table(payload: &mut [Block]) -> &mut [SectionWire] {
+fn table(payload: &mut [AlignedBlock]) -> &mut [SectionWire] {
     bytemuck::cast_slice_mut(&mut bytemuck::cast_slice_mut::<_, u8>(payload)[..TABLE_BYTES])
 }
 
 /// Changes one section through a fresh layout of the same counts.
-fn section(payload: &mut [Block], change: impl FnOnce(crate::layout::SectionsMut<'_>)) {
+fn section(payload: &mut [AlignedBlock], change: impl FnOnce(crate::layout::SectionsMut<'_>)) {
     let counts = COUNTS;
     change(Layout::new(&counts).unwrap().split(payload).unwrap());
 }
@@ -161,7 +161,7 @@ proptest! {
             bytemuck::cast_slice_mut::<_, u32>(&mut payload)[at] = value;
         }
         let _ = CheckedLayout::new(&header, &payload);
-        let mut noise = vec![Block::zeroed(); 20];
+        let mut noise = vec![AlignedBlock::zeroed(); 20];
         bytemuck::cast_slice_mut::<_, u8>(&mut noise).copy_from_slice(&bytes);
         prop_assert!(CheckedLayout::new(&header, &noise).is_err());
     }

@@ -12,7 +12,7 @@ use iceoryx2::response_mut_uninit::ResponseMutUninit;
 use iceoryx2::service::port_factory::{event, request_response};
 use shatter_proto::control::{ControlReplyHeader, ControlRequestWire, REPLY_BLOCKS};
 use shatter_proto::request::RequestWire;
-use shatter_proto::result::{BLOCK_BYTES, Block, ResultHeader};
+use shatter_proto::result::{AlignedBlock, BLOCK_BYTES, ResultHeader};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::instance::Instance;
 use shatter_transport::workarounds::populated_pages::PopulatedPages;
@@ -24,14 +24,14 @@ use shatter_transport::{
 use std::mem::MaybeUninit;
 
 /// Received impact request.
-pub type ActiveImpactRequest = ActiveRequest<Ipc, RequestWire, (), [Block], ResultHeader>;
+pub type ActiveImpactRequest = ActiveRequest<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>;
 /// Received control request.
-pub type ActiveControlRequest = ActiveRequest<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>;
+pub type ActiveControlRequest = ActiveRequest<Ipc, ControlRequestWire, (), [AlignedBlock], ControlReplyHeader>;
 /// Loaned response buffer, not written yet.
-pub type LoanedBuffer = ResponseMutUninit<Ipc, [MaybeUninit<Block>], ResultHeader>;
+pub type LoanedBuffer = ResponseMutUninit<Ipc, [MaybeUninit<AlignedBlock>], ResultHeader>;
 
-type RequestFactory = request_response::PortFactory<Ipc, RequestWire, (), [Block], ResultHeader>;
-type ControlFactory = request_response::PortFactory<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>;
+type RequestFactory = request_response::PortFactory<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>;
+type ControlFactory = request_response::PortFactory<Ipc, ControlRequestWire, (), [AlignedBlock], ControlReplyHeader>;
 
 /// Additional client for the daemon itself, for the rehearsal.
 const OWN_CLIENTS: usize = 1;
@@ -60,10 +60,10 @@ impl PoolSize {
 
 /// Ports of the daemon. Fields are dropped in this order: ports, factories, node.
 pub struct Ports {
-    strikes: Server<Ipc, RequestWire, (), [Block], ResultHeader>,
-    control_requests: Server<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>,
+    strikes: Server<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>,
+    control_requests: Server<Ipc, ControlRequestWire, (), [AlignedBlock], ControlReplyHeader>,
     /// Client of the rehearsal; kept, so that the number of free client slots equals the limit.
-    rehearsal: Client<Ipc, RequestWire, (), [Block], ResultHeader>,
+    rehearsal: Client<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>,
     strike_factory: RequestFactory,
     _control_factory: ControlFactory,
     _events: [event::PortFactory<Ipc>; 2],
@@ -210,7 +210,7 @@ fn event(node: &Node<Ipc>, name: &str, clients: usize) -> Result<event::PortFact
 
 fn strike_factory(node: &Node<Ipc>, clients: usize) -> Result<RequestFactory, Error> {
     node.service_builder(&service_name(STRIKE_SERVICE)?)
-        .request_response::<RequestWire, [Block]>()
+        .request_response::<RequestWire, [AlignedBlock]>()
         .response_user_header::<ResultHeader>()
         .max_clients(clients + OWN_CLIENTS)
         .max_servers(1)
@@ -225,7 +225,7 @@ fn strike_factory(node: &Node<Ipc>, clients: usize) -> Result<RequestFactory, Er
 
 fn control_factory(node: &Node<Ipc>, clients: usize) -> Result<ControlFactory, Error> {
     node.service_builder(&service_name(CONTROL_SERVICE)?)
-        .request_response::<ControlRequestWire, [Block]>()
+        .request_response::<ControlRequestWire, [AlignedBlock]>()
         .response_user_header::<ControlReplyHeader>()
         .max_clients(clients + OWN_CLIENTS)
         .max_servers(1)

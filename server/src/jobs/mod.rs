@@ -56,7 +56,7 @@ pub struct Jobs {
 struct Running {
     job: Arc<Job>,
     place: QueueKey,
-    lane: WorkerSlot,
+    slot: WorkerSlot,
     begun: Instant,
 }
 
@@ -220,9 +220,9 @@ impl Jobs {
                 self.ends.push(end);
                 continue;
             }
-            let lane = self.lane();
-            self.running.push(Running { job: job.clone(), place, lane, begun: Instant::now() });
-            self.worker_pool.run(job, lane);
+            let slot = self.slot();
+            self.running.push(Running { job: job.clone(), place, slot, begun: Instant::now() });
+            self.worker_pool.run(job, slot);
         }
     }
 
@@ -235,11 +235,11 @@ impl Jobs {
     }
 
     /// Worker slot of the next request: all threads if it is the only one, else a free slot.
-    fn lane(&self) -> WorkerSlot {
+    fn slot(&self) -> WorkerSlot {
         if self.running.is_empty() && self.waiting.len() == 0 {
             return WorkerSlot::All;
         }
-        let free = |lane: &usize| self.running.iter().all(|running| running.lane != WorkerSlot::One(*lane));
+        let free = |slot: &usize| self.running.iter().all(|running| running.slot != WorkerSlot::One(*slot));
         (0..self.worker_pool.lanes()).find(free).map_or(WorkerSlot::All, WorkerSlot::One)
     }
 

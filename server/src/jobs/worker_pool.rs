@@ -15,7 +15,7 @@ use shatter_fracture::pipeline::Workspace;
 use shatter_proto::error::ErrorWire;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Request, RetainedFragment};
-use shatter_proto::result::{Block, EffectCost, EnergySource, StageCost};
+use shatter_proto::result::{AlignedBlock, EffectCost, EnergySource, StageCost};
 use shatter_proto::{Error, ErrorKind, Fault};
 use shatter_transport::workarounds::populated_pages::PopulatedPages;
 use shatter_transport::workarounds::response_pool::LOANS_PER_REQUEST;
@@ -135,10 +135,10 @@ impl WorkerPool {
     }
 
     /// Runs `work` in a slot and sends the event that it returns.
-    fn spawn(self: &Arc<Self>, lane: WorkerSlot, work: impl FnOnce(&WorkerPool) -> WorkerEvent + Send + 'static) {
+    fn spawn(self: &Arc<Self>, slot: WorkerSlot, work: impl FnOnce(&WorkerPool) -> WorkerEvent + Send + 'static) {
         let worker_pool = self.clone();
-        let pool = match lane {
-            WorkerSlot::One(lane) => self.lanes.get(lane).unwrap_or(&self.all),
+        let pool = match slot {
+            WorkerSlot::One(slot) => self.lanes.get(slot).unwrap_or(&self.all),
             WorkerSlot::All => &self.all,
         };
         pool.spawn(move || {
@@ -149,8 +149,8 @@ impl WorkerPool {
     }
 
     /// Computes a request in a slot. A panic fails only this request.
-    pub(super) fn run(self: &Arc<Self>, job: Arc<Job>, lane: WorkerSlot) {
-        self.spawn(lane, move |worker_pool| {
+    pub(super) fn run(self: &Arc<Self>, job: Arc<Job>, slot: WorkerSlot) {
+        self.spawn(slot, move |worker_pool| {
             let profiler = StageProfiler::showing(job.stage().clone());
             let result = catch_unwind(AssertUnwindSafe(|| worker_pool.respond(&job, &profiler)));
             let result = result.unwrap_or_else(|panic| {
@@ -355,10 +355,10 @@ fn write(
     timing: &Timing,
     profiler: &StageProfiler,
 ) -> Result<WrittenResult, Error> {
-    let raw: *mut [MaybeUninit<Block>] = buffer.payload_mut();
+    let raw: *mut [MaybeUninit<AlignedBlock>] = buffer.payload_mut();
     // SAFETY: the slice is borrowed from `buffer`, which is not touched while `payload` lives. Its bytes are initialized: they are in
-    // shared memory, whose pages the kernel zeroes and earlier results wrote; any bytes are a valid `Block`.
-    let payload: &mut [Block] = unsafe { &mut *(raw as *mut [Block]) };
+    // shared memory, whose pages the kernel zeroes and earlier results wrote; any bytes are a valid `AlignedBlock`.
+    let payload: &mut [AlignedBlock] = unsafe { &mut *(raw as *mut [AlignedBlock]) };
     let unfit = || Error::new(ErrorKind::Failed, "layout", "the loaned memory is shorter than the layout");
     let mut sections = layout.split(payload).ok_or_else(unfit)?;
     profiler.write(outcome, &mut sections, layout.base_bytes())?;

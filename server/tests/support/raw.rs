@@ -9,24 +9,24 @@ use shatter_proto::ErrorKind;
 use shatter_proto::control::{ControlReplyHeader, ControlRequest, ControlRequestWire, read};
 use shatter_proto::error::ErrorWire;
 use shatter_proto::request::RequestWire;
-use shatter_proto::result::{Block, ResultHeader, SummaryWire};
+use shatter_proto::result::{AlignedBlock, ResultHeader, SummaryWire};
 use shatter_proto::view::CheckedLayout;
 use shatter_transport::instance::Instance;
 use shatter_transport::paths::ServicePaths;
 use shatter_transport::{CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_DAEMON_SERVICE, config, service_name};
 use std::time::Duration;
 
-type ControlRequests = Client<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>;
+type ControlRequests = Client<Ipc, ControlRequestWire, (), [AlignedBlock], ControlReplyHeader>;
 
 /// A request that was sent unchecked.
-pub type Sent = PendingResponse<Ipc, RequestWire, (), [Block], ResultHeader>;
+pub type Sent = PendingResponse<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>;
 
 /// A question that was sent unchecked.
-pub type PendingControlRequest = PendingResponse<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>;
+pub type PendingControlRequest = PendingResponse<Ipc, ControlRequestWire, (), [AlignedBlock], ControlReplyHeader>;
 
 /// A peer on the level of the transport.
 pub struct RawPeer {
-    strikes: Client<Ipc, RequestWire, (), [Block], ResultHeader>,
+    strikes: Client<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>,
     control_requests: ControlRequests,
     wake_notifier: Notifier<Ipc>,
     _node: Node<Ipc>,
@@ -38,9 +38,9 @@ impl RawPeer {
         let builder = NodeBuilder::new().config(&settings).signal_handling_mode(SignalHandlingMode::Disabled);
         let node = builder.create::<Ipc>().unwrap();
         let service = |name| node.service_builder(&service_name(name).unwrap());
-        let strikes = service(STRIKE_SERVICE).request_response::<RequestWire, [Block]>();
+        let strikes = service(STRIKE_SERVICE).request_response::<RequestWire, [AlignedBlock]>();
         let strikes = strikes.response_user_header::<ResultHeader>().open().unwrap();
-        let control_requests = service(CONTROL_SERVICE).request_response::<ControlRequestWire, [Block]>();
+        let control_requests = service(CONTROL_SERVICE).request_response::<ControlRequestWire, [AlignedBlock]>();
         let control_requests = control_requests.response_user_header::<ControlReplyHeader>().open().unwrap();
         let wake_notifier = service(WAKE_DAEMON_SERVICE).event().open().unwrap();
         Self {

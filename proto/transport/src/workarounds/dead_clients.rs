@@ -5,7 +5,7 @@
 //! also wait for a file that a dead process left unfinished. If it finds a node that is just starting, it aborts
 //! (`InstanceStillAlive`).
 //!
-//! **Reproduction** (iceoryx2 0.10.0). Clients connect while others are killed, as in the tests `faults` and `forgotten` of
+//! **Reproduction** (iceoryx2 0.10.0). Clients connect while others are killed, as in the tests `faults` and `reconnect` of
 //! `shatter-server`.
 //!
 //! **Upstream.** The abort is issue 1880 (fix: pull request 1936, open). For the race no issue is known.

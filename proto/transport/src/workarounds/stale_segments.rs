@@ -6,7 +6,7 @@
 //! creates its node leaves a folder. The transport does not list it, because the node might still be starting.
 //!
 //! **Reproduction** (iceoryx2 0.10.0). Clients killed at random moments of their first 12 ms, as in the tests `faults` and
-//! `forgotten` of `shatter-server`. 300 kills left folders of kind (3). After 30 kills, 17,538 cleanups were counted (2).
+//! `reconnect` of `shatter-server`. 300 kills left folders of kind (3). After 30 kills, 17,538 cleanups were counted (2).
 //!
 //! **Upstream.** No issue known.
 //!

@@ -8,7 +8,7 @@ use shatter_fracture::pipeline::{CostSample, ElasticRequest, ImpactSampler, Requ
 use shatter_proto::Error;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, DegreeRule, DisplacementSource, Request};
-use shatter_proto::result::{Block, StageCost, StageKind};
+use shatter_proto::result::{AlignedBlock, StageCost, StageKind};
 use std::time::{Duration, Instant};
 
 /// Seed of the measured impacts.
@@ -133,12 +133,12 @@ impl EngineObject {
         strike: &Request,
         sites: u32,
         workspace: &mut Workspace,
-        payload: &mut Vec<Block>,
+        payload: &mut Vec<AlignedBlock>,
     ) -> Result<CostSample, Error> {
         let (profiler, begun) = (StageProfiler::default(), Instant::now());
         let outcome = self.strike(strike, workspace, &CancelToken::default(), &profiler)?;
         if let Some(layout) = Layout::new(&outcome.counts()) {
-            payload.resize(payload.len().max(layout.blocks()), Block { bytes: [0; 64] });
+            payload.resize(payload.len().max(layout.blocks()), AlignedBlock { bytes: [0; 64] });
             if let Some(mut sections) = layout.split(payload) {
                 profiler.write(outcome.as_ref(), &mut sections, layout.base_bytes())?;
             }

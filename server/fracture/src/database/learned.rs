@@ -5,7 +5,7 @@
 use super::container::{ContainerContents, FLAT, Tensors};
 use super::{DatabaseError, stored_values};
 use crate::degree::{DESCRIPTOR_LENGTH, PoseNetwork};
-use crate::pipeline::{ImpactContact, LearnedErrors, LearnedModel, TrainingExample, TrainingExamplePoint, samples};
+use crate::pipeline::{DegreeCurvePoint, ImpactContact, LearnedErrors, LearnedModel, TrainingExample, samples};
 
 /// Tensor of the examples' impacts and bodies; absent without examples.
 const HEADS: &str = "examples.heads";
@@ -36,11 +36,10 @@ pub(super) fn put_examples(tensors: &mut Tensors, examples: &[TrainingExample]) 
     let contacts: Vec<f64> = examples.iter().flat_map(|example| &example.contacts).flat_map(contact).collect();
     tensors.u32("examples.contact_offsets".into(), &[count + 1], &offsets(examples, |example| example.contacts.len()));
     tensors.f64("examples.contacts".into(), &[contacts.len() / 8, 8], &contacts);
-    let points: Vec<&TrainingExamplePoint> = examples.iter().flat_map(|example| &example.points).collect();
+    let points: Vec<&DegreeCurvePoint> = examples.iter().flat_map(|example| &example.points).collect();
     let sites: Vec<u32> = points.iter().map(|point| point.sites).collect();
-    let energies = |point: &&TrainingExamplePoint| {
-        [point.energy_max, point.energy_max_worst, point.energy_max_again, point.estimate]
-    };
+    let energies =
+        |point: &&DegreeCurvePoint| [point.energy_max, point.energy_max_worst, point.energy_max_again, point.estimate];
     let energies: Vec<f64> = points.iter().flat_map(energies).collect();
     tensors.u32("examples.point_offsets".into(), &[count + 1], &offsets(examples, |example| example.points.len()));
     tensors.u32("examples.sites".into(), &[sites.len()], &sites);
@@ -105,7 +104,7 @@ pub(super) fn examples(contents: &ContainerContents, bodies: &[usize]) -> Result
     let point_rows = rows(contents, "examples.point_offsets", heads.len(), sites.len())?;
     check_points(&sites, energies)?;
     let mut site_nodes = site_nodes(contents, heads, bodies, &sites, &point_rows)?.into_iter();
-    let point = |row: usize| TrainingExamplePoint {
+    let point = |row: usize| DegreeCurvePoint {
         sites: sites[row],
         energy_max: energies[row][0],
         energy_max_worst: energies[row][1],

@@ -78,6 +78,7 @@ impl fmt::Display for BakeShare {
 
 /// Errors in the description of a share.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ShareError {
     /// The text is not two numbers.
     #[error("\"{0}\" is not i/n, as in 0/8")]

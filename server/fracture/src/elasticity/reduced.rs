@@ -172,6 +172,7 @@ impl ReducedBasis {
     }
 
     /// Returns the same basis with the error model `estimate`.
+    #[must_use]
     pub fn estimating(self, estimate: ErrorEstimate) -> Self {
         Self { estimate, ..self }
     }

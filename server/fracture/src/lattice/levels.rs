@@ -52,7 +52,7 @@ pub struct ReplacedBody {
 
 /// Statistics of one level.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LevelReport {
+pub struct LatticeLevelReport {
     /// Side of the grid's cubes, local.
     pub spacing: f64,
     /// Offset of the meshed level set, local.
@@ -81,9 +81,9 @@ pub struct LatticeLevels {
     /// Bodies, by decreasing volume of their crack lattices.
     pub bodies: Vec<BodyLattice>,
     /// Statistics of the crack level.
-    pub crack: LevelReport,
+    pub crack: LatticeLevelReport,
     /// Statistics of the elastic level before bodies were paired. `None` if no tetrahedron was inside at that spacing.
-    pub elastic: Option<LevelReport>,
+    pub elastic: Option<LatticeLevelReport>,
     /// Bodies that are solved on their crack lattice.
     pub replaced: Vec<ReplacedBody>,
     /// Volume of elastic bodies on which no crack body is solved, local.
@@ -247,13 +247,13 @@ fn held(locator: &Locator, body: &Lattice) -> f64 {
     (0..body.tets.len()).filter(|&tet| inside[tet]).map(|tet| body.tet_volume(tet)).sum()
 }
 
-fn report(level: &LatticeLevel) -> LevelReport {
+fn report(level: &LatticeLevel) -> LatticeLevelReport {
     let angles = level.bodies.iter().map(Lattice::dihedral);
     let dihedral = angles.fold(DihedralRange { min_deg: 180.0, max_deg: 0.0 }, |sum, next| DihedralRange {
         min_deg: sum.min_deg.min(next.min_deg),
         max_deg: sum.max_deg.max(next.max_deg),
     });
-    LevelReport {
+    LatticeLevelReport {
         spacing: level.spacing,
         offset: level.offset,
         volume: level.volume(),

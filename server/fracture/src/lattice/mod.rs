@@ -36,7 +36,8 @@ pub use error::LatticeError;
 pub use grid::{GRID_NODES_MAX, SPACING_RANGE};
 pub use level::{BODY_SHARE_MIN, BODY_TETS_MIN, DroppedComponent, LatticeLevel, VOLUME_TOLERANCE, stuff};
 pub use levels::{
-    BodyLattice, LatticeLevels, LevelReport, OVERLAP_MIN, ReplacedBody, Replacement, Spacings, fitted_levels, levels,
+    BodyLattice, LatticeLevelReport, LatticeLevels, OVERLAP_MIN, ReplacedBody, Replacement, Spacings, fitted_levels,
+    levels,
 };
 pub use locate::{LatticePoint, Locator, NearestOnBoundary};
 pub use manifold_repair::{NonManifold, check_manifold};

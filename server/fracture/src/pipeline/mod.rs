@@ -28,7 +28,7 @@ pub use output::slivers::SLIVER_CUBES;
 pub use output::vertex_attributes::{VertexAttribute, VertexAttributes};
 pub use prepared::anchored::{AnchorError, AnchorNodes, AnchoredBody, AnchoredObject};
 pub use prepared::energy_bound::EnergyUpperBound;
-pub use prepared::example::{TrainingExample, TrainingExamplePoint};
+pub use prepared::example::{DegreeCurvePoint, TrainingExample};
 pub use prepared::intact_body::IntactBody;
 pub use prepared::learned::{LearnedErrors, LearnedModel};
 pub use prepared::memory::MemoryRows;

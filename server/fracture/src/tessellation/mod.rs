@@ -22,7 +22,7 @@ mod components;
 mod cut;
 mod emit;
 mod error;
-mod index_set;
+mod index_selection;
 mod outer;
 mod pattern;
 mod points;
@@ -39,7 +39,7 @@ mod tests;
 
 pub use barycentric::MARGIN;
 pub use components::{Components, components};
-pub use emit::{HostFrame, MeterFrame, Transform};
+pub use emit::{HostFrame, LocalToMeters, MeterFrame};
 pub use error::TessellationError;
 pub use outer::{OuterVertex, outer_vertices};
 pub use points::{BisectorSites, CrackPoints, FixedPoints, crack_points};

@@ -13,7 +13,7 @@ use crate::cancel_token::{CancelToken, Cancelled};
 use crate::hull::{ClosedTriangles, ConvexHull, Plane, bounds, clipped, meet};
 use crate::lattice::Lattice;
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
-use crate::tessellation::{FragmentRange, RunRange, Tessellation, Transform};
+use crate::tessellation::{FragmentRange, LocalToMeters, RunRange, Tessellation};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -109,7 +109,7 @@ impl FragmentHulls {
     pub(in crate::pipeline) fn fit(
         bodies: &[BodyMeshes],
         lattices: &[&Lattice],
-        transform: Transform,
+        transform: LocalToMeters,
         token: &CancelToken,
     ) -> Result<Self, Cancelled> {
         let parts: Vec<Part> =

@@ -15,13 +15,13 @@ use crate::pipeline::workspace::body_meshes::BodyMeshes;
 use crate::scene::{EffectKind, EffectSet};
 use crate::skin::Skin;
 use crate::surface::LocalFrame;
-use crate::tessellation::{BisectorSites, HostFrame, MeterFrame, TessellationWorkspace, Transform};
+use crate::tessellation::{BisectorSites, HostFrame, LocalToMeters, MeterFrame, TessellationWorkspace};
 use std::sync::Arc;
 
 /// Meshes of all bodies, ready to be emitted, with exactly known sizes.
 pub struct FractureMeshes {
     pub(in crate::pipeline) bodies: Vec<BodyMeshes>,
-    pub(in crate::pipeline) transform: Transform,
+    pub(in crate::pipeline) transform: LocalToMeters,
     pub(in crate::pipeline) frame: LocalFrame,
     pub(in crate::pipeline) crack_spacing: f64,
     pub(in crate::pipeline) seed: u64,
@@ -97,7 +97,7 @@ impl FractureMeshes {
         let RequestContext { prepared, request, .. } = context;
         let mut pieces = Self {
             bodies,
-            transform: Transform { meters_per_unit: prepared.frame.diagonal_m },
+            transform: LocalToMeters { meters_per_unit: prepared.frame.diagonal_m },
             frame: prepared.frame,
             crack_spacing: prepared.parameters.crack_spacing,
             seed: request.seed,

@@ -37,6 +37,7 @@ pub struct AnchorNodes {
 
 /// Errors of anchoring an object. The scene is at fault; a retry does not help.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum AnchorError {
     /// The body has no elasticity tables.
     #[error("body {body} has no elasticity tables, which anchors need; bake the object with elasticity")]

@@ -73,7 +73,7 @@ fn memory_of_the_wrong_size_is_refused_and_left_alone() {
     let labels = random_labels(lattice.nodes.len(), 3, 1);
     let good = check(&lattice, &labels, None);
     let centers = vec![Point3::origin(); good.properties.len()];
-    let transform = Transform { meters_per_unit: 1.0 };
+    let transform = LocalToMeters { meters_per_unit: 1.0 };
     let (vertices, indices, merges) = (good.positions.len(), good.indices.len(), good.merges.len());
     let attempt = |center_count: usize, vertices: usize, indices: usize, merges: usize| {
         let mut sections = (vec![[7.0; 3]; vertices], vec![7; indices], vec![[7; 2]; merges]);

@@ -12,7 +12,7 @@ const HELD_MAX: usize = 1024;
 
 /// List requests, each of which gets its reply when a scan that began after its arrival is over.
 #[derive(Default)]
-pub struct WaitingLists(VecDeque<WaitingList>);
+pub struct PendingListRequests(VecDeque<WaitingList>);
 
 struct WaitingList {
     active: ActiveControlRequest,
@@ -20,7 +20,7 @@ struct WaitingList {
     since: Instant,
 }
 
-impl WaitingLists {
+impl PendingListRequests {
     /// Holds a request until scan number `scan` is over; returns it if too many are held.
     pub fn hold(&mut self, active: ActiveControlRequest, scan: u64) -> Option<ActiveControlRequest> {
         if self.0.len() >= HELD_MAX {
