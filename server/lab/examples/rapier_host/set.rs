@@ -38,6 +38,7 @@ impl Set {
         }
     }
 
+    /// Vase of the set, which no generated shape gives.
     pub fn vase(self) -> Vase {
         match self {
             Self::Shelves => Vase { name: "vase", mesh: vessel::vase(), quality: "draft" },
@@ -53,6 +54,7 @@ impl Set {
         }
     }
 
+    /// Fills the simulation.
     pub fn build(self, world: &mut World<'_>, film: &mut Film) {
         world.add_ground([8.0, 0.5, 8.0], [0.0, -0.5, 0.0], film);
         match self {
