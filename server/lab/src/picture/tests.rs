@@ -134,10 +134,10 @@ fn an_animation_repeats_and_stores_only_what_changes() {
         reader.next_frame(&mut entries).unwrap();
         let frame = *reader.info().frame_control().unwrap();
         assert_eq!([frame.x_offset, frame.y_offset, frame.width, frame.height], rectangle);
-        for at in 0..(frame.width * frame.height) as usize {
+        for (at, entry) in entries.iter().take((frame.width * frame.height) as usize).enumerate() {
             let (x, y) = (at % frame.width as usize, at / frame.width as usize);
             let place = (y + frame.y_offset as usize) * 96 + x + frame.x_offset as usize;
-            shown[place] = if entries[at] == 0 { shown[place] } else { entries[at] };
+            shown[place] = if *entry == 0 { shown[place] } else { *entry };
         }
         for (entry, pixel) in shown.iter().zip(&image.pixels) {
             let color = &palette[3 * usize::from(*entry)..][..3];
