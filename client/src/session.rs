@@ -87,11 +87,11 @@ fn connect(paths: &ServicePaths) -> Result<Connection, ConnectError> {
         return Err(ConnectError::Final(Error { message, ..error }));
     }
     let Ok(json) = std::fs::read_to_string(paths.hello()) else {
-        return Err(ConnectError::Starting(no_daemon(paths, "not ready in time: the daemon of service")));
+        return Err(ConnectError::Starting(not_ready(paths)));
     };
     let info = DaemonInfo::from_json(&json).map_err(ConnectError::Final)?;
     info.check().map_err(ConnectError::Final)?;
-    let starting = || ConnectError::Starting(no_daemon(paths, "not ready in time: the daemon of service"));
+    let starting = || ConnectError::Starting(not_ready(paths));
     let instance = Instance::of_token(paths, &info.instance).ok_or_else(starting)?;
     let connection = Connection::open(paths, &instance).map_err(|error| match error.kind {
         ErrorKind::Transport => {
@@ -108,6 +108,12 @@ fn connect(paths: &ServicePaths) -> Result<Connection, ConnectError> {
 /// Whether the daemon announces that it serves at `instance`.
 fn daemon_serves(paths: &ServicePaths, instance: &Instance) -> bool {
     Instance::serving(paths).is_ok_and(|serving| serving == *instance)
+}
+
+fn not_ready(paths: &ServicePaths) -> Error {
+    let error = no_daemon(paths, "no client can connect yet to the daemon of service");
+    let message = format!("{error}; it may still load its databases: wait (--wait SECONDS, `Client::wait_for`)");
+    Error { message, ..error }
 }
 
 fn no_daemon(paths: &ServicePaths, what: &str) -> Error {

@@ -86,7 +86,14 @@ async fn serve(options: ServeOptions) -> Result<(), Error> {
         tracing::info!("stopped while the databases were loaded");
         return directory.close();
     };
-    let (mut daemon, wake_socket, events) = Daemon::start(directory, config, loaded?)?;
+    let loaded = match loaded {
+        Ok(loaded) => loaded,
+        Err(error) => {
+            directory.close()?;
+            return Err(error);
+        }
+    };
+    let (mut daemon, wake_socket, events) = Daemon::start(directory, config, loaded)?;
     let mut event_source = EventSource::new(&daemon.config, wake_socket, events, operations, signals, stop);
     daemon.directory.announce()?;
     daemon.tell(NotifyState::Ready);

@@ -117,6 +117,7 @@ fn start_errors_name_their_cause() {
     };
     check(&["--service", "a b"], 3, "`a b`");
     check(&["--databases", "/nowhere/ä b"], 3, "/nowhere/ä b");
+    assert_eq!(here.shared_memory(), Vec::<std::path::PathBuf>::new(), "a start that fails leaves nothing");
     check(&["--config", "/nowhere.toml"], 3, "/nowhere.toml");
     check(&["--threads", "100000"], 3, "compute.threads");
     let config = here.file("color.toml", "[compute]\ncolor = 3");

@@ -73,7 +73,7 @@ fn unknown_commands_and_options_suggest_existing_ones() {
         ("shatter impact mug -o x.glb", "'--out'"),
         ("shatter impact mug --wrong", "the options of `shatter impact` are --point, --ray"),
         ("shatter impact mug --point (0,0,0) --impulse 1,0,0", "write numbers and commas alone"),
-        ("shatter impact mug --point 0,0,0 --impulse 1,0,0 --seed x", "invalid digit"),
+        ("shatter impact mug --point 0,0,0 --impulse 1,0,0 --seed x", "must be a whole number"),
         ("shatter threshold mug --ray 0,0,0,0,0,0", "--ray: the direction DX,DY,DZ of the ray is zero"),
         ("shatter impact", "`shatter list` shows the names of the objects"),
         ("shatter list mug", "`shatter list` takes only options"),

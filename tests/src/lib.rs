@@ -3,6 +3,7 @@
 #![allow(clippy::missing_errors_doc, clippy::missing_panics_doc, reason = "not published")]
 
 pub mod baked_once;
+mod command_errors;
 pub mod fixture;
 pub mod fuzz;
 pub mod glb;

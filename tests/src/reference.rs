@@ -1,5 +1,6 @@
 //! The reference pages of the guide, generated from the code.
 
+use crate::command_errors::{COMMAND_ERRORS, kinds_in_source};
 use crate::fixture::Fixture;
 use crate::pages;
 use bytemuck::Zeroable;
@@ -45,15 +46,15 @@ fn remedy(kind: ErrorKind) -> &'static str {
             "Send requests with the client library of this version."
         }
         ErrorKind::VersionMismatch => "Install daemon and client of the same release.",
-        ErrorKind::ObjectName => "Use 1 to 64 bytes of UTF-8.",
+        ErrorKind::ObjectName => "Use 1 to 64 bytes of UTF-8, without separators, control characters or a leading dot.",
         ErrorKind::UnknownObject => "Correct the name (`shatter list` prints all names), or bake the object.",
         ErrorKind::CorruptObject => "Bake the object again; the log and `shatter status` give the reason.",
         ErrorKind::ContactCount => "Give 1 to 8 contacts.",
         ErrorKind::ContactPoint => "Give finite coordinates.",
         ErrorKind::ContactTooFar => "Check `--unit`, `--up` and the convention, use a larger radius, or use a ray.",
         ErrorKind::Impulse => "Give a finite impulse other than zero.",
-        ErrorKind::ContactDuration => "Give a finite duration, 0 or more; 0 selects the default.",
-        ErrorKind::ContactRadius => "Give a finite radius, 0 or more; 0 selects the default.",
+        ErrorKind::ContactDuration => "Give a finite duration above zero. Without one (0 in C), the default applies.",
+        ErrorKind::ContactRadius => "Give a finite radius above zero. Without one (0 in C), the default applies.",
         ErrorKind::Gamma => "Give a finite γ above zero.",
         ErrorKind::Degree => "Give a number of sites from 1 to the object's limit (`shatter list --json`), or a rule.",
         ErrorKind::Lift => "Use another lift, or bake the object so that it has this one.",
@@ -80,7 +81,9 @@ fn remedy(kind: ErrorKind) -> &'static str {
         ErrorKind::AnswerTooLarge => "Restart the daemon, or raise `answers.bucket_mib_max`.",
         ErrorKind::BadAnswer => "Report it; check that no other program writes to the service's shared memory.",
         ErrorKind::Loading => "Wait for `retry_after_ms`.",
-        ErrorKind::NoDaemon => "Start `shatterd serve`; check the service's name and `XDG_RUNTIME_DIR`.",
+        ErrorKind::NoDaemon => {
+            "Start `shatterd serve`, or wait if it still loads its databases; check the service's name and `XDG_RUNTIME_DIR`."
+        }
         ErrorKind::Lost => "Send the request again when a daemon runs.",
         ErrorKind::SecondDaemon => "Stop the other daemon, or use another service name.",
         ErrorKind::RuntimeFolder => "Restrict the folder to your user (mode 0700), or set `XDG_RUNTIME_DIR`.",
@@ -95,8 +98,9 @@ fn errors() -> String {
     let causes = causes();
     let mut page = format!(
         "# Error kinds\n\n{NOTE}\
-         Both programs print an error as one sentence on stderr. With `--json` stdout contains a document with the keys `kind`,\n\
-         `message`, `fault`, `retry`, `retry_after_ms` and `at`. `at` names the offending argument, key or path.\n\n\
+         Both programs print an error as one sentence on stderr. With `--json` stdout contains a document with the key `error`. Its\n\
+         keys are `kind`, `message`, `fault`, `retry`, `at` and, of `shatter`, `retry_after_ms`. `at` names the offending\n\
+         argument, key or path.\n\n\
          *Fault* is the side that has to change something. *Retry* means that the same request may succeed later. *Exit* is\n\
          the exit code of a command that ends with the error. *Code* is the number in C and on the wire.\n\n\
          | kind | cause | remedy | fault | retry | exit | code |\n|---|---|---|---|---|---|---|\n"
@@ -107,7 +111,21 @@ fn errors() -> String {
         let (fault, exit, code) = (kind.fault().name(), kind.exit_code(), kind.code());
         writeln!(page, "| `{name}` | {cause} | {remedy} | {fault} | {retry} | {exit} | {code} |").unwrap();
     }
+    command_errors(&mut page);
     page
+}
+
+/// Errors of meshes, bakes and databases.
+fn command_errors(page: &mut String) {
+    let service: BTreeSet<&str> = ErrorKind::ALL.iter().map(|kind| kind.name()).collect();
+    let listed: BTreeSet<String> = COMMAND_ERRORS.iter().map(|(kind, ..)| (*kind).to_owned()).collect();
+    assert_eq!(listed, kinds_in_source(&service), "every kind of the commands has a cause and a remedy");
+    *page += "\n## Errors of the commands of `shatterd`\n\n\
+              They concern meshes, materials, bakes, databases and shares. They have no code, because no client receives them.\n\n\
+              | kind | cause | remedy |\n|---|---|---|\n";
+    for (kind, cause, remedy) in COMMAND_ERRORS {
+        writeln!(page, "| `{kind}` | {cause} | {remedy} |").unwrap();
+    }
 }
 
 fn configuration() -> String {

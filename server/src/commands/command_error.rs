@@ -58,7 +58,8 @@ impl CommandError {
             DatabaseError::Whole => "whole_database",
             _ => "corrupt_database",
         };
-        Self { fault: "environment", ..Self::refused(kind, path.display().to_string(), error.of(path)) }
+        let refused = Self { fault: "environment", ..Self::refused(kind, path.display().to_string(), error.of(path)) };
+        if kind == "corrupt_database" { refused.advised("bake the object again") } else { refused }
     }
 
     /// Adds the outcome of each file.

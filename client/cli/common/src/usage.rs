@@ -124,6 +124,7 @@ fn not_a_command(error: &mut clap::Error, command: &Command, words: &[OsString])
 fn reworded(error: clap::Error, command: &Command) -> clap::Error {
     let why = match source(&error) {
         why if negative(&error) && is_whole(&why) => "must be a whole number, 0 or more",
+        why if why.contains("invalid digit") => "must be a whole number",
         why if why.contains("invalid float literal") => "must be a number, without a unit",
         _ => return error,
     };
@@ -267,7 +268,7 @@ mod tests {
         check(&["--sevice", "x"], "--service");
         check(&["--seed", "-1"], "'--seed <SEED>': must be a whole number, 0 or more");
         check(&["--clients", "-2"], "'--clients <CLIENTS>': must be a whole number, 0 or more");
-        check(&["--seed", "x"], "invalid digit");
+        check(&["--seed", "x"], "must be a whole number");
         check(&["--radius-m", "5cm"], "must be a number, without a unit");
         check(&["--point", "1", "2", "3"], "numbers with commas and without spaces");
         check(&["--seed"], "a value is required");
