@@ -26,13 +26,14 @@ def programs(given):
 
 
 def document(command):
+    """The document that a command prints. Raises `ValueError` with its message where it rejects its input, else `Unavailable`."""
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True, stdin=subprocess.DEVNULL)
     try:
         made = json.loads(done.stdout)
     except ValueError:
-        made = {"error": {"message": done.stderr.strip() or f"exit code {done.returncode}"}}
+        made = {"error": {"fault": "environment", "message": done.stderr.strip() or f"exit code {done.returncode}"}}
     if "error" in made:
-        raise ValueError(made["error"]["message"])
+        raise (ValueError if made["error"]["fault"] == "caller" else Unavailable)(made["error"]["message"])
     return made
 
 
@@ -50,7 +51,8 @@ class Daemon:
         self.process = subprocess.Popen(list(map(str, serve)), stdout=subprocess.PIPE, stderr=self.log, text=True)
         if self.process.stdout.readline().strip() != "ready":
             self.stop()
-            raise ValueError("the daemon did not start: see daemon.log")
+            raise Unavailable("the daemon did not start: see daemon.log")
+        document([folder / "shatter", "status", "--service", self.service, "--wait", READY_SECONDS, "--json"])
 
     def stop(self):
         self.process.terminate()

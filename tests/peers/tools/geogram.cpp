@@ -9,6 +9,7 @@
 #include <geogram/mesh/mesh_tetrahedralize.h>
 #include <geogram/voronoi/RVD.h>
 #include <geogram/voronoi/RVD_callback.h>
+#include <geogram/voronoi/RVD_mesh_builder.h>
 
 #include <chrono>
 #include <cstdint>
