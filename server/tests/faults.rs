@@ -443,7 +443,7 @@ fn exhausted_descriptors_are_an_error_and_not_a_crash() {
     let vase = first.object("vase", timeout()).unwrap();
     assert!(vase.strike(&impact(0)).unwrap().wait(timeout()).is_ok());
     let deadline = timeout();
-    while let Err(error) = connect(Deadline::ms(500)) {
+    while let Err(error) = connect(Deadline::ms(5000)) {
         assert!(!deadline.passed(), "{error}");
     }
     drop((vase, first));
