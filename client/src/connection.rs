@@ -14,7 +14,7 @@ use iceoryx2::service::builder::request_response::RequestResponseOpenError;
 use iceoryx2::service::port_factory::client::ClientCreateError;
 use shatter_proto::control::{ControlReplyHeader, ControlRequest, ControlRequestWire};
 use shatter_proto::request::RequestWire;
-use shatter_proto::result::{Block, ResultHeader};
+use shatter_proto::result::{AlignedBlock, ResultHeader};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::instance::Instance;
 use shatter_transport::paths::ServicePaths;
@@ -41,11 +41,12 @@ impl LivenessCheck {
 }
 
 /// A request under way.
-pub(crate) type PendingRequest = PendingResponse<Ipc, RequestWire, (), [Block], ResultHeader>;
+pub(crate) type PendingRequest = PendingResponse<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>;
 /// A result, lent by the daemon.
-pub(crate) type LoanedResult = Response<Ipc, [Block], ResultHeader>;
+pub(crate) type LoanedResult = Response<Ipc, [AlignedBlock], ResultHeader>;
 /// A request to the control service under way.
-pub(crate) type PendingControlRequest = PendingResponse<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>;
+pub(crate) type PendingControlRequest =
+    PendingResponse<Ipc, ControlRequestWire, (), [AlignedBlock], ControlReplyHeader>;
 
 /// Counts a result as held until it is dropped. Each request tells the daemon how many are, so that no client gets all of its buckets.
 pub(crate) struct LoanCount(Arc<AtomicU64>);
@@ -58,8 +59,8 @@ impl Drop for LoanCount {
 
 /// The ports of a connection.
 struct Ports {
-    requests: Client<Ipc, RequestWire, (), [Block], ResultHeader>,
-    control: Client<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>,
+    requests: Client<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>,
+    control: Client<Ipc, ControlRequestWire, (), [AlignedBlock], ControlReplyHeader>,
     notifier: Notifier<Ipc>,
     listener: Listener<Ipc>,
 }
@@ -69,13 +70,13 @@ impl Ports {
     fn open(node: &Node<Ipc>) -> Result<Self, Error> {
         let requests = node
             .service_builder(&service_name(STRIKE_SERVICE)?)
-            .request_response::<RequestWire, [Block]>()
+            .request_response::<RequestWire, [AlignedBlock]>()
             .response_user_header::<ResultHeader>()
             .open()
             .map_err(open_failed)?;
         let control = node
             .service_builder(&service_name(CONTROL_SERVICE)?)
-            .request_response::<ControlRequestWire, [Block]>()
+            .request_response::<ControlRequestWire, [AlignedBlock]>()
             .response_user_header::<ControlReplyHeader>()
             .open()
             .map_err(open_failed)?;

@@ -3,7 +3,7 @@
 use crate::connection::{Connection, LivenessCheck, PendingControlRequest, receive_failed};
 use crate::{Deadline, Status};
 use shatter_export::contact::{ContactBody, ContactPolicy, ElasticMaterial};
-use shatter_proto::control::{ControlRequest, ObjectRow, ObjectState, ReplyRow, StatusRow, read};
+use shatter_proto::control::{ControlRequest, ObjectRow, ObjectState, ReplyRow, ServiceStatusRow, read};
 use shatter_proto::error::ErrorWire;
 use shatter_proto::{Error, ErrorKind};
 use std::time::Duration;
@@ -93,7 +93,7 @@ impl ObjectFacts {
         Self {
             name: row.name(),
             state: row.state(),
-            error: row.refusal(),
+            error: row.error(),
             material: row.material(),
             bodies: row.bodies,
             degree_max: row.degree_max,
@@ -132,7 +132,7 @@ pub(crate) fn objects(connection: &Connection, deadline: Deadline) -> Result<Vec
 }
 
 pub(crate) fn status(connection: &Connection, deadline: Deadline) -> Result<Status, Error> {
-    let (rows, _) = ask::<StatusRow>(connection, ControlRequest::Status, deadline)?;
+    let (rows, _) = ask::<ServiceStatusRow>(connection, ControlRequest::Status, deadline)?;
     rows.first().map(Status::of).ok_or_else(no_reply)
 }
 

@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn holes_flips_duplicates_and_nothing_are_not_closed() {
+    fn holes_flips_duplicates_and_empty_meshes_are_not_closed() {
         assert!(!is_closed(&CORNERS, &FACES[3..]));
         let mut flipped = FACES;
         flipped.swap(0, 1);
@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_that_do_not_fit_are_empty() {
+    fn inconsistent_sections_are_empty() {
         assert_eq!(part(&[1, 2, 3], 1, 2), [2, 3]);
         assert!(part(&[1, 2, 3], 2, 2).is_empty() && part(&[1], u32::MAX, u32::MAX).is_empty());
     }

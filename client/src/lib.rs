@@ -24,16 +24,17 @@
 //! # }
 //! ```
 //!
-//! Every wait has a bound: [`Ticket::poll`] never blocks, all other calls take a [`Deadline`]. A ticket can be awaited, too, on any
-//! executor. Dropping a [`Ticket`] cancels its request. Errors are [`Error`]s: a kind, whose fault it is, and whether to try again.
+//! Every wait has a bound: [`Object::strike`] and [`Ticket::poll`] never block, and calls that wait take a [`Deadline`]. A ticket
+//! can also be awaited, on any executor. Dropping a [`Ticket`] cancels its request. Every [`Error`] has a kind, names the side that
+//! caused it, and states whether a retry can succeed.
 //!
-//! A host with other axes, another winding or another unit of length than glTF's sets them once, with [`Client::with_convention`];
-//! the service reads and writes in them.
+//! Coordinates are those of glTF by default. A host with other axes, another winding or another unit of length sets them once,
+//! with [`Client::with_convention`]. The daemon then reads requests and writes results in that convention.
 //!
-//! Connections outlive the daemon. Requests under way when it goes away end with `lost` (no result will come, sending them again is
-//! safe); the next ones go to the daemon that then serves.
+//! A client reconnects when the daemon is restarted. Requests that were open then fail with `lost`: they get no result, and it is
+//! safe to send them again. Later requests go to the new daemon.
 //!
-//! Results are [`FractureResult`]s: large arrays are slices of plain numbers that lie in shared memory, facts are plain types
+//! A [`FractureResult`] returns large arrays as slices of plain numbers in shared memory, and everything else as plain types
 //! ([`Summary`], [`StageCost`], [`EffectCost`], [`Bond`], [`DebrisPoint`]).
 
 mod aim;
@@ -69,7 +70,7 @@ pub use digest::{ResultDigest, SectionDigest};
 pub use fragment::{Fragment, FragmentSkin, HullMesh, Run};
 pub use impact::Impact;
 pub use object::Object;
-pub use result::FractureResult;
+pub use result::*;
 pub use result_future::ResultFuture;
 pub use result_in_meters::ResultInMeters;
 pub use shatter_export::{self as export, contact};
@@ -78,10 +79,6 @@ pub use shatter_proto::convention::{Convention, Hand, Up, Winding};
 pub use shatter_proto::effect::{Effect, Effects};
 pub use shatter_proto::request::{
     CONTACTS_MAX, Contact, DegreeRule, DisplacementSource, Lift, Quality, RetainedFragment, SEED_DEFAULT,
-};
-pub use shatter_proto::result::{
-    Bond, DebrisPoint, DegreeMethod, DegreeOrigin, EffectCost, EnergySource, FragmentVelocity, MissedTime, NO_MATERIAL,
-    OuterAttributes, OverrunCause, SkinVertex, StageCost, StageKind, StopCriterion, Summary,
 };
 pub use shatter_proto::{Error, ErrorKind, Fault, exit};
 pub use shatter_transport::paths::ServicePaths;

@@ -1,13 +1,16 @@
-//! Fragments of equal size, for hosts that want them before any impact.
+//! Division of an object into fragments of equal size, without an impact.
 //!
-//! Pieces are small where the strain energy is. Without elasticity that falls off with the distance d from a contact as
-//! W = p²/(2E) / (1 + (d/a)²)², with p = F/(πa²) and F = (π/2)·J/τ; so a contact whose radius a is a thousand times the object's
-//! diagonal loads the whole of it alike, to two millionths, and the fragments are the cells of a centroidal Voronoi diagram of uniform density.
-//! The request gives their number. J is such that the closed form for solids, n = V·(C·W/γ)^(3/5), says it too.
+//! Fragments are small where the strain energy is high. Without the effect `elastic`, the energy density at distance d from a
+//! contact is W = p²/(2E) / (1 + (d/a)²)², with p = F/(πa²) and F = (π/2)·J/τ. If the contact radius a is a thousand times the
+//! object's diagonal, W is uniform to two millionths. The fragments are then the cells of a centroidal Voronoi diagram of uniform
+//! density.
 //!
-//! A contact loads the body that it is nearest to. Of an object of several bodies, the service is asked for the whole ones first, and
-//! each gets a contact of its own, the largest first: the closed form distributes the fragments, in proportion to volumes where bodies
-//! are compact.
+//! The request states their number. The impulse J is chosen so that the closed form for solids, n = V·(C·W/γ)^(3/5), yields the
+//! same number.
+//!
+//! A contact loads only the body nearest to it. For an object of several bodies, a first request returns the bodies whole. Each
+//! body then gets its own contact, the largest bodies first. The closed form distributes the fragments among the bodies, in
+//! proportion to their volumes if they are compact.
 
 use crate::{Contact, Deadline, DegreeRule, Effect, Error, FractureResult, Impact, Object, ObjectFacts};
 use shatter_proto::convention::Convention;
@@ -17,15 +20,16 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Contact radius over the object's diagonal.
 const RADIUS_DIAGONALS: f64 = 1e3;
 
-/// C of the closed form: an even cell of volume v and density W has a first moment of C·W·v^(5/3) about its center (three times the
-/// normalised second moment of the body-centered cubic lattice; Barnes & Sloane, *The optimal lattice quantizer in three dimensions*, 1983).
+/// C of the closed form: a cell of volume v and uniform density W has a first moment of C·W·v^(5/3) about its center. C is three
+/// times the normalized second moment of the body-centered cubic lattice (Barnes & Sloane, *The optimal lattice quantizer in three
+/// dimensions*, 1983).
 const COEFFICIENT: f64 = 3.0 * 0.0785433;
 
 impl Object {
-    /// The impact that divides the object into `pieces` fragments of equal size. Seed, effects and quality can be added, as to any
-    /// other. Of an object of more than eight bodies the smaller ones stay whole.
+    /// Impact that divides the object into `pieces` fragments of equal size. A seed, effects and a preset can be added, as to any
+    /// impact. If the object has more than eight bodies, the smallest ones stay whole.
     ///
-    /// Waits only if the object has several bodies: the service is then asked where they are.
+    /// Waits only if the object has several bodies: it then requests their positions from the service.
     ///
     /// # Errors
     /// Those of [`Object::strike`] and [`Ticket::wait`](crate::Ticket::wait).

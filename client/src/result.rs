@@ -4,11 +4,16 @@ use crate::connection::{LoanCount, LoanedResult};
 use crate::fragment::{Fragment, fragment, fragments};
 use bytemuck::Zeroable;
 use shatter_proto::convention::Convention;
-use shatter_proto::result::{BLOCK_BYTES, Bond, DebrisPoint, EffectCost, EffectWire, StageCost, Summary, SummaryWire};
+use shatter_proto::result::{BLOCK_BYTES, EffectWire, SummaryWire};
 use shatter_proto::view::{CheckedLayout, ResultView};
 use shatter_proto::{Error, ErrorKind};
 use std::sync::LazyLock;
 use std::time::Duration;
+
+pub use shatter_proto::result::{
+    Bond, DebrisPoint, DegreeMethod, DegreeOrigin, EffectCost, EnergySource, FragmentVelocity, MissedTime, NO_MATERIAL,
+    OuterAttributes, OverrunCause, SkinVertex, StageCost, StageKind, StopCriterion, Summary,
+};
 
 /// The result of a request. It holds one bucket of the daemon's pool until it is dropped: drop it once the fragments are
 /// copied to where they are needed.

@@ -1,6 +1,6 @@
 //! Status of a service, as it reports it.
 
-use shatter_proto::control::{Latency, StatusRow};
+use shatter_proto::control::{Latency, ServiceStatusRow};
 use shatter_proto::result::StageKind;
 use std::time::Duration;
 
@@ -82,7 +82,7 @@ pub struct Status {
 }
 
 impl Status {
-    pub(crate) fn of(row: &StatusRow) -> Self {
+    pub(crate) fn of(row: &ServiceStatusRow) -> Self {
         Self {
             pid: row.pid,
             is_ending: row.ending != 0,

@@ -181,7 +181,7 @@ impl Ticket {
     ) -> Result<Found, Error> {
         let is_overdue = since.elapsed() > REASON_WAIT;
         match reason {
-            None => match connection.ask(ControlRequest::Verdict(sequence)) {
+            None => match connection.ask(ControlRequest::RequestError(sequence)) {
                 Ok(pending) => *reason = Some(pending),
                 Err(error) if error.kind == ErrorKind::Busy && !is_overdue => {}
                 Err(error) => return Err(error),

@@ -6,7 +6,7 @@ fn sent<T: Send>() {}
 fn shared<T: Send + Sync>() {}
 
 #[test]
-fn connections_are_shared_tickets_and_results_are_handed_over() {
+fn connections_are_shared_and_tickets_move_between_threads() {
     shared::<Client>();
     shared::<Object>();
     shared::<Error>();

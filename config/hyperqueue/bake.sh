@@ -1,21 +1,19 @@
-#!/bin/bash
-#HQ --name=shatter-bake
-#HQ --array=0-7
-#HQ --cpus=4
-# Bakes one object in eight shares, one per task of the array: task I bakes share I of SHATTER_SHARDS.
+#!/bin/bash HQ --name=shatter-bake HQ --array=0-7 HQ --cpus=4 Bakes an object in eight shares, one per task of the
+#array. Task I bakes share I of SHATTER_SHARDS.
 #
 #   hq submit --wait --env SHATTER_OUT=$PWD/shares config/hyperqueue/bake.sh MESH NAME 2000
 #   config/hyperqueue/merge.sh NAME databases
 #
-# Other numbers of shares: hq submit --env SHATTER_SHARDS=16 --array=0-15 ...
+# For another number of shares: hq submit --env SHATTER_SHARDS=16 --array=0-15 ...
 #
-# Submit a share that failed again by its number, with everything else as before, SHATTER_SHARDS too. It goes on with what it has:
+# If a share fails, submit it again by its number, with the same SHATTER_SHARDS and arguments. It resumes from the examples it
+# has:
 #
 #   hq submit --wait --env SHATTER_OUT=$PWD/shares --array=3 config/hyperqueue/bake.sh MESH NAME 2000
 #
-# SHATTER_OUT is a folder that all workers see (default: shares). Further arguments are flags of `shatterd bake`; they must be the
-# same for all tasks. All workers must have one kind of processor: others round differently, and `shatterd merge` then refuses the
-# shares.
+# SHATTER_OUT is a folder that all workers share (default: shares). Further arguments are options of `shatterd bake`; all tasks
+# must use the same ones. All workers must have the same kind of processor. Others round differently, and `shatterd merge` then
+# refuses the shares.
 set -euo pipefail
 mesh=$1 name=$2 examples=$3
 shift 3

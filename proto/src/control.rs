@@ -5,7 +5,7 @@
 use crate::error::ErrorWire;
 use crate::name::OBJECT_NAME_MAX;
 use crate::request::{REQUEST_MAGIC, head};
-use crate::result::{Block, StageKind};
+use crate::result::{AlignedBlock, StageKind};
 use crate::{Error, ErrorKind, PROTOCOL_VERSION, text};
 use bytemuck::{Pod, Zeroable};
 
@@ -13,18 +13,18 @@ use bytemuck::{Pod, Zeroable};
 pub const ROWS_MAX: usize = 64;
 
 /// Blocks that one reply needs at most.
-pub const REPLY_BLOCKS: usize = (ROWS_MAX * size_of::<ObjectRow>()).div_ceil(size_of::<Block>());
+pub const REPLY_BLOCKS: usize = (ROWS_MAX * size_of::<ObjectRow>()).div_ceil(size_of::<AlignedBlock>());
 
 /// A request to the control service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ControlRequest {
     /// Objects, from this position on. Rows are [`ObjectRow`]s.
     List(u32),
-    /// State of the service. One [`StatusRow`].
+    /// State of the service. One [`ServiceStatusRow`].
     Status,
     /// Why the service closed the request with this sequence without a result. One [`ErrorWire`], or no row if the service does not
     /// know the request.
-    Verdict(u64),
+    RequestError(u64),
     /// Progress of the request with this sequence. One [`ProgressRow`], or no row if it neither waits nor computes.
     Progress(u64),
     /// Releases the result kept under `handle`, once the request with the sequence `after` has arrived, and so all that this client
@@ -46,7 +46,7 @@ pub struct ControlRequestWire {
     /// [`PROTOCOL_VERSION`].
     pub version: u32,
     /// 1: list. 2: status. 3: verdict. 4: progress. 5: release.
-    pub question: u32,
+    pub kind: u32,
     /// First row of a list, else zero.
     pub first: u32,
     /// Sequence of the request that a verdict or progress is about, or the handle to release; else zero.
@@ -112,7 +112,7 @@ pub struct ObjectRow {
     pub name: [u8; OBJECT_NAME_MAX],
     /// Bytes of `name` that count.
     pub name_length: u32,
-    /// Number of an [`ObjectState`]. Unless it is ready, `refusal` is the reason, and everything else is zero.
+    /// Number of an [`ObjectState`]. Unless it is ready, `error` is the reason, and everything else is zero.
     pub state: u32,
     /// Bodies (components).
     pub bodies: u32,
@@ -162,7 +162,7 @@ pub struct ObjectRow {
     pub bytes_max: u64,
     /// Why the object cannot be struck; if it is ready, why its changed file could not be loaded, so that the version loaded before
     /// is still served. Of kind 0 otherwise.
-    pub refusal: ErrorWire,
+    pub error: ErrorWire,
 }
 
 /// Times of one stage, ns, since the daemon started.
@@ -184,7 +184,7 @@ pub struct Latency {
 /// State of the service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
-pub struct StatusRow {
+pub struct ServiceStatusRow {
     /// Process id of the daemon.
     pub pid: u32,
     /// Objects ready.
@@ -274,20 +274,20 @@ pub struct ProgressRow {
 const _: () = assert!(size_of::<ControlRequestWire>() == 104);
 const _: () = assert!(size_of::<ControlReplyHeader>() == 64);
 const _: () = assert!(size_of::<ObjectRow>() == 712);
-const _: () = assert!(size_of::<StatusRow>() == 56 + 20 * 8 + 9 * 40);
+const _: () = assert!(size_of::<ServiceStatusRow>() == 56 + 20 * 8 + 9 * 40);
 
 impl ControlRequest {
     /// The request as it travels.
     pub fn wire(self, listener: [u8; 16]) -> ControlRequestWire {
-        let (question, first, sequence, after) = match self {
+        let (kind, first, sequence, after) = match self {
             Self::List(first) => (1, first, 0, 0),
             Self::Status => (2, 0, 0, 0),
-            Self::Verdict(sequence) => (3, 0, sequence, 0),
+            Self::RequestError(sequence) => (3, 0, sequence, 0),
             Self::Progress(sequence) => (4, 0, sequence, 0),
             Self::Release { handle, after } => (5, 0, handle, after),
         };
         let (magic, version) = (REQUEST_MAGIC, PROTOCOL_VERSION);
-        ControlRequestWire { magic, version, question, first, sequence, listener, after, reserved: [0; 7] }
+        ControlRequestWire { magic, version, kind, first, sequence, listener, after, reserved: [0; 7] }
     }
 
     /// Sequence of the request that must have arrived before the daemon replies; zero: none.
@@ -295,7 +295,7 @@ impl ControlRequest {
         match self {
             Self::Release { after, .. } => after,
             Self::Progress(sequence) => sequence,
-            Self::List(_) | Self::Status | Self::Verdict(_) => 0,
+            Self::List(_) | Self::Status | Self::RequestError(_) => 0,
         }
     }
 }
@@ -310,10 +310,10 @@ impl ControlRequestWire {
         if let Some(i) = self.reserved.iter().position(|word| *word != 0) {
             return Err(Error::new(ErrorKind::ReservedField, format!("reserved[{i}]"), "reserved words must be zero"));
         }
-        match (self.question, self.first, self.sequence, self.after) {
+        match (self.kind, self.first, self.sequence, self.after) {
             (1, first, 0, 0) => Ok(ControlRequest::List(first)),
             (2, 0, 0, 0) => Ok(ControlRequest::Status),
-            (3, 0, sequence, 0) => Ok(ControlRequest::Verdict(sequence)),
+            (3, 0, sequence, 0) => Ok(ControlRequest::RequestError(sequence)),
             (4, 0, sequence, 0) => Ok(ControlRequest::Progress(sequence)),
             (5, 0, handle, after) => Ok(ControlRequest::Release { handle, after }),
             (other, ..) => {
@@ -326,17 +326,17 @@ impl ControlRequestWire {
 /// A type whose rows travel in replies.
 pub trait ReplyRow: Pod {}
 impl ReplyRow for ObjectRow {}
-impl ReplyRow for StatusRow {}
+impl ReplyRow for ServiceStatusRow {}
 impl ReplyRow for ProgressRow {}
 impl ReplyRow for ErrorWire {}
 
 /// Blocks needed for `rows` rows of type `R`.
 pub fn blocks<R: ReplyRow>(rows: usize) -> usize {
-    (rows * size_of::<R>()).div_ceil(size_of::<Block>())
+    (rows * size_of::<R>()).div_ceil(size_of::<AlignedBlock>())
 }
 
 /// Writes rows into a payload of at least [`blocks`] blocks and returns the header; what does not fit is left out.
-pub fn write<R: ReplyRow>(payload: &mut [Block], rows: &[R], total: usize, refused: bool) -> ControlReplyHeader {
+pub fn write<R: ReplyRow>(payload: &mut [AlignedBlock], rows: &[R], total: usize, refused: bool) -> ControlReplyHeader {
     let bytes: &mut [u8] = bytemuck::cast_slice_mut(payload);
     let rows = &rows[..rows.len().min(bytes.len() / size_of::<R>())];
     let source: &[u8] = bytemuck::cast_slice(rows);
@@ -357,7 +357,7 @@ pub fn write<R: ReplyRow>(payload: &mut [Block], rows: &[R], total: usize, refus
 ///
 /// # Errors
 /// `bad_answer` for rows that do not fit `R`, and the error with which the service replied.
-pub fn read<R: ReplyRow>(header: &ControlReplyHeader, payload: &[Block]) -> Result<Vec<R>, Error> {
+pub fn read<R: ReplyRow>(header: &ControlReplyHeader, payload: &[AlignedBlock]) -> Result<Vec<R>, Error> {
     head(header.magic, header.version).map_err(|error| bad(error.message))?;
     if header.refused != 0 {
         let rows = copy::<ErrorWire>(header, payload)?;
@@ -366,7 +366,7 @@ pub fn read<R: ReplyRow>(header: &ControlReplyHeader, payload: &[Block]) -> Resu
     copy(header, payload)
 }
 
-fn copy<R: ReplyRow>(header: &ControlReplyHeader, payload: &[Block]) -> Result<Vec<R>, Error> {
+fn copy<R: ReplyRow>(header: &ControlReplyHeader, payload: &[AlignedBlock]) -> Result<Vec<R>, Error> {
     let size = size_of::<R>();
     let rows = header.rows as usize;
     let bytes: &[u8] = bytemuck::cast_slice(payload);
@@ -394,8 +394,8 @@ impl ObjectRow {
     }
 
     /// Why the object cannot be struck, or why its changed file could not be loaded.
-    pub fn refusal(&self) -> Option<Error> {
-        (self.state() != ObjectState::Ready || self.refusal.kind != 0).then(|| Error::from(&self.refusal))
+    pub fn error(&self) -> Option<Error> {
+        (self.state() != ObjectState::Ready || self.error.kind != 0).then(|| Error::from(&self.error))
     }
 
     /// The object's name, for showing.
@@ -425,15 +425,15 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn questions_survive_the_wire() {
-        for question in [
+    fn control_requests_round_trip() {
+        for request in [
             ControlRequest::List(7),
             ControlRequest::Status,
-            ControlRequest::Verdict(u64::MAX),
+            ControlRequest::RequestError(u64::MAX),
             ControlRequest::Progress(9),
             ControlRequest::Release { handle: 3, after: 8 },
         ] {
-            assert_eq!(question.wire([3; 16]).validate().unwrap(), question);
+            assert_eq!(request.wire([3; 16]).validate().unwrap(), request);
         }
         let mut wire = ControlRequest::Status.wire([0; 16]);
         wire.reserved[2] = 1;
@@ -441,45 +441,45 @@ mod tests {
     }
 
     #[test]
-    fn rows_survive_the_wire() {
+    fn reply_rows_round_trip() {
         let mut row = ObjectRow::zeroed();
         row.set_name("Bär");
         let rows = vec![row; 3];
-        let mut payload = vec![Block::zeroed(); blocks::<ObjectRow>(3)];
+        let mut payload = vec![AlignedBlock::zeroed(); blocks::<ObjectRow>(3)];
         let header = write(&mut payload, &rows, 9, false);
         assert_eq!((header.rows, header.total), (3, 9));
         assert_eq!(read::<ObjectRow>(&header, &payload).unwrap(), rows);
-        assert_eq!(read::<StatusRow>(&header, &payload).unwrap_err().kind, ErrorKind::BadAnswer);
+        assert_eq!(read::<ServiceStatusRow>(&header, &payload).unwrap_err().kind, ErrorKind::BadAnswer);
     }
 
     #[test]
-    fn a_row_may_be_ready_and_refused_at_once() {
+    fn an_object_row_can_be_ready_and_have_an_error() {
         let mut row = ObjectRow::zeroed();
-        assert_eq!(row.refusal().map(|refusal| refusal.kind), Some(ErrorKind::BadAnswer));
+        assert_eq!(row.error().map(|error| error.kind), Some(ErrorKind::BadAnswer));
         row.state = ObjectState::Ready as u32;
-        assert_eq!(row.refusal(), None);
-        let refusal = Error::new(ErrorKind::CorruptObject, "vase", "vase.shatter: cut short");
-        row.refusal = ErrorWire::from(&refusal);
-        assert_eq!(row.refusal(), Some(refusal));
+        assert_eq!(row.error(), None);
+        let error = Error::new(ErrorKind::CorruptObject, "vase", "vase.shatter: cut short");
+        row.error = ErrorWire::from(&error);
+        assert_eq!(row.error(), Some(error));
     }
 
     #[test]
     fn the_error_of_a_control_request_comes_back() {
-        let refusal = Error::new(ErrorKind::UnknownRequest, "9", "no such request to the control service");
-        let mut payload = vec![Block::zeroed(); REPLY_BLOCKS];
-        let header = write(&mut payload, &[ErrorWire::from(&refusal)], 1, true);
-        assert_eq!(read::<StatusRow>(&header, &payload).unwrap_err(), refusal);
+        let error = Error::new(ErrorKind::UnknownRequest, "9", "no such request to the control service");
+        let mut payload = vec![AlignedBlock::zeroed(); REPLY_BLOCKS];
+        let header = write(&mut payload, &[ErrorWire::from(&error)], 1, true);
+        assert_eq!(read::<ServiceStatusRow>(&header, &payload).unwrap_err(), error);
     }
 
     proptest! {
         #[test]
-        fn random_bytes_never_panic(question in proptest::collection::vec(any::<u8>(), 104), rows in any::<u32>()) {
-            let wire: ControlRequestWire = bytemuck::pod_read_unaligned(&question);
+        fn random_bytes_never_panic(request in proptest::collection::vec(any::<u8>(), 104), rows in any::<u32>()) {
+            let wire: ControlRequestWire = bytemuck::pod_read_unaligned(&request);
             prop_assert!(wire.validate().is_err());
-            let payload = vec![Block::zeroed(); 3];
-            let mut header = write::<StatusRow>(&mut payload.clone(), &[], 0, rows % 2 == 0);
+            let payload = vec![AlignedBlock::zeroed(); 3];
+            let mut header = write::<ServiceStatusRow>(&mut payload.clone(), &[], 0, rows % 2 == 0);
             header.rows = rows;
-            prop_assert!(rows == 0 || read::<StatusRow>(&header, &payload).is_err());
+            prop_assert!(rows == 0 || read::<ServiceStatusRow>(&header, &payload).is_err());
         }
     }
 }

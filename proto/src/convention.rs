@@ -1,19 +1,21 @@
 //! Coordinates of a host: the axis that points up, handedness, winding and unit of length.
 //!
-//! Ours are those of glTF: right-handed, +Y up, counter-clockwise seen from outside, meters. A host's are a signed permutation of the
-//! axes and a length. The object is never mirrored: left-handed coordinates name the same points by other numbers. So winding is a
-//! choice of its own, and outward normals stay outward.
+//! The default is that of glTF: right-handed, +Y up, counter-clockwise seen from outside, meters. Another convention is a signed
+//! permutation of the axes and a unit of length. The object is never mirrored: left-handed coordinates are other numbers for the
+//! same points. Winding is therefore an independent choice, and outward normals stay outward.
 //!
-//! | up, hand | (x, y, z) of ours becomes | as it is where |
+//! | up, hand | the default's (x, y, z) becomes | used by |
 //! |---|---|---|
 //! | +Y, right | (x, y, z) | glTF, Bevy, Rapier, Godot |
 //! | +Y, left | (−x, y, z) | Unity, by its importers: +Z stays forward |
-//! | +Z, right | (x, −z, y) | Blender, MuJoCo; what a mesh baked with `--up z` was |
+//! | +Z, right | (x, −z, y) | Blender, MuJoCo; mesh files baked with `--up z` |
 //! | +Z, left | (x, z, y) | Unreal, by its importers |
 //!
-//! Mass is in kilograms and time in seconds in every convention. Quantities derived from lengths are in the host's unit: velocities in
-//! units/s, impulses in kg·unit/s (N·s for a meter), areas in unit², volumes in unit³, moments of inertia in kg·unit². Three keep ours:
-//! γ and energies (J·m²), texture coordinates of cracks (m), and the facts of the control service about objects.
+//! Mass is in kilograms and time in seconds in every convention. Quantities derived from lengths use the host's unit: velocities in
+//! units/s, impulses in kg·unit/s (N·s for a meter), areas in unit², volumes in unit³, moments of inertia in kg·unit².
+//!
+//! Three quantities always keep the default: γ and energies (J·m²), texture coordinates of cracks (m), and the control service's
+//! facts about objects.
 
 use crate::name::suggestion;
 use crate::request::RequestWire;

@@ -125,7 +125,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn costs_survive_the_wire_and_runs_add_up() {
+    fn costs_round_trip_and_add_up() {
         let mut stage = StageCost::idle(StageKind::Labels);
         assert_eq!(StageWire::from(&stage), StageWire { stage: 5, ran: 0, ns: 0, bytes: 0 });
         stage.add(Duration::from_nanos(3), 4);

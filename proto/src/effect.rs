@@ -217,7 +217,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bits_are_places_and_names_are_found_again() {
+    fn effect_bits_are_positions_and_names_round_trip() {
         for (place, effect) in Effect::ALL.into_iter().enumerate() {
             assert_eq!((effect.bit(), Effect::by_name(effect.name()).unwrap()), (1 << place, effect));
             assert!(effect.needs().is_none_or(|needs| (needs as usize) < place), "needed effects come first");
@@ -225,18 +225,18 @@ mod tests {
     }
 
     #[test]
-    fn unknown_ones_are_refused_with_the_nearest() {
+    fn unknown_effects_are_rejected_with_a_suggestion() {
         for (name, nearest) in [("bond", "bonds"), ("tensil", "tensile"), ("normal", "normals"), ("UV", "uv")] {
-            let refusal = Effect::by_name(name).unwrap_err();
-            assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::UnknownEffect, name));
-            assert!(name == "UV" || refusal.message.contains(&format!("`{nearest}`")), "{refusal}");
+            let error = Effect::by_name(name).unwrap_err();
+            assert_eq!((error.kind, error.at.as_str()), (ErrorKind::UnknownEffect, name));
+            assert!(name == "UV" || error.message.contains(&format!("`{nearest}`")), "{error}");
         }
-        let refusal = Effects::from_bits("effects_on", 1 << 40 | 1).unwrap_err();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::UnknownEffect, "40"));
+        let error = Effects::from_bits("effects_on", 1 << 40 | 1).unwrap_err();
+        assert_eq!((error.kind, error.at.as_str()), (ErrorKind::UnknownEffect, "40"));
     }
 
     #[test]
-    fn what_cannot_be_is_refused_by_name() {
+    fn invalid_values_are_rejected_by_name() {
         let changed = |on: &[Effect], off: &[Effect]| {
             Effects::usual().changed(Effects::of(on.iter().copied()), Effects::of(off.iter().copied()))
         };

@@ -106,9 +106,9 @@ kinds! {
     1 BadMagic "bad_magic" Caller REFUSED false;
     /// The other side speaks another version.
     2 VersionMismatch "version_mismatch" Environment ABSENT false;
-    /// No such kind of request.
+    /// The kind of request does not exist.
     3 UnknownRequest "unknown_request" Caller REFUSED false;
-    /// A field or byte that this version keeps free is not zero.
+    /// A reserved field or byte is not zero.
     4 ReservedField "reserved_field" Caller REFUSED false;
     /// The object's name is empty, too long or not UTF-8.
     5 ObjectName "object_name" Caller REFUSED false;
@@ -116,7 +116,7 @@ kinds! {
     6 UnknownObject "unknown_object" Caller REFUSED false;
     /// The object's database could not be loaded.
     7 CorruptObject "corrupt_object" Environment REFUSED false;
-    /// No contact, or more than there is room for.
+    /// The request has no contact, or more than eight.
     8 ContactCount "contact_count" Caller REFUSED false;
     /// A contact point is not finite.
     9 ContactPoint "contact_point" Caller REFUSED false;
@@ -130,45 +130,45 @@ kinds! {
     13 ContactRadius "contact_radius" Caller REFUSED false;
     /// γ is not above zero, or not finite.
     14 Gamma "gamma" Caller REFUSED false;
-    /// A degree of zero, beyond the object's cap, or from an unknown source.
+    /// The degree is zero, above the object's limit, or from an unknown rule.
     15 Degree "degree" Caller REFUSED false;
-    /// A lift that is unknown or that the object was not baked for.
+    /// The lift is unknown, or the object was not baked for it.
     16 Lift "lift" Caller REFUSED false;
-    /// An effect that this version does not have.
+    /// The effect does not exist in this version.
     17 UnknownEffect "unknown_effect" Caller REFUSED false;
-    /// A budget that this version does not have, or that is not finite.
+    /// The preset is unknown, or a limit of time, error or iterations is out of range.
     18 Budget "budget" Caller REFUSED false;
     /// An invalid coordinate convention: an unknown number or name, or a unit of length out of range.
     19 Convention "convention" Caller REFUSED false;
-    /// The service keeps no result under this handle: it never did, the result was released, or its time is over.
+    /// The service retains no result under this handle: it expired, was released or evicted, or never existed.
     20 UnknownHandle "unknown_handle" Caller REFUSED false;
-    /// The result would exceed the caller's cap on fragments or bytes.
+    /// The result would exceed the limit of fragments or bytes.
     21 CapExceeded "cap_exceeded" Caller REFUSED false;
-    /// A name of a service that is not 1 to 32 letters, digits, `-` or `_`.
+    /// The name of the service is not 1 to 32 letters, digits, `-` or `_`.
     22 ServiceName "service_name" Caller REFUSED false;
-    /// A configuration key or value that cannot be used.
+    /// A key or value of the configuration or scene is invalid.
     23 Configuration "configuration" Caller REFUSED false;
     /// An output file could not be written.
     24 Output "output" Environment REFUSED false;
-    /// The elastic solve cannot follow this load.
+    /// The displacement under this load cannot be computed.
     25 Unsolvable "unsolvable" Caller REFUSED false;
-    /// An unknown source of displacements.
+    /// The source of displacements is unknown.
     26 Elastic "elastic" Caller REFUSED false;
-    /// An effect that is both on and off, or without what it needs.
+    /// An effect is both enabled and disabled, or an effect or table that it needs is missing.
     27 Effect "effect" Caller REFUSED false;
     /// The result has no such fragment.
     28 UnknownFragment "unknown_fragment" Caller REFUSED false;
-    /// A fragment too small to be struck again, or too large to be deformed.
+    /// The fragment is too small to be struck again, or too thin for the elastic lattice.
     29 FragmentSize "fragment_size" Caller REFUSED false;
-    /// A ray without a direction, beside other contacts, or missing where one is needed.
+    /// A ray has no direction, is combined with other contacts, or is missing.
     30 Ray "ray" Caller REFUSED false;
-    /// A ray that does not meet the object.
+    /// The ray misses the object.
     31 RayMissed "ray_missed" Caller REFUSED false;
     /// The queue or the pool of results is full.
     40 Busy "busy" Service BUSY true;
-    /// The deadline passed first.
+    /// The deadline passed before the result was ready.
     41 Late "late" Service BUSY true;
-    /// The daemon is ending.
+    /// The daemon is stopping.
     42 Stopping "stopping" Service BUSY true;
     /// The request was canceled.
     43 Cancelled "cancelled" Caller REFUSED true;
@@ -184,7 +184,7 @@ kinds! {
     48 Loading "loading" Service BUSY true;
     /// No daemon of this name runs.
     60 NoDaemon "no_daemon" Environment ABSENT true;
-    /// The daemon went away while a request was with it.
+    /// The daemon ended during the request.
     61 Lost "lost" Environment ABSENT true;
     /// Another daemon of this name runs.
     62 SecondDaemon "second_daemon" Environment REFUSED false;
@@ -306,14 +306,14 @@ mod tests {
     }
 
     #[test]
-    fn main_prints_a_sentence() {
+    fn an_error_displays_as_a_sentence() {
         let error = Error::new(ErrorKind::Impulse, "contacts[1].impulse_ns", "the impulse is zero");
         assert_eq!(format!("{error:?}"), "the impulse is zero (impulse, at `contacts[1].impulse_ns`)");
         assert_eq!(format!("{:?}", Error::new(ErrorKind::Stopping, "", "no more")), "no more (stopping)");
     }
 
     #[test]
-    fn errors_survive_the_wire() {
+    fn errors_round_trip() {
         let error = Error::new(ErrorKind::Impulse, "contacts[1].impulse_ns", "the impulse is zero");
         assert_eq!(Error::from(&ErrorWire::from(&error)), error);
         let busy = Error::new(ErrorKind::Busy, "queue", "full").after(Duration::from_micros(1500));

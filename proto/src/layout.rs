@@ -1,7 +1,7 @@
 //! From counts to offsets: the position of every section of a result before a byte of it is written.
 
 use crate::PROTOCOL_VERSION;
-use crate::result::{ANSWER_MAGIC, BLOCK_BYTES, Block, ResultHeader, SectionKind, SectionWire};
+use crate::result::{AlignedBlock, BLOCK_BYTES, RESULT_MAGIC, ResultHeader, SectionKind, SectionWire};
 use bytemuck::Zeroable;
 
 pub use crate::sections::{SectionCounts, SectionsMut};
@@ -54,7 +54,7 @@ impl Layout {
     /// The header of the result of request `sequence`.
     pub fn header(&self, sequence: u64) -> ResultHeader {
         ResultHeader {
-            magic: ANSWER_MAGIC,
+            magic: RESULT_MAGIC,
             version: PROTOCOL_VERSION,
             status: 1,
             sections: SECTIONS as u32,
@@ -66,7 +66,7 @@ impl Layout {
 
     /// Writes the section table, zeroes the padding between sections, and hands out the sections, whose contents are
     /// still whatever was there. `None` if `payload` is shorter than [`Self::blocks`].
-    pub fn split<'a>(&self, payload: &'a mut [Block]) -> Option<SectionsMut<'a>> {
+    pub fn split<'a>(&self, payload: &'a mut [AlignedBlock]) -> Option<SectionsMut<'a>> {
         let bytes: &'a mut [u8] = bytemuck::cast_slice_mut(payload.get_mut(..self.blocks())?);
         let (table, mut rest) = bytes.split_at_mut_checked(TABLE_BYTES)?;
         table.copy_from_slice(bytemuck::bytes_of(&self.table));
@@ -91,7 +91,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn an_answer_without_fragments_is_small() {
+    fn a_result_without_fragments_is_small() {
         let layout = Layout::new(&SectionCounts::default()).unwrap();
         assert_eq!((layout.used_bytes(), layout.blocks()), (1472, 23));
     }
@@ -104,7 +104,7 @@ mod tests {
     #[test]
     fn a_short_payload_is_refused() {
         let layout = Layout::new(&SectionCounts::default()).unwrap();
-        let mut payload = vec![Block::zeroed(); layout.blocks() - 1];
+        let mut payload = vec![AlignedBlock::zeroed(); layout.blocks() - 1];
         assert!(layout.split(&mut payload).is_none());
     }
 
@@ -122,7 +122,7 @@ mod tests {
             let extra = SectionCounts { velocities, normals, uvs, bonds, debris, ..extra };
             let counts = SectionCounts { fragments, runs, merges, vertices, indices, ..extra };
             let layout = Layout::new(&counts).unwrap();
-            let mut payload = vec![Block { bytes: [0xaa; 64] }; layout.blocks()];
+            let mut payload = vec![AlignedBlock { bytes: [0xaa; 64] }; layout.blocks()];
             let base = payload.as_ptr() as usize;
             let sections = layout.split(&mut payload).unwrap();
             prop_assert_eq!(sections.positions.len(), vertices);

@@ -1,19 +1,20 @@
-//! The vocabulary that `shatterd` and its clients share: plain data alone.
+//! Types that `shatterd` and its clients share: plain data only.
 //!
 //! A **request** ([`request::RequestWire`], [`control::ControlRequestWire`]) is fixed-size plain old data. The daemon copies it
-//! once and then validates the copy into a typed value: the sender can still write to its own memory.
+//! once, because the sender can still write to its own memory, and validates the copy into a typed value.
 //!
-//! A **result** is a header ([`result::ResultHeader`]), a section table, and sections of 64-byte [`result::Block`]s.
-//! [`layout::Layout`] computes every offset from counts before a byte is written; [`view::CheckedLayout`] checks every offset,
-//! alignment, count and index before a byte is used.
+//! A **result** is a header ([`result::ResultHeader`]), a section table, and sections of 64-byte [`result::AlignedBlock`]s.
+//! [`layout::Layout`] computes every offset from the counts before a byte is written. [`view::CheckedLayout`] checks every
+//! offset, alignment, count and index before a byte is used.
 //!
-//! An **error** ([`error::Error`]) has a kind: one noun per rule. It never travels in a result: after a request that was closed without
-//! one, the control service has the reason. So an exhausted pool of results suppresses no error.
+//! An **error** ([`error::Error`]) has a kind: one word per rule. It is never sent as a result. If a request closes without a
+//! result, the client asks the control service for the error. So errors arrive even if the pool of results is exhausted.
 //!
-//! On the wire: little-endian (both ends run on one machine), right-handed, +Y up, meters, kilograms, seconds,
-//! counter-clockwise seen from outside. A request may name another [`convention::Convention`]: the daemon then reads contacts and writes
-//! results in it, whatever unit a field's name ends with. Types whose names end with `Wire` or `Row` are what travels; hosts see the
-//! plain types beside them.
+//! In shared memory, numbers are little-endian, because both ends run on one machine. Coordinates are right-handed, +Y up, in
+//! meters, kilograms and seconds; triangles are counter-clockwise seen from outside. A request may name another
+//! [`convention::Convention`]. The daemon then reads contacts and writes results in it, whatever unit a field's name ends with.
+//!
+//! Types whose names end with `Wire` or `Row` are the rows of shared memory; hosts read the plain types beside them.
 
 mod codes;
 pub mod control;
@@ -21,6 +22,7 @@ pub mod convention;
 mod costs;
 pub mod effect;
 pub mod error;
+mod in_meters;
 pub mod layout;
 pub mod name;
 mod output_rows;

@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_names_are_told() {
+    fn unknown_names_suggest_the_nearest() {
         let known = ["horse", "mug", "vase", "vase-2"];
         assert_eq!(nearest("vaze", &known), ["vase", "vase-2"]);
         assert_eq!(nearest("Mug", &known), ["mug"]);

@@ -1,5 +1,7 @@
 //! Rows that effects add to results: as they lie in shared memory, and as hosts read them.
 
+use crate::convention::Convention;
+use crate::in_meters::InMeters;
 use bytemuck::{Pod, Zeroable};
 
 /// Velocity of a fragment once it is free, in addition to the object's motion. Neither linear nor angular momentum is left when all
@@ -11,6 +13,12 @@ pub struct FragmentVelocity {
     pub linear_m_s: [f64; 3],
     /// Angular velocity, rad/s.
     pub angular_rad_s: [f64; 3],
+}
+
+impl InMeters for FragmentVelocity {
+    fn in_meters(&self, from: &Convention) -> Self {
+        Self { linear_m_s: from.our_vector(self.linear_m_s), angular_rad_s: from.our_axial(self.angular_rad_s) }
+    }
 }
 
 /// First intersection of a ray with the object.
@@ -44,6 +52,17 @@ pub struct BondWire {
     pub normal: [f64; 3],
     /// See [`Bond::centroid_m`].
     pub centroid_m: [f64; 3],
+}
+
+impl InMeters for BondWire {
+    fn in_meters(&self, from: &Convention) -> Self {
+        Self {
+            area_m2: from.meters2(self.area_m2),
+            normal: from.our_direction(self.normal),
+            centroid_m: from.our_vector(self.centroid_m),
+            ..*self
+        }
+    }
 }
 
 impl BondWire {
@@ -114,6 +133,17 @@ pub struct DebrisWire {
     pub reserved: u32,
 }
 
+impl InMeters for DebrisWire {
+    fn in_meters(&self, from: &Convention) -> Self {
+        Self {
+            position_m: from.our_vector_f32(self.position_m),
+            normal: from.our_direction(self.normal),
+            size_m: from.meters(self.size_m.into()) as f32,
+            ..*self
+        }
+    }
+}
+
 /// A point of a crack from which dust and chips come.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -155,6 +185,12 @@ pub struct HullWire {
     pub margin_m: f64,
 }
 
+impl InMeters for HullWire {
+    fn in_meters(&self, from: &Convention) -> Self {
+        Self { margin_m: from.meters(self.margin_m), ..*self }
+    }
+}
+
 /// The input's normal and texture coordinates at a vertex of an outer face; zero on crack faces. Plain numbers in this order
 /// (`repr(C)`): a slice can be handed to a GPU as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -164,6 +200,12 @@ pub struct OuterAttributes {
     pub normal: [f32; 3],
     /// Texture coordinates of the input, v upwards (OBJ's; 1 − v of glTF's); zero where it has none.
     pub uv: [f32; 2],
+}
+
+impl InMeters for OuterAttributes {
+    fn in_meters(&self, from: &Convention) -> Self {
+        Self { normal: from.our_direction(self.normal), ..*self }
+    }
 }
 
 /// The part of the input's surface that belongs to one fragment; empty if the fragment has no outer surface.
@@ -192,8 +234,22 @@ pub struct SkinVertex {
     pub uv: [f32; 2],
 }
 
+impl InMeters for SkinVertex {
+    fn in_meters(&self, from: &Convention) -> Self {
+        Self { position_m: from.our_vector_f32(self.position_m), normal: from.our_direction(self.normal), ..*self }
+    }
+}
+
 /// Material of a triangle that has none of the input's: of crack faces, for instance.
 pub const NO_MATERIAL: u32 = u32::MAX;
 
 /// Most triangles of a hull.
 pub const HULL_FACES_MAX: usize = 64;
+
+const _: () = assert!(size_of::<FragmentVelocity>() == 48);
+const _: () = assert!(size_of::<BondWire>() == 64);
+const _: () = assert!(size_of::<DebrisWire>() == 40);
+const _: () = assert!(size_of::<HullWire>() == 32);
+const _: () = assert!(size_of::<OuterAttributes>() == 20);
+const _: () = assert!(size_of::<SkinWire>() == 16);
+const _: () = assert!(size_of::<SkinVertex>() == 32);

@@ -1,52 +1,51 @@
 //! A result: header, section table, sections.
 //!
-//! The header travels as the transport's user header. The payload is a slice of [`Block`]s: first the section table, one
-//! [`SectionWire`] per section, then the sections in the order of [`SectionKind::ALL`], each beginning at a multiple of
-//! 64 bytes. Index values and merge pairs are relative to the first vertex of their fragment; everything else counts from
-//! the beginning of its section.
+//! The header is sent as the transport's user header. The payload is a slice of [`AlignedBlock`]s. It begins with the section
+//! table, one [`SectionWire`] per section. The sections follow in the order of [`SectionKind::ALL`], each at a multiple
+//! of 64 bytes. Indices and merge pairs count from the first vertex of their fragment; all other numbers count from the
+//! beginning of their section.
 //!
-//! Vertex sets belong to runs: a vertex on the rim of two runs appears in both, at bitwise equal positions, and the merge
-//! pairs say which ones are the same, so that a fragment is provably closed although its normals split (after Manifold,
-//! *merge vectors*).
+//! Each run of triangles has its own vertices. A vertex on the border of two runs appears in both, at bitwise equal
+//! positions. The merge pairs list vertices that are one point (after Manifold, *merge vectors*). So a fragment can be
+//! checked to be closed although its normals differ across runs.
 //!
-//! Units, axes and winding are those of the default convention. The result of a request with another one ([`crate::convention`]) is
-//! in its axes, winding and unit of length: then `_m`, `_m2` and `_m3` stand for that unit.
+//! Units, axes and winding are those of the default convention. The result of a request with another convention
+//! ([`crate::convention`]) uses that one's axes, winding and unit of length; `_m`, `_m2` and `_m3` then stand for that unit.
 //!
-//! Types whose names end with `Wire` are rows of shared memory: numbers stand for choices, zero for nothing. Hosts read the plain types
-//! beside them: [`Summary`], [`StageCost`], [`EffectCost`], [`Bond`], [`DebrisPoint`]. [`FragmentVelocity`], [`OuterAttributes`] and
-//! [`SkinVertex`] are both: they hold numbers alone.
+//! Types whose names end with `Wire` are rows of shared memory: choices are numbers, and zero means absent. Hosts read the plain
+//! types beside them: [`Summary`], [`StageCost`], [`EffectCost`], [`Bond`], [`DebrisPoint`]. [`FragmentVelocity`],
+//! [`OuterAttributes`] and [`SkinVertex`] contain numbers only and serve as both.
 
+use crate::convention::Convention;
+use crate::in_meters::InMeters;
 use bytemuck::{Pod, Zeroable};
 
 pub use crate::codes::{DegreeMethod, DegreeOrigin, EnergySource, OverrunCause, StageKind, StopCriterion};
 pub use crate::costs::{EffectCost, EffectWire, StageCost, StageWire};
-pub use crate::output_rows::{
-    Bond, BondWire, DebrisPoint, DebrisWire, FragmentVelocity, HULL_FACES_MAX, HitWire, HullWire, NO_MATERIAL,
-    OuterAttributes, SkinVertex, SkinWire, WORLD,
-};
+pub use crate::output_rows::*;
 pub use crate::sections::SectionKind;
 pub use crate::summary::{MissedTime, Summary, SummaryWire};
 
 /// First bytes of every result.
-pub const ANSWER_MAGIC: u32 = u32::from_le_bytes(*b"SHTa");
+pub const RESULT_MAGIC: u32 = u32::from_le_bytes(*b"SHTa");
 
 /// The element in which results are lent: its alignment is the alignment of every section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 #[repr(align(64))]
-pub struct Block {
+pub struct AlignedBlock {
     /// Whatever the section table says.
     pub bytes: [u8; 64],
 }
 
-/// Bytes per [`Block`], and alignment of every section.
-pub const BLOCK_BYTES: usize = size_of::<Block>();
+/// Bytes per [`AlignedBlock`], and alignment of every section.
+pub const BLOCK_BYTES: usize = size_of::<AlignedBlock>();
 
 /// Header of a result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ResultHeader {
-    /// [`ANSWER_MAGIC`].
+    /// [`RESULT_MAGIC`].
     pub magic: u32,
     /// [`crate::PROTOCOL_VERSION`].
     pub version: u32,
@@ -141,7 +140,18 @@ pub struct FragmentWire {
     pub energy_j_m2: f64,
 }
 
-const _: () = assert!(size_of::<Block>() == 64 && align_of::<Block>() == 64);
+impl InMeters for FragmentWire {
+    fn in_meters(&self, from: &Convention) -> Self {
+        Self {
+            volume_m3: from.meters3(self.volume_m3),
+            center_m: from.our_vector(self.center_m),
+            inertia_kg_m2: from.our_inertia(self.inertia_kg_m2),
+            ..*self
+        }
+    }
+}
+
+const _: () = assert!(size_of::<AlignedBlock>() == 64 && align_of::<AlignedBlock>() == 64);
 const _: () = assert!(size_of::<ResultHeader>() == 64);
 const _: () = assert!(size_of::<SectionWire>() == 24);
 const _: () = assert!(size_of::<SummaryWire>() == 296);
@@ -149,11 +159,4 @@ const _: () = assert!(size_of::<StageWire>() == 24);
 const _: () = assert!(size_of::<RunWire>() == 32);
 const _: () = assert!(size_of::<FragmentWire>() == 144);
 const _: () = assert!(size_of::<EffectWire>() == 24);
-const _: () = assert!(size_of::<FragmentVelocity>() == 48);
-const _: () = assert!(size_of::<BondWire>() == 64);
-const _: () = assert!(size_of::<DebrisWire>() == 40);
-const _: () = assert!(size_of::<HullWire>() == 32);
-const _: () = assert!(size_of::<OuterAttributes>() == 20);
-const _: () = assert!(size_of::<SkinWire>() == 16);
-const _: () = assert!(size_of::<SkinVertex>() == 32);
 const _: () = assert!(crate::PROTOCOL_VERSION == 6, "sizes above are those of version 6");

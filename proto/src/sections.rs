@@ -1,6 +1,8 @@
-//! The sections of a result: one table says everything that layout, writer and reader know of them.
+//! The sections of a result: one table says everything that layout, writer, reader and unit conversion know of them.
 
+use crate::convention::Convention;
 use crate::effect::Effect;
+use crate::in_meters::{InMeters, direction, each, offset, same, triangles};
 use crate::result::{
     BondWire, DebrisWire, EffectWire, FragmentVelocity, FragmentWire, HullWire, OuterAttributes, RunWire, SkinVertex,
     SkinWire, StageKind, StageWire, SummaryWire,
@@ -49,9 +51,13 @@ pub struct SectionCounts {
     pub skin_materials: usize,
 }
 
-/// Number, kind, name, element, the effect that a section belongs to, and how many elements it has.
+/// Number, kind, name, element, the effect that a section belongs to, how many elements it has, and how its elements are converted from a
+/// host's convention to the default one.
 macro_rules! sections {
-    ($($(#[doc = $doc:literal])* $number:literal $kind:ident $name:ident: $row:ty, $effect:expr, $count:expr;)*) => {
+    ($(
+        $(#[doc = $doc:literal])*
+        $number:literal $kind:ident $name:ident: $row:ty, $effect:expr, $count:expr, $in_meters:expr;
+    )*) => {
         /// The sections of a result.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[repr(u32)]
@@ -142,6 +148,18 @@ macro_rules! sections {
                 Self { summary, $($name: &[],)* }
             }
 
+            /// A copy of the sections that depend on the convention, from `from` to the default one.
+            #[must_use]
+            pub fn in_meters(&self, from: &Convention) -> SectionsInMeters {
+                fn of<T>(rows: &[T], from: &Convention, convert: impl Fn(&[T], &Convention) -> Option<Vec<T>>) -> Option<Vec<T>> {
+                    convert(rows, from)
+                }
+                SectionsInMeters {
+                    summary: self.summary.in_meters(from),
+                    $($name: of(self.$name, from, $in_meters),)*
+                }
+            }
+
             /// The bytes of a section.
             pub fn bytes(&self, kind: SectionKind) -> &'a [u8] {
                 match kind {
@@ -150,50 +168,68 @@ macro_rules! sections {
                 }
             }
         }
+
+        /// The sections of a result that depend on its convention, in the default one.
+        #[derive(Clone, Debug)]
+        pub struct SectionsInMeters {
+            summary: SummaryWire,
+            $($name: Option<Vec<$row>>,)*
+        }
+
+        impl SectionsInMeters {
+            /// These sections, and those of `given` that do not depend on the convention.
+            #[must_use]
+            pub fn view<'a>(&'a self, given: &ResultView<'a>) -> ResultView<'a> {
+                ResultView {
+                    summary: &self.summary,
+                    $($name: self.$name.as_deref().unwrap_or(given.$name),)*
+                }
+            }
+        }
     };
 }
 
 sections! {
     /// One [`StageWire`] per stage.
-    2 Stages stages: StageWire, None, |_| StageKind::ALL.len();
+    2 Stages stages: StageWire, None, |_| StageKind::ALL.len(), same;
     /// One [`FragmentWire`] per fragment.
-    3 Fragments fragments: FragmentWire, None, |counts| counts.fragments;
+    3 Fragments fragments: FragmentWire, None, |counts| counts.fragments, each(InMeters::in_meters);
     /// One [`RunWire`] per run.
-    4 Runs runs: RunWire, None, |counts| counts.runs;
+    4 Runs runs: RunWire, None, |counts| counts.runs, same;
     /// Pairs of u32: (from, to) vertices of one fragment that are the same point.
-    5 Merges merges: [u32; 2], None, |counts| counts.merges;
+    5 Merges merges: [u32; 2], None, |counts| counts.merges, same;
     /// Three f32 per vertex, m, relative to the fragment's center of mass.
-    6 Positions positions: [f32; 3], None, |counts| counts.vertices;
+    6 Positions positions: [f32; 3], None, |counts| counts.vertices, each(offset);
     /// One u32 per corner, three per triangle, counter-clockwise from outside.
-    7 Indices indices: u32, None, |counts| counts.indices;
+    7 Indices indices: u32, None, |counts| counts.indices, triangles;
     /// One [`EffectWire`] per effect.
-    8 Effects effects: EffectWire, None, |_| Effect::ALL.len();
+    8 Effects effects: EffectWire, None, |_| Effect::ALL.len(), same;
     /// One [`FragmentVelocity`] per fragment, or none.
-    9 Velocities velocities: FragmentVelocity, Some(Effect::Release), |counts| counts.velocities;
+    9 Velocities velocities: FragmentVelocity, Some(Effect::Release), |counts| counts.velocities, each(InMeters::in_meters);
     /// Three f32 per vertex, of length one; or none.
-    10 Normals normals: [f32; 3], Some(Effect::Normals), |counts| counts.normals;
+    10 Normals normals: [f32; 3], Some(Effect::Normals), |counts| counts.normals, each(direction);
     /// Two f32 per vertex, m; or none.
-    11 Uvs uvs: [f32; 2], Some(Effect::Uv), |counts| counts.uvs;
+    11 Uvs uvs: [f32; 2], Some(Effect::Uv), |counts| counts.uvs, same;
     /// One [`BondWire`] per pair of fragments that touch, and per fragment that the world holds; or none.
-    12 Bonds bonds: BondWire, Some(Effect::Bonds), |counts| counts.bonds;
+    12 Bonds bonds: BondWire, Some(Effect::Bonds), |counts| counts.bonds, each(InMeters::in_meters);
     /// One [`DebrisWire`] per point, or none.
-    13 Debris debris: DebrisWire, Some(Effect::Debris), |counts| counts.debris;
+    13 Debris debris: DebrisWire, Some(Effect::Debris), |counts| counts.debris, each(InMeters::in_meters);
     /// One [`HullWire`] per fragment, or none.
-    14 Hulls hulls: HullWire, Some(Effect::Hulls), |counts| counts.hulls;
+    14 Hulls hulls: HullWire, Some(Effect::Hulls), |counts| counts.hulls, each(InMeters::in_meters);
     /// Three f32 per vertex of a hull, m, relative to the center of mass of the hull's fragment.
-    15 HullPositions hull_positions: [f32; 3], Some(Effect::Hulls), |counts| counts.hull_vertices;
+    15 HullPositions hull_positions: [f32; 3], Some(Effect::Hulls), |counts| counts.hull_vertices, each(offset);
     /// One u32 per corner of a hull's triangles, counter-clockwise from outside, relative to the first vertex of the hull.
-    16 HullIndices hull_indices: u32, Some(Effect::Hulls), |counts| counts.hull_indices;
+    16 HullIndices hull_indices: u32, Some(Effect::Hulls), |counts| counts.hull_indices, triangles;
     /// One [`OuterAttributes`] per vertex, or none.
-    17 Looks looks: OuterAttributes, Some(Effect::Attributes), |counts| counts.looks;
+    17 Looks looks: OuterAttributes, Some(Effect::Attributes), |counts| counts.looks, each(InMeters::in_meters);
     /// One u32 per triangle, a material of the input or [`NO_MATERIAL`](crate::result::NO_MATERIAL); none if it has no materials.
-    18 Materials materials: u32, Some(Effect::Attributes), |counts| counts.materials;
+    18 Materials materials: u32, Some(Effect::Attributes), |counts| counts.materials, same;
     /// One [`SkinWire`] per fragment, or none.
-    19 Skins skins: SkinWire, Some(Effect::Skin), |counts| counts.skins;
+    19 Skins skins: SkinWire, Some(Effect::Skin), |counts| counts.skins, same;
     /// One [`SkinVertex`] per vertex of a skin.
-    20 SkinVertices skin_vertices: SkinVertex, Some(Effect::Skin), |counts| counts.skin_vertices;
+    20 SkinVertices skin_vertices: SkinVertex, Some(Effect::Skin), |counts| counts.skin_vertices, each(InMeters::in_meters);
     /// One u32 per corner of a skin's triangles, counter-clockwise from outside, relative to the first vertex of the skin.
-    21 SkinIndices skin_indices: u32, Some(Effect::Skin), |counts| counts.skin_indices;
+    21 SkinIndices skin_indices: u32, Some(Effect::Skin), |counts| counts.skin_indices, triangles;
     /// One u32 per triangle of all skins, as `materials`; none if the input has no materials.
-    22 SkinMaterials skin_materials: u32, Some(Effect::Skin), |counts| counts.skin_materials;
+    22 SkinMaterials skin_materials: u32, Some(Effect::Skin), |counts| counts.skin_materials, same;
 }

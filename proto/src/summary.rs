@@ -1,6 +1,8 @@
 //! The facts of a result: as they travel, and as a host reads them.
 
 use crate::codes::{DegreeMethod, DegreeOrigin, EnergySource, OverrunCause, StopCriterion};
+use crate::convention::Convention;
+use crate::in_meters::InMeters;
 use crate::name::OBJECT_NAME_MAX;
 use crate::output_rows::HitWire;
 use crate::request::Quality;
@@ -74,6 +76,12 @@ pub struct SummaryWire {
     pub hit: HitWire,
     /// By how much `time_ns` exceeds the time that was asked for, ns; zero: it was kept, or none was asked for.
     pub overrun_ns: u64,
+}
+
+impl InMeters for SummaryWire {
+    fn in_meters(&self, from: &Convention) -> Self {
+        Self { radius_m: from.meters(self.radius_m), ..*self }
+    }
 }
 
 impl SummaryWire {
@@ -241,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn zeros_of_the_row_stand_for_nothing() {
+    fn zeros_in_the_row_mean_absent() {
         let mut row =
             SummaryWire { degree_source: 5, quality: 2, handle: 9, capped: 1, time_ns: 3, ..SummaryWire::zeroed() };
         row.set_object("Bär");

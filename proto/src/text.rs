@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn lengths_beyond_the_room_are_refused() {
+    fn lengths_beyond_the_buffer_are_rejected() {
         assert_eq!(get(&[b'a'; 4], 5), None);
         assert_eq!(get(&[0xff; 4], 2), None);
         assert_eq!(show(&[b'a'; 4], 9), "aaaa");

@@ -2,12 +2,12 @@
 
 use crate::layout::{SECTIONS, TABLE_BYTES};
 use crate::result::{
-    ANSWER_MAGIC, BLOCK_BYTES, Block, FragmentWire, OUTER, ResultHeader, RunWire, SectionKind, SectionWire,
+    AlignedBlock, BLOCK_BYTES, FragmentWire, OUTER, RESULT_MAGIC, ResultHeader, RunWire, SectionKind, SectionWire,
 };
 use crate::{Error, ErrorKind, PROTOCOL_VERSION};
 use std::ops::Range;
 
-pub use crate::sections::ResultView;
+pub use crate::sections::{ResultView, SectionsInMeters};
 
 /// Positions of the sections of a result, after all checks. Cheap to keep beside the payload that it was checked against.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,7 +20,7 @@ impl CheckedLayout {
     ///
     /// # Errors
     /// `bad_answer` at the first field that does not fit.
-    pub fn new(header: &ResultHeader, payload: &[Block]) -> Result<Self, Error> {
+    pub fn new(header: &ResultHeader, payload: &[AlignedBlock]) -> Result<Self, Error> {
         head(header)?;
         let bytes: &[u8] = bytemuck::cast_slice(payload);
         let used = usize::try_from(header.used_bytes).ok().filter(|used| *used <= bytes.len());
@@ -33,7 +33,7 @@ impl CheckedLayout {
     }
 
     /// The sections of `payload`: the one that was checked. `None` for another one in which they do not fit.
-    pub fn view<'a>(&self, payload: &'a [Block]) -> Option<ResultView<'a>> {
+    pub fn view<'a>(&self, payload: &'a [AlignedBlock]) -> Option<ResultView<'a>> {
         let bytes: &'a [u8] = bytemuck::cast_slice(payload);
         let section = |kind: SectionKind| bytes.get(self.ranges[kind as usize - 1].clone());
         ResultView::of(section)
@@ -47,7 +47,7 @@ fn bad(at: impl Into<String>, what: impl std::fmt::Display) -> Error {
 }
 
 fn head(header: &ResultHeader) -> Result<(), Error> {
-    if header.magic != ANSWER_MAGIC {
+    if header.magic != RESULT_MAGIC {
         return Err(bad("magic", format!("{:#010x}", header.magic)));
     }
     if header.version != PROTOCOL_VERSION {

@@ -3,7 +3,7 @@
 use crate::control::{ControlReplyHeader, ControlRequestWire};
 use crate::error::ErrorWire;
 use crate::request::{ContactWire, RequestWire};
-use crate::result::{Block, ResultHeader};
+use crate::result::{AlignedBlock, ResultHeader};
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 /// Lets values of a type lie in shared memory, under a name that both sides compare.
@@ -24,11 +24,11 @@ macro_rules! zero_copy {
 fn plain<T: bytemuck::Pod>(_: &T) {}
 
 zero_copy! {
-    Block: "shatter.Block.v1",
+    AlignedBlock: "shatter.Block.v1",
     ResultHeader: "shatter.AnswerHeader.v1",
     ControlRequestWire: "shatter.Control.v1",
     ControlReplyHeader: "shatter.ControlHeader.v1",
-    ErrorWire: "shatter.Refusal.v1",
+    ErrorWire: "shatter.ServiceError.v1",
     ContactWire: "shatter.Contact.v1",
     RequestWire: "shatter.Strike.v1",
 }

@@ -18,7 +18,7 @@ use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
 use shatter_proto::request::{self, DegreeRule};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use support::{Child, TestPlace, patience, shatterd};
+use support::{Child, TestDirectory, shatterd, timeout};
 
 const SITES: u32 = 50;
 const STRIKES: usize = 200;
@@ -71,22 +71,22 @@ struct Times {
 fn strikes(object: &Object, impacts: &[Impact]) -> Times {
     let mut times = Times::default();
     for (index, impact) in impacts.iter().enumerate() {
-        let broken = match object.strike(impact).unwrap().wait(patience()) {
-            Ok(broken) => broken,
-            Err(refusal) if refusal.kind == ErrorKind::ContactTooFar => continue,
-            Err(refusal) => panic!("{refusal}"),
+        let result = match object.strike(impact).unwrap().wait(timeout()) {
+            Ok(result) => result,
+            Err(error) if error.kind == ErrorKind::ContactTooFar => continue,
+            Err(error) => panic!("{error}"),
         };
         if index < WARM {
             continue;
         }
-        let whole = broken.round_trip().as_secs_f64() * 1e3;
-        let stages = broken.stages().map(|cost| cost.time.as_secs_f64()).sum::<f64>() * 1e3;
+        let whole = result.round_trip().as_secs_f64() * 1e3;
+        let stages = result.stages().map(|cost| cost.time.as_secs_f64()).sum::<f64>() * 1e3;
         times.whole.push(whole);
         times.stages.push(stages);
         times.floor.push(whole - stages);
-        let triangles = broken.fragments().map(|fragment| fragment.indices().len() / 3).sum::<usize>();
+        let triangles = result.fragments().map(|fragment| fragment.indices().len() / 3).sum::<usize>();
         times.triangles.push(triangles as f64);
-        times.solved += usize::from(broken.summary().energy_source == EnergySource::Solve);
+        times.solved += usize::from(result.summary().energy_source == EnergySource::Solve);
         std::thread::sleep(Duration::from_millis(2));
     }
     times
@@ -103,7 +103,7 @@ fn main() {
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
-    let here = TestPlace::new("frame");
+    let here = TestDirectory::new("frame");
     let folder = std::env::var_os("SHATTER_BENCH_FOLDER").map_or_else(|| here.databases(), PathBuf::from);
     let names = std::env::var("SHATTER_BENCH_PRESETS").unwrap_or_else(|_| "draft,game,film".to_owned());
     let presets: Vec<Preset> = names.split(',').map(|name| Preset::by_name(name).unwrap()).collect();
@@ -115,10 +115,10 @@ fn main() {
         }
     }
     let daemon = Child::start(&mut shatterd(&here));
-    let service = Client::connect_at(&here.place, patience()).unwrap();
+    let service = Client::connect_at(&here.place, timeout()).unwrap();
     println!("preset  elastic  crack nodes    p50     p99   stages   floor (ms)  solved  triangles");
     for (quality, prepared) in presets.into_iter().zip(&prepared) {
-        let object = service.object(&prepared.name, patience()).unwrap();
+        let object = service.object(&prepared.name, timeout()).unwrap();
         let times = strikes(&object, &impacts(prepared, quality));
         println!(
             "{:8} {:6} {:11} {:8.2} {:7.2} {:7.2} {:8.3} {:12}/{} {:9.0}",

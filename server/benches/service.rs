@@ -20,13 +20,13 @@ use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, DegreeRule, Request};
-use shatter_proto::result::{Block, ResultHeader};
+use shatter_proto::result::{AlignedBlock, ResultHeader};
 use shatter_server::jobs::lanes;
 use std::path::Path;
 use std::sync::Barrier;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
-use support::{Child, InProcess, TestPlace, patience, shatter, shatterd};
+use support::{Child, InProcess, TestDirectory, shatter, shatterd, timeout};
 
 const SITES: u32 = 50;
 const CLIENTS: &str = "8";
@@ -73,7 +73,12 @@ fn strike(served: &EngineObject, number: usize) -> Request {
 }
 
 /// Computes one result from request to bytes, as the daemon's threads do; returns its length, and time of all stages.
-fn answer(served: &EngineObject, number: usize, workspace: &mut Workspace, payload: &mut Vec<Block>) -> (u64, u64) {
+fn answer(
+    served: &EngineObject,
+    number: usize,
+    workspace: &mut Workspace,
+    payload: &mut Vec<AlignedBlock>,
+) -> (u64, u64) {
     let clock = StageProfiler::default();
     let strike = strike(served, number);
     let outcome = served.strike(&strike, workspace, &CancelToken::default(), &clock).unwrap();
@@ -105,7 +110,7 @@ fn in_process(served: &EngineObject, lanes: &[ThreadPool]) -> (f64, u64, Duratio
 }
 
 /// One run of the load tool.
-fn loaded(here: &TestPlace, clients: &str, how: &[&str]) -> Value {
+fn loaded(here: &TestDirectory, clients: &str, how: &[&str]) -> Value {
     let (seconds, sites) = (seconds().to_string(), SITES.to_string());
     let all = ["load", "bench", "--clients", clients, "--seconds", &seconds, "--degree", &sites, "--json"];
     let (code, text) = shatter(here, &[&all, how].concat());
@@ -123,8 +128,8 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 /// Results of the slowest client over those of the fastest.
-fn fairness(told: &Value) -> f64 {
-    let each: Vec<f64> = told["per_client_ok"].as_array().unwrap().iter().map(number).collect();
+fn fairness(report: &Value) -> f64 {
+    let each: Vec<f64> = report["per_client_ok"].as_array().unwrap().iter().map(number).collect();
     each.iter().copied().fold(f64::INFINITY, f64::min) / each.iter().copied().fold(0.0, f64::max)
 }
 
@@ -133,7 +138,7 @@ fn main() {
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
-    let here = TestPlace::new("bench");
+    let here = TestDirectory::new("bench");
     let served = EngineObject::whole(database(&here.databases()));
     served.finish().unwrap();
     let lanes = lanes(std::thread::available_parallelism().map_or(1, usize::from), NICE).unwrap();
@@ -144,10 +149,10 @@ fn main() {
     for (name, apart) in [("enough for all", 1.5), ("enough for half", 0.5)] {
         wall(&here, name, Duration::from_secs_f64(apart / saturation));
     }
-    let told = loaded(&here, "1", &["--closed"]);
+    let report = loaded(&here, "1", &["--closed"]);
     println!(
         "one client: round trip less stages, median {} us, of which the machine sleeps most",
-        told["ipc_share_us_p50"]
+        report["ipc_share_us_p50"]
     );
     assert_eq!(daemon.terminate().code(), Some(0));
     let (us, bytes) = share();
@@ -155,27 +160,27 @@ fn main() {
 }
 
 /// Throughput at saturation, beside the same requests in this process; results per second.
-fn saturated(here: &TestPlace, served: &EngineObject, lanes: &[ThreadPool]) -> f64 {
+fn saturated(here: &TestDirectory, served: &EngineObject, lanes: &[ThreadPool]) -> f64 {
     let (mut ratios, mut through, mut fair) = (Vec::new(), Vec::new(), Vec::new());
     for round in 0..ROUNDS {
         let with = || loaded(here, CLIENTS, &["--closed", "--seed", &round.to_string()]);
         // By turns the one and the other first: a machine that slows down favours neither.
-        let ((rate, bytes, each), told) = match round % 2 {
+        let ((rate, bytes, each), report) = match round % 2 {
             0 => (in_process(served, lanes), with()),
             _ => {
-                let told = with();
-                (in_process(served, lanes), told)
+                let report = with();
+                (in_process(served, lanes), report)
             }
         };
         println!(
             "round {round}: in process {rate:.1}/s ({:.1} ms each, {bytes} bytes), {CLIENTS} clients {:.1}/s, slowest/fastest {:.2}",
             each.as_secs_f64() * 1e3,
-            number(&told["throughput_hz"]),
-            fairness(&told)
+            number(&report["throughput_hz"]),
+            fairness(&report)
         );
-        ratios.push(number(&told["throughput_hz"]) / rate);
-        through.push(number(&told["throughput_hz"]));
-        fair.push(fairness(&told));
+        ratios.push(number(&report["throughput_hz"]) / rate);
+        through.push(number(&report["throughput_hz"]));
+        fair.push(fairness(&report));
     }
     let saturation = median(through);
     println!("throughput through the service over in process: {:.3} (wanted: 0.9)", median(ratios));
@@ -184,15 +189,15 @@ fn saturated(here: &TestPlace, served: &EngineObject, lanes: &[ThreadPool]) -> f
 }
 
 /// Four fifths of that, beside an ideal queue.
-fn steady(here: &TestPlace, rate: f64) {
+fn steady(here: &TestDirectory, rate: f64) {
     let mut ratios = Vec::new();
     for round in 0..ROUNDS {
-        let told = loaded(here, CLIENTS, &["--rate", &rate.to_string(), "--seed", &round.to_string()]);
-        let (p99, ideal) = (number(&told["latency_us"]["p99"]), number(&told["ideal_queue_p99_us"]));
+        let report = loaded(here, CLIENTS, &["--rate", &rate.to_string(), "--seed", &round.to_string()]);
+        let (p99, ideal) = (number(&report["latency_us"]["p99"]), number(&report["ideal_queue_p99_us"]));
         println!(
             "at 80 %, round {round}: {} of {} ok, p99 {:.1} ms, ideal queue {:.1} ms",
-            told["ok"],
-            told["sent"],
+            report["ok"],
+            report["sent"],
             p99 * 1e-3,
             ideal * 1e-3
         );
@@ -202,23 +207,23 @@ fn steady(here: &TestPlace, rate: f64) {
 }
 
 /// Three times as much as it can do, after as much as it can do.
-fn overloaded(here: &TestPlace) {
+fn overloaded(here: &TestDirectory) {
     let (mut goodput, mut refused) = (Vec::new(), Vec::new());
     for round in 0..ROUNDS {
         let seed = round.to_string();
         let saturation = number(&loaded(here, CLIENTS, &["--closed", "--seed", &seed])["throughput_hz"]);
-        let told = loaded(here, CLIENTS, &["--rate", &(3.0 * saturation).to_string(), "--seed", &seed]);
-        let within = |share: &str| number(&told["refusal_us"][share]) * 1e-3;
+        let report = loaded(here, CLIENTS, &["--rate", &(3.0 * saturation).to_string(), "--seed", &seed]);
+        let within = |share: &str| number(&report["refusal_us"][share]) * 1e-3;
         println!(
             "at 300 %, round {round}: {:.1}/s of {saturation:.1}/s; {} of {} ok, {} busy, refused within {:.2} ms (median), {:.2} ms (99 of 100)",
-            number(&told["throughput_hz"]),
-            told["ok"],
-            told["sent"],
-            told["busy"],
+            number(&report["throughput_hz"]),
+            report["ok"],
+            report["sent"],
+            report["busy"],
             within("p50"),
             within("p99")
         );
-        goodput.push(number(&told["throughput_hz"]) / saturation);
+        goodput.push(number(&report["throughput_hz"]) / saturation);
         refused.push((within("p50"), within("p99")));
     }
     println!("at 300 %: goodput over saturation: {:.3} (wanted: 0.9)", median(goodput));
@@ -231,13 +236,13 @@ fn overloaded(here: &TestPlace) {
 }
 
 /// Forty impacts at once from four clients, whose deadlines lie so far apart.
-fn wall(here: &TestPlace, name: &str, apart: Duration) {
+fn wall(here: &TestDirectory, name: &str, apart: Duration) {
     const CLIENTS: usize = 4;
     const ALL: u32 = 40;
     let together = Barrier::new(CLIENTS);
     let client = |first: usize| {
-        let service = Client::connect_at(&here.place, patience()).unwrap();
-        let bench = service.object("bench", patience()).unwrap();
+        let service = Client::connect_at(&here.place, timeout()).unwrap();
+        let bench = service.object("bench", timeout()).unwrap();
         together.wait();
         let begun = Instant::now();
         let send = |rank: u32| {
@@ -256,7 +261,7 @@ fn wall(here: &TestPlace, name: &str, apart: Duration) {
                 Ok(Poll::Pending) => true,
                 ended => {
                     ends.push((
-                        ended.map(drop).map_err(|refusal| refusal.kind),
+                        ended.map(drop).map_err(|error| error.kind),
                         Instant::now().saturating_duration_since(*deadline),
                     ));
                     false
@@ -288,20 +293,20 @@ fn wall(here: &TestPlace, name: &str, apart: Duration) {
 
 /// Median time of a round trip outside the stages, µs, for requests that only write a result, and the length of that result.
 fn share() -> (f64, u64) {
-    let here = TestPlace::new("share");
+    let here = TestDirectory::new("share");
     here.database("large", "large 1000");
     let daemon = InProcess::start(here, "");
-    let large = daemon.connect().object("large", patience()).unwrap();
+    let large = daemon.connect().object("large", timeout()).unwrap();
     let mut bytes = 0;
     let mut once = || {
-        let broken = large
+        let result = large
             .strike(&Impact::new([Contact::new([0.0; 3]).impulse([1.0, 0.0, 0.0])]))
             .unwrap()
-            .wait(patience())
+            .wait(timeout())
             .unwrap();
-        bytes = broken.bytes();
-        let stages: Duration = broken.stages().map(|cost| cost.time).sum();
-        (broken.round_trip().as_secs_f64() - stages.as_secs_f64()) * 1e6
+        bytes = result.bytes();
+        let stages: Duration = result.stages().map(|cost| cost.time).sum();
+        (result.round_trip().as_secs_f64() - stages.as_secs_f64()) * 1e6
     };
     let times = (0..2000).map(|_| once()).collect();
     (median(times), bytes)

@@ -12,7 +12,7 @@ const BUCKET_MIN_BYTES: usize = 16 * MIB;
 
 /// Pool with buckets for the largest result of the loaded objects. Unwritten memory costs nothing.
 pub(crate) fn size(config: &Config, catalog: &Catalog) -> PoolSize {
-    let bytes = catalog.answer_bytes_max().max(BUCKET_MIN_BYTES).min(config.answers.bucket_mib_max * MIB);
+    let bytes = catalog.result_bytes_max().max(BUCKET_MIN_BYTES).min(config.answers.bucket_mib_max * MIB);
     PoolSize {
         clients: config.service.clients_max,
         buckets: config.answers.buckets,
@@ -20,13 +20,13 @@ pub(crate) fn size(config: &Config, catalog: &Catalog) -> PoolSize {
     }
 }
 
-/// Whether results need larger buckets than exist, and larger ones than the last warning (`told`, bytes) asked for.
+/// Whether results need larger buckets than exist, and larger ones than the last warning (`reported`, bytes) asked for.
 ///
 /// `wanted` must not exceed the configured maximum, since a restart makes no larger buckets.
-pub(crate) fn is_short(wanted: u64, bucket_bytes: u64, told: &mut u64) -> bool {
-    let short = wanted > bucket_bytes.max(*told);
+pub(crate) fn is_short(wanted: u64, bucket_bytes: u64, reported: &mut u64) -> bool {
+    let short = wanted > bucket_bytes.max(*reported);
     if short {
-        *told = wanted;
+        *reported = wanted;
     }
     short
 }
@@ -37,8 +37,8 @@ mod tests {
 
     #[test]
     fn larger_buckets_are_asked_for_once_and_only_where_a_restart_makes_them() {
-        let (bucket_bytes, mut told) = (100, 0);
-        let asked = [90, 150, 120, 150, 200, 200].map(|wanted| is_short(wanted, bucket_bytes, &mut told));
+        let (bucket_bytes, mut reported) = (100, 0);
+        let asked = [90, 150, 120, 150, 200, 200].map(|wanted| is_short(wanted, bucket_bytes, &mut reported));
         assert_eq!(asked, [false, true, false, false, true, false]);
     }
 }

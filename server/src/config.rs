@@ -286,9 +286,9 @@ mod tests {
     }
 
     fn check(text: &str, named: &str) {
-        let refusal = Config::parse(text, "file").unwrap_err();
-        assert_eq!(refusal.kind, ErrorKind::Configuration);
-        assert!(refusal.message.contains(named) && refusal.message.contains("file"), "{refusal}");
+        let error = Config::parse(text, "file").unwrap_err();
+        assert_eq!(error.kind, ErrorKind::Configuration);
+        assert!(error.message.contains(named) && error.message.contains("file"), "{error}");
     }
 
     #[test]

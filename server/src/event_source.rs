@@ -18,7 +18,7 @@ const IDLE: Duration = Duration::from_secs(3600);
 /// Reason for which the loop woke up.
 pub enum WakeEvent {
     /// A client woke the daemon, or a tick has passed.
-    Bell,
+    Wake,
     /// A worker thread or the hot reloader sent an event.
     Event(WorkerEvent),
     /// Time to look for dead clients.
@@ -28,7 +28,7 @@ pub enum WakeEvent {
     /// Time to report to the supervisor that the loop runs.
     Heartbeat,
     /// Time to scan the database folder.
-    Look,
+    Scan,
     /// SIGHUP.
     Reload,
     /// Inquiry from the operations port.
@@ -39,13 +39,13 @@ pub enum WakeEvent {
 
 /// Source of all events of the loop.
 pub struct EventSource {
-    bell: WakeSocket,
+    wake_socket: WakeSocket,
     events: UnboundedReceiver<WorkerEvent>,
     operations: OperationsPort,
     stop: Arc<Notify>,
     cleanup: Interval,
     metrics: Interval,
-    look: Option<Interval>,
+    scan: Option<Interval>,
     heartbeat: Option<Interval>,
     signals: Signals,
 }
@@ -63,11 +63,11 @@ impl Signals {
     /// # Errors
     /// `failed`.
     pub fn listen_for_signals() -> Result<Self, Error> {
-        let hear = |kind| signal(kind).map_err(|error| Error::new(ErrorKind::Failed, "signals", error.to_string()));
+        let listen = |kind| signal(kind).map_err(|error| Error::new(ErrorKind::Failed, "signals", error.to_string()));
         Ok(Self {
-            interrupt: hear(SignalKind::interrupt())?,
-            terminate: hear(SignalKind::terminate())?,
-            hangup: hear(SignalKind::hangup())?,
+            interrupt: listen(SignalKind::interrupt())?,
+            terminate: listen(SignalKind::terminate())?,
+            hangup: listen(SignalKind::hangup())?,
         })
     }
 
@@ -102,7 +102,7 @@ impl EventSource {
     /// Creates the source. Needs a tokio runtime.
     pub fn new(
         config: &Config,
-        bell: WakeSocket,
+        wake_socket: WakeSocket,
         events: UnboundedReceiver<WorkerEvent>,
         operations: OperationsPort,
         signals: Signals,
@@ -112,13 +112,13 @@ impl EventSource {
         // At start-up there is nothing to clean up.
         cleanup.reset();
         Self {
-            bell,
+            wake_socket,
             events,
             operations,
             stop,
             cleanup,
             metrics: every(Duration::from_secs(config.times.metrics_s)),
-            look: config.watch().map(every),
+            scan: config.watch().map(every),
             heartbeat: sd_notify::watchdog_enabled().map(|period| every(period / 2)),
             signals,
         }
@@ -127,12 +127,12 @@ impl EventSource {
     /// Waits until an event arrives or a tick has passed; a lost wake-up costs at most a tick.
     pub async fn next(&mut self, tick: Duration) -> WakeEvent {
         tokio::select! {
-            () = self.bell.wait(tick) => WakeEvent::Bell,
+            () = self.wake_socket.wait(tick) => WakeEvent::Wake,
             Some(event) = self.events.recv() => WakeEvent::Event(event),
             _ = self.cleanup.tick() => WakeEvent::Cleanup,
             _ = self.metrics.tick() => WakeEvent::Metrics,
             () = next(&mut self.heartbeat) => WakeEvent::Heartbeat,
-            () = next(&mut self.look) => WakeEvent::Look,
+            () = next(&mut self.scan) => WakeEvent::Scan,
             inquiry = self.operations.next() => WakeEvent::Inquiry(inquiry),
             _ = self.signals.hangup.recv() => WakeEvent::Reload,
             _ = self.signals.interrupt.recv() => WakeEvent::End,

@@ -40,26 +40,26 @@ pub enum ReloadEvent {
 pub struct HotReloader {
     folder: DatabaseFolder,
     loader: Loader,
-    looks: Worker,
-    loads: Worker,
-    finishes: Worker,
+    scanner: Worker,
+    load_worker: Worker,
+    finish_worker: Worker,
     /// Whether a reload was requested during another one.
-    asked: bool,
+    is_reload_requested: bool,
     /// Latest snapshot of the folder.
     seen: Option<DirectorySnapshot>,
     /// Snapshot whose databases are being loaded.
     target: Option<DirectorySnapshot>,
     /// Objects with deferred work.
     unfinished: VecDeque<Weak<ObjectVersion>>,
-    unrest: Debounce,
+    debounce: Debounce,
     /// Number of scans that began.
-    looks_begun: u64,
+    scans_begun: u64,
     /// Whether the current or next scan was started by the timer; only such scans show whether the folder is stable.
     is_periodic: bool,
     /// Whether a client asked during a scan, which may have begun before a change; another scan follows.
-    again: bool,
+    is_rescan_requested: bool,
     /// Whether the folder could not be scanned, and the error was logged.
-    blind: bool,
+    is_scan_failing: bool,
 }
 
 /// Thread that does one task at a time and sends the result as an event.
@@ -87,8 +87,8 @@ impl Worker {
         let events = self.events.clone();
         self.thread.spawn(move || {
             // If the receiver is gone, the daemon has ended.
-            let tell = |news| drop(events.send(WorkerEvent::News(news)));
-            tell(work(&tell));
+            let send = |event| drop(events.send(WorkerEvent::Reload(event)));
+            send(work(&send));
         });
     }
 }
@@ -109,14 +109,14 @@ impl DatabaseFolder {
     ///
     /// # Errors
     /// `database_folder`.
-    pub fn look(&self) -> Result<DirectorySnapshot, Error> {
+    pub fn scan(&self) -> Result<DirectorySnapshot, Error> {
         if !self.required && !self.path.exists() {
             return Ok(DirectorySnapshot::default());
         }
-        let shelf = DirectorySnapshot::of(&self.path)?;
+        let snapshot = DirectorySnapshot::of(&self.path)?;
         Ok(match &self.only {
-            Some(objects) => shelf.only(objects),
-            None => shelf,
+            Some(objects) => snapshot.only(objects),
+            None => snapshot,
         })
     }
 
@@ -125,12 +125,12 @@ impl DatabaseFolder {
     /// # Errors
     /// `unknown_object`, `database_folder`.
     pub fn complete(&self) -> Result<(), Error> {
-        let shelf = self.look()?;
+        let snapshot = self.scan()?;
         let mut wanted = self.only.iter().flat_map(BTreeMap::values);
-        match wanted.find(|name| !shelf.holds(name)) {
+        match wanted.find(|name| !snapshot.holds(name)) {
             Some(name) => {
                 let folder = self.path.display();
-                let all = DirectorySnapshot::of(&self.path).map(|shelf| shelf.names()).unwrap_or_default();
+                let all = DirectorySnapshot::of(&self.path).map(|snapshot| snapshot.names()).unwrap_or_default();
                 let all: Vec<&str> = all.iter().map(String::as_str).collect();
                 let message = format!(
                     "the scene needs `{name}`, but {folder}/{name}.shatter is missing; bake it (--scene, if it has a `shape`); {}",
@@ -154,71 +154,71 @@ impl HotReloader {
         nice: i32,
         events: UnboundedSender<WorkerEvent>,
     ) -> Result<Self, Error> {
-        let looks = Worker::new("look", nice, events.clone())?;
-        let loads = Worker::new("load", nice, events.clone())?;
-        let finishes = Worker::new("finish", NICE, events)?;
-        let (unfinished, unrest) = (VecDeque::new(), Debounce::default());
-        let (asked, blind, seen, target) = (false, false, None, None);
-        let (looks_begun, is_periodic, again) = (0, false, false);
+        let scanner = Worker::new("look", nice, events.clone())?;
+        let load_worker = Worker::new("load", nice, events.clone())?;
+        let finish_worker = Worker::new("finish", NICE, events)?;
+        let (unfinished, debounce) = (VecDeque::new(), Debounce::default());
+        let (is_reload_requested, is_scan_failing, seen, target) = (false, false, None, None);
+        let (scans_begun, is_periodic, is_rescan_requested) = (0, false, false);
         Ok(Self {
             folder,
             loader,
-            looks,
-            loads,
-            finishes,
-            asked,
+            scanner,
+            load_worker,
+            finish_worker,
+            is_reload_requested,
             seen,
             target,
             unfinished,
-            unrest,
-            looks_begun,
+            debounce,
+            scans_begun,
             is_periodic,
-            again,
-            blind,
+            is_rescan_requested,
+            is_scan_failing,
         })
     }
 
     /// Starts a scan unless one is under way; its result arrives as an event. Called by the timer.
-    pub fn look(&mut self) {
+    pub fn scan(&mut self) {
         self.is_periodic = true;
-        if !self.looks.is_busy {
-            self.begin_look();
+        if !self.scanner.is_busy {
+            self.begin_scan();
         }
     }
 
-    /// Starts a scan of the current folder. Returns its number: it is over once [`Self::looks_done`] has reached it.
-    pub fn look_for_client(&mut self) -> u64 {
-        if self.looks.is_busy {
-            self.again = true;
-            return self.looks_begun + 1;
+    /// Starts a scan of the current folder. Returns its number: it is over once [`Self::scans_done`] has reached it.
+    pub fn scan_for_client(&mut self) -> u64 {
+        if self.scanner.is_busy {
+            self.is_rescan_requested = true;
+            return self.scans_begun + 1;
         }
-        self.begin_look();
-        self.looks_begun
+        self.begin_scan();
+        self.scans_begun
     }
 
     /// Number of scans that are over.
-    pub fn looks_done(&self) -> u64 {
-        self.looks_begun - u64::from(self.looks.is_busy)
+    pub fn scans_done(&self) -> u64 {
+        self.scans_begun - u64::from(self.scanner.is_busy)
     }
 
-    fn begin_look(&mut self) {
-        self.looks_begun += 1;
+    fn begin_scan(&mut self) {
+        self.scans_begun += 1;
         let folder = self.folder.clone();
-        self.looks.work(move |_| ReloadEvent::Seen(folder.look()));
+        self.scanner.work(move |_| ReloadEvent::Seen(folder.scan()));
     }
 
     /// Reloads the databases: now, or when the current reload is over.
     pub fn reload(&mut self, catalog: &Arc<Catalog>) {
-        if self.loads.is_busy {
-            self.asked = true;
+        if self.load_worker.is_busy {
+            self.is_reload_requested = true;
             return;
         }
-        self.asked = false;
+        self.is_reload_requested = false;
         let (folder, loader, catalog) = (self.folder.clone(), self.loader.clone(), catalog.clone());
-        self.loads.work(move |tell| {
-            ReloadEvent::Loaded(folder.look().map(|shelf| {
-                tell(ReloadEvent::Begun(shelf.clone()));
-                catalog.renewed(shelf, &loader)
+        self.load_worker.work(move |send| {
+            ReloadEvent::Loaded(folder.scan().map(|snapshot| {
+                send(ReloadEvent::Begun(snapshot.clone()));
+                catalog.renewed(snapshot, &loader)
             }))
         });
     }
@@ -226,15 +226,15 @@ impl HotReloader {
     /// Does the deferred work of the objects of `catalog`, one after the other.
     pub fn finish(&mut self, catalog: &Catalog) {
         self.unfinished = catalog.versions().map(Arc::downgrade).collect();
-        self.finish_next();
+        self.finish_next_object();
     }
 
-    fn finish_next(&mut self) {
-        while !self.finishes.is_busy
+    fn finish_next_object(&mut self) {
+        while !self.finish_worker.is_busy
             && let Some(version) = self.unfinished.pop_front()
         {
             if let Some(version) = version.upgrade() {
-                self.finishes.work(move |_| {
+                self.finish_worker.work(move |_| {
                     version.finish();
                     ReloadEvent::Finished
                 });
@@ -243,53 +243,53 @@ impl HotReloader {
     }
 
     /// Handles an event of its threads; returns the catalog that replaces `catalog`, if there is one.
-    pub fn handle(&mut self, news: ReloadEvent, catalog: &Arc<Catalog>) -> Option<Arc<Catalog>> {
+    pub fn handle(&mut self, event: ReloadEvent, catalog: &Arc<Catalog>) -> Option<Arc<Catalog>> {
         let mut fresh = None;
-        match news {
+        match event {
             ReloadEvent::Seen(seen) => {
-                self.looks.is_busy = false;
-                self.saw(seen, catalog);
-                if std::mem::take(&mut self.again) {
-                    self.begin_look();
+                self.scanner.is_busy = false;
+                self.scan_finished(seen, catalog);
+                if std::mem::take(&mut self.is_rescan_requested) {
+                    self.begin_scan();
                 }
             }
-            ReloadEvent::Begun(shelf) => {
-                self.seen = Some(shelf.clone());
-                self.target = Some(shelf);
+            ReloadEvent::Begun(snapshot) => {
+                self.seen = Some(snapshot.clone());
+                self.target = Some(snapshot);
             }
             ReloadEvent::Loaded(loaded) => {
-                (self.loads.is_busy, self.target) = (false, None);
+                (self.load_worker.is_busy, self.target) = (false, None);
                 match loaded {
                     Ok(loaded) => {
                         self.finish(&loaded);
                         fresh = Some(Arc::new(loaded));
                     }
-                    Err(refusal) => tracing::error!(%refusal, "cannot reload the databases; the old ones stay served"),
+                    Err(error) => tracing::error!(%error, "cannot reload the databases; the old ones stay served"),
                 }
             }
             ReloadEvent::Finished => {
-                self.finishes.is_busy = false;
-                self.finish_next();
+                self.finish_worker.is_busy = false;
+                self.finish_next_object();
             }
         }
-        if self.asked && !self.loads.is_busy {
+        if self.is_reload_requested && !self.load_worker.is_busy {
             self.reload(fresh.as_ref().unwrap_or(catalog));
         }
         fresh
     }
 
-    fn saw(&mut self, seen: Result<DirectorySnapshot, Error>, catalog: &Catalog) {
+    fn scan_finished(&mut self, seen: Result<DirectorySnapshot, Error>, catalog: &Catalog) {
         let is_periodic = std::mem::take(&mut self.is_periodic);
         match seen {
-            Ok(shelf) => {
-                self.blind = false;
-                let served = self.target.as_ref().unwrap_or(catalog.shelf());
-                self.asked |= is_periodic && self.unrest.settled(shelf.clone(), served);
-                self.seen = Some(shelf);
+            Ok(snapshot) => {
+                self.is_scan_failing = false;
+                let served = self.target.as_ref().unwrap_or(catalog.snapshot());
+                self.is_reload_requested |= is_periodic && self.debounce.settled(snapshot.clone(), served);
+                self.seen = Some(snapshot);
             }
-            Err(refusal) => {
-                if !std::mem::replace(&mut self.blind, true) {
-                    tracing::error!(%refusal, "cannot scan the database folder; the old databases stay served");
+            Err(error) => {
+                if !std::mem::replace(&mut self.is_scan_failing, true) {
+                    tracing::error!(%error, "cannot scan the database folder; the old databases stay served");
                 }
             }
         }
@@ -302,7 +302,7 @@ impl HotReloader {
 
     /// Drops a replaced catalog on a background thread: freeing the memory of large objects takes milliseconds.
     pub fn release(&self, old: Arc<Catalog>) {
-        self.finishes.thread.spawn(move || drop(old));
+        self.finish_worker.thread.spawn(move || drop(old));
     }
 }
 
@@ -321,7 +321,7 @@ mod tests {
     use tempfile::TempDir;
     use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
-    const PATIENCE: Duration = Duration::from_secs(60);
+    const TIMEOUT: Duration = Duration::from_secs(60);
 
     /// Reloader of a separate folder, and its events.
     fn start(folder: &TempDir, required: bool) -> (HotReloader, UnboundedReceiver<WorkerEvent>) {
@@ -348,14 +348,14 @@ mod tests {
         fn finish(&self) -> Result<(), Error> {
             self.1.lock().unwrap().push(self.0.clone());
             let begun = Instant::now();
-            while !self.2.load(Ordering::Relaxed) && begun.elapsed() < PATIENCE {
+            while !self.2.load(Ordering::Relaxed) && begun.elapsed() < TIMEOUT {
                 std::thread::yield_now();
             }
             assert!(self.0 != "b", "cannot be finished");
             Ok(())
         }
 
-        fn answer_bytes_max(&self) -> usize {
+        fn result_bytes_max(&self) -> usize {
             1
         }
 
@@ -373,123 +373,126 @@ mod tests {
     #[test]
     fn objects_are_finished_one_by_one_and_no_reload_waits_for_that() {
         let folder = tempfile::tempdir().unwrap();
-        let (mut librarian, mut events) = start(&folder, true);
+        let (mut reloader, mut events) = start(&folder, true);
         let databases = folder.path().join("databases");
         std::fs::create_dir(&databases).unwrap();
         let write = |name: &str| std::fs::write(databases.join(name).with_extension("shatter"), "").unwrap();
         ["a", "b"].iter().for_each(|name| write(name));
         let (finished, gate) = (Arc::new(Mutex::new(Vec::new())), Arc::new(AtomicBool::new(false)));
         let (told, opened) = (finished.clone(), gate.clone());
-        librarian.loader = Arc::new(move |path, _| {
+        reloader.loader = Arc::new(move |path, _| {
             Ok(Arc::new(Raw(path.file_stem().unwrap().display().to_string(), told.clone(), opened.clone())))
         });
         let mut catalog =
-            Arc::new(Catalog::default().renewed(DirectorySnapshot::of(&databases).unwrap(), &librarian.loader));
-        librarian.finish(&catalog);
+            Arc::new(Catalog::default().renewed(DirectorySnapshot::of(&databases).unwrap(), &reloader.loader));
+        reloader.finish(&catalog);
         let begun = Instant::now();
-        while finished.lock().unwrap().is_empty() && begun.elapsed() < PATIENCE {
+        while finished.lock().unwrap().is_empty() && begun.elapsed() < TIMEOUT {
             std::thread::yield_now();
         }
         write("c");
-        librarian.reload(&catalog);
-        let begun = news(&mut events);
-        assert!(matches!(begun, ReloadEvent::Begun(_)) && librarian.handle(begun, &catalog).is_none());
-        let listed = librarian.expected(&catalog).unwrap();
+        reloader.reload(&catalog);
+        let begun = event(&mut events);
+        assert!(matches!(begun, ReloadEvent::Begun(_)) && reloader.handle(begun, &catalog).is_none());
+        let listed = reloader.expected(&catalog).unwrap();
         assert_eq!(
             (listed.loading(), listed.failed(), listed.get("c").err().unwrap().kind),
             (1, 0, ErrorKind::Loading)
         );
-        assert!(librarian.expected(&listed).is_none() && listed.get("a").is_ok());
-        let loaded = news(&mut events);
+        assert!(reloader.expected(&listed).is_none() && listed.get("a").is_ok());
+        let loaded = event(&mut events);
         assert!(
             matches!(loaded, ReloadEvent::Loaded(_)) && *finished.lock().unwrap() == ["a"],
             "a load waits for no deferred work"
         );
-        catalog = librarian.handle(loaded, &listed).unwrap();
+        catalog = reloader.handle(loaded, &listed).unwrap();
         assert_eq!((catalog.loading(), catalog.ready()), (0, 3));
         gate.store(true, Ordering::Relaxed);
         for _ in 0..4 {
-            let more = news(&mut events);
-            assert!(matches!(more, ReloadEvent::Finished) && librarian.handle(more, &catalog).is_none());
+            let more = event(&mut events);
+            assert!(matches!(more, ReloadEvent::Finished) && reloader.handle(more, &catalog).is_none());
         }
         assert_eq!(*finished.lock().unwrap(), ["a", "a", "b", "c"], "a panic stops no other object");
-        assert!(!librarian.finishes.is_busy && librarian.expected(&catalog).is_none());
+        assert!(!reloader.finish_worker.is_busy && reloader.expected(&catalog).is_none());
     }
 
-    fn news(events: &mut UnboundedReceiver<WorkerEvent>) -> ReloadEvent {
+    fn event(events: &mut UnboundedReceiver<WorkerEvent>) -> ReloadEvent {
         let begun = Instant::now();
         loop {
             match events.try_recv() {
-                Ok(WorkerEvent::News(news)) => return news,
-                _ => assert!(begun.elapsed() < PATIENCE, "no news"),
+                Ok(WorkerEvent::Reload(event)) => return event,
+                _ => assert!(begun.elapsed() < TIMEOUT, "no news"),
             }
             std::thread::yield_now();
         }
     }
 
     #[test]
-    fn a_look_for_a_client_sees_what_is_there_now_and_says_nothing_of_rest() {
+    fn a_scan_for_a_client_does_not_count_for_the_debounce() {
         let folder = tempfile::tempdir().unwrap();
-        let (mut librarian, mut events) = start(&folder, true);
+        let (mut reloader, mut events) = start(&folder, true);
         let databases = folder.path().join("databases");
         std::fs::create_dir(&databases).unwrap();
         let catalog = Arc::new(Catalog::default());
         assert_eq!(
-            (librarian.look_for_client(), librarian.look_for_client()),
+            (reloader.scan_for_client(), reloader.scan_for_client()),
             (1, 2),
             "the first scan may have begun too early"
         );
         std::fs::write(databases.join("a.shatter"), "").unwrap();
         for done in [1, 2] {
-            assert_eq!(librarian.looks_done(), done - 1);
-            let seen = news(&mut events);
-            assert!(matches!(seen, ReloadEvent::Seen(Ok(_))) && librarian.handle(seen, &catalog).is_none());
+            assert_eq!(reloader.scans_done(), done - 1);
+            let seen = event(&mut events);
+            assert!(matches!(seen, ReloadEvent::Seen(Ok(_))) && reloader.handle(seen, &catalog).is_none());
         }
-        let listed = librarian.expected(&catalog).unwrap();
-        assert_eq!((librarian.looks_done(), listed.get("a").err().unwrap().kind), (2, ErrorKind::Loading));
-        assert!(!librarian.loads.is_busy && !librarian.asked, "two scans for clients do not show a stable folder");
+        let listed = reloader.expected(&catalog).unwrap();
+        assert_eq!((reloader.scans_done(), listed.get("a").err().unwrap().kind), (2, ErrorKind::Loading));
+        assert!(
+            !reloader.load_worker.is_busy && !reloader.is_reload_requested,
+            "two scans for clients do not show a stable folder"
+        );
         for _ in 0..2 {
-            librarian.look();
-            let seen = news(&mut events);
-            assert!(librarian.handle(seen, &listed).is_none());
+            reloader.scan();
+            let seen = event(&mut events);
+            assert!(reloader.handle(seen, &listed).is_none());
         }
-        assert!(librarian.loads.is_busy);
+        assert!(reloader.load_worker.is_busy);
     }
 
     #[test]
     fn a_reload_asked_for_during_another_is_not_lost() {
         let folder = tempfile::tempdir().unwrap();
-        let (mut librarian, mut events) = start(&folder, false);
+        let (mut reloader, mut events) = start(&folder, false);
         let catalog = Arc::new(Catalog::default());
-        librarian.reload(&catalog);
-        let loaded = |librarian: &mut HotReloader, events: &mut UnboundedReceiver<WorkerEvent>| {
-            let begun = news(events);
-            assert!(matches!(begun, ReloadEvent::Begun(_)) && librarian.handle(begun, &catalog).is_none());
-            news(events)
+        reloader.reload(&catalog);
+        let loaded = |reloader: &mut HotReloader, events: &mut UnboundedReceiver<WorkerEvent>| {
+            let begun = event(events);
+            assert!(matches!(begun, ReloadEvent::Begun(_)) && reloader.handle(begun, &catalog).is_none());
+            event(events)
         };
-        let first = loaded(&mut librarian, &mut events);
+        let first = loaded(&mut reloader, &mut events);
         // The folder changes after the scan, and before the first reload is over.
         std::fs::create_dir(folder.path().join("databases")).unwrap();
         std::fs::write(folder.path().join("databases/a.shatter"), "").unwrap();
-        librarian.reload(&catalog);
-        let first = librarian.handle(first, &catalog).unwrap();
+        reloader.reload(&catalog);
+        let first = reloader.handle(first, &catalog).unwrap();
         assert_eq!(first.len(), 0);
-        let second = loaded(&mut librarian, &mut events);
-        assert_eq!(librarian.handle(second, &first).unwrap().len(), 1);
+        let second = loaded(&mut reloader, &mut events);
+        assert_eq!(reloader.handle(second, &first).unwrap().len(), 1);
     }
 
     #[test]
-    fn a_folder_that_must_exist_and_does_not_leaves_everything_as_it_was() {
+    fn a_missing_folder_keeps_the_catalog() {
         let folder = tempfile::tempdir().unwrap();
-        let (mut librarian, mut events) = start(&folder, true);
+        let (mut reloader, mut events) = start(&folder, true);
         let catalog = Arc::new(Catalog::default());
-        librarian.look();
-        librarian.look();
-        let seen = news(&mut events);
-        assert!(matches!(seen, ReloadEvent::Seen(Err(_))) && librarian.handle(seen, &catalog).is_none());
-        librarian.reload(&catalog);
-        let loaded = news(&mut events);
-        assert!(matches!(loaded, ReloadEvent::Loaded(Err(_))) && librarian.handle(loaded, &catalog).is_none());
+        reloader.scan();
+        reloader.scan();
+        let seen = event(&mut events);
+        assert!(matches!(seen, ReloadEvent::Seen(Err(_))) && reloader.handle(seen, &catalog).is_none());
+        reloader.reload(&catalog);
+        let loaded = event(&mut events);
+        assert!(matches!(loaded, ReloadEvent::Loaded(Err(_))) && reloader.handle(loaded, &catalog).is_none());
         assert!(events.try_recv().is_err(), "a scan was under way already");
     }
 }

@@ -22,7 +22,7 @@ use tokio::task::JoinHandle;
 use tokio::time::timeout;
 
 /// Time for the loop to reply. It runs at least once per tick, so a longer silence means that it hangs.
-const PATIENCE: Duration = Duration::from_secs(2);
+const TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Limits of connections and of their duration: any user of the machine can connect, and each connection holds a descriptor.
 const CONNECTIONS_MAX: usize = 64;
@@ -57,7 +57,7 @@ pub struct OperationsPort {
     task: Option<JoinHandle<()>>,
     inquiries: mpsc::Receiver<LoopInquiry>,
     /// Keeps the channel open if there is no port.
-    _asker: mpsc::Sender<LoopInquiry>,
+    _inquiry_sender: mpsc::Sender<LoopInquiry>,
 }
 
 impl OperationsPort {
@@ -66,9 +66,9 @@ impl OperationsPort {
     /// # Errors
     /// `port`.
     pub async fn open(port: u16) -> Result<Self, Error> {
-        let (asker, inquiries) = mpsc::channel(CONNECTIONS_MAX);
+        let (inquiry_sender, inquiries) = mpsc::channel(CONNECTIONS_MAX);
         if port == 0 {
-            return Ok(Self { task: None, inquiries, _asker: asker });
+            return Ok(Self { task: None, inquiries, _inquiry_sender: inquiry_sender });
         }
         let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
         let taken = |error: std::io::Error| {
@@ -80,15 +80,15 @@ impl OperationsPort {
         };
         let listener = TcpListener::bind(address).await.map_err(taken)?;
         tracing::info!(%address, "health and metrics");
-        let task = tokio::spawn(listen(listener, asker.clone()));
-        Ok(Self { task: Some(task), inquiries, _asker: asker })
+        let task = tokio::spawn(listen(listener, inquiry_sender.clone()));
+        Ok(Self { task: Some(task), inquiries, _inquiry_sender: inquiry_sender })
     }
 
     /// Next inquiry. Waits without end if there is none.
     pub async fn next(&mut self) -> LoopInquiry {
         match self.inquiries.recv().await {
             Some(inquiry) => inquiry,
-            // Unreachable while `_asker` lives; a closed port waits without end.
+            // Unreachable while `_inquiry_sender` lives; a closed port waits without end.
             None => std::future::pending().await,
         }
     }
@@ -135,14 +135,14 @@ impl Drop for Connections {
 }
 
 /// Accepts connections, a bounded number at once.
-async fn listen(listener: TcpListener, asker: mpsc::Sender<LoopInquiry>) {
+async fn listen(listener: TcpListener, inquiry_sender: mpsc::Sender<LoopInquiry>) {
     let mut connections = Connections::default();
     loop {
         match listener.accept().await {
             Ok((stream, _)) => {
                 connections.make_room();
                 let has_request = Arc::new(AtomicBool::new(false));
-                let serve = serve(stream, asker.clone(), has_request.clone());
+                let serve = serve(stream, inquiry_sender.clone(), has_request.clone());
                 connections.0.push_back(Connection { task: tokio::spawn(serve), has_request });
                 // Lets the server read a request that arrived with its connection before newer connections can close it.
                 tokio::task::yield_now().await;
@@ -156,10 +156,10 @@ async fn listen(listener: TcpListener, asker: mpsc::Sender<LoopInquiry>) {
 }
 
 /// Serves one connection with one request.
-async fn serve(stream: TcpStream, asker: mpsc::Sender<LoopInquiry>, has_request: Arc<AtomicBool>) {
+async fn serve(stream: TcpStream, inquiry_sender: mpsc::Sender<LoopInquiry>, has_request: Arc<AtomicBool>) {
     let service = service_fn(|request| {
         has_request.store(true, Ordering::Relaxed);
-        reply(request, &asker)
+        reply(request, &inquiry_sender)
     });
     let mut server = http1::Builder::new();
     let server = server.keep_alive(false).timer(TokioTimer::new()).header_read_timeout(HEADER);
@@ -172,18 +172,18 @@ async fn serve(stream: TcpStream, asker: mpsc::Sender<LoopInquiry>, has_request:
 
 async fn reply(
     request: Request<Incoming>,
-    asker: &mpsc::Sender<LoopInquiry>,
+    inquiry_sender: &mpsc::Sender<LoopInquiry>,
 ) -> Result<Response<Full<Bytes>>, Infallible> {
     if !matches!(*request.method(), Method::GET | Method::HEAD) {
-        let mut refusal = response(StatusCode::METHOD_NOT_ALLOWED, TEXT, "only GET and HEAD\n".to_owned());
-        refusal.headers_mut().insert(ALLOW, HeaderValue::from_static("GET, HEAD"));
-        return Ok(refusal);
+        let mut rejection = response(StatusCode::METHOD_NOT_ALLOWED, TEXT, "only GET and HEAD\n".to_owned());
+        rejection.headers_mut().insert(ALLOW, HeaderValue::from_static("GET, HEAD"));
+        return Ok(rejection);
     }
     let path = request.uri().path();
     if !matches!(path, "/healthz" | "/readyz" | "/metrics") {
         return Ok(response(StatusCode::NOT_FOUND, TEXT, "not found; use /healthz, /readyz or /metrics\n".to_owned()));
     }
-    let Some(report) = ask(asker).await else {
+    let Some(report) = ask(inquiry_sender).await else {
         return Ok(response(
             StatusCode::SERVICE_UNAVAILABLE,
             TEXT,
@@ -198,10 +198,10 @@ async fn reply(
 }
 
 /// Asks the event loop for a report; `None` if it does not reply in time.
-async fn ask(asker: &mpsc::Sender<LoopInquiry>) -> Option<LoopReport> {
+async fn ask(inquiry_sender: &mpsc::Sender<LoopInquiry>) -> Option<LoopReport> {
     let (inquiry, report) = oneshot::channel();
-    asker.try_send(inquiry).ok()?;
-    timeout(PATIENCE, report).await.ok()?.ok()
+    inquiry_sender.try_send(inquiry).ok()?;
+    timeout(TIMEOUT, report).await.ok()?.ok()
 }
 
 fn response(status: StatusCode, kind: HeaderValue, body: String) -> Response<Full<Bytes>> {

@@ -16,6 +16,6 @@ pub mod memory;
 pub mod metrics;
 pub mod panics;
 pub mod pending_arrivals;
+mod pending_list_requests;
 pub mod retained;
 pub mod serve;
-mod waiting_lists;

@@ -7,7 +7,7 @@ use prometheus_client::metrics::family::Family;
 use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
 use prometheus_client::registry::{Registry, Unit};
-use shatter_proto::control::{Latency, StatusRow};
+use shatter_proto::control::{Latency, ServiceStatusRow};
 use shatter_proto::result::{EffectCost, EnergySource, StageCost, StageKind};
 use shatter_proto::{Error, ErrorKind, Fault};
 use std::time::Duration;
@@ -33,8 +33,8 @@ impl JobEnd {
     const ALL: [Self; 6] = [Self::Answered, Self::Refused, Self::Busy, Self::Late, Self::Failed, Self::Cancelled];
 
     /// End that corresponds to an error.
-    pub fn of(refusal: &Error) -> Self {
-        match (refusal.kind, refusal.kind.fault()) {
+    pub fn of(error: &Error) -> Self {
+        match (error.kind, error.kind.fault()) {
             (ErrorKind::Cancelled, _) => Self::Cancelled,
             (ErrorKind::Late, _) => Self::Late,
             (ErrorKind::Busy | ErrorKind::Stopping | ErrorKind::SharedMemory, _) => Self::Busy,
@@ -61,7 +61,7 @@ type Label = [(&'static str, &'static str); 1];
 type SpanTimes = Family<Label, Histogram, fn() -> Histogram>;
 
 /// Reader of a gauge from a status row.
-type GaugeReading = fn(&StatusRow) -> u64;
+type GaugeReading = fn(&ServiceStatusRow) -> u64;
 
 /// Gauges: name, description, unit, reader.
 const GAUGES: &[(&str, &str, Option<Unit>, GaugeReading)] = &[
@@ -190,7 +190,7 @@ impl Metrics {
     }
 
     /// OpenMetrics text; gauges are read from `now`.
-    pub fn text(&self, now: &StatusRow) -> String {
+    pub fn text(&self, now: &ServiceStatusRow) -> String {
         for (gauge, reading) in &self.gauges {
             gauge.set(i64::try_from(reading(now)).unwrap_or(i64::MAX));
         }
@@ -203,7 +203,7 @@ impl Metrics {
     }
 
     /// Fills the counters and times of a status row.
-    pub fn fill(&self, row: &mut StatusRow) {
+    pub fn fill(&self, row: &mut ServiceStatusRow) {
         let [answered, refused, busy, late, failed, cancelled] =
             JobEnd::ALL.map(|end| self.ends.get_or_create(&[("end", end.name())]).get());
         (row.answered, row.refused, row.busy, row.late) = (answered, refused, busy, late);
@@ -245,7 +245,7 @@ mod tests {
         metrics.ran(JobEnd::Answered, Duration::from_millis(20), Some(EnergySource::Bounded), &[idle, stage], &[bonds]);
         metrics.ran(JobEnd::Failed, Duration::from_millis(20), None, &[idle, stage], &[bonds]);
         metrics.ended(JobEnd::Busy);
-        let mut row = StatusRow::zeroed();
+        let mut row = ServiceStatusRow::zeroed();
         metrics.fill(&mut row);
         assert_eq!((row.answered, row.failed, row.busy, row.refused), (1, 1, 1, 0));
         assert_eq!((row.strike.count, row.stages[0].count, row.stages[1].count), (1, 0, 1));
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn every_refusal_has_an_end() {
+    fn every_error_kind_has_a_request_outcome() {
         let end = |kind| JobEnd::of(&Error::new(kind, "", ""));
         assert_eq!(end(ErrorKind::Impulse), JobEnd::Refused);
         assert_eq!(end(ErrorKind::CorruptObject), JobEnd::Refused);

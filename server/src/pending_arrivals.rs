@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 pub type ListenerId = [u8; 16];
 
 /// Longest wait of a control request; after it, the client is assumed never to have sent the named impact request.
-const PATIENCE: Duration = Duration::from_secs(5);
+const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Maximum number of waiting control requests; further ones get their reply at once.
 const HELD_MAX: usize = 1024;
@@ -28,7 +28,7 @@ pub struct PendingArrivals {
 struct EarlyControlRequest {
     active: ActiveControlRequest,
     listener: ListenerId,
-    question: ControlRequest,
+    request: ControlRequest,
     since: Instant,
 }
 
@@ -39,9 +39,9 @@ impl PendingArrivals {
         *last = sequence.max(*last);
     }
 
-    /// Whether the impact requests that `question` follows have arrived.
-    pub fn precede(&self, listener: ListenerId, question: ControlRequest) -> bool {
-        question.after() <= self.last.get(&listener).copied().unwrap_or(0)
+    /// Whether the impact requests that `request` follows have arrived.
+    pub fn follows_all_strikes(&self, listener: ListenerId, request: ControlRequest) -> bool {
+        request.after() <= self.last.get(&listener).copied().unwrap_or(0)
     }
 
     /// Holds a control request; returns it if too many are held.
@@ -49,17 +49,17 @@ impl PendingArrivals {
         &mut self,
         active: ActiveControlRequest,
         listener: ListenerId,
-        question: ControlRequest,
+        request: ControlRequest,
     ) -> Option<ActiveControlRequest> {
         if self.early.len() >= HELD_MAX {
             return Some(active);
         }
-        self.early.push_back(EarlyControlRequest { active, listener, question, since: Instant::now() });
+        self.early.push_back(EarlyControlRequest { active, listener, request, since: Instant::now() });
         None
     }
 
     /// Whether any control request is held.
-    pub fn holds_any(&self) -> bool {
+    pub fn is_waiting(&self) -> bool {
         !self.early.is_empty()
     }
 
@@ -67,7 +67,7 @@ impl PendingArrivals {
     pub fn due(&mut self) -> Vec<ActiveControlRequest> {
         let (mut due, mut early) = (Vec::new(), VecDeque::new());
         for held in std::mem::take(&mut self.early) {
-            if held.since.elapsed() > PATIENCE || self.precede(held.listener, held.question) {
+            if held.since.elapsed() > TIMEOUT || self.follows_all_strikes(held.listener, held.request) {
                 due.push(held.active);
             } else {
                 early.push_back(held);

@@ -1,10 +1,14 @@
-//! Results that are retained at the request of clients, so that their fragments can be struck again.
+//! Results that clients asked the daemon to retain, so that their fragments can be struck again.
 //!
-//! A result is retained from before it is sent until a client releases it (`release`), its time is over (`times.kept_s`; use does
-//! not extend it), or `answers.kept_max` younger results are retained. A full store rejects nothing: it evicts the oldest result.
-//! A retained result belongs to the service, not to a connection: all clients of a service are of one user, and a command that
-//! struck the object has ended when the next command strikes a fragment. `RetainedFragments::bytes` counts its memory. It also holds
-//! the version of the object from which it came, which may have been replaced since; accepted requests keep both alive.
+//! A result is retained before it is sent. It is removed when a client releases it (`release`), when `times.kept_s` has passed (use
+//! does not extend it), or when `answers.kept_max` newer results are retained. A full store rejects no result: it evicts the oldest
+//! one.
+//!
+//! A retained result belongs to the service, not to a connection. All clients of a service belong to one user, and the command that
+//! struck the object has ended when the next command strikes a fragment.
+//!
+//! A retained result also holds its version of the object, which may have been replaced since. Accepted requests keep both alive.
+//! `RetainedFragments::bytes` counts the memory of the result.
 
 use shatter_engine::object::ServedObject;
 use shatter_fracture::pipeline::RetainedFragments;
@@ -59,7 +63,7 @@ impl RetainedResults {
     }
 
     /// Whether the store retains anything at all.
-    pub fn keeps(&self) -> bool {
+    pub fn allows_keeping(&self) -> bool {
         self.count_max > 0
     }
 

@@ -11,15 +11,15 @@ use crate::jobs::{Jobs, WorkerEvent, WorkerPool, lanes, threads};
 use crate::memory::ResidentMemory;
 use crate::metrics::{JobEnd, Metrics};
 use crate::pending_arrivals::PendingArrivals;
+use crate::pending_list_requests::PendingListRequests;
 use crate::retained::RetainedResults;
-use crate::waiting_lists::WaitingLists;
 use bytemuck::Zeroable;
 use rayon::ThreadPool;
 use sd_notify::NotifyState;
 use shatter_engine::object::Loader;
-use shatter_proto::control::{self, ControlReplyHeader, ControlRequest, ROWS_MAX, ReplyRow, StatusRow};
+use shatter_proto::control::{self, ControlReplyHeader, ControlRequest, ROWS_MAX, ReplyRow, ServiceStatusRow};
 use shatter_proto::error::ErrorWire;
-use shatter_proto::result::{BLOCK_BYTES, Block};
+use shatter_proto::result::{AlignedBlock, BLOCK_BYTES};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::failed;
 use shatter_transport::paths::ServicePaths;
@@ -42,7 +42,7 @@ const SHARED_MEMORY_SPARE: usize = 4 * MIB;
 const GRACE: Duration = Duration::from_secs(3);
 
 /// Time for which an ending daemon stays reachable, so that refused clients can collect their errors.
-const FAREWELL: Duration = Duration::from_millis(100);
+const FINAL_REPLIES_TIME: Duration = Duration::from_millis(100);
 
 /// Options of a daemon.
 pub struct ServeOptions {
@@ -62,8 +62,6 @@ pub struct ServeOptions {
 
 /// Serves until SIGINT, SIGTERM or `options.stop`.
 ///
-///
-///
 /// # Errors
 /// `second_daemon`, `runtime_folder`, `database_folder`, `shared_memory`, `transport`.
 pub fn run(options: ServeOptions) -> Result<(), Error> {
@@ -75,31 +73,31 @@ pub fn run(options: ServeOptions) -> Result<(), Error> {
 async fn serve(options: ServeOptions) -> Result<(), Error> {
     let ServeOptions { place, config, loader, only, ready, stop } = options;
     let mut signals = Signals::listen_for_signals()?;
-    let home = RuntimeDirectory::take(&place)?;
+    let directory = RuntimeDirectory::take(&place)?;
     let operations = match OperationsPort::open(config.operations.port).await {
         Ok(operations) => operations,
-        Err(refusal) => {
-            home.close()?;
-            return Err(refusal);
+        Err(error) => {
+            directory.close()?;
+            return Err(error);
         }
     };
     let settings = config.clone();
     let Some(loaded) = signals.unless_ended(&stop, move || Loaded::of(&settings, loader, only)).await? else {
         tracing::info!("stopped while the databases were loaded");
-        return home.close();
+        return directory.close();
     };
-    let (mut daemon, bell, events) = Daemon::start(home, config, loaded?)?;
-    let mut ears = EventSource::new(&daemon.config, bell, events, operations, signals, stop);
-    daemon.home.announce()?;
+    let (mut daemon, wake_socket, events) = Daemon::start(directory, config, loaded?)?;
+    let mut event_source = EventSource::new(&daemon.config, wake_socket, events, operations, signals, stop);
+    daemon.directory.announce()?;
     daemon.tell(NotifyState::Ready);
     tracing::info!(service = place.service.as_str(), folder = %place.folder.display(), "ready");
-    let told = ready();
-    if told.is_ok() {
-        daemon.librarian.finish(&daemon.catalog);
-        while !daemon.turn(&mut ears).await {}
+    let reported = ready();
+    if reported.is_ok() {
+        daemon.reloader.finish(&daemon.catalog);
+        while !daemon.turn(&mut event_source).await {}
     }
-    daemon.end(ears).await;
-    told
+    daemon.end(event_source).await;
+    reported
 }
 
 fn notify(states: &[NotifyState]) {
@@ -111,10 +109,10 @@ fn notify(states: &[NotifyState]) {
 /// Running daemon. Fields are dropped in this order: users of the ports, then the ports, then the runtime directory.
 struct Daemon {
     jobs: Jobs,
-    crew: Arc<WorkerPool>,
+    worker_pool: Arc<WorkerPool>,
     ports: Ports,
     catalog: Arc<Catalog>,
-    librarian: HotReloader,
+    reloader: HotReloader,
     retired: RetiredVersions,
     reloads: u64,
     /// Bucket size that a warning has asked for, bytes; 0: no warning yet.
@@ -122,16 +120,16 @@ struct Daemon {
     metrics: Metrics,
     started: Instant,
     config: Config,
-    home: RuntimeDirectory,
-    orphans: StaleSegmentReaper,
+    directory: RuntimeDirectory,
+    reaper: StaleSegmentReaper,
     arrivals: PendingArrivals,
-    lists: WaitingLists,
-    entrance: ClientEntryCheck,
+    lists: PendingListRequests,
+    client_entry: ClientEntryCheck,
 }
 
 impl Daemon {
     fn start(
-        home: RuntimeDirectory,
+        directory: RuntimeDirectory,
         config: Config,
         loaded: Loaded,
     ) -> Result<(Self, WakeSocket, UnboundedReceiver<WorkerEvent>), Error> {
@@ -139,69 +137,69 @@ impl Daemon {
         let lanes = lanes(config.strikes_at_once(), config.compute.nice)?;
         let pool = buckets::size(&config, &catalog);
         let rehearsed =
-            (config.answers.prefault_mib * MIB).min(catalog.answer_bytes_max().max(MIB)).div_ceil(BLOCK_BYTES);
+            (config.answers.prefault_mib * MIB).min(catalog.result_bytes_max().max(MIB)).div_ceil(BLOCK_BYTES);
         let needed = (config.answers.prefault_buckets * rehearsed * BLOCK_BYTES + SHARED_MEMORY_SPARE) as u64;
         shared_memory::need(needed)?;
-        let (ports, bell, waker) = Ports::open(home.instance(), pool)?;
-        let entrance = ClientEntryCheck::open(home.instance(), home.place().uid)?;
+        let (ports, wake_socket, waker) = Ports::open(directory.instance(), pool)?;
+        let client_entry = ClientEntryCheck::open(directory.instance(), directory.place().uid)?;
         let populated = PopulatedPages::default();
         ports.rehearse(config.answers.prefault_buckets, rehearsed, &populated)?;
-        shared_memory::populate_mapped(&home.instance().folder)?;
+        shared_memory::populate_mapped(&directory.instance().folder)?;
         let (sender, events) = unbounded_channel();
-        let librarian = HotReloader::new(folder, loader, config.compute.nice, sender.clone())?;
+        let reloader = HotReloader::new(folder, loader, config.compute.nice, sender.clone())?;
         let answers = RetainedResults::new(config.answers.kept_max, config.kept());
-        let crew = Arc::new(WorkerPool::new(threads, lanes, answers, populated, waker, sender));
-        let jobs = Jobs::new(config.compute.queue_max, config.held_max(), crew.clone());
+        let worker_pool = Arc::new(WorkerPool::new(threads, lanes, answers, populated, waker, sender));
+        let jobs = Jobs::new(config.compute.queue_max, config.held_max(), worker_pool.clone());
         let (metrics, started) = (Metrics::new()?, Instant::now());
-        let (catalog, retired, reloads, orphans) =
+        let (catalog, retired, reloads, reaper) =
             (Arc::new(catalog), RetiredVersions::default(), 0, StaleSegmentReaper::default());
-        let (arrivals, lists) = (PendingArrivals::default(), WaitingLists::default());
+        let (arrivals, lists) = (PendingArrivals::default(), PendingListRequests::default());
         let daemon = Self {
             jobs,
-            crew,
+            worker_pool,
             ports,
             catalog,
-            librarian,
+            reloader,
             retired,
             reloads,
             short_bytes: 0,
             metrics,
             started,
             config,
-            home,
-            orphans,
+            directory,
+            reaper,
             arrivals,
             lists,
-            entrance,
+            client_entry,
         };
-        Ok((daemon, bell, events))
+        Ok((daemon, wake_socket, events))
     }
 
     /// Waits for an event or a tick, then handles everything that is pending: every wait has a bound. Returns whether the daemon should
     /// end.
-    async fn turn(&mut self, ears: &mut EventSource) -> bool {
-        match ears.next(self.time_until_tick()).await {
-            WakeEvent::Bell => {}
+    async fn turn(&mut self, event_source: &mut EventSource) -> bool {
+        match event_source.next(self.time_until_tick()).await {
+            WakeEvent::Wake => {}
             WakeEvent::Event(event) => self.on(event),
             WakeEvent::Cleanup => {
                 self.reap_dead_clients();
                 self.reap_stale_segments();
-                self.arrivals.retain(&self.crew.listeners());
-                self.home.sweep();
+                self.arrivals.retain(&self.worker_pool.listeners());
+                self.directory.sweep();
                 // The check logs and repairs damage itself.
-                let _ = self.check_way_in();
+                let _ = self.check_client_entry();
             }
             WakeEvent::Metrics => self.write_metrics(),
             WakeEvent::Heartbeat => notify(&[NotifyState::Watchdog]),
-            WakeEvent::Look => self.librarian.look(),
-            WakeEvent::Reload => self.librarian.reload(&self.catalog),
+            WakeEvent::Scan => self.reloader.scan(),
+            WakeEvent::Reload => self.reloader.reload(&self.catalog),
             WakeEvent::Inquiry(inquiry) => self.report(inquiry),
             WakeEvent::End => return true,
         }
         for _ in 0..self.jobs.prune() {
             self.metrics.ended(JobEnd::Cancelled);
         }
-        self.crew.expire_kept();
+        self.worker_pool.expire_kept();
         self.receive();
         for end in self.jobs.expire() {
             self.metrics.ended(end);
@@ -218,21 +216,22 @@ impl Daemon {
     /// Receives everything that waits at the ports; the daemon schedules in its own queue.
     fn receive(&mut self) {
         self.receive_strikes();
-        while let Some(active) = self.ports.next_question() {
+        while let Some(active) = self.ports.next_control_request() {
             let wire = *active.payload();
-            let early = wire.validate().ok().filter(|question| !self.arrivals.precede(wire.listener, *question));
+            let early =
+                wire.validate().ok().filter(|request| !self.arrivals.follows_all_strikes(wire.listener, *request));
             let now = match early {
-                Some(question) => self.arrivals.hold(active, wire.listener, question),
+                Some(request) => self.arrivals.hold(active, wire.listener, request),
                 None => Some(active),
             };
             now.into_iter().for_each(|active| self.answer(active));
         }
-        if self.arrivals.holds_any() {
+        if self.arrivals.is_waiting() {
             // The impact requests that a control request follows were sent before it.
             self.receive_strikes();
             self.arrivals.due().into_iter().for_each(|active| self.answer(active));
         }
-        self.lists.due(self.librarian.looks_done()).iter().for_each(|active| self.reply(active));
+        self.lists.due(self.reloader.scans_done()).iter().for_each(|active| self.reply(active));
     }
 
     /// Replies to a control request. The first page of a list waits for a scan of the database folder, so that a database written a moment
@@ -240,7 +239,7 @@ impl Daemon {
     fn answer(&mut self, active: ActiveControlRequest) {
         let is_list = matches!(active.payload().validate(), Ok(ControlRequest::List(0)));
         let now = match is_list && self.config.watch().is_some() {
-            true => self.lists.hold(active, self.librarian.look_for_client()),
+            true => self.lists.hold(active, self.reloader.scan_for_client()),
             false => Some(active),
         };
         now.iter().for_each(|active| self.reply(active));
@@ -258,15 +257,15 @@ impl Daemon {
 
     fn on(&mut self, event: WorkerEvent) {
         match event {
-            WorkerEvent::Landed { flight, end, energy, stages, effects } => {
-                self.metrics.ran(end, flight.arrived().elapsed(), energy, &stages, &effects);
-                self.jobs.completed(&flight, end);
+            WorkerEvent::Completed { job, end, energy, stages, effects } => {
+                self.metrics.ran(end, job.arrived().elapsed(), energy, &stages, &effects);
+                self.jobs.completed(&job, end);
             }
-            WorkerEvent::News(news) => {
-                if let Some(catalog) = self.librarian.handle(news, &self.catalog) {
+            WorkerEvent::Reload(reload_event) => {
+                if let Some(catalog) = self.reloader.handle(reload_event, &self.catalog) {
                     self.take(catalog);
                 }
-                if let Some(catalog) = self.librarian.expected(&self.catalog) {
+                if let Some(catalog) = self.reloader.expected(&self.catalog) {
                     self.catalog = catalog;
                 }
             }
@@ -288,12 +287,12 @@ impl Daemon {
         self.retired.note(&self.catalog, &catalog);
         let (ready, entries, bytes) = (catalog.ready(), catalog.len(), catalog.memory_bytes());
         tracing::info!(ready, entries, bytes, "databases reloaded");
-        self.librarian.release(std::mem::replace(&mut self.catalog, catalog));
+        self.reloader.release(std::mem::replace(&mut self.catalog, catalog));
         self.reloads += 1;
     }
 
     fn reap_dead_clients(&mut self) {
-        if !self.home.has_segments() {
+        if !self.directory.has_segments() {
             return;
         }
         let dead = self.ports.reap_dead_clients();
@@ -304,30 +303,30 @@ impl Daemon {
 
     /// Removes segments that no process owns, alive or dead.
     fn reap_stale_segments(&mut self) {
-        if !self.home.has_segments() {
+        if !self.directory.has_segments() {
             return;
         }
-        let orphans = self.orphans.reap(self.home.instance());
-        if orphans > 0 {
-            tracing::info!(orphans, "removed segments without an owner");
+        let removed_segments = self.reaper.reap(self.directory.instance());
+        if removed_segments > 0 {
+            tracing::info!(removed_segments, "removed segments without an owner");
         }
     }
 
     fn write_metrics(&mut self) {
         let text = self.metrics.text(&self.status());
-        if let Err(refusal) = self.home.write_metrics(&text) {
-            tracing::warn!(%refusal, "cannot write the metrics file");
+        if let Err(error) = self.directory.write_metrics(&text) {
+            tracing::warn!(%error, "cannot write the metrics file");
         }
     }
 
-    fn status(&self) -> StatusRow {
+    fn status(&self) -> ServiceStatusRow {
         let pool = self.ports.pool();
-        let mut row = StatusRow {
+        let mut row = ServiceStatusRow {
             pid: std::process::id(),
             objects_ready: self.catalog.ready() as u32,
             objects_failed: self.catalog.failed() as u32,
             objects_loading: self.catalog.loading() as u32,
-            threads: self.crew.threads() as u32,
+            threads: self.worker_pool.threads() as u32,
             running: self.jobs.running() as u32,
             queued: self.jobs.queued() as u32,
             queue_max: self.config.compute.queue_max as u32,
@@ -338,17 +337,17 @@ impl Daemon {
             bucket_bytes: pool.bucket_bytes(),
             uptime_ns: u64::try_from(self.started.elapsed().as_nanos()).unwrap_or(u64::MAX),
             memory_bytes: self.catalog.memory_bytes(),
-            restarts: self.home.past().restarts,
-            crashes: self.home.past().crashes,
+            restarts: self.directory.past().restarts,
+            crashes: self.directory.past().crashes,
             ending: u32::from(self.jobs.closed()),
-            unread: self.jobs.unread_answers() as u64,
+            unread: self.jobs.unread_results() as u64,
             reloads: self.reloads,
             read_unix_ns: unix_ns(self.catalog.read()),
-            ..StatusRow::zeroed()
+            ..ServiceStatusRow::zeroed()
         };
         (row.retired, row.retired_bytes) = self.retired.alive();
-        (row.buckets_used_max, row.buckets_bytes) = self.crew.pool_extent();
-        (row.kept, row.kept_bytes) = self.crew.kept();
+        (row.buckets_used_max, row.buckets_bytes) = self.worker_pool.pool_extent();
+        (row.kept, row.kept_bytes) = self.worker_pool.kept();
         self.metrics.fill(&mut row);
         row
     }
@@ -362,23 +361,23 @@ impl Daemon {
                 send_rows(active, &rows, self.catalog.len(), false)
             }
             Ok(ControlRequest::Status) => send_rows(active, &[self.status()], 1, false),
-            Ok(ControlRequest::Verdict(sequence)) => {
-                let verdict = self.crew.verdict((wire.listener, sequence));
+            Ok(ControlRequest::RequestError(sequence)) => {
+                let verdict = self.worker_pool.collect_error((wire.listener, sequence));
                 send_rows(active, verdict.as_slice(), verdict.iter().len(), false)
             }
             Ok(ControlRequest::Progress(sequence)) => {
                 let progress = self.jobs.progress((wire.listener, sequence));
                 send_rows(active, progress.as_slice(), progress.iter().len(), false)
             }
-            Ok(ControlRequest::Release { handle, .. }) => match self.crew.release(handle) {
+            Ok(ControlRequest::Release { handle, .. }) => match self.worker_pool.release(handle) {
                 Ok(()) => send_rows::<ErrorWire>(active, &[], 0, false),
-                Err(refusal) => send_rows(active, &[ErrorWire::from(&refusal)], 1, true),
+                Err(error) => send_rows(active, &[ErrorWire::from(&error)], 1, true),
             },
-            Err(refusal) => send_rows(active, &[ErrorWire::from(&refusal)], 1, true),
+            Err(error) => send_rows(active, &[ErrorWire::from(&error)], 1, true),
         };
         match sent {
-            Ok(()) => self.crew.wake(wire.listener),
-            Err(refusal) => tracing::warn!(%refusal, "cannot reply to a control request"),
+            Ok(()) => self.worker_pool.wake(wire.listener),
+            Err(error) => tracing::warn!(%error, "cannot reply to a control request"),
         }
     }
 
@@ -399,53 +398,53 @@ impl Daemon {
     ///
     /// # Errors
     /// `runtime_folder`, `transport`, `shared_memory`.
-    fn check_way_in(&mut self) -> Result<(), Error> {
-        self.home.check()?;
-        self.entrance.check()?;
+    fn check_client_entry(&mut self) -> Result<(), Error> {
+        self.directory.check()?;
+        self.client_entry.check()?;
         shared_memory::need(shared_memory::CONNECTION_BYTES)
     }
 
     /// Replies to the operations port, if the connection still waits.
     fn report(&mut self, inquiry: LoopInquiry) {
-        let way_in = self.check_way_in();
+        let client_entry = self.check_client_entry();
         let metrics = self.metrics.text(&self.status());
         let mut summary = self.summary();
-        if let Err(refusal) = &way_in {
-            summary += &format!("not ready: {refusal}\n");
-        } else if self.entrance.restored() > 0 {
+        if let Err(error) = &client_entry {
+            summary += &format!("not ready: {error}\n");
+        } else if self.client_entry.restored() > 0 {
             summary +=
-                &format!("files that clients need to connect were restored {} times\n", self.entrance.restored());
+                &format!("files that clients need to connect were restored {} times\n", self.client_entry.restored());
         }
-        let _ = inquiry.send(LoopReport { ready: !self.jobs.closed() && way_in.is_ok(), summary, metrics });
+        let _ = inquiry.send(LoopReport { ready: !self.jobs.closed() && client_entry.is_ok(), summary, metrics });
     }
 
     /// Ends in order: refuses new requests, lets accepted ones finish for a while (a second signal ends the wait), then refuses or
     /// cancels the rest.
-    async fn end(mut self, mut ears: EventSource) {
+    async fn end(mut self, mut event_source: EventSource) {
         self.jobs.close();
         tracing::info!(running = self.jobs.running(), queued = self.jobs.queued(), "ending");
         self.tell(NotifyState::Stopping);
         let (begun, drain) = (Instant::now(), self.config.drain());
         while self.jobs.running() + self.jobs.queued() > 0 && begun.elapsed() < drain {
-            if self.turn(&mut ears).await {
+            if self.turn(&mut event_source).await {
                 break;
             }
         }
-        self.home.withdraw();
+        self.directory.withdraw();
         for _ in 0..self.jobs.stop() {
             self.metrics.ended(JobEnd::Busy);
         }
         self.jobs.cancel();
         let begun = Instant::now();
-        while begun.elapsed() < FAREWELL || self.jobs.running() > 0 && begun.elapsed() < GRACE {
-            self.turn(&mut ears).await;
+        while begun.elapsed() < FINAL_REPLIES_TIME || self.jobs.running() > 0 && begun.elapsed() < GRACE {
+            self.turn(&mut event_source).await;
         }
         self.write_metrics();
-        let Self { jobs, crew, ports, home, .. } = self;
+        let Self { jobs, worker_pool, ports, directory, .. } = self;
         // Drops all users of the transport; afterwards this process has no live node.
-        drop((jobs, crew, ports, ears));
-        if let Err(refusal) = home.close() {
-            tracing::warn!(%refusal, "cannot remove the files of this daemon");
+        drop((jobs, worker_pool, ports, event_source));
+        if let Err(error) = directory.close() {
+            tracing::warn!(%error, "cannot remove the files of this daemon");
         }
     }
 }
@@ -463,7 +462,8 @@ impl Loaded {
         let begun = Instant::now();
         let folder = folder(config, only)?;
         let threads = threads(config.threads(), config.compute.nice)?;
-        let catalog = threads.install(|| folder.look().map(|shelf| Catalog::default().renewed(shelf, &loader)))?;
+        let catalog =
+            threads.install(|| folder.scan().map(|snapshot| Catalog::default().renewed(snapshot, &loader)))?;
         announce(&catalog, begun);
         Ok(Self { folder, loader, threads, catalog })
     }
@@ -488,10 +488,10 @@ fn announce(catalog: &Catalog, begun: Instant) {
 }
 
 fn send_rows<R: ReplyRow>(active: &ActiveControlRequest, rows: &[R], total: usize, refused: bool) -> Result<(), Error> {
-    let mut payload = vec![Block::zeroed(); control::blocks::<R>(rows.len()).max(1)];
+    let mut payload = vec![AlignedBlock::zeroed(); control::blocks::<R>(rows.len()).max(1)];
     let header: ControlReplyHeader = control::write(&mut payload, rows, total, refused);
-    let lent = active.loan_slice_uninit(payload.len()).map_err(|error| failed("reply", error))?;
-    let mut reply = lent.write_from_slice(&payload);
+    let buffer = active.loan_slice_uninit(payload.len()).map_err(|error| failed("reply", error))?;
+    let mut reply = buffer.write_from_slice(&payload);
     *reply.user_header_mut() = header;
     reply.send().map_err(|error| failed("reply", error))
 }

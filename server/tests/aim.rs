@@ -5,7 +5,7 @@ mod support;
 use serde_json::Value;
 use shatter_client::{Client, Contact, Convention, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Ray};
 use std::sync::LazyLock;
-use support::{InProcess, TestPlace, bar, patience, shatter};
+use support::{InProcess, TestDirectory, bar, shatter, timeout};
 
 /// Database of a bar of 0.4 × 0.2 × 0.2 m around the origin, baked once for all tests: the bytes of the file.
 static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.05));
@@ -14,11 +14,11 @@ static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.05));
 const DEVIATION_M: f64 = 0.012;
 
 fn start() -> (InProcess, Client, Object) {
-    let here = TestPlace::new("aim");
+    let here = TestDirectory::new("aim");
     here.database("bar", BAR.as_slice());
     let daemon = InProcess::start_with(here, "", shatter_engine::wire::loader(None));
     let service = daemon.connect();
-    let bar = service.object("bar", patience()).unwrap();
+    let bar = service.object("bar", timeout()).unwrap();
     (daemon, service, bar)
 }
 
@@ -31,11 +31,11 @@ fn impact(contact: impl Into<Contact>) -> Impact {
 }
 
 fn strike(bar: &Object, impact: &Impact) -> FractureResult {
-    bar.strike(impact).unwrap().wait(patience()).unwrap()
+    bar.strike(impact).unwrap().wait(timeout()).unwrap()
 }
 
 fn refused(bar: &Object, impact: &Impact) -> Error {
-    bar.strike(impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap()
+    bar.strike(impact).and_then(|mut ticket| ticket.wait(timeout())).err().unwrap()
 }
 
 #[track_caller]
@@ -45,8 +45,8 @@ fn near(found: [f64; 3], wanted: [f64; 3], within: f64) {
 }
 
 /// Hash of the positions of a result.
-fn shape(broken: &FractureResult) -> String {
-    let digest = broken.digest();
+fn shape(result: &FractureResult) -> String {
+    let digest = result.digest();
     digest.sections.iter().find(|section| section.name == "positions").unwrap().hash.clone()
 }
 
@@ -54,14 +54,14 @@ fn shape(broken: &FractureResult) -> String {
 fn a_ray_hits_the_nearest_surface_and_strikes_there() {
     let (_daemon, _, bar) = start();
     let aimed = ray([1.0, 0.03, 0.02], [-2.0, 0.0, 0.0]);
-    let hit = bar.aim(aimed, patience()).unwrap();
+    let hit = bar.aim(aimed, timeout()).unwrap();
     near(hit.point_m, [0.2, 0.03, 0.02], DEVIATION_M);
     assert!((hit.distance_m - 0.8).abs() < DEVIATION_M && hit.normal[0] > 0.7 && hit.body == 0, "{hit:?}");
     let along = strike(&bar, &impact(aimed));
     let at = strike(&bar, &impact(Contact::new(hit.point_m)));
     assert_eq!((along.hit(), at.hit()), (Some(hit), None));
     assert_eq!(shape(&along), shape(&at));
-    let inside = bar.aim(ray([0.0; 3], [0.0, 1.0, 0.0]), patience()).unwrap();
+    let inside = bar.aim(ray([0.0; 3], [0.0, 1.0, 0.0]), timeout()).unwrap();
     near(inside.point_m, [0.0, 0.1, 0.0], DEVIATION_M);
     assert!(inside.normal[1] > 0.7, "the normal is outward for a ray from inside, too: {inside:?}");
 }
@@ -69,11 +69,11 @@ fn a_ray_hits_the_nearest_surface_and_strikes_there() {
 #[test]
 fn rays_are_in_the_coordinates_of_the_connection() {
     let (_daemon, service, bar) = start();
-    let ours = bar.aim(ray([1.0, 0.03, 0.02], [-1.0, 0.0, 0.0]), patience()).unwrap();
-    let unreal = service.with_convention(Convention::UNREAL).object("bar", patience()).unwrap();
+    let ours = bar.aim(ray([1.0, 0.03, 0.02], [-1.0, 0.0, 0.0]), timeout()).unwrap();
+    let unreal = service.with_convention(Convention::UNREAL).object("bar", timeout()).unwrap();
     let to = Convention::UNREAL;
     let aimed = ray(to.vector([1.0, 0.03, 0.02]), to.direction([-1.0, 0.0, 0.0]));
-    let hit = unreal.aim(aimed, patience()).unwrap();
+    let hit = unreal.aim(aimed, timeout()).unwrap();
     near(hit.point_m, to.vector(ours.point_m), 1e-9);
     near(hit.normal, to.direction(ours.normal), 1e-12);
     assert!((hit.distance_m - 100.0 * ours.distance_m).abs() < 1e-9);
@@ -82,23 +82,23 @@ fn rays_are_in_the_coordinates_of_the_connection() {
 }
 
 /// The nearest surface point that a message names, m.
-fn nearest(refusal: &Error) -> [f64; 3] {
-    let told = refusal.message.split("nearest surface point is ").nth(1).unwrap_or_else(|| panic!("{refusal}"));
-    let numbers: Vec<f64> = told.split(". ").next().unwrap().split(',').map(|x| x.parse().unwrap()).collect();
+fn nearest(error: &Error) -> [f64; 3] {
+    let reported = error.message.split("nearest surface point is ").nth(1).unwrap_or_else(|| panic!("{error}"));
+    let numbers: Vec<f64> = reported.split(". ").next().unwrap().split(',').map(|x| x.parse().unwrap()).collect();
     numbers.try_into().unwrap()
 }
 
 #[test]
-fn what_misses_is_told_how_closely() {
+fn a_missing_ray_reports_its_closest_distance() {
     let (_daemon, _, bar) = start();
-    let missed = bar.aim(ray([1.0, 0.15, 0.0], [-1.0, 0.0, 0.0]), patience()).unwrap_err();
+    let missed = bar.aim(ray([1.0, 0.15, 0.0], [-1.0, 0.0, 0.0]), timeout()).unwrap_err();
     assert_eq!((missed.kind, missed.at.as_str()), (ErrorKind::RayMissed, "contacts[0].ray"), "{missed}");
     let by: f64 = missed.message.split("by ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!((by - 0.05).abs() < DEVIATION_M, "{missed}");
-    let away = bar.aim(ray([1.0, 0.0, 0.0], [1.0, 0.0, 0.0]), patience()).unwrap_err();
+    let away = bar.aim(ray([1.0, 0.0, 0.0], [1.0, 0.0, 0.0]), timeout()).unwrap_err();
     assert_eq!(away.kind, ErrorKind::RayMissed, "a ray does not hit what is behind it");
     for direction in [[0.0; 3], [f64::NAN, 0.0, 0.0]] {
-        assert_eq!(bar.aim(ray([1.0, 0.0, 0.0], direction), patience()).unwrap_err().kind, ErrorKind::Ray);
+        assert_eq!(bar.aim(ray([1.0, 0.0, 0.0], direction), timeout()).unwrap_err().kind, ErrorKind::Ray);
     }
     let aimed = Contact::from(ray([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0])).impulse([-1.0, 0.0, 0.0]);
     let beside = Contact::new([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]);
@@ -115,16 +115,16 @@ fn what_misses_is_told_how_closely() {
 #[test]
 fn fragments_are_aimed_at_too() {
     let (_daemon, _, bar) = start();
-    let broken = strike(&bar, &impact(Contact::new([0.2, 0.0, 0.0])).keep());
-    let handle = broken.handle().unwrap();
-    let largest = broken.fragments().max_by(|a, b| a.mass_kg().total_cmp(&b.mass_kg())).unwrap();
+    let result = strike(&bar, &impact(Contact::new([0.2, 0.0, 0.0])).keep());
+    let handle = result.handle().unwrap();
+    let largest = result.fragments().max_by(|a, b| a.mass_kg().total_cmp(&b.mass_kg())).unwrap();
     let center = largest.center_m();
     let down = ray([center[0], 1.0, center[2]], [0.0, -1.0, 0.0]);
-    let hit = bar.aim_at_fragment(handle, largest.id(), down, patience()).unwrap();
+    let hit = bar.aim_at_fragment(handle, largest.id(), down, timeout()).unwrap();
     assert!(hit.point_m[1] > center[1] && hit.point_m[1] < 0.1 + DEVIATION_M, "{hit:?} above {center:?}");
     let again = impact(down).from(handle, largest.id());
     assert_eq!(strike(&bar, &again).hit(), Some(hit));
-    let none = bar.aim_at_fragment(handle, 9999, down, patience()).unwrap_err();
+    let none = bar.aim_at_fragment(handle, 9999, down, timeout()).unwrap_err();
     assert_eq!(none.kind, ErrorKind::UnknownFragment);
 }
 
@@ -136,7 +136,7 @@ fn the_command_line_aims_lists_bounds_and_names_the_nearest() {
         let (code, text) = shatter(here, &[arguments, &["--json"]].concat());
         (code, serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}")))
     };
-    let [low, high] = service.objects(patience()).unwrap()[0].bounds_m;
+    let [low, high] = service.objects(timeout()).unwrap()[0].bounds_m;
     near(low, [-0.2, -0.1, -0.1], DEVIATION_M);
     near(high, [0.2, 0.1, 0.1], DEVIATION_M);
     let (_, listed) = json(&["list"]);

@@ -11,7 +11,7 @@ use shatter_engine::scene::Scene;
 use shatter_proto::view::ResultView;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
-use support::{InProcess, TestPlace, bar, patience};
+use support::{InProcess, TestDirectory, bar, timeout};
 
 /// Database of a bar, baked once for all tests: the bytes of the file.
 static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.05));
@@ -67,7 +67,7 @@ fn hosts() -> Vec<Host> {
 
 /// Starts a daemon with the bar, one end of which is held if a request enables that.
 fn start() -> (InProcess, Client) {
-    let here = TestPlace::new("conventions");
+    let here = TestDirectory::new("conventions");
     std::fs::write(here.databases().join("bar.shatter"), BAR.as_slice()).unwrap();
     let names = EFFECTS.map(|effect| format!("\"{}\"", effect.name())).join(", ");
     let anchor = "{ min = [-0.3, -0.3, -0.3], max = [-0.15, 0.3, 0.3] }";
@@ -79,22 +79,22 @@ fn start() -> (InProcess, Client) {
 }
 
 fn object(service: &Client, convention: Convention) -> Object {
-    service.with_convention(convention).object("bar", patience()).unwrap()
+    service.with_convention(convention).object("bar", timeout()).unwrap()
 }
 
 fn strike(bar: &Object, impact: &Impact) -> FractureResult {
-    bar.strike(impact).unwrap().wait(patience()).unwrap()
+    bar.strike(impact).unwrap().wait(timeout()).unwrap()
 }
 
 /// One impact in the host's coordinates and in the default ones. The host's numbers are exact, so that both are the same impact.
-struct Blow {
+struct ImpactPair {
     theirs: Impact,
     ours: Impact,
 }
 
 impl Host {
     /// The impact `impulse_ns` at `point_m`.
-    fn blow(&self, point_m: [f64; 3], impulse_ns: [f64; 3], sites: u32, effects: &[Effect]) -> Blow {
+    fn impact_pair(&self, point_m: [f64; 3], impulse_ns: [f64; 3], sites: u32, effects: &[Effect]) -> ImpactPair {
         let [point, impulse] = [point_m, impulse_ns].map(|vector| self.axes * Vector3::from(vector) / self.unit);
         let ours = |vector: Vector3<f64>| -> [f64; 3] { (self.axes.transpose() * vector * self.unit).into() };
         let radius = 0.05 / self.unit;
@@ -105,7 +105,7 @@ impl Host {
                 .keep();
             effects.iter().fold(impact, |impact, effect| impact.enable(*effect))
         };
-        Blow {
+        ImpactPair {
             theirs: asked(point.into(), impulse.into(), radius),
             ours: asked(ours(point), ours(impulse), radius * self.unit),
         }
@@ -266,8 +266,8 @@ fn beside(host: &Host, theirs: &ResultView<'_>, ours: &ResultView<'_>) {
 
 /// Checks a result by itself: closed, correctly oriented, with the volumes and centers of its table.
 #[track_caller]
-fn check_alone(host: &Host, broken: &FractureResult) {
-    for fragment in broken.fragments() {
+fn check_alone(host: &Host, result: &FractureResult) {
+    for fragment in result.fragments() {
         let (positions, indices) = (fragment.positions(), fragment.indices());
         assert!(fragment.is_closed(), "{}", host.name);
         let volume = volume6(positions, indices) / 6.0;
@@ -291,11 +291,11 @@ const POINT_M: [f64; 3] = [0.2, 0.03, -0.02];
 const IMPULSE_NS: [f64; 3] = [-50.0, 3.0, -4.0];
 
 #[test]
-fn answers_in_a_convention_are_ours_in_other_numbers() {
+fn results_in_a_convention_equal_converted_results() {
     let (_daemon, service) = start();
     let ours = object(&service, Convention::GLTF);
     for host in hosts() {
-        let Blow { theirs: asked, ours: same } = host.blow(POINT_M, IMPULSE_NS, 16, &EFFECTS);
+        let ImpactPair { theirs: asked, ours: same } = host.impact_pair(POINT_M, IMPULSE_NS, 16, &EFFECTS);
         let (theirs, ours) = (strike(&object(&service, host.convention), &asked), strike(&ours, &same));
         assert_eq!(theirs.convention(), host.convention);
         compare(&host, &theirs.raw_view(), &ours.raw_view());
@@ -307,16 +307,16 @@ fn answers_in_a_convention_are_ours_in_other_numbers() {
         if host.convention.is_default() {
             assert_eq!(theirs.digest(), ours.digest());
             // A host without a convention gets the default one.
-            let silent = service.object("bar", patience()).unwrap();
+            let silent = service.object("bar", timeout()).unwrap();
             assert_eq!(strike(&silent, &asked).digest(), ours.digest());
         }
     }
 }
 
 /// The heaviest fragment that no anchor holds, and the point of its surface with the largest x of the default axes.
-fn loose(broken: &FractureResult) -> (u32, [f64; 3]) {
-    let held = |id: u32| broken.bonds().any(|bond| bond.is_with_world() && bond.fragment == id);
-    let loose = broken.fragments().filter(|fragment| !held(fragment.id()));
+fn loose(result: &FractureResult) -> (u32, [f64; 3]) {
+    let held = |id: u32| result.bonds().any(|bond| bond.is_with_world() && bond.fragment == id);
+    let loose = result.fragments().filter(|fragment| !held(fragment.id()));
     let fragment = loose.max_by(|a, b| a.mass_kg().total_cmp(&b.mass_kg())).unwrap();
     let farthest = fragment.positions().iter().max_by(|a, b| a[0].total_cmp(&b[0])).unwrap();
     (fragment.id(), [0, 1, 2].map(|k| fragment.center_m()[k] + f64::from(farthest[k])))
@@ -327,13 +327,13 @@ fn a_second_strike_has_the_convention_of_its_own_request() {
     let (_daemon, service) = start();
     let ours = object(&service, Convention::GLTF);
     for host in hosts() {
-        let first = host.blow(POINT_M, IMPULSE_NS, 6, &EFFECTS);
+        let first = host.impact_pair(POINT_M, IMPULSE_NS, 6, &EFFECTS);
         // The result is kept in other coordinates than those of the next request.
-        let broken = strike(&ours, &first.ours);
-        let (fragment, point_m) = loose(&broken);
+        let result = strike(&ours, &first.ours);
+        let (fragment, point_m) = loose(&result);
         // Anchors do not hold fragments of a kept result.
-        let Blow { theirs: asked, ours: same } = host.blow(point_m, [-40.0, 1.0, 2.0], 5, &EFFECTS[1..]);
-        let again = |impact: Impact| impact.from(broken.handle().unwrap(), fragment);
+        let ImpactPair { theirs: asked, ours: same } = host.impact_pair(point_m, [-40.0, 1.0, 2.0], 5, &EFFECTS[1..]);
+        let again = |impact: Impact| impact.from(result.handle().unwrap(), fragment);
         let theirs = strike(&object(&service, host.convention), &again(asked));
         let ours = strike(&ours, &again(same));
         assert!(theirs.fragments().len() >= 5);
@@ -346,18 +346,18 @@ fn a_second_strike_has_the_convention_of_its_own_request() {
 fn files_are_gltf_whatever_the_convention() {
     let (_daemon, service) = start();
     let folder = tempfile::tempdir().unwrap();
-    let written = |broken: &FractureResult| {
+    let written = |result: &FractureResult| {
         let path = folder.path().join("a.glb");
-        broken.write_glb(&path).unwrap();
+        result.write_glb(&path).unwrap();
         let fragments = std::fs::read(&path).unwrap();
-        broken.write_hulls_glb(&path).unwrap();
+        result.write_hulls_glb(&path).unwrap();
         let hulls = std::fs::read(&path).unwrap();
-        broken.write_skins_glb(&path).unwrap();
+        result.write_skins_glb(&path).unwrap();
         [fragments, hulls, std::fs::read(&path).unwrap()]
     };
     let ours = object(&service, Convention::GLTF);
     for host in hosts() {
-        let Blow { theirs: asked, ours: same } = host.blow(POINT_M, IMPULSE_NS, 16, &EFFECTS);
+        let ImpactPair { theirs: asked, ours: same } = host.impact_pair(POINT_M, IMPULSE_NS, 16, &EFFECTS);
         let (theirs, ours) = (strike(&object(&service, host.convention), &asked), strike(&ours, &same));
         let gltf =
             Host { convention: Convention::GLTF, axes: Matrix3::identity(), clockwise: false, unit: 1.0, ..host };
@@ -378,17 +378,17 @@ fn files_are_gltf_whatever_the_convention() {
 }
 
 #[test]
-fn what_is_no_convention_is_refused_by_name() {
+fn invalid_conventions_are_rejected_by_name() {
     let (_daemon, service) = start();
     for meters_per_unit in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-9, 1e9] {
         let bar = object(&service, Convention { meters_per_unit, ..Convention::UNREAL });
-        let refusal = bar.strike(&Impact::new([Contact::new(POINT_M).impulse(IMPULSE_NS)])).err().unwrap();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Convention, "convention.meters_per_unit"));
+        let error = bar.strike(&Impact::new([Contact::new(POINT_M).impulse(IMPULSE_NS)])).err().unwrap();
+        assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Convention, "convention.meters_per_unit"));
     }
     // A meter from the center of the bar.
     let far = Impact::new([Contact::new([100.0, 0.0, 0.0]).impulse([-50.0, 0.0, 0.0])]);
-    let refusal = object(&service, Convention::UNREAL).strike(&far).and_then(|mut ticket| ticket.wait(patience()));
-    assert_eq!(refusal.err().unwrap().kind, ErrorKind::ContactTooFar);
+    let error = object(&service, Convention::UNREAL).strike(&far).and_then(|mut ticket| ticket.wait(timeout()));
+    assert_eq!(error.err().unwrap().kind, ErrorKind::ContactTooFar);
 }
 
 #[test]
@@ -396,7 +396,7 @@ fn even_pieces_are_asked_for_in_the_hosts_numbers() {
     let (_daemon, service) = start();
     for host in hosts() {
         let bar = object(&service, host.convention);
-        let even = strike(&bar, &bar.even(12, patience()).unwrap());
+        let even = strike(&bar, &bar.even(12, timeout()).unwrap());
         let (metric, diagonals) = (even.metric(), 1e3 * bar.facts().diagonal_m);
         let (name, radius_m) = (host.name, metric.raw_view().summary.radius_m);
         println!("{name}: {} pieces, radius {radius_m} m", even.fragments().count());

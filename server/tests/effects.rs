@@ -10,7 +10,7 @@ use shatter_engine::scene::Scene;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
-use support::{InProcess, TestPlace, bar, patience, shatter_program};
+use support::{InProcess, TestDirectory, bar, shatter_program, timeout};
 
 /// Database of a bar, baked once for all tests: the bytes of the file.
 static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.05));
@@ -36,32 +36,37 @@ fn start() -> (InProcess, Object) {
 
 /// Starts a daemon with a scene that holds the bar if a request enables that, and that allows every effect.
 fn start_held() -> (InProcess, Object) {
+    start_held_in("interior")
+}
+
+/// As [`start_held`], with the tables of another lift.
+fn start_held_in(lift: &str) -> (InProcess, Object) {
     // The effect `warp` needs an artist's controls: see the tests of warps.
     let names = Effect::ALL.into_iter().filter(|effect| *effect != Effect::Warp);
     let names = names.map(|effect| format!("\"{}\"", effect.name())).collect::<Vec<_>>().join(", ");
     let anchor = format!("{{ min = [-0.3, -0.3, -0.3], max = [{HELD_BELOW}, 0.3, 0.3] }}");
-    let scene = format!("[objects.bar]\nallow = [{names}]\nanchors = [{anchor}]");
+    let scene = format!("[objects.bar]\nlift = \"{lift}\"\nallow = [{names}]\nanchors = [{anchor}]");
     start_with(Some(Scene::parse(&scene, Path::new("")).unwrap()))
 }
 
 fn start_with(scene: Option<Scene>) -> (InProcess, Object) {
-    let here = TestPlace::new("effects");
+    let here = TestDirectory::new("effects");
     std::fs::write(here.databases().join("bar.shatter"), BAR.as_slice()).unwrap();
     let (name, load) = (scene.is_some().then_some("bar"), shatter_engine::wire::loader(scene));
     let daemon = InProcess::start_with(here, "", Arc::new(move |path, _| load(path, name)));
-    let bar = daemon.connect().object("bar", patience()).unwrap();
+    let bar = daemon.connect().object("bar", timeout()).unwrap();
     (daemon, bar)
 }
 
 /// An impact on the end of the bar that breaks it.
-fn blow() -> Impact {
+fn base_impact() -> Impact {
     Impact::new([Contact::new([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05)])
         .degree(DegreeRule::Sites(24))
         .seed(3)
 }
 
 fn strike(bar: &Object, impact: &Impact) -> FractureResult {
-    bar.strike(impact).unwrap().wait(patience()).unwrap()
+    bar.strike(impact).unwrap().wait(timeout()).unwrap()
 }
 
 /// The effect, and the effects that it needs.
@@ -70,12 +75,12 @@ fn needed(effect: Effect) -> Vec<Effect> {
 }
 
 fn with(effects: &[Effect]) -> Impact {
-    effects.iter().fold(blow(), |impact, effect| impact.enable(*effect))
+    effects.iter().fold(base_impact(), |impact, effect| impact.enable(*effect))
 }
 
 /// Hashes of all sections except the one that reports which effects ran.
-fn hashes(broken: &FractureResult) -> BTreeMap<&'static str, String> {
-    let sections = broken.digest().sections.into_iter().filter(|section| section.name != "effects");
+fn hashes(result: &FractureResult) -> BTreeMap<&'static str, String> {
+    let sections = result.digest().sections.into_iter().filter(|section| section.name != "effects");
     sections.map(|section| (section.name, section.hash)).collect()
 }
 
@@ -105,16 +110,16 @@ fn norm(a: [f64; 3]) -> f64 {
 }
 
 #[test]
-fn off_is_exactly_nothing() {
+fn disabled_effects_cost_nothing() {
     let (_daemon, bar) = start_held();
     let check = |impact: Impact, on: Effects| {
-        let broken = strike(&bar, &impact);
-        assert!(broken.effects().map(|cost| cost.effect).eq(Effect::ALL));
-        for cost in broken.effects() {
+        let result = strike(&bar, &impact);
+        assert!(result.effects().map(|cost| cost.effect).eq(Effect::ALL));
+        for cost in result.effects() {
             assert_eq!(cost.has_run, on.has(cost.effect), "{} {impact:?}", cost.effect.name());
             assert!(cost.has_run || cost == EffectCost::idle(cost.effect), "{cost:?}");
         }
-        let extra = broken
+        let extra = result
             .digest()
             .sections
             .into_iter()
@@ -125,11 +130,11 @@ fn off_is_exactly_nothing() {
     };
     // The request has a number of sites, so that the examples do not run.
     let usual = Effects::of([Effect::Elastic, Effect::Interior, Effect::Slivers]);
-    check(blow(), usual);
+    check(base_impact(), usual);
     for effect in usual.iter() {
-        check(blow().disable(effect), Effects::of(usual.iter().filter(|other| *other != effect)));
+        check(base_impact().disable(effect), Effects::of(usual.iter().filter(|other| *other != effect)));
     }
-    check(usual.iter().fold(blow(), Impact::disable), Effects::default());
+    check(usual.iter().fold(base_impact(), Impact::disable), Effects::default());
     for effect in Effect::ALL.into_iter().filter(|effect| !effect.default_on() && *effect != Effect::Warp) {
         check(with(&needed(effect)), Effects::of(usual.iter().chain(needed(effect))));
     }
@@ -139,17 +144,17 @@ fn off_is_exactly_nothing() {
 #[test]
 fn without_elasticity_neither_solve_nor_basis_is_touched() {
     let (_daemon, bar) = start();
-    let cheap = strike(&bar, &blow().disable(Effect::Elastic));
+    let cheap = strike(&bar, &base_impact().disable(Effect::Elastic));
     let elasticity = cheap.stages().find(|cost| cost.stage == StageKind::Elasticity).unwrap();
     assert_eq!(elasticity, StageCost::idle(StageKind::Elasticity));
     assert_eq!(
-        (cheap.summary().energy_source.name(), strike(&bar, &blow()).summary().energy_source.name()),
+        (cheap.summary().energy_source.name(), strike(&bar, &base_impact()).summary().energy_source.name()),
         ("falloff", "solve")
     );
     let wide = Contact::new([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(1e120);
     let weak = Impact::new([wide]).degree(DegreeRule::Sites(24)).seed(3).disable(Effect::Elastic);
-    let refusal = bar.strike(&weak).and_then(|mut ticket| ticket.wait(patience())).err().unwrap();
-    assert_eq!(refusal.kind, ErrorKind::Impulse, "{refusal}");
+    let error = bar.strike(&weak).and_then(|mut ticket| ticket.wait(timeout())).err().unwrap();
+    assert_eq!(error.kind, ErrorKind::Impulse, "{error}");
     assert!(cheap.fragments().len() >= 24 && cheap.fragments().all(|fragment| fragment.is_closed()));
 }
 
@@ -166,21 +171,51 @@ fn outputs_change_no_other_section() {
     }
 }
 
+/// The tests above use the default lift; this one covers the other lifts.
+#[test]
+fn every_effect_works_in_every_lift() {
+    // Euclidean distances need no table.
+    let (_daemon, bar) = start_held_in("surface_diffusion");
+    for lift in [Lift::Euclidean, Lift::SurfaceDiffusion] {
+        let struck = |impact: Impact| {
+            let result = strike(&bar, &impact.lift(lift));
+            assert!(
+                result.fragments().len() > 8 && result.fragments().all(|fragment| fragment.is_closed()),
+                "{lift:?}"
+            );
+            result
+        };
+        let before = hashes(&struck(base_impact()));
+        for effect in OUTPUTS {
+            let mut after = hashes(&struck(with(&needed(effect))));
+            let added = needed(effect).into_iter().flat_map(sections);
+            added.for_each(|name| assert!(after.remove(name).is_some(), "{name} {lift:?}"));
+            assert_eq!(after, before, "{} {lift:?}", effect.name());
+        }
+        for effect in [Effect::Tensile, Effect::Anchored, Effect::Gravity] {
+            let result = struck(with(&needed(effect)));
+            assert!(result.effects().any(|cost| cost.effect == effect && cost.has_run), "{} {lift:?}", effect.name());
+            assert_ne!(hashes(&result)["positions"], before["positions"], "{} {lift:?}", effect.name());
+        }
+        assert!(struck(bar.even(16, timeout()).unwrap()).fragments().len() >= 16);
+    }
+}
+
 #[test]
 fn physics_changes_the_pieces() {
     let (_daemon, bar) = start();
-    let usual = hashes(&strike(&bar, &blow()));
+    let usual = hashes(&strike(&bar, &base_impact()));
     for (what, impact) in [
-        ("tensile", blow().enable(Effect::Tensile)),
-        ("interior", blow().disable(Effect::Interior)),
-        ("elastic", blow().disable(Effect::Elastic)),
+        ("tensile", base_impact().enable(Effect::Tensile)),
+        ("interior", base_impact().disable(Effect::Interior)),
+        ("elastic", base_impact().disable(Effect::Elastic)),
     ] {
         assert_ne!(hashes(&strike(&bar, &impact))["positions"], usual["positions"], "{what}");
     }
-    let straight = hashes(&strike(&bar, &blow().lift(Lift::Euclidean)));
-    assert_eq!(hashes(&strike(&bar, &blow().disable(Effect::Interior))), straight);
+    let straight = hashes(&strike(&bar, &base_impact().lift(Lift::Euclidean)));
+    assert_eq!(hashes(&strike(&bar, &base_impact().disable(Effect::Interior))), straight);
     let (_daemon, held) = start_held();
-    assert_eq!(hashes(&strike(&held, &blow())), usual, "no request asked to hold it");
+    assert_eq!(hashes(&strike(&held, &base_impact())), usual, "no request asked to hold it");
     let [anchored, heavy] =
         [Effect::Anchored, Effect::Gravity].map(|effect| hashes(&strike(&held, &with(&needed(effect)))));
     assert_ne!(anchored["positions"], usual["positions"]);
@@ -188,20 +223,20 @@ fn physics_changes_the_pieces() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_by_name() {
+fn invalid_values_are_rejected_by_name() {
     let (_daemon, bar) = start();
     let refused = |impact: Impact| {
-        let refusal = bar.strike(&impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap();
-        (refusal.kind, refusal.at)
+        let error = bar.strike(&impact).and_then(|mut ticket| ticket.wait(timeout())).err().unwrap();
+        (error.kind, error.at)
     };
     for (impact, at) in [
-        (blow().enable(Effect::Uv).disable(Effect::Uv), "uv"),
-        (blow().enable(Effect::Tensile).disable(Effect::Elastic), "tensile"),
-        (blow().enable(Effect::Interior).lift(Lift::Euclidean), "interior"),
-        (blow().disable(Effect::Interior).lift(Lift::Interior), "interior"),
-        (blow().enable(Effect::Warp), "warp"),
-        (blow().enable(Effect::Anchored), "anchored"),
-        (blow().enable(Effect::Gravity), "gravity"),
+        (base_impact().enable(Effect::Uv).disable(Effect::Uv), "uv"),
+        (base_impact().enable(Effect::Tensile).disable(Effect::Elastic), "tensile"),
+        (base_impact().enable(Effect::Interior).lift(Lift::Euclidean), "interior"),
+        (base_impact().disable(Effect::Interior).lift(Lift::Interior), "interior"),
+        (base_impact().enable(Effect::Warp), "warp"),
+        (base_impact().enable(Effect::Anchored), "anchored"),
+        (base_impact().enable(Effect::Gravity), "gravity"),
     ] {
         assert_eq!(refused(impact), (ErrorKind::Effect, at.to_owned()));
     }
@@ -211,10 +246,10 @@ fn what_cannot_be_is_refused_by_name() {
 #[test]
 fn slivers_become_part_of_their_neighbors() {
     let (_daemon, bar) = start();
-    let many = blow().degree(DegreeRule::Sites(250));
+    let many = base_impact().degree(DegreeRule::Sites(250));
     let sliver = 2.0 * (0.05 * bar.facts().diagonal_m).powi(3);
-    let least = |broken: &FractureResult| broken.fragments().map(|own| own.volume_m3()).fold(f64::INFINITY, f64::min);
-    let volume = |broken: &FractureResult| broken.fragments().map(|own| own.volume_m3()).sum::<f64>();
+    let least = |result: &FractureResult| result.fragments().map(|own| own.volume_m3()).fold(f64::INFINITY, f64::min);
+    let volume = |result: &FractureResult| result.fragments().map(|own| own.volume_m3()).sum::<f64>();
     let before = strike(&bar, &many.clone().disable(Effect::Slivers));
     let after = strike(&bar, &many);
     assert!(least(&before) < 0.5 * sliver, "there are slivers");
@@ -231,14 +266,14 @@ fn a_result_of_one_piece_is_warned_of() {
     let scene = Scene::parse("[objects.bar]\nvolume_min_m3 = 0.02", Path::new("")).unwrap();
     let (daemon, _) = start_with(Some(scene));
     let strike = ["impact", "bar", "--point", "0.2,0,0", "--impulse", "-50,3,0", "--degree", "8"];
-    let told = |more: &[&str]| {
+    let reported = |more: &[&str]| {
         let output = shatter_program(&daemon.here).args([&strike, more].concat()).output().unwrap();
         assert!(output.status.success());
         String::from_utf8(output.stderr).unwrap()
     };
-    let warning = told(&[]);
+    let warning = reported(&[]);
     assert!(warning.contains("in one piece: all 8 cells") && warning.contains("--disable slivers"), "{warning}");
-    assert_eq!(told(&["--disable", "slivers"]), "");
+    assert_eq!(reported(&["--disable", "slivers"]), "");
 }
 
 /// Area vector and area of the part of a fragment's surface that faces `neighbor`, from the mesh that the client receives.
@@ -257,12 +292,12 @@ fn face(fragment: &Fragment<'_>, neighbor: u32) -> ([f64; 3], f64) {
 #[test]
 fn bonds_are_the_cracks_that_fragments_share() {
     let (_daemon, bar) = start();
-    let broken = strike(&bar, &with(&[Effect::Bonds]));
-    let fragments: Vec<Fragment<'_>> = broken.fragments().collect();
+    let result = strike(&bar, &with(&[Effect::Bonds]));
+    let fragments: Vec<Fragment<'_>> = result.fragments().collect();
     let pairs: usize = fragments.iter().map(|own| own.runs().filter(|run| run.neighbor.is_some()).count()).sum();
-    assert_eq!(2 * broken.bonds().len(), pairs);
+    assert_eq!(2 * result.bonds().len(), pairs);
     let half = bar.facts().diagonal_m;
-    for bond in broken.bonds() {
+    for bond in result.bonds() {
         let (lower, upper) = (bond.fragment, bond.neighbor.unwrap());
         for (own, other, sign) in [(lower, upper, 1.0), (upper, lower, -1.0)] {
             let (vector, area) = face(&fragments[own as usize], other);
@@ -289,22 +324,22 @@ fn held_area(fragment: &Fragment<'_>) -> f64 {
 }
 
 #[test]
-fn the_world_holds_what_lies_in_its_anchors() {
+fn fragments_in_anchors_are_bonded_to_the_world() {
     let (_daemon, bar) = start_held();
     let outputs = [Effect::Bonds, Effect::Release];
-    let broken = strike(&bar, &with(&[&outputs[..], &[Effect::Anchored]].concat()));
-    let world: Vec<Bond> = broken.bonds().filter(Bond::is_with_world).collect();
-    let [seen, told]: [f64; 2] =
-        [broken.fragments().map(|own| held_area(&own)).sum(), world.iter().map(|bond| bond.area_m2).sum()];
-    assert!((told / seen - 1.0).abs() < 1e-4, "{told} of {seen}");
-    for fragment in broken.fragments() {
+    let result = strike(&bar, &with(&[&outputs[..], &[Effect::Anchored]].concat()));
+    let world: Vec<Bond> = result.bonds().filter(Bond::is_with_world).collect();
+    let [seen, reported]: [f64; 2] =
+        [result.fragments().map(|own| held_area(&own)).sum(), world.iter().map(|bond| bond.area_m2).sum()];
+    assert!((reported / seen - 1.0).abs() < 1e-4, "{reported} of {seen}");
+    for fragment in result.fragments() {
         let bond = world.iter().find(|bond| bond.fragment == fragment.id());
         let velocity = fragment.velocity().unwrap();
         assert_eq!(norm(velocity.linear_m_s) + norm(velocity.angular_rad_s) == 0.0, bond.is_some());
-        let (own, told) = (held_area(&fragment), bond.map_or(0.0, |bond| bond.area_m2));
-        assert!((own - told).abs() < 1e-4 * seen, "fragment {}: {told} of {own}", fragment.id());
+        let (own, reported) = (held_area(&fragment), bond.map_or(0.0, |bond| bond.area_m2));
+        assert!((own - reported).abs() < 1e-4 * seen, "fragment {}: {reported} of {own}", fragment.id());
     }
-    assert!(!world.is_empty() && world.len() < broken.fragments().len());
+    assert!(!world.is_empty() && world.len() < result.fragments().len());
     let free = strike(&bar, &with(&outputs));
     assert!(!free.bonds().any(|bond| bond.is_with_world()));
 }
@@ -312,8 +347,8 @@ fn the_world_holds_what_lies_in_its_anchors() {
 #[test]
 fn normals_have_length_one_and_point_out_of_their_fragment() {
     let (_daemon, bar) = start();
-    let broken = strike(&bar, &with(&[Effect::Normals]));
-    for fragment in broken.fragments() {
+    let result = strike(&bar, &with(&[Effect::Normals]));
+    for fragment in result.fragments() {
         let (positions, normals) = (fragment.positions(), fragment.normals());
         assert_eq!(positions.len(), normals.len());
         assert!(normals.iter().all(|normal| (norm(normal.map(f64::from)) - 1.0).abs() < 1e-6));
@@ -339,9 +374,9 @@ type Spot = ([u32; 2], [i64; 3]);
 #[test]
 fn both_sides_of_a_crack_have_the_same_texture() {
     let (_daemon, bar) = start();
-    let broken = strike(&bar, &with(&[Effect::Uv]));
+    let result = strike(&bar, &with(&[Effect::Uv]));
     let mut sides: HashMap<Spot, Vec<[f32; 2]>> = HashMap::new();
-    for fragment in broken.fragments() {
+    for fragment in result.fragments() {
         let center = fragment.center_m();
         for run in fragment.runs() {
             let uvs = &fragment.uvs()[run.vertex_first as usize..][..run.positions.len()];
@@ -362,10 +397,10 @@ fn both_sides_of_a_crack_have_the_same_texture() {
 }
 
 #[test]
-fn release_makes_no_momentum() {
+fn release_conserves_momentum() {
     let (_daemon, bar) = start();
-    let broken = strike(&bar, &with(&[Effect::Release]));
-    let parts: Vec<_> = broken
+    let result = strike(&bar, &with(&[Effect::Release]));
+    let parts: Vec<_> = result
         .fragments()
         .map(|own| (own.mass_kg(), own.center_m(), own.inertia_kg_m2(), own.velocity().unwrap()))
         .collect();
@@ -391,11 +426,11 @@ fn release_makes_no_momentum() {
 #[test]
 fn debris_lies_on_cracks() {
     let (_daemon, bar) = start();
-    let broken = strike(&bar, &with(&[Effect::Debris]));
-    let fragments: Vec<Fragment<'_>> = broken.fragments().collect();
-    assert!(broken.debris().len() > 100);
+    let result = strike(&bar, &with(&[Effect::Debris]));
+    let fragments: Vec<Fragment<'_>> = result.fragments().collect();
+    assert!(result.debris().len() > 100);
     let spacing = 0.05 * bar.facts().diagonal_m;
-    for point in broken.debris() {
+    for point in result.debris() {
         let run = fragments[point.fragment as usize].runs().find(|run| run.neighbor == Some(point.neighbor)).unwrap();
         let distance = |position: &[f32; 3]| norm([0, 1, 2].map(|k| f64::from(position[k] - point.position_m[k])));
         let nearest = run.positions.iter().map(distance).fold(f64::INFINITY, f64::min);
@@ -409,9 +444,9 @@ fn debris_lies_on_cracks() {
 #[test]
 fn hulls_come_with_every_fragment() {
     let (_daemon, bar) = start();
-    assert!(strike(&bar, &blow()).fragments().all(|fragment| fragment.hull().is_none()));
-    let broken = strike(&bar, &with(&[Effect::Hulls]));
-    for fragment in broken.fragments() {
+    assert!(strike(&bar, &base_impact()).fragments().all(|fragment| fragment.hull().is_none()));
+    let result = strike(&bar, &with(&[Effect::Hulls]));
+    for fragment in result.fragments() {
         let hull = fragment.hull().unwrap();
         let (vertices, faces) = (hull.positions.len(), hull.indices.len() / 3);
         assert!(faces <= 64 && 2 * vertices == faces + 4, "{vertices} vertices, {faces} faces");
@@ -423,7 +458,7 @@ fn hulls_come_with_every_fragment() {
     }
     let file = tempfile::tempdir().unwrap();
     let path = file.path().join("bar.hulls.glb");
-    let written = broken.write_hulls_glb(&path).unwrap();
-    assert_eq!((written.fragments, written.closed), (broken.fragments().len(), broken.fragments().len()));
-    assert_eq!(strike(&bar, &blow()).write_hulls_glb(&path).unwrap_err().kind, ErrorKind::Output);
+    let written = result.write_hulls_glb(&path).unwrap();
+    assert_eq!((written.fragments, written.closed), (result.fragments().len(), result.fragments().len()));
+    assert_eq!(strike(&bar, &base_impact()).write_hulls_glb(&path).unwrap_err().kind, ErrorKind::Output);
 }

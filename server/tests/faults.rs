@@ -16,8 +16,8 @@ use std::sync::RwLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use support::{
-    Child, InProcess, TestPlace, bar, descriptors, eventually, leave_tags, leave_unfinished, patience, pause, play,
-    quantiles, role, shatter, shatterd, under,
+    Child, InProcess, TestDirectory, bar, descriptors, eventually, leave_tags, leave_unfinished, pause, play,
+    quantiles, role, shatter, shatterd, timeout, under,
 };
 
 /// Largest time by which a call may exceed its deadline, on a machine under any load.
@@ -30,9 +30,9 @@ static ALONE: RwLock<()> = RwLock::new(());
 #[test]
 fn play_a_role() {
     play(|client| match client {
-        "striker" => strike_for_ever(),
-        "crowded" => crowded(),
-        "poor" => poor(),
+        "striker" => strike_until_killed(),
+        "crowded" => with_full_memory(),
+        "poor" => with_few_descriptors(),
         other => panic!("no such role: {other}"),
     });
 }
@@ -44,12 +44,12 @@ fn impact(number: u64) -> Impact {
 }
 
 fn named() -> Client {
-    Client::connect(&std::env::var("SHATTER_SERVICE").unwrap(), patience()).unwrap()
+    Client::connect(&std::env::var("SHATTER_SERVICE").unwrap(), timeout()).unwrap()
 }
 
 /// Keeps eight requests under way and three results held at every moment.
-fn strike_for_ever() {
-    let bar = named().object("bar", patience()).unwrap();
+fn strike_until_killed() {
+    let bar = named().object("bar", timeout()).unwrap();
     println!("ready");
     let (mut under_way, mut held) = (VecDeque::new(), VecDeque::new());
     for number in 0.. {
@@ -58,9 +58,9 @@ fn strike_for_ever() {
         }
         if under_way.len() >= 8
             && let Some(mut ticket) = under_way.pop_front()
-            && let Ok(broken) = ticket.wait(patience())
+            && let Ok(result) = ticket.wait(timeout())
         {
-            held.push_back(broken);
+            held.push_back(result);
         }
         if held.len() > 3 {
             held.pop_front();
@@ -70,12 +70,12 @@ fn strike_for_ever() {
 
 /// Outcomes of calls, and the largest excess of one over its deadline.
 #[derive(Default)]
-struct Calls {
+struct CallCounts {
     ends: BTreeMap<&'static str, u64>,
     overstayed: Duration,
 }
 
-impl Calls {
+impl CallCounts {
     fn add(&mut self, other: Self) {
         other.ends.into_iter().for_each(|(end, count)| *self.ends.entry(end).or_default() += count);
         self.overstayed = self.overstayed.max(other.overstayed);
@@ -83,26 +83,26 @@ impl Calls {
 }
 
 /// Sends requests, each with a deadline, until `over`; daemons come and go meanwhile.
-fn strike_until(bar: &Object, over: &AtomicBool) -> Calls {
+fn strike_until(bar: &Object, over: &AtomicBool) -> CallCounts {
     const WAIT: Duration = Duration::from_millis(500);
-    let mut calls = Calls::default();
+    let mut counts = CallCounts::default();
     for number in 0.. {
         if over.load(Ordering::Relaxed) {
             break;
         }
         let begun = Instant::now();
         let result = bar.strike(&impact(number)).and_then(|mut ticket| ticket.wait(Deadline::after(WAIT)));
-        calls.overstayed = calls.overstayed.max(begun.elapsed().saturating_sub(WAIT));
+        counts.overstayed = counts.overstayed.max(begun.elapsed().saturating_sub(WAIT));
         let end = match &result {
             Ok(_) => "ok",
             Err(Error { kind, .. }) => kind.name(),
         };
-        *calls.ends.entry(end).or_default() += 1;
+        *counts.ends.entry(end).or_default() += 1;
         if result.is_err() {
             std::thread::sleep(Duration::from_millis(1));
         }
     }
-    calls
+    counts
 }
 
 /// Kills the daemon `kills` times under full load, also while it starts. Every call ends, the next daemon serves the same connections, and
@@ -110,16 +110,16 @@ fn strike_until(bar: &Object, over: &AtomicBool) -> Calls {
 fn daemons_killed(kills: u64) {
     const CLIENTS: usize = 3;
     let _alone = ALONE.write();
-    let here = TestPlace::new("kills");
+    let here = TestDirectory::new("kills");
     here.database("bar", bar(0.08));
     let before = descriptors(std::process::id());
     let mut random = ChaCha8Rng::seed_from_u64(kills);
     let (mut restarts, over) = (Vec::new(), AtomicBool::new(false));
     let mut daemon = Some(Child::start(&mut shatterd(&here)));
-    let mut calls = Calls::default();
-    let service = Client::connect_at(&here.place, patience()).unwrap();
-    let own = service.object("bar", patience()).unwrap();
-    let connect = || Client::connect_at(&here.place, patience()).unwrap().object("bar", patience()).unwrap();
+    let mut counts = CallCounts::default();
+    let service = Client::connect_at(&here.place, timeout()).unwrap();
+    let own = service.object("bar", timeout()).unwrap();
+    let connect = || Client::connect_at(&here.place, timeout()).unwrap().object("bar", timeout()).unwrap();
     let files = here.shared_memory().len();
     std::thread::scope(|scope| {
         let bars: Vec<Object> = (0..CLIENTS).map(|_| connect()).collect();
@@ -136,23 +136,23 @@ fn daemons_killed(kills: u64) {
             }
             let begun = Instant::now();
             daemon = Some(Child::start(&mut shatterd(&here)));
-            let deadline = patience();
-            while let Err(refusal) = own.strike(&impact(kill)).and_then(|mut ticket| ticket.wait(patience())) {
-                assert!(refusal.kind.retry() && !deadline.passed(), "after kill {kill}: {refusal}");
+            let deadline = timeout();
+            while let Err(error) = own.strike(&impact(kill)).and_then(|mut ticket| ticket.wait(timeout())) {
+                assert!(error.kind.retry() && !deadline.passed(), "after kill {kill}: {error}");
             }
             restarts.push(begun.elapsed());
         }
         over.store(true, Ordering::Relaxed);
-        clients.into_iter().for_each(|client| calls.add(client.join().unwrap()));
+        clients.into_iter().for_each(|client| counts.add(client.join().unwrap()));
     });
-    println!("{kills} killed daemons: next result after {}; {:?}", quantiles(restarts), calls.ends);
-    println!("  a call overstayed its deadline by {:.1} ms at most", calls.overstayed.as_secs_f64() * 1e3);
-    assert!(calls.overstayed < SLACK, "{:?}", calls.overstayed);
+    println!("{kills} killed daemons: next result after {}; {:?}", quantiles(restarts), counts.ends);
+    println!("  a call overstayed its deadline by {:.1} ms at most", counts.overstayed.as_secs_f64() * 1e3);
+    assert!(counts.overstayed < SLACK, "{:?}", counts.overstayed);
     let known = ["ok", "lost", "no_daemon", "late", "busy", "stopping", "transport", "version_mismatch"];
-    assert!(calls.ends.keys().all(|end| known.contains(end)) && calls.ends["ok"] > kills, "{:?}", calls.ends);
+    assert!(counts.ends.keys().all(|end| known.contains(end)) && counts.ends["ok"] > kills, "{:?}", counts.ends);
     println!("  files in shared memory: {files} before, {} after", here.shared_memory().len());
     // The transport releases a connection when it sends the next time.
-    let answers = || own.strike(&impact(0)).unwrap().wait(patience()).is_ok() && service.status(patience()).is_ok();
+    let answers = || own.strike(&impact(0)).unwrap().wait(timeout()).is_ok() && service.status(timeout()).is_ok();
     eventually(
         || format!("files are removed: {:?}", here.shared_memory()),
         || answers() && here.shared_memory().len() <= files,
@@ -164,13 +164,13 @@ fn daemons_killed(kills: u64) {
 }
 
 #[test]
-fn twenty_killed_daemons_hang_nobody() {
+fn clients_survive_twenty_killed_daemons() {
     daemons_killed(20);
 }
 
 #[test]
 #[ignore = "minutes"]
-fn three_hundred_killed_daemons_hang_nobody() {
+fn clients_survive_three_hundred_killed_daemons() {
     daemons_killed(300);
 }
 
@@ -178,40 +178,40 @@ fn three_hundred_killed_daemons_hang_nobody() {
 /// resources back.
 fn clients_killed(kills: u64) {
     let _together = ALONE.read();
-    let here = TestPlace::new("deaths");
+    let here = TestDirectory::new("deaths");
     here.database("bar", bar(0.08));
     let config =
         here.file("config.toml", "[answers]\nbuckets = 16\n[times]\ncleanup_ms = 50\n[log]\nfilter = \"error\"");
     let daemon = Child::start(shatterd(&here).args(["--config", config.to_str().unwrap()]));
-    let service = Client::connect_at(&here.place, patience()).unwrap();
-    let bar = service.object("bar", patience()).unwrap();
-    let strike = |number| bar.strike(&impact(number)).and_then(|mut ticket| ticket.wait(patience()));
+    let service = Client::connect_at(&here.place, timeout()).unwrap();
+    let bar = service.object("bar", timeout()).unwrap();
+    let strike = |number| bar.strike(&impact(number)).and_then(|mut ticket| ticket.wait(timeout()));
     drop(strike(0).unwrap());
     let found = || [descriptors(daemon.id()), here.shared_memory().len(), here.nodes().len()];
     let baseline = found();
     let mut random = ChaCha8Rng::seed_from_u64(kills);
     for kill in 0..kills {
         // Some before they are connected, most with requests under way.
-        let victim = if kill % 4 == 0 {
+        let killed_child = if kill % 4 == 0 {
             Child::begin(&mut role(&here, "striker", ""))
         } else {
             Child::start(&mut role(&here, "striker", ""))
         };
         pause(&mut random, 40_000);
-        victim.kill();
+        killed_child.kill();
         let answer = strike(kill);
         assert!(answer.is_ok(), "after kill {kill}: {:?}", answer.err());
     }
-    eventually(|| "dead clients are removed", || service.status(patience()).unwrap().clients == 1);
-    eventually(|| "nothing computes for them", || service.status(patience()).unwrap().running == 0);
+    eventually(|| "dead clients are removed", || service.status(timeout()).unwrap().clients == 1);
+    eventually(|| "nothing computes for them", || service.status(timeout()).unwrap().running == 0);
     // Their buckets are back: half of all are this client's share, the other half a second client's.
-    let other = Client::connect_at(&here.place, patience()).unwrap();
-    let theirs = other.object("bar", patience()).unwrap();
+    let other = Client::connect_at(&here.place, timeout()).unwrap();
+    let theirs = other.object("bar", timeout()).unwrap();
     let held: Vec<_> = (0..8).map(|number| strike(number).unwrap()).collect();
     let others: Vec<_> =
-        (0..8).map(|number| theirs.strike(&impact(number)).unwrap().wait(patience()).unwrap()).collect();
+        (0..8).map(|number| theirs.strike(&impact(number)).unwrap().wait(timeout()).unwrap()).collect();
     drop((held, others, theirs, other));
-    eventually(|| "the second one is gone", || service.status(patience()).unwrap().clients == 1);
+    eventually(|| "the second one is gone", || service.status(timeout()).unwrap().clients == 1);
     println!("  descriptors, segments and nodes: {baseline:?} before, {:?} after", found());
     let back = || found().iter().zip(&baseline).all(|(now, before)| now <= before);
     eventually(|| format!("descriptors, segments and nodes are released: {:?}", found()), back);
@@ -221,21 +221,21 @@ fn clients_killed(kills: u64) {
 }
 
 #[test]
-fn twenty_killed_clients_harm_nobody() {
+fn the_daemon_survives_twenty_killed_clients() {
     clients_killed(20);
 }
 
 #[test]
 #[ignore = "minutes"]
-fn three_hundred_killed_clients_harm_nobody() {
+fn the_daemon_survives_three_hundred_killed_clients() {
     clients_killed(300);
 }
 
 /// A process that opens an unfinished segment blocks. The daemon that removes dead clients opens it, and so does the next daemon.
 #[test]
-fn segments_that_the_dead_did_not_finish_hang_nobody() {
+fn unfinished_segments_of_killed_clients_block_no_client() {
     let _together = ALONE.read();
-    let here = TestPlace::new("unfinished");
+    let here = TestDirectory::new("unfinished");
     here.database("bar", bar(0.08));
     let config = here.file("config.toml", "[times]\ncleanup_ms = 50");
     let start = || Child::start(shatterd(&here).args(["--config", config.to_str().unwrap()]));
@@ -243,58 +243,58 @@ fn segments_that_the_dead_did_not_finish_hang_nobody() {
         || here.shared_memory().into_iter().filter(|path| path.extension() == Some("connection".as_ref()));
     let daemon = start();
     let own = here.nodes();
-    let victim = Child::start(&mut role(&here, "striker", ""));
+    let killed_child = Child::start(&mut role(&here, "striker", ""));
     let its: Vec<PathBuf> = here.nodes().into_iter().filter(|node| node.is_dir() && !own.contains(node)).collect();
     let theirs: Vec<PathBuf> = connections().collect();
     assert!(!theirs.is_empty(), "{:?}", here.shared_memory());
-    let service = Client::connect_at(&here.place, patience()).unwrap();
-    let bar = service.object("bar", patience()).unwrap();
-    let served = |number| bar.strike(&impact(number)).and_then(|mut ticket| ticket.wait(patience()));
+    let service = Client::connect_at(&here.place, timeout()).unwrap();
+    let bar = service.object("bar", timeout()).unwrap();
+    let served = |number| bar.strike(&impact(number)).and_then(|mut ticket| ticket.wait(timeout()));
     drop(served(0).unwrap());
     leave_unfinished(&theirs);
     leave_tags(&its);
-    victim.kill();
+    killed_child.kill();
     eventually(|| "its node is gone", || its.len() == 1 && !its[0].exists());
-    eventually(|| "the killed client is removed", || service.status(patience()).unwrap().clients == 1);
+    eventually(|| "the killed client is removed", || service.status(timeout()).unwrap().clients == 1);
     drop(served(1).unwrap());
     leave_unfinished(&connections().collect::<Vec<_>>());
     daemon.kill();
     let daemon = start();
     eventually(|| "the next daemon serves", || served(2).is_ok());
-    let newcomer = Client::connect_at(&here.place, patience()).unwrap().object("bar", patience()).unwrap();
-    assert!(newcomer.strike(&impact(3)).unwrap().wait(patience()).is_ok());
-    drop((newcomer, bar, service));
+    let new_client = Client::connect_at(&here.place, timeout()).unwrap().object("bar", timeout()).unwrap();
+    assert!(new_client.strike(&impact(3)).unwrap().wait(timeout()).is_ok());
+    drop((new_client, bar, service));
     assert_eq!(daemon.terminate().code(), Some(0));
     assert_eq!(here.shared_memory(), Vec::<PathBuf>::new());
 }
 
 #[test]
-fn who_comes_right_after_a_death_gets_the_place() {
+fn a_client_can_connect_right_after_another_is_killed() {
     let _together = ALONE.read();
-    let here = TestPlace::new("heirs");
+    let here = TestDirectory::new("heirs");
     here.database("bar", bar(0.08));
     let config = here.file("config.toml", "[service]\nclients_max = 1\n[times]\ncleanup_ms = 100");
     let daemon = Child::start(shatterd(&here).args(["--config", config.to_str().unwrap()]));
     for number in 0..10 {
-        let victim = Child::start(&mut role(&here, "striker", ""));
+        let killed_child = Child::start(&mut role(&here, "striker", ""));
         assert_eq!(Client::connect_at(&here.place, Deadline::ms(0)).err().unwrap().kind, ErrorKind::Busy);
-        victim.kill();
-        let bar = Client::connect_at(&here.place, patience()).unwrap().object("bar", patience()).unwrap();
-        assert!(bar.strike(&impact(number)).unwrap().wait(patience()).is_ok());
+        killed_child.kill();
+        let bar = Client::connect_at(&here.place, timeout()).unwrap().object("bar", timeout()).unwrap();
+        assert!(bar.strike(&impact(number)).unwrap().wait(timeout()).is_ok());
     }
     assert_eq!(daemon.terminate().code(), Some(0));
 }
 
 #[test]
-fn stopped_daemons_and_clients_hang_nobody() {
+fn suspended_daemons_and_clients_block_no_other_process() {
     let _together = ALONE.read();
-    let here = TestPlace::new("stopped");
+    let here = TestDirectory::new("stopped");
     here.database("bar", bar(0.08));
     let daemon = Child::start(&mut shatterd(&here));
     let client = Child::start(&mut role(&here, "striker", ""));
-    let bar = Client::connect_at(&here.place, patience()).unwrap().object("bar", patience()).unwrap();
+    let bar = Client::connect_at(&here.place, timeout()).unwrap().object("bar", timeout()).unwrap();
     client.signal(Signal::STOP);
-    (0..40).for_each(|number| drop(bar.strike(&impact(number)).unwrap().wait(patience()).unwrap()));
+    (0..40).for_each(|number| drop(bar.strike(&impact(number)).unwrap().wait(timeout()).unwrap()));
     daemon.signal(Signal::STOP);
     let begun = Instant::now();
     let mut ticket = bar.strike(&impact(1)).unwrap();
@@ -302,7 +302,7 @@ fn stopped_daemons_and_clients_hang_nobody() {
     assert!(begun.elapsed() < Duration::from_millis(300) + SLACK);
     daemon.signal(Signal::CONT);
     client.signal(Signal::CONT);
-    assert!(ticket.wait(patience()).is_ok(), "it was late, not lost");
+    assert!(ticket.wait(timeout()).is_ok(), "it was late, not lost");
     drop((client, ticket, bar));
     assert_eq!(daemon.terminate().code(), Some(0));
 }
@@ -311,25 +311,25 @@ fn stopped_daemons_and_clients_hang_nobody() {
 fn connects(count: usize) {
     const CLIENTS_MAX: usize = 8;
     let _alone = ALONE.write();
-    let here = TestPlace::new("guests");
+    let here = TestDirectory::new("guests");
     here.database("vase", "tetra");
     let daemon = InProcess::start(here, &format!("[service]\nclients_max = {CLIENTS_MAX}"));
     let strike = |service: &Client| {
-        let vase = service.object("vase", patience()).unwrap();
-        vase.strike(&impact(0)).unwrap().wait(patience()).unwrap().fragments().len()
+        let vase = service.object("vase", timeout()).unwrap();
+        vase.strike(&impact(0)).unwrap().wait(timeout()).unwrap().fragments().len()
     };
-    let mut guests: VecDeque<Client> = (0..CLIENTS_MAX).map(|_| daemon.connect()).collect();
-    let turn = |guests: &mut VecDeque<Client>| {
-        let refusal = Client::connect_at(&daemon.here.place, Deadline::ms(0)).err().unwrap();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Busy, "clients"), "{refusal}");
-        guests.pop_front();
-        let guest = daemon.connect();
-        assert_eq!(strike(&guest), 4);
-        guests.push_back(guest);
+    let mut clients: VecDeque<Client> = (0..CLIENTS_MAX).map(|_| daemon.connect()).collect();
+    let turn = |clients: &mut VecDeque<Client>| {
+        let error = Client::connect_at(&daemon.here.place, Deadline::ms(0)).err().unwrap();
+        assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Busy, "clients"), "{error}");
+        clients.pop_front();
+        let client = daemon.connect();
+        assert_eq!(strike(&client), 4);
+        clients.push_back(client);
     };
-    (0..count / 10).for_each(|_| turn(&mut guests));
+    (0..count / 10).for_each(|_| turn(&mut clients));
     let baseline = (descriptors(std::process::id()), daemon.here.shared_memory().len());
-    (count / 10..count).for_each(|_| turn(&mut guests));
+    (count / 10..count).for_each(|_| turn(&mut clients));
     let found = (descriptors(std::process::id()), daemon.here.shared_memory().len());
     println!("{count} connects, {CLIENTS_MAX} at once: descriptors and files {baseline:?}, then {found:?}");
     assert_eq!(found, baseline);
@@ -347,43 +347,43 @@ fn ten_thousand_clients_come_and_go() {
 }
 
 /// Little shared memory: requests that do not fit are refused, no process ends, and freed memory is used again.
-fn crowded() {
-    let here = TestPlace::new("crowded");
+fn with_full_memory() {
+    let here = TestDirectory::new("crowded");
     here.database("vase", "tetra");
     here.database("large", "large 900");
     let daemon = InProcess::start(here, "[answers]\nbucket_mib_max = 1");
     let service = daemon.connect();
     let strike = |name: &str| {
-        let object = service.object(name, patience())?;
-        object.strike(&impact(0))?.wait(patience())
+        let object = service.object(name, timeout())?;
+        object.strike(&impact(0))?.wait(timeout())
     };
     assert!(strike("vase").is_ok());
     let held: Vec<_> = std::iter::from_fn(|| strike("large").ok()).collect();
     assert!(held.len() > 2, "{}", held.len());
-    let refusal = strike("large").err().unwrap();
-    assert_eq!(refusal.kind, ErrorKind::SharedMemory, "{refusal}");
+    let error = strike("large").err().unwrap();
+    assert_eq!(error.kind, ErrorKind::SharedMemory, "{error}");
     // Results leave memory for clients.
     drop(daemon.connect());
     // Another process takes the rest.
-    let greedy = std::path::Path::new("/dev/shm/greedy");
-    let _ = std::fs::write(greedy, vec![1u8; 64 << 20]);
+    let filler_file = std::path::Path::new("/dev/shm/greedy");
+    let _ = std::fs::write(filler_file, vec![1u8; 64 << 20]);
     for _ in 0..20 {
-        let refusal = strike("large").err().unwrap();
-        assert_eq!(refusal.kind, ErrorKind::SharedMemory, "{refusal}");
+        let error = strike("large").err().unwrap();
+        assert_eq!(error.kind, ErrorKind::SharedMemory, "{error}");
     }
     let late = Client::connect_at(&daemon.here.place, Deadline::ms(100)).err().unwrap();
     assert_eq!(late.kind, ErrorKind::SharedMemory, "{late}");
     drop(held);
-    std::fs::remove_file(greedy).unwrap();
+    std::fs::remove_file(filler_file).unwrap();
     for name in ["large", "vase"] {
         drop(strike(name).unwrap());
     }
-    drop(Client::connect_at(&daemon.here.place, patience()).unwrap());
+    drop(Client::connect_at(&daemon.here.place, timeout()).unwrap());
     println!("ready");
 }
 
 #[test]
-fn full_shared_memory_is_a_refusal_and_not_a_signal() {
+fn full_shared_memory_is_an_error_and_not_a_signal() {
     let _together = ALONE.read();
     let namespace = ["unshare", "--user", "--map-root-user", "--mount"];
     let own = "mount -t tmpfs -o size=24m tmpfs /dev/shm";
@@ -392,31 +392,31 @@ fn full_shared_memory_is_a_refusal_and_not_a_signal() {
         println!("skipped: this machine allows no shared memory of a process's own");
         return;
     }
-    let here = TestPlace::new("outside");
+    let here = TestDirectory::new("outside");
     let inside = under(&namespace, own, role(&here, "crowded", ""));
     Child::start(&mut { inside }).finish();
 }
 
 /// Few descriptors, on both sides: what does not fit is refused, no process ends, and the next client is served.
-fn poor() {
+fn with_few_descriptors() {
     let service = named();
-    let mut guests = vec![service];
-    let refusal = loop {
+    let mut clients = vec![service];
+    let error = loop {
         match Client::connect(&std::env::var("SHATTER_SERVICE").unwrap(), Deadline::ms(200)) {
-            Ok(guest) => guests.push(guest),
-            Err(refusal) => break refusal,
+            Ok(client) => clients.push(client),
+            Err(error) => break error,
         }
     };
-    println!("a client with few descriptors has {} connections, then: {refusal}", guests.len());
-    let vase = guests[0].object("vase", patience()).unwrap();
-    assert!(vase.strike(&impact(0)).unwrap().wait(patience()).is_ok());
+    println!("a client with few descriptors has {} connections, then: {error}", clients.len());
+    let vase = clients[0].object("vase", timeout()).unwrap();
+    assert!(vase.strike(&impact(0)).unwrap().wait(timeout()).is_ok());
     println!("ready");
 }
 
 #[test]
-fn exhausted_descriptors_are_a_refusal_and_not_an_end() {
+fn exhausted_descriptors_are_an_error_and_not_a_crash() {
     let _together = ALONE.read();
-    let here = TestPlace::new("poor");
+    let here = TestDirectory::new("poor");
     here.database("vase", "tetra");
     // A client with few descriptors at a daemon with many.
     let daemon = Child::start(&mut role(&here, "daemon", ""));
@@ -430,21 +430,21 @@ fn exhausted_descriptors_are_a_refusal_and_not_an_end() {
         drop(vase.strike(&impact(0)).and_then(|mut ticket| ticket.wait(deadline))?);
         Ok::<_, Error>(service)
     };
-    let first = connect(patience()).unwrap();
-    let (mut guests, mut refused) = (Vec::new(), 0);
+    let first = connect(timeout()).unwrap();
+    let (mut clients, mut refused) = (Vec::new(), 0);
     for _ in 0..24 {
         match connect(Deadline::ms(200)) {
-            Ok(guest) => guests.push(guest),
+            Ok(client) => clients.push(client),
             Err(_) => refused += 1,
         }
     }
-    println!("a poor daemon serves {} more clients, {refused} were refused", guests.len());
-    drop(guests);
-    let vase = first.object("vase", patience()).unwrap();
-    assert!(vase.strike(&impact(0)).unwrap().wait(patience()).is_ok());
-    let deadline = patience();
-    while let Err(refusal) = connect(Deadline::ms(500)) {
-        assert!(!deadline.passed(), "{refusal}");
+    println!("a poor daemon serves {} more clients, {refused} were refused", clients.len());
+    drop(clients);
+    let vase = first.object("vase", timeout()).unwrap();
+    assert!(vase.strike(&impact(0)).unwrap().wait(timeout()).is_ok());
+    let deadline = timeout();
+    while let Err(error) = connect(Deadline::ms(500)) {
+        assert!(!deadline.passed(), "{error}");
     }
     drop((vase, first));
     assert_eq!(daemon.terminate().code(), Some(0));
@@ -466,7 +466,7 @@ fn half_an_hour_of_load_leaves_memory_where_it_was() {
     let _alone = ALONE.write();
     let minutes: u64 = std::env::var("SHATTER_SOAK_MINUTES").map_or(30, |text| text.parse().unwrap());
     assert!(minutes > WARM, "the first {WARM} minutes tell nothing");
-    let here = TestPlace::new("soak");
+    let here = TestDirectory::new("soak");
     here.database("bar", bar(0.03));
     let daemon = Child::start(&mut shatterd(&here));
     let load = |how: &[&str]| {
@@ -478,13 +478,13 @@ fn half_an_hour_of_load_leaves_memory_where_it_was() {
     let mut memory = Vec::new();
     for minute in 0..minutes {
         let (seed, rate) = (minute.to_string(), rate.to_string());
-        let told = load(&["--rate", &rate, "--seconds", "58", "--seed", &seed]);
+        let reported = load(&["--rate", &rate, "--seconds", "58", "--seed", &seed]);
         memory.push(allocated_kib(daemon.id()));
         println!(
             "minute {minute}: {} of {} ok, p99 {} us, {} KiB, {} descriptors, {} files",
-            told["ok"],
-            told["sent"],
-            told["latency_us"]["p99"],
+            reported["ok"],
+            reported["sent"],
+            reported["latency_us"]["p99"],
             memory[memory.len() - 1],
             descriptors(daemon.id()),
             here.shared_memory().len()

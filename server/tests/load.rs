@@ -3,10 +3,10 @@
 mod support;
 
 use serde_json::Value;
-use support::{InProcess, TestPlace, shatter};
+use support::{InProcess, TestDirectory, shatter};
 
 fn daemon() -> InProcess {
-    let here = TestPlace::new("load");
+    let here = TestDirectory::new("load");
     for name in ["vase", "arch"] {
         here.database(name, "tetra");
     }
@@ -19,20 +19,20 @@ fn run(daemon: &InProcess, arguments: &[&str]) -> Value {
     let all: Vec<&str> = ["load", "--seconds", "1", "--json"].iter().chain(arguments).copied().collect();
     let (code, text) = shatter(&daemon.here, &all);
     assert_eq!(code, 0, "{text}");
-    let told: Value = serde_json::from_str(&text).unwrap();
-    let ends: u64 = ["ok", "busy", "late", "failed"].iter().map(|end| told[*end].as_u64().unwrap()).sum();
-    assert_eq!(told["sent"].as_u64(), Some(ends), "{told}");
-    told
+    let report: Value = serde_json::from_str(&text).unwrap();
+    let ends: u64 = ["ok", "busy", "late", "failed"].iter().map(|end| report[*end].as_u64().unwrap()).sum();
+    assert_eq!(report["sent"].as_u64(), Some(ends), "{report}");
+    report
 }
 
 #[test]
 fn many_processes_strike_by_schedule_and_all_is_accounted_for() {
     let daemon = daemon();
-    let told = run(&daemon, &["vase", "arch", "--clients", "3", "--rate", "150"]);
-    let (sent, ok) = (told["sent"].as_u64().unwrap(), told["ok"].as_u64().unwrap());
-    assert!((90..220).contains(&sent) && ok == sent, "{told}");
-    assert_eq!(told["per_client_ok"].as_array().unwrap().len(), 3);
-    assert!(told["latency_us"]["p50"].as_u64() <= told["latency_us"]["max"].as_u64(), "{told}");
+    let report = run(&daemon, &["vase", "arch", "--clients", "3", "--rate", "150"]);
+    let (sent, ok) = (report["sent"].as_u64().unwrap(), report["ok"].as_u64().unwrap());
+    assert!((90..220).contains(&sent) && ok == sent, "{report}");
+    assert_eq!(report["per_client_ok"].as_array().unwrap().len(), 3);
+    assert!(report["latency_us"]["p50"].as_u64() <= report["latency_us"]["max"].as_u64(), "{report}");
 }
 
 #[test]
@@ -54,22 +54,22 @@ fn several_rates_of_a_mix_are_run_one_after_the_other() {
     let (code, text) =
         shatter(&daemon.here, &["load", "--seconds", "1", "--rate", "20,40", "--mix", mix, "--out", out_, "--json"]);
     assert_eq!(code, 0, "{text}");
-    let told: Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(told["runs"].as_array().unwrap().len(), 2);
+    let report: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(report["runs"].as_array().unwrap().len(), 2);
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
     assert!(read("load.svg").contains("highest throughput"));
-    let strikes: u64 = told["runs"].as_array().unwrap().iter().map(|run| run["sent"].as_u64().unwrap()).sum();
+    let strikes: u64 = report["runs"].as_array().unwrap().iter().map(|run| run["sent"].as_u64().unwrap()).sum();
     assert_eq!(read("load.csv").lines().count() as u64, 1 + strikes);
 }
 
 #[test]
-fn what_cannot_be_struck_is_refused_by_name() {
+fn unknown_load_targets_are_rejected_by_name() {
     let daemon = daemon();
     let refused = |arguments: &[&str]| {
         let all: Vec<&str> = ["load", "--json"].iter().chain(arguments).copied().collect();
         let (code, text) = shatter(&daemon.here, &all);
-        let told: Value = serde_json::from_str(&text).unwrap();
-        (code, told["error"]["kind"].as_str().unwrap().to_owned())
+        let report: Value = serde_json::from_str(&text).unwrap();
+        (code, report["error"]["kind"].as_str().unwrap().to_owned())
     };
     assert_eq!(refused(&["nothing", "--rate", "5"]), (3, "unknown_object".to_owned()));
     assert_eq!(refused(&["vase", "--mix", "/nowhere", "--rate", "5"]).0, 2);

@@ -6,7 +6,7 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
-use support::{InProcess, TestPlace};
+use support::{InProcess, TestDirectory};
 
 /// Connections held open: ten times as many as the port serves at once.
 const HELD: usize = 640;
@@ -16,7 +16,7 @@ const PROBE: Duration = Duration::from_secs(5);
 
 fn daemon() -> (InProcess, u16) {
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    (InProcess::start(TestPlace::new("port"), &format!("[operations]\nport = {port}")), port)
+    (InProcess::start(TestDirectory::new("port"), &format!("[operations]\nport = {port}")), port)
 }
 
 /// Status line of a reply to `GET /healthz`.

@@ -9,15 +9,15 @@ use shatter_proto::result::StageKind;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::time::Duration;
-use support::{Child, TestPlace, patience, play, role, shatter, shatter_program, shatterd};
+use support::{Child, TestDirectory, play, role, shatter, shatter_program, shatterd, timeout};
 
 /// Runs the process of another role for the tests below; does nothing by itself.
 #[test]
 fn play_a_role() {
     play(|client| match client {
         "hoarder" => {
-            let vase = connect(None).object("vase", patience()).unwrap();
-            let held: Vec<_> = (0..2).map(|_| vase.strike(&impact()).unwrap().wait(patience()).unwrap()).collect();
+            let vase = connect(None).object("vase", timeout()).unwrap();
+            let held: Vec<_> = (0..2).map(|_| vase.strike(&impact()).unwrap().wait(timeout()).unwrap()).collect();
             let _pending = vase.strike(&impact()).unwrap();
             println!("ready");
             std::thread::sleep(Duration::from_secs(120));
@@ -31,10 +31,10 @@ fn impact() -> Impact {
     Impact::new([Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])])
 }
 
-fn connect(here: Option<&TestPlace>) -> Client {
+fn connect(here: Option<&TestDirectory>) -> Client {
     match here {
-        Some(here) => Client::connect_at(&here.place, patience()).unwrap(),
-        None => Client::connect(&std::env::var("SHATTER_SERVICE").unwrap(), patience()).unwrap(),
+        Some(here) => Client::connect_at(&here.place, timeout()).unwrap(),
+        None => Client::connect(&std::env::var("SHATTER_SERVICE").unwrap(), timeout()).unwrap(),
     }
 }
 
@@ -43,14 +43,14 @@ fn json(text: &str) -> Value {
 }
 
 /// Runs `shatterd serve` to its end; returns exit code and stderr.
-fn serve(here: &TestPlace, arguments: &[&str]) -> (i32, String) {
+fn serve(here: &TestDirectory, arguments: &[&str]) -> (i32, String) {
     let out = shatterd(here).args(arguments).stdin(Stdio::null()).output().unwrap();
     (out.status.code().unwrap(), String::from_utf8_lossy(&out.stderr).into_owned())
 }
 
 #[test]
 fn the_daemon_serves_lists_and_ends_without_a_trace() {
-    let here = TestPlace::new("serves");
+    let here = TestDirectory::new("serves");
     here.database("worn", "not a database");
     let daemon = Child::start(&mut shatterd(&here));
     let (code, out) = shatter(&here, &["list", "--json"]);
@@ -72,31 +72,31 @@ fn the_daemon_serves_lists_and_ends_without_a_trace() {
 
 #[test]
 fn a_second_daemon_of_the_same_name_is_refused() {
-    let here = TestPlace::new("second");
+    let here = TestDirectory::new("second");
     let first = Child::start(&mut shatterd(&here));
     let (code, error) = serve(&here, &[]);
     assert_eq!(code, 3, "{error}");
     assert!(error.contains("`second`") && error.contains(&first.id().to_string()), "{error}");
     let other = Child::start(shatterd(&here).args(["--service", "other"]));
     assert_eq!(other.terminate().code(), Some(0));
-    assert_eq!(connect(Some(&here)).status(patience()).unwrap().pid, first.id());
+    assert_eq!(connect(Some(&here)).status(timeout()).unwrap().pid, first.id());
 }
 
 #[test]
-fn a_daemon_whose_messages_nobody_reads_serves_on() {
-    let here = TestPlace::new("unread");
-    let daemon = Child::deaf(shatterd(&here).args(["--log", "debug"]));
+fn a_daemon_with_a_closed_stderr_keeps_serving() {
+    let here = TestDirectory::new("unread");
+    let daemon = Child::with_closed_output(shatterd(&here).args(["--log", "debug"]));
     let service = connect(Some(&here));
     for _ in 0..20 {
-        assert!(service.object("nothing", patience()).is_err());
+        assert!(service.object("nothing", timeout()).is_err());
     }
-    assert_eq!(service.status(patience()).unwrap().pid, daemon.id());
+    assert_eq!(service.status(timeout()).unwrap().pid, daemon.id());
     assert_eq!(daemon.terminate().code(), Some(0));
 }
 
 #[test]
 fn status_waits_for_the_daemon_that_comes_after_a_killed_one() {
-    let here = TestPlace::new("waits");
+    let here = TestDirectory::new("waits");
     for _ in 0..4 {
         let killed = Child::start(&mut shatterd(&here));
         killed.signal(Signal::KILL);
@@ -108,8 +108,8 @@ fn status_waits_for_the_daemon_that_comes_after_a_killed_one() {
 }
 
 #[test]
-fn what_the_daemon_cannot_start_with_is_named() {
-    let here = TestPlace::new("named");
+fn start_errors_name_their_cause() {
+    let here = TestDirectory::new("named");
     let check = |arguments: &[&str], exit: i32, named: &str| {
         let (code, error) = serve(&here, arguments);
         assert_eq!(code, exit, "{error}");
@@ -127,32 +127,32 @@ fn what_the_daemon_cannot_start_with_is_named() {
 
 #[test]
 fn a_killed_daemon_is_noticed_and_can_be_started_again() {
-    let here = TestPlace::new("killed");
+    let here = TestDirectory::new("killed");
     here.database("slow", "slow");
     here.database("vase", "tetra");
     let first = Child::start(&mut role(&here, "daemon", ""));
     let service = connect(Some(&here));
-    let slow = service.object("slow", patience()).unwrap();
+    let slow = service.object("slow", timeout()).unwrap();
     let mut ticket = slow.strike(&impact()).unwrap();
-    while service.status(patience()).unwrap().running == 0 {
+    while service.status(timeout()).unwrap().running == 0 {
         std::thread::yield_now();
     }
     first.kill();
-    assert_eq!(ticket.wait(patience()).err().unwrap().kind, ErrorKind::Lost);
-    assert_eq!(Client::connect_at(&here.place, patience()).err().unwrap().kind, ErrorKind::NoDaemon);
+    assert_eq!(ticket.wait(timeout()).err().unwrap().kind, ErrorKind::Lost);
+    assert_eq!(Client::connect_at(&here.place, timeout()).err().unwrap().kind, ErrorKind::NoDaemon);
     let second = Child::start(&mut role(&here, "daemon", ""));
-    let vase = connect(Some(&here)).object("vase", patience()).unwrap();
-    assert!(vase.strike(&impact()).unwrap().wait(patience()).is_ok());
+    let vase = connect(Some(&here)).object("vase", timeout()).unwrap();
+    assert!(vase.strike(&impact()).unwrap().wait(timeout()).is_ok());
     // The connection to the first daemon works with the second one as well.
-    let vase = service.object("vase", patience()).unwrap();
-    assert!(vase.strike(&impact()).unwrap().wait(patience()).is_ok());
+    let vase = service.object("vase", timeout()).unwrap();
+    assert!(vase.strike(&impact()).unwrap().wait(timeout()).is_ok());
     drop((vase, service, slow, ticket));
     assert_eq!(second.terminate().code(), Some(0));
 }
 
 #[test]
 fn daemons_killed_while_starting_leave_nothing_in_the_way() {
-    let here = TestPlace::new("early");
+    let here = TestDirectory::new("early");
     for delay_ms in 0..12 {
         let child = Child::begin(&mut shatterd(&here));
         std::thread::sleep(Duration::from_millis(delay_ms));
@@ -164,32 +164,32 @@ fn daemons_killed_while_starting_leave_nothing_in_the_way() {
 }
 
 #[test]
-fn a_killed_client_gives_its_answers_back() {
-    let here = TestPlace::new("hoarder");
+fn results_of_a_killed_client_are_released() {
+    let here = TestDirectory::new("hoarder");
     here.database("vase", "tetra");
     let settings = "[answers]\nbuckets = 2\nheld_max = 2\nprefault_buckets = 1";
     let daemon = Child::start(&mut role(&here, "daemon", settings));
-    let hoarder = Child::start(&mut role(&here, "hoarder", ""));
+    let holding_client = Child::start(&mut role(&here, "hoarder", ""));
     let service = connect(Some(&here));
-    let vase = service.object("vase", patience()).unwrap();
-    let strike = || vase.strike(&impact()).unwrap().wait(patience());
+    let vase = service.object("vase", timeout()).unwrap();
+    let strike = || vase.strike(&impact()).unwrap().wait(timeout());
     assert_eq!(strike().err().unwrap().kind, ErrorKind::Busy);
-    hoarder.kill();
-    let deadline = patience();
-    let broken = loop {
+    holding_client.kill();
+    let deadline = timeout();
+    let result = loop {
         match strike() {
-            Err(refusal) if refusal.kind == ErrorKind::Busy && !deadline.passed() => std::thread::yield_now(),
+            Err(error) if error.kind == ErrorKind::Busy && !deadline.passed() => std::thread::yield_now(),
             answer => break answer.unwrap(),
         }
     };
-    assert_eq!(broken.fragments().len(), 1);
-    drop((broken, vase, service));
+    assert_eq!(result.fragments().len(), 1);
+    drop((result, vase, service));
     assert_eq!(daemon.terminate().code(), Some(0));
 }
 
 #[test]
 fn the_command_line_strikes_and_prints_one_document() {
-    let here = TestPlace::new("strikes");
+    let here = TestDirectory::new("strikes");
     here.database("vase", "tetra");
     let _daemon = Child::start(&mut role(&here, "daemon", ""));
     let strike = ["impact", "vase", "--point", "-0.1,0,0", "--impulse", "-1,0.5,0", "--degree", "3", "--json"];
@@ -242,24 +242,24 @@ fn the_command_line_strikes_and_prints_one_document() {
 
 /// The daemon notifies a supervisor that it serves, and that it ends.
 #[test]
-fn the_supervisor_is_told() {
-    let here = TestPlace::new("told");
+fn the_supervisor_is_notified() {
+    let here = TestDirectory::new("told");
     let socket = here.databases().join("notify");
     let listener = std::os::unix::net::UnixDatagram::bind(&socket).unwrap();
     listener.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
-    let heard = move || {
+    let received = move || {
         let mut buffer = [0; 256];
         let length = listener.recv(&mut buffer).unwrap();
         String::from_utf8_lossy(&buffer[..length]).into_owned()
     };
     let mut command: Command = shatterd(&here);
     let daemon = Child::start(command.env("NOTIFY_SOCKET", &socket).env("WATCHDOG_USEC", "100000"));
-    let first = heard();
+    let first = received();
     assert!(first.contains("READY=1") && first.contains("STATUS=serving: 0 of 0 objects ready"), "{first}");
     // Twice per period of the watchdog, as long as its event loop runs.
-    (0..3).for_each(|_| assert_eq!(heard().trim(), "WATCHDOG=1"));
+    (0..3).for_each(|_| assert_eq!(received().trim(), "WATCHDOG=1"));
     daemon.signal(Signal::TERM);
-    let last = std::iter::repeat_with(heard).find(|text| !text.contains("WATCHDOG=1")).unwrap();
+    let last = std::iter::repeat_with(received).find(|text| !text.contains("WATCHDOG=1")).unwrap();
     assert!(last.contains("STOPPING=1") && last.contains("STATUS=ending"), "{last}");
     daemon.finish();
 }
@@ -271,7 +271,7 @@ fn the_unit_file_starts_the_daemon_as_it_is() {
     let value = |key: &str| unit.lines().find_map(|line| line.strip_prefix(key)).unwrap();
     let (program, arguments) = value("ExecStart=").split_once(' ').unwrap();
     assert_eq!(program, "%h/.cargo/bin/shatterd");
-    let here = TestPlace::new("unit");
+    let here = TestDirectory::new("unit");
     let mut command = Command::new(env!("CARGO_BIN_EXE_shatterd"));
     here.aim(&mut command);
     let daemon = Child::start(command.args(arguments.split(' ')));
@@ -285,7 +285,7 @@ fn the_unit_file_starts_the_daemon_as_it_is() {
 
 #[test]
 fn the_live_view_goes_on_when_the_daemon_is_replaced() {
-    let here = TestPlace::new("view");
+    let here = TestDirectory::new("view");
     let first = Child::start(&mut shatterd(&here));
     let mut view = shatter_program(&here);
     let mut view =

@@ -17,7 +17,7 @@ use shatter_proto::request::Request;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, LazyLock, Mutex};
-use support::{InProcess, TestPlace, bar, patience, within};
+use support::{InProcess, TestDirectory, bar, timeout, within};
 
 /// Database of a bar, baked once for all tests: the bytes of the file.
 static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.08));
@@ -26,9 +26,9 @@ static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.08));
 type Written = Arc<Mutex<Vec<Range<usize>>>>;
 
 /// The real object, which records the addresses of its results.
-struct Watched(Arc<dyn object::ServedObject>, Written);
+struct StageLog(Arc<dyn object::ServedObject>, Written);
 
-impl object::ServedObject for Watched {
+impl object::ServedObject for StageLog {
     fn row(&self) -> ObjectRow {
         self.0.row()
     }
@@ -37,8 +37,8 @@ impl object::ServedObject for Watched {
         self.0.bytes()
     }
 
-    fn answer_bytes_max(&self) -> usize {
-        self.0.answer_bytes_max()
+    fn result_bytes_max(&self) -> usize {
+        self.0.result_bytes_max()
     }
 
     fn strike(
@@ -73,26 +73,26 @@ impl EngineResult for WatchedOutcome {
 
 /// Starts a daemon with the bar; returns the object over a connection.
 fn start(settings: &str) -> (InProcess, Object, Written) {
-    let here = TestPlace::new("real");
+    let here = TestDirectory::new("real");
     std::fs::write(here.databases().join("bar.shatter"), BAR.as_slice()).unwrap();
     let written = Written::default();
     let (real, seen) = (wire::loader(None), written.clone());
-    let loader: Loader = Arc::new(move |path: &Path, name| Ok(Arc::new(Watched(real(path, name)?, seen.clone()))));
+    let loader: Loader = Arc::new(move |path: &Path, name| Ok(Arc::new(StageLog(real(path, name)?, seen.clone()))));
     let daemon = InProcess::start_with(here, settings, loader);
-    let bar = daemon.connect().object("bar", patience()).unwrap();
+    let bar = daemon.connect().object("bar", timeout()).unwrap();
     (daemon, bar, written)
 }
 
 /// An impact on the end of the bar.
-fn blow(impulse_ns: f64) -> Impact {
+fn base_impact(impulse_ns: f64) -> Impact {
     Impact::new([Contact::new([0.2, 0.0, 0.0]).impulse([-impulse_ns, 0.0, 0.0]).radius(0.05)])
 }
 
 #[test]
 fn the_tessellator_writes_into_the_mapped_segment() {
     let (daemon, bar, written) = start("");
-    let broken = bar.strike(&blow(50.0).degree(DegreeRule::Sites(12))).unwrap().wait(patience()).unwrap();
-    assert!(broken.fragments().len() >= 12);
+    let result = bar.strike(&base_impact(50.0).degree(DegreeRule::Sites(12))).unwrap().wait(timeout()).unwrap();
+    assert!(result.fragments().len() >= 12);
     let mapped = daemon.here.mapped();
     let written = written.lock().unwrap();
     assert_eq!(written.len(), 3);
@@ -106,28 +106,28 @@ fn fragments_are_closed_and_weigh_what_the_bar_weighs() {
     let (_daemon, bar, _) = start("");
     let facts = bar.facts();
     assert_eq!((facts.name.as_str(), facts.material.as_str(), facts.bodies), ("bar", "glass", 1));
-    let broken = bar.strike(&blow(50.0).degree(DegreeRule::Sites(20))).unwrap().wait(patience()).unwrap();
-    assert!(broken.fragments().all(|fragment| fragment.is_closed()));
-    let volume: f64 = broken.fragments().map(|fragment| fragment.volume_m3()).sum();
-    let mass: f64 = broken.fragments().map(|fragment| fragment.mass_kg()).sum();
+    let result = bar.strike(&base_impact(50.0).degree(DegreeRule::Sites(20))).unwrap().wait(timeout()).unwrap();
+    assert!(result.fragments().all(|fragment| fragment.is_closed()));
+    let volume: f64 = result.fragments().map(|fragment| fragment.volume_m3()).sum();
+    let mass: f64 = result.fragments().map(|fragment| fragment.mass_kg()).sum();
     assert!((volume / facts.volume_m3 - 1.0).abs() < 1e-6, "{volume} of {}", facts.volume_m3);
     assert!((mass / (facts.volume_m3 * facts.density_kg_m3) - 1.0).abs() < 1e-6);
-    let summary = broken.summary();
+    let summary = result.summary();
     assert_eq!((summary.sites, summary.degree_origin), (20, DegreeOrigin::Forced));
-    assert!(broken.stages().all(|cost| cost.has_run || cost.stage == StageKind::Degree));
+    assert!(result.stages().all(|cost| cost.has_run || cost.stage == StageKind::Degree));
 }
 
 #[test]
 fn twice_the_threshold_breaks_and_half_does_not() {
     let (_daemon, bar, _) = start("");
-    let strike = |impact: Impact| bar.strike(&impact).unwrap().wait(patience()).unwrap();
-    let just = strike(blow(1.0).threshold_only()).summary().threshold_impulse_factor;
-    let whole = strike(blow(0.5 * just));
+    let strike = |impact: Impact| bar.strike(&impact).unwrap().wait(timeout()).unwrap();
+    let threshold_factor = strike(base_impact(1.0).threshold_only()).summary().threshold_impulse_factor;
+    let whole = strike(base_impact(0.5 * threshold_factor));
     assert!(whole.is_whole());
     assert_eq!((whole.summary().fracture_degree, whole.summary().degree_origin.name()), (1, "threshold"));
     let ran: Vec<&str> = whole.stages().filter(|cost| cost.has_run).map(|cost| cost.stage.name()).collect();
     assert_eq!(ran, ["load", "elasticity", "threshold"]);
-    let weak = strike(blow(0.01 * just));
+    let weak = strike(base_impact(0.01 * threshold_factor));
     assert_eq!(
         (weak.is_whole(), weak.summary().energy_source.name(), whole.summary().energy_source.name()),
         (true, "bounded", "solve")
@@ -137,29 +137,30 @@ fn twice_the_threshold_breaks_and_half_does_not() {
     assert_eq!(ran, ["load", "threshold"]);
     assert!(weak.stages().all(|cost| cost.has_run || cost == StageCost::idle(cost.stage)));
     assert!(weak.effects().all(|cost| cost == EffectCost::idle(cost.effect)));
-    let broken = strike(blow(2.0 * just));
-    assert!(broken.fragments().len() >= 2 && broken.summary().fracture_degree >= 2);
+    let result = strike(base_impact(2.0 * threshold_factor));
+    assert!(result.fragments().len() >= 2 && result.summary().fracture_degree >= 2);
 }
 
 #[test]
-fn threads_and_company_change_no_byte() {
-    let digest = |threads: usize, company: usize| {
+fn results_do_not_depend_on_threads_or_concurrent_requests() {
+    let digest = |threads: usize, other_requests: usize| {
         let (_daemon, bar, _) = start(&format!("[compute]\nthreads = {threads}\nstrikes_at_once = 4"));
-        let impact = blow(60.0).degree(DegreeRule::Sites(15)).seed(3);
-        let _company: Vec<_> = (0..company).map(|seed| bar.strike(&blow(80.0).seed(seed as u64)).unwrap()).collect();
-        bar.strike(&impact).unwrap().wait(patience()).unwrap().digest()
+        let impact = base_impact(60.0).degree(DegreeRule::Sites(15)).seed(3);
+        let _other_requests: Vec<_> =
+            (0..other_requests).map(|seed| bar.strike(&base_impact(80.0).seed(seed as u64)).unwrap()).collect();
+        bar.strike(&impact).unwrap().wait(timeout()).unwrap().digest()
     };
     let alone = digest(1, 0);
-    for (threads, company) in [(1, 3), (2, 0), (4, 3)] {
-        assert_eq!(digest(threads, company), alone, "{threads} threads, {company} others");
+    for (threads, other_requests) in [(1, 3), (2, 0), (4, 3)] {
+        assert_eq!(digest(threads, other_requests), alone, "{threads} threads, {other_requests} others");
     }
 }
 
 #[test]
-fn answers_tell_the_numbers_that_they_were_computed_by() {
+fn results_report_their_settings() {
     let (_daemon, bar, _) = start("");
-    let strike = |impact: Impact| bar.strike(&impact).unwrap().wait(patience()).unwrap().summary();
-    let sites = blow(50.0).degree(DegreeRule::Sites(20));
+    let strike = |impact: Impact| bar.strike(&impact).unwrap().wait(timeout()).unwrap().summary();
+    let sites = base_impact(50.0).degree(DegreeRule::Sites(20));
     let game = strike(sites.clone());
     assert_eq!(
         (game.quality, game.degree_method, game.stop_criterion),
@@ -172,13 +173,13 @@ fn answers_tell_the_numbers_that_they_were_computed_by() {
     let draft = strike(sites.clone().quality(Quality::Draft));
     assert_eq!((draft.quality, draft.tolerance, draft.iterations_max), (Some(Quality::Draft), 5e-2, 4));
     assert!(draft.iterations <= 8 && draft.cvd_gap > game.cvd_gap, "{draft:?}");
-    let film = strike(blow(50.0).quality(Quality::Film).iterations(5));
+    let film = strike(base_impact(50.0).quality(Quality::Film).iterations(5));
     assert_eq!(
         (film.quality, film.degree_method, film.iterations_max),
         (Some(Quality::Film), DegreeMethod::Inferred, 5)
     );
     assert_eq!((film.iterations, film.stop_criterion), (5, StopCriterion::Iterations));
-    let whole = strike(blow(1e-3).quality(Quality::Draft));
+    let whole = strike(base_impact(1e-3).quality(Quality::Draft));
     assert_eq!(
         (whole.quality, whole.stop_criterion, whole.cvd_gap),
         (Some(Quality::Draft), StopCriterion::Complete, 0.0)
@@ -186,13 +187,13 @@ fn answers_tell_the_numbers_that_they_were_computed_by() {
 }
 
 #[test]
-fn without_time_the_start_is_the_answer_and_with_enough_nothing_changes() {
+fn without_time_the_start_is_the_result_and_with_enough_nothing_changes() {
     let (_daemon, bar, _) = start("");
-    let strike = |impact: &Impact| bar.strike(impact).unwrap().wait(patience()).unwrap();
-    let positions = |broken: &shatter_client::FractureResult| {
-        broken.digest().sections.into_iter().find(|section| section.name == "positions").unwrap().hash
+    let strike = |impact: &Impact| bar.strike(impact).unwrap().wait(timeout()).unwrap();
+    let positions = |result: &shatter_client::FractureResult| {
+        result.digest().sections.into_iter().find(|section| section.name == "positions").unwrap().hash
     };
-    let sites = blow(50.0).degree(DegreeRule::Sites(20));
+    let sites = base_impact(50.0).degree(DegreeRule::Sites(20));
     let none = strike(&sites.clone().time_ms(1e-3));
     assert_eq!((none.summary().stop_criterion.name(), none.summary().iterations), ("time", 0));
     assert!(none.fragments().all(|fragment| fragment.is_closed()));
@@ -208,26 +209,26 @@ fn without_time_the_start_is_the_answer_and_with_enough_nothing_changes() {
     assert!(rough.iterations < usual.summary().iterations);
     // The limit of the basis under `game`, and the limit that a requested error sets.
     assert_eq!((usual.summary().reduced_error_max, rough.reduced_error_max), (0.1, 0.2));
-    let late = strike(&blow(50.0).degree(DegreeRule::Optimised).time_ms(1e-3)).summary();
+    let late = strike(&base_impact(50.0).degree(DegreeRule::Optimised).time_ms(1e-3)).summary();
     assert_eq!(
         (late.stop_criterion, late.degree_method, late.degree_origin),
         (StopCriterion::Time, DegreeMethod::Optimised, DegreeOrigin::ClosedForm)
     );
-    let soon = strike(&blow(50.0).degree(DegreeRule::Verified).error(0.2)).summary();
+    let with_error_target = strike(&base_impact(50.0).degree(DegreeRule::Verified).error(0.2)).summary();
     assert_eq!(
-        (soon.stop_criterion, soon.degree_origin),
+        (with_error_target.stop_criterion, with_error_target.degree_origin),
         (StopCriterion::ErrorMet, DegreeOrigin::Verified),
-        "{soon:?}"
+        "{with_error_target:?}"
     );
 }
 
 #[test]
-fn the_engines_refusals_name_the_offender() {
+fn engine_errors_name_the_offending_contact() {
     let (_daemon, bar, _) = start("");
-    let refusal = |impact: Impact| bar.strike(&impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap();
+    let error = |impact: Impact| bar.strike(&impact).and_then(|mut ticket| ticket.wait(timeout())).err().unwrap();
     let check = |impact: Impact, kind: ErrorKind, at: &str| {
-        let refusal = refusal(impact);
-        assert_eq!((refusal.kind, refusal.at.as_str()), (kind, at), "{refusal}");
+        let error = error(impact);
+        assert_eq!((error.kind, error.at.as_str()), (kind, at), "{error}");
     };
     check(
         Impact::new([Contact::new([1.0, 0.0, 0.0]).impulse([1.0, 0.0, 0.0])]),
@@ -239,16 +240,16 @@ fn the_engines_refusals_name_the_offender() {
         let impact = Impact::new([first, Contact::new(point).impulse([1.0; 3])]);
         check(impact, ErrorKind::ContactTooFar, "contacts[1].point_m");
     }
-    check(blow(1e145).gamma(1e-30), ErrorKind::Gamma, "inf");
-    check(blow(1.0).degree(DegreeRule::Sites(513)), ErrorKind::Degree, "513");
-    check(blow(1.0).error(-1.0), ErrorKind::Budget, "error_max");
-    check(blow(1.0).time_ms(f64::NAN), ErrorKind::Budget, "time_ms_max");
-    check(blow(50.0).degree(DegreeRule::Sites(30)).fragments_max(5), ErrorKind::CapExceeded, "fragments_max");
+    check(base_impact(1e145).gamma(1e-30), ErrorKind::Gamma, "inf");
+    check(base_impact(1.0).degree(DegreeRule::Sites(513)), ErrorKind::Degree, "513");
+    check(base_impact(1.0).error(-1.0), ErrorKind::Budget, "error_max");
+    check(base_impact(1.0).time_ms(f64::NAN), ErrorKind::Budget, "time_ms_max");
+    check(base_impact(50.0).degree(DegreeRule::Sites(30)).fragments_max(5), ErrorKind::CapExceeded, "fragments_max");
 }
 
 #[test]
 fn a_damaged_database_is_named_and_the_other_served() {
-    let here = TestPlace::new("damaged");
+    let here = TestDirectory::new("damaged");
     std::fs::write(here.databases().join("bar.shatter"), BAR.as_slice()).unwrap();
     let mut damaged = BAR.clone();
     let middle = damaged.len() / 2;
@@ -258,18 +259,18 @@ fn a_damaged_database_is_named_and_the_other_served() {
     let daemon = InProcess::start_with(here, "", wire::loader(None));
     let service = daemon.connect();
     for name in ["flipped", "cut"] {
-        let refusal = service.object(name, patience()).err().unwrap();
-        assert_eq!(refusal.kind, ErrorKind::CorruptObject, "{refusal}");
-        assert!(refusal.message.contains(&format!("{name}.shatter")), "{refusal}");
+        let error = service.object(name, timeout()).err().unwrap();
+        assert_eq!(error.kind, ErrorKind::CorruptObject, "{error}");
+        assert!(error.message.contains(&format!("{name}.shatter")), "{error}");
     }
-    let bar = service.object("bar", patience()).unwrap();
-    assert!(!bar.strike(&blow(50.0).degree(DegreeRule::Sites(3))).unwrap().wait(patience()).unwrap().is_whole());
+    let bar = service.object("bar", timeout()).unwrap();
+    assert!(!bar.strike(&base_impact(50.0).degree(DegreeRule::Sites(3))).unwrap().wait(timeout()).unwrap().is_whole());
 }
 
 /// If no setting can be lowered any more, the request misses its time; the result and the command report by how much and why.
 #[test]
 fn a_time_that_cannot_be_kept_is_told_with_its_reason() {
-    let here = TestPlace::new("missed");
+    let here = TestDirectory::new("missed");
     here.database("bar", support::bar(0.05));
     let _daemon = support::Child::start(&mut support::shatterd(&here));
     let point = ["impact", "bar", "--point", "0.2,0,0", "--impulse", "-50,0,0", "--degree", "6", "--elastic", "solve"];

@@ -8,7 +8,7 @@ use shatter_client::{Client, Contact, ErrorKind, Impact, ObjectFacts, ObjectStat
 use std::io::Read;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
-use support::{Child, TestPlace, patience, play, role, shatter, shatter_program};
+use support::{Child, TestDirectory, play, role, shatter, shatter_program, timeout};
 
 /// Settings of a daemon that reads its databases again only on demand.
 const UNWATCHED: &str = "[databases]\nwatch_ms = 0";
@@ -23,9 +23,9 @@ fn play_a_role() {
 }
 
 /// Starts a daemon, and connects to it.
-fn start(here: &TestPlace, settings: &str) -> (Child, Client) {
+fn start(here: &TestDirectory, settings: &str) -> (Child, Client) {
     let daemon = Child::start(&mut role(here, "daemon", settings));
-    (daemon, Client::connect_at(&here.place, patience()).unwrap())
+    (daemon, Client::connect_at(&here.place, timeout()).unwrap())
 }
 
 fn impact() -> Impact {
@@ -34,24 +34,24 @@ fn impact() -> Impact {
 
 /// γ of the version of the object that a new request meets.
 fn strike(service: &Client, object: &str) -> f64 {
-    let object = service.object(object, patience()).unwrap();
-    object.strike(&impact()).unwrap().wait(patience()).unwrap().summary().gamma_j_m2
+    let object = service.object(object, timeout()).unwrap();
+    object.strike(&impact()).unwrap().wait(timeout()).unwrap().summary().gamma_j_m2
 }
 
 fn status(service: &Client) -> Status {
-    service.status(patience()).unwrap()
+    service.status(timeout()).unwrap()
 }
 
 fn facts(service: &Client, object: &str) -> Option<ObjectFacts> {
-    service.objects(patience()).unwrap().into_iter().find(|facts| facts.name == object)
+    service.objects(timeout()).unwrap().into_iter().find(|facts| facts.name == object)
 }
 
 /// Waits with a timeout until `holds`.
 #[track_caller]
 fn eventually(service: &Client, holds: impl Fn(&Client) -> bool) {
-    let deadline = patience();
+    let deadline = timeout();
     while !holds(service) {
-        assert!(!deadline.passed(), "never: {:?}, {:?}", status(service), service.objects(patience()));
+        assert!(!deadline.passed(), "never: {:?}, {:?}", status(service), service.objects(timeout()));
         std::thread::sleep(Duration::from_millis(2));
     }
 }
@@ -62,7 +62,7 @@ fn generation(service: &Client, object: &str) -> u32 {
 
 #[test]
 fn a_hangup_swaps_whole_and_a_strike_keeps_the_version_it_began_with() {
-    let here = TestPlace::new("swap");
+    let here = TestDirectory::new("swap");
     here.database("vase", "gate 3");
     here.database("pot", "tint 5");
     let gate = here.databases().join("vase.gate");
@@ -70,7 +70,7 @@ fn a_hangup_swaps_whole_and_a_strike_keeps_the_version_it_began_with() {
     let (daemon, service) = start(&here, UNWATCHED);
     assert_eq!((status(&service).memory_bytes, status(&service).reloads), (8000, 0));
     let pot = facts(&service, "pot").unwrap();
-    let mut early = service.object("vase", patience()).unwrap().strike(&impact()).unwrap();
+    let mut early = service.object("vase", timeout()).unwrap().strike(&impact()).unwrap();
     eventually(&service, |service| status(service).running == 1);
     here.database("vase", "tint 7");
     here.database("jug", "tint 1");
@@ -83,16 +83,16 @@ fn a_hangup_swaps_whole_and_a_strike_keeps_the_version_it_began_with() {
     assert_eq!((row.retired, row.retired_bytes), (1, 3000), "the old version lives as long as it is struck");
     assert_eq!(facts(&service, "pot").unwrap(), pot, "what did not change was not loaded again");
     std::fs::remove_file(gate).unwrap();
-    let broken = early.wait(patience()).unwrap();
-    assert_eq!(broken.summary().gamma_j_m2, 3.0);
-    assert_eq!(broken.positions()[1], [1.5, 0.0, 0.0]);
+    let result = early.wait(timeout()).unwrap();
+    assert_eq!(result.summary().gamma_j_m2, 3.0);
+    assert_eq!(result.positions()[1], [1.5, 0.0, 0.0]);
     eventually(&service, |service| status(service).retired == 0);
     assert_eq!((status(&service).retired_bytes, status(&service).failed), (0, 0));
 }
 
 #[test]
 fn a_changed_folder_is_read_again_by_itself() {
-    let here = TestPlace::new("watched");
+    let here = TestDirectory::new("watched");
     here.database("vase", "tint 3");
     let (_daemon, service) = start(&here, WATCHED);
     let first = facts(&service, "vase").unwrap();
@@ -105,7 +105,7 @@ fn a_changed_folder_is_read_again_by_itself() {
     assert!(facts(&service, "vase").unwrap().loaded_unix > first.loaded_unix);
     here.remove("vase");
     eventually(&service, |service| facts(service, "vase").is_none());
-    assert_eq!(service.object("vase", patience()).err().unwrap().kind, ErrorKind::UnknownObject);
+    assert_eq!(service.object("vase", timeout()).err().unwrap().kind, ErrorKind::UnknownObject);
     assert_eq!(strike(&service, "pot"), 5.0);
     assert_eq!(generation(&service, "pot"), 1, "it never changed");
     let reloads = status(&service).reloads;
@@ -114,8 +114,8 @@ fn a_changed_folder_is_read_again_by_itself() {
 }
 
 #[test]
-fn a_folder_that_nobody_watches_is_read_when_asked() {
-    let here = TestPlace::new("unwatched");
+fn an_unwatched_folder_is_read_on_request() {
+    let here = TestDirectory::new("unwatched");
     here.database("vase", "tint 3");
     let (daemon, service) = start(&here, UNWATCHED);
     here.database("vase", "tint 7");
@@ -128,19 +128,19 @@ fn a_folder_that_nobody_watches_is_read_when_asked() {
 
 #[test]
 fn bad_files_are_named_and_everything_else_is_served() {
-    let here = TestPlace::new("bad");
+    let here = TestDirectory::new("bad");
     for (name, text) in [("vase", "tint 3"), ("worn", "?"), ("rotten", "rotten")] {
         here.database(name, text);
     }
     let (daemon, service) = start(&here, UNWATCHED);
-    let refusal = |name: &str| service.object(name, patience()).err().unwrap();
-    assert!(refusal("worn").message.contains("worn.shatter") && refusal("rotten").message.contains("fell over it"));
+    let error = |name: &str| service.object(name, timeout()).err().unwrap();
+    assert!(error("worn").message.contains("worn.shatter") && error("rotten").message.contains("fell over it"));
     here.database("cut", "?");
     here.database("pot", "tint 5");
     daemon.signal(Signal::HUP);
     eventually(&service, |service| generation(service, "pot") == 1);
     for name in ["worn", "rotten", "cut"] {
-        assert_eq!(refusal(name).kind, ErrorKind::CorruptObject, "{name}");
+        assert_eq!(error(name).kind, ErrorKind::CorruptObject, "{name}");
     }
     assert_eq!((strike(&service, "vase"), strike(&service, "pot")), (3.0, 5.0));
     let row = status(&service);
@@ -149,7 +149,7 @@ fn bad_files_are_named_and_everything_else_is_served() {
 
 #[test]
 fn a_bad_replacement_is_named_and_the_version_before_it_served() {
-    let here = TestPlace::new("spoilt");
+    let here = TestDirectory::new("spoilt");
     here.database("vase", "tint 3");
     let (_daemon, service) = start(&here, WATCHED);
     here.database("vase", "?");
@@ -177,7 +177,7 @@ fn a_bad_replacement_is_named_and_the_version_before_it_served() {
 
 #[test]
 fn status_shows_what_is_loaded_its_memory_and_since_when() {
-    let here = TestPlace::new("shown");
+    let here = TestDirectory::new("shown");
     here.database("vase", "tint 3000");
     here.database("worn", "?");
     let (daemon, service) = start(&here, UNWATCHED);
@@ -192,14 +192,14 @@ fn status_shows_what_is_loaded_its_memory_and_since_when() {
         "{out}"
     );
     assert_eq!((shown["retired"].as_u64(), shown["retired_bytes"].as_u64()), (Some(0), Some(0)), "{out}");
-    let [pot, vase, worn] = [0, 1, 2].map(|row| &shown["objects"][row]);
-    assert_eq!((&pot["object"], &vase["object"], &worn["object"]), (&"pot".into(), &"vase".into(), &"worn".into()));
+    let [pot, vase, damaged] = [0, 1, 2].map(|row| &shown["objects"][row]);
+    assert_eq!((&pot["object"], &vase["object"], &damaged["object"]), (&"pot".into(), &"vase".into(), &"worn".into()));
     assert_eq!((vase["memory_bytes"].as_u64(), vase["file_bytes"].as_u64()), (Some(3_000_000), Some(9)), "{out}");
     assert_eq!((vase["ready"].as_bool(), vase["generation"].as_u64()), (Some(true), Some(1)), "{out}");
     assert!(vase["loaded_unix_s"].as_f64().unwrap() < pot["loaded_unix_s"].as_f64().unwrap(), "{out}");
     assert!(shown["read_unix_s"].as_f64().unwrap() > vase["loaded_unix_s"].as_f64().unwrap(), "{out}");
     assert!(vase["load_s"].as_f64().unwrap() >= 0.0 && vase.get("error").is_none(), "{out}");
-    assert_eq!((worn["ready"].as_bool(), worn["error"]["at"].as_str()), (Some(false), Some("worn")), "{out}");
+    assert_eq!((damaged["ready"].as_bool(), damaged["error"]["at"].as_str()), (Some(false), Some("worn")), "{out}");
     let screen = shatter(&here, &["status"]).1;
     let line = screen.lines().find(|line| line.starts_with("vase")).unwrap();
     assert!(line.contains(" 2.9 ") && line.ends_with(" UTC"), "{screen}");
@@ -209,7 +209,7 @@ fn status_shows_what_is_loaded_its_memory_and_since_when() {
 /// A database that is being loaded is listed, and requests for it get `loading`.
 #[test]
 fn an_object_that_is_being_loaded_is_listed_as_such() {
-    let here = TestPlace::new("loading");
+    let here = TestDirectory::new("loading");
     here.database("vase", "tint 3");
     let (_daemon, service) = start(&here, WATCHED);
     let gate = here.databases().join("pot.loading");
@@ -220,13 +220,9 @@ fn an_object_that_is_being_loaded_is_listed_as_such() {
     assert_eq!((pot.is_ready(), pot.state), (false, ObjectState::Loading));
     let row = status(&service);
     assert_eq!((row.objects_ready, row.objects_loading, row.objects_failed), (1, 1, 0));
-    let refusal = service.object("pot", patience()).err().unwrap();
-    assert_eq!(
-        (refusal.kind, refusal.at.as_str(), refusal.kind.retry()),
-        (ErrorKind::Loading, "pot", true),
-        "{refusal}"
-    );
-    assert!(refusal.retry_after.is_some());
+    let error = service.object("pot", timeout()).err().unwrap();
+    assert_eq!((error.kind, error.at.as_str(), error.kind.retry()), (ErrorKind::Loading, "pot", true), "{error}");
+    assert!(error.retry_after.is_some());
     let strike_now = ["impact", "pot", "--point", "0,0,0", "--impulse", "-1,0,0", "--json"];
     let (code, out) = shatter(&here, &strike_now);
     let error = &serde_json::from_str::<Value>(&out).unwrap()["error"];
@@ -251,7 +247,7 @@ fn an_object_that_is_being_loaded_is_listed_as_such() {
 #[test]
 fn a_signal_ends_a_daemon_that_still_loads() {
     for signal in [Signal::TERM, Signal::INT] {
-        let here = TestPlace::new("early");
+        let here = TestDirectory::new("early");
         here.database("pot", "tint 5");
         std::fs::write(here.databases().join("pot.loading"), "").unwrap();
         let mut child = role(&here, "daemon", "").stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
@@ -263,11 +259,11 @@ fn a_signal_ends_a_daemon_that_still_loads() {
         std::thread::sleep(Duration::from_millis(200));
         let asked = Instant::now();
         rustix::process::kill_process(rustix::process::Pid::from_child(&child), signal).unwrap();
-        let mut told = String::new();
-        child.stdout.take().unwrap().read_to_string(&mut told).unwrap();
-        assert_eq!(child.wait().unwrap().code(), Some(0), "{told}");
+        let mut reported = String::new();
+        child.stdout.take().unwrap().read_to_string(&mut reported).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(0), "{reported}");
         assert!(asked.elapsed() < Duration::from_secs(1), "{:?}", asked.elapsed());
-        assert!(!told.contains("ready"), "{told}");
+        assert!(!reported.contains("ready"), "{reported}");
         assert!(!here.place.hello().exists() && here.shared_memory().is_empty());
     }
 }
@@ -275,27 +271,27 @@ fn a_signal_ends_a_daemon_that_still_loads() {
 /// A request for an object right after its database was written gets `loading`, however rarely the daemon checks by itself.
 #[test]
 fn a_database_that_was_written_a_moment_ago_is_being_loaded() {
-    let here = TestPlace::new("fresh");
+    let here = TestDirectory::new("fresh");
     let (_daemon, service) = start(&here, "[databases]\nwatch_ms = 60000");
     for name in ["pot", "jug"] {
         here.database(name, "tint 5");
-        let refusal = service.object(name, patience()).err().unwrap();
-        assert_eq!(refusal.kind, ErrorKind::Loading, "{refusal}");
+        let error = service.object(name, timeout()).err().unwrap();
+        assert_eq!(error.kind, ErrorKind::Loading, "{error}");
     }
     here.database("vase", "tint 5");
     let (code, out) = shatter(&here, &["impact", "vase", "--point", "0,0,0", "--impulse", "-1,0,0", "--json"]);
     assert!(code == 5 && out.contains("\"loading\""), "{out}");
-    let wait = || service.object("pot", patience()).err().unwrap().retry_after.unwrap();
+    let wait = || service.object("pot", timeout()).err().unwrap().retry_after.unwrap();
     let first = wait();
     std::thread::sleep(Duration::from_millis(100));
     assert!(wait() < first, "it counts down");
-    assert_eq!(service.object("pan", patience()).err().unwrap().kind, ErrorKind::UnknownObject);
+    assert_eq!(service.object("pan", timeout()).err().unwrap().kind, ErrorKind::UnknownObject);
 }
 
 /// `impact --wait` waits for a daemon, and for an object that is being loaded; after its time it reports for what.
 #[test]
-fn a_strike_waits_for_the_daemon_and_for_its_object() {
-    let here = TestPlace::new("wait");
+fn a_request_waits_for_the_daemon_and_its_object() {
+    let here = TestDirectory::new("wait");
     here.database("vase", "tint 3");
     let program = |object: &str, wait: &str| {
         let mut command = shatter_program(&here);
@@ -336,7 +332,7 @@ fn niceness(pid: u32, name: &str) -> Vec<String> {
 /// A load gets a share of a busy machine: as much as one computing thread, and no more.
 #[test]
 fn a_load_is_as_urgent_as_a_strike() {
-    let here = TestPlace::new("share");
+    let here = TestDirectory::new("share");
     let (daemon, service) = start(&here, "[compute]\nthreads = 2\nstrikes_at_once = 1\nnice = 3");
     let [load, strike] = ["load", "compute-1"].map(|name| move |pid| niceness(pid, name));
     eventually(&service, |_| load(daemon.id()).len() == 1 && load(daemon.id()) == strike(daemon.id()));

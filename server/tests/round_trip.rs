@@ -7,14 +7,14 @@ use shatter_client::{
     Client, Contact, Deadline, DegreeRule, Error, ErrorKind, Impact, Poll, Progress, StageKind, Status, Ticket,
 };
 use shatter_proto::request::RequestWire;
-use shatter_proto::result::{Block, ResultHeader};
+use shatter_proto::result::{AlignedBlock, ResultHeader};
 use shatter_transport::{Ipc, STRIKE_SERVICE, config, service_name};
 use std::future::IntoFuture;
 use std::io::{Read, Write};
-use support::{InProcess, TestPlace, addresses, patience, within};
+use support::{InProcess, TestDirectory, addresses, timeout, within};
 
 fn start(objects: &[(&str, &str)], settings: &str) -> InProcess {
-    let here = TestPlace::new("trip");
+    let here = TestDirectory::new("trip");
     for (name, word) in objects {
         here.database(name, word);
     }
@@ -26,43 +26,43 @@ fn impact() -> Impact {
 }
 
 fn refused(service: &Client, object: &str, impact: &Impact) -> Error {
-    let object = service.object(object, patience()).unwrap();
-    object.strike(impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap()
+    let object = service.object(object, timeout()).unwrap();
+    object.strike(impact).and_then(|mut ticket| ticket.wait(timeout())).err().unwrap()
 }
 
 /// Waits with a timeout until the status holds: the daemon counts a result after it has sent it.
 #[track_caller]
 fn eventually(service: &Client, says: impl Fn(&Status) -> bool) {
     for _ in 0..2000 {
-        if says(&service.status(patience()).unwrap()) {
+        if says(&service.status(timeout()).unwrap()) {
             return;
         }
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
-    panic!("never: {:?}", service.status(patience()).unwrap());
+    panic!("never: {:?}", service.status(timeout()).unwrap());
 }
 
 #[test]
 fn fragments_come_back_through_shared_memory() {
     let daemon = start(&[("vase ä", "tetra")], "");
     let service = daemon.connect();
-    let vase = service.object("vase ä", patience()).unwrap();
+    let vase = service.object("vase ä", timeout()).unwrap();
     assert_eq!((vase.facts().material.as_str(), vase.facts().gamma_j_m2), ("toy", 2.0));
     let mut ticket = vase.strike(&impact().degree(DegreeRule::Sites(3)).seed(9)).unwrap();
-    let broken = ticket.wait(patience()).unwrap();
-    let summary = broken.summary();
+    let result = ticket.wait(timeout()).unwrap();
+    let summary = result.summary();
     assert_eq!((summary.object.as_str(), summary.sites, summary.seed), ("vase ä", 3, 9));
-    assert_eq!(broken.fragments().len(), 3);
-    for (i, fragment) in broken.fragments().enumerate() {
+    assert_eq!(result.fragments().len(), 3);
+    for (i, fragment) in result.fragments().enumerate() {
         assert!(fragment.is_closed() && fragment.id() as usize == i);
         assert_eq!((fragment.positions().len(), fragment.indices().len(), fragment.mass_kg()), (4, 12, 2.0));
         let run = fragment.runs().next().unwrap();
         assert_eq!((run.neighbor, run.index_first, run.vertex_first), (None, 0, 0));
         assert_eq!((run.indices, run.positions), (fragment.indices(), fragment.positions()));
     }
-    let stages: Vec<StageKind> = broken.stages().map(|cost| cost.stage).collect();
+    let stages: Vec<StageKind> = result.stages().map(|cost| cost.stage).collect();
     assert_eq!(stages, StageKind::ALL);
-    let ran: Vec<StageKind> = broken.stages().filter(|cost| cost.has_run).map(|cost| cost.stage).collect();
+    let ran: Vec<StageKind> = result.stages().filter(|cost| cost.has_run).map(|cost| cost.stage).collect();
     assert_eq!(ran, [StageKind::Load, StageKind::Fragments]);
     // The ticket is spent, and returns that.
     assert_eq!(ticket.poll().err().unwrap().kind, ErrorKind::Cancelled);
@@ -71,27 +71,27 @@ fn fragments_come_back_through_shared_memory() {
 #[test]
 fn writer_and_reader_both_work_in_the_mapped_segment() {
     let daemon = start(&[("mapped", "tetra")], "");
-    let vase = daemon.connect().object("mapped", patience()).unwrap();
-    let broken = vase.strike(&impact()).unwrap().wait(patience()).unwrap();
+    let vase = daemon.connect().object("mapped", timeout()).unwrap();
+    let result = vase.strike(&impact()).unwrap().wait(timeout()).unwrap();
     let mapped = daemon.here.mapped();
-    assert!(within(&broken.address_range(), &mapped), "{:x?} is not in {mapped:x?}", broken.address_range());
-    let view = broken.raw_view();
+    assert!(within(&result.address_range(), &mapped), "{:x?} is not in {mapped:x?}", result.address_range());
+    let view = result.raw_view();
     for address in [view.positions.as_ptr() as usize, view.indices.as_ptr() as usize] {
-        assert!(broken.address_range().contains(&address) && address.is_multiple_of(64));
+        assert!(result.address_range().contains(&address) && address.is_multiple_of(64));
     }
     let written = addresses("mapped");
     assert_eq!(written.len(), 3, "positions, indices and merge pairs");
     for range in written {
         assert!(within(&range, &mapped), "{range:x?} is not in {mapped:x?}");
-        assert!(!within(&range, &[broken.address_range()]), "the daemon has a mapping of its own");
+        assert!(!within(&range, &[result.address_range()]), "the daemon has a mapping of its own");
     }
 }
 
 #[test]
 fn equal_strikes_give_equal_hashes() {
     let daemon = start(&[("vase", "tetra")], "");
-    let vase = daemon.connect().object("vase", patience()).unwrap();
-    let digest = |seed| vase.strike(&impact().seed(seed)).unwrap().wait(patience()).unwrap().digest();
+    let vase = daemon.connect().object("vase", timeout()).unwrap();
+    let digest = |seed| vase.strike(&impact().seed(seed)).unwrap().wait(timeout()).unwrap().digest();
     let (a, b, c) = (digest(1), digest(1), digest(2));
     assert_eq!(a, b);
     assert_ne!(a.output_hash, c.output_hash);
@@ -102,15 +102,15 @@ fn equal_strikes_give_equal_hashes() {
 #[test]
 fn polling_never_blocks_and_many_strikes_may_be_under_way() {
     let daemon = start(&[("vase", "tetra")], "");
-    let vase = daemon.connect().object("vase", patience()).unwrap();
+    let vase = daemon.connect().object("vase", timeout()).unwrap();
     let mut tickets: Vec<_> = (0..40).map(|seed| vase.strike(&impact().seed(seed)).unwrap()).collect();
     let mut answers = Vec::new();
-    let deadline = patience();
+    let deadline = timeout();
     while !tickets.is_empty() && !deadline.passed() {
         tickets.retain_mut(|ticket| match ticket.poll().unwrap() {
             Poll::Pending => true,
-            Poll::Ready(broken) => {
-                answers.push(broken.summary().seed);
+            Poll::Ready(result) => {
+                answers.push(result.summary().seed);
                 false
             }
         });
@@ -123,14 +123,14 @@ fn polling_never_blocks_and_many_strikes_may_be_under_way() {
 #[test]
 fn one_connection_serves_several_threads() {
     let daemon = start(&[("vase", "tetra")], "");
-    let vase = daemon.connect().object("vase", patience()).unwrap();
+    let vase = daemon.connect().object("vase", timeout()).unwrap();
     std::thread::scope(|scope| {
         for thread in 0..4 {
             let vase = vase.clone();
             scope.spawn(move || {
                 for seed in 0..20 {
-                    let broken = vase.strike(&impact().seed(thread * 100 + seed)).unwrap().wait(patience()).unwrap();
-                    assert_eq!(broken.summary().seed, thread * 100 + seed);
+                    let result = vase.strike(&impact().seed(thread * 100 + seed)).unwrap().wait(timeout()).unwrap();
+                    assert_eq!(result.summary().seed, thread * 100 + seed);
                 }
             });
         }
@@ -139,16 +139,16 @@ fn one_connection_serves_several_threads() {
 }
 
 #[test]
-fn refusals_name_rule_and_offender() {
+fn errors_name_rule_and_field() {
     let daemon = start(&[("vase", "tetra"), ("worn", "?")], "");
     let service = daemon.connect();
-    let kind = |name| service.object(name, patience()).err().unwrap();
+    let kind = |name| service.object(name, timeout()).err().unwrap();
     assert_eq!((kind("pot").kind, kind("pot").at), (ErrorKind::UnknownObject, "pot".to_owned()));
     assert_eq!(kind("worn").kind, ErrorKind::CorruptObject);
     assert!(kind("worn").message.contains("checksum"), "{}", kind("worn"));
     let check = |impact: Impact, kind: ErrorKind, at: &str| {
-        let refusal = refused(&service, "vase", &impact);
-        assert_eq!((refusal.kind, refusal.at.as_str()), (kind, at), "{refusal}");
+        let error = refused(&service, "vase", &impact);
+        assert_eq!((error.kind, error.at.as_str()), (kind, at), "{error}");
     };
     check(Impact::new([Contact::new([0.0; 3])]), ErrorKind::Impulse, "contacts[0].impulse_ns");
     let contacts = [[0.0, 0.1, 0.0], [f64::NAN; 3]].map(|point_m| Contact::new(point_m).impulse([-1.0, 0.0, 0.0]));
@@ -158,18 +158,18 @@ fn refusals_name_rule_and_offender() {
     check(impact().degree(DegreeRule::Sites(3)).fragments_max(2), ErrorKind::CapExceeded, "fragments_max");
     check(impact().bytes_max(100), ErrorKind::CapExceeded, "bytes_max");
     // The refused requests were counted, and the daemon still serves.
-    let broken = service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience()).unwrap();
-    assert!(!broken.is_whole());
+    let result = service.object("vase", timeout()).unwrap().strike(&impact()).unwrap().wait(timeout()).unwrap();
+    assert!(!result.is_whole());
     eventually(&service, |row| row.refused == 2);
 }
 
 #[test]
 fn the_threshold_alone_has_no_fragments() {
     let daemon = start(&[("vase", "tetra")], "");
-    let vase = daemon.connect().object("vase", patience()).unwrap();
-    let broken = vase.strike(&impact().threshold_only()).unwrap().wait(patience()).unwrap();
-    assert!(broken.is_whole());
-    assert_eq!(broken.summary().threshold_impulse_factor, 0.5);
+    let vase = daemon.connect().object("vase", timeout()).unwrap();
+    let result = vase.strike(&impact().threshold_only()).unwrap().wait(timeout()).unwrap();
+    assert!(result.is_whole());
+    assert_eq!(result.summary().threshold_impulse_factor, 0.5);
 }
 
 #[test]
@@ -177,11 +177,11 @@ fn a_panic_fails_its_own_strike_alone() {
     let daemon = start(&[("bomb", "panic"), ("vase", "tetra")], "");
     let service = daemon.connect();
     for _ in 0..3 {
-        let refusal = refused(&service, "bomb", &impact());
-        assert_eq!(refusal.kind, ErrorKind::Failed);
-        assert!(refusal.message.contains("the toy is broken"), "{refusal}");
+        let error = refused(&service, "bomb", &impact());
+        assert_eq!(error.kind, ErrorKind::Failed);
+        assert!(error.message.contains("the toy is broken"), "{error}");
     }
-    assert!(service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience()).is_ok());
+    assert!(service.object("vase", timeout()).unwrap().strike(&impact()).unwrap().wait(timeout()).is_ok());
     eventually(&service, |row| row.failed == 3);
 }
 
@@ -189,25 +189,25 @@ fn a_panic_fails_its_own_strike_alone() {
 fn a_full_queue_refuses_at_once_and_status_still_answers() {
     let daemon = start(&[("slow", "slow")], "[compute]\nstrikes_at_once = 1\nqueue_max = 2");
     let service = daemon.connect();
-    let slow = service.object("slow", patience()).unwrap();
+    let slow = service.object("slow", timeout()).unwrap();
     let tickets: Vec<_> = (0..3).map(|_| slow.strike(&impact()).unwrap()).collect();
-    let refusal = slow.strike(&impact()).unwrap().wait(patience()).err().unwrap();
-    assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Busy, "queue"), "{refusal}");
-    assert!(refusal.kind.retry());
+    let error = slow.strike(&impact()).unwrap().wait(timeout()).err().unwrap();
+    assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Busy, "queue"), "{error}");
+    assert!(error.kind.retry());
     eventually(&service, |row| (row.running, row.queued, row.busy) == (1, 2, 1));
     drop(tickets);
 }
 
 #[test]
-fn exhausted_answers_silence_no_refusal() {
+fn errors_are_delivered_when_result_buffers_are_exhausted() {
     let daemon = start(&[("vase", "tetra")], "[answers]\nbuckets = 2\nheld_max = 2");
     let services = [daemon.connect(), daemon.connect()];
     let strike =
-        |service: &Client| service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience());
+        |service: &Client| service.object("vase", timeout()).unwrap().strike(&impact()).unwrap().wait(timeout());
     let held = services.each_ref().map(|service| strike(service).unwrap());
     for _ in 0..5 {
-        let refusal = strike(&services[0]).err().unwrap();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Busy, "answers"), "{refusal}");
+        let error = strike(&services[0]).err().unwrap();
+        assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Busy, "answers"), "{error}");
     }
     eventually(&services[0], |row| (row.busy, row.buckets_used_max) == (5, 2));
     assert_eq!(held[0].fragments().len(), 1);
@@ -216,56 +216,56 @@ fn exhausted_answers_silence_no_refusal() {
 }
 
 #[test]
-fn no_client_holds_more_than_its_share_of_the_answers() {
+fn no_client_holds_more_than_its_share_of_results() {
     let daemon = start(&[("vase", "tetra")], "[answers]\nbuckets = 4");
-    let [hoarder, other] = [daemon.connect(), daemon.connect()];
+    let [holding_client, other] = [daemon.connect(), daemon.connect()];
     let strike =
-        |service: &Client| service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience());
-    let held = [strike(&hoarder).unwrap(), strike(&hoarder).unwrap()];
-    let refusal = strike(&hoarder).err().unwrap();
-    assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Busy, "share"), "{refusal}");
+        |service: &Client| service.object("vase", timeout()).unwrap().strike(&impact()).unwrap().wait(timeout());
+    let held = [strike(&holding_client).unwrap(), strike(&holding_client).unwrap()];
+    let error = strike(&holding_client).err().unwrap();
+    assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Busy, "share"), "{error}");
     assert!((0..3).all(|_| strike(&other).is_ok()));
     drop(held);
-    assert!(strike(&hoarder).is_ok());
+    assert!(strike(&holding_client).is_ok());
 }
 
 #[test]
-fn a_client_that_never_reads_harms_nobody() {
+fn a_client_that_never_reads_does_not_affect_others() {
     let daemon = start(&[("vase", "tetra")], "[answers]\nbuckets = 4");
     let [silent, other] = [daemon.connect(), daemon.connect()];
-    let vase = silent.object("vase", patience()).unwrap();
+    let vase = silent.object("vase", timeout()).unwrap();
     let mut unread: Vec<_> = (0..10).map(|_| vase.strike(&impact()).unwrap()).collect();
     eventually(&other, |row| row.answered == 2);
-    let theirs = other.object("vase", patience()).unwrap();
-    (0..20).for_each(|_| drop(theirs.strike(&impact()).unwrap().wait(patience()).unwrap()));
+    let theirs = other.object("vase", timeout()).unwrap();
+    (0..20).for_each(|_| drop(theirs.strike(&impact()).unwrap().wait(timeout()).unwrap()));
     // The client waits for the last result without reading the others: they block it, for a limited time.
-    let refusal = unread.pop().unwrap().wait(patience()).err().unwrap();
-    assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Busy, "share"), "{refusal}");
+    let error = unread.pop().unwrap().wait(timeout()).err().unwrap();
+    assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Busy, "share"), "{error}");
     eventually(&other, |row| (row.answered, row.busy, row.queued) == (22, 8, 0));
-    unread.drain(..2).for_each(|mut ticket| drop(ticket.wait(patience()).unwrap()));
+    unread.drain(..2).for_each(|mut ticket| drop(ticket.wait(timeout()).unwrap()));
     // A client that reads results as they come is not blocked, however many requests are under way.
     let mut read: Vec<_> = (0..40).map(|_| vase.strike(&impact()).unwrap()).collect();
-    read.iter_mut().for_each(|ticket| drop(ticket.wait(patience()).unwrap()));
+    read.iter_mut().for_each(|ticket| drop(ticket.wait(timeout()).unwrap()));
 }
 
 #[test]
 fn connections_outlive_the_daemon_and_say_what_was_lost() {
     let mut daemon = start(&[("slow", "slow"), ("vase", "tetra")], "");
     let service = daemon.connect();
-    let [slow, vase] = ["slow", "vase"].map(|name| service.object(name, patience()).unwrap());
+    let [slow, vase] = ["slow", "vase"].map(|name| service.object(name, timeout()).unwrap());
     let mut under_way = slow.strike(&impact()).unwrap();
     let unread = vase.strike(&impact()).unwrap();
     eventually(&service, |row| row.answered == 1);
     daemon.end().unwrap();
-    let lost = under_way.wait(patience()).err().unwrap();
+    let lost = under_way.wait(timeout()).err().unwrap();
     assert!(lost.kind == ErrorKind::Lost && lost.kind.retry() && lost.message.contains("safe"), "{lost}");
     let gone = vase.strike(&impact()).err().unwrap();
     assert!(matches!(gone.kind, ErrorKind::Lost | ErrorKind::NoDaemon), "{gone}");
     assert_eq!(vase.strike(&impact()).err().unwrap().kind, ErrorKind::NoDaemon, "known by now, and said at once");
     daemon.again();
-    assert_eq!(vase.strike(&impact()).unwrap().wait(patience()).unwrap().fragments().len(), 1);
-    assert_eq!(service.status(patience()).unwrap().restarts, 1);
-    assert!(service.objects(patience()).unwrap().len() == 2);
+    assert_eq!(vase.strike(&impact()).unwrap().wait(timeout()).unwrap().fragments().len(), 1);
+    assert_eq!(service.status(timeout()).unwrap().restarts, 1);
+    assert!(service.objects(timeout()).unwrap().len() == 2);
     drop(unread);
 }
 
@@ -274,7 +274,7 @@ fn an_answer_larger_than_a_bucket_is_refused() {
     let daemon = start(&[("large", "large 20480"), ("fits", "large 900")], "");
     let service = daemon.connect();
     assert_eq!(refused(&service, "large", &impact()).kind, ErrorKind::AnswerTooLarge);
-    let fits = service.object("fits", patience()).unwrap().strike(&impact()).unwrap().wait(patience()).unwrap();
+    let fits = service.object("fits", timeout()).unwrap().strike(&impact()).unwrap().wait(timeout()).unwrap();
     assert!(fits.bytes() > 900 * 1024);
 }
 
@@ -282,17 +282,17 @@ fn an_answer_larger_than_a_bucket_is_refused() {
 fn tickets_can_be_awaited_and_a_dropped_future_cancels() {
     let daemon = start(&[("vase", "tetra"), ("slow", "slow")], "[compute]\nstrikes_at_once = 1");
     let service = daemon.connect();
-    let [vase, slow] = ["vase", "slow"].map(|name| service.object(name, patience()).unwrap());
+    let [vase, slow] = ["vase", "slow"].map(|name| service.object(name, timeout()).unwrap());
     let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
     runtime.block_on(async {
         let tasks: Vec<_> = (0..20).map(|_| tokio::spawn(vase.strike(&impact()).unwrap().into_future())).collect();
         for task in tasks {
             assert_eq!(task.await.unwrap().unwrap().fragments().len(), 1);
         }
-        let nobody = service.object("vase", patience()).unwrap().strike(&impact().degree(DegreeRule::Sites(0)));
+        let nobody = service.object("vase", timeout()).unwrap().strike(&impact().degree(DegreeRule::Sites(0)));
         assert_eq!(nobody.err().unwrap().kind, ErrorKind::Degree);
-        let refusal = vase.strike(&impact().bytes_max(100)).unwrap().await.err().unwrap();
-        assert_eq!(refusal.kind, ErrorKind::CapExceeded);
+        let error = vase.strike(&impact().bytes_max(100)).unwrap().await.err().unwrap();
+        assert_eq!(error.kind, ErrorKind::CapExceeded);
         let slow = slow.strike(&impact()).unwrap().into_future();
         assert!(tokio::time::timeout(std::time::Duration::from_millis(30), slow).await.is_err());
         assert!(vase.strike(&impact()).unwrap().await.is_ok(), "the only worker is free again");
@@ -305,10 +305,10 @@ fn a_ticket_tells_how_far_its_strike_is() {
     let daemon = start(&[("gate", "gate 1")], "[compute]\nstrikes_at_once = 1");
     let gate = daemon.here.databases().join("gate.gate");
     std::fs::write(&gate, "").unwrap();
-    let object = daemon.connect().object("gate", patience()).unwrap();
+    let object = daemon.connect().object("gate", timeout()).unwrap();
     let [mut first, mut second] = [object.strike(&impact()).unwrap(), object.strike(&impact()).unwrap()];
     let until = |ticket: &mut Ticket, holds: fn(Progress) -> bool| {
-        let deadline = patience();
+        let deadline = timeout();
         while !holds(ticket.progress()) {
             assert!(!deadline.passed(), "never");
             std::thread::sleep(std::time::Duration::from_millis(1));
@@ -318,7 +318,7 @@ fn a_ticket_tells_how_far_its_strike_is() {
     (0..20).for_each(|_| until(&mut second, |progress| progress == Progress::Waiting));
     std::fs::remove_file(gate).unwrap();
     for ticket in [&mut first, &mut second] {
-        drop(ticket.wait(patience()).unwrap());
+        drop(ticket.wait(timeout()).unwrap());
         assert_eq!(ticket.progress(), Progress::Ended);
     }
 }
@@ -327,18 +327,18 @@ fn a_ticket_tells_how_far_its_strike_is() {
 fn a_dropped_ticket_frees_its_worker() {
     let daemon = start(&[("slow", "slow"), ("vase", "tetra")], "[compute]\nstrikes_at_once = 1");
     let service = daemon.connect();
-    let slow = service.object("slow", patience()).unwrap();
+    let slow = service.object("slow", timeout()).unwrap();
     let mut computing = slow.strike(&impact()).unwrap();
     let waiting = slow.strike(&impact()).unwrap();
     assert_eq!(computing.wait(Deadline::ms(20)).err().unwrap().kind, ErrorKind::Late);
     drop((computing, waiting));
     // The only worker is free again.
-    assert!(service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience()).is_ok());
+    assert!(service.object("vase", timeout()).unwrap().strike(&impact()).unwrap().wait(timeout()).is_ok());
     eventually(&service, |row| row.cancelled == 2);
 }
 
 #[test]
-fn garbage_is_refused_and_harms_nobody() {
+fn malformed_requests_are_rejected() {
     let daemon = start(&[("vase", "tetra")], "");
     let settings = config(&daemon.here.instance()).unwrap();
     let node = NodeBuilder::new()
@@ -348,7 +348,7 @@ fn garbage_is_refused_and_harms_nobody() {
         .unwrap();
     let strikes = node
         .service_builder(&service_name(STRIKE_SERVICE).unwrap())
-        .request_response::<RequestWire, [Block]>()
+        .request_response::<RequestWire, [AlignedBlock]>()
         .response_user_header::<ResultHeader>()
         .open()
         .unwrap();
@@ -356,51 +356,51 @@ fn garbage_is_refused_and_harms_nobody() {
     for byte in [0x00, 0x01, 0x7f, 0xff] {
         let wire: RequestWire = bytemuck::pod_read_unaligned(&[byte; size_of::<RequestWire>()]);
         let pending = client.send_copy(wire).unwrap();
-        let deadline = patience();
+        let deadline = timeout();
         while pending.is_connected() && !deadline.passed() {
             std::thread::yield_now();
         }
         assert!(pending.receive().unwrap().is_none());
     }
-    let vase = daemon.connect().object("vase", patience()).unwrap();
-    assert!(vase.strike(&impact()).unwrap().wait(patience()).is_ok());
+    let vase = daemon.connect().object("vase", timeout()).unwrap();
+    assert!(vase.strike(&impact()).unwrap().wait(timeout()).is_ok());
 }
 
 #[test]
-fn answers_outlive_connection_and_daemon() {
+fn results_outlive_connection_and_daemon() {
     let mut daemon = start(&[("vase", "tetra")], "");
-    let broken = {
-        let vase = daemon.connect().object("vase", patience()).unwrap();
-        vase.strike(&impact()).unwrap().wait(patience()).unwrap()
+    let result = {
+        let vase = daemon.connect().object("vase", timeout()).unwrap();
+        vase.strike(&impact()).unwrap().wait(timeout()).unwrap()
     };
     daemon.end().unwrap();
-    assert!(broken.fragments().all(|fragment| fragment.is_closed()));
+    assert!(result.fragments().all(|fragment| fragment.is_closed()));
 }
 
 #[test]
-fn an_ending_daemon_refuses_what_waits_and_leaves_nothing() {
+fn a_stopping_daemon_rejects_queued_requests_and_removes_its_files() {
     let mut daemon = start(&[("slow", "slow")], "[compute]\nstrikes_at_once = 1");
     let service = daemon.connect();
-    let slow = service.object("slow", patience()).unwrap();
+    let slow = service.object("slow", timeout()).unwrap();
     let _computing = slow.strike(&impact()).unwrap();
     let mut waiting = slow.strike(&impact()).unwrap();
-    while service.status(patience()).unwrap().queued == 0 {
+    while service.status(timeout()).unwrap().queued == 0 {
         std::thread::yield_now();
     }
-    let verdict = std::thread::scope(|scope| {
-        let verdict = scope.spawn(|| waiting.wait(patience()).err().unwrap());
+    let failure = std::thread::scope(|scope| {
+        let failure = scope.spawn(|| waiting.wait(timeout()).err().unwrap());
         daemon.end().unwrap();
-        verdict.join().unwrap()
+        failure.join().unwrap()
     });
-    assert_eq!(verdict.kind, ErrorKind::Stopping, "{verdict}");
+    assert_eq!(failure.kind, ErrorKind::Stopping, "{failure}");
     drop((_computing, waiting, slow, service));
     assert!(!daemon.here.place.hello().exists());
 }
 
 #[test]
-fn a_place_without_a_daemon_says_so_at_once() {
-    let here = TestPlace::new("nobody");
-    let absent = || Client::connect_at(&here.place, patience()).err().unwrap();
+fn connecting_without_a_daemon_fails_at_once() {
+    let here = TestDirectory::new("nobody");
+    let absent = || Client::connect_at(&here.place, timeout()).err().unwrap();
     assert_eq!(absent().kind, ErrorKind::NoDaemon);
     here.place.create().unwrap();
     assert_eq!(absent().kind, ErrorKind::NoDaemon);
@@ -411,40 +411,40 @@ fn a_place_without_a_daemon_says_so_at_once() {
 }
 
 #[test]
-fn one_client_too_many_is_refused_and_a_place_is_given_back() {
+fn the_client_limit_holds_and_slots_are_released() {
     const CLIENTS_MAX: usize = 8;
     let daemon = start(&[("vase", "tetra")], &format!("[service]\nclients_max = {CLIENTS_MAX}"));
-    let connect = || Client::connect_at(&daemon.here.place, patience());
+    let connect = || Client::connect_at(&daemon.here.place, timeout());
     let mut clients: Vec<Client> = (0..CLIENTS_MAX).map(|_| connect().unwrap()).collect();
-    let refusal = loop {
+    let error = loop {
         match connect() {
             Ok(client) => clients.push(client),
-            Err(refusal) => break refusal,
+            Err(error) => break error,
         }
         assert!(clients.len() < 2 * CLIENTS_MAX);
     };
-    assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Busy, "clients"), "{refusal}");
+    assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Busy, "clients"), "{error}");
     clients.pop();
-    let vase = connect().unwrap().object("vase", patience()).unwrap();
-    assert!(vase.strike(&impact()).unwrap().wait(patience()).is_ok());
+    let vase = connect().unwrap().object("vase", timeout()).unwrap();
+    assert!(vase.strike(&impact()).unwrap().wait(timeout()).is_ok());
 }
 
 #[test]
-fn an_ending_daemon_finishes_what_it_took_in_and_refuses_what_is_new() {
+fn a_stopping_daemon_finishes_accepted_requests_and_rejects_new_ones() {
     let mut daemon = start(&[("gate", "gate 1"), ("vase", "tetra")], "[compute]\nstrikes_at_once = 1");
     let gate = daemon.here.databases().join("gate.gate");
     std::fs::write(&gate, "").unwrap();
     let service = daemon.connect();
-    let [kept, vase] = ["gate", "vase"].map(|name| service.object(name, patience()).unwrap());
+    let [kept, vase] = ["gate", "vase"].map(|name| service.object(name, timeout()).unwrap());
     let mut finished = [kept.strike(&impact()).unwrap(), vase.strike(&impact()).unwrap()];
     eventually(&service, |row| (row.running, row.queued) == (1, 1));
     std::thread::scope(|scope| {
         let ending = scope.spawn(|| daemon.end().unwrap());
         eventually(&service, |row| row.is_ending);
-        let refused = vase.strike(&impact()).unwrap().wait(patience()).err().unwrap();
+        let refused = vase.strike(&impact()).unwrap().wait(timeout()).err().unwrap();
         assert_eq!(refused.kind, ErrorKind::Stopping, "{refused}");
         std::fs::remove_file(gate).unwrap();
-        finished.iter_mut().for_each(|ticket| drop(ticket.wait(patience()).unwrap()));
+        finished.iter_mut().for_each(|ticket| drop(ticket.wait(timeout()).unwrap()));
         ending.join().unwrap();
     });
 }
@@ -464,8 +464,8 @@ fn get(port: u16, request: &str) -> (String, String) {
 fn supervisors_and_scrapers_are_answered_on_a_loopback_port() {
     let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let mut daemon = start(&[("vase", "tetra")], &format!("[operations]\nport = {free}"));
-    let vase = daemon.connect().object("vase", patience()).unwrap();
-    drop(vase.strike(&impact()).unwrap().wait(patience()).unwrap());
+    let vase = daemon.connect().object("vase", timeout()).unwrap();
+    drop(vase.strike(&impact()).unwrap().wait(timeout()).unwrap());
     let (head, body) = get(free, "GET /readyz");
     assert!(head.contains("200") && body.starts_with("serving: 1 of 1 objects ready"), "{head} {body}");
     assert!(get(free, "GET /healthz").0.contains("200"));
@@ -480,7 +480,7 @@ fn supervisors_and_scrapers_are_answered_on_a_loopback_port() {
     let _silent: Vec<_> = (0..8).map(|_| std::net::TcpStream::connect(("127.0.0.1", free)).unwrap()).collect();
     assert!(get(free, "GET /healthz").0.contains("200"));
     assert!(get(free, "\u{1}\u{2}\u{3}").0.contains("400"));
-    let taken = InProcess::refused(TestPlace::new("taken"), &format!("[operations]\nport = {free}"));
+    let taken = InProcess::refused(TestDirectory::new("taken"), &format!("[operations]\nport = {free}"));
     assert_eq!((taken.kind, taken.at.as_str()), (ErrorKind::Port, "operations.port"), "{taken}");
     daemon.end().unwrap();
     assert!(std::net::TcpStream::connect(("127.0.0.1", free)).is_err());
@@ -489,8 +489,8 @@ fn supervisors_and_scrapers_are_answered_on_a_loopback_port() {
 #[test]
 fn metrics_are_written_as_text() {
     let mut daemon = start(&[("vase", "tetra")], "");
-    let vase = daemon.connect().object("vase", patience()).unwrap();
-    drop(vase.strike(&impact()).unwrap().wait(patience()).unwrap());
+    let vase = daemon.connect().object("vase", timeout()).unwrap();
+    drop(vase.strike(&impact()).unwrap().wait(timeout()).unwrap());
     drop(vase);
     let metrics = daemon.here.place.metrics();
     daemon.end().unwrap();

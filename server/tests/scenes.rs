@@ -8,40 +8,40 @@ use shatter_client::{
 };
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use support::{Child, TestPlace, bar, patience, shatter, shatterd};
+use support::{Child, TestDirectory, bar, shatter, shatterd, timeout};
 
 const CHEAP: &str = "[objects.bar]\neffects = []\nallow = [\"bonds\"]\nsites_max = 30";
 const RICH: &str =
     "[objects.bar]\neffects = [\"elastic\", \"interior\", \"slivers\", \"bonds\", \"normals\"]\nallow = [\"debris\"]";
 
 /// A test place with a bar and a scene.
-fn place(name: &str, scene: &str) -> (TestPlace, PathBuf) {
-    let here = TestPlace::new(name);
+fn place(name: &str, scene: &str) -> (TestDirectory, PathBuf) {
+    let here = TestDirectory::new(name);
     std::fs::write(here.databases().join("bar.shatter"), bar(0.06)).unwrap();
     let file = here.file("scene.toml", scene);
     (here, file)
 }
 
 /// Starts a daemon that serves the scene; returns the bar.
-fn serve(here: &TestPlace, scene: &Path) -> (Child, Client, Object) {
+fn serve(here: &TestDirectory, scene: &Path) -> (Child, Client, Object) {
     let daemon = Child::start(shatterd(here).arg("--scene").arg(scene));
-    let service = Client::connect_at(&here.place, patience()).unwrap();
-    let bar = service.object("bar", patience()).unwrap();
+    let service = Client::connect_at(&here.place, timeout()).unwrap();
+    let bar = service.object("bar", timeout()).unwrap();
     (daemon, service, bar)
 }
 
-fn blow() -> Impact {
+fn base_impact() -> Impact {
     Impact::new([Contact::new([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05)])
         .degree(DegreeRule::Sites(24))
         .seed(3)
 }
 
 fn refused(bar: &Object, impact: &Impact) -> Error {
-    bar.strike(impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap()
+    bar.strike(impact).and_then(|mut ticket| ticket.wait(timeout())).err().unwrap()
 }
 
 /// Runs a command of `shatterd` to its end; returns exit code, stdout, stderr.
-fn run(here: &TestPlace, arguments: &[&str]) -> (i32, String, String) {
+fn run(here: &TestDirectory, arguments: &[&str]) -> (i32, String, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_shatterd"));
     here.aim(&mut command);
     let out = command.args(arguments).stdin(Stdio::null()).output().unwrap();
@@ -53,33 +53,33 @@ fn run(here: &TestPlace, arguments: &[&str]) -> (i32, String, String) {
 fn a_cheap_scene_loads_and_runs_less() {
     let (here, scene) = place("cheap", CHEAP);
     let (daemon, service, bar) = serve(&here, &scene);
-    let cheap_bytes = service.status(patience()).unwrap().memory_bytes;
-    let broken = bar.strike(&blow()).unwrap().wait(patience()).unwrap();
+    let cheap_bytes = service.status(timeout()).unwrap().memory_bytes;
+    let result = bar.strike(&base_impact()).unwrap().wait(timeout()).unwrap();
     assert!(
-        broken.effects().all(|cost| cost == EffectCost::idle(cost.effect)),
+        result.effects().all(|cost| cost == EffectCost::idle(cost.effect)),
         "{:?}",
-        broken.effects().collect::<Vec<_>>()
+        result.effects().collect::<Vec<_>>()
     );
-    assert!(broken.stages().all(|cost| cost.stage != StageKind::Elasticity || !cost.has_run));
-    assert!(bar.strike(&blow().enable(Effect::Bonds)).unwrap().wait(patience()).unwrap().bonds().len() > 0);
+    assert!(result.stages().all(|cost| cost.stage != StageKind::Elasticity || !cost.has_run));
+    assert!(bar.strike(&base_impact().enable(Effect::Bonds)).unwrap().wait(timeout()).unwrap().bonds().len() > 0);
     for (impact, kind, at) in [
-        (blow().enable(Effect::Debris), ErrorKind::Effect, "debris"),
-        (blow().enable(Effect::Elastic), ErrorKind::Effect, "elastic"),
-        (blow().lift(Lift::Interior), ErrorKind::Effect, "interior"),
-        (blow().degree(DegreeRule::Sites(31)), ErrorKind::Degree, "31"),
+        (base_impact().enable(Effect::Debris), ErrorKind::Effect, "debris"),
+        (base_impact().enable(Effect::Elastic), ErrorKind::Effect, "elastic"),
+        (base_impact().lift(Lift::Interior), ErrorKind::Effect, "interior"),
+        (base_impact().degree(DegreeRule::Sites(31)), ErrorKind::Degree, "31"),
     ] {
-        let refusal = refused(&bar, &impact);
-        assert_eq!((refusal.kind, refusal.at.as_str()), (kind, at), "{refusal}");
+        let error = refused(&bar, &impact);
+        assert_eq!((error.kind, error.at.as_str()), (kind, at), "{error}");
     }
     assert_eq!(daemon.terminate().code(), Some(0));
 
     let (here, scene) = place("rich", RICH);
     let (daemon, service, bar) = serve(&here, &scene);
-    let rich_bytes = service.status(patience()).unwrap().memory_bytes;
-    let broken = bar.strike(&blow()).unwrap().wait(patience()).unwrap();
-    let ran: Vec<&str> = broken.effects().filter(|cost| cost.has_run).map(|cost| cost.effect.name()).collect();
+    let rich_bytes = service.status(timeout()).unwrap().memory_bytes;
+    let result = bar.strike(&base_impact()).unwrap().wait(timeout()).unwrap();
+    let ran: Vec<&str> = result.effects().filter(|cost| cost.has_run).map(|cost| cost.effect.name()).collect();
     assert_eq!(ran, ["elastic", "interior", "slivers", "normals", "bonds"]);
-    assert!(bar.strike(&blow().disable(Effect::Elastic)).unwrap().wait(patience()).is_ok());
+    assert!(bar.strike(&base_impact().disable(Effect::Elastic)).unwrap().wait(timeout()).is_ok());
     println!("memory: {cheap_bytes} bytes for the cheap scene, {rich_bytes} for the rich one");
     assert!(4 * cheap_bytes < 3 * rich_bytes, "{cheap_bytes} of {rich_bytes}");
     assert_eq!(daemon.terminate().code(), Some(0));
@@ -90,7 +90,7 @@ fn a_scene_serves_its_own_objects_and_begins_with_all_of_them() {
     let (here, scene) = place("own", CHEAP);
     std::fs::copy(here.databases().join("bar.shatter"), here.databases().join("other.shatter")).unwrap();
     let (daemon, service, _) = serve(&here, &scene);
-    let names: Vec<String> = service.objects(patience()).unwrap().into_iter().map(|facts| facts.name).collect();
+    let names: Vec<String> = service.objects(timeout()).unwrap().into_iter().map(|facts| facts.name).collect();
     assert_eq!(names, ["bar"]);
     assert_eq!(daemon.terminate().code(), Some(0));
     let missing = here.file("missing.toml", &format!("{CHEAP}\n[objects.bowl]"));
@@ -100,15 +100,15 @@ fn a_scene_serves_its_own_objects_and_begins_with_all_of_them() {
 }
 
 #[test]
-fn check_prints_the_plan_and_refuses_what_is_not_known() {
+fn check_prints_the_plan_and_rejects_unknown_keys() {
     let (here, scene) = place("check", RICH);
     let databases = here.databases();
     let at = ["--databases", databases.to_str().unwrap(), "--json"];
     let check = |scene: &Path| run(&here, &[&["check", scene.to_str().unwrap()], &at[..]].concat());
     let (code, text, error) = check(&scene);
     assert_eq!(code, 0, "{error}");
-    let told: Value = serde_json::from_str(&text).unwrap();
-    let plan = &told["objects"][0];
+    let reported: Value = serde_json::from_str(&text).unwrap();
+    let plan = &reported["objects"][0];
     let of = |list: &str, name: &str| {
         let rows = plan[list].as_array().unwrap();
         rows.iter().find(|row| row["name"] == name).cloned().unwrap()
@@ -148,16 +148,16 @@ fn anchors_that_hold_nothing_are_refused_when_the_scene_is_loaded() {
         run(&here, &["check", scene.to_str().unwrap(), "--databases", databases.to_str().unwrap(), "--json"])
     };
     let (code, text, error) = check(&scene);
-    let told: Value = serde_json::from_str(&text).unwrap();
+    let reported: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(code, 0, "{error}");
-    assert!(told["objects"][0]["anchors"][0]["nodes"].as_u64().unwrap() > 8, "{text}");
+    assert!(reported["objects"][0]["anchors"][0]["nodes"].as_u64().unwrap() > 8, "{text}");
     let (daemon, _, bar) = serve(&here, &scene);
-    let broken = bar.strike(&blow()).unwrap().wait(patience()).unwrap();
-    let ran: Vec<&str> = broken.effects().filter(|cost| cost.has_run).map(|cost| cost.effect.name()).collect();
+    let result = bar.strike(&base_impact()).unwrap().wait(timeout()).unwrap();
+    let ran: Vec<&str> = result.effects().filter(|cost| cost.has_run).map(|cost| cost.effect.name()).collect();
     assert_eq!(ran, ["elastic", "interior", "bonds", "anchored", "gravity"]);
-    assert_eq!(broken.summary().energy_source.name(), "solve");
-    let light = bar.strike(&blow().disable(Effect::Gravity)).unwrap().wait(patience()).unwrap();
-    assert_ne!(light.digest().output_hash, broken.digest().output_hash);
+    assert_eq!(result.summary().energy_source.name(), "solve");
+    let light = bar.strike(&base_impact().disable(Effect::Gravity)).unwrap().wait(timeout()).unwrap();
+    assert_ne!(light.digest().output_hash, result.digest().output_hash);
     let strike = [
         "impact",
         "bar",
@@ -176,7 +176,7 @@ fn anchors_that_hold_nothing_are_refused_when_the_scene_is_loaded() {
     let answer: Value = serde_json::from_str(&text).unwrap();
     let bonds = answer["bonds"].as_array().unwrap();
     let world = bonds.iter().filter(|bond| bond["world"] == true && bond["fragments"].as_array().unwrap().len() == 1);
-    assert_eq!(world.count(), broken.bonds().filter(Bond::is_with_world).count());
+    assert_eq!(world.count(), result.bonds().filter(Bond::is_with_world).count());
     assert_eq!(daemon.terminate().code(), Some(0));
 
     let wrong = here.file("wrong.toml", &held(-0.25));
@@ -184,15 +184,15 @@ fn anchors_that_hold_nothing_are_refused_when_the_scene_is_loaded() {
     let error: Value = serde_json::from_str(&text).unwrap();
     assert_eq!((code, &error["error"]["at"]), (3, &"objects.bar.anchors".into()), "{text}");
     let daemon = Child::start(shatterd(&here).arg("--scene").arg(&wrong));
-    let service = Client::connect_at(&here.place, patience()).unwrap();
-    let refusal = service.object("bar", patience()).err().unwrap();
-    assert!(refusal.message.contains("objects.bar") && refusal.message.contains("anchors[0]"), "{refusal}");
+    let service = Client::connect_at(&here.place, timeout()).unwrap();
+    let error = service.object("bar", timeout()).err().unwrap();
+    assert!(error.message.contains("objects.bar") && error.message.contains("anchors[0]"), "{error}");
     assert_eq!(daemon.terminate().code(), Some(0));
 }
 
 #[test]
-fn the_shipped_scenes_hold() {
-    let here = TestPlace::new("shipped");
+fn the_shipped_scenes_are_valid() {
+    let here = TestDirectory::new("shipped");
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/scenes");
     let scenes: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     assert!(scenes.len() >= 3);
@@ -204,7 +204,7 @@ fn the_shipped_scenes_hold() {
 }
 
 #[test]
-fn the_guide_shows_scenes_that_hold() {
+fn scenes_of_the_guide_are_valid() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../client/guide/src/scenes.md");
     let page = std::fs::read_to_string(page).unwrap();
     let scenes: Vec<&str> = page.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
@@ -214,12 +214,12 @@ fn the_guide_shows_scenes_that_hold() {
 }
 
 #[test]
-fn answers_beyond_the_scenes_caps_are_refused_by_their_names() {
+fn results_beyond_the_scene_limits_are_rejected_by_name() {
     for (key, cap) in [("bytes_max", 20_000), ("fragments_max", 10)] {
         let (here, scene) = place("caps", &format!("[objects.bar]\n{key} = {cap}"));
         let (daemon, _, bar) = serve(&here, &scene);
-        let refusal = refused(&bar, &blow());
-        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::CapExceeded, key), "{refusal}");
+        let error = refused(&bar, &base_impact());
+        assert_eq!((error.kind, error.at.as_str()), (ErrorKind::CapExceeded, key), "{error}");
         assert_eq!(daemon.terminate().code(), Some(0));
     }
 }
@@ -231,10 +231,10 @@ fn pieces_below_the_scenes_volume_become_part_of_others() {
     let (here, scene) = place("least", &scene);
     let (daemon, _, bar) = serve(&here, &scene);
     let volumes = |impact: &Impact| -> Vec<f64> {
-        let broken = bar.strike(impact).unwrap().wait(patience()).unwrap();
-        broken.fragments().map(|own| own.volume_m3()).collect()
+        let result = bar.strike(impact).unwrap().wait(timeout()).unwrap();
+        result.fragments().map(|own| own.volume_m3()).collect()
     };
-    let many = blow().degree(DegreeRule::Sites(120));
+    let many = base_impact().degree(DegreeRule::Sites(120));
     let (merged, all) = (volumes(&many), volumes(&many.clone().disable(Effect::Slivers)));
     assert!(all.iter().any(|volume| *volume < 0.5 * LEAST) && merged.len() < all.len());
     // Where a merge reduces a junction of three cracks to two, volumes change a little.

@@ -5,11 +5,11 @@ mod support;
 use std::fs::File;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use support::{InProcess, TestPlace, bar, shatter_program, under};
+use support::{InProcess, TestDirectory, bar, shatter_program, under};
 
 /// Starts a service with a bar.
 fn start() -> InProcess {
-    let here = TestPlace::new("stdout");
+    let here = TestDirectory::new("stdout");
     here.database("bar", bar(0.06));
     InProcess::start_with(here, "", shatter_engine::wire::loader(None))
 }
@@ -91,7 +91,7 @@ fn every_command_of_shatter_tells_that_stdout_is_full() {
 
 #[test]
 fn every_command_of_shatterd_tells_that_stdout_is_full() {
-    let here = TestPlace::new("stdout");
+    let here = TestDirectory::new("stdout");
     here.database("bar", bar(0.06));
     let command = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_shatterd"));

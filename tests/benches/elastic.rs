@@ -9,7 +9,7 @@ use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::elasticity::{self, DrivingEnergy, Elasticity, NodalLoad};
 use shatter_fracture::lattice::{EnergyTransfer, Lattice};
 use shatter_fracture::pipeline::{
-    ContactSet, ElasticModel, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, RANK_MAX, StrikeContext,
+    ContactSet, ElasticModel, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, RANK_MAX, RequestContext,
     Workspace, reduce, strain_energy,
 };
 use shatter_fracture::sparse::Precision;
@@ -50,7 +50,7 @@ fn strike(prepared: &PreparedObject) -> FractureRequest {
     let reduced = |strike: &FractureRequest| {
         let impact = ContactSet::new(prepared, strike).unwrap();
         let energies =
-            strain_energy(StrikeContext::new(prepared, strike, &CancelToken::default(), &()), &impact, &mut workspace)
+            strain_energy(RequestContext::new(prepared, strike, &CancelToken::default(), &()), &impact, &mut workspace)
                 .unwrap();
         energies.len() == 1 && energies[0].reduced_error.is_some()
     };
@@ -59,15 +59,20 @@ fn strike(prepared: &PreparedObject) -> FractureRequest {
 
 type Group<'a> = BenchmarkGroup<'a, WallTime>;
 
-fn whole(group: &mut Group, prepared: &PreparedObject, blow: &FractureRequest) {
+fn whole(group: &mut Group, prepared: &PreparedObject, request: &FractureRequest) {
     let (mut workspace, token) = (Workspace::default(), CancelToken::default());
-    group.bench_function("contacts", |bencher| bencher.iter(|| ContactSet::new(prepared, black_box(blow)).unwrap()));
+    group.bench_function("contacts", |bencher| bencher.iter(|| ContactSet::new(prepared, black_box(request)).unwrap()));
     let mut run = |name: &str, elastic, rank_max| {
-        let impact = ContactSet::new(prepared, &FractureRequest { elastic, rank_max, ..blow.clone() }).unwrap();
+        let impact = ContactSet::new(prepared, &FractureRequest { elastic, rank_max, ..request.clone() }).unwrap();
         group.bench_function(name, |bencher| {
             bencher.iter(|| {
                 strain_energy(
-                    StrikeContext::new(prepared, &FractureRequest { elastic, rank_max, ..blow.clone() }, &token, &()),
+                    RequestContext::new(
+                        prepared,
+                        &FractureRequest { elastic, rank_max, ..request.clone() },
+                        &token,
+                        &(),
+                    ),
                     black_box(&impact),
                     &mut workspace,
                 )
@@ -171,11 +176,11 @@ fn elastic(criterion: &mut Criterion) {
             prepared.crack_nodes(),
             prepared.reduction
         );
-        let blow = strike(&prepared);
+        let request = strike(&prepared);
         let mut group = criterion.benchmark_group(&name);
-        let contacts = ContactSet::new(&prepared, &blow).unwrap().bodies.remove(0).1;
+        let contacts = ContactSet::new(&prepared, &request).unwrap().bodies.remove(0).1;
         stages(&mut group, solid, prepared.parameters.material.poisson, &contacts);
-        whole(&mut group, &prepared, &blow);
+        whole(&mut group, &prepared, &request);
         group.finish();
     }
 }

@@ -9,7 +9,8 @@ use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::degree::{self, CurveOptions, EnergyCurve};
 use shatter_fracture::elasticity::{self, NodalLoad};
 use shatter_fracture::pipeline::{
-    ContactSet, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, StrikeContext, Workspace, strain_energy,
+    ContactSet, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, RequestContext, Workspace,
+    strain_energy,
 };
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
 use shatter_tests::real;
@@ -39,7 +40,7 @@ fn strike(prepared: &PreparedObject) -> FractureRequest {
     let reduced = |strike: &FractureRequest| {
         let impact = ContactSet::new(prepared, strike).unwrap();
         let energies =
-            strain_energy(StrikeContext::new(prepared, strike, &CancelToken::default(), &()), &impact, &mut workspace)
+            strain_energy(RequestContext::new(prepared, strike, &CancelToken::default(), &()), &impact, &mut workspace)
                 .unwrap();
         energies.len() == 1 && energies[0].reduced_error.is_some()
     };
@@ -78,14 +79,14 @@ fn learned(criterion: &mut Criterion) {
     for ((name, impact), request) in names.into_iter().zip(&impacts).zip(&requests) {
         criterion.bench_function(name, |bencher| {
             bencher.iter(|| {
-                strain_energy(StrikeContext::new(&prepared, request, &token, &()), black_box(impact), &mut workspace)
+                strain_energy(RequestContext::new(&prepared, request, &token, &()), black_box(impact), &mut workspace)
                     .unwrap()
             })
         });
     }
 
     let mut shares =
-        strain_energy(StrikeContext::new(&prepared, &requests[0], &token, &()), &impacts[0], &mut workspace)
+        strain_energy(RequestContext::new(&prepared, &requests[0], &token, &()), &impacts[0], &mut workspace)
             .unwrap()
             .remove(0)
             .shares;

@@ -58,8 +58,8 @@ fn strikes(prepared: &PreparedObject) -> Vec<FractureRequest> {
     let strike = |impact: usize| {
         let node = nodes[(2 * impact + 1) * nodes.len() / (2 * IMPACTS)];
         let point: Point3<f64> = body.crack.nodes[node as usize];
-        let blow = FractureRequest::at(prepared.frame.to_meters(&point), center - point.coords).seeded(1);
-        FractureRequest { degree: DegreeRequest::Sites(SITES), seed: impact as u64, ..blow }
+        let request = FractureRequest::at(prepared.frame.to_meters(&point), center - point.coords).seeded(1);
+        FractureRequest { degree: DegreeRequest::Sites(SITES), seed: impact as u64, ..request }
     };
     (0..IMPACTS).map(strike).collect()
 }
@@ -89,7 +89,7 @@ fn parts() {
             let clock = Clock::default();
             let begun = Instant::now();
             let outcome =
-                pipeline::strike(pipeline::StrikeContext::new(&prepared, strike, &token, &clock), &mut workspace)
+                pipeline::strike(pipeline::RequestContext::new(&prepared, strike, &token, &clock), &mut workspace)
                     .unwrap();
             let pieces = outcome.into_meshes().unwrap();
             let emission = Instant::now();
@@ -105,12 +105,12 @@ fn parts() {
             }
         }
     }
-    let told = |name: &str, values: &mut Vec<f64>| {
+    let reported = |name: &str, values: &mut Vec<f64>| {
         values.sort_by(f64::total_cmp);
         let at = |share: f64| values[((values.len() - 1) as f64 * share) as usize];
         println!("{name:14} least {:7.3}  p50 {:7.3}  p99 {:7.3} ms", values[0], at(0.5), at(0.99));
     };
-    Stage::ALL.iter().zip(&mut stages).for_each(|(stage, all)| told(stage.name(), all));
-    told("emission", &mut emitted);
-    told("whole", &mut totals);
+    Stage::ALL.iter().zip(&mut stages).for_each(|(stage, all)| reported(stage.name(), all));
+    reported("emission", &mut emitted);
+    reported("whole", &mut totals);
 }

@@ -81,10 +81,10 @@ fn booleans(
     std::fs::write(&input, given.to_string()).unwrap();
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/peers/booleans.py");
     let output = Command::new(python).arg(script).arg(&input).arg(RUNS.to_string()).output().unwrap();
-    let told = String::from_utf8_lossy(&output.stdout);
-    let read = serde_json::from_str(&told).ok();
+    let reported = String::from_utf8_lossy(&output.stdout);
+    let read = serde_json::from_str(&reported).ok();
     if read.is_none() {
-        println!("no exact booleans: {told}{}", String::from_utf8_lossy(&output.stderr));
+        println!("no exact booleans: {reported}{}", String::from_utf8_lossy(&output.stderr));
     }
     read
 }
@@ -126,7 +126,7 @@ impl Row {
     }
 }
 
-fn told(row: &Row, ours: &Row) {
+fn reported(row: &Row, ours: &Row) {
     let [p50_ms, fastest_ms] = [row.p50_ms(), row.fastest_ms()];
     println!(
         "{:15} {p50_ms:9.2} {:8.1} {fastest_ms:11.2} {:8.1} {:9.0} {:9.0} {:8.1} {:+10.3} {:10.3}",
@@ -234,10 +234,10 @@ fn main() {
     );
     let [interior, euclidean] =
         [("game", &ours[0]), ("game, straight", &ours[1])].map(|(name, own)| own.row(name, &prepared));
-    told(&interior, &interior);
-    told(&euclidean, &interior);
+    reported(&interior, &interior);
+    reported(&euclidean, &interior);
     if !theirs.is_empty() {
-        told(&their_row(&theirs), &interior);
+        reported(&their_row(&theirs), &interior);
         let ratios: Vec<f64> =
             theirs.iter().enumerate().map(|(turn, own)| median(&own.times_ms) / ours[0].around_ms(turn)).collect();
         let [low, high] = [f64::min, f64::max].map(|best| ratios.iter().copied().reduce(best).unwrap());

@@ -10,7 +10,7 @@ use shatter_fracture::degree;
 use shatter_fracture::fragment::properties;
 use shatter_fracture::lift::{self, Extension, SURFACE_MODES_DEFAULT};
 use shatter_fracture::pipeline::{
-    self, ContactSet, DegreeRequest, FractureRequest, PreparedObject, StrikeContext, Workspace, strain_energy,
+    self, ContactSet, DegreeRequest, FractureRequest, PreparedObject, RequestContext, Workspace, strain_energy,
 };
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
 use shatter_fracture::tessellation::{BisectorSites, Components, CrackPoints, FixedPoints, Tessellation};
@@ -30,8 +30,8 @@ fn strike(prepared: &PreparedObject) -> FractureRequest {
     let body = &prepared.bodies[0];
     let node = body.topology.boundary[body.topology.boundary.len() / 2].nodes[0];
     let point: Point3<f64> = body.crack.nodes[node as usize];
-    let blow = FractureRequest::at(prepared.frame.to_meters(&point), -point.coords).seeded(1);
-    FractureRequest { degree: DegreeRequest::Sites(SITES), ..blow }
+    let request = FractureRequest::at(prepared.frame.to_meters(&point), -point.coords).seeded(1);
+    FractureRequest { degree: DegreeRequest::Sites(SITES), ..request }
 }
 
 fn stages(criterion: &mut Criterion) {
@@ -44,11 +44,11 @@ fn stages(criterion: &mut Criterion) {
 
     criterion.bench_function("load and elasticity", |bencher| {
         bencher.iter(|| {
-            strain_energy(StrikeContext::new(&prepared, &strike, &token, &()), black_box(&impact), &mut workspace)
+            strain_energy(RequestContext::new(&prepared, &strike, &token, &()), black_box(&impact), &mut workspace)
                 .unwrap()
         })
     });
-    let mut shares = strain_energy(StrikeContext::new(&prepared, &strike, &token, &()), &impact, &mut workspace)
+    let mut shares = strain_energy(RequestContext::new(&prepared, &strike, &token, &()), &impact, &mut workspace)
         .unwrap()
         .remove(0)
         .shares;
@@ -89,7 +89,7 @@ fn stages(criterion: &mut Criterion) {
     criterion.bench_function("strike with emission", |bencher| {
         bencher.iter(|| {
             let outcome =
-                pipeline::strike(pipeline::StrikeContext::new(&prepared, &strike, &token, &()), &mut workspace)
+                pipeline::strike(pipeline::RequestContext::new(&prepared, &strike, &token, &()), &mut workspace)
                     .unwrap();
             let pieces = outcome.into_meshes().unwrap();
             let mut positions = vec![[0.0; 3]; pieces.counts.vertices];

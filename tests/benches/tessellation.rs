@@ -57,7 +57,7 @@ impl Memory {
     }
 
     fn emit(&mut self) {
-        let transform = Transform { meters_per_unit: 2.0 };
+        let transform = LocalToMeters { meters_per_unit: 2.0 };
         let sections = (&mut self.positions, &mut self.indices, &mut self.merges);
         self.tessellation.emit(&self.centers, transform, sections.0, sections.1, sections.2).unwrap();
     }

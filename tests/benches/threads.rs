@@ -15,7 +15,7 @@ use shatter_fracture::lattice::Lattice;
 use shatter_fracture::lift::{LiftKind, LiftedLattice};
 use shatter_fracture::pipeline::{PreparedBody, PreparedObject, Preset};
 use shatter_fracture::tessellation::{
-    BisectorSites, Components, CrackPoints, FixedPoints, Tessellation, TessellationWorkspace, Transform, components,
+    BisectorSites, Components, CrackPoints, FixedPoints, LocalToMeters, Tessellation, TessellationWorkspace, components,
 };
 use shatter_tests::real;
 use shatter_tests::statistics::median;
@@ -98,7 +98,7 @@ impl Memory {
         let build_ms = since_ms(begun);
         self.make_room();
         let begun = Instant::now();
-        let transform = Transform { meters_per_unit: 1.0 };
+        let transform = LocalToMeters { meters_per_unit: 1.0 };
         let sections = (&mut self.positions, &mut self.indices, &mut self.merges);
         self.tessellation.emit(&self.centers, transform, sections.0, sections.1, sections.2).unwrap();
         [points_ms, build_ms, since_ms(begun)]

@@ -82,5 +82,5 @@ def main(path, frames):
 
 
 with quiet():
-    told = main(sys.argv[1], int(sys.argv[2]))
-print(json.dumps(told))
+    reported = main(sys.argv[1], int(sys.argv[2]))
+print(json.dumps(reported))

@@ -75,7 +75,7 @@ class Container:
 
     def declared(self):
         """By the name of its node, what the extension declares of a mesh."""
-        told = {}
+        reported = {}
         for node in self.document["nodes"]:
             mesh = self.document["meshes"][node["mesh"]] if "mesh" in node else {}
             extension = mesh.get("extensions", {}).get("EXT_mesh_manifold")
@@ -92,12 +92,12 @@ class Container:
                 plain[self.read(extension["mergeIndices"])[:, 0]] = self.read(extension["mergeValues"])[:, 0]
                 assert (plain.reshape(-1, 3) == faces).all(), node["name"]
             own = trimesh.Trimesh(points, faces, process=False)
-            told[node["name"]] = {
+            reported[node["name"]] = {
                 "watertight": closed(own),
                 "volume_m3": float(own.volume),
                 "extras": node.get("extras"),
             }
-        return told
+        return reported
 
 
 rows = []

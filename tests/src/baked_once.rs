@@ -4,22 +4,22 @@ use shatter_fracture::database::{load, save};
 use shatter_fracture::pipeline::PreparedObject;
 use std::sync::OnceLock;
 
-/// An object that is baked when it is first asked for, and read from its database whenever it is.
+/// An object that is baked at the first use. Every use reads its database.
 pub struct BakedOnce {
     bake: fn() -> PreparedObject,
     database: OnceLock<Vec<u8>>,
 }
 
 impl BakedOnce {
-    /// What `bake` makes.
+    /// An object that `bake` makes.
     pub const fn new(bake: fn() -> PreparedObject) -> Self {
         Self { bake, database: OnceLock::new() }
     }
 
-    /// A copy of it.
+    /// A copy of the object.
     ///
     /// # Panics
-    /// Where it cannot be saved or loaded.
+    /// If the object cannot be saved or loaded.
     pub fn load(&self) -> PreparedObject {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("once.shatter");

@@ -3,7 +3,7 @@
 //! Both are driven by their command lines, whose contract is stable, so the commits may differ in everything else. The comparison covers
 //! the hashes of all sections of plain numbers, and every value of the documents that both print, except times.
 
-use crate::house::House;
+use crate::fixture::Fixture;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -51,7 +51,7 @@ const LEFT_OUT: [&str; 11] = [
 const ROWS: [&str; 3] = ["summary", "stages", "effects"];
 
 /// Results by request.
-pub type Answers = BTreeMap<String, Value>;
+pub type Results = BTreeMap<String, Value>;
 
 /// Folder of the requests and the recordings.
 pub fn folder() -> PathBuf {
@@ -59,42 +59,43 @@ pub fn folder() -> PathBuf {
 }
 
 /// Runs the requests, all or those with a star, with the programs of this build or with those in a folder.
-pub fn answers(programs: Option<PathBuf>, all: bool) -> Answers {
-    let mut house = programs.map_or_else(House::new, House::with_programs);
-    std::fs::copy(folder().join("scene.toml"), house.path("scene.toml")).unwrap();
+pub fn results(programs: Option<PathBuf>, all: bool) -> Results {
+    let mut fixture = programs.map_or_else(Fixture::new, Fixture::with_programs);
+    std::fs::copy(folder().join("scene.toml"), fixture.path("scene.toml")).unwrap();
     let text = std::fs::read_to_string(folder().join("requests.txt")).unwrap();
     let lines = text.lines().filter(|line| line.starts_with("* ") || all && line.starts_with("  "));
-    let (mut answers, mut last) = (Answers::new(), Value::Null);
+    let (mut results, mut last) = (Results::new(), Value::Null);
     for line in lines.map(|line| line[2..].trim()) {
         let words = line.split_whitespace().flat_map(|word| match word.strip_prefix("effects=") {
             Some(on) => effects(on),
-            None => vec![filled(word, &last, &house)],
+            None => vec![filled(word, &last, &fixture)],
         });
         let words: Vec<String> = words.collect();
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         match words[0] {
-            "bake" => drop(house.ok("shatterd", &words)),
+            "bake" => drop(fixture.ok("shatterd", &words)),
             "serve" => {
-                house.end();
-                house.serve(&words[1..]);
+                fixture.end();
+                fixture.serve(&words[1..]);
             }
             _ => {
-                let (_, document) = house.json("shatter", &words);
+                let (_, document) = fixture.json("shatter", &words);
                 assert!(document["handle"].is_null() || document["status"] == "ok", "{line}: {document}");
-                answers.insert(line.to_owned(), canonical(&document));
+                results.insert(line.to_owned(), canonical(&document));
                 if !document["handle"].is_null() {
                     last = document;
                 }
             }
         }
     }
-    answers
+    results
 }
 
 /// A word of a request with its placeholders filled in.
-fn filled(word: &str, last: &Value, house: &House) -> String {
-    let word = word.replace("{handle}", &last["handle"].to_string()).replace("scene.toml", &shown(house, "scene.toml"));
-    let word = word.replace("pieces.glb", &shown(house, "pieces.glb"));
+fn filled(word: &str, last: &Value, fixture: &Fixture) -> String {
+    let word =
+        word.replace("{handle}", &last["handle"].to_string()).replace("scene.toml", &shown(fixture, "scene.toml"));
+    let word = word.replace("pieces.glb", &shown(fixture, "pieces.glb"));
     if let Some((before, fragment)) = word.split_once("{center/") {
         let fragment: usize = fragment.trim_end_matches('}').parse().unwrap();
         let row = &last["fragments"][fragment];
@@ -114,8 +115,8 @@ fn effects(on: &str) -> Vec<String> {
     named.map(|(option, effects)| format!("--{option}={}", effects.join(","))).collect()
 }
 
-fn shown(house: &House, name: &str) -> String {
-    house.path(name).to_str().unwrap().to_owned()
+fn shown(fixture: &Fixture, name: &str) -> String {
+    fixture.path(name).to_str().unwrap().to_owned()
 }
 
 /// The compared part of a document, in American spelling.
@@ -150,7 +151,7 @@ fn american(text: &str) -> String {
 }
 
 /// Differences between two sets of results: requests, and the paths of values that both have.
-pub fn differences(before: &Answers, now: &Answers) -> Vec<String> {
+pub fn differences(before: &Results, now: &Results) -> Vec<String> {
     let mut found = Vec::new();
     for (request, old) in before {
         match now.get(request) {
@@ -199,14 +200,14 @@ pub fn processor() -> String {
 /// If the repository has no such commit, or it cannot be built.
 pub fn programs_before() -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    let said = std::fs::read_to_string(folder().join("commit")).unwrap();
+    let stated = std::fs::read_to_string(folder().join("commit")).unwrap();
     let git = |arguments: &[&str]| {
         let output = Command::new("git").arg("-C").arg(root).args(arguments).output().unwrap();
         output.status.success().then(|| String::from_utf8(output.stdout).unwrap().trim().to_owned())
     };
     let commit = git(&["rev-parse", "--verify", "--quiet", &format!("{TAG}^{{commit}}")])
-        .or_else(|| git(&["rev-parse", "--verify", "--quiet", &format!("{}^{{commit}}", said.trim())]));
-    let commit = commit.unwrap_or_else(|| panic!("no commit {}: fetch the whole history", said.trim()));
+        .or_else(|| git(&["rev-parse", "--verify", "--quiet", &format!("{}^{{commit}}", stated.trim())]));
+    let commit = commit.unwrap_or_else(|| panic!("no commit {}: fetch the whole history", stated.trim()));
     let base = root.join("target/golden");
     let (tree, target) = (base.join("tree"), base.join("target"));
     if tree.exists() {

@@ -3,10 +3,10 @@
 #![allow(clippy::missing_errors_doc, clippy::missing_panics_doc, reason = "not published")]
 
 pub mod baked_once;
+pub mod fixture;
 pub mod fuzz;
 pub mod glb;
 pub mod golden;
-pub mod house;
 pub mod imports;
 pub mod model;
 pub mod pages;

@@ -65,7 +65,7 @@ pub fn crate_example(name: &str, mark: &str) -> String {
 }
 
 /// Points and impulses of all commands in `text` that have both, each pair once.
-pub fn blows(text: &str) -> Vec<[String; 2]> {
+pub fn impacts(text: &str) -> Vec<[String; 2]> {
     let mut found: Vec<[String; 2]> = Vec::new();
     for line in text.lines() {
         let after = |flag: &str| Some(line.split_once(flag)?.1.split_whitespace().next()?.to_owned());
@@ -98,6 +98,6 @@ mod tests {
     fn points_are_found_with_their_impulses() {
         let text = "shatter impact a --point 1,2,3 --impulse 0,0,-1 --json\nshatter threshold a --point 1,2,3\n\
                     shatter impact a --point 1,2,3 --impulse 0,0,-1\n";
-        assert_eq!(blows(text), [["1,2,3".to_owned(), "0,0,-1".to_owned()]]);
+        assert_eq!(impacts(text), [["1,2,3".to_owned(), "0,0,-1".to_owned()]]);
     }
 }

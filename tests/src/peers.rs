@@ -27,9 +27,9 @@ fn script(python: &OsStr, name: &str, arguments: &[&OsStr]) -> Value {
 fn run(name: &str, python: &mut Command, arguments: &[&OsStr]) -> Value {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("peers").join(name);
     let output = python.arg(script).args(arguments).output().unwrap();
-    let told = String::from_utf8_lossy(&output.stdout);
-    serde_json::from_str(&told).unwrap_or_else(|error| {
-        panic!("{name} {arguments:?}: {error}: {told}{}", String::from_utf8_lossy(&output.stderr))
+    let reported = String::from_utf8_lossy(&output.stdout);
+    serde_json::from_str(&reported).unwrap_or_else(|error| {
+        panic!("{name} {arguments:?}: {error}: {reported}{}", String::from_utf8_lossy(&output.stderr))
     })
 }
 

@@ -1,10 +1,10 @@
 //! The reference pages of the guide, generated from the code.
 
-use crate::house::House;
+use crate::fixture::Fixture;
 use crate::pages;
 use bytemuck::Zeroable;
 use shatter_proto::ErrorKind;
-use shatter_proto::control::StatusRow;
+use shatter_proto::control::ServiceStatusRow;
 use shatter_proto::effect::Effect;
 use shatter_proto::result::{EffectCost, EnergySource, StageCost, StageKind};
 use shatter_server::metrics::{JobEnd, Metrics};
@@ -46,7 +46,7 @@ fn remedy(kind: ErrorKind) -> &'static str {
         }
         ErrorKind::VersionMismatch => "Install daemon and client of the same release.",
         ErrorKind::ObjectName => "Use 1 to 64 bytes of UTF-8.",
-        ErrorKind::UnknownObject => "`shatter list` names the objects; bake this one, or correct the name.",
+        ErrorKind::UnknownObject => "Correct the name (`shatter list` prints all names), or bake the object.",
         ErrorKind::CorruptObject => "Bake the object again; the log and `shatter status` give the reason.",
         ErrorKind::ContactCount => "Give 1 to 8 contacts.",
         ErrorKind::ContactPoint => "Give finite coordinates.",
@@ -55,35 +55,35 @@ fn remedy(kind: ErrorKind) -> &'static str {
         ErrorKind::ContactDuration => "Give a finite duration, 0 or more; 0 selects the default.",
         ErrorKind::ContactRadius => "Give a finite radius, 0 or more; 0 selects the default.",
         ErrorKind::Gamma => "Give a finite γ above zero.",
-        ErrorKind::Degree => "Give 1 site up to the object's limit (`shatter list --json`), or a rule.",
+        ErrorKind::Degree => "Give a number of sites from 1 to the object's limit (`shatter list --json`), or a rule.",
         ErrorKind::Lift => "Use another lift, or bake the object so that it has this one.",
         ErrorKind::UnknownEffect => "Use an effect of the guide's page *Effects*.",
-        ErrorKind::Budget => "Give a finite time or error limit above zero.",
-        ErrorKind::Convention => "Use a named convention, or a unit of finite length above zero.",
+        ErrorKind::Budget => "Use a preset of the guide, and finite limits above zero.",
+        ErrorKind::Convention => "Use a named convention, or a unit of 1e-6 to 1e6 m.",
         ErrorKind::UnknownHandle => "Strike the object again with `keep`; raise `answers.kept_max` or `times.kept_s`.",
-        ErrorKind::CapExceeded => "Ask for fewer sites, or raise the limit of the request or the scene.",
+        ErrorKind::CapExceeded => "Request fewer sites, or raise the limit of the request or the scene.",
         ErrorKind::ServiceName => "Use 1 to 32 letters, digits, `-` or `_`.",
         ErrorKind::Configuration => "Correct the key that the message names.",
-        ErrorKind::Output => "Check the path, its rights and the space on the disk.",
+        ErrorKind::Output => "Check the path, its permissions and the free space on the disk.",
         ErrorKind::Unsolvable => "Move the contacts, or anchor the object differently.",
         ErrorKind::Elastic => "Use `reduced` or `solve`.",
-        ErrorKind::Effect => "Enable what the effect needs, or change what the scene allows.",
+        ErrorKind::Effect => "Enable the effect that it needs, or change the scene.",
         ErrorKind::UnknownFragment => "Use the id of a fragment of that result.",
-        ErrorKind::FragmentSize => "Strike a larger fragment, or treat this one as unbreakable.",
+        ErrorKind::FragmentSize => "Strike a larger fragment, omit `elastic`, or treat this one as unbreakable.",
         ErrorKind::Ray => "Give one ray with a finite direction other than zero, and no other contact.",
         ErrorKind::RayMissed => "Aim at the object; the message gives the closest approach.",
         ErrorKind::Busy => "Wait for `retry_after_ms`; free results that you have read.",
         ErrorKind::Late => "Send fewer requests, allow more time, or use a faster preset.",
         ErrorKind::Stopping => "Send the request again when the next daemon serves.",
-        ErrorKind::Cancelled => "Nothing: the ticket was dropped.",
+        ErrorKind::Cancelled => "None is needed: the client dropped the ticket.",
         ErrorKind::Failed | ErrorKind::Transport => "Report it with the daemon's log.",
         ErrorKind::AnswerTooLarge => "Restart the daemon, or raise `answers.bucket_mib_max`.",
         ErrorKind::BadAnswer => "Report it; check that no other program writes to the service's shared memory.",
         ErrorKind::Loading => "Wait for `retry_after_ms`.",
         ErrorKind::NoDaemon => "Start `shatterd serve`; check the service's name and `XDG_RUNTIME_DIR`.",
-        ErrorKind::Lost => "Send it again; the daemon will be restarted by its supervisor.",
+        ErrorKind::Lost => "Send the request again when a daemon runs.",
         ErrorKind::SecondDaemon => "Stop the other daemon, or use another service name.",
-        ErrorKind::RuntimeFolder => "Make the folder yours alone (mode 0700), or set `XDG_RUNTIME_DIR`.",
+        ErrorKind::RuntimeFolder => "Restrict the folder to your user (mode 0700), or set `XDG_RUNTIME_DIR`.",
         ErrorKind::SharedMemory => "Free space in `/dev/shm`.",
         ErrorKind::DatabaseFolder => "Check that the folder exists and can be read; see `--databases`.",
         ErrorKind::Port => "Choose another `operations.port`, or 0 for none.",
@@ -95,7 +95,7 @@ fn errors() -> String {
     let causes = causes();
     let mut page = format!(
         "# Error kinds\n\n{NOTE}\
-         Both programs print an error as one sentence on stderr. With `--json` stdout holds a document with the keys `kind`,\n\
+         Both programs print an error as one sentence on stderr. With `--json` stdout contains a document with the keys `kind`,\n\
          `message`, `fault`, `retry`, `retry_after_ms` and `at`. `at` names the offending argument, key or path.\n\n\
          *Fault* is the side that has to change something. *Retry* means that the same request may succeed later. *Exit* is\n\
          the exit code of a command that ends with the error. *Code* is the number in C and on the wire.\n\n\
@@ -161,10 +161,10 @@ fn listed(help: &str) -> BTreeSet<&str> {
 }
 
 fn commands() -> String {
-    let house = House::new();
+    let fixture = Fixture::new();
     let help = |command: &str| {
         let words: Vec<&str> = command.split(' ').collect();
-        let mut run = house.command(words[0]);
+        let mut run = fixture.command(words[0]);
         let output = run.args(&words[1..]).arg("--help").env_remove("SHATTER_MESHES").output().unwrap();
         assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
         let text = String::from_utf8(output.stdout).unwrap();
@@ -194,7 +194,7 @@ fn exposition() -> String {
     let mut effect = EffectCost::idle(Effect::Bonds);
     effect.add(Duration::from_millis(1), 0);
     metrics.ran(Answered, Duration::from_millis(1), Some(EnergySource::Bounded), &[stage], &[effect]);
-    metrics.text(&StatusRow::zeroed())
+    metrics.text(&ServiceStatusRow::zeroed())
 }
 
 fn metrics() -> String {

@@ -92,8 +92,8 @@ pub fn shipped(name: &str, text: &str) -> Vec<(usize, String)> {
 
 /// Fails with every place that breaks the rule.
 #[track_caller]
-pub fn check(rule: &str, broken: Vec<String>) {
-    assert!(broken.is_empty(), "{rule}:\n  {}", broken.join("\n  "));
+pub fn check(rule: &str, violations: Vec<String>) {
+    assert!(violations.is_empty(), "{rule}:\n  {}", violations.join("\n  "));
 }
 
 /// A line without its comment.

@@ -11,7 +11,7 @@ use shatter_fracture::pipeline::{
 /// Runs all stages of a request.
 pub fn outcome(prepared: &PreparedObject, strike: &FractureRequest) -> Result<FractureOutcome, FractureError> {
     pipeline::strike(
-        pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+        pipeline::RequestContext::new(prepared, strike, &CancelToken::default(), &()),
         &mut Workspace::default(),
     )
 }
@@ -21,7 +21,7 @@ pub fn energy(prepared: &PreparedObject, strike: &FractureRequest) -> BodyEnergy
     let impact = ContactSet::new(prepared, strike).unwrap();
     let mut workspace = Workspace::default();
     let mut all = pipeline::strain_energy(
-        pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+        pipeline::RequestContext::new(prepared, strike, &CancelToken::default(), &()),
         &impact,
         &mut workspace,
     )
@@ -48,9 +48,9 @@ pub fn surface_point(prepared: &PreparedObject, at: [f64; 3]) -> (Point3<f64>, V
     let nodes = &body.crack.nodes;
     let low = nodes.iter().fold([f64::INFINITY; 3], |low, node| [0, 1, 2].map(|k| low[k].min(node[k])));
     let high = nodes.iter().fold([f64::NEG_INFINITY; 3], |high, node| [0, 1, 2].map(|k| high[k].max(node[k])));
-    let wish = Point3::from([0, 1, 2].map(|k| low[k] + at[k] * (high[k] - low[k])));
+    let target = Point3::from([0, 1, 2].map(|k| low[k] + at[k] * (high[k] - low[k])));
     let faces = body.topology.boundary.iter().map(|face| face.nodes.map(|node| nodes[node as usize]));
-    let nearest = faces.clone().flatten().min_by(|a, b| (a - wish).norm().total_cmp(&(b - wish).norm())).unwrap();
+    let nearest = faces.clone().flatten().min_by(|a, b| (a - target).norm().total_cmp(&(b - target).norm())).unwrap();
     let around = faces.filter(|[a, ..]| (a - nearest).norm() < PATCH);
     let outward: Vector3<f64> = around.map(|[a, b, c]| (b - a).cross(&(c - a))).sum();
     (prepared.frame.to_meters(&nearest), -outward.normalize())

@@ -67,7 +67,7 @@ impl Stopwatch {
     pub fn strike(&mut self, prepared: &PreparedObject, strike: &FractureRequest) -> Result<Timed, FractureError> {
         let begun = Instant::now();
         let outcome = pipeline::strike(
-            pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+            pipeline::RequestContext::new(prepared, strike, &CancelToken::default(), &()),
             &mut self.workspace,
         )?;
         let pieces = outcome.meshes().unwrap();

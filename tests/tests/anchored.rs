@@ -52,11 +52,12 @@ fn bar(region: Region) -> PreparedObject {
 }
 
 /// An impact on the free end with `times` the impulse that breaks it.
-fn blow(times: f64, more: &[EffectKind]) -> FractureRequest {
+fn request(times: f64, more: &[EffectKind]) -> FractureRequest {
     let effects = more.iter().fold(EffectSet::default(), |effects, effect| effects.with(*effect));
-    let mut blow = FractureRequest::at(Point3::new(0.2, 0.02, 0.01), Vector3::new(-50.0, 3.0, -5.0) * times).seeded(1);
-    blow.contacts[0].radius_m = Some(0.05);
-    FractureRequest { effects, degree: DegreeRequest::Sites(24), ..blow }
+    let mut request =
+        FractureRequest::at(Point3::new(0.2, 0.02, 0.01), Vector3::new(-50.0, 3.0, -5.0) * times).seeded(1);
+    request.contacts[0].radius_m = Some(0.05);
+    FractureRequest { effects, degree: DegreeRequest::Sites(24), ..request }
 }
 
 const HELD: [EffectKind; 2] = [EffectKind::Anchored, EffectKind::Gravity];
@@ -70,13 +71,13 @@ fn the_weight_alone_has_the_energy_of_a_hanging_bar() {
     for (spacing, bound) in [(COARSE, 0.15), (0.5 * COARSE, 0.1)] {
         let mut fine = bar_of(shapes::cuboid(SIZE), spacing);
         fine.anchor(&anchors(face()), &CancelToken::default()).unwrap();
-        let energy = struck::energy(&fine, &blow(1e-9, &HELD));
+        let energy = struck::energy(&fine, &request(1e-9, &HELD));
         println!("spacing {spacing}: {} J, exact {exact} J", energy.energy_j);
         assert!((energy.energy_j / exact - 1.0).abs() < bound, "{} of {exact}", energy.energy_j);
         assert_eq!(energy.reduced_error, None);
     }
     let bar = bar(face());
-    let [weak, strong] = [1e-13, 1e-10].map(|times| struck::energy(&bar, &blow(times, &HELD)).energy_j);
+    let [weak, strong] = [1e-13, 1e-10].map(|times| struck::energy(&bar, &request(times, &HELD)).energy_j);
     assert!((weak / strong - 1.0).abs() < 1e-6, "whatever the impact that it is relative to: {weak} and {strong}");
 }
 
@@ -84,13 +85,13 @@ fn the_weight_alone_has_the_energy_of_a_hanging_bar() {
 #[test]
 fn impact_and_weight_superpose() {
     let bar = bar(end());
-    let (solid, held) = (bar.solid(0).unwrap(), bar.held(blow(1.0, &HELD).effects).unwrap().unwrap());
+    let (solid, held) = (bar.solid(0).unwrap(), bar.held(request(1.0, &HELD).effects).unwrap().unwrap());
     let elasticity = &held.body(0).unwrap().elasticity;
     for (more, driving) in [(vec![], DrivingEnergy::Total), (vec![EffectKind::Tensile], DrivingEnergy::Tensile)] {
         // Weak enough for the weight to count.
-        let blow = blow(0.02, &[&HELD[..], &more].concat());
-        let own = struck::energy(&bar, &blow);
-        let impact = ContactSet::new(&bar, &blow).unwrap();
+        let request = request(0.02, &[&HELD[..], &more].concat());
+        let own = struck::energy(&bar, &request);
+        let impact = ContactSet::new(&bar, &request).unwrap();
         let (mut load, mut workspace, token) =
             (NodalLoad::default(), ElasticWorkspace::default(), CancelToken::default());
         elasticity.load(&impact.bodies[0].1, &mut load, &mut workspace).unwrap();
@@ -104,22 +105,22 @@ fn impact_and_weight_superpose() {
             solid.transfer.apply(&energies, &mut shares);
             shares
         };
-        let (both, blow_alone) = (energy(&load.forces), energy(&alone));
+        let (both, request_alone) = (energy(&load.forces), energy(&alone));
         let total: f64 = both.iter().sum();
         let unit_j = impact.unit_j(&bar);
         assert!((own.energy_j / (total * unit_j) - 1.0).abs() < 1e-9, "{} of {}", own.energy_j, total * unit_j);
         let worst = own.shares.iter().zip(&both).map(|(own, both)| (own - both / total).abs()).fold(0.0, f64::max);
         assert!(worst < 1e-9, "{worst:e}");
-        assert!((blow_alone.iter().sum::<f64>() / total - 1.0).abs() > 1e-6, "the weight counts");
+        assert!((request_alone.iter().sum::<f64>() / total - 1.0).abs() > 1e-6, "the weight counts");
     }
 }
 
 #[test]
 fn without_the_effect_a_held_object_is_as_it_was() {
     let (free, held) = (bar_of(shapes::cuboid(SIZE), COARSE), bar(end()));
-    let [before, after] = [&free, &held].map(|bar| struck::energy(bar, &blow(1.0, &[])));
+    let [before, after] = [&free, &held].map(|bar| struck::energy(bar, &request(1.0, &[])));
     assert_eq!(before, after);
-    assert_ne!(struck::energy(&held, &blow(1.0, &HELD[..1])).shares, after.shares);
+    assert_ne!(struck::energy(&held, &request(1.0, &HELD[..1])).shares, after.shares);
     assert!(held.bytes() > free.bytes());
 }
 
@@ -132,11 +133,11 @@ fn a_body_that_no_anchor_reaches_is_free() {
     let mut bars = bar_of(both, COARSE);
     bars.anchor(&anchors(end()), &CancelToken::default()).unwrap();
     assert_eq!(bars.bodies.len(), 2);
-    let mut right = blow(1.0, &HELD);
+    let mut right = request(1.0, &HELD);
     right.contacts[0].point_m.x += 1.0;
     let free = FractureRequest { effects: EffectSet::default(), ..right.clone() };
     assert_eq!(struck::energy(&bars, &right), struck::energy(&bars, &free));
-    let left = blow(1.0, &HELD);
+    let left = request(1.0, &HELD);
     assert_ne!(
         struck::energy(&bars, &left),
         struck::energy(&bars, &FractureRequest { effects: EffectSet::default(), ..left })
@@ -147,7 +148,7 @@ fn a_body_that_no_anchor_reaches_is_free() {
 fn held_fragments_are_bonded_to_the_world_and_stand_still() {
     let bar = bar(end());
     let outputs = [HELD[0], EffectKind::Bonds, EffectKind::Release];
-    let pieces = struck::outcome(&bar, &blow(1.0, &outputs)).unwrap().into_meshes().unwrap();
+    let pieces = struck::outcome(&bar, &request(1.0, &outputs)).unwrap().into_meshes().unwrap();
     let bonds = pieces.bonds();
     assert_eq!(bonds.len(), pieces.bond_count());
     let world: Vec<_> = bonds.iter().filter(|bond| bond.fragments[1] == WORLD).collect();
@@ -162,12 +163,12 @@ fn held_fragments_are_bonded_to_the_world_and_stand_still() {
         let still = velocity.linear_m_s == Vector3::zeros() && velocity.angular_rad_s == Vector3::zeros();
         assert_eq!(still, world.iter().any(|bond| bond.fragments[0] == id as u32), "fragment {id}");
     }
-    let free = struck::outcome(&bar, &blow(1.0, &outputs[1..])).unwrap().into_meshes().unwrap();
+    let free = struck::outcome(&bar, &request(1.0, &outputs[1..])).unwrap().into_meshes().unwrap();
     assert!(free.bonds().iter().all(|bond| bond.fragments[1] != WORLD));
 }
 
 #[test]
-fn neither_basis_nor_examples_are_asked_about_a_held_body() {
+fn an_anchored_body_uses_neither_basis_nor_examples() {
     let request = BakeRequest {
         elastic_spacing: Some(0.08),
         crack_spacing: Some(0.06),
@@ -191,7 +192,7 @@ fn neither_basis_nor_examples_are_asked_about_a_held_body() {
 }
 
 #[test]
-fn what_cannot_be_held_is_refused_by_name() {
+fn invalid_anchors_are_rejected_by_name() {
     let mut bar = bar_of(shapes::cuboid(SIZE), COARSE);
     let refused = |bar: &mut PreparedObject, regions: Vec<Region>| {
         let refused = bar.anchor(&Anchors { regions, gravity_m_s2: None }, &CancelToken::default()).unwrap_err();
@@ -211,16 +212,16 @@ fn what_cannot_be_held_is_refused_by_name() {
 }
 
 #[test]
-fn strikes_beyond_what_is_held_are_refused() {
+fn effects_without_their_tables_are_rejected() {
     let refused = |bar: &PreparedObject, strike: &FractureRequest| struck::outcome(bar, strike).err().unwrap();
     let mut bar = bar_of(shapes::cuboid(SIZE), COARSE);
-    let error = refused(&bar, &blow(1.0, &HELD));
-    assert!(matches!(error, FractureError::Unheld { effect: EffectKind::Anchored }), "{error}");
+    let error = refused(&bar, &request(1.0, &HELD));
+    assert!(matches!(error, FractureError::AnchorsUnprepared { effect: EffectKind::Anchored }), "{error}");
     bar.anchor(&Anchors { gravity_m_s2: None, ..anchors(end()) }, &CancelToken::default()).unwrap();
-    let error = refused(&bar, &blow(1.0, &HELD));
-    assert!(matches!(error, FractureError::Unheld { effect: EffectKind::Gravity }), "{error}");
+    let error = refused(&bar, &request(1.0, &HELD));
+    assert!(matches!(error, FractureError::AnchorsUnprepared { effect: EffectKind::Gravity }), "{error}");
     // All of its load acts on nodes that do not move.
-    let mut low = blow(1.0, &HELD[..1]);
+    let mut low = request(1.0, &HELD[..1]);
     low.contacts[0].point_m.x = -0.2;
     low.contacts[0].radius_m = Some(0.01);
     let wide = Region::Cuboid { min_m: Point3::new(-0.3, -0.3, -0.3), max_m: Point3::new(0.0, 0.3, 0.3) };
@@ -231,13 +232,13 @@ fn strikes_beyond_what_is_held_are_refused() {
 
 /// The threshold scales the impulse only: the weight stays.
 #[test]
-fn the_threshold_is_asked_of_the_blow_beside_the_weight() {
+fn the_threshold_scales_the_impact_but_not_the_weight() {
     let bar = bar(end());
-    let only = |effects: &[EffectKind]| FractureRequest { threshold_only: true, ..blow(1.0, effects) };
+    let only = |effects: &[EffectKind]| FractureRequest { threshold_only: true, ..request(1.0, effects) };
     let just = struck::outcome(&bar, &only(&HELD)).unwrap().threshold().impulse_factor;
     let light = struck::outcome(&bar, &only(&HELD[..1])).unwrap().threshold().impulse_factor;
     println!("{just} of the impact, {light} without weight");
-    let e1 = |times: f64| struck::outcome(&bar, &FractureRequest { threshold_only: true, ..blow(times, &HELD) });
+    let e1 = |times: f64| struck::outcome(&bar, &FractureRequest { threshold_only: true, ..request(times, &HELD) });
     let found = e1(just).unwrap().threshold().e1_over_gamma;
     assert!((found - 1.0).abs() < 1e-4 && just != light, "{found}");
     // With a threshold far below the energy of its weight the bar breaks by itself.
@@ -253,8 +254,12 @@ fn the_shipped_arch_stands() {
     let (mesh, request) = object.bake("arch").unwrap();
     let coarse = BakeRequest { elastic_spacing: Some(0.06), crack_spacing: Some(0.05), kappa: Some(1.0), ..request };
     let mut arch = bake(mesh, &coarse, &CancelToken::default(), &mut |_| ()).unwrap();
-    let grip = arch.anchor_nodes(&object.terms.anchors).unwrap();
-    assert!(grip.counts.len() == 2 && grip.counts.iter().all(|count| *count >= 8), "{:?}", grip.counts);
+    let anchored_nodes = arch.anchor_nodes(&object.terms.anchors).unwrap();
+    assert!(
+        anchored_nodes.counts.len() == 2 && anchored_nodes.counts.iter().all(|count| *count >= 8),
+        "{:?}",
+        anchored_nodes.counts
+    );
     object.terms.anchor(&mut arch).unwrap();
     let effects = EffectSet::default().with(EffectKind::Tensile).with(EffectKind::Anchored).with(EffectKind::Gravity);
     let touch = FractureRequest {

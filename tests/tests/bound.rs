@@ -5,8 +5,8 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    DegreeRequest, ElasticRequest, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, Stage,
-    StageObserver, StrikeContext, Workspace, strike, strike_again,
+    DegreeRequest, ElasticRequest, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, RequestContext,
+    Stage, StageObserver, Workspace, strike, strike_again,
 };
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::scene::{EffectKind, EffectSet};
@@ -35,15 +35,15 @@ fn blocks() -> RawMesh {
 }
 
 /// The same impact with its impulses times `factor`.
-fn times(blow: &FractureRequest, factor: f64) -> FractureRequest {
-    let mut blow = blow.clone();
-    blow.contacts.iter_mut().for_each(|contact| contact.impulse_ns *= factor);
-    blow
+fn times(request: &FractureRequest, factor: f64) -> FractureRequest {
+    let mut request = request.clone();
+    request.contacts.iter_mut().for_each(|contact| contact.impulse_ns *= factor);
+    request
 }
 
 /// Factor on the impulses that just breaks the object.
-fn just(prepared: &PreparedObject, blow: &FractureRequest) -> f64 {
-    let exact = FractureRequest { threshold_only: true, ..blow.clone() };
+fn factor_at_threshold(prepared: &PreparedObject, request: &FractureRequest) -> f64 {
+    let exact = FractureRequest { threshold_only: true, ..request.clone() };
     let found = outcome(prepared, &exact).unwrap();
     assert!(!found.threshold().is_bound, "thresholds are exact");
     found.threshold().impulse_factor
@@ -56,7 +56,7 @@ fn sampled(prepared: &PreparedObject, index: u64) -> FractureRequest {
 
 /// Share of 50 sampled impacts that the bound ends, by their share of the threshold, percent.
 #[test]
-fn most_weak_blows_end_before_the_elastic_stage() {
+fn most_weak_impacts_end_before_the_elastic_stage() {
     const SHARES: [f64; 4] = [0.01, 1.0 / 30.0, 0.1, 1.0 / 3.0];
     for (name, mesh, least) in [
         ("cube", shapes::cuboid([0.2; 3]), [100, 90, 50, 0]),
@@ -66,10 +66,10 @@ fn most_weak_blows_end_before_the_elastic_stage() {
         let prepared = baked(name, mesh, None);
         let mut ended = [0; SHARES.len()];
         for index in 0..50 {
-            let blow = sampled(&prepared, index);
-            let just = just(&prepared, &blow);
+            let request = sampled(&prepared, index);
+            let factor_at_threshold = factor_at_threshold(&prepared, &request);
             for (share, ended) in SHARES.into_iter().zip(&mut ended) {
-                let found = outcome(&prepared, &times(&blow, share * just)).unwrap();
+                let found = outcome(&prepared, &times(&request, share * factor_at_threshold)).unwrap();
                 *ended += 2 * u32::from(found.threshold().is_bound);
                 let exact = share * share;
                 let right = if found.threshold().is_bound { found.threshold().e1_over_gamma >= exact } else { true };
@@ -92,8 +92,8 @@ fn random(prepared: &PreparedObject, stream: &mut RandomStream) -> FractureReque
         (prepared.frame.to_meters(&point), direction, radius_m)
     };
     let contacts: Vec<_> = (0..count).map(|_| contact(stream)).collect();
-    let mut blow = FractureRequest::at(contacts[0].0, contacts[0].1).seeded(1);
-    blow.contacts = contacts
+    let mut request = FractureRequest::at(contacts[0].0, contacts[0].1).seeded(1);
+    request.contacts = contacts
         .into_iter()
         .flat_map(|(point, impulse, radius_m)| {
             let own = FractureRequest::at(point, impulse).contacts;
@@ -101,7 +101,7 @@ fn random(prepared: &PreparedObject, stream: &mut RandomStream) -> FractureReque
                 .map(move |contact| shatter_fracture::pipeline::ImpactContact { radius_m: Some(radius_m), ..contact })
         })
         .collect();
-    blow
+    request
 }
 
 /// All values of an outcome, bitwise.
@@ -134,7 +134,7 @@ fn without_bounds(mut prepared: PreparedObject) -> PreparedObject {
 /// Random impacts from a thousandth to three times the threshold: those that the bound ends would not have broken the object, and the
 /// others give the same bytes as without a bound.
 #[test]
-fn no_strike_that_breaks_is_ended_and_none_that_goes_on_changes() {
+fn the_energy_bound_never_ends_a_breaking_request() {
     for (name, mesh) in [("arch", shapes::arch()), ("blocks", blocks()), ("bar", shapes::cuboid([0.6, 0.1, 0.08]))] {
         let prepared = || baked(name, mesh.clone(), Some([0.08, 0.06]));
         let (prepared, bare) = (prepared(), without_bounds(prepared()));
@@ -150,17 +150,17 @@ fn no_strike_that_breaks_is_ended_and_none_that_goes_on_changes() {
         ] {
             let effects = if tensile { EffectSet::default().with(EffectKind::Tensile) } else { EffectSet::default() };
             for _ in 0..50 {
-                let blow = FractureRequest { lift, effects, degree_max: 3, ..random(&prepared, &mut stream) };
-                let just = just(&prepared, &blow);
-                let blow = times(&blow, just * 1e-3 * 3000f64.powf(stream.uniform()));
-                let (found, exact) = (outcome(&prepared, &blow).unwrap(), outcome(&bare, &blow).unwrap());
+                let request = FractureRequest { lift, effects, degree_max: 3, ..random(&prepared, &mut stream) };
+                let factor_at_threshold = factor_at_threshold(&prepared, &request);
+                let request = times(&request, factor_at_threshold * 1e-3 * 3000f64.powf(stream.uniform()));
+                let (found, exact) = (outcome(&prepared, &request).unwrap(), outcome(&bare, &request).unwrap());
                 assert!(!exact.threshold().is_bound);
                 if found.threshold().is_bound {
                     ended += 1;
                     assert!(
                         exact.threshold().e1_over_gamma <= found.threshold().e1_over_gamma
                             && found.threshold().e1_over_gamma <= 1.0,
-                        "{blow:?}"
+                        "{request:?}"
                     );
                     assert!(
                         exact.threshold().impulse_factor >= found.threshold().impulse_factor
@@ -173,7 +173,7 @@ fn no_strike_that_breaks_is_ended_and_none_that_goes_on_changes() {
                     );
                 } else {
                     broken += u32::from(found.meshes().is_some());
-                    assert_eq!(bytes(&found), bytes(&exact), "{blow:?}");
+                    assert_eq!(bytes(&found), bytes(&exact), "{request:?}");
                 }
             }
         }
@@ -204,52 +204,53 @@ impl StageObserver for Ran {
 
 /// Runs a request, and checks whether the bound ends it (`ends`).
 #[track_caller]
-fn check(prepared: &PreparedObject, blow: &FractureRequest, ends: bool) {
+fn check(prepared: &PreparedObject, request: &FractureRequest, ends: bool) {
     let ran = Ran::default();
     let found =
-        strike(StrikeContext::new(prepared, blow, &CancelToken::default(), &ran), &mut Workspace::default()).unwrap();
-    assert_eq!(found.threshold().is_bound, ends, "{blow:?}");
+        strike(RequestContext::new(prepared, request, &CancelToken::default(), &ran), &mut Workspace::default())
+            .unwrap();
+    assert_eq!(found.threshold().is_bound, ends, "{request:?}");
     if ends {
         // The load stage runs for the contacts, and once per body.
         let (mut stages, effects) = (ran.0.into_inner(), ran.1.into_inner());
         stages.dedup();
-        assert_eq!((stages, effects), (vec!["load", "threshold"], vec![]), "{blow:?}");
+        assert_eq!((stages, effects), (vec!["load", "threshold"], vec![]), "{request:?}");
     }
 }
 
 #[test]
-fn a_bound_will_not_do_where_exact_figures_are_asked_for_or_there_is_none() {
+fn exact_figures_disable_the_energy_bound() {
     let prepared = baked("arch", shapes::arch(), Some([0.08, 0.06]));
-    let blow = sampled(&prepared, 0);
-    let blow = times(&blow, 0.01 * just(&prepared, &blow));
+    let request = sampled(&prepared, 0);
+    let request = times(&request, 0.01 * factor_at_threshold(&prepared, &request));
     let default = EffectSet::default();
     for degree in
         [DegreeRequest::Inferred, DegreeRequest::ClosedForm, DegreeRequest::Verified, DegreeRequest::Optimised]
     {
-        check(&prepared, &FractureRequest { degree, ..blow.clone() }, true);
+        check(&prepared, &FractureRequest { degree, ..request.clone() }, true);
     }
-    check(&prepared, &FractureRequest { effects: default.without(EffectKind::Interior), ..blow.clone() }, true);
-    check(&prepared, &FractureRequest { degree: DegreeRequest::Sites(2), ..blow.clone() }, false);
-    check(&prepared, &FractureRequest { elastic: ElasticRequest::Solve, ..blow.clone() }, false);
-    check(&prepared, &FractureRequest { threshold_only: true, ..blow.clone() }, false);
-    check(&prepared, &FractureRequest { effects: default.without(EffectKind::Elastic), ..blow.clone() }, false);
+    check(&prepared, &FractureRequest { effects: default.without(EffectKind::Interior), ..request.clone() }, true);
+    check(&prepared, &FractureRequest { degree: DegreeRequest::Sites(2), ..request.clone() }, false);
+    check(&prepared, &FractureRequest { elastic: ElasticRequest::Solve, ..request.clone() }, false);
+    check(&prepared, &FractureRequest { threshold_only: true, ..request.clone() }, false);
+    check(&prepared, &FractureRequest { effects: default.without(EffectKind::Elastic), ..request.clone() }, false);
     // A stored bound, and a file without one.
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("arch.shatter");
     save(&prepared, &file).unwrap();
     let stored = load(&file).unwrap();
     assert_eq!(stored.bodies[0].bound, prepared.bodies[0].bound);
-    check(&stored, &blow, true);
+    check(&stored, &request, true);
     save(&without_bounds(stored), &file).unwrap();
-    check(&load(&file).unwrap(), &blow, false);
+    check(&load(&file).unwrap(), &request, false);
 }
 
 #[test]
 fn a_fragment_that_is_struck_again_has_no_bound() {
     let prepared = baked("arch", shapes::arch(), Some([0.08, 0.06]));
     let (node, own) = (prepared.bodies[0].crack.nodes[0], Vector3::new(0.3, -1.0, 0.2));
-    let blow = FractureRequest::at(prepared.frame.to_meters(&node), own).seeded(1);
-    let broken = outcome(&prepared, &FractureRequest { degree: DegreeRequest::Sites(2), ..blow })
+    let request = FractureRequest::at(prepared.frame.to_meters(&node), own).seeded(1);
+    let broken = outcome(&prepared, &FractureRequest { degree: DegreeRequest::Sites(2), ..request })
         .unwrap()
         .into_meshes()
         .unwrap();
@@ -257,7 +258,7 @@ fn a_fragment_that_is_struck_again_has_no_bound() {
     let (mut workspace, token) = (Workspace::default(), CancelToken::default());
     let struck = prepared.bodies[0].crack.nodes.iter().find_map(|node| {
         let weak = FractureRequest::at(prepared.frame.to_meters(node), own * 1e-6).seeded(1);
-        strike_again(StrikeContext::new(&prepared, &weak, &token, &()), (&kept, 0), &mut workspace).ok()
+        strike_again(RequestContext::new(&prepared, &weak, &token, &()), (&kept, 0), &mut workspace).ok()
     });
     let struck = struck.expect("some node is of the fragment");
     assert!(!struck.threshold().is_bound && struck.meshes().is_none() && struck.threshold().e1_over_gamma < 1e-3);

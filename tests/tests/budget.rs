@@ -5,8 +5,8 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField, GAP_CERTAIN, GAP_MIN, ITERATIONS_MAX};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::{
-    ContactSet, DegreeRequest, DegreeSource, ElasticRequest, FractureOutcome, FractureRequest, HURRIED_RANK_MAX,
-    ImpactSampler, PreparedObject, Preset, RANK_MAX, StopReason, StrikeContext, StrikeCost, Termination, TimeBudget,
+    ContactSet, DEGRADED_RANK_MAX, DegreeRequest, DegreeSource, ElasticRequest, FractureOutcome, FractureRequest,
+    ImpactSampler, PreparedObject, Preset, RANK_MAX, RequestContext, RequestCost, StopReason, Termination, TimeBudget,
     Workspace, reduce, strain_energy, strike,
 };
 use shatter_fracture::surface::{RawMesh, shapes};
@@ -29,34 +29,34 @@ fn baked(impacts: u64) -> PreparedObject {
 }
 
 /// An impact at the top, far above the threshold.
-fn blow(prepared: &PreparedObject) -> FractureRequest {
+fn request(prepared: &PreparedObject) -> FractureRequest {
     let top = prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
     let point_m: Point3<f64> = prepared.frame.to_meters(top);
-    let blow = FractureRequest::at(point_m, Vector3::new(1.0, -3.0, 0.5)).seeded(1);
-    FractureRequest { degree: DegreeRequest::Sites(12), tolerance: 1e-9, ..blow }
+    let request = FractureRequest::at(point_m, Vector3::new(1.0, -3.0, 0.5)).seeded(1);
+    FractureRequest { degree: DegreeRequest::Sites(12), tolerance: 1e-9, ..request }
 }
 
 /// A token whose remaining time decreases with each query.
-fn looks(time_s: f64, per_look_s: f64) -> CancelToken {
+fn token_with_polls(time_s: f64, per_poll_s: f64) -> CancelToken {
     let left_s = Mutex::new(time_s);
     CancelToken::default().with_time(move || {
         let mut left_s = left_s.lock().unwrap();
         let found = *left_s;
-        *left_s -= per_look_s;
+        *left_s -= per_poll_s;
         found
     })
 }
 
 /// Predicted costs: one second for each part of a request, five for a solve.
-const COST: StrikeCost =
-    StrikeCost { reduced_s: 1.0, solve_s: 5.0, start_s: [1.0, 0.0], iteration_s: [1.0, 0.0], rest_s: [1.0, 0.0] };
+const COST: RequestCost =
+    RequestCost { reduced_s: 1.0, solve_s: 5.0, start_s: [1.0, 0.0], iteration_s: [1.0, 0.0], rest_s: [1.0, 0.0] };
 
 fn falling() -> Option<TimeBudget> {
     Some(TimeBudget { cost: COST, elastic_falls: true, degree_falls: true })
 }
 
-fn struck(prepared: &PreparedObject, blow: &FractureRequest, cancel: &CancelToken) -> FractureOutcome {
-    strike(StrikeContext::new(prepared, blow, cancel, &()), &mut Workspace::default()).unwrap()
+fn struck(prepared: &PreparedObject, request: &FractureRequest, cancel: &CancelToken) -> FractureOutcome {
+    strike(RequestContext::new(prepared, request, cancel, &()), &mut Workspace::default()).unwrap()
 }
 
 /// Checks invariants of requests that were stopped early: fragments are closed, since all faces have another side, and their volumes add
@@ -96,17 +96,17 @@ fn check_whole(prepared: &PreparedObject, outcome: &FractureOutcome) {
 #[test]
 fn a_descent_ends_when_the_time_left_is_what_the_rest_takes() {
     let prepared = arch(0);
-    let budget = |solve_s| falling().map(|budget| TimeBudget { cost: StrikeCost { solve_s, ..COST }, ..budget });
-    let blow = FractureRequest { budget: budget(1.0), ..blow(prepared) };
+    let budget = |solve_s| falling().map(|budget| TimeBudget { cost: RequestCost { solve_s, ..COST }, ..budget });
+    let request = FractureRequest { budget: budget(1.0), ..request(prepared) };
     // The time is queried at the start, at the solve, at the start of the descent, and after every step. Each query takes a second, and
     // each step is predicted to take one. The last second is for the rest.
     for (seconds, iterations) in [(0.0, 0), (4.9, 0), (5.0, 1), (5.9, 1), (6.0, 2), (10.9, 6)] {
-        let outcome = struck(prepared, &blow, &looks(seconds, 1.0));
+        let outcome = struck(prepared, &request, &token_with_polls(seconds, 1.0));
         assert_eq!((outcome.iterations(), outcome.stop_reason()), (iterations, StopReason::Time), "{seconds}");
         check_whole(prepared, &outcome);
         let again = struck(
             prepared,
-            &FractureRequest { iterations_max: iterations, budget: None, ..blow.clone() },
+            &FractureRequest { iterations_max: iterations, budget: None, ..request.clone() },
             &CancelToken::default(),
         );
         assert_eq!(again.stop_reason(), StopReason::Iterations);
@@ -114,14 +114,14 @@ fn a_descent_ends_when_the_time_left_is_what_the_rest_takes() {
         assert_eq!(again.cvd_gap(), outcome.cvd_gap());
     }
     // The solve took twice as long as predicted: all else is predicted to as well, until the steps are faster.
-    let slow = FractureRequest { budget: budget(0.5), ..blow.clone() };
+    let slow = FractureRequest { budget: budget(0.5), ..request.clone() };
     for (seconds, iterations) in [(6.9, 0), (7.0, 1), (8.9, 1), (9.0, 3)] {
-        assert_eq!(struck(prepared, &slow, &looks(seconds, 1.0)).iterations(), iterations, "{seconds}");
+        assert_eq!(struck(prepared, &slow, &token_with_polls(seconds, 1.0)).iterations(), iterations, "{seconds}");
     }
-    let patient = struck(prepared, &blow, &looks(1e9, 1.0));
+    let with_long_time = struck(prepared, &request, &token_with_polls(1e9, 1.0));
     assert_eq!(
-        cells(&patient),
-        cells(&struck(prepared, &FractureRequest { budget: None, ..blow }, &CancelToken::default()))
+        cells(&with_long_time),
+        cells(&struck(prepared, &FractureRequest { budget: None, ..request }, &CancelToken::default()))
     );
 }
 
@@ -131,18 +131,19 @@ fn cells(outcome: &FractureOutcome) -> Vec<(f64, f64)> {
 }
 
 #[test]
-fn a_solve_falls_before_a_search_and_what_was_asked_for_does_not() {
+fn the_budget_degrades_the_solve_before_the_search() {
     let prepared = arch(60);
-    let solved = FractureRequest { elastic: ElasticRequest::Solve, budget: falling(), ..blow(prepared) };
+    let solved = FractureRequest { elastic: ElasticRequest::Solve, budget: falling(), ..request(prepared) };
     let reduced = |strike: &FractureRequest, seconds| {
-        struck(prepared, strike, &looks(seconds, 0.0)).threshold().reduced_error.is_some()
+        struck(prepared, strike, &token_with_polls(seconds, 0.0)).threshold().reduced_error.is_some()
     };
     // The solve takes five seconds, start and rest one each.
     assert!(reduced(&solved, 6.9) && !reduced(&solved, 7.1));
-    let rank_max =
-        |strike: &FractureRequest, seconds| struck(prepared, strike, &looks(seconds, 0.0)).threshold().rank_max;
+    let rank_max = |strike: &FractureRequest, seconds| {
+        struck(prepared, strike, &token_with_polls(seconds, 0.0)).threshold().rank_max
+    };
     assert_eq!(rank_max(&solved, 3.1), None);
-    assert_eq!(rank_max(&solved, 2.9), Some(HURRIED_RANK_MAX), "no time for all of the basis");
+    assert_eq!(rank_max(&solved, 2.9), Some(DEGRADED_RANK_MAX), "no time for all of the basis");
     let less = FractureRequest { rank_max: Some(9), ..solved.clone() };
     assert_eq!(rank_max(&less, 2.9), Some(9));
     let firm = TimeBudget { elastic_falls: false, ..falling().unwrap() };
@@ -153,7 +154,7 @@ fn a_solve_falls_before_a_search_and_what_was_asked_for_does_not() {
     let gamma_j_m2 = Some(whole.threshold().gamma_j_m2 * whole.threshold().e1_over_gamma / 20.0);
     let searched = FractureRequest { degree: DegreeRequest::Verified, gamma_j_m2, ..solved };
     let source = |strike: &FractureRequest, seconds| {
-        let outcome = struck(prepared, strike, &looks(seconds, 0.0));
+        let outcome = struck(prepared, strike, &token_with_polls(seconds, 0.0));
         check_whole(prepared, &outcome);
         outcome.degree_source()
     };
@@ -164,11 +165,11 @@ fn a_solve_falls_before_a_search_and_what_was_asked_for_does_not() {
 
 /// A request that breaks the arch by its degree, which `degree` searches without a time limit.
 fn searching(prepared: &PreparedObject, degree: DegreeRequest) -> FractureRequest {
-    let blow = FractureRequest { degree: DegreeRequest::Inferred, ..blow(prepared) };
-    let whole = struck(prepared, &FractureRequest { threshold_only: true, ..blow.clone() }, &CancelToken::default());
+    let request = FractureRequest { degree: DegreeRequest::Inferred, ..request(prepared) };
+    let whole = struck(prepared, &FractureRequest { threshold_only: true, ..request.clone() }, &CancelToken::default());
     let gamma_j_m2 = Some(whole.threshold().gamma_j_m2 * whole.threshold().e1_over_gamma / 20.0);
     let budget = falling().map(|budget| TimeBudget { degree_falls: false, ..budget });
-    FractureRequest { degree, gamma_j_m2, budget, ..blow }
+    FractureRequest { degree, gamma_j_m2, budget, ..request }
 }
 
 #[test]
@@ -183,21 +184,21 @@ fn a_search_that_was_asked_for_ends_with_its_time() {
         [(DegreeRequest::Verified, DegreeSource::Verified), (DegreeRequest::Optimised, DegreeSource::Optimised)]
     {
         let searching = searching(prepared, degree);
-        let late = struck(prepared, &searching, &looks(0.0, 0.0));
+        let late = struck(prepared, &searching, &token_with_polls(0.0, 0.0));
         check_whole(prepared, &late);
         assert_eq!((late.stop_reason(), late.iterations()), (StopReason::Time, 0), "{degree:?}");
         assert_eq!((late.degree_source(), late.sites()), (guessed.degree_source(), guessed.sites()), "it is the guess");
-        let early = struck(prepared, &searching, &looks(14.0, 1.0));
+        let early = struck(prepared, &searching, &token_with_polls(14.0, 1.0));
         check_whole(prepared, &early);
         assert_eq!(
             (early.stop_reason(), early.degree_source()),
             (StopReason::Time, guessed.degree_source()),
             "{degree:?}"
         );
-        let patient = struck(prepared, &searching, &looks(1e9, 1.0));
+        let with_long_time = struck(prepared, &searching, &token_with_polls(1e9, 1.0));
         let free = struck(prepared, &FractureRequest { budget: None, ..searching }, &CancelToken::default());
-        assert_eq!((patient.stop_reason(), patient.degree_source()), (StopReason::Converged, source));
-        assert_eq!(cells(&patient), cells(&free));
+        assert_eq!((with_long_time.stop_reason(), with_long_time.degree_source()), (StopReason::Converged, source));
+        assert_eq!(cells(&with_long_time), cells(&free));
     }
 }
 
@@ -221,7 +222,11 @@ fn a_search_ends_its_diagrams_at_the_error() {
 fn descents_begin_alike_whatever_ends_them() {
     let prepared = arch(0);
     let begun = |tolerance| {
-        struck(prepared, &FractureRequest { tolerance, iterations_max: 0, ..blow(prepared) }, &CancelToken::default())
+        struck(
+            prepared,
+            &FractureRequest { tolerance, iterations_max: 0, ..request(prepared) },
+            &CancelToken::default(),
+        )
     };
     let [loose, tight] = [0.9, 1e-6].map(begun);
     assert_eq!(cells(&loose), cells(&tight));
@@ -233,7 +238,7 @@ fn an_error_that_is_asked_for_is_met_by_both_estimates() {
     let prepared = arch(60);
     let mut last = 0;
     for error_max in [0.3, 0.1, 0.03, 0.01] {
-        let strike = blow(prepared).to_the_error(error_max);
+        let strike = request(prepared).to_the_error(error_max);
         let outcome = struck(prepared, &strike, &CancelToken::default());
         assert_eq!(
             (outcome.stop_reason(), outcome.fracture().and_then(|fracture| fracture.ending)),
@@ -248,7 +253,7 @@ fn an_error_that_is_asked_for_is_met_by_both_estimates() {
         check_whole(prepared, &outcome);
     }
     assert!(last >= 4, "{last}");
-    let exact = struck(prepared, &blow(prepared).to_the_error(1e-9), &CancelToken::default());
+    let exact = struck(prepared, &request(prepared).to_the_error(1e-9), &CancelToken::default());
     assert_eq!(exact.threshold().reduced_error, None, "no basis is that exact");
     assert_ne!(exact.stop_reason(), StopReason::ErrorMet, "gaps below {GAP_MIN} are not told apart");
 }
@@ -260,20 +265,20 @@ fn presets_are_carried_out_by_their_numbers() {
         let sites = DegreeRequest::Sites(12);
         let outcome = struck(
             prepared,
-            &FractureRequest { degree: sites, ..blow(prepared).of_quality(quality) },
+            &FractureRequest { degree: sites, ..request(prepared).of_quality(quality) },
             &CancelToken::default(),
         );
         match quality {
             Preset::Reference => assert_eq!(outcome.threshold().reduced_error, None),
             _ => assert!(
-                outcome.threshold().reduced_error.unwrap_or(0.0) <= quality.dials().reduced_error_max,
+                outcome.threshold().reduced_error.unwrap_or(0.0) <= quality.solver_settings().reduced_error_max,
                 "{quality:?}"
             ),
         }
         outcome.iterations()
     };
     let all = Preset::ALL.map(iterations);
-    assert!(all.is_sorted() && all[0] <= Preset::Draft.dials().iterations_max && all[3] > all[1], "{all:?}");
+    assert!(all.is_sorted() && all[0] <= Preset::Draft.solver_settings().iterations_max && all[3] > all[1], "{all:?}");
 }
 
 #[test]
@@ -319,7 +324,7 @@ fn estimated_gaps_are_within_a_factor_4_of_the_true_ones() {
             let impact = ContactSet::new(&prepared, &sampler.impact(7, index)).unwrap();
             let mut workspace = Workspace::default();
             let energies = strain_energy(
-                StrikeContext::new(&prepared, &sampler.impact(7, index), &CancelToken::default(), &()),
+                RequestContext::new(&prepared, &sampler.impact(7, index), &CancelToken::default(), &()),
                 &impact,
                 &mut workspace,
             );
@@ -335,7 +340,7 @@ fn estimated_gaps_are_within_a_factor_4_of_the_true_ones() {
                 };
                 let end = run(0.0, 3000).energy;
                 let stops = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 40].map(|iterations| (0.0, iterations));
-                let presets = Preset::ALL.map(|quality| (quality.dials().tolerance, ITERATIONS_MAX));
+                let presets = Preset::ALL.map(|quality| (quality.solver_settings().tolerance, ITERATIONS_MAX));
                 for (tolerance, iterations_max) in stops.into_iter().chain(presets) {
                     let own = run(tolerance, iterations_max);
                     ratios.push(own.gap() / (own.energy / end - 1.0).max(GAP_MIN));

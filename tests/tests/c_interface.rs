@@ -1,8 +1,8 @@
 //! Programs in C and C++, built by the system's compilers as a user builds them, against a real daemon.
 
 use shatter_fracture::surface::shapes::{self, write_obj};
+use shatter_tests::fixture::{Fixture, program};
 use shatter_tests::glb;
-use shatter_tests::house::{House, program};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -11,16 +11,16 @@ const C: [&str; 6] = ["-std=c11", "-O1", "-g", "-Wall", "-Wextra", "-Werror"];
 const CXX: [&str; 6] = ["-std=c++17", "-O1", "-g", "-Wall", "-Wextra", "-Werror"];
 
 /// The middle of an end of the bar, and an impulse against it.
-const BLOW: [&str; 2] = ["0.2,0.01,0.02", "-50,3,0"];
+const IMPACT_ARGUMENTS: [&str; 2] = ["0.2,0.01,0.02", "-50,3,0"];
 
 /// A test folder with a small bar, and the daemon running.
-fn with_bar() -> House {
-    let mut house = House::new();
-    let mesh = house.path("bar.obj");
+fn with_bar() -> Fixture {
+    let mut fixture = Fixture::new();
+    let mesh = fixture.path("bar.obj");
     write_obj(&shapes::cuboid([0.4, 0.2, 0.2]), &mesh).unwrap();
-    house.bake_once(&mesh, "bar", &["--material", "glass", "--crack-spacing", "0.04", "--elastic-spacing", "0.1"]);
-    house.serve(&[]);
-    house
+    fixture.bake_once(&mesh, "bar", &["--material", "glass", "--crack-spacing", "0.04", "--elastic-spacing", "0.1"]);
+    fixture.serve(&[]);
+    fixture
 }
 
 fn client(name: &str) -> PathBuf {
@@ -54,8 +54,8 @@ fn compile(compiler: &str, flags: &[&str], source: &Path, linked: Linked, out: &
 
 /// Builds a program into the test folder.
 #[track_caller]
-fn build(house: &House, name: &str, source: &str, flags: &[&str], linked: Linked) -> String {
-    let (out, source) = (house.path(name), client("c").join(source));
+fn build(fixture: &Fixture, name: &str, source: &str, flags: &[&str], linked: Linked) -> String {
+    let (out, source) = (fixture.path(name), client("c").join(source));
     let compiler = if source.extension().unwrap() == "cpp" { "c++" } else { "cc" };
     let built = compile(compiler, flags, &source, linked, &out).unwrap();
     assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
@@ -63,10 +63,10 @@ fn build(house: &House, name: &str, source: &str, flags: &[&str], linked: Linked
 }
 
 /// True if `compiler` exists and builds a program with these flags; else prints that the test is skipped.
-fn can(house: &House, compiler: &str, flags: &[&str]) -> bool {
-    let source = house.path(if compiler == "c++" { "empty.cpp" } else { "empty.c" });
+fn can(fixture: &Fixture, compiler: &str, flags: &[&str]) -> bool {
+    let source = fixture.path(if compiler == "c++" { "empty.cpp" } else { "empty.c" });
     std::fs::write(&source, "int main(void) { return 0; }\n").unwrap();
-    let built = Command::new(compiler).args(flags).arg(&source).arg("-o").arg(house.path("empty")).output();
+    let built = Command::new(compiler).args(flags).arg(&source).arg("-o").arg(fixture.path("empty")).output();
     let can = built.is_ok_and(|built| built.status.success());
     if !can {
         println!("skipped: no {compiler} that takes {flags:?}");
@@ -75,8 +75,8 @@ fn can(house: &House, compiler: &str, flags: &[&str]) -> bool {
 }
 
 /// Runs a program to its end; returns exit code, "key value" lines, stderr.
-fn run(house: &House, words: &[&str]) -> (Option<i32>, BTreeMap<String, String>, String) {
-    let out = house.run(words[0], &words[1..]);
+fn run(fixture: &Fixture, words: &[&str]) -> (Option<i32>, BTreeMap<String, String>, String) {
+    let out = fixture.run(words[0], &words[1..]);
     let text = String::from_utf8(out.stdout).unwrap();
     let pairs = text.lines().filter_map(|line| line.split_once(' '));
     let pairs = pairs.map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
@@ -84,8 +84,8 @@ fn run(house: &House, words: &[&str]) -> (Option<i32>, BTreeMap<String, String>,
 }
 
 #[track_caller]
-fn number(told: &BTreeMap<String, String>, key: &str) -> f64 {
-    told.get(key).and_then(|value| value.parse().ok()).unwrap_or_else(|| panic!("{key} in {told:?}"))
+fn number(output: &BTreeMap<String, String>, key: &str) -> f64 {
+    output.get(key).and_then(|value| value.parse().ok()).unwrap_or_else(|| panic!("{key} in {output:?}"))
 }
 
 #[track_caller]
@@ -94,39 +94,41 @@ fn near(a: f64, b: f64, tolerance: f64) {
 }
 
 #[test]
-fn a_c_program_breaks_an_object_and_gets_what_the_command_line_gets() {
-    let mut house = with_bar();
-    let strike = build(&house, "strike", "examples/strike.c", &C, Linked::Shared);
-    let file = house.path("bar.glb");
-    let words = [strike.as_str(), "default", "bar", BLOW[0], BLOW[1], "24", file.to_str().unwrap()];
-    let (code, told, error) = run(&house, &words);
+fn a_c_program_gets_the_same_result_as_the_command_line() {
+    let mut fixture = with_bar();
+    let strike = build(&fixture, "strike", "examples/strike.c", &C, Linked::Shared);
+    let file = fixture.path("bar.glb");
+    let words =
+        [strike.as_str(), "default", "bar", IMPACT_ARGUMENTS[0], IMPACT_ARGUMENTS[1], "24", file.to_str().unwrap()];
+    let (code, output, error) = run(&fixture, &words);
     assert_eq!(code, Some(0), "{error}");
-    let fragments = number(&told, "fragments");
-    assert!(fragments >= 24.0 && number(&told, "closed") == fragments && number(&told, "crack_faces") > 0.0);
-    let inspected = house.ok("shatterd", &["inspect", house.databases().join("bar.shatter").to_str().unwrap()]);
-    near(number(&told, "volume_m3"), inspected["lattice_volume_m3"].as_f64().unwrap(), 1e-9);
-    near(number(&told, "meshes_m3"), number(&told, "volume_m3"), 1e-6);
-    let arguments = ["impact", "bar", "--point", BLOW[0], "--impulse", BLOW[1], "--degree", "24"];
-    let answer = house.ok("shatter", &arguments);
-    assert_eq!(answer["output_hash"].as_str(), told.get("hash").map(String::as_str));
+    let fragments = number(&output, "fragments");
+    assert!(fragments >= 24.0 && number(&output, "closed") == fragments && number(&output, "crack_faces") > 0.0);
+    let inspected = fixture.ok("shatterd", &["inspect", fixture.databases().join("bar.shatter").to_str().unwrap()]);
+    near(number(&output, "volume_m3"), inspected["lattice_volume_m3"].as_f64().unwrap(), 1e-9);
+    near(number(&output, "meshes_m3"), number(&output, "volume_m3"), 1e-6);
+    let arguments =
+        ["impact", "bar", "--point", IMPACT_ARGUMENTS[0], "--impulse", IMPACT_ARGUMENTS[1], "--degree", "24"];
+    let document = fixture.ok("shatter", &arguments);
+    assert_eq!(document["output_hash"].as_str(), output.get("hash").map(String::as_str));
     let read = glb::read(&file).unwrap();
     assert_eq!(read.len() as f64, fragments);
     read.iter().for_each(|fragment| fragment.check_closed().unwrap());
 
-    let still = build(&house, "still", "examples/strike.c", &C, Linked::Static);
-    let (code, other, error) = run(&house, &[&[still.as_str()], &words[1..6]].concat());
-    assert_eq!((code, other.get("hash")), (Some(0), told.get("hash")), "{error}");
+    let still = build(&fixture, "still", "examples/strike.c", &C, Linked::Static);
+    let (code, other, error) = run(&fixture, &[&[still.as_str()], &words[1..6]].concat());
+    assert_eq!((code, other.get("hash")), (Some(0), output.get("hash")), "{error}");
 
     let refused = |words: &[&str], exit: i32, name: &str| {
-        let (code, told, error) = run(&house, words);
-        assert!(code == Some(exit) && error.contains(name) && told.is_empty(), "{code:?}: {error}");
+        let (code, output, error) = run(&fixture, words);
+        assert!(code == Some(exit) && error.contains(name) && output.is_empty(), "{code:?}: {error}");
     };
-    refused(&[&strike, "default", "pot", BLOW[0], BLOW[1], "24"], 3, "unknown_object");
-    refused(&[&strike, "default", "bar", "9,9,9", BLOW[1], "24"], 3, "contact_too_far");
-    refused(&[&strike, "a b", "bar", BLOW[0], BLOW[1], "24"], 3, "service_name");
-    refused(&[&strike, "other", "bar", BLOW[0], BLOW[1], "24"], 4, "no_daemon");
-    assert_eq!(house.end(), Some(0));
-    let (code, _, error) = run(&house, &words);
+    refused(&[&strike, "default", "pot", IMPACT_ARGUMENTS[0], IMPACT_ARGUMENTS[1], "24"], 3, "unknown_object");
+    refused(&[&strike, "default", "bar", "9,9,9", IMPACT_ARGUMENTS[1], "24"], 3, "contact_too_far");
+    refused(&[&strike, "a b", "bar", IMPACT_ARGUMENTS[0], IMPACT_ARGUMENTS[1], "24"], 3, "service_name");
+    refused(&[&strike, "other", "bar", IMPACT_ARGUMENTS[0], IMPACT_ARGUMENTS[1], "24"], 4, "no_daemon");
+    assert_eq!(fixture.end(), Some(0));
+    let (code, _, error) = run(&fixture, &words);
     assert!(
         code == Some(4) && error.contains("no_daemon") && error.contains("may be tried again"),
         "{code:?}: {error}"
@@ -135,15 +137,16 @@ fn a_c_program_breaks_an_object_and_gets_what_the_command_line_gets() {
 
 /// An impact in the coordinates of a host gives the same contact and the same fragments as in the default ones; so does an even division.
 #[test]
-fn a_host_asks_and_is_answered_in_its_own_coordinates() {
-    let house = with_bar();
-    let host = build(&house, "host", "examples/host.c", &C, Linked::Shared);
-    let told = |convention: &str, blow: [&str; 3]| {
-        let (code, told, error) = run(&house, &[&[&host, "default", "bar", convention][..], &blow].concat());
+fn a_host_works_in_its_own_coordinates() {
+    let fixture = with_bar();
+    let host = build(&fixture, "host", "examples/host.c", &C, Linked::Shared);
+    let output = |convention: &str, impact_arguments: [&str; 3]| {
+        let (code, output, error) =
+            run(&fixture, &[&[&host, "default", "bar", convention][..], &impact_arguments].concat());
         assert_eq!(code, Some(0), "{convention}: {error}");
-        told
+        output
     };
-    let ours = told("gltf", [BLOW[0], BLOW[1], "4"]);
+    let ours = output("gltf", [IMPACT_ARGUMENTS[0], IMPACT_ARGUMENTS[1], "4"]);
     assert!(number(&ours, "struck_fragments") > 1.0 && number(&ours, "even_fragments") >= 12.0, "{ours:?}");
     near(number(&ours, "even_mass_kg"), number(&ours, "struck_mass_kg"), 1e-9);
     // A steel ball of 18 mm at 4 m/s, by hand: E* of steel and glass, m* of both masses; Johnson, section 11.4.
@@ -152,13 +155,13 @@ fn a_host_asks_and_is_answered_in_its_own_coordinates() {
     let mass_kg = 1.0 / (1.0 / 0.2 + 1.0 / number(&ours, "struck_mass_kg"));
     let duration_s = 2.87 * (mass_kg * mass_kg / (radius_m * modulus_pa * modulus_pa * 4.0)).powf(0.2);
     near(number(&ours, "duration_s"), duration_s, 0.05);
-    for (convention, blow) in [
+    for (convention, impact_arguments) in [
         ("unreal", ["20,2,1", "-5000,0,300", "400"]),
         ("unity", ["-0.2,0.01,0.02", "50,3,0", "4"]),
         ("blender", ["0.2,-0.02,0.01", "-50,0,3", "4"]),
-        ("godot", [BLOW[0], BLOW[1], "4"]),
+        ("godot", [IMPACT_ARGUMENTS[0], IMPACT_ARGUMENTS[1], "4"]),
     ] {
-        let other = told(convention, blow);
+        let other = output(convention, impact_arguments);
         for (key, tolerance) in
             [("contact_m", 1e-12), ("duration_s", 1e-12), ("struck_mass_kg", 1e-9), ("even_mass_kg", 1e-9)]
         {
@@ -168,50 +171,53 @@ fn a_host_asks_and_is_answered_in_its_own_coordinates() {
             assert_eq!(other.get(key), ours.get(key), "{convention}");
         }
     }
-    let (code, _, error) = run(&house, &[&host, "default", "bar", "maya", BLOW[0], BLOW[1], "4"]);
+    let (code, _, error) =
+        run(&fixture, &[&host, "default", "bar", "maya", IMPACT_ARGUMENTS[0], IMPACT_ARGUMENTS[1], "4"]);
     assert!(code == Some(3) && error.contains("convention"), "{error}");
 }
 
 #[test]
 fn a_cpp_program_breaks_a_piece_again() {
-    let house = with_bar();
-    if !can(&house, "c++", &CXX) {
+    let fixture = with_bar();
+    if !can(&fixture, "c++", &CXX) {
         return;
     }
-    let again = build(&house, "again", "examples/again.cpp", &CXX, Linked::Shared);
-    let (code, told, error) = run(&house, &[&again, "default", "bar", BLOW[0], BLOW[1], "6"]);
+    let again = build(&fixture, "again", "examples/restrike.cpp", &CXX, Linked::Shared);
+    let (code, output, error) =
+        run(&fixture, &[&again, "default", "bar", IMPACT_ARGUMENTS[0], IMPACT_ARGUMENTS[1], "6"]);
     assert_eq!(code, Some(0), "{error}");
     for (name, least) in [("first", 6.0), ("second", 4.0)] {
-        let count = number(&told, &format!("{name}_fragments"));
-        assert!(count >= least, "{told:?}");
+        let count = number(&output, &format!("{name}_fragments"));
+        assert!(count >= least, "{output:?}");
         for all in ["closed", "hulls"] {
-            assert_eq!(number(&told, &format!("{name}_{all}")), count, "{told:?}");
+            assert_eq!(number(&output, &format!("{name}_{all}")), count, "{output:?}");
         }
-        assert!(number(&told, &format!("{name}_bonds")) >= count - 1.0, "{told:?}");
+        assert!(number(&output, &format!("{name}_bonds")) >= count - 1.0, "{output:?}");
     }
-    near(number(&told, "children_volume_m3"), number(&told, "parent_volume_m3"), 1e-9);
-    assert_eq!(told.get("released_twice").map(String::as_str), Some("unknown_handle"));
-    let (code, _, error) = run(&house, &[&again, "other", "bar", BLOW[0], BLOW[1], "6"]);
+    near(number(&output, "children_volume_m3"), number(&output, "parent_volume_m3"), 1e-9);
+    assert_eq!(output.get("released_twice").map(String::as_str), Some("unknown_handle"));
+    let (code, _, error) = run(&fixture, &[&again, "other", "bar", IMPACT_ARGUMENTS[0], IMPACT_ARGUMENTS[1], "6"]);
     assert!(code == Some(4) && error.contains("no_daemon"), "{code:?}: {error}");
 }
 
 #[test]
-fn what_callers_get_wrong_is_refused_and_the_sanitiser_finds_nothing() {
-    let house = with_bar();
-    let misuse = build(&house, "misuse", "tests/misuse.c", &C, Linked::Shared);
-    let (code, _, error) = run(&house, &[&misuse, "default", "bar", BLOW[0]]);
+fn c_misuse_is_rejected_without_sanitizer_reports() {
+    let fixture = with_bar();
+    let misuse = build(&fixture, "misuse", "tests/misuse.c", &C, Linked::Shared);
+    let (code, _, error) = run(&fixture, &[&misuse, "default", "bar", IMPACT_ARGUMENTS[0]]);
     assert_eq!((code, error.as_str()), (Some(0), ""));
     let watched = [&C[..], &["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]].concat();
-    if !can(&house, "cc", &watched) {
+    if !can(&fixture, "cc", &watched) {
         return;
     }
-    let misuse = build(&house, "watched_misuse", "tests/misuse.c", &watched, Linked::Shared);
-    let (code, _, error) = run(&house, &[&misuse, "default", "bar", BLOW[0]]);
+    let misuse = build(&fixture, "watched_misuse", "tests/misuse.c", &watched, Linked::Shared);
+    let (code, _, error) = run(&fixture, &[&misuse, "default", "bar", IMPACT_ARGUMENTS[0]]);
     assert_eq!((code, error.as_str()), (Some(0), ""));
     for (linked, name) in [(Linked::Shared, "shared"), (Linked::Static, "static")] {
-        let strike = build(&house, name, "examples/strike.c", &watched, linked);
-        let (code, told, error) = run(&house, &[&strike, "default", "bar", BLOW[0], BLOW[1], "24"]);
-        assert_eq!((code, error.as_str()), (Some(0), ""), "{name}: {told:?}");
+        let strike = build(&fixture, name, "examples/strike.c", &watched, linked);
+        let (code, output, error) =
+            run(&fixture, &[&strike, "default", "bar", IMPACT_ARGUMENTS[0], IMPACT_ARGUMENTS[1], "24"]);
+        assert_eq!((code, error.as_str()), (Some(0), ""), "{name}: {output:?}");
     }
 }
 
@@ -223,13 +229,16 @@ fn valgrind_finds_nothing() {
         println!("skipped: no valgrind");
         return;
     }
-    let house = with_bar();
-    let strike = build(&house, "strike", "examples/strike.c", &C, Linked::Shared);
-    let misuse = build(&house, "misuse", "tests/misuse.c", &C, Linked::Shared);
+    let fixture = with_bar();
+    let strike = build(&fixture, "strike", "examples/strike.c", &C, Linked::Shared);
+    let misuse = build(&fixture, "misuse", "tests/misuse.c", &C, Linked::Shared);
     let check = ["--quiet", "--error-exitcode=99", "--leak-check=full", "--errors-for-leak-kinds=definite"];
-    for words in [&[&strike, "default", "bar", BLOW[0], BLOW[1], "24"][..], &[&misuse, "default", "bar", BLOW[0]]] {
+    for words in [
+        &[&strike, "default", "bar", IMPACT_ARGUMENTS[0], IMPACT_ARGUMENTS[1], "24"][..],
+        &[&misuse, "default", "bar", IMPACT_ARGUMENTS[0]],
+    ] {
         let valgrind = Path::new("/usr/bin/env").to_str().unwrap();
-        let (code, told, error) = run(&house, &[&[valgrind, "valgrind"], &check[..], words].concat());
-        assert!(code == Some(0), "{code:?} {told:?}: {error}");
+        let (code, output, error) = run(&fixture, &[&[valgrind, "valgrind"], &check[..], words].concat());
+        assert!(code == Some(0), "{code:?} {output:?}: {error}");
     }
 }

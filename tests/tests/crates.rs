@@ -22,7 +22,7 @@ fn every_package_is_used_by_the_crate_that_owns_it() {
         ("tracing", "server"),
     ];
     let sources = sources();
-    let mut broken = Vec::new();
+    let mut violations = Vec::new();
     for (package, owner) in owners {
         let manifest = fs::read_to_string(root().join(owner).join("Cargo.toml")).unwrap();
         let (use_a, use_b) = (format!("use {package}"), format!("{package}::"));
@@ -31,10 +31,10 @@ fn every_package_is_used_by_the_crate_that_owns_it() {
                 && shipped(name, text).iter().any(|(_, line)| line.contains(&use_a) || line.contains(&use_b))
         });
         if !manifest.contains(&format!("{package}.workspace = true")) || !used {
-            broken.push(format!("{owner} does not use {package}"));
+            violations.push(format!("{owner} does not use {package}"));
         }
     }
-    check("packages are really used", broken);
+    check("packages are really used", violations);
 }
 
 /// Bindings, whose types have the names of the types that they bind.
@@ -63,7 +63,7 @@ fn dependencies(folder: &str) -> [Vec<String>; 2] {
 #[test]
 fn no_dependency_is_idle() {
     let sources = sources();
-    let mut broken = Vec::new();
+    let mut violations = Vec::new();
     for (folder, _) in CRATES {
         let own: Vec<&(String, String)> = sources.iter().filter(|(name, _)| owner(name) == folder).collect();
         // All code of the test crate is a test, and so are the optional parts of an example.
@@ -75,34 +75,34 @@ fn no_dependency_is_idle() {
             let path = dependency.replace('-', "_");
             let is_used = if folder == "tests" || dependency == "rapier3d-f64" { all(&path) } else { ships(&path) };
             if !is_used {
-                broken.push(format!("{folder} depends on {dependency}, and what it ships does not use it"));
+                violations.push(format!("{folder} depends on {dependency}, and what it ships does not use it"));
             }
         }
         let idle =
             of_tests.iter().filter(|dependency| !all(&dependency.replace('-', "_")) || normal.contains(dependency));
-        broken.extend(idle.map(|dependency| format!("{folder} has no use for {dependency} in its tests alone")));
+        violations.extend(idle.map(|dependency| format!("{folder} has no use for {dependency} in its tests alone")));
     }
-    check("no dependency is idle", broken);
+    check("no dependency is idle", violations);
 }
 
 #[test]
-fn arrows_point_one_way() {
-    let mut broken = Vec::new();
+fn crate_dependencies_point_one_way() {
+    let mut violations = Vec::new();
     for (folder, allowed) in CRATES {
         let [normal, _] = dependencies(folder);
         let own = normal.iter().filter_map(|name| name.strip_prefix("shatter-"));
-        broken.extend(own.filter(|name| !allowed.contains(name)).map(|name| format!("{folder} → {name}")));
+        violations.extend(own.filter(|name| !allowed.contains(name)).map(|name| format!("{folder} → {name}")));
     }
     for (folder, names) in FOREIGN {
         let manifest = fs::read_to_string(root().join(folder).join("Cargo.toml")).unwrap();
         let (manifest, _) = manifest.split_once("[dev-dependencies]").unwrap_or((&manifest, ""));
         let (_, manifest) = manifest.split_once("[dependencies]").unwrap();
         let has = |name: &&&str| manifest.lines().any(|line| line.starts_with(**name));
-        broken.extend(names.iter().filter(has).map(|name| format!("{folder} → {name}")));
+        violations.extend(names.iter().filter(has).map(|name| format!("{folder} → {name}")));
     }
     let members = files("Cargo.toml").len() - 1;
     assert_eq!(members, CRATES.len(), "every crate is judged");
-    check("dependencies point one way", broken);
+    check("dependencies point one way", violations);
 }
 
 #[test]
@@ -168,16 +168,16 @@ fn row_in(signature: &str) -> Option<&str> {
 
 #[test]
 fn no_host_sees_a_row_of_shared_memory() {
-    let (mut broken, mut count) = (Vec::new(), 0);
+    let (mut violations, mut count) = (Vec::new(), 0);
     for (name, text) in sources().iter().filter(|(name, _)| WITHOUT_ROWS.iter().any(|folder| name.starts_with(folder)))
     {
         for (number, signature) in signatures(&shipped(name, text)) {
             count += 1;
-            broken.extend(row_in(&signature).map(|row| format!("{name}:{number}: {row}")));
+            violations.extend(row_in(&signature).map(|row| format!("{name}:{number}: {row}")));
         }
     }
     assert!(count > 300, "{count} public signatures");
-    check("public signatures hold plain types", broken);
+    check("public signatures hold plain types", violations);
 }
 
 #[test]
@@ -185,7 +185,7 @@ fn a_row_is_found_in_every_kind_of_signature() {
     let text = "\
 pub fn a(&self) -> Option<SummaryWire> {
 pub fn b(
-    row: &StatusRow,
+    row: &ServiceStatusRow,
 ) -> u32 {
 pub use x::{
     A, ResultView,
@@ -201,7 +201,7 @@ pub fn f(&self) -> Row2 {
     let lines: Vec<(usize, String)> = (1..).zip(text.lines().map(str::to_owned)).collect();
     let found = signatures(&lines);
     let rows: Vec<(usize, Option<&str>)> = found.iter().map(|(number, own)| (*number, row_in(own))).collect();
-    let wanted = [(1, "SummaryWire"), (2, "StatusRow"), (5, "ResultView"), (8, "BondWire"), (9, "ObjectRow")];
+    let wanted = [(1, "SummaryWire"), (2, "ServiceStatusRow"), (5, "ResultView"), (8, "BondWire"), (9, "ObjectRow")];
     assert_eq!(rows, wanted.map(|(n, row)| (n, Some(row))).into_iter().chain([(14, None)]).collect::<Vec<_>>());
 }
 

@@ -64,7 +64,7 @@ fn targets(text: &str) -> Vec<String> {
 
 #[test]
 fn links_and_anchors_resolve() {
-    let mut broken = Vec::new();
+    let mut violations = Vec::new();
     let mut count = 0;
     for page in all_pages() {
         let own = text(&page);
@@ -73,19 +73,19 @@ fn links_and_anchors_resolve() {
             let (file, fragment) = target.split_once('#').unwrap_or((&target, ""));
             let path = if file.is_empty() { root().join(&page) } else { root().join(&page).with_file_name(file) };
             let Ok(path) = path.canonicalize() else {
-                broken.push(format!("{page}: no file {target}"));
+                violations.push(format!("{page}: no file {target}"));
                 continue;
             };
             if page.starts_with(GUIDE) && !path.starts_with(root().join(GUIDE)) {
-                broken.push(format!("{page}: {target} leaves the guide, and the built book lacks it"));
+                violations.push(format!("{page}: {target} leaves the guide, and the built book lacks it"));
             }
             if !fragment.is_empty() && !anchors(&fs::read_to_string(&path).unwrap()).contains(fragment) {
-                broken.push(format!("{page}: no heading {target}"));
+                violations.push(format!("{page}: no heading {target}"));
             }
         }
     }
     assert!(count > 60, "{count}");
-    check("links and their anchors resolve", broken);
+    check("links and their anchors resolve", violations);
 }
 
 #[test]
@@ -117,12 +117,12 @@ fn quoted(text: &str) -> Vec<String> {
 fn the_guide_names_files_and_tests_that_exist() {
     let folders = ["client/", "config/", "proto/", "server/", "tests/", ".ci/"];
     let made = ["client/python/dist"];
-    let mut broken = Vec::new();
+    let mut violations = Vec::new();
     for page in all_pages().into_iter().filter(|page| page != "CHANGELOG.md") {
         for name in quoted(&text(&page)) {
             let is_path = folders.iter().any(|folder| name.starts_with(folder)) && !name.contains([' ', '*', '<', ':']);
             if is_path && !made.contains(&name.as_str()) && !root().join(&name).exists() {
-                broken.push(format!("{page}: no file {name}"));
+                violations.push(format!("{page}: no file {name}"));
             }
         }
         let own = text(&page);
@@ -132,11 +132,11 @@ fn the_guide_names_files_and_tests_that_exist() {
             let folder = if folder == "test" { "tests" } else { "benches" };
             let places = ["tests", "server", "server/lab", "server/fracture", "server/engine", "client", "client/cli"];
             if !places.iter().any(|place| root().join(place).join(folder).join(format!("{}.rs", pair[1])).exists()) {
-                broken.push(format!("{page}: no {folder} {}", pair[1]));
+                violations.push(format!("{page}: no {folder} {}", pair[1]));
             }
         }
     }
-    check("pages name files, tests and benches that exist", broken);
+    check("pages name files, tests and benches that exist", violations);
 }
 
 #[test]

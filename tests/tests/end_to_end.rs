@@ -5,24 +5,24 @@ use serde_json::Value;
 use shatter_fracture::fragment::RigidProperties;
 use shatter_fracture::surface::shapes::{self, write_obj};
 use shatter_fracture::surface::{LengthUnit, RawMesh, UpAxis};
-use shatter_tests::house::House;
+use shatter_tests::fixture::Fixture;
 use shatter_tests::{glb, real};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// A test folder with a small arch, and the daemon running.
-fn with_arch(arguments: &[&str]) -> House {
-    let mut house = House::new();
-    let mesh = house.path("arch of Žofie.obj");
+fn with_arch(arguments: &[&str]) -> Fixture {
+    let mut fixture = Fixture::new();
+    let mesh = fixture.path("arch of Žofie.obj");
     write_obj(&shapes::arch(), &mesh).unwrap();
     let spacings = ["--crack-spacing", "0.035", "--elastic-spacing", "0.06"];
-    house.bake_once(&mesh, "arch", &[&["--material", "ceramic"][..], &spacings].concat());
-    house.serve(arguments);
-    house
+    fixture.bake_once(&mesh, "arch", &[&["--material", "ceramic"][..], &spacings].concat());
+    fixture.serve(arguments);
+    fixture
 }
 
 /// The point of the arch with the largest x at half its height, and the impulse that just breaks it there along −x.
-fn contact(house: &House) -> (String, f64) {
+fn contact(fixture: &Fixture) -> (String, f64) {
     let mesh = shapes::arch();
     let height = |p: &Point3<f64>| p.y;
     let top = mesh.positions_m.iter().map(height).fold(f64::NEG_INFINITY, f64::max);
@@ -31,7 +31,7 @@ fn contact(house: &House) -> (String, f64) {
     let band = mesh.positions_m.iter().filter(|p| (p.y - middle).abs() < 0.1 * (top - bottom));
     let point = band.max_by(|a, b| a.x.total_cmp(&b.x)).unwrap();
     let point = format!("{},{},{}", point.x, point.y, point.z);
-    let found = house.ok("shatter", &["threshold", "arch", "--point", &point, "--direction", "-1,0,0"]);
+    let found = fixture.ok("shatter", &["threshold", "arch", "--point", &point, "--direction", "-1,0,0"]);
     (point, number(&found, "impulse_ns"))
 }
 
@@ -40,13 +40,13 @@ fn number(document: &Value, key: &str) -> f64 {
     document[key].as_f64().unwrap_or_else(|| panic!("{key} in {document}"))
 }
 
-fn impact(house: &House, point: &str, impulse_ns: f64, more: &[&str]) -> Value {
+fn impact(fixture: &Fixture, point: &str, impulse_ns: f64, more: &[&str]) -> Value {
     let impulse = format!("{},0,0", -impulse_ns);
-    house.ok("shatter", &[&["impact", "arch", "--point", point, "--impulse", &impulse], more].concat())
+    fixture.ok("shatter", &[&["impact", "arch", "--point", point, "--impulse", &impulse], more].concat())
 }
 
-fn section_hashes(answer: &Value, names: &[&str]) -> Vec<String> {
-    let sections = answer["sections"].as_array().unwrap();
+fn section_hashes(document: &Value, names: &[&str]) -> Vec<String> {
+    let sections = document["sections"].as_array().unwrap();
     let hash = |name: &&str| sections.iter().find(|section| section["name"] == **name).unwrap()["hash"].to_string();
     names.iter().map(hash).collect()
 }
@@ -55,18 +55,18 @@ const GEOMETRY: [&str; 4] = ["positions", "indices", "runs", "merges"];
 
 #[test]
 fn a_strike_writes_closed_fragments_whose_volumes_add_up() {
-    let house = with_arch(&[]);
-    let (point, just) = contact(&house);
-    let file = house.path("scherben überall.glb");
-    let answer = impact(&house, &point, 5.0 * just, &["--degree", "24", "--out", file.to_str().unwrap()]);
-    assert_eq!((answer["degree_source"].as_str(), answer["sites"].as_u64()), (Some("forced"), Some(24)));
+    let fixture = with_arch(&[]);
+    let (point, just) = contact(&fixture);
+    let file = fixture.path("scherben überall.glb");
+    let document = impact(&fixture, &point, 5.0 * just, &["--degree", "24", "--out", file.to_str().unwrap()]);
+    assert_eq!((document["degree_source"].as_str(), document["sites"].as_u64()), (Some("forced"), Some(24)));
     let names: Vec<&str> =
-        answer["stages"].as_array().unwrap().iter().map(|stage| stage["name"].as_str().unwrap()).collect();
+        document["stages"].as_array().unwrap().iter().map(|stage| stage["name"].as_str().unwrap()).collect();
     let wanted = ["load", "elasticity", "threshold", "degree", "centroidal", "labels", "tessellation", "fragments"];
     assert_eq!(names[..8], wanted);
     assert!(names.len() > 8, "effects under their own names");
-    let inspected = house.ok("shatterd", &["inspect", house.databases().join("arch.shatter").to_str().unwrap()]);
-    check_glb(&closed(&file), answer["fragments"].as_array().unwrap().len(), number(&inspected, "lattice_volume_m3"));
+    let inspected = fixture.ok("shatterd", &["inspect", fixture.databases().join("arch.shatter").to_str().unwrap()]);
+    check_glb(&closed(&file), document["fragments"].as_array().unwrap().len(), number(&inspected, "lattice_volume_m3"));
 }
 
 /// The file of closed meshes beside the one with the skins.
@@ -86,13 +86,13 @@ fn check_glb(file: &Path, fragments: usize, volume_m3: f64) {
 
 #[test]
 fn the_intact_object_is_the_boundary_of_its_lattice() {
-    let house = with_arch(&[]);
-    let database = house.databases().join("arch.shatter");
+    let fixture = with_arch(&[]);
+    let database = fixture.databases().join("arch.shatter");
     let inspect = |mesh: &Path| {
         let arguments = ["inspect", database.to_str().unwrap(), "--mesh", mesh.to_str().unwrap()];
-        house.json("shatterd", &arguments)
+        fixture.json("shatterd", &arguments)
     };
-    let [obj, glb, other] = ["whole.obj", "whole.glb", "whole.stl"].map(|name| house.path(name));
+    let [obj, glb, other] = ["whole.obj", "whole.glb", "whole.stl"].map(|name| fixture.path(name));
     let volume_m3 = number(&inspect(&obj).1, "lattice_volume_m3");
     let read = shatter_fracture::surface::read(&obj, LengthUnit::M, UpAxis::Y).unwrap();
     let positions: Vec<[f32; 3]> = read.positions_m.iter().map(|p| p.coords.map(|x| x as f32).into()).collect();
@@ -112,33 +112,33 @@ fn the_intact_object_is_the_boundary_of_its_lattice() {
 
 #[test]
 fn twice_the_threshold_breaks_and_half_does_not() {
-    let house = with_arch(&[]);
-    let (point, just) = contact(&house);
-    let half = impact(&house, &point, 0.5 * just, &[]);
+    let fixture = with_arch(&[]);
+    let (point, just) = contact(&fixture);
+    let half = impact(&fixture, &point, 0.5 * just, &[]);
     assert_eq!(half["fracture_degree"], 1);
     assert_eq!(half["degree_source"], "threshold");
     assert_eq!(half["fragments"].as_array().unwrap().len(), 0);
     let ran: Vec<bool> =
         half["stages"].as_array().unwrap().iter().map(|stage| stage["ran"].as_bool().unwrap()).collect();
     assert_eq!(ran[..8], [true, true, true, false, false, false, false, false], "nothing follows the threshold test");
-    let twice = impact(&house, &point, 2.0 * just, &[]);
+    let twice = impact(&fixture, &point, 2.0 * just, &[]);
     assert!(twice["fracture_degree"].as_u64().unwrap() >= 2 && twice["fragments"].as_array().unwrap().len() >= 2);
     assert!((number(&twice, "e1_over_gamma") - 4.0).abs() < 1e-6);
 }
 
 #[test]
 fn the_threshold_depends_on_the_contact_as_the_impact_does() {
-    let house = with_arch(&[]);
-    let (point, just) = contact(&house);
+    let fixture = with_arch(&[]);
+    let (point, just) = contact(&fixture);
     let at = ["threshold", "arch", "--point", &point, "--direction", "-1,0,0"];
     let contact = ["--radius-m", "0.4", "--duration-s", "0.05"];
-    let other = number(&house.ok("shatter", &[&at[..], &contact].concat()), "impulse_ns");
+    let other = number(&fixture.ok("shatter", &[&at[..], &contact].concat()), "impulse_ns");
     assert!((other / just - 1.0).abs() > 1e-3, "{other} and {just}");
-    let struck = impact(&house, &point, 2.0 * other, &contact);
+    let struck = impact(&fixture, &point, 2.0 * other, &contact);
     assert!((number(&struck, "e1_over_gamma") - 4.0).abs() < 1e-6, "{struck}");
     for impulse in [0.5 * just, 2.0 * just] {
         let impulse = format!("{},0,0", -impulse);
-        let shown = house.run("shatter", &["impact", "arch", "--point", &point, "--impulse", &impulse]);
+        let shown = fixture.run("shatter", &["impact", "arch", "--point", &point, "--impulse", &impulse]);
         let text = String::from_utf8(shown.stdout).unwrap();
         assert!(["displacements: ", "energy error", "confidence"].iter().all(|word| text.contains(word)), "{text}");
     }
@@ -146,35 +146,35 @@ fn the_threshold_depends_on_the_contact_as_the_impact_does() {
 
 #[test]
 fn ten_times_the_impulse_with_a_hundred_times_gamma_is_the_same_geometry() {
-    let house = with_arch(&[]);
-    let (point, just) = contact(&house);
-    let first = impact(&house, &point, 4.0 * just, &[]);
+    let fixture = with_arch(&[]);
+    let (point, just) = contact(&fixture);
+    let first = impact(&fixture, &point, 4.0 * just, &[]);
     let gamma = format!("{:e}", 100.0 * number(&first, "gamma_j_m2"));
-    let second = impact(&house, &point, 40.0 * just, &["--gamma", &gamma]);
+    let second = impact(&fixture, &point, 40.0 * just, &["--gamma", &gamma]);
     assert_eq!(section_hashes(&first, &GEOMETRY), section_hashes(&second, &GEOMETRY));
-    let other = impact(&house, &point, 4.0 * just, &["--seed", "9"]);
+    let other = impact(&fixture, &point, 4.0 * just, &["--seed", "9"]);
     assert_ne!(section_hashes(&first, &GEOMETRY), section_hashes(&other, &GEOMETRY), "the hash would not notice");
 }
 
 #[test]
 fn any_number_of_threads_gives_the_same_bytes() {
-    let mut house = with_arch(&["--threads", "1"]);
-    let (point, just) = contact(&house);
+    let mut fixture = with_arch(&["--threads", "1"]);
+    let (point, just) = contact(&fixture);
     let mut hashes = Vec::new();
     for threads in ["1", "2", "4"] {
-        assert_eq!(house.end(), Some(0));
-        house.serve(&["--threads", threads]);
-        hashes.push(impact(&house, &point, 6.0 * just, &["--degree", "30"])["output_hash"].clone());
+        assert_eq!(fixture.end(), Some(0));
+        fixture.serve(&["--threads", threads]);
+        hashes.push(impact(&fixture, &point, 6.0 * just, &["--degree", "30"])["output_hash"].clone());
     }
     assert!(hashes.iter().all(|hash| *hash == hashes[0]), "{hashes:?}");
 }
 
 #[test]
 fn bad_strikes_are_refused_by_name() {
-    let house = with_arch(&[]);
-    let (point, _) = contact(&house);
+    let fixture = with_arch(&[]);
+    let (point, _) = contact(&fixture);
     let refused = |arguments: &[&str], kind: &str| {
-        let (code, document) = house.json("shatter", arguments);
+        let (code, document) = fixture.json("shatter", arguments);
         assert_eq!((code, document["error"]["kind"].as_str()), (3, Some(kind)), "{arguments:?}: {document}");
         assert_eq!(document["error"]["fault"], "caller");
     };
@@ -190,22 +190,22 @@ fn bad_strikes_are_refused_by_name() {
 }
 
 #[test]
-fn a_convention_turns_what_is_said_and_shown_and_no_file() {
-    let house = with_arch(&[]);
-    let (point, just) = contact(&house);
-    let files = ["ours.glb", "theirs.glb"].map(|name| house.path(name));
+fn a_convention_changes_input_and_output_but_no_file() {
+    let fixture = with_arch(&[]);
+    let (point, just) = contact(&fixture);
+    let files = ["ours.glb", "theirs.glb"].map(|name| fixture.path(name));
     let [ours, theirs] = [0, 1].map(|k| files[k].to_str().unwrap());
-    let usual = impact(&house, &point, 5.0 * just, &["--degree", "24", "--out", ours]);
+    let usual = impact(&fixture, &point, 5.0 * just, &["--degree", "24", "--out", ours]);
     assert_eq!(usual["convention"], "gltf");
     let strike = |name: &str, point: &str, impulse: &str, more: &[&str]| {
         let arguments =
             ["impact", "arch", "--degree", "24", "--convention", name, "--point", point, "--impulse", impulse];
-        house.ok("shatter", &[&arguments, more].concat())
+        fixture.ok("shatter", &[&arguments, more].concat())
     };
     // +x of Unity is −x of the default.
     let impulse = format!("{},0,0", 5.0 * just);
     let unity = strike("unity", &format!("-{point}"), &impulse, &["--out", theirs]);
-    let fragments = |answer: &Value| answer["fragments"].as_array().unwrap().clone();
+    let fragments = |document: &Value| document["fragments"].as_array().unwrap().clone();
     let center = |fragment: &Value| -> Vec<f64> { serde_json::from_value(fragment["center_m"].clone()).unwrap() };
     assert_eq!((unity["convention"].as_str(), fragments(&unity).len()), (Some("unity"), fragments(&usual).len()));
     for (theirs, ours) in fragments(&unity).iter().zip(&fragments(&usual)) {
@@ -218,14 +218,14 @@ fn a_convention_turns_what_is_said_and_shown_and_no_file() {
     let centimeters = format!("{},{},{}", 100.0 * meters[0], 100.0 * meters[2], 100.0 * meters[1]);
     let impulse = format!("{},0,0", -500.0 * just);
     let unreal = strike("unreal", &centimeters, &impulse, &["--radius-m", "0.2"]);
-    let same = impact(&house, &point, 5.0 * just, &["--degree", "24", "--radius-m", "0.2"]);
+    let same = impact(&fixture, &point, 5.0 * just, &["--degree", "24", "--radius-m", "0.2"]);
     assert!((number(&unreal, "e1_over_gamma") / number(&same, "e1_over_gamma") - 1.0).abs() < 1e-9);
     assert!((number(&unreal, "radius_m") / number(&same, "radius_m") - 100.0).abs() < 1e-9);
-    let volume = |answer| fragments(answer).iter().map(|fragment| number(fragment, "volume_m3")).sum::<f64>();
+    let volume = |document| fragments(document).iter().map(|fragment| number(fragment, "volume_m3")).sum::<f64>();
     assert!((volume(&unreal) / volume(&usual) / 1e6 - 1.0).abs() < 1e-6);
     // The impulse that just breaks the object is printed in the host's unit, too.
     let threshold =
-        |arguments: &[&str]| house.ok("shatter", &[&["threshold", "arch", "--radius-m", "0.2"], arguments].concat());
+        |arguments: &[&str]| fixture.ok("shatter", &[&["threshold", "arch", "--radius-m", "0.2"], arguments].concat());
     let usual = threshold(&["--point", &point, "--direction", "-1,0,-0.5"]);
     let unreal = threshold(&["--convention", "unreal", "--point", &centimeters, "--direction", "-1,-0.5,0"]);
     assert_eq!((usual["convention"].as_str(), unreal["convention"].as_str()), (Some("gltf"), Some("unreal")));
@@ -236,41 +236,41 @@ fn a_convention_turns_what_is_said_and_shown_and_no_file() {
 
 #[test]
 fn every_lift_can_be_asked_for() {
-    let house = with_arch(&[]);
-    let (point, just) = contact(&house);
-    let strike = |more: &[&str]| impact(&house, &point, 5.0 * just, &[&["--degree", "24"], more].concat());
-    let answers = ["euclidean", "interior", "surface_diffusion"].map(|lift| strike(&["--lift", lift]));
-    let hashes = answers.map(|answer| {
-        assert!(answer["fragments"].as_array().unwrap().iter().all(|fragment| fragment["closed"] == true));
-        answer["output_hash"].clone()
+    let fixture = with_arch(&[]);
+    let (point, just) = contact(&fixture);
+    let strike = |more: &[&str]| impact(&fixture, &point, 5.0 * just, &[&["--degree", "24"], more].concat());
+    let documents = ["euclidean", "interior", "surface_diffusion"].map(|lift| strike(&["--lift", lift]));
+    let hashes = documents.map(|document| {
+        assert!(document["fragments"].as_array().unwrap().iter().all(|fragment| fragment["closed"] == true));
+        document["output_hash"].clone()
     });
     assert!(hashes[0] != hashes[1] && hashes[1] != hashes[2] && hashes[2] != hashes[0]);
     assert_eq!(strike(&[])["output_hash"], hashes[1], "interior is the default");
 }
 
 #[test]
-fn what_examples_taught_is_printed_drawn_added_to_and_used() {
-    let mut house = House::new();
-    let mesh = house.path("arch.obj");
+fn training_examples_are_printed_plotted_extended_and_used() {
+    let mut fixture = Fixture::new();
+    let mesh = fixture.path("arch.obj");
     write_obj(&shapes::arch(), &mesh).unwrap();
-    let (mesh, file) = (mesh.to_str().unwrap().to_owned(), house.databases().join("arch.shatter"));
+    let (mesh, file) = (mesh.to_str().unwrap().to_owned(), fixture.databases().join("arch.shatter"));
     let coarse = ["--crack-spacing", "0.06", "--elastic-spacing", "0.1", "--examples", "10"];
-    let baked = house.ok("shatterd", &[&["bake", mesh.as_str(), "--name", "arch"], &coarse[..]].concat());
+    let baked = fixture.ok("shatterd", &[&["bake", mesh.as_str(), "--name", "arch"], &coarse[..]].concat());
     assert!(number(&baked["learned"], "median_relative_error") < number(&baked["learned"], "closed_form_p90"));
-    let added = house.ok("shatterd", &["bake", &mesh, "--name", "arch", "--add", "2"]);
+    let added = fixture.ok("shatterd", &["bake", &mesh, "--name", "arch", "--add", "2"]);
     assert_eq!((number(&baked, "examples"), number(&added, "examples")), (10.0, 12.0));
-    let pages = house.path("pages");
-    let inspected = house.ok("shatterd", &["inspect", file.to_str().unwrap(), "--out", pages.to_str().unwrap()]);
+    let pages = fixture.path("pages");
+    let inspected = fixture.ok("shatterd", &["inspect", file.to_str().unwrap(), "--out", pages.to_str().unwrap()]);
     assert_eq!(inspected["learned"], added["learned"]);
     let page = std::fs::read_to_string(pages.join("arch.html")).unwrap();
     assert!(page.matches("<svg").count() == 2 && page.contains("data:image/png") && page.contains("Predicted against"));
-    let other = house.path("mug.obj");
+    let other = fixture.path("mug.obj");
     write_obj(&shapes::mug(), &other).unwrap();
-    let (code, refused) = house.json("shatterd", &["bake", other.to_str().unwrap(), "--name", "arch", "--add", "2"]);
+    let (code, refused) = fixture.json("shatterd", &["bake", other.to_str().unwrap(), "--name", "arch", "--add", "2"]);
     assert_eq!((code, refused["error"]["kind"].as_str()), (3, Some("other_mesh")), "{refused}");
-    house.serve(&[]);
-    let (point, just) = contact(&house);
-    let source = |more: &[&str]| impact(&house, &point, 5.0 * just, more)["degree_source"].clone();
+    fixture.serve(&[]);
+    let (point, just) = contact(&fixture);
+    let source = |more: &[&str]| impact(&fixture, &point, 5.0 * just, more)["degree_source"].clone();
     let rules = ["closed_form", "verified", "optimised"];
     assert_eq!(rules.map(|rule| source(&["--degree", rule])), rules);
     assert_eq!(source(&[]), source(&["--degree", "inferred"]));
@@ -278,27 +278,27 @@ fn what_examples_taught_is_printed_drawn_added_to_and_used() {
 
 #[test]
 fn damaged_databases_are_named_and_the_others_served() {
-    let mut house = with_arch(&[]);
-    let good = std::fs::read(house.databases().join("arch.shatter")).unwrap();
-    std::fs::write(house.databases().join("cut.shatter"), &good[..good.len() / 2]).unwrap();
-    let mut worn = good.clone();
-    let last = worn.len() - 9;
-    worn[last] ^= 1;
-    std::fs::write(house.databases().join("worn.shatter"), &worn).unwrap();
-    assert_eq!(house.end(), Some(0));
-    house.serve(&[]);
-    contact(&house);
+    let mut fixture = with_arch(&[]);
+    let good = std::fs::read(fixture.databases().join("arch.shatter")).unwrap();
+    std::fs::write(fixture.databases().join("cut.shatter"), &good[..good.len() / 2]).unwrap();
+    let mut damaged = good.clone();
+    let last = damaged.len() - 9;
+    damaged[last] ^= 1;
+    std::fs::write(fixture.databases().join("worn.shatter"), &damaged).unwrap();
+    assert_eq!(fixture.end(), Some(0));
+    fixture.serve(&[]);
+    contact(&fixture);
     for name in ["cut.shatter", "worn.shatter"] {
-        let (code, document) = house.json("shatterd", &["inspect", house.databases().join(name).to_str().unwrap()]);
+        let (code, document) = fixture.json("shatterd", &["inspect", fixture.databases().join(name).to_str().unwrap()]);
         assert_eq!((code, document["error"]["kind"].as_str()), (3, Some("corrupt_database")), "{name}: {document}");
     }
-    let listed = house.ok("shatter", &["list"]);
+    let listed = fixture.ok("shatter", &["list"]);
     println!("{listed}");
     assert!(listed.to_string().contains("checksum"), "the damaged ones are listed with their error: {listed}");
 }
 
 /// A thousand separate small cubes: half of them fall between the nodes of a lattice at default spacing.
-fn scraps() -> String {
+fn leftover_files() -> String {
     let mut text = String::new();
     let cube = shapes::cuboid([0.6; 3]);
     for place in (0..1000).map(|k| [k % 10, k / 10 % 10, k / 100].map(f64::from)) {
@@ -314,10 +314,10 @@ fn scraps() -> String {
 
 #[test]
 fn one_bad_mesh_is_judged_with_one_document() {
-    let house = House::new();
-    let out = house.path("study");
+    let fixture = Fixture::new();
+    let out = fixture.path("study");
     let judged =
-        |id: &str| house.ok("shatterd", &["study", "stability", "--shrink", id, "--out", out.to_str().unwrap()]);
+        |id: &str| fixture.ok("shatterd", &["study", "stability", "--shrink", id, "--out", out.to_str().unwrap()]);
     assert_eq!(judged("sphere/two_shells/1")["outcome"], "checked");
     let refused = judged("sphere/nan/3");
     assert_eq!(
@@ -329,14 +329,14 @@ fn one_bad_mesh_is_judged_with_one_document() {
 
 #[test]
 fn bad_meshes_are_refused_by_name_and_leave_nothing() {
-    let house = House::new();
+    let fixture = Fixture::new();
     let refused = |name: &str, text: &str, more: &[&str], kind: &str| {
-        let file = house.path(name);
+        let file = fixture.path(name);
         std::fs::write(&file, text).unwrap();
         let (code, document) =
-            house.json("shatterd", &[&["bake", file.to_str().unwrap(), "--name", "bad"], more].concat());
+            fixture.json("shatterd", &[&["bake", file.to_str().unwrap(), "--name", "bad"], more].concat());
         assert_eq!((code, document["error"]["kind"].as_str()), (3, Some(kind)), "{name}: {document}");
-        let left = std::fs::read_dir(house.databases()).map_or(0, Iterator::count);
+        let left = std::fs::read_dir(fixture.databases()).map_or(0, Iterator::count);
         assert_eq!(left, 0, "nothing is left in the folder of databases");
     };
     let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
@@ -350,30 +350,30 @@ fn bad_meshes_are_refused_by_name_and_leave_nothing() {
     refused("garbage.ply", "ply\nformat what\n", &[], "malformed_file");
     refused("material.obj", triangle, &["--material", "glas"], "unknown_material");
     refused("gamma.obj", triangle, &["--gamma", "-1"], "not_positive");
-    let cube = house.path("cube.obj");
+    let cube = fixture.path("cube.obj");
     write_obj(&shapes::cuboid([1.0, 1.0, 1.0]), &cube).unwrap();
     let text = std::fs::read_to_string(&cube).unwrap();
     refused("fine.obj", &text, &["--crack-spacing", "1e-9"], "spacing_out_of_range");
     refused("coarse.obj", &text, &["--crack-spacing", "7"], "spacing_out_of_range");
     refused("many.obj", &text, &["--elastic-spacing", "0.01"], "too_many_nodes");
-    refused("scraps.obj", &scraps(), &[], "too_small");
+    refused("scraps.obj", &leftover_files(), &[], "too_small");
     refused("order.obj", &text, &["--elastic-spacing", "0.05", "--crack-spacing", "0.06"], "spacing_order");
-    let (code, document) = house.json("shatterd", &["bake", "cube.obj", "--unit", "furlong"]);
+    let (code, document) = fixture.json("shatterd", &["bake", "cube.obj", "--unit", "furlong"]);
     assert_eq!((code, document["error"]["kind"].as_str()), (2, Some("usage")));
-    let (code, document) = house.json("shatterd", &["bake", "/no/such/file.obj", "--name", "bad"]);
+    let (code, document) = fixture.json("shatterd", &["bake", "/no/such/file.obj", "--name", "bad"]);
     assert_eq!((code, document["error"]["kind"].as_str()), (3, Some("unreadable_file")));
 }
 
 #[test]
 fn baking_twice_gives_the_same_file() {
-    let house = House::new();
-    let mesh = house.path("ball.obj");
+    let fixture = Fixture::new();
+    let mesh = fixture.path("ball.obj");
     let ball: RawMesh = shapes::sphere(0.1, 3);
     write_obj(&ball, &mesh).unwrap();
     let bytes = |out: &str| {
-        let out = house.path(out);
+        let out = fixture.path(out);
         let arguments = ["bake", mesh.to_str().unwrap(), "--name", "ball", "--crack-spacing", "0.06"];
-        house
+        fixture
             .ok("shatterd", &[&arguments[..], &["--elastic-spacing", "0.08", "--out", out.to_str().unwrap()]].concat());
         std::fs::read(out.join("ball.shatter")).unwrap()
     };
@@ -386,16 +386,16 @@ fn the_horse_and_the_bunny_come_back_closed() {
         [("horse.ply", "0,0.075,0.06", "0,-1,0"), ("stanford-bunny.obj", "-0.06,0.12,0.02", "1,-1,0")]
     {
         let Some(mesh) = real::mesh(file) else { continue };
-        let mut house = House::new();
-        let baked = house.ok("shatterd", &["bake", mesh.to_str().unwrap(), "--name", "it"]);
+        let mut fixture = Fixture::new();
+        let baked = fixture.ok("shatterd", &["bake", mesh.to_str().unwrap(), "--name", "it"]);
         println!("{file}: bake {:.1} s, {baked}", number(&baked, "seconds"));
         assert!(number(&baked, "volume_error").abs() <= 0.015);
         assert!(number(&baked, "surface_deviation") <= number(&baked, "crack_spacing"));
-        house.serve(&[]);
-        let out = house.path("it.glb");
+        fixture.serve(&[]);
+        let out = fixture.path("it.glb");
         let strike = ["impact", "it", "--point", point, "--impulse", impulse, "--radius-m", "0.03", "--degree", "50"];
-        let answer = house.ok("shatter", &[&strike[..], &["--out", out.to_str().unwrap()]].concat());
-        check_glb(&closed(&out), answer["fragments"].as_array().unwrap().len(), number(&baked, "lattice_volume_m3"));
-        println!("{file}: daemon {:.0} MB", house.daemon_memory_bytes().unwrap() as f64 / 1e6);
+        let document = fixture.ok("shatter", &[&strike[..], &["--out", out.to_str().unwrap()]].concat());
+        check_glb(&closed(&out), document["fragments"].as_array().unwrap().len(), number(&baked, "lattice_volume_m3"));
+        println!("{file}: daemon {:.0} MB", fixture.daemon_memory_bytes().unwrap() as f64 / 1e6);
     }
 }

@@ -6,7 +6,7 @@ use serde_json::Value;
 use shatter_fracture::fragment::{RigidProperties, closed};
 use shatter_fracture::surface::shapes::{self, write_obj};
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis};
-use shatter_tests::house::House;
+use shatter_tests::fixture::Fixture;
 use shatter_tests::model::{Element, elements};
 use shatter_tests::{glb, peers};
 use std::collections::{BTreeMap, BTreeSet};
@@ -21,32 +21,32 @@ const SINGLE: f64 = 1e-5;
 const VOLUME: f64 = 1e-6;
 
 /// A test folder with `mesh` on a lattice of this spacing, and the daemon running.
-fn with(mesh: &RawMesh, spacing: &str) -> House {
-    let mut house = House::new();
-    let file = house.path("thing.obj");
+fn with(mesh: &RawMesh, spacing: &str) -> Fixture {
+    let mut fixture = Fixture::new();
+    let file = fixture.path("thing.obj");
     write_obj(mesh, &file).unwrap();
     let spacings = ["--crack-spacing", spacing, "--elastic-spacing", "0.08"];
-    house.bake_once(&file, "thing", &[&["--material", "ceramic"][..], &spacings].concat());
-    house.serve(&[]);
-    house
+    fixture.bake_once(&file, "thing", &[&["--material", "ceramic"][..], &spacings].concat());
+    fixture.serve(&[]);
+    fixture
 }
 
-fn prefracture(house: &House, pieces: u32, out: &Path, more: &[&str]) -> Value {
+fn prefracture(fixture: &Fixture, pieces: u32, out: &Path, more: &[&str]) -> Value {
     let pieces = pieces.to_string();
     let arguments = ["prefracture", "thing", "--degree", &pieces, "--out", out.to_str().unwrap()];
-    house.ok("shatter", &[&arguments[..], more].concat())
+    fixture.ok("shatter", &[&arguments[..], more].concat())
 }
 
-fn rows(answer: &Value) -> &[Value] {
-    answer["fragments"].as_array().unwrap()
+fn rows(document: &Value) -> &[Value] {
+    document["fragments"].as_array().unwrap()
 }
 
 fn number(value: &Value, key: &str) -> f64 {
     value[key].as_f64().unwrap_or_else(|| panic!("{key} in {value}"))
 }
 
-fn volumes(answer: &Value) -> Vec<f64> {
-    rows(answer).iter().map(|row| number(row, "volume_m3")).collect()
+fn volumes(document: &Value) -> Vec<f64> {
+    rows(document).iter().map(|row| number(row, "volume_m3")).collect()
 }
 
 /// Standard deviation over mean.
@@ -92,14 +92,14 @@ fn check_properties(row: &Value, own: &RigidProperties, density_kg_m3: f64, iner
 }
 
 #[test]
-fn a_glb_tells_inertias_and_is_watertight_to_others() {
-    let house = with(&shapes::arch(), "0.035");
-    let file = house.path("pieces.glb");
-    let answer = prefracture(&house, 16, &file, &[]);
+fn a_glb_has_inertias_and_is_watertight_for_other_tools() {
+    let fixture = with(&shapes::arch(), "0.035");
+    let file = fixture.path("pieces.glb");
+    let document = prefracture(&fixture, 16, &file, &[]);
     let file = file.with_extension("closed.glb");
     let read = glb::read(&file).unwrap();
-    assert_eq!(read.len(), rows(&answer).len());
-    for (fragment, row) in read.iter().zip(rows(&answer)) {
+    assert_eq!(read.len(), rows(&document).len());
+    for (fragment, row) in read.iter().zip(rows(&document)) {
         fragment.check_closed().unwrap();
         let positions: Vec<Point3<f64>> =
             fragment.positions.iter().map(|own| Point3::from(own.map(f64::from))).collect();
@@ -108,13 +108,14 @@ fn a_glb_tells_inertias_and_is_watertight_to_others() {
         assert!(own.center.coords.norm() < SINGLE, "its center is the origin of its node");
     }
     let Some(seen) = peers::watertight(&[&file]) else { return };
-    check_seen(&seen, &answer);
+    check_seen(&seen, &document);
     check_declared(&seen);
-    let out = house.path("pieces.glb");
-    let blow = ["--point", "0,0.9,0.1", "--impulse", "0,-200,-300", "--degree", "24", "--out", out.to_str().unwrap()];
-    let answer = house.ok("shatter", &[&["impact", "thing"], &blow[..]].concat());
+    let out = fixture.path("pieces.glb");
+    let impact_arguments =
+        ["--point", "0,0.9,0.1", "--impulse", "0,-200,-300", "--degree", "24", "--out", out.to_str().unwrap()];
+    let document = fixture.ok("shatter", &[&["impact", "thing"], &impact_arguments[..]].concat());
     let seen = peers::watertight(&[&file]).unwrap();
-    check_seen(&seen, &answer);
+    check_seen(&seen, &document);
     check_declared(&seen);
 }
 
@@ -131,21 +132,21 @@ fn check_declared(seen: &[Value]) {
 
 /// Checks with trimesh that everything is closed, with the stated volumes.
 #[track_caller]
-fn check_seen(seen: &[Value], answer: &Value) {
-    assert_eq!(seen.len(), rows(answer).len());
+fn check_seen(seen: &[Value], document: &Value) {
+    assert_eq!(seen.len(), rows(document).len());
     let closed = |one: &Value| one["watertight"] == true && one["merged_watertight"] == true;
     assert!(seen.iter().all(closed), "{seen:?}");
     let sum: f64 = seen.iter().map(|one| number(one, "volume_m3")).sum();
-    assert!((sum / volumes(answer).iter().sum::<f64>() - 1.0).abs() < SINGLE);
+    assert!((sum / volumes(document).iter().sum::<f64>() - 1.0).abs() < SINGLE);
     let materials = |one: &Value| one["materials"].as_array().unwrap().iter().any(|name| name == "crack");
     assert!(seen.iter().all(materials), "{seen:?}");
 }
 
 /// Checks that every file of `folders`, which were empty before, is in the document.
 #[track_caller]
-fn check_files_named(answer: &Value, folders: &[&Path]) {
+fn check_files_named(document: &Value, folders: &[&Path]) {
     let mut named: Vec<PathBuf> =
-        answer["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap().into()).collect();
+        document["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap().into()).collect();
     let entries = folders.iter().flat_map(|folder| std::fs::read_dir(folder).unwrap());
     let mut there: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).filter(|path| path.is_file()).collect();
     named.sort();
@@ -155,35 +156,35 @@ fn check_files_named(answer: &Value, folders: &[&Path]) {
 
 #[test]
 fn obj_folders_hold_closed_pieces_in_place_and_their_masses() {
-    let house = with(&shapes::arch(), "0.035");
-    let folder = house.path("pieces of Žofie");
+    let fixture = with(&shapes::arch(), "0.035");
+    let folder = fixture.path("pieces of Žofie");
     let more = ["--format", "obj", "--enable", "hulls,bonds"];
-    let answer = prefracture(&house, 16, &folder, &more);
-    assert_eq!(answer["file"].as_str(), folder.to_str());
-    check_files_named(&answer, &[&folder]);
+    let document = prefracture(&fixture, 16, &folder, &more);
+    assert_eq!(document["file"].as_str(), folder.to_str());
+    check_files_named(&document, &[&folder]);
     let table: Value = serde_json::from_slice(&std::fs::read(folder.join("fragments.json")).unwrap()).unwrap();
-    assert_eq!(table["bonds"].as_array().unwrap().len(), answer["bonds"].as_array().unwrap().len());
+    assert_eq!(table["bonds"].as_array().unwrap().len(), document["bonds"].as_array().unwrap().len());
     let listed = table["fragments"].as_array().unwrap();
-    assert_eq!(listed.len(), rows(&answer).len());
+    assert_eq!(listed.len(), rows(&document).len());
     let (mut lowest, mut files) = (f64::INFINITY, Vec::new());
-    for (row, told) in listed.iter().zip(rows(&answer)) {
+    for (row, output) in listed.iter().zip(rows(&document)) {
         let file = folder.join(row["file"].as_str().unwrap());
         let read = surface::read(&file, LengthUnit::M, UpAxis::Y).unwrap();
-        let named: Vec<&str> = read.looks.names.iter().map(String::as_str).collect();
+        let named: Vec<&str> = read.attributes.names.iter().map(String::as_str).collect();
         assert!(!named.is_empty() && named.iter().all(|name| ["outer", "crack"].contains(name)), "{named:?}");
         let text = std::fs::read_to_string(&file).unwrap();
         assert!(is_closed_as_it_stands(&text), "{}", file.display());
         let counts = triangles(&text);
-        assert_eq!(counts.values().sum::<usize>() as u64, told["triangles"].as_u64().unwrap());
+        assert_eq!(counts.values().sum::<usize>() as u64, output["triangles"].as_u64().unwrap());
         let singles: Vec<[f32; 3]> = read.positions_m.iter().map(|p| p.coords.map(|x| x as f32).into()).collect();
         closed(&singles, read.triangles.as_flattened()).unwrap();
         let own = RigidProperties::of_surface(&read.positions_m, read.triangles.iter().copied());
         let center: [f64; 3] = serde_json::from_value(row["center_m"].clone()).unwrap();
         assert!((own.center - Point3::from(center)).norm() < SINGLE, "pieces lie where they broke");
         let inertia: [f64; 6] = serde_json::from_value(row["inertia_kg_m2"].clone()).unwrap();
-        check_properties(told, &own, number(told, "mass_kg") / number(told, "volume_m3"), &inertia);
+        check_properties(output, &own, number(output, "mass_kg") / number(output, "volume_m3"), &inertia);
         let hull = surface::read(&folder.join(row["hull"].as_str().unwrap()), LengthUnit::M, UpAxis::Y).unwrap();
-        assert_eq!(hull.triangles.len() as u64, told["hull"]["triangles"].as_u64().unwrap());
+        assert_eq!(hull.triangles.len() as u64, output["hull"]["triangles"].as_u64().unwrap());
         lowest = read.positions_m.iter().map(|p| p.y).fold(lowest, f64::min);
         files.push(file);
     }
@@ -191,18 +192,18 @@ fn obj_folders_hold_closed_pieces_in_place_and_their_masses() {
     assert!((lowest - wanted).abs() < 0.01, "{lowest} {wanted}");
     let files: Vec<&Path> = files.iter().map(AsRef::as_ref).collect();
     let Some(seen) = peers::watertight(&files) else { return };
-    check_seen(&seen, &answer);
+    check_seen(&seen, &document);
 }
 
 #[test]
 fn blender_makes_rigid_bodies_of_a_glb() {
-    let house = with(&shapes::arch(), "0.035");
-    let file = house.path("pieces.glb");
-    let answer = prefracture(&house, 16, &file, &[]);
+    let fixture = with(&shapes::arch(), "0.035");
+    let file = fixture.path("pieces.glb");
+    let document = prefracture(&fixture, 16, &file, &[]);
     let Some(seen) = peers::blender(&file.with_extension("closed.glb"), "72") else { return };
     let pieces = seen["pieces"].as_array().unwrap();
-    assert_eq!(pieces.len(), rows(&answer).len());
-    for (piece, row) in pieces.iter().zip(rows(&answer)) {
+    assert_eq!(pieces.len(), rows(&document).len());
+    for (piece, row) in pieces.iter().zip(rows(&document)) {
         assert!(piece["closed"] == true && piece["materials"].as_array().unwrap().iter().any(|name| name == "crack"));
         let off = number(piece, "volume_m3") / number(row, "volume_m3") - 1.0;
         assert!(off.abs() < VOLUME, "off by {off:e}: {piece}");
@@ -218,14 +219,14 @@ fn names(folder: &Path) -> BTreeSet<String> {
 }
 
 #[test]
-fn pieces_of_an_older_larger_strike_go_and_nothing_else_does() {
-    let house = with(&shapes::cuboid([0.3, 0.1, 0.1]), "0.04");
-    let (folder, model) = (house.path("pieces"), house.path("thing.xml"));
-    let meshes = house.path("thing_assets");
+fn only_files_of_an_earlier_export_are_removed() {
+    let fixture = with(&shapes::cuboid([0.3, 0.1, 0.1]), "0.04");
+    let (folder, model) = (fixture.path("pieces"), fixture.path("thing.xml"));
+    let meshes = fixture.path("thing_assets");
     let more = ["--format", "obj", "--enable", "hulls"];
     let write = |pieces: u32| {
-        prefracture(&house, pieces, &folder, &more);
-        prefracture(&house, pieces, &model, &[]);
+        prefracture(&fixture, pieces, &folder, &more);
+        prefracture(&fixture, pieces, &model, &[]);
         [names(&folder), names(&meshes)]
     };
     let first = write(4);
@@ -242,7 +243,7 @@ fn pieces_of_an_older_larger_strike_go_and_nothing_else_does() {
         assert_eq!(*own, wanted);
     }
     // A table of another program removes nothing, whatever it names.
-    let kept = house.path("fragment_000.obj");
+    let kept = fixture.path("fragment_000.obj");
     std::fs::write(&kept, "mine").unwrap();
     let table = r#"{"fragments":[{"file":"../fragment_000.obj","hull":"notes.txt"},{"file":7}]}"#;
     std::fs::write(folder.join("fragments.json"), table).unwrap();
@@ -257,15 +258,15 @@ fn of<'a>(all: &'a [Element], name: &str) -> Vec<&'a Element> {
 
 /// Compares the document with the result.
 #[track_caller]
-fn check_model(all: &[Element], answer: &Value, meshes: &Path) {
+fn check_model(all: &[Element], document: &Value, meshes: &Path) {
     for kind in ["body", "freejoint", "geom", "mesh", "material", "weld"] {
         let elements = of(all, kind);
         let named: Vec<&str> = elements.iter().filter_map(|element| element.get("name")).collect();
         assert_eq!(named.iter().collect::<BTreeSet<_>>().len(), named.len(), "names of {kind} are unique");
     }
     let inertials = of(all, "inertial");
-    assert_eq!((inertials.len(), of(all, "body").len()), (rows(answer).len(), rows(answer).len()));
-    for ((inertial, body), row) in inertials.iter().zip(of(all, "body")).zip(rows(answer)) {
+    assert_eq!((inertials.len(), of(all, "body").len()), (rows(document).len(), rows(document).len()));
+    for ((inertial, body), row) in inertials.iter().zip(of(all, "body")).zip(rows(document)) {
         assert_eq!(inertial.number("mass"), number(row, "mass_kg"), "mass as in the result");
         let [a, b, c] = inertial.numbers("diaginertia");
         assert!(a >= b && b >= c && c > 0.0 && a <= b + c, "{inertial:?}");
@@ -277,7 +278,7 @@ fn check_model(all: &[Element], answer: &Value, meshes: &Path) {
     for mesh in of(all, "mesh") {
         assert!(meshes.join(mesh.get("file").unwrap()).is_file(), "{mesh:?}");
     }
-    let bonds = answer["bonds"].as_array().unwrap();
+    let bonds = document["bonds"].as_array().unwrap();
     assert_eq!((of(all, "weld").len(), of(all, "exclude").len()), (bonds.len(), bonds.len()));
 }
 
@@ -288,22 +289,22 @@ fn check_tensors(all: &[Element], pieces: &[glb::Fragment]) {
         let [w, x, y, z] = inertial.numbers("quat");
         let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_rotation_matrix();
         let moments = Matrix3::from_diagonal(&Vector3::from(inertial.numbers("diaginertia")));
-        let told = turn.matrix() * moments * turn.matrix().transpose();
+        let output = turn.matrix() * moments * turn.matrix().transpose();
         let points: Vec<Point3<f64>> =
             piece.positions.iter().map(|own| own.map(f64::from)).map(|[x, y, z]| Point3::new(x, -z, y)).collect();
         let own = RigidProperties::of_surface(&points, piece.triangles());
         let found = own.inertia * (piece.mass_kg / piece.stated_volume_m3);
-        assert!((told - found).norm() < SINGLE * found.norm(), "{told} is stated, {found} found");
+        assert!((output - found).norm() < SINGLE * found.norm(), "{output} is stated, {found} found");
     }
 }
 
 /// MuJoCo loads the model without a warning. Welded it stands; with welds off it falls apart.
 #[track_caller]
-fn check_steps(file: &Path, answer: &Value) {
+fn check_steps(file: &Path, document: &Value) {
     let Some(whole) = peers::mujoco(file, &[STEPS]) else { return };
-    let count = rows(answer).len() as u64;
+    let count = rows(document).len() as u64;
     let masses: Vec<f64> = serde_json::from_value(whole["masses_kg"].clone()).unwrap();
-    assert!(masses.iter().zip(rows(answer)).all(|(own, row)| *own == number(row, "mass_kg")));
+    assert!(masses.iter().zip(rows(document)).all(|(own, row)| *own == number(row, "mass_kg")));
     assert_eq!(whole["bodies"].as_u64(), Some(count));
     let size_m = number(&whole, "size_m");
     assert!(number(&whole, "apart_max_m") < 1e-3 * size_m, "welded pieces stay together: {whole}");
@@ -318,54 +319,58 @@ fn check_steps(file: &Path, answer: &Value) {
 }
 
 #[test]
-fn models_for_mujoco_say_what_the_answer_says_and_step() {
-    let house = with(&shapes::arch(), "0.035");
-    let glb_file = house.path("pieces.glb");
-    prefracture(&house, 16, &glb_file, &[]);
+fn mujoco_models_match_the_result_and_step() {
+    let fixture = with(&shapes::arch(), "0.035");
+    let glb_file = fixture.path("pieces.glb");
+    prefracture(&fixture, 16, &glb_file, &[]);
     let pieces = glb::read(&glb_file.with_extension("closed.glb")).unwrap();
-    let folder = house.path("models");
-    let answer = prefracture(&house, 16, &folder, &["--format", "mjcf"]);
+    let folder = fixture.path("models");
+    let document = prefracture(&fixture, 16, &folder, &["--format", "mjcf"]);
     let file = folder.join("thing.xml");
-    assert_eq!(answer["file"].as_str(), file.to_str());
-    check_files_named(&answer, &[&folder, &folder.join("thing_assets")]);
+    assert_eq!(document["file"].as_str(), file.to_str());
+    check_files_named(&document, &[&folder, &folder.join("thing_assets")]);
     let text = std::fs::read_to_string(&file).unwrap();
     let all = elements(&text).unwrap();
     assert!(all.iter().any(|element| element.get("mesh").is_some_and(|mesh| mesh.ends_with("_hull"))));
-    check_model(&all, &answer, &folder.join("thing_assets"));
+    check_model(&all, &document, &folder.join("thing_assets"));
     check_tensors(&all, &pieces);
-    check_steps(&file, &answer);
-    prefracture(&house, 16, &house.path("again.xml"), &[]);
-    let again = std::fs::read_to_string(house.path("again.xml")).unwrap();
+    check_steps(&file, &document);
+    prefracture(&fixture, 16, &fixture.path("again.xml"), &[]);
+    let again = std::fs::read_to_string(fixture.path("again.xml")).unwrap();
     assert_eq!(again.replace("again_assets", "thing_assets"), text, "equal pieces give equal bytes");
-    let bare = house.path("bare.xml");
-    let answer = prefracture(&house, 16, &bare, &["--disable", "hulls,bonds"]);
+    let bare = fixture.path("bare.xml");
+    let document = prefracture(&fixture, 16, &bare, &["--disable", "hulls,bonds"]);
     let all = elements(&std::fs::read_to_string(&bare).unwrap()).unwrap();
     assert!(all.iter().all(|element| element.name != "weld" && element.name != "exclude"));
-    check_model(&all, &answer, &house.path("bare_assets"));
-    check_steps(&bare, &answer);
+    check_model(&all, &document, &fixture.path("bare_assets"));
+    check_steps(&bare, &document);
 }
 
 #[test]
 fn even_pieces_are_alike_wherever_they_lie() {
-    let house = with(&shapes::cuboid([0.4, 0.1, 0.1]), "0.03");
-    let file = house.path("pieces.glb");
-    let answer = prefracture(&house, 24, &file, &[]);
-    assert_eq!((rows(&answer).len(), answer["sites"].as_u64()), (24, Some(24)));
+    let fixture = with(&shapes::cuboid([0.4, 0.1, 0.1]), "0.03");
+    let file = fixture.path("pieces.glb");
+    let document = prefracture(&fixture, 24, &file, &[]);
+    assert_eq!((rows(&document).len(), document["sites"].as_u64()), (24, Some(24)));
     let struck = ["impact", "thing", "--point", "0.2,0,0", "--impulse", "-50,0,0", "--degree", "24"];
-    let struck = house.ok("shatter", &struck);
-    let (even, blow) = (unevenness(&volumes(&answer)), unevenness(&volumes(&struck)));
-    println!("volumes of pieces vary by {:.0} % evenly, {:.0} % under an impact", 100.0 * even, 100.0 * blow);
-    assert!(even < 0.35 && even < 0.5 * blow, "{even} {blow}");
+    let struck = fixture.ok("shatter", &struck);
+    let (even, impact_arguments) = (unevenness(&volumes(&document)), unevenness(&volumes(&struck)));
+    println!(
+        "volumes of pieces vary by {:.0} % evenly, {:.0} % under an impact",
+        100.0 * even,
+        100.0 * impact_arguments
+    );
+    assert!(even < 0.35 && even < 0.5 * impact_arguments, "{even} {impact_arguments}");
     // Each half and each quarter has its share.
     let along = |row: &Value| row["center_m"][0].as_f64().unwrap();
     for quarter in 0..4 {
         let begin = -0.2 + 0.1 * f64::from(quarter);
-        let inside = rows(&answer).iter().filter(|row| (begin..begin + 0.1).contains(&along(row)));
+        let inside = rows(&document).iter().filter(|row| (begin..begin + 0.1).contains(&along(row)));
         let share = inside.map(|row| number(row, "volume_m3")).sum::<f64>() / 0.004;
         assert!((0.15..0.35).contains(&share), "{quarter}: {share}");
     }
     let mean = |inner: bool| {
-        let chosen = rows(&answer).iter().filter(|row| (along(row).abs() < 0.1) == inner);
+        let chosen = rows(&document).iter().filter(|row| (along(row).abs() < 0.1) == inner);
         let volumes: Vec<f64> = chosen.map(|row| number(row, "volume_m3")).collect();
         volumes.iter().sum::<f64>() / volumes.len() as f64
     };
@@ -381,28 +386,29 @@ fn the_seed_decides_and_bodies_share_by_volume() {
     let first = two.positions_m.len() as u32;
     two.positions_m.append(&mut second.positions_m);
     two.triangles.extend(second.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + first)));
-    let house = with(&two, "0.04");
-    let file = house.path("two.glb");
-    let answer = prefracture(&house, 30, &file, &["--seed", "7"]);
-    let of_body = |body: u64| rows(&answer).iter().filter(|row| row["body"] == body).count();
-    assert_eq!(of_body(0) + of_body(1), rows(&answer).len());
-    let share = of_body(0) as f64 / rows(&answer).len() as f64;
+    let fixture = with(&two, "0.04");
+    let file = fixture.path("two.glb");
+    let document = prefracture(&fixture, 30, &file, &["--seed", "7"]);
+    let of_body = |body: u64| rows(&document).iter().filter(|row| row["body"] == body).count();
+    assert_eq!(of_body(0) + of_body(1), rows(&document).len());
+    let share = of_body(0) as f64 / rows(&document).len() as f64;
     assert!((share - 2.0 / 3.0).abs() < 0.1, "the larger body gets two thirds: {share}");
-    let again = prefracture(&house, 30, &file, &["--seed", "7"]);
-    let other = prefracture(&house, 30, &file, &["--seed", "8"]);
-    assert_eq!(answer["output_hash"], again["output_hash"]);
-    assert_ne!(answer["output_hash"], other["output_hash"]);
+    let again = prefracture(&fixture, 30, &file, &["--seed", "7"]);
+    let other = prefracture(&fixture, 30, &file, &["--seed", "8"]);
+    assert_eq!(document["output_hash"], again["output_hash"]);
+    assert_ne!(document["output_hash"], other["output_hash"]);
 }
 
 #[test]
-fn refusals_are_those_of_impacts() {
-    let house = with(&shapes::cuboid([0.2, 0.1, 0.1]), "0.06");
+fn prefracture_errors_match_those_of_impacts() {
+    let fixture = with(&shapes::cuboid([0.2, 0.1, 0.1]), "0.06");
     let check = |what: &[&str]| {
-        let blow = ["--point", "0.1,0,0", "--impulse", "-50,0,0"];
-        let out = house.path("x.glb");
+        let impact_arguments = ["--point", "0.1,0,0", "--impulse", "-50,0,0"];
+        let out = fixture.path("x.glb");
         let out = if what.contains(&"--out") { vec![] } else { vec!["--out", out.to_str().unwrap()] };
-        let (code, refused) = house.json("shatter", &[&["prefracture"], what, &out[..]].concat());
-        let (wanted_code, wanted) = house.json("shatter", &[&["impact"], what, &out[..], &blow[..]].concat());
+        let (code, refused) = fixture.json("shatter", &[&["prefracture"], what, &out[..]].concat());
+        let (wanted_code, wanted) =
+            fixture.json("shatter", &[&["impact"], what, &out[..], &impact_arguments[..]].concat());
         assert!(code != 0, "{what:?}");
         let kind = |document: &Value| document["error"]["kind"].clone();
         assert_eq!((code, kind(&refused)), (wanted_code, kind(&wanted)), "{what:?}: {refused} {wanted}");

@@ -1,7 +1,7 @@
 //! Every example of the README and the guide, against a daemon with the object of the guide's first session.
 
-use shatter_tests::house::{House, program};
-use shatter_tests::pages::{self, Block, blocks, blows, crate_example, root};
+use shatter_tests::fixture::{Fixture, program};
+use shatter_tests::pages::{self, Block, blocks, crate_example, impacts, root};
 use shatter_tests::peers::python;
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -30,8 +30,8 @@ const SURROUNDINGS: &str = "
 ";
 
 /// A folder like a clone, watched by git: files written there appear in `git status` unless `.gitignore` names them.
-fn clone(house: &House) -> PathBuf {
-    let folder = house.path("clone");
+fn clone(fixture: &Fixture) -> PathBuf {
+    let folder = fixture.path("clone");
     fs::create_dir_all(folder.join("target")).unwrap();
     for name in ["client", "config"] {
         symlink(root().join(name), folder.join(name)).unwrap();
@@ -56,7 +56,7 @@ fn run_blocks(language: &str) -> Vec<Block> {
 }
 
 /// Builds a program of the pages' Rust examples and the first example of the client's documentation.
-fn rust_examples(house: &House) -> String {
+fn rust_examples(fixture: &Fixture) -> String {
     let examples: Vec<String> = run_blocks("rust")
         .iter()
         .enumerate()
@@ -75,7 +75,7 @@ fn rust_examples(house: &House) -> String {
     let source = format!(
         "#![allow(unused)]\nmod head {{\n{crate_example}}}\n{examples}fn main() -> Result<(), shatter_client::Error> {{\nhead::main()?;\n{calls}Ok(())\n}}\n"
     );
-    let (file, out) = (house.path("examples.rs"), house.path("examples"));
+    let (file, out) = (fixture.path("examples.rs"), fixture.path("examples"));
     fs::write(&file, source).unwrap();
     let library = program("libshatter_client.rlib");
     let mut rustc = Command::new(Path::new(env!("CARGO")).with_file_name("rustc"));
@@ -87,10 +87,10 @@ fn rust_examples(house: &House) -> String {
 }
 
 /// Commands that run the Python examples, if Python has numpy.
-fn python_examples(house: &House) -> String {
+fn python_examples(fixture: &Fixture) -> String {
     let Some(python) = python(&["numpy"]) else { return String::new() };
     let package = root().join("client/python");
-    let site = house.path("site/shatter");
+    let site = fixture.path("site/shatter");
     fs::create_dir_all(&site).unwrap();
     fs::copy(package.join("python/shatter/__init__.py"), site.join("__init__.py")).unwrap();
     fs::copy(program("lib_shatter.so"), site.join("_shatter.abi3.so")).unwrap();
@@ -107,20 +107,20 @@ fn python_examples(house: &House) -> String {
     let (readme, guide) = (first("README.md"), first(&pages::guide()[0]));
     for (name, text) in [("readme.py", readme), ("guide.py", guide), ("documented.py", documented)] {
         assert!(text.contains("import shatter") && text.contains("write_glb"), "{text}");
-        fs::write(house.path(name), text).unwrap();
+        fs::write(fixture.path(name), text).unwrap();
     }
-    let (python, site) = (python.to_str().unwrap().to_owned(), house.path("site"));
+    let (python, site) = (python.to_str().unwrap().to_owned(), fixture.path("site"));
     let run = |file: &Path, more: &str| {
         format!("PYTHONDONTWRITEBYTECODE=1 PYTHONPATH='{}' '{python}' '{}' {more}\n", site.display(), file.display())
     };
-    run(&house.path("readme.py"), "")
-        + &run(&house.path("guide.py"), "")
-        + &run(&house.path("documented.py"), "")
+    run(&fixture.path("readme.py"), "")
+        + &run(&fixture.path("guide.py"), "")
+        + &run(&fixture.path("documented.py"), "")
         + &run(&package.join("examples/strike.py"), "mug broken.glb")
 }
 
 /// Commands that run the README's C example, if there is a C compiler.
-fn c_example(house: &House) -> String {
+fn c_example(fixture: &Fixture) -> String {
     if Command::new("cc").arg("--version").output().is_err() {
         println!("skipped: README.md: no cc");
         return String::new();
@@ -128,7 +128,7 @@ fn c_example(house: &House) -> String {
     let block = blocks("README.md").into_iter().find(|block| block.language == "c").unwrap();
     let source =
         format!("#include \"shatter.h\"\n#include <stdio.h>\nint main(void) {{\n{}return 0;\n}}\n", block.text);
-    let (file, out) = (house.path("readme.c"), house.path("readme_c"));
+    let (file, out) = (fixture.path("readme.c"), fixture.path("readme_c"));
     fs::write(&file, source).unwrap();
     let built = Command::new("cc")
         .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-I"])
@@ -170,9 +170,9 @@ fn shell_blocks() -> String {
 }
 
 /// Plain requests with every documented point and impulse, whether or not their block is run.
-fn documented_blows() -> String {
+fn documented_impacts() -> String {
     let all: String = pages_with_examples().iter().map(|page| pages::text(page)).collect();
-    let mut all = blows(&all);
+    let mut all = impacts(&all);
     let header = pages::text("client/include/shatter.h");
     let numbers = header.split_once("ShatterContact contact = {{").unwrap().1.split_once("}, 0.0").unwrap().0;
     let (point, impulse) = numbers.split_once("}, {").unwrap();
@@ -184,8 +184,8 @@ fn documented_blows() -> String {
 
 #[test]
 fn every_example_of_the_documentation_works_on_what_the_first_session_makes() {
-    let house = House::new();
-    let folder = clone(&house);
+    let fixture = Fixture::new();
+    let folder = clone(&fixture);
     let watched = git(&folder, &["init", "-q"]).is_some();
     if watched {
         git(&folder, &["add", "-A"]);
@@ -193,32 +193,32 @@ fn every_example_of_the_documentation_works_on_what_the_first_session_makes() {
         println!("skipped: no git, so files that the commands leave are not checked");
     }
     let before = git(&folder, &["status", "--porcelain", "--untracked-files=all"]);
-    let (rust, python, c) = (rust_examples(&house), python_examples(&house), c_example(&house));
+    let (rust, python, c) = (rust_examples(&fixture), python_examples(&fixture), c_example(&fixture));
     let script = format!(
         "set -euo pipefail\ntrap 'kill $(jobs -p); wait' EXIT\n{CARGO}\n{}echo '== documented points' >&2\n{}\
          echo '== Rust' >&2\n{rust}\necho '== Python' >&2\n{python}echo '== C' >&2\n{c}",
         shell_blocks(),
-        documented_blows(),
+        documented_impacts(),
     );
     let paths = std::env::join_paths(
         [program("")].into_iter().chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default())),
     );
-    let mut bash = house.foreign("bash");
+    let mut bash = fixture.foreign("bash");
     let run = bash.args(["-c", &script]).current_dir(&folder).env("PATH", paths.unwrap()).output().unwrap();
-    let [told, error] = [&run.stdout, &run.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
-    assert!(run.status.success(), "{}:\n{told}\n{error}", run.status);
-    for said in [" left, ", "a daemon will hold about"] {
-        assert!(error.contains(said), "`bake` says what it costs before it costs that: {error}");
+    let [output, error] = [&run.stdout, &run.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+    assert!(run.status.success(), "{}:\n{output}\n{error}", run.status);
+    for stated in [" left, ", "a daemon will hold about"] {
+        assert!(error.contains(stated), "`bake` says what it costs before it costs that: {error}");
     }
-    assert!(told.contains("fragments 2") || told.contains("\"fragments\""), "{told}");
+    assert!(output.contains("fragments 2") || output.contains("\"fragments\""), "{output}");
     assert_eq!(
         git(&folder, &["status", "--porcelain", "--untracked-files=all"]),
         before,
         "documented commands leave nothing that git sees"
     );
 
-    let database = house.databases().join("mug.shatter");
-    let memory = &house.ok("shatterd", &["inspect", database.to_str().unwrap(), "--memory"])["memory"];
+    let database = fixture.databases().join("mug.shatter");
+    let memory = &fixture.ok("shatterd", &["inspect", database.to_str().unwrap(), "--memory"])["memory"];
     let bytes = |key: &str| memory[key].as_f64().unwrap();
     let rows: f64 = memory["rows"].as_array().unwrap().iter().map(|row| row["bytes"].as_f64().unwrap()).sum();
     assert_eq!(rows, bytes("accounted_bytes"));
@@ -253,19 +253,19 @@ fn documented_strikes_name_objects_that_the_guide_bakes() {
 
 #[test]
 fn a_shape_is_baked_by_its_name_alone_or_refused_with_the_names_that_there_are() {
-    let house = House::new();
+    let fixture = Fixture::new();
     let spacings = ["--elastic-spacing", "0.08", "--crack-spacing", "0.05"];
-    let baked = house.ok("shatterd", &[&["bake", "--shape", "horseshoe"][..], &spacings].concat());
+    let baked = fixture.ok("shatterd", &[&["bake", "--shape", "horseshoe"][..], &spacings].concat());
     assert_eq!(baked["object"], "horseshoe");
-    assert!(house.databases().join("horseshoe.shatter").is_file());
-    let named = house.ok("shatterd", &[&["bake", "--shape", "horseshoe", "--name", "lucky"][..], &spacings].concat());
+    assert!(fixture.databases().join("horseshoe.shatter").is_file());
+    let named = fixture.ok("shatterd", &[&["bake", "--shape", "horseshoe", "--name", "lucky"][..], &spacings].concat());
     assert_eq!(named["object"], "lucky");
     for wrong in [&["--shape", "muug"][..], &["--shape", "mug", "mug.obj"], &["--shape", "mug", "--unit", "cm"]] {
-        let refused = house.run("shatterd", &[&["bake"], wrong].concat());
+        let refused = fixture.run("shatterd", &[&["bake"], wrong].concat());
         let error = String::from_utf8_lossy(&refused.stderr);
         assert!(refused.status.code() == Some(2) && error.contains("--shape"), "{wrong:?}: {error}");
     }
-    let error = house.run("shatterd", &["bake", "--shape", "muug"]).stderr;
+    let error = fixture.run("shatterd", &["bake", "--shape", "muug"]).stderr;
     let error = String::from_utf8_lossy(&error);
     assert!(error.contains("mug") && error.contains("vase"), "{error}");
 }

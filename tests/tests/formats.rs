@@ -4,7 +4,7 @@
 //! --crack-spacing 0.2 --examples 8`. It holds every kind of tensor but texture coordinates and materials.
 
 use serde_json::Value;
-use shatter_tests::house::House;
+use shatter_tests::fixture::Fixture;
 use std::path::Path;
 
 /// Largest relative difference of a number from the recorded one: processors round differently.
@@ -44,9 +44,9 @@ fn check_close(found: &Value, recorded: f64) {
     assert!((found / recorded - 1.0).abs() <= TOLERANCE, "{found}, recorded {recorded}");
 }
 
-fn check_strike(house: &House, recorded: &RecordedStrike) {
+fn check_strike(fixture: &Fixture, recorded: &RecordedStrike) {
     let impact = ["impact", "wedge", "--point", "0.3,0.3,0.3", "--impulse=-900,-800,-700", "--disable", "slivers"];
-    let document = house.ok("shatter", &[&impact, recorded.options].concat());
+    let document = fixture.ok("shatter", &[&impact, recorded.options].concat());
     let fragments = document["fragments"].as_array().unwrap();
     let mut volumes: Vec<&Value> = fragments.iter().map(|fragment| &fragment["volume_m3"]).collect();
     volumes.sort_by(|a, b| b.as_f64().unwrap().total_cmp(&a.as_f64().unwrap()));
@@ -58,15 +58,15 @@ fn check_strike(house: &House, recorded: &RecordedStrike) {
 
 #[test]
 fn the_frozen_database_is_read_and_struck_as_when_it_was_baked() {
-    let mut house = House::new();
+    let mut fixture = Fixture::new();
     let frozen = Path::new(env!("CARGO_MANIFEST_DIR")).join("formats/1.shatter");
-    std::fs::create_dir_all(house.databases()).unwrap();
-    let file = house.databases().join("wedge.shatter");
+    std::fs::create_dir_all(fixture.databases()).unwrap();
+    let file = fixture.databases().join("wedge.shatter");
     std::fs::copy(frozen, &file).unwrap();
-    let inspected = house.ok("shatterd", &["inspect", file.to_str().unwrap()]);
+    let inspected = fixture.ok("shatterd", &["inspect", file.to_str().unwrap()]);
     assert_eq!((&inspected["format"], &inspected["examples"]), (&"1".into(), &8.into()), "{inspected}");
     assert_eq!((&inspected["crack_nodes"], &inspected["reduced"]["rank"][0]), (&42.into(), &33.into()), "{inspected}");
     assert!(inspected["learned"].is_object(), "{inspected}");
-    house.serve(&[]);
-    RECORDED.iter().for_each(|recorded| check_strike(&house, recorded));
+    fixture.serve(&[]);
+    RECORDED.iter().for_each(|recorded| check_strike(&fixture, recorded));
 }

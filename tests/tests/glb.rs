@@ -80,11 +80,11 @@ fn the_reader_tells_an_open_fragment_from_a_closed_one() {
 
 /// Normals, texture coordinates and materials are read as they were written; if one fragment lacks them, all do.
 #[test]
-fn looks_come_back_from_the_file() {
+fn attributes_round_trip_through_glb() {
     let halves = halves(0.25);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.glb");
-    let looks = |textured: [bool; 2]| {
+    let read_halves = |textured: [bool; 2]| {
         let uvs =
             halves.each_ref().map(|(positions, ..)| positions.iter().map(|[x, y, z]| [x + y, *z]).collect::<Vec<_>>());
         let normals = halves.each_ref().map(|(positions, ..)| vec![[0.0f32, 0.6, -0.8]; positions.len()]);
@@ -111,20 +111,26 @@ fn looks_come_back_from_the_file() {
         std::fs::write(&path, glb_bytes(&[view(0), view(1)]).unwrap().0).unwrap();
         surface::read(&path, LengthUnit::M, UpAxis::Y).unwrap()
     };
-    let mesh = looks([true, true]);
-    assert_eq!((mesh.looks.names.clone(), mesh.looks.lost.len()), (vec!["outer".to_owned(), "crack".to_owned()], 0));
-    assert_eq!([0, 1].map(|material| mesh.looks.materials.iter().filter(|own| **own == material).count()), [20, 4]);
-    assert_eq!((mesh.looks.normals.len(), mesh.looks.uvs.len(), mesh.triangles.len()), (24, 24, 24));
-    for (triangle, uvs) in mesh.triangles.iter().zip(&mesh.looks.uvs) {
+    let mesh = read_halves([true, true]);
+    assert_eq!(
+        (mesh.attributes.names.clone(), mesh.attributes.lost.len()),
+        (vec!["outer".to_owned(), "crack".to_owned()], 0)
+    );
+    assert_eq!(
+        [0, 1].map(|material| mesh.attributes.materials.iter().filter(|own| **own == material).count()),
+        [20, 4]
+    );
+    assert_eq!((mesh.attributes.normals.len(), mesh.attributes.uvs.len(), mesh.triangles.len()), (24, 24, 24));
+    for (triangle, uvs) in mesh.triangles.iter().zip(&mesh.attributes.uvs) {
         for (vertex, uv) in triangle.iter().zip(uvs) {
             let at = mesh.positions_m[*vertex as usize].map(|x| x as f32);
             assert_eq!(*uv, [at.x + at.y, at.z]);
         }
     }
     let apart = |normal: &[f32; 3]| (normal[0].abs() + (normal[1] - 0.6).abs() + (normal[2] + 0.8).abs()) > 1e-6;
-    assert!(!mesh.looks.normals.iter().flatten().any(apart));
-    assert!(looks([false, false]).looks.lost.is_empty());
-    let half = looks([true, false]).looks;
+    assert!(!mesh.attributes.normals.iter().flatten().any(apart));
+    assert!(read_halves([false, false]).attributes.lost.is_empty());
+    let half = read_halves([true, false]).attributes;
     assert!(half.uvs.is_empty() && half.normals.len() == 24, "{:?}", half.lost);
     assert_eq!(half.lost, [("texture coordinates", 12)]);
 }

@@ -34,7 +34,7 @@ const BELLY: [f64; 3] = [0.5, 0.7, 0.3];
 const RADIUS: f64 = 0.02;
 
 /// A request along the inward normal at these fractions of the box, with a small contact.
-fn pecked(horse: &PreparedObject, at: [f64; 3]) -> FractureRequest {
+fn struck_belly(horse: &PreparedObject, at: [f64; 3]) -> FractureRequest {
     let (point, inward) = struck::surface_point(horse, at);
     let mut strike = FractureRequest::at(point, inward).seeded(1);
     strike.contacts[0].radius_m = Some(RADIUS * horse.frame.diagonal_m);
@@ -238,7 +238,7 @@ struct Follows {
 }
 
 fn follows(prepared: &PreparedObject, at: [f64; 3], uniform: bool, seed: u64) -> Follows {
-    let strike = pecked(prepared, at);
+    let strike = struck_belly(prepared, at);
     let energy = struck::energy(prepared, &strike);
     let volumes = &prepared.bodies[0].volumes;
     let total: f64 = volumes.iter().sum();

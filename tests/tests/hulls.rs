@@ -105,7 +105,7 @@ fn times(prepared: &PreparedObject, sites: u32) -> [f64; 2] {
         let since = Instant::now();
         let stopwatch = Stopwatch { begun: Cell::new(since), hulls: Cell::new(Duration::ZERO) };
         pipeline::strike(
-            pipeline::StrikeContext::new(prepared, &strike, &CancelToken::default(), &stopwatch),
+            pipeline::RequestContext::new(prepared, &strike, &CancelToken::default(), &stopwatch),
             &mut Workspace::default(),
         )
         .unwrap();

@@ -8,7 +8,8 @@ use shatter_fracture::degree::{self, SITES_MIN};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
     ContactSet, DegreeRequest, DegreeSource, ElasticRequest, FractureOutcome, FractureRequest, ImpactContact,
-    ImpactSampler, PreparedObject, StrikeContext, TrainingExample, Workspace, examples, sampled, strain_energy, strike,
+    ImpactSampler, PreparedObject, RequestContext, TrainingExample, Workspace, examples, sampled, strain_energy,
+    strike,
 };
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::surface::shapes;
@@ -34,11 +35,11 @@ fn horseshoe_after(examples: u64) -> PreparedObject {
 }
 
 fn struck(prepared: &PreparedObject, strike_: &FractureRequest) -> FractureOutcome {
-    strike(StrikeContext::new(prepared, strike_, &CancelToken::default(), &()), &mut Workspace::default()).unwrap()
+    strike(RequestContext::new(prepared, strike_, &CancelToken::default(), &()), &mut Workspace::default()).unwrap()
 }
 
 /// An impact like the examples, but not one of them, with `times` the breaking impulse.
-fn blow(prepared: &PreparedObject, times: f64, degree: DegreeRequest) -> FractureRequest {
+fn request(prepared: &PreparedObject, times: f64, degree: DegreeRequest) -> FractureRequest {
     let like = ImpactSampler::new(prepared).impact(!prepared.parameters.seed, 0);
     let factor = struck(prepared, &FractureRequest { threshold_only: true, ..like.clone() }).threshold().impulse_factor;
     let harder =
@@ -82,19 +83,19 @@ fn degrees_are_inferred_within_reach_and_said_to_be() {
     println!("{quality:?}");
     assert!(quality.median_relative_error < quality.pose_network_median, "{quality:?}");
     assert!(quality.label_noise_median < 0.2, "{quality:?}");
-    let source = |times: f64, degree| struck(prepared, &blow(prepared, times, degree)).degree_source();
+    let source = |times: f64, degree| struck(prepared, &request(prepared, times, degree)).degree_source();
     assert_eq!(source(0.5, DegreeRequest::Inferred), DegreeSource::Threshold);
     assert_eq!(source(8.0, DegreeRequest::Inferred), DegreeSource::Inferred);
     assert_eq!(source(8.0, DegreeRequest::ClosedForm), DegreeSource::ClosedForm);
     assert_eq!(source(8.0, DegreeRequest::Verified), DegreeSource::Verified);
     assert_eq!(source(1e5, DegreeRequest::Inferred), DegreeSource::ClosedForm, "no example is so violent");
-    let euclidean = FractureRequest { lift: LiftKind::Euclidean, ..blow(prepared, 8.0, DegreeRequest::Inferred) };
+    let euclidean = FractureRequest { lift: LiftKind::Euclidean, ..request(prepared, 8.0, DegreeRequest::Inferred) };
     assert_eq!(
         struck(prepared, &euclidean).degree_source(),
         DegreeSource::ClosedForm,
         "examples have the interior lift"
     );
-    let inferred = struck(prepared, &blow(prepared, 8.0, DegreeRequest::Inferred));
+    let inferred = struck(prepared, &request(prepared, 8.0, DegreeRequest::Inferred));
     assert!((0.6..=1.0).contains(&inferred.confidence()), "{}", inferred.confidence());
 }
 
@@ -108,7 +109,7 @@ fn excess(outcome: &FractureOutcome) -> f64 {
 fn a_verified_degree_holds_and_is_near_the_optimised_one() {
     let prepared = &*HORSESHOE;
     for times in [1.1, 3.0, 8.0, 20.0] {
-        let of = |degree| struck(prepared, &blow(prepared, times, degree));
+        let of = |degree| struck(prepared, &request(prepared, times, degree));
         let (verified, optimised) = (of(DegreeRequest::Verified), of(DegreeRequest::Optimised));
         assert!(excess(&verified) <= 1.0 + 1e-12, "{times}: {}", excess(&verified));
         let (found, wanted) = (f64::from(verified.fracture_degree()), f64::from(optimised.fracture_degree()));
@@ -147,10 +148,10 @@ fn held_out(prepared: &PreparedObject, impacts: u64) -> ([Vec<f64>; 2], f64) {
     let mut few = [0, 0];
     for example in (0..impacts).flat_map(own) {
         for (gamma, estimate, sites) in drawn(&example) {
-            let told =
+            let output =
                 learned.network.predict(&degree::descriptor(estimate, example.first_moment, example.evenness, gamma));
             let error = |found: f64| (found.round() / f64::from(sites) - 1.0).abs();
-            let network = degree::sites(told.value, estimate);
+            let network = degree::sites(output.value, estimate);
             if (sites as usize) < SITES_MIN {
                 let close = (network.round().max(2.0) - f64::from(sites)).abs() <= 1.0;
                 few = [few[0] + usize::from(close), few[1] + 1];
@@ -215,7 +216,7 @@ fn an_example_is_the_field_of_its_impact() {
     let again = FractureRequest { contacts: contacts.clone(), seed: *impact, elastic: ElasticRequest::Solve, ..at };
     let impact = ContactSet::new(prepared, &again).unwrap();
     let mut energies = strain_energy(
-        StrikeContext::new(prepared, &again, &CancelToken::default(), &()),
+        RequestContext::new(prepared, &again, &CancelToken::default(), &()),
         &impact,
         &mut Workspace::default(),
     )

@@ -56,7 +56,7 @@ fn is_published(own: &Value) -> bool {
 
 #[test]
 fn every_published_crate_says_what_a_registry_wants_to_know() {
-    let mut broken = Vec::new();
+    let mut violations = Vec::new();
     for (folder, own) in crates() {
         assert_eq!(is_published(&own), !PRIVATE.contains(&folder), "{folder}");
         if !is_published(&own) {
@@ -74,25 +74,25 @@ fn every_published_crate_says_what_a_registry_wants_to_know() {
             ("a category", count("categories") > 0),
         ];
         let missing = rules.iter().filter(|(_, holds)| !holds);
-        broken.extend(missing.map(|(what, _)| format!("{folder} has not {what}")));
+        violations.extend(missing.map(|(what, _)| format!("{folder} has not {what}")));
     }
-    check("published crates are described", broken);
+    check("published crates are described", violations);
 }
 
 #[test]
 fn neighbors_are_asked_for_by_their_version() {
     let all = crates();
-    let mut broken = Vec::new();
+    let mut violations = Vec::new();
     for (folder, own) in all.iter().filter(|(_, own)| is_published(own)) {
         for dependency in own["dependencies"].as_array().unwrap().iter().filter(|own| !own["path"].is_null()) {
             let (name, asked) = (&dependency["name"], dependency["req"].as_str().unwrap());
             let neighbor = all.iter().find(|(_, own)| own["name"] == *name).map(|(_, own)| own).unwrap();
             if asked != format!("^{}", neighbor["version"].as_str().unwrap()) || !is_published(neighbor) {
-                broken.push(format!("{folder} asks for {name} {asked}"));
+                violations.push(format!("{folder} asks for {name} {asked}"));
             }
         }
     }
-    check("a package finds its neighbors in a registry", broken);
+    check("a package finds its neighbors in a registry", violations);
 }
 
 /// `path` without `.` and `..`; `None` if it leaves the folder that it starts in.
@@ -116,7 +116,7 @@ fn read_by(source: &str) -> impl Iterator<Item = &str> {
 
 #[test]
 fn a_package_holds_what_its_sources_read_and_nothing_of_tests() {
-    let mut broken = Vec::new();
+    let mut violations = Vec::new();
     for (folder, own) in crates().into_iter().filter(|(_, own)| is_published(own)) {
         let name = own["name"].as_str().unwrap();
         let listed = cargo(&["package", "--list", "--allow-dirty", "--locked", "--package", name]);
@@ -124,7 +124,8 @@ fn a_package_holds_what_its_sources_read_and_nothing_of_tests() {
         assert!(listed.contains(Path::new("README.md")), "{folder} {listed:?}");
         let is_source = |path: &Path| path.starts_with("src") && path.extension().is_some_and(|ending| ending == "rs");
         let may = |path: &Path| is_source(path) || EXTRAS.iter().any(|own| path.starts_with(own));
-        broken.extend(listed.iter().filter(|path| !may(path)).map(|path| format!("{folder} ships {}", path.display())));
+        violations
+            .extend(listed.iter().filter(|path| !may(path)).map(|path| format!("{folder} ships {}", path.display())));
         let mut bytes = 0;
         for path in &listed {
             let Ok(text) = fs::read(root().join(folder).join(path)) else { continue };
@@ -135,12 +136,12 @@ fn a_package_holds_what_its_sources_read_and_nothing_of_tests() {
                 let beside = within(&path.with_file_name("").join(file));
                 !beside.is_some_and(|file| listed.contains(file.as_path()))
             });
-            broken
+            violations
                 .extend(missing.map(|file| format!("{folder}/{} reads {file}, which is not shipped", path.display())));
         }
         if bytes > BYTES_MAX {
-            broken.push(format!("{folder} ships {bytes} bytes"));
+            violations.push(format!("{folder} ships {bytes} bytes"));
         }
     }
-    check("packages stand by themselves", broken);
+    check("packages stand by themselves", violations);
 }

@@ -1,21 +1,21 @@
 //! The Python package against a real daemon: its own tests in place, and the installed wheel as a new user has it.
 
 use shatter_fracture::surface::shapes::{self, write_obj};
-use shatter_tests::house::{House, program};
+use shatter_tests::fixture::{Fixture, program};
 use shatter_tests::peers::python;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// A test folder with a bar, and the daemon running.
-fn with_bar() -> House {
-    let mut house = House::new();
-    let mesh = house.path("bar.obj");
+fn with_bar() -> Fixture {
+    let mut fixture = Fixture::new();
+    let mesh = fixture.path("bar.obj");
     write_obj(&shapes::cuboid([0.4, 0.2, 0.2]), &mesh).unwrap();
     let bake = ["bake", mesh.to_str().unwrap(), "--name", "bar", "--material", "glass"];
-    house.ok("shatterd", &[&bake[..], &["--crack-spacing", "0.04", "--elastic-spacing", "0.1"]].concat());
-    house.serve(&[]);
-    house
+    fixture.ok("shatterd", &[&bake[..], &["--crack-spacing", "0.04", "--elastic-spacing", "0.1"]].concat());
+    fixture.serve(&[]);
+    fixture
 }
 
 fn package() -> PathBuf {
@@ -24,69 +24,69 @@ fn package() -> PathBuf {
 
 /// Runs a program in the test folder to its end, which must be a success; returns its output.
 #[track_caller]
-fn run(house: &House, program: &OsStr, arguments: &[&str], adapt: impl FnOnce(&mut Command)) -> String {
-    let mut command = house.foreign(program);
+fn run(fixture: &Fixture, program: &OsStr, arguments: &[&str], adapt: impl FnOnce(&mut Command)) -> String {
+    let mut command = fixture.foreign(program);
     command.args(arguments).env("SHATTER_TEST_SERVICE", "default").env("SHATTER_TEST_OBJECT", "bar");
     command.env("PYTHONDONTWRITEBYTECODE", "1");
     adapt(&mut command);
     let output = command.output().unwrap();
-    let [told, error] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
-    assert!(output.status.success(), "{program:?} {arguments:?}: {told}{error}");
-    told
+    let [stdout, error] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+    assert!(output.status.success(), "{program:?} {arguments:?}: {stdout}{error}");
+    stdout
 }
 
 /// Runs `pytest` on the package's tests; returns the number that passed.
 #[track_caller]
-fn check_package(house: &House, python: &OsStr, adapt: impl FnOnce(&mut Command)) {
+fn check_package(fixture: &Fixture, python: &OsStr, adapt: impl FnOnce(&mut Command)) {
     let tests = package().join("tests");
     let arguments = ["-m", "pytest", "-q", "-p", "no:cacheprovider", tests.to_str().unwrap()];
-    let told = run(house, python, &arguments, adapt);
-    assert!(told.contains("passed") && !told.contains("skipped"), "{told}");
+    let stdout = run(fixture, python, &arguments, adapt);
+    assert!(stdout.contains("passed") && !stdout.contains("skipped"), "{stdout}");
 }
 
 #[test]
 fn the_package_keeps_its_promises_where_python_is() {
     let Some(python) = python(&["numpy", "pytest"]) else { return };
-    let house = with_bar();
-    let site = house.path("site/shatter");
+    let fixture = with_bar();
+    let site = fixture.path("site/shatter");
     std::fs::create_dir_all(&site).unwrap();
     std::fs::copy(package().join("python/shatter/__init__.py"), site.join("__init__.py")).unwrap();
     std::fs::copy(program("lib_shatter.so"), site.join("_shatter.abi3.so")).unwrap();
-    check_package(&house, &python, |command| {
-        command.env("PYTHONPATH", house.path("site"));
+    check_package(&fixture, &python, |command| {
+        command.env("PYTHONPATH", fixture.path("site"));
     });
 }
 
 #[test]
 #[ignore = "minutes; needs Python and its package index"]
 fn a_wheel_is_built_installed_and_used_in_a_fresh_environment() {
-    let house = with_bar();
-    let environment = house.path("venv");
+    let fixture = with_bar();
+    let environment = fixture.path("venv");
     let system = std::env::var_os("SHATTER_PYTHON").unwrap_or_else(|| "python3".into());
-    run(&house, &system, &["-m", "venv", environment.to_str().unwrap()], |_| {});
+    run(&fixture, &system, &["-m", "venv", environment.to_str().unwrap()], |_| {});
     let python = environment.join("bin/python");
     let pip =
-        |what: &[&str]| run(&house, python.as_os_str(), &[&["-m", "pip", "install", "-q"], what].concat(), |_| {});
+        |what: &[&str]| run(&fixture, python.as_os_str(), &[&["-m", "pip", "install", "-q"], what].concat(), |_| {});
     pip(&["maturin", "pytest", "mypy"]);
-    let wheels = house.path("wheels");
+    let wheels = fixture.path("wheels");
     let maturin = environment.join("bin/maturin");
-    run(&house, maturin.as_os_str(), &["build", "--release", "--out", wheels.to_str().unwrap()], |command| {
+    run(&fixture, maturin.as_os_str(), &["build", "--release", "--out", wheels.to_str().unwrap()], |command| {
         command.current_dir(package());
     });
     let wheel = std::fs::read_dir(&wheels).unwrap().next().unwrap().unwrap().path();
     pip(&[wheel.to_str().unwrap()]);
-    check_package(&house, python.as_os_str(), |_| {});
-    run(&house, python.as_os_str(), &["-m", "mypy.stubtest", "shatter"], |command| {
-        command.current_dir(house.path("data"));
+    check_package(&fixture, python.as_os_str(), |_| {});
+    run(&fixture, python.as_os_str(), &["-m", "mypy.stubtest", "shatter"], |command| {
+        command.current_dir(fixture.path("data"));
     });
     let mypy = ["-m", "mypy", "--strict", package().join("examples/strike.py").to_str().unwrap()].map(str::to_owned);
-    run(&house, python.as_os_str(), &mypy.each_ref().map(String::as_str), |command| {
-        command.current_dir(house.path("data"));
+    run(&fixture, python.as_os_str(), &mypy.each_ref().map(String::as_str), |command| {
+        command.current_dir(fixture.path("data"));
     });
     let example = package().join("examples/strike.py");
-    let told = run(&house, python.as_os_str(), &[example.to_str().unwrap(), "bar", "out.glb"], |command| {
-        command.current_dir(house.path("data"));
+    let stdout = run(&fixture, python.as_os_str(), &[example.to_str().unwrap(), "bar", "out.glb"], |command| {
+        command.current_dir(fixture.path("data"));
     });
-    assert!(told.contains("24 fragments"), "{told}");
-    assert!(std::fs::read(house.path("data/out.glb")).unwrap().starts_with(b"glTF"));
+    assert!(stdout.contains("24 fragments"), "{stdout}");
+    assert!(std::fs::read(fixture.path("data/out.glb")).unwrap().starts_with(b"glTF"));
 }

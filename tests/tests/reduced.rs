@@ -5,7 +5,7 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, BakeShare, PartialBake, bake, load, save};
 use shatter_fracture::pipeline::{
     ContactSet, ElasticRequest, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, RANK_MAX,
-    REDUCED_ERROR_MAX, StrikeContext, Workspace, reduce, strain_energy, strike,
+    REDUCED_ERROR_MAX, RequestContext, Workspace, reduce, strain_energy, strike,
 };
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_tests::real;
@@ -32,8 +32,8 @@ fn made(mesh: RawMesh, name: &str, impacts: u64, rank_max: usize) -> PreparedObj
 fn struck(prepared: &PreparedObject, elastic: ElasticRequest) -> FractureOutcome {
     let top = prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
     let point_m: Point3<f64> = prepared.frame.to_meters(top);
-    let blow = FractureRequest { elastic, ..FractureRequest::at(point_m, Vector3::new(1.0, -3.0, 0.5)).seeded(1) };
-    strike(StrikeContext::new(prepared, &blow, &CancelToken::default(), &()), &mut Workspace::default()).unwrap()
+    let request = FractureRequest { elastic, ..FractureRequest::at(point_m, Vector3::new(1.0, -3.0, 0.5)).seeded(1) };
+    strike(RequestContext::new(prepared, &request, &CancelToken::default(), &()), &mut Workspace::default()).unwrap()
 }
 
 #[test]
@@ -84,7 +84,7 @@ fn a_reduced_strike_is_within_its_estimate_and_a_solve_is_the_same_with_a_basis(
 }
 
 #[test]
-fn a_blow_of_the_default_radius_needs_no_solve() {
+fn an_impact_with_the_default_radius_needs_no_solve() {
     let request =
         BakeRequest { elastic_spacing: Some(0.03), crack_spacing: Some(0.03), ..real::request("bar", "glass") };
     let mut prepared = bake(shapes::cuboid([1.0, 0.2, 0.2]), &request, &CancelToken::default(), &mut |_| ()).unwrap();
@@ -108,9 +108,13 @@ fn a_basis_that_is_too_coarse_is_not_used() {
 }
 
 /// Energy and estimated error of an impact on one body.
-fn energy(prepared: &PreparedObject, blow: &FractureRequest, workspace: &mut Workspace) -> Option<(f64, Option<f64>)> {
-    let impact = ContactSet::new(prepared, blow).unwrap();
-    let found = strain_energy(StrikeContext::new(prepared, blow, &CancelToken::default(), &()), &impact, workspace)
+fn energy(
+    prepared: &PreparedObject,
+    request: &FractureRequest,
+    workspace: &mut Workspace,
+) -> Option<(f64, Option<f64>)> {
+    let impact = ContactSet::new(prepared, request).unwrap();
+    let found = strain_energy(RequestContext::new(prepared, request, &CancelToken::default(), &()), &impact, workspace)
         .unwrap()
         .pop()?;
     Some((found.energy_j, found.reduced_error))
@@ -121,13 +125,13 @@ fn ratios(prepared: &PreparedObject, ranks: &[Option<u32>], impacts: std::ops::R
     let (sampler, mut workspace) = (ImpactSampler::new(prepared), Workspace::default());
     let mut ratios = vec![Vec::new(); ranks.len()];
     for number in impacts {
-        let blow = sampler.impact(77, number);
-        let (truth, none) = energy(prepared, &blow, &mut workspace).unwrap();
+        let request = sampler.impact(77, number);
+        let (truth, none) = energy(prepared, &request, &mut workspace).unwrap();
         assert_eq!(none, None);
         let mut last = f64::INFINITY;
         for (rank_max, ratios) in ranks.iter().zip(&mut ratios) {
-            let blow = FractureRequest { elastic: ElasticRequest::Reduced, rank_max: *rank_max, ..blow.clone() };
-            let (found, estimate) = energy(prepared, &blow, &mut workspace).unwrap();
+            let request = FractureRequest { elastic: ElasticRequest::Reduced, rank_max: *rank_max, ..request.clone() };
+            let (found, estimate) = energy(prepared, &request, &mut workspace).unwrap();
             let (Some(estimate), error) = (estimate, 1.0 - found / truth) else { continue };
             assert!(error <= last + 1e-5, "impact {number}, rank {rank_max:?}: {error} after {last}");
             last = error;
@@ -148,16 +152,16 @@ fn within_4(name: &str, ratios: &[f64]) -> f64 {
 }
 
 #[test]
-fn fewer_displacements_have_a_larger_error_and_tell_it() {
+fn a_lower_rank_has_a_larger_reported_error() {
     let ranks = [1, 4, 16, 48, u32::MAX].map(Some);
     let prepared = &*ARCH;
     for (rank, ratios) in ranks.iter().zip(ratios(prepared, &ranks, 0..60)) {
         assert!(within_4(&format!("rank {rank:?}"), &ratios) >= 0.8);
     }
-    let blow = ImpactSampler::new(prepared).impact(77, 0);
+    let request = ImpactSampler::new(prepared).impact(77, 0);
     let of = |rank_max| {
-        let blow = FractureRequest { elastic: ElasticRequest::Reduced, rank_max, ..blow.clone() };
-        energy(prepared, &blow, &mut Workspace::default())
+        let request = FractureRequest { elastic: ElasticRequest::Reduced, rank_max, ..request.clone() };
+        energy(prepared, &request, &mut Workspace::default())
     };
     assert_eq!(of(None), of(Some(u32::MAX)));
     assert_eq!(of(Some(0)), of(Some(1)), "at least one");
@@ -181,12 +185,12 @@ fn solved_at_the_default_radius(prepared: &PreparedObject) -> f64 {
     let sampler = ImpactSampler::new(prepared);
     let mut workspace = Workspace::default();
     let mut needs_solve = |number: &u64| {
-        let mut blow = sampler.impact(77, *number);
-        blow.contacts.truncate(1);
-        blow.contacts[0].radius_m = None;
-        let blow = FractureRequest { elastic: ElasticRequest::Reduced, threshold_only: true, ..blow };
+        let mut request = sampler.impact(77, *number);
+        request.contacts.truncate(1);
+        request.contacts[0].radius_m = None;
+        let request = FractureRequest { elastic: ElasticRequest::Reduced, threshold_only: true, ..request };
         let outcome =
-            strike(StrikeContext::new(prepared, &blow, &CancelToken::default(), &()), &mut workspace).unwrap();
+            strike(RequestContext::new(prepared, &request, &CancelToken::default(), &()), &mut workspace).unwrap();
         outcome.threshold().reduced_error.is_none()
     };
     (0..STRIKES).filter(&mut needs_solve).count() as f64 / STRIKES as f64

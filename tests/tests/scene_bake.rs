@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use shatter_fracture::surface::shapes::{self, write_obj};
-use shatter_tests::house::House;
+use shatter_tests::fixture::Fixture;
 use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 
@@ -10,24 +10,24 @@ const ARCH: &str = "shape = \"arch\"\nmaterial = \"stone\"\nelastic_spacing = 0.
 const HORSESHOE: &str = "shape = \"horseshoe\"\nmaterial = \"ceramic\"\nelastic_spacing = 0.06\ncrack_spacing = 0.04";
 
 /// A scene of two objects of one database, and one of another.
-fn scene(house: &House, horseshoe: &str) -> String {
+fn scene(fixture: &Fixture, horseshoe: &str) -> String {
     let near = format!("[objects.near]\ndatabase = \"arch\"\neffects = [\"elastic\", \"interior\", \"bonds\"]\n{ARCH}");
     let far = "[objects.far]\ndatabase = \"arch\"\neffects = []";
-    write(house, &format!("title = \"A test\"\n{near}\n{far}\n[objects.horseshoe]\neffects = []\n{horseshoe}"))
+    write(fixture, &format!("title = \"A test\"\n{near}\n{far}\n[objects.horseshoe]\neffects = []\n{horseshoe}"))
 }
 
-fn write(house: &House, text: &str) -> String {
-    let file = house.path("scene.toml");
+fn write(fixture: &Fixture, text: &str) -> String {
+    let file = fixture.path("scene.toml");
     std::fs::write(&file, text).unwrap();
     file.to_str().unwrap().to_owned()
 }
 
 /// Bakes the scene; returns the outcome of each database.
 #[track_caller]
-fn bake(house: &House, scene: &str) -> Vec<(String, String)> {
-    let told = house.ok("shatterd", &["bake", "--scene", scene]);
+fn bake(fixture: &Fixture, scene: &str) -> Vec<(String, String)> {
+    let output = fixture.ok("shatterd", &["bake", "--scene", scene]);
     let word = |row: &Value, key: &str| row[key].as_str().unwrap().to_owned();
-    told["files"].as_array().unwrap().iter().map(|row| (word(row, "database"), word(row, "state"))).collect()
+    output["files"].as_array().unwrap().iter().map(|row| (word(row, "database"), word(row, "state"))).collect()
 }
 
 fn states(pairs: [(&str, &str); 2]) -> Vec<(String, String)> {
@@ -35,32 +35,32 @@ fn states(pairs: [(&str, &str); 2]) -> Vec<(String, String)> {
 }
 
 /// Runs `shatterd` to its end without `--json`; returns exit code and stdout.
-fn screen(house: &House, arguments: &[&str]) -> (Option<i32>, String) {
-    let output = house.run("shatterd", arguments);
+fn screen(fixture: &Fixture, arguments: &[&str]) -> (Option<i32>, String) {
+    let output = fixture.run("shatterd", arguments);
     (output.status.code(), String::from_utf8(output.stdout).unwrap())
 }
 
 #[test]
 fn a_scene_is_baked_once_served_and_struck() {
-    let mut house = House::new();
-    let file = scene(&house, HORSESHOE);
-    let (_, plan) = screen(&house, &["check", &file]);
+    let mut fixture = Fixture::new();
+    let file = scene(&fixture, HORSESHOE);
+    let (_, plan) = screen(&fixture, &["check", &file]);
     assert!(plan.ends_with(&format!("shatterd bake --scene {file}\n")), "{plan}");
-    assert_eq!(bake(&house, &file), states([("arch", "baked"), ("horseshoe", "baked")]));
-    let database = |name: &str| house.databases().join(format!("{name}.shatter"));
+    assert_eq!(bake(&fixture, &file), states([("arch", "baked"), ("horseshoe", "baked")]));
+    let database = |name: &str| fixture.databases().join(format!("{name}.shatter"));
     let bytes = ["arch", "horseshoe"].map(|name| std::fs::read(database(name)).unwrap());
     let date = || ["arch", "horseshoe"].map(|name| database(name).metadata().unwrap().modified().unwrap());
     let first = date();
 
     // The database has only the parts that some request may need, for both objects of the arch.
-    let inspect = |name: &str| house.ok("shatterd", &["inspect", database(name).to_str().unwrap()]);
+    let inspect = |name: &str| fixture.ok("shatterd", &["inspect", database(name).to_str().unwrap()]);
     let (arch, horseshoe) = (inspect("arch"), inspect("horseshoe"));
     assert_eq!((&arch["object"], &arch["surface_diffusion_dimensions"]), (&json!("arch"), &json!([null])));
     assert!(arch["lift_dimensions"][0].as_u64() > Some(0) && arch["elastic_nodes"].as_u64() > Some(0), "{arch}");
     assert_eq!((&horseshoe["lift_dimensions"], &horseshoe["elastic_nodes"]), (&json!([null]), &json!(0)));
 
-    assert_eq!(bake(&house, &file), states([("arch", "kept"), ("horseshoe", "kept")]));
-    let (code, lines) = screen(&house, &["bake", "--scene", &file]);
+    assert_eq!(bake(&fixture, &file), states([("arch", "kept"), ("horseshoe", "kept")]));
+    let (code, lines) = screen(&fixture, &["bake", "--scene", &file]);
     let lines: Vec<&str> = lines.lines().collect();
     assert!(code == Some(0) && lines.len() == 2, "{lines:?}");
     assert!(
@@ -68,60 +68,60 @@ fn a_scene_is_baked_once_served_and_struck() {
         "{lines:?}"
     );
     assert_eq!(date(), first, "what is kept is not written");
-    assert!(!screen(&house, &["check", &file]).1.contains("--scene"));
+    assert!(!screen(&fixture, &["check", &file]).1.contains("--scene"));
 
-    let other = scene(&house, &HORSESHOE.replace("0.04", "0.045"));
-    assert_eq!(bake(&house, &other), states([("arch", "kept"), ("horseshoe", "baked")]));
+    let other = scene(&fixture, &HORSESHOE.replace("0.04", "0.045"));
+    assert_eq!(bake(&fixture, &other), states([("arch", "kept"), ("horseshoe", "baked")]));
     assert_ne!(std::fs::read(database("horseshoe")).unwrap(), bytes[1]);
-    let file = scene(&house, HORSESHOE);
+    let file = scene(&fixture, HORSESHOE);
     std::fs::remove_file(database("arch")).unwrap();
-    assert_eq!(bake(&house, &file), states([("arch", "baked"), ("horseshoe", "baked")]));
+    assert_eq!(bake(&fixture, &file), states([("arch", "baked"), ("horseshoe", "baked")]));
     assert_eq!(["arch", "horseshoe"].map(|name| std::fs::read(database(name)).unwrap()), bytes, "the same bytes again");
 
-    house.serve(&["--scene", &file]);
-    let listed = house.ok("shatter", &["list"]);
+    fixture.serve(&["--scene", &file]);
+    let listed = fixture.ok("shatter", &["list"]);
     let names: Vec<_> = listed["objects"].as_array().unwrap().iter().map(|row| row["object"].as_str()).collect();
     assert_eq!(names, [Some("far"), Some("horseshoe"), Some("near")]);
     let strike = |name: &str| {
-        let blow = ["--point", "0.5,0.3,0.1", "--impulse", "0,0,-900", "--degree", "6"];
-        house.ok("shatter", &[&["impact", name][..], &blow].concat())
+        let impact_arguments = ["--point", "0.5,0.3,0.1", "--impulse", "0,0,-900", "--degree", "6"];
+        fixture.ok("shatter", &[&["impact", name][..], &impact_arguments].concat())
     };
-    let ran = |answer: &Value, stage: &str| {
-        let stages = answer["stages"].as_array().unwrap();
+    let ran = |document: &Value, stage: &str| {
+        let stages = document["stages"].as_array().unwrap();
         stages.iter().any(|row| row["name"] == stage && row["ran"] == true)
     };
     let (near, far) = (strike("near"), strike("far"));
-    assert_eq!([&near, &far].map(|answer| ran(answer, "elasticity")), [true, false], "{near}");
-    assert_eq!([&near, &far].map(|answer| ran(answer, "bonds")), [true, false]);
-    assert_eq!(house.end(), Some(0));
+    assert_eq!([&near, &far].map(|document| ran(document, "elasticity")), [true, false], "{near}");
+    assert_eq!([&near, &far].map(|document| ran(document, "bonds")), [true, false]);
+    assert_eq!(fixture.end(), Some(0));
 }
 
 /// A database that was baked for less than a scene needs is reported before any request.
 #[test]
 fn tables_that_a_database_lacks_are_named() {
-    let mut house = House::new();
-    let cheap = write(&house, &format!("[objects.horseshoe]\neffects = []\n{HORSESHOE}"));
-    house.ok("shatterd", &["bake", "--scene", &cheap]);
+    let mut fixture = Fixture::new();
+    let cheap = write(&fixture, &format!("[objects.horseshoe]\neffects = []\n{HORSESHOE}"));
+    fixture.ok("shatterd", &["bake", "--scene", &cheap]);
     for (effect, table) in
         [("elastic", "elastic"), ("interior", "interior"), ("skin", "skin"), ("attributes", "attributes")]
     {
-        let rich = write(&house, &format!("[objects.horseshoe]\neffects = [\"{effect}\"]\n{HORSESHOE}"));
-        let (code, told) = house.json("shatterd", &["check", &rich]);
-        let message = told["error"]["message"].as_str().unwrap();
-        assert!(code == 3 && message.contains(&format!("`{table}`")) && message.contains("bake"), "{told}");
+        let rich = write(&fixture, &format!("[objects.horseshoe]\neffects = [\"{effect}\"]\n{HORSESHOE}"));
+        let (code, output) = fixture.json("shatterd", &["check", &rich]);
+        let message = output["error"]["message"].as_str().unwrap();
+        assert!(code == 3 && message.contains(&format!("`{table}`")) && message.contains("bake"), "{output}");
     }
-    let rich = house.path("scene.toml").to_str().unwrap().to_owned();
-    house.serve(&["--scene", &rich]);
-    let (_, refused) = house.json("shatter", &["impact", "horseshoe", "--point", "0,0.12,0", "--impulse", "0,-9,0"]);
+    let rich = fixture.path("scene.toml").to_str().unwrap().to_owned();
+    fixture.serve(&["--scene", &rich]);
+    let (_, refused) = fixture.json("shatter", &["impact", "horseshoe", "--point", "0,0.12,0", "--impulse", "0,-9,0"]);
     assert!(refused["error"]["message"].as_str().unwrap().contains("`attributes`"), "{refused}");
-    assert_eq!(house.end(), Some(0));
+    assert_eq!(fixture.end(), Some(0));
 }
 
 #[test]
-fn what_an_interruption_finds_finished_stays() {
-    let house = House::new();
-    let file = scene(&house, &format!("{HORSESHOE}\nexamples = 4000"));
-    let mut command = house.command("shatterd");
+fn an_interruption_keeps_finished_databases() {
+    let fixture = Fixture::new();
+    let file = scene(&fixture, &format!("{HORSESHOE}\nexamples = 4000"));
+    let mut command = fixture.command("shatterd");
     let mut child =
         command.args(["bake", "--scene", &file]).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
@@ -129,19 +129,20 @@ fn what_an_interruption_finds_finished_stays() {
     assert!(line.starts_with("arch (for far, near)  baked "), "{line}");
     rustix::process::kill_process(rustix::process::Pid::from_child(&child), rustix::process::Signal::INT).unwrap();
     assert_eq!((child.wait().unwrap().code(), lines.count()), (Some(130), 0));
-    let left: Vec<_> = std::fs::read_dir(house.databases()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    let left: Vec<_> =
+        std::fs::read_dir(fixture.databases()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     assert_eq!(left, ["arch.shatter"]);
-    let file = scene(&house, HORSESHOE);
-    assert_eq!(bake(&house, &file), states([("arch", "kept"), ("horseshoe", "baked")]));
+    let file = scene(&fixture, HORSESHOE);
+    assert_eq!(bake(&fixture, &file), states([("arch", "kept"), ("horseshoe", "baked")]));
 }
 
 #[test]
-fn what_cannot_be_baked_of_a_scene_is_refused_before_anything_is() {
-    let house = House::new();
+fn an_invalid_scene_is_rejected_before_any_bake() {
+    let fixture = Fixture::new();
     let refused = |text: &str| {
-        let file = write(&house, text);
-        let (code, document) = house.json("shatterd", &["bake", "--scene", &file]);
-        assert!(!house.databases().exists());
+        let file = write(&fixture, text);
+        let (code, document) = fixture.json("shatterd", &["bake", "--scene", &file]);
+        assert!(!fixture.databases().exists());
         (code, document["error"]["at"].as_str().unwrap().to_owned())
     };
     let both = format!("[objects.a]\ndatabase = \"c\"\n{ARCH}\n[objects.b]\ndatabase = \"c\"\n");
@@ -150,14 +151,14 @@ fn what_cannot_be_baked_of_a_scene_is_refused_before_anything_is() {
     assert_eq!(refused("[objects.a]\nshape = \"mug\""), (3, "objects.a.material".to_owned()));
     assert_eq!(refused("[objects.a]\nmaterial = \"glass\""), (3, "shape".to_owned()));
 
-    let (file, mesh) = (scene(&house, HORSESHOE), house.path("arch.obj"));
+    let (file, mesh) = (scene(&fixture, HORSESHOE), fixture.path("arch.obj"));
     write_obj(&shapes::arch(), &mesh).unwrap();
     for more in [&[mesh.to_str().unwrap(), "--name", "arch"][..], &["--material", "glass"], &["--resume"]] {
-        let (code, document) = house.json("shatterd", &[&["bake", "--scene", &file], more].concat());
+        let (code, document) = fixture.json("shatterd", &[&["bake", "--scene", &file], more].concat());
         assert_eq!((code, &document["error"]["kind"]), (2, &json!("usage")), "{document}");
     }
     for less in [&[][..], &[mesh.to_str().unwrap()], &["--name", "arch"]] {
-        let (code, document) = house.json("shatterd", &[&["bake"], less].concat());
+        let (code, document) = fixture.json("shatterd", &[&["bake"], less].concat());
         assert_eq!((code, &document["error"]["kind"]), (2, &json!("usage")), "{document}");
     }
 }

@@ -5,7 +5,7 @@
 //! again, and the merged bytes equal those of an undivided bake.
 
 use serde_json::{Value, json};
-use shatter_tests::house::{House, program};
+use shatter_tests::fixture::{Fixture, program};
 use shatter_tests::peers;
 use std::ffi::OsStr;
 use std::fs;
@@ -30,15 +30,15 @@ fn config(file: &str) -> PathBuf {
 }
 
 /// A box and its undivided bake, which the merged one must equal.
-fn box_and_whole(house: &House) -> (String, Vec<u8>) {
-    let mesh = house.path("box.obj");
+fn box_and_whole(fixture: &Fixture) -> (String, Vec<u8>) {
+    let mesh = fixture.path("box.obj");
     let text = "v 0 0 0\nv 0 0 .4\nv 0 .6 0\nv 0 .6 .4\nv 1 0 0\nv 1 0 .4\nv 1 .6 0\nv 1 .6 .4\n\
                 f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n";
     fs::write(&mesh, text).unwrap();
-    let (mesh, out) = (mesh.display().to_string(), house.path("whole").display().to_string());
+    let (mesh, out) = (mesh.display().to_string(), fixture.path("whole").display().to_string());
     let arguments = [&["bake", &mesh, "--name", "box", "--examples", EXAMPLES, "--out", &out], &COARSE[..]].concat();
-    house.ok("shatterd", &arguments);
-    (mesh, fs::read(house.path("whole/box.shatter")).unwrap())
+    fixture.ok("shatterd", &arguments);
+    (mesh, fs::read(fixture.path("whole/box.shatter")).unwrap())
 }
 
 /// Creates a folder in place of a share's file: that share fails until the folder is gone.
@@ -56,13 +56,13 @@ fn path() -> String {
 
 /// A private Slurm: one machine that acts as two nodes of four processors.
 struct Slurm<'a> {
-    house: &'a House,
+    fixture: &'a Fixture,
     daemons: Vec<Child>,
 }
 
 impl<'a> Slurm<'a> {
     /// Starts it; `None`, after a line that CI counts, if a program is not installed.
-    fn start(house: &'a House) -> Option<Self> {
+    fn start(fixture: &'a Fixture) -> Option<Self> {
         let needed = ["munged", "slurmctld", "slurmd", "sbatch", "scontrol"];
         let lacks =
             |name: &&str| Command::new("which").arg(name).output().map_or(true, |found| !found.status.success());
@@ -70,9 +70,9 @@ impl<'a> Slurm<'a> {
             println!("skipped: no {missing} (Debian: slurm-wlm, munge)");
             return None;
         }
-        let mut slurm = Self { house, daemons: Vec::new() };
+        let mut slurm = Self { fixture, daemons: Vec::new() };
         slurm.configure();
-        let at = |name: &str| house.path(name).display().to_string();
+        let at = |name: &str| fixture.path(name).display().to_string();
         let keys = [
             format!("--key-file={}", at("munge.key")),
             format!("--socket={}", at("munge.sock")),
@@ -81,7 +81,7 @@ impl<'a> Slurm<'a> {
             format!("--seed-file={}", at("munge.seed")),
         ];
         slurm.spawn("munged", &[&["--foreground", "--force"], &keys.each_ref().map(String::as_str)[..]].concat());
-        slurm.wait("munge's socket", |slurm| slurm.house.path("munge.sock").exists());
+        slurm.wait("munge's socket", |slurm| slurm.fixture.path("munge.sock").exists());
         slurm.spawn("slurmctld", &["-D", "-c", "-i"]);
         slurm.spawn("slurmd", &["-D", "-N", "n0"]);
         slurm.spawn("slurmd", &["-D", "-N", "n1"]);
@@ -94,16 +94,16 @@ impl<'a> Slurm<'a> {
 
     fn configure(&self) {
         use std::os::unix::fs::PermissionsExt;
-        let key = self.house.path("munge.key");
+        let key = self.fixture.path("munge.key");
         // As munge requires: readable by its owner only; the key protects only this Slurm.
         fs::write(&key, [std::process::id().to_le_bytes(); 64].concat()).unwrap();
         fs::set_permissions(&key, fs::Permissions::from_mode(0o400)).unwrap();
-        fs::set_permissions(self.house.path(""), fs::Permissions::from_mode(0o755)).unwrap();
+        fs::set_permissions(self.fixture.path(""), fs::Permissions::from_mode(0o755)).unwrap();
         let ports: Vec<TcpListener> = (0..3).map(|_| TcpListener::bind("127.0.0.1:0").unwrap()).collect();
         let [control, n0, n1] = [0, 1, 2].map(|index: usize| ports[index].local_addr().unwrap().port());
         let user = text(Command::new("id").arg("-un"));
         let host = text(Command::new("hostname").arg("-s"));
-        let root = self.house.path("").display().to_string();
+        let root = self.fixture.path("").display().to_string();
         let root = root.trim_end_matches('/');
         let node = |name: &str, port: u16| {
             format!("NodeName={name} NodeHostname={host} NodeAddr=127.0.0.1 Port={port} CPUs=4 RealMemory=16384\n")
@@ -122,14 +122,14 @@ impl<'a> Slurm<'a> {
             node("n0", n0),
             node("n1", n1)
         );
-        fs::create_dir_all(self.house.path("state")).unwrap();
-        fs::write(self.house.path("slurm.conf"), conf).unwrap();
+        fs::create_dir_all(self.fixture.path("state")).unwrap();
+        fs::write(self.fixture.path("slurm.conf"), conf).unwrap();
     }
 
     fn command(&self, name: &str) -> Command {
         let mut command = Command::new(name);
-        command.env("SLURM_CONF", self.house.path("slurm.conf")).current_dir(self.house.path(""));
-        command.env("PATH", path()).env("SHATTER_OUT", self.house.path("shares")).env_remove("SHATTER_SHARDS");
+        command.env("SLURM_CONF", self.fixture.path("slurm.conf")).current_dir(self.fixture.path(""));
+        command.env("PATH", path()).env("SHATTER_OUT", self.fixture.path("shares")).env_remove("SHATTER_SHARDS");
         command
     }
 
@@ -150,7 +150,7 @@ impl<'a> Slurm<'a> {
             }
             sleep(PAUSE);
         }
-        let log = fs::read_to_string(self.house.path("slurmctld.log")).unwrap_or_default();
+        let log = fs::read_to_string(self.fixture.path("slurmctld.log")).unwrap_or_default();
         panic!("no {what}: {log}");
     }
 
@@ -169,13 +169,13 @@ impl<'a> Slurm<'a> {
         self.wait(&format!("end of job {job}"), |slurm| {
             slurm.output("squeue", &["--noheader", "--job", job]).is_empty()
         });
-        let told = self.output("scontrol", &["--oneliner", "show", "job", job]);
+        let output = self.output("scontrol", &["--oneliner", "show", "job", job]);
         let field = |line: &str, key: &str| -> Option<String> {
             line.split_whitespace().find_map(|word| word.strip_prefix(key)).map(str::to_owned)
         };
         let task = |line: &str| field(line, "ArrayTaskId=").and_then(|id| id.parse::<usize>().ok()).unwrap_or(0);
         let mut ends: Vec<(usize, String)> =
-            told.lines().filter_map(|line| Some((task(line), field(line, "JobState=")?))).collect();
+            output.lines().filter_map(|line| Some((task(line), field(line, "JobState=")?))).collect();
         ends.sort();
         ends.into_iter().map(|(_, state)| state).collect()
     }
@@ -200,11 +200,11 @@ fn text(command: &mut Command) -> String {
 #[test]
 #[ignore = "needs slurm-wlm and munge; a minute"]
 fn slurm_bakes_what_an_undivided_bake_gives() {
-    let house = House::new();
-    let (mesh, whole) = box_and_whole(&house);
-    let Some(slurm) = Slurm::start(&house) else { return };
+    let fixture = Fixture::new();
+    let (mesh, whole) = box_and_whole(&fixture);
+    let Some(slurm) = Slurm::start(&fixture) else { return };
     let arguments = [&[mesh.as_str(), "box", EXAMPLES], &COARSE[..]].concat();
-    let obstacle = obstacle(&house.path("shares"), 3);
+    let obstacle = obstacle(&fixture.path("shares"), 3);
     // Held until one task is canceled, so that it has not run.
     let job = slurm.submit(&["--hold"], "slurm/bake.sbatch", &arguments);
     let early = slurm.submit(&[&format!("--dependency=afterok:{job}")], "slurm/merge.sbatch", &["box"]);
@@ -216,7 +216,7 @@ fn slurm_bakes_what_an_undivided_bake_gives() {
     ends.retain(|state| state != "CANCELLED");
     let expected = ["COMPLETED", "COMPLETED", "COMPLETED", "FAILED", "COMPLETED", "COMPLETED", "COMPLETED"];
     assert_eq!(ends, expected);
-    assert!(!house.path("shares/box.5-of-8.share").exists(), "task 5 did not run");
+    assert!(!fixture.path("shares/box.5-of-8.share").exists(), "task 5 did not run");
     assert_eq!(slurm.ends(&early), ["CANCELLED"], "a merge after a failed share does not stay in the queue");
 
     fs::remove_dir(obstacle).unwrap();
@@ -225,22 +225,22 @@ fn slurm_bakes_what_an_undivided_bake_gives() {
     let merge = slurm.submit(&[&dependency], "slurm/merge.sbatch", &["box", "merged"]);
     assert_eq!(slurm.ends(&merge), ["COMPLETED"]);
     println!("slurm, again: {:?}", slurm.ends(&again));
-    assert!(fs::read(house.path("merged/box.shatter")).unwrap() == whole, "merged bytes are an undivided bake's");
+    assert!(fs::read(fixture.path("merged/box.shatter")).unwrap() == whole, "merged bytes are an undivided bake's");
 }
 
 #[test]
 #[ignore = "needs Python's hyperqueue"]
 fn hyperqueue_bakes_what_an_undivided_bake_gives() {
-    let house = House::new();
-    let (mesh, whole) = box_and_whole(&house);
-    let shares = house.path("shares");
+    let fixture = Fixture::new();
+    let (mesh, whole) = box_and_whole(&fixture);
+    let shares = fixture.path("shares");
     let obstacle = obstacle(&shares, 3);
     let run = |server: &str, tasks: &str| -> Option<Value> {
-        let (server, script) = (house.path(server), config("hyperqueue/bake.sh"));
+        let (server, script) = (fixture.path(server), config("hyperqueue/bake.sh"));
         let head: [&OsStr; 4] = [server.as_ref(), script.as_ref(), shares.as_ref(), tasks.as_ref()];
         let rest = [mesh.as_str(), "box", EXAMPLES].into_iter().chain(COARSE).map(OsStr::new);
         let arguments: Vec<&OsStr> = head.into_iter().chain(rest).collect();
-        peers::hyperqueue(&arguments, &house.path(""), &path())
+        peers::hyperqueue(&arguments, &fixture.path(""), &path())
     };
     // Task 5 is not submitted the first time.
     let Some(first) = run("first", "0,1,2,3,4,6,7") else { return };
@@ -252,9 +252,9 @@ fn hyperqueue_bakes_what_an_undivided_bake_gives() {
     assert_eq!(again["failed"], json!([]));
 
     let mut merge = Command::new(config("hyperqueue/merge.sh"));
-    merge.env("SHATTER_OUT", &shares).env("PATH", path()).arg("box").arg(house.path("merged"));
+    merge.env("SHATTER_OUT", &shares).env("PATH", path()).arg("box").arg(fixture.path("merged"));
     assert!(merge.status().unwrap().success());
-    assert!(fs::read(house.path("merged/box.shatter")).unwrap() == whole, "merged bytes are an undivided bake's");
+    assert!(fs::read(fixture.path("merged/box.shatter")).unwrap() == whole, "merged bytes are an undivided bake's");
 }
 
 #[test]

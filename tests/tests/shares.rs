@@ -10,7 +10,7 @@ use shatter_fracture::database::{
 };
 use shatter_fracture::surface::RawMesh;
 use shatter_fracture::surface::shapes::write_obj;
-use shatter_tests::house::House;
+use shatter_tests::fixture::Fixture;
 use shatter_tests::real;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -137,17 +137,17 @@ fn a_share_is_two_numbers() {
 }
 
 /// A test folder with the wedge as a mesh file, and the options of its bake.
-struct Bakery {
-    house: House,
+struct BakeFixture {
+    fixture: Fixture,
     mesh: String,
 }
 
-impl Bakery {
+impl BakeFixture {
     fn new() -> Self {
-        let house = House::new();
-        let mesh = house.path("wedge.obj");
+        let fixture = Fixture::new();
+        let mesh = fixture.path("wedge.obj");
         write_obj(&wedge(), &mesh).unwrap();
-        Self { mesh: mesh.to_str().unwrap().to_owned(), house }
+        Self { mesh: mesh.to_str().unwrap().to_owned(), fixture }
     }
 
     fn arguments<'a>(&'a self, more: &[&'a str]) -> Vec<&'a str> {
@@ -156,17 +156,17 @@ impl Bakery {
     }
 
     fn bake(&self, more: &[&str]) -> (i32, Value) {
-        self.house.json("shatterd", &self.arguments(more))
+        self.fixture.json("shatterd", &self.arguments(more))
     }
 
     fn command(&self, more: &[&str]) -> Command {
-        let mut command = self.house.command("shatterd");
+        let mut command = self.fixture.command("shatterd");
         command.args(self.arguments(more)).stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null());
         command
     }
 
     fn database(&self) -> PathBuf {
-        self.house.databases().join("wedge.shatter")
+        self.fixture.databases().join("wedge.shatter")
     }
 
     fn bytes(&self) -> Vec<u8> {
@@ -190,66 +190,66 @@ fn await_file(file: &Path) {
 
 #[test]
 fn an_interrupted_bake_keeps_what_is_done_and_goes_on_with_it() {
-    let bakery = Bakery::new();
+    let bake_fixture = BakeFixture::new();
     let examples = ["--examples", "4000"];
-    let kept = BakeShare::WHOLE.file(&bakery.house.databases(), "wedge");
+    let kept = BakeShare::WHOLE.file(&bake_fixture.fixture.databases(), "wedge");
     for (signal, code) in [(Signal::INT, 130), (Signal::TERM, 143)] {
         let _ = std::fs::remove_file(&kept);
-        let mut child = bakery.command(&examples).spawn().unwrap();
+        let mut child = bake_fixture.command(&examples).spawn().unwrap();
         await_file(&kept);
         assert_eq!(end(&mut child, signal), Some(code));
         let partial = load_partial(&kept).unwrap();
-        assert!(!partial.task.is_done() && !bakery.database().exists());
+        assert!(!partial.task.is_done() && !bake_fixture.database().exists());
     }
-    let (code, refused) = bakery.bake(&["--examples", "4000", "--seed", "3", "--resume"]);
+    let (code, refused) = bake_fixture.bake(&["--examples", "4000", "--seed", "3", "--resume"]);
     assert_eq!((code, refused["error"]["kind"].as_str()), (3, Some("other_work")), "{refused}");
     let resumed = |seconds| {
-        let mut child = bakery.command(&["--examples", "4000", "--resume"]).spawn().unwrap();
+        let mut child = bake_fixture.command(&["--examples", "4000", "--resume"]).spawn().unwrap();
         std::thread::sleep(Duration::from_secs_f64(seconds));
         end(&mut child, Signal::INT);
         load_partial(&kept).unwrap().task.done
     };
     // A busy machine may need longer for the first of them.
     let done = (1..8).map(|turn| resumed(0.25 * f64::from(1 << turn))).find(|done| *done > 0).expect("it went on");
-    let undone = bakery.bake(&["--examples", "40", "--resume"]);
+    let undone = bake_fixture.bake(&["--examples", "40", "--resume"]);
     assert_eq!(undone.0, 3, "40 examples are other work than 4000");
-    let (code, refused) = bakery.bake(&["--examples", "40"]);
+    let (code, refused) = bake_fixture.bake(&["--examples", "40"]);
     assert_eq!((code, refused["error"]["kind"].as_str()), (3, Some("kept_share")), "{refused}");
     let message = refused["error"]["message"].as_str().unwrap();
     assert!(message.starts_with(&format!("{done} of 4000 impacts are kept")), "{message}");
     assert!(message.contains("--resume") && message.contains("--restart") && kept.exists(), "{message}");
-    assert_eq!(bakery.bake(&["--examples", "40", "--restart"]).0, 0);
+    assert_eq!(bake_fixture.bake(&["--examples", "40", "--restart"]).0, 0);
     assert!(!kept.exists(), "what was kept is gone when the database is there");
 }
 
 #[test]
 fn shares_are_baked_and_merged_by_commands() {
-    let bakery = Bakery::new();
-    assert_eq!(bakery.bake(&["--examples", "40"]).0, 0);
-    let whole = bakery.bytes();
-    let out = bakery.house.path("shares");
+    let bake_fixture = BakeFixture::new();
+    assert_eq!(bake_fixture.bake(&["--examples", "40"]).0, 0);
+    let whole = bake_fixture.bytes();
+    let out = bake_fixture.fixture.path("shares");
     let out = out.to_str().unwrap();
-    let (code, first) = bakery.bake(&["--examples", "40", "--shard", "0/2", "--out", out]);
+    let (code, first) = bake_fixture.bake(&["--examples", "40", "--shard", "0/2", "--out", out]);
     assert_eq!((code, &first["share"]["count"], &first["impacts"]), (0, &2.into(), &20.into()), "{first}");
-    let mut array = bakery.command(&["--examples", "40", "--out", out]);
+    let mut array = bake_fixture.command(&["--examples", "40", "--out", out]);
     // Variables of Slurm if task 1 alone is repeated.
     let repeated = ["ID", "MIN", "MAX", "COUNT"].map(|name| (format!("SLURM_ARRAY_TASK_{name}"), "1"));
     array.envs(repeated).env("SHATTER_SHARDS", "2");
     assert!(array.status().unwrap().success());
     let files = [0, 1].map(|index| format!("{out}/wedge.{index}-of-2.share"));
-    let merged = bakery.house.path("merged");
+    let merged = bake_fixture.fixture.path("merged");
     let merge = |files: &[&str]| {
         let arguments = [&["merge", "--out", merged.to_str().unwrap()], files].concat();
-        bakery.house.json("shatterd", &arguments)
+        bake_fixture.fixture.json("shatterd", &arguments)
     };
     let (code, missing) = merge(&[&files[0]]);
     assert_eq!((code, missing["error"]["at"].as_str()), (3, Some("1/2")), "{missing}");
     assert_eq!(merge(&[&files[1], &files[0]]).0, 0);
     assert!(std::fs::read(merged.join("wedge.shatter")).unwrap() == whole);
-    let (code, usage) = bakery.bake(&["--examples", "40", "--shard", "2/2"]);
+    let (code, usage) = bake_fixture.bake(&["--examples", "40", "--shard", "2/2"]);
     assert_eq!((code, usage["error"]["kind"].as_str()), (2, Some("usage")), "{usage}");
     assert!(usage["error"]["message"].as_str().unwrap().contains("2 is too large for 2 shares"), "{usage}");
-    let (code, refused) = bakery.bake(&["--shard", "0/2"]);
+    let (code, refused) = bake_fixture.bake(&["--shard", "0/2"]);
     assert_eq!((code, refused["error"]["at"].as_str()), (3, Some("--shard")), "{refused}");
 }
 
@@ -278,21 +278,22 @@ fn check_killed(command: impl Fn() -> Command, times: u64, file: &Path, old: &[u
 
 #[test]
 fn a_killed_bake_or_merge_leaves_the_old_file_or_the_new_one() {
-    let bakery = Bakery::new();
+    let bake_fixture = BakeFixture::new();
     // Few examples: the shorter a run, the more of the moments are those in which it writes.
-    assert_eq!(bakery.bake(&["--examples", "10"]).0, 0);
-    let old = bakery.bytes();
-    assert_eq!(bakery.bake(&["--examples", "14"]).0, 0);
-    let new = bakery.bytes();
-    check_killed(|| bakery.command(&["--examples", "14", "--resume"]), 60, &bakery.database(), &old, &new);
-    let shares = [0, 1].map(|index| share(&bakery.house.databases(), BakeShare::new(index, 2).unwrap(), &request(14)));
+    assert_eq!(bake_fixture.bake(&["--examples", "10"]).0, 0);
+    let old = bake_fixture.bytes();
+    assert_eq!(bake_fixture.bake(&["--examples", "14"]).0, 0);
+    let new = bake_fixture.bytes();
+    check_killed(|| bake_fixture.command(&["--examples", "14", "--resume"]), 60, &bake_fixture.database(), &old, &new);
+    let shares =
+        [0, 1].map(|index| share(&bake_fixture.fixture.databases(), BakeShare::new(index, 2).unwrap(), &request(14)));
     let merge = || {
-        let mut command = bakery.house.command("shatterd");
-        command.arg("merge").args(&shares).arg("--out").arg(bakery.house.databases());
+        let mut command = bake_fixture.fixture.command("shatterd");
+        command.arg("merge").args(&shares).arg("--out").arg(bake_fixture.fixture.databases());
         command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null());
         command
     };
-    check_killed(merge, 40, &bakery.database(), &old, &new);
+    check_killed(merge, 40, &bake_fixture.database(), &old, &new);
 }
 
 /// Mode of a file, without its type.
@@ -302,29 +303,29 @@ fn mode(file: &Path) -> u32 {
 
 #[test]
 fn a_new_database_has_the_usual_mode_and_one_that_is_replaced_keeps_its_own() {
-    let bakery = Bakery::new();
+    let bake_fixture = BakeFixture::new();
     let masked = |mask: &str, more: &[&str]| {
-        let plain = bakery.house.command("shatterd");
+        let plain = bake_fixture.fixture.command("shatterd");
         let mut shell = Command::new("sh");
         shell.args(["-c", &format!("umask {mask}; exec \"$0\" \"$@\"")]).arg(plain.get_program());
         shell.envs(plain.get_envs().filter_map(|(name, value)| Some((name, value?))));
-        assert!(shell.args(bakery.arguments(more)).output().unwrap().status.success());
+        assert!(shell.args(bake_fixture.arguments(more)).output().unwrap().status.success());
     };
     masked("027", &[]);
-    assert_eq!(mode(&bakery.database()), 0o640);
+    assert_eq!(mode(&bake_fixture.database()), 0o640);
     masked("022", &[]);
-    assert_eq!(mode(&bakery.database()), 0o640);
-    std::fs::remove_file(bakery.database()).unwrap();
+    assert_eq!(mode(&bake_fixture.database()), 0o640);
+    std::fs::remove_file(bake_fixture.database()).unwrap();
     masked("022", &[]);
-    assert_eq!(mode(&bakery.database()), 0o644);
+    assert_eq!(mode(&bake_fixture.database()), 0o644);
 }
 
 #[test]
 fn a_log_without_a_terminal_tells_how_far_a_bake_is() {
-    let bakery = Bakery::new();
-    let output = bakery.house.run("shatterd", &bakery.arguments(&["--examples", "40"]));
+    let bake_fixture = BakeFixture::new();
+    let output = bake_fixture.fixture.run("shatterd", &bake_fixture.arguments(&["--examples", "40"]));
     let log = String::from_utf8(output.stderr).unwrap();
-    let wordless = bakery.house.run("shatterd", &bakery.arguments(&[])).stderr;
+    let wordless = bake_fixture.fixture.run("shatterd", &bake_fixture.arguments(&[])).stderr;
     assert!(!String::from_utf8(wordless).unwrap().contains("wedge: examples"), "there are none");
     let line = |text: &str| log.lines().any(|line| line.starts_with("shatterd: wedge: ") && line.ends_with(text));
     for text in ["lattices", "lift of body 0", "examples 0/40", "examples 40/40", "reduced elasticity", "write"] {
@@ -333,7 +334,7 @@ fn a_log_without_a_terminal_tells_how_far_a_bake_is() {
 }
 
 /// Changes a byte of the last tensor.
-fn spoil(file: &Path) {
+fn damage_file(file: &Path) {
     let mut bytes = std::fs::read(file).unwrap();
     let last = bytes.len() - 9;
     bytes[last] ^= 1;
@@ -350,16 +351,16 @@ fn check_named(document: &Value, file: &Path, words: &[&str]) {
 
 #[test]
 fn damaged_files_are_named_with_what_is_damaged_and_what_to_do() {
-    let bakery = Bakery::new();
-    let folder = bakery.house.databases();
+    let bake_fixture = BakeFixture::new();
+    let folder = bake_fixture.fixture.databases();
     std::fs::create_dir_all(&folder).unwrap();
     let kept = share(&folder, BakeShare::WHOLE, &request(16));
-    spoil(&kept);
-    let (code, refused) = bakery.bake(&["--examples", "16", "--resume"]);
+    damage_file(&kept);
+    let (code, refused) = bake_fixture.bake(&["--examples", "16", "--resume"]);
     assert_eq!(code, 3, "{refused}");
     check_named(&refused, &kept, &["checksum of", "remove it", "--restart"]);
-    check_named(&bakery.bake(&["--examples", "16"]).1, &kept, &["remove it", "--restart"]);
-    let (code, refused) = bakery.house.json("shatterd", &["inspect", kept.to_str().unwrap()]);
+    check_named(&bake_fixture.bake(&["--examples", "16"]).1, &kept, &["remove it", "--restart"]);
+    let (code, refused) = bake_fixture.fixture.json("shatterd", &["inspect", kept.to_str().unwrap()]);
     assert_eq!(code, 3, "{refused}");
     check_named(&refused, &kept, &["checksum of"]);
 }

@@ -48,7 +48,7 @@ fn area_m2(mesh: &RawMesh) -> f64 {
 }
 
 /// Triangles of one fragment's skin, in the coordinates of the mesh file.
-fn worn(pieces: &FractureMeshes, fragment: usize) -> Vec<[(Point3<f64>, SkinVertexRow); 3]> {
+fn skin_triangles(pieces: &FractureMeshes, fragment: usize) -> Vec<[(Point3<f64>, SkinVertexRow); 3]> {
     let (row, skins) = (&pieces.skins.rows[fragment], &pieces.skins);
     let vertices = &skins.vertices[row.vertex_first as usize..][..row.vertex_count as usize];
     let indices = &skins.indices[row.index_first as usize..][..row.index_count as usize];
@@ -78,7 +78,7 @@ fn outer(pieces: &FractureMeshes, fragment: usize, crack: bool) -> Vec<Point3<f6
 fn rim_m(pieces: &FractureMeshes, fragment: usize) -> Vec<f64> {
     let key = |point: &Point3<f64>| [point.x, point.y, point.z].map(f64::to_bits);
     let mut edges: HashMap<[[u64; 3]; 2], Option<Point3<f64>>> = HashMap::new();
-    for corners in worn(pieces, fragment) {
+    for corners in skin_triangles(pieces, fragment) {
         for k in 0..3 {
             let (from, to) = (corners[k].0, corners[(k + 1) % 3].0);
             if edges.insert([key(&from), key(&to)], Some(from)).is_some() {
@@ -119,7 +119,7 @@ fn check(name: &str, mesh: RawMesh, spacing: f64, more: &[EffectKind], controls:
     let (mut sum_m2, mut apart_m, mut count, mut far) = (0.0, 0.0f64, 0usize, 0usize);
     for fragment in 0..pieces.fragments.len() {
         let own = outer(&pieces, fragment, false);
-        for corners in worn(&pieces, fragment) {
+        for corners in skin_triangles(&pieces, fragment) {
             let [a, b, c] = corners.map(|(point, _)| point);
             sum_m2 += 0.5 * (b - a).cross(&(c - a)).norm();
             let middle = Point3::from((a.coords + b.coords + c.coords) / 3.0);
@@ -130,7 +130,7 @@ fn check(name: &str, mesh: RawMesh, spacing: f64, more: &[EffectKind], controls:
                 apart_m = apart_m.max(distance);
             }
         }
-        for (_, vertex) in worn(&pieces, fragment).into_iter().flatten() {
+        for (_, vertex) in skin_triangles(&pieces, fragment).into_iter().flatten() {
             assert!((Vector3::from(vertex.normal).norm() - 1.0).abs() < 1e-5);
         }
     }
@@ -155,7 +155,7 @@ fn skins_have_the_inputs_area_and_lie_on_their_fragments() {
 }
 
 #[test]
-fn real_meshes_are_dressed_too() {
+fn real_meshes_have_skins() {
     for name in ["horse.ply", "spot.obj", "beetle.obj"] {
         if let Some(mesh) = real::raw(name) {
             check(name, mesh, 0.02, &[EffectKind::Interior], None);
@@ -165,7 +165,7 @@ fn real_meshes_are_dressed_too() {
 
 /// The slot of an existing crack has walls; skins cover them too, or one would see into the fragments.
 #[test]
-fn the_walls_of_existing_cracks_are_worn() {
+fn walls_of_existing_cracks_have_skin() {
     let corners = [[0.0, -0.2], [0.2, -0.2], [0.2, 0.2], [0.0, 0.2]].map(|[y, z]| Point3::new(0.0, y, z));
     let sheet = RawMesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]);
     let spacing = 0.03;
@@ -175,12 +175,13 @@ fn the_walls_of_existing_cracks_are_worn() {
     let whole_m2 = 2.0 * (0.4 * 0.3 + 0.3 * 0.2 + 0.2 * 0.4);
     let (mut sum_m2, mut bare) = (0.0, 0);
     for fragment in 0..pieces.fragments.len() {
-        sum_m2 += worn_m2(&pieces, fragment);
-        let dress: Vec<Point3<f64>> = worn(&pieces, fragment).into_iter().flatten().map(|(point, _)| point).collect();
+        sum_m2 += skin_area_m2(&pieces, fragment);
+        let skin_points: Vec<Point3<f64>> =
+            skin_triangles(&pieces, fragment).into_iter().flatten().map(|(point, _)| point).collect();
         let reach = 1.5 * spacing * prepared.frame.diagonal_m;
-        let dressed = |point: &&Point3<f64>| dress.iter().any(|own| (own - **point).norm() < reach);
+        let has_skin = |point: &&Point3<f64>| skin_points.iter().any(|own| (own - **point).norm() < reach);
         let own = outer(&pieces, fragment, false);
-        bare += own.len() - own.iter().filter(dressed).count();
+        bare += own.len() - own.iter().filter(has_skin).count();
     }
     let walls_m2 = sum_m2 - whole_m2;
     println!("{walls_m2:.4} m² of walls beside {whole_m2} m²; {bare} vertices bare");
@@ -201,7 +202,7 @@ fn painted() -> RawMesh {
     let uvs = mesh.triangles.iter().map(|own| points(own).map(|point| [point.x as f32, point.y as f32])).collect();
     let materials = normals.iter().map(|own| u32::from(own[0][1] > 0.5)).collect();
     let names = vec!["sides".into(), "top".into()];
-    mesh.looks = TriangleAttributes { normals, uvs, materials, names, lost: Vec::new() };
+    mesh.attributes = TriangleAttributes { normals, uvs, materials, names, lost: Vec::new() };
     mesh
 }
 
@@ -213,18 +214,23 @@ fn outer_faces_look_as_the_input() {
     let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
     let (mut indices, mut merges) = (vec![0; pieces.counts.indices], vec![[0; 2]; pieces.counts.merges]);
     pieces.emit(&mut positions, &mut indices, &mut merges).unwrap();
-    assert_eq!((pieces.looks.vertices.len(), 3 * pieces.looks.materials.len()), (positions.len(), indices.len()));
+    assert_eq!(
+        (pieces.attributes.vertices.len(), 3 * pieces.attributes.materials.len()),
+        (positions.len(), indices.len())
+    );
     let (mut tops, mut sides, mut wrong, mut tilted, mut outer) = (0, 0, 0, 0, 0);
     for run in &pieces.runs {
         let fragment = &pieces.fragments[run.fragment as usize];
         let vertices = run.vertex_first as usize..(run.vertex_first + run.vertex_count) as usize;
         let triangles = run.index_first as usize / 3..(run.index_first + run.index_count) as usize / 3;
         if run.crack {
-            assert!(pieces.looks.vertices[vertices].iter().all(|look| *look == pipeline::VertexAttribute::default()));
-            assert!(pieces.looks.materials[triangles].iter().all(|material| *material == NO_MATERIAL));
+            assert!(
+                pieces.attributes.vertices[vertices].iter().all(|look| *look == pipeline::VertexAttribute::default())
+            );
+            assert!(pieces.attributes.materials[triangles].iter().all(|material| *material == NO_MATERIAL));
             continue;
         }
-        for (look, position) in pieces.looks.vertices[vertices.clone()].iter().zip(&positions[vertices]) {
+        for (look, position) in pieces.attributes.vertices[vertices.clone()].iter().zip(&positions[vertices]) {
             let at = Vector3::from(position.map(f64::from)) + Vector3::from(fragment.center_m);
             for axis in 0..2 {
                 assert!((f64::from(look.uv[axis]) - at[axis]).abs() < 2e-3, "{:?} at {at:?}", look.uv);
@@ -236,15 +242,15 @@ fn outer_faces_look_as_the_input() {
             let corner = |k: usize| Point3::from(positions[(fragment.vertex_first + own[k]) as usize]);
             let flat = (corner(1) - corner(0)).cross(&(corner(2) - corner(0))).normalize();
             let look =
-                |k: usize| Vector3::from(pieces.looks.vertices[(fragment.vertex_first + own[k]) as usize].normal);
+                |k: usize| Vector3::from(pieces.attributes.vertices[(fragment.vertex_first + own[k]) as usize].normal);
             outer += 1;
             tilted += usize::from((0..3).any(|k| look(k).dot(&flat) < 0.7));
-            match pieces.looks.materials[triangle] {
+            match pieces.attributes.materials[triangle] {
                 1 => tops += 1,
                 0 => sides += 1,
                 other => panic!("material {other}"),
             }
-            wrong += usize::from((pieces.looks.materials[triangle] == 1) != (flat.y > 0.7));
+            wrong += usize::from((pieces.attributes.materials[triangle] == 1) != (flat.y > 0.7));
         }
     }
     println!(
@@ -258,7 +264,7 @@ fn outer_faces_look_as_the_input() {
     let mut sum = [0.0; 2];
     for fragment in 0..pieces.fragments.len() {
         let first = pieces.skins.rows[fragment].index_first as usize / 3;
-        for (place, corners) in worn(&pieces, fragment).into_iter().enumerate() {
+        for (place, corners) in skin_triangles(&pieces, fragment).into_iter().enumerate() {
             let [a, b, c] = corners.map(|(point, _)| point);
             let area = (b - a).cross(&(c - a)) * 0.5;
             sum[skin_materials[first + place] as usize] += area.norm();
@@ -286,7 +292,7 @@ fn a_database_keeps_the_skin_to_the_bit_and_loads_it_where_it_is_wanted() {
     for effect in [EffectKind::Attributes, EffectKind::Skin] {
         let only = FractureRequest { effects: EffectSet::of([effect]), ..strike(&bare, 8, &[]) };
         match struck::outcome(&bare, &only) {
-            Err(FractureError::Bare { effect: named }) => assert_eq!(named, effect),
+            Err(FractureError::AttributesUnprepared { effect: named }) => assert_eq!(named, effect),
             Err(other) => panic!("{other}"),
             Ok(_) => panic!("{effect:?} came from nowhere"),
         }
@@ -300,37 +306,37 @@ fn largest(pieces: &FractureMeshes) -> u32 {
 }
 
 /// Area of one fragment's skin, m².
-fn worn_m2(pieces: &FractureMeshes, fragment: usize) -> f64 {
+fn skin_area_m2(pieces: &FractureMeshes, fragment: usize) -> f64 {
     let area = |corners: [(Point3<f64>, SkinVertexRow); 3]| {
         let [a, b, c] = corners.map(|(point, _)| point);
         0.5 * (b - a).cross(&(c - a)).norm()
     };
-    worn(pieces, fragment).into_iter().map(area).sum()
+    skin_triangles(pieces, fragment).into_iter().map(area).sum()
 }
 
 /// Children have the skin of their parent, generation by generation, with the same attributes.
 #[test]
-fn what_breaks_again_wears_what_its_parent_wore() {
+fn child_fragments_inherit_the_skin() {
     let prepared = baked(painted(), 0.04);
     let mut pieces = struck::outcome(&prepared, &strike(&prepared, 6, &[])).unwrap().into_meshes().unwrap();
     for generation in 1..3 {
         let (kept, parent) = (pieces.keep(), largest(&pieces));
-        let before_m2 = worn_m2(&pieces, parent as usize);
+        let before_m2 = skin_area_m2(&pieces, parent as usize);
         let mut again = strike(&prepared, 6, &[]);
         again.contacts[0].point_m = Point3::from(pieces.fragments[parent as usize].center_m);
         again.contacts[0].radius_m = Some(0.3);
         let (mut workspace, token) = (Workspace::default(), CancelToken::default());
         let outcome = pipeline::strike_again(
-            pipeline::StrikeContext::new(&prepared, &again, &token, &()),
+            pipeline::RequestContext::new(&prepared, &again, &token, &()),
             (&kept, parent),
             &mut workspace,
         );
         pieces = outcome.unwrap().into_meshes().unwrap();
-        let sum_m2: f64 = (0..pieces.fragments.len()).map(|child| worn_m2(&pieces, child)).sum();
+        let sum_m2: f64 = (0..pieces.fragments.len()).map(|child| skin_area_m2(&pieces, child)).sum();
         let least = 2.0 * 0.04 * prepared.frame.diagonal_m;
         for child in 0..pieces.fragments.len() {
             let own = outer(&pieces, child, false);
-            for corners in worn(&pieces, child) {
+            for corners in skin_triangles(&pieces, child) {
                 let middle = corners.iter().map(|(point, _)| point.coords).sum::<Vector3<f64>>() / 3.0;
                 let apart = own.iter().map(|point| (point.coords - middle).norm()).fold(f64::INFINITY, f64::min);
                 assert!(apart < least, "{apart} m from child {child}");
@@ -342,20 +348,20 @@ fn what_breaks_again_wears_what_its_parent_wore() {
         println!("generation {generation}: {} children wear {sum_m2:.6} of {before_m2:.6} m²", pieces.fragments.len());
         assert!((sum_m2 / before_m2 - 1.0).abs() < 1e-5);
         assert!(pieces.skins.rows.iter().filter(|row| row.index_count > 0).count() > 1);
-        let looks = pieces.looks.vertices.iter().filter(|look| look.normal != [0.0; 3]).count();
-        assert!(looks > 50 && 3 * pieces.looks.materials.len() == pieces.counts.indices);
+        let attributes = pieces.attributes.vertices.iter().filter(|look| look.normal != [0.0; 3]).count();
+        assert!(attributes > 50 && 3 * pieces.attributes.materials.len() == pieces.counts.indices);
     }
-    let undressed = FractureRequest { effects: EffectSet::of([EffectKind::Interior]), ..strike(&prepared, 6, &[]) };
-    let bare = struck::outcome(&prepared, &undressed).unwrap().into_meshes().unwrap();
+    let without_skin = FractureRequest { effects: EffectSet::of([EffectKind::Interior]), ..strike(&prepared, 6, &[]) };
+    let bare = struck::outcome(&prepared, &without_skin).unwrap().into_meshes().unwrap();
     let (kept, parent) = (bare.keep(), largest(&bare));
     let mut workspace = Workspace::default();
     let again = strike(&prepared, 6, &[]);
     match pipeline::strike_again(
-        pipeline::StrikeContext::new(&prepared, &again, &CancelToken::default(), &()),
+        pipeline::RequestContext::new(&prepared, &again, &CancelToken::default(), &()),
         (&kept, parent),
         &mut workspace,
     ) {
-        Err(FractureError::Undressed { fragment }) => assert_eq!(fragment, parent),
+        Err(FractureError::SkinUnprepared { fragment }) => assert_eq!(fragment, parent),
         Err(other) => panic!("{other}"),
         Ok(_) => panic!("a skin came from nowhere"),
     }

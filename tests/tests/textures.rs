@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use shatter_fracture::surface::{self, LengthUnit, UpAxis, shapes};
-use shatter_tests::house::House;
+use shatter_tests::fixture::Fixture;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -93,13 +93,13 @@ fn downwards(v: f64) -> f64 {
 
 /// Bakes a mesh file, divides the object, and checks all files.
 #[track_caller]
-fn check_files(house: &House, mesh: &Path, name: &str) {
+fn check_files(fixture: &Fixture, mesh: &Path, name: &str) {
     let bake = ["bake", mesh.to_str().unwrap(), "--name", name, "--material", "ceramic"];
-    house.ok("shatterd", &[&bake[..], &["--crack-spacing", "0.03", "--elastic-spacing", "0.06"]].concat());
-    let mut served = House::new();
+    fixture.ok("shatterd", &[&bake[..], &["--crack-spacing", "0.03", "--elastic-spacing", "0.06"]].concat());
+    let mut served = Fixture::new();
     std::fs::create_dir_all(served.databases()).unwrap();
     let database = format!("{name}.shatter");
-    std::fs::copy(house.databases().join(&database), served.databases().join(&database)).unwrap();
+    std::fs::copy(fixture.databases().join(&database), served.databases().join(&database)).unwrap();
     served.serve(&[]);
     let (file, folder) = (served.path("a.glb"), served.path("pieces"));
     let divide = |out: &Path, more: &[&str]| -> Value {
@@ -117,21 +117,21 @@ fn check_files(house: &House, mesh: &Path, name: &str) {
 
 #[test]
 fn textures_of_obj_inputs_lie_the_right_way_up() {
-    let house = House::new();
-    let mesh = house.path("block.obj");
+    let fixture = Fixture::new();
+    let mesh = fixture.path("block.obj");
     block(&mesh);
-    check_files(&house, &mesh, "block");
+    check_files(&fixture, &mesh, "block");
 }
 
 /// The same block as glTF, not written by this project's code.
 #[test]
 fn textures_of_gltf_inputs_lie_the_right_way_up() {
-    let house = House::new();
-    let mesh = house.path("again.glb");
+    let fixture = Fixture::new();
+    let mesh = fixture.path("again.glb");
     std::fs::write(&mesh, block_glb()).unwrap();
-    let looks = surface::read(&mesh, LengthUnit::M, UpAxis::Y).unwrap().looks;
-    assert_eq!(looks.uvs.len(), 12);
-    check_files(&house, &mesh, "again");
+    let attributes = surface::read(&mesh, LengthUnit::M, UpAxis::Y).unwrap().attributes;
+    assert_eq!(attributes.uvs.len(), 12);
+    check_files(&fixture, &mesh, "again");
 }
 
 /// The block as a `.glb` file, made by hand, v downwards.

@@ -19,31 +19,31 @@ fn files_are_short() {
 }
 
 #[test]
-fn nothing_that_ships_unwraps() {
-    let mut broken = Vec::new();
+fn shipped_code_has_no_unwrap() {
+    let mut violations = Vec::new();
     for (name, text) in sources() {
         for (at, line) in shipped(&name, &text) {
             let code = code(&line);
             if [".unwrap()", ".expect(", "todo!(", "unimplemented!(", "dbg!("].iter().any(|word| code.contains(word)) {
-                broken.push(format!("{name}:{at}: {}", line.trim()));
+                violations.push(format!("{name}:{at}: {}", line.trim()));
             }
         }
     }
-    check("no unwrap, expect or stub outside tests", broken);
+    check("no unwrap, expect or stub outside tests", violations);
 }
 
 #[test]
-fn nothing_is_left_to_do() {
-    let mut broken = Vec::new();
+fn no_todo_comments() {
+    let mut violations = Vec::new();
     for (name, text) in sources() {
         for (at, line) in text.lines().enumerate() {
             let words = [concat!("TO", "DO"), concat!("FIX", "ME"), concat!("XX", "X")];
             if words.iter().any(|word| line.contains(word)) && !line.contains("issue ") {
-                broken.push(format!("{name}:{}: {}", at + 1, line.trim()));
+                violations.push(format!("{name}:{}: {}", at + 1, line.trim()));
             }
         }
     }
-    check("nothing is left to do without an issue", broken);
+    check("nothing is left to do without an issue", violations);
 }
 
 /// Folders and files that may use `unsafe`: shared memory, the transport's descriptors, memory maps, SIMD dispatch, the C interface, views
@@ -63,8 +63,8 @@ const UNSAFE_ALLOWED: [&str; 11] = [
 ];
 
 #[test]
-fn unsafe_code_is_where_it_may_be_and_says_why() {
-    let mut broken = Vec::new();
+fn unsafe_code_is_allowed_and_justified() {
+    let mut violations = Vec::new();
     for (name, text) in sources() {
         let lines = shipped(&name, &text);
         for (index, (at, line)) in lines.iter().enumerate() {
@@ -72,23 +72,23 @@ fn unsafe_code_is_where_it_may_be_and_says_why() {
                 continue;
             }
             if !UNSAFE_ALLOWED.iter().any(|place| name.starts_with(place)) {
-                broken.push(format!("{name}:{at}: unsafe has no business here"));
+                violations.push(format!("{name}:{at}: unsafe has no business here"));
             }
             let before = lines[index.saturating_sub(8)..=index]
                 .iter()
                 .any(|(_, line)| line.contains("SAFETY") || line.contains("# Safety"));
             if !before {
-                broken.push(format!("{name}:{at}: no SAFETY line"));
+                violations.push(format!("{name}:{at}: no SAFETY line"));
             }
         }
     }
-    check("unsafe is rare and justified", broken);
+    check("unsafe is rare and justified", violations);
 }
 
 #[test]
 fn functions_are_short() {
     const FUNCTION_MAX: usize = 84;
-    let mut broken = Vec::new();
+    let mut violations = Vec::new();
     for (name, text) in sources() {
         let lines: Vec<&str> = text.lines().collect();
         for (at, line) in lines.iter().enumerate() {
@@ -97,24 +97,24 @@ fn functions_are_short() {
             let end = format!("{}}}", " ".repeat(indent));
             let length = lines[at..].iter().position(|line| **line == end).unwrap_or(0) + 1;
             if is_function && length > FUNCTION_MAX {
-                broken.push(format!("{name}:{}: {length} lines", at + 1));
+                violations.push(format!("{name}:{}: {length} lines", at + 1));
             }
         }
     }
-    check("no function is longer than 84 lines", broken);
+    check("no function is longer than 84 lines", violations);
 }
 
 #[test]
 fn the_engine_has_no_clock() {
-    let mut broken = Vec::new();
+    let mut violations = Vec::new();
     for (name, text) in sources().into_iter().filter(|(name, _)| name.starts_with("server/fracture/src/")) {
         for (at, line) in shipped(&name, &text) {
             if ["Instant::", "SystemTime", "std::process", "static mut"].iter().any(|word| code(&line).contains(word)) {
-                broken.push(format!("{name}:{at}: {}", line.trim()));
+                violations.push(format!("{name}:{at}: {}", line.trim()));
             }
         }
     }
-    check("the science knows nothing of clocks and processes", broken);
+    check("the science knows nothing of clocks and processes", violations);
 }
 
 /// Folders that may read the time of day: to show it, and to start the processes of a load together.
@@ -122,17 +122,17 @@ const TIME_OF_DAY: [&str; 2] = ["server/src/catalog/", "server/lab/src/load/"];
 
 #[test]
 fn no_decision_depends_on_the_time_of_day() {
-    let mut broken = Vec::new();
+    let mut violations = Vec::new();
     for (name, text) in
         sources().into_iter().filter(|(name, _)| !TIME_OF_DAY.iter().any(|place| name.starts_with(place)))
     {
         for (at, line) in shipped(&name, &text) {
             if code(&line).contains("SystemTime") {
-                broken.push(format!("{name}:{at}: {}", line.trim()));
+                violations.push(format!("{name}:{at}: {}", line.trim()));
             }
         }
     }
-    check("clocks may jump: waits and ages are measured by the monotonic one", broken);
+    check("clocks may jump: waits and ages are measured by the monotonic one", violations);
 }
 
 /// Names that may exist at the top level, without hidden files.
@@ -176,7 +176,7 @@ fn the_top_level_holds_the_agreed_tree() {
 }
 
 #[test]
-fn what_commands_of_the_readme_leave_behind_is_not_judged() {
+fn generated_files_are_ignored() {
     let folder = tempfile::tempdir().unwrap();
     fs::copy(root().join(".gitignore"), folder.path().join(".gitignore")).unwrap();
     let left =
@@ -211,10 +211,10 @@ fn what_commands_of_the_readme_leave_behind_is_not_judged() {
 }
 
 #[test]
-fn what_architecture_names_exists() {
+fn names_in_architecture_md_exist() {
     let text = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
     let sources = sources();
-    let mut broken = Vec::new();
+    let mut violations = Vec::new();
     for name in text.split('`').skip(1).step_by(2) {
         let name = name.trim();
         let is_path = name.contains('/') && name.chars().all(|c| c.is_ascii_alphanumeric() || "/_.-".contains(c));
@@ -226,16 +226,16 @@ fn what_architecture_names_exists() {
             sources.iter().any(|(_, text)| kinds.iter().any(|kind| text.contains(&format!("{kind} {name}"))))
         };
         if is_path && !root().join(name).exists() {
-            broken.push(format!("path {name}"));
+            violations.push(format!("path {name}"));
         }
         if is_type && name != "Arc" && !defined(&["struct", "enum", "trait", "type"]) {
-            broken.push(format!("type {name}"));
+            violations.push(format!("type {name}"));
         }
         if is_function && !defined(&["fn", "mod"]) {
-            broken.push(format!("function {name}"));
+            violations.push(format!("function {name}"));
         }
     }
-    check("ARCHITECTURE.md names what exists", broken);
+    check("ARCHITECTURE.md names what exists", violations);
 }
 
 /// Files that a page links to, without network addresses and anchors.
@@ -246,16 +246,16 @@ fn links(text: &str) -> impl Iterator<Item = &str> {
 }
 
 #[test]
-fn pages_lead_somewhere_and_name_what_exists() {
+fn links_and_names_in_pages_exist() {
     let header = fs::read_to_string(root().join("client/include/shatter.h")).unwrap();
     let known: BTreeSet<&str> = words(&header).collect();
     let conventions = fs::read_to_string(root().join("proto/src/convention.rs")).unwrap();
-    let mut broken = Vec::new();
+    let mut violations = Vec::new();
     for path in files(".md") {
         let text = fs::read_to_string(&path).unwrap();
         let name = path.strip_prefix(root()).unwrap().display();
         let gone = links(&text).filter(|file| !path.with_file_name(file).exists());
-        broken.extend(gone.map(|file| format!("{name}: no file {file}")));
+        violations.extend(gone.map(|file| format!("{name}: no file {file}")));
         // What is generated from the code names crates and metrics.
         let is_generated = path.starts_with(root().join("client/guide/src/reference"));
         let of_c = words(&text).filter(|word| {
@@ -265,15 +265,15 @@ fn pages_lead_somewhere_and_name_what_exists() {
                 && !word.ends_with('_')
                 && !["shatter_client", "shatter_export", "shatter_fracture", "shatter_proto"].contains(word)
         });
-        broken.extend(
+        violations.extend(
             of_c.filter(|word| !known.contains(word)).map(|word| format!("{name}: {word} is not in the header")),
         );
         let named = text.split("Convention::").skip(1).filter_map(|rest| words(rest).next());
         let unknown =
             named.filter(|own| own.chars().all(char::is_uppercase) && !conventions.contains(&format!("const {own}:")));
-        broken.extend(unknown.map(|own| format!("{name}: no Convention::{own}")));
+        violations.extend(unknown.map(|own| format!("{name}: no Convention::{own}")));
     }
-    check("links of pages lead to files, and pages name what the header has", broken);
+    check("links of pages lead to files, and pages name what the header has", violations);
 }
 
 fn words(text: &str) -> impl Iterator<Item = &str> {
@@ -283,17 +283,17 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
 #[test]
 fn nothing_names_the_machine_it_was_written_on() {
     let words = [concat!("/wo", "rk/"), concat!("/ro", "ot/"), concat!("/ho", "me/")];
-    let mut broken = Vec::new();
+    let mut violations = Vec::new();
     for ending in [".rs", ".toml", ".md", "run"] {
         for path in files(ending) {
             let Ok(text) = fs::read_to_string(&path) else { continue };
             for (at, line) in text.lines().enumerate().filter(|(_, line)| words.iter().any(|word| line.contains(word)))
             {
-                broken.push(format!("{}:{}: {}", path.display(), at + 1, line.trim()));
+                violations.push(format!("{}:{}: {}", path.display(), at + 1, line.trim()));
             }
         }
     }
-    check("no machine paths", broken);
+    check("no machine paths", violations);
 }
 
 #[test]

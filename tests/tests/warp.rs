@@ -18,7 +18,7 @@ const SITES: u32 = 80;
 
 fn cube() -> PreparedObject {
     static CUBE: BakedOnce = BakedOnce::new(|| {
-        let tables = Tables { interior: true, ..Tables::NONE };
+        let tables = Tables { interior: true, surface_diffusion: true, ..Tables::NONE };
         let request = BakeRequest { crack_spacing: Some(0.028), tables, ..real::request("cube", "stone") };
         bake(shapes::cuboid([SIDE; 3]), &request, &CancelToken::default(), &mut |_| ()).unwrap()
     });
@@ -26,7 +26,7 @@ fn cube() -> PreparedObject {
 }
 
 /// An impact with a wide contact on the cube, in a lift: energy falls off slowly, so that fragments are alike.
-fn blow(lift: LiftKind, warp: bool) -> FractureRequest {
+fn request(lift: LiftKind, warp: bool) -> FractureRequest {
     let mut effects = EffectSet::NONE;
     if lift == LiftKind::Interior {
         effects = effects.with(EffectKind::Interior);
@@ -162,8 +162,8 @@ fn under(controls: WarpControls) -> PreparedObject {
 fn a_grain_of_four_shows_in_the_inertia_of_the_pieces() {
     let axis = Vector3::new(0.0, 0.6, 0.8);
     let prepared = under(WarpControls { grain: Some(Grain { axis, ratio: 4.0 }), ..WarpControls::default() });
-    for lift in [LiftKind::Euclidean, LiftKind::Interior] {
-        let [with, without] = [true, false].map(|warp| stretch(&Pieces::new(&prepared, &blow(lift, warp)), axis));
+    for lift in [LiftKind::Euclidean, LiftKind::Interior, LiftKind::SurfaceDiffusion] {
+        let [with, without] = [true, false].map(|warp| stretch(&Pieces::new(&prepared, &request(lift, warp)), axis));
         println!("grain of 4, {lift}: {with:.2} times as long along it, {without:.2} without");
         assert!((2.0..=6.0).contains(&with) && (0.7..1.4).contains(&without), "{lift}: {with} {without}");
     }
@@ -173,7 +173,7 @@ fn a_grain_of_four_shows_in_the_inertia_of_the_pieces() {
 fn waves_bend_the_cracks() {
     let prepared = under(WarpControls { waves: Some(Waves { length_m: 0.4, slope: 0.3 }), ..WarpControls::default() });
     for lift in [LiftKind::Euclidean, LiftKind::Interior] {
-        let [with, without] = [true, false].map(|warp| curvature(&Pieces::new(&prepared, &blow(lift, warp))));
+        let [with, without] = [true, false].map(|warp| curvature(&Pieces::new(&prepared, &request(lift, warp))));
         println!("waves, {lift}: mean curvature times size {with:.3}, {without:.3} without");
         assert!(with > 1.2 * without, "{lift}: {with} {without}");
     }
@@ -187,7 +187,7 @@ fn no_crack_passes_through_what_is_protected() {
     let protected = vec![ball, block, overlapping];
     let prepared = under(WarpControls { protected: protected.clone(), ..WarpControls::default() });
     let inside = |warp: bool| {
-        let points = on_cracks(&Pieces::new(&prepared, &blow(LiftKind::Interior, warp)));
+        let points = on_cracks(&Pieces::new(&prepared, &request(LiftKind::Interior, warp)));
         protected.iter().map(|region| points.iter().filter(|p| region.distance_m(p) == 0.0).count()).collect::<Vec<_>>()
     };
     assert_eq!(inside(true), [0, 0, 0]);
@@ -200,7 +200,7 @@ fn every_forced_site_has_a_piece_of_its_own() {
         (0..9).map(|k| Point3::new(0.1 * f64::from(k) - 0.4, 0.3 * f64::from(k % 3) - 0.3, 0.2)).collect();
     let prepared = under(WarpControls { sites_m: sites_m.clone(), ..WarpControls::default() });
     let check = |sites: u32| {
-        let strike = FractureRequest { degree: DegreeRequest::Sites(sites), ..blow(LiftKind::Euclidean, true) };
+        let strike = FractureRequest { degree: DegreeRequest::Sites(sites), ..request(LiftKind::Euclidean, true) };
         let pieces = Pieces::new(&prepared, &strike);
         let mut holders: Vec<usize> = sites_m.iter().map(|site| pieces.holder(site)).collect();
         holders.sort_unstable();
@@ -210,17 +210,17 @@ fn every_forced_site_has_a_piece_of_its_own() {
     };
     [4, 9, 40].into_iter().for_each(check);
     // A free degree is large enough for all of them.
-    let free = FractureRequest { degree: DegreeRequest::ClosedForm, ..blow(LiftKind::Euclidean, true) };
+    let free = FractureRequest { degree: DegreeRequest::ClosedForm, ..request(LiftKind::Euclidean, true) };
     assert!(struck::outcome(&prepared, &free).unwrap().sites() >= 9);
 }
 
 #[test]
-fn paint_says_where_pieces_are_small() {
+fn paint_controls_fragment_size() {
     let points_m = vec![Point3::new(0.0, 0.25, 0.0), Point3::new(0.0, -0.25, 0.0)];
     let paint = Paint { points_m, factors: vec![4.0, 0.5] };
     let prepared = under(WarpControls { paint: Some(paint), ..WarpControls::default() });
     let ratio = |warp: bool| {
-        let pieces = Pieces::new(&prepared, &blow(LiftKind::Euclidean, warp));
+        let pieces = Pieces::new(&prepared, &request(LiftKind::Euclidean, warp));
         let above = pieces.rows().iter().filter(|row| row.center_m[1] > 0.0).count() as f64;
         above / (pieces.rows().len() as f64 - above)
     };
@@ -230,7 +230,7 @@ fn paint_says_where_pieces_are_small() {
 }
 
 #[test]
-fn whether_it_breaks_is_not_the_artists_to_say_and_off_is_off() {
+fn artist_controls_do_not_change_the_threshold() {
     let controls = WarpControls {
         grain: Some(Grain { axis: Vector3::x(), ratio: 3.0 }),
         waves: Some(Waves { length_m: 0.5, slope: 0.25 }),
@@ -239,9 +239,9 @@ fn whether_it_breaks_is_not_the_artists_to_say_and_off_is_off() {
         ..WarpControls::default()
     };
     let (plain, warped) = (cube(), under(controls));
-    let blows = [true, false].map(|warp| blow(LiftKind::Interior, warp));
-    let [on, off] = blows.clone().map(|blow| Pieces::new(&warped, &blow));
-    let none = Pieces::new(&plain, &blows[0]);
+    let requests = [true, false].map(|warp| request(LiftKind::Interior, warp));
+    let [on, off] = requests.clone().map(|request| Pieces::new(&warped, &request));
+    let none = Pieces::new(&plain, &requests[0]);
     assert_eq!(
         (on.outcome.threshold().e1_over_gamma, on.outcome.threshold().gamma_j_m2),
         (off.outcome.threshold().e1_over_gamma, off.outcome.threshold().gamma_j_m2)
@@ -250,7 +250,7 @@ fn whether_it_breaks_is_not_the_artists_to_say_and_off_is_off() {
     let volume = |pieces: &Pieces| pieces.rows().iter().map(|row| row.volume_m3).sum::<f64>();
     assert!((volume(&on) / volume(&off) - 1.0).abs() < 1e-9);
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let alone = one.install(|| Pieces::new(&warped, &blows[0]));
+    let alone = one.install(|| Pieces::new(&warped, &requests[0]));
     assert!(alone.positions == on.positions && alone.indices == on.indices);
 }
 

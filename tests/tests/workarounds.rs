@@ -28,22 +28,22 @@ const ONLY_THERE: [&str; 10] = [
 
 #[test]
 fn workarounds_of_the_transport_are_in_one_module() {
-    let mut broken = Vec::new();
+    let mut violations = Vec::new();
     for (name, text) in sources().iter().filter(|(name, _)| !name.starts_with(FOLDER)) {
         for (at, line) in shipped(name, text) {
             let versioned = line.contains(VERSION) && name != ANNOUNCED;
             if versioned || ONLY_THERE.iter().any(|word| line.contains(word)) {
-                broken.push(format!("{name}:{at}: {}", line.trim()));
+                violations.push(format!("{name}:{at}: {}", line.trim()));
             }
         }
     }
-    check("the transport is worked around in one module", broken);
+    check("the transport is worked around in one module", violations);
 }
 
 #[test]
 fn every_workaround_says_what_an_upgrade_deletes() {
     let index = fs::read_to_string(root().join(FOLDER).join("mod.rs")).unwrap();
-    let mut broken = Vec::new();
+    let mut violations = Vec::new();
     let mut count = 0;
     for (name, text) in sources().iter().filter(|(name, _)| name.starts_with(FOLDER) && !name.ends_with("mod.rs")) {
         let file = name.trim_start_matches(FOLDER).trim_end_matches(".rs");
@@ -52,12 +52,12 @@ fn every_workaround_says_what_an_upgrade_deletes() {
         let refers = head.contains("what to delete");
         let marks = ["**Symptom.**", "**Reproduction** (iceoryx2 0.10.0).", "**Upstream.**", "**Delete.**"];
         let missing = marks.iter().filter(|mark| !refers && !head.contains(**mark));
-        broken.extend(missing.map(|mark| format!("{name} has no {mark}")));
+        violations.extend(missing.map(|mark| format!("{name} has no {mark}")));
         if !index.contains(&format!("[`{file}`]")) {
-            broken.push(format!("{FOLDER}mod.rs does not list {file}"));
+            violations.push(format!("{FOLDER}mod.rs does not list {file}"));
         }
         count += 1;
     }
-    check("every workaround says what an upgrade deletes", broken);
+    check("every workaround says what an upgrade deletes", violations);
     assert!(count >= 10, "{count} files");
 }

@@ -20,15 +20,15 @@ typedef struct Body {
     double center[3], linear[3], angular[3];
 } Body;
 
-static int refused(const char *what, const ShatterRefusal *refusal)
+static int refused(const char *what, const ShatterError *error)
 {
-    fprintf(stderr, "%s: %s (%s, at `%s`)\n", what, refusal->message, refusal->name, refusal->at);
-    return refusal->code == SHATTER_CODE_NO_DAEMON ? 4 : 3;
+    fprintf(stderr, "%s: %s (%s, at `%s`)\n", what, error->message, error->name, error->at);
+    return error->code == SHATTER_CODE_NO_DAEMON ? 4 : 3;
 }
 
 /* Duration and radius of the contact by Hertz theory, which is in SI units whatever the host's unit is. */
 static ShatterCode describe(const ShatterFacts *facts, double unit_m, double speed, ShatterContact *contact,
-                            ShatterRefusal *refusal)
+                            ShatterError *error)
 {
     const double *j = contact->impulse_ns;
     const double impulse = sqrt(j[0] * j[0] + j[1] * j[1] + j[2] * j[2]);
@@ -36,7 +36,7 @@ static ShatterCode describe(const ShatterFacts *facts, double unit_m, double spe
     const ShatterPartner own = {facts->young_pa, facts->poisson, facts->density_kg_m3 * facts->volume_m3,
                                 0.5 * facts->diagonal_m};
     ShatterHertz hertz;
-    const ShatterCode code = shatter_hertz(&own, &ball, speed * unit_m, impulse * unit_m, &hertz, refusal);
+    const ShatterCode code = shatter_hertz(&own, &ball, speed * unit_m, impulse * unit_m, &hertz, error);
     if (code == SHATTER_CODE_OK) {
         contact->duration_s = hertz.duration_s;
         contact->radius_m = hertz.radius_m / unit_m;
@@ -46,13 +46,13 @@ static ShatterCode describe(const ShatterFacts *facts, double unit_m, double spe
 }
 
 /* A rigid body in place of a fragment: mass, center, inertia and velocities, the hull for collisions, the visible triangles. */
-static int spawn(const ShatterBroken *broken, uint32_t id, const Body *parent, double momentum[3], double *mass_kg,
-                 ShatterRefusal *refusal)
+static int spawn(const ShatterResult *result, uint32_t id, const Body *parent, double momentum[3], double *mass_kg,
+                 ShatterError *error)
 {
     ShatterFragment piece;
     ShatterHull hull;
-    if (shatter_broken_fragment(broken, id, &piece, refusal) || shatter_broken_hull(broken, id, &hull, refusal)) {
-        return refused("fragment", refusal);
+    if (shatter_result_fragment(result, id, &piece, error) || shatter_result_hull(result, id, &hull, error)) {
+        return refused("fragment", error);
     }
     double r[3];
     for (int k = 0; k < 3; k++) {
@@ -66,8 +66,8 @@ static int spawn(const ShatterBroken *broken, uint32_t id, const Body *parent, d
     *mass_kg += piece.mass_kg;
     for (size_t number = 0; number < piece.run_count; number++) {
         ShatterRun run;
-        if (shatter_broken_run(broken, id, number, &run, refusal)) {
-            return refused("run", refusal);
+        if (shatter_result_run(result, id, number, &run, error)) {
+            return refused("run", error);
         }
         /* Triangles with the material of cracks, or of the outside: indices[run.index_first ..], one draw call each. */
     }
@@ -76,58 +76,58 @@ static int spawn(const ShatterBroken *broken, uint32_t id, const Body *parent, d
 }
 
 /* Polls as a frame does; returns the result, or NULL after an error. */
-static ShatterBroken *answered(ShatterTicket *ticket, ShatterRefusal *refusal)
+static ShatterResult *answered(ShatterTicket *ticket, ShatterError *error)
 {
-    ShatterBroken *broken = NULL;
-    if (shatter_ticket_poll(ticket, &broken, refusal) == SHATTER_CODE_OK && broken == NULL) {
+    ShatterResult *result = NULL;
+    if (shatter_ticket_poll(ticket, &result, error) == SHATTER_CODE_OK && result == NULL) {
         /* A host continues with its next step here, and polls again after it; this program has nothing else to do. */
-        shatter_ticket_wait(ticket, PATIENCE_MS, &broken, refusal);
+        shatter_ticket_wait(ticket, PATIENCE_MS, &result, error);
     }
     shatter_ticket_free(ticket);
-    return broken;
+    return result;
 }
 
-static int replace(ShatterBroken *broken, const char *name, ShatterRefusal *refusal)
+static int replace(ShatterResult *result, const char *name, ShatterError *error)
 {
     const Body parent = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
     double momentum[3] = {0.0, 0.0, 0.0}, mass_kg = 0.0;
     ShatterSummary summary;
-    int status = broken == NULL || shatter_broken_summary(broken, &summary, refusal) ? refused(name, refusal) : 0;
+    int status = result == NULL || shatter_result_summary(result, &summary, error) ? refused(name, error) : 0;
     for (uint32_t id = 0; status == 0 && id < summary.fragment_count; id++) {
-        status = spawn(broken, id, &parent, momentum, &mass_kg, refusal);
+        status = spawn(result, id, &parent, momentum, &mass_kg, error);
     }
     if (status == 0) {
         printf("%s_fragments %u\n%s_mass_kg %.17g\n", name, summary.fragment_count, name, mass_kg);
         printf("%s_momentum %.3g\n", name, sqrt(momentum[0] * momentum[0] + momentum[1] * momentum[1] + momentum[2] * momentum[2]));
     }
-    shatter_broken_free(broken);
+    shatter_result_free(result);
     return status;
 }
 
 static int run(const ShatterObject *object, const ShatterConvention *own, ShatterContact contact, double speed)
 {
-    ShatterRefusal refusal;
+    ShatterError error;
     ShatterFacts facts;
     ShatterTicket *ticket;
     ShatterImpact impact = {0};
-    if (shatter_object_facts(object, &facts, &refusal) || describe(&facts, own->meters_per_unit, speed, &contact, &refusal)) {
-        return refused("contact", &refusal);
+    if (shatter_object_facts(object, &facts, &error) || describe(&facts, own->meters_per_unit, speed, &contact, &error)) {
+        return refused("contact", &error);
     }
     impact.enable = SHATTER_EFFECT_HULLS | SHATTER_EFFECT_RELEASE;
     impact.contacts = &contact;
     impact.contact_count = 1;
-    if (shatter_object_strike(object, &impact, &ticket, &refusal)) {
-        return refused("strike", &refusal);
+    if (shatter_object_strike(object, &impact, &ticket, &error)) {
+        return refused("strike", &error);
     }
-    int status = replace(answered(ticket, &refusal), "struck", &refusal);
+    int status = replace(answered(ticket, &error), "struck", &error);
     /* The same without an impact: twelve fragments of equal size, for a pool that is filled in advance. */
     impact.contacts = NULL;
     impact.contact_count = 0;
     impact.enable = SHATTER_EFFECT_HULLS;
-    if (status == 0 && shatter_object_even(object, 12, &impact, PATIENCE_MS, &ticket, &refusal)) {
-        return refused("even", &refusal);
+    if (status == 0 && shatter_object_even(object, 12, &impact, PATIENCE_MS, &ticket, &error)) {
+        return refused("even", &error);
     }
-    return status == 0 ? replace(answered(ticket, &refusal), "even", &refusal) : status;
+    return status == 0 ? replace(answered(ticket, &error), "even", &error) : status;
 }
 
 static int vector(const char *text, double v[3])
@@ -142,16 +142,16 @@ int main(int count, char **words)
         fprintf(stderr, "usage: %s SERVICE OBJECT CONVENTION X,Y,Z JX,JY,JZ SPEED\n", words[0]);
         return 2;
     }
-    ShatterRefusal refusal;
+    ShatterError error;
     ShatterConvention own;
     ShatterService *service = NULL, *hosted = NULL;
     ShatterObject *object = NULL;
     int status;
-    if (shatter_convention_named(words[3], SHATTER_UP_TO_ZERO, &own, &refusal)
-        || shatter_connect(words[1], SHATTER_UP_TO_ZERO, 1000, &service, &refusal)
-        || shatter_service_with_convention(service, &own, &hosted, &refusal)
-        || shatter_service_object(hosted, words[2], SHATTER_UP_TO_ZERO, 1000, &object, &refusal)) {
-        status = refused("connect", &refusal);
+    if (shatter_convention_named(words[3], SHATTER_UP_TO_ZERO, &own, &error)
+        || shatter_connect(words[1], SHATTER_UP_TO_ZERO, 1000, &service, &error)
+        || shatter_service_with_convention(service, &own, &hosted, &error)
+        || shatter_service_object(hosted, words[2], SHATTER_UP_TO_ZERO, 1000, &object, &error)) {
+        status = refused("connect", &error);
     } else {
         status = run(object, &own, contact, strtod(words[6], NULL));
     }

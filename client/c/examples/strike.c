@@ -13,11 +13,11 @@
 #define PATIENCE_MS 120000
 
 /* Prints the error; returns 4 without a daemon, as `shatter` does. */
-static int refused(const char *what, const ShatterRefusal *refusal)
+static int refused(const char *what, const ShatterError *error)
 {
-    fprintf(stderr, "%s: %s (%s, at `%s`%s)\n", what, refusal->message, refusal->name, refusal->at,
-            refusal->retry ? ", may be tried again" : "");
-    return refusal->code == SHATTER_CODE_NO_DAEMON || refusal->code == SHATTER_CODE_LOST ? 4 : 3;
+    fprintf(stderr, "%s: %s (%s, at `%s`%s)\n", what, error->message, error->name, error->at,
+            error->retry ? ", may be tried again" : "");
+    return error->code == SHATTER_CODE_NO_DAEMON || error->code == SHATTER_CODE_LOST ? 4 : 3;
 }
 
 static int vector(const char *text, double v[3])
@@ -41,12 +41,12 @@ static double mesh_volume_m3(const ShatterFragment *fragment)
 }
 
 /* Reads the fragments in place, in shared memory. */
-static int show(const ShatterBroken *broken, ShatterRefusal *refusal)
+static int show(const ShatterResult *result, ShatterError *error)
 {
     ShatterSummary summary;
     ShatterHash hash;
-    if (shatter_broken_summary(broken, &summary, refusal) || shatter_broken_hash(broken, &hash, refusal)) {
-        return refused("summary", refusal);
+    if (shatter_result_summary(result, &summary, error) || shatter_result_hash(result, &hash, error)) {
+        return refused("summary", error);
     }
     double volume_m3 = 0.0, meshes_m3 = 0.0, mass_kg = 0.0;
     uint32_t all_closed = 0;
@@ -54,14 +54,14 @@ static int show(const ShatterBroken *broken, ShatterRefusal *refusal)
     for (uint32_t id = 0; id < summary.fragment_count; id++) {
         ShatterFragment fragment;
         bool closed;
-        if (shatter_broken_fragment(broken, id, &fragment, refusal)
-            || shatter_broken_is_closed(broken, id, &closed, refusal)) {
-            return refused("fragment", refusal);
+        if (shatter_result_fragment(result, id, &fragment, error)
+            || shatter_result_is_closed(result, id, &closed, error)) {
+            return refused("fragment", error);
         }
         for (size_t number = 0; number < fragment.run_count; number++) {
             ShatterRun run;
-            if (shatter_broken_run(broken, id, number, &run, refusal)) {
-                return refused("run", refusal);
+            if (shatter_result_run(result, id, number, &run, error)) {
+                return refused("run", error);
             }
             cracks += run.crack ? 1 : 0;
         }
@@ -80,23 +80,23 @@ static int show(const ShatterBroken *broken, ShatterRefusal *refusal)
 /* Sends the request, polls as a game does between frames, and prints the result. */
 static int strike(const ShatterObject *object, const ShatterImpact *impact, const char *out)
 {
-    ShatterRefusal refusal;
+    ShatterError error;
     ShatterTicket *ticket;
-    ShatterBroken *broken = NULL;
-    if (shatter_object_strike(object, impact, &ticket, &refusal)) {
-        return refused("strike", &refusal);
+    ShatterResult *result = NULL;
+    if (shatter_object_strike(object, impact, &ticket, &error)) {
+        return refused("strike", &error);
     }
-    ShatterCode code = shatter_ticket_poll(ticket, &broken, &refusal);
-    if (code == SHATTER_CODE_OK && broken == NULL) {
+    ShatterCode code = shatter_ticket_poll(ticket, &result, &error);
+    if (code == SHATTER_CODE_OK && result == NULL) {
         /* A game draws a frame here, and polls again after it; this program has nothing else to do. */
-        code = shatter_ticket_wait(ticket, PATIENCE_MS, &broken, &refusal);
+        code = shatter_ticket_wait(ticket, PATIENCE_MS, &result, &error);
     }
-    int status = code == SHATTER_CODE_OK ? show(broken, &refusal) : refused("result", &refusal);
+    int status = code == SHATTER_CODE_OK ? show(result, &error) : refused("result", &error);
     if (status == 0 && out != NULL
-        && shatter_broken_write_glb(broken, SHATTER_CONTENT_FRAGMENTS, out, strlen(out), &refusal)) {
-        status = refused("file", &refusal);
+        && shatter_result_write_glb(result, SHATTER_CONTENT_FRAGMENTS, out, strlen(out), &error)) {
+        status = refused("file", &error);
     }
-    shatter_broken_free(broken);
+    shatter_result_free(result);
     shatter_ticket_free(ticket);
     return status;
 }
@@ -114,19 +114,19 @@ int main(int count, char **words)
     impact.degree_sites = (uint32_t)strtoul(words[5], NULL, 10);
     impact.degree = impact.degree_sites > 0 ? SHATTER_DEGREE_SITES : SHATTER_DEGREE_PRESET;
 
-    ShatterRefusal refusal;
+    ShatterError error;
     ShatterService *service;
     ShatterObject *object;
     if (shatter_version() != SHATTER_VERSION) {
         fprintf(stderr, "the library has version %u, the header version %u; use both of one release\n", shatter_version(), SHATTER_VERSION);
         return 6;
     }
-    if (shatter_connect(words[1], strlen(words[1]), 1000, &service, &refusal)) {
-        return refused("connect", &refusal);
+    if (shatter_connect(words[1], strlen(words[1]), 1000, &service, &error)) {
+        return refused("connect", &error);
     }
     int status = 0;
-    if (shatter_service_object(service, words[2], strlen(words[2]), 1000, &object, &refusal)) {
-        status = refused("object", &refusal);
+    if (shatter_service_object(service, words[2], strlen(words[2]), 1000, &object, &error)) {
+        status = refused("object", &error);
     } else {
         status = strike(object, &impact, count > 6 ? words[6] : NULL);
     }

@@ -2,7 +2,7 @@
 
 use shatter_client::ErrorKind;
 
-/// Result code of a call. Zero: success. Any other value names the rule that was violated. `ShatterRefusal` adds who is at fault, whether
+/// Result code of a call. Zero: success. Any other value names the rule that was violated. `ShatterError` adds who is at fault, whether
 /// to try again, and the argument, field or path in question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
@@ -13,9 +13,9 @@ pub enum Code {
     BadMagic = 1,
     /// The daemon speaks another version of the protocol than this library.
     VersionMismatch = 2,
-    /// No such kind of request.
+    /// The kind of request does not exist.
     UnknownRequest = 3,
-    /// A field that this version keeps free is not zero.
+    /// A reserved field is not zero.
     ReservedField = 4,
     /// The object's name is empty, too long or not UTF-8.
     ObjectName = 5,
@@ -37,45 +37,45 @@ pub enum Code {
     ContactRadius = 13,
     /// γ is not above zero, or not finite.
     Gamma = 14,
-    /// A degree of zero, beyond the object's cap, or from an unknown source.
+    /// The degree is zero, above the object's limit, or from an unknown rule.
     Degree = 15,
-    /// A lift that is unknown or that the object was not baked for.
+    /// The lift is unknown, or the object was not baked for it.
     Lift = 16,
-    /// An effect that this version does not have.
+    /// The effect does not exist in this version.
     UnknownEffect = 17,
-    /// A budget that this version does not have, or that is not finite.
+    /// The preset is unknown, or a limit of time, error or iterations is out of range.
     Budget = 18,
     /// An invalid coordinate convention: an unknown number or name, or a unit of length out of range.
     Convention = 19,
-    /// The service keeps no result under this handle: it never did, the result was released, or its time is over.
+    /// The service retains no result under this handle: it expired, was released or evicted, or never existed.
     UnknownHandle = 20,
-    /// The result would exceed the caller's cap on fragments or bytes.
+    /// The result would exceed the limit of fragments or bytes.
     CapExceeded = 21,
-    /// A name of a service that is not 1 to 32 letters, digits, `-` or `_`.
+    /// The name of the service is not 1 to 32 letters, digits, `-` or `_`.
     ServiceName = 22,
-    /// A configuration key or value that cannot be used.
+    /// A key or value of the configuration or scene is invalid.
     Configuration = 23,
     /// An output file could not be written.
     Output = 24,
-    /// The elastic solve cannot follow this load.
+    /// The displacement under this load cannot be computed.
     Unsolvable = 25,
-    /// An unknown source of displacements.
+    /// The source of displacements is unknown.
     Elastic = 26,
-    /// An effect that is both on and off, or without what it needs.
+    /// An effect is both enabled and disabled, or an effect or table that it needs is missing.
     Effect = 27,
     /// The result has no such fragment.
     UnknownFragment = 28,
-    /// A fragment too small to be struck again, or too large to be deformed.
+    /// The fragment is too small to be struck again, or too thin for the elastic lattice.
     FragmentSize = 29,
-    /// A ray without a direction, beside other contacts, or missing where one is needed.
+    /// A ray has no direction, is combined with other contacts, or is missing.
     Ray = 30,
-    /// A ray that does not meet the object.
+    /// The ray misses the object.
     RayMissed = 31,
     /// The queue or the pool of results is full.
     Busy = 40,
-    /// The deadline passed first.
+    /// The deadline passed before the result was ready.
     Late = 41,
-    /// The daemon is ending.
+    /// The daemon is stopping.
     Stopping = 42,
     /// The request was canceled, or its ticket is spent.
     Cancelled = 43,
@@ -91,7 +91,7 @@ pub enum Code {
     Loading = 48,
     /// No daemon of this name runs.
     NoDaemon = 60,
-    /// The daemon went away while a request was with it.
+    /// The daemon ended during the request.
     Lost = 61,
     /// Another daemon of this name runs.
     SecondDaemon = 62,
@@ -170,7 +170,7 @@ impl From<ErrorKind> for Code {
 #[repr(u32)]
 pub enum Fault {
     /// No error.
-    Nobody = 0,
+    None = 0,
     /// The call is wrong; repeating it changes nothing.
     Caller = 1,
     /// The service or this library failed, or cannot do it now.
@@ -194,7 +194,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn codes_are_those_of_the_kinds() {
+    fn codes_match_error_kinds() {
         for kind in ErrorKind::ALL {
             assert_eq!(Code::from(*kind) as u32, kind.code(), "{kind:?}");
             assert_eq!(format!("{:?}", Code::from(*kind)), format!("{kind:?}"));

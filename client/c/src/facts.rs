@@ -1,7 +1,7 @@
 //! Facts that the service reports of its objects and of itself.
 
-use crate::answer::nanoseconds;
-use crate::refusal::{Refusal, text};
+use crate::error::{ErrorRecord, text};
+use crate::result_rows::nanoseconds;
 use shatter_client::ObjectFacts;
 use std::ffi::c_char;
 
@@ -13,7 +13,7 @@ pub struct Facts {
     pub name: [c_char; 72],
     /// Name of its material.
     pub material: [c_char; 40],
-    /// True if the object can be struck. If not, `refusal` has the reason, and all other fields but the name are zero.
+    /// True if the object can be struck. If not, `error` has the reason, and all other fields but the name are zero.
     pub ready: bool,
     /// Bodies (components).
     pub bodies: u32,
@@ -57,7 +57,7 @@ pub struct Facts {
     pub file_bytes: u64,
     /// Reason why the object could not be loaded. If it is ready: reason why its changed file could not be loaded; the version before is
     /// served.
-    pub refusal: Refusal,
+    pub error: ErrorRecord,
 }
 
 impl From<&ObjectFacts> for Facts {
@@ -86,7 +86,7 @@ impl From<&ObjectFacts> for Facts {
             duration_s: facts.duration_s,
             memory_bytes: facts.memory_bytes,
             file_bytes: facts.file_bytes,
-            refusal: facts.error.as_ref().map_or_else(Refusal::none, Refusal::from),
+            error: facts.error.as_ref().map_or_else(ErrorRecord::none, ErrorRecord::from),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Coordinates of a host, and contacts of its simulation.
 
-use crate::border::{Failure, border, given, text, wrong};
-use crate::refusal::Refusal;
+use crate::error::ErrorRecord;
+use crate::ffi_boundary::{Failure, ffi_boundary, given, text, wrong};
 use crate::{Code, Service};
 use shatter_export::contact::{self, ContactError, ElasticMaterial};
 use std::ffi::c_char;
@@ -43,9 +43,9 @@ pub unsafe extern "C" fn shatter_convention_named(
     name: *const c_char,
     length: usize,
     convention: Option<&mut MaybeUninit<Convention>>,
-    refusal: Option<&mut MaybeUninit<Refusal>>,
+    error: Option<&mut MaybeUninit<ErrorRecord>>,
 ) -> Code {
-    border(refusal, || {
+    ffi_boundary(error, || {
         let place = given("convention", convention)?;
         // SAFETY: the caller keeps the contract of this function, which is the same.
         let name = unsafe { text("name", name, length) }?;
@@ -67,9 +67,9 @@ pub extern "C" fn shatter_service_with_convention(
     service: Option<&Service>,
     convention: Option<&Convention>,
     hosted: Option<&mut MaybeUninit<Option<Box<Service>>>>,
-    refusal: Option<&mut MaybeUninit<Refusal>>,
+    error: Option<&mut MaybeUninit<ErrorRecord>>,
 ) -> Code {
-    border(refusal, || {
+    ffi_boundary(error, || {
         let hosted = given("hosted", hosted)?;
         hosted.write(None);
         let (service, convention) = (given("service", service)?, given("convention", convention)?.read()?);
@@ -128,9 +128,9 @@ pub extern "C" fn shatter_hertz(
     speed_m_s: f64,
     impulse_ns: f64,
     hertz: Option<&mut MaybeUninit<Hertz>>,
-    refusal: Option<&mut MaybeUninit<Refusal>>,
+    error: Option<&mut MaybeUninit<ErrorRecord>>,
 ) -> Code {
-    border(refusal, || {
+    ffi_boundary(error, || {
         let place = given("hertz", hertz)?;
         let (one, other) = (given("one", one)?.read(), given("other", other)?.read());
         let found = match impulse_ns {

@@ -1,6 +1,6 @@
 //! Impacts as plain structs, whose zeros are the defaults.
 
-use crate::border::{Failure, elements, wrong};
+use crate::ffi_boundary::{Failure, elements, wrong};
 use shatter_client::{Effects, ErrorKind};
 use shatter_proto::request::CONTACTS_MAX;
 use std::time::Duration;
@@ -233,7 +233,7 @@ impl Impact {
     }
 
     /// Fields that only impacts have, and whether each is set.
-    pub(crate) fn of_a_blow(&self) -> [(&'static str, bool); 3] {
+    pub(crate) fn impact_only_fields(&self) -> [(&'static str, bool); 3] {
         [
             ("impact.contact_count", self.contact_count != 0),
             ("impact.degree", self.degree != 0 || self.degree_sites != 0),
@@ -243,7 +243,7 @@ impl Impact {
 
     /// `impact` with every option except contacts and degree.
     pub(crate) fn refine(&self, impact: shatter_client::Impact) -> Result<shatter_client::Impact, Failure> {
-        let impact = self.effects(self.dials(impact)?)?;
+        let impact = self.effects(self.with_solver_settings(impact)?)?;
         if self.reserved != [0; 8] {
             let message = "reserved fields must be zero; initialize the struct with {0}";
             return Err(shatter_client::Error::new(ErrorKind::ReservedField, "impact.reserved", message).into());
@@ -267,7 +267,7 @@ impl Impact {
         Ok(shatter_client::Impact::new(contacts.iter().map(shatter_client::Contact::from)))
     }
 
-    fn dials(&self, impact: shatter_client::Impact) -> Result<shatter_client::Impact, Failure> {
+    fn with_solver_settings(&self, impact: shatter_client::Impact) -> Result<shatter_client::Impact, Failure> {
         let impact = match Purpose::of(ErrorKind::UnknownRequest, "impact.purpose", self.purpose)? {
             Purpose::Fragments => impact,
             Purpose::Threshold => impact.threshold_only(),
@@ -295,9 +295,9 @@ impl Impact {
             NO_ITERATIONS => impact.iterations(0),
             count => impact.iterations(count),
         };
-        let impact = told(impact, self.gamma_j_m2, shatter_client::Impact::gamma);
-        let impact = told(impact, self.error_max, shatter_client::Impact::error);
-        let impact = told(impact, self.time_ms_max, shatter_client::Impact::time_ms);
+        let impact = unless_zero(impact, self.gamma_j_m2, shatter_client::Impact::gamma);
+        let impact = unless_zero(impact, self.error_max, shatter_client::Impact::error);
+        let impact = unless_zero(impact, self.time_ms_max, shatter_client::Impact::time_ms);
         self.caps(impact)
     }
 
@@ -341,8 +341,8 @@ impl Impact {
             (0, fragment) => {
                 let message =
                     format!("from_fragment is {fragment}, but from_handle is 0; set the handle of the result");
-                let refusal = shatter_client::Error::new(ErrorKind::UnknownFragment, fragment.to_string(), message);
-                return Err(refusal.into());
+                let error = shatter_client::Error::new(ErrorKind::UnknownFragment, fragment.to_string(), message);
+                return Err(error.into());
             }
             (handle, fragment) => impact.from(handle, fragment),
         };
@@ -363,13 +363,13 @@ impl From<&Contact> for shatter_client::Contact {
     }
 }
 
-/// Applies `say` unless `value` is zero, which stands for the default.
-fn told(
+/// Applies `set` unless `value` is zero, which stands for the default.
+fn unless_zero(
     impact: shatter_client::Impact,
     value: f64,
-    say: impl FnOnce(shatter_client::Impact, f64) -> shatter_client::Impact,
+    set: impl FnOnce(shatter_client::Impact, f64) -> shatter_client::Impact,
 ) -> shatter_client::Impact {
-    if value == 0.0 { impact } else { say(impact, value) }
+    if value == 0.0 { impact } else { set(impact, value) }
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Objects of the service.
 
-use crate::border::{border, elements, end, given, wrong};
-use crate::refusal::Refusal;
+use crate::error::ErrorRecord;
+use crate::ffi_boundary::{elements, end, ffi_boundary, given, wrong};
 use crate::{Code, Facts, Hit, Impact, Ticket};
 use shatter_client::{Deadline, Ray};
 use std::mem::MaybeUninit;
@@ -14,9 +14,9 @@ pub struct Object(pub(crate) shatter_client::Object);
 pub extern "C" fn shatter_object_facts(
     object: Option<&Object>,
     facts: Option<&mut MaybeUninit<Facts>>,
-    refusal: Option<&mut MaybeUninit<Refusal>>,
+    error: Option<&mut MaybeUninit<ErrorRecord>>,
 ) -> Code {
-    border(refusal, || {
+    ffi_boundary(error, || {
         let (object, place) = (given("object", object)?, given("facts", facts)?);
         place.write(object.0.facts().into());
         Ok(())
@@ -36,9 +36,9 @@ pub unsafe extern "C" fn shatter_object_strike(
     object: Option<&Object>,
     impact: Option<&Impact>,
     ticket: Option<&mut MaybeUninit<Option<Box<Ticket>>>>,
-    refusal: Option<&mut MaybeUninit<Refusal>>,
+    error: Option<&mut MaybeUninit<ErrorRecord>>,
 ) -> Code {
-    border(refusal, || {
+    ffi_boundary(error, || {
         let ticket = given("ticket", ticket)?;
         ticket.write(None);
         let (object, impact) = (given("object", object)?, given("impact", impact)?);
@@ -66,9 +66,9 @@ pub unsafe extern "C" fn shatter_object_aim(
     fragment: u32,
     timeout_ms: u64,
     hit: Option<&mut MaybeUninit<Hit>>,
-    refusal: Option<&mut MaybeUninit<Refusal>>,
+    error: Option<&mut MaybeUninit<ErrorRecord>>,
 ) -> Code {
-    border(refusal, || {
+    ffi_boundary(error, || {
         let (object, place) = (given("object", object)?, given("hit", hit)?);
         // SAFETY: the caller keeps the contract of this function, which is the same.
         let (origin_m, direction) =
@@ -97,13 +97,13 @@ pub extern "C" fn shatter_object_even(
     impact: Option<&Impact>,
     timeout_ms: u64,
     ticket: Option<&mut MaybeUninit<Option<Box<Ticket>>>>,
-    refusal: Option<&mut MaybeUninit<Refusal>>,
+    error: Option<&mut MaybeUninit<ErrorRecord>>,
 ) -> Code {
-    border(refusal, || {
+    ffi_boundary(error, || {
         let ticket = given("ticket", ticket)?;
         ticket.write(None);
         let object = given("object", object)?;
-        for (at, said) in impact.map_or([("", false); 3], Impact::of_a_blow) {
+        for (at, said) in impact.map_or([("", false); 3], Impact::impact_only_fields) {
             if said {
                 return Err(wrong(at, format!("{at} is set; leave it zero for an even division")));
             }

@@ -1,7 +1,7 @@
 //! Connections to a service.
 
-use crate::border::{Failure, border, end, given, room, text};
-use crate::refusal::Refusal;
+use crate::error::ErrorRecord;
+use crate::ffi_boundary::{Failure, end, ffi_boundary, given, room, text};
 use crate::{Code, Facts, Object, Status};
 use shatter_client::{Client, Deadline};
 use std::borrow::Cow;
@@ -36,9 +36,9 @@ pub unsafe extern "C" fn shatter_connect(
     length: usize,
     timeout_ms: u64,
     service: Option<&mut MaybeUninit<Option<Box<Service>>>>,
-    refusal: Option<&mut MaybeUninit<Refusal>>,
+    error: Option<&mut MaybeUninit<ErrorRecord>>,
 ) -> Code {
-    border(refusal, || {
+    ffi_boundary(error, || {
         // SAFETY: the caller keeps the contract of this function, which is the same.
         let name = unsafe { service_name(name, length) };
         opened(service, name, |name| Client::connect(name, Deadline::ms(timeout_ms)))
@@ -55,9 +55,9 @@ pub unsafe extern "C" fn shatter_wait_for(
     length: usize,
     timeout_ms: u64,
     service: Option<&mut MaybeUninit<Option<Box<Service>>>>,
-    refusal: Option<&mut MaybeUninit<Refusal>>,
+    error: Option<&mut MaybeUninit<ErrorRecord>>,
 ) -> Code {
-    border(refusal, || {
+    ffi_boundary(error, || {
         // SAFETY: the caller keeps the contract of this function, which is the same.
         let name = unsafe { service_name(name, length) };
         opened(service, name, |name| Client::wait_for(name, Deadline::ms(timeout_ms)))
@@ -99,9 +99,9 @@ pub extern "C" fn shatter_service_status(
     service: Option<&Service>,
     timeout_ms: u64,
     status: Option<&mut MaybeUninit<Status>>,
-    refusal: Option<&mut MaybeUninit<Refusal>>,
+    error: Option<&mut MaybeUninit<ErrorRecord>>,
 ) -> Code {
-    border(refusal, || {
+    ffi_boundary(error, || {
         let (service, place) = (given("service", service)?, given("status", status)?);
         place.write(Status::from(&service.0.status(Deadline::ms(timeout_ms))?));
         Ok(())
@@ -120,9 +120,9 @@ pub unsafe extern "C" fn shatter_service_objects(
     facts: *mut Facts,
     capacity: usize,
     count: Option<&mut MaybeUninit<usize>>,
-    refusal: Option<&mut MaybeUninit<Refusal>>,
+    error: Option<&mut MaybeUninit<ErrorRecord>>,
 ) -> Code {
-    border(refusal, || {
+    ffi_boundary(error, || {
         let (service, count) = (given("service", service)?, given("count", count)?);
         count.write(0);
         // SAFETY: the caller keeps the contract of this function, which is the same.
@@ -149,9 +149,9 @@ pub unsafe extern "C" fn shatter_service_object(
     length: usize,
     timeout_ms: u64,
     object: Option<&mut MaybeUninit<Option<Box<Object>>>>,
-    refusal: Option<&mut MaybeUninit<Refusal>>,
+    error: Option<&mut MaybeUninit<ErrorRecord>>,
 ) -> Code {
-    border(refusal, || {
+    ffi_boundary(error, || {
         let object = given("object", object)?;
         object.write(None);
         let service = given("service", service)?;
@@ -165,12 +165,12 @@ pub unsafe extern "C" fn shatter_service_object(
 /// Sleeps until the service notifies this connection, a few milliseconds have passed, or the timeout. Use it between two polls of tickets,
 /// in a thread that has nothing else to do.
 #[unsafe(no_mangle)]
-pub extern "C" fn shatter_service_doze(
+pub extern "C" fn shatter_service_wait(
     service: Option<&Service>,
     timeout_ms: u64,
-    refusal: Option<&mut MaybeUninit<Refusal>>,
+    error: Option<&mut MaybeUninit<ErrorRecord>>,
 ) -> Code {
-    border(refusal, || {
+    ffi_boundary(error, || {
         given("service", service)?.0.wait_for_reply(Deadline::ms(timeout_ms));
         Ok(())
     })
@@ -184,7 +184,7 @@ pub extern "C" fn shatter_service_release(
     service: Option<&Service>,
     handle: u64,
     timeout_ms: u64,
-    refusal: Option<&mut MaybeUninit<Refusal>>,
+    error: Option<&mut MaybeUninit<ErrorRecord>>,
 ) -> Code {
-    border(refusal, || Ok(given("service", service)?.0.release(handle, Deadline::ms(timeout_ms))?))
+    ffi_boundary(error, || Ok(given("service", service)?.0.release(handle, Deadline::ms(timeout_ms))?))
 }

@@ -1,9 +1,9 @@
 //! Requests under way.
 
-use crate::answer::nanoseconds;
-use crate::border::{border, end, given};
-use crate::refusal::{Refusal, text};
-use crate::{Broken, Code};
+use crate::error::{ErrorRecord, text};
+use crate::ffi_boundary::{end, ffi_boundary, given};
+use crate::result_rows::nanoseconds;
+use crate::{Code, FractureResult};
 use shatter_client::{Deadline, Poll};
 use std::ffi::c_char;
 use std::mem::MaybeUninit;
@@ -37,40 +37,40 @@ pub struct Progress {
     pub stage: [c_char; 32],
 }
 
-/// Looks for the result; never blocks. Once a frame is often enough. Returns `SHATTER_CODE_OK` with `broken` NULL while there is no result.
-/// The result is handed out once: free it with `shatter_broken_free`.
+/// Looks for the result; never blocks. Once a frame is often enough. Returns `SHATTER_CODE_OK` with `result` NULL while there is no result.
+/// The result is handed out once: free it with `shatter_result_free`.
 ///
 /// Codes: the error of the service; `lost` if the daemon went away; `bad_answer` if the result fails the checks. After a result or an error
 /// the ticket is spent (`cancelled`), except after `busy` at `answers`: free results that you hold, and poll again.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_ticket_poll(
     ticket: Option<&mut Ticket>,
-    broken: Option<&mut MaybeUninit<Option<Box<Broken>>>>,
-    refusal: Option<&mut MaybeUninit<Refusal>>,
+    result: Option<&mut MaybeUninit<Option<Box<FractureResult>>>>,
+    error: Option<&mut MaybeUninit<ErrorRecord>>,
 ) -> Code {
-    border(refusal, || {
-        let broken = given("broken", broken)?;
-        broken.write(None);
+    ffi_boundary(error, || {
+        let result = given("result", result)?;
+        result.write(None);
         if let Poll::Ready(answer) = given("ticket", ticket)?.0.poll()? {
-            broken.write(Some(Box::new(Broken(answer))));
+            result.write(Some(Box::new(FractureResult(answer))));
         }
         Ok(())
     })
 }
 
 /// Waits for the result. After `late` the ticket is still valid: wait again, or free it to cancel the request. Otherwise as
-/// `shatter_ticket_poll`; `broken` is NULL after a failure.
+/// `shatter_ticket_poll`; `result` is NULL after a failure.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_ticket_wait(
     ticket: Option<&mut Ticket>,
     timeout_ms: u64,
-    broken: Option<&mut MaybeUninit<Option<Box<Broken>>>>,
-    refusal: Option<&mut MaybeUninit<Refusal>>,
+    result: Option<&mut MaybeUninit<Option<Box<FractureResult>>>>,
+    error: Option<&mut MaybeUninit<ErrorRecord>>,
 ) -> Code {
-    border(refusal, || {
-        let broken = given("broken", broken)?;
-        broken.write(None);
-        broken.write(Some(Box::new(Broken(given("ticket", ticket)?.0.wait(Deadline::ms(timeout_ms))?))));
+    ffi_boundary(error, || {
+        let result = given("result", result)?;
+        result.write(None);
+        result.write(Some(Box::new(FractureResult(given("ticket", ticket)?.0.wait(Deadline::ms(timeout_ms))?))));
         Ok(())
     })
 }
@@ -80,9 +80,9 @@ pub extern "C" fn shatter_ticket_wait(
 pub extern "C" fn shatter_ticket_progress(
     ticket: Option<&mut Ticket>,
     progress: Option<&mut MaybeUninit<Progress>>,
-    refusal: Option<&mut MaybeUninit<Refusal>>,
+    error: Option<&mut MaybeUninit<ErrorRecord>>,
 ) -> Code {
-    border(refusal, || {
+    ffi_boundary(error, || {
         let (ticket, place) = (given("ticket", ticket)?, given("progress", progress)?);
         place.write(ticket.0.progress().into());
         Ok(())

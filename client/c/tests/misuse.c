@@ -36,34 +36,34 @@ static void hold(int line, int holds)
 
 static void connections(void)
 {
-    ShatterRefusal refusal;
-    ShatterService *service = (ShatterService *)&refusal;
-    IS(ARGUMENT, shatter_connect("\xff", Z, 0, &service, &refusal));
-    HOLDS(service == NULL && refusal.code == SHATTER_CODE_ARGUMENT && refusal.fault == SHATTER_FAULT_CALLER);
-    HOLDS(strcmp(refusal.at, "name") == 0 && strcmp(refusal.name, "argument") == 0 && refusal.message[0] != 0);
-    IS(ARGUMENT, shatter_connect("default", Z, 0, NULL, &refusal));
+    ShatterError error;
+    ShatterService *service = (ShatterService *)&error;
+    IS(ARGUMENT, shatter_connect("\xff", Z, 0, &service, &error));
+    HOLDS(service == NULL && error.code == SHATTER_CODE_ARGUMENT && error.fault == SHATTER_FAULT_CALLER);
+    HOLDS(strcmp(error.at, "name") == 0 && strcmp(error.name, "argument") == 0 && error.message[0] != 0);
+    IS(ARGUMENT, shatter_connect("default", Z, 0, NULL, &error));
     IS(ARGUMENT, shatter_connect("default", Z - 1, 0, &service, NULL));
     IS(ARGUMENT, shatter_connect("\xff", Z, 0, &service, NULL));
     IS(SERVICE_NAME, shatter_connect("a b", Z, 0, &service, NULL));
     IS(SERVICE_NAME, shatter_connect("", Z, 0, &service, NULL));
     IS(SERVICE_NAME, shatter_connect("a\0b", 3, 0, &service, NULL));
-    IS(NO_DAEMON, shatter_connect("nobody", Z, 0, &service, &refusal));
-    HOLDS(refusal.retry && refusal.fault == SHATTER_FAULT_ENVIRONMENT && service == NULL);
+    IS(NO_DAEMON, shatter_connect("nobody", Z, 0, &service, &error));
+    HOLDS(error.retry && error.fault == SHATTER_FAULT_ENVIRONMENT && service == NULL);
     IS(NO_DAEMON, shatter_wait_for("nobody", Z, 20, &service, NULL));
     /* Without a name the environment names the service. */
     setenv("SHATTER_SERVICE", "a b", 1);
-    IS(SERVICE_NAME, shatter_connect(NULL, 0, 0, &service, &refusal));
-    HOLDS(service == NULL && strcmp(refusal.at, "SHATTER_SERVICE") == 0);
+    IS(SERVICE_NAME, shatter_connect(NULL, 0, 0, &service, &error));
+    HOLDS(service == NULL && strcmp(error.at, "SHATTER_SERVICE") == 0);
     setenv("SHATTER_SERVICE", "nobody", 1);
-    IS(NO_DAEMON, shatter_wait_for(NULL, Z, 20, &service, &refusal));
-    HOLDS(strcmp(refusal.at, "nobody") == 0);
+    IS(NO_DAEMON, shatter_wait_for(NULL, Z, 20, &service, &error));
+    HOLDS(strcmp(error.at, "nobody") == 0);
     unsetenv("SHATTER_SERVICE");
     IS(OK, shatter_connect(NULL, 0, 1000, &service, NULL));
     shatter_service_free(service);
     shatter_service_free(NULL);
     shatter_object_free(NULL);
     shatter_ticket_free(NULL);
-    shatter_broken_free(NULL);
+    shatter_result_free(NULL);
 }
 
 /* Coordinates and contacts of a host. */
@@ -71,7 +71,7 @@ static void hosts(const ShatterService *service)
 {
     ShatterConvention own = {0};
     ShatterService *hosted = (ShatterService *)&own;
-    ShatterRefusal refusal;
+    ShatterError error;
     const ShatterPartner ball = {210e9, 0.3, 0.2, 0.018}, ground = {33e9, 0.2, 0.0, 0.0};
     ShatterHertz hertz;
     IS(CONVENTION, shatter_convention_named("maya", Z, &own, NULL));
@@ -83,8 +83,8 @@ static void hosts(const ShatterService *service)
     IS(ARGUMENT, shatter_service_with_convention(service, NULL, &hosted, NULL));
     IS(ARGUMENT, shatter_service_with_convention(service, &own, NULL, NULL));
     own.hand = 2;
-    IS(CONVENTION, shatter_service_with_convention(service, &own, &hosted, &refusal));
-    HOLDS(strcmp(refusal.at, "convention.hand") == 0 && hosted == NULL);
+    IS(CONVENTION, shatter_service_with_convention(service, &own, &hosted, &error));
+    HOLDS(strcmp(error.at, "convention.hand") == 0 && hosted == NULL);
     own.hand = 0, own.meters_per_unit = -1.0;
     IS(CONVENTION, shatter_service_with_convention(service, &own, &hosted, NULL));
     own.meters_per_unit = 0.0, own.reserved = 1;
@@ -94,12 +94,12 @@ static void hosts(const ShatterService *service)
     shatter_service_free(hosted);
     IS(OK, shatter_hertz(&ball, &ground, 1.0, 0.0, &hertz, NULL));
     HOLDS(hertz.duration_s > 0.0 && hertz.radius_m > 0.0 && hertz.force_n > 0.0 && hertz.approach_m > 0.0);
-    IS(ARGUMENT, shatter_hertz(&ground, &ground, 1.0, 0.0, &hertz, &refusal));
-    HOLDS(strcmp(refusal.at, "mass_kg") == 0);
-    IS(ARGUMENT, shatter_hertz(&ball, &ground, NAN, 0.0, &hertz, &refusal));
-    HOLDS(strcmp(refusal.at, "speed_m_s") == 0);
-    IS(ARGUMENT, shatter_hertz(&ball, &ground, 1.0, -1.0, &hertz, &refusal));
-    HOLDS(strcmp(refusal.at, "impulse_ns") == 0);
+    IS(ARGUMENT, shatter_hertz(&ground, &ground, 1.0, 0.0, &hertz, &error));
+    HOLDS(strcmp(error.at, "mass_kg") == 0);
+    IS(ARGUMENT, shatter_hertz(&ball, &ground, NAN, 0.0, &hertz, &error));
+    HOLDS(strcmp(error.at, "speed_m_s") == 0);
+    IS(ARGUMENT, shatter_hertz(&ball, &ground, 1.0, -1.0, &hertz, &error));
+    HOLDS(strcmp(error.at, "impulse_ns") == 0);
     IS(ARGUMENT, shatter_hertz(NULL, &ground, 1.0, 0.0, &hertz, NULL));
     IS(ARGUMENT, shatter_hertz(&ball, NULL, 1.0, 0.0, &hertz, NULL));
     IS(ARGUMENT, shatter_hertz(&ball, &ground, 1.0, 0.0, NULL, NULL));
@@ -140,7 +140,7 @@ static void nothing(void)
     ShatterHash hash;
     ShatterObject *object;
     ShatterTicket *ticket;
-    ShatterBroken *broken = (ShatterBroken *)&facts;
+    ShatterResult *result = (ShatterResult *)&facts;
     const ShatterBond *bonds;
     const ShatterDebris *debris;
     const ShatterCounter *counters;
@@ -150,39 +150,39 @@ static void nothing(void)
     IS(ARGUMENT, shatter_service_status(NULL, 0, &status, NULL));
     IS(ARGUMENT, shatter_service_objects(NULL, 0, &facts, 1, &count, NULL));
     IS(ARGUMENT, shatter_service_object(NULL, "vase", Z, 0, &object, NULL));
-    IS(ARGUMENT, shatter_service_doze(NULL, 0, NULL));
+    IS(ARGUMENT, shatter_service_wait(NULL, 0, NULL));
     IS(ARGUMENT, shatter_service_release(NULL, 1, 0, NULL));
     IS(ARGUMENT, shatter_object_facts(NULL, &facts, NULL));
     IS(ARGUMENT, shatter_object_strike(NULL, &impact, &ticket, NULL));
-    IS(ARGUMENT, shatter_ticket_poll(NULL, &broken, NULL));
-    HOLDS(broken == NULL);
-    IS(ARGUMENT, shatter_ticket_wait(NULL, 0, &broken, NULL));
+    IS(ARGUMENT, shatter_ticket_poll(NULL, &result, NULL));
+    HOLDS(result == NULL);
+    IS(ARGUMENT, shatter_ticket_wait(NULL, 0, &result, NULL));
     IS(ARGUMENT, shatter_ticket_progress(NULL, &progress, NULL));
-    IS(ARGUMENT, shatter_broken_summary(NULL, &summary, NULL));
-    IS(ARGUMENT, shatter_broken_fragment(NULL, 0, &fragment, NULL));
-    IS(ARGUMENT, shatter_broken_run(NULL, 0, 0, &run, NULL));
-    IS(ARGUMENT, shatter_broken_hull(NULL, 0, &hull, NULL));
-    IS(ARGUMENT, shatter_broken_skin(NULL, 0, &skin, NULL));
-    IS(ARGUMENT, shatter_broken_is_closed(NULL, 0, &closed, NULL));
-    IS(ARGUMENT, shatter_broken_bonds(NULL, &bonds, &count, NULL));
+    IS(ARGUMENT, shatter_result_summary(NULL, &summary, NULL));
+    IS(ARGUMENT, shatter_result_fragment(NULL, 0, &fragment, NULL));
+    IS(ARGUMENT, shatter_result_run(NULL, 0, 0, &run, NULL));
+    IS(ARGUMENT, shatter_result_hull(NULL, 0, &hull, NULL));
+    IS(ARGUMENT, shatter_result_skin(NULL, 0, &skin, NULL));
+    IS(ARGUMENT, shatter_result_is_closed(NULL, 0, &closed, NULL));
+    IS(ARGUMENT, shatter_result_bonds(NULL, &bonds, &count, NULL));
     HOLDS(bonds == NULL && count == 0);
-    IS(ARGUMENT, shatter_broken_debris(NULL, &debris, &count, NULL));
-    IS(ARGUMENT, shatter_broken_stages(NULL, &counters, &count, NULL));
-    IS(ARGUMENT, shatter_broken_effects(NULL, &counters, &count, NULL));
-    IS(ARGUMENT, shatter_broken_hash(NULL, &hash, NULL));
-    IS(ARGUMENT, shatter_broken_write_glb(NULL, 0, "x.glb", Z, NULL));
+    IS(ARGUMENT, shatter_result_debris(NULL, &debris, &count, NULL));
+    IS(ARGUMENT, shatter_result_stages(NULL, &counters, &count, NULL));
+    IS(ARGUMENT, shatter_result_effects(NULL, &counters, &count, NULL));
+    IS(ARGUMENT, shatter_result_hash(NULL, &hash, NULL));
+    IS(ARGUMENT, shatter_result_write_glb(NULL, 0, "x.glb", Z, NULL));
 }
 
 static void services(const ShatterService *service, const char *name)
 {
-    ShatterRefusal refusal;
+    ShatterError error;
     ShatterFacts facts[2];
     ShatterStatus status;
     ShatterObject *object;
     size_t count = 7;
     IS(ARGUMENT, shatter_service_status(service, 1000, NULL, NULL));
-    IS(OK, shatter_service_status(service, 1000, &status, &refusal));
-    HOLDS(status.objects_ready == 1 && status.pid > 0 && refusal.code == SHATTER_CODE_OK && refusal.message[0] == 0);
+    IS(OK, shatter_service_status(service, 1000, &status, &error));
+    HOLDS(status.objects_ready == 1 && status.pid > 0 && error.code == SHATTER_CODE_OK && error.message[0] == 0);
     IS(ARGUMENT, shatter_service_objects(service, 1000, NULL, 1, &count, NULL));
     HOLDS(count == 0);
     IS(ARGUMENT, shatter_service_objects(service, 1000, NULL, 0, NULL, NULL));
@@ -190,13 +190,13 @@ static void services(const ShatterService *service, const char *name)
     HOLDS(count == 1);
     IS(OK, shatter_service_objects(service, 1000, facts, 2, &count, NULL));
     HOLDS(count == 1 && strcmp(facts[0].name, name) == 0 && facts[0].ready && facts[0].young_pa > 0.0);
-    HOLDS(facts[0].refusal.code == SHATTER_CODE_OK);
-    IS(UNKNOWN_OBJECT, shatter_service_object(service, "nothing", Z, 1000, &object, &refusal));
-    HOLDS(object == NULL && strcmp(refusal.at, "nothing") == 0);
+    HOLDS(facts[0].error.code == SHATTER_CODE_OK);
+    IS(UNKNOWN_OBJECT, shatter_service_object(service, "nothing", Z, 1000, &object, &error));
+    HOLDS(object == NULL && strcmp(error.at, "nothing") == 0);
     IS(ARGUMENT, shatter_service_object(service, NULL, 3, 1000, &object, NULL));
     IS(ARGUMENT, shatter_service_object(service, name, Z, 1000, NULL, NULL));
     IS(UNKNOWN_HANDLE, shatter_service_release(service, 99, 1000, NULL));
-    IS(OK, shatter_service_doze(service, 1, NULL));
+    IS(OK, shatter_service_wait(service, 1, NULL));
 }
 
 static void strikes(const ShatterObject *object, const ShatterContact *contact)
@@ -243,10 +243,10 @@ static void strikes(const ShatterObject *object, const ShatterContact *contact)
 
 static void answers(const ShatterObject *object, const ShatterContact *contact)
 {
-    ShatterRefusal refusal;
+    ShatterError error;
     ShatterImpact impact = {0};
     ShatterTicket *ticket;
-    ShatterBroken *broken, *again;
+    ShatterResult *result, *again;
     ShatterProgress progress;
     ShatterSummary summary;
     ShatterFragment fragment;
@@ -264,40 +264,40 @@ static void answers(const ShatterObject *object, const ShatterContact *contact)
     IS(ARGUMENT, shatter_ticket_poll(ticket, NULL, NULL));
     IS(ARGUMENT, shatter_ticket_progress(ticket, NULL, NULL));
     IS(OK, shatter_ticket_progress(ticket, &progress, NULL));
-    IS(OK, shatter_ticket_wait(ticket, 120000, &broken, &refusal));
-    IS(CANCELLED, shatter_ticket_poll(ticket, &again, &refusal));
-    HOLDS(again == NULL && strcmp(refusal.at, "ticket") == 0);
+    IS(OK, shatter_ticket_wait(ticket, 120000, &result, &error));
+    IS(CANCELLED, shatter_ticket_poll(ticket, &again, &error));
+    HOLDS(again == NULL && strcmp(error.at, "ticket") == 0);
     IS(OK, shatter_ticket_progress(ticket, &progress, NULL));
     HOLDS(progress.state == SHATTER_STATE_ENDED);
     shatter_ticket_free(ticket);
-    IS(OK, shatter_broken_summary(broken, &summary, NULL));
-    IS(ARGUMENT, shatter_broken_summary(broken, NULL, NULL));
+    IS(OK, shatter_result_summary(result, &summary, NULL));
+    IS(ARGUMENT, shatter_result_summary(result, NULL, NULL));
     HOLDS(summary.fragment_count >= 5 && summary.degree_source == 5 && summary.handle == 0);
-    IS(UNKNOWN_FRAGMENT, shatter_broken_fragment(broken, summary.fragment_count, &fragment, &refusal));
-    IS(UNKNOWN_FRAGMENT, shatter_broken_fragment(broken, UINT32_MAX, &fragment, NULL));
-    IS(OK, shatter_broken_fragment(broken, 0, &fragment, NULL));
+    IS(UNKNOWN_FRAGMENT, shatter_result_fragment(result, summary.fragment_count, &fragment, &error));
+    IS(UNKNOWN_FRAGMENT, shatter_result_fragment(result, UINT32_MAX, &fragment, NULL));
+    IS(OK, shatter_result_fragment(result, 0, &fragment, NULL));
     HOLDS(fragment.normals == NULL && fragment.uvs == NULL && fragment.materials == NULL);
     HOLDS(fragment.positions != NULL && fragment.merges != NULL && fragment.linear_m_s[0] == 0.0);
-    IS(ARGUMENT, shatter_broken_run(broken, 0, fragment.run_count, &run, NULL));
-    IS(ARGUMENT, shatter_broken_run(broken, 0, SIZE_MAX, &run, NULL));
-    IS(OK, shatter_broken_run(broken, 0, fragment.run_count - 1, &run, NULL));
+    IS(ARGUMENT, shatter_result_run(result, 0, fragment.run_count, &run, NULL));
+    IS(ARGUMENT, shatter_result_run(result, 0, SIZE_MAX, &run, NULL));
+    IS(OK, shatter_result_run(result, 0, fragment.run_count - 1, &run, NULL));
     HOLDS(run.index_first + run.index_count == fragment.index_count);
-    IS(OK, shatter_broken_hull(broken, 0, &hull, NULL));
-    IS(OK, shatter_broken_skin(broken, 0, &skin, NULL));
+    IS(OK, shatter_result_hull(result, 0, &hull, NULL));
+    IS(OK, shatter_result_skin(result, 0, &skin, NULL));
     HOLDS(hull.positions == NULL && hull.vertex_count == 0 && skin.vertices == NULL && skin.index_count == 0);
-    IS(OK, shatter_broken_debris(broken, &debris, &count, NULL));
+    IS(OK, shatter_result_debris(result, &debris, &count, NULL));
     HOLDS(debris == NULL && count == 0);
-    IS(ARGUMENT, shatter_broken_debris(broken, &debris, NULL, NULL));
-    IS(OK, shatter_broken_stages(broken, &counters, &count, NULL));
+    IS(ARGUMENT, shatter_result_debris(result, &debris, NULL, NULL));
+    IS(OK, shatter_result_stages(result, &counters, &count, NULL));
     HOLDS(count == 8 && counters[7].ran && counters[7].bytes > 0);
-    IS(OK, shatter_broken_effects(broken, &counters, &count, NULL));
+    IS(OK, shatter_result_effects(result, &counters, &count, NULL));
     HOLDS(count == 16 && counters[0].number == 0);
-    IS(ARGUMENT, shatter_broken_write_glb(broken, 3, "x.glb", Z, NULL));
-    IS(ARGUMENT, shatter_broken_write_glb(broken, SHATTER_CONTENT_FRAGMENTS, NULL, Z, NULL));
-    IS(OUTPUT, shatter_broken_write_glb(broken, SHATTER_CONTENT_FRAGMENTS, "/proc/nowhere/x.glb", Z, NULL));
-    IS(OUTPUT, shatter_broken_write_glb(broken, SHATTER_CONTENT_FRAGMENTS, "", Z, NULL));
-    IS(OUTPUT, shatter_broken_write_glb(broken, SHATTER_CONTENT_HULLS, "/proc/nowhere/x.glb", Z, NULL));
-    shatter_broken_free(broken);
+    IS(ARGUMENT, shatter_result_write_glb(result, 3, "x.glb", Z, NULL));
+    IS(ARGUMENT, shatter_result_write_glb(result, SHATTER_CONTENT_FRAGMENTS, NULL, Z, NULL));
+    IS(OUTPUT, shatter_result_write_glb(result, SHATTER_CONTENT_FRAGMENTS, "/proc/nowhere/x.glb", Z, NULL));
+    IS(OUTPUT, shatter_result_write_glb(result, SHATTER_CONTENT_FRAGMENTS, "", Z, NULL));
+    IS(OUTPUT, shatter_result_write_glb(result, SHATTER_CONTENT_HULLS, "/proc/nowhere/x.glb", Z, NULL));
+    shatter_result_free(result);
     /* A request whose ticket is freed is canceled. */
     IS(OK, shatter_object_strike(object, &impact, &ticket, NULL));
     shatter_ticket_free(ticket);
@@ -309,9 +309,9 @@ static void rays(const ShatterObject *object, const ShatterContact *contact)
     const double direction[3] = {-1.0, 0.0, 0.0}, still[3] = {0.0, 0.0, 0.0};
     const double origin[3] = {contact->point_m[0] + 1.0, contact->point_m[1], contact->point_m[2]};
     ShatterHit hit;
-    ShatterRefusal refusal;
+    ShatterError error;
     ShatterTicket *ticket;
-    ShatterBroken *broken;
+    ShatterResult *result;
     ShatterSummary summary;
     ShatterContact aimed[2] = {*contact, *contact};
     ShatterImpact impact = {0};
@@ -327,16 +327,16 @@ static void rays(const ShatterObject *object, const ShatterContact *contact)
     memcpy(aimed[0].ray, direction, sizeof direction);
     impact.contacts = aimed;
     impact.contact_count = 2;
-    IS(RAY, shatter_object_strike(object, &impact, &ticket, &refusal));
-    HOLDS(strcmp(refusal.at, "contacts[0].ray") == 0);
+    IS(RAY, shatter_object_strike(object, &impact, &ticket, &error));
+    HOLDS(strcmp(error.at, "contacts[0].ray") == 0);
     impact.contact_count = 1;
     impact.purpose = SHATTER_PURPOSE_THRESHOLD;
     IS(OK, shatter_object_strike(object, &impact, &ticket, NULL));
-    IS(OK, shatter_ticket_wait(ticket, 60000, &broken, NULL));
+    IS(OK, shatter_ticket_wait(ticket, 60000, &result, NULL));
     shatter_ticket_free(ticket);
-    IS(OK, shatter_broken_summary(broken, &summary, NULL));
+    IS(OK, shatter_result_summary(result, &summary, NULL));
     HOLDS(summary.hit.present && summary.hit.point_m[0] == hit.point_m[0]);
-    shatter_broken_free(broken);
+    shatter_result_free(result);
 }
 
 int main(int count, char **words)

@@ -32,7 +32,7 @@ fn check(arguments: &[&str], exit: i32, kind: &str) {
 const STRIKE: [&str; 6] = ["impact", "vase", "--point", "-1,0,0", "--impulse", "-1,0.5,0"];
 
 #[test]
-fn absence_is_exit_4_and_named() {
+fn a_missing_daemon_is_exit_4_and_named() {
     check(&["list"], 4, "no_daemon");
     check(&["status"], 4, "no_daemon");
     check(&["status", "--wait", "0.05"], 4, "no_daemon");
@@ -70,7 +70,7 @@ fn help_and_version_are_exit_0() {
 }
 
 #[test]
-fn another_version_is_told_from_absence_and_names_both() {
+fn a_version_mismatch_names_both_versions() {
     let runtime = tempfile::tempdir().unwrap();
     let uid = rustix::process::geteuid().as_raw();
     let place = ServicePaths::new(&ServiceName::new("default").unwrap(), Some(runtime.path()), uid);

@@ -50,7 +50,7 @@ mod tests {
     }
 
     #[test]
-    fn tensors_come_back() {
+    fn principal_axes_reproduce_the_tensor() {
         check([3.0, 2.0, 4.0, 0.0, 0.0, 0.0]);
         check([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
         check([2.0, 2.0, 2.0, 0.5, -0.5, 0.25]);

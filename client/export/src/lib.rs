@@ -1,15 +1,19 @@
 //! Fragments as files: binary glTF (`.glb`), Wavefront OBJ ([`write_obj`]), and MJCF for MuJoCo ([`write_mjcf`]).
 //!
-//! A `.glb` file opens in any viewer, and declares which meshes are closed. It has one node per fragment, named `fragment_000`, …, whose
-//! translation is the center of mass. The node's mesh has one or two primitives: the outer faces, and the crack faces (a fragment from the
-//! inside has no outer ones). All primitives of a mesh share their vertex accessors and one buffer view of indices. The vendor extension
-//! `EXT_mesh_manifold` (Khronos glTF registry, draft by E. Lalish) declares which vertices are one point of the closed surface; readers
-//! without the extension see an ordinary mesh. A node's `extras` hold `fragment` (the id), `body`, `volume_m3`, `mass_kg`, `center_m` and
-//! `inertia_kg_m2`: the full tensor about the center of mass, xx, yy, zz, xy, xz, yz, along the axes of the file, because nodes are not
+//! A `.glb` file opens in any viewer, and declares which meshes are closed. It has one node per fragment, named `fragment_000`, …,
+//! whose translation is the center of mass. The node's mesh has one or two primitives: the outer faces and the crack faces. A
+//! fragment from the inside has no outer faces. All primitives of a mesh share their vertex accessors and one buffer view of
+//! indices.
+//!
+//! The vendor extension `EXT_mesh_manifold` (Khronos glTF registry, draft by E. Lalish) declares which vertices are one point of
+//! the closed surface. Readers without the extension see an ordinary mesh.
+//!
+//! A node's `extras` contain `fragment` (the id), `body`, `volume_m3`, `mass_kg`, `center_m` and `inertia_kg_m2`. The inertia is
+//! the full tensor about the center of mass: xx, yy, zz, xy, xz, yz. It is along the axes of the file, because nodes are not
 //! rotated.
 //!
-//! Units and axes: meters, +Y up, right-handed, counter-clockwise seen from outside. The v of texture coordinates points down in glTF, so
-//! that files contain (u, 1 − v). Equal fragments give equal bytes: a file contains no time, host or path.
+//! Units and axes: meters, +Y up, right-handed, counter-clockwise seen from outside. The v axis of texture coordinates points down
+//! in glTF, so files contain (u, 1 − v). Equal fragments make equal bytes: a file contains no time, host name or path.
 
 mod check;
 pub mod contact;

@@ -30,10 +30,10 @@ pub(super) fn mesh<N: Display>(text: &mut String, vertices: &Vertices<'_, N>, pa
     let point = |vertex: u32| vertices.merged.get(vertex as usize).copied().unwrap_or(vertex);
     let corners = || parts.iter().flat_map(|part| part.indices);
     let points = numbers(vertices.points.len(), corners().map(|vertex| point(*vertex)));
-    let looks = numbers(vertices.points.len(), corners().copied());
+    let attributes = numbers(vertices.points.len(), corners().copied());
     rows(text, "v", vertices.points, &points);
-    rows(text, "vt", vertices.uvs, &looks);
-    rows(text, "vn", vertices.normals, &looks);
+    rows(text, "vt", vertices.uvs, &attributes);
+    rows(text, "vn", vertices.normals, &attributes);
     for part in parts.iter().filter(|part| !part.indices.is_empty()) {
         if let Some(material) = part.material {
             line(text, format_args!("usemtl {material}"));
@@ -41,7 +41,7 @@ pub(super) fn mesh<N: Display>(text: &mut String, vertices: &Vertices<'_, N>, pa
         for triangle in part.indices.chunks_exact(3) {
             text.push('f');
             for &vertex in triangle {
-                let (point, look) = (points[point(vertex) as usize], looks[vertex as usize]);
+                let (point, look) = (points[point(vertex) as usize], attributes[vertex as usize]);
                 let _ = match (vertices.uvs.is_empty(), vertices.normals.is_empty()) {
                     (true, true) => write!(text, " {point}"),
                     (true, false) => write!(text, " {point}//{look}"),

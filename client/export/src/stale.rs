@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_names_of_exports_are_ours() {
+    fn only_exported_file_names_are_removed() {
         for ours in ["fragment_000.obj", "fragment_1234.hull.obj", "fragment_017_outer.obj", "fragment_017_solid.obj"] {
             assert!(is_ours(ours), "{ours}");
         }

@@ -126,7 +126,7 @@ fn normals_are_unit_and_sharp_between_runs() {
 }
 
 #[test]
-fn an_open_fragment_makes_no_claim() {
+fn an_open_fragment_has_no_manifold_primitive() {
     let mut sample = sample();
     sample.merges.pop();
     let (bytes, written) = glb_bytes(&[view(&sample, 0)]).unwrap();
@@ -137,7 +137,7 @@ fn an_open_fragment_makes_no_claim() {
 }
 
 #[test]
-fn a_fragment_from_the_inside_has_one_primitive() {
+fn an_interior_fragment_has_one_primitive() {
     let mut sample = sample();
     sample.runs[0].crack = true;
     let (document, _) = parts(&glb_bytes(&[view(&sample, 0)]).unwrap().0);
@@ -152,15 +152,15 @@ fn equal_fragments_give_equal_bytes() {
 }
 
 /// Corrupts a sample and expects an error that begins with `message`.
-fn check(message: &str, spoil: impl Fn(&mut Sample)) {
-    let mut spoilt = sample();
-    spoil(&mut spoilt);
-    let refusal = glb_bytes(&[view(&spoilt, 5)]).unwrap_err().to_string();
-    assert!(refusal.starts_with(message), "{refusal}");
+fn check(message: &str, damage: impl Fn(&mut Sample)) {
+    let mut damaged = sample();
+    damage(&mut damaged);
+    let error = glb_bytes(&[view(&damaged, 5)]).unwrap_err().to_string();
+    assert!(error.starts_with(message), "{error}");
 }
 
 #[test]
-fn what_no_reader_takes_is_refused_by_name() {
+fn data_that_no_gltf_reader_accepts_is_rejected_by_name() {
     check("fragment 5: a coordinate is not finite", |s| s.positions[2][1] = f32::NAN);
     check("fragment 5: index 4 names vertex 7", |s| s.indices[4] = 7);
     check("fragment 5: run 1 is out of order", |s| s.runs[1].index_first = 6);
@@ -173,18 +173,18 @@ fn what_no_reader_takes_is_refused_by_name() {
 }
 
 #[test]
-fn a_refused_folder_is_named_and_left_as_it_was() {
+fn an_invalid_folder_is_named_and_left_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let sample = sample();
     let fragments = [view(&sample, 0)];
     std::fs::write(folder.path().join("file"), "").unwrap();
     let below = folder.path().join("file/below");
-    let refusal = write_glb(&below.join("a.glb"), &fragments).unwrap_err();
-    assert!(matches!(&refusal, ExportError::Folder { folder, .. } if *folder == below), "{refusal}");
-    let refusal = write_glb(folder.path(), &fragments).unwrap_err();
-    assert!(matches!(refusal, ExportError::IsFolder(_)), "{refusal}");
-    let refusal = write_glb(Path::new("/proc/shatter.glb"), &fragments).unwrap_err();
-    assert!(matches!(refusal, ExportError::Folder { .. }), "{refusal}");
+    let error = write_glb(&below.join("a.glb"), &fragments).unwrap_err();
+    assert!(matches!(&error, ExportError::Folder { folder, .. } if *folder == below), "{error}");
+    let error = write_glb(folder.path(), &fragments).unwrap_err();
+    assert!(matches!(error, ExportError::IsFolder(_)), "{error}");
+    let error = write_glb(Path::new("/proc/shatter.glb"), &fragments).unwrap_err();
+    assert!(matches!(error, ExportError::Folder { .. }), "{error}");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
@@ -198,15 +198,15 @@ fn a_new_folder_is_made_for_a_file_as_for_a_folder() {
 }
 
 #[test]
-fn links_are_written_through_and_what_is_no_file_stays() {
+fn symlinks_are_followed_and_special_files_are_kept() {
     let folder = tempfile::tempdir().unwrap();
     let sample = sample();
     let fragments = [view(&sample, 0)];
     let [pipe, link, file] = ["pipe.glb", "link.glb", "file.glb"].map(|name| folder.path().join(name));
     let mode = rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR;
     rustix::fs::mkfifoat(rustix::fs::CWD, &pipe, mode).unwrap();
-    let refusal = write_glb(&pipe, &fragments).unwrap_err();
-    assert!(matches!(refusal, ExportError::NoFile(_)) && !pipe.is_file(), "{refusal}");
+    let error = write_glb(&pipe, &fragments).unwrap_err();
+    assert!(matches!(error, ExportError::NoFile(_)) && !pipe.is_file(), "{error}");
     std::fs::write(&file, "old").unwrap();
     std::os::unix::fs::symlink("file.glb", &link).unwrap();
     write_glb(&link, &fragments).unwrap();

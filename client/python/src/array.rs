@@ -1,6 +1,6 @@
 //! Arrays over shared memory.
 
-use crate::broken::Held;
+use crate::result::Held;
 use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{Element, PyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -19,8 +19,8 @@ pub fn column<'py, T: Element>(
     values: impl FnOnce(&shatter_client::FractureResult) -> Option<&[T]>,
 ) -> PyResult<Bound<'py, PyArray1<T>>> {
     let lease = Bound::new(py, Lease { _held: held.clone() })?;
-    held.with(|broken| {
-        let view = ArrayView1::from(values(broken).unwrap_or(&[]));
+    held.with(|result| {
+        let view = ArrayView1::from(values(result).unwrap_or(&[]));
         // SAFETY: the values lie in the result's shared memory, which neither moves nor ends before the result is dropped. The lease is the
         // array's base and shares ownership of the result. Nothing writes there; the array is made read-only.
         let array = unsafe { PyArray1::borrow_from_array(&view, lease.into_any()) };
@@ -35,8 +35,8 @@ pub fn rows<'py, T: Element, const N: usize>(
     values: impl FnOnce(&shatter_client::FractureResult) -> Option<&[[T; N]]>,
 ) -> PyResult<Bound<'py, PyArray2<T>>> {
     let lease = Bound::new(py, Lease { _held: held.clone() })?;
-    held.with(|broken| {
-        let view = ArrayView2::from(values(broken).unwrap_or(&[]));
+    held.with(|result| {
+        let view = ArrayView2::from(values(result).unwrap_or(&[]));
         // SAFETY: as in `column`.
         let array = unsafe { PyArray2::borrow_from_array(&view, lease.into_any()) };
         Ok(read_only(array))

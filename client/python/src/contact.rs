@@ -1,6 +1,6 @@
 //! Durations and radii of collisions, by Hertz theory.
 
-use crate::refusal::wrong;
+use crate::error::wrong;
 use pyo3::prelude::*;
 use shatter_export::contact::{self, ContactBody, ElasticMaterial};
 

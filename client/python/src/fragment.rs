@@ -1,7 +1,7 @@
 //! Fragments.
 
 use crate::array::{column, rows};
-use crate::broken::{Held, unknown};
+use crate::result::{Held, unknown};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use shatter_client::{OuterAttributes, SkinVertex};
@@ -20,7 +20,7 @@ impl Fragment {
     }
 
     fn with<T>(&self, look: impl FnOnce(shatter_client::Fragment<'_>) -> T) -> PyResult<T> {
-        self.held.with(|broken| broken.fragment(self.id).map(look)).ok_or_else(|| unknown(self.id))
+        self.held.with(|result| result.fragment(self.id).map(look)).ok_or_else(|| unknown(self.id))
     }
 
     /// Rows of a section; ``None`` if the result does not have it.
@@ -29,7 +29,7 @@ impl Fragment {
         py: Python<'py>,
         values: impl Fn(shatter_client::Fragment<'_>) -> &[[T; N]],
     ) -> PyResult<Option<Bound<'py, PyArray2<T>>>> {
-        let array = rows(py, &self.held, |broken| broken.fragment(self.id).map(&values))?;
+        let array = rows(py, &self.held, |result| result.fragment(self.id).map(&values))?;
         Ok(Some(array).filter(|array| !numpy::PyUntypedArrayMethods::is_empty(array)))
     }
 }
@@ -101,19 +101,19 @@ impl Fragment {
     /// (vertices, 3): positions relative to the center of mass.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        rows(py, &self.held, |broken| broken.fragment(self.id).map(|own| own.positions()))
+        rows(py, &self.held, |result| result.fragment(self.id).map(|own| own.positions()))
     }
 
     /// (triangles, 3): rows of ``positions``, counter-clockwise from outside.
     #[getter]
     fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
-        rows(py, &self.held, |broken| broken.fragment(self.id).map(|own| triangles(own.indices())))
+        rows(py, &self.held, |result| result.fragment(self.id).map(|own| triangles(own.indices())))
     }
 
     /// (pairs, 2): vertices that are the same point; with them every edge has exactly one opposite.
     #[getter]
     fn merges<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
-        rows(py, &self.held, |broken| broken.fragment(self.id).map(|own| own.merges()))
+        rows(py, &self.held, |result| result.fragment(self.id).map(|own| own.merges()))
     }
 
     /// (vertices, 3): normals, of length one; None unless ``normals`` is on.
@@ -137,7 +137,7 @@ impl Fragment {
     /// (triangles,): the input's materials, 2³²−1 on cracks; None unless ``attributes`` is on and the input has any.
     #[getter]
     fn materials<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<u32>>>> {
-        let array = column(py, &self.held, |broken| broken.fragment(self.id).map(|own| own.materials()))?;
+        let array = column(py, &self.held, |result| result.fragment(self.id).map(|own| own.materials()))?;
         Ok(Some(array).filter(|array| !numpy::PyUntypedArrayMethods::is_empty(array)))
     }
 
@@ -163,12 +163,12 @@ impl Fragment {
             return Ok(None);
         };
         Ok(Some(Hull {
-            positions: rows(py, &self.held, |broken| {
-                broken.fragment(self.id).and_then(|own| own.hull()).map(|hull| hull.positions)
+            positions: rows(py, &self.held, |result| {
+                result.fragment(self.id).and_then(|own| own.hull()).map(|hull| hull.positions)
             })?
             .unbind(),
-            triangles: rows(py, &self.held, |broken| {
-                broken.fragment(self.id).and_then(|own| own.hull()).map(|hull| triangles(hull.indices))
+            triangles: rows(py, &self.held, |result| {
+                result.fragment(self.id).and_then(|own| own.hull()).map(|hull| triangles(hull.indices))
             })?
             .unbind(),
             coverage,
@@ -183,16 +183,16 @@ impl Fragment {
             return Ok(None);
         }
         Ok(Some(Skin {
-            vertices: rows(py, &self.held, |broken| {
-                broken.fragment(self.id).and_then(|own| own.skin()).map(|skin| skin_vertices(skin.vertices))
+            vertices: rows(py, &self.held, |result| {
+                result.fragment(self.id).and_then(|own| own.skin()).map(|skin| skin_vertices(skin.vertices))
             })?
             .unbind(),
-            triangles: rows(py, &self.held, |broken| {
-                broken.fragment(self.id).and_then(|own| own.skin()).map(|skin| triangles(skin.indices))
+            triangles: rows(py, &self.held, |result| {
+                result.fragment(self.id).and_then(|own| own.skin()).map(|skin| triangles(skin.indices))
             })?
             .unbind(),
-            materials: column(py, &self.held, |broken| {
-                broken.fragment(self.id).and_then(|own| own.skin()).map(|skin| skin.materials)
+            materials: column(py, &self.held, |result| {
+                result.fragment(self.id).and_then(|own| own.skin()).map(|skin| skin.materials)
             })?
             .unbind(),
         }))

@@ -1,6 +1,6 @@
 //! Impacts from keyword arguments.
 
-use crate::refusal::{raised, wrong};
+use crate::error::{raised, wrong};
 use pyo3::prelude::*;
 use shatter_client::{DisplacementSource, Effect, Impact, Lift, Quality};
 use shatter_proto::name::nearest;

@@ -2,16 +2,16 @@
 //! `python/shatter/_shatter.pyi`.
 
 mod array;
-mod broken;
 mod contact;
+mod error;
 mod fragment;
 mod impact;
-mod refusal;
+mod result;
 mod service;
 mod ticket;
 
+use error::{ServiceError, ShatterError};
 use pyo3::prelude::*;
-use refusal::{Refusal, ShatterError};
 use service::Service;
 use shatter_client::{Convention, default_service};
 
@@ -23,21 +23,21 @@ use shatter_client::{Convention, default_service};
 #[pyfunction]
 #[pyo3(signature = (name = None, *, timeout_s = 1.0, convention = "gltf"))]
 fn connect(py: Python<'_>, name: Option<&str>, timeout_s: f64, convention: &str) -> PyResult<Service> {
-    let convention = Convention::by_name(convention).map_err(refusal::raised)?;
+    let convention = Convention::by_name(convention).map_err(error::raised)?;
     let timeout = service::timeout(timeout_s)?;
     Service::connect(py, &named(name)?, timeout, convention)
 }
 
 /// The name, or that of the default service.
 fn named(name: Option<&str>) -> PyResult<String> {
-    name.map_or_else(|| default_service().map_err(refusal::raised), |name| Ok(name.to_owned()))
+    name.map_or_else(|| default_service().map_err(error::raised), |name| Ok(name.to_owned()))
 }
 
 /// Connects as :func:`connect` does, but waits for a daemon to appear.
 #[pyfunction]
 #[pyo3(signature = (name = None, *, timeout_s = 60.0, convention = "gltf"))]
 fn wait_for(py: Python<'_>, name: Option<&str>, timeout_s: f64, convention: &str) -> PyResult<Service> {
-    let convention = Convention::by_name(convention).map_err(refusal::raised)?;
+    let convention = Convention::by_name(convention).map_err(error::raised)?;
     let timeout = service::timeout(timeout_s)?;
     Service::wait_for(py, &named(name)?, timeout, convention)
 }
@@ -45,8 +45,8 @@ fn wait_for(py: Python<'_>, name: Option<&str>, timeout_s: f64, convention: &str
 #[pymodule]
 fn _shatter(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("ShatterError", module.py().get_type::<ShatterError>())?;
-    module.add("ArgumentError", refusal::argument_error(module.py())?)?;
-    module.add("Refusal", module.py().get_type::<Refusal>())?;
+    module.add("ArgumentError", error::argument_error(module.py())?)?;
+    module.add("ServiceError", module.py().get_type::<ServiceError>())?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(connect, module)?)?;
     module.add_function(wrap_pyfunction!(wait_for, module)?)?;
@@ -58,11 +58,11 @@ fn _shatter(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<impact::Contact>()?;
     module.add_class::<contact::Hertz>()?;
     module.add_class::<ticket::Ticket>()?;
-    module.add_class::<broken::Broken>()?;
-    module.add_class::<broken::Summary>()?;
-    module.add_class::<broken::Hit>()?;
-    module.add_class::<broken::Bond>()?;
-    module.add_class::<broken::Debris>()?;
+    module.add_class::<result::FractureResult>()?;
+    module.add_class::<result::Summary>()?;
+    module.add_class::<result::Hit>()?;
+    module.add_class::<result::Bond>()?;
+    module.add_class::<result::Debris>()?;
     module.add_class::<fragment::Fragment>()?;
     module.add_class::<fragment::Run>()?;
     module.add_class::<fragment::Hull>()?;

@@ -1,8 +1,8 @@
 //! Connections and objects.
 
-use crate::broken::Hit;
+use crate::error::{raised, wrong};
 use crate::impact::{self, Contact, Wish};
-use crate::refusal::{raised, wrong};
+use crate::result::Hit;
 use crate::ticket::Ticket;
 use pyo3::prelude::*;
 use shatter_client::{Client, Convention, Deadline, Error, ErrorKind, Impact, ObjectFacts, Ray, SEED_DEFAULT};
@@ -31,7 +31,7 @@ pub fn in_slices<T: Send>(
     loop {
         let left = timeout.saturating_sub(begin.elapsed());
         match py.detach(|| ask(Deadline::after(left.min(SLICE)))) {
-            Err(refusal) if pending(&refusal) && left > SLICE => py.check_signals()?,
+            Err(error) if pending(&error) && left > SLICE => py.check_signals()?,
             result => return result.map_err(raised),
         }
     }
@@ -48,12 +48,8 @@ impl Service {
     }
 
     pub fn wait_for(py: Python<'_>, name: &str, timeout: Duration, convention: Convention) -> PyResult<Self> {
-        let service = in_slices(
-            py,
-            timeout,
-            |refusal| refusal.kind == ErrorKind::NoDaemon,
-            |slice| Client::wait_for(name, slice),
-        )?;
+        let service =
+            in_slices(py, timeout, |error| error.kind == ErrorKind::NoDaemon, |slice| Client::wait_for(name, slice))?;
         Ok(Self(service.with_convention(convention)))
     }
 }
@@ -118,7 +114,7 @@ pub struct Facts {
     name: String,
     ready: bool,
     state: &'static str,
-    refusal: Option<String>,
+    error: Option<String>,
     material: String,
     bodies: u32,
     degree_max: u32,
@@ -142,7 +138,7 @@ impl From<&ObjectFacts> for Facts {
             name: facts.name.clone(),
             ready: facts.is_ready(),
             state: facts.state.name(),
-            refusal: facts.error.as_ref().map(|error| error.message.clone()),
+            error: facts.error.as_ref().map(|error| error.message.clone()),
             material: facts.material.clone(),
             bodies: facts.bodies,
             degree_max: facts.degree_max,

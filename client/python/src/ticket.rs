@@ -1,7 +1,7 @@
 //! Requests under way.
 
-use crate::broken::Broken;
-use crate::refusal::raised;
+use crate::error::raised;
+use crate::result::FractureResult;
 use crate::service::{in_slices, timeout};
 use pyo3::prelude::*;
 use shatter_client::{ErrorKind, Poll, Progress};
@@ -31,19 +31,19 @@ impl Ticket {
 impl Ticket {
     /// Waits for the result; Ctrl-C ends it. After ``late`` the ticket is still valid.
     #[pyo3(signature = (*, timeout_s = 60.0))]
-    pub fn wait(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Broken> {
+    pub fn wait(&self, py: Python<'_>, timeout_s: f64) -> PyResult<FractureResult> {
         let timeout = timeout(timeout_s)?;
         // The service may report `late` as well, for the request itself.
-        let pending = |refusal: &shatter_client::Error| refusal.kind == ErrorKind::Late && refusal.at == "ticket";
-        let broken = in_slices(py, timeout, pending, |slice| self.with(|ticket| ticket.wait(slice)))?;
-        Ok(Broken::new(broken))
+        let pending = |error: &shatter_client::Error| error.kind == ErrorKind::Late && error.at == "ticket";
+        let result = in_slices(py, timeout, pending, |slice| self.with(|ticket| ticket.wait(slice)))?;
+        Ok(FractureResult::new(result))
     }
 
     /// The result if there is one; never blocks. Once a frame is often enough.
-    fn poll(&self, py: Python<'_>) -> PyResult<Option<Broken>> {
+    fn poll(&self, py: Python<'_>) -> PyResult<Option<FractureResult>> {
         match py.detach(|| self.with(shatter_client::Ticket::poll)).map_err(raised)? {
             Poll::Pending => Ok(None),
-            Poll::Ready(broken) => Ok(Some(Broken::new(broken))),
+            Poll::Ready(result) => Ok(Some(FractureResult::new(result))),
         }
     }
 

@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn faces_end_where_the_skin_ends_whichever_is_finer() {
+    fn faces_end_at_the_skin_boundary() {
         for (own, other, radius) in [(12, 12, 1.1), (12, 31, 0.9), (31, 12, 1.1), (24, 25, 1.0), (7, 200, 1.1)] {
             let (vertices, indices) = cone(other, radius);
             let skin = FragmentSkin { vertices: &vertices, indices: &indices, materials: &[] };
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn faces_far_from_the_skin_stay() {
+    fn faces_far_from_the_skin_do_not_move() {
         let (vertices, indices) = cone(12, 20.0);
         let skin = FragmentSkin { vertices: &vertices, indices: &indices, materials: &[] };
         let mut cracks = disc(12, 1.0);

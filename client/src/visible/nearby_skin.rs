@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_outside_moves_to_a_little_below_and_nothing_else_moves() {
+    fn only_points_outside_the_skin_move_below_it() {
         let vertices = [0.5, 0.0, -0.05, -0.5, 4.0].map(|height| Vector3::new(0.3, height, -0.2));
         let shell = NearbySkin::new(floor().into_iter(), vertices.into_iter(), 1.0);
         let moved = vertices.map(|vertex| shell.inwards(&vertex).map(|by| vertex + by));
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn meshes_without_size_move_nothing() {
+    fn degenerate_meshes_move_no_point() {
         for edge_m in [0.0, f64::NAN, f64::INFINITY] {
             let shell = NearbySkin::new(floor().into_iter(), std::iter::once(Vector3::zeros()), edge_m);
             assert!(shell.inwards(&Vector3::zeros()).is_none());

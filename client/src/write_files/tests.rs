@@ -6,7 +6,7 @@ use fastrand::Rng;
 use shatter_export::{glb_bytes, mjcf};
 use shatter_proto::layout::{Layout, SectionCounts, SectionsMut};
 use shatter_proto::result::{
-    Block, BondWire, FragmentWire, HullWire, NO_MATERIAL, OUTER, OuterAttributes, RunWire, SkinVertex, SkinWire,
+    AlignedBlock, BondWire, FragmentWire, HullWire, NO_MATERIAL, OUTER, OuterAttributes, RunWire, SkinVertex, SkinWire,
 };
 use shatter_proto::view::CheckedLayout;
 
@@ -167,7 +167,7 @@ impl Made {
     }
 
     /// The bytes that a daemon would send, and what checked them.
-    fn sent(&self) -> (Vec<Block>, CheckedLayout) {
+    fn sent(&self) -> (Vec<AlignedBlock>, CheckedLayout) {
         let counts = SectionCounts {
             fragments: self.fragments.len(),
             runs: self.runs.len(),
@@ -188,7 +188,7 @@ impl Made {
             ..SectionCounts::default()
         };
         let layout = Layout::new(&counts).unwrap();
-        let mut payload = vec![Block::zeroed(); layout.blocks()];
+        let mut payload = vec![AlignedBlock::zeroed(); layout.blocks()];
         self.fill(layout.split(&mut payload).unwrap());
         let checked = CheckedLayout::new(&layout.header(1), &payload).unwrap();
         (payload, checked)
@@ -233,22 +233,22 @@ fn check(shapes: &[Shape], ran: Ran) {
     let file = |name: &str| folder.path().join(name);
     assert!(fragments(view).map(|fragment| read(&fragment)).sum::<usize>() > 0 || view.positions.is_empty());
     let solid = shapes.iter().all(|shape| shape.outer.is_some());
-    let told = format!("{shapes:?} {ran:?}");
-    assert_eq!(with_views(view, |views| glb_bytes(views).is_ok()), solid, "{told}");
-    assert_eq!(with_object(view, |object| mjcf(object, "meshes").is_ok()), solid, "{told}");
-    assert_eq!(with_object(view, |object| write_obj(&file("obj"), object).is_ok()), solid, "{told}");
+    let shown = format!("{shapes:?} {ran:?}");
+    assert_eq!(with_views(view, |views| glb_bytes(views).is_ok()), solid, "{shown}");
+    assert_eq!(with_object(view, |object| mjcf(object, "meshes").is_ok()), solid, "{shown}");
+    assert_eq!(with_object(view, |object| write_obj(&file("obj"), object).is_ok()), solid, "{shown}");
     let hulls = ran.hulls && shapes.iter().any(|shape| shape.hull);
-    assert_eq!(hulls_glb(view, &file("hulls.glb")).is_ok(), hulls, "{told}");
+    assert_eq!(hulls_glb(view, &file("hulls.glb")).is_ok(), hulls, "{shown}");
     let seen = shapes.iter().filter(|shape| shape.outer.is_some()).count();
     let written = skins_glb(view, &file("skins.glb"));
     match ran.skin && seen > 0 {
-        true => assert_eq!(written.unwrap().fragments, seen, "{told}"),
-        false => assert!(matches!(written, Err(ExportError::NoFragments)), "{told}"),
+        true => assert_eq!(written.unwrap().fragments, seen, "{shown}"),
+        false => assert!(matches!(written, Err(ExportError::NoFragments)), "{shown}"),
     }
 }
 
 #[test]
-fn whatever_a_result_lacks_nothing_panics() {
+fn results_with_missing_sections_do_not_panic() {
     let mut random = Rng::with_seed(22);
     for round in 0..300 {
         let mut shape = || {
@@ -264,7 +264,7 @@ fn whatever_a_result_lacks_nothing_panics() {
 
 /// The defect that was found: a fragment that lies wholly inside, with a skin and without `uv`.
 #[test]
-fn a_fragment_from_the_inside_is_written_with_the_skins() {
+fn an_interior_fragment_is_written_with_the_skins() {
     let [inside, outside] = [0, 2].map(|outer| Shape { outer: Some(outer), hull: false });
     let ran =
         Ran { normals: false, uv: false, bonds: false, hulls: false, attributes: false, skin: true, materials: false };

@@ -39,7 +39,7 @@ fn vector() -> impl Strategy<Value = [f64; 3]> {
 
 /// The named ones, their up axis, whether they reflect, and what points up in them.
 #[test]
-fn named_ones_are_what_their_hosts_say() {
+fn named_conventions_match_their_hosts() {
     let check = |name: &str, up: usize, left: bool, clockwise: bool, meters_per_unit: f64| {
         let convention = Convention::by_name(name).unwrap();
         let found = convention.direction(AXES[1]);
@@ -55,13 +55,13 @@ fn named_ones_are_what_their_hosts_say() {
     check("mujoco", 2, false, false, 1.0);
     let forward = AXES[2];
     assert_eq!(Convention::UNITY.direction(forward), forward, "+Z stays forward");
-    let refusal = Convention::by_name("maya").unwrap_err();
-    assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Convention, "convention"));
+    let error = Convention::by_name("maya").unwrap_err();
+    assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Convention, "convention"));
     assert!(Convention::default().is_default() && !Convention::GODOT.is_default());
 }
 
 #[test]
-fn the_default_changes_no_bit() {
+fn the_default_convention_is_the_identity() {
     let gltf = Convention::GLTF;
     let bits = |vector: [f64; 3]| vector.map(f64::to_bits);
     let odd = [-0.0, f64::MIN_POSITIVE / 3.0, 1.0 / 3.0];
@@ -86,7 +86,7 @@ fn unreal_counts_in_centimeters() {
 
 proptest! {
     #[test]
-    fn ways_back_end_where_they_began(convention in any_convention(), v in vector(), w in vector()) {
+    fn conversions_and_their_inverses_cancel(convention in any_convention(), v in vector(), w in vector()) {
         let tensor = [v[0], v[1], v[2], w[0], w[1], w[2]];
         prop_assert_eq!(convention.our_vector(convention.vector(v)), v);
         prop_assert_eq!(convention.our_direction(convention.direction(v)), v);
@@ -113,7 +113,7 @@ proptest! {
     }
 
     #[test]
-    fn conventions_survive_the_wire(convention in any_convention()) {
+    fn conventions_round_trip(convention in any_convention()) {
         let mut wire: RequestWire = bytemuck::Zeroable::zeroed();
         wire.set_convention(&convention).unwrap();
         prop_assert_eq!(wire.convention().unwrap(), convention);
@@ -121,12 +121,12 @@ proptest! {
 }
 
 #[test]
-fn units_that_can_be_none_are_refused_on_both_sides() {
+fn invalid_units_are_rejected_by_client_and_daemon() {
     let mut wire: RequestWire = bytemuck::Zeroable::zeroed();
     assert_eq!(wire.convention().unwrap(), Convention::GLTF, "all zero is the default");
     for meters_per_unit in [0.0, -1.0, 1e-7, 1e7, f64::NAN, f64::INFINITY, f64::MIN_POSITIVE] {
-        let refusal = wire.set_convention(&Convention { meters_per_unit, ..Convention::UNITY }).unwrap_err();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Convention, "convention.meters_per_unit"));
+        let error = wire.set_convention(&Convention { meters_per_unit, ..Convention::UNITY }).unwrap_err();
+        assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Convention, "convention.meters_per_unit"));
         wire.convention_meters_per_unit = meters_per_unit;
         let zero = meters_per_unit == 0.0;
         assert_eq!(wire.convention().is_ok(), zero, "{meters_per_unit}: on the wire zero is the default");

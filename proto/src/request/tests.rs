@@ -26,13 +26,13 @@ fn wire() -> RequestWire {
 fn check(change: impl FnOnce(&mut RequestWire), kind: ErrorKind, at: &str) {
     let mut wire = wire();
     change(&mut wire);
-    let refusal = wire.validate().expect_err(at);
-    assert_eq!((refusal.kind, refusal.at.as_str()), (kind, at), "{}", refusal.message);
-    assert!(!refusal.message.is_empty());
+    let error = wire.validate().expect_err(at);
+    assert_eq!((error.kind, error.at.as_str()), (kind, at), "{}", error.message);
+    assert!(!error.message.is_empty());
 }
 
 #[test]
-fn a_strike_survives_the_wire() {
+fn a_request_round_trips() {
     assert_eq!(wire().validate().unwrap(), strike());
     let optimised = Request {
         purpose: Purpose::Threshold,
@@ -70,7 +70,7 @@ fn a_strike_survives_the_wire() {
 }
 
 #[test]
-fn a_ray_survives_the_wire_and_needs_a_direction_and_one_contact() {
+fn a_ray_round_trips_and_needs_a_direction_and_one_contact() {
     let aimed = |ray| Contact { ray: Some(ray), ..strike().contacts[0] };
     let one = Request { contacts: vec![aimed([0.0, -2.0, 0.0])], ..strike() };
     assert_eq!(one.wire([0; 16], 0).unwrap().validate().unwrap(), one);
@@ -78,15 +78,15 @@ fn a_ray_survives_the_wire_and_needs_a_direction_and_one_contact() {
     let aim = Request { purpose: Purpose::Aim, contacts: vec![pointless], ..one.clone() };
     assert_eq!(aim.wire([0; 16], 0).unwrap().validate().unwrap(), aim);
     let endless = Contact { impulse_ns: [f64::NAN, 0.0, 0.0], ..one.contacts[0] };
-    let refusal = Request { contacts: vec![endless], ..aim.clone() }.wire([0; 16], 0).unwrap_err();
-    assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Impulse, "contacts[0].impulse_ns"));
+    let error = Request { contacts: vec![endless], ..aim.clone() }.wire([0; 16], 0).unwrap_err();
+    assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Impulse, "contacts[0].impulse_ns"));
     let unaimed = Request { contacts: vec![strike().contacts[0]], ..aim };
     let several = Request { contacts: vec![aimed([1.0, 0.0, 0.0]), strike().contacts[0]], ..one.clone() };
     let flat = Request { contacts: vec![aimed([0.0; 3])], ..one.clone() };
     let odd = Request { contacts: vec![aimed([f64::NAN, 0.0, 1.0])], ..one };
     for (strike, at) in [unaimed, several, flat, odd].iter().zip(["contacts[0].ray"; 4]) {
-        let refusal = strike.wire([0; 16], 0).unwrap_err();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Ray, at), "{}", refusal.message);
+        let error = strike.wire([0; 16], 0).unwrap_err();
+        assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Ray, at), "{}", error.message);
     }
 }
 
@@ -101,7 +101,7 @@ fn zero_is_the_default() {
 }
 
 #[test]
-fn every_rule_names_its_offender() {
+fn every_validation_error_names_the_field() {
     check(|w| w.magic = 0, ErrorKind::BadMagic, "0x00000000");
     check(|w| w.version = 9, ErrorKind::VersionMismatch, "9");
     check(|w| w.purpose = 0, ErrorKind::UnknownRequest, "0");
@@ -145,7 +145,7 @@ fn every_rule_names_its_offender() {
 }
 
 #[test]
-fn a_given_zero_is_refused_before_it_becomes_a_default() {
+fn an_explicit_zero_is_rejected() {
     let kind = |strike: Request| strike.wire([0; 16], 0).unwrap_err().kind;
     assert_eq!(kind(Request { gamma_j_m2: Some(0.0), ..strike() }), ErrorKind::Gamma);
     assert_eq!(kind(Request { degree: DegreeRule::Sites(0), ..strike() }), ErrorKind::Degree);

@@ -27,10 +27,10 @@ const COUNTS: SectionCounts = SectionCounts {
 };
 
 /// Two fragments of one triangle each, one run each, one merge pair.
-fn answer() -> (ResultHeader, Vec<Block>) {
+fn sample_result() -> (ResultHeader, Vec<AlignedBlock>) {
     let counts = COUNTS;
     let layout = Layout::new(&counts).unwrap();
-    let mut payload = vec![Block::zeroed(); layout.blocks()];
+    let mut payload = vec![AlignedBlock::zeroed(); layout.blocks()];
     let sections = layout.split(&mut payload).unwrap();
     for (i, fragment) in sections.fragments.iter_mut().enumerate() {
         let i = i as u32;
@@ -61,26 +61,26 @@ fn answer() -> (ResultHeader, Vec<Block>) {
     (layout.header(5), payload)
 }
 
-fn check(change: impl FnOnce(&mut ResultHeader, &mut [Block]), at: &str) {
-    let (mut header, mut payload) = answer();
+fn check(change: impl FnOnce(&mut ResultHeader, &mut [AlignedBlock]), at: &str) {
+    let (mut header, mut payload) = sample_result();
     change(&mut header, &mut payload);
-    let refusal = CheckedLayout::new(&header, &payload).expect_err(at);
-    assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::BadAnswer, at), "{}", refusal.message);
+    let error = CheckedLayout::new(&header, &payload).expect_err(at);
+    assert_eq!((error.kind, error.at.as_str()), (ErrorKind::BadAnswer, at), "{}", error.message);
 }
 
-fn table(payload: &mut [Block]) -> &mut [SectionWire] {
+fn table(payload: &mut [AlignedBlock]) -> &mut [SectionWire] {
     bytemuck::cast_slice_mut(&mut bytemuck::cast_slice_mut::<_, u8>(payload)[..TABLE_BYTES])
 }
 
 /// Changes one section through a fresh layout of the same counts.
-fn section(payload: &mut [Block], change: impl FnOnce(crate::layout::SectionsMut<'_>)) {
+fn section(payload: &mut [AlignedBlock], change: impl FnOnce(crate::layout::SectionsMut<'_>)) {
     let counts = COUNTS;
     change(Layout::new(&counts).unwrap().split(payload).unwrap());
 }
 
 #[test]
-fn a_good_answer_is_borrowed() {
-    let (header, payload) = answer();
+fn a_valid_result_is_borrowed() {
+    let (header, payload) = sample_result();
     let checked = CheckedLayout::new(&header, &payload).unwrap();
     let view = checked.view(&payload).unwrap();
     assert_eq!((view.fragments.len(), view.positions.len(), view.summary.object()), (2, 6, "vase".into()));
@@ -89,7 +89,7 @@ fn a_good_answer_is_borrowed() {
 }
 
 #[test]
-fn every_rule_names_its_offender() {
+fn every_validation_error_names_the_field() {
     check(|h, _| h.magic = 1, "magic");
     check(|h, _| h.version = 1, "version");
     check(|h, _| h.status = 0, "header");
@@ -141,8 +141,8 @@ fn every_rule_names_its_offender() {
 }
 
 #[test]
-fn a_bond_may_tie_a_fragment_to_the_world() {
-    let (header, mut payload) = answer();
+fn a_bond_may_connect_a_fragment_to_the_world() {
+    let (header, mut payload) = sample_result();
     section(&mut payload, |s| s.bonds[0].fragments = [1, WORLD]);
     let view = CheckedLayout::new(&header, &payload).unwrap().view(&payload).unwrap();
     assert!(view.bonds[0].holds_to_world());
@@ -150,26 +150,26 @@ fn a_bond_may_tie_a_fragment_to_the_world() {
 
 proptest! {
     #[test]
-    fn random_tables_never_reach_out_of_bounds(
+    fn random_tables_are_never_read_out_of_bounds(
         bytes in proptest::collection::vec(any::<u8>(), 64 * 20),
         used in 0u64..1400,
         words in proptest::collection::vec((0usize..42, 0u32..1500), 0..12),
     ) {
-        let (mut header, mut payload) = answer();
+        let (mut header, mut payload) = sample_result();
         header.used_bytes = used;
         for (at, value) in words {
             bytemuck::cast_slice_mut::<_, u32>(&mut payload)[at] = value;
         }
         let _ = CheckedLayout::new(&header, &payload);
-        let mut noise = vec![Block::zeroed(); 20];
+        let mut noise = vec![AlignedBlock::zeroed(); 20];
         bytemuck::cast_slice_mut::<_, u8>(&mut noise).copy_from_slice(&bytes);
         prop_assert!(CheckedLayout::new(&header, &noise).is_err());
     }
 
     /// One changed byte anywhere: whatever still passes can be walked without a panic.
     #[test]
-    fn mutated_answers_never_reach_out_of_bounds(at in 0usize..2048, value in any::<u8>()) {
-        let (header, mut payload) = answer();
+    fn mutated_results_are_never_read_out_of_bounds(at in 0usize..2048, value in any::<u8>()) {
+        let (header, mut payload) = sample_result();
         let bytes = bytemuck::cast_slice_mut::<_, u8>(&mut payload);
         let at = at % bytes.len();
         bytes[at] = value;

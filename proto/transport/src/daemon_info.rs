@@ -74,10 +74,10 @@ mod tests {
     #[test]
     fn a_mismatch_names_both_versions() {
         let other = r#"{"protocol": 9, "transport": "iceoryx2 1.0.0", "something": "new"}"#;
-        let refusal = DaemonInfo::from_json(other).unwrap().check().unwrap_err();
-        assert_eq!(refusal.kind, ErrorKind::VersionMismatch);
+        let error = DaemonInfo::from_json(other).unwrap().check().unwrap_err();
+        assert_eq!(error.kind, ErrorKind::VersionMismatch);
         for version in ["protocol 9", "iceoryx2 1.0.0", "protocol 6", "iceoryx2 0.10.0"] {
-            assert!(refusal.message.contains(version), "{refusal}");
+            assert!(error.message.contains(version), "{error}");
         }
         let ours = DaemonInfo::ours(7, "0123456789a");
         assert_eq!(DaemonInfo::from_json(&ours.to_json()).unwrap(), ours);

@@ -66,7 +66,7 @@ impl ServicePaths {
     /// # Errors
     /// `runtime_folder`: a folder cannot be created, belongs to another user, or is open to others.
     pub fn create(&self) -> Result<(), Error> {
-        self.make_private().map_err(|refusal| self.advised(refusal))
+        self.make_private().map_err(|error| self.advised(error))
     }
 
     fn make_private(&self) -> Result<(), Error> {
@@ -84,7 +84,7 @@ impl ServicePaths {
     /// # Errors
     /// `runtime_folder`: a folder belongs to another user, or is open to others.
     pub fn exists(&self) -> Result<bool, Error> {
-        self.is_there().map_err(|refusal| self.advised(refusal))
+        self.is_there().map_err(|error| self.advised(error))
     }
 
     fn is_there(&self) -> Result<bool, Error> {
@@ -101,16 +101,16 @@ impl ServicePaths {
         Ok(true)
     }
 
-    /// `refusal`, and what to do about it where the folder lies in one that all users share.
-    fn advised(&self, refusal: Error) -> Error {
+    /// `error`, and what to do about it where the folder lies in one that all users share.
+    fn advised(&self, error: Error) -> Error {
         if !self.is_shared {
-            return refusal;
+            return error;
         }
         let message = format!(
             "{}; set XDG_RUNTIME_DIR, for the daemon and its clients, to the absolute path of a folder that only you can open",
-            refusal.message
+            error.message
         );
-        Error { message, ..refusal }
+        Error { message, ..error }
     }
 }
 
@@ -207,14 +207,14 @@ mod tests {
         let other = ServicePaths { uid: uid + 1, ..here.clone() };
         assert_eq!(other.exists().unwrap_err().kind, ErrorKind::RuntimeFolder);
         let shared = ServicePaths { is_shared: true, ..other };
-        for refusal in [shared.exists().unwrap_err(), shared.create().unwrap_err()] {
-            assert!(refusal.message.contains("XDG_RUNTIME_DIR"), "{refusal}");
-            assert!(refusal.message.contains(&format!("belongs to user {uid}, not to {}", uid + 1)), "{refusal}");
+        for error in [shared.exists().unwrap_err(), shared.create().unwrap_err()] {
+            assert!(error.message.contains("XDG_RUNTIME_DIR"), "{error}");
+            assert!(error.message.contains(&format!("belongs to user {uid}, not to {}", uid + 1)), "{error}");
         }
         use std::os::unix::fs::PermissionsExt;
         std::fs::set_permissions(&root, std::fs::Permissions::from_mode(0o777)).unwrap();
-        let refusal = here.exists().unwrap_err();
-        assert!(refusal.message.contains("can be changed by others (mode 777)"), "{refusal}");
+        let error = here.exists().unwrap_err();
+        assert!(error.message.contains("can be changed by others (mode 777)"), "{error}");
         std::fs::set_permissions(&root, std::fs::Permissions::from_mode(0o700)).unwrap();
         std::fs::set_permissions(&here.folder, std::fs::Permissions::from_mode(0o755)).unwrap();
         assert_eq!(here.exists().unwrap_err().kind, ErrorKind::RuntimeFolder);

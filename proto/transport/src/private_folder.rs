@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_in_its_place_is_found_out_and_not_written_to() {
+    fn a_replaced_folder_is_detected_and_not_written_to() {
         let root = tempfile::tempdir().unwrap();
         let (path, precious) = (root.path().join("own"), root.path().join("precious"));
         std::fs::write(&precious, "precious").unwrap();

@@ -23,7 +23,7 @@ pub const CLIENTS_MAX: usize = 128;
 /// Strikes of one client that may be under way at once.
 pub const STRIKES_PER_CLIENT_MAX: usize = 64;
 /// Questions of one client that may be under way at once.
-pub const QUESTIONS_PER_CLIENT_MAX: usize = 4;
+pub const CONTROL_REQUESTS_PER_CLIENT_MAX: usize = 4;
 
 /// The daemon's configuration of the transport for `instance`; the machine's and the user's own files are not read.
 ///

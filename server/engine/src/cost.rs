@@ -2,7 +2,7 @@
 //!
 //! The costs are not stored in databases, whose bytes must not depend on the machine that bakes them.
 
-use shatter_fracture::pipeline::{CostSample, ElasticRequest, StrikeCost};
+use shatter_fracture::pipeline::{CostSample, ElasticRequest, RequestCost};
 use shatter_proto::effect::Effects;
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -23,7 +23,7 @@ const EFFECTS_MAX: usize = 256;
 pub struct ObjectCosts(Mutex<Known>);
 
 struct Known {
-    cost: StrikeCost,
+    cost: RequestCost,
     measured: bool,
     /// Recent requests by effect bits and by whether they were solved for (which changes the pace): pace, and ratio of the time after
     /// the diagram to the measured time at that pace.
@@ -32,7 +32,7 @@ struct Known {
 
 impl ObjectCosts {
     /// Creates the costs of an object from an estimate.
-    pub fn new(cost: StrikeCost) -> Self {
+    pub fn new(cost: RequestCost) -> Self {
         Self(Mutex::new(Known { cost, measured: false, rests: HashMap::new() }))
     }
 
@@ -41,10 +41,10 @@ impl ObjectCosts {
     }
 
     /// Expected cost of a request with these effects; `solved`: whether displacements are solved for.
-    pub fn of(&self, effects: Effects, solved: bool) -> StrikeCost {
+    pub fn of(&self, effects: Effects, solved: bool) -> RequestCost {
         let known = self.known();
-        let [pace, rest] = known.rests.get(&(effects.bits(), solved)).map_or([1.0, MARGIN], expected);
-        known.cost.scaled(pace).with_rest(rest)
+        let [time_scale, rest] = known.rests.get(&(effects.bits(), solved)).map_or([1.0, MARGIN], expected);
+        known.cost.scaled(time_scale).with_rest(rest)
     }
 
     /// Whether the costs were measured.
@@ -54,7 +54,7 @@ impl ObjectCosts {
 
     /// Replaces the costs by a fit to measurements.
     pub fn measured(&self, samples: &[CostSample]) {
-        if let Some(cost) = StrikeCost::fit(samples) {
+        if let Some(cost) = RequestCost::fit(samples) {
             *self.known() = Known { cost, measured: true, rests: HashMap::new() };
         }
     }
@@ -63,8 +63,8 @@ impl ObjectCosts {
     pub fn learn(&self, effects: Effects, took: &CostSample) {
         let mut known = self.known();
         let elastic = if took.solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
-        let pace = known.cost.pace(elastic, took.front_s);
-        let ratio = took.rest_s / (pace * known.cost.rest_s(took.sites));
+        let time_scale = known.cost.time_scale(elastic, took.front_s);
+        let ratio = took.rest_s / (time_scale * known.cost.rest_s(took.sites));
         if !ratio.is_normal() {
             return;
         }
@@ -75,7 +75,7 @@ impl ObjectCosts {
         if rests.len() == STRIKES[0] {
             rests.pop_front();
         }
-        rests.push_back([pace, ratio]);
+        rests.push_back([time_scale, ratio]);
     }
 }
 
@@ -97,8 +97,8 @@ mod tests {
     use shatter_proto::effect::Effect;
 
     #[test]
-    fn what_follows_a_diagram_is_learned_by_effects() {
-        let cost = StrikeCost {
+    fn the_cost_after_the_diagram_is_learned_per_effect() {
+        let cost = RequestCost {
             reduced_s: 1e-3,
             solve_s: 2e-3,
             start_s: [1e-3, 0.0],
@@ -107,13 +107,13 @@ mod tests {
         };
         let costs = ObjectCosts::new(cost);
         let (plain, hulls) = (Effects::default(), Effects::of([Effect::Hulls]));
-        let took = |pace: f64, rest_s: f64| CostSample {
+        let took = |time_scale: f64, rest_s: f64| CostSample {
             sites: 9,
             solved: false,
             iterations: 3,
-            front_s: pace * 1e-3,
-            diagram_s: pace * 4e-3,
-            rest_s: pace * rest_s,
+            front_s: time_scale * 1e-3,
+            diagram_s: time_scale * 4e-3,
+            rest_s: time_scale * rest_s,
         };
         let of = |effects| costs.of(effects, false);
         let expected_ms = |effects| of(effects).rest_s(9) / of(effects).reduced_s;

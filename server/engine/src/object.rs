@@ -20,7 +20,7 @@ pub trait ServedObject: Send + Sync {
     fn bytes(&self) -> usize;
 
     /// Size of its largest result, bytes; bounds the buckets.
-    fn answer_bytes_max(&self) -> usize;
+    fn result_bytes_max(&self) -> usize;
 
     /// Does the work that loading deferred, so that no request has to. Requests that need this work receive the error.
     ///

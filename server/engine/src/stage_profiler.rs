@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_effect_takes_is_not_its_stages() {
+    fn the_time_of_an_effect_is_not_counted_in_its_stage() {
         let clock = StageProfiler::default();
         clock.enter(Stage::Fragments);
         clock.begin(EffectKind::Bonds);

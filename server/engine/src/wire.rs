@@ -8,8 +8,8 @@ mod settings;
 mod tables;
 
 pub use self::cost::CostReport;
-pub use self::errors::refusal;
-pub(crate) use self::errors::refusal_in;
+pub use self::errors::engine_error;
+pub(crate) use self::errors::engine_error_in;
 pub(crate) use self::settings::preset;
 
 use self::ray::AimResult;
@@ -24,8 +24,8 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, DEGREE_MAX, DegreeSource, FractureMeshes, FractureOutcome, PreparedObject, RetainedFragments, StageObserver,
-    StrikeContext, StrikeCost, Workspace,
+    self, DEGREE_MAX, DegreeSource, FractureMeshes, FractureOutcome, PreparedObject, RequestContext, RequestCost,
+    RetainedFragments, StageObserver, Workspace,
 };
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, EffectKind, EffectSet};
 use shatter_proto::control::{ObjectRow, ObjectState};
@@ -46,10 +46,10 @@ use std::time::Duration;
 /// and merge pairs. The bound also covers boundary triangles, of which there are fewer than tetrahedra. Normals and texture coordinates
 /// are less than twice as long as positions, and vertex attributes are as long as both. Debris has one row per four triangles, bonds one
 /// per crack and held fragment. A hull has at most 1.2 kB, and there are many more tetrahedra than fragments.
-const ANSWER_BYTES_PER_TET: usize = 2 * (1024 + 256) + 512;
+const RESULT_BYTES_PER_TET: usize = 2 * (1024 + 256) + 512;
 
 /// Maximum bytes of a result per triangle of the skin: six parts of it, with their materials and twelve vertices.
-const ANSWER_BYTES_PER_SKIN_TRIANGLE: usize = 6 * 16 + 12 * 32;
+const RESULT_BYTES_PER_SKIN_TRIANGLE: usize = 6 * 16 + 12 * 32;
 
 // Every name that can be baked can be requested, and vice versa.
 const _: () = assert!(database::NAME_BYTES_MAX == OBJECT_NAME_MAX);
@@ -102,7 +102,7 @@ impl EngineObject {
 
     /// Creates an object with a policy.
     pub fn new(prepared: Arc<PreparedObject>, terms: ObjectPolicy) -> Self {
-        let costs = Arc::new(ObjectCosts::new(StrikeCost::typical(&prepared)));
+        let costs = Arc::new(ObjectCosts::new(RequestCost::typical(&prepared)));
         let bounds_m = bounds_m(&prepared).map(|corner| corner.coords.into());
         Self { prepared, terms, costs, bounds_m }
     }
@@ -157,22 +157,22 @@ impl ServedObject for EngineObject {
     }
 
     fn finish(&self) -> Result<(), Error> {
-        self.prepared.factor().map_err(refusal)?;
+        self.prepared.factor().map_err(engine_error)?;
         if self.costs.is_measured() {
             return Ok(());
         }
         match self.timed() {
             Ok(samples) => self.costs.measured(&samples),
             // An object that cannot be struck has no times.
-            Err(refusal) => tracing::debug!("not timed: {refusal}"),
+            Err(error) => tracing::debug!("not timed: {error}"),
         }
         Ok(())
     }
 
-    fn answer_bytes_max(&self) -> usize {
-        let worn = self.prepared.skin.as_ref().map_or(0, |skin| skin.triangles.len());
-        let most = self.prepared.crack_tets().saturating_mul(ANSWER_BYTES_PER_TET);
-        let most = most.saturating_add(worn.saturating_mul(ANSWER_BYTES_PER_SKIN_TRIANGLE));
+    fn result_bytes_max(&self) -> usize {
+        let skin_triangle_count = self.prepared.skin.as_ref().map_or(0, |skin| skin.triangles.len());
+        let most = self.prepared.crack_tets().saturating_mul(RESULT_BYTES_PER_TET);
+        let most = most.saturating_add(skin_triangle_count.saturating_mul(RESULT_BYTES_PER_SKIN_TRIANGLE));
         // Longer results are refused before a bucket is loaned.
         self.terms.bytes_max.and_then(|bytes| usize::try_from(bytes).ok()).map_or(most, |bytes| most.min(bytes))
     }
@@ -190,9 +190,9 @@ impl ServedObject for EngineObject {
         }
         let request = self.request(&ray::pointed(strike, &hit))?;
         tables::check(&self.prepared, &request)?;
-        let context = StrikeContext::new(&self.prepared, &request, token, observer);
+        let context = RequestContext::new(&self.prepared, &request, token, observer);
         let result = pipeline::strike(context, workspace);
-        let result = result.map_err(|error| refusal_in(error, &strike.convention))?;
+        let result = result.map_err(|error| engine_error_in(error, &strike.convention))?;
         self.struck(strike, (&request, hit), Some(self.costs.clone()), result)
     }
 
@@ -209,9 +209,9 @@ impl ServedObject for EngineObject {
             return Ok(Box::new(AimResult::new(strike, hit)));
         }
         let request = self.request(&ray::pointed(strike, &hit))?;
-        let context = StrikeContext::new(&self.prepared, &request, token, observer);
+        let context = RequestContext::new(&self.prepared, &request, token, observer);
         let result = pipeline::strike_again(context, from, workspace);
-        let result = result.map_err(|error| refusal_in(error, &strike.convention))?;
+        let result = result.map_err(|error| engine_error_in(error, &strike.convention))?;
         // The times of a fragment tell nothing about the object.
         self.struck(strike, (&request, hit), None, result)
     }
@@ -263,7 +263,7 @@ impl EngineObject {
     /// `effect`, as of [`ObjectPolicy::effects`].
     pub fn request(&self, strike: &Request) -> Result<pipeline::FractureRequest, Error> {
         let on = self.terms.effects(strike)?;
-        let preset = settings::preset(self.quality(strike)).dials();
+        let preset = settings::preset(self.quality(strike)).solver_settings();
         let both = EffectKind::ALL.into_iter().zip(effect::Effect::ALL);
         let request = pipeline::FractureRequest {
             contacts: strike.contacts.iter().map(|contact| rows::contact(contact, &strike.convention)).collect(),
@@ -364,7 +364,7 @@ impl RequestedResult {
             ..SummaryWire::zeroed()
         };
         summary.set_object(&self.object);
-        self.used.tell(result, &mut summary);
+        self.used.write_summary(result, &mut summary);
         summary
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
-use shatter_fracture::pipeline::{self, DegreeRequest, FractureRequest, StrikeContext, Workspace};
+use shatter_fracture::pipeline::{self, DegreeRequest, FractureRequest, RequestContext, Workspace};
 use shatter_fracture::scene::{MATERIALS, Materials};
 use shatter_fracture::surface::shapes;
 
@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let (point_m, impulse_ns) = (Point3::new(0.2, 0.01, 0.02), Vector3::new(-50.0, 3.0, 0.0));
     let request = FractureRequest { degree: DegreeRequest::Sites(12), ..FractureRequest::at(point_m, impulse_ns) };
-    let context = StrikeContext::new(&object, &request, &token, &());
+    let context = RequestContext::new(&object, &request, &token, &());
     let outcome = pipeline::strike(context, &mut Workspace::default())?;
     for fragment in outcome.into_meshes().ok_or("the block stays whole")?.fragments {
         println!("fragment {}: {:.4} kg", fragment.id, fragment.mass_kg);

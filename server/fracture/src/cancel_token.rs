@@ -68,7 +68,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_token_with_time_is_cancelled_with_the_one_that_it_came_from() {
+    fn a_derived_token_is_cancelled_with_its_parent() {
         let token = CancelToken::default();
         let timed = token.with_time(|| 0.25);
         assert_eq!((token.remaining_s(), timed.remaining_s()), (f64::INFINITY, 0.25));

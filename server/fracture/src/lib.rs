@@ -1,8 +1,10 @@
 //! Brittle fracture as a plain library: a surface mesh and an impact become closed fragment meshes, in milliseconds.
 //!
-//! An object is **baked** once: its mesh is repaired, filled with two lattices of tetrahedra, its stiffness is factored, and
-//! distances inside it are made straight ([`BakeRequest`] gives a [`PreparedObject`]). Then it is **struck** as often as needed
-//! ([`FractureRequest`] gives a [`FractureOutcome`]): the object stays whole, or breaks into fragments with masses and inertias.
+//! An object is **baked** once ([`BakeRequest`] makes a [`PreparedObject`]). Baking repairs the mesh, fills it with two lattices
+//! of tetrahedra, factors the stiffness, and computes coordinates in which distances inside the object are straight.
+//!
+//! The object is then **struck** as often as needed ([`FractureRequest`] makes a [`FractureOutcome`]). It stays whole, or breaks
+//! into fragments with masses and inertias.
 //!
 //! ```
 //! use shatter_fracture::nalgebra::{Point3, Vector3};
@@ -26,50 +28,53 @@
 //! # }
 //! ```
 //!
-//! These methods allocate what they need and cannot be stopped. [`database::bake`] and [`pipeline::strike`] do the same with a
-//! [`CancelToken`](cancel_token::CancelToken), an observer of stages, and a [`Workspace`](pipeline::Workspace) that later strikes use
-//! again; [`FractureMeshes::emit`](pipeline::FractureMeshes::emit) writes into the caller's memory. [`database::save`] and
-//! [`database::load`] keep prepared objects in files.
+//! These methods allocate their memory and cannot be cancelled. [`database::bake`] and [`pipeline::strike`] do the same with a
+//! [`CancelToken`](cancel_token::CancelToken) and an observer of stages; requests can then share one
+//! [`Workspace`](pipeline::Workspace). [`FractureMeshes::emit`](pipeline::FractureMeshes::emit) writes into the caller's memory.
+//! [`database::save`] and [`database::load`] write and read prepared objects.
 //!
 //! # Method
 //!
 //! S. C. Schvartzman and M. A. Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams*, Symposium on Interactive 3D
-//! Graphics and Games, 2014. The impact deforms the object once, linearly and quasi-statically. The object breaks if the first moment
-//! of the strain energy, E_1, exceeds a threshold γ. The *fracture degree* is the smallest number of cells of which none exceeds γ.
-//! Cells are those of a centroidal Voronoi diagram, weighted by the energy, in coordinates of R^m in which distances inside the
-//! object are straight (the *lift*). They are cut out of the lattice as closed meshes. Comments name the source of everything else.
+//! Graphics and Games, 2014. The impact deforms the object once, linearly and quasi-statically. The object breaks if the first
+//! moment of the strain energy, E_1, exceeds a threshold γ. The *fracture degree* is the smallest number of cells of which none
+//! exceeds γ. The cells are those of a centroidal Voronoi diagram, weighted by the energy. The diagram uses coordinates of R^m in
+//! which distances inside the object are straight (the *lift*). The cells are cut out of the lattice as closed meshes. Comments in
+//! the modules cite all other sources.
 //!
 //! # Modules, in the order in which data flows
 //!
-//! | module | what it does |
+//! | module | content |
 //! |---|---|
-//! | [`surface`] | reads and repairs a mesh; tells inside from outside; generates shapes |
+//! | [`surface`] | reads and repairs a mesh; distinguishes inside from outside; generates shapes |
 //! | [`lattice`] | fills it with tetrahedra at two levels: few for the displacement, more for the cracks |
 //! | [`lift`] | coordinates in which distances inside the object are straight |
-//! | [`database`] | bakes, saves and loads what depends on the object alone |
-//! | [`scene`] | materials, effects, what holds an object |
+//! | [`database`] | bakes, saves and loads prepared objects |
+//! | [`scene`] | materials, effects, anchors |
 //! | [`elasticity`] | contacts become a displacement and a strain energy |
 //! | [`degree`] | the threshold and the fracture degree |
 //! | [`centroidal`] | the diagram: sites, and the cell of each node |
 //! | [`tessellation`] | cells become closed triangle meshes |
 //! | [`fragment`] | volumes, centers and inertias |
 //! | [`hull`], [`skin`] | convex proxies for collisions; the triangles of the input, cut as the object is |
-//! | [`pipeline`] | the walk through all of them, and learning from sampled impacts |
+//! | [`pipeline`] | runs all of them in order, and learns from sampled impacts |
 //!
-//! [`sparse`], [`random`] and [`cancel_token`] serve several of them. [`reference`](mod@reference) and [`accuracy`] hold problems with known solutions
-//! and definitions of errors, for tests and studies.
+//! Several of them use [`sparse`], [`random`] and [`cancel_token`]. Tests and studies use [`reference`](mod@reference), problems
+//! with known solutions, and [`accuracy`], definitions of errors.
 //!
 //! # Units and coordinates
 //!
-//! SI units, which end every name (`mass_kg`, `impulse_ns` is N·s). Coordinates are those of the mesh: right-handed, +Y up, triangles
-//! counter-clockwise seen from outside. Inside the modules lengths are *local*: the bounding box of the object has a diagonal of 1
-//! and lies around the origin ([`surface::LocalFrame`]). Physical units appear in [`scene`], [`pipeline`] and [`fragment`] alone.
+//! Physical quantities are in SI units, and their names end with the unit (`mass_kg`; `impulse_ns` is N·s). Coordinates are those
+//! of the mesh: right-handed, +Y up, triangles counter-clockwise seen from outside. Inside the modules, lengths are *local*: the
+//! bounding box of the object has a diagonal of 1 and its center is the origin ([`surface::LocalFrame`]). Only [`scene`],
+//! [`pipeline`] and [`fragment`] use physical units.
 //!
 //! # Determinism
 //!
-//! The same mesh and bake request give the same bytes, and so do the same object and fracture request, for any number of threads:
-//! sums have a fixed order, random numbers depend on a seed and an index alone, and the crate has no clock and no global state. A
-//! request with a [`TimeBudget`](pipeline::TimeBudget) is the one exception; its outcome tells the iterations that repeat it.
+//! The same mesh and bake request make the same bytes, for any number of threads. So do the same object and fracture request.
+//! Sums have a fixed order, random numbers depend only on a seed and an index, and the crate has no clock and no global state.
+//! Only a request with a [`TimeBudget`](pipeline::TimeBudget) differs; its outcome contains the number of iterations that repeats
+//! it.
 
 pub mod accuracy;
 pub mod cancel_token;

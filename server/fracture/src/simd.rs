@@ -31,6 +31,7 @@ impl<const N: usize> SimdLanes<N> {
 
     /// Applies `of` to each lane.
     #[inline(always)]
+    #[must_use]
     pub fn map(self, of: impl Fn(f64) -> f64) -> Self {
         let mut result = [0.0; N];
         for (result, a) in result.iter_mut().zip(self.0) {
@@ -41,6 +42,7 @@ impl<const N: usize> SimdLanes<N> {
 
     /// Applies `of` to each pair of lanes.
     #[inline(always)]
+    #[must_use]
     pub fn zip(self, other: Self, of: impl Fn(f64, f64) -> f64) -> Self {
         let mut result = [0.0; N];
         for (result, (a, b)) in result.iter_mut().zip(self.0.into_iter().zip(other.0)) {
@@ -51,6 +53,7 @@ impl<const N: usize> SimdLanes<N> {
 
     /// Square of each positive lane; 0 in the others.
     #[inline(always)]
+    #[must_use]
     pub fn positive_square(self) -> Self {
         self.map(|a| if a > 0.0 { a * a } else { 0.0 })
     }

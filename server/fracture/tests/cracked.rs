@@ -97,7 +97,7 @@ fn check(mesh: RawMesh, [sheets, sure]: [RawMesh; 2], bodies: usize) -> Prepared
     assert!(report.defects.is_empty(), "{:?}", report.defects);
     let point =
         prepared.frame.to_meters(prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap());
-    let pieces = struck(&prepared, &blow(point, Vector3::new(0.0, -1.0, 0.0), LiftKind::Interior, 0));
+    let pieces = struck(&prepared, &request(point, Vector3::new(0.0, -1.0, 0.0), LiftKind::Interior, 0));
     assert!(shown(&pieces).len() >= 8);
     let sum: f64 = pieces.fragments.iter().map(|row| row.volume_m3).sum();
     let own = prepared.bodies[0].crack.volume() * prepared.frame.diagonal_m.powi(3);
@@ -106,13 +106,13 @@ fn check(mesh: RawMesh, [sheets, sure]: [RawMesh; 2], bodies: usize) -> Prepared
     prepared
 }
 
-fn blow(point_m: Point3<f64>, impulse: Vector3<f64>, lift: LiftKind, seed: u64) -> FractureRequest {
+fn request(point_m: Point3<f64>, impulse: Vector3<f64>, lift: LiftKind, seed: u64) -> FractureRequest {
     FractureRequest { degree: DegreeRequest::Sites(8), lift, seed, ..FractureRequest::at(point_m, impulse) }
 }
 
 fn struck(prepared: &PreparedObject, strike: &FractureRequest) -> FractureMeshes {
     let outcome = pipeline::strike(
-        pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+        pipeline::RequestContext::new(prepared, strike, &CancelToken::default(), &()),
         &mut Workspace::default(),
     )
     .unwrap();
@@ -143,7 +143,7 @@ fn spans_the_mouth(points: impl Iterator<Item = Point3<f64>>) -> bool {
 fn across_the_crack(lift: LiftKind) -> [usize; 2] {
     let mut across = [0; 2];
     for seed in 0..8 {
-        let strike = blow(Point3::new(0.06, 0.1, 0.0), Vector3::new(0.0, -1.0, 0.0), lift, seed);
+        let strike = request(Point3::new(0.06, 0.1, 0.0), Vector3::new(0.0, -1.0, 0.0), lift, seed);
         let fragments = shown(&struck(&HALF, &strike));
         across[0] += fragments.iter().filter(|own| spans_the_mouth(own.iter().copied())).count();
         let labels = cells(&HALF, &strike);
@@ -160,7 +160,7 @@ fn across_the_crack(lift: LiftKind) -> [usize; 2] {
 fn energy(prepared: &PreparedObject, strike: &FractureRequest) -> (f64, Vec<f64>) {
     let impact = pipeline::ContactSet::new(prepared, strike).unwrap();
     let solved = pipeline::strain_energy(
-        pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+        pipeline::RequestContext::new(prepared, strike, &CancelToken::default(), &()),
         &impact,
         &mut Workspace::default(),
     );
@@ -179,8 +179,11 @@ fn cells(prepared: &PreparedObject, strike: &FractureRequest) -> Vec<u32> {
 
 #[test]
 fn nothing_spans_a_crack_of_no_width_but_straight_distances() {
-    let [interior, straight] = [LiftKind::Interior, LiftKind::Euclidean].map(across_the_crack);
-    println!("fragments and cells across the crack: interior {interior:?}, euclidean {straight:?}");
+    let lifts = [LiftKind::Interior, LiftKind::Euclidean, LiftKind::SurfaceDiffusion];
+    let [interior, straight, diffusion] = lifts.map(across_the_crack);
+    println!(
+        "fragments and cells across the crack: interior {interior:?}, euclidean {straight:?}, surface {diffusion:?}"
+    );
     assert_eq!(interior, [0; 2]);
     assert!(straight[1] > 0);
 }
@@ -240,7 +243,7 @@ fn a_crack_through_the_object_makes_two() {
 }
 
 #[test]
-fn neither_place_nor_turn_nor_size_of_a_crack_matters() {
+fn crack_results_are_invariant_under_motion_and_scale() {
     let turn = Rotation3::from_scaled_axis(Vector3::new(0.3, 0.5, -0.4));
     let turned = |point: Point3<f64>| turn * point + Vector3::new(3.0, -1.0, 2.0);
     let sheets = [half_depth(), sheet([END_M, 0.12], [-0.12, 0.12])].map(|sheet| moved(sheet, turned));
@@ -282,7 +285,7 @@ fn bytes_depend_on_where_a_crack_is_and_not_on_which_way_it_faces() {
 }
 
 #[test]
-fn what_is_no_crack_of_the_object_is_named_or_refused() {
+fn invalid_cracks_are_reported_or_rejected() {
     let outside = moved(half_depth(), |point| point + Vector3::new(0.0, 0.5, 0.0));
     let both = |mut cracks: RawMesh, more: &RawMesh| {
         let first = cracks.positions_m.len() as u32;

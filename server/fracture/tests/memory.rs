@@ -38,8 +38,8 @@ fn an_object_says_how_much_memory_it_holds() {
         let before = ALLOCATOR.out();
         let loaded = load(&path).unwrap();
         let held = ALLOCATOR.out() - before;
-        let said = loaded.bytes();
-        println!("{elastic_spacing}: {said} bytes reported, {held} held");
-        assert!(said as f64 > 0.95 * held as f64 && said <= held, "{said} bytes reported, {held} held");
+        let stated = loaded.bytes();
+        println!("{elastic_spacing}: {stated} bytes reported, {held} held");
+        assert!(stated as f64 > 0.95 * held as f64 && stated <= held, "{stated} bytes reported, {held} held");
     }
 }

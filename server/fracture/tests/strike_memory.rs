@@ -33,7 +33,7 @@ fn prepared() -> PreparedObject {
 
 /// Requests all over the bar, with varying numbers of sites.
 fn strikes() -> Vec<FractureRequest> {
-    let blow = |turn: u32| {
+    let request = |turn: u32| {
         let (x, side) = (-0.18 + 0.03 * f64::from(turn), if turn.is_multiple_of(2) { 0.1 } else { -0.1 });
         let mut strike =
             FractureRequest::at(Point3::new(x, side, 0.03), Vector3::new(0.0, -20.0 * side, 1.0)).seeded(1);
@@ -41,7 +41,7 @@ fn strikes() -> Vec<FractureRequest> {
         strike.seed = u64::from(turn);
         strike
     };
-    (0..12).map(blow).collect()
+    (0..12).map(request).collect()
 }
 
 #[test]
@@ -52,7 +52,8 @@ fn strikes_hold_no_more_memory_than_the_first_ones() {
         let before = ALLOCATOR.ever();
         for strike in &strikes {
             let outcome =
-                pipeline::strike(pipeline::StrikeContext::new(&prepared, strike, &token, &()), &mut workspace).unwrap();
+                pipeline::strike(pipeline::RequestContext::new(&prepared, strike, &token, &()), &mut workspace)
+                    .unwrap();
             assert!(outcome.meshes().is_some());
         }
         (ALLOCATOR.out(), ALLOCATOR.ever() - before)

@@ -1,4 +1,4 @@
-//! A host in one file, to copy from: an object falls in Rapier, breaks, and its fragments continue as bodies.
+//! Example host in one file: an object falls in Rapier and breaks, and its fragments continue as bodies.
 //!
 //! ```sh
 //! cargo build --release --workspace
@@ -7,15 +7,16 @@
 //! cargo run --release --features shatter-lab/rapier --example rapier -- mug
 //! ```
 //!
-//! The steps of every host, in the order of this file:
+//! Every host takes these steps, which are also the order of this file:
 //!
 //! 1. Before the simulation: connect, request the object, and make its collider ([`Host::add_whole`]).
 //! 2. In each step: store velocities, step, collect the contacts ([`Host::collect`]).
-//! 3. Turn the contacts of a step into an impact and send it; no call waits ([`Host::strike`]).
+//! 3. Convert the contacts of a step to an impact and send it; no call waits ([`Host::strike`]).
 //! 4. In a later step, receive the result and replace the body by its fragments ([`Host::replace`]).
 //!
-//! The frame of every body, whole or fragment, is that of the mesh file. So contacts are in the frame of the body, and a fragment starts
-//! with the pose of its parent. `rapier_host.rs` beside this file adds second breaks, a daemon that is killed, and a film.
+//! The frame of every body, whole or fragment, is that of the mesh file. So contacts are given in the frame of the body, and a
+//! fragment starts with the pose of its parent. The example `rapier_host` beside this file also breaks fragments again, survives a
+//! killed daemon, and draws pictures.
 
 use rapier3d_f64::prelude::*;
 use shatter_client::contact::{ContactBody, ContactCollector, ContactEvent, ElasticMaterial, MergedContact};
@@ -52,11 +53,11 @@ const HOLLOW: InteractionGroups = InteractionGroups::new(Group::GROUP_3, Group::
 fn main() -> Result<(), Failure> {
     let name = std::env::args().nth(1).unwrap_or_else(|| "mug".to_owned());
     // These calls wait, so a game makes them on a loading thread. The service is `default`, or the one that SHATTER_SERVICE names.
-    let patience = Deadline::after(Duration::from_secs(20));
-    let object = Client::connect_default(patience)?.object(&name, patience)?;
+    let timeout = Deadline::after(Duration::from_secs(20));
+    let object = Client::connect_default(timeout)?.object(&name, timeout)?;
     let mut host = Host::new(object);
     host.add_ground();
-    host.add_whole(patience)?;
+    host.add_whole(timeout)?;
     let begun = Instant::now();
     for step in 0..STEPS {
         host.step(f64::from(step) / RATE_HZ)?;
@@ -117,9 +118,9 @@ impl Host {
     }
 
     /// Adds the whole object. The service divides it into even pieces, whose hulls are its collider.
-    fn add_whole(&mut self, patience: Deadline) -> Result<(), Failure> {
-        let impact = self.object.even(PIECES, patience)?.enable(Effect::Hulls);
-        let pieces = self.object.strike(&impact)?.wait(patience)?;
+    fn add_whole(&mut self, timeout: Deadline) -> Result<(), Failure> {
+        let impact = self.object.even(PIECES, timeout)?.enable(Effect::Hulls);
+        let pieces = self.object.strike(&impact)?.wait(timeout)?;
         let mass: MassProperties = pieces.fragments().map(|piece| mass(&piece)).sum();
         let pose = Pose::new(Vector::new(0.0, HEIGHT_M, 0.0), Vector::new(0.0, 0.0, TURN_RAD));
         let body = RigidBodyBuilder::dynamic().pose(pose).additional_mass_properties(mass);

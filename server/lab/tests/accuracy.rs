@@ -33,8 +33,12 @@ fn findings() -> (AccuracyPlan, AccuracyFindings, usize) {
 }
 
 /// Values of one error over the points of one setting.
-fn points<'a>(findings: &'a AccuracyFindings, dial: &'a str, measure: Measure) -> impl Iterator<Item = f64> + 'a {
-    findings.points.iter().filter(move |point| point.dial == dial).filter_map(move |point| point.errors.get(measure))
+fn points<'a>(findings: &'a AccuracyFindings, setting: &'a str, measure: Measure) -> impl Iterator<Item = f64> + 'a {
+    findings
+        .points
+        .iter()
+        .filter(move |point| point.setting == setting)
+        .filter_map(move |point| point.errors.get(measure))
 }
 
 #[test]
@@ -45,9 +49,9 @@ fn a_study_of_accuracy_has_the_keys_of_the_contract_and_a_point_for_every_settin
     assert_eq!(steps, plan.steps());
 
     let document = findings.document();
-    let told = document["points"].as_array().unwrap();
-    assert_eq!(told.len(), findings.points.len());
-    for point in told {
+    let report = document["points"].as_array().unwrap();
+    assert_eq!(report.len(), findings.points.len());
+    for point in report {
         assert!(KEYS.iter().all(|key| point.get(key).is_some()), "{point}");
         assert!(point["time_ms_p50"].as_f64().is_some_and(|time| time > 0.0), "{point}");
         let measured = Measure::ALL.iter().filter(|measure| point[measure.name()] != Value::Null);
@@ -55,7 +59,7 @@ fn a_study_of_accuracy_has_the_keys_of_the_contract_and_a_point_for_every_settin
         assert!(measured.count() + not_known > 0, "{point}");
     }
 
-    let dials: HashSet<&str> = findings.points.iter().map(|point| point.dial).collect();
+    let settings: HashSet<&str> = findings.points.iter().map(|point| point.setting).collect();
     let every = [
         "elastic_spacing",
         "factor_precision",
@@ -68,7 +72,7 @@ fn a_study_of_accuracy_has_the_keys_of_the_contract_and_a_point_for_every_settin
         "crack_spacing",
         "tessellation",
     ];
-    assert!(every.iter().all(|dial| dials.contains(dial)), "{dials:?}");
+    assert!(every.iter().all(|setting| settings.contains(setting)), "{settings:?}");
 
     // `film` and `reference` have more elastic nodes than the reference: their elastic errors are not known.
     for point in findings.points.iter().filter(|point| matches!(point.preset, Some("film" | "reference"))) {

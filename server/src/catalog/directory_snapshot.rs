@@ -139,11 +139,11 @@ mod tests {
     fn any_change_of_a_database_shows_and_nothing_else_does() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        let look = || DirectorySnapshot::of(folder.path()).unwrap();
-        assert_eq!(look(), DirectorySnapshot::default());
-        let mut last = look();
+        let scan = || DirectorySnapshot::of(folder.path()).unwrap();
+        assert_eq!(scan(), DirectorySnapshot::default());
+        let mut last = scan();
         let mut changes = |what: &str, wanted: bool| {
-            let now = look();
+            let now = scan();
             assert_eq!(now != last, wanted, "{what}");
             last = now;
         };
@@ -166,7 +166,7 @@ mod tests {
 
     #[test]
     fn a_missing_folder_is_refused_by_name() {
-        let refusal = DirectorySnapshot::of(Path::new("/nowhere/at all")).err().unwrap();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::DatabaseFolder, "/nowhere/at all"));
+        let error = DirectorySnapshot::of(Path::new("/nowhere/at all")).err().unwrap();
+        assert_eq!((error.kind, error.at.as_str()), (ErrorKind::DatabaseFolder, "/nowhere/at all"));
     }
 }

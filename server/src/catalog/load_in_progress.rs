@@ -30,7 +30,7 @@ impl LoadInProgress {
     }
 
     /// Error for requests of the object `name` during the load.
-    pub fn refusal(&self, name: &str) -> Error {
+    pub fn error(&self, name: &str) -> Error {
         let message = format!("the database of `{name}` is being loaded; send the request again later");
         Error::new(ErrorKind::Loading, name, message).after(self.left(self.since.elapsed()))
     }
@@ -55,6 +55,6 @@ mod tests {
         let waits = [0.0, 2.0, 4.0, 6.0].map(|elapsed| known.left(s(elapsed)));
         assert!(waits.is_sorted_by(|a, b| a > b) && waits[0] == s(6.5), "{waits:?}");
         assert_eq!((known.left(s(60.0)), LoadInProgress::now(0, std::iter::empty()).left(REST)), (s(6.0), WAITS[0]));
-        assert_eq!(known.refusal("pot").kind, ErrorKind::Loading);
+        assert_eq!(known.error("pot").kind, ErrorKind::Loading);
     }
 }

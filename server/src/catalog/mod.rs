@@ -29,7 +29,7 @@ use std::time::SystemTime;
 /// All objects of a folder, by name.
 pub struct Catalog {
     entries: BTreeMap<String, Entry>,
-    shelf: DirectorySnapshot,
+    snapshot: DirectorySnapshot,
     read: SystemTime,
 }
 
@@ -41,29 +41,29 @@ struct Entry {
     /// Number of versions that this name has had, including the current one.
     generation: u32,
     /// Why no version is served, or why the current file is not served.
-    refusal: Option<Error>,
+    error: Option<Error>,
     /// Load of the database, while no version is served.
     loading: Option<LoadInProgress>,
 }
 
 impl Default for Catalog {
     fn default() -> Self {
-        Self { entries: BTreeMap::new(), shelf: DirectorySnapshot::default(), read: SystemTime::now() }
+        Self { entries: BTreeMap::new(), snapshot: DirectorySnapshot::default(), read: SystemTime::now() }
     }
 }
 
 impl Catalog {
-    /// Builds the catalog of `shelf` on the current rayon pool.
+    /// Builds the catalog of `snapshot` on the current rayon pool.
     ///
     /// Keeps versions whose files did not change and retries files that failed. If the file of a version was replaced by one that fails,
     /// the old version stays served.
     #[must_use]
-    pub fn renewed(&self, shelf: DirectorySnapshot, loader: &Loader) -> Self {
-        let found = shelf.map(|source, stamp| match self.at(source) {
+    pub fn renewed(&self, snapshot: DirectorySnapshot, loader: &Loader) -> Self {
+        let found = snapshot.map(|source, stamp| match self.at(source) {
             Some(version) if version.stamp == stamp => (source.clone(), Ok(version.clone())),
             _ => (source.clone(), ObjectVersion::load(source, stamp, loader).map(Arc::new)),
         });
-        let mut catalog = Self { entries: BTreeMap::new(), shelf, read: SystemTime::now() };
+        let mut catalog = Self { entries: BTreeMap::new(), snapshot, read: SystemTime::now() };
         let mut loaded: Vec<_> =
             found.iter().filter_map(|(source, version)| Some((source, version.as_ref().ok()?))).collect();
         // If several files hold one name, the file of that name has precedence, because bakes write there; then the file that served
@@ -83,7 +83,7 @@ impl Catalog {
 
     /// Lists the new databases of `seen` as being loaded; `None` if this catalog lists the same ones already.
     pub fn expecting(&self, seen: &DirectorySnapshot) -> Option<Self> {
-        let new: Vec<_> = seen.missing_from(&self.shelf).filter(|(source, _)| self.at(source).is_none()).collect();
+        let new: Vec<_> = seen.missing_from(&self.snapshot).filter(|(source, _)| self.at(source).is_none()).collect();
         let bytes = new.iter().map(|(_, stamp)| stamp.bytes()).sum();
         let serves = |name: &str| self.entries.get(name).is_some_and(|entry| entry.version.is_some());
         let names: BTreeSet<String> =
@@ -100,8 +100,8 @@ impl Catalog {
             // Entries that are listed already keep their start.
             entries.entry(name).or_default().loading.get_or_insert(loading);
         }
-        entries.retain(|_, entry| entry.version.is_some() || entry.refusal.is_some() || entry.loading.is_some());
-        Some(Self { entries, shelf: self.shelf.clone(), read: self.read })
+        entries.retain(|_, entry| entry.version.is_some() || entry.error.is_some() || entry.loading.is_some());
+        Some(Self { entries, snapshot: self.snapshot.clone(), read: self.read })
     }
 
     /// Whether the version from `source` serves the object `name`.
@@ -157,15 +157,15 @@ impl Catalog {
         let served = entry.version.is_some();
         tracing::error!(object = name, path = %path.display(), why, served, "a database cannot be loaded");
         let message = format!("{}: {why}", path.file_name().unwrap_or_default().to_string_lossy());
-        entry.refusal.get_or_insert(Error::new(ErrorKind::CorruptObject, name, message));
+        entry.error.get_or_insert(Error::new(ErrorKind::CorruptObject, name, message));
     }
 
     /// The object `name`, or the reason why it is not served.
     pub fn get(&self, name: &str) -> Result<Arc<dyn ServedObject>, Error> {
         match self.entries.get(name) {
             Some(Entry { version: Some(version), .. }) => Ok(version.object.clone()),
-            Some(Entry { loading: Some(loading), .. }) => Err(loading.refusal(name)),
-            Some(Entry { refusal: Some(refusal), .. }) => Err(refusal.clone()),
+            Some(Entry { loading: Some(loading), .. }) => Err(loading.error(name)),
+            Some(Entry { error: Some(error), .. }) => Err(error.clone()),
             _ => {
                 let names: Vec<&str> = self.entries.keys().map(String::as_str).collect();
                 Err(unknown_object(name, &names))
@@ -205,7 +205,7 @@ impl Catalog {
 
     /// Number of objects that are served from an older version, because their current files cannot be loaded.
     pub fn outdated(&self) -> usize {
-        self.entries.values().filter(|entry| entry.version.is_some() && entry.refusal.is_some()).count()
+        self.entries.values().filter(|entry| entry.version.is_some() && entry.error.is_some()).count()
     }
 
     /// Memory of the objects, bytes.
@@ -214,8 +214,8 @@ impl Catalog {
     }
 
     /// Folder snapshot from which this catalog was built.
-    pub fn shelf(&self) -> &DirectorySnapshot {
-        &self.shelf
+    pub fn snapshot(&self) -> &DirectorySnapshot {
+        &self.snapshot
     }
 
     /// Time at which the catalog was built.
@@ -224,8 +224,8 @@ impl Catalog {
     }
 
     /// Size of the largest result that any object may produce, bytes.
-    pub fn answer_bytes_max(&self) -> usize {
-        self.versions().map(|version| version.object.answer_bytes_max()).max().unwrap_or(0)
+    pub fn result_bytes_max(&self) -> usize {
+        self.versions().map(|version| version.object.result_bytes_max()).max().unwrap_or(0)
     }
 }
 
@@ -236,11 +236,11 @@ impl Entry {
             Some(version) => row = version.row(self.generation),
             None => row.set_name(name),
         }
-        if let Some(refusal) = &self.refusal {
-            row.refusal = ErrorWire::from(refusal);
+        if let Some(error) = &self.error {
+            row.error = ErrorWire::from(error);
         }
         if let (None, Some(loading)) = (&self.version, &self.loading) {
-            (row.state, row.refusal) = (ObjectState::Loading as u32, ErrorWire::from(&loading.refusal(name)));
+            (row.state, row.error) = (ObjectState::Loading as u32, ErrorWire::from(&loading.error(name)));
         }
         row
     }

@@ -13,8 +13,8 @@ impl RetiredVersions {
     pub fn note(&mut self, old: &Catalog, new: &Catalog) {
         self.0.retain(|(object, _)| object.strong_count() > 0);
         let kept = |object: &Arc<dyn ServedObject>| new.versions().any(|version| Arc::ptr_eq(&version.object, object));
-        let gone = old.versions().filter(|version| !kept(&version.object));
-        self.0.extend(gone.map(|version| (Arc::downgrade(&version.object), version.memory_bytes())));
+        let removed = old.versions().filter(|version| !kept(&version.object));
+        self.0.extend(removed.map(|version| (Arc::downgrade(&version.object), version.memory_bytes())));
     }
 
     /// Number of versions that still exist, and their memory in bytes.

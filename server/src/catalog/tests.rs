@@ -22,7 +22,7 @@ impl ServedObject for Named {
         100
     }
 
-    fn answer_bytes_max(&self) -> usize {
+    fn result_bytes_max(&self) -> usize {
         self.0.len()
     }
 
@@ -76,7 +76,7 @@ impl Folder {
     }
 
     /// Builds the catalog of a scene: pairs of object and database.
-    fn cast(&self, catalog: &Catalog, objects: &[(&str, &str)]) -> Catalog {
+    fn with_objects(&self, catalog: &Catalog, objects: &[(&str, &str)]) -> Catalog {
         let objects = objects.iter().map(|(object, database)| ((*object).to_owned(), (*database).to_owned())).collect();
         catalog.renewed(DirectorySnapshot::of(self.0.path()).unwrap().only(&objects), &loader())
     }
@@ -100,7 +100,7 @@ fn damaged_files_are_named_and_the_others_served() {
         Folder::of(&[("a", "alpha"), ("b", "!"), ("c", "alpha"), ("d d ä", "delta"), ("e", "x/y"), ("f", "panic")]);
     std::fs::write(folder.0.path().join("notes.txt"), "!").unwrap();
     let catalog = folder.load();
-    assert_eq!((catalog.len(), catalog.ready(), catalog.answer_bytes_max()), (6, 2, 5));
+    assert_eq!((catalog.len(), catalog.ready(), catalog.result_bytes_max()), (6, 2, 5));
     assert!(catalog.get("alpha").is_ok() && catalog.get("delta").is_ok());
     for name in ["b", "c", "e", "f"] {
         assert_eq!(kind(&catalog, name), ErrorKind::CorruptObject, "{name}");
@@ -111,7 +111,7 @@ fn damaged_files_are_named_and_the_others_served() {
     assert_eq!((rows.len(), rows[0].name(), rows[0].state), (2, "b".to_owned(), 0));
     let alpha = row(&catalog, "alpha");
     assert_eq!((alpha.state, alpha.file_bytes, alpha.memory_bytes, alpha.generation), (1, 5, 100, 1));
-    assert!(alpha.loaded_unix_ns > 0 && alpha.refusal().is_none());
+    assert!(alpha.loaded_unix_ns > 0 && alpha.error().is_none());
     assert_eq!(catalog.memory_bytes(), 200);
 }
 
@@ -136,21 +136,21 @@ fn a_bad_replacement_leaves_the_version_before_it_served() {
     let folder = Folder::of(&[("a", "alpha"), ("b", "beta")]);
     let before = folder.load();
     folder.put("a", "!");
-    let spoilt = folder.reload(&before);
-    assert!(Arc::ptr_eq(&before.get("alpha").unwrap(), &spoilt.get("alpha").unwrap()));
-    assert_eq!((spoilt.len(), spoilt.ready(), spoilt.outdated()), (2, 2, 1));
-    let alpha = row(&spoilt, "alpha");
+    let damaged = folder.reload(&before);
+    assert!(Arc::ptr_eq(&before.get("alpha").unwrap(), &damaged.get("alpha").unwrap()));
+    assert_eq!((damaged.len(), damaged.ready(), damaged.outdated()), (2, 2, 1));
+    let alpha = row(&damaged, "alpha");
     assert_eq!((alpha.state, alpha.generation), (1, 1));
-    assert_eq!(alpha.refusal().unwrap().message, "a.shatter: damaged");
+    assert_eq!(alpha.error().unwrap().message, "a.shatter: damaged");
     // Repeated reloads change nothing.
-    let still = folder.reload(&folder.reload(&spoilt));
+    let still = folder.reload(&folder.reload(&damaged));
     assert!(Arc::ptr_eq(&before.get("alpha").unwrap(), &still.get("alpha").unwrap()));
     folder.put("a", "alpha");
-    let mended = folder.reload(&still);
-    let alpha = row(&mended, "alpha");
-    assert_eq!((alpha.state, alpha.generation, alpha.refusal(), mended.outdated()), (1, 2, None, 0));
+    let restored = folder.reload(&still);
+    let alpha = row(&restored, "alpha");
+    assert_eq!((alpha.state, alpha.generation, alpha.error(), restored.outdated()), (1, 2, None, 0));
     std::fs::remove_file(folder.path("a")).unwrap();
-    assert_eq!(kind(&folder.reload(&spoilt), "alpha"), ErrorKind::UnknownObject, "a removed file is not served");
+    assert_eq!(kind(&folder.reload(&damaged), "alpha"), ErrorKind::UnknownObject, "a removed file is not served");
 }
 
 #[test]
@@ -164,29 +164,29 @@ fn copies_of_a_database_take_nothing_away() {
     let after = folder.reload(&before);
     assert!(same(&after, "spot") && same(&after, "vase"));
     assert_eq!(kind(&after, "a copy"), ErrorKind::CorruptObject);
-    assert!(row(&after, "vase-0").refusal().unwrap().message.contains("vase-1.shatter already holds"));
+    assert!(row(&after, "vase-0").error().unwrap().message.contains("vase-1.shatter already holds"));
     assert!(folder.load().get("spot").is_ok_and(|_| folder.load().at(&folder.source("spot")).is_some()));
     // The file that has the object's name takes precedence, also if it appears later.
     folder.put("vase", "vase");
     let after = folder.reload(&after);
     assert!(!same(&after, "vase") && after.at(&folder.source("vase")).is_some());
-    assert_eq!((row(&after, "vase").generation, row(&after, "vase").refusal()), (2, None));
+    assert_eq!((row(&after, "vase").generation, row(&after, "vase").error()), (2, None));
 }
 
 #[test]
-fn a_version_whose_place_was_spoilt_takes_no_name_from_a_good_file() {
+fn a_damaged_replacement_takes_no_name_from_a_valid_file() {
     let folder = Folder::of(&[("a", "alpha")]);
     let before = folder.load();
     folder.put("a", "!");
     folder.put("z", "alpha");
     let after = folder.reload(&before);
     assert!(!Arc::ptr_eq(&before.get("alpha").unwrap(), &after.get("alpha").unwrap()));
-    assert_eq!((row(&after, "alpha").generation, row(&after, "alpha").refusal()), (2, None));
+    assert_eq!((row(&after, "alpha").generation, row(&after, "alpha").error()), (2, None));
     assert_eq!(kind(&after, "a"), ErrorKind::CorruptObject);
     // A corrupt file whose name equals an object from another file is reported, too.
     folder.put("alpha", "!");
     let after = folder.reload(&after);
-    assert!(row(&after, "alpha").refusal().unwrap().message.starts_with("alpha.shatter"));
+    assert!(row(&after, "alpha").error().unwrap().message.starts_with("alpha.shatter"));
     assert!(after.get("alpha").is_ok());
 }
 
@@ -208,40 +208,40 @@ fn what_was_replaced_is_counted_until_it_is_released() {
 }
 
 #[test]
-fn objects_of_one_database_are_entries_of_their_own_and_share_its_fate() {
-    const CAST: [(&str, &str); 3] = [("near", "statue"), ("far", "statue"), ("vase", "vase")];
+fn objects_of_one_database_are_replaced_together() {
+    const OBJECT_DATABASES: [(&str, &str); 3] = [("near", "statue"), ("far", "statue"), ("vase", "vase")];
     let folder = Folder::of(&[("statue", "anything"), ("vase", "vase"), ("idle", "idle")]);
-    let cast = |before: &Catalog| folder.cast(before, &CAST);
+    let with_objects = |before: &Catalog| folder.with_objects(before, &OBJECT_DATABASES);
     let names = |catalog: &Catalog| catalog.rows(0, 99).iter().map(ObjectRow::name).collect::<Vec<_>>();
     let same = |one: &Catalog, two: &Catalog, name: &str| Arc::ptr_eq(&one.get(name).unwrap(), &two.get(name).unwrap());
-    let generations = |catalog: &Catalog| CAST.map(|(name, _)| row(catalog, name).generation);
-    let first = cast(&Catalog::default());
+    let generations = |catalog: &Catalog| OBJECT_DATABASES.map(|(name, _)| row(catalog, name).generation);
+    let first = with_objects(&Catalog::default());
     assert_eq!(names(&first), ["far", "near", "vase"]);
     assert!(!Arc::ptr_eq(&first.get("near").unwrap(), &first.get("far").unwrap()));
     assert_eq!((first.memory_bytes(), first.ready(), row(&first, "far").memory_bytes), (300, 3, 100));
     assert_eq!(kind(&first, "statue"), ErrorKind::UnknownObject, "the file's own name is not served");
 
-    let still = cast(&first);
-    assert!(CAST.iter().all(|(name, _)| same(&first, &still, name)));
+    let still = with_objects(&first);
+    assert!(OBJECT_DATABASES.iter().all(|(name, _)| same(&first, &still, name)));
     folder.put("statue", "another");
-    let replaced = cast(&still);
+    let replaced = with_objects(&still);
     assert!(!same(&still, &replaced, "near") && !same(&still, &replaced, "far") && same(&still, &replaced, "vase"));
     assert_eq!(generations(&replaced), [2, 2, 1]);
 
     folder.put("statue", "!");
-    let spoilt = cast(&replaced);
-    assert_eq!((spoilt.ready(), spoilt.outdated()), (3, 2));
+    let damaged = with_objects(&replaced);
+    assert_eq!((damaged.ready(), damaged.outdated()), (3, 2));
     for name in ["near", "far"] {
-        assert!(same(&replaced, &spoilt, name));
-        let refusal = row(&spoilt, name).refusal().unwrap();
-        assert_eq!((refusal.at.as_str(), refusal.message.as_str()), (name, "statue.shatter: damaged"));
+        assert!(same(&replaced, &damaged, name));
+        let error = row(&damaged, name).error().unwrap();
+        assert_eq!((error.at.as_str(), error.message.as_str()), (name, "statue.shatter: damaged"));
     }
     std::fs::remove_file(folder.path("statue")).unwrap();
-    let gone = cast(&spoilt);
-    assert_eq!(names(&gone), ["vase"]);
+    let removed = with_objects(&damaged);
+    assert_eq!(names(&removed), ["vase"]);
     folder.put("statue", "!");
-    let bad = cast(&gone);
+    let bad = with_objects(&removed);
     assert_eq!(["near", "far"].map(|name| kind(&bad, name)), [ErrorKind::CorruptObject; 2]);
     folder.put("statue", "it is back");
-    assert_eq!((names(&cast(&bad)), cast(&bad).outdated()), (names(&first), 0));
+    assert_eq!((names(&with_objects(&bad)), with_objects(&bad).outdated()), (names(&first), 0));
 }

@@ -28,7 +28,7 @@ impl ObjectVersion {
         let object = catch_unwind(AssertUnwindSafe(|| loader(&source.path, source.object.as_deref())))
             .unwrap_or_else(|panic| Err(format!("loading it failed: {}", panics::text(panic.as_ref()))))?;
         let name = object.row().name();
-        object_name(&name).map_err(|refusal| refusal.message)?;
+        object_name(&name).map_err(|error| error.message)?;
         let version = Self {
             memory_bytes: object.bytes() as u64,
             object,
@@ -62,7 +62,7 @@ impl ObjectVersion {
         let object = self.name.as_str();
         match finished {
             Ok(Ok(())) => tracing::debug!(object, ms = begun.elapsed().as_millis() as u64, "finished"),
-            Ok(Err(refusal)) => tracing::error!(object, %refusal, "some requests will fail"),
+            Ok(Err(error)) => tracing::error!(object, %error, "some requests will fail"),
             Err(panic) => tracing::error!(object, why = panics::text(panic.as_ref()), "some requests will fail"),
         }
     }

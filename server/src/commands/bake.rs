@@ -160,10 +160,10 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), CommandError> {
     let partial = shares::work(partial, &kept, &token, &bar)?;
     if share.count > 1 {
         bar.finish();
-        return output::print(&shares::told(&partial, &kept, args.json));
+        return output::print(&shares::resume_message(&partial, &kept, args.json));
     }
     let prepared = partial.learn(&token, &mut |step| bar.show(step))?;
-    bar.say("write");
+    bar.show_step("write");
     let writing = interrupt::writing();
     database::save(&prepared, &file).map_err(|error| CommandError::database(&file, &error))?;
     drop(writing);

@@ -7,7 +7,7 @@ use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 /// Interval between progress lines of the examples without a terminal.
-const TOLD_EVERY: Duration = Duration::from_secs(30);
+const REPORT_INTERVAL: Duration = Duration::from_secs(30);
 
 /// Number of stages of a bake without examples; see [`rank`].
 const STAGES: u64 = 7;
@@ -16,7 +16,7 @@ const STAGES: u64 = 7;
 pub struct BakeProgress {
     object: String,
     begun: Instant,
-    course: RefCell<Course>,
+    state: RefCell<BakeCourse>,
     /// Progress bar; `None` if stderr is not a terminal.
     terminal: Option<ProgressBar>,
 }
@@ -25,8 +25,8 @@ impl BakeProgress {
     /// Creates the display for a bake of `object` with that many examples.
     pub fn new(object: &str, examples: u64) -> Self {
         let terminal = std::io::stderr().is_terminal().then(terminal);
-        let course = RefCell::new(Course::new(examples));
-        Self { object: object.to_owned(), begun: Instant::now(), course, terminal }
+        let state = RefCell::new(BakeCourse::new(examples));
+        Self { object: object.to_owned(), begun: Instant::now(), state, terminal }
     }
 
     /// Shows that `step` begins, or how many examples are done. Prints an estimate of the remaining cost as soon as it is known.
@@ -37,12 +37,12 @@ impl BakeProgress {
         if examples(step).is_some_and(|[_, of]| of == 0) {
             return;
         }
-        self.tell(rank(step), &describe(step), examples(step));
+        self.report(rank(step), &describe(step), examples(step));
     }
 
     /// Shows the name of the last stage.
-    pub fn say(&self, what: &str) {
-        self.tell(STAGES - 1, what, None);
+    pub fn show_step(&self, what: &str) {
+        self.report(STAGES - 1, what, None);
     }
 
     /// Removes the progress bar.
@@ -64,16 +64,16 @@ impl BakeProgress {
         }
     }
 
-    fn tell(&self, rank: u64, what: &str, examples: Option<[u64; 2]>) {
-        let mut course = self.course.borrow_mut();
-        let told = course.tell(rank, what, examples, self.begun.elapsed());
+    fn report(&self, rank: u64, what: &str, examples: Option<[u64; 2]>) {
+        let mut state = self.state.borrow_mut();
+        let reported = state.report(rank, what, examples, self.begun.elapsed());
         if let Some(bar) = &self.terminal {
-            bar.set_length(course.length());
-            bar.set_position(course.position);
-            bar.set_message(format!("{what}{}", told.left));
-        } else if told.due {
+            bar.set_length(state.length());
+            bar.set_position(state.position);
+            bar.set_message(format!("{what}{}", reported.left));
+        } else if reported.due {
             // Without a reader of stderr the bake continues.
-            let _ = writeln!(std::io::stderr(), "shatterd: {}: {}", self.object, told.line(what));
+            let _ = writeln!(std::io::stderr(), "shatterd: {}: {}", self.object, reported.line(what));
         }
     }
 }
@@ -101,32 +101,32 @@ fn terminal() -> ProgressBar {
 }
 
 /// Progress counter: counts examples if there are any, else stages. Takes the time as an argument.
-struct Course {
+struct BakeCourse {
     examples: u64,
     position: u64,
     /// Time at which the examples began, and how many were done before.
     paced: Option<(Duration, u64)>,
     /// Text and time of the last line.
-    told: Option<(String, Duration)>,
+    reported: Option<(String, Duration)>,
 }
 
 /// Progress line, beside the name of the stage.
-struct Told {
+struct ProgressReport {
     count: String,
     left: String,
     /// Whether the line belongs in a log.
     due: bool,
 }
 
-impl Told {
+impl ProgressReport {
     fn line(&self, what: &str) -> String {
         format!("{what}{}{}", self.count, self.left)
     }
 }
 
-impl Course {
+impl BakeCourse {
     fn new(examples: u64) -> Self {
-        Self { examples, position: 0, paced: None, told: None }
+        Self { examples, position: 0, paced: None, reported: None }
     }
 
     fn length(&self) -> u64 {
@@ -134,7 +134,7 @@ impl Course {
     }
 
     /// Advances to stage `rank`, called `what`; `examples` holds how many examples are done, and of how many.
-    fn tell(&mut self, rank: u64, what: &str, examples: Option<[u64; 2]>, now: Duration) -> Told {
+    fn report(&mut self, rank: u64, what: &str, examples: Option<[u64; 2]>, now: Duration) -> ProgressReport {
         let position = match examples {
             Some([done, _]) if self.examples > 0 => done,
             _ if self.examples == 0 => rank,
@@ -147,12 +147,13 @@ impl Course {
         let left = examples.and_then(|[done, of]| self.left(done, of, now));
         let left = left.map_or_else(String::new, |left| format!(", about {} left", HumanDuration(left)));
         let ended = examples.is_some_and(|[done, of]| done == of);
-        let fresh = |(told, when): &(String, Duration)| told == what && now.saturating_sub(*when) < TOLD_EVERY;
-        let due = ended || !self.told.as_ref().is_some_and(fresh);
+        let fresh =
+            |(reported, when): &(String, Duration)| reported == what && now.saturating_sub(*when) < REPORT_INTERVAL;
+        let due = ended || !self.reported.as_ref().is_some_and(fresh);
         if due {
-            self.told = Some((what.to_owned(), now));
+            self.reported = Some((what.to_owned(), now));
         }
-        Told { count, left, due }
+        ProgressReport { count, left, due }
     }
 
     /// Remaining time of the examples, at the pace of those that this run has done.
@@ -202,14 +203,14 @@ fn describe(step: BakeStep) -> String {
 mod tests {
     use super::*;
 
-    fn told(course: &mut Course, step: BakeStep, seconds: u64) -> Told {
-        course.tell(rank(step), &describe(step), examples(step), Duration::from_secs(seconds))
+    fn reported(state: &mut BakeCourse, step: BakeStep, seconds: u64) -> ProgressReport {
+        state.report(rank(step), &describe(step), examples(step), Duration::from_secs(seconds))
     }
 
     #[test]
     fn the_count_never_falls_and_never_exceeds_its_length() {
         for of in [0, 300] {
-            let mut course = Course::new(of);
+            let mut state = BakeCourse::new(of);
             let begin = [BakeStep::Surface, BakeStep::Volume, BakeStep::Lattices];
             let bodies = (0..3).flat_map(|body| [BakeStep::Lift(body), BakeStep::Elasticity(body)]);
             let examples = (0..=of).step_by(50).map(|done| BakeStep::Examples { done, of });
@@ -217,26 +218,27 @@ mod tests {
             for step in
                 begin.into_iter().chain(bodies).chain(examples).chain([BakeStep::Reduction, BakeStep::Calibration])
             {
-                told(&mut course, step, 0);
-                assert!((before..=course.length()).contains(&course.position), "{step:?}: {}", course.position);
-                before = course.position;
+                reported(&mut state, step, 0);
+                assert!((before..=state.length()).contains(&state.position), "{step:?}: {}", state.position);
+                before = state.position;
             }
-            course.tell(STAGES - 1, "write", None, Duration::ZERO);
-            assert!(course.position <= course.length());
-            assert_eq!(course.length(), if of == 0 { STAGES } else { of });
+            state.report(STAGES - 1, "write", None, Duration::ZERO);
+            assert!(state.position <= state.length());
+            assert_eq!(state.length(), if of == 0 { STAGES } else { of });
         }
     }
 
     #[test]
-    fn times_and_memory_are_told_before_they_are_spent() {
+    fn estimates_are_printed_before_the_bake() {
         let (factor_bytes, skin_triangles) = (27_200_000, 130_196);
         let size = BakeSize { elastic_nodes: 4_645, crack_nodes: 9_576, examples: 100, factor_bytes, skin_triangles };
-        let told = cost(&size, 2);
+        let reported = cost(&size, 2);
         assert!(
-            told.starts_with("4645 elastic and 9576 crack nodes, 100 examples: about 17 to 35 s left, 143 MB at most;"),
-            "{told}"
+            reported
+                .starts_with("4645 elastic and 9576 crack nodes, 100 examples: about 17 to 35 s left, 143 MB at most;"),
+            "{reported}"
         );
-        assert!(told.ends_with("a daemon will hold about 61 MB for it"), "{told}");
+        assert!(reported.ends_with("a daemon will hold about 61 MB for it"), "{reported}");
         assert!(
             cost(&BakeSize { examples: 0, ..size }, 1).contains("about 2 s"),
             "{}",
@@ -246,19 +248,19 @@ mod tests {
 
     #[test]
     fn a_log_gets_a_line_at_each_stage_and_every_half_minute() {
-        let mut course = Course::new(300);
-        assert!(told(&mut course, BakeStep::Lift(0), 0).due && told(&mut course, BakeStep::Lift(1), 1).due);
+        let mut state = BakeCourse::new(300);
+        assert!(reported(&mut state, BakeStep::Lift(0), 0).due && reported(&mut state, BakeStep::Lift(1), 1).due);
         let mut lines = Vec::new();
         for second in 0..=60 {
-            let told = told(&mut course, BakeStep::Examples { done: 100 + second, of: 300 }, 10 + second);
-            lines.extend(told.due.then(|| told.line("examples")));
+            let reported = reported(&mut state, BakeStep::Examples { done: 100 + second, of: 300 }, 10 + second);
+            lines.extend(reported.due.then(|| reported.line("examples")));
         }
         assert_eq!(
             lines,
             ["examples 100/300", "examples 130/300, about 3 minutes left", "examples 160/300, about 2 minutes left"]
         );
-        let end = told(&mut course, BakeStep::Examples { done: 300, of: 300 }, 71);
+        let end = reported(&mut state, BakeStep::Examples { done: 300, of: 300 }, 71);
         assert!(end.due && end.line("examples") == "examples 300/300");
-        assert!(told(&mut course, BakeStep::Reduction, 71).due);
+        assert!(reported(&mut state, BakeStep::Reduction, 71).due);
     }
 }

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::time::Duration;
 
 /// Relative volume error above which a bake warns.
-const VOLUME_ERROR_TOLD: f64 = 0.03;
+const VOLUME_ERROR_REPORTED: f64 = 0.03;
 
 /// Prints warnings on stderr and the report on stdout. `doubtful` is a warning that was printed earlier; the document repeats it.
 pub fn tell(
@@ -45,7 +45,7 @@ pub fn warning(text: &str) {
 fn warnings(prepared: &PreparedObject) -> Vec<String> {
     let mut warnings = Vec::new();
     let error = prepared.report.volume_error();
-    if error.abs() > VOLUME_ERROR_TOLD {
+    if error.abs() > VOLUME_ERROR_REPORTED {
         let (percent, spacing) = (100.0 * error, prepared.parameters.crack_spacing);
         let finer = match 0.5 * spacing {
             finer if finer >= SPACING_RANGE[0] => format!("; try --crack-spacing {finer:.4} (now {spacing:.4})"),

@@ -71,7 +71,7 @@ fn provide(name: &str, recipe: &BakeRecipe, file: &Path, token: &CancelToken) ->
         return Ok(State::Kept);
     }
     let prepared = database::bake(mesh, &request, token, &mut |step| bar.show(step)).map_err(failed)?;
-    bar.say("write");
+    bar.show_step("write");
     let writing = interrupt::writing();
     database::save(&prepared, file).map_err(|error| CommandError::database(file, &error))?;
     drop(writing);

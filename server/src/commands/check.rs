@@ -168,10 +168,10 @@ fn anchors(name: &str, anchors: &Anchors, file: &Path) -> Result<Vec<Value>, Com
     if !anchors.regions.is_empty() && file.exists() {
         let elastic = Tables { elastic: true, ..Tables::NONE };
         let prepared = database::load_tables(file, elastic).map_err(|error| CommandError::database(file, &error))?;
-        let grip = prepared.anchor_nodes(anchors).map_err(|error| {
+        let anchored_nodes = prepared.anchor_nodes(anchors).map_err(|error| {
             Error::new(ErrorKind::Configuration, format!("objects.{name}.anchors"), format!("objects.{name}: {error}"))
         })?;
-        nodes = grip.counts.into_iter().map(Some).collect();
+        nodes = anchored_nodes.counts.into_iter().map(Some).collect();
     }
     let rows = anchors.regions.iter().zip(nodes);
     Ok(rows.map(|(region, nodes)| json!({ "region": region.to_string(), "nodes": nodes })).collect())

@@ -114,8 +114,8 @@ impl CommandError {
         if self.kind == CLOSED {
             return ExitCode::from(self.exit_code);
         }
-        if as_json && let Err(StdoutError::Failed(refusal)) = program::print(format_args!("{:#}\n", self.document())) {
-            let _ = writeln!(std::io::stderr(), "shatterd: {refusal}");
+        if as_json && let Err(StdoutError::Failed(error)) = program::print(format_args!("{:#}\n", self.document())) {
+            let _ = writeln!(std::io::stderr(), "shatterd: {error}");
         }
         // The offending input is not printed twice.
         let named = self.message.contains(&self.at);
@@ -140,7 +140,7 @@ impl CommandError {
 impl From<StdoutError> for CommandError {
     fn from(error: StdoutError) -> Self {
         match error {
-            StdoutError::Failed(refusal) => refusal.into(),
+            StdoutError::Failed(error) => error.into(),
             StdoutError::Closed => {
                 let message = "the reader of stdout closed it";
                 Self { fault: "environment", exit_code: exit::CLOSED, ..Self::refused(CLOSED, "stdout", message) }
@@ -150,14 +150,14 @@ impl From<StdoutError> for CommandError {
 }
 
 impl From<Error> for CommandError {
-    fn from(refusal: Error) -> Self {
+    fn from(error: Error) -> Self {
         Self {
-            kind: refusal.kind.name(),
-            fault: refusal.kind.fault().name(),
-            retry: refusal.kind.retry(),
-            exit_code: refusal.kind.exit_code(),
-            at: refusal.at,
-            message: refusal.message,
+            kind: error.kind.name(),
+            fault: error.kind.fault().name(),
+            retry: error.kind.retry(),
+            exit_code: error.kind.exit_code(),
+            at: error.at,
+            message: error.message,
             files: None,
         }
     }

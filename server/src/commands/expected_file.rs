@@ -55,12 +55,12 @@ impl ExpectedFile {
 /// # Errors
 /// `unknown_format`, `database_file`, `configuration`.
 pub fn check(path: &Path, wanted: ExpectedFile) -> Result<(), CommandError> {
-    let Some(why) = mistaken(path, wanted) else { return Ok(()) };
+    let Some(why) = mistake_message(path, wanted) else { return Ok(()) };
     let at = path.display().to_string();
     Err(CommandError::refused(wanted.kind(), at.clone(), format!("{at} {why}")))
 }
 
-fn mistaken(path: &Path, wanted: ExpectedFile) -> Option<String> {
+fn mistake_message(path: &Path, wanted: ExpectedFile) -> Option<String> {
     let shown = path.display();
     if path.is_dir() {
         return Some(format!("is a folder, not a {}{}", wanted.name(), inside(path, wanted)));
@@ -107,13 +107,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_of_another_kind_are_told_with_what_to_do() {
+    fn files_of_the_wrong_kind_are_reported_with_a_remedy() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
         for name in ["spot.obj", "mug.shatter", "scene.toml", "plain", "notes.xyz"] {
             std::fs::write(path(name), "").unwrap();
         }
-        let told = |name: &str, wanted| check(&path(name), wanted).err().map(|failure| failure.message().to_owned());
+        let message_of =
+            |name: &str, wanted| check(&path(name), wanted).err().map(|failure| failure.message().to_owned());
         for (name, wanted, part) in [
             ("spot.obj", ExpectedFile::Database, "shatterd bake"),
             ("spot.obj", ExpectedFile::Scene, "[objects.NAME]"),
@@ -126,7 +127,7 @@ mod tests {
             ("", ExpectedFile::Mesh, "is a folder, not a mesh"),
             ("", ExpectedFile::Database, "mug.shatter"),
         ] {
-            let message = told(name, wanted).unwrap_or_default();
+            let message = message_of(name, wanted).unwrap_or_default();
             assert!(message.contains(part), "{name} {wanted:?}: {message}");
         }
         for (name, wanted) in [
@@ -137,7 +138,7 @@ mod tests {
             ("notes.xyz", ExpectedFile::Mesh),
             ("nothing.obj", ExpectedFile::Mesh),
         ] {
-            assert_eq!(told(name, wanted), None, "{name} {wanted:?}");
+            assert_eq!(message_of(name, wanted), None, "{name} {wanted:?}");
         }
     }
 }

@@ -157,10 +157,10 @@ fn page_folder(prepared: &PreparedObject, folder: &Path) -> Result<(), CommandEr
 fn draw_examples(file: &Path, folder: &Path) -> Result<(), CommandError> {
     let output = lab::program().arg("examples").arg(file).arg("--out").arg(folder).stdin(Stdio::null()).output();
     let output = output.map_err(|error| CommandError::from(lab::absent(&error)))?;
-    let told = String::from_utf8_lossy(&output.stderr);
-    eprint!("{told}");
+    let report = String::from_utf8_lossy(&output.stderr);
+    eprint!("{report}");
     match output.status.success() {
         true => Ok(()),
-        false => Err(CommandError::ours("page", format!("{} drew no page: {}", lab::PROGRAM, told.trim()))),
+        false => Err(CommandError::ours("page", format!("{} drew no page: {}", lab::PROGRAM, report.trim()))),
     }
 }

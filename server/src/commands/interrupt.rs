@@ -16,22 +16,22 @@ use tokio::time::timeout;
 const GRACE: Duration = Duration::from_secs(1);
 
 /// Number of the received signal; 0: none.
-static CAME: AtomicU8 = AtomicU8::new(0);
+static SIGNAL_NUMBER: AtomicU8 = AtomicU8::new(0);
 
 /// Token that the first signal cancels, if the command requested one.
 static TOKEN: Mutex<Option<CancelToken>> = Mutex::new(None);
 
 /// Whether the work saves its state at the next checkpoint, however long that takes.
-static KEEPS: AtomicBool = AtomicBool::new(false);
+static KEEPS_FINISHED_WORK: AtomicBool = AtomicBool::new(false);
 
 /// Whether the end of the process was reported, by the command or by the signal thread; only one of them reports.
-static TOLD: AtomicBool = AtomicBool::new(false);
+static IS_REPORTED: AtomicBool = AtomicBool::new(false);
 
 /// Lock that is held while a file is written.
 static WRITING: Mutex<()> = Mutex::new(());
 
 /// Child process that must not outlive this one.
-static CHILD: Mutex<Option<Pid>> = Mutex::new(None);
+static CHILD_PID: Mutex<Option<Pid>> = Mutex::new(None);
 
 /// Starts to wait for signals; commands call it first. `json`: whether stdout receives a document.
 ///
@@ -51,7 +51,7 @@ pub fn watch(json: bool) -> Result<(), CommandError> {
 /// Creates a token that the first signal cancels.
 pub fn token() -> CancelToken {
     let token = CancelToken::default();
-    if CAME.load(Ordering::SeqCst) != 0 {
+    if SIGNAL_NUMBER.load(Ordering::SeqCst) != 0 {
         token.cancel();
     }
     *held(&TOKEN) = Some(token.clone());
@@ -60,7 +60,7 @@ pub fn token() -> CancelToken {
 
 /// Lets the first signal wait for the next checkpoint, where the work saves its state. A second signal does not wait.
 pub fn keeping() {
-    KEEPS.store(true, Ordering::SeqCst);
+    KEEPS_FINISHED_WORK.store(true, Ordering::SeqCst);
 }
 
 /// Guard that keeps signals from ending the process while a file is written.
@@ -70,12 +70,12 @@ pub fn writing() -> MutexGuard<'static, ()> {
 
 /// Sets the child process that ends together with this one; `None` clears it.
 pub fn child(pid: Option<Pid>) {
-    *held(&CHILD) = pid;
+    *held(&CHILD_PID) = pid;
 }
 
 /// Exit code of a command that a signal ended.
 pub fn exit_code() -> u8 {
-    match CAME.load(Ordering::SeqCst) {
+    match SIGNAL_NUMBER.load(Ordering::SeqCst) {
         0 => exit::INTERRUPTED,
         signal => 128 + signal,
     }
@@ -83,7 +83,7 @@ pub fn exit_code() -> u8 {
 
 /// Marks that the command ends by itself. Does not return if the process is already ending.
 pub fn ending() {
-    if TOLD.swap(true, Ordering::SeqCst) {
+    if IS_REPORTED.swap(true, Ordering::SeqCst) {
         loop {
             std::thread::park();
         }
@@ -116,12 +116,12 @@ impl Signals {
 /// Waits until the process has to end.
 async fn wait(mut signals: Signals) {
     let first = signals.next().await;
-    CAME.store(u8::try_from(first.as_raw_value()).unwrap_or(2), Ordering::SeqCst);
+    SIGNAL_NUMBER.store(u8::try_from(first.as_raw_value()).unwrap_or(2), Ordering::SeqCst);
     let token = held(&TOKEN).clone();
     let Some(token) = token else { return };
     token.cancel();
     while timeout(GRACE, signals.next()).await.is_err() {
-        if !KEEPS.load(Ordering::SeqCst) {
+        if !KEEPS_FINISHED_WORK.load(Ordering::SeqCst) {
             return;
         }
     }
@@ -129,7 +129,7 @@ async fn wait(mut signals: Signals) {
 
 fn end(json: bool) -> ! {
     ending();
-    if let Some(child) = *held(&CHILD) {
+    if let Some(child) = *held(&CHILD_PID) {
         // The child may have ended already.
         let _ = kill_process(child, Kill::TERM);
     }

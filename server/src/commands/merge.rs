@@ -34,7 +34,7 @@ pub fn run(args: &MergeArgs) -> Result<(), CommandError> {
     let bar = BakeProgress::new("merge", 0);
     let prepared = database::join(&args.files, &token, &mut |step| bar.show(step))?;
     let file = args.out.join(format!("{}.{}", prepared.name, database::EXTENSION));
-    bar.say("write");
+    bar.show_step("write");
     let writing = interrupt::writing();
     database::save(&prepared, &file).map_err(|error| CommandError::database(&file, &error))?;
     drop(writing);

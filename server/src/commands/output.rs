@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn folders_are_tried() {
+    fn output_folders_are_checked_before_the_work() {
         let place = tempfile::tempdir().unwrap();
         folder(&place.path().join("new/er")).unwrap();
         assert!(folder(Path::new("/dev/null/below")).is_err());

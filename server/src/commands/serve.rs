@@ -59,7 +59,7 @@ pub fn run(args: &ServeArgs) -> Result<(), CommandError> {
             // The process that started the daemon may have closed stdout; the daemon serves all the same.
             Ok(()) | Err(StdoutError::Closed) => Ok(()),
             Err(_) if program::is_closed() => Ok(()),
-            Err(StdoutError::Failed(refusal)) => Err(refusal),
+            Err(StdoutError::Failed(error)) => Err(error),
         }
     });
     let scene = args.scene.as_deref().map(Scene::load).transpose()?;

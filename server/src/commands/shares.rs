@@ -199,7 +199,7 @@ pub fn forget(file: &Path) -> Result<(), CommandError> {
 }
 
 /// Report of a finished share.
-pub fn told(partial: &PartialBake, file: &Path, as_json: bool) -> String {
+pub fn resume_message(partial: &PartialBake, file: &Path, as_json: bool) -> String {
     let (task, object) = (&partial.task, &partial.prepared.name);
     let (share, impacts) = (task.share, task.impacts().len());
     if as_json {

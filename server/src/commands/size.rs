@@ -29,8 +29,8 @@ pub fn doubtful(mesh: &RawMesh, unit: LengthUnit, density_kg_m3: f64) -> Option<
     });
     let others: Vec<String> = others.collect();
     let advice = if others.is_empty() { "check --unit".to_owned() } else { others.join(", ") };
-    let silence = format!("--unit {unit} keeps this size without a warning");
-    Some(format!("the mesh is {} (unit {unit}); {advice}; {silence}", measured(size_m, mass_kg)))
+    let suppressing_option = format!("--unit {unit} keeps this size without a warning");
+    Some(format!("the mesh is {} (unit {unit}); {advice}; {suppressing_option}", measured(size_m, mass_kg)))
 }
 
 fn measured(size_m: f64, mass_kg: f64) -> String {
@@ -65,16 +65,16 @@ mod tests {
 
     #[test]
     fn a_mesh_in_millimeters_is_asked_about_and_others_are_not() {
-        let bust = shapes::cuboid([300.0, 658.0, 200.0]);
-        let told = doubtful(&bust, LengthUnit::M, 2500.0).unwrap();
-        assert!(told.contains("658 m large and 9.87e10 kg (unit m)"), "{told}");
-        assert!(told.contains("with --unit mm it would be 0.658 m large and 98.7 kg"), "{told}");
-        assert!(!told.contains("--unit cm"), "{told}");
+        let in_millimeters = shapes::cuboid([300.0, 658.0, 200.0]);
+        let message = doubtful(&in_millimeters, LengthUnit::M, 2500.0).unwrap();
+        assert!(message.contains("658 m large and 9.87e10 kg (unit m)"), "{message}");
+        assert!(message.contains("with --unit mm it would be 0.658 m large and 98.7 kg"), "{message}");
+        assert!(!message.contains("--unit cm"), "{message}");
         assert_eq!(doubtful(&shapes::cuboid([0.3, 0.658, 0.2]), LengthUnit::Mm, 2500.0), None);
         let tiny = doubtful(&shapes::cuboid([2e-4, 1e-4, 1e-4]), LengthUnit::Mm, 2500.0).unwrap();
         assert!(tiny.contains("with --unit m it would be 0.200 m"), "{tiny}");
-        let hall = doubtful(&shapes::cuboid([10.0, 2.0, 2.0]), LengthUnit::M, 2500.0).unwrap();
-        assert!(hall.contains("10.0 m large and 1.00e5 kg"), "{hall}");
+        let large_room = doubtful(&shapes::cuboid([10.0, 2.0, 2.0]), LengthUnit::M, 2500.0).unwrap();
+        assert!(large_room.contains("10.0 m large and 1.00e5 kg"), "{large_room}");
         let block = doubtful(&shapes::cuboid([2.0, 2.0, 2.0]), LengthUnit::M, 2500.0).unwrap();
         assert!(block.contains("with --unit cm it would be 0.0200 m") && block.contains("--unit m keeps"), "{block}");
         assert_eq!(doubtful(&shapes::cuboid([2.0, 0.75, 1.0]), LengthUnit::M, 750.0), None, "a table");

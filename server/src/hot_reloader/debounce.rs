@@ -3,13 +3,13 @@
 use crate::catalog::DirectorySnapshot;
 
 /// Number of scans after which a folder that keeps changing is reloaded anyway.
-const RESTLESS_MAX: u32 = 10;
+const UNSTABLE_SCANS_MAX: u32 = 10;
 
 /// Debouncer of folder changes.
 #[derive(Default)]
 pub struct Debounce {
     last: Option<DirectorySnapshot>,
-    looks: u32,
+    scan_count: u32,
 }
 
 impl Debounce {
@@ -19,8 +19,8 @@ impl Debounce {
             *self = Self::default();
             return false;
         }
-        self.looks += 1;
-        if self.last.as_ref() == Some(&seen) || self.looks >= RESTLESS_MAX {
+        self.scan_count += 1;
+        if self.last.as_ref() == Some(&seen) || self.scan_count >= UNSTABLE_SCANS_MAX {
             *self = Self::default();
             return true;
         }
@@ -34,20 +34,21 @@ mod tests {
     use super::*;
     use tempfile::TempDir;
 
-    fn shelf(folder: &TempDir, text: &str) -> DirectorySnapshot {
+    fn snapshot(folder: &TempDir, text: &str) -> DirectorySnapshot {
         std::fs::write(folder.path().join("a.shatter"), text).unwrap();
         DirectorySnapshot::of(folder.path()).unwrap()
     }
 
     #[test]
-    fn a_folder_is_read_when_it_rests_and_in_any_case_at_last() {
+    fn a_folder_is_reloaded_when_stable_or_after_a_limit() {
         let folder = tempfile::tempdir().unwrap();
-        let [served, one, two] = ["", "1", "22"].map(|text| shelf(&folder, text));
-        let mut unrest = Debounce::default();
-        let mut look = |seen: &DirectorySnapshot| unrest.settled(seen.clone(), &served);
-        assert!(!look(&served) && !look(&one) && !look(&two) && look(&two), "twice the same");
-        assert!(!look(&one) && !look(&served) && !look(&one), "an undone change is forgotten");
-        let restless: Vec<bool> = (0..RESTLESS_MAX).map(|turn| look(if turn % 2 == 0 { &two } else { &one })).collect();
-        assert_eq!(restless.iter().filter(|read| **read).count(), 1, "{restless:?}");
+        let [served, one, two] = ["", "1", "22"].map(|text| snapshot(&folder, text));
+        let mut debounce = Debounce::default();
+        let mut scan = |seen: &DirectorySnapshot| debounce.settled(seen.clone(), &served);
+        assert!(!scan(&served) && !scan(&one) && !scan(&two) && scan(&two), "twice the same");
+        assert!(!scan(&one) && !scan(&served) && !scan(&one), "an undone change is forgotten");
+        let unstable: Vec<bool> =
+            (0..UNSTABLE_SCANS_MAX).map(|turn| scan(if turn % 2 == 0 { &two } else { &one })).collect();
+        assert_eq!(unstable.iter().filter(|read| **read).count(), 1, "{unstable:?}");
     }
 }

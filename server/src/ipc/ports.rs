@@ -12,26 +12,26 @@ use iceoryx2::response_mut_uninit::ResponseMutUninit;
 use iceoryx2::service::port_factory::{event, request_response};
 use shatter_proto::control::{ControlReplyHeader, ControlRequestWire, REPLY_BLOCKS};
 use shatter_proto::request::RequestWire;
-use shatter_proto::result::{BLOCK_BYTES, Block, ResultHeader};
+use shatter_proto::result::{AlignedBlock, BLOCK_BYTES, ResultHeader};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::instance::Instance;
 use shatter_transport::workarounds::populated_pages::PopulatedPages;
 use shatter_transport::workarounds::response_pool;
 use shatter_transport::{
-    CONTROL_SERVICE, Ipc, QUESTIONS_PER_CLIENT_MAX, STRIKE_SERVICE, STRIKES_PER_CLIENT_MAX, WAKE_CLIENT_SERVICE,
+    CONTROL_REQUESTS_PER_CLIENT_MAX, CONTROL_SERVICE, Ipc, STRIKE_SERVICE, STRIKES_PER_CLIENT_MAX, WAKE_CLIENT_SERVICE,
     WAKE_DAEMON_SERVICE, config, failed, service_name,
 };
 use std::mem::MaybeUninit;
 
 /// Received impact request.
-pub type ActiveImpactRequest = ActiveRequest<Ipc, RequestWire, (), [Block], ResultHeader>;
+pub type ActiveImpactRequest = ActiveRequest<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>;
 /// Received control request.
-pub type ActiveControlRequest = ActiveRequest<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>;
+pub type ActiveControlRequest = ActiveRequest<Ipc, ControlRequestWire, (), [AlignedBlock], ControlReplyHeader>;
 /// Loaned response buffer, not written yet.
-pub type LoanedBuffer = ResponseMutUninit<Ipc, [MaybeUninit<Block>], ResultHeader>;
+pub type LoanedBuffer = ResponseMutUninit<Ipc, [MaybeUninit<AlignedBlock>], ResultHeader>;
 
-type RequestFactory = request_response::PortFactory<Ipc, RequestWire, (), [Block], ResultHeader>;
-type ControlFactory = request_response::PortFactory<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>;
+type RequestFactory = request_response::PortFactory<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>;
+type ControlFactory = request_response::PortFactory<Ipc, ControlRequestWire, (), [AlignedBlock], ControlReplyHeader>;
 
 /// Additional client for the daemon itself, for the rehearsal.
 const OWN_CLIENTS: usize = 1;
@@ -60,10 +60,10 @@ impl PoolSize {
 
 /// Ports of the daemon. Fields are dropped in this order: ports, factories, node.
 pub struct Ports {
-    strikes: Server<Ipc, RequestWire, (), [Block], ResultHeader>,
-    questions: Server<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>,
+    strikes: Server<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>,
+    control_requests: Server<Ipc, ControlRequestWire, (), [AlignedBlock], ControlReplyHeader>,
     /// Client of the rehearsal; kept, so that the number of free client slots equals the limit.
-    rehearsal: Client<Ipc, RequestWire, (), [Block], ResultHeader>,
+    rehearsal: Client<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>,
     strike_factory: RequestFactory,
     _control_factory: ControlFactory,
     _events: [event::PortFactory<Ipc>; 2],
@@ -87,7 +87,7 @@ impl Ports {
             (event(&node, WAKE_DAEMON_SERVICE, pool.clients)?, event(&node, WAKE_CLIENT_SERVICE, pool.clients)?);
         let listener = wake_daemon.listener_builder().create().map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?;
         let notifier = wake_client.notifier_builder().create().map_err(|error| failed(WAKE_CLIENT_SERVICE, error))?;
-        let bell = WakeSocket::new(listener).map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?;
+        let wake_socket = WakeSocket::new(listener).map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?;
         let (strike_factory, control_factory) =
             (strike_factory(&node, pool.clients)?, control_factory(&node, pool.clients)?);
         let strikes = strike_factory
@@ -99,7 +99,7 @@ impl Ports {
             .backpressure_strategy(response_pool::BACKPRESSURE)
             .create()
             .map_err(|error| failed(STRIKE_SERVICE, error))?;
-        let questions = control_factory
+        let control_requests = control_factory
             .server_builder()
             .initial_max_slice_len(REPLY_BLOCKS)
             .allocation_strategy(response_pool::ALLOCATION)
@@ -112,7 +112,7 @@ impl Ports {
         let events = [wake_daemon, wake_client];
         let ports = Self {
             strikes,
-            questions,
+            control_requests,
             rehearsal,
             strike_factory,
             _control_factory: control_factory,
@@ -120,7 +120,7 @@ impl Ports {
             node,
             pool,
         };
-        Ok((ports, bell, ClientWaker::new(notifier)))
+        Ok((ports, wake_socket, ClientWaker::new(notifier)))
     }
 
     /// Size of the result pool.
@@ -139,8 +139,8 @@ impl Ports {
     }
 
     /// Next control request that waits at the port.
-    pub fn next_question(&self) -> Option<ActiveControlRequest> {
-        received(self.questions.receive())
+    pub fn next_control_request(&self) -> Option<ActiveControlRequest> {
+        received(self.control_requests.receive())
     }
 
     /// Reclaims the resources of dead clients; returns how many were found.
@@ -162,9 +162,9 @@ impl Ports {
         let mut held = Vec::with_capacity(buckets);
         for _ in 0..buckets {
             let active = self.next_strike().ok_or_else(|| failed("rehearsal", "a request was lost"))?;
-            let mut lent = loan(&active, blocks)?;
-            populated.ensure(lent.payload_mut())?;
-            held.push((active, lent));
+            let mut buffer = loan(&active, blocks)?;
+            populated.ensure(buffer.payload_mut())?;
+            held.push((active, buffer));
         }
         Ok(())
     }
@@ -210,7 +210,7 @@ fn event(node: &Node<Ipc>, name: &str, clients: usize) -> Result<event::PortFact
 
 fn strike_factory(node: &Node<Ipc>, clients: usize) -> Result<RequestFactory, Error> {
     node.service_builder(&service_name(STRIKE_SERVICE)?)
-        .request_response::<RequestWire, [Block]>()
+        .request_response::<RequestWire, [AlignedBlock]>()
         .response_user_header::<ResultHeader>()
         .max_clients(clients + OWN_CLIENTS)
         .max_servers(1)
@@ -225,12 +225,12 @@ fn strike_factory(node: &Node<Ipc>, clients: usize) -> Result<RequestFactory, Er
 
 fn control_factory(node: &Node<Ipc>, clients: usize) -> Result<ControlFactory, Error> {
     node.service_builder(&service_name(CONTROL_SERVICE)?)
-        .request_response::<ControlRequestWire, [Block]>()
+        .request_response::<ControlRequestWire, [AlignedBlock]>()
         .response_user_header::<ControlReplyHeader>()
         .max_clients(clients + OWN_CLIENTS)
         .max_servers(1)
         .max_nodes(clients + OTHER_NODES)
-        .max_active_requests_per_client(QUESTIONS_PER_CLIENT_MAX)
+        .max_active_requests_per_client(CONTROL_REQUESTS_PER_CLIENT_MAX)
         .max_response_buffer_size(response_pool::BUFFER)
         .max_borrowed_responses_per_pending_response(2)
         .enable_fire_and_forget_requests(false)

@@ -100,9 +100,10 @@ impl RuntimeDirectory {
         instance.create(place.uid)?;
         let segments = PrivateFolder::open(&instance.folder, place.uid)?;
         let is_announced = AtomicBool::new(false);
-        let mut home = Self { place: place.clone(), instance, earlier, past, runtime, segments, is_announced, lock };
-        home.sweep();
-        Ok(home)
+        let mut directory =
+            Self { place: place.clone(), instance, earlier, past, runtime, segments, is_announced, lock };
+        directory.sweep();
+        Ok(directory)
     }
 
     /// Paths of the service.
@@ -143,7 +144,7 @@ impl RuntimeDirectory {
     /// # Errors
     /// `runtime_folder`, which a restart mends.
     pub fn check(&self) -> Result<(), Error> {
-        let advised = |refusal: Error| Error { message: format!("{}; restart the daemon", refusal.message), ..refusal };
+        let advised = |error: Error| Error { message: format!("{}; restart the daemon", error.message), ..error };
         self.runtime.check().map_err(advised)?;
         let (path, own) = (self.place.lock(), self.lock.metadata());
         let same = |own: &fs::Metadata, other: &fs::Metadata| (own.dev(), own.ino()) == (other.dev(), other.ino());
@@ -176,9 +177,9 @@ impl RuntimeDirectory {
         let before = self.earlier.len();
         self.earlier.retain(|instance| !remove_unused(instance));
         if self.earlier.len() < before
-            && let Err(refusal) = self.list()
+            && let Err(error) = self.list()
         {
-            tracing::warn!(%refusal, "cannot write the list of instances");
+            tracing::warn!(%error, "cannot write the list of instances");
         }
     }
 
@@ -271,11 +272,11 @@ mod tests {
     fn a_name_is_taken_once_and_given_back() {
         let root = tempfile::tempdir().unwrap();
         let place = place(root.path());
-        let home = RuntimeDirectory::take(&place).unwrap();
-        let refusal = RuntimeDirectory::take(&place).err().unwrap();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::SecondDaemon, "home"));
-        assert!(refusal.message.contains(&std::process::id().to_string()), "{refusal}");
-        drop(home);
+        let directory = RuntimeDirectory::take(&place).unwrap();
+        let error = RuntimeDirectory::take(&place).err().unwrap();
+        assert_eq!((error.kind, error.at.as_str()), (ErrorKind::SecondDaemon, "home"));
+        assert!(error.message.contains(&std::process::id().to_string()), "{error}");
+        drop(directory);
         RuntimeDirectory::take(&place).unwrap().close().unwrap();
     }
 
@@ -283,13 +284,13 @@ mod tests {
     fn restarts_and_crashes_are_counted() {
         let root = tempfile::tempdir().unwrap();
         let place = place(root.path());
-        let past = |goodbye: bool| {
-            let home = RuntimeDirectory::take(&place).unwrap();
-            home.announce().unwrap();
-            if goodbye {
-                home.withdraw();
+        let past = |is_withdrawn: bool| {
+            let directory = RuntimeDirectory::take(&place).unwrap();
+            directory.announce().unwrap();
+            if is_withdrawn {
+                directory.withdraw();
             }
-            (home.past().restarts, home.past().crashes)
+            (directory.past().restarts, directory.past().crashes)
         };
         assert_eq!([past(true), past(false), past(true), past(true)], [(0, 0), (1, 0), (2, 1), (3, 1)]);
         fs::write(place.past(), "not a past").unwrap();
@@ -333,13 +334,13 @@ mod tests {
         for path in left.iter().chain([&place.hello()]) {
             fs::write(path, "").unwrap();
         }
-        let home = RuntimeDirectory::take(&place).unwrap();
+        let directory = RuntimeDirectory::take(&place).unwrap();
         assert!(earlier[..2].iter().all(|instance| !instance.folder.exists()) && !place.hello().exists());
         assert!(left[4..].iter().all(|path| path.exists()), "unlisted folders are not this service's");
-        assert_eq!(listed(&place), [home.instance().clone()]);
-        let own = home.instance().clone();
+        assert_eq!(listed(&place), [directory.instance().clone()]);
+        let own = directory.instance().clone();
         fs::write(own.folder.join("own.data"), "").unwrap();
-        home.close().unwrap();
+        directory.close().unwrap();
         assert!(!own.folder.exists() && listed(&place).is_empty());
         assert!(remove_unused(&earlier[2]));
     }
@@ -350,11 +351,11 @@ mod tests {
         let place = place(root.path());
         let names: Vec<String> = (0..3)
             .map(|_| {
-                let home = RuntimeDirectory::take(&place).unwrap();
-                let token = home.instance().token.clone();
+                let directory = RuntimeDirectory::take(&place).unwrap();
+                let token = directory.instance().token.clone();
                 assert!(fs::read_to_string(place.lock()).unwrap().contains(&token));
                 // As if the process were killed.
-                drop(home);
+                drop(directory);
                 token
             })
             .collect();

@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 const WEIGHT: f64 = 0.25;
 
 /// Minimum time between two reductions of a forecast, so that a burst of impossible requests does not distort it.
-const DOUBT_PAUSE: Duration = Duration::from_millis(100);
+const REDUCTION_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Factor that reduces a forecast which kept a request from computing. A forecast that is too high is thus corrected by refused
 /// requests, too, not only by those that compute.
-const DOUBT: f64 = 0.9;
+const REDUCTION_FACTOR: f64 = 0.9;
 
 /// Maximum number of kinds of work; beyond it the forecast starts again.
 const WORK_MAX: usize = 4096;
@@ -66,7 +66,7 @@ pub struct Forecast {
 /// Moving average of computing times.
 struct MovingAverage {
     time: Duration,
-    doubted: Option<Instant>,
+    reduced: Option<Instant>,
 }
 
 impl Forecast {
@@ -84,21 +84,21 @@ impl Forecast {
         if self.means.len() >= WORK_MAX {
             self.means.clear();
         }
-        self.means.insert(work.clone(), MovingAverage { time, doubted: None });
+        self.means.insert(work.clone(), MovingAverage { time, reduced: None });
     }
 
     /// Records that a request was stopped at its deadline after `time`, which is a lower bound of its computing time.
-    pub fn learn_at_least(&mut self, work: &WorkKind, time: Duration) {
+    pub fn learn_lower_bound(&mut self, work: &WorkKind, time: Duration) {
         if self.of(work).is_none_or(|mean| mean < time) {
             self.learn(work, time);
         }
     }
 
     /// Records that a request was refused at this moment because of its forecast.
-    pub fn doubt(&mut self, work: &WorkKind, at: Instant) {
+    pub fn reduce_estimate(&mut self, work: &WorkKind, at: Instant) {
         let Some(mean) = self.means.get_mut(work) else { return };
-        if mean.doubted.is_none_or(|last| at.saturating_duration_since(last) >= DOUBT_PAUSE) {
-            (mean.time, mean.doubted) = (mean.time.mul_f64(DOUBT), Some(at));
+        if mean.reduced.is_none_or(|last| at.saturating_duration_since(last) >= REDUCTION_INTERVAL) {
+            (mean.time, mean.reduced) = (mean.time.mul_f64(REDUCTION_FACTOR), Some(at));
         }
     }
 }
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn what_keeps_strikes_from_computing_does_not_do_so_for_ever() {
+    fn a_too_high_estimate_recovers() {
         let mut forecast = Forecast::default();
         let vase = work("vase", DegreeRule::Inferred);
         forecast.learn(&vase, Duration::from_secs(1));
@@ -139,24 +139,24 @@ mod tests {
         let mut refused = |pause: Duration| {
             let refuses = |k: &u32| {
                 let refuse = forecast.of(&vase).unwrap() > Duration::from_millis(60);
-                forecast.doubt(&vase, begun + *k * pause);
+                forecast.reduce_estimate(&vase, begun + *k * pause);
                 refuse
             };
             (1..200).take_while(refuses).count()
         };
         assert_eq!(refused(Duration::from_micros(1)), 199, "a burst reduces the forecast once");
-        assert!(refused(DOUBT_PAUSE) < 30);
+        assert!(refused(REDUCTION_INTERVAL) < 30);
     }
 
     #[test]
-    fn one_that_was_stopped_teaches_how_long_it_takes_at_least() {
+    fn a_cancelled_request_gives_a_lower_bound() {
         let mut forecast = Forecast::default();
         let vase = work("vase", DegreeRule::Inferred);
         let ms = Duration::from_millis;
-        forecast.learn_at_least(&vase, ms(30));
-        forecast.learn_at_least(&vase, ms(10));
+        forecast.learn_lower_bound(&vase, ms(30));
+        forecast.learn_lower_bound(&vase, ms(10));
         assert_eq!(forecast.of(&vase), Some(ms(30)));
-        forecast.learn_at_least(&vase, ms(50));
+        forecast.learn_lower_bound(&vase, ms(50));
         assert_eq!(forecast.of(&vase), Some(ms(35)));
     }
 }

@@ -10,7 +10,7 @@ use shatter_engine::stage_profiler::CurrentStage;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::pipeline::RetainedFragments;
 use shatter_proto::request::Request;
-use shatter_proto::result::{Block, ResultHeader};
+use shatter_proto::result::{AlignedBlock, ResultHeader};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::workarounds::response_pool::is_awaited;
 use shatter_transport::{Ipc, failed};
@@ -18,20 +18,20 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 
 /// Loaned response buffer with a complete result.
-pub(super) type WrittenResult = ResponseMut<Ipc, [Block], ResultHeader>;
+pub(super) type WrittenResult = ResponseMut<Ipc, [AlignedBlock], ResultHeader>;
 
 /// Reason for which the daemon stopped a computing request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum StopCause {
     /// Its deadline passed.
     Late,
-    /// The daemon is ending.
+    /// The daemon is stopping.
     Ending,
 }
 
 impl StopCause {
     /// Error that the client receives.
-    pub(super) fn refusal(self) -> Error {
+    pub(super) fn error(self) -> Error {
         match self {
             Self::Late => Error::new(ErrorKind::Late, "deadline", "the deadline passed before the result was ready"),
             Self::Ending => Error::new(ErrorKind::Stopping, "daemon", "the daemon is ending; retry later"),
@@ -53,7 +53,7 @@ pub(super) struct JobPayload {
 /// for microseconds.
 pub struct Job {
     request: Mutex<Option<ActiveImpactRequest>>,
-    cargo: Mutex<Option<JobPayload>>,
+    payload: Mutex<Option<JobPayload>>,
     token: CancelToken,
     key: RequestKey,
     arrived: Instant,
@@ -70,7 +70,7 @@ impl Job {
     pub(super) fn new(request: ActiveImpactRequest, listener: [u8; 16], sequence: u64) -> Self {
         Self {
             request: Mutex::new(Some(request)),
-            cargo: Mutex::new(None),
+            payload: Mutex::new(None),
             token: CancelToken::default(),
             key: (listener, sequence),
             arrived: Instant::now(),
@@ -83,13 +83,13 @@ impl Job {
     /// Sets the work, after validation.
     pub(super) fn place(&mut self, strike: Request, (object, kept): RetainedTarget) {
         self.work = WorkKind::of(&strike);
-        self.cargo = Mutex::new(Some(JobPayload { strike, object, kept }));
+        self.payload = Mutex::new(Some(JobPayload { strike, object, kept }));
     }
 
     /// Takes the work out; works once, so that the job holds the object no longer than it computes.
     pub(super) fn unload(&self) -> Result<JobPayload, Error> {
         let missing = || Error::new(ErrorKind::Failed, "queue", "a request was queued before it was validated");
-        self.cargo.lock().unwrap_or_else(PoisonError::into_inner).take().ok_or_else(missing)
+        self.payload.lock().unwrap_or_else(PoisonError::into_inner).take().ok_or_else(missing)
     }
 
     /// Identifies the request to its client.
@@ -163,9 +163,9 @@ impl Job {
     }
 
     /// Sends the result. The connection stays open until the client has read the result or is gone, which shows whether it is unread.
-    pub(super) fn send(&self, answer: WrittenResult) -> Result<(), Error> {
+    pub(super) fn send(&self, written: WrittenResult) -> Result<(), Error> {
         match &*self.request() {
-            Some(request) if is_awaited(request) => answer.send().map_err(|error| failed("send", error)),
+            Some(request) if is_awaited(request) => written.send().map_err(|error| failed("send", error)),
             _ => Err(closed()),
         }
     }

@@ -34,7 +34,7 @@ const COST_UNKNOWN: Duration = Duration::from_millis(10);
 const AHEAD: f64 = 4.0;
 
 /// Longest wait of requests whose client does not read its results: the client may wait for one of these before it reads.
-const UNREAD_PATIENCE: Duration = Duration::from_secs(1);
+const UNREAD_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Waiting and computing requests. Owned by the event-loop thread.
 pub struct Jobs {
@@ -49,14 +49,14 @@ pub struct Jobs {
     closed: bool,
     /// Ends of requests that were refused at dispatch.
     ends: Vec<JobEnd>,
-    crew: Arc<WorkerPool>,
+    worker_pool: Arc<WorkerPool>,
 }
 
 /// Computing request.
 struct Running {
-    flight: Arc<Job>,
+    job: Arc<Job>,
     place: QueueKey,
-    lane: WorkerSlot,
+    slot: WorkerSlot,
     begun: Instant,
 }
 
@@ -64,10 +64,10 @@ impl Jobs {
     /// Creates an empty job table.
     ///
     /// At most one request computes per worker slot, at most `queue_max` wait, and no client holds more than `held_max` buckets.
-    pub fn new(queue_max: usize, held_max: usize, crew: Arc<WorkerPool>) -> Self {
-        let (waiting, forecast) = (Queue::new(queue_max, crew.lanes(), AHEAD), Forecast::default());
+    pub fn new(queue_max: usize, held_max: usize, worker_pool: Arc<WorkerPool>) -> Self {
+        let (waiting, forecast) = (Queue::new(queue_max, worker_pool.lanes(), AHEAD), Forecast::default());
         let (running, unread) = (Vec::new(), Vec::new());
-        Self { waiting, running, unread, forecast, held_max, closed: false, ends: Vec::new(), crew }
+        Self { waiting, running, unread, forecast, held_max, closed: false, ends: Vec::new(), worker_pool }
     }
 
     /// Number of computing requests.
@@ -82,17 +82,17 @@ impl Jobs {
 
     /// Progress of a request; `None` if it neither waits nor computes.
     pub fn progress(&self, strike: RequestKey) -> Option<ProgressRow> {
-        let row = |state: u32, flight: &Job| {
-            let age_ns = u64::try_from(flight.arrived().elapsed().as_nanos()).unwrap_or(u64::MAX);
-            ProgressRow { state, stage: flight.stage().load(Ordering::Relaxed), age_ns }
+        let row = |state: u32, job: &Job| {
+            let age_ns = u64::try_from(job.arrived().elapsed().as_nanos()).unwrap_or(u64::MAX);
+            ProgressRow { state, stage: job.stage().load(Ordering::Relaxed), age_ns }
         };
-        let computing = self.running.iter().find(|running| running.flight.key() == strike);
-        let waiting = || self.waiting.items().find(|flight| flight.key() == strike);
-        computing.map(|running| row(2, &running.flight)).or_else(|| waiting().map(|flight| row(1, flight)))
+        let computing = self.running.iter().find(|running| running.job.key() == strike);
+        let waiting = || self.waiting.items().find(|job| job.key() == strike);
+        computing.map(|running| row(2, &running.job)).or_else(|| waiting().map(|job| row(1, job)))
     }
 
     /// Number of results that their clients have not read yet.
-    pub fn unread_answers(&self) -> usize {
+    pub fn unread_results(&self) -> usize {
         self.unread.len()
     }
 
@@ -109,36 +109,36 @@ impl Jobs {
     /// Accepts a request or refuses it at once; returns its end if it was refused. `wire` is the only copy of the payload: the client
     /// can still write to the original.
     pub fn admit(&mut self, active: ActiveImpactRequest, wire: &RequestWire, catalog: &Catalog) -> Option<JobEnd> {
-        let mut flight = Job::new(active, wire.listener, wire.sequence);
+        let mut job = Job::new(active, wire.listener, wire.sequence);
         let placed = wire.validate().and_then(|strike| {
             self.open()?;
             self.within_share(wire.held)?;
             let target = match strike.from {
                 None => (catalog.get(&strike.object)?, None),
-                Some(origin) => self.crew.target(&strike.object, origin)?,
+                Some(origin) => self.worker_pool.target(&strike.object, origin)?,
             };
-            let deadline = strike.deadline.and_then(|deadline| flight.arrived().checked_add(deadline));
+            let deadline = strike.deadline.and_then(|deadline| job.arrived().checked_add(deadline));
             let work = WorkKind::of(&strike);
-            self.in_time(deadline, &work, flight.arrived())?;
+            self.in_time(deadline, &work, job.arrived())?;
             let cost = self.forecast.of(&work).unwrap_or(COST_UNKNOWN);
             Ok((QueueKey { client: wire.listener, deadline, cost }, strike, target))
         });
         let place = match placed {
             Ok((place, strike, target)) => {
-                flight.place(strike, target);
+                job.place(strike, target);
                 place
             }
-            Err(refusal) => return Some(self.refuse(&flight, &refusal)),
+            Err(error) => return Some(self.refuse(&job, &error)),
         };
-        let pushed = self.waiting.push(flight.arrived(), place, Arc::new(flight));
-        let refused = pushed.err().map(|flight| self.refuse(&flight, &self.full(&place.client)));
+        let pushed = self.waiting.push(job.arrived(), place, Arc::new(job));
+        let refused = pushed.err().map(|job| self.refuse(&job, &self.full(&place.client)));
         self.dispatch();
         refused
     }
 
     /// Refuses every request once the table is closed.
     fn open(&self) -> Result<(), Error> {
-        if self.closed { Err(StopCause::Ending.refusal()) } else { Ok(()) }
+        if self.closed { Err(StopCause::Ending.error()) } else { Ok(()) }
     }
 
     /// Refuses a client that holds its share of the buckets.
@@ -155,7 +155,7 @@ impl Jobs {
         let (Some(deadline), Some(cost)) = (deadline, self.forecast.of(work)) else { return Ok(()) };
         let wait = self.wait(Some(deadline));
         if arrived + cost > deadline {
-            self.forecast.doubt(work, arrived);
+            self.forecast.reduce_estimate(work, arrived);
         }
         let left = deadline.saturating_duration_since(Instant::now());
         if wait + cost <= left {
@@ -168,19 +168,19 @@ impl Jobs {
             ms(wait),
             ms(cost)
         );
-        let refusal = Error::new(ErrorKind::Late, "deadline", message);
+        let error = Error::new(ErrorKind::Late, "deadline", message);
         // If the request would not have to wait, a retry changes nothing.
-        Err(if wait > Duration::ZERO { refusal.after(wait) } else { refusal })
+        Err(if wait > Duration::ZERO { error.after(wait) } else { error })
     }
 
     /// Expected waiting time of a new request with this deadline.
     fn wait(&self, deadline: Option<Instant>) -> Duration {
-        if self.running.len() < self.crew.lanes() {
+        if self.running.len() < self.worker_pool.lanes() {
             return Duration::ZERO;
         }
         let remaining = |running: &Running| running.place.cost.saturating_sub(running.begun.elapsed());
         let ahead = self.running.iter().map(remaining).sum::<Duration>() + self.waiting.ahead(deadline);
-        ahead / self.crew.lanes().max(1) as u32
+        ahead / self.worker_pool.lanes().max(1) as u32
     }
 
     /// Error for a request of this client that the queue does not accept.
@@ -195,19 +195,19 @@ impl Jobs {
         Error::new(ErrorKind::Busy, at, message).after(self.wait(None))
     }
 
-    fn refuse(&self, flight: &Job, refusal: &Error) -> JobEnd {
-        tracing::debug!(kind = refusal.kind.name(), at = refusal.at, "refused: {refusal}");
-        self.crew.refuse(flight, refusal);
-        JobEnd::of(refusal)
+    fn refuse(&self, job: &Job, error: &Error) -> JobEnd {
+        tracing::debug!(kind = error.kind.name(), at = error.at, "refused: {error}");
+        self.worker_pool.refuse(job, error);
+        JobEnd::of(error)
     }
 
     /// Starts waiting requests while worker slots are free. Requests of a client that does not read its results wait until it does.
     fn dispatch(&mut self) {
-        while self.running.len() < self.crew.lanes() {
+        while self.running.len() < self.worker_pool.lanes() {
             let buckets = self.buckets();
             let may = |client: &ClientId| buckets.get(client).is_none_or(|held| *held < self.held_max);
-            let Some((place, flight)) = self.waiting.pop(may) else { return };
-            let cost = self.forecast.of(flight.work()).unwrap_or(place.cost);
+            let Some((place, job)) = self.waiting.pop(may) else { return };
+            let cost = self.forecast.of(job.work()).unwrap_or(place.cost);
             if place.deadline.is_some_and(|deadline| Instant::now() + cost > deadline) {
                 // It would miss its deadline; the next one may still meet its own.
                 self.waiting.completed(Instant::now(), &place, Duration::ZERO);
@@ -216,44 +216,44 @@ impl Jobs {
                     "deadline",
                     "the request's turn came too late for its deadline; allow more time",
                 );
-                let end = self.refuse(&flight, &late);
+                let end = self.refuse(&job, &late);
                 self.ends.push(end);
                 continue;
             }
-            let lane = self.lane();
-            self.running.push(Running { flight: flight.clone(), place, lane, begun: Instant::now() });
-            self.crew.run(flight, lane);
+            let slot = self.slot();
+            self.running.push(Running { job: job.clone(), place, slot, begun: Instant::now() });
+            self.worker_pool.run(job, slot);
         }
     }
 
     /// Buckets by client that the daemon knows of: those of computing requests and of unread results.
     fn buckets(&self) -> HashMap<ClientId, usize> {
-        let (running, unread) = (self.running.iter().map(|running| &running.flight), self.unread.iter());
+        let (running, unread) = (self.running.iter().map(|running| &running.job), self.unread.iter());
         let mut buckets: HashMap<ClientId, usize> = HashMap::new();
-        running.chain(unread).for_each(|flight| *buckets.entry(flight.key().0).or_default() += 1);
+        running.chain(unread).for_each(|job| *buckets.entry(job.key().0).or_default() += 1);
         buckets
     }
 
     /// Worker slot of the next request: all threads if it is the only one, else a free slot.
-    fn lane(&self) -> WorkerSlot {
+    fn slot(&self) -> WorkerSlot {
         if self.running.is_empty() && self.waiting.len() == 0 {
             return WorkerSlot::All;
         }
-        let free = |lane: &usize| self.running.iter().all(|running| running.lane != WorkerSlot::One(*lane));
-        (0..self.crew.lanes()).find(free).map_or(WorkerSlot::All, WorkerSlot::One)
+        let free = |slot: &usize| self.running.iter().all(|running| running.slot != WorkerSlot::One(*slot));
+        (0..self.worker_pool.lanes()).find(free).map_or(WorkerSlot::All, WorkerSlot::One)
     }
 
     /// Records the end of a job.
-    pub fn completed(&mut self, flight: &Arc<Job>, end: JobEnd) {
-        let Some(index) = self.running.iter().position(|running| Arc::ptr_eq(&running.flight, flight)) else { return };
+    pub fn completed(&mut self, job: &Arc<Job>, end: JobEnd) {
+        let Some(index) = self.running.iter().position(|running| Arc::ptr_eq(&running.job, job)) else { return };
         let Running { place, begun, .. } = self.running.swap_remove(index);
         let time = begun.elapsed();
         self.waiting.completed(Instant::now(), &place, time);
         if end == JobEnd::Answered {
-            self.forecast.learn(flight.work(), time);
-            self.unread.push(flight.clone());
+            self.forecast.learn(job.work(), time);
+            self.unread.push(job.clone());
         } else if end == JobEnd::Late {
-            self.forecast.learn_at_least(flight.work(), time);
+            self.forecast.learn_lower_bound(job.work(), time);
         }
         self.dispatch();
     }
@@ -261,11 +261,11 @@ impl Jobs {
     /// Drops results that were read, and cancels requests that their clients dropped; returns the number of waiting ones dropped.
     pub fn prune(&mut self) -> usize {
         let unread = self.unread.len();
-        self.unread.retain(|flight| flight.is_open());
+        self.unread.retain(|job| job.is_open());
         for running in &self.running {
-            running.flight.cancel_if_abandoned();
+            running.job.cancel_if_abandoned();
         }
-        let dropped = self.waiting.take(|_, flight| flight.cancel_if_abandoned()).len();
+        let dropped = self.waiting.take(|_, job| job.cancel_if_abandoned()).len();
         if self.unread.len() < unread {
             self.dispatch();
         }
@@ -280,46 +280,46 @@ impl Jobs {
         let now = Instant::now();
         let late = |place: &QueueKey| place.deadline.is_some_and(|deadline| deadline <= now);
         for running in self.running.iter().filter(|running| late(&running.place)) {
-            running.flight.stop(StopCause::Late);
+            running.job.stop(StopCause::Late);
         }
         let waiting = self.waiting.take(|place, _| late(place));
         let buckets = self.buckets();
-        let stuck = self.waiting.take(|place, flight| {
+        let stuck = self.waiting.take(|place, job| {
             let full = buckets.get(&place.client).is_some_and(|held| *held >= self.held_max);
-            full && flight.arrived().elapsed() > UNREAD_PATIENCE
+            full && job.arrived().elapsed() > UNREAD_TIMEOUT
         });
-        let late = waiting.iter().map(|flight| (flight, StopCause::Late.refusal()));
-        let stuck = stuck.iter().map(|flight| (flight, self.unread(flight)));
-        let now: Vec<JobEnd> = late.chain(stuck).map(|(flight, refusal)| self.refuse(flight, &refusal)).collect();
+        let late = waiting.iter().map(|job| (job, StopCause::Late.error()));
+        let stuck = stuck.iter().map(|job| (job, self.unread(job)));
+        let now: Vec<JobEnd> = late.chain(stuck).map(|(job, error)| self.refuse(job, &error)).collect();
         self.ends.extend(now);
         std::mem::take(&mut self.ends)
     }
 
     /// Error for a request that would exceed the number of buckets of its client.
-    fn unread(&self, flight: &Job) -> Error {
-        let held = self.buckets().get(&flight.key().0).copied().unwrap_or(0);
+    fn unread(&self, job: &Job) -> Error {
+        let held = self.buckets().get(&job.key().0).copied().unwrap_or(0);
         let message = format!("{held} results of this client are unread, as many as a client may hold; read some");
         Error::new(ErrorKind::Busy, "share", message)
     }
 
     /// Next deadline of any request.
     pub fn next_deadline(&self) -> Option<Instant> {
-        let running = self.running.iter().filter(|running| running.flight.stopped().is_none());
+        let running = self.running.iter().filter(|running| running.job.stopped().is_none());
         running.filter_map(|running| running.place.deadline).chain(self.waiting.next_deadline()).min()
     }
 
     /// Refuses all waiting requests and lets computing ones finish; returns the number of refused ones.
     pub fn stop(&mut self) -> usize {
-        let refusal = StopCause::Ending.refusal();
+        let error = StopCause::Ending.error();
         let waiting = self.waiting.take(|_, _| true);
-        for flight in &waiting {
-            self.crew.refuse(flight, &refusal);
+        for job in &waiting {
+            self.worker_pool.refuse(job, &error);
         }
         waiting.len()
     }
 
     /// Asks all computing requests to stop at their next checkpoint.
     pub fn cancel(&self) {
-        self.running.iter().for_each(|running| running.flight.stop(StopCause::Ending));
+        self.running.iter().for_each(|running| running.job.stop(StopCause::Ending));
     }
 }

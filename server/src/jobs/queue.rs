@@ -1,15 +1,16 @@
 //! Queue of waiting requests.
 //!
-//! The earliest deadline goes first. Requests without a deadline, or with the same one, go first come first served, except that requests
-//! beyond a client's share start when its share allows.
+//! The request with the earliest deadline starts first. Requests with the same deadline, or without one, start first come first
+//! served. A request beyond its client's share starts when that share allows.
 //!
 //! Deadlines: C. L. Liu & J. W. Layland, *Scheduling algorithms for multiprogramming in a hard real-time environment* (1973).
 //! Virtual time and shares: A. Demers, S. Keshav & S. Shenker, *Analysis and simulation of a fair queueing algorithm* (1989).
-//! Admission: A. K. Choudhury & E. L. Hahne, *Dynamic queue length thresholds for shared-memory packet switches* (1998): a client may
-//! occupy at most twice as many places as are free. So there is always space for the next client, and no waiting request is evicted.
+//! Admission: A. K. Choudhury & E. L. Hahne, *Dynamic queue length thresholds for shared-memory packet switches* (1998). A client
+//! may occupy at most twice as many slots as are free. So there is always a slot for the next client, and no waiting request is
+//! evicted.
 //!
-//! Different from these sources, a client may be ahead of its share by a few requests before others go first. With strict shares,
-//! random bursts of equal clients are reordered, too, and the slowest results take a third longer than first come first served.
+//! Unlike in these sources, a client may be a few requests ahead of its share before others go first. Strict shares also reorder
+//! random bursts of equal clients, and the slowest results then take a third longer than with first come first served.
 
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
@@ -337,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn there_is_room_for_who_comes_next_and_nobody_is_sent_away() {
+    fn a_full_queue_reserves_slots_for_new_clients() {
         let (mut queue, now) = strict(99);
         assert_eq!((fill(&mut queue, now, 1), queue.len()), (66, 66), "a single client has two thirds");
         assert_eq!((fill(&mut queue, now, 2), queue.len()), (22, 88), "the second has two thirds of the rest");
@@ -348,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn as_many_as_may_wait_do() {
+    fn the_queue_accepts_up_to_its_limit() {
         for most in 0..9 {
             let (mut queue, now) = strict(most);
             let taken: usize = (1..=9).map(|client| fill(&mut queue, now, client)).sum();
@@ -379,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_taken_out_counts_no_more() {
+    fn removed_requests_do_not_count_for_the_share() {
         let (mut queue, now) = strict(9);
         (0..6).for_each(|n| _ = queue.push(now, place(1 + (n % 2) as u8, Some(now + n * MS)), n));
         let mut late = queue.take(|place, _| place.deadline <= Some(now + 2 * MS));
@@ -389,7 +390,7 @@ mod tests {
     }
 
     #[test]
-    fn who_gives_up_what_waits_is_as_far_as_if_it_had_not_come() {
+    fn withdrawn_requests_do_not_change_the_share() {
         let (mut queue, now) = strict(99);
         (0..30).for_each(|n| _ = queue.push(now, place(1, None), n));
         assert_eq!(queue.pop(|_| true).unwrap().1, 0);
@@ -401,7 +402,7 @@ mod tests {
     }
 
     #[test]
-    fn no_client_is_remembered_for_ever() {
+    fn idle_clients_are_forgotten() {
         let (mut queue, mut now) = strict(9);
         // One client stays; two hundred come and go.
         queue.push(now, place(255, None), 255).unwrap();

@@ -15,7 +15,7 @@ use shatter_fracture::pipeline::Workspace;
 use shatter_proto::error::ErrorWire;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Request, RetainedFragment};
-use shatter_proto::result::{Block, EffectCost, EnergySource, StageCost};
+use shatter_proto::result::{AlignedBlock, EffectCost, EnergySource, StageCost};
 use shatter_proto::{Error, ErrorKind, Fault};
 use shatter_transport::workarounds::populated_pages::PopulatedPages;
 use shatter_transport::workarounds::response_pool::LOANS_PER_REQUEST;
@@ -37,9 +37,9 @@ const CROWDED: [Duration; LOANS_PER_REQUEST - 1] =
 /// Event from a worker thread to the event loop.
 pub enum WorkerEvent {
     /// A request ended.
-    Landed {
+    Completed {
         /// The job.
-        flight: Arc<Job>,
+        job: Arc<Job>,
         /// End of the request.
         end: JobEnd,
         /// Source of the result's energy.
@@ -50,7 +50,7 @@ pub enum WorkerEvent {
         effects: Box<[EffectCost]>,
     },
     /// An event from the hot reloader.
-    News(ReloadEvent),
+    Reload(ReloadEvent),
     /// Clients hold all memory for results; some of them may be dead.
     Crowded,
 }
@@ -72,8 +72,8 @@ pub struct WorkerPool {
     all: ThreadPool,
     lanes: Vec<ThreadPool>,
     workspaces: Mutex<Vec<Workspace>>,
-    verdicts: Mutex<ErrorMailbox>,
-    answers: Mutex<RetainedResults>,
+    errors: Mutex<ErrorMailbox>,
+    results: Mutex<RetainedResults>,
     populated: PopulatedPages,
     waker: ClientWaker,
     events: UnboundedSender<WorkerEvent>,
@@ -85,13 +85,13 @@ pub struct WorkerPool {
 /// `failed` if a thread cannot be started.
 pub fn threads(count: usize, nice: i32) -> Result<ThreadPool, Error> {
     let builder = ThreadPoolBuilder::new().num_threads(count).thread_name(|index| format!("compute-{index}"));
-    let give_way = move |_| {
+    let lower_priority = move |_| {
         // On Linux the niceness is per thread.
         if let Err(error) = rustix::process::nice(nice) {
             tracing::debug!(%error, "cannot lower the priority of a worker thread");
         }
     };
-    let built = builder.start_handler(give_way).build();
+    let built = builder.start_handler(lower_priority).build();
     built.map_err(|error| Error::new(ErrorKind::Failed, "threads", error.to_string()))
 }
 
@@ -104,19 +104,19 @@ pub fn lanes(count: usize, nice: i32) -> Result<Vec<ThreadPool>, Error> {
 }
 
 impl WorkerPool {
-    /// Creates a worker pool that reports to `events` and retains results in `answers`.
+    /// Creates a worker pool that reports to `events` and retains results in `results`.
     ///
     /// `populated` knows the buckets that the rehearsal wrote.
     pub fn new(
         all: ThreadPool,
         lanes: Vec<ThreadPool>,
-        answers: RetainedResults,
+        results: RetainedResults,
         populated: PopulatedPages,
         waker: ClientWaker,
         events: UnboundedSender<WorkerEvent>,
     ) -> Self {
-        let (workspaces, verdicts, answers) = (Mutex::default(), Mutex::default(), Mutex::new(answers));
-        Self { all, lanes, workspaces, verdicts, answers, populated, waker, events }
+        let (workspaces, errors, results) = (Mutex::default(), Mutex::default(), Mutex::new(results));
+        Self { all, lanes, workspaces, errors, results, populated, waker, events }
     }
 
     /// Number of requests that may compute at once.
@@ -135,71 +135,71 @@ impl WorkerPool {
     }
 
     /// Runs `work` in a slot and sends the event that it returns.
-    fn spawn(self: &Arc<Self>, lane: WorkerSlot, work: impl FnOnce(&WorkerPool) -> WorkerEvent + Send + 'static) {
-        let crew = self.clone();
-        let pool = match lane {
-            WorkerSlot::One(lane) => self.lanes.get(lane).unwrap_or(&self.all),
+    fn spawn(self: &Arc<Self>, slot: WorkerSlot, work: impl FnOnce(&WorkerPool) -> WorkerEvent + Send + 'static) {
+        let worker_pool = self.clone();
+        let pool = match slot {
+            WorkerSlot::One(slot) => self.lanes.get(slot).unwrap_or(&self.all),
             WorkerSlot::All => &self.all,
         };
         pool.spawn(move || {
-            let event = work(&crew);
+            let event = work(&worker_pool);
             // If the receiver is gone, the daemon has ended.
-            let _ = crew.events.send(event);
+            let _ = worker_pool.events.send(event);
         });
     }
 
     /// Computes a request in a slot. A panic fails only this request.
-    pub(super) fn run(self: &Arc<Self>, flight: Arc<Job>, lane: WorkerSlot) {
-        self.spawn(lane, move |crew| {
-            let profiler = StageProfiler::showing(flight.stage().clone());
-            let result = catch_unwind(AssertUnwindSafe(|| crew.answer(&flight, &profiler)));
+    pub(super) fn run(self: &Arc<Self>, job: Arc<Job>, slot: WorkerSlot) {
+        self.spawn(slot, move |worker_pool| {
+            let profiler = StageProfiler::showing(job.stage().clone());
+            let result = catch_unwind(AssertUnwindSafe(|| worker_pool.respond(&job, &profiler)));
             let result = result.unwrap_or_else(|panic| {
                 let message = format!("the request failed inside the service: {}", panics::text(panic.as_ref()));
                 Err(Error::new(ErrorKind::Failed, "strike", message))
             });
-            let result = result.map_err(|refusal| match flight.stopped() {
-                Some(why) if refusal.kind == ErrorKind::Cancelled => why.refusal(),
-                _ => refusal,
+            let result = result.map_err(|error| match job.stopped() {
+                Some(why) if error.kind == ErrorKind::Cancelled => why.error(),
+                _ => error,
             });
             let end = match &result {
                 Ok(()) => JobEnd::Answered,
-                Err(refusal) => {
-                    if refusal.kind.fault() == Fault::Caller {
-                        tracing::debug!(kind = refusal.kind.name(), at = refusal.at, "request failed: {refusal}");
+                Err(error) => {
+                    if error.kind.fault() == Fault::Caller {
+                        tracing::debug!(kind = error.kind.name(), at = error.at, "request failed: {error}");
                     } else {
-                        tracing::warn!(kind = refusal.kind.name(), at = refusal.at, "request failed: {refusal}");
+                        tracing::warn!(kind = error.kind.name(), at = error.at, "request failed: {error}");
                     }
-                    crew.refuse(&flight, refusal);
-                    JobEnd::of(refusal)
+                    worker_pool.refuse(&job, error);
+                    JobEnd::of(error)
                 }
             };
             let (energy, stages, effects) =
                 (profiler.energy(), Box::new(profiler.stages()), Box::new(profiler.effects()));
-            WorkerEvent::Landed { flight, end, energy, stages, effects }
+            WorkerEvent::Completed { job, end, energy, stages, effects }
         });
     }
 
     /// Stores the error, closes the request, wakes the client: in this order, so that a client that finds its request closed also
     /// finds the error.
-    pub fn refuse(&self, flight: &Job, refusal: &Error) {
-        let verdict = ErrorWire::from(refusal);
-        self.verdicts.lock().unwrap_or_else(PoisonError::into_inner).keep(flight.key(), verdict);
-        flight.close();
-        self.waker.wake(flight.key().0);
+    pub fn refuse(&self, job: &Job, error: &Error) {
+        let error_wire = ErrorWire::from(error);
+        self.errors.lock().unwrap_or_else(PoisonError::into_inner).keep(job.key(), error_wire);
+        job.close();
+        self.waker.wake(job.key().0);
     }
 
     /// Error of a closed request, if it is known.
-    pub fn verdict(&self, strike: RequestKey) -> Option<ErrorWire> {
-        self.verdicts.lock().unwrap_or_else(PoisonError::into_inner).tell(strike)
+    pub fn collect_error(&self, strike: RequestKey) -> Option<ErrorWire> {
+        self.errors.lock().unwrap_or_else(PoisonError::into_inner).collect(strike)
     }
 
-    fn answers(&self) -> MutexGuard<'_, RetainedResults> {
-        self.answers.lock().unwrap_or_else(PoisonError::into_inner)
+    fn results(&self) -> MutexGuard<'_, RetainedResults> {
+        self.results.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Target of a request that strikes a fragment of a retained result of the object `name`.
     pub(super) fn target(&self, name: &str, origin: RetainedFragment) -> Result<RetainedTarget, Error> {
-        self.answers().target(name, origin, Instant::now())
+        self.results().target(name, origin, Instant::now())
     }
 
     /// Releases a retained result.
@@ -207,20 +207,20 @@ impl WorkerPool {
     /// # Errors
     /// `unknown_handle`.
     pub fn release(&self, handle: u64) -> Result<(), Error> {
-        let gone = self.answers().release(handle)?;
+        let gone = self.results().release(handle)?;
         self.drop_evicted(gone);
         Ok(())
     }
 
     /// Evicts the retained results whose time is over.
     pub fn expire_kept(&self) {
-        let gone = self.answers().expire(Instant::now());
+        let gone = self.results().expire(Instant::now());
         self.drop_evicted(gone);
     }
 
     /// Number of retained results, and their memory in bytes.
     pub fn kept(&self) -> (u64, u64) {
-        self.answers().extent()
+        self.results().extent()
     }
 
     /// Frees the memory on a worker thread.
@@ -232,12 +232,12 @@ impl WorkerPool {
 
     /// Retains a result if its request asks for it; returns its handle, or zero.
     fn keep(&self, strike: &Request, object: Arc<dyn ServedObject>, outcome: &dyn EngineResult) -> u64 {
-        if !strike.keep || !self.answers().keeps() {
+        if !strike.keep || !self.results().allows_keeping() {
             return 0;
         }
         let Some(kept) = outcome.keep() else { return 0 };
         // The evicted results are dropped here, without the lock.
-        let (handle, _gone) = self.answers().keep(&strike.object, object, kept, Instant::now());
+        let (handle, _gone) = self.results().keep(&strike.object, object, kept, Instant::now());
         handle
     }
 
@@ -252,16 +252,15 @@ impl WorkerPool {
     }
 
     /// Computes and sends the result. Drops the object at the end: the worker thread that uses a replaced version last frees it.
-    fn answer(&self, flight: &Job, profiler: &StageProfiler) -> Result<(), Error> {
-        let JobPayload { strike, object, kept } = flight.unload()?;
+    fn respond(&self, job: &Job, profiler: &StageProfiler) -> Result<(), Error> {
+        let JobPayload { strike, object, kept } = job.unload()?;
         let _span =
-            tracing::info_span!("strike", object = strike.object, client = flight.client(), sequence = flight.key().1)
+            tracing::info_span!("strike", object = strike.object, client = job.client(), sequence = job.key().1)
                 .entered();
         let begun = Instant::now();
         let time = strike.time_ms_max.map(|ms| Duration::from_secs_f64(1e-3 * AIMED_AT * ms));
-        let due = time.and_then(|time| flight.arrived().checked_add(time));
-        let token =
-            due.map_or_else(|| flight.token().clone(), |due| flight.token().with_time(move || remaining_s(due)));
+        let due = time.and_then(|time| job.arrived().checked_add(time));
+        let token = due.map_or_else(|| job.token().clone(), |due| job.token().with_time(move || remaining_s(due)));
         let workspace = self.workspaces.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut workspace = workspace.unwrap_or_default();
         let outcome = match (&kept, strike.from) {
@@ -272,42 +271,42 @@ impl WorkerPool {
         };
         self.workspaces.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
         let outcome = outcome?;
-        if flight.stopped() == Some(StopCause::Late) {
-            return Err(StopCause::Late.refusal());
+        if job.stopped() == Some(StopCause::Late) {
+            return Err(StopCause::Late.error());
         }
         let layout = fit(&strike, outcome.as_ref())?;
-        let mut lent = self.loan(flight, layout.blocks())?;
-        self.populated.ensure(lent.payload_mut())?;
-        *lent.user_header_mut() = layout.header(flight.key().1);
+        let mut buffer = self.loan(job, layout.blocks())?;
+        self.populated.ensure(buffer.payload_mut())?;
+        *buffer.user_header_mut() = layout.header(job.key().1);
         let handle = self.keep(&strike, object, outcome.as_ref());
-        let timing = Timing { handle, arrived: flight.arrived(), begun, time_ms_max: strike.time_ms_max };
-        let written = write(lent, &layout, outcome.as_ref(), &timing, profiler);
+        let timing = Timing { handle, arrived: job.arrived(), begun, time_ms_max: strike.time_ms_max };
+        let written = write(buffer, &layout, outcome.as_ref(), &timing, profiler);
         // The woken client may preempt this thread, so the time is taken before.
         let took = begun.elapsed();
-        let sent = written.and_then(|written| flight.send(written));
+        let sent = written.and_then(|written| job.send(written));
         if handle != 0 && sent.is_err() {
             // No client knows the handle. The result may have been evicted already.
             let _ = self.release(handle);
         }
         sent?;
         // Before the outcome is dropped, which takes as long again.
-        self.waker.wake(flight.key().0);
+        self.waker.wake(job.key().0);
         outcome.took(took, &profiler.stages());
         Ok(())
     }
 
     /// Loans memory for a result. Retries, so that a computed result is not lost because a client died a moment ago.
-    fn loan(&self, flight: &Job, blocks: usize) -> Result<LoanedBuffer, Error> {
+    fn loan(&self, job: &Job, blocks: usize) -> Result<LoanedBuffer, Error> {
         for pause in CROWDED {
-            match flight.loan(blocks) {
-                Err(refusal) if refusal.kind == ErrorKind::Busy && flight.stopped().is_none() => {
+            match job.loan(blocks) {
+                Err(error) if error.kind == ErrorKind::Busy && job.stopped().is_none() => {
                     let _ = self.events.send(WorkerEvent::Crowded);
                     std::thread::sleep(pause);
                 }
                 result => return result,
             }
         }
-        flight.loan(blocks)
+        job.loan(blocks)
     }
 }
 
@@ -350,16 +349,16 @@ struct Timing {
 
 /// Writes the result into the loaned buffer that the client will read.
 fn write(
-    mut lent: LoanedBuffer,
+    mut buffer: LoanedBuffer,
     layout: &Layout,
     outcome: &dyn EngineResult,
     timing: &Timing,
     profiler: &StageProfiler,
 ) -> Result<WrittenResult, Error> {
-    let raw: *mut [MaybeUninit<Block>] = lent.payload_mut();
-    // SAFETY: the slice is borrowed from `lent`, which is not touched while `payload` lives. Its bytes are initialized: they are in
-    // shared memory, whose pages the kernel zeroes and earlier results wrote; any bytes are a valid `Block`.
-    let payload: &mut [Block] = unsafe { &mut *(raw as *mut [Block]) };
+    let raw: *mut [MaybeUninit<AlignedBlock>] = buffer.payload_mut();
+    // SAFETY: the slice is borrowed from `buffer`, which is not touched while `payload` lives. Its bytes are initialized: they are in
+    // shared memory, whose pages the kernel zeroes and earlier results wrote; any bytes are a valid `AlignedBlock`.
+    let payload: &mut [AlignedBlock] = unsafe { &mut *(raw as *mut [AlignedBlock]) };
     let unfit = || Error::new(ErrorKind::Failed, "layout", "the loaned memory is shorter than the layout");
     let mut sections = layout.split(payload).ok_or_else(unfit)?;
     profiler.write(outcome, &mut sections, layout.base_bytes())?;
@@ -373,5 +372,5 @@ fn write(
         sections.summary.overrun_ns = u64::try_from(over.as_nanos()).unwrap_or(u64::MAX).max(1);
     }
     // SAFETY: every byte is initialized, see above.
-    Ok(unsafe { lent.assume_init() })
+    Ok(unsafe { buffer.assume_init() })
 }

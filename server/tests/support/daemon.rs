@@ -1,6 +1,6 @@
 //! Daemons: in a thread of this process, as a child of the test's own binary with the toy engine, and the real program.
 
-use super::{TestPlace, loader};
+use super::{TestDirectory, loader};
 use shatter_client::{Client, Deadline, Error};
 use shatter_engine::object::Loader;
 use shatter_server::config::Config;
@@ -29,7 +29,7 @@ fn config(text: &str, databases: &Path) -> Config {
 
 /// A daemon in a thread of this process.
 pub struct InProcess {
-    pub here: TestPlace,
+    pub here: TestDirectory,
     settings: String,
     loader: Loader,
     stop: Arc<Notify>,
@@ -38,12 +38,12 @@ pub struct InProcess {
 
 impl InProcess {
     /// Starts a daemon with the toy engine and `settings` over the default configuration; waits until it serves.
-    pub fn start(here: TestPlace, settings: &str) -> Self {
+    pub fn start(here: TestDirectory, settings: &str) -> Self {
         Self::start_with(here, settings, loader())
     }
 
     /// Starts a daemon with another engine.
-    pub fn start_with(here: TestPlace, settings: &str, loader: Loader) -> Self {
+    pub fn start_with(here: TestDirectory, settings: &str, loader: Loader) -> Self {
         let mut daemon = Self { here, settings: settings.to_owned(), loader, stop: Arc::default(), thread: None };
         if !daemon.begin() {
             daemon.end().unwrap();
@@ -53,7 +53,7 @@ impl InProcess {
     }
 
     /// Error of a daemon that cannot be started with these settings.
-    pub fn refused(here: TestPlace, settings: &str) -> Error {
+    pub fn refused(here: TestDirectory, settings: &str) -> Error {
         let settings = settings.to_owned();
         let mut daemon = Self { here, settings, loader: loader(), stop: Arc::default(), thread: None };
         assert!(!daemon.begin(), "it was to be refused");
@@ -117,7 +117,7 @@ impl Child {
     }
 
     /// Starts `command` without a reader of its stderr.
-    pub fn deaf(command: &mut Command) -> Self {
+    pub fn with_closed_output(command: &mut Command) -> Self {
         let mut child = Self(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap(), None);
         drop(child.0.stderr.take());
         let mut out = BufReader::new(child.0.stdout.take().unwrap());
@@ -168,7 +168,7 @@ impl Drop for Child {
 }
 
 /// Command of the real daemon.
-pub fn shatterd(here: &TestPlace) -> Command {
+pub fn shatterd(here: &TestDirectory) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_shatterd"));
     here.aim(&mut command);
     command.arg("serve");
@@ -176,7 +176,7 @@ pub fn shatterd(here: &TestPlace) -> Command {
 }
 
 /// Runs the real command line; returns exit code and stdout.
-pub fn shatter(here: &TestPlace, arguments: &[&str]) -> (i32, String) {
+pub fn shatter(here: &TestDirectory, arguments: &[&str]) -> (i32, String) {
     let mut child = shatter_program(here).args(arguments).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
     let mut out = String::new();
     child.stdout.take().unwrap().read_to_string(&mut out).unwrap();
@@ -184,7 +184,7 @@ pub fn shatter(here: &TestPlace, arguments: &[&str]) -> (i32, String) {
 }
 
 /// Command of the real command line.
-pub fn shatter_program(here: &TestPlace) -> Command {
+pub fn shatter_program(here: &TestDirectory) -> Command {
     let mut command = Command::new(program());
     here.aim(&mut command);
     command
@@ -204,7 +204,7 @@ fn program() -> PathBuf {
 }
 
 /// Command that runs this test binary as another process in `role`.
-pub fn role(here: &TestPlace, role: &str, settings: &str) -> Command {
+pub fn role(here: &TestDirectory, role: &str, settings: &str) -> Command {
     let mut command = Command::new(std::env::current_exe().unwrap());
     here.aim(&mut command);
     command.args(["play_a_role", "--exact", "--nocapture", "--test-threads=1"]);

@@ -4,15 +4,15 @@
 
 mod bar;
 mod daemon;
-mod place;
+mod directory;
+mod fake_object;
 mod raw;
-mod toy;
 
 pub use bar::bar;
 pub use daemon::{Child, InProcess, play, role, shatter, shatter_program, shatterd, under};
-pub use place::{TestPlace, leave_tags, leave_unfinished, within};
+pub use directory::{TestDirectory, leave_tags, leave_unfinished, within};
+pub use fake_object::{addresses, loader, order};
 pub use raw::{RawPeer, Sent};
-pub use toy::{addresses, loader, order};
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
@@ -21,14 +21,14 @@ use std::fmt::Display;
 use std::time::Duration;
 
 /// Timeout long enough for a loaded machine; a test that reaches it has failed.
-pub fn patience() -> Deadline {
+pub fn timeout() -> Deadline {
     Deadline::ms(60_000)
 }
 
 /// Waits with a timeout until `holds`.
 #[track_caller]
 pub fn eventually<T: Display>(what: impl Fn() -> T, holds: impl Fn() -> bool) {
-    let deadline = patience();
+    let deadline = timeout();
     while !holds() {
         assert!(!deadline.passed(), "never: {}", what());
         std::thread::sleep(Duration::from_millis(2));

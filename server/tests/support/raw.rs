@@ -9,26 +9,26 @@ use shatter_proto::ErrorKind;
 use shatter_proto::control::{ControlReplyHeader, ControlRequest, ControlRequestWire, read};
 use shatter_proto::error::ErrorWire;
 use shatter_proto::request::RequestWire;
-use shatter_proto::result::{Block, ResultHeader, SummaryWire};
+use shatter_proto::result::{AlignedBlock, ResultHeader, SummaryWire};
 use shatter_proto::view::CheckedLayout;
 use shatter_transport::instance::Instance;
 use shatter_transport::paths::ServicePaths;
 use shatter_transport::{CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_DAEMON_SERVICE, config, service_name};
 use std::time::Duration;
 
-type Questions = Client<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>;
+type ControlRequests = Client<Ipc, ControlRequestWire, (), [AlignedBlock], ControlReplyHeader>;
 
 /// A request that was sent unchecked.
-pub type Sent = PendingResponse<Ipc, RequestWire, (), [Block], ResultHeader>;
+pub type Sent = PendingResponse<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>;
 
 /// A question that was sent unchecked.
-pub type Asked = PendingResponse<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>;
+pub type PendingControlRequest = PendingResponse<Ipc, ControlRequestWire, (), [AlignedBlock], ControlReplyHeader>;
 
 /// A peer on the level of the transport.
 pub struct RawPeer {
-    strikes: Client<Ipc, RequestWire, (), [Block], ResultHeader>,
-    questions: Questions,
-    bell: Notifier<Ipc>,
+    strikes: Client<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>,
+    control_requests: ControlRequests,
+    wake_notifier: Notifier<Ipc>,
     _node: Node<Ipc>,
 }
 
@@ -38,15 +38,15 @@ impl RawPeer {
         let builder = NodeBuilder::new().config(&settings).signal_handling_mode(SignalHandlingMode::Disabled);
         let node = builder.create::<Ipc>().unwrap();
         let service = |name| node.service_builder(&service_name(name).unwrap());
-        let strikes = service(STRIKE_SERVICE).request_response::<RequestWire, [Block]>();
+        let strikes = service(STRIKE_SERVICE).request_response::<RequestWire, [AlignedBlock]>();
         let strikes = strikes.response_user_header::<ResultHeader>().open().unwrap();
-        let questions = service(CONTROL_SERVICE).request_response::<ControlRequestWire, [Block]>();
-        let questions = questions.response_user_header::<ControlReplyHeader>().open().unwrap();
-        let bell = service(WAKE_DAEMON_SERVICE).event().open().unwrap();
+        let control_requests = service(CONTROL_SERVICE).request_response::<ControlRequestWire, [AlignedBlock]>();
+        let control_requests = control_requests.response_user_header::<ControlReplyHeader>().open().unwrap();
+        let wake_notifier = service(WAKE_DAEMON_SERVICE).event().open().unwrap();
         Self {
             strikes: strikes.client_builder().create().unwrap(),
-            questions: questions.client_builder().create().unwrap(),
-            bell: bell.notifier_builder().create().unwrap(),
+            control_requests: control_requests.client_builder().create().unwrap(),
+            wake_notifier: wake_notifier.notifier_builder().create().unwrap(),
             _node: node,
         }
     }
@@ -59,20 +59,20 @@ impl RawPeer {
     }
 
     /// Sends a question unchecked.
-    pub fn ask(&self, wire: ControlRequestWire) -> Asked {
-        let asked = self.questions.send_copy(wire).unwrap();
+    pub fn ask(&self, wire: ControlRequestWire) -> PendingControlRequest {
+        let pending = self.control_requests.send_copy(wire).unwrap();
         self.ring();
-        asked
+        pending
     }
 
     /// Reply to a question: success, or the kind of its error; `None` if there is no reply yet.
-    pub fn reply(&self, asked: &Asked) -> Option<Result<(), ErrorKind>> {
-        let reply = asked.receive().unwrap()?;
-        Some(read::<ErrorWire>(reply.user_header(), reply.payload()).map(drop).map_err(|refusal| refusal.kind))
+    pub fn reply(&self, pending: &PendingControlRequest) -> Option<Result<(), ErrorKind>> {
+        let reply = pending.receive().unwrap()?;
+        Some(read::<ErrorWire>(reply.user_header(), reply.payload()).map(drop).map_err(|error| error.kind))
     }
 
     fn ring(&self) {
-        let _ = self.bell.notify();
+        let _ = self.wake_notifier.notify();
     }
 
     /// Waits for the outcome of a request: the summary of the result, or the error.
@@ -80,13 +80,13 @@ impl RawPeer {
         let wire = *sent.payload();
         match self.end(sent) {
             Some(summary) => Ok(summary),
-            None => Err(self.verdict(wire.listener, wire.sequence)),
+            None => Err(self.failure(wire.listener, wire.sequence)),
         }
     }
 
     /// Waits until the request has a result or is closed.
     pub fn end(&self, sent: &Sent) -> Option<SummaryWire> {
-        let deadline = super::patience();
+        let deadline = super::timeout();
         loop {
             let connected = sent.is_connected();
             if let Some(answer) = sent.receive().unwrap() {
@@ -102,12 +102,12 @@ impl RawPeer {
     }
 
     /// Reason why a request was closed without a result.
-    fn verdict(&self, listener: [u8; 16], sequence: u64) -> Option<ErrorKind> {
-        let asked = self.questions.send_copy(ControlRequest::Verdict(sequence).wire(listener)).unwrap();
+    fn failure(&self, listener: [u8; 16], sequence: u64) -> Option<ErrorKind> {
+        let pending = self.control_requests.send_copy(ControlRequest::RequestError(sequence).wire(listener)).unwrap();
         self.ring();
-        let deadline = super::patience();
+        let deadline = super::timeout();
         loop {
-            if let Some(reply) = asked.receive().unwrap() {
+            if let Some(reply) = pending.receive().unwrap() {
                 let rows = read::<ErrorWire>(reply.user_header(), reply.payload()).unwrap();
                 return rows.first().map(|row| shatter_proto::Error::from(row).kind);
             }

@@ -7,7 +7,7 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, load_parameters, load_partial, save};
 use shatter_fracture::fragment::closed;
 use shatter_fracture::pipeline::{
-    DegreeRequest, FractureMeshes, FractureRequest, PreparedObject, StrikeContext, Workspace, strike,
+    DegreeRequest, FractureMeshes, FractureRequest, PreparedObject, RequestContext, Workspace, strike,
 };
 use shatter_fracture::scene::Material;
 use shatter_fracture::surface::shapes;
@@ -134,7 +134,7 @@ fn struck(prepared: &PreparedObject) {
     for degree in [DegreeRequest::Sites(4), DegreeRequest::Inferred] {
         let own = FractureRequest { degree, ..at.clone() };
         if let Ok(outcome) =
-            strike(StrikeContext::new(prepared, &own, &CancelToken::default(), &()), &mut Workspace::default())
+            strike(RequestContext::new(prepared, &own, &CancelToken::default(), &()), &mut Workspace::default())
         {
             assert!((0.0..=1.0).contains(&outcome.confidence()), "{}", outcome.confidence());
             outcome.meshes().into_iter().for_each(check);

@@ -2,10 +2,12 @@
 
 use super::{choice, seed};
 use bytemuck::{AnyBitPattern, Zeroable, bytes_of};
-use shatter_proto::control::{self, ControlReplyHeader, ControlRequest, ControlRequestWire, ObjectRow, StatusRow};
+use shatter_proto::control::{
+    self, ControlReplyHeader, ControlRequest, ControlRequestWire, ObjectRow, ServiceStatusRow,
+};
 use shatter_proto::layout::{Layout, SectionCounts};
 use shatter_proto::request::{Contact, Request, RequestWire};
-use shatter_proto::result::{BLOCK_BYTES, Block, ResultHeader, StageCost, Summary};
+use shatter_proto::result::{AlignedBlock, BLOCK_BYTES, ResultHeader, StageCost, Summary};
 use shatter_proto::view::CheckedLayout;
 use shatter_transport::daemon_info::DaemonInfo;
 
@@ -16,14 +18,14 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
         Contact { point_m: [0.0, 0.1, 0.0], ray: None, impulse_ns: [-1.0, 0.0, 0.0], duration_s: None, radius_m: None };
     let strike = Request { object: "vase".to_owned(), contacts: vec![contact], ..Request::default() };
     let strike = strike.wire(LISTENER, 1).expect("a valid strike");
-    let mut payload = vec![Block::zeroed(); control::blocks::<ObjectRow>(2)];
+    let mut payload = vec![AlignedBlock::zeroed(); control::blocks::<ObjectRow>(2)];
     let mut row = ObjectRow::zeroed();
     row.set_name("vase");
     row.set_material("glass");
     let header = control::write(&mut payload, &[row, row], 2, false);
     vec![
         seed(0, bytes_of(&strike)),
-        seed(1, bytes_of(&ControlRequest::Verdict(3).wire(LISTENER))),
+        seed(1, bytes_of(&ControlRequest::RequestError(3).wire(LISTENER))),
         seed(2, DaemonInfo::ours(7, "seed").to_json()),
         seed(3, [bytes_of(&header), bytemuck::cast_slice(&payload)].concat()),
         seed(4, answer()),
@@ -34,7 +36,7 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
 fn answer() -> Vec<u8> {
     let counts = SectionCounts { fragments: 1, runs: 1, vertices: 3, indices: 3, ..SectionCounts::default() };
     let layout = Layout::new(&counts).expect("small counts");
-    let mut payload = vec![Block::zeroed(); layout.blocks()];
+    let mut payload = vec![AlignedBlock::zeroed(); layout.blocks()];
     let sections = layout.split(&mut payload).expect("room for the layout");
     let fragment = &mut sections.fragments[0];
     (fragment.vertex_count, fragment.index_count, fragment.run_count) = (3, 3, 1);
@@ -46,11 +48,11 @@ fn answer() -> Vec<u8> {
 }
 
 /// A `T` from the first bytes, and the rest as blocks; missing bytes are 0.
-fn parts<T: AnyBitPattern>(bytes: &[u8]) -> (T, Vec<Block>) {
+fn parts<T: AnyBitPattern>(bytes: &[u8]) -> (T, Vec<AlignedBlock>) {
     let mut head = bytes[..bytes.len().min(size_of::<T>())].to_vec();
     head.resize(size_of::<T>(), 0);
     let rest = bytes.get(size_of::<T>()..).unwrap_or_default();
-    let mut blocks = vec![Block::zeroed(); rest.len().div_ceil(BLOCK_BYTES)];
+    let mut blocks = vec![AlignedBlock::zeroed(); rest.len().div_ceil(BLOCK_BYTES)];
     bytemuck::cast_slice_mut(&mut blocks)[..rest.len()].copy_from_slice(rest);
     (bytemuck::pod_read_unaligned(&head), blocks)
 }
@@ -61,8 +63,8 @@ pub(super) fn run(input: &[u8]) -> bool {
         0 => strike(&parts(rest).0),
         1 => {
             let (wire, _) = parts::<ControlRequestWire>(rest);
-            wire.validate().is_ok_and(|question| {
-                assert_eq!(question.wire(wire.listener).validate().expect("it was understood"), question);
+            wire.validate().is_ok_and(|request| {
+                assert_eq!(request.wire(wire.listener).validate().expect("it was understood"), request);
                 true
             })
         }
@@ -94,9 +96,9 @@ fn strike(wire: &RequestWire) -> bool {
 
 fn reply(bytes: &[u8]) -> bool {
     let (header, payload) = parts::<ControlReplyHeader>(bytes);
-    let status = control::read::<StatusRow>(&header, &payload).is_ok();
+    let status = control::read::<ServiceStatusRow>(&header, &payload).is_ok();
     let objects = control::read::<ObjectRow>(&header, &payload).is_ok_and(|rows| {
-        rows.iter().for_each(|row| _ = (row.name(), row.material(), row.refusal()));
+        rows.iter().for_each(|row| _ = (row.name(), row.material(), row.error()));
         true
     });
     status || objects

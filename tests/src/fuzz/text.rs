@@ -33,7 +33,7 @@ pub(super) fn toml(input: &[u8]) -> bool {
                 let _ = (config.tick(), config.drain(), config.kept(), config.watch());
                 true
             }
-            Err(refusal) => says_why(&refusal),
+            Err(error) => says_why(&error),
         };
     }
     match Materials::parse(text) {
@@ -59,11 +59,11 @@ pub(super) fn scene(input: &[u8]) -> bool {
             assert!(!scene.objects.is_empty() && scene.databases().len() == scene.objects.len());
             true
         }
-        Err(refusal) => says_why(&refusal),
+        Err(error) => says_why(&error),
     }
 }
 
-fn says_why(refusal: &Error) -> bool {
-    assert!(!refusal.message.is_empty(), "{refusal:?}");
+fn says_why(error: &Error) -> bool {
+    assert!(!error.message.is_empty(), "{error:?}");
     false
 }

@@ -21,7 +21,7 @@ fn read(impact: Impact) -> Result<shatter_client::Impact, Failure> {
 #[track_caller]
 fn refused(impact: Impact) -> Error {
     match read(impact) {
-        Err(Failure::Refused(refusal)) => refusal,
+        Err(Failure::Refused(error)) => error,
         other => panic!("it was to be refused: {other:?}"),
     }
 }
@@ -107,7 +107,7 @@ fn effects_have_the_bits_of_the_client() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_by_name() {
+fn invalid_values_are_rejected_by_name() {
     assert_eq!(refused(zero(0)).kind, ErrorKind::ContactCount);
     assert_eq!(refused(zero(9)).kind, ErrorKind::ContactCount);
     assert_eq!(refused(zero(usize::MAX)).kind, ErrorKind::ContactCount);

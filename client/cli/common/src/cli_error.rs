@@ -15,7 +15,7 @@ pub enum CliError {
     /// An error of the client or the service.
     Refused(Error),
     /// The command printed an incomplete result; the error is the reason.
-    Told(Error),
+    Reported(Error),
     /// The reader of stdout went away.
     Closed,
 }
@@ -24,14 +24,14 @@ impl From<StdoutError> for CliError {
     fn from(error: StdoutError) -> Self {
         match error {
             StdoutError::Closed => Self::Closed,
-            StdoutError::Failed(refusal) => Self::Refused(refusal),
+            StdoutError::Failed(error) => Self::Refused(error),
         }
     }
 }
 
 impl From<Error> for CliError {
-    fn from(refusal: Error) -> Self {
-        Self::Refused(refusal)
+    fn from(error: Error) -> Self {
+        Self::Refused(error)
     }
 }
 
@@ -78,29 +78,29 @@ pub fn ended<C: CommandFactory>(failure: &CliError, json: bool) -> ExitCode {
         CliError::Usage(message) => {
             usage::<C>(&clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("{message}\n")), json)
         }
-        CliError::Refused(refusal) => {
+        CliError::Refused(error) => {
             if json {
-                failed_document(&refusal.document());
+                failed_document(&error.document());
             }
-            complain(refusal);
-            ExitCode::from(refusal.kind.exit_code())
+            print_error(error);
+            ExitCode::from(error.kind.exit_code())
         }
-        CliError::Told(refusal) => {
-            complain(refusal);
-            ExitCode::from(refusal.kind.exit_code())
+        CliError::Reported(error) => {
+            print_error(error);
+            ExitCode::from(error.kind.exit_code())
         }
     }
 }
 
 /// Prints an error as a document. If stdout cannot be written, stderr reports that; the exit code stays that of the first error.
 fn failed_document(document: &serde_json::Value) {
-    if let Err(StdoutError::Failed(refusal)) = print(format_args!("{document:#}\n")) {
-        complain(&refusal);
+    if let Err(StdoutError::Failed(error)) = print(format_args!("{document:#}\n")) {
+        print_error(&error);
     }
 }
 
-fn complain(refusal: &Error) {
-    note(format_args!("{refusal}"));
+fn print_error(error: &Error) {
+    note(format_args!("{error}"));
 }
 
 /// A number of bytes with a unit, for people.

@@ -44,7 +44,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn choices_name_the_nearest() {
+    fn unknown_choices_suggest_the_nearest() {
         let choices = [("draft", 1), ("game", 2), ("film", 3)];
         assert_eq!(choice("game", &choices), Ok(2));
         assert_eq!(choice("flim", &choices).unwrap_err(), "did you mean `film`? Possible: `draft`, `game`, `film`");

@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn commands_are_found_in_both_programs() {
+    fn commands_of_the_other_program_are_suggested() {
         check("shatter", "strike", "`shatter impact`");
         check("shatter", "LIST", "`shatter list`");
         check("shatter", "--impact", "`shatter impact`");
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn options_are_found_by_other_words() {
+    fn options_are_found_by_synonyms() {
         let impact = ["point", "ray", "impulse", "degree", "out", "duration-s", "radius-m"];
         assert_eq!(option("direction", &impact), Some("impulse"));
         assert_eq!(option("radius_m", &impact), Some("radius-m"));

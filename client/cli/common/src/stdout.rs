@@ -20,7 +20,7 @@ pub enum StdoutError {
 static IS_CLOSED: AtomicBool = AtomicBool::new(false);
 
 /// Tests standard output before `main`: Rust's runtime replaces a closed standard output by `/dev/null`, and writes to that succeed.
-extern "C" fn look() {
+extern "C" fn check_stdout() {
     // SAFETY: descriptor 1 is borrowed for this one call, which tests whether it is open and changes nothing.
     let stdout = unsafe { BorrowedFd::borrow_raw(1) };
     IS_CLOSED.store(fcntl_getfd(stdout).is_err(), Ordering::Relaxed);
@@ -30,7 +30,7 @@ extern "C" fn look() {
 // ignore. This one makes one system call and stores a flag; it uses nothing of Rust's runtime.
 #[used]
 #[unsafe(link_section = ".init_array")]
-static LOOK: extern "C" fn() = look;
+static CHECK_STDOUT: extern "C" fn() = check_stdout;
 
 /// True if the process began without a standard output (`>&-`).
 pub fn is_closed() -> bool {

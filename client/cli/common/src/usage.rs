@@ -50,7 +50,7 @@ fn explained(mut error: clap::Error, command: &Command, words: &[OsString]) -> c
             Some(ContextValue::Strings(names)) => mistakes::missing(names).map(str::to_owned),
             _ => None,
         },
-        error::ErrorKind::ValueValidation => return in_words(error, command),
+        error::ErrorKind::ValueValidation => return reworded(error, command),
         _ => None,
     };
     if let Some(tip) = tip {
@@ -121,7 +121,7 @@ fn not_a_command(error: &mut clap::Error, command: &Command, words: &[OsString])
 }
 
 /// Explains a number that is refused.
-fn in_words(error: clap::Error, command: &Command) -> clap::Error {
+fn reworded(error: clap::Error, command: &Command) -> clap::Error {
     let why = match source(&error) {
         why if negative(&error) && is_whole(&why) => "must be a whole number, 0 or more",
         why if why.contains("invalid float literal") => "must be a number, without a unit",
@@ -184,8 +184,8 @@ fn text_of(error: &clap::Error, mut command: Command, words: &[OsString]) -> Str
     let end = end(&text).unwrap_or(text.len());
     command.build();
     let own = used(&command, words);
-    let told = text[end..].lines().find(|line| line.starts_with("Usage: ")).map(str::to_owned);
-    let usage = told.unwrap_or_else(|| own.clone().render_usage().to_string());
+    let usage_line = text[end..].lines().find(|line| line.starts_with("Usage: ")).map(str::to_owned);
+    let usage = usage_line.unwrap_or_else(|| own.clone().render_usage().to_string());
     format!("{}\n\n{usage}\n\nFor more information, try '{} --help'.\n", text[..end].trim_end(), path(own))
 }
 
@@ -249,19 +249,19 @@ mod tests {
     }
 
     #[test]
-    fn an_option_before_its_command_belongs_after_it() {
-        let told = |words: &[&str]| {
+    fn an_option_before_its_command_is_reported() {
+        let usage_line = |words: &[&str]| {
             let words: Vec<OsString> = words.iter().map(OsString::from).collect();
             usage_message(&parsed::<Program>(words).unwrap_err())
         };
-        let after = told(&["program", "--seed", "3", "impact"]);
+        let after = usage_line(&["program", "--seed", "3", "impact"]);
         assert!(after.contains("put `--seed` after the command: `program impact --seed`"), "{after}");
-        let alone = told(&["program", "--seed=3"]);
+        let alone = usage_line(&["program", "--seed=3"]);
         assert!(alone.contains("put `--seed` after the command: `program COMMAND --seed`"), "{alone}");
     }
 
     #[test]
-    fn usage_errors_say_what_to_do() {
+    fn usage_errors_suggest_a_correction() {
         check(&["--ouput", "x"], "a similar argument exists: '--out'");
         check(&["--ouput=x"], "a similar argument exists: '--out'");
         check(&["--sevice", "x"], "--service");

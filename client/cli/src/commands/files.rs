@@ -42,7 +42,7 @@ impl OutputTarget {
     /// unless `format` names another format.
     pub fn new(out: &Path, format: Option<FileFormat>, object: &str) -> Result<Self, CliError> {
         let ending = out.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-        let told = match ending.as_deref().filter(|_| !out.is_dir()) {
+        let target = match ending.as_deref().filter(|_| !out.is_dir()) {
             Some("glb") => Some(FileFormat::Glb),
             Some("xml") => Some(FileFormat::Mjcf),
             Some("obj") => {
@@ -63,20 +63,20 @@ impl OutputTarget {
             }
             _ => None,
         };
-        if told.is_none() && out.exists() && !out.is_dir() {
+        if target.is_none() && out.exists() && !out.is_dir() {
             let message =
                 format!("{} is not a folder; give a folder, or a file that ends with .glb or .xml", out.display());
             return Err(CliError::Usage(message));
         }
-        if let (Some(told), Some(format)) = (told, format)
-            && told != format
+        if let (Some(target), Some(format)) = (target, format)
+            && target != format
         {
             let out = out.display();
             return Err(CliError::Usage(format!("--format contradicts the ending of {out}; change one of them")));
         }
         let in_folder = |name: String| (out.join(name), Some(out.to_owned()));
-        let format = told.or(format).unwrap_or(FileFormat::Glb);
-        let (path, folder) = match (told, format) {
+        let format = target.or(format).unwrap_or(FileFormat::Glb);
+        let (path, folder) = match (target, format) {
             (Some(_), _) => {
                 (out.to_owned(), out.parent().filter(|parent| !parent.as_os_str().is_empty()).map(Path::to_owned))
             }
@@ -105,12 +105,12 @@ impl OutputTarget {
         let equipped = shown.fold(impact.clone(), |impact, effect| impact.enable(*effect));
         let strike = |impact: &Impact| object.strike(impact)?.wait(deadline());
         match strike(&equipped) {
-            Err(refusal)
-                if self.format == FileFormat::Glb && !enable.contains(&Effect::Skin) && is_about_skin(&refusal) =>
+            Err(error)
+                if self.format == FileFormat::Glb && !enable.contains(&Effect::Skin) && is_skin_error(&error) =>
             {
                 let path = self.path.display();
                 note(format_args!(
-                    "{path} will contain the surface of the lattice instead of the triangles of the mesh file: {refusal}"
+                    "{path} will contain the surface of the lattice instead of the triangles of the mesh file: {error}"
                 ));
                 Ok(strike(impact)?)
             }
@@ -119,10 +119,10 @@ impl OutputTarget {
     }
 
     /// Writes the fragments and names each file on stderr. Writes nothing for an object that stays whole.
-    pub fn write(&self, broken: &FractureResult) -> Result<WrittenFiles, CliError> {
-        if broken.is_whole() {
-            note(format_args!("nothing to write: {} stays whole", broken.summary().object));
-            self.files_of_a_strike().iter().for_each(|path| tell_earlier(path));
+    pub fn write(&self, result: &FractureResult) -> Result<WrittenFiles, CliError> {
+        if result.is_whole() {
+            note(format_args!("nothing to write: {} stays whole", result.summary().object));
+            self.files_of_a_strike().iter().for_each(|path| warn_of_earlier_files(path));
             return Ok(WrittenFiles::default());
         }
         if let Some(folder) = &self.folder {
@@ -132,9 +132,9 @@ impl OutputTarget {
             })?;
         }
         let all = match self.format {
-            FileFormat::Glb => glb(&self.path, broken)?,
-            FileFormat::Obj => wrote(&self.path, "", broken.write_obj(&self.path)?),
-            FileFormat::Mjcf => wrote(&self.path, ", with its meshes", broken.write_mjcf(&self.path)?),
+            FileFormat::Glb => glb(&self.path, result)?,
+            FileFormat::Obj => wrote(&self.path, "", result.write_obj(&self.path)?),
+            FileFormat::Mjcf => wrote(&self.path, ", with its meshes", result.write_mjcf(&self.path)?),
         };
         Ok(WrittenFiles { target: Some(self.path.clone()), all })
     }
@@ -152,33 +152,33 @@ impl OutputTarget {
 }
 
 /// True if the skin caused the error: the object has none, or the result would be too long with it.
-fn is_about_skin(refusal: &Error) -> bool {
-    let (kind, at) = (refusal.kind, refusal.at.as_str());
+fn is_skin_error(error: &Error) -> bool {
+    let (kind, at) = (error.kind, error.at.as_str());
     (kind, at) == (ErrorKind::Effect, Effect::Skin.name()) || (kind, at) == (ErrorKind::CapExceeded, "bytes_max")
 }
 
 /// Writes the visible surfaces of the fragments, or without skins the fragments themselves. Beside them it writes the closed meshes, if
 /// these are others, and the hulls, if there are any. Returns the files.
-fn glb(file: &Path, broken: &FractureResult) -> Result<Vec<PathBuf>, Error> {
+fn glb(file: &Path, result: &FractureResult) -> Result<Vec<PathBuf>, Error> {
     let (closed, hulls) = (file.with_extension("closed.glb"), file.with_extension("hulls.glb"));
     let mut files = Vec::new();
-    if broken.fragments().any(|fragment| fragment.skin().is_some()) {
-        files.extend(wrote(file, "", broken.write_skins_glb(file)?));
-        files.extend(wrote(&closed, ", closed meshes of the lattice", broken.write_glb(&closed)?));
+    if result.fragments().any(|fragment| fragment.skin().is_some()) {
+        files.extend(wrote(file, "", result.write_skins_glb(file)?));
+        files.extend(wrote(&closed, ", closed meshes of the lattice", result.write_glb(&closed)?));
     } else {
-        files.extend(wrote(file, "", broken.write_glb(file)?));
-        tell_earlier(&closed);
+        files.extend(wrote(file, "", result.write_glb(file)?));
+        warn_of_earlier_files(&closed);
     }
-    if broken.fragments().any(|fragment| fragment.hull().is_some()) {
-        files.extend(wrote(&hulls, ", hulls", broken.write_hulls_glb(&hulls)?));
+    if result.fragments().any(|fragment| fragment.hull().is_some()) {
+        files.extend(wrote(&hulls, ", hulls", result.write_hulls_glb(&hulls)?));
     } else {
-        tell_earlier(&hulls);
+        warn_of_earlier_files(&hulls);
     }
     Ok(files)
 }
 
 /// Names a file of an earlier command on stderr, which could be mistaken for a file of this one.
-fn tell_earlier(path: &Path) {
+fn warn_of_earlier_files(path: &Path) {
     if path.is_file() {
         note(format_args!("{} is from an earlier command; remove it", path.display()));
     }
@@ -210,14 +210,14 @@ mod tests {
     }
 
     #[test]
-    fn all_files_of_an_earlier_strike_are_looked_for() {
+    fn all_files_of_an_earlier_request_are_detected() {
         let files = |out: &str| OutputTarget::new(Path::new(out), None, "vase").ok().unwrap().files_of_a_strike();
         assert_eq!(files("j.glb"), ["j.glb", "j.closed.glb", "j.hulls.glb"].map(PathBuf::from));
         assert_eq!(files("j.xml"), ["j.xml"].map(PathBuf::from));
     }
 
     #[test]
-    fn endings_and_formats_say_what_is_written() {
+    fn extension_and_format_select_the_output() {
         check("a.glb", None, Some((FileFormat::Glb, "a.glb", None)));
         check("a.GLB", Some(FileFormat::Glb), Some((FileFormat::Glb, "a.GLB", None)));
         check("a.xml", None, Some((FileFormat::Mjcf, "a.xml", None)));

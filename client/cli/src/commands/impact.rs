@@ -2,7 +2,7 @@
 
 use super::files::{FileFormat, OutputTarget, WrittenFiles};
 use super::parse::{NamedConvention, convention, degree, effect, elastic, lift, origin, quality, ray, vector};
-use super::{ANSWER, CliError, document, note, note_one_piece, out, reply, wait, with_options};
+use super::{CliError, RESULT_TIMEOUT, document, note, note_one_piece, out, reply, wait, with_options};
 use serde_json::{Value, json};
 use shatter_client::{
     Bond, Contact, Deadline, DebrisPoint, DegreeOrigin, DegreeRule, DisplacementSource, Effect, EnergySource, Error,
@@ -136,24 +136,24 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let target = args.out.as_ref().map(|out| OutputTarget::new(out, args.format, &args.object)).transpose()?;
     let impact = impact(args);
     let object = wait::object(service, &args.object, args.convention.convention, args.wait, || within(reply()))?;
-    let deadline = || within(Deadline::after(ANSWER));
-    let broken = match &target {
+    let deadline = || within(Deadline::after(RESULT_TIMEOUT));
+    let result = match &target {
         Some(target) => target.strike(&object, &impact, [&args.enable, &args.disable], deadline)?,
         None => object.strike(&impact)?.wait(deadline())?,
     };
-    let files = target.map_or(Ok(WrittenFiles::default()), |target| target.write(&broken))?;
-    if let (Some(asked), Some(missed)) = (args.time_ms, broken.summary().missed_time) {
+    let files = target.map_or(Ok(WrittenFiles::default()), |target| target.write(&result))?;
+    if let (Some(asked), Some(missed)) = (args.time_ms, result.summary().missed_time) {
         let (by_ms, reason) = (missed.by.as_secs_f64() * 1e3, missed.explanation());
         note(format_args!("the request exceeded its time of {asked} ms by {by_ms:.1} ms: {reason}"));
     }
-    note_one_piece(&broken);
+    note_one_piece(&result);
     if args.json {
         let Args { error: error_max, time_ms: time_ms_max, .. } = *args;
         let asked = RequestEcho { convention: &args.convention.name, error_max, time_ms_max };
-        document(&to_json(&broken, asked, &files))
+        document(&to_json(&result, asked, &files))
     } else {
-        screen(&broken)?;
-        let summary = broken.summary();
+        screen(&result)?;
+        let summary = result.summary();
         if args.elastic == Some(DisplacementSource::Reduced) && summary.energy_source == EnergySource::Solve {
             out(format_args!("  {}\n", solved_instead(&summary)))?;
         }
@@ -260,34 +260,34 @@ fn debris(point: DebrisPoint) -> Value {
 }
 
 /// Summary of all hulls: the least coverage, the coverage of all fragments together, the largest margin. `None` unless `hulls` ran.
-fn hulls(broken: &FractureResult) -> Option<Value> {
-    let has_run = broken.effects().any(|cost| cost.effect == Effect::Hulls && cost.has_run);
-    if !has_run || broken.is_whole() {
+fn hulls(result: &FractureResult) -> Option<Value> {
+    let has_run = result.effects().any(|cost| cost.effect == Effect::Hulls && cost.has_run);
+    if !has_run || result.is_whole() {
         return None;
     }
     // A fragment too flat for a hull counts as not covered.
     let coverage = |fragment: &Fragment<'_>| fragment.hull().map_or(0.0, |hull| hull.coverage);
-    let (volume, held) = broken.fragments().fold((0.0, 0.0), |(volume, held), fragment| {
+    let (volume, held) = result.fragments().fold((0.0, 0.0), |(volume, held), fragment| {
         let own = fragment.volume_m3();
         (volume + own, held + own * coverage(&fragment))
     });
-    let margins = broken.fragments().filter_map(|fragment| fragment.hull()).map(|hull| hull.margin_m);
+    let margins = result.fragments().filter_map(|fragment| fragment.hull()).map(|hull| hull.margin_m);
     Some(json!({
-        "coverage_min": broken.fragments().map(|fragment| coverage(&fragment)).fold(1.0, f64::min),
+        "coverage_min": result.fragments().map(|fragment| coverage(&fragment)).fold(1.0, f64::min),
         "coverage": held / volume,
         "margin_max_m": margins.fold(0.0, f64::max),
     }))
 }
 
 /// Document of a result.
-pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &WrittenFiles) -> Value {
+pub(super) fn to_json(result: &FractureResult, asked: RequestEcho<'_>, files: &WrittenFiles) -> Value {
     let file = |file: &PathBuf| file.display().to_string();
-    let summary = broken.summary();
-    let digest = broken.digest();
-    let fragments: Vec<Value> = broken.fragments().map(|fragment| fragment_json(&fragment)).collect();
+    let summary = result.summary();
+    let digest = result.digest();
+    let fragments: Vec<Value> = result.fragments().map(|fragment| fragment_json(&fragment)).collect();
     let cost = |name: &str, has_run: bool, time: Duration, bytes: u64| json!({ "name": name, "ran": has_run, "ns": nanoseconds(time), "bytes": bytes });
-    let stages = broken.stages().map(|own| cost(own.stage.name(), own.has_run, own.time, own.bytes));
-    let effects = broken.effects().map(|own| cost(own.effect.name(), own.has_run, own.time, own.bytes));
+    let stages = result.stages().map(|own| cost(own.stage.name(), own.has_run, own.time, own.bytes));
+    let effects = result.effects().map(|own| cost(own.effect.name(), own.has_run, own.time, own.bytes));
     let section = |section: &shatter_client::SectionDigest| json!({ "name": section.name, "bytes": section.bytes, "hash": section.hash });
     let bond = |bond: Bond| {
         json!({
@@ -301,7 +301,7 @@ pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &W
     json!({
         "status": "ok",
         "object": summary.object,
-        "handle": broken.handle(),
+        "handle": result.handle(),
         "convention": asked.convention,
         "gamma_j_m2": summary.gamma_j_m2,
         "e1_over_gamma": summary.e1_over_gamma,
@@ -338,16 +338,16 @@ pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &W
         "capped": summary.is_capped,
         "radius_m": summary.radius_m,
         "fragments": fragments,
-        "bonds": broken.bonds().map(bond).collect::<Vec<_>>(),
-        "debris": broken.debris().map(debris).collect::<Vec<_>>(),
-        "hulls": hulls(broken),
+        "bonds": result.bonds().map(bond).collect::<Vec<_>>(),
+        "debris": result.debris().map(debris).collect::<Vec<_>>(),
+        "hulls": hulls(result),
         "stages": stages.chain(effects).collect::<Vec<_>>(),
         "sections": digest.sections.iter().map(section).collect::<Vec<_>>(),
         "stop_reason": summary.stop_criterion.name(),
-        "round_trip_ns": nanoseconds(broken.round_trip()),
-        "response_bytes": broken.bytes(),
+        "round_trip_ns": nanoseconds(result.round_trip()),
+        "response_bytes": result.bytes(),
         "output_hash": digest.output_hash,
-        "hit": broken.hit().map(hit),
+        "hit": result.hit().map(hit),
         "file": files.target.as_ref().map(file),
         "files": files.all.iter().map(file).collect::<Vec<_>>(),
     })
@@ -420,27 +420,27 @@ pub(super) fn significant(value: f64) -> String {
 }
 
 /// Prints a result for people.
-pub(super) fn screen(broken: &FractureResult) -> Result<(), CliError> {
-    let summary = broken.summary();
-    let milliseconds = broken.round_trip().as_secs_f64() * 1e3;
+pub(super) fn screen(result: &FractureResult) -> Result<(), CliError> {
+    let summary = result.summary();
+    let milliseconds = result.round_trip().as_secs_f64() * 1e3;
     let load = load(&summary);
-    if broken.is_whole() {
+    if result.is_whole() {
         out(format_args!("{} stays whole ({load}; {milliseconds:.1} ms)\n", summary.object))?;
-        broken.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
+        result.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
         return out(format_args!("  {}\n", trust(&summary)));
     }
     out(format_args!(
         "{}: {} fragments, {} sites by {}{} ({load}; {milliseconds:.1} ms, {} bytes)\n",
         summary.object,
-        broken.fragments().len(),
+        result.fragments().len(),
         summary.sites,
         summary.degree_origin,
         if summary.is_capped { ", capped" } else { "" },
-        broken.bytes()
+        result.bytes()
     ))?;
-    broken.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
+    result.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
     out(format_args!("  {}\n", trust(&summary)))?;
-    let times: Vec<String> = broken
+    let times: Vec<String> = result
         .stages()
         .filter(|cost| cost.has_run)
         .map(|cost| format!("{} {:.2}", cost.stage, cost.time.as_secs_f64() * 1e3))
@@ -454,18 +454,18 @@ pub(super) fn screen(broken: &FractureResult) -> Result<(), CliError> {
         100.0 * summary.cvd_gap,
         summary.time.as_secs_f64() * 1e3
     ))?;
-    let effects: Vec<&str> = broken.effects().filter(|cost| cost.has_run).map(|cost| cost.effect.name()).collect();
+    let effects: Vec<&str> = result.effects().filter(|cost| cost.has_run).map(|cost| cost.effect.name()).collect();
     out(format_args!("  effects: {}\n", if effects.is_empty() { "none".to_owned() } else { effects.join(", ") }))?;
-    let mut masses: Vec<f64> = broken.fragments().map(|fragment| fragment.mass_kg()).collect();
+    let mut masses: Vec<f64> = result.fragments().map(|fragment| fragment.mass_kg()).collect();
     masses.sort_by(f64::total_cmp);
     let (least, median, most) = (masses[0], masses[masses.len() / 2], masses[masses.len() - 1]);
-    let closed = broken.fragments().filter(|fragment| fragment.is_closed()).count();
+    let closed = result.fragments().filter(|fragment| fragment.is_closed()).count();
     out(format_args!(
         "  kg: {} in all, {least:.3e} to {most:.3e}, median {median:.3e}; {closed} of {} closed\n",
         significant(masses.iter().sum::<f64>()),
         masses.len()
     ))?;
-    if let Some(handle) = broken.handle() {
+    if let Some(handle) = result.handle() {
         out(format_args!("  kept: --from {handle}/FRAGMENT strikes a fragment\n"))?;
     }
     Ok(())
@@ -476,8 +476,8 @@ mod tests {
     use super::significant;
 
     #[test]
-    fn figures_have_four_digits_however_large_or_small() {
-        let told = [0.0, 1.23456, 98_765.4, 1.5e62, 4.2e-7].map(significant);
-        assert_eq!(told, ["0", "1.235", "98765", "1.500e62", "4.200e-7"]);
+    fn numbers_are_printed_with_four_significant_digits() {
+        let shown = [0.0, 1.23456, 98_765.4, 1.5e62, 4.2e-7].map(significant);
+        assert_eq!(shown, ["0", "1.235", "98765", "1.500e62", "4.200e-7"]);
     }
 }

@@ -42,7 +42,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
                 facts.material
             ))?;
         }
-        out(format_args!("{}", objects::complaint(facts, width)))?;
+        out(format_args!("{}", objects::failure_message(facts, width)))?;
     }
     Ok(())
 }

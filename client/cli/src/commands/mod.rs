@@ -16,14 +16,14 @@ use shatter_client::{Contact, Deadline, Effect, FractureResult};
 use std::time::Duration;
 
 /// Timeout of a reply of the service.
-const REPLY: Duration = Duration::from_secs(5);
+const REPLY_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Timeout of the result of a request.
-const ANSWER: Duration = Duration::from_secs(120);
+const RESULT_TIMEOUT: Duration = Duration::from_secs(120);
 
 /// Deadline for a reply of the service.
 fn reply() -> Deadline {
-    Deadline::after(REPLY)
+    Deadline::after(REPLY_TIMEOUT)
 }
 
 /// Warns of a result whose cells the effect `slivers` merged into one fragment, which is the whole object.

@@ -41,7 +41,7 @@ pub fn width(objects: &[ObjectFacts]) -> usize {
 }
 
 /// Line of the error of an object that, or whose changed file, could not be loaded; empty if there is no error.
-pub fn complaint(object: &ObjectFacts, width: usize) -> String {
+pub fn failure_message(object: &ObjectFacts, width: usize) -> String {
     match &object.error {
         Some(error) if object.is_ready() => format!("{:width$}  outdated: {error}\n", ""),
         Some(error) => format!("{:width$}  {:7}  {error}\n", escaped(&object.name), object.state.name()),
@@ -68,7 +68,7 @@ pub fn table(objects: &[ObjectFacts]) -> String {
                 utc(object.loaded_unix)
             );
         }
-        text += &complaint(object, width);
+        text += &failure_message(object, width);
     }
     text
 }

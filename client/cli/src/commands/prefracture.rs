@@ -3,7 +3,7 @@
 use super::files::{FileFormat, OutputTarget};
 use super::impact::{RequestEcho, screen, to_json};
 use super::parse::{effect, lift, quality};
-use super::{ANSWER, CliError, document, note_one_piece, reply};
+use super::{CliError, RESULT_TIMEOUT, document, note_one_piece, reply};
 use shatter_client::{Client, Deadline, Effect, Lift, Quality, SEED_DEFAULT};
 use std::path::PathBuf;
 
@@ -48,14 +48,14 @@ pub struct Args {
 pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let target = OutputTarget::new(&args.out, args.format, &args.object)?;
     let object = Client::connect(service, reply())?.object(&args.object, reply())?;
-    let load = object.even(args.degree, Deadline::after(ANSWER))?.seed(args.seed);
+    let load = object.even(args.degree, Deadline::after(RESULT_TIMEOUT))?.seed(args.seed);
     let load = args.lift.map_or(load.clone(), |lift| load.lift(lift));
     let load = args.quality.map_or(load.clone(), |quality| load.quality(quality));
     let load = args.enable.iter().fold(load, |load, effect| load.enable(*effect));
     let load = args.disable.iter().fold(load, |load, effect| load.disable(*effect));
-    let broken = target.strike(&object, &load, [&args.enable, &args.disable], || Deadline::after(ANSWER))?;
-    let files = target.write(&broken)?;
-    note_one_piece(&broken);
+    let result = target.strike(&object, &load, [&args.enable, &args.disable], || Deadline::after(RESULT_TIMEOUT))?;
+    let files = target.write(&result)?;
+    note_one_piece(&result);
     let asked = RequestEcho { convention: "gltf", error_max: None, time_ms_max: None };
-    if args.json { document(&to_json(&broken, asked, &files)) } else { screen(&broken) }
+    if args.json { document(&to_json(&result, asked, &files)) } else { screen(&result) }
 }

@@ -32,7 +32,7 @@ pub struct Args {
 pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let deadline = args.wait.map(Deadline::after);
     // A daemon that ends or starts in between is not ready: the wait goes on.
-    let (connection, (status, loaded)) = until(deadline, || look(service, deadline))?;
+    let (connection, (status, loaded)) = until(deadline, || read_state(service, deadline))?;
     if args.watch {
         return watch(service, &connection, args.json);
     }
@@ -42,16 +42,16 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     out(format_args!("{}", screen(service, &status, &loaded, None)))
 }
 
-type Seen = (Status, Vec<ObjectFacts>);
+type ServiceState = (Status, Vec<ObjectFacts>);
 
 /// Connects and queries the service once. With a deadline it waits for a daemon.
-fn look(service: &str, deadline: Option<Deadline>) -> Result<(Client, Seen), Error> {
+fn read_state(service: &str, deadline: Option<Deadline>) -> Result<(Client, ServiceState), Error> {
     let connection = match deadline {
         Some(deadline) => Client::wait_for(service, deadline)?,
         None => Client::connect(service, reply())?,
     };
-    let seen = (connection.status(reply())?, connection.objects(reply())?);
-    Ok((connection, seen))
+    let state = (connection.status(reply())?, connection.objects(reply())?);
+    Ok((connection, state))
 }
 
 /// Prints the state again and again; daemons may end and start meanwhile.
@@ -62,8 +62,8 @@ fn watch(service: &str, connection: &Client, json: bool) -> Result<(), CliError>
         let text = match &looked {
             Ok((status, loaded)) if json => format!("{}\n", to_json(service, status, loaded)),
             Ok((status, loaded)) => screen(service, status, loaded, last.as_ref()),
-            Err(refusal) if json => format!("{}\n", refusal.document()),
-            Err(refusal) => format!("{service}: {refusal}\n"),
+            Err(error) if json => format!("{}\n", error.document()),
+            Err(error) => format!("{service}: {error}\n"),
         };
         last = looked.ok().map(|(status, _)| (Instant::now(), status));
         let clear = if !json && std::io::stdout().is_terminal() { CLEAR } else { "" };

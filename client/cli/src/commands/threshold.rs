@@ -2,7 +2,7 @@
 
 use super::impact::{hit, hit_line};
 use super::parse::{NamedConvention, convention, ray, vector};
-use super::{ANSWER, CliError, document, out, reply, with_options};
+use super::{CliError, RESULT_TIMEOUT, document, out, reply, with_options};
 use nalgebra::Vector3;
 use serde_json::json;
 use shatter_client::{Client, Contact, Deadline, Impact, Ray};
@@ -58,8 +58,8 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let radius = args.radius_m.map(|meters| host.length(meters));
     let contact = with_options(contact.impulse(unit.into()), args.duration_s, radius);
     let impact = Impact::new([contact]).threshold_only();
-    let broken = object.strike(&impact)?.wait(Deadline::after(ANSWER))?;
-    let summary = broken.summary();
+    let result = object.strike(&impact)?.wait(Deadline::after(RESULT_TIMEOUT))?;
+    let summary = result.summary();
     if args.json {
         return document(&json!({
             "object": args.object,
@@ -68,10 +68,10 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
             "direction": <[f64; 3]>::from(unit),
             "gamma_j_m2": summary.gamma_j_m2,
             "radius_m": summary.radius_m,
-            "hit": broken.hit().map(hit),
+            "hit": result.hit().map(hit),
         }));
     }
-    broken.hit().map_or(Ok(()), |hit| out(format_args!("{}\n", hit_line(&hit))))?;
+    result.hit().map_or(Ok(()), |hit| out(format_args!("{}\n", hit_line(&hit))))?;
     let unit = if host.meters_per_unit == 1.0 {
         "N·s".to_owned()
     } else {

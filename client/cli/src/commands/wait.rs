@@ -23,7 +23,7 @@ pub(super) fn seconds(text: &str) -> Result<Duration, String> {
 pub(super) fn until<T>(deadline: Option<Deadline>, attempt: impl Fn() -> Result<T, Error>) -> Result<T, Error> {
     loop {
         match (attempt(), deadline) {
-            (Err(refusal), Some(deadline)) if refusal.kind.retry() && !deadline.passed() => {
+            (Err(error), Some(deadline)) if error.kind.retry() && !deadline.passed() => {
                 std::thread::sleep(PAUSE.min(deadline.left()));
             }
             (result, _) => return result,
@@ -44,15 +44,15 @@ pub(super) fn object(
     usual: impl Fn() -> Deadline,
 ) -> Result<Object, Error> {
     let deadline = wait.map(Deadline::after);
-    let patience = || if wait.is_some() { reply() } else { usual() };
-    let waited = |refusal: Error| match (wait, refusal.kind.retry()) {
+    let timeout = || if wait.is_some() { reply() } else { usual() };
+    let waited = |error: Error| match (wait, error.kind.retry()) {
         (Some(wait), true) => {
-            let message = format!("{}; waited {} s (--wait)", refusal.message, wait.as_secs_f64());
-            Error { message, ..refusal }
+            let message = format!("{}; waited {} s (--wait)", error.message, wait.as_secs_f64());
+            Error { message, ..error }
         }
-        _ => refusal,
+        _ => error,
     };
-    let connected = until(deadline, || Client::connect(service, patience()));
+    let connected = until(deadline, || Client::connect(service, timeout()));
     let connection = connected.map_err(waited)?.with_convention(convention);
-    until(deadline, || connection.object(name, patience())).map_err(waited)
+    until(deadline, || connection.object(name, timeout())).map_err(waited)
 }

@@ -141,10 +141,10 @@ impl Body {
         if groups.is_empty() || impulse_ns < self.terms.impulse_min_ns || self.struck_s.is_some_and(cooling) {
             return None;
         }
-        let blows = merged(groups, &self.terms.own, self.terms.merge_m);
-        if blows.is_ok() {
+        let merged_contacts = merged(groups, &self.terms.own, self.terms.merge_m);
+        if merged_contacts.is_ok() {
             self.struck_s = Some(now_s);
         }
-        Some(blows)
+        Some(merged_contacts)
     }
 }

@@ -114,7 +114,7 @@ impl ContactGroup {
     ///
     /// # Errors
     /// The theory has no solution for it.
-    fn blow(&self, own: &ContactBody) -> Result<Option<MergedContact>, ContactError> {
+    fn merged_contact(&self, own: &ContactBody) -> Result<Option<MergedContact>, ContactError> {
         let impulse_ns = self.impulse.norm();
         if impulse_ns == 0.0 {
             return Ok(None);
@@ -144,18 +144,19 @@ pub(super) fn merged(
         groups.swap_remove(j);
     }
     groups.sort_by(|a, b| b.weight.total_cmp(&a.weight));
-    let (mut blows, mut cause) = (Vec::new(), None);
+    let (mut merged_contacts, mut cause) = (Vec::new(), None);
     for group in &groups {
-        match group.blow(own) {
-            Ok(blow) => blows.extend(blow),
+        match group.merged_contact(own) {
+            Ok(merged_contact) => merged_contacts.extend(merged_contact),
             Err(error) => cause = cause.or(Some(error)),
         }
     }
-    let kept_ns: f64 = blows.iter().map(|blow| Vector3::from(blow.impulse_ns).norm()).sum();
+    let kept_ns: f64 =
+        merged_contacts.iter().map(|merged_contact| Vector3::from(merged_contact.impulse_ns).norm()).sum();
     if kept_ns < (1.0 - LOSS_MAX) * given_ns {
         return Err(ImpulseLost { given_ns, kept_ns, cause });
     }
-    Ok(blows)
+    Ok(merged_contacts)
 }
 
 /// The two groups nearest to each other, and their distance, m.

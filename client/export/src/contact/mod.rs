@@ -1,8 +1,9 @@
-//! From the contacts of a simulator to impacts.
+//! Conversion of a simulator's contacts to impacts.
 //!
-//! A simulator of rigid bodies reports points, impulses and approach speeds of contacts; an impact also needs their duration and radius.
-//! [`HertzContact`] computes these for one contact. [`ContactCollector`] handles all contacts of a step: it merges contacts near each
-//! other, keeps at most as many as a request takes, and drops steps that are too weak, too slow, or too soon after the last impact.
+//! A simulator of rigid bodies reports points, impulses and approach speeds of contacts. An impact also needs their duration and
+//! radius, which [`HertzContact`] computes for one contact. [`ContactCollector`] handles all contacts of a step. It merges contacts
+//! near each other and keeps at most as many as a request may have. It drops steps that are too weak, too slow, or too soon after
+//! the last impact.
 //!
 //! ```
 //! use shatter_export::contact::{ContactBody, ContactCollector, ContactEvent, ContactPolicy, ElasticMaterial};

@@ -53,7 +53,7 @@ fn the_force_is_that_of_a_ball_pressed_on() {
 }
 
 #[test]
-fn exponents_are_hertz_ones() {
+fn scaling_exponents_match_hertz_theory() {
     let (slow, fast) = (hertz(&BALL, &VASE, 0.5), hertz(&BALL, &VASE, 8.0));
     let exponent = |a: f64, b: f64| (b / a).ln() / 16.0_f64.ln();
     check("duration", exponent(slow.duration_s, fast.duration_s), -0.2, 1e-12);
@@ -80,14 +80,14 @@ fn other_units_give_the_same_contact() {
 }
 
 #[test]
-fn the_partners_may_be_swapped() {
+fn swapping_the_bodies_changes_nothing() {
     let (here, there) = (hertz(&BALL, &VASE, 3.0), hertz(&VASE, &BALL, 3.0));
     check("duration", there.duration_s, here.duration_s, 1e-14);
     check("radius", there.radius_m, here.radius_m, 1e-14);
 }
 
 #[test]
-fn an_impulse_tells_the_mass_where_it_is_less_than_the_bodies() {
+fn a_small_impulse_gives_the_effective_mass() {
     let floor = ContactBody::ground(ElasticMaterial::CONCRETE);
     let (central, heavy) = (hertz(&VASE, &floor, 2.0), HertzContact::of_impulse(&VASE, &floor, 2.0, 1e3).unwrap());
     assert_eq!(central, heavy, "a resting contact is no heavier than its bodies");
@@ -96,7 +96,7 @@ fn an_impulse_tells_the_mass_where_it_is_less_than_the_bodies() {
 }
 
 #[test]
-fn what_does_not_meet_in_a_point_is_refused() {
+fn contacts_without_finite_curvature_are_rejected() {
     let floor = ContactBody::ground(ElasticMaterial::CONCRETE);
     let refused = |one: ContactBody, other: ContactBody, speed| HertzContact::of(&one, &other, speed).unwrap_err();
     assert_eq!(refused(floor, floor, 1.0), ContactError::NoMass);
@@ -118,11 +118,11 @@ fn touch(point_m: [f64; 3], impulse_ns: [f64; 3]) -> ContactEvent {
 }
 
 /// Contacts of the impact that one step of these contacts makes.
-fn blows(touches: &[ContactEvent], terms: ContactPolicy) -> Vec<MergedContact> {
+fn merged_contacts(touches: &[ContactEvent], terms: ContactPolicy) -> Vec<MergedContact> {
     let mut contacts = ContactCollector::default();
     contacts.watch(1, terms);
     touches.iter().for_each(|touch| contacts.touch(&1, *touch));
-    contacts.step(0.0).pop().map_or(Vec::new(), |(_, blows)| blows.unwrap())
+    contacts.step(0.0).pop().map_or(Vec::new(), |(_, merged_contacts)| merged_contacts.unwrap())
 }
 
 /// Error of a step of these contacts, which makes no impact.
@@ -139,7 +139,7 @@ fn lost(touches: &[ContactEvent], terms: ContactPolicy) -> ImpulseLost {
 }
 
 #[test]
-fn impulses_that_would_be_lost_are_told_with_numbers() {
+fn cancelled_impulses_are_reported_with_their_size() {
     let face = ContactBody { radius_m: f64::INFINITY, ..VASE };
     let floor = ContactBody::ground(ElasticMaterial::CONCRETE);
     let corner = |x: f64| ContactEvent { other: floor, ..touch([x, 0.0, 0.0], [0.0, 0.9, 0.0]) };
@@ -151,62 +151,64 @@ fn impulses_that_would_be_lost_are_told_with_numbers() {
         lost(&[touch([0.0; 3], [1.0, 0.0, 0.0]), touch([0.0; 3], [-0.75, 0.0, 0.0])], ContactPolicy::new(VASE));
     assert_eq!((cancel.given_ns, cancel.kept_ns, cancel.cause), (1.75, 0.25, None));
     let ball = ContactEvent { impulse_ns: [1.9, 0.0, 0.0], ..corner(0.0) };
-    let mostly = blows(&[ContactEvent { other: BALL, ..ball }, corner(0.1)], ContactPolicy::new(face));
+    let mostly = merged_contacts(&[ContactEvent { other: BALL, ..ball }, corner(0.1)], ContactPolicy::new(face));
     assert_eq!(mostly.len(), 1, "less than half is lost");
 }
 
 #[test]
-fn many_contacts_lose_nothing() {
+fn merging_many_contacts_conserves_the_impulse() {
     let all: Vec<ContactEvent> =
         (0..1000).map(|k| touch([f64::from(k), 0.0, 0.0], [0.0, 1.0 + f64::from(k % 7), 0.0])).collect();
     let given: f64 = all.iter().map(|touch| touch.impulse_ns[1]).sum();
-    let sent: f64 = blows(&all, ContactPolicy::new(VASE)).iter().map(|blow| blow.impulse_ns[1]).sum();
+    let sent: f64 =
+        merged_contacts(&all, ContactPolicy::new(VASE)).iter().map(|merged_contact| merged_contact.impulse_ns[1]).sum();
     check("impulse", sent, given, 1e-9);
 }
 
 #[test]
-fn near_contacts_become_one_by_their_impulses() {
+fn near_contacts_merge_weighted_by_impulse() {
     let all = [
         touch([0.0, 0.0, 0.0], [3.0, 0.0, 0.0]),
         touch([0.004, 0.0, 0.0], [0.0, 1.0, 0.0]),
         touch([0.5, 0.0, 0.0], [0.0, 0.0, 2.0]),
     ];
-    let found = blows(&all, ContactPolicy::new(VASE).merge(0.01));
+    let found = merged_contacts(&all, ContactPolicy::new(VASE).merge(0.01));
     assert_eq!(found.len(), 2);
     check("place", found[0].point_m[0], 0.001, 1e-12);
     assert_eq!((found[0].impulse_ns, found[1].impulse_ns), ([3.0, 1.0, 0.0], [0.0, 0.0, 2.0]));
-    assert_eq!(blows(&all, ContactPolicy::new(VASE).merge(0.0)).len(), 3);
+    assert_eq!(merged_contacts(&all, ContactPolicy::new(VASE).merge(0.0)).len(), 3);
 }
 
 #[test]
-fn the_patch_of_a_face_weighs_what_the_body_does() {
+fn the_impulse_of_a_resting_face_is_the_weight() {
     // Four corners of a face that together stop the whole vase.
     let corner = |x: f64, z: f64| ContactEvent {
         other: ContactBody::ground(ElasticMaterial::CONCRETE),
         ..touch([x, 0.0, z], [0.0, 0.9, 0.0])
     };
     let all = [corner(0.0, 0.0), corner(0.002, 0.0), corner(0.0, 0.002), corner(0.002, 0.002)];
-    let found = blows(&all, ContactPolicy::new(VASE).merge(0.01));
+    let found = merged_contacts(&all, ContactPolicy::new(VASE).merge(0.01));
     assert_eq!(found.len(), 1);
     let whole = hertz(&VASE, &ContactBody::ground(ElasticMaterial::CONCRETE), 3.0);
     check("duration", found[0].hertz.duration_s, whole.duration_s, 1e-12);
 }
 
 #[test]
-fn a_strike_takes_the_strongest_of_many() {
+fn only_the_strongest_contacts_are_kept() {
     let all: Vec<ContactEvent> =
         (0..500).map(|k| touch([f64::from(k), 0.0, 0.0], [0.0, 1.0 + f64::from(k % 7), 0.0])).collect();
-    let found = blows(&all, ContactPolicy::new(VASE).merge(0.01));
+    let found = merged_contacts(&all, ContactPolicy::new(VASE).merge(0.01));
     assert_eq!(found.len(), CONTACTS_MAX);
     assert!(found.windows(2).all(|pair| pair[0].impulse_ns[1] >= pair[1].impulse_ns[1]), "{found:?}");
     let few: Vec<ContactEvent> = all.into_iter().take(100).collect();
     let given: f64 = few.iter().map(|touch| touch.impulse_ns[1]).sum();
-    let sent: f64 = blows(&few, ContactPolicy::new(VASE)).iter().map(|blow| blow.impulse_ns[1]).sum();
+    let sent: f64 =
+        merged_contacts(&few, ContactPolicy::new(VASE)).iter().map(|merged_contact| merged_contact.impulse_ns[1]).sum();
     check("impulse", sent, given, 1e-12);
 }
 
 #[test]
-fn turning_everything_turns_the_blows() {
+fn rotating_the_scene_rotates_the_contacts() {
     let turn = Rotation3::from_euler_angles(0.3, -1.1, 2.2);
     let turned = |vector: [f64; 3]| -> [f64; 3] { (turn * Vector3::from(vector)).into() };
     let all: Vec<ContactEvent> = (0..40)
@@ -218,7 +220,8 @@ fn turning_everything_turns_the_blows() {
         .map(|touch| ContactEvent { point_m: turned(touch.point_m), impulse_ns: turned(touch.impulse_ns), ..*touch })
         .rev()
         .collect();
-    let (here, there) = (blows(&all, ContactPolicy::new(VASE)), blows(&other, ContactPolicy::new(VASE)));
+    let (here, there) =
+        (merged_contacts(&all, ContactPolicy::new(VASE)), merged_contacts(&other, ContactPolicy::new(VASE)));
     assert_eq!(here.len(), there.len());
     for (a, b) in here.iter().zip(&there) {
         let off = |x: [f64; 3], y: [f64; 3]| (Vector3::from(turned(x)) - Vector3::from(y)).norm();
@@ -228,24 +231,24 @@ fn turning_everything_turns_the_blows() {
 }
 
 #[test]
-fn weak_slow_and_senseless_contacts_are_none() {
+fn weak_slow_and_invalid_contacts_are_ignored() {
     let (sound, terms) = (touch([0.0; 3], [1.0, 0.0, 0.0]), ContactPolicy::new(VASE));
-    assert_eq!(blows(&[sound], terms).len(), 1);
-    assert!(blows(&[sound], terms.impulse_min(1.001)).is_empty());
-    assert_eq!(blows(&[sound, touch([9.0; 3], [0.0, 0.01, 0.0])], terms.impulse_min(1.001)).len(), 2);
-    assert!(blows(&[sound], terms.speed_min(3.1)).is_empty());
+    assert_eq!(merged_contacts(&[sound], terms).len(), 1);
+    assert!(merged_contacts(&[sound], terms.impulse_min(1.001)).is_empty());
+    assert_eq!(merged_contacts(&[sound, touch([9.0; 3], [0.0, 0.01, 0.0])], terms.impulse_min(1.001)).len(), 2);
+    assert!(merged_contacts(&[sound], terms.speed_min(3.1)).is_empty());
     for odd in [
         touch([f64::NAN; 3], [1.0; 3]),
         touch([0.0; 3], [f64::INFINITY; 3]),
         touch([0.0; 3], [0.0; 3]),
         ContactEvent { speed_m_s: f64::NAN, ..sound },
     ] {
-        assert!(blows(&[odd], terms).is_empty());
+        assert!(merged_contacts(&[odd], terms).is_empty());
     }
 }
 
 #[test]
-fn a_body_that_was_struck_cools_down_by_itself() {
+fn a_struck_body_has_its_own_cooldown() {
     let mut contacts = ContactCollector::default();
     contacts.watch("a", ContactPolicy::new(VASE).cooldown(0.5));
     contacts.watch("b", ContactPolicy::new(VASE));

@@ -1,11 +1,11 @@
-//! A broken object as a model for MuJoCo (MJCF): an `.xml` file, and a folder of meshes beside it.
+//! Fragments as a model for MuJoCo (MJCF): an `.xml` file, and a folder of meshes beside it.
 //!
 //! Based on: *XML Reference*, MuJoCo documentation (E. Todorov, T. Erez & Y. Tassa, *MuJoCo*, IROS 2012).
 //!
-//! Each fragment is a body with a free joint at its center of mass, with the mass and inertia of the result. Fragments that share a bond
-//! are welded: an `equality` named `bond_…`, in the order of the result's bonds, whose areas are the numeric `bond_area_m2`. The object
-//! stays whole until welds are switched off. A fragment that the world holds is welded to the world. Welded neighbors never collide, even
-//! after separation: MuJoCo applies exclusions when it compiles the model.
+//! Each fragment is a body with a free joint at its center of mass, with the mass and inertia of the result. Fragments that share a
+//! bond are welded by an `equality` named `bond_…`, in the order of the result's bonds. The numeric `bond_area_m2` lists the areas
+//! of the bonds. The object stays whole until the simulation switches welds off. An anchored fragment is welded to the world.
+//! Welded neighbors never collide, even after separation: MuJoCo applies exclusions when it compiles the model.
 //!
 //! Meters, kilograms, +Z up, right-handed: (x, y, z) of the mesh file is (x, −z, y) here.
 

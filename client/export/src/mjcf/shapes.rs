@@ -48,7 +48,7 @@ pub(super) fn shape(name: &str, fragment: &FragmentView<'_>, hull: Option<&Optio
     };
     let normals: Vec<[f32; 3]> = normals.iter().map(|own| z_up(*own)).collect();
     let merged = check::merged(fragment);
-    let looks = Vertices { points: &points, merged: &merged, normals: &normals, uvs: fragment.uvs };
+    let attributes = Vertices { points: &points, merged: &merged, normals: &normals, uvs: fragment.uvs };
     let bare = Vertices { points: &points, merged: &merged, normals: &[], uvs: &[] };
     let mut put = |ending: &str, vertices: &Vertices<'_, f32>, indices: &[u32]| {
         let (mut text, mesh_name) = (String::new(), format!("{name}_{ending}"));
@@ -57,7 +57,7 @@ pub(super) fn shape(name: &str, fragment: &FragmentView<'_>, hull: Option<&Optio
         mesh_name
     };
     for (class, indices) in seen(fragment, &merged) {
-        shape.seen.push((class, put(class, &looks, indices)));
+        shape.seen.push((class, put(class, &attributes, indices)));
     }
     match hull {
         Some(Some(hull)) => {

@@ -51,7 +51,7 @@ fn model(hulls: &[Option<HullView<'_>>], bonds: &[Bond]) -> Result<MjcfModel, Ex
 }
 
 #[test]
-fn what_the_world_holds_is_welded_to_it_and_what_is_flat_is_a_box() {
+fn anchored_fragments_are_welded_and_flat_fragments_are_boxes() {
     let xml = model(&[None, None], &[bond(0, Some(1)), bond(1, None)]).unwrap().xml;
     for wanted in [
         r#"<mujoco model="&lt;a &amp; b&gt;">"#,
@@ -81,10 +81,10 @@ fn without_hulls_the_surface_collides_and_without_bonds_nothing_is_welded() {
 }
 
 #[test]
-fn parts_that_do_not_fit_are_refused_by_name() {
+fn inconsistent_sections_are_rejected_by_name() {
     let check = |found: Result<MjcfModel, ExportError>, wanted: &str| {
-        let refusal = found.unwrap_err().to_string();
-        assert!(refusal.starts_with(wanted), "{refusal}");
+        let error = found.unwrap_err().to_string();
+        assert!(error.starts_with(wanted), "{error}");
     };
     check(model(&[], &[bond(0, Some(2))]), "bond 0 names fragment 2");
     check(model(&[], &[bond(0, Some(1)), bond(5, None)]), "bond 1 names fragment 5");

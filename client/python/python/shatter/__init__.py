@@ -4,14 +4,14 @@
 
     mug = shatter.connect().object("mug")
     ticket = mug.strike(shatter.Contact((0.0, 0.05, 0.04), (0.0, 0.0, -2.0)), degree=24)    # never blocks
-    broken = ticket.wait()                                  # or ticket.poll(), once a frame
-    for fragment in broken:
+    result = ticket.wait()                                  # or ticket.poll(), once a frame
+    for fragment in result:
         fragment.positions, fragment.triangles              # numpy arrays over shared memory, without a copy
         fragment.mass_kg, fragment.center_m, fragment.inertia_kg_m2
-    broken.write_glb("broken.glb")
+    result.write_glb("broken.glb")
 
 Meters, kilograms, seconds; right-handed, +Y up, counter-clockwise seen from outside, unless the connection has another
-``convention``. The exceptions of this module derive from :class:`ShatterError`: :class:`Refusal` is an error of the client or the
+``convention``. The exceptions of this module derive from :class:`ShatterError`: :class:`ServiceError` is an error of the client or the
 service, :class:`ArgumentError` an argument that cannot be used. Any number of threads may use the module and its objects at a time.
 After a fork, the child connects again.
 """
@@ -19,7 +19,7 @@ After a fork, the child connects again.
 from ._shatter import (
     ArgumentError,
     Bond,
-    Broken,
+    FractureResult,
     Contact,
     Debris,
     Facts,
@@ -28,7 +28,7 @@ from ._shatter import (
     Hit,
     Hull,
     Object,
-    Refusal,
+    ServiceError,
     Run,
     Service,
     ShatterError,
@@ -45,7 +45,7 @@ from ._shatter import (
 __all__ = [
     "ArgumentError",
     "Bond",
-    "Broken",
+    "FractureResult",
     "Contact",
     "Debris",
     "Facts",
@@ -54,7 +54,7 @@ __all__ = [
     "Hit",
     "Hull",
     "Object",
-    "Refusal",
+    "ServiceError",
     "Run",
     "Service",
     "ShatterError",

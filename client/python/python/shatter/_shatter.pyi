@@ -17,7 +17,7 @@ _Body = tuple[float, float, float, float]
 __all__ = [
     "ArgumentError",
     "Bond",
-    "Broken",
+    "FractureResult",
     "Contact",
     "Debris",
     "Facts",
@@ -26,7 +26,7 @@ __all__ = [
     "Hit",
     "Hull",
     "Object",
-    "Refusal",
+    "ServiceError",
     "Run",
     "Service",
     "ShatterError",
@@ -47,7 +47,7 @@ class ShatterError(Exception):
 class ArgumentError(ShatterError, ValueError):
     """An argument that cannot be used."""
 
-class Refusal(ShatterError):
+class ServiceError(ShatterError):
     """An error of the client or the service. The message is one sentence for people."""
 
     kind: str
@@ -93,7 +93,7 @@ class Contact:
     """One contact of an impact: point, impulse (N·s), duration and radius; the last two are the object's if not given.
 
     With ``ray``, a direction of any length, ``point`` is the origin of a ray, and the contact point is its first hit on the object:
-    :attr:`Broken.hit`. Only for impacts of one contact.
+    :attr:`FractureResult.hit`. Only for impacts of one contact.
     """
 
     def __new__(
@@ -168,7 +168,7 @@ class Status:
 
 @final
 class Facts:
-    """Facts of an object, always in meters and +Y up. If it is not ready, all but name, state and refusal is zero."""
+    """Facts of an object, always in meters and +Y up. If it is not ready, all but name, state and error is zero."""
 
     @property
     def name(self) -> str: ...
@@ -177,7 +177,7 @@ class Facts:
     @property
     def state(self) -> Literal["failed", "ready", "loading"]: ...
     @property
-    def refusal(self) -> str | None: ...
+    def error(self) -> str | None: ...
     @property
     def material(self) -> str: ...
     @property
@@ -262,10 +262,10 @@ class Object:
 class Ticket:
     """A request under way. It is canceled when the last reference to it goes before its result."""
 
-    def wait(self, *, timeout_s: float = 60.0) -> Broken:
+    def wait(self, *, timeout_s: float = 60.0) -> FractureResult:
         """Waits for the result; Ctrl-C ends it. After ``late`` the ticket is still valid."""
 
-    def poll(self) -> Broken | None:
+    def poll(self) -> FractureResult | None:
         """The result if there is one; never blocks. Once a frame is often enough."""
 
     @property
@@ -273,7 +273,7 @@ class Ticket:
     def cancel(self) -> None: ...
 
 @final
-class Broken:
+class FractureResult:
     """The result of a request: a sequence of fragments, empty if the object stays whole.
 
     It holds memory of the service until it, its fragments and all arrays that refer to it are gone; ``del`` or ``with`` release it.
@@ -323,7 +323,7 @@ class Broken:
     def __len__(self) -> int: ...
     def __getitem__(self, index: int, /) -> Fragment: ...
     def __iter__(self) -> Iterator[Fragment]: ...
-    def __enter__(self) -> Broken: ...
+    def __enter__(self) -> FractureResult: ...
     def __exit__(self, *_error: type[BaseException] | BaseException | TracebackType | None) -> None: ...
 
 @final

@@ -7,8 +7,8 @@
 //!
 //! **Upstream.** No issue known.
 //!
-//! **Delete.** The 64-byte element [`Block`], once a slice of bytes can be aligned as a whole: responses are then slices of bytes.
+//! **Delete.** The 64-byte element [`AlignedBlock`], once a slice of bytes can be aligned as a whole: responses are then slices of bytes.
 
-use shatter_proto::result::Block;
+use shatter_proto::result::AlignedBlock;
 
-const _: () = assert!(size_of::<Block>() == 64 && align_of::<Block>() == 64);
+const _: () = assert!(size_of::<AlignedBlock>() == 64 && align_of::<AlignedBlock>() == 64);

@@ -3,7 +3,7 @@
 //! **Symptom.** Every process that connects opens the segment `*.global_mgmt` first. If a few bytes of it are zero, or it is gone, no
 //! client can connect, and the daemon does not notice.
 //!
-//! **Reproduction** (iceoryx2 0.10.0). The test `entrance` of `shatter-server` overwrites and removes the segment of a running daemon.
+//! **Reproduction** (iceoryx2 0.10.0). The test `runtime_files` of `shatter-server` overwrites and removes the segment of a running daemon.
 //!
 //! **Upstream.** No issue known.
 //!
@@ -39,7 +39,7 @@ pub struct ClientEntryCheck {
     /// Segments and descriptions without which no service can be opened.
     services: Vec<PathBuf>,
     /// Last damage that could not be repaired.
-    trouble: Option<String>,
+    last_error: Option<String>,
     restored: u64,
 }
 
@@ -60,8 +60,8 @@ impl ClientEntryCheck {
         let services = segments.into_iter().filter(|path| ending(path, SERVICE));
         let services = services.chain(described.map(|entry| entry.path())).collect();
         let folder = PrivateFolder::open(&instance.folder, uid)?;
-        let entrance = Self { instance, folder, segment, bytes, services, trouble: None, restored: 0 };
-        entrance.go_in()?;
+        let entrance = Self { instance, folder, segment, bytes, services, last_error: None, restored: 0 };
+        entrance.connect()?;
         Ok(entrance)
     }
 
@@ -77,27 +77,28 @@ impl ClientEntryCheck {
     /// # Errors
     /// `transport`.
     pub fn check(&mut self) -> Result<(), Error> {
-        let Err((path, what)) = self.look() else {
-            self.trouble = None;
+        let Err((path, what)) = self.find_damage() else {
+            self.last_error = None;
             return Ok(());
         };
         let message = format!("{} {what}: no client can connect", path.display());
-        let healed = path == self.segment && self.restore().is_ok() && self.look().is_ok() && self.go_in().is_ok();
-        if healed {
+        let is_restored =
+            path == self.segment && self.restore().is_ok() && self.find_damage().is_ok() && self.connect().is_ok();
+        if is_restored {
             self.restored += 1;
             tracing::error!("{message}; it was restored");
-        } else if self.trouble.as_ref() != Some(&message) {
+        } else if self.last_error.as_ref() != Some(&message) {
             tracing::error!("{message}; restart the daemon");
-            self.trouble = Some(message.clone());
+            self.last_error = Some(message.clone());
         }
-        let advice = if healed { "it was restored" } else { "restart the daemon" };
+        let advice = if is_restored { "it was restored" } else { "restart the daemon" };
         Err(Error::new(ErrorKind::Transport, path.display().to_string(), format!("{message}; {advice}")))
     }
 
     /// Finds the first damaged file and describes the damage.
-    fn look(&self) -> Result<(), (PathBuf, String)> {
+    fn find_damage(&self) -> Result<(), (PathBuf, String)> {
         // If another folder has replaced this one, nothing in it is read.
-        self.folder.check().map_err(|refusal| (self.instance.folder.clone(), refusal.message))?;
+        self.folder.check().map_err(|error| (self.instance.folder.clone(), error.message))?;
         let found = |what: String| (self.segment.clone(), what);
         let data = self.segment.symlink_metadata().map_err(|error| found(format!("cannot be read ({error})")))?;
         if !data.is_file() {
@@ -123,7 +124,7 @@ impl ClientEntryCheck {
     }
 
     /// Connects as a client does.
-    fn go_in(&self) -> Result<(), Error> {
+    fn connect(&self) -> Result<(), Error> {
         let config = client_config(&self.instance)?;
         let node = NodeBuilder::new().config(&config).signal_handling_mode(SignalHandlingMode::Disabled);
         let at = self.segment.display().to_string();

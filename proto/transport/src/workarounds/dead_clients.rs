@@ -1,16 +1,17 @@
-//! Two processes that clean up after dead ones race.
+//! Two processes that clean up after dead ones race with each other.
 //!
-//! **Symptom.** Every process cleans up after dead nodes, on three occasions. Of two that do so at once, the slower one removes the
-//! registration of a process that took over the slot since: a living client is taken for a dead one. A process that cleans up can
-//! also wait for a file that a dead one left unfinished. If it finds a node that is just starting, it aborts (`InstanceStillAlive`).
+//! **Symptom.** Every process cleans up after dead nodes, on three occasions. If two do so at once, the slower one can remove the
+//! registration of a process that has since taken the slot. A living client is then treated as dead. A process that cleans up can
+//! also wait for a file that a dead process left unfinished. If it finds a node that is just starting, it aborts
+//! (`InstanceStillAlive`).
 //!
-//! **Reproduction** (iceoryx2 0.10.0). Clients that connect while others are killed beside them; the tests `faults` and `forgotten` of
-//! `shatter-server` do that.
+//! **Reproduction** (iceoryx2 0.10.0). Clients connect while others are killed, as in the tests `faults` and `reconnect` of
+//! `shatter-server`.
 //!
 //! **Upstream.** The abort is issue 1880 (fix: pull request 1936, open). For the race no issue is known.
 //!
-//! **Delete.** [`never_clean_up`]; and [`is_evicted`] with `Connection::evicted` and the second call of `Session::call` of
-//! `shatter-client`, once a living client is never taken for a dead one.
+//! **Delete.** [`never_clean_up`]; also [`is_evicted`], `Connection::evicted`, and the second attempt in `Session::call`
+//! of `shatter-client`, once a living client is never treated as dead.
 
 use iceoryx2::prelude::Config;
 use shatter_proto::{Error, ErrorKind};

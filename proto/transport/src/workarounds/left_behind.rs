@@ -1,15 +1,17 @@
-//! A daemon that was killed while starting leaves a service that cannot be opened.
+//! A daemon killed while starting leaves a service that cannot be opened.
 //!
-//! **Symptom.** (1) A `.service` file of mode 0600 stays (finished ones have 0400), and every later call that opens the service fails with
-//! `HangsInCreation` after a second. `Node::force_remove_service` does not help. (2) Nodes without details stay: the cleanup
-//! searches for them under the default configuration instead of the given one. (3) The segment `*.global_mgmt` is never removed.
+//! **Symptom.** (1) An unfinished `.service` file remains, of mode 0600 (finished ones have 0400). Every later call that opens the
+//! service then fails with `HangsInCreation` after a second. `Node::force_remove_service` does not remove the file. (2) Nodes
+//! without details remain, because the cleanup searches for them under the default configuration instead of the given one. (3) The
+//! segment `*.global_mgmt` is never removed.
 //!
-//! **Reproduction** (iceoryx2 0.10.0). (1) 4 of 400 kills in the first 12 ms of a daemon. (2) 33 of 60 kills. (3) Every end of a daemon.
+//! **Reproduction** (iceoryx2 0.10.0). (1) 4 of 400 kills in the first 12 ms of a daemon. (2) 33 of 60 kills. (3) Every daemon that
+//! ends.
 //!
 //! **Upstream.** No issue known.
 //!
-//! **Delete.** [`remove_unused`], and with it the list of earlier instances in the runtime folder. A folder per
-//! daemon process is then not needed for this; [`private_segments`](super::private_segments) may still need it.
+//! **Delete.** [`remove_unused`], and with it the list of earlier instances in the runtime folder. Only
+//! [`private_segments`](super::private_segments) may then still need a folder per daemon process.
 
 use crate::instance::Instance;
 use crate::{Ipc, config};

@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_wait_ends_and_none_is_long() {
+    fn every_wait_is_bounded() {
         let ms = Duration::from_millis;
         assert_eq!([Duration::ZERO, ms(3), ms(60_000)].map(bounded), [ms(1), ms(3), ms(5)]);
     }

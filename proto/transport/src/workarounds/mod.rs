@@ -1,26 +1,26 @@
-//! Workarounds for iceoryx2 0.10.0, to be deleted by an upgrade.
+//! Workarounds for iceoryx2 0.10.0, deleted as upgrades make them unnecessary.
 //!
-//! Each file covers one symptom. Its head names the reproduction, the upstream issue, and the code to delete, here and in the callers,
-//! once a release fixes it. No other file of the project works around the transport; the test `workarounds` of `shatter-tests` checks
-//! that.
+//! Each file covers one symptom. Its first comment names the reproduction, the upstream issue, and the code to delete, here and in
+//! the callers, once a release fixes it. No other file of the project contains workarounds for the transport; the test
+//! `workarounds` of `shatter-tests` checks that.
 //!
 //! | file | symptom |
 //! |---|---|
-//! | [`lost_wakeups`] | a notification is lost, a timeout of zero never ends |
-//! | [`response_pool`] | growing pools panic, a failed loan stays counted, a full buffer blocks every thread |
+//! | [`lost_wakeups`] | a notification is lost; a wait with a timeout of zero never returns |
+//! | [`response_pool`] | growing pools panic; a failed loan stays counted; a full buffer blocks every thread |
 //! | [`aligned_blocks`] | an alignment is applied to every element |
-//! | [`shared_memory`], [`populated_pages`] | a full `/dev/shm` kills with SIGBUS |
-//! | [`private_segments`] | other users see names of segments, and can take them |
-//! | [`dead_daemon`] | a server stays connected after it was killed |
-//! | [`dead_clients`] | two processes that clean up race, a living client is taken for a dead one |
-//! | [`stale_segments`] | segments and nodes of killed processes stay |
-//! | [`left_behind`] | a daemon that was killed while starting leaves a service that cannot be opened |
-//! | [`client_entry`] | a corrupt segment stops every client |
-//! | [`unclear_errors`] | a failure does not say which limit of the process was reached |
+//! | [`shared_memory`], [`populated_pages`] | a write to a full `/dev/shm` ends the process with SIGBUS |
+//! | [`private_segments`] | other users can list the names of segments, and can occupy them |
+//! | [`dead_daemon`] | clients stay connected to a server that was killed |
+//! | [`dead_clients`] | two processes that clean up race; a living client is treated as dead |
+//! | [`stale_segments`] | segments and nodes of killed processes are not removed |
+//! | [`left_behind`] | a daemon killed while starting leaves a service that cannot be opened |
+//! | [`client_entry`] | a corrupt segment prevents every client from connecting |
+//! | [`unclear_errors`] | an error does not name the process limit that was reached |
 //!
-//! Not worked around: a process of the same user can write to the transport's management memory and crash the daemon (the user is
-//! the trust domain), and both sides need exactly the same version (pinned in `Cargo.toml`, checked by
-//! [`DaemonInfo`](crate::daemon_info::DaemonInfo)).
+//! Two limitations remain. A process of the same user can write to the transport's management memory and crash the daemon; the
+//! user is the trust domain. Both sides need exactly the same version of iceoryx2, which `Cargo.toml` pins and
+//! [`DaemonInfo`](crate::daemon_info::DaemonInfo) checks.
 
 pub mod aligned_blocks;
 pub mod client_entry;

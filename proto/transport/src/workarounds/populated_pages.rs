@@ -4,7 +4,7 @@
 
 use super::shared_memory::{need, populate};
 use shatter_proto::Error;
-use shatter_proto::result::Block;
+use shatter_proto::result::AlignedBlock;
 use std::collections::HashMap;
 use std::mem::MaybeUninit;
 use std::sync::{Mutex, PoisonError};
@@ -21,7 +21,7 @@ impl PopulatedPages {
     ///
     /// # Errors
     /// `shared_memory`.
-    pub fn ensure(&self, range: &mut [MaybeUninit<Block>]) -> Result<(), Error> {
+    pub fn ensure(&self, range: &mut [MaybeUninit<AlignedBlock>]) -> Result<(), Error> {
         let (start, length) = (range.as_mut_ptr() as usize, size_of_val(range));
         let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&start).copied().unwrap_or(0);
         if known >= length {
@@ -49,7 +49,7 @@ mod tests {
 
     #[test]
     fn populating_changes_no_byte_and_is_done_once() {
-        let mut blocks = vec![MaybeUninit::new(Block { bytes: [7; 64] }); 4096];
+        let mut blocks = vec![MaybeUninit::new(AlignedBlock { bytes: [7; 64] }); 4096];
         let populated = PopulatedPages::default();
         let address = blocks.as_ptr() as usize;
         for (count, known) in [(1000, 1000), (10, 1000), (4096, 4096)] {
@@ -72,9 +72,9 @@ mod tests {
             rustix::mm::mmap(std::ptr::null_mut(), length, read_write, shared, &file, 0).unwrap()
         };
         // SAFETY: the elements are `MaybeUninit` and never accessed; the mapping outlives the slice.
-        let range = unsafe { std::slice::from_raw_parts_mut(mapped.cast::<MaybeUninit<Block>>(), length / 64) };
-        let refusal = PopulatedPages::default().ensure(range).unwrap_err();
-        assert_eq!(refusal.kind, ErrorKind::Transport);
+        let range = unsafe { std::slice::from_raw_parts_mut(mapped.cast::<MaybeUninit<AlignedBlock>>(), length / 64) };
+        let error = PopulatedPages::default().ensure(range).unwrap_err();
+        assert_eq!(error.kind, ErrorKind::Transport);
         // SAFETY: the whole mapping, which nothing refers to any more.
         unsafe { rustix::mm::munmap(mapped, length).unwrap() };
     }

@@ -1,15 +1,15 @@
 //! Pools of responses: growth panics, a failed loan stays counted, a full buffer blocks.
 //!
-//! **Symptom.** (1) `override_response_preallocation` with a growing pool (`PowerOfTwo`, `BestFit`) ends in an index out of bounds
-//! (`segment_state.rs`) as soon as the pool grows. (2) A loan that fails still counts against `max_loaned_responses_per_request`. With
-//! a limit of 1 the request can never get a response, not even an error. (3) Without overflow, and with the default backpressure
-//! strategy, `send` blocks while it holds the port, so all threads of the server stop, even for a client that was killed. (4) Channels
-//! are reused: a late response lies in the buffer of a newer request, and with a buffer of one that request's own response is lost
-//! while `send` returns success.
+//! **Symptom.** (1) With `override_response_preallocation` and a growing pool (`PowerOfTwo`, `BestFit`), an index is out of bounds
+//! (`segment_state.rs`) as soon as the pool grows. (2) A failed loan still counts against `max_loaned_responses_per_request`. With
+//! a limit of 1 the request can never get a response, not even an error. (3) Without overflow and with the default backpressure
+//! strategy, `send` blocks while it holds the port. All threads of the server then stop, even for a client that was killed. (4)
+//! Channels are reused. A late response enters the buffer of a newer request. If that buffer has one slot, the newer request's own
+//! response is lost, and `send` still returns success.
 //!
-//! **Reproduction** (iceoryx2 0.10.0). (1) The fifth loan of a pool of two. (2) One `OutOfMemory`, then `ExceedsMaxLoans` at every
-//! further loan of the request. (3) A buffer of two, three responses, a client that reads none. (4) A client with two active
-//! requests uses the first channel again at its sixth; the first request was abandoned, and gets its response then.
+//! **Reproduction** (iceoryx2 0.10.0). (1) The fifth loan from a pool of two. (2) One `OutOfMemory`, then `ExceedsMaxLoans` at
+//! every further loan of the request. (3) A buffer of two, three responses, a client that reads none. (4) A client with two active
+//! requests uses the first channel again for its sixth request. The first request was abandoned, and its response arrives then.
 //!
 //! **Upstream.** (4) is issue 1905, closed, and still reproducible in 0.10.0. For the others no issue is known.
 //!

@@ -1,17 +1,17 @@
-//! Segments and nodes of killed processes stay.
+//! Segments and nodes of killed processes are not removed.
 //!
-//! **Symptom.** (1) A process that is killed between creating a segment and registering it leaves a segment that the transport's cleanup
-//! misses, because it follows registrations. (2) If a process is killed while it writes a tag, its node is never reclaimed: the cleanup
-//! removes everything but the unfinished tag and its folder, and finds the node again each time. (3) A process that is killed while it
-//! creates its node leaves a folder that is not listed, because it might still be starting.
+//! **Symptom.** (1) A process killed between creating a segment and registering it leaves that segment. The transport's cleanup
+//! follows registrations and misses it. (2) If a process is killed while it writes a tag, its node is never reclaimed. The cleanup
+//! removes everything except the unfinished tag and its folder, and finds the node again each time. (3) A process killed while it
+//! creates its node leaves a folder. The transport does not list it, because the node might still be starting.
 //!
-//! **Reproduction** (iceoryx2 0.10.0). Clients killed at random moments of their first 12 ms; the tests `faults` and `forgotten` of
-//! `shatter-server` do that. Three hundred kills left folders of kind (3), and 30 kills were counted as 17538 cleanups (2).
+//! **Reproduction** (iceoryx2 0.10.0). Clients killed at random moments of their first 12 ms, as in the tests `faults` and
+//! `reconnect` of `shatter-server`. 300 kills left folders of kind (3). After 30 kills, 17,538 cleanups were counted (2).
 //!
 //! **Upstream.** No issue known.
 //!
-//! **Delete.** This file and its call in the loop of the daemon, once cleanups follow port tags. Every port writes its tag before it
-//! creates anything, and the tag is removed after everything else, so a segment whose owner has no tag is stale.
+//! **Delete.** This file and its call in the loop of the daemon, once the transport's cleanup follows port tags. Every port writes
+//! its tag first and removes it last, so a segment whose owner has no tag is stale.
 
 use crate::instance::Instance;
 use crate::{Ipc, PREFIX, config};
@@ -60,12 +60,12 @@ impl StaleSegmentReaper {
             entries(&instance.folder).filter_map(|entry| Some((entry.path(), ports(&entry.path())?))).collect();
         // Read after the segments: the tag of a living port is older than its segments.
         let tags = tags(&instance.folder.join("nodes"));
-        let orphan =
+        let stale_segment =
             |(path, ports): (PathBuf, Vec<u128>)| ports.iter().any(|port| !tags.contains(port)).then_some(path);
-        let orphans: BTreeSet<PathBuf> = made.into_iter().filter_map(orphan).collect();
-        let buried = orphans.intersection(&self.suspects).filter(|path| fs::remove_file(path).is_ok()).count();
-        self.suspects = orphans;
-        buried
+        let stale_segments: BTreeSet<PathBuf> = made.into_iter().filter_map(stale_segment).collect();
+        let removed = stale_segments.intersection(&self.suspects).filter(|path| fs::remove_file(path).is_ok()).count();
+        self.suspects = stale_segments;
+        removed
     }
 }
 
@@ -136,7 +136,7 @@ mod tests {
     use std::os::unix::fs::OpenOptionsExt;
 
     #[test]
-    fn what_nobody_has_a_tag_for_is_removed_at_the_second_look() {
+    fn untagged_segments_are_removed_at_the_second_scan() {
         let root = tempfile::tempdir().unwrap();
         let uid = rustix::process::geteuid().as_raw();
         let place = ServicePaths::new(&ServiceName::new("stale").unwrap(), Some(root.path()), uid);
@@ -153,15 +153,15 @@ mod tests {
         for path in kept.iter().chain(&gone).chain([&socket]) {
             fs::write(path, "").unwrap();
         }
-        let mut orphans = StaleSegmentReaper::default();
-        assert_eq!((orphans.reap(&instance), orphans.reap(&instance), orphans.reap(&instance)), (0, 5, 0));
+        let mut reaper = StaleSegmentReaper::default();
+        assert_eq!((reaper.reap(&instance), reaper.reap(&instance), reaper.reap(&instance)), (0, 5, 0));
         assert!(kept.iter().all(|path| path.exists()) && !gone.iter().chain([&socket]).any(|path| path.exists()));
         fs::remove_dir_all(&instance.folder).unwrap();
     }
 
     /// Reproduces the state after three hundred kills: a details file, and monitor files that are not readable yet.
     #[test]
-    fn a_node_that_was_never_finished_is_removed_once_it_is_old() {
+    fn an_unfinished_node_is_removed_after_a_delay() {
         let root = tempfile::tempdir().unwrap();
         let uid = rustix::process::geteuid().as_raw();
         let place = ServicePaths::new(&ServiceName::new("shells").unwrap(), Some(root.path()), uid);
@@ -175,11 +175,11 @@ mod tests {
             let mut file = File::options();
             file.write(true).create_new(true).mode(0o200).open(nodes.join(format!("{PREFIX}77.{name}"))).unwrap();
         }
-        let mut orphans = StaleSegmentReaper::default();
-        assert_eq!((orphans.reap(&instance), orphans.reap(&instance), orphans.shells.len()), (0, 0, 1));
+        let mut reaper = StaleSegmentReaper::default();
+        assert_eq!((reaper.reap(&instance), reaper.reap(&instance), reaper.shells.len()), (0, 0, 1));
         let seen = Instant::now().checked_sub(SHELL_AGE).unwrap();
-        orphans.shells.insert(77, seen);
-        assert_eq!((orphans.reap(&instance), entries(&nodes).count()), (1, 0));
+        reaper.shells.insert(77, seen);
+        assert_eq!((reaper.reap(&instance), entries(&nodes).count()), (1, 0));
         fs::remove_dir_all(&instance.folder).unwrap();
     }
 }

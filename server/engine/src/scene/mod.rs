@@ -51,7 +51,7 @@ impl Scene {
         let text = read_text(path)
             .map_err(|error| Error::new(ErrorKind::Configuration, at.clone(), format!("cannot read {at}: {error}")))?;
         Self::parse(&text, path.parent().unwrap_or(Path::new("")))
-            .map_err(|refusal| Error { message: format!("{at}: {}", refusal.message), ..refusal })
+            .map_err(|error| Error { message: format!("{at}: {}", error.message), ..error })
     }
 
     /// Parses the text of a scene file; `folder` is the base of relative paths in it.

@@ -271,13 +271,12 @@ impl SceneObject {
         let quality = values.quality.map(|name| named(&at("quality"), "quality", &name, qualities)).transpose()?;
         let on = values.effects.map_or(Ok(Effects::usual()), |names| effects(&at("effects"), &names))?;
         // An effect that is on must not need one that is off.
-        let on =
-            Effects::default().changed(on, Effects::default()).map_err(|refusal| placed(&at("effects"), refusal))?;
+        let on = Effects::default().changed(on, Effects::default()).map_err(|error| placed(&at("effects"), error))?;
         let more = effects(&at("allow"), &values.allow)?;
         if values.volume_min_m3.is_some() && !on.has(Effect::Slivers) {
             return Err(invalid(at("volume_min_m3"), "needs the effect `slivers`, which is off"));
         }
-        let allowed = on.changed(more, Effects::default()).map_err(|refusal| placed(&at("allow"), refusal))?;
+        let allowed = on.changed(more, Effects::default()).map_err(|error| placed(&at("allow"), error))?;
         let controls = warp::read(&at("warp"), &values.warp, folder)?;
         if controls.is_silent() == allowed.has(Effect::Warp) {
             return Err(invalid(
@@ -330,10 +329,10 @@ fn named<T: Copy, const N: usize>(path: &str, what: &str, name: &str, all: [(&st
 
 fn effects(path: &str, names: &[String]) -> Result<Effects, Error> {
     let found = names.iter().map(|name| Effect::by_name(name));
-    Ok(Effects::of(found.collect::<Result<Vec<_>, _>>().map_err(|refusal| placed(path, refusal))?))
+    Ok(Effects::of(found.collect::<Result<Vec<_>, _>>().map_err(|error| placed(path, error))?))
 }
 
 /// Prefixes an error with its place in the scene.
-fn placed(path: &str, refusal: Error) -> Error {
-    Error { message: format!("{path}: {}", refusal.message), ..refusal }
+fn placed(path: &str, error: Error) -> Error {
+    Error { message: format!("{path}: {}", error.message), ..error }
 }

@@ -51,16 +51,16 @@ impl BakeRecipe {
         let objects = || all.iter().map(|(_, object)| *object);
         Ok(Self {
             objects: all.iter().map(|(name, _)| (*name).to_owned()).collect(),
-            shape: said(all, "shape", |object| object.shape)?,
-            material: said(all, "material", |object| object.material.clone())?,
-            elastic_spacing: said(all, "elastic_spacing", |object| object.elastic_spacing)?,
-            crack_spacing: said(all, "crack_spacing", |object| object.crack_spacing)?,
+            shape: stated(all, "shape", |object| object.shape)?,
+            material: stated(all, "material", |object| object.material.clone())?,
+            elastic_spacing: stated(all, "elastic_spacing", |object| object.elastic_spacing)?,
+            crack_spacing: stated(all, "crack_spacing", |object| object.crack_spacing)?,
             named: objects().any(|object| object.terms.quality.is_some()),
             // Finer lattices also serve requests of coarser presets.
             quality: objects().map(|object| preset(object.terms.quality.unwrap_or_default())).max().unwrap_or_default(),
-            examples: said(all, "examples", |object| object.examples)?.unwrap_or(0),
-            fragment_size_m: agreed(objects().filter_map(|object| object.terms.fragment_size_m)),
-            gamma_j_m2: agreed(objects().filter_map(|object| object.terms.gamma_j_m2)),
+            examples: stated(all, "examples", |object| object.examples)?.unwrap_or(0),
+            fragment_size_m: common_value(objects().filter_map(|object| object.terms.fragment_size_m)),
+            gamma_j_m2: common_value(objects().filter_map(|object| object.terms.gamma_j_m2)),
             tables: objects().map(|object| object.terms.tables()).fold(Tables::NONE, Tables::and),
         })
     }
@@ -111,7 +111,7 @@ impl Scene {
 }
 
 /// Value that the objects give under `key`; refuses different values.
-fn said<T: PartialEq>(
+fn stated<T: PartialEq>(
     all: &[(&str, &SceneObject)],
     key: &str,
     of: impl Fn(&SceneObject) -> Option<T>,
@@ -129,7 +129,7 @@ fn said<T: PartialEq>(
 }
 
 /// The common value, if all values are equal.
-fn agreed(mut values: impl Iterator<Item = f64>) -> Option<f64> {
+fn common_value(mut values: impl Iterator<Item = f64>) -> Option<f64> {
     let first = values.next()?;
     values.all(|other| other == first).then_some(first)
 }

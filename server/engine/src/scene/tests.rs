@@ -10,13 +10,13 @@ fn object(text: &str) -> Result<SceneObject, Error> {
 }
 
 fn check(text: &str, at: &str, hint: &str) {
-    let refusal = object(text).expect_err(text);
-    assert_eq!(refusal.at, at, "{refusal}");
-    assert!(refusal.message.contains(hint), "{refusal}");
+    let error = object(text).expect_err(text);
+    assert_eq!(error.at, at, "{error}");
+    assert!(error.message.contains(hint), "{error}");
 }
 
 #[test]
-fn what_is_not_known_is_refused_by_name_with_the_nearest() {
+fn unknown_keys_are_rejected_with_a_suggestion() {
     check("material = \"glas\"", "objects.vase.material", "\"glass\"");
     check("efects = []", "objects.vase.efects", "`effects`");
     check("effects = [\"bond\"]", "bond", "`bonds`");
@@ -56,7 +56,7 @@ fn what_is_not_known_is_refused_by_name_with_the_nearest() {
 }
 
 #[test]
-fn an_object_is_made_of_the_database_of_its_name_or_of_another() {
+fn an_object_uses_the_database_of_its_name_or_a_named_one() {
     let text =
         "[objects.vase]\n[objects.near]\ndatabase = \"statue\"\n[objects.far]\ndatabase = \"statue\"\neffects = []";
     let databases = Scene::parse(text, Path::new("")).unwrap().databases();
@@ -94,10 +94,10 @@ fn a_database_is_baked_for_all_objects_that_are_made_of_it() {
         ("crack_spacing", "0.03"),
         ("examples", "0"),
     ] {
-        let refusal =
+        let error =
             both(&format!("{STATUE}\nelastic_spacing = 0.04"), &format!("{key} = {value}")).recipes().unwrap_err();
-        assert_eq!(refusal.at, format!("objects.near.{key}"), "{refusal}");
-        assert!(refusal.message.contains("objects.far") && refusal.message.contains("`statue`"), "{refusal}");
+        assert_eq!(error.at, format!("objects.near.{key}"), "{error}");
+        assert!(error.message.contains("objects.far") && error.message.contains("`statue`"), "{error}");
     }
 }
 
@@ -112,7 +112,7 @@ fn an_objects_quality_is_a_preset() {
 }
 
 #[test]
-fn only_what_some_strike_may_need_is_loaded() {
+fn only_tables_of_allowed_effects_are_loaded() {
     let tables = |text: &str| object(text).unwrap().terms.tables();
     let none = Tables::NONE;
     assert_eq!(tables("effects = []"), none);
@@ -127,7 +127,7 @@ fn only_what_some_strike_may_need_is_loaded() {
 }
 
 #[test]
-fn strikes_narrow_and_widen_within_what_is_prepared() {
+fn request_effects_stay_within_the_scene() {
     let terms = object("effects = [\"elastic\", \"bonds\"]\nallow = [\"interior\"]").unwrap().terms;
     let strike = |enable: &[Effect], disable: &[Effect]| Request {
         enable: Effects::of(enable.iter().copied()),
@@ -156,9 +156,9 @@ fn anchors_and_weight_are_read() {
     let enable = |effect: Effect| Request { enable: Effects::of([effect]), ..Request::default() };
     assert!(terms.effects(&enable(Effect::Gravity)).unwrap().has(Effect::Gravity));
     for effect in [Effect::Anchored, Effect::Gravity] {
-        let refusal = ObjectPolicy::default().effects(&enable(effect)).unwrap_err();
-        assert_eq!(refusal.at, effect.name());
-        assert!(refusal.message.contains("`anchors`"), "{refusal}");
+        let error = ObjectPolicy::default().effects(&enable(effect)).unwrap_err();
+        assert_eq!(error.at, effect.name());
+        assert!(error.message.contains("`anchors`"), "{error}");
     }
     assert!(terms.rich().on.has(Effect::Gravity) && !ObjectPolicy::default().rich().on.has(Effect::Anchored));
 }
@@ -175,7 +175,7 @@ fn a_fragment_size_gives_gamma() {
 }
 
 #[test]
-fn what_an_artist_says_is_checked_by_name() {
+fn artist_controls_are_validated_by_name() {
     let warped = |text: &str| format!("effects = [\"warp\"]\nwarp = {{ {text} }}");
     check(&warped("grian = 1"), "objects.vase.warp.grian", "`grain`");
     check(&warped("grain = { axis = [0, 0, 0], ratio = 2.0 }"), "objects.vase.warp.grain", "axis");

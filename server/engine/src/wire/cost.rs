@@ -4,11 +4,11 @@ use super::EngineObject;
 use crate::object::ServedObject;
 use crate::stage_profiler::StageProfiler;
 use shatter_fracture::cancel_token::CancelToken;
-use shatter_fracture::pipeline::{CostSample, ElasticRequest, ImpactSampler, StrikeCost, Workspace};
+use shatter_fracture::pipeline::{CostSample, ElasticRequest, ImpactSampler, RequestCost, Workspace};
 use shatter_proto::Error;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, DegreeRule, DisplacementSource, Request};
-use shatter_proto::result::{Block, StageCost, StageKind};
+use shatter_proto::result::{AlignedBlock, StageCost, StageKind};
 use std::time::{Duration, Instant};
 
 /// Seed of the measured impacts.
@@ -39,7 +39,7 @@ const JUDGED: Plan = Plan {
 #[derive(Clone, Copy, Debug)]
 pub struct CostReport {
     /// Predicted cost.
-    pub cost: StrikeCost,
+    pub cost: RequestCost,
     /// Number of requests compared with the prediction.
     pub strikes: usize,
     /// Median of |log(expected/taken)|: 0.1 is ten per cent.
@@ -73,7 +73,7 @@ impl EngineObject {
     /// # Errors
     /// Those of the strikes.
     pub(super) fn timed(&self) -> Result<Vec<CostSample>, Error> {
-        self.carried_out(&FITTED)
+        self.effective_cost(&FITTED)
     }
 
     /// Fits a prediction and judges it by other requests; `None` if no fit is possible.
@@ -83,8 +83,8 @@ impl EngineObject {
     /// # Errors
     /// Those of the strikes.
     pub fn timing(&self) -> Result<Option<CostReport>, Error> {
-        let Some(cost) = StrikeCost::fit(&self.timed()?) else { return Ok(None) };
-        let judged = self.carried_out(&JUDGED)?;
+        let Some(cost) = RequestCost::fit(&self.timed()?) else { return Ok(None) };
+        let judged = self.effective_cost(&JUDGED)?;
         let error = |own: &CostSample| {
             let elastic = if own.solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
             let took_s = own.front_s + own.diagram_s + own.rest_s;
@@ -97,7 +97,7 @@ impl EngineObject {
     }
 
     /// Runs the requests of a plan; their results are written to a scratch buffer.
-    fn carried_out(&self, plan: &Plan) -> Result<Vec<CostSample>, Error> {
+    fn effective_cost(&self, plan: &Plan) -> Result<Vec<CostSample>, Error> {
         let sampler = ImpactSampler::new(&self.prepared);
         let (mut workspace, mut payload) = (Workspace::default(), Vec::new());
         let mut samples = Vec::new();
@@ -133,12 +133,12 @@ impl EngineObject {
         strike: &Request,
         sites: u32,
         workspace: &mut Workspace,
-        payload: &mut Vec<Block>,
+        payload: &mut Vec<AlignedBlock>,
     ) -> Result<CostSample, Error> {
         let (profiler, begun) = (StageProfiler::default(), Instant::now());
         let outcome = self.strike(strike, workspace, &CancelToken::default(), &profiler)?;
         if let Some(layout) = Layout::new(&outcome.counts()) {
-            payload.resize(payload.len().max(layout.blocks()), Block { bytes: [0; 64] });
+            payload.resize(payload.len().max(layout.blocks()), AlignedBlock { bytes: [0; 64] });
             if let Some(mut sections) = layout.split(payload) {
                 profiler.write(outcome.as_ref(), &mut sections, layout.base_bytes())?;
             }

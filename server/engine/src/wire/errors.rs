@@ -7,9 +7,9 @@ use shatter_proto::convention::Convention;
 use shatter_proto::{Error, ErrorKind};
 
 /// Converts an engine error, with its points in the coordinates of the request.
-pub(crate) fn refusal_in(error: FractureError, convention: &Convention) -> Error {
+pub(crate) fn engine_error_in(error: FractureError, convention: &Convention) -> Error {
     let own = |point: Point3<f64>| Point3::from(convention.vector(point.coords.into()));
-    refusal(match error {
+    engine_error(match error {
         FractureError::TooFar { contact, distance_m, radius_m, surface_m } => {
             FractureError::TooFar { contact, distance_m, radius_m, surface_m: own(surface_m) }
         }
@@ -21,7 +21,7 @@ pub(crate) fn refusal_in(error: FractureError, convention: &Convention) -> Error
 }
 
 /// Converts an engine error.
-pub fn refusal(error: FractureError) -> Error {
+pub fn engine_error(error: FractureError) -> Error {
     let of = |contact: &usize, field: &str| format!("contacts[{contact}].{field}");
     let (kind, at) = match &error {
         FractureError::ContactCount(count) => (ErrorKind::ContactCount, count.to_string()),
@@ -37,10 +37,10 @@ pub fn refusal(error: FractureError) -> Error {
         FractureError::Range(e1_over_gamma) => (ErrorKind::Gamma, e1_over_gamma.to_string()),
         FractureError::Degree { degree, .. } => (ErrorKind::Degree, degree.to_string()),
         FractureError::ElasticityUnprepared { .. } => (ErrorKind::Effect, EffectKind::Elastic.name().to_owned()),
-        FractureError::Unheld { effect } | FractureError::Bare { effect } => {
+        FractureError::AnchorsUnprepared { effect } | FractureError::AttributesUnprepared { effect } => {
             (ErrorKind::Effect, effect.name().to_owned())
         }
-        FractureError::Undressed { .. } => (ErrorKind::Effect, EffectKind::Skin.name().to_owned()),
+        FractureError::SkinUnprepared { .. } => (ErrorKind::Effect, EffectKind::Skin.name().to_owned()),
         FractureError::LiftUnprepared { lift, .. } => (ErrorKind::Lift, lift.to_string()),
         FractureError::TooFar { contact, .. } => (ErrorKind::ContactTooFar, of(contact, "point_m")),
         FractureError::RayDirection => (ErrorKind::Ray, of(&0, "ray")),
@@ -88,25 +88,26 @@ mod tests {
     use shatter_fracture::lift::LiftKind;
 
     #[test]
-    fn refusals_of_the_engine_name_the_offender() {
+    fn engine_errors_name_the_field() {
         let surface_m = Point3::new(0.1, 0.2, -0.3);
         let far = FractureError::TooFar { contact: 2, distance_m: 1.0, radius_m: 0.5, surface_m };
-        let refusal = refusal_in(far, &Convention::UNREAL);
-        assert!(refusal.message.contains("10.000000,-30.000000,20.000000"), "{}", refusal.message);
-        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::ContactTooFar, "contacts[2].point_m"));
+        let error = engine_error_in(far, &Convention::UNREAL);
+        assert!(error.message.contains("10.000000,-30.000000,20.000000"), "{}", error.message);
+        assert_eq!((error.kind, error.at.as_str()), (ErrorKind::ContactTooFar, "contacts[2].point_m"));
         for distance_m in [f64::INFINITY, f64::NAN, 1e200] {
             let far = FractureError::TooFar { contact: 0, distance_m, radius_m: 0.5, surface_m };
             let missed = FractureError::RayMissed { ray_m: surface_m, surface_m, distance_m };
             for error in [far, missed] {
-                let message = super::refusal(error).message;
+                let message = super::engine_error(error).message;
                 assert!(message.contains("more than 1e9 m") && message.len() < 150, "{message}");
             }
         }
         let number = FractureError::Number { contact: 0, key: "peak force", value: f64::INFINITY, positive: true };
-        assert_eq!(super::refusal(number).kind, ErrorKind::Impulse);
-        let unprepared = super::refusal(FractureError::LiftUnprepared { body: 0, lift: LiftKind::SurfaceDiffusion });
+        assert_eq!(super::engine_error(number).kind, ErrorKind::Impulse);
+        let unprepared =
+            super::engine_error(FractureError::LiftUnprepared { body: 0, lift: LiftKind::SurfaceDiffusion });
         assert_eq!((unprepared.kind, unprepared.at.as_str()), (ErrorKind::Lift, "surface_diffusion"));
         let cancelled = FractureError::Cancelled(shatter_fracture::cancel_token::Cancelled);
-        assert_eq!(super::refusal(cancelled).kind, ErrorKind::Cancelled);
+        assert_eq!(super::engine_error(cancelled).kind, ErrorKind::Cancelled);
     }
 }

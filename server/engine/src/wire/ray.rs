@@ -1,6 +1,6 @@
 //! Rays of requests: their hits, and the result of a request that only aims.
 
-use super::refusal_in;
+use super::engine_error_in;
 use crate::object::EngineResult;
 use bytemuck::Zeroable;
 use nalgebra::Vector3;
@@ -19,7 +19,7 @@ pub(super) fn first_hit(
     let convention = &strike.convention;
     match strike.contacts.first().and_then(|contact| ray(contact, convention)) {
         None => Ok(HitWire::zeroed()),
-        Some(ray) => aim(&ray).map(|hit| written(&hit, convention)).map_err(|error| refusal_in(error, convention)),
+        Some(ray) => aim(&ray).map(|hit| written(&hit, convention)).map_err(|error| engine_error_in(error, convention)),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Conversion of fragments to result sections, in the convention of the request, and of contacts from it.
 
-use super::refusal;
+use super::engine_error;
 use nalgebra::Vector3;
 use shatter_fracture::pipeline::{
     self, BondRow, DebrisRow, FractureMeshes, FragmentRow, HullRow, ReleaseVelocity, RunRow, SkinRow, SkinVertexRow,
@@ -42,8 +42,8 @@ pub(super) fn counts(pieces: &FractureMeshes) -> SectionCounts {
         hulls: pieces.hulls.rows.len(),
         hull_vertices: pieces.hulls.positions.len(),
         hull_indices: pieces.hulls.indices.len(),
-        looks: pieces.looks.vertices.len(),
-        materials: pieces.looks.materials.len(),
+        looks: pieces.attributes.vertices.len(),
+        materials: pieces.attributes.materials.len(),
         skins: pieces.skins.rows.len(),
         skin_vertices: pieces.skins.vertices.len(),
         skin_indices: pieces.skins.indices.len(),
@@ -92,21 +92,21 @@ impl Writer<'_> {
             true => pieces.emit(sections.positions, sections.indices, sections.merges),
             false => pieces.emit_for(&HostCoordinates(to), sections.positions, sections.indices, sections.merges),
         };
-        written.map_err(refusal)?;
-        self.told(sections);
+        written.map_err(engine_error)?;
+        self.write_optional_sections(sections);
         self.effects(sections, observer);
         Ok(())
     }
 
     /// Writes the data that was computed with the fragments.
-    fn told(&self, sections: &mut SectionsMut<'_>) {
+    fn write_optional_sections(&self, sections: &mut SectionsMut<'_>) {
         let Self { pieces, to } = self;
         fill(sections.velocities, &pieces.velocities, |own| velocity(own, to));
         fill(sections.hulls, &pieces.hulls.rows, |own| hull(own, to));
         fill(sections.hull_positions, &pieces.hulls.positions, |own| to.vector_f32(*own));
         self.triangles(sections.hull_indices, &pieces.hulls.indices);
-        fill(sections.looks, &pieces.looks.vertices, |own| look(own, to));
-        fill(sections.materials, &pieces.looks.materials, |own| *own);
+        fill(sections.looks, &pieces.attributes.vertices, |own| outer_attributes(own, to));
+        fill(sections.materials, &pieces.attributes.materials, |own| *own);
         fill(sections.skins, &pieces.skins.rows, skin);
         fill(sections.skin_vertices, &pieces.skins.vertices, |own| skin_vertex(own, to));
         self.triangles(sections.skin_indices, &pieces.skins.indices);
@@ -188,7 +188,7 @@ fn hull(own: &HullRow, to: &Convention) -> HullWire {
     HullWire { vertex_first, vertex_count, index_first, index_count, coverage, margin_m: to.length(margin_m) }
 }
 
-fn look(own: &VertexAttribute, to: &Convention) -> OuterAttributes {
+fn outer_attributes(own: &VertexAttribute, to: &Convention) -> OuterAttributes {
     OuterAttributes { normal: to.direction(own.normal), uv: own.uv }
 }
 

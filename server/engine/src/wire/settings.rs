@@ -1,7 +1,7 @@
 //! Solver settings: accuracy and time of a request, and their values in its result.
 
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, ElasticRequest, FractureOutcome, PreparedObject, StopReason, StrikeCost, TimeBudget,
+    self, DegreeRequest, ElasticRequest, FractureOutcome, PreparedObject, RequestCost, StopReason, TimeBudget,
 };
 use shatter_proto::effect::Effects;
 use shatter_proto::request::{DegreeRule, DisplacementSource, Quality, Request};
@@ -47,7 +47,7 @@ pub(super) fn given(request: pipeline::FractureRequest, asked: &Request) -> pipe
 pub(super) fn bounded(
     request: pipeline::FractureRequest,
     asked: &Request,
-    cost: StrikeCost,
+    cost: RequestCost,
 ) -> pipeline::FractureRequest {
     let Some(error_max) = asked.error_max else { return timed(request, asked, cost) };
     let (elastic, iterations_max) = (request.elastic, request.iterations_max);
@@ -62,7 +62,7 @@ pub(super) fn bounded(
 }
 
 /// Applies the time bound of `asked` to `request`, and marks which settings may be degraded for it.
-fn timed(request: pipeline::FractureRequest, asked: &Request, cost: StrikeCost) -> pipeline::FractureRequest {
+fn timed(request: pipeline::FractureRequest, asked: &Request, cost: RequestCost) -> pipeline::FractureRequest {
     let elastic_falls = asked.elastic == DisplacementSource::Preset;
     let budget = TimeBudget { cost, elastic_falls, degree_falls: asked.degree == DegreeRule::Preset };
     pipeline::FractureRequest { budget: asked.time_ms_max.map(|_| budget), ..request }
@@ -114,7 +114,7 @@ impl EffectiveSettings {
     }
 
     /// Writes the settings into the summary.
-    pub(super) fn tell(&self, result: &FractureOutcome, summary: &mut SummaryWire) {
+    pub(super) fn write_summary(&self, result: &FractureOutcome, summary: &mut SummaryWire) {
         summary.quality = self.quality.number();
         summary.degree = degree_method(self.degree).code();
         summary.stop_reason = stop_criterion(result.stop_reason()).code();
@@ -165,15 +165,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_asked_for_by_itself_goes_before_the_preset() {
+    fn explicit_settings_override_the_preset() {
         let strike = Request { elastic: DisplacementSource::Solve, degree: DegreeRule::Sites(7), ..Request::default() };
-        let blow = pipeline::FractureRequest::at(nalgebra::Point3::origin(), nalgebra::Vector3::x());
-        let draft = blow.clone().of_quality(pipeline::Preset::Draft);
+        let request = pipeline::FractureRequest::at(nalgebra::Point3::origin(), nalgebra::Vector3::x());
+        let draft = request.clone().of_quality(pipeline::Preset::Draft);
         let degree = DegreeRequest::Sites(7);
         let expected = pipeline::FractureRequest { elastic: ElasticRequest::Solve, degree, ..draft.clone() };
         assert_eq!(given(draft, &strike), expected);
         let few = Request { iterations_max: Some(3), elastic: DisplacementSource::Reduced, ..Request::default() };
-        let film = blow.of_quality(pipeline::Preset::Film);
+        let film = request.of_quality(pipeline::Preset::Film);
         let expected =
             pipeline::FractureRequest { iterations_max: 3, elastic: ElasticRequest::Reduced, ..film.clone() };
         assert_eq!(given(film, &few), expected);

@@ -5,6 +5,7 @@ use crate::tessellation::TessellationError;
 
 /// Error of an accuracy measure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum AccuracyError {
     /// An array does not fit the lattice or the lift.
     #[error("{array} has {found} entries, but {expected} are required")]

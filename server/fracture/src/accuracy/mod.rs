@@ -1,4 +1,4 @@
-//! Accuracy measures: each error with its formula and unit, and the exact diagram to which tessellations are compared.
+//! Accuracy measures: the formula and unit of each error, and the exact diagram to which tessellations are compared.
 //!
 //! | error | compared quantities |
 //! |---|---|
@@ -7,17 +7,17 @@
 //! | [`cvd_gap`], [`size_distance`] | diagrams of one field and one number of sites; two good ones differ in a fifth of their labels |
 //! | [`label_fraction`], [`misplaced`], [`volume_l1`], [`crack_distance`] | tessellations of the *same sites* |
 //! | [`BakeReport::surface_deviation`](crate::pipeline::BakeReport::surface_deviation) | the lattice's boundary and the input's surface |
-//! | [`NormalShares`] | their normals |
+//! | [`NormalShares`] | normals of the same two surfaces |
 //!
-//! **The same sites on another lattice.** Sites live in R^m, off the embedded body, so no position in space carries
-//! them to another lattice. Their coordinates are kept, and the *lift* is carried instead: [`carried`] interpolates the
-//! coordinates of the finer lattice linearly at the nodes of the coarser one. Both then approximate one embedding of
-//! one body. Eigenfunctions that each lattice computed for itself would differ by signs and rotations, and their
-//! embeddings would not be comparable.
+//! **The same sites on another lattice.** Sites are points of R^m outside the embedded body, so they have no position
+//! in space. Their coordinates are kept, and the *lift* is transferred: [`carried`] interpolates the coordinates of
+//! the finer lattice linearly at the nodes of the coarser one. Both lattices then approximate one embedding of one
+//! body. If each lattice computed its own eigenfunctions, these would differ by signs and rotations, and the
+//! embeddings could not be compared.
 //!
 //! **Energies of two elastic lattices.** Each lattice's own conservative
 //! [`EnergyTransfer`](crate::lattice::EnergyTransfer) transfers its energies to the nodes of one common crack lattice,
-//! where they are compared. Nothing is sampled, and both keep their totals.
+//! where they are compared. The transfer does not sample, so both totals are preserved.
 
 mod candidate_sites;
 mod distance;

@@ -17,7 +17,7 @@ fn turned(degrees: f64, carried: Option<Vector3<f64>>) -> NormalShares {
 }
 
 #[test]
-fn faces_are_near_their_own_and_far_from_turned_ones() {
+fn normal_error_is_zero_for_equal_faces_and_large_for_rotated_ones() {
     let same = turned(0.0, None);
     assert!((same.faces - 1.0).abs() < 1e-12 && same.carried.is_none(), "{same:?}");
     assert!(turned(5.0, None).faces > 0.9);
@@ -48,7 +48,7 @@ fn normals_of_nodes_are_held_against_what_the_input_is_shaded_with() {
 }
 
 #[test]
-fn without_a_boundary_nothing_is_off() {
+fn normal_error_is_zero_without_a_boundary() {
     let shares = NormalShares::new(&[], &[], NORMAL_DEG);
     assert_eq!(shares, NormalShares { faces: 1.0, smooth: 1.0, carried: Some(1.0) });
 }

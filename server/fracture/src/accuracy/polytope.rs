@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 pub(super) type BarycentricWeights = [f64; 4];
 
 /// Neighbor of a face that no plane made: none.
-pub(super) const NOBODY: u32 = u32::MAX;
+pub(super) const NO_NEIGHBOR: u32 = u32::MAX;
 
 /// Convex polytope; empty if it has no faces.
 #[derive(Clone, Debug, Default)]
@@ -36,7 +36,7 @@ impl Polytope {
 
     /// Tetrahedron of four points with positive volume.
     pub(super) fn spanned(corners: [BarycentricWeights; 4]) -> Self {
-        let face = |rim: [usize; 3]| Face { other: NOBODY, rim: rim.map(|corner| corner as u32).to_vec() };
+        let face = |rim: [usize; 3]| Face { other: NO_NEIGHBOR, rim: rim.map(|corner| corner as u32).to_vec() };
         Self { vertices: corners.to_vec(), faces: FACES.map(face).to_vec() }
     }
 
@@ -66,7 +66,7 @@ impl Polytope {
 
     /// Marks faces on which two sites tie as borders between them.
     fn tie(&mut self, heights: &[f64], other: u32) {
-        let free = self.faces.iter_mut().filter(|face| face.other == NOBODY);
+        let free = self.faces.iter_mut().filter(|face| face.other == NO_NEIGHBOR);
         for face in free.filter(|face| face.rim.iter().all(|&vertex| heights[vertex as usize] == 0.0)) {
             face.other = other;
         }
@@ -86,7 +86,7 @@ impl Polytope {
 
     /// Faces with a site on their other side, as fans of triangles.
     pub(super) fn shared(&self) -> impl Iterator<Item = (u32, [BarycentricWeights; 3])> {
-        self.faces.iter().filter(|face| face.other != NOBODY).flat_map(|face| {
+        self.faces.iter().filter(|face| face.other != NO_NEIGHBOR).flat_map(|face| {
             let corner = |vertex: u32| self.vertices[vertex as usize];
             face.rim[1..].windows(2).map(move |pair| (face.other, [face.rim[0], pair[0], pair[1]].map(corner)))
         })

@@ -99,13 +99,13 @@ impl AssignScratch {
         self.partial.resize(chunks * entries, 0.0);
         self.values.resize(chunks * count * TILE, 0.0);
         self.rivals.resize(chunks * count, 0);
-        let room = count.next_multiple_of(WIDTH) * state.stride;
-        self.lined_up.resize(chunks * room, 0.0);
+        let padded_length = count.next_multiple_of(WIDTH) * state.stride;
+        self.lined_up.resize(chunks * padded_length, 0.0);
         state.labels.resize(level.points(), 0);
         let sites = level.round(&state.sites, &mut self.rounded);
-        let sweep = Sweep { path: self.path, level, sites, chunk, entries, count, room };
+        let sweep = Sweep { path: self.path, level, sites, chunk, entries, count, padded_length };
         let (partial, values) = (&mut self.partial, &mut self.values[..chunks * count * TILE]);
-        let (rivals, lined_up) = (&mut self.rivals[..chunks * count], &mut self.lined_up[..chunks * room]);
+        let (rivals, lined_up) = (&mut self.rivals[..chunks * count], &mut self.lined_up[..chunks * padded_length]);
         let parts = Parts { labels: &mut state.labels, partial, values, rivals, lined_up };
         sweep.run(0, parts);
         merge(&self.partial, entries, state);
@@ -125,7 +125,7 @@ struct Sweep<'a> {
     /// Number of sites.
     count: usize,
     /// Entries of the transposed sites of a chunk.
-    room: usize,
+    padded_length: usize,
 }
 
 /// Output slices of consecutive chunks.
@@ -149,7 +149,7 @@ impl Sweep<'_> {
         let (partial, partial_rest) = parts.partial.split_at_mut(half * self.entries);
         let (values, values_rest) = parts.values.split_at_mut(half * self.count * TILE);
         let (rivals, rivals_rest) = parts.rivals.split_at_mut(half * self.count);
-        let (lined_up, lined_up_rest) = parts.lined_up.split_at_mut(half * self.room);
+        let (lined_up, lined_up_rest) = parts.lined_up.split_at_mut(half * self.padded_length);
         let left = Parts { labels, partial, values, rivals, lined_up };
         let right = Parts {
             labels: labels_rest,

@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn too_few_and_lonely_nodes_have_none() {
+    fn few_or_isolated_nodes_have_no_groups() {
         assert_eq!(Clusters::new(20, |_| &[]).nodes(), None);
         assert_eq!(Clusters::new(1000, |_| &[]).nodes(), None);
         assert_eq!(Clusters::new(0, |_| &[]).nodes(), None);

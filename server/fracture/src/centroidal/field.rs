@@ -25,6 +25,7 @@ pub struct EnergyField<'a> {
 
 /// Error of an energy field. Nodes are given by index.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum FieldError {
     /// An array does not have one entry per node.
     #[error("{array} has {found} entries for {nodes} nodes")]
@@ -104,11 +105,13 @@ impl<'a> EnergyField<'a> {
     ///
     /// They are the first sites of every diagram, as many as it has sites, and do not move. They must be different
     /// nodes of the lattice.
+    #[must_use]
     pub fn pinned(self, nodes: &'a [u32]) -> Self {
         Self { pinned: nodes, ..self }
     }
 
     /// Sets groups of the nodes, which reduce work. Groups of another number of nodes are ignored.
+    #[must_use]
     pub fn grouped(self, clusters: &'a Clusters) -> Self {
         Self { clusters: Some(clusters).filter(|own| own.nodes() == Some(self.nodes())), ..self }
     }

@@ -1,19 +1,19 @@
 //! Kernel that finds nearest sites exactly.
 //!
-//! A tiled f32 sweep compares all sites with the groups' centers. The points of a group that more than one site can be
-//! nearest to are then labeled in f64.
+//! Points are in groups. A tiled f32 sweep compares all sites with the centers of the groups. If more than one site
+//! can be nearest to a point of a group, the points of that group are labeled in f64.
 //!
 //! Based on: S. Lloyd, *Least squares quantization in PCM* (1982), the assignment step; C. Elkan, *Using the triangle
 //! inequality to accelerate k-means* (ICML 2003), for the pruning. With d the distance of a center from its nearest
 //! site and r the group's radius, a site farther from the center than d + 2r is nearest to no point.
 //!
-//! With f_i(v) = |p_i|² − 2 p_i·X_v distances are √(f_i + |X_v|²). Coordinates are centered and scaled to the unit
-//! ball, where rounding f_i in f32 costs at most (m + 4)·u·(|p_i|² + 2|p_i|), u = 2⁻²⁴. Pruning keeps twice that
-//! margin. So the labels are those of f64, with ties to the lowest index, for any groups. A group with one remaining
-//! site is added as a whole.
+//! With f_i(v) = |p_i|² − 2 p_i·X_v, distances are √(f_i + |X_v|²). Coordinates are centered and scaled to the unit
+//! ball. There the rounding error of f_i in f32 is at most (m + 4)·u·(|p_i|² + 2|p_i|), u = 2⁻²⁴. Pruning keeps twice
+//! that margin. For any groups, the labels are therefore those of f64, with ties to the lowest index. A group with
+//! one remaining site is added as a whole.
 //!
-//! The same code is compiled for the baseline, for AVX2 and for AVX-512, without fused multiply-add,
-//! so all three yield equal bits.
+//! The same code is compiled for the baseline, for AVX2 and for AVX-512, without fused multiply-add. All three
+//! compute equal bits.
 
 use super::level::TILE;
 use super::vector::{LANES, square_distance};

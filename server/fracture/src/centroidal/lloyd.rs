@@ -4,11 +4,11 @@
 //! Tessellations* (SIAM Review 1999), section 5; Q. Du, M. Emelianenko, *Acceleration schemes for computing centroidal
 //! Voronoi tessellations* (Numerical Linear Algebra with Applications 13, 2006), for the levels.
 //!
-//! A step p ← p + ω(c − p) toward the centroid c changes the energy of unchanged cells by −ω(2 − ω) Σ M|c − p|². So it
-//! never rises for 0 < ω < 2, and new labels only lower it further. Fixed points do not depend on ω. The last step is a
-//! plain one, which corrects the overshoot of over-relaxation.
+//! A step p ← p + ω(c − p) toward the centroid c changes the energy of unchanged cells by −ω(2 − ω) Σ M|c − p|². So the
+//! energy never rises for 0 < ω < 2, and new labels lower it further. Fixed points do not depend on ω. The last step
+//! uses ω = 1, which corrects the overshoot of over-relaxation.
 //!
-//! Labels are exact, so only the rounding of the f64 sums can let the energy rise, at a fixed point. Such a step is
+//! Labels are exact, so the energy can rise only at a fixed point, by rounding of the f64 sums. Such a step is
 //! rejected and ends the descent.
 
 use super::assign::{AssignScratch, AssignState};

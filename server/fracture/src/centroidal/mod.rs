@@ -192,7 +192,7 @@ pub fn diagram_until(
     }
     let (level, mut descent) = workspace.descent(0, field.pins().len(), options);
     diagram.converged = descent.finest(level, &mut diagram.history, stop)?;
-    workspace.hand_over(field, diagram);
+    workspace.write_diagram(field, diagram);
     Ok(())
 }
 
@@ -204,6 +204,6 @@ pub fn assign(field: &EnergyField, sites: &[f64], workspace: &mut DiagramWorkspa
     workspace.scratch.assign(&workspace.levels[0], &mut workspace.current);
     diagram.history.push(workspace.current.energy);
     diagram.converged = true;
-    workspace.hand_over(field, &mut diagram);
+    workspace.write_diagram(field, &mut diagram);
     diagram
 }

@@ -61,17 +61,18 @@ const GAP_FACTORS: [f64; 2] = [0.2, 0.08];
 /// It holds for 97 % of the gaps at which a descent is stopped because of it, from 2 to 10 %, after 4 to 12 iterations.
 pub const GAP_CERTAIN: f64 = 8.0;
 
-/// Estimated gap: relative excess of F over the end of the same descent.
+/// Estimated gap: relative excess of F over its value at the end of the same descent.
 ///
-/// `history` holds F of the start and after each iteration so far, as in [`Diagram::history`](super::Diagram::history).
+/// `history` contains F at the start and after each iteration so far, as in
+/// [`Diagram::history`](super::Diagram::history).
 ///
-/// With δ the relative decrease of the last two iterations, the estimate is 0.08·δ^(3/5); after a single iteration it
-/// is 0.2·δ^(3/5). The decrease falls by a constant factor per iteration for a while, and then slows while sites still
-/// change places. The power models that.
+/// Let δ be the relative decrease of the last two iterations. The estimate is 0.08·δ^(3/5); after a single iteration
+/// it is 0.2·δ^(3/5). At first δ falls by a constant factor per iteration. Later it falls more slowly, while sites
+/// still exchange positions; the power models that.
 ///
-/// Power and factors are fitted to 2 880 stops after 1 to 20 iterations (five objects, 6 to 150 sites), with
-/// [`GAP_MIN`]: 81 % are within a factor 4 of the true gap, relative to the same descent run to its end (`cargo test
-/// --release --workspace --test budget -- --ignored --nocapture`).
+/// Power, factors and [`GAP_MIN`] are fitted to 2,880 stops after 1 to 20 iterations (five objects, 6 to 150 sites).
+/// 81 % of the estimates are within a factor 4 of the true gap, for which the same descent ran to its end. Command:
+/// `cargo test --release --workspace --test budget -- --ignored --nocapture`.
 pub fn gap(history: &[f64]) -> f64 {
     let [.., last] = *history else { return GAP_START };
     match history.len() {

@@ -62,7 +62,7 @@ impl DiagramWorkspace {
     }
 
     /// Copies the state reached to `diagram` and adds the moments of the nodes' own cells.
-    pub(super) fn hand_over(&mut self, field: &EnergyField, diagram: &mut Diagram) {
+    pub(super) fn write_diagram(&mut self, field: &EnergyField, diagram: &mut Diagram) {
         let (current, m) = (&self.current, field.dimension());
         diagram.dimension = m;
         diagram.sites.clear();

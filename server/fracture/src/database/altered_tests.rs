@@ -7,7 +7,7 @@ use super::*;
 use crate::cancel_token::CancelToken;
 use crate::fragment::closed;
 use crate::pipeline::{
-    DegreeRequest, FractureError, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject, StrikeContext,
+    DegreeRequest, FractureError, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject, RequestContext,
     Workspace, strike,
 };
 use crate::random::RandomStream;
@@ -74,10 +74,10 @@ impl File {
 fn mesh() -> RawMesh {
     let mut mesh = shapes::arch();
     let corners = |triangle: &[u32; 3]| triangle.map(|vertex| mesh.positions_m[vertex as usize]);
-    mesh.looks.uvs =
+    mesh.attributes.uvs =
         mesh.triangles.iter().map(|own| corners(own).map(|point| [point.x as f32, point.y as f32])).collect();
-    mesh.looks.materials = (0..mesh.triangles.len() as u32).map(|triangle| triangle % 2).collect();
-    mesh.looks.names = vec!["front".into(), "back".into()];
+    mesh.attributes.materials = (0..mesh.triangles.len() as u32).map(|triangle| triangle % 2).collect();
+    mesh.attributes.names = vec!["front".into(), "back".into()];
     mesh
 }
 
@@ -148,7 +148,7 @@ fn middle(prepared: &PreparedObject) -> Point3<f64> {
 fn decided(prepared: &PreparedObject, impulse_ns: Vector3<f64>) -> Result<FractureOutcome, FractureError> {
     let own =
         FractureRequest { degree: DegreeRequest::ClosedForm, ..FractureRequest::at(middle(prepared), impulse_ns) };
-    strike(StrikeContext::new(prepared, &own, &CancelToken::default(), &()), &mut Workspace::default())
+    strike(RequestContext::new(prepared, &own, &CancelToken::default(), &()), &mut Workspace::default())
 }
 
 /// Ten times the smallest tested impulse that breaks the object.
@@ -177,7 +177,7 @@ fn struck(prepared: &PreparedObject, impulse_ns: Vector3<f64>, what: &str) {
         let point = prepared.frame.to_meters(&prepared.bodies[0].crack.nodes[node]);
         let own = FractureRequest { degree, effects, ..FractureRequest::at(point, Vector3::new(0.3, -1.0, 0.2)) };
         let Ok(outcome) =
-            strike(StrikeContext::new(prepared, &own, &CancelToken::default(), &()), &mut Workspace::default())
+            strike(RequestContext::new(prepared, &own, &CancelToken::default(), &()), &mut Workspace::default())
         else {
             continue;
         };
@@ -251,7 +251,7 @@ fn others(dtype: &str, own: &[u8]) -> Vec<(&'static str, Vec<u8>)> {
 const FEW: usize = 6;
 
 #[test]
-fn altered_tensors_are_refused_by_name_or_harmless() {
+fn altered_tensors_are_rejected_by_name_or_harmless() {
     let mut trial = Trial::new();
     let whole = trial.file.clone();
     trial.check(&whole, "", "untouched");

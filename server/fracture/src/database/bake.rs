@@ -82,7 +82,7 @@ pub(super) fn whole(
         return Err(BakeError::Unusual { key, over, value });
     }
     let name = request.name.clone();
-    let skin = dressed(&surface, &mut bodies, parameters.crack_spacing, tables, request.cracks.is_some());
+    let skin = skin_of(&surface, &mut bodies, parameters.crack_spacing, tables, request.cracks.is_some());
     Ok(PreparedObject {
         name,
         frame: surface.frame,
@@ -116,7 +116,7 @@ fn assembled(
 }
 
 /// The skin and the attributes on the bodies' boundaries, as far as selected. Walls of existing cracks are included.
-fn dressed(
+fn skin_of(
     surface: &Surface,
     bodies: &mut [PreparedBody],
     spacing: f64,

@@ -110,7 +110,7 @@ pub(super) fn check(request: &BakeRequest) -> Result<(), BakeError> {
             return Err(BakeError::NotPositive { key, value });
         }
     }
-    few_enough(request.examples)
+    check_counts(request.examples)
 }
 
 pub(super) fn parameters(
@@ -133,7 +133,7 @@ pub(super) fn parameters(
     }
 }
 
-pub(super) fn few_enough(examples: u64) -> Result<(), BakeError> {
+pub(super) fn check_counts(examples: u64) -> Result<(), BakeError> {
     let fits = examples <= EXAMPLES_MAX as u64;
     fits.then_some(()).ok_or(BakeError::TooManyExamples { asked: examples })
 }

@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_asked_for_costs_more() {
+    fn requested_tables_increase_the_cost() {
         let learning = BakeSize { examples: 100, ..MUG };
         assert!(learning.core_seconds() > 10.0 * MUG.core_seconds());
         let hollow = BakeSize { elastic_nodes: 0, factor_bytes: 0, ..MUG };
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_daemon_will_hold_is_near_what_it_holds() {
+    fn the_memory_estimate_is_near_the_measured_memory() {
         let materials = Materials::parse(crate::scene::MATERIALS).unwrap();
         for (shape, quality) in [
             ("arch", Preset::Draft),
@@ -157,15 +157,16 @@ mod tests {
         ] {
             let glass = materials.get("glass").unwrap().clone();
             let request = BakeRequest { quality, kappa: Some(2.0), ..BakeRequest::new(shape, "glass", glass) };
-            let mut told = 0;
-            let mut hear = |step| {
+            let mut estimated_bytes = 0;
+            let mut on_step = |step| {
                 if let BakeStep::Sized(size) = step {
-                    told = size.held_bytes();
+                    estimated_bytes = size.held_bytes();
                 }
             };
-            let prepared = bake(shapes::by_name(shape).unwrap(), &request, &CancelToken::default(), &mut hear).unwrap();
-            let ratio = told as f64 / prepared.bytes() as f64;
-            println!("{shape} {}: {told} bytes estimated, {ratio:.3} of those held", quality.name());
+            let prepared =
+                bake(shapes::by_name(shape).unwrap(), &request, &CancelToken::default(), &mut on_step).unwrap();
+            let ratio = estimated_bytes as f64 / prepared.bytes() as f64;
+            println!("{shape} {}: {estimated_bytes} bytes estimated, {ratio:.3} of those held", quality.name());
             assert!((0.9..1.1).contains(&ratio), "{shape} {}: {ratio}", quality.name());
         }
     }

@@ -13,7 +13,7 @@ pub fn input_hash(surface: &Surface, sheets: Option<&CrackSheets>) -> String {
     for corner in surface.triangles.as_flattened() {
         hasher.update(&corner.to_le_bytes());
     }
-    let TriangleAttributes { normals, uvs, materials, names, lost: _ } = &surface.looks;
+    let TriangleAttributes { normals, uvs, materials, names, lost: _ } = &surface.attributes;
     let numbers = normals.iter().flatten().flatten().chain(uvs.iter().flatten().flatten());
     numbers.for_each(|x| _ = hasher.update(&x.to_le_bytes()));
     materials.iter().for_each(|material| _ = hasher.update(&material.to_le_bytes()));

@@ -4,7 +4,7 @@ use super::*;
 use crate::cancel_token::CancelToken;
 use crate::fragment::closed;
 use crate::pipeline::{
-    DegreeRequest, FractureMeshes, FractureRequest, PreparedObject, StrikeContext, Workspace, strike,
+    DegreeRequest, FractureMeshes, FractureRequest, PreparedObject, RequestContext, Workspace, strike,
 };
 use crate::random::RandomStream;
 use crate::scene::Material;
@@ -77,11 +77,11 @@ fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
 fn check(bytes: &[u8], what: &str) {
     let Ok(prepared) = opened(bytes) else { return };
     let node = prepared.bodies[0].crack.nodes[0];
-    let blow = FractureRequest::at(prepared.frame.to_meters(&node), Vector3::new(0.3, -1.0, 0.2)).seeded(1);
+    let request = FractureRequest::at(prepared.frame.to_meters(&node), Vector3::new(0.3, -1.0, 0.2)).seeded(1);
     for degree in [DegreeRequest::Sites(6), DegreeRequest::Inferred] {
-        let own = FractureRequest { degree, ..blow.clone() };
+        let own = FractureRequest { degree, ..request.clone() };
         if let Ok(outcome) =
-            strike(StrikeContext::new(&prepared, &own, &CancelToken::default(), &()), &mut Workspace::default())
+            strike(RequestContext::new(&prepared, &own, &CancelToken::default(), &()), &mut Workspace::default())
         {
             assert!((0.0..=1.0).contains(&outcome.confidence()), "{what}: {}", outcome.confidence());
             outcome.meshes().iter().for_each(|pieces| check_pieces(pieces, what));
@@ -147,7 +147,7 @@ fn a_truncated_file_is_refused_wherever_it_ends() {
 
 /// Somebody writes to the file instead of replacing it.
 #[test]
-fn a_file_that_changes_while_it_is_read_is_refused_or_stays_what_it_was() {
+fn a_file_changed_while_it_is_read_is_rejected_or_unchanged() {
     let bytes = file();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("hostile.shatter");

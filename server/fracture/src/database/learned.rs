@@ -5,7 +5,7 @@
 use super::container::{ContainerContents, FLAT, Tensors};
 use super::{DatabaseError, stored_values};
 use crate::degree::{DESCRIPTOR_LENGTH, PoseNetwork};
-use crate::pipeline::{ImpactContact, LearnedErrors, LearnedModel, TrainingExample, TrainingExamplePoint, lessons};
+use crate::pipeline::{DegreeCurvePoint, ImpactContact, LearnedErrors, LearnedModel, TrainingExample, samples};
 
 /// Tensor of the examples' impacts and bodies; absent without examples.
 const HEADS: &str = "examples.heads";
@@ -36,11 +36,10 @@ pub(super) fn put_examples(tensors: &mut Tensors, examples: &[TrainingExample]) 
     let contacts: Vec<f64> = examples.iter().flat_map(|example| &example.contacts).flat_map(contact).collect();
     tensors.u32("examples.contact_offsets".into(), &[count + 1], &offsets(examples, |example| example.contacts.len()));
     tensors.f64("examples.contacts".into(), &[contacts.len() / 8, 8], &contacts);
-    let points: Vec<&TrainingExamplePoint> = examples.iter().flat_map(|example| &example.points).collect();
+    let points: Vec<&DegreeCurvePoint> = examples.iter().flat_map(|example| &example.points).collect();
     let sites: Vec<u32> = points.iter().map(|point| point.sites).collect();
-    let energies = |point: &&TrainingExamplePoint| {
-        [point.energy_max, point.energy_max_worst, point.energy_max_again, point.estimate]
-    };
+    let energies =
+        |point: &&DegreeCurvePoint| [point.energy_max, point.energy_max_worst, point.energy_max_again, point.estimate];
     let energies: Vec<f64> = points.iter().flat_map(energies).collect();
     tensors.u32("examples.point_offsets".into(), &[count + 1], &offsets(examples, |example| example.points.len()));
     tensors.u32("examples.sites".into(), &[sites.len()], &sites);
@@ -105,7 +104,7 @@ pub(super) fn examples(contents: &ContainerContents, bodies: &[usize]) -> Result
     let point_rows = rows(contents, "examples.point_offsets", heads.len(), sites.len())?;
     check_points(&sites, energies)?;
     let mut site_nodes = site_nodes(contents, heads, bodies, &sites, &point_rows)?.into_iter();
-    let point = |row: usize| TrainingExamplePoint {
+    let point = |row: usize| DegreeCurvePoint {
         sites: sites[row],
         energy_max: energies[row][0],
         energy_max_worst: energies[row][1],
@@ -134,7 +133,7 @@ pub(super) fn examples(contents: &ContainerContents, bodies: &[usize]) -> Result
         })
         .collect();
     let bare =
-        |example: &TrainingExample| example.lessons(0).any(|lesson| !lesson.descriptor.iter().all(|x| x.is_finite()));
+        |example: &TrainingExample| example.samples(0).any(|sample| !sample.descriptor.iter().all(|x| x.is_finite()));
     match examples.iter().position(bare) {
         Some(index) => Err(DatabaseError::NonFinite { tensor: "examples.energies".into(), index }),
         None => Ok(examples),
@@ -151,7 +150,7 @@ pub(super) fn learned(
     }
     let quality: LearnedErrors = contents.json(QUALITY_KEY)?;
     stored_values::quality(&quality)?;
-    let network = network(contents)?.knowing(&lessons(examples));
+    let network = network(contents)?.with_reach_of(&samples(examples));
     Ok(Some(LearnedModel { network, quality }))
 }
 

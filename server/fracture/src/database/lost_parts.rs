@@ -6,7 +6,7 @@ use crate::pipeline::Preset;
 use crate::surface::{Defect, DefectKind, InsideTest, ShellPart, Surface};
 use nalgebra::Point3;
 
-/// Factor on the crack spacing in each step of [`held_together`].
+/// Factor on the crack spacing in each step of [`refine_until_connected`].
 const FINER: f64 = 0.96;
 
 /// Largest number of those steps, which give about half as many nodes again.
@@ -19,7 +19,7 @@ const STEPS_MAX: usize = 3;
 ///
 /// `spacings` is set to the spacing found. If a few steps do not suffice, returns the lattices at the original spacing;
 /// the report names the parts.
-pub(super) fn held_together(
+pub(super) fn refine_until_connected(
     surface: &Surface,
     spacings: &mut Spacings,
     follows: bool,
@@ -30,11 +30,11 @@ pub(super) fn held_together(
     let (mut finer, mut nodes) = (*spacings, nodes as f64);
     for _ in 0..STEPS_MAX {
         (finer.crack, nodes) = (FINER * finer.crack, nodes / FINER.powi(3));
-        if !follows || torn_off(surface, &levels) == 0 || nodes > CRACK_NODES_MAX as f64 {
+        if !follows || severed_count(surface, &levels) == 0 || nodes > CRACK_NODES_MAX as f64 {
             break;
         }
         let next = stuffed(finer)?;
-        if torn_off(surface, &next) == 0 {
+        if severed_count(surface, &next) == 0 {
             *spacings = finer;
             return Ok(next);
         }
@@ -43,7 +43,7 @@ pub(super) fn held_together(
 }
 
 /// Number of bodies beyond the input's own parts.
-fn torn_off(surface: &Surface, levels: &LatticeLevels) -> usize {
+fn severed_count(surface: &Surface, levels: &LatticeLevels) -> usize {
     levels.bodies.len().saturating_sub(surface.parts.len().max(1))
 }
 
@@ -70,7 +70,7 @@ pub(super) fn severed(
     quality: Option<Preset>,
     keeps: &dyn Fn(Preset) -> Result<bool, BakeError>,
 ) -> Result<Option<SeveredParts>, BakeError> {
-    let more = torn_off(surface, levels);
+    let more = severed_count(surface, levels);
     if more == 0 {
         return Ok(None);
     }
@@ -97,14 +97,14 @@ pub(super) fn keeps(
     stuffed: &dyn Fn(Spacings) -> Result<LatticeLevels, BakeError>,
 ) -> Result<bool, BakeError> {
     let mut spacings = spacings;
-    Ok(torn_off(surface, &held_together(surface, &mut spacings, true, stuffed)?) == 0)
+    Ok(severed_count(surface, &refine_until_connected(surface, &mut spacings, true, stuffed)?) == 0)
 }
 
 impl SeveredParts {
     /// Entry of the defect report.
     pub(super) fn defect(&self) -> Defect {
         let action = format!(
-            "bodies of their own, {}: joined by less than the lattice resolves; {}",
+            "separate bodies, {}: their connection is too thin for the lattice; {}",
             self.sizes(),
             self.advice()
         );
@@ -147,7 +147,8 @@ impl std::fmt::Display for SeveredParts {
 /// Crack nodes far from any elastic lattice.
 pub(super) fn far(inside: &InsideTest, levels: &LatticeLevels) -> Option<Defect> {
     let first = inside.nearest_face(levels.far.first()?);
-    let action = "solved on the nearest part: limbs thinner than the elastic spacing; try a finer --elastic-spacing";
+    let action =
+        "energy taken from the nearest part: limbs thinner than the elastic spacing; try a finer --elastic-spacing";
     Some(Defect::new(DefectKind::CoarseElastic, levels.far.len() as u64, first, action))
 }
 
@@ -170,7 +171,7 @@ enum First {
 ///
 /// If the lattice swells to match the volume, dropped components have swollen as well. Therefore their share counts,
 /// not their size.
-pub(super) fn gone(surface: &Surface, levels: &LatticeLevels, volume: f64) -> LostComponents {
+pub(super) fn dropped_components(surface: &Surface, levels: &LatticeLevels, volume: f64) -> LostComponents {
     let nodes = || levels.bodies.iter().flat_map(|body| &body.crack.nodes);
     let holds = |part: &ShellPart, node: &Point3<f64>| (0..3).all(|k| (part.low[k]..=part.high[k]).contains(&node[k]));
     let dropped = &levels.crack.dropped;
@@ -224,7 +225,7 @@ mod tests {
     use crate::surface::{RawMesh, shapes};
 
     #[test]
-    fn a_spacing_that_nobody_asked_for_tears_nothing_off() {
+    fn a_default_spacing_severs_no_part() {
         let materials = Materials::parse(crate::scene::MATERIALS).unwrap();
         let material = materials.get("glass").unwrap().clone();
         let request = |crack_spacing| BakeRequest {
@@ -245,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn a_preset_that_severs_is_refused_with_the_next_unless_it_was_asked_for_by_name() {
+    fn a_severing_preset_is_rejected_unless_it_is_explicit() {
         let materials = Materials::parse(crate::scene::MATERIALS).unwrap();
         let tables = Tables { interior: true, ..Tables::NONE };
         let request = BakeRequest {
@@ -257,11 +258,14 @@ mod tests {
         // Two blocks and a rod between them that the lattice of `draft` does not resolve.
         let baked = |request: &BakeRequest| bake(limbs(), request, &CancelToken::default(), &mut |_| ());
         let Err(BakeError::Severed(severed)) = baked(&request) else { panic!("it was baked") };
-        let told = severed.to_string();
-        println!("{told}");
-        assert!(severed.parts == 1 && severed.bodies > 1 && severed.volumes_m3.len() == severed.bodies - 1, "{told}");
+        let message = severed.to_string();
+        println!("{message}");
+        assert!(
+            severed.parts == 1 && severed.bodies > 1 && severed.volumes_m3.len() == severed.bodies - 1,
+            "{message}"
+        );
         assert_eq!(severed.next.map(|(next, _)| next), Some(Preset::Game));
-        assert!(told.contains("`draft`") && told.contains("--quality game"), "{told}");
+        assert!(message.contains("`draft`") && message.contains("--quality game"), "{message}");
         let allowed = baked(&BakeRequest { allows_severed: true, ..request.clone() }).unwrap();
         assert_eq!(allowed.bodies.len(), severed.bodies);
         let line = allowed.report.defects.iter().find(|defect| defect.kind == DefectKind::SeveredPart).unwrap();

@@ -6,7 +6,7 @@
 use super::DatabaseError;
 use super::bake::{finish, whole};
 use super::bake_error::BakeError;
-use super::bake_request::{BakeRequest, few_enough};
+use super::bake_request::{BakeRequest, check_counts};
 use super::bake_step::BakeStep;
 use super::object::BASE;
 use crate::cancel_token::CancelToken;
@@ -78,6 +78,7 @@ impl fmt::Display for BakeShare {
 
 /// Errors in the description of a share.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ShareError {
     /// The text is not two numbers.
     #[error("\"{0}\" is not i/n, as in 0/8")]
@@ -176,7 +177,7 @@ impl PartialBake {
     pub fn add(prepared: PreparedObject, count: u64, share: BakeShare) -> Result<Self, BakeError> {
         let first = prepared.impacts;
         let end = first.saturating_add(count);
-        few_enough(end)?;
+        check_counts(end)?;
         Ok(Self { prepared, task: ShareTask { request: None, share, first, end, done: 0 } })
     }
 

@@ -73,9 +73,9 @@ pub(super) fn skin(
     let textured = contents.holds("skin.uvs");
     let uvs = if textured { vectors::<2>(contents, "skin.uvs", own.len())? } else { vec![[0.0; 2]; own.len()] };
     stored_values::uvs("skin.uvs", &uvs)?;
-    let looks = normals.into_iter().zip(uvs);
+    let attributes = normals.into_iter().zip(uvs);
     let vertices: Vec<SkinCorner> =
-        own.into_iter().zip(looks).map(|(point, (normal, uv))| SkinCorner { point, normal, uv }).collect();
+        own.into_iter().zip(attributes).map(|(point, (normal, uv))| SkinCorner { point, normal, uv }).collect();
     let indices = contents.u32("skin.triangles", None, 3, vertices.len() as u64)?;
     let triangles = indices.as_chunks::<3>().0.to_vec();
     let materials = materials(contents, "skin.materials", triangles.len(), names)?;

@@ -64,21 +64,25 @@ fn stuffed(
         lost_parts::keeps(surface, spacings, &|spacings| stuffed(quality, spacings, volume))
     };
     let follows = request.crack_spacing.is_none();
-    let mut levels = lost_parts::held_together(surface, &mut spacings, follows, &|spacings| {
+    let mut levels = lost_parts::refine_until_connected(surface, &mut spacings, follows, &|spacings| {
         stuffed(request.quality, spacings, volume)
     })?;
     parameters.crack_spacing = spacings.crack;
-    let mut gone = lost_parts::gone(surface, &levels, volume);
-    if gone.volume > GONE_MAX * volume {
-        let percent = 100.0 * (gone.volume / volume).min(1.0);
-        return Err(BakeError::TooSmall { count: gone.count, percent, spacing: parameters.crack_spacing });
+    let mut dropped_components = lost_parts::dropped_components(surface, &levels, volume);
+    if dropped_components.volume > GONE_MAX * volume {
+        let percent = 100.0 * (dropped_components.volume / volume).min(1.0);
+        return Err(BakeError::TooSmall {
+            count: dropped_components.count,
+            percent,
+            spacing: parameters.crack_spacing,
+        });
     }
     let mut kept = volume;
-    if gone.volume > lattice::VOLUME_TOLERANCE * volume {
+    if dropped_components.volume > lattice::VOLUME_TOLERANCE * volume {
         // The lattice of the kept parts must not swell to replace the volume of the lost ones.
-        kept = volume - gone.volume;
+        kept = volume - dropped_components.volume;
         levels = stuffed(request.quality, spacings, kept)?;
-        gone = lost_parts::gone(surface, &levels, volume);
+        dropped_components = lost_parts::dropped_components(surface, &levels, volume);
     }
     let mut lost = thin::lost(&inside, &walls, &levels, &surface.frame, token)?;
     let preset = request.crack_spacing.is_none().then_some(request.quality);
@@ -95,7 +99,7 @@ fn stuffed(
     }
     parameters.elastic_spacing = elastic_spacing(&levels);
     lost.extend(lost_parts::far(&inside, &levels));
-    lost.extend(gone.defect(&inside, surface, volume));
+    lost.extend(dropped_components.defect(&inside, surface, volume));
     report.defects.extend(lost);
     Ok((parameters, levels, report))
 }
@@ -122,7 +126,7 @@ fn report(
         lattice_volume_m3: lattice_volume * cubed,
         surface_deviation: deviation,
         defects,
-        materials: surface.looks.names.clone(),
+        materials: surface.attributes.names.clone(),
         cracks: None,
         unprepared: Vec::new(),
     }

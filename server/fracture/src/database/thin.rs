@@ -98,11 +98,11 @@ pub(super) fn lost(
     let named = |kind, samples: &[Width], share: f64, what: &str| {
         let first = samples.first().filter(|_| samples.len() >= SAMPLES_MIN)?;
         let (width_m, percent) = (first.width * frame.diagonal_m, 100.0 * share);
-        let action = format!("{what}: {percent:.2} % of the surface, from {width_m:.3e} m on");
+        let action = format!("{what}: {percent:.2} % of the surface, {width_m:.3e} m at the narrowest");
         Some(Defect::new(kind, samples.len() as u64, first.face, action))
     };
-    let walls = named(DefectKind::ThinWall, &gone, share, "lost: thinner than the lattice keeps");
-    let gaps = named(DefectKind::NarrowGap, &closed, closed_share, "closed: narrower than the lattice keeps");
+    let walls = named(DefectKind::ThinWall, &gone, share, "lost: too thin for the lattice");
+    let gaps = named(DefectKind::NarrowGap, &closed, closed_share, "closed: too narrow for the lattice");
     Ok(walls.into_iter().chain(gaps).collect())
 }
 
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_lattice_keeps_is_refused_with_its_thickness() {
+    fn walls_too_thin_for_any_lattice_are_rejected_with_their_thickness() {
         let sheet = baked(shapes::cuboid([1.0, 1.0, 0.0005]), None).err().unwrap();
         assert!(
             matches!(sheet, BakeError::TooThin { thickness_m, possible: false, .. } if (thickness_m / 5e-4 - 1.0).abs() < 0.02)

@@ -186,7 +186,7 @@ pub struct OptimizedDegree {
 ///
 /// # Errors
 /// [`Cancelled`] once the token is.
-pub fn optimise(
+pub fn optimize(
     field: &EnergyField,
     gamma: f64,
     options: CurveOptions,

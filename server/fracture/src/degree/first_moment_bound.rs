@@ -5,16 +5,16 @@
 //!
 //! E_1 = Σ w_v q_v(c), where
 //!
-//! - w_v are the energies of the nodes, raised to the floor of a field;
+//! - w_v is the energy of node v, raised to the smallest value of a field ([`FLOOR`]);
 //! - q_v(p) = |X_v − p|² + 2 b_v·(X_v − p) + m_v is the mean of |X − p|² over node v's cell;
 //! - c is the center of energy.
 //!
-//! As a function of p the sum is least at c, where its gradient −2 Σ w_v (X_v + b_v − p) vanishes. So for every p, with
-//! U the energy before the floor was applied,
+//! As a function of p, the sum Σ w_v q_v(p) is least at c, where its gradient −2 Σ w_v (X_v + b_v − p) vanishes. Let U
+//! be the energy before it was raised. Then for every p
 //!
 //! E_1 ≤ Σ w_v q_v(p) ≤ Σ w_v · max q_v(p) ≤ (1 + [`FLOOR`]) U · max q_v(p),
 //!
-//! because no w_v is raised by more than FLOOR times the mean density times the node's volume.
+//! because no w_v is raised by more than [`FLOOR`] times the mean density times the node's volume.
 
 use crate::centroidal::FLOOR;
 use crate::lift::LiftedLattice;

@@ -2,7 +2,7 @@
 //!
 //! - [`first_moment`] is E_1, which decides whether the body breaks; [`reach`] bounds it.
 //! - [`closed_form`] and [`decide`] estimate the degree at almost no cost, a trained [`PoseNetwork`] from examples.
-//! - [`optimise`] computes it by the criterion itself; [`verify`] does so from an estimate.
+//! - [`optimize`] computes it by the criterion itself; [`verify`] does so from an estimate.
 //! - [`fit_kappa`] calibrates the closed form to the criterion.
 
 mod calibrate;
@@ -21,7 +21,7 @@ pub use criterion::{
     COEFFICIENT, SiteCount, closed_form, closed_form_and_evenness, decide, evenness, first_moment, reference_gamma,
     threshold_factor,
 };
-pub use curve::{CurveOptions, CurvePoint, EnergyCurve, OptimizedDegree, optimise};
+pub use curve::{CurveOptions, CurvePoint, EnergyCurve, OptimizedDegree, optimize};
 pub use first_moment_bound::{reach, reach_range};
 pub use pose_network::{PoseNetwork, Prediction, TrainedNetwork, train};
 pub use slenderness::Slenderness;

@@ -72,44 +72,44 @@ pub struct TrainedNetwork {
     pub left_out: Vec<f64>,
 }
 
-/// Trains on `lessons` with the centers, width and ridge of the smallest mean absolute error in leave-one-example-out
+/// Trains on `samples` with the centers, width and ridge of the smallest mean absolute error in leave-one-example-out
 /// cross-validation.
 ///
 /// `None` with too few samples, or if all are equal. Duplicate samples count once; otherwise a sample left out with one
 /// example would remain in another.
-pub fn train(lessons: &[TrainingSample], seed: u64) -> Option<TrainedNetwork> {
-    let (firsts, places) = distinct(lessons);
+pub fn train(samples: &[TrainingSample], seed: u64) -> Option<TrainedNetwork> {
+    let (firsts, places) = distinct(samples);
     let TrainedNetwork { network, left_out } = trained(&firsts, seed)?;
     Some(TrainedNetwork { network, left_out: places.into_iter().map(|place| left_out[place]).collect() })
 }
 
 /// The samples without duplicates, and for every sample its index among them.
-fn distinct(lessons: &[TrainingSample]) -> (Vec<TrainingSample>, Vec<usize>) {
+fn distinct(samples: &[TrainingSample]) -> (Vec<TrainingSample>, Vec<usize>) {
     let (mut firsts, mut known) = (Vec::new(), HashMap::new());
-    let place = |lesson: &TrainingSample| {
-        let bits: Vec<u64> = lesson.descriptor.iter().chain([&lesson.target]).map(|x| x.to_bits()).collect();
+    let place = |sample: &TrainingSample| {
+        let bits: Vec<u64> = sample.descriptor.iter().chain([&sample.target]).map(|x| x.to_bits()).collect();
         *known.entry(bits).or_insert_with(|| {
-            firsts.push(lesson.clone());
+            firsts.push(sample.clone());
             firsts.len() - 1
         })
     };
-    let places = lessons.iter().map(place).collect();
+    let places = samples.iter().map(place).collect();
     (firsts, places)
 }
 
 /// [`train`] on samples without duplicates.
-fn trained(lessons: &[TrainingSample], seed: u64) -> Option<TrainedNetwork> {
-    let columns = lessons.first()?.descriptor.len();
-    let (mean, spread) = moments(lessons, columns);
-    let known: Vec<f64> = lessons.iter().flat_map(|lesson| standardised(&lesson.descriptor, &mean, &spread)).collect();
-    let targets = DVector::from_iterator(lessons.len(), lessons.iter().map(|lesson| lesson.target));
-    let examples: Vec<usize> = lessons.iter().map(|lesson| lesson.example).collect();
+fn trained(samples: &[TrainingSample], seed: u64) -> Option<TrainedNetwork> {
+    let columns = samples.first()?.descriptor.len();
+    let (mean, spread) = moments(samples, columns);
+    let known: Vec<f64> = samples.iter().flat_map(|sample| standardised(&sample.descriptor, &mean, &spread)).collect();
+    let targets = DVector::from_iterator(samples.len(), samples.iter().map(|sample| sample.target));
+    let examples: Vec<usize> = samples.iter().map(|sample| sample.example).collect();
     if examples.chunk_by(|a, b| a == b).count() < EXAMPLES_MIN {
         return None;
     }
     let reach = reach(&known, columns, &examples);
     let mut best: Option<(f64, PoseNetwork, Vec<f64>)> = None;
-    for count in CENTERS.into_iter().filter(|count| 4 * count <= lessons.len()) {
+    for count in CENTERS.into_iter().filter(|count| 4 * count <= samples.len()) {
         let centers = k_means(&known, columns, count, seed);
         for width in WIDTHS {
             let design = design(&known, columns, &centers, width);
@@ -140,12 +140,12 @@ impl PoseNetwork {
         held(mean) + held(spread) + held(centers) + held(weights) + held(known)
     }
 
-    /// The same network with the descriptors of `lessons`, for one whose parameters were stored.
+    /// The same network with the descriptors of `samples`, for one whose parameters were stored.
     #[must_use]
-    pub fn knowing(mut self, lessons: &[TrainingSample]) -> Self {
-        let firsts = distinct(lessons).0;
+    pub fn with_reach_of(mut self, samples: &[TrainingSample]) -> Self {
+        let firsts = distinct(samples).0;
         self.known =
-            firsts.iter().flat_map(|lesson| standardised(&lesson.descriptor, &self.mean, &self.spread)).collect();
+            firsts.iter().flat_map(|sample| standardised(&sample.descriptor, &self.mean, &self.spread)).collect();
         self
     }
 
@@ -162,12 +162,12 @@ impl PoseNetwork {
 }
 
 /// Mean and standard deviation of each component; 1 for a constant component.
-fn moments(lessons: &[TrainingSample], columns: usize) -> (Vec<f64>, Vec<f64>) {
-    let count = lessons.len() as f64;
-    let mean = |of: &dyn Fn(&TrainingSample) -> f64| lessons.iter().map(of).sum::<f64>() / count;
-    let means: Vec<f64> = (0..columns).map(|k| mean(&|lesson| lesson.descriptor[k])).collect();
+fn moments(samples: &[TrainingSample], columns: usize) -> (Vec<f64>, Vec<f64>) {
+    let count = samples.len() as f64;
+    let mean = |of: &dyn Fn(&TrainingSample) -> f64| samples.iter().map(of).sum::<f64>() / count;
+    let means: Vec<f64> = (0..columns).map(|k| mean(&|sample| sample.descriptor[k])).collect();
     let spread = |k: usize| {
-        let variance = mean(&|lesson| (lesson.descriptor[k] - means[k]).powi(2));
+        let variance = mean(&|sample| (sample.descriptor[k] - means[k]).powi(2));
         if variance > 0.0 { variance.sqrt() } else { 1.0 }
     };
     let spreads = (0..columns).map(spread).collect();
@@ -273,7 +273,7 @@ mod tests {
     use super::*;
 
     /// Twenty examples of ten samples each of a smooth function of two variables.
-    fn lessons(function: fn(f64, f64) -> f64) -> Vec<TrainingSample> {
+    fn samples(function: fn(f64, f64) -> f64) -> Vec<TrainingSample> {
         let mut stream = RandomStream::new(3, 0);
         (0..200)
             .map(|k| {
@@ -289,7 +289,7 @@ mod tests {
 
     #[test]
     fn a_smooth_function_is_learned_within_reach_and_not_claimed_beyond() {
-        let trained = train(&lessons(curved), 1).unwrap();
+        let trained = train(&samples(curved), 1).unwrap();
         let near = trained.network.predict(&[1.3, 62.0]);
         assert!(
             (near.value - curved(1.3, 0.62)).abs() < 0.02 && near.within_reach && near.confidence > 0.6,
@@ -300,8 +300,8 @@ mod tests {
     }
 
     #[test]
-    fn most_of_what_is_like_the_lessons_is_within_reach() {
-        let trained = train(&lessons(curved), 1).unwrap();
+    fn most_samples_like_the_training_set_are_within_reach() {
+        let trained = train(&samples(curved), 1).unwrap();
         let mut stream = RandomStream::new(9, 0);
         let mut drawn = |shift: f64| {
             let like = (0..200).map(|_| [4.0 * stream.uniform() + shift, 100.0 * stream.uniform()]);
@@ -312,44 +312,44 @@ mod tests {
     }
 
     #[test]
-    fn lessons_that_are_there_twice_count_once() {
-        let once = lessons(curved);
-        let again = once.iter().map(|lesson| TrainingSample { example: lesson.example + 20, ..lesson.clone() });
+    fn duplicate_samples_count_once() {
+        let once = samples(curved);
+        let again = once.iter().map(|sample| TrainingSample { example: sample.example + 20, ..sample.clone() });
         let twice: Vec<TrainingSample> = once.iter().cloned().chain(again).collect();
         let (one, two) = (train(&once, 1).unwrap(), train(&twice, 1).unwrap());
         assert_eq!(two.network, one.network);
         assert_eq!(two.left_out, [one.left_out.as_slice(), &one.left_out].concat());
-        assert_eq!(one.network.clone().knowing(&twice), one.network);
+        assert_eq!(one.network.clone().with_reach_of(&twice), one.network);
     }
 
     #[test]
-    fn what_is_left_out_is_what_training_without_it_says() {
-        let lessons = lessons(curved);
-        let (mean, spread) = moments(&lessons, 2);
-        let rows = |lessons: &[TrainingSample]| -> Vec<f64> {
-            lessons.iter().flat_map(|lesson| standardised(&lesson.descriptor, &mean, &spread)).collect()
+    fn the_holdout_prediction_equals_training_without_the_sample() {
+        let samples = samples(curved);
+        let (mean, spread) = moments(&samples, 2);
+        let rows = |samples: &[TrainingSample]| -> Vec<f64> {
+            samples.iter().flat_map(|sample| standardised(&sample.descriptor, &mean, &spread)).collect()
         };
         let targets =
-            |lessons: &[TrainingSample]| DVector::from_iterator(lessons.len(), lessons.iter().map(|l| l.target));
+            |samples: &[TrainingSample]| DVector::from_iterator(samples.len(), samples.iter().map(|l| l.target));
         let examples =
-            |lessons: &[TrainingSample]| -> Vec<usize> { lessons.iter().map(|lesson| lesson.example).collect() };
-        let centers = k_means(&rows(&lessons), 2, 8, 1);
-        let fit = |lessons: &[TrainingSample]| {
-            solve(&design(&rows(lessons), 2, &centers, 1.0), &targets(lessons), &examples(lessons), 0.1).unwrap()
+            |samples: &[TrainingSample]| -> Vec<usize> { samples.iter().map(|sample| sample.example).collect() };
+        let centers = k_means(&rows(&samples), 2, 8, 1);
+        let fit = |samples: &[TrainingSample]| {
+            solve(&design(&rows(samples), 2, &centers, 1.0), &targets(samples), &examples(samples), 0.1).unwrap()
         };
-        let (_, left_out) = fit(&lessons);
-        let others: Vec<TrainingSample> = lessons.iter().filter(|lesson| lesson.example != 7).cloned().collect();
+        let (_, left_out) = fit(&samples);
+        let others: Vec<TrainingSample> = samples.iter().filter(|sample| sample.example != 7).cloned().collect();
         let weights = DVector::from_vec(fit(&others).0);
-        let said = design(&rows(&lessons[70..80]), 2, &centers, 1.0) * weights;
-        for (found, wanted) in said.iter().zip(&left_out[70..80]) {
+        let predicted = design(&rows(&samples[70..80]), 2, &centers, 1.0) * weights;
+        for (found, wanted) in predicted.iter().zip(&left_out[70..80]) {
             assert!((found - wanted).abs() < 1e-10, "{found} against {wanted}");
         }
     }
 
     #[test]
-    fn too_few_examples_or_lessons_that_are_all_alike_are_survived() {
+    fn too_few_or_identical_samples_give_no_network() {
         assert_eq!(train(&[], 1), None);
-        assert_eq!(train(&lessons(curved)[..70], 1), None);
+        assert_eq!(train(&samples(curved)[..70], 1), None);
         let alike: Vec<TrainingSample> =
             (0..40).map(|example| TrainingSample { example, descriptor: vec![1.0, 2.0], target: 0.5 }).collect();
         assert_eq!(train(&alike, 1), None, "one sample, forty times");

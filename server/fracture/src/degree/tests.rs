@@ -22,7 +22,7 @@ impl Case {
     }
 
     /// Energy of an impact at `from`: W falls off with the distance over the width `width`.
-    fn blow(lattice: &Lattice, from: [f64; 3], width: f64) -> Self {
+    fn point_load(lattice: &Lattice, from: [f64; 3], width: f64) -> Self {
         Self::new(lattice, |node| 1.0 / ((node - Point3::from(from)).norm_squared() + width * width).powi(2))
     }
 
@@ -30,9 +30,9 @@ impl Case {
         EnergyField::new(&self.lift, &self.volumes, &mut self.mass).unwrap()
     }
 
-    fn optimise(&mut self, gamma: f64, options: CurveOptions) -> OptimizedDegree {
+    fn optimize(&mut self, gamma: f64, options: CurveOptions) -> OptimizedDegree {
         let token = CancelToken::default();
-        let found = optimise(&self.field(), gamma, options, &mut &token, &mut DiagramWorkspace::default());
+        let found = optimize(&self.field(), gamma, options, &mut &token, &mut DiagramWorkspace::default());
         found.unwrap().unwrap()
     }
 }
@@ -65,9 +65,9 @@ fn a_cube_of_the_reference_size_at_its_strength_is_just_too_long_for_gamma() {
 #[test]
 fn the_threshold_factor_brings_the_first_moment_to_gamma() {
     let lattice = block([4, 3, 2], 0.25);
-    let energy = first_moment(&Case::blow(&lattice, [0.5, 0.3, 0.2], 0.1).field());
+    let energy = first_moment(&Case::point_load(&lattice, [0.5, 0.3, 0.2], 0.1).field());
     let factor = threshold_factor(energy, 3e-4);
-    let mut scaled = Case::blow(&lattice, [0.5, 0.3, 0.2], 0.1);
+    let mut scaled = Case::point_load(&lattice, [0.5, 0.3, 0.2], 0.1);
     scaled.mass.iter_mut().for_each(|mass| *mass *= factor * factor);
     assert!((first_moment(&scaled.field()) / 3e-4 - 1.0).abs() < 1e-12);
 }
@@ -81,7 +81,7 @@ fn the_closed_form_of_a_uniform_box_is_its_volume_in_cells() {
 }
 
 #[test]
-fn decisions_at_the_edges() {
+fn degree_decisions_in_limit_cases() {
     let decided = |first, gamma, estimate, cap| decide(first, gamma, estimate, 2.0, cap);
     assert_eq!(decided(1.0, 1.0, 50.0, 512), SiteCount { sites: 1, capped: false });
     assert_eq!(decided(1.0, f64::INFINITY, 0.0, 512), SiteCount { sites: 1, capped: false });
@@ -93,20 +93,20 @@ fn decisions_at_the_edges() {
 
 #[test]
 fn below_the_threshold_nothing_is_divided_and_above_it_something_is() {
-    let mut case = Case::blow(&block([4, 4, 4], 0.25), [0.5, 0.5, 0.5], 0.2);
+    let mut case = Case::point_load(&block([4, 4, 4], 0.25), [0.5, 0.5, 0.5], 0.2);
     let energy = first_moment(&case.field());
-    let whole = case.optimise(energy, few(30));
+    let whole = case.optimize(energy, few(30));
     assert_eq!((whole.degree, whole.curve.points().len()), (SiteCount { sites: 1, capped: false }, 1));
     assert_eq!(whole.diagram.count(), 1);
-    assert!(case.optimise(energy * (1.0 - 1e-9), few(30)).degree.sites >= 2);
+    assert!(case.optimize(energy * (1.0 - 1e-9), few(30)).degree.sites >= 2);
 }
 
 #[test]
 fn the_diagram_of_an_optimised_degree_passes() {
-    let mut case = Case::blow(&block([6, 5, 4], 0.2), [0.6, 0.5, 0.4], 0.15);
+    let mut case = Case::point_load(&block([6, 5, 4], 0.2), [0.6, 0.5, 0.4], 0.15);
     let energy = first_moment(&case.field());
     for fraction in [0.3, 0.1, 0.03, 0.01] {
-        let found = case.optimise(fraction * energy, few(200));
+        let found = case.optimize(fraction * energy, few(200));
         assert!(!found.degree.capped && found.diagram.count() == found.degree.sites);
         assert!(found.diagram.energy_max() <= fraction * energy, "{fraction}: {:?}", found.degree);
         let last = found.curve.points().last().unwrap();
@@ -115,25 +115,25 @@ fn the_diagram_of_an_optimised_degree_passes() {
 }
 
 #[test]
-fn the_cap_is_reached_and_said() {
-    let mut case = Case::blow(&block([3, 3, 3], 0.3), [0.4, 0.4, 0.4], 0.1);
+fn the_cap_is_reached_and_reported() {
+    let mut case = Case::point_load(&block([3, 3, 3], 0.3), [0.4, 0.4, 0.4], 0.1);
     for (cap, sites) in [(20, 20), (1, 1), (0, 1), (100_000, case.volumes.len())] {
-        let found = case.optimise(0.0, few(cap));
+        let found = case.optimize(0.0, few(cap));
         assert_eq!(found.degree, SiteCount { sites, capped: true });
         assert_eq!(found.diagram.count(), sites);
     }
 }
 
 #[test]
-fn a_lazy_curve_is_the_beginning_of_a_whole_one() {
-    let mut case = Case::blow(&block([4, 4, 4], 0.25), [0.5, 0.1, 0.0], 0.2);
+fn a_lazy_curve_is_a_prefix_of_the_full_curve() {
+    let mut case = Case::point_load(&block([4, 4, 4], 0.25), [0.5, 0.1, 0.0], 0.2);
     let energy = first_moment(&case.field());
-    let whole = case.optimise(0.0, few(60)).curve;
+    let whole = case.optimize(0.0, few(60)).curve;
     let sites: Vec<usize> = whole.points().iter().map(|point| point.sites).collect();
     assert_eq!(sites[..18], [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 18, 20]);
     assert_eq!(sites.last(), Some(&60));
     for fraction in [0.5, 0.2, 0.04] {
-        let lazy = case.optimise(fraction * energy, few(60));
+        let lazy = case.optimize(fraction * energy, few(60));
         assert_eq!(lazy.curve.points(), &whole.points()[..lazy.curve.points().len()]);
         assert_eq!(lazy.degree, whole.degree(fraction * energy).0);
     }
@@ -144,10 +144,10 @@ proptest! {
     #[test]
     fn falling_gamma_never_lowers_the_degree(seed: u64, x in -0.5f64..0.5, width in 0.05f64..0.5, high in 0.0f64..5.0,
                                              fall in 0.0f64..3.0) {
-        let mut case = Case::blow(&block([3, 3, 2], 0.3), [x, 0.3, -0.2], width);
+        let mut case = Case::point_load(&block([3, 3, 2], 0.3), [x, 0.3, -0.2], width);
         let energy = first_moment(&case.field());
         let options = CurveOptions { seed, ..few(40) };
-        let mut degree = |exponent: f64| case.optimise(energy * (-exponent).exp(), options).degree;
+        let mut degree = |exponent: f64| case.optimize(energy * (-exponent).exp(), options).degree;
         let (above, below) = (degree(high), degree(high + fall));
         prop_assert!(above.sites <= below.sites && above.capped <= below.capped, "{above:?} {below:?}");
         prop_assert_eq!(above.sites == 1, high == 0.0);
@@ -158,8 +158,8 @@ proptest! {
 #[test]
 fn the_largest_energy_falls_with_the_five_thirds_power_of_the_number_of_sites() {
     for (from, width) in [([0.5, 0.5, 0.5], 0.4), ([0.0, 0.0, 0.5], 0.2), ([0.0, 0.0, 0.0], 10.0)] {
-        let mut case = Case::blow(&block([10, 10, 10], 0.1), from, width);
-        let curve = case.optimise(0.0, few(128)).curve;
+        let mut case = Case::point_load(&block([10, 10, 10], 0.1), from, width);
+        let curve = case.optimize(0.0, few(128)).curve;
         let whole = curve.points()[0].energy_max;
         let factors = curve.points().iter().map(|p| p.energy_max / whole * (p.sites as f64).powf(5.0 / 3.0));
         let (low, high) = factors.fold((f64::INFINITY, 0.0f64), |(low, high), f| (low.min(f), high.max(f)));
@@ -172,11 +172,11 @@ fn the_largest_energy_falls_with_the_five_thirds_power_of_the_number_of_sites() 
 fn one_factor_reconciles_the_closed_form_with_the_optimisation() {
     let lattice = block([10, 9, 11], 0.1);
     let shape = Slenderness::of(&lattice);
-    let blows = [([0.5, 0.4, 0.5], 0.3), ([0.0, 0.4, 0.0], 0.2), ([0.5, 0.0, 0.0], 0.5), ([0.0, 0.0, 0.0], 10.0)];
+    let point_loads = [([0.5, 0.4, 0.5], 0.3), ([0.0, 0.4, 0.0], 0.2), ([0.5, 0.0, 0.0], 0.5), ([0.0, 0.0, 0.0], 10.0)];
     let mut evidence = Vec::new();
-    for (from, width) in blows {
-        let mut case = Case::blow(&lattice, from, width);
-        let curve = case.optimise(0.0, few(128)).curve;
+    for (from, width) in point_loads {
+        let mut case = Case::point_load(&lattice, from, width);
+        let curve = case.optimize(0.0, few(128)).curve;
         let own = samples(&case.field(), &shape, &curve);
         println!("from {from:?}, width {width}: {:?}", fit_kappa(&own));
         evidence.extend(own);
@@ -193,8 +193,8 @@ fn one_factor_reconciles_the_closed_form_with_the_optimisation() {
 fn ratios(lattice: &Lattice, sites: std::ops::Range<usize>) -> [[f64; 2]; 2] {
     let shape = Slenderness::of(lattice);
     let solid = Slenderness { thickness: 1e6, section: 1e6 };
-    let mut case = Case::blow(lattice, [0.0; 3], 0.2);
-    let curve = case.optimise(0.0, few(sites.end)).curve;
+    let mut case = Case::point_load(lattice, [0.0; 3], 0.2);
+    let curve = case.optimize(0.0, few(sites.end)).curve;
     let field = case.field();
     [shape, solid].map(|shape| {
         let passes = curve.points().windows(2).filter(|pair| pair[1].running_minimum < pair[0].running_minimum);

@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn boxes_find_the_face_that_a_look_at_all_finds() {
+    fn the_tree_finds_the_same_face_as_brute_force() {
         let boundary = BoundaryNodes::new(&crate::lattice::block([5, 4, 6], 0.1));
         assert!(boundary.faces.len() > 4 * GROUP);
         boundary.positions.iter().for_each(|corner| check(&boundary, *corner));

@@ -1,23 +1,24 @@
-//! Lower bound of a free body's stiffness, and so an upper bound of the energy that a load can store, without a solve.
+//! Lower bound of a free body's stiffness, and an upper bound of the energy that a load stores, without a solve.
 //!
 //! Based on: J. J. Sylvester's law of inertia, for counting eigenvalues (B. N. Parlett, *The Symmetric Eigenvalue
 //! Problem*, 1980, section 3.3). The bound of the energy and its weights are our own.
 //!
-//! Let W be a positive diagonal and K φ_k = λ_k W φ_k with φ_j'Wφ_k = δ_jk. λ_1 = … = λ_6 = 0 belong to the rigid
-//! motions, and all others are positive, because the body is no mechanism. K − σW is congruent to diag(λ_k − σ), so the
-//! number of its negative pivots is that of the λ_k below σ. If σ > 0 and that number is 6, then λ_k ≥ σ for k > 6.
+//! Let W be a positive diagonal matrix and K φ_k = λ_k W φ_k with φ_j'Wφ_k = δ_jk. λ_1 = … = λ_6 = 0 belong to the
+//! rigid motions. All others are positive, because the body is not a mechanism: faces connect its tetrahedra. K − σW
+//! is congruent to diag(λ_k − σ), so it has as many negative pivots as there are λ_k below σ. If σ > 0 and that number
+//! is 6, then λ_k ≥ σ for k > 6.
 //!
-//! The factored matrix is K − σW + E. Eigenvalues of K + E differ by at most ‖W^(−½)EW^(−½)‖ (Weyl). [`Signature`]
-//! bounds this norm, and the bound is lowered by it.
+//! Rounding adds an error E: the factored matrix is K − σW + E. The eigenvalues of K + E differ from those of K by at
+//! most ‖W^(−½)EW^(−½)‖ (Weyl). [`Signature`] bounds this norm, which is subtracted from the bound.
 //!
-//! A load in equilibrium does no work on rigid motions, φ_k'f = 0 for k ≤ 6. With c_k =
-//! φ_k'f and f = Σ c_k Wφ_k follows
+//! A load in equilibrium does no work on rigid motions: φ_k'f = 0 for k ≤ 6. With c_k = φ_k'f and f = Σ c_k Wφ_k
+//! follows
 //!
 //! U = ½ f'K⁺f = ½ Σ_{k>6} c_k²/λ_k ≤ ½ Σ_{k>6} c_k²/σ = ½ f'W⁻¹f/σ.
 //!
-//! Any W is valid. Contacts load the surface. With lumped masses alone, a boundary node carries its share on half a
-//! spacing of depth, and the bound grows as the lattice is refined. So W has on the boundary an additional layer of
-//! [`LAYER`] · volume / area.
+//! Any W is valid, and its choice decides how tight the bound is. Contacts load the surface. With lumped masses
+//! alone, a boundary node has the mass of half a spacing of depth. The energy bound would then grow as the lattice is
+//! refined. W therefore has an additional layer on the boundary, of depth [`LAYER`] · volume / area.
 
 use super::{ElasticWorkspace, Elasticity, ElasticityError, Support};
 use crate::cancel_token::CancelToken;

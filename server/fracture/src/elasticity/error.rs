@@ -18,6 +18,7 @@ pub const RESIDUAL_MAX: f64 = 1e-6;
 
 /// Error of preparing or solving an elastic body.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ElasticityError {
     /// The lattice has no tetrahedron.
     #[error("the lattice has no tetrahedra")]

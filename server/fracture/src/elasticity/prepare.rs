@@ -78,6 +78,7 @@ impl Elasticity {
     /// A single-precision factor is used only if it leaves at most [`NARROW_RESIDUAL_MAX`] of a load; each sweep of
     /// refinement reduces the rest by the same ratio. Slender bodies leave more and get a double-precision factor,
     /// which [`Self::precision`] reports.
+    #[must_use]
     pub fn of_precision(self, precision: Precision) -> Self {
         Self { precision, factor: OnceLock::new(), ..self }
     }

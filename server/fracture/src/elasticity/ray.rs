@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn rays_hit_what_a_look_at_all_faces_finds() {
+    fn rays_hit_the_same_face_as_brute_force() {
         let (boundary, mut stream) = (block(), RandomStream::new(8, 0));
         let mut hits = 0;
         for _ in 0..500 {

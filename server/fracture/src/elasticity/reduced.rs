@@ -1,12 +1,12 @@
 //! Reduced elasticity: displacements as combinations of a few basis displacements, without a solve.
 //!
 //! Based on: L. Sirovich, *Turbulence and the dynamics of coherent structures* (Quarterly of Applied Mathematics 45,
-//! 1987), method of snapshots, here in the energy inner product. With B'KB = 1 the best displacement in the span of B
-//! is B(B'f), a Galerkin projection. Its energy ½|B'f|² never exceeds the true one.
+//! 1987), method of snapshots, here in the energy inner product. The columns of B are the basis, with B'KB = 1. The
+//! best displacement in their span is B(B'f), a Galerkin projection. Its energy ½|B'f|² never exceeds the true one.
 //!
-//! The missing energy is ½ r'K⁻¹r with the residual r = f − K u. With the diagonal of K in the place of K it is cheap
-//! to compute, and proportional to the true one over impacts of one body (a residual estimator: R. Verfürth, *A Review
-//! of A Posteriori Error Estimation*, 1996; the fitted proportion is our own).
+//! The missing energy is ½ r'K⁻¹r with the residual r = f − K u. Replacing K by its diagonal makes this cheap. The
+//! result is about proportional to the true one over impacts of one body (a residual estimator: R. Verfürth, *A Review
+//! of A Posteriori Error Estimation*, 1996). The fitted proportion is our own.
 
 use super::residual::{self, ResidualForm, Sums};
 use super::{ElasticWorkspace, Elasticity, NodalLoad};
@@ -172,6 +172,7 @@ impl ReducedBasis {
     }
 
     /// Returns the same basis with the error model `estimate`.
+    #[must_use]
     pub fn estimating(self, estimate: ErrorEstimate) -> Self {
         Self { estimate, ..self }
     }

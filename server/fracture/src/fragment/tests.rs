@@ -168,7 +168,7 @@ fn a_closed_surface_is_closed_with_and_without_shared_vertices() {
 }
 
 #[test]
-fn every_way_of_being_open_is_named() {
+fn every_kind_of_open_mesh_is_reported() {
     let (positions, indices) = cuboid([1.0; 3]).f32();
     assert_eq!(closed(&positions, &[]), Err(OpenMesh::Empty));
     assert_eq!(closed(&positions, &indices[1..]), Err(OpenMesh::IndexCount { count: 35 }));

@@ -79,7 +79,7 @@ impl ConvexHull {
             if !builder.add(face, point) {
                 builder.faces[face].far = None;
             } else if SIEVES.iter().any(|sieve| before < *sieve && *sieve <= builder.alive) {
-                builder.sift();
+                builder.classify_points();
             }
         }
         Some(builder.finish(points, &middle))
@@ -140,7 +140,7 @@ impl Builder {
     }
 
     /// Discards points inside the hull, which cannot be farthest later.
-    fn sift(&mut self) {
+    fn classify_points(&mut self) {
         let Self { points, open, faces, .. } = self;
         let outside = |point: &Point3<f64>| faces.iter().any(|face| face.alive && face.plane.beyond(point) > 0.0);
         open.retain(|&place| outside(&points[place]));

@@ -129,7 +129,7 @@ fn flat_and_broken_points_have_no_hull() {
 }
 
 #[test]
-fn outset_bodies_stand_out_where_they_are_told_to() {
+fn expanded_hulls_extend_by_their_outset() {
     let body = cube([0.0; 3], 1.0, 1);
     let [own, moved] = [&body, &body.outset(4, 0.25)].map(|shell| bounds(&shell.points));
     assert_eq!((own[0], own[1]), (Point3::origin(), Point3::new(1.0, 1.0, 1.0)));

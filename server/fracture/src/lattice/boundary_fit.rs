@@ -1,14 +1,14 @@
-//! Fit of boundary nodes to ridges and creases, where chords between nodes on the surface deviate from it.
+//! Fit of boundary nodes to ridges and creases, where edges between nodes on the surface deviate from it.
 //!
-//! Based on: C. L. Lawson, *Contributions to the theory of linear least maximum approximation* (1961), for
-//! the move of one node that minimizes its largest error. In the spirit of L. Kobbelt, M. Botsch, U.
-//! Schwanecke, H.-P. Seidel, *Feature sensitive surface extraction* (SIGGRAPH 2001), which puts vertices
-//! where the tangent planes of samples meet.
+//! Based on: C. L. Lawson, *Contributions to the theory of linear least maximum approximation* (1961), for the move
+//! of one node that minimizes its largest error. Related: L. Kobbelt, M. Botsch, U. Schwanecke, H.-P. Seidel,
+//! *Feature sensitive surface extraction* (SIGGRAPH 2001), which puts vertices where the tangent planes of samples
+//! meet.
 //!
-//! Errors are distances from the stuffed level set, at the samples of [`Lattice::deviation`]. In every round, a set of
-//! nodes moves of which no two share a tetrahedron. A node moves only if the largest error around it falls and its
-//! tetrahedra keep the angles that stuffing guarantees. So no error exceeds the former largest error around it, and the
-//! order of moves does not matter.
+//! Errors are distances from the level set of the stuffing, at the samples of [`Lattice::deviation`]. In every round,
+//! the nodes that move share no tetrahedron. A node moves only if the largest error around it falls and its tetrahedra
+//! keep the angles that stuffing guarantees. So no error exceeds the former largest error around it, and the order of
+//! moves does not matter.
 
 use super::adjacency::NodeStars;
 use super::crossing::put_back;

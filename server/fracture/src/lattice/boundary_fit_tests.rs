@@ -66,7 +66,7 @@ fn a_crease_comes_much_nearer() {
 }
 
 #[test]
-fn what_is_smooth_gets_no_worse_and_keeps_its_nodes_on_the_surface() {
+fn fitting_keeps_smooth_surfaces_accurate() {
     for (name, shape, volume) in [
         ("ball", Box::new(ball(0.3)) as Box<dyn SignedDistance>, 4.0 / 3.0 * PI * 0.3f64.powi(3)),
         ("torus", Box::new(torus(0.3, 0.1)), 2.0 * PI * PI * 0.3 * 0.01),
@@ -95,7 +95,7 @@ fn fitting_does_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
-fn a_distance_that_jumps_or_lies_ends_in_a_valid_lattice() {
+fn an_inconsistent_distance_function_gives_a_valid_lattice() {
     let mut stream = crate::random::RandomStream::new(5, 0);
     for _ in 0..6 {
         let mut uniform = || 2.0 * stream.uniform() - 1.0;
@@ -129,7 +129,7 @@ fn the_largest_error_of_a_linear_model_is_made_least() {
 }
 
 #[test]
-fn moves_that_make_boundaries_cross_are_taken_back_with_all_that_hangs_on_them() {
+fn moves_that_make_boundaries_intersect_are_reverted() {
     let (one, other) = (block([2, 2, 2], 0.1), block([2, 2, 2], 0.1));
     let count = one.nodes.len() as u32;
     let mut both = one.clone();

@@ -36,7 +36,7 @@ pub struct EnergyTransfer {
 type Entry = (u32, u32, f64);
 
 /// Index that marks a node or tetrahedron outside the part in [`EnergyTransfer::part`].
-pub const GONE: u32 = u32::MAX;
+pub const NO_INDEX: u32 = u32::MAX;
 
 /// Adds `next` to `kept` and returns true if both belong to the same pair.
 fn merged(next: &mut Entry, kept: &mut Entry) -> bool {
@@ -60,7 +60,7 @@ impl EnergyTransfer {
         // The stable sort keeps the entries of one pair in the order of the crack tetrahedra, and so their sum.
         entries.par_sort_by_key(|&(node, tet, _)| (node, tet));
         entries.dedup_by(merged);
-        Self::normalised(&entries, elastic.tets.len(), crack.nodes.len())
+        Self::normalized(&entries, elastic.tets.len(), crack.nodes.len())
     }
 
     /// Operator between a lattice and itself: a quarter of each tetrahedron to each of its corners.
@@ -68,30 +68,30 @@ impl EnergyTransfer {
         let quarters = |(tet, nodes): (usize, &[u32; 4])| nodes.map(|node| (node, tet as u32, 0.25));
         let mut entries: Vec<Entry> = lattice.tets.iter().enumerate().flat_map(quarters).collect();
         entries.sort_by_key(|&(node, tet, _)| (node, tet));
-        Self::normalised(&entries, lattice.tets.len(), lattice.nodes.len())
+        Self::normalized(&entries, lattice.tets.len(), lattice.nodes.len())
     }
 
     /// Restricts the operator to a part of the body.
     ///
-    /// `nodes` and `tets` hold the new index of each crack node and elastic tetrahedron, [`GONE`] outside
+    /// `nodes` and `tets` hold the new index of each crack node and elastic tetrahedron, [`NO_INDEX`] outside
     /// the part. Several nodes may share a new index. The shares that a tetrahedron had given to nodes
     /// outside go to its remaining nodes.
     pub fn part(&self, nodes: &[u32], tets: &[u32]) -> Self {
         let mut entries: Vec<Entry> = Vec::new();
-        for (row, &node) in self.offsets.windows(2).zip(nodes).filter(|(_, node)| **node != GONE) {
+        for (row, &node) in self.offsets.windows(2).zip(nodes).filter(|(_, node)| **node != NO_INDEX) {
             let row = row[0] as usize..row[1] as usize;
             let own = self.tets[row.clone()].iter().map(|&tet| tets[tet as usize]).zip(&self.shares[row]);
-            entries.extend(own.filter(|(tet, _)| *tet != GONE).map(|(tet, &share)| (node, tet, share)));
+            entries.extend(own.filter(|(tet, _)| *tet != NO_INDEX).map(|(tet, &share)| (node, tet, share)));
         }
         entries.sort_by_key(|&(node, tet, _)| (node, tet));
         entries.dedup_by(merged);
         let count =
-            |names: &[u32]| names.iter().filter(|name| **name != GONE).max().map_or(0, |&last| last as usize + 1);
-        Self::normalised(&entries, count(tets), count(nodes))
+            |names: &[u32]| names.iter().filter(|name| **name != NO_INDEX).max().map_or(0, |&last| last as usize + 1);
+        Self::normalized(&entries, count(tets), count(nodes))
     }
 
     /// Builds the operator from sorted, unique entries.
-    fn normalised(entries: &[Entry], tet_count: usize, node_count: usize) -> Self {
+    fn normalized(entries: &[Entry], tet_count: usize, node_count: usize) -> Self {
         let mut totals = vec![0.0; tet_count];
         let mut offsets = vec![0u32; node_count + 1];
         for &(node, tet, volume) in entries {

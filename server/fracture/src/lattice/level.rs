@@ -154,13 +154,13 @@ pub(super) fn split(filled: &Lattice, offset: f64, spacing: f64) -> LatticeLevel
     };
     let components = filled.components().into_iter().map(|tets| filled.part(&tets)).collect();
     for body in keep_large(components, total, &mut level.dropped) {
-        let Some((mended, took)) = repair_manifold(&body) else {
+        let Some((repaired, took)) = repair_manifold(&body) else {
             level.bodies.push(body);
             continue;
         };
         level.pinches_mended += took.pinches;
         level.mended_volume += took.volume;
-        level.bodies.extend(mended.components().into_iter().map(|tets| mended.part(&tets)));
+        level.bodies.extend(repaired.components().into_iter().map(|tets| repaired.part(&tets)));
     }
     level.bodies = keep_large(level.bodies, total, &mut level.dropped);
     level.dropped.sort_by(|a, b| b.volume.total_cmp(&a.volume));

@@ -52,7 +52,7 @@ pub struct ReplacedBody {
 
 /// Statistics of one level.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LevelReport {
+pub struct LatticeLevelReport {
     /// Side of the grid's cubes, local.
     pub spacing: f64,
     /// Offset of the meshed level set, local.
@@ -81,9 +81,9 @@ pub struct LatticeLevels {
     /// Bodies, by decreasing volume of their crack lattices.
     pub bodies: Vec<BodyLattice>,
     /// Statistics of the crack level.
-    pub crack: LevelReport,
+    pub crack: LatticeLevelReport,
     /// Statistics of the elastic level before bodies were paired. `None` if no tetrahedron was inside at that spacing.
-    pub elastic: Option<LevelReport>,
+    pub elastic: Option<LatticeLevelReport>,
     /// Bodies that are solved on their crack lattice.
     pub replaced: Vec<ReplacedBody>,
     /// Volume of elastic bodies on which no crack body is solved, local.
@@ -171,11 +171,11 @@ pub(super) fn levels_by(
 fn far_nodes(crack: &[Lattice], elastic: &[Lattice], spacing: f64) -> Vec<Point3<f64>> {
     let locators: Vec<Locator> = elastic.iter().map(Locator::new).collect();
     let mut far = Vec::new();
-    for (body, (home, overlap)) in crack.iter().zip(homes(crack, &locators)) {
+    for (body, (container, overlap)) in crack.iter().zip(containing_bodies(crack, &locators)) {
         if overlap < OVERLAP_MIN {
             continue;
         }
-        let locator = &locators[home];
+        let locator = &locators[container];
         let is_far = |point: &&Point3<f64>| {
             locator.containing(point, None).is_none()
                 && locator.nearest(point).is_none_or(|near| near.distance > spacing)
@@ -195,15 +195,17 @@ fn pair(
     let elastic_report = elastic.as_ref().map(report);
     let elastic_bodies = elastic.map_or_else(Vec::new, |level| level.bodies);
     let locators: Vec<Locator> = elastic_bodies.iter().map(Locator::new).collect();
-    let homes = homes(&crack.bodies, &locators);
-    let guests = |home: usize| homes.iter().filter(|(at, overlap)| *at == home && *overlap >= OVERLAP_MIN).count();
+    let containing_bodies = containing_bodies(&crack.bodies, &locators);
+    let contained_count = |container: usize| {
+        containing_bodies.iter().filter(|(at, overlap)| *at == container && *overlap >= OVERLAP_MIN).count()
+    };
     let (mut bodies, mut replaced, mut used) = (Vec::new(), Vec::new(), vec![false; elastic_bodies.len()]);
     for (body, crack) in crack.bodies.into_iter().enumerate() {
         token.check()?;
-        let (home, overlap) = homes[body];
+        let (container, overlap) = containing_bodies[body];
         let reason = match overlap {
             overlap if overlap < OVERLAP_MIN => Some(Replacement::Lost),
-            _ if guests(home) > 1 => Some(Replacement::Fused),
+            _ if contained_count(container) > 1 => Some(Replacement::Fused),
             _ => None,
         };
         bodies.push(match reason {
@@ -212,8 +214,8 @@ fn pair(
                 BodyLattice { elastic: crack.clone(), transfer: EnergyTransfer::identity(&crack), crack }
             }
             None => {
-                used[home] = true;
-                let elastic = elastic_bodies[home].clone();
+                used[container] = true;
+                let elastic = elastic_bodies[container].clone();
                 BodyLattice { transfer: EnergyTransfer::between(&elastic, &crack), elastic, crack }
             }
         });
@@ -224,13 +226,13 @@ fn pair(
 }
 
 /// For each crack body, the elastic body that contains most of its volume (by centroids), and the share contained.
-fn homes(crack: &[Lattice], locators: &[Locator]) -> Vec<(usize, f64)> {
-    let home = |body: &Lattice| {
+fn containing_bodies(crack: &[Lattice], locators: &[Locator]) -> Vec<(usize, f64)> {
+    let container = |body: &Lattice| {
         let held = locators.iter().map(|locator| held(locator, body)).enumerate();
         let most = held.fold((0, 0.0), |best: (usize, f64), next| if next.1 > best.1 { next } else { best });
         (most.0, most.1 / body.volume())
     };
-    crack.iter().map(home).collect()
+    crack.iter().map(container).collect()
 }
 
 /// Volume of the tetrahedra of `body` whose centroid lies in the located lattice.
@@ -245,13 +247,13 @@ fn held(locator: &Locator, body: &Lattice) -> f64 {
     (0..body.tets.len()).filter(|&tet| inside[tet]).map(|tet| body.tet_volume(tet)).sum()
 }
 
-fn report(level: &LatticeLevel) -> LevelReport {
+fn report(level: &LatticeLevel) -> LatticeLevelReport {
     let angles = level.bodies.iter().map(Lattice::dihedral);
     let dihedral = angles.fold(DihedralRange { min_deg: 180.0, max_deg: 0.0 }, |sum, next| DihedralRange {
         min_deg: sum.min_deg.min(next.min_deg),
         max_deg: sum.max_deg.max(next.max_deg),
     });
-    LevelReport {
+    LatticeLevelReport {
         spacing: level.spacing,
         offset: level.offset,
         volume: level.volume(),

@@ -30,7 +30,7 @@ fn check(levels: &LatticeLevels) {
 }
 
 #[test]
-fn bodies_of_two_levels_find_each_other() {
+fn bodies_of_two_levels_are_paired() {
     let levels = made(&[([-0.2, 0.0, 0.0], 0.12), ([0.2, 0.05, 0.0], 0.18)], 0.06, 0.035);
     assert_eq!((levels.bodies.len(), levels.replaced.len(), levels.unmatched_volume), (2, 0, 0.0));
     for body in &levels.bodies {
@@ -60,7 +60,7 @@ fn bodies_that_the_coarse_level_joins_are_solved_apart() {
 }
 
 #[test]
-fn pairing_names_what_was_fused_and_what_was_lost() {
+fn pairing_reports_fused_and_lost_bodies() {
     let whole = block([4, 1, 1], 0.1);
     let tet_at = |tet: usize| whole.corners(tet).iter().map(|corner| corner.x).sum::<f64>() / 4.0;
     let part = |keep: &dyn Fn(f64) -> bool| {

@@ -1,15 +1,16 @@
 //! Repair of a body's boundary to a closed 2-manifold by dropping tetrahedra, and the check for it.
 //!
-//! The star of a node (the tetrahedra around it), seen from the node, is a patch of triangles: its *link*. The boundary
-//! is a 2-manifold at the node exactly if the link is a disc or, for interior nodes, a sphere. Otherwise the repair
-//! drops the smallest of one of these:
+//! The *star* of a node is the set of tetrahedra around it. Their faces opposite the node are its *link*. The boundary
+//! is a 2-manifold at a node exactly if the link is a disc or, for interior nodes, a sphere. Otherwise the repair drops
+//! the smallest of these sets of tetrahedra:
 //!
 //! - all but the largest face-connected part of the star;
 //! - all but the largest fan around an edge;
 //! - a shortest chain of tetrahedra between two holes of the link.
 //!
-//! Each drop can open new pinches at the nodes it touched, which are checked again. The repair ends, because the number
-//! of tetrahedra falls and a single one is a manifold. Positions never change, so the bounds on angles still hold.
+//! Dropping tetrahedra can make other nodes non-manifold, so their nodes are checked again. The repair ends, because
+//! the number of tetrahedra falls and a single one is a manifold. Positions never change, so the bounds on angles still
+//! hold.
 
 use super::adjacency::{NO_TET, NodeStars};
 use super::{FACES, Lattice};
@@ -141,30 +142,30 @@ pub(super) fn repair_manifold(lattice: &Lattice) -> Option<(Lattice, RepairRepor
     rim.sort_unstable();
     rim.dedup();
     let suspects: BTreeSet<u32> = rim.into_iter().collect();
-    let mut mender = Mender {
+    let mut repairer = ManifoldRepairer {
         lattice,
         neighbors,
         stars: lattice.stars(),
         alive: vec![true; lattice.tets.len()],
         suspects: [suspects.clone(), suspects],
-        mended: RepairReport::default(),
+        repaired: RepairReport::default(),
     };
-    mender.run();
-    let kept = || (0..lattice.tets.len() as u32).filter(|&tet| mender.alive[tet as usize]).collect::<Vec<u32>>();
-    (mender.mended.pinches > 0).then(|| (lattice.part(&kept()), mender.mended))
+    repairer.run();
+    let kept = || (0..lattice.tets.len() as u32).filter(|&tet| repairer.alive[tet as usize]).collect::<Vec<u32>>();
+    (repairer.repaired.pinches > 0).then(|| (lattice.part(&kept()), repairer.repaired))
 }
 
-struct Mender<'a> {
+struct ManifoldRepairer<'a> {
     lattice: &'a Lattice,
     neighbors: Vec<[u32; 4]>,
     stars: NodeStars,
     alive: Vec<bool>,
     /// Nodes to check: for loose parts of their star first; once no node has any, for edges and holes.
     suspects: [BTreeSet<u32>; 2],
-    mended: RepairReport,
+    repaired: RepairReport,
 }
 
-impl Mender<'_> {
+impl ManifoldRepairer<'_> {
     fn run(&mut self) {
         loop {
             let surplus = if let Some(node) = self.suspects[0].pop_first() {
@@ -175,7 +176,7 @@ impl Mender<'_> {
                 return;
             };
             if !surplus.is_empty() {
-                self.mended.pinches += 1;
+                self.repaired.pinches += 1;
                 self.drop_all(&surplus);
             }
         }
@@ -184,7 +185,7 @@ impl Mender<'_> {
     fn drop_all(&mut self, tets: &[u32]) {
         for &tet in tets {
             self.alive[tet as usize] = false;
-            self.mended.volume += self.lattice.tet_volume(tet as usize);
+            self.repaired.volume += self.lattice.tet_volume(tet as usize);
             for node in self.lattice.tets[tet as usize] {
                 self.suspects.iter_mut().for_each(|suspects| {
                     suspects.insert(node);

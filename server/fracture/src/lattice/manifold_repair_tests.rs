@@ -6,7 +6,7 @@ fn part(lattice: &Lattice, keep: impl Fn(usize) -> bool) -> Lattice {
     lattice.part(&(0..lattice.tets.len() as u32).filter(|&tet| keep(tet as usize)).collect::<Vec<_>>())
 }
 
-fn mended(lattice: &Lattice) -> (Lattice, RepairReport) {
+fn repaired(lattice: &Lattice) -> (Lattice, RepairReport) {
     let (left, took) = repair_manifold(lattice).unwrap();
     assert!((left.volume() + took.volume - lattice.volume()).abs() < 1e-14);
     assert!(left.components().iter().all(|tets| check_manifold(&left.part(tets)).is_ok()));
@@ -29,7 +29,7 @@ fn a_hinge_is_found_and_its_smaller_side_dropped() {
     let layer = block([2, 2, 1], 0.5);
     let hinge = part(&layer, |tet| matches!(tet / 24, 0 | 3) && tet != 80);
     assert!(matches!(check_manifold(&hinge), Err(NonManifold::Disconnected { parts: 2 })));
-    let (left, took) = mended(&hinge);
+    let (left, took) = repaired(&hinge);
     assert!(took.pinches > 0 && left.volume() > 0.5 * hinge.volume());
 }
 
@@ -39,7 +39,7 @@ fn a_hinge_between_connected_cubes_is_found_as_an_edge() {
     let both = block([2, 2, 2], 0.5);
     let hinge = part(&both, |tet| tet / 24 < 4 || matches!(tet / 24, 4 | 7));
     assert!(matches!(check_manifold(&hinge), Err(NonManifold::Edge { faces: 4, .. })));
-    let (left, _) = mended(&hinge);
+    let (left, _) = repaired(&hinge);
     assert!(left.volume() > 0.6 * hinge.volume());
 }
 
@@ -53,7 +53,7 @@ fn two_holes_that_meet_at_a_node_become_one() {
     let other = star[1..].iter().copied().find(|&tet| apart(star[0], tet)).unwrap();
     let holes = part(&whole, |tet| tet as u32 != star[0] && tet as u32 != other);
     assert!(matches!(check_manifold(&holes), Err(NonManifold::Node { fans: 2, .. })));
-    let (left, took) = mended(&holes);
+    let (left, took) = repaired(&holes);
     assert_eq!(left.components().len(), 1);
     assert!(took.volume < 0.02 * whole.volume(), "only a shortest chain between the holes is dropped");
 }

@@ -31,12 +31,13 @@ mod tree;
 pub use adjacency::{NO_TET, NodeStars};
 pub use block::block;
 pub use crack_slot::{SLOT_HALF, SlotDepth, slotted_levels, stuff_slotted};
-pub use energy_transfer::{EnergyTransfer, GONE};
+pub use energy_transfer::{EnergyTransfer, NO_INDEX};
 pub use error::LatticeError;
 pub use grid::{GRID_NODES_MAX, SPACING_RANGE};
 pub use level::{BODY_SHARE_MIN, BODY_TETS_MIN, DroppedComponent, LatticeLevel, VOLUME_TOLERANCE, stuff};
 pub use levels::{
-    BodyLattice, LatticeLevels, LevelReport, OVERLAP_MIN, ReplacedBody, Replacement, Spacings, fitted_levels, levels,
+    BodyLattice, LatticeLevelReport, LatticeLevels, OVERLAP_MIN, ReplacedBody, Replacement, Spacings, fitted_levels,
+    levels,
 };
 pub use locate::{LatticePoint, Locator, NearestOnBoundary};
 pub use manifold_repair::{NonManifold, check_manifold};

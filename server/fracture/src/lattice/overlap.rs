@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbors_and_strangers_have_nothing_in_common() {
+    fn neighboring_and_distant_tetrahedra_do_not_overlap() {
         let lattice = block([1, 1, 1], 1.0);
         let cells: Vec<OverlapCell> =
             (0..lattice.tets.len()).map(|tet| OverlapCell::new(&lattice.corners(tet))).collect();

@@ -147,7 +147,7 @@ fn balls_that_touch_in_a_point_are_two_bodies_or_one_without_a_pinch() {
 }
 
 #[test]
-fn crumbs_are_dropped_and_named() {
+fn small_components_are_dropped_and_reported() {
     let list = vec![(Point3::new(-0.1, 0.0, 0.0), 0.25), (Point3::new(0.3, 0.1, 0.0), 0.022)];
     let level = stuffed(&balls(list), 0.03, None);
     check_stuffed(&level);
@@ -206,7 +206,7 @@ fn the_lattice_does_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
-fn what_cannot_be_stuffed_is_refused_with_the_reason() {
+fn shapes_without_a_lattice_are_rejected_with_a_reason() {
     let refused = |shape: &dyn SignedDistance, spacing, volume| {
         stuff(shape, spacing, volume, &CancelToken::default()).unwrap_err()
     };

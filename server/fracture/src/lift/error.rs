@@ -5,6 +5,7 @@ use crate::dense::DenseError;
 
 /// Error of computing a lift. Deterministic: a retry with the same input fails the same way.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum LiftError {
     /// The lattice has fewer non-constant functions than the requested eigenpairs, or no tetrahedron.
     #[error("too few nodes: {wanted} eigenpairs need {needed} nodes, but the lattice has {nodes}")]

@@ -8,16 +8,18 @@ use super::{LiftError, LiftKind, LiftedLattice, Spectrum, gap};
 use crate::cancel_token::CancelToken;
 use crate::lattice::Lattice;
 
-/// Requested eigenfunctions of the default interior lift. The cut at a gap keeps 4 to 16.
+/// Number of eigenfunctions requested for the default interior lift. The cut at a spectral gap keeps 4 to 16.
 ///
-/// The cost of a request grows with the dimension, and few functions suffice: those that separate limbs come first, and
-/// a gap follows them.
+/// The cost of a request grows with the dimension. Few functions suffice, because those that separate limbs come first,
+/// and a gap in the spectrum follows them.
 ///
-/// Measured on a horse of 6 039 nodes, uniform energy, 24 starts. Starts in which a cell joined two lower legs, for
-/// Euclidean and for α = 1 with 6, 13 or 21 functions: 24 and 4, 3, 5 with 14 sites; 21 and 0, 0, 0 with 20 sites.
+/// Measured on a horse of 6,039 nodes with uniform energy: number of starts, of 24, in which a cell joined two lower
+/// legs.
+/// - 14 sites: 24 with Euclidean distances; 4, 3, 5 with α = 1 and 6, 13, 21 functions.
+/// - 20 sites: 21 with Euclidean distances; 0, 0, 0 with α = 1 and 6, 13, 21 functions.
 ///
-/// Measured on a brush of 16 prongs, 12 sites. Volume in detached pieces of cells: Euclidean 28.7 %; with 4, 8, 15, 24
-/// functions 11.6, 15.9, 6.6 and 8.4 %.
+/// Measured on a brush of 16 prongs with 12 sites: share of the volume in detached pieces of cells. It is 28.7 % with
+/// Euclidean distances, and 11.6, 15.9, 6.6, 8.4 % with 4, 8, 15, 24 functions.
 ///
 /// The gap rule keeps 5 on the horse, 7 on a comb of 8 teeth, 15 on the brush, 6 on a cube.
 pub const MODES_DEFAULT: usize = 10;

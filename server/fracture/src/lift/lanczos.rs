@@ -5,9 +5,9 @@
 //! single vector misses); K. Wu & H. Simon, *Thick-restart Lanczos method for large symmetric eigenvalue problems*
 //! (SIAM J. Matrix Anal. Appl. 22, 2000), for the restart.
 //!
-//! Termination: every pass of the loop applies the operator once to a block, and there are at most
-//! [`CYCLES_MAX`] · [`DIMENSION_MAX`] / [`BLOCK`] passes. Orthogonalization is a fixed number of projections. A
-//! NaN ends the iteration at once.
+//! Termination: every pass of the loop applies the operator to one block, and there are at most [`CYCLES_MAX`] ·
+//! [`DIMENSION_MAX`] / [`BLOCK`] passes. Orthogonalization is a fixed number of projections. A NaN ends the iteration
+//! at once.
 
 use super::LiftError;
 use super::basis::{Basis, length};

@@ -40,6 +40,7 @@ struct Wave {
 
 impl SpaceWarp {
     /// Adds a grain: distances along `axis` count `ratio` times less than across it, so cells are that much longer.
+    #[must_use]
     pub fn grain(mut self, axis: Unit<Vector3<f64>>, ratio: f64) -> Self {
         self.grain = Some((axis, ratio));
         self
@@ -50,6 +51,7 @@ impl SpaceWarp {
     /// They bend planes of the reference space. Every wave displaces space perpendicular to its own direction: a shear,
     /// which keeps all volumes, so space folds only at large slopes. With K waves of amplitude A the mean square of a
     /// directional derivative is K·(2πA/λ)²/6: a third for the direction, half for the phase.
+    #[must_use]
     pub fn waves(mut self, length: f64, slope: f64, seed: u64) -> Self {
         let amplitude = slope * length / TAU * (6.0 / WAVES as f64).sqrt();
         let mut random = RandomStream::new(seed, STREAM);
@@ -142,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn space_that_folds_is_refused() {
+    fn folding_warps_are_rejected() {
         let lattice = block([6, 6, 6], 1.0 / 6.0);
         assert!(SpaceWarp::default().waves(0.5, 0.3, 1).lattice(&lattice).is_ok());
         assert!(SpaceWarp::default().waves(0.5, 5.0, 1).lattice(&lattice).is_err());

@@ -85,7 +85,7 @@ pub enum FractureError {
     /// A ray whose direction is zero or not finite.
     #[error("the direction of the ray is zero or not finite; pass a finite one of any length above zero")]
     RayDirection,
-    /// A ray that does not meet the object.
+    /// The ray misses the object.
     #[error(
         "the ray misses the object by {distance_m:.6} m; its point {} is the closest, to the surface point {}. Aim at that point.",
         point(.ray_m), point(.surface_m)
@@ -106,13 +106,13 @@ pub enum FractureError {
     },
     /// The object has no anchors or no gravity, which the effect needs.
     #[error("the object is not prepared for the effect `{}`: give it `anchors` in the scene", .effect.name())]
-    Unheld {
+    AnchorsUnprepared {
         /// Requested effect.
         effect: EffectKind,
     },
     /// The database holds no surface for the effect.
     #[error("the object is not prepared for the effect `{}`: bake it again", .effect.name())]
-    Bare {
+    AttributesUnprepared {
         /// Requested effect.
         effect: EffectKind,
     },
@@ -120,7 +120,7 @@ pub enum FractureError {
     #[error(
         "fragment {fragment} has no skin: the request that made it lacked the effect `skin`; repeat that request with it"
     )]
-    Undressed {
+    SkinUnprepared {
         /// Index of the fragment.
         fragment: u32,
     },

@@ -6,7 +6,7 @@ use super::error::FractureError;
 use super::output::cut::MeshSources;
 use super::output::meshes::FractureMeshes;
 use super::prepared::object::PreparedObject;
-use super::request::context::StrikeContext;
+use super::request::context::RequestContext;
 use super::request::fracture_request::{DegreeRequest, FractureRequest};
 use super::request::stage::Stage;
 use super::result::{Fracture, FractureOutcome, ThresholdReport};
@@ -30,7 +30,7 @@ use crate::tessellation::TessellationWorkspace;
 ///
 /// # Errors
 /// [`FractureError`], naming the contact or the body.
-pub fn strike(context: StrikeContext<'_>, workspace: &mut Workspace) -> Result<FractureOutcome, FractureError> {
+pub fn strike(context: RequestContext<'_>, workspace: &mut Workspace) -> Result<FractureOutcome, FractureError> {
     let begun_s = context.cancel.remaining_s();
     let plan = context.request.planned().degrade_for_budget(context.prepared, begun_s);
     walk(context.with_request(&plan), begun_s, workspace, FractureMeshes::new)
@@ -42,7 +42,7 @@ impl PreparedObject {
     /// # Errors
     /// Those of [`strike`].
     pub fn strike(&self, request: &FractureRequest) -> Result<FractureOutcome, FractureError> {
-        strike(StrikeContext::new(self, request, &CancelToken::default(), &()), &mut Workspace::default())
+        strike(RequestContext::new(self, request, &CancelToken::default(), &()), &mut Workspace::default())
     }
 }
 
@@ -50,19 +50,19 @@ impl PreparedObject {
 ///
 /// `cut` builds fragments from the cells.
 pub(in crate::pipeline) fn walk(
-    context: StrikeContext<'_>,
+    context: RequestContext<'_>,
     begun_s: f64,
     workspace: &mut Workspace,
     cut: impl FnOnce(MeshSources<'_>, &mut TessellationWorkspace) -> Result<FractureMeshes, FractureError>,
 ) -> Result<FractureOutcome, FractureError> {
-    let StrikeContext { prepared, request, cancel, observer } = context;
+    let RequestContext { prepared, request, cancel, observer } = context;
     let gamma_j_m2 = check(prepared, request)?;
     let contacts = {
         let _load = observer.stage(Stage::Load);
         ContactSet::new(prepared, request)?
     };
     apply(context, &contacts, workspace)?;
-    if threshold_bound::will_do(request) {
+    if threshold_bound::is_sufficient(request) {
         let _threshold = observer.stage(Stage::Threshold);
         let below = threshold_bound::below(prepared, request, &contacts, gamma_j_m2, &mut workspace.loads);
         if let Some(e1_over_gamma) = below {
@@ -97,12 +97,12 @@ pub(in crate::pipeline) fn walk(
 
 /// Threshold test: energy densities of the struck bodies, with the values `shares`, and E_1 of each body compared to γ.
 fn tested<'a>(
-    context: StrikeContext<'a>,
+    context: RequestContext<'a>,
     gamma_j_m2: f64,
     energies: &[BodyEnergy],
     shares: &'a mut [Vec<f64>],
 ) -> Result<(Vec<EnergyField<'a>>, ThresholdResult), FractureError> {
-    let StrikeContext { prepared, request, observer, .. } = context;
+    let RequestContext { prepared, request, observer, .. } = context;
     let _threshold = observer.stage(Stage::Threshold);
     let fields = fields(prepared, request, energies, shares)?;
     if request.lift != LiftKind::Euclidean {
@@ -134,12 +134,12 @@ fn fields<'a>(
 
 /// E_1/γ of `contacts` with impulses times `factor` and unchanged weight.
 fn weighed(
-    context: StrikeContext<'_>,
+    context: RequestContext<'_>,
     contacts: &ContactSet,
     factor: f64,
     workspace: &mut Workspace,
 ) -> Result<f64, FractureError> {
-    let StrikeContext { prepared, request, .. } = context;
+    let RequestContext { prepared, request, .. } = context;
     let contacts = ContactSet { peak_force_n: contacts.peak_force_n * factor, ..contacts.clone() };
     let mut energies = strain_energy(context, &contacts, workspace)?;
     let mut shares: Vec<Vec<f64>> = energies.iter_mut().map(|energy| std::mem::take(&mut energy.shares)).collect();

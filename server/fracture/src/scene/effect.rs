@@ -108,11 +108,13 @@ impl EffectSet {
     }
 
     /// The set with `effect`.
+    #[must_use]
     pub fn with(self, effect: EffectKind) -> Self {
         Self(self.0 | 1 << effect as u32)
     }
 
     /// The set without `effect`.
+    #[must_use]
     pub fn without(self, effect: EffectKind) -> Self {
         Self(self.0 & !(1 << effect as u32))
     }

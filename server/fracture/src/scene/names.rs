@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_nearest_name_may_be_one_that_goes_on() {
+    fn a_suggestion_may_extend_the_given_prefix() {
         let keys = ["fragment_size_m", "gamma_j_m2", "gravity_m_s2", "lift"];
         assert_eq!(nearest("gravity", keys), Some("gravity_m_s2"));
         assert_eq!(nearest("fragment_size", keys), Some("fragment_size_m"));
@@ -98,11 +98,14 @@ mod tests {
         let long = "x".repeat(5_000_000);
         for text in [format!("a = 1\nb = {long} y\n"), format!("{long} = 1"), format!("gravity_m_s2 = \"{long}\"")] {
             let error = toml::from_str::<Own>(&text).unwrap_err();
-            let told = toml_error(&text, &error);
-            assert!(told.starts_with("line ") && told.len() < 600 && !told.contains('\n'), "{told}");
+            let message = toml_error(&text, &error);
+            assert!(message.starts_with("line ") && message.len() < 600 && !message.contains('\n'), "{message}");
         }
         let text = "gravity = 9.81\n";
-        let told = toml_error(text, &toml::from_str::<Own>(text).unwrap_err());
-        assert!(told.starts_with("line 1, column 1: ") && told.ends_with("the nearest is `gravity_m_s2`"), "{told}");
+        let message = toml_error(text, &toml::from_str::<Own>(text).unwrap_err());
+        assert!(
+            message.starts_with("line 1, column 1: ") && message.ends_with("the nearest is `gravity_m_s2`"),
+            "{message}"
+        );
     }
 }

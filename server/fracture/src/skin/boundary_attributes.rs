@@ -36,7 +36,7 @@ impl BoundaryAttributes {
                     false => look(skin, nearest.to(place)),
                 }
             };
-            let looks: Vec<([f32; 3], [f32; 2])> = topology.boundary_nodes.par_iter().map(node).collect();
+            let attributes: Vec<([f32; 3], [f32; 2])> = topology.boundary_nodes.par_iter().map(node).collect();
             let face = |nodes: [u32; 3]| {
                 let middle = nodes.iter().map(|&node| lattice.nodes[node as usize].coords).sum::<Vector3<f64>>() / 3.0;
                 let middle = Point3::from(middle);
@@ -50,7 +50,7 @@ impl BoundaryAttributes {
                 true => Vec::new(),
                 false => topology.boundary.par_iter().map(|outer| face(outer.nodes)).collect(),
             };
-            let (normals, uvs): (Vec<_>, Vec<_>) = looks.into_iter().unzip();
+            let (normals, uvs): (Vec<_>, Vec<_>) = attributes.into_iter().unzip();
             Self { normals, uvs: if skin.textured { uvs } else { Vec::new() }, materials }
         };
         bodies.iter().map(|(lattice, topology)| look(lattice, topology)).collect()

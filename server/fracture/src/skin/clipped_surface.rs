@@ -20,7 +20,7 @@ pub struct BlendedVertex {
     /// Weights, sum 1.
     pub weights: [f64; 3],
     /// The vertex among them that belongs to the same fragment as the part.
-    pub home: u32,
+    pub own_vertex: u32,
 }
 
 impl BlendedVertex {
@@ -37,7 +37,7 @@ impl BlendedVertex {
 
     /// The given vertex of the skin.
     fn alone(vertex: u32) -> Self {
-        Self { of: [vertex; 3], weights: [1.0, 0.0, 0.0], home: vertex }
+        Self { of: [vertex; 3], weights: [1.0, 0.0, 0.0], own_vertex: vertex }
     }
 }
 
@@ -125,7 +125,8 @@ impl<F: Fn(u32, u32, u32) -> f64> Cutter<'_, F> {
 
     fn cut_in_three(&mut self, triangle: usize, corners: [u32; 3], labels: [u32; 3]) {
         let weights = self.triple(corners, labels);
-        let middles = [0, 1, 2].map(|k| self.push(labels[k], BlendedVertex { of: corners, weights, home: corners[k] }));
+        let middles =
+            [0, 1, 2].map(|k| self.push(labels[k], BlendedVertex { of: corners, weights, own_vertex: corners[k] }));
         for k in 0..3 {
             let [a, b, c] = [0, 1, 2].map(|i| corners[(k + i) % 3]);
             let (ab, ac, own) = (self.between(a, b)[0], self.between(a, c)[0], self.corner(a));
@@ -170,8 +171,9 @@ impl<F: Fn(u32, u32, u32) -> f64> Cutter<'_, F> {
             None => {
                 let share = self.share(self.point(low), self.point(high));
                 let weights = [1.0 - share, share, 0.0];
-                let sides = [low, high]
-                    .map(|home| self.push(self.label(home), BlendedVertex { of: [low, high, high], weights, home }));
+                let sides = [low, high].map(|own_vertex| {
+                    self.push(self.label(own_vertex), BlendedVertex { of: [low, high, high], weights, own_vertex })
+                });
                 self.cuts.insert([low, high], sides);
                 sides
             }

@@ -77,14 +77,14 @@ impl Skin {
     pub fn of(surface: &Surface, lattices: &[&Lattice], spacing: f64) -> Self {
         let corners = corners(surface);
         let (points, corners, sources) = refine::refine(surface, corners, EDGE_SPACINGS * spacing);
-        let looks = &surface.looks;
-        let materials = match looks.materials.is_empty() {
+        let attributes = &surface.attributes;
+        let materials = match attributes.materials.is_empty() {
             true => Vec::new(),
-            false => sources.iter().map(|&triangle| looks.materials[triangle as usize]).collect(),
+            false => sources.iter().map(|&triangle| attributes.materials[triangle as usize]).collect(),
         };
         let (vertices, triangles) = shared(&corners);
         let spots = spots(&points, lattices);
-        Self { points, spots, vertices, triangles, materials, textured: !looks.uvs.is_empty() }
+        Self { points, spots, vertices, triangles, materials, textured: !attributes.uvs.is_empty() }
     }
 
     /// The three corners of triangle `triangle`, local.
@@ -101,7 +101,7 @@ impl Skin {
         for (point, blend) in clipped.vertices.iter().enumerate() {
             let (place, normal, uv) = blend.of(self);
             part.points.push(place);
-            part.spots.push(self.spots[self.vertices[blend.home as usize].point as usize]);
+            part.spots.push(self.spots[self.vertices[blend.own_vertex as usize].point as usize]);
             part.vertices.push(SkinCorner { point: point as u32, normal, uv });
         }
         if !self.materials.is_empty() {
@@ -121,11 +121,11 @@ impl Skin {
 ///
 /// Missing normals are computed from the surrounding triangles. Normals that point inward are reversed.
 fn corners(surface: &Surface) -> Vec<[RefinedCorner; 3]> {
-    let looks = &surface.looks;
-    let creased = if looks.normals.is_empty() { normals::creased(surface) } else { Vec::new() };
+    let attributes = &surface.attributes;
+    let creased = if attributes.normals.is_empty() { normals::creased(surface) } else { Vec::new() };
     let of = |triangle: usize| {
         let normals = if creased.is_empty() { outward(surface, triangle) } else { creased[triangle] };
-        let uvs = looks.uvs.get(triangle).copied().unwrap_or([[0.0; 2]; 3]);
+        let uvs = attributes.uvs.get(triangle).copied().unwrap_or([[0.0; 2]; 3]);
         let points = surface.triangles[triangle];
         [0, 1, 2].map(|k| RefinedCorner { point: points[k], normal: normals[k], uv: uvs[k] })
     };
@@ -135,7 +135,7 @@ fn corners(surface: &Surface) -> Vec<[RefinedCorner; 3]> {
 /// The file's normals of a triangle on its outer side. Normals of triangles that the repair reversed are reversed, too.
 fn outward(surface: &Surface, triangle: usize) -> [[f32; 3]; 3] {
     let area = area_vector(&surface.corners(triangle));
-    let own = surface.looks.normals[triangle];
+    let own = surface.attributes.normals[triangle];
     let along: f64 = own.iter().map(|normal| (0..3).map(|k| f64::from(normal[k]) * area[k]).sum::<f64>()).sum();
     if along < 0.0 { own.map(|normal| normal.map(|x| -x)) } else { own }
 }
@@ -164,13 +164,14 @@ fn spots(points: &[Point3<f64>], lattices: &[&Lattice]) -> Vec<SkinPoint> {
         let inside = (0..lattices.len())
             .filter(holds)
             .find_map(|body| Some(SkinPoint { body: body as u32, place: locators[body].containing(point, None)? }));
-        inside.or_else(|| nearest(point, &locators, &boxes)).unwrap_or(NOWHERE)
+        inside.or_else(|| nearest(point, &locators, &boxes)).unwrap_or(UNLOCATED_POINT)
     };
     points.par_iter().map(spot).collect()
 }
 
 /// Position in an object without lattices.
-const NOWHERE: SkinPoint = SkinPoint { body: 0, place: LatticePoint { tet: 0, barycentric: [1.0, 0.0, 0.0, 0.0] } };
+const UNLOCATED_POINT: SkinPoint =
+    SkinPoint { body: 0, place: LatticePoint { tet: 0, barycentric: [1.0, 0.0, 0.0, 0.0] } };
 
 fn nearest(point: &Point3<f64>, locators: &[Locator], boxes: &[[Point3<f64>; 2]]) -> Option<SkinPoint> {
     let mut best: Option<(f64, usize)> = None;

@@ -28,7 +28,7 @@ pub(super) fn refine(
     let mut points = surface.positions.clone();
     let mut sources: Vec<u32> = (0..triangles.len() as u32).collect();
     loop {
-        let middles = halve(&mut points, &triangles, longest);
+        let middles = split_edge(&mut points, &triangles, longest);
         // Every halved edge adds a triangle on each of its sides.
         if middles.is_empty() || triangles.len() + 2 * middles.len() > TRIANGLES_MAX {
             return (points, triangles, sources);
@@ -43,7 +43,7 @@ pub(super) fn refine(
 }
 
 /// Adds the midpoints of all edges longer than `longest`. Returns the point of each edge.
-fn halve(points: &mut Vec<Point3<f64>>, triangles: &[[RefinedCorner; 3]], longest: f64) -> HashMap<[u32; 2], u32> {
+fn split_edge(points: &mut Vec<Point3<f64>>, triangles: &[[RefinedCorner; 3]], longest: f64) -> HashMap<[u32; 2], u32> {
     let mut middles = HashMap::new();
     for triangle in triangles {
         for k in 0..3 {

@@ -2,16 +2,16 @@
 //!
 //! Based on: P. R. Amestoy, T. A. Davis & I. S. Duff, *An approximate minimum degree ordering algorithm* (SIAM J.
 //! Matrix Anal. Appl. 17, 1996), applied to the graph of nodes and expanded to their components (same fill, about half
-//! the time). The supernodal factorization and both triangular solves are faer's.
+//! the time). faer computes the supernodal factorization and both triangular solves.
 //!
-//! A single-precision factor takes half the memory. A solve with it takes about half the time, because reading
-//! the factor dominates. It leaves a relative residual of about 1e-5 (A. Buttari, J. Dongarra, J. Kurzak, P.
-//! Luszczek & S. Tomov, *Using mixed precision for sparse matrix computations*, ACM TOMS 34, 2008). Callers that
-//! need less refine iteratively.
+//! A single-precision factor takes half the memory. A solve with it takes about half the time, because reading the
+//! factor dominates. Its relative residual is about 1e-5; callers that need a smaller one refine the solution
+//! iteratively (A. Buttari, J. Dongarra, J. Kurzak, P. Luszczek & S. Tomov, *Using mixed precision for sparse matrix
+//! computations*, ACM TOMS 34, 2008).
 //!
 //! Every call is sequential, so results do not depend on the number of threads. Callers parallelize across right-hand
-//! sides or bodies. faer picks its dense kernels by the processor's vector width and caches, so the last bits of a
-//! factor can differ between unlike machines.
+//! sides or bodies. faer selects its dense kernels by the processor's vector width and caches, so the last bits of a
+//! factor can differ between machines.
 
 use super::{SparseError, SymmetricMatrix};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};

@@ -12,6 +12,7 @@ pub use symmetric::SymmetricMatrix;
 
 /// Error while building or factoring a matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SparseError {
     /// The matrix has no rows.
     #[error("the matrix has no rows")]

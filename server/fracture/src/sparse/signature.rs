@@ -1,13 +1,13 @@
-//! Number of negative eigenvalues of a symmetric matrix, counted without computing any of them.
+//! Number of negative eigenvalues of a symmetric matrix, without computing eigenvalues.
 //!
 //! Based on: J. J. Sylvester's law of inertia (*A demonstration of the theorem that every homogeneous quadratic
 //! polynomial is reducible by real orthogonal substitutions …*, Philosophical Magazine 4, 1852); N. J. Higham,
 //! *Accuracy and Stability of Numerical Algorithms* (2002), theorem 9.3.
 //!
 //! By that theorem, elimination without pivoting yields the exact factors of A + E with |E| ≤ γ |L||D||Lᵀ| entry by
-//! entry. γ is the number of terms of the longest row times the unit roundoff. With weights W on the diagonal and B =
-//! W^(−½)|L||D|^½ follows ‖W^(−½) E W^(−½)‖ ≤ γ ‖B‖² ≤ γ ‖B‖₁ ‖B‖_∞. One pass over the factor finds both norms and the
-//! signs of the pivots.
+//! entry. Here γ is the number of terms in the longest row times the unit roundoff. Let W be a diagonal matrix of
+//! weights and B = W^(−½)|L||D|^½. Then ‖W^(−½) E W^(−½)‖ ≤ γ ‖B‖² ≤ γ ‖B‖₁ ‖B‖_∞. One pass over the factor computes
+//! both norms and the signs of the pivots.
 
 use super::cholesky::Lower;
 use super::{SymbolicFactor, SymmetricMatrix};

@@ -67,7 +67,7 @@ impl CrackSheets {
         }
         let mut defects = Vec::new();
         degenerate.report(DefectKind::DegenerateTriangles, "left out of the cracks", &mut defects);
-        repeated.report(DefectKind::DuplicateTriangles, "once among the cracks", &mut defects);
+        repeated.report(DefectKind::DuplicateTriangles, "duplicates dropped from the cracks", &mut defects);
         Ok(Self {
             tree: TriangleTree::new(&triangles),
             rim: OpenEdges::new(&triangles),
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_sheet_is_refused_by_name() {
+    fn invalid_sheets_are_rejected_by_name() {
         assert!(matches!(refused(|raw| raw.triangles.clear()), SurfaceError::Empty { .. }));
         assert!(matches!(refused(|raw| raw.positions_m[5].x = 1e9), SurfaceError::FarVertex { vertex: 5 }));
         assert!(matches!(refused(|raw| raw.triangles[1][2] = 8), SurfaceError::VertexOutOfBounds { face: 1, .. }));

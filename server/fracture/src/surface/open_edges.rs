@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn seams_and_meetings_are_no_ends() {
+    fn seams_and_junctions_are_not_open_edges() {
         let (left, right) = (flat([-0.6, 0.0], [-0.6, 0.6], 0.0), flat([0.0, 0.6], [-0.7, 0.5], 0.0));
         check(&[left, right], [0.0, 0.1, 0.02], 0.03);
         let upright = [[0.0, -0.6, -0.6], [0.0, 0.6, -0.6], [0.0, 0.6, 0.6], [0.0, -0.6, 0.6]];

@@ -118,13 +118,13 @@ pub struct RawMesh {
     /// Relative rounding error of the stored coordinates: [`SINGLE`] or [`DOUBLE`].
     pub rounding: f64,
     /// Normals, texture coordinates and materials of the triangles.
-    pub looks: TriangleAttributes,
+    pub attributes: TriangleAttributes,
 }
 
 impl RawMesh {
     /// Creates a mesh in double precision without attributes.
     pub fn new(positions_m: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Self {
-        Self { positions_m, triangles, faces: Vec::new(), rounding: DOUBLE, looks: TriangleAttributes::default() }
+        Self { positions_m, triangles, faces: Vec::new(), rounding: DOUBLE, attributes: TriangleAttributes::default() }
     }
 
     /// Face of the file that `triangle` was cut from.
@@ -175,7 +175,7 @@ impl RawMesh {
             *point = turned * meters;
         }
         if up == UpAxis::Z {
-            self.looks.normals.iter_mut().flatten().for_each(|[x, y, z]| [*x, *y, *z] = [*x, *z, -*y]);
+            self.attributes.normals.iter_mut().flatten().for_each(|[x, y, z]| [*x, *y, *z] = [*x, *z, -*y]);
         }
     }
 }

@@ -42,7 +42,7 @@ fn the_horse_is_inside_out_and_touches_itself() {
 }
 
 #[test]
-fn the_cow_has_a_bow_tie() {
+fn the_cow_mesh_has_a_bow_tie_vertex() {
     check("cow.obj", |_| {}, &[(SelfIntersection, 71), (NonManifoldVertex, 1)], 0.0260778);
 }
 

@@ -105,22 +105,22 @@ mod tests {
     }
 
     #[test]
-    fn what_is_told_of_some_triangles_alone_is_left_out() {
+    fn attributes_of_only_some_triangles_are_dropped() {
         let fitting = full().fitting(2);
         assert_eq!(fitting.normals[1], [[1.0, 0.0, 0.0]; 3]);
         assert_eq!((fitting.uvs.len(), fitting.materials.len()), (2, 2));
         let lost = vec![("normals", 2), ("texture coordinates", 2), ("materials", 2)];
         assert_eq!(full().fitting(3), TriangleAttributes { lost, ..TriangleAttributes::default() });
-        let spoilt = |spoil: fn(&mut TriangleAttributes)| {
-            let mut looks = full();
-            spoil(&mut looks);
-            looks.fitting(2)
+        let damaged = |damage: fn(&mut TriangleAttributes)| {
+            let mut attributes = full();
+            damage(&mut attributes);
+            attributes.fitting(2)
         };
-        assert!(spoilt(|looks| looks.normals[1][2] = [0.0; 3]).normals.is_empty());
-        assert_eq!(spoilt(|looks| looks.normals[1][2] = [0.0; 3]).lost, [("normals", 1)]);
-        assert!(spoilt(|looks| looks.uvs[0][0][1] = f32::NAN).uvs.is_empty());
-        assert!(spoilt(|looks| looks.uvs[0][0][1] = 1e38).uvs.is_empty());
-        assert!(spoilt(|looks| looks.materials[0] = 2).names.is_empty());
+        assert!(damaged(|attributes| attributes.normals[1][2] = [0.0; 3]).normals.is_empty());
+        assert_eq!(damaged(|attributes| attributes.normals[1][2] = [0.0; 3]).lost, [("normals", 1)]);
+        assert!(damaged(|attributes| attributes.uvs[0][0][1] = f32::NAN).uvs.is_empty());
+        assert!(damaged(|attributes| attributes.uvs[0][0][1] = 1e38).uvs.is_empty());
+        assert!(damaged(|attributes| attributes.materials[0] = 2).names.is_empty());
     }
 
     #[test]

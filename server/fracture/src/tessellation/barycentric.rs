@@ -65,7 +65,7 @@ pub fn on_edge(h: [f64; 2], margin: f64) -> [f64; 2] {
 /// The barycenter without a unique zero.
 pub fn on_face(h: [[f64; 3]; 2]) -> [f64; 3] {
     let minor = |i: usize, j: usize| h[0][i] * h[1][j] - h[0][j] * h[1][i];
-    normalised([minor(1, 2), minor(2, 0), minor(0, 1)])
+    normalized([minor(1, 2), minor(2, 0), minor(0, 1)])
 }
 
 /// The common zero of three linear functions on a tetrahedron, given by their values at its nodes, moved inside the
@@ -77,11 +77,11 @@ pub fn in_tet(h: [[f64; 4]; 3]) -> [f64; 4] {
         let pair = |p: usize, q: usize| h[1][p] * h[2][q] - h[1][q] * h[2][p];
         h[0][i] * pair(j, k) - h[0][j] * pair(i, k) + h[0][k] * pair(i, j)
     };
-    normalised([minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2)])
+    normalized([minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2)])
 }
 
 /// Converts homogeneous coordinates to barycentric ones inside the margin.
-fn normalised<const N: usize>(homogeneous: [f64; N]) -> [f64; N] {
+fn normalized<const N: usize>(homogeneous: [f64; N]) -> [f64; N] {
     let sum: f64 = homogeneous.iter().sum();
     let magnitude: f64 = homogeneous.iter().map(|x| x.abs()).sum();
     if sum.is_finite() && sum.abs() > DEGENERATE * magnitude {
@@ -98,13 +98,13 @@ pub fn kept_inside<const N: usize>(point: [f64; N]) -> [f64; N] {
     if point.iter().all(|&x| x >= MARGIN) {
         return point;
     }
-    let room = 1.0 - N as f64 * MARGIN;
+    let free_weight = 1.0 - N as f64 * MARGIN;
     let mut sorted = point.map(|x| x - MARGIN);
     sorted.sort_unstable_by(|a, b| b.total_cmp(a));
     let (mut sum, mut shift) = (0.0, 0.0);
     for (count, &value) in sorted.iter().enumerate() {
         sum += value;
-        let candidate = (sum - room) / (count + 1) as f64;
+        let candidate = (sum - free_weight) / (count + 1) as f64;
         if value > candidate {
             shift = candidate;
         }

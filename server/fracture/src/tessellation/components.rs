@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reused_splitter_answers_as_a_fresh_one() {
+    fn a_reused_splitter_gives_the_same_components() {
         let lattice = block([3, 3, 3], 0.1);
         let topology = Topology::new(&lattice);
         let mut reused = Components::default();

@@ -1,6 +1,6 @@
 //! Simplices of one dimension with crack points, and the points.
 
-use super::index_set::IndexSet;
+use super::index_selection::IndexSet;
 use nalgebra::Point3;
 use rayon::prelude::*;
 

@@ -8,12 +8,12 @@ const GRAIN: usize = 4096;
 
 /// Transformation from local coordinates to those of the result.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Transform {
+pub struct LocalToMeters {
     /// Meters per local unit: the object's bounding-box diagonal.
     pub meters_per_unit: f64,
 }
 
-impl Transform {
+impl LocalToMeters {
     /// `point` relative to `center`, both local, in meters.
     fn apply(&self, point: &Point3<f64>, center: &Point3<f64>) -> Vector3<f64> {
         (point - center) * self.meters_per_unit
@@ -54,7 +54,7 @@ impl HostFrame for MeterFrame {
 struct Writer<'a, H> {
     tessellation: &'a Tessellation,
     centers: &'a [Point3<f64>],
-    transform: Transform,
+    transform: LocalToMeters,
     host: &'a H,
 }
 
@@ -90,7 +90,7 @@ impl Tessellation {
     pub fn emit(
         &self,
         centers: &[Point3<f64>],
-        transform: Transform,
+        transform: LocalToMeters,
         positions: &mut [[f32; 3]],
         indices: &mut [u32],
         merges: &mut [[u32; 2]],
@@ -106,7 +106,7 @@ impl Tessellation {
         &self,
         host: &impl HostFrame,
         centers: &[Point3<f64>],
-        transform: Transform,
+        transform: LocalToMeters,
         positions: &mut [[f32; 3]],
         indices: &mut [u32],
         merges: &mut [[u32; 2]],

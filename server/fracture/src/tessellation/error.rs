@@ -2,6 +2,7 @@
 
 /// An input that does not belong to the lattice, or memory of the wrong size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TessellationError {
     /// The number of labels differs from that of the lattice's nodes.
     #[error("{labels} labels for {nodes} lattice nodes; one per node is needed")]

@@ -1,27 +1,28 @@
 //! Tessellation: closed fragment meshes from labels on a lattice.
 //!
-//! [`Topology`] is prepared once per body. [`components`] turns cells into connected fragments, and [`crack_points`]
-//! computes the points at which their boundaries cross the lattice. [`tessellate`] counts and connects, and
-//! [`Tessellation::emit`] writes the result into memory of the caller. Every step has a variant that reuses the memory
-//! of earlier calls.
+//! [`Topology`] is prepared once per body. [`components`] divides cells into connected fragments, and [`crack_points`]
+//! computes the points at which their boundaries cross the lattice. [`tessellate`] counts vertices and triangles and
+//! connects them. [`Tessellation::emit`] writes the result into the caller's memory. Every step has a variant that
+//! reuses the memory of earlier calls.
 //!
 //! Guarantee: for any labels and lift, every fragment is a closed, oriented 2-manifold of positive volume, provided
 //! that the lattice's own boundary is a 2-manifold.
 //!
-//! - Connectivity depends on labels only.
+//! - The connectivity depends only on the labels.
 //! - No two crack points coincide, because each stays inside its simplex by [`MARGIN`].
-//! - Quadrilaterals are split so that the part of each label in each tetrahedron is positive for any positions of its
-//!   points.
-//! - Crack polygons are computed once for both of their fragments, so the fragments' volumes add up to the lattice's.
+//! - Quadrilaterals are split so that, in each tetrahedron, the volume of each label is positive for any positions of
+//!   its crack points.
+//! - Each crack polygon is computed once for both of its fragments, so the fragments' volumes add up to the
+//!   lattice's.
 //!
-//! The caller is responsible for fixed points and their positions.
+//! The guarantee does not cover positions that the caller supplies as fixed points.
 
 mod barycentric;
 mod components;
 mod cut;
 mod emit;
 mod error;
-mod index_set;
+mod index_selection;
 mod outer;
 mod pattern;
 mod points;
@@ -38,7 +39,7 @@ mod tests;
 
 pub use barycentric::MARGIN;
 pub use components::{Components, components};
-pub use emit::{HostFrame, MeterFrame, Transform};
+pub use emit::{HostFrame, LocalToMeters, MeterFrame};
 pub use error::TessellationError;
 pub use outer::{OuterVertex, outer_vertices};
 pub use points::{BisectorSites, CrackPoints, FixedPoints, crack_points};

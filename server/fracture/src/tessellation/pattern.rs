@@ -225,13 +225,13 @@ mod tests {
         }
     }
 
-    fn labellings() -> impl Iterator<Item = [u32; 4]> {
+    fn labelings() -> impl Iterator<Item = [u32; 4]> {
         (0..256).map(|code| [code & 3, code >> 2 & 3, code >> 4 & 3, code >> 6 & 3])
     }
 
     #[test]
     fn every_polygon_separates_the_labels_of_its_edge() {
-        for labels in labellings() {
+        for labels in labelings() {
             for polygon in PATTERNS[mask(labels) as usize].polygons() {
                 let [from, to] = EDGES[polygon.edge as usize];
                 assert_ne!(labels[from], labels[to]);
@@ -249,7 +249,7 @@ mod tests {
 
     #[test]
     fn the_polygons_border_each_label_without_gaps() {
-        for labels in labellings() {
+        for labels in labelings() {
             let pattern = &PATTERNS[mask(labels) as usize];
             let distinct = (0..4).filter(|&k| !labels[..k].contains(&labels[k])).count();
             assert_eq!(pattern.polygons().is_empty(), distinct == 1);

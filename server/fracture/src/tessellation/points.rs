@@ -6,7 +6,7 @@
 
 use super::barycentric::{edge_margin, in_tet, on_edge, on_face, preference};
 use super::cut::{CutSimplices, GRAIN};
-use super::index_set::IndexSet;
+use super::index_selection::IndexSet;
 use super::pattern::{ALL_CUT, FACE_MASKS, mask};
 use super::{TessellationError, Topology};
 use crate::lattice::Lattice;

@@ -116,13 +116,13 @@ impl Ranks {
         });
     }
 
-    fn for_each_merge(&self, input: Input<'_>, mut tell: impl FnMut(MergePair)) {
-        self.edge_merges(input, &mut tell);
-        self.face_merges(input, &mut tell);
-        self.tet_merges(input, &mut tell);
+    fn for_each_merge(&self, input: Input<'_>, mut visit: impl FnMut(MergePair)) {
+        self.edge_merges(input, &mut visit);
+        self.face_merges(input, &mut visit);
+        self.tet_merges(input, &mut visit);
     }
 
-    fn edge_merges(&self, input: Input<'_>, tell: &mut impl FnMut(MergePair)) {
+    fn edge_merges(&self, input: Input<'_>, visit: &mut impl FnMut(MergePair)) {
         for (slot, &edge) in input.points.edges.simplices.iter().enumerate() {
             if !input.topology.boundary_edge[edge as usize] {
                 continue;
@@ -131,7 +131,7 @@ impl Ranks {
             for own in 0..2 {
                 let side = side(labels[own], labels[1 - own]);
                 let from = RunVertex { sheet: input.sheets.of_edge[slot], side, rank: self.edge[slot] };
-                tell(MergePair {
+                visit(MergePair {
                     from,
                     to: RunVertex { sheet: labels[own], side: 0, rank: self.edge_outer[slot][own] },
                 });
@@ -139,7 +139,7 @@ impl Ranks {
         }
     }
 
-    fn face_merges(&self, input: Input<'_>, tell: &mut impl FnMut(MergePair)) {
+    fn face_merges(&self, input: Input<'_>, visit: &mut impl FnMut(MergePair)) {
         for (slot, &face) in input.points.faces.simplices.iter().enumerate() {
             let labels = input.topology.faces[face as usize].map(|node| input.labels[node as usize]);
             let outer = input.topology.boundary_face[face as usize];
@@ -147,17 +147,17 @@ impl Ranks {
             let meeting = Meeting { labels: &labels, edges: &FACE_EDGES, sheets: &sheets, ranks: &self.face[slot] };
             for (own, (&sheet, &rank)) in labels.iter().zip(&self.face_outer[slot]).enumerate() {
                 let to = RunVertex { sheet, side: 0, rank };
-                meeting.merge_into(own, if outer { to } else { meeting.first_run(own) }, tell);
+                meeting.merge_into(own, if outer { to } else { meeting.first_run(own) }, visit);
             }
         }
     }
 
-    fn tet_merges(&self, input: Input<'_>, tell: &mut impl FnMut(MergePair)) {
+    fn tet_merges(&self, input: Input<'_>, visit: &mut impl FnMut(MergePair)) {
         for (&tet, ranks) in input.points.tets.simplices.iter().zip(&self.tet) {
             let labels = input.lattice.tets[tet as usize].map(|node| input.labels[node as usize]);
             let sheets = input.tet_sheets(tet);
             let meeting = Meeting { labels: &labels, edges: &EDGES, sheets: &sheets, ranks };
-            (0..4).for_each(|own| meeting.merge_into(own, meeting.first_run(own), tell));
+            (0..4).for_each(|own| meeting.merge_into(own, meeting.first_run(own), visit));
         }
     }
 
@@ -234,7 +234,7 @@ impl Meeting<'_> {
     }
 
     /// Merges the point's vertices in all cracks of corner `own`, except that of `to`, into `to`.
-    fn merge_into(&self, own: usize, to: RunVertex, tell: &mut impl FnMut(MergePair)) {
-        self.runs(own).filter(|(_, from)| from.sheet != to.sheet).for_each(|(_, from)| tell(MergePair { from, to }));
+    fn merge_into(&self, own: usize, to: RunVertex, visit: &mut impl FnMut(MergePair)) {
+        self.runs(own).filter(|(_, from)| from.sheet != to.sheet).for_each(|(_, from)| visit(MergePair { from, to }));
     }
 }

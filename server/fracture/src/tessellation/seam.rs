@@ -1,16 +1,17 @@
-//! Seams: points of new cracks on earlier ones, placed so that the earlier cracks do not move.
+//! Seams: points where new cracks meet earlier ones, placed so that the earlier cracks do not move.
 //!
-//! Ours. A fragment of an earlier labeling is divided, and the other fragments stay.
+//! The method is ours. One fragment of an earlier labeling is divided into children; the other fragments stay as they
+//! are.
 //!
-//! - Edge points between it and the others are those of the earlier cracks.
-//! - On a face with two children and another fragment, the point is on the segment in which the earlier crack crossed
+//! - On an edge between a child and another fragment, the point is that of the earlier crack.
+//! - On a face with two children and another fragment, the point is on the segment in which the earlier crack crosses
 //!   the face.
 //! - In a tetrahedron with three children and another fragment, the point is on the triangle of the earlier crack.
 //! - In a tetrahedron with two children and two other fragments, the point is moved so that the earlier fragment's part
 //!   keeps its volume.
 //!
-//! The children's volumes then add up to the earlier fragment's, provided that the four edge points of every
-//! tetrahedron that an earlier crack halves are coplanar. They are if one bisector determined them.
+//! The children's volumes then add up to the fragment's, on one condition: in every tetrahedron that an earlier crack
+//! divides two nodes from two, its four edge points are coplanar. They are if one bisector determined them.
 
 use super::barycentric::{on_edge, on_face};
 use super::cut::NONE;

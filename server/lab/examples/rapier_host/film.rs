@@ -8,6 +8,10 @@ pub struct Shell {
     pub positions: Vec<[f32; 3]>,
     pub outer: Vec<[u32; 3]>,
     pub cracks: Vec<[u32; 3]>,
+    /// Normals of the positions; none without the effect `normals`.
+    pub normals: Vec<[f32; 3]>,
+    /// The center of mass in the coordinates of the mesh file, m.
+    pub center_m: [f32; 3],
 }
 
 /// Appearance of an actor.
@@ -97,7 +101,7 @@ impl Shell {
         Self {
             positions: (0..8).map(|corner| [0, 1, 2].map(|axis| sign(corner, axis))).collect(),
             outer: quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
-            cracks: Vec::new(),
+            ..Self::default()
         }
     }
 
@@ -118,7 +122,7 @@ impl Shell {
                 .map(|(r, k)| point(r, k))
                 .collect(),
             outer: quads.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
-            cracks: Vec::new(),
+            ..Self::default()
         }
     }
 }

@@ -1,6 +1,8 @@
 //! Parts of the host, and its main loop.
 
+mod close_up;
 mod film;
+mod glaze;
 mod glb;
 mod pictures;
 mod prototype;
@@ -8,11 +10,13 @@ mod service;
 mod set;
 mod strikes;
 mod tally;
+mod vessel;
 mod world;
 
 use film::Film;
 use prototype::Prototype;
-use service::Keeper;
+use service::DaemonSupervisor;
+use set::Set;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use strikes::Strikes;
@@ -22,15 +26,15 @@ use world::World;
 /// Error of the host, as text.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 
-/// Steps per simulated second.
-const RATE_HZ: u32 = 120;
-
 /// Number of steps per picture of the film.
 const FILM_STEPS: u32 = 4;
 
 /// Headless Rapier simulation whose bodies break
 #[derive(clap::Parser)]
 pub struct Options {
+    /// Set of the simulation
+    #[arg(long, value_enum, default_value = "shelves")]
+    set: Set,
     /// Duration of the simulation in seconds
     #[arg(long, default_value_t = 10.0)]
     seconds: f64,
@@ -58,18 +62,26 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<serde_json::Value, Failure> {
     std::fs::create_dir_all(&options.out)?;
     let databases = options.databases.clone().unwrap_or_else(|| options.out.join("databases"));
-    let place = service::provide(options.shatterd.clone(), &databases, options.service.clone())?;
-    let mut keeper = Keeper::new(place);
-    let line = keeper.first()?;
+    let place = service::provide(options.set, options.shatterd.clone(), &databases, options.service.clone())?;
+    let mut supervisor = DaemonSupervisor::new(place);
+    let line = supervisor.first()?;
     let prototypes: Vec<Prototype> = line.objects.iter().map(Prototype::of).collect::<Result<_, _>>()?;
-    let steps = (options.seconds * f64::from(RATE_HZ)).round() as u32;
+    let steps = (options.seconds * f64::from(options.set.rate_hz())).round() as u32;
     // The same set without fracture, for comparison of the step times.
     let whole = played(&prototypes, None, steps, options);
-    let broken = played(&prototypes, Some(Strikes::new(line, &mut keeper)), steps, options);
-    keeper.end();
-    let (tally, film) = &broken;
+    let result =
+        played(&prototypes, Some(Strikes::new(line, &mut supervisor, options.set == Set::Vase)), steps, options);
+    supervisor.end();
+    let (tally, film) = &result;
     std::fs::write(options.out.join("film.glb"), glb::bytes(film)?)?;
-    std::fs::write(options.out.join("film.png"), pictures::sheet(film, options.seconds)?)?;
+    match options.set {
+        Set::Shelves => std::fs::write(options.out.join("film.png"), pictures::sheet(film, options.seconds)?)?,
+        Set::Vase => {
+            let [still, animation] = close_up::pictures(film)?;
+            std::fs::write(options.out.join("vase.png"), still)?;
+            std::fs::write(options.out.join("vase-film.png"), animation)?;
+        }
+    }
     std::fs::write(options.out.join("steps.svg"), tally.plot(&whole.0)?)?;
     let summary = tally.summary(&whole.0, film);
     std::fs::write(options.out.join("summary.json"), format!("{summary:#}\n"))?;
@@ -78,9 +90,9 @@ pub fn run(options: &Options) -> Result<serde_json::Value, Failure> {
 
 /// One run of the set, with fracture if there are `strikes`.
 fn played(prototypes: &[Prototype], mut strikes: Option<Strikes<'_>>, steps: u32, options: &Options) -> (Tally, Film) {
-    let dt_s = 1.0 / f64::from(RATE_HZ);
+    let dt_s = 1.0 / f64::from(options.set.rate_hz());
     let (mut film, mut tally) = (Film::default(), Tally::default());
-    let mut world = World::new(prototypes, dt_s, &mut film);
+    let mut world = World::new(prototypes, options.set, &mut film);
     tally.begin(&world);
     let begun = Instant::now();
     for step in 0..steps {

@@ -50,12 +50,12 @@ fn is_near(key: &Key) -> bool {
 }
 
 /// Whether an actor is the floor, which is the ground of the picture.
-fn is_floor(actor: &Actor) -> bool {
+pub fn is_floor(actor: &Actor) -> bool {
     actor.look == Look::Ground && actor.keys.iter().all(|key| key.place_m[1] < 0.0)
 }
 
 /// Mesh of an actor about its center.
-fn paint(actor: &Actor) -> DrawnMesh {
+pub fn paint(actor: &Actor) -> DrawnMesh {
     let (outer, crack) = match actor.look {
         Look::Piece(number) => (fragment_color(number), crack_color(number)),
         Look::Steel => [Color::oklch(0.45, 0.01, 250.0); 2].into(),
@@ -65,10 +65,16 @@ fn paint(actor: &Actor) -> DrawnMesh {
     let positions = shell.positions.iter().map(|&point| Point3::from(point)).collect();
     let triangles: Vec<[u32; 3]> = shell.outer.iter().chain(&shell.cracks).copied().collect();
     let first_crack = shell.outer.len();
-    DrawnMesh::paint(positions, triangles, CREASE_DEG, |triangle, _| if triangle < first_crack { outer } else { crack })
+    let color = |triangle, _| if triangle < first_crack { outer } else { crack };
+    let mut mesh = DrawnMesh::paint(positions, triangles, CREASE_DEG, color);
+    let vertices = mesh.triangles.as_flattened().iter().zip(mesh.corners.as_flattened_mut());
+    for (vertex, corner) in vertices.filter(|_| !shell.normals.is_empty()) {
+        corner.normal = Vector3::from(shell.normals[*vertex as usize]);
+    }
+    mesh
 }
 
-fn moved(mesh: &DrawnMesh, key: &Key) -> DrawnMesh {
+pub fn moved(mesh: &DrawnMesh, key: &Key) -> DrawnMesh {
     let [x, y, z, w] = key.turn;
     let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
     let mut mesh = mesh.clone();

@@ -12,7 +12,7 @@ use std::time::Duration;
 const PARTS: u32 = 16;
 
 /// Time for the service to reply to one of these requests.
-const PATIENCE: Duration = Duration::from_secs(30);
+const TIMEOUT: Duration = Duration::from_secs(30);
 
 /// Speed of the impact of the threshold request, m/s.
 const SPEED_M_S: f64 = 3.0;
@@ -74,16 +74,17 @@ impl Prototype {
 fn whole(facts: &ObjectFacts, object: &Object) -> Result<Block, Failure> {
     let impact = Impact::new([Contact::new(facts.center_m).impulse([0.0, -1.0, 0.0]).radius(facts.diagonal_m)]);
     let impact = impact.degree(DegreeRule::Sites(PARTS)).enable(Effect::Hulls);
-    let broken: FractureResult = object.strike(&impact)?.wait(Deadline::after(PATIENCE))?;
-    let parts: Vec<Block> = broken.fragments().map(|fragment| block(&fragment)).collect();
+    let result: FractureResult = object.strike(&impact)?.wait(Deadline::after(TIMEOUT))?;
+    let parts: Vec<Block> = result.fragments().map(|fragment| block(&fragment)).collect();
     let mass_kg: f64 = parts.iter().map(|part| part.mass_kg).sum();
     let moment: Vector3<f64> = parts.iter().map(|part| Vector3::from(part.center_m) * part.mass_kg).sum();
     let center = moment / mass_kg;
     let inertia: Matrix3<f64> = parts.iter().map(|part| about(part, &center)).sum();
     // The visible mesh is the closed object in one piece, because each of the pieces is rounded about its own center.
-    let one = object.strike(&object.even(1, Deadline::after(PATIENCE))?)?.wait(Deadline::after(PATIENCE))?;
-    let mut shell = Shell::default();
+    let one = object.strike(&object.even(1, Deadline::after(TIMEOUT))?)?.wait(Deadline::after(TIMEOUT))?;
+    let mut shell = Shell { center_m: center.cast::<f32>().into(), ..Shell::default() };
     for fragment in one.fragments() {
+        shell.normals.extend_from_slice(fragment.normals());
         let moved = (Vector3::from(fragment.center_m()) - center).cast::<f32>();
         fragment
             .runs()
@@ -122,7 +123,8 @@ pub fn block(fragment: &Fragment<'_>) -> Block {
     });
     // Fragments too flat for a hull from the service get a thickness of one millimeter.
     let flat = || SharedShape::round_convex_hull(&fragment.positions().iter().map(place).collect::<Vec<_>>(), 5e-4);
-    let mut shell = Shell::default();
+    let (center, normals) = (center_m.map(|x| x as f32), fragment.normals().to_vec());
+    let mut shell = Shell { center_m: center, normals, ..Shell::default() };
     for run in fragment.runs() {
         shell.add(run.positions, run.indices, [0.0; 3], run.vertex_first, run.is_crack);
     }
@@ -159,7 +161,7 @@ fn weakest(object: &Object, block: &Block, own: ContactBody) -> Result<f64, Fail
         impulse_ns[axis] = -sign;
         let impact =
             Impact::new([Contact::new(point_m).impulse(impulse_ns).duration(hertz.duration_s).radius(hertz.radius_m)]);
-        let answer = object.strike(&impact.threshold_only())?.wait(Deadline::after(PATIENCE))?;
+        let answer = object.strike(&impact.threshold_only())?.wait(Deadline::after(TIMEOUT))?;
         least_ns = least_ns.min(answer.summary().threshold_impulse_factor);
     }
     Ok(least_ns)

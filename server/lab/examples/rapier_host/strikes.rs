@@ -1,16 +1,20 @@
-//! Requests in flight. Nothing here waits: requests are sent, tickets are polled, and connections come from the keeper's thread.
+//! Requests in flight. Nothing here waits, but for the film of the vase: requests are sent, tickets are polled, and connections come from
+//! the keeper's thread.
 
 use super::film::Film;
 use super::prototype::block;
-use super::service::{Keeper, Line, kill};
+use super::service::{DaemonSupervisor, ServiceLink, kill};
 use super::tally::{Step, Tally};
-use super::world::{Birth, Piece, World};
-use shatter_client::{Effect, Error, ErrorKind, FractureResult, Impact, Poll, Ticket};
+use super::world::{NewPiece, Piece, World};
+use shatter_client::{Deadline, Effect, Error, ErrorKind, FractureResult, Impact, Poll, Ticket};
 use shatter_export::contact::MergedContact;
 use std::time::{Duration, Instant};
 
 /// Deadline of requests; later results are of no use.
 const DEADLINE: Duration = Duration::from_secs(3);
+
+/// Deadline where steps wait for results.
+const WAITING_DEADLINE: Duration = Duration::from_secs(120);
 
 /// Maximum number of requests in flight, so that a slow daemon gets no further ones.
 const UNDER_WAY_MAX: usize = 12;
@@ -29,9 +33,11 @@ struct Sent {
 }
 
 pub struct Strikes<'k> {
-    keeper: &'k mut Keeper,
+    supervisor: &'k mut DaemonSupervisor,
     /// Connection, while there is a daemon.
-    line: Option<Line>,
+    line: Option<ServiceLink>,
+    /// Whether a step waits for the results of its requests, so that they do not depend on the speed of the machine.
+    is_waiting: bool,
     sent: Vec<Sent>,
     /// Requests for whole objects that were lost with a daemon; they are sent again.
     lost: Vec<(u32, Impact)>,
@@ -39,8 +45,8 @@ pub struct Strikes<'k> {
 }
 
 impl<'k> Strikes<'k> {
-    pub fn new(line: Line, keeper: &'k mut Keeper) -> Self {
-        Self { keeper, line: Some(line), sent: Vec::new(), lost: Vec::new(), down_s: 0.0 }
+    pub fn new(line: ServiceLink, supervisor: &'k mut DaemonSupervisor, is_waiting: bool) -> Self {
+        Self { supervisor, line: Some(line), is_waiting, sent: Vec::new(), lost: Vec::new(), down_s: 0.0 }
     }
 
     /// Kills the daemon.
@@ -50,17 +56,17 @@ impl<'k> Strikes<'k> {
 
     /// Exchange with the service in a step: sends requests for contacts, and turns at most one result into fragments.
     pub fn turn(&mut self, world: &mut World<'_>, film: &mut Film, now_s: f64, spent: &mut Step, tally: &mut Tally) {
-        let blows = world.blows(now_s);
+        let merged_contacts = world.merged_contacts(now_s);
         let (before, begun) = (tally.switches(), Instant::now());
         self.connect(now_s, tally);
         for (piece, impact) in std::mem::take(&mut self.lost) {
             self.send(world, piece, impact, now_s, tally);
         }
-        for (piece, blows) in blows {
-            match blows {
-                Ok(blows) => self.strike(world, film, piece, &blows, now_s, tally),
+        for (piece, merged_contacts) in merged_contacts {
+            match merged_contacts {
+                Ok(merged_contacts) => self.strike(world, film, piece, &merged_contacts, now_s, tally),
                 Err(lost) => {
-                    *tally.refusals.entry("impulse_lost").or_default() += 1;
+                    *tally.refused_count.entry("impulse_lost").or_default() += 1;
                     eprintln!("rapier_host: piece {piece}: {lost}");
                 }
             }
@@ -70,13 +76,13 @@ impl<'k> Strikes<'k> {
         let after = tally.switches();
         (spent.waits, spent.taken) = (after[0] - before[0], after[1] - before[1]);
         let begun = Instant::now();
-        if let Some((piece, sent_s, broken)) = answer {
+        if let Some((piece, sent_s, result)) = answer {
             let pid = self.line.as_ref().map_or(0, |line| line.pid);
-            tally.answered(now_s - sent_s, broken.round_trip(), world.pieces[piece as usize].generation, &broken);
-            if !broken.is_whole() {
-                let births = births(&broken, pid);
-                births.iter().for_each(|birth| tally.hollow(birth.block.hollow));
-                world.shatter(piece, births, now_s, film);
+            tally.record_result(now_s - sent_s, result.round_trip(), world.pieces[piece as usize].generation, &result);
+            if !result.is_whole() {
+                let new_pieces = new_pieces(&result, pid);
+                new_pieces.iter().for_each(|new_piece| tally.hollow(new_piece.block.hollow));
+                world.shatter(piece, new_pieces, now_s, film);
             }
             spent.swap = begun.elapsed();
         }
@@ -87,12 +93,12 @@ impl<'k> Strikes<'k> {
         if self.line.is_some() {
             return;
         }
-        match self.keeper.line() {
+        match self.supervisor.line() {
             Some(Ok(line)) => {
                 tally.paused_s.push(now_s - self.down_s);
                 self.line = Some(line);
             }
-            Some(Err(_)) => self.keeper.want(None),
+            Some(Err(_)) => self.supervisor.want(None),
             None => {}
         }
     }
@@ -101,7 +107,7 @@ impl<'k> Strikes<'k> {
     fn disconnect(&mut self, now_s: f64) {
         if let Some(former) = self.line.take() {
             self.down_s = now_s;
-            self.keeper.want(Some(former));
+            self.supervisor.want(Some(former));
         }
     }
 
@@ -110,7 +116,7 @@ impl<'k> Strikes<'k> {
         world: &mut World<'_>,
         film: &Film,
         piece: u32,
-        blows: &[MergedContact],
+        merged_contacts: &[MergedContact],
         now_s: f64,
         tally: &mut Tally,
     ) {
@@ -122,9 +128,11 @@ impl<'k> Strikes<'k> {
             return;
         }
         let positions = &film.actors[own.actor].shell.positions;
-        let snapped: Vec<MergedContact> = blows.iter().map(|blow| snap(blow, own, positions)).collect();
+        let snapped: Vec<MergedContact> =
+            merged_contacts.iter().map(|merged_contact| snap(merged_contact, own, positions)).collect();
         if let Some(impact) = Impact::of(&snapped) {
-            let impact = impact.seed(u64::from(piece)).keep().deadline(DEADLINE);
+            let impact = impact.seed(u64::from(piece)).keep();
+            let impact = impact.deadline(if self.is_waiting { WAITING_DEADLINE } else { DEADLINE });
             let impact = impact.enable(Effect::Hulls).enable(Effect::Release);
             self.send(world, piece, impact, now_s, tally);
         }
@@ -148,7 +156,7 @@ impl<'k> Strikes<'k> {
                 tally.strikes += 1;
                 self.sent.push(Sent { piece, ticket, impact, at_s: now_s, pid });
             }
-            Err(refusal) => self.refused(world, (piece, impact, pid), &refusal, now_s, tally),
+            Err(error) => self.refused(world, (piece, impact, pid), &error, now_s, tally),
         }
     }
 
@@ -156,17 +164,23 @@ impl<'k> Strikes<'k> {
     fn answer(&mut self, world: &mut World<'_>, now_s: f64, tally: &mut Tally) -> Option<(u32, f64, FractureResult)> {
         let (mut index, mut found) = (0, None);
         while index < self.sent.len() && found.is_none() {
-            match self.sent[index].ticket.poll() {
+            let ticket = &mut self.sent[index].ticket;
+            let polled = if self.is_waiting {
+                ticket.wait(Deadline::after(WAITING_DEADLINE)).map(Poll::Ready)
+            } else {
+                ticket.poll()
+            };
+            match polled {
                 Ok(Poll::Pending) => index += 1,
-                Ok(Poll::Ready(broken)) => {
+                Ok(Poll::Ready(result)) => {
                     let sent = self.sent.remove(index);
-                    found = Some((sent.piece, sent.at_s, broken));
+                    found = Some((sent.piece, sent.at_s, result));
                 }
                 // The ticket stays valid.
-                Err(refusal) if refusal.kind == ErrorKind::Busy && refusal.at == "answers" => index += 1,
-                Err(refusal) => {
+                Err(error) if error.kind == ErrorKind::Busy && error.at == "answers" => index += 1,
+                Err(error) => {
                     let sent = self.sent.remove(index);
-                    self.refused(world, (sent.piece, sent.impact, sent.pid), &refusal, now_s, tally);
+                    self.refused(world, (sent.piece, sent.impact, sent.pid), &error, now_s, tally);
                 }
             }
         }
@@ -177,13 +191,13 @@ impl<'k> Strikes<'k> {
         &mut self,
         world: &mut World<'_>,
         (piece, impact, pid): (u32, Impact, u32),
-        refusal: &Error,
+        error: &Error,
         now_s: f64,
         tally: &mut Tally,
     ) {
-        *tally.refusals.entry(refusal.kind.name()).or_default() += 1;
+        *tally.refused_count.entry(error.kind.name()).or_default() += 1;
         let whole = world.pieces[piece as usize].origin.is_none();
-        match refusal.kind {
+        match error.kind {
             ErrorKind::Lost | ErrorKind::NoDaemon => {
                 // Tickets of a lost daemon may report the loss late.
                 if self.line.as_ref().is_some_and(|line| line.pid == pid) {
@@ -195,31 +209,31 @@ impl<'k> Strikes<'k> {
             // The piece can be struck again at its next contact.
             kind if kind.retry() => {}
             _ if !whole => world.spare(piece),
-            _ => eprintln!("rapier_host: {refusal}"),
+            _ => eprintln!("rapier_host: {error}"),
         }
     }
 }
 
 /// Moves the contact to the nearest visible point: colliders are convex hulls, but the contact must be on the surface.
-fn snap(blow: &MergedContact, piece: &Piece, positions: &[[f32; 3]]) -> MergedContact {
-    let own = [0, 1, 2].map(|k| blow.point_m[k] - piece.center_m[k]);
+fn snap(merged_contact: &MergedContact, piece: &Piece, positions: &[[f32; 3]]) -> MergedContact {
+    let own = [0, 1, 2].map(|k| merged_contact.point_m[k] - piece.center_m[k]);
     let away = |point: &[f32; 3]| (0..3).map(|k| (f64::from(point[k]) - own[k]).powi(2)).sum::<f64>();
     let nearest = positions.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
     let point_m = nearest.map(|point| [0, 1, 2].map(|k| f64::from(point[k]) + piece.center_m[k]));
-    MergedContact { point_m: point_m.unwrap_or(blow.point_m), ..*blow }
+    MergedContact { point_m: point_m.unwrap_or(merged_contact.point_m), ..*merged_contact }
 }
 
 /// Fragments, copied out of shared memory.
-fn births(broken: &FractureResult, pid: u32) -> Vec<Birth> {
-    let handle = broken.handle();
-    let birth = |fragment: shatter_client::Fragment<'_>| {
+fn new_pieces(result: &FractureResult, pid: u32) -> Vec<NewPiece> {
+    let handle = result.handle();
+    let new_piece = |fragment: shatter_client::Fragment<'_>| {
         let velocity = fragment.velocity();
-        Birth {
+        NewPiece {
             block: block(&fragment),
             linear_m_s: velocity.map_or([0.0; 3], |own| own.linear_m_s),
             angular_rad_s: velocity.map_or([0.0; 3], |own| own.angular_rad_s),
             origin: handle.map(|handle| (pid, handle, fragment.id())),
         }
     };
-    broken.fragments().map(birth).collect()
+    result.fragments().map(new_piece).collect()
 }

@@ -54,7 +54,7 @@ pub struct Tally {
     /// Number of pairs of a new fragment and a neighbor that overlap by more than 5 mm, and of all such pairs.
     deep: u64,
     pairs: u64,
-    pub refusals: BTreeMap<&'static str, u64>,
+    pub refused_count: BTreeMap<&'static str, u64>,
     /// Durations of the pauses of fracture, s.
     pub paused_s: Vec<f64>,
 }
@@ -81,13 +81,13 @@ impl Tally {
     }
 
     /// Records a result, `late_s` after the contact in the simulation.
-    pub fn answered(&mut self, late_s: f64, round_trip: Duration, generation: u32, broken: &FractureResult) {
-        if broken.is_whole() {
+    pub fn record_result(&mut self, late_s: f64, round_trip: Duration, generation: u32, result: &FractureResult) {
+        if result.is_whole() {
             self.whole += 1;
             return;
         }
         self.breaks[generation.min(3) as usize] += 1;
-        self.fragments += broken.fragments().len() as u64;
+        self.fragments += result.fragments().len() as u64;
         self.late_s.push(late_s);
         self.round_trips.push(round_trip);
     }
@@ -98,7 +98,7 @@ impl Tally {
     }
 
     /// Records a new fragment and a neighbor.
-    pub fn birth(&mut self, depth_m: f64, sibling: bool) {
+    pub fn new_piece(&mut self, depth_m: f64, sibling: bool) {
         let deepest = if sibling { &mut self.siblings_m } else { &mut self.others_m };
         *deepest = deepest.max(depth_m);
         self.deep += u64::from(depth_m > DEEP_M);
@@ -168,7 +168,7 @@ impl Tally {
             "answer_ms_max": round_trips.last(),
             "answer_late_ms_median": middle(&late_ms),
             "paused_s": self.paused_s,
-            "refusals": self.refusals,
+            "refusals": self.refused_count,
             "actors": film.actors.len(),
         })
     }

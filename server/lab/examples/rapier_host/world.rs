@@ -5,6 +5,7 @@
 
 use super::film::{Film, Key, Look, Shell};
 use super::prototype::{Block, Prototype};
+use super::set::Set;
 use super::tally::Tally;
 use rapier3d_f64::parry::query;
 use rapier3d_f64::prelude::*;
@@ -29,7 +30,7 @@ pub struct Piece {
 }
 
 /// New fragment.
-pub struct Birth {
+pub struct NewPiece {
     pub block: Block,
     /// Velocity in addition to the parent's, in the coordinates of the mesh file.
     pub linear_m_s: [f64; 3],
@@ -79,9 +80,9 @@ pub struct World<'a> {
 }
 
 impl<'a> World<'a> {
-    pub fn new(prototypes: &'a [Prototype], dt_s: f64, film: &mut Film) -> Self {
+    pub fn new(prototypes: &'a [Prototype], set: Set, film: &mut Film) -> Self {
         let mut physics = PhysicsWorld::new();
-        physics.integration_parameters.dt = dt_s;
+        physics.integration_parameters.dt = 1.0 / f64::from(set.rate_hz());
         // With clustering off, impulses are those of single contacts.
         physics.integration_parameters.contact_clustering = false;
         let mut world = Self {
@@ -95,7 +96,7 @@ impl<'a> World<'a> {
             before: HashMap::new(),
             newborn: Vec::new(),
         };
-        super::set::build(&mut world, film);
+        set.build(&mut world, film);
         world
     }
 
@@ -179,11 +180,11 @@ impl<'a> World<'a> {
         self.before.clear();
         self.before.extend(bodies.iter().map(|(handle, body)| (handle, motion(body))));
         self.physics.step();
-        self.feel();
+        self.collect_contacts();
     }
 
     /// Pieces struck by the contacts of the step.
-    pub fn blows(&mut self, now_s: f64) -> Vec<(u32, Result<Vec<MergedContact>, ImpulseLost>)> {
+    pub fn merged_contacts(&mut self, now_s: f64) -> Vec<(u32, Result<Vec<MergedContact>, ImpulseLost>)> {
         self.contacts.step(now_s)
     }
 
@@ -193,7 +194,7 @@ impl<'a> World<'a> {
     }
 
     /// Passes every contact to the collector, once for each of the two bodies that may break.
-    fn feel(&mut self) {
+    fn collect_contacts(&mut self) {
         for pair in self.physics.narrow_phase.contact_pairs() {
             let colliders = [pair.collider1, pair.collider2].map(|handle| &self.physics.colliders[handle]);
             for manifold in pair.solver_manifolds() {
@@ -241,7 +242,7 @@ impl<'a> World<'a> {
     }
 
     /// Replaces `piece` by fragments, which continue its motion.
-    pub fn shatter(&mut self, piece: u32, mut births: Vec<Birth>, now_s: f64, film: &mut Film) {
+    pub fn shatter(&mut self, piece: u32, mut new_pieces: Vec<NewPiece>, now_s: f64, film: &mut Film) {
         let Piece { body, actor, prototype, generation, hollow, .. } = self.pieces[piece as usize];
         self.pieces[piece as usize].alive = false;
         self.contacts.forget(&piece);
@@ -249,18 +250,19 @@ impl<'a> World<'a> {
         let Some(old) = self.physics.remove_body(body) else { return };
         let pose = *old.position();
         let own = &self.prototypes[prototype];
-        for birth in &mut births {
+        for new_piece in &mut new_pieces {
             // Fragments of a body that contained others may overlap them.
-            birth.block.hollow |= hollow;
-            let center = pose.transform_point(birth.block.center_m.into());
-            let linear = old.velocity_at_point(center) + pose.transform_vector(birth.linear_m_s.into());
-            let angular = old.angvel() + pose.transform_vector(birth.angular_rad_s.into());
+            new_piece.block.hollow |= hollow;
+            let center = pose.transform_point(new_piece.block.center_m.into());
+            let linear = old.velocity_at_point(center) + pose.transform_vector(new_piece.linear_m_s.into());
+            let angular = old.angvel() + pose.transform_vector(new_piece.angular_rad_s.into());
             let name = format!("{}-{}", own.facts.name, self.pieces.len());
-            let start = Start { pose, linear, angular, generation: generation + 1, origin: birth.origin, at_s: now_s };
-            let number = self.add_piece(prototype, &birth.block, start, name, film);
-            let heavy = birth.block.mass_kg >= SHARE * own.block.mass_kg;
-            if heavy && generation + 1 < GENERATIONS && birth.origin.is_some() {
-                self.contacts.watch(number, own.terms_of(&birth.block));
+            let start =
+                Start { pose, linear, angular, generation: generation + 1, origin: new_piece.origin, at_s: now_s };
+            let number = self.add_piece(prototype, &new_piece.block, start, name, film);
+            let heavy = new_piece.block.mass_kg >= SHARE * own.block.mass_kg;
+            if heavy && generation + 1 < GENERATIONS && new_piece.origin.is_some() {
+                self.contacts.watch(number, own.terms_of(&new_piece.block));
             }
             self.newborn.push(number);
         }
@@ -280,7 +282,7 @@ impl<'a> World<'a> {
                 }
                 let contact = query::contact(own.position(), own.shape(), other.position(), other.shape(), 0.0);
                 let depth_m = contact.ok().flatten().map_or(0.0, |contact| -contact.dist);
-                tally.birth(depth_m, is_new(other));
+                tally.new_piece(depth_m, is_new(other));
             }
         }
     }

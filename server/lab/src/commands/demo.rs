@@ -44,7 +44,7 @@ impl From<DemoError> for CommandError {
     fn from(error: DemoError) -> Self {
         let message = error.to_string();
         match error {
-            DemoError::Refused(refusal) => refusal.into(),
+            DemoError::Refused(error) => error.into(),
             DemoError::Folder { path, source } => Self::output(&path, &source),
             DemoError::Export(
                 ExportError::IsFolder(path)

@@ -9,7 +9,7 @@ use shatter_server::commands::CommandError;
 impl From<EffectsError> for CommandError {
     fn from(error: EffectsError) -> Self {
         match error {
-            EffectsError::Refused(refusal) => refusal.into(),
+            EffectsError::Refused(error) => error.into(),
             EffectsError::Bake(error) => error.into(),
             EffectsError::Warp(error) => Self::ours("warp", error.to_string()),
             EffectsError::Hold(error) => Self::refused("configuration", "anchors", error.to_string()),

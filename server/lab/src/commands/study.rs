@@ -3,8 +3,8 @@
 use crate::report::{self, ReportFigure};
 use crate::study::mesh_fuzz::{self, FuzzPlan, FuzzTally, FuzzVerdict, Judge, Mutant};
 use crate::study::stability::{
-    CASES, CaseOutcome, CaseRow, REAL, StabilityFindings, TrialFault, judge, locking, neck_over_impulses,
-    neck_portraits, real, spoiled_statues,
+    CASES, CaseOutcome, CaseRow, REAL, StabilityFindings, TrialFault, damaged_statues, judge, locking,
+    neck_over_impulses, neck_portraits, real,
 };
 use crate::study::{accuracy, effects, gallery, paper};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -164,7 +164,7 @@ fn accuracy(args: &Accuracy) -> Result<(), CommandError> {
     if args.json {
         return output::print(&format!("{}\n", findings.document()));
     }
-    let lines: String = findings.points.iter().map(told_point).collect();
+    let lines: String = findings.points.iter().map(report_point).collect();
     output::print(&format!("{lines}Open {} in a browser.\n", args.out.join("accuracy.html").display()))
 }
 
@@ -216,18 +216,18 @@ fn quality(name: &str) -> Result<Preset, String> {
 }
 
 /// Line of one setting: its time and its errors.
-fn told_point(point: &accuracy::StudyPoint) -> String {
+fn report_point(point: &accuracy::StudyPoint) -> String {
     let error = |measure: accuracy::Measure| {
         Some(format!("{} {}", measure.name(), report::significant(point.errors.get(measure)?, 3)))
     };
     let errors: Vec<String> = accuracy::Measure::ALL.into_iter().filter_map(error).collect();
     let time = report::significant(point.times.at(0.5), 3);
-    format!("{:18} {:18} {time:>8} ms   {}\n", point.dial, point.label(), errors.join(", "))
+    format!("{:18} {:18} {time:>8} ms   {}\n", point.setting, point.label(), errors.join(", "))
 }
 
 fn effects(args: &Effects) -> Result<(), CommandError> {
     output::folder(&args.out)?;
-    let bar = bar(effects::SHIPPED.len() + 1 + gallery::cast().len());
+    let bar = bar(effects::SHIPPED.len() + 1 + gallery::effect_examples().len());
     let mut progress = |what: &str| {
         bar.set_message(what.to_owned());
         bar.inc(1);
@@ -261,7 +261,7 @@ fn stability(args: &Stability) -> Result<bool, CommandError> {
         locking: found(locking, "error against Poisson's ratio", &mut rows, &mut progress),
         necks: found(neck_over_impulses, "a neck over a range of impulses", &mut rows, &mut progress),
         neck_portraits: found(neck_portraits, "pictures of the neck", &mut rows, &mut progress),
-        spoiled: found(spoiled_statues, "pictures of damaged statues", &mut rows, &mut progress),
+        damaged: found(damaged_statues, "pictures of damaged statues", &mut rows, &mut progress),
         mutants: {
             progress.next(&format!("{} bad meshes", args.mutants));
             tally(args)?
@@ -408,18 +408,18 @@ fn shrink(args: &Stability, mutant: &Mutant) -> Result<bool, CommandError> {
     })?;
     let fault = match judge.mutant(&base.mesh, mutant) {
         FuzzVerdict::Failed(fault) => fault,
-        FuzzVerdict::Checked { .. } => return told(args, &json!({ "mutant": mutant, "outcome": "checked" }), true),
+        FuzzVerdict::Checked { .. } => return report(args, &json!({ "mutant": mutant, "outcome": "checked" }), true),
         FuzzVerdict::Refused { kind, message, justified } => {
             let document = json!({
                 "mutant": mutant, "outcome": "refused", "kind": kind, "message": message, "justified": justified,
             });
-            return told(args, &document, true);
+            return report(args, &document, true);
         }
     };
-    let spoilt = mutant.defect.apply(&base.mesh, mutant.seed);
+    let damaged = mutant.defect.apply(&base.mesh, mutant.seed);
     let bar = bar(TRIES_MAX);
     let must_accept = mutant.defect.must_accept();
-    let shrunk = mesh_fuzz::shrink(&spoilt, TRIES_MAX, &mut |mesh| {
+    let shrunk = mesh_fuzz::shrink(&damaged, TRIES_MAX, &mut |mesh| {
         bar.inc(1);
         judge.fails_like(mesh, must_accept, mutant.seed, &fault)
     });
@@ -430,11 +430,11 @@ fn shrink(args: &Stability, mutant: &Mutant) -> Result<bool, CommandError> {
         "mutant": mutant, "outcome": "failed", "message": fault.to_string(),
         "triangles": shrunk.mesh.triangles.len(), "file": file.display().to_string(),
     });
-    told(args, &document, false)
+    report(args, &document, false)
 }
 
 /// Prints the outcome for one bad mesh, as a document or line by line.
-fn told(args: &Stability, document: &Value, held: bool) -> Result<bool, CommandError> {
+fn report(args: &Stability, document: &Value, held: bool) -> Result<bool, CommandError> {
     let lines = document.as_object().into_iter().flatten();
     let text: String = if args.json {
         format!("{document}\n")

@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 /// Time for the daemon to end on request.
-const END_PATIENCE: Duration = Duration::from_secs(10);
+const STOP_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Pause between two checks of a process that is ending.
 const PAUSE: Duration = Duration::from_millis(10);
@@ -22,13 +22,13 @@ pub(super) struct Daemon {
 
 impl Daemon {
     /// Starts `program serve` and waits until it prints that it serves.
-    pub fn start(program: &Path, service: &str, databases: &Path, patience: Duration) -> Result<Self, DemoError> {
+    pub fn start(program: &Path, service: &str, databases: &Path, timeout: Duration) -> Result<Self, DemoError> {
         let mut command = Command::new(program);
         command.args(["serve", "--service", service, "--log", "warn", "--databases"]).arg(databases);
-        Self::spawn(command, patience)
+        Self::spawn(command, timeout)
     }
 
-    fn spawn(mut command: Command, patience: Duration) -> Result<Self, DemoError> {
+    fn spawn(mut command: Command, timeout: Duration) -> Result<Self, DemoError> {
         let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().map_err(DemoError::Process)?;
         interrupt::child(Some(Pid::from_child(&child)));
         let mut daemon = Self { child };
@@ -36,12 +36,12 @@ impl Daemon {
             return Err(DemoError::Process(std::io::ErrorKind::BrokenPipe.into()));
         };
         let lines = lines(stdout);
-        let deadline = Instant::now() + patience;
+        let deadline = Instant::now() + timeout;
         loop {
             match lines.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
                 Ok(line) if line.trim() == "ready" => return Ok(daemon),
                 Ok(_) => {}
-                Err(RecvTimeoutError::Timeout) => return Err(DemoError::DaemonSilent { seconds: patience.as_secs() }),
+                Err(RecvTimeoutError::Timeout) => return Err(DemoError::DaemonSilent { seconds: timeout.as_secs() }),
                 Err(RecvTimeoutError::Disconnected) => {
                     let status = daemon.child.wait().map_err(DemoError::Process)?;
                     return Err(DemoError::DaemonEnded(status));
@@ -58,7 +58,7 @@ impl Daemon {
     /// Asks the process to end and waits for it; kills it after the time limit.
     pub fn end(mut self) -> Result<(), DemoError> {
         kill_process(Pid::from_child(&self.child), Signal::TERM).map_err(|error| DemoError::Process(error.into()))?;
-        let deadline = Instant::now() + END_PATIENCE;
+        let deadline = Instant::now() + STOP_TIMEOUT;
         while Instant::now() < deadline {
             if self.child.try_wait().map_err(DemoError::Process)?.is_some() {
                 return Ok(());
@@ -97,13 +97,13 @@ mod tests {
     use super::*;
     use rustix::process::test_kill_process;
 
-    const PATIENCE: Duration = Duration::from_secs(20);
+    const TIMEOUT: Duration = Duration::from_secs(20);
 
     /// Starts a process that runs `script` in place of a daemon.
-    fn start(script: &str, patience: Duration) -> Result<Daemon, DemoError> {
+    fn start(script: &str, timeout: Duration) -> Result<Daemon, DemoError> {
         let mut command = Command::new("sh");
         command.args(["-c", script]);
-        Daemon::spawn(command, patience)
+        Daemon::spawn(command, timeout)
     }
 
     fn lives(pid: u32) -> bool {
@@ -113,7 +113,7 @@ mod tests {
 
     #[test]
     fn a_daemon_that_is_ready_runs_until_it_is_ended() {
-        let daemon = start("echo starting; echo ready; exec sleep 600", PATIENCE).unwrap();
+        let daemon = start("echo starting; echo ready; exec sleep 600", TIMEOUT).unwrap();
         let pid = daemon.pid();
         assert!(lives(pid));
         daemon.end().unwrap();
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn a_daemon_that_is_dropped_is_ended_too() {
-        let daemon = start("echo ready; exec sleep 600", PATIENCE).unwrap();
+        let daemon = start("echo ready; exec sleep 600", TIMEOUT).unwrap();
         let pid = daemon.pid();
         drop(daemon);
         assert!(!lives(pid));
@@ -130,11 +130,11 @@ mod tests {
 
     #[test]
     fn a_daemon_that_does_not_come_up_is_named() {
-        let ended = start("echo no; exit 3", PATIENCE).err().unwrap();
+        let ended = start("echo no; exit 3", TIMEOUT).err().unwrap();
         assert!(matches!(ended, DemoError::DaemonEnded(status) if status.code() == Some(3)), "{ended}");
         let silent = start("exec sleep 600", Duration::from_millis(50)).err().unwrap();
         assert!(matches!(silent, DemoError::DaemonSilent { .. }), "{silent}");
-        let missing = Daemon::start(Path::new("/no/such/program"), "test", Path::new("/"), PATIENCE).err().unwrap();
+        let missing = Daemon::start(Path::new("/no/such/program"), "test", Path::new("/"), TIMEOUT).err().unwrap();
         assert!(matches!(missing, DemoError::Process(_)), "{missing}");
     }
 }

@@ -1,7 +1,7 @@
 //! One request through the client, and the parts of its result that the page shows.
 
 use super::object::{DemoTarget, RADIUS_M};
-use super::{ANSWER_PATIENCE, DemoError, views};
+use super::{DemoError, RESULT_TIMEOUT, views};
 use crate::report::{StageTime, significant};
 use nalgebra::Vector3;
 use shatter_client::{Contact, Deadline, FractureResult, Fragment, Impact, Object, StageCost, Summary};
@@ -53,7 +53,7 @@ pub(super) struct DemoStrike {
 /// Impulse along the target's direction that just breaks the object, N·s.
 pub(super) fn threshold_ns(object: &Object, target: &DemoTarget) -> Result<f64, DemoError> {
     let probe = impact(target, target.direction * PROBE_NS).threshold_only();
-    let answer = object.strike(&probe)?.wait(Deadline::after(ANSWER_PATIENCE))?;
+    let answer = object.strike(&probe)?.wait(Deadline::after(RESULT_TIMEOUT))?;
     Ok(PROBE_NS * answer.summary().threshold_impulse_factor)
 }
 
@@ -73,33 +73,33 @@ impl DemoStrike {
     ) -> Result<Self, DemoError> {
         let impulse_ns = target.direction * (threshold_ns * factor);
         let request = impact(target, impulse_ns);
-        let answer = || object.strike(&request)?.wait(Deadline::after(ANSWER_PATIENCE));
+        let answer = || object.strike(&request)?.wait(Deadline::after(RESULT_TIMEOUT));
         for _ in 1..REPEATS {
             drop(answer()?);
         }
-        let broken = answer()?;
-        if broken.is_whole() {
+        let result = answer()?;
+        if result.is_whole() {
             return Err(DemoError::StayedWhole { factor });
         }
         let file = format!("strike-{number}.glb");
         let writing = interrupt::writing();
-        let written = broken.write_glb(&folder.join(&file))?;
+        let written = result.write_glb(&folder.join(&file))?;
         drop(writing);
-        let masses = || broken.fragments().map(|fragment| fragment.mass_kg());
+        let masses = || result.fragments().map(|fragment| fragment.mass_kg());
         Ok(Self {
             number,
             factor,
             impulse_ns,
-            summary: broken.summary(),
+            summary: result.summary(),
             file,
             written,
-            volume_m3: broken.fragments().map(|fragment| fragment.volume_m3()).sum(),
+            volume_m3: result.fragments().map(|fragment| fragment.volume_m3()).sum(),
             masses_kg: [masses().fold(f64::INFINITY, f64::min), masses().fold(0.0, f64::max)],
-            closed: broken.fragments().filter(Fragment::is_closed).count(),
-            stages: stages(&broken),
-            round_trip_ns: u64::try_from(broken.round_trip().as_nanos()).unwrap_or(u64::MAX),
-            bytes: broken.bytes(),
-            picture: broken.with_views(|fragments| views::broken(fragments, target))?,
+            closed: result.fragments().filter(Fragment::is_closed).count(),
+            stages: stages(&result),
+            round_trip_ns: u64::try_from(result.round_trip().as_nanos()).unwrap_or(u64::MAX),
+            bytes: result.bytes(),
+            picture: result.with_views(|fragments| views::fragments_figure(fragments, target))?,
         })
     }
 
@@ -115,10 +115,10 @@ impl DemoStrike {
     }
 }
 
-fn stages(broken: &FractureResult) -> Vec<StageTime> {
+fn stages(result: &FractureResult) -> Vec<StageTime> {
     let time = |cost: StageCost| StageTime {
         name: cost.stage.name().to_owned(),
         ns: cost.has_run.then(|| u64::try_from(cost.time.as_nanos()).unwrap_or(u64::MAX)),
     };
-    broken.stages().map(time).collect()
+    result.stages().map(time).collect()
 }

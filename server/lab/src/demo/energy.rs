@@ -9,7 +9,7 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
     ContactSet, DEGREE_MAX, DegreeRequest, ElasticRequest, FractureRequest, ImpactContact, PreparedObject,
-    StrikeContext, Workspace, strain_energy,
+    RequestContext, Workspace, strain_energy,
 };
 use shatter_fracture::scene::EffectSet;
 
@@ -31,11 +31,11 @@ pub(super) struct SurfaceEnergy {
 }
 
 impl SurfaceEnergy {
-    /// Solves the impact of `blow` again.
-    pub fn new(target: &DemoTarget, blow: &DemoStrike) -> Result<Self, DemoError> {
+    /// Solves the impact of `demo_strike` again.
+    pub fn new(target: &DemoTarget, demo_strike: &DemoStrike) -> Result<Self, DemoError> {
         let contact = ImpactContact {
             point_m: target.point_m,
-            impulse_ns: blow.impulse_ns,
+            impulse_ns: demo_strike.impulse_ns,
             duration_s: None,
             radius_m: Some(RADIUS_M),
         };
@@ -60,7 +60,7 @@ impl SurfaceEnergy {
         let prepared = &target.prepared;
         let impact = ContactSet::new(prepared, &strike)?;
         let energies = strain_energy(
-            StrikeContext::new(prepared, &strike, &CancelToken::default(), &()),
+            RequestContext::new(prepared, &strike, &CancelToken::default(), &()),
             &impact,
             &mut Workspace::default(),
         )?;

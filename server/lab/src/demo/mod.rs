@@ -38,10 +38,10 @@ pub const IMPULSE_FACTORS: [f64; 3] = [2.0, 6.0, 25.0];
 pub const PAGE: &str = "report.html";
 
 /// Time for the daemon to start.
-const START_PATIENCE: Duration = Duration::from_secs(60);
+const START_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Longest wait for a reply of the service.
-const ANSWER_PATIENCE: Duration = Duration::from_secs(60);
+const RESULT_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Options of the demonstration.
 #[derive(Clone, Debug)]
@@ -79,15 +79,18 @@ pub fn run(options: &DemoOptions) -> Result<DemoFiles, DemoError> {
     progress.step("start the daemon");
     // Created before the daemon, so that it is dropped after it.
     let runtime_folder = RuntimeFolder::of(&options.service)?;
-    let daemon = Daemon::start(&options.program, &options.service, &options.databases, START_PATIENCE)?;
+    let daemon = Daemon::start(&options.program, &options.service, &options.databases, START_TIMEOUT)?;
     let pid = daemon.pid();
-    let blows = strike(options, &target, &progress)?;
+    let demo_strikes = strike(options, &target, &progress)?;
     progress.step("end the daemon");
     daemon.end()?;
     drop(runtime_folder);
     progress.step("strain energy");
-    let energies = blows.iter().map(|blow| SurfaceEnergy::new(&target, blow)).collect::<Result<Vec<_>, _>>()?;
-    let pages = page::page(&target, pid, &blows, &energies, begun.elapsed(), &progress)?;
+    let energies = demo_strikes
+        .iter()
+        .map(|demo_strike| SurfaceEnergy::new(&target, demo_strike))
+        .collect::<Result<Vec<_>, _>>()?;
+    let pages = page::page(&target, pid, &demo_strikes, &energies, begun.elapsed(), &progress)?;
     let path = options.out.join(PAGE);
     let writing = interrupt::writing();
     write_whole(&path, report::html(&pages).as_bytes())?;
@@ -95,24 +98,24 @@ pub fn run(options: &DemoOptions) -> Result<DemoFiles, DemoError> {
     progress.finish();
     Ok(DemoFiles {
         page: path,
-        files: blows.iter().map(|blow| options.out.join(&blow.file)).collect(),
-        lines: blows.iter().map(DemoStrike::line).collect(),
+        files: demo_strikes.iter().map(|demo_strike| options.out.join(&demo_strike.file)).collect(),
+        lines: demo_strikes.iter().map(DemoStrike::line).collect(),
         reused: target.reused,
     })
 }
 
 /// Finds the impulse that just breaks the object, then sends requests with multiples of it.
 fn strike(options: &DemoOptions, target: &DemoTarget, progress: &DemoProgress) -> Result<Vec<DemoStrike>, DemoError> {
-    let service = Client::connect(&options.service, Deadline::after(START_PATIENCE))?;
-    let object = service.object(NAME, Deadline::after(ANSWER_PATIENCE))?;
+    let service = Client::connect(&options.service, Deadline::after(START_TIMEOUT))?;
+    let object = service.object(NAME, Deadline::after(RESULT_TIMEOUT))?;
     progress.step("find the threshold");
     let threshold_ns = demo_strike::threshold_ns(&object, target)?;
-    let mut blows = Vec::with_capacity(IMPULSE_FACTORS.len());
+    let mut demo_strikes = Vec::with_capacity(IMPULSE_FACTORS.len());
     for (number, factor) in (1..).zip(IMPULSE_FACTORS) {
         progress.step(&format!("strike {number}: {factor} × the threshold"));
-        blows.push(DemoStrike::strike(&object, target, threshold_ns, factor, &options.out, number)?);
+        demo_strikes.push(DemoStrike::strike(&object, target, threshold_ns, factor, &options.out, number)?);
     }
-    Ok(blows)
+    Ok(demo_strikes)
 }
 
 fn folder(path: &Path) -> Result<(), DemoError> {

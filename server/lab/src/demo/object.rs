@@ -50,11 +50,11 @@ pub(super) fn prepare(databases: &Path, progress: &DemoProgress) -> Result<DemoT
     let request = request()?;
     let file = databases.join(format!("{NAME}.{}", database::EXTENSION));
     progress.step("look for its database");
-    let mut told = |step| progress.step(describe(step));
-    if let Some(prepared) = database::stored(&file, mesh.clone(), &request, &CancelToken::default(), &mut told)? {
+    let mut on_step = |step| progress.step(describe(step));
+    if let Some(prepared) = database::stored(&file, mesh.clone(), &request, &CancelToken::default(), &mut on_step)? {
         return Ok(DemoTarget { prepared, point_m, direction, reused: true });
     }
-    let prepared = database::bake(mesh, &request, &CancelToken::default(), &mut told)?;
+    let prepared = database::bake(mesh, &request, &CancelToken::default(), &mut on_step)?;
     progress.step("write the database");
     let _writing = interrupt::writing();
     database::save(&prepared, &file).map_err(|source| DemoError::Database { path: file.clone(), source })?;
@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_blow_meets_the_outer_wall_from_outside() {
+    fn the_demo_contact_is_on_the_outer_wall() {
         let (point_m, direction) = struck(&shapes::mug());
         assert!((point_m.y - STRUCK_HEIGHT_M).abs() < 0.003 && (point_m.x.hypot(point_m.z) - 0.04).abs() < 0.001);
         assert!(direction.dot(&point_m.coords) < -0.039 && (direction.norm() - 1.0).abs() < 1e-12);

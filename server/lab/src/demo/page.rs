@@ -17,20 +17,20 @@ const DECADES: f64 = 5.5;
 pub(super) fn page(
     target: &DemoTarget,
     pid: u32,
-    blows: &[DemoStrike],
+    demo_strikes: &[DemoStrike],
     energies: &[SurfaceEnergy],
     elapsed: Duration,
     progress: &DemoProgress,
 ) -> Result<Page, DemoError> {
     let scale = scale(energies);
-    let mut strikes = Vec::with_capacity(blows.len());
-    for (blow, energy) in blows.iter().zip(energies) {
-        progress.step(&format!("draw strike {}", blow.number));
-        strikes.push(strike(target, blow, energy, &scale)?);
+    let mut strikes = Vec::with_capacity(demo_strikes.len());
+    for (demo_strike, energy) in demo_strikes.iter().zip(energies) {
+        progress.step(&format!("draw strike {}", demo_strike.number));
+        strikes.push(strike(target, demo_strike, energy, &scale)?);
     }
     Ok(Page {
         title: "A mug, struck three times".to_owned(),
-        opening: blows.iter().map(opening).collect(),
+        opening: demo_strikes.iter().map(opening).collect(),
         lead: lead(target, pid, elapsed),
         strikes,
         facts: facts(target),
@@ -39,9 +39,9 @@ pub(super) fn page(
 }
 
 /// Fragments of one request, for the top of the page.
-fn opening(blow: &DemoStrike) -> ReportFigure {
-    let caption = format!("{} × the breaking impulse: {} pieces", blow.factor, blow.written.fragments);
-    ReportFigure { png: blow.picture.clone(), caption, scale: None }
+fn opening(demo_strike: &DemoStrike) -> ReportFigure {
+    let caption = format!("{} × the breaking impulse: {} pieces", demo_strike.factor, demo_strike.written.fragments);
+    ReportFigure { png: demo_strike.picture.clone(), caption, scale: None }
 }
 
 fn lead(target: &DemoTarget, pid: u32, elapsed: Duration) -> Vec<String> {
@@ -49,7 +49,7 @@ fn lead(target: &DemoTarget, pid: u32, elapsed: Duration) -> Vec<String> {
     vec![
         format!(
             "The program generated a mug of {MATERIAL}, {database}, and started a daemon (process {pid}), which loaded it. A client then \
-             struck the mug at one place, with three multiples of the impulse that just breaks it. Requests and fragments travelled \
+             struck the mug at one place, with three multiples of the impulse that just breaks it. Requests and fragments traveled \
              through shared memory."
         ),
         format!("Without the pictures the run took {} s.", significant(elapsed.as_secs_f64(), 2)),
@@ -80,7 +80,7 @@ fn facts(target: &DemoTarget) -> Vec<Fact> {
 
 fn strike(
     target: &DemoTarget,
-    blow: &DemoStrike,
+    demo_strike: &DemoStrike,
     energy: &SurfaceEnergy,
     scale: &Scale,
 ) -> Result<StrikeReport, DemoError> {
@@ -92,53 +92,53 @@ fn strike(
                 .to_owned(),
         scale: Some(scale.clone()),
     };
-    let broken = ReportFigure {
-        png: blow.picture.clone(),
+    let fragments_figure = ReportFigure {
+        png: demo_strike.picture.clone(),
         caption: format!(
             "The {} fragments, moved apart. Outer faces have a color per fragment, cracks are pale.",
-            blow.written.fragments
+            demo_strike.written.fragments
         ),
         scale: None,
     };
-    let impulse = significant(blow.impulse_ns.norm(), 3);
+    let impulse = significant(demo_strike.impulse_ns.norm(), 3);
     Ok(StrikeReport {
-        heading: format!("{} × the breaking impulse: {} fragments", blow.factor, blow.written.fragments),
+        heading: format!("{} × the breaking impulse: {} fragments", demo_strike.factor, demo_strike.written.fragments),
         lead: format!("{impulse} N·s at the outer wall; {} of strain energy at the peak.", joules(energy.energy_j)),
-        figures: vec![broken, intact],
-        facts: strike_facts(target, blow, &impulse),
-        stages: blow.stages.clone(),
-        file: Some(blow.file.clone()),
+        figures: vec![fragments_figure, intact],
+        facts: strike_facts(target, demo_strike, &impulse),
+        stages: demo_strike.stages.clone(),
+        file: Some(demo_strike.file.clone()),
     })
 }
 
-fn strike_facts(target: &DemoTarget, blow: &DemoStrike, impulse: &str) -> Vec<Fact> {
-    let summary = &blow.summary;
+fn strike_facts(target: &DemoTarget, demo_strike: &DemoStrike, impulse: &str) -> Vec<Fact> {
+    let summary = &demo_strike.summary;
     let whole = target.prepared.report.lattice_volume_m3;
     let source = summary.degree_origin.name().replace('_', " ");
     let capped = if summary.is_capped { ", capped" } else { "" };
-    let [lightest, heaviest] = blow.masses_kg.map(|mass| significant(mass * 1e3, 3));
+    let [lightest, heaviest] = demo_strike.masses_kg.map(|mass| significant(mass * 1e3, 3));
     vec![
         Fact::new("Impulse", format!("{impulse} N·s")),
         Fact::new("E₁ / γ", significant(summary.e1_over_gamma, 3)),
         Fact::new("Contact radius in effect", format!("{} mm", significant(summary.radius_m * 1e3, 3))),
-        Fact::new("Displacements", displacements(blow)),
+        Fact::new("Displacements", displacements(demo_strike)),
         Fact::new("Sites", summary.sites.to_string()),
         Fact::new("Fracture degree", format!("{} ({source}{capped})", summary.fracture_degree)),
-        Fact::new("Fragments", blow.written.fragments.to_string()),
-        Fact::new("Closed surfaces", format!("{} of {}", blow.closed, blow.written.fragments)),
-        Fact::new("Sum of volumes against the lattice", format!("{:+.1e}", blow.volume_m3 / whole - 1.0)),
+        Fact::new("Fragments", demo_strike.written.fragments.to_string()),
+        Fact::new("Closed surfaces", format!("{} of {}", demo_strike.closed, demo_strike.written.fragments)),
+        Fact::new("Sum of volumes against the lattice", format!("{:+.1e}", demo_strike.volume_m3 / whole - 1.0)),
         Fact::new("Mass of a fragment", format!("{lightest} to {heaviest} g")),
         Fact::new("Time in the daemon", nanoseconds(u64::try_from(summary.time.as_nanos()).unwrap_or(u64::MAX))),
-        Fact::new("Round trip", nanoseconds(blow.round_trip_ns)),
-        Fact::new("Result size", bytes(blow.bytes)),
+        Fact::new("Round trip", nanoseconds(demo_strike.round_trip_ns)),
+        Fact::new("Result size", bytes(demo_strike.bytes)),
     ]
 }
 
 /// Source of the displacements, and the error of their energy.
-fn displacements(blow: &DemoStrike) -> String {
-    match blow.summary.energy_source {
+fn displacements(demo_strike: &DemoStrike) -> String {
+    match demo_strike.summary.energy_source {
         EnergySource::Reduced => {
-            format!("from examples, energy off by {} (estimated)", share(blow.summary.energy_error))
+            format!("from examples, energy off by {} (estimated)", share(demo_strike.summary.energy_error))
         }
         source => source.name().to_owned(),
     }

@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_new_folder_goes_with_what_a_killed_daemon_left_and_one_that_was_there_stays() {
+    fn only_a_created_runtime_folder_is_removed() {
         let service = format!("demo-test-{}", std::process::id());
         let paths = service_paths(&service).unwrap();
         let new = RuntimeFolder::of(&service).unwrap();

@@ -41,7 +41,7 @@ pub(super) fn intact(energy: &SurfaceEnergy, scale: &Scale, target: &DemoTarget)
 }
 
 /// Fragments, moved apart from the center of the object.
-pub(super) fn broken(fragments: &[FragmentView<'_>], target: &DemoTarget) -> Result<Vec<u8>, DemoError> {
+pub(super) fn fragments_figure(fragments: &[FragmentView<'_>], target: &DemoTarget) -> Result<Vec<u8>, DemoError> {
     let hub_m = target.prepared.frame.center_m.coords.into();
     let mesh = pieces(fragments, Spread { hub_m, factor: SPREAD });
     let ground = mesh.bounds().0.y;

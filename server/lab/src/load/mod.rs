@@ -37,14 +37,14 @@ const RATE_MAX: f64 = 1e6;
 const SECONDS_MAX: f64 = 86_400.0;
 
 /// Time that a command waits for a reply of the service.
-const REPLY: Duration = Duration::from_secs(5);
+const REPLY_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Time that a client process waits for a result.
-const ANSWER: Duration = Duration::from_secs(120);
+const RESULT_TIMEOUT: Duration = Duration::from_secs(120);
 
 /// Deadline for a reply of the service.
 fn reply() -> Deadline {
-    Deadline::after(REPLY)
+    Deadline::after(REPLY_TIMEOUT)
 }
 
 /// Arguments of `shatter load`.
@@ -111,25 +111,26 @@ pub fn run(service: &str, args: &LoadArgs) -> Result<(), CliError> {
         let records = one(service, args, &targets, rate)?;
         runs.push((rate, LoadTally::of(&records, servers, args.seconds), records));
     }
-    let told: Vec<Value> = runs.iter().map(|(rate, tally, _)| tally.document(*rate)).collect();
-    let mut told = if told.len() == 1 { told.into_iter().next().unwrap_or_default() } else { json!({ "runs": told }) };
+    let report: Vec<Value> = runs.iter().map(|(rate, tally, _)| tally.document(*rate)).collect();
+    let mut report =
+        if report.len() == 1 { report.into_iter().next().unwrap_or_default() } else { json!({ "runs": report }) };
     let lost = lost(runs.iter().map(|(_, _, clients)| clients.as_slice()));
     let lost = lost.or_else(|| unanswered(runs.iter().flat_map(|(_, _, clients)| clients.iter().flatten().flatten())));
-    if let Some(refusal) = &lost {
-        told["error"] = refusal.document()["error"].clone();
+    if let Some(error) = &lost {
+        report["error"] = error.document()["error"].clone();
     }
     if let Some(folder) = &args.out {
-        write(folder, &told, &runs)?;
+        write(folder, &report, &runs)?;
     }
     if args.json {
-        document(&told)?;
+        document(&report)?;
     } else {
         out(format_args!("{}\n", LoadTally::HEAD))?;
         for (rate, tally, _) in &runs {
             out(format_args!("{}\n{}", tally.line(*rate), tally.complaints()))?;
         }
     }
-    lost.map_or(Ok(()), |refusal| Err(CliError::Told(refusal)))
+    lost.map_or(Ok(()), |error| Err(CliError::Reported(error)))
 }
 
 /// Error for runs in which no request succeeded; its kind is the most frequent one.
@@ -152,7 +153,7 @@ fn unanswered<'a>(records: impl Iterator<Item = &'a RequestRecord>) -> Option<Er
 
 /// Error for runs in which client processes ended without a report.
 fn lost<'a>(runs: impl Iterator<Item = &'a [Option<Vec<RequestRecord>>]>) -> Option<Error> {
-    let (lost, all) = runs.flatten().fold((0, 0), |(lost, all), told| (lost + u32::from(told.is_none()), all + 1));
+    let (lost, all) = runs.flatten().fold((0, 0), |(lost, all), report| (lost + u32::from(report.is_none()), all + 1));
     let message = format!(
         "{lost} of {all} client processes ended without a report, so the figures lack their requests; run it again"
     );
@@ -192,7 +193,7 @@ fn one(
         begin_unix_ns: begin.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_nanos() as u64),
     };
     let children = (0..args.clients).map(|client| start(service, &plan(client))).collect::<Result<Vec<_>, _>>()?;
-    let late = Instant::now() + HEAD_START + Duration::from_secs_f64(args.seconds) + worker::PATIENCE + MARGIN;
+    let late = Instant::now() + HEAD_START + Duration::from_secs_f64(args.seconds) + worker::TIMEOUT + MARGIN;
     let records = children.into_iter().map(|child| finish(child, late)).collect::<Result<Vec<_>, _>>()?;
     match records.iter().all(Option::is_none) {
         true => Err(failed("answer", "no client process reported its requests")),
@@ -219,19 +220,19 @@ fn start(service: &str, plan: &ClientPlan) -> Result<Child, CliError> {
 /// Report of a client process; `None`: it was killed, or does not end.
 fn finish(mut child: Child, late: Instant) -> Result<Option<Vec<RequestRecord>>, CliError> {
     let output = child.stdout.take();
-    let (sender, told) = std::sync::mpsc::channel();
+    let (sender, report) = std::sync::mpsc::channel();
     std::thread::spawn(move || {
         let mut text = Vec::new();
         let read = output.map(|mut output| output.read_to_end(&mut text));
         // After the time limit there is no receiver.
         let _ = sender.send(read.map(|read| read.map(|_| text)));
     });
-    let told = told.recv_timeout(late.saturating_duration_since(Instant::now()));
-    if told.is_err() {
+    let report = report.recv_timeout(late.saturating_duration_since(Instant::now()));
+    if report.is_err() {
         child.kill().map_err(|error| failed("end", error))?;
     }
     child.wait().map_err(|error| failed("end", error))?;
-    let Ok(Some(Ok(text))) = told else { return Ok(None) };
+    let Ok(Some(Ok(text))) = report else { return Ok(None) };
     match serde_json::from_slice(&text) {
         Ok(plan::ClientReport::Records(records)) => Ok(Some(records)),
         Ok(plan::ClientReport::Refused { kind, at, message }) => {
@@ -247,7 +248,7 @@ fn finish(mut child: Child, late: Instant) -> Result<Option<Vec<RequestRecord>>,
 
 type Run = (Option<f64>, LoadTally, Vec<Option<Vec<RequestRecord>>>);
 
-fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<(), CliError> {
+fn write(folder: &Path, report: &Value, runs: &[Run]) -> Result<(), CliError> {
     let refuse = |error: std::io::Error| {
         let at = folder.display().to_string();
         Error::new(ErrorKind::Output, at.clone(), format!("cannot write to {at}: {error}"))
@@ -259,7 +260,7 @@ fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<(), CliError> {
         note(format_args!("wrote {} ({})", path.display(), size(text.len() as u64)));
         Ok::<(), Error>(())
     };
-    put("load.json", &format!("{told:#}\n"))?;
+    put("load.json", &format!("{report:#}\n"))?;
     let rates: Vec<(f64, &LoadTally)> = runs.iter().filter_map(|(rate, tally, _)| Some(((*rate)?, tally))).collect();
     match picture::svg(&rates) {
         Some(Ok(text)) => put("load.svg", &text)?,
@@ -281,7 +282,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn runs_without_an_answer_are_refused_with_what_most_ended_with() {
+    fn a_load_run_without_results_reports_the_most_frequent_error() {
         let record = |end, why| RequestRecord { due_us: 0, latency_us: 1, service_us: 0, ipc_us: 0, end, why };
         let gone = record(RequestEnd::Failed, Some(ErrorKind::NoDaemon.code()));
         let busy = record(RequestEnd::Busy, None);
@@ -293,10 +294,10 @@ mod tests {
 
     #[test]
     fn lost_client_processes_are_counted_over_all_runs() {
-        let (told, gone) = (Some(Vec::new()), None);
-        assert_eq!(lost([&[told.clone(), told.clone()][..]].into_iter()), None);
-        let refusal = lost([&[told.clone(), gone.clone()][..], &[told, gone][..]].into_iter()).unwrap();
-        assert!(refusal.message.starts_with("2 of 4 client processes"), "{refusal}");
-        assert_eq!(refusal.kind.exit_code(), 6);
+        let (report, gone) = (Some(Vec::new()), None);
+        assert_eq!(lost([&[report.clone(), report.clone()][..]].into_iter()), None);
+        let error = lost([&[report.clone(), gone.clone()][..], &[report, gone][..]].into_iter()).unwrap();
+        assert!(error.message.starts_with("2 of 4 client processes"), "{error}");
+        assert_eq!(error.kind.exit_code(), 6);
     }
 }

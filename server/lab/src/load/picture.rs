@@ -45,10 +45,10 @@ fn draw(runs: &[(f64, &LoadTally)], low: f64, high: f64) -> Result<String, Box<d
             line.label(name).legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], style));
         }
         let saturation = runs.iter().map(|(_, tally)| tally.throughput_hz()).fold(0.0, f64::max);
-        let grey = RGBColor(90, 94, 102).stroke_width(1);
-        let mark = LineSeries::new([(saturation, least), (saturation, most)], grey);
+        let gray = RGBColor(90, 94, 102).stroke_width(1);
+        let mark = LineSeries::new([(saturation, least), (saturation, most)], gray);
         let mark = chart.draw_series(mark)?.label(format!("highest throughput: {saturation:.0} per second"));
-        mark.legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], grey));
+        mark.legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], gray));
         let mut legend = chart.configure_series_labels();
         legend.position(SeriesLabelPosition::UpperLeft).background_style(WHITE.mix(0.85));
         legend.border_style(RGBColor(226, 223, 216)).label_font(("sans-serif", 13)).draw()?;

@@ -57,7 +57,7 @@ pub struct LoadTally {
     clients_lost: usize,
     throughput_hz: f64,
     latency: Times,
-    refusal: Times,
+    refused: Times,
     ipc_p50: u64,
     ideal_p99: u64,
     per_client: Vec<usize>,
@@ -103,7 +103,7 @@ impl LoadTally {
         // A run lasts until its last result.
         let last =
             ended(RequestEnd::Ok).map(|record| record.due_us + record.latency_us).max().unwrap_or(0) as f64 * 1e-6;
-        let refusals = all().filter(|record| matches!(record.end, RequestEnd::Busy | RequestEnd::Late));
+        let refused_records = all().filter(|record| matches!(record.end, RequestEnd::Busy | RequestEnd::Late));
         let mut failures = BTreeMap::new();
         for code in all().filter_map(|record| record.why) {
             *failures.entry(ErrorKind::from_code(code).unwrap_or(ErrorKind::Failed).name()).or_default() += 1;
@@ -115,7 +115,7 @@ impl LoadTally {
             clients_lost: clients.iter().filter(|client| client.is_none()).count(),
             throughput_hz: counts[0] as f64 / last.max(seconds),
             latency: Times::of(ended(RequestEnd::Ok).map(|record| record.latency_us)),
-            refusal: Times::of(refusals.map(|record| record.latency_us)),
+            refused: Times::of(refused_records.map(|record| record.latency_us)),
             ipc_p50: Times::of(ended(RequestEnd::Ok).map(|record| record.ipc_us)).p50,
             ideal_p99: Times::of(ideal::sojourns(served, servers).into_iter()).p99,
             per_client: clients
@@ -144,7 +144,7 @@ impl LoadTally {
     pub fn document(&self, rate: Option<f64>) -> Value {
         let [ok, busy, late, failed] = self.counts;
         let Times { p50, p90, p99, max } = self.latency;
-        let refusal = self.refusal;
+        let refused = self.refused;
         json!({
             "rate_hz": rate,
             "sent": self.sent,
@@ -156,7 +156,7 @@ impl LoadTally {
             "clients_lost": self.clients_lost,
             "throughput_hz": self.throughput_hz,
             "latency_us": { "p50": p50, "p90": p90, "p99": p99, "max": max },
-            "refusal_us": { "p50": refusal.p50, "p99": refusal.p99, "max": refusal.max },
+            "refusal_us": { "p50": refused.p50, "p99": refused.p99, "max": refused.max },
             "ipc_share_us_p50": self.ipc_p50,
             "ideal_queue_p99_us": self.ideal_p99,
             "per_client_ok": self.per_client,
@@ -203,7 +203,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn strikes_are_counted_by_their_ends_and_clients() {
+    fn requests_are_counted_by_outcome_and_client() {
         let why = |end| (end == RequestEnd::Failed).then_some(ErrorKind::Lost.code());
         let record =
             |due_us, end| RequestRecord { due_us, latency_us: 2000, service_us: 1500, ipc_us: 100, end, why: why(end) };
@@ -215,18 +215,18 @@ mod tests {
             record(400, RequestEnd::Ok),
         ];
         let tally = LoadTally::of(&[Some(first), Some(second), None], 2, 1.0);
-        let told = tally.document(Some(104.0));
-        assert_eq!((&told["sent"], &told["ok"], &told["busy"]), (&104.into(), &101.into(), &1.into()));
-        assert_eq!((&told["late"], &told["failed"]), (&1.into(), &1.into()));
-        assert_eq!(told["per_client_ok"], json!([100, 1, 0]));
-        assert_eq!((&told["failures"], &told["clients_lost"]), (&json!({ "lost": 1 }), &1.into()));
+        let report = tally.document(Some(104.0));
+        assert_eq!((&report["sent"], &report["ok"], &report["busy"]), (&104.into(), &101.into(), &1.into()));
+        assert_eq!((&report["late"], &report["failed"]), (&1.into(), &1.into()));
+        assert_eq!(report["per_client_ok"], json!([100, 1, 0]));
+        assert_eq!((&report["failures"], &report["clients_lost"]), (&json!({ "lost": 1 }), &1.into()));
         assert_eq!(tally.complaints().lines().count(), 2);
-        assert_eq!(told["throughput_hz"], 101.0);
+        assert_eq!(report["throughput_hz"], 101.0);
         for (times, quantile) in [("latency_us", "p50"), ("latency_us", "max"), ("refusal_us", "p99")] {
-            let found = told[times][quantile].as_f64().unwrap();
+            let found = report[times][quantile].as_f64().unwrap();
             assert!((found / 2000.0 - 1.0).abs() < 2e-3, "{times} {quantile}: {found}");
         }
-        assert!((told["ideal_queue_p99_us"].as_f64().unwrap() / 1500.0 - 1.0).abs() < 2e-3);
+        assert!((report["ideal_queue_p99_us"].as_f64().unwrap() / 1500.0 - 1.0).abs() < 2e-3);
         assert_eq!(
             tally.line(None).split_whitespace().count(),
             LoadTally::HEAD.split("  ").filter(|part| !part.is_empty()).count()

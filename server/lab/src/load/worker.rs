@@ -3,7 +3,7 @@
 use super::plan::{ClientPlan, ClientReport, LoadTarget};
 use super::schedule::Schedule;
 use super::tally::{RequestEnd, RequestRecord};
-use super::{ANSWER, reply};
+use super::{RESULT_TIMEOUT, reply};
 use shatter_cli_common::cli_error::{CliError, out};
 use shatter_client::{
     Client, Contact, Deadline, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Poll, Ticket,
@@ -22,7 +22,7 @@ const POINTS_MAX: usize = 4096;
 const PAUSE: Duration = Duration::from_millis(10);
 
 /// Time to wait for results after the last request is sent.
-pub const PATIENCE: Duration = Duration::from_secs(30);
+pub const TIMEOUT: Duration = Duration::from_secs(30);
 
 /// Reads a plan, carries it out, and writes a report.
 pub fn run(service: &str) -> Result<(), CliError> {
@@ -30,11 +30,11 @@ pub fn run(service: &str) -> Result<(), CliError> {
     if let Err(error) = rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::TERM)) {
         tracing::debug!(%error, "a client process may outlive the tool");
     }
-    let told = match carried_out(service) {
+    let report = match carried_out(service) {
         Ok(records) => ClientReport::Records(records),
         Err(Error { kind, at, message, .. }) => ClientReport::Refused { kind: kind.name().to_owned(), at, message },
     };
-    out(format_args!("{}\n", serde_json::json!(told)))
+    out(format_args!("{}\n", serde_json::json!(report)))
 }
 
 fn carried_out(service: &str) -> Result<Vec<RequestRecord>, Error> {
@@ -64,8 +64,8 @@ impl Mark {
         let center = facts.center_m;
         let all_over = Impact::new([Contact::new(center).impulse([1.0, 0.0, 0.0]).radius(facts.diagonal_m)])
             .degree(DegreeRule::Sites(SITES.min(facts.degree_max)));
-        let broken = insist(|| object.strike(&all_over)?.wait(Deadline::after(ANSWER)))?;
-        let points = surface(&broken);
+        let fracture_result = retry_until_accepted(|| object.strike(&all_over)?.wait(Deadline::after(RESULT_TIMEOUT)))?;
+        let points = surface(&fracture_result);
         if points.is_empty() {
             return Err(Error::new(
                 ErrorKind::Failed,
@@ -78,12 +78,12 @@ impl Mark {
 }
 
 /// Retries while the service is busy, as other clients may be exploring, too.
-fn insist<T>(ask: impl Fn() -> Result<T, Error>) -> Result<T, Error> {
-    let deadline = Deadline::after(ANSWER);
+fn retry_until_accepted<T>(ask: impl Fn() -> Result<T, Error>) -> Result<T, Error> {
+    let deadline = Deadline::after(RESULT_TIMEOUT);
     loop {
         match ask() {
-            Err(refusal) if refusal.kind == ErrorKind::Busy && !deadline.passed() => {
-                std::thread::sleep(refusal.retry_after.unwrap_or_default().clamp(PAUSE, Duration::from_secs(1)));
+            Err(error) if error.kind == ErrorKind::Busy && !deadline.passed() => {
+                std::thread::sleep(error.retry_after.unwrap_or_default().clamp(PAUSE, Duration::from_secs(1)));
             }
             result => return result,
         }
@@ -91,9 +91,9 @@ fn insist<T>(ask: impl Fn() -> Result<T, Error>) -> Result<T, Error> {
 }
 
 /// Samples points of the outer faces of all fragments.
-fn surface(broken: &FractureResult) -> Vec<[f64; 3]> {
+fn surface(fracture_result: &FractureResult) -> Vec<[f64; 3]> {
     let mut points = Vec::new();
-    for fragment in broken.fragments() {
+    for fragment in fracture_result.fragments() {
         let [x, y, z] = fragment.center_m();
         let outer = fragment.runs().filter(|run| run.neighbor.is_none());
         points.extend(outer.flat_map(|run| run.positions).map(|p| {
@@ -114,7 +114,7 @@ struct Sender {
 }
 
 /// Request in flight.
-struct Flying {
+struct InFlightRequest {
     ticket: Ticket,
     due: Duration,
 }
@@ -145,7 +145,7 @@ impl Sender {
 
 /// Open loop: sends every request at its due time, whatever the state of earlier ones.
 fn open(connection: &Client, mut sender: Sender) -> Vec<RequestRecord> {
-    let (flying, done) = (Mutex::new(Vec::new()), AtomicBool::new(false));
+    let (in_flight, done) = (Mutex::new(Vec::new()), AtomicBool::new(false));
     let begin = sender.begin;
     std::thread::scope(|scope| {
         let refused = scope.spawn(|| {
@@ -153,16 +153,16 @@ fn open(connection: &Client, mut sender: Sender) -> Vec<RequestRecord> {
             while let Some(due) = sender.schedule.next().filter(|due| !sender.over(*due)) {
                 sender.sleep_until(due);
                 // Locked before sending: a result may arrive before its ticket is stored.
-                let mut flying = flying.lock().unwrap_or_else(PoisonError::into_inner);
+                let mut in_flight = in_flight.lock().unwrap_or_else(PoisonError::into_inner);
                 match sender.strike() {
-                    Ok(ticket) => flying.push(Flying { ticket, due }),
-                    Err(refusal) => refused.push(ended(begin, due, &refusal)),
+                    Ok(ticket) => in_flight.push(InFlightRequest { ticket, due }),
+                    Err(error) => refused.push(ended(begin, due, &error)),
                 }
             }
             done.store(true, Ordering::Release);
             refused
         });
-        let mut records = receive(connection, begin, &flying, &done);
+        let mut records = receive(connection, begin, &in_flight, &done);
         records.extend(refused.join().unwrap_or_default());
         records.sort_by_key(|record| record.due_us);
         records
@@ -170,27 +170,32 @@ fn open(connection: &Client, mut sender: Sender) -> Vec<RequestRecord> {
 }
 
 /// Receives results until no more can arrive.
-fn receive(connection: &Client, begin: Instant, flying: &Mutex<Vec<Flying>>, done: &AtomicBool) -> Vec<RequestRecord> {
-    let (mut own, mut records): (Vec<Flying>, Vec<RequestRecord>) = (Vec::new(), Vec::new());
+fn receive(
+    connection: &Client,
+    begin: Instant,
+    in_flight: &Mutex<Vec<InFlightRequest>>,
+    done: &AtomicBool,
+) -> Vec<RequestRecord> {
+    let (mut own, mut records): (Vec<InFlightRequest>, Vec<RequestRecord>) = (Vec::new(), Vec::new());
     let mut last: Option<Deadline> = None;
     loop {
         let over = done.load(Ordering::Acquire);
-        own.append(&mut flying.lock().unwrap_or_else(PoisonError::into_inner));
+        own.append(&mut in_flight.lock().unwrap_or_else(PoisonError::into_inner));
         own.retain_mut(|strike| match strike.ticket.poll() {
             Ok(Poll::Pending) => true,
-            Ok(Poll::Ready(broken)) => {
-                records.push(answered(begin, strike.due, &broken));
+            Ok(Poll::Ready(fracture_result)) => {
+                records.push(answered(begin, strike.due, &fracture_result));
                 false
             }
-            Err(refusal) => {
-                records.push(ended(begin, strike.due, &refusal));
+            Err(error) => {
+                records.push(ended(begin, strike.due, &error));
                 false
             }
         });
         if over && own.is_empty() {
             return records;
         }
-        if over && last.get_or_insert_with(|| Deadline::after(PATIENCE)).passed() {
+        if over && last.get_or_insert_with(|| Deadline::after(TIMEOUT)).passed() {
             let lost = Error::new(ErrorKind::Late, "ticket", "no result arrived");
             records.extend(own.iter().map(|strike| ended(begin, strike.due, &lost)));
             return records;
@@ -208,12 +213,12 @@ fn closed(mut sender: Sender) -> Vec<RequestRecord> {
         if sender.over(due) {
             return records;
         }
-        let result = sender.strike().and_then(|mut ticket| ticket.wait(Deadline::after(PATIENCE)));
+        let result = sender.strike().and_then(|mut ticket| ticket.wait(Deadline::after(TIMEOUT)));
         records.push(match result {
-            Ok(broken) => answered(sender.begin, due, &broken),
-            Err(refusal) => {
-                let record = ended(sender.begin, due, &refusal);
-                std::thread::sleep(refusal.retry_after.unwrap_or_default().clamp(PAUSE, Duration::from_secs(1)));
+            Ok(fracture_result) => answered(sender.begin, due, &fracture_result),
+            Err(error) => {
+                let record = ended(sender.begin, due, &error);
+                std::thread::sleep(error.retry_after.unwrap_or_default().clamp(PAUSE, Duration::from_secs(1)));
                 record
             }
         });
@@ -224,26 +229,26 @@ fn micros(time: Duration) -> u64 {
     u64::try_from(time.as_micros()).unwrap_or(u64::MAX)
 }
 
-fn answered(begin: Instant, due: Duration, broken: &FractureResult) -> RequestRecord {
-    let stages = broken.stages().map(|cost| cost.time);
-    let service: Duration = stages.chain(broken.effects().map(|cost| cost.time)).sum();
+fn answered(begin: Instant, due: Duration, fracture_result: &FractureResult) -> RequestRecord {
+    let stages = fracture_result.stages().map(|cost| cost.time);
+    let service: Duration = stages.chain(fracture_result.effects().map(|cost| cost.time)).sum();
     RequestRecord {
         due_us: micros(due),
         latency_us: micros(begin.elapsed().saturating_sub(due)),
         service_us: micros(service),
-        ipc_us: micros(broken.round_trip().saturating_sub(service)),
+        ipc_us: micros(fracture_result.round_trip().saturating_sub(service)),
         end: RequestEnd::Ok,
         why: None,
     }
 }
 
-fn ended(begin: Instant, due: Duration, refusal: &Error) -> RequestRecord {
-    let end = match refusal.kind {
+fn ended(begin: Instant, due: Duration, error: &Error) -> RequestRecord {
+    let end = match error.kind {
         ErrorKind::Busy | ErrorKind::Stopping => RequestEnd::Busy,
         ErrorKind::Late => RequestEnd::Late,
         _ => RequestEnd::Failed,
     };
     let latency_us = micros(begin.elapsed().saturating_sub(due));
-    let why = (end == RequestEnd::Failed).then_some(refusal.kind.code());
+    let why = (end == RequestEnd::Failed).then_some(error.kind.code());
     RequestRecord { due_us: micros(due), latency_us, service_us: 0, ipc_us: 0, end, why }
 }

@@ -7,7 +7,7 @@
 pub struct Color(pub [f32; 3]);
 
 impl Color {
-    /// Color from OKLab's polar form: lightness 0 to 1, chroma (0: grey; 0.1: muted; 0.25: vivid), hue in degrees.
+    /// Color from OKLab's polar form: lightness 0 to 1, chroma (0: gray; 0.1: muted; 0.25: vivid), hue in degrees.
     ///
     /// Clamped to the gamut of sRGB.
     pub fn oklch(lightness: f32, chroma: f32, hue_deg: f32) -> Self {

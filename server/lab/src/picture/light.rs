@@ -26,6 +26,15 @@ impl RenderStyle {
     pub const CHART: Self = Self { key: 0.42, fill: 0.10, sky: 0.74, bounce: 0.48, gloss: 0.0 };
 }
 
+/// Appearance of a surface at a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finish {
+    /// Color.
+    pub color: Color,
+    /// Share of light that is reflected as by a mirror at normal incidence: 0 for matte surfaces, 0.04 for glazes, more for metals.
+    pub reflectance: f32,
+}
+
 /// Lights placed for a camera.
 pub(super) struct Lights {
     style: RenderStyle,
@@ -45,6 +54,10 @@ const FAINT: f32 = 0.015;
 /// Exponent of the highlight.
 const SHININESS: i32 = 36;
 
+/// Brightness of the key light in a mirror, and the cosines between which its edge fades.
+const LAMP: f32 = 14.0;
+const LAMP_EDGE: [f32; 2] = [0.965, 0.985];
+
 /// Brightness above which highlights are compressed instead of clipped.
 const KNEE: f32 = 0.80;
 
@@ -56,9 +69,8 @@ impl Lights {
         Self { style, key: key.normalize(), fill: fill.normalize() }
     }
 
-    /// Light that leaves a surface of `color` towards the eye (unit vector `view`); `sky` and `key` are the visible shares of both
-    /// lights.
-    pub fn shade(&self, color: Color, normal: &Vector3<f32>, view: &Vector3<f32>, sky: f32, key: f32) -> [f32; 3] {
+    /// Light that leaves a surface towards the eye (unit vector `view`); `sky` and `key` are the visible shares of both lights.
+    pub fn shade(&self, finish: Finish, normal: &Vector3<f32>, view: &Vector3<f32>, sky: f32, key: f32) -> [f32; 3] {
         let style = &self.style;
         let above = 0.5 + 0.5 * normal.y;
         let ambient = (style.bounce + (style.sky - style.bounce) * above) * sky;
@@ -66,10 +78,27 @@ impl Lights {
         let fill = style.fill * normal.dot(&self.fill).max(0.0) * sky;
         let half = (self.key + view).normalize();
         let gloss = style.gloss * normal.dot(&half).max(0.0).powi(SHININESS) * key;
+        let mirrored = self.mirrored(finish.reflectance, normal, view, sky, key);
         [0, 1, 2].map(|k| {
             let arriving = ambient * SKY_TINT[k] + direct * KEY_TINT[k] + fill * FILL_TINT[k];
-            soften(color.0[k] * arriving + gloss)
+            soften(finish.color.0[k] * arriving + gloss + mirrored)
         })
+    }
+
+    /// Light of the ground, the sky and the key light that is reflected as by a mirror.
+    ///
+    /// Based on: C. Schlick, *An inexpensive BRDF model for physically-based rendering* (Fresnel term), 1994.
+    fn mirrored(&self, reflectance: f32, normal: &Vector3<f32>, view: &Vector3<f32>, sky: f32, key: f32) -> f32 {
+        if reflectance == 0.0 {
+            return 0.0;
+        }
+        let cosine = normal.dot(view).clamp(0.0, 1.0);
+        let mirror = normal * (2.0 * cosine) - view;
+        let above = (0.5 + 2.0 * mirror.y).clamp(0.0, 1.0);
+        let [rim, disk] = LAMP_EDGE;
+        let lamp = LAMP * ((mirror.dot(&self.key) - rim) / (disk - rim)).clamp(0.0, 1.0);
+        let arriving = (self.style.bounce + (self.style.sky - self.style.bounce) * above) * sky + lamp * key;
+        (reflectance + (1.0 - reflectance) * (1.0 - cosine).powi(5)) * arriving
     }
 
     /// Darkness of the ground where these shares of sky and key light arrive: 0 in full light.

@@ -4,6 +4,7 @@
 //! A picture takes three steps: color and join [`DrawnMesh`]es, fit a [`Camera`] to them, and [`draw`] an [`Image`]. Light is summed in
 //! linear color. The same input gives the same bytes for any number of threads.
 
+mod animation;
 mod camera;
 mod color;
 mod image;
@@ -16,14 +17,15 @@ mod raster;
 mod render;
 mod shadow;
 
+pub use animation::{AnimationFrame, animated_png};
 pub use camera::{Camera, Projection};
 pub use color::{Color, ENERGY, Ramp, crack_color, fragment_color};
 pub use image::{Image, PictureError};
-pub use light::RenderStyle;
+pub use light::{Finish, RenderStyle};
 pub use marker::arrow;
 pub use mesh::{DrawnCorner, DrawnMesh};
 pub use pieces::{CREASE_DEG, Spread, pieces};
-pub use render::draw;
+pub use render::{Texture, draw, draw_textured};
 
 /// Size of a picture in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

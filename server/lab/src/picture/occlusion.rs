@@ -75,29 +75,36 @@ impl DepthMap {
     }
 }
 
-/// Depth maps over the whole sphere and around one light, distributed over `deals` groups of samples.
+/// Depth maps over the whole sphere and around one light, distributed over `strata_count` groups of samples.
 pub(super) struct Occlusion {
     sky: Vec<DepthMap>,
     key: Vec<DepthMap>,
-    deals: usize,
+    strata_count: usize,
 }
 
 impl Occlusion {
     /// Creates, per group of samples, `sky` directions over the sphere and `key` directions within `spread` (tangent) of `towards`.
-    pub fn new(mesh: &DrawnMesh, deals: usize, sky: usize, key: usize, towards: Vector3<f32>, spread: f32) -> Self {
+    pub fn new(
+        mesh: &DrawnMesh,
+        strata_count: usize,
+        sky: usize,
+        key: usize,
+        towards: Vector3<f32>,
+        spread: f32,
+    ) -> Self {
         let (low, high) = mesh.bounds();
         let center = nalgebra::center(&low, &high);
         let radius = mesh.positions.iter().map(|p| (p - center).norm()).fold(f32::MIN_POSITIVE, f32::max);
         let map = |side| move |towards| DepthMap::new(mesh, (center, radius), side, towards);
-        let sky = sphere(deals * sky).into_par_iter().map(map(SKY_SIDE)).collect();
-        let key = cone(towards, spread, deals * key).into_par_iter().map(map(KEY_SIDE)).collect();
-        Self { sky, key, deals }
+        let sky = sphere(strata_count * sky).into_par_iter().map(map(SKY_SIDE)).collect();
+        let key = cone(towards, spread, strata_count * key).into_par_iter().map(map(KEY_SIDE)).collect();
+        Self { sky, key, strata_count }
     }
 
-    /// Shares of sky light and key light that reach a surface at `point`, by the directions of group `deal`.
-    pub fn dealt(&self, point: &Point3<f32>, normal: &Vector3<f32>, deal: usize) -> (f32, f32) {
-        let dealt = |maps| <[DepthMap]>::iter(maps).skip(deal).step_by(self.deals);
-        (sky(dealt(&self.sky), point, normal), key(dealt(&self.key), point, normal))
+    /// Shares of sky light and key light that reach a surface at `point`, by the directions of group `stratum`.
+    pub fn stratified(&self, point: &Point3<f32>, normal: &Vector3<f32>, stratum: usize) -> (f32, f32) {
+        let stratified = |maps| <[DepthMap]>::iter(maps).skip(stratum).step_by(self.strata_count);
+        (sky(stratified(&self.sky), point, normal), key(stratified(&self.key), point, normal))
     }
 
     /// The same shares by all directions.

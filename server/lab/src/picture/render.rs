@@ -3,7 +3,7 @@
 use super::camera::Camera;
 use super::color::{Color, encode};
 use super::image::Image;
-use super::light::{Lights, RenderStyle};
+use super::light::{Finish, Lights, RenderStyle};
 use super::mesh::DrawnMesh;
 use super::occlusion::Occlusion;
 use super::raster::{NOTHING, RasterVertex, SampleGrid, Visible, visible, weights};
@@ -24,9 +24,30 @@ const KEY_PER_SAMPLE: usize = 3;
 /// Tangent of half the key light's angular size, which determines the softness of shadows.
 const KEY_SPREAD: f32 = 0.11;
 
-/// Draws `mesh` as seen by `camera`. `ground` is the height of the plane that receives the shadow, if any.
+/// Appearance of a triangle of the mesh, by its number, at a point given by its weights of the corners.
+pub type Texture<'a> = &'a (dyn Fn(usize, [f32; 3]) -> Finish + Sync);
+
+/// Draws `mesh` in its own colors as seen by `camera`. `ground` is the height of the plane that receives the shadow, if any.
 pub fn draw(
     mesh: &DrawnMesh,
+    camera: &Camera,
+    size: PictureSize,
+    style: RenderStyle,
+    ground: Option<f32>,
+    backdrop: Backdrop,
+) -> Image {
+    let own = |triangle: usize, share: [f32; 3]| {
+        let corners = &mesh.corners[triangle];
+        let color = Color([0, 1, 2].map(|k| (0..3).map(|c| corners[c].color.0[k] * share[c]).sum()));
+        Finish { color, reflectance: 0.0 }
+    };
+    draw_textured(mesh, &own, camera, size, style, ground, backdrop)
+}
+
+/// Draws `mesh` like [`draw`], with `texture` instead of its colors.
+pub fn draw_textured(
+    mesh: &DrawnMesh,
+    texture: Texture<'_>,
     camera: &Camera,
     size: PictureSize,
     style: RenderStyle,
@@ -39,7 +60,7 @@ pub fn draw(
     let lights = Lights::new(style, camera);
     let occlusion = Occlusion::new(mesh, FINE * FINE, SKY_PER_SAMPLE, KEY_PER_SAMPLE, lights.key, KEY_SPREAD);
     let shadow = ground.map(|height| Shadow::new(grid, camera, &lights, &occlusion, height));
-    let scene = Scene { mesh, camera, spots, seen, lights, occlusion, shadow, grid };
+    let scene = Scene { mesh, texture, camera, spots, seen, lights, occlusion, shadow, grid };
     let mut pixels = vec![[0; 4]; size.width * size.height];
     pixels.par_chunks_mut(size.width).enumerate().for_each(|(row, line)| {
         let behind = background(backdrop, row, size.height);
@@ -60,6 +81,7 @@ fn background(backdrop: Backdrop, row: usize, height: usize) -> Option<Color> {
 
 struct Scene<'a> {
     mesh: &'a DrawnMesh,
+    texture: Texture<'a>,
     camera: &'a Camera,
     spots: Vec<RasterVertex>,
     seen: Visible,
@@ -74,9 +96,9 @@ impl Scene<'_> {
     fn pixel(&self, column: usize, row: usize, behind: Option<Color>) -> [u8; 4] {
         let mut light = [0.0_f32; 3];
         let mut cover = 0.0;
-        for deal in 0..FINE * FINE {
-            let (x, y) = (column * FINE + deal % FINE, row * FINE + deal / FINE);
-            let (sample, alpha) = self.sample(x, y, deal);
+        for stratum in 0..FINE * FINE {
+            let (x, y) = (column * FINE + stratum % FINE, row * FINE + stratum / FINE);
+            let (sample, alpha) = self.sample(x, y, stratum);
             light = [0, 1, 2].map(|k| light[k] + sample[k]);
             cover += alpha;
         }
@@ -96,14 +118,14 @@ impl Scene<'_> {
     }
 
     /// Light of one sample, premultiplied by its alpha, and the alpha.
-    fn sample(&self, x: usize, y: usize, deal: usize) -> ([f32; 3], f32) {
+    fn sample(&self, x: usize, y: usize, stratum: usize) -> ([f32; 3], f32) {
         match self.seen.triangles[y * self.seen.width + x] {
             NOTHING => ([0.0; 3], self.shadow.as_ref().map_or(0.0, |shadow| shadow.at(x, y))),
-            triangle => (self.surface(triangle as usize, x, y, deal), 1.0),
+            triangle => (self.surface(triangle as usize, x, y, stratum), 1.0),
         }
     }
 
-    fn surface(&self, triangle: usize, x: usize, y: usize, deal: usize) -> [f32; 3] {
+    fn surface(&self, triangle: usize, x: usize, y: usize, stratum: usize) -> [f32; 3] {
         let vertices = self.mesh.triangles[triangle].map(|vertex| vertex as usize);
         let spots = vertices.map(|vertex| self.spots[vertex]);
         let mut share = weights(&spots, x as f32 + 0.5, y as f32 + 0.5);
@@ -115,14 +137,14 @@ impl Scene<'_> {
         let corners = &self.mesh.corners[triangle];
         let places = vertices.map(|vertex| self.mesh.positions[vertex].coords);
         let place = Point3::from(places[0] * share[0] + places[1] * share[1] + places[2] * share[2]);
-        let color = Color([0, 1, 2].map(|k| (0..3).map(|c| corners[c].color.0[k] * share[c]).sum()));
+        let finish = (self.texture)(triangle, share);
         let (_, forward) = self.ray(x, y);
         let flat = (places[1] - places[0]).cross(&(places[2] - places[0]));
         let side = if flat.dot(&forward) > 0.0 { -1.0 } else { 1.0 };
         let mixed: Vector3<f32> = (0..3).map(|c| corners[c].normal * share[c]).sum();
         let normal = mixed.try_normalize(0.0).unwrap_or_else(Vector3::y) * side;
-        let (sky, key) = self.occlusion.dealt(&place, &normal, deal);
-        self.lights.shade(color, &normal, &-forward, sky, key)
+        let (sky, key) = self.occlusion.stratified(&place, &normal, stratum);
+        self.lights.shade(finish, &normal, &-forward, sky, key)
     }
 
     fn ray(&self, x: usize, y: usize) -> (Point3<f32>, Vector3<f32>) {

@@ -22,7 +22,7 @@ const INSET: f32 = 0.14;
 /// Shadow over the background, on a coarse grid.
 pub(super) struct Shadow {
     columns: usize,
-    veil: Vec<f32>,
+    opacity: Vec<f32>,
 }
 
 impl Shadow {
@@ -43,18 +43,18 @@ impl Shadow {
         for _ in 0..BLURS {
             sky = blurred(&sky, columns);
         }
-        let veil = |at: usize| {
+        let opacity = |at: usize| {
             let (x, y) = spot(at);
             DEEPEST * lights.ground_shadow(sky[at], key[at]) * inset(grid, x, y)
         };
-        Self { columns, veil: (0..columns * rows).map(veil).collect() }
+        Self { columns, opacity: (0..columns * rows).map(opacity).collect() }
     }
 
     /// Share of the background that the shadow removes at a sample.
     pub fn at(&self, x: usize, y: usize) -> f32 {
         let first = y / STEP * self.columns + x / STEP;
         let (right, down) = ((x % STEP) as f32 / STEP as f32, (y % STEP) as f32 / STEP as f32);
-        let mix = |left: usize| self.veil[left] * (1.0 - right) + self.veil[left + 1] * right;
+        let mix = |left: usize| self.opacity[left] * (1.0 - right) + self.opacity[left + 1] * right;
         mix(first) * (1.0 - down) + mix(first + self.columns) * down
     }
 }

@@ -66,8 +66,8 @@ fn light_falls_from_above_and_shadow_on_the_ground() {
     let image = picture(&ball(24), Projection::Orthographic, Some(-1.0));
     let at = |x: usize, y: usize| image.pixels[y * SIZE.width + x];
     assert!(at(48, 14)[1] > at(48, 58)[1]);
-    let veil = image.pixels.iter().filter(|pixel| (1..200).contains(&pixel[3])).count();
-    assert!(veil > 100, "no shadow on the ground: {veil} pixels");
+    let opacity = image.pixels.iter().filter(|pixel| (1..200).contains(&pixel[3])).count();
+    assert!(opacity > 100, "no shadow on the ground: {opacity} pixels");
     assert_eq!(at(2, 2)[3], 0);
 }
 
@@ -100,6 +100,51 @@ fn a_png_holds_the_pixels() {
     let info = reader.next_frame(&mut pixels).unwrap();
     assert_eq!((info.width, info.height), (192, 72));
     assert_eq!(pixels, image.pixels.as_flattened());
+}
+
+#[test]
+fn a_glaze_reflects_the_key_light_and_a_matte_texture_does_not() {
+    let mesh = ball(24);
+    let camera = Camera::fit(&mesh.positions, Vector3::z(), Projection::Orthographic, 96.0 / 72.0);
+    let brightest = |reflectance| {
+        let texture = |_, _: [f32; 3]| Finish { color: Color([0.1; 3]), reflectance };
+        let image = draw_textured(&mesh, &texture, &camera, SIZE, RenderStyle::CHART, None, Backdrop::Clear);
+        image.pixels.iter().map(|pixel| pixel[1]).max().unwrap()
+    };
+    assert!(brightest(0.0) < 130 && brightest(0.04) > 170, "{} {}", brightest(0.0), brightest(0.04));
+}
+
+#[test]
+fn an_animation_repeats_and_stores_only_what_changes() {
+    let still = Image { size: SIZE, pixels: vec![[200, 100, 50, 255]; 96 * 72] };
+    let mut other = still.clone();
+    for row in 10..13 {
+        other.pixels[row * 96 + 20..row * 96 + 25].fill([10, 20, 240, 255]);
+    }
+    let images = [still.clone(), other.clone(), other, still];
+    let frames = images.clone().map(|image| AnimationFrame { image, delay_ms: 40 });
+    let mut reader = png::Decoder::new(std::io::Cursor::new(animated_png(&frames).unwrap())).read_info().unwrap();
+    let animation = *reader.info().animation_control().unwrap();
+    assert_eq!((animation.num_frames, animation.num_plays), (4, 0));
+    let palette = reader.info().palette.clone().unwrap();
+    let mut shown = vec![0; 96 * 72];
+    let rectangles = [[0, 0, 96, 72], [20, 10, 5, 3], [0, 0, 1, 1], [20, 10, 5, 3]];
+    for (image, rectangle) in images.iter().zip(rectangles) {
+        let mut entries = vec![0; 96 * 72];
+        reader.next_frame(&mut entries).unwrap();
+        let frame = *reader.info().frame_control().unwrap();
+        assert_eq!([frame.x_offset, frame.y_offset, frame.width, frame.height], rectangle);
+        for (at, entry) in entries.iter().take((frame.width * frame.height) as usize).enumerate() {
+            let (x, y) = (at % frame.width as usize, at / frame.width as usize);
+            let place = (y + frame.y_offset as usize) * 96 + x + frame.x_offset as usize;
+            shown[place] = if *entry == 0 { shown[place] } else { *entry };
+        }
+        for (entry, pixel) in shown.iter().zip(&image.pixels) {
+            let color = &palette[3 * usize::from(*entry)..][..3];
+            assert!((0..3).all(|k| color[k].abs_diff(pixel[k]) <= 4), "{color:?} {pixel:?}");
+        }
+    }
+    assert!(animated_png(&[]).is_err());
 }
 
 #[test]

@@ -20,7 +20,7 @@ use shatter_proto::Error;
 use shatter_proto::effect::Effect;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, DegreeRule, Request};
-use shatter_proto::result::{Block, StageKind};
+use shatter_proto::result::{AlignedBlock, StageKind};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -142,7 +142,7 @@ fn costs(prepared: &Arc<PreparedObject>, terms: ObjectPolicy) -> Result<Vec<Medi
         let strike = strike(prepared, number);
         let outcome = served.strike(&strike, &mut workspace, &CancelToken::default(), &clock)?;
         let layout = Layout::new(&outcome.counts()).ok_or_else(too_large)?;
-        payload.resize(payload.len().max(layout.blocks()), Block::zeroed());
+        payload.resize(payload.len().max(layout.blocks()), AlignedBlock::zeroed());
         let mut sections = layout.split(&mut payload[..layout.blocks()]).ok_or_else(too_large)?;
         clock.write(outcome.as_ref(), &mut sections, layout.base_bytes())?;
         runs.push(clock);

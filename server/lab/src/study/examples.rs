@@ -35,7 +35,7 @@ const LENS: Projection = Projection::Perspective { fov_deg: 24.0 };
 const ARROW: f64 = 0.05;
 
 /// Label of an example, and its predictions without that example.
-struct Told {
+struct ExampleRow {
     optimised: f64,
     network: f64,
     closed_form: f64,
@@ -45,7 +45,7 @@ struct Told {
 /// out.
 pub fn page(prepared: &PreparedObject) -> Result<Study, ExamplesError> {
     let learned = prepared.learned.as_ref().ok_or(ExamplesError::Nothing)?;
-    let told = told(prepared).ok_or(ExamplesError::Nothing)?;
+    let rows = rows(prepared).ok_or(ExamplesError::Nothing)?;
     Ok(Study {
         title: format!("What {} has learned", prepared.name),
         lead: vec![
@@ -54,16 +54,16 @@ pub fn page(prepared: &PreparedObject) -> Result<Study, ExamplesError> {
                 .to_owned(),
         ],
         facts: facts(prepared, learned),
-        sections: vec![against(&told)?, spread(&told)?, struck(prepared)?],
+        sections: vec![against(&rows)?, spread(&rows)?, struck(prepared)?],
     })
 }
 
-fn told(prepared: &PreparedObject) -> Option<Vec<Told>> {
+fn rows(prepared: &PreparedObject) -> Option<Vec<ExampleRow>> {
     let each = prepared.examples.iter().enumerate();
-    let lessons: Vec<TrainingSample> = each.flat_map(|(k, example)| example.lessons(k)).collect();
-    let trained = degree::train(&lessons, prepared.parameters.seed)?;
+    let samples: Vec<TrainingSample> = each.flat_map(|(k, example)| example.samples(k)).collect();
+    let trained = degree::train(&samples, prepared.parameters.seed)?;
     let labels = prepared.examples.iter().flat_map(|example| example.labels());
-    let one = |((_, estimate, sites), left_out): ((f64, f64, u32), &f64)| Told {
+    let one = |((_, estimate, sites), left_out): ((f64, f64, u32), &f64)| ExampleRow {
         optimised: f64::from(sites),
         network: degree::sites(*left_out, estimate).max(2.0),
         closed_form: (prepared.kappa * estimate).max(2.0),
@@ -100,12 +100,12 @@ fn facts(prepared: &PreparedObject, learned: &LearnedModel) -> Vec<Fact> {
     facts
 }
 
-fn against(told: &[Told]) -> Result<Section, PlotError> {
-    let points = |of: fn(&Told) -> f64| told.iter().map(|told| (told.optimised, of(told))).collect();
-    let most = told.iter().map(|told| told.optimised).fold(2.0, f64::max);
+fn against(rows: &[ExampleRow]) -> Result<Section, PlotError> {
+    let points = |of: fn(&ExampleRow) -> f64| rows.iter().map(|rows| (rows.optimised, of(rows))).collect();
+    let most = rows.iter().map(|rows| rows.optimised).fold(2.0, f64::max);
     let lines = [
-        PlotLine { name: "closed form".into(), points: points(|told| told.closed_form), mark: PlotMark::Dots },
-        PlotLine { name: "network".into(), points: points(|told| told.network), mark: PlotMark::Dots },
+        PlotLine { name: "closed form".into(), points: points(|rows| rows.closed_form), mark: PlotMark::Dots },
+        PlotLine { name: "network".into(), points: points(|rows| rows.network), mark: PlotMark::Dots },
         PlotLine { name: "ideal".into(), points: vec![(2.0, 2.0), (most, most)], mark: PlotMark::Line },
     ];
     let axes = Axes { x: "optimised degree".into(), y: "predicted degree".into(), log_x: true, log_y: true };
@@ -116,14 +116,14 @@ fn against(told: &[Told]) -> Result<Section, PlotError> {
     })
 }
 
-fn spread(told: &[Told]) -> Result<Section, PlotError> {
-    let counted: Vec<&Told> = told.iter().filter(|told| told.optimised >= SITES_MIN as f64).collect();
-    let line = |name: &str, of: fn(&Told) -> f64| PlotLine {
+fn spread(rows: &[ExampleRow]) -> Result<Section, PlotError> {
+    let counted: Vec<&ExampleRow> = rows.iter().filter(|rows| rows.optimised >= SITES_MIN as f64).collect();
+    let line = |name: &str, of: fn(&ExampleRow) -> f64| PlotLine {
         name: name.to_owned(),
-        points: histogram(counted.iter().map(|told| of(told) / told.optimised - 1.0)),
+        points: histogram(counted.iter().map(|rows| of(rows) / rows.optimised - 1.0)),
         mark: PlotMark::Line,
     };
-    let lines = [line("closed form", |told| told.closed_form), line("network", |told| told.network)];
+    let lines = [line("closed form", |rows| rows.closed_form), line("network", |rows| rows.network)];
     let axes = Axes { x: "Δn / n".into(), y: "labels".into(), log_x: false, log_y: false };
     Ok(Section {
         heading: "Distribution of errors".to_owned(),

@@ -93,10 +93,10 @@ fn far_from_the_origin_and_on_a_plane() {
 }
 
 #[test]
-fn broken_fields_are_refused_by_name() {
-    let check = |spoil: &dyn Fn(&mut Case)| {
+fn invalid_fields_are_rejected_by_name() {
+    let check = |damage: &dyn Fn(&mut Case)| {
         let mut case = Case::cube(2);
-        spoil(&mut case);
+        damage(&mut case);
         EnergyField::new(&case.lift, &case.volumes, &mut case.mass).map(|_| ()).unwrap_err()
     };
     assert!(matches!(check(&|case| case.mass[3] = f64::NAN), FieldError::Mass { node: 3, .. }));

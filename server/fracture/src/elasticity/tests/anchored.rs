@@ -19,7 +19,7 @@ fn anchors(body: &Elasticity) -> &[u32] {
 }
 
 /// Load of an impact on the far end.
-fn blow(body: &Elasticity) -> Vec<f64> {
+fn impact_forces(body: &Elasticity) -> Vec<f64> {
     let contact =
         ContactLoad { point: Point3::new(0.5, 0.03, 0.02), impulse: Vector3::new(-1.0, 0.3, 0.1), radius: 0.2 };
     load(body, &[contact]).forces
@@ -45,10 +45,10 @@ fn a_push_on_a_fixed_bar_has_its_energy() {
 
 /// Compares with a dense factor of the matrix without the held rows.
 #[test]
-fn a_blow_on_a_fixed_bar_is_that_of_the_dense_solve() {
+fn an_impact_on_a_fixed_bar_matches_the_dense_solve() {
     let lattice = block([4, 2, 2], 0.25);
     let body = held(&lattice, 0.3);
-    let forces = blow(&body);
+    let forces = impact_forces(&body);
     let still = anchors(&body);
     let moving: Vec<usize> = (0..body.size()).filter(|row| !still.contains(&((row / 3) as u32))).collect();
     let column = |row: usize| {
@@ -70,9 +70,9 @@ fn a_blow_on_a_fixed_bar_is_that_of_the_dense_solve() {
 fn loads_superpose() {
     let lattice = block([4, 2, 2], 0.25);
     let body = held(&lattice, 0.3);
-    let (blow, weight) = (blow(&body), body.weight(&Vector3::new(0.3, -9.81, 0.0)));
-    let both: Vec<f64> = blow.iter().zip(&weight).map(|(a, b)| a + 0.7 * b).collect();
-    let [first, second] = [&blow, &weight].map(|forces| solve(&body, forces));
+    let (impact_forces, weight) = (impact_forces(&body), body.weight(&Vector3::new(0.3, -9.81, 0.0)));
+    let both: Vec<f64> = impact_forces.iter().zip(&weight).map(|(a, b)| a + 0.7 * b).collect();
+    let [first, second] = [&impact_forces, &weight].map(|forces| solve(&body, forces));
     let sum: Vec<f64> = first.iter().zip(&second).map(|(a, b)| a + 0.7 * b).collect();
     assert!(difference(&sum, &solve(&body, &both)) < 1e-11);
 }
@@ -83,7 +83,7 @@ fn anchors_bear_the_load() {
     let body = held(&lattice, 0.3);
     let volume = lattice.volume();
     for (forces, sum) in [
-        (blow(&body), Vector3::new(-1.0, 0.3, 0.1)),
+        (impact_forces(&body), Vector3::new(-1.0, 0.3, 0.1)),
         (body.weight(&Vector3::new(0.0, -9.81, 0.0)), Vector3::new(0.0, -9.81 * volume, 0.0)),
     ] {
         let mut reactions = vec![0.0; body.size()];
@@ -101,7 +101,7 @@ fn anchors_bear_the_load() {
 }
 
 #[test]
-fn what_does_not_hold_is_refused() {
+fn insufficient_anchors_are_rejected() {
     let lattice = block([4, 2, 2], 0.25);
     let body = free(&lattice, 0.3);
     let edge: Vec<u32> = (0..lattice.nodes.len() as u32)

@@ -45,7 +45,7 @@ fn rotating_lattice_and_contacts_keeps_the_energies() {
 
 /// On a regular lattice, rounding decides which face is nearest and whether a node is on the rim of the patch.
 #[test]
-fn ties_do_not_show_in_the_energies() {
+fn equidistant_nodes_do_not_change_the_energies() {
     let lattice = block([4, 4, 4], 0.2);
     let contact = |point: [f64; 3]| ContactLoad {
         point: Point3::from(point),

@@ -3,12 +3,12 @@
 mod anchored;
 mod beam;
 mod contact;
-mod floor;
+mod eigenvalue_bound;
+mod errors;
 mod invariance;
 mod patch;
 mod precision;
 mod reduced;
-mod refusal;
 
 use super::*;
 use crate::cancel_token::CancelToken;

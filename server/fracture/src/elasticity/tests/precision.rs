@@ -10,7 +10,7 @@ fn both(lattice: &Lattice) -> [Elasticity; 2] {
 }
 
 /// Load of an impact across the end of a block.
-fn blow(body: &Elasticity, lattice: &Lattice) -> NodalLoad {
+fn impact_load(body: &Elasticity, lattice: &Lattice) -> NodalLoad {
     let end = lattice.nodes.iter().max_by(|a, b| a.x.total_cmp(&b.x)).unwrap();
     load(body, &[ContactLoad { point: *end, impulse: Vector3::new(-0.3, -1.0, 0.2), radius: 0.2 }])
 }
@@ -20,7 +20,7 @@ fn single_precision_is_refined_until_energies_are_those_of_double() {
     for cells in [[5, 4, 6], [12, 3, 3]] {
         let lattice = block(cells, 0.1);
         let [double, single] = both(&lattice);
-        let load = blow(&double, &lattice);
+        let load = impact_load(&double, &lattice);
         let mut displacement = Vec::new();
         for scale in [1.0, 1e-60, 1e60] {
             let forces: Vec<f64> = load.forces.iter().map(|f| f * scale).collect();
@@ -45,7 +45,7 @@ fn single_precision_is_refined_until_energies_are_those_of_double() {
 fn a_slender_body_keeps_its_factor_in_double_precision() {
     let lattice = block([300, 1, 1], 0.01);
     let [double, single] = both(&lattice);
-    let load = blow(&double, &lattice);
+    let load = impact_load(&double, &lattice);
     assert_eq!(solve(&double, &load.forces), solve(&single, &load.forces));
     assert_eq!((single.precision(), single.own_bytes()), (Precision::F64, double.own_bytes()));
 }

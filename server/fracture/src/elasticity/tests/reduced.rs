@@ -56,7 +56,7 @@ fn the_basis_is_orthonormal_in_energy() {
 }
 
 #[test]
-fn what_the_basis_has_seen_it_reproduces() {
+fn the_basis_reproduces_its_snapshots() {
     let (lattice, body) = bar();
     let loads = snapshots(&lattice, &body, 30);
     let reduced = body.reduce(&loads, 256, &CancelToken::default()).unwrap().unwrap();
@@ -111,7 +111,7 @@ fn missing(lattice: &Lattice, body: &Elasticity, reduced: &ReducedBasis, load: &
 }
 
 #[test]
-fn the_residual_tells_the_missing_energy_of_any_contact() {
+fn the_residual_estimates_the_missing_energy() {
     let (lattice, body) = bar();
     let reduced = body.reduce(&snapshots(&lattice, &body, 30), 20, &CancelToken::default()).unwrap().unwrap();
     let mut stream = RandomStream::new(3, 0);

@@ -55,7 +55,7 @@ fn a_spectrum_that_needs_restarts_is_found() {
 }
 
 #[test]
-fn rank_loss_is_survived() {
+fn lanczos_recovers_from_rank_loss() {
     // Forty positive eigenvalues, the rest zero: the Krylov space ends at 40.
     let values: Vec<f64> = (0..600).map(|k| if k <= 40 { 1.0 + f64::from(k) } else { 0.0 }).collect();
     check(&values, 40);

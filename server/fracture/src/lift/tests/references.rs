@@ -44,7 +44,7 @@ fn a_box_has_the_spectrum_of_cosines_and_converges_with_order_two() {
 }
 
 #[test]
-fn dense_and_iterated_pairs_meet_at_the_same_spectrum() {
+fn dense_and_lanczos_spectra_agree() {
     let exact = of_box([1.0, 1.0, 0.5], 4);
     check(&block([4, 4, 2], 0.25), &exact, 0.1);
     check(&block([8, 8, 4], 0.125), &exact, 0.03);
@@ -109,9 +109,9 @@ fn what_has_no_spectrum_is_refused_by_name() {
     let mut flat = cube.clone();
     flat.nodes.iter_mut().for_each(|node| node.z = 0.0);
     refused(&flat, 3, LiftError::DegenerateTet { tet: 0 });
-    let mut broken = cube.clone();
-    broken.nodes[3].x = f64::NAN;
-    assert!(matches!(Spectrum::compute(&broken, 3, &CancelToken::default()), Err(LiftError::DegenerateTet { .. })));
+    let mut damaged = cube.clone();
+    damaged.nodes[3].x = f64::NAN;
+    assert!(matches!(Spectrum::compute(&damaged, 3, &CancelToken::default()), Err(LiftError::DegenerateTet { .. })));
     let mut stray = cube;
     stray.nodes.push(stray.nodes[0]);
     refused(&stray, 3, LiftError::Disconnected { components: 2 });

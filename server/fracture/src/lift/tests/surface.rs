@@ -76,7 +76,7 @@ fn the_carried_functions_of_a_ball_are_solid_harmonics() {
 }
 
 #[test]
-fn shells_have_spectra_of_their_own_and_constants_that_tell_them_apart() {
+fn separate_shells_have_separate_spectra_and_constants() {
     let lattice = hollow();
     let surface = BoundarySurface::new(&lattice);
     let shells = surface.shells();

@@ -5,7 +5,7 @@ use super::slivers;
 use crate::centroidal::EnergyField;
 use crate::fragment::properties;
 use crate::pipeline::error::FractureError;
-use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::request::stage::Stage;
 use crate::pipeline::stages::cells::{BodyCells, Division};
 use crate::pipeline::stages::energy::BodyEnergy;
@@ -17,7 +17,7 @@ use crate::tessellation::{BisectorSites, FixedPoints, TessellationWorkspace};
 #[derive(Clone, Copy)]
 pub(in crate::pipeline) struct MeshSources<'a> {
     /// Context of the request.
-    pub context: StrikeContext<'a>,
+    pub context: RequestContext<'a>,
     /// Strain energies of the struck bodies.
     pub energies: &'a [BodyEnergy],
     /// Energy densities of the struck bodies, without an artist's controls.
@@ -60,7 +60,7 @@ impl MeshSources<'_> {
 
     /// Cuts one body into fragments.
     pub(super) fn cut(&self, index: usize, workspace: &mut TessellationWorkspace) -> Result<BodyMeshes, FractureError> {
-        let StrikeContext { prepared, request, observer, .. } = self.context;
+        let RequestContext { prepared, request, observer, .. } = self.context;
         let body = &prepared.bodies[index];
         let cells = self.cells(index);
         let merges = request.effects.has(EffectKind::Slivers) && cells.is_some();
@@ -127,7 +127,7 @@ impl MeshSources<'_> {
         cut: &mut CutBuffers,
         workspace: &mut TessellationWorkspace,
     ) -> Result<(), FractureError> {
-        let StrikeContext { prepared, request, .. } = self.context;
+        let RequestContext { prepared, request, .. } = self.context;
         let (body, lift) = (&prepared.bodies[index], request.lift_of(prepared, index)?);
         let CutBuffers { components, points, tessellation, .. } = cut;
         let sites = cells.map(|cells| BisectorSites {

@@ -1,19 +1,19 @@
 //! Convex collision proxies of the fragments, computed with the effect `hulls`.
 //!
-//! Ours. The convex hull of a fragment also contains parts of neighbors in its hollows. Two such hulls overlap, and a
-//! simulation pushes them apart in its first step. A proxy is therefore the hull of the part of the fragment inside the
-//! mean planes of its cracks, which both neighbors share. Each plane moves outward until at most a small share of the
-//! fragment is beyond it; that share decreases until the hull covers enough. The overlap is then about the smallest
-//! possible with this coverage.
+//! The method is ours. The convex hull of a concave fragment also contains parts of its neighbors. Two such hulls
+//! overlap, and a simulation pushes them apart in its first step. A proxy is therefore the hull of only a part of the
+//! fragment, inside the mean planes of its cracks. Neighbors share these planes. Each plane moves outward until at most
+//! a small share of the fragment is beyond it. That share decreases until the hull covers enough. The overlap is then
+//! about the smallest possible with this coverage.
 //!
-//! Curved outer walls need more faces than a hull may have. The hull then cuts off parts between its vertices. Moving
-//! the points of the outer surface outward by half of that depth halves it.
+//! Curved outer walls need more faces than a hull may have, so the hull cuts off parts between its vertices. Moving
+//! the points of the outer surface outward by half the depth of these parts halves the depth.
 
 use crate::cancel_token::{CancelToken, Cancelled};
 use crate::hull::{ClosedTriangles, ConvexHull, Plane, bounds, clipped, meet};
 use crate::lattice::Lattice;
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
-use crate::tessellation::{FragmentRange, RunRange, Tessellation, Transform};
+use crate::tessellation::{FragmentRange, LocalToMeters, RunRange, Tessellation};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -109,7 +109,7 @@ impl FragmentHulls {
     pub(in crate::pipeline) fn fit(
         bodies: &[BodyMeshes],
         lattices: &[&Lattice],
-        transform: Transform,
+        transform: LocalToMeters,
         token: &CancelToken,
     ) -> Result<Self, Cancelled> {
         let parts: Vec<Part> =

@@ -10,18 +10,18 @@ use super::world_bonds;
 use crate::lattice::Lattice;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::PreparedObject;
-use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
 use crate::scene::{EffectKind, EffectSet};
 use crate::skin::Skin;
 use crate::surface::LocalFrame;
-use crate::tessellation::{BisectorSites, HostFrame, MeterFrame, TessellationWorkspace, Transform};
+use crate::tessellation::{BisectorSites, HostFrame, LocalToMeters, MeterFrame, TessellationWorkspace};
 use std::sync::Arc;
 
 /// Meshes of all bodies, ready to be emitted, with exactly known sizes.
 pub struct FractureMeshes {
     pub(in crate::pipeline) bodies: Vec<BodyMeshes>,
-    pub(in crate::pipeline) transform: Transform,
+    pub(in crate::pipeline) transform: LocalToMeters,
     pub(in crate::pipeline) frame: LocalFrame,
     pub(in crate::pipeline) crack_spacing: f64,
     pub(in crate::pipeline) seed: u64,
@@ -36,7 +36,7 @@ pub struct FractureMeshes {
     /// Hulls; empty without the effect `hulls`.
     pub hulls: FragmentHulls,
     /// Attributes of vertices; empty without the effect `attributes`.
-    pub looks: VertexAttributes,
+    pub attributes: VertexAttributes,
     /// Skins; empty without the effect `skin`.
     pub skins: FragmentSkins,
     /// Effects of the request.
@@ -51,7 +51,7 @@ impl FractureMeshes {
         sources: MeshSources<'_>,
         workspace: &mut TessellationWorkspace,
     ) -> Result<Self, FractureError> {
-        let StrikeContext { prepared, request, cancel, observer } = sources.context;
+        let RequestContext { prepared, request, cancel, observer } = sources.context;
         let mut bodies: Vec<BodyMeshes> = Vec::with_capacity(prepared.bodies.len());
         let (mut velocities, mut world, mut first) = (Vec::new(), Vec::new(), 0);
         let held = prepared.held(request.effects)?;
@@ -78,7 +78,7 @@ impl FractureMeshes {
         }
         let lattices: Vec<&Lattice> = prepared.bodies.iter().map(|body| &body.crack).collect();
         let meshes = Self::of(bodies, velocities, world, sources.context);
-        let mut meshes = meshes.with_looks(sources.context)?;
+        let mut meshes = meshes.with_attributes(sources.context)?;
         if request.effects.has(EffectKind::Skin) {
             let of_fragments: Vec<Vec<u32>> = meshes.bodies.iter().map(|own| own.sites.clone()).collect();
             let sites = sources.sites(&of_fragments)?;
@@ -92,12 +92,12 @@ impl FractureMeshes {
         bodies: Vec<BodyMeshes>,
         velocities: Vec<ReleaseVelocity>,
         world: Vec<BondRow>,
-        context: StrikeContext<'_>,
+        context: RequestContext<'_>,
     ) -> Self {
-        let StrikeContext { prepared, request, .. } = context;
+        let RequestContext { prepared, request, .. } = context;
         let mut pieces = Self {
             bodies,
-            transform: Transform { meters_per_unit: prepared.frame.diagonal_m },
+            transform: LocalToMeters { meters_per_unit: prepared.frame.diagonal_m },
             frame: prepared.frame,
             crack_spacing: prepared.parameters.crack_spacing,
             seed: request.seed,
@@ -106,7 +106,7 @@ impl FractureMeshes {
             runs: Vec::new(),
             velocities,
             hulls: FragmentHulls::default(),
-            looks: VertexAttributes::default(),
+            attributes: VertexAttributes::default(),
             skins: FragmentSkins::default(),
             effects: request.effects,
             counts: BulkCounts::default(),
@@ -116,11 +116,12 @@ impl FractureMeshes {
     }
 
     /// Adds the attributes of outer faces, with the effect `attributes`.
-    pub(in crate::pipeline) fn with_looks(mut self, context: StrikeContext<'_>) -> Result<Self, FractureError> {
+    pub(in crate::pipeline) fn with_attributes(mut self, context: RequestContext<'_>) -> Result<Self, FractureError> {
         if self.effects.has(EffectKind::Attributes) {
             let attributes = context.observer.effect(EffectKind::Attributes);
-            self.looks = VertexAttributes::of(&self.bodies, context.prepared)?;
-            let bytes = size_of_val(self.looks.vertices.as_slice()) + size_of_val(self.looks.materials.as_slice());
+            self.attributes = VertexAttributes::of(&self.bodies, context.prepared)?;
+            let bytes =
+                size_of_val(self.attributes.vertices.as_slice()) + size_of_val(self.attributes.materials.as_slice());
             attributes.produced_bytes(bytes as u64);
         }
         Ok(self)
@@ -129,15 +130,15 @@ impl FractureMeshes {
     /// Adds the skins of the fragments, cut from `skin`. `sites`: the diagram of each body, if it has one.
     ///
     /// # Errors
-    /// [`FractureError::Bare`] without `skin`.
+    /// [`FractureError::AttributesUnprepared`] without `skin`.
     pub(in crate::pipeline) fn with_skins(
         mut self,
         skin: Option<&Arc<Skin>>,
         sites: &[Option<BisectorSites<'_>>],
-        context: StrikeContext<'_>,
+        context: RequestContext<'_>,
     ) -> Result<Self, FractureError> {
         let effect = context.observer.effect(EffectKind::Skin);
-        let skin = skin.ok_or(FractureError::Bare { effect: EffectKind::Skin })?;
+        let skin = skin.ok_or(FractureError::AttributesUnprepared { effect: EffectKind::Skin })?;
         self.skins = FragmentSkins::clip(&self.bodies, skin, context.prepared, sites);
         effect.produced_bytes(self.skins.bytes() as u64);
         Ok(self)
@@ -147,7 +148,7 @@ impl FractureMeshes {
     pub(in crate::pipeline) fn with_hulls(
         mut self,
         lattices: &[&Lattice],
-        context: StrikeContext<'_>,
+        context: RequestContext<'_>,
     ) -> Result<Self, FractureError> {
         if self.effects.has(EffectKind::Hulls) {
             let hulls = context.observer.effect(EffectKind::Hulls);

@@ -68,10 +68,10 @@ impl RetainedFragments {
     /// The cut of the result's skins, which includes fragment `fragment`.
     ///
     /// # Errors
-    /// [`FractureError::Undressed`].
+    /// [`FractureError::SkinUnprepared`].
     pub(in crate::pipeline) fn skin_cut(&self, fragment: u32) -> Result<&SkinCut, FractureError> {
         let has = |cut: &&SkinCut| (fragment as usize) < cut.parts.len();
-        self.skins.as_ref().filter(has).ok_or(FractureError::Undressed { fragment })
+        self.skins.as_ref().filter(has).ok_or(FractureError::SkinUnprepared { fragment })
     }
 
     /// The body of fragment `fragment` of the result, and its label there.

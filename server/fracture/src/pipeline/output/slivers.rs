@@ -1,7 +1,7 @@
 //! Slivers: fragments too small for a body of their own, merged into the neighbor with the largest common area.
 
 use crate::fragment::RigidProperties;
-use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::context::RequestContext;
 use crate::tessellation::{Components, RunRange, Tessellation, Topology};
 use std::collections::BTreeMap;
 
@@ -12,8 +12,8 @@ use std::collections::BTreeMap;
 pub const SLIVER_CUBES: f64 = 2.0;
 
 /// The volume below which a fragment is a sliver, local: [`SLIVER_CUBES`] or that of the request, whichever is larger.
-pub(in crate::pipeline) fn least_volume(context: StrikeContext<'_>) -> f64 {
-    let StrikeContext { prepared, request, .. } = context;
+pub(in crate::pipeline) fn least_volume(context: RequestContext<'_>) -> f64 {
+    let RequestContext { prepared, request, .. } = context;
     let asked = request.volume_min_m3.map_or(0.0, |volume_m3| volume_m3 / prepared.frame.diagonal_m.powi(3));
     asked.max(SLIVER_CUBES * prepared.parameters.crack_spacing.powi(3))
 }

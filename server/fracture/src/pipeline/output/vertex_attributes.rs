@@ -31,13 +31,14 @@ pub struct VertexAttributes {
 impl VertexAttributes {
     /// The attributes of the outer faces of `bodies`, fragments of `prepared`.
     pub(in crate::pipeline) fn of(bodies: &[BodyMeshes], prepared: &PreparedObject) -> Result<Self, FractureError> {
-        let mut looks = Self::default();
+        let mut attributes = Self::default();
         for pieces in bodies {
             let body = &prepared.bodies[pieces.body];
-            let outer = body.outer.as_ref().ok_or(FractureError::Bare { effect: EffectKind::Attributes })?;
-            BodyBoundary::new(body, outer, pieces).look(&mut looks);
+            let outer =
+                body.outer.as_ref().ok_or(FractureError::AttributesUnprepared { effect: EffectKind::Attributes })?;
+            BodyBoundary::new(body, outer, pieces).append_body(&mut attributes);
         }
-        Ok(looks)
+        Ok(attributes)
     }
 }
 
@@ -64,11 +65,11 @@ impl<'a> BodyBoundary<'a> {
     }
 
     /// Appends the attributes of this body's fragments.
-    fn look(&self, looks: &mut VertexAttributes) {
+    fn append_body(&self, attributes: &mut VertexAttributes) {
         let tessellation = &self.pieces.tessellation;
-        let first = looks.vertices.len();
-        looks.vertices.resize(first + tessellation.vertex_count(), VertexAttribute::default());
-        tessellation.each_run(&mut looks.vertices[first..], |run, out| {
+        let first = attributes.vertices.len();
+        attributes.vertices.resize(first + tessellation.vertex_count(), VertexAttribute::default());
+        tessellation.each_run(&mut attributes.vertices[first..], |run, out| {
             if !run.crack {
                 let origins = &self.origins[run.fragment as usize];
                 out.iter_mut().zip(origins).for_each(|(out, origin)| *out = self.vertex(origin));
@@ -80,7 +81,7 @@ impl<'a> BodyBoundary<'a> {
         let faces = faces(&self.body.topology);
         for run in tessellation.runs() {
             if run.crack {
-                looks.materials.resize(looks.materials.len() + run.triangles.len(), NO_MATERIAL);
+                attributes.materials.resize(attributes.materials.len() + run.triangles.len(), NO_MATERIAL);
                 continue;
             }
             let origins = &self.origins[run.fragment as usize];
@@ -88,7 +89,7 @@ impl<'a> BodyBoundary<'a> {
                 let nodes = self.face_of(triangle.map(|vertex| &origins[vertex as usize]));
                 nodes.and_then(|nodes| faces.get(&nodes)).map_or(NO_MATERIAL, |&face| self.outer.materials[face])
             };
-            looks.materials.extend(tessellation.run_triangles(run).map(material));
+            attributes.materials.extend(tessellation.run_triangles(run).map(material));
         }
     }
 

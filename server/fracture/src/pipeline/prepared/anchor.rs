@@ -12,18 +12,18 @@ impl PreparedObject {
     /// # Errors
     /// [`AnchorError::ElasticityUnprepared`], [`AnchorError::Empty`], [`AnchorError::Loose`].
     pub fn anchor_nodes(&self, anchors: &Anchors) -> Result<AnchorNodes, AnchorError> {
-        let mut grip =
+        let mut anchored_nodes =
             AnchorNodes { counts: vec![0; anchors.regions.len()], nodes: Vec::with_capacity(self.bodies.len()) };
         let mut spacing = 0.0f64;
         for (body, own) in self.bodies.iter().enumerate() {
             let solid = own.solid.as_ref().ok_or(AnchorError::ElasticityUnprepared { body })?;
             spacing = spacing.max(solid.elasticity.spacing());
-            let before = grip.counts.clone();
+            let before = anchored_nodes.counts.clone();
             let mut nodes = Vec::new();
             for (node, place) in solid.lattice.nodes.iter().enumerate() {
                 let place_m = self.frame.to_meters(place);
                 let mut any = false;
-                for (region, count) in anchors.regions.iter().zip(&mut grip.counts) {
+                for (region, count) in anchors.regions.iter().zip(&mut anchored_nodes.counts) {
                     let holds = region.holds(&place_m);
                     *count += usize::from(holds);
                     any |= holds;
@@ -32,18 +32,18 @@ impl PreparedObject {
                     nodes.push(node as u32);
                 }
             }
-            let reach = || (0..before.len()).filter(|&region| grip.counts[region] > before[region]);
+            let reach = || (0..before.len()).filter(|&region| anchored_nodes.counts[region] > before[region]);
             if let Some(Err(source)) = (!nodes.is_empty()).then(|| solid.elasticity.check_anchors(&nodes)) {
                 return Err(AnchorError::Loose { body, regions: named(reach()), source });
             }
-            grip.nodes.push(nodes);
+            anchored_nodes.nodes.push(nodes);
         }
-        match grip.counts.iter().position(|count| *count == 0) {
+        match anchored_nodes.counts.iter().position(|count| *count == 0) {
             Some(region) => {
                 let (what, spacing_m) = (anchors.regions[region].to_string(), spacing * self.frame.diagonal_m);
                 Err(AnchorError::Empty { region, what, spacing_m })
             }
-            None => Ok(grip),
+            None => Ok(anchored_nodes),
         }
     }
 
@@ -55,9 +55,9 @@ impl PreparedObject {
     /// # Errors
     /// Those of [`Self::anchor_nodes`], and [`AnchorError::Cancelled`].
     pub fn anchor(&mut self, anchors: &Anchors, token: &CancelToken) -> Result<(), AnchorError> {
-        let grip = self.anchor_nodes(anchors)?;
-        let mut bodies = Vec::with_capacity(grip.nodes.len());
-        for (body, nodes) in grip.nodes.into_iter().enumerate() {
+        let anchored_nodes = self.anchor_nodes(anchors)?;
+        let mut bodies = Vec::with_capacity(anchored_nodes.nodes.len());
+        for (body, nodes) in anchored_nodes.nodes.into_iter().enumerate() {
             let solid = self.bodies[body].solid.as_ref().ok_or(AnchorError::ElasticityUnprepared { body })?;
             let failed = |source| match source {
                 ElasticityError::Cancelled(cancelled) => AnchorError::Cancelled(cancelled),
@@ -73,14 +73,16 @@ impl PreparedObject {
     /// The anchored object under `effects`; `None` without [`EffectKind::Anchored`].
     ///
     /// # Errors
-    /// [`FractureError::Unheld`].
+    /// [`FractureError::AnchorsUnprepared`].
     pub fn held(&self, effects: EffectSet) -> Result<Option<&AnchoredObject>, FractureError> {
         if !effects.has(EffectKind::Anchored) {
             return Ok(None);
         }
-        let held = self.held.as_ref().ok_or(FractureError::Unheld { effect: EffectKind::Anchored })?;
+        let held = self.held.as_ref().ok_or(FractureError::AnchorsUnprepared { effect: EffectKind::Anchored })?;
         match held.anchors().gravity_m_s2 {
-            None if effects.has(EffectKind::Gravity) => Err(FractureError::Unheld { effect: EffectKind::Gravity }),
+            None if effects.has(EffectKind::Gravity) => {
+                Err(FractureError::AnchorsUnprepared { effect: EffectKind::Gravity })
+            }
             _ => Ok(Some(held)),
         }
     }

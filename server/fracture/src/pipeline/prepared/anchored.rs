@@ -23,7 +23,7 @@ pub struct AnchoredBody {
     /// Elasticity with the anchored nodes fixed. It shares all tables but its factor with the free body.
     pub elasticity: Elasticity,
     /// Displacement w under the weight, three components per node, local, per unit of density; `None`: no gravity.
-    pub sag: Option<Vec<f64>>,
+    pub gravity_displacement: Option<Vec<f64>>,
 }
 
 /// Anchored nodes of the elastic lattices.
@@ -37,6 +37,7 @@ pub struct AnchorNodes {
 
 /// Errors of anchoring an object. The scene is at fault; a retry does not help.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum AnchorError {
     /// The body has no elasticity tables.
     #[error("body {body} has no elasticity tables, which anchors need; bake the object with elasticity")]
@@ -89,7 +90,8 @@ impl AnchoredObject {
 
     /// Memory beyond that of the free object, bytes.
     pub fn bytes(&self) -> usize {
-        let own = |body: &AnchoredBody| body.elasticity.own_bytes() + body.sag.as_ref().map_or(0, held);
+        let own =
+            |body: &AnchoredBody| body.elasticity.own_bytes() + body.gravity_displacement.as_ref().map_or(0, held);
         held(&self.anchors.regions) + held(&self.bodies) + self.bodies.iter().flatten().map(own).sum::<usize>()
     }
 }
@@ -103,11 +105,16 @@ impl AnchoredBody {
     ) -> Result<Self, ElasticityError> {
         let elasticity = free.anchored(nodes, token)?;
         let solved = |gravity| {
-            let mut sag = Vec::new();
-            elasticity.solve(&elasticity.weight(&gravity), &mut sag, &mut ElasticWorkspace::default(), token)?;
-            Ok::<_, ElasticityError>(sag)
+            let mut gravity_displacement = Vec::new();
+            elasticity.solve(
+                &elasticity.weight(&gravity),
+                &mut gravity_displacement,
+                &mut ElasticWorkspace::default(),
+                token,
+            )?;
+            Ok::<_, ElasticityError>(gravity_displacement)
         };
-        let sag = anchors.gravity_m_s2.map(solved).transpose()?;
-        Ok(Self { elasticity, sag })
+        let gravity_displacement = anchors.gravity_m_s2.map(solved).transpose()?;
+        Ok(Self { elasticity, gravity_displacement })
     }
 }

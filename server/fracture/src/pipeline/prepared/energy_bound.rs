@@ -1,14 +1,16 @@
 //! Upper bound of E_1 under a load, without a solve. If it is below γ, the object stays intact.
 //!
-//! Based on: [`EigenvalueLowerBound`] for the energy and [`degree::reach`] for E_1 per energy; the combination is ours.
+//! Based on: [`EigenvalueLowerBound`] for the energy and [`degree::reach`] for E_1 per unit of energy; the combination
+//! is ours.
 //!
-//! With ρ² the first-moment bound of the lift ([`degree::reach`]) and U_d the energy that drives cracks (all of U or
-//! its tensile part): E_1 ≤ ρ²U_d ≤ ρ²U ≤ ρ²·½f'W⁻¹f/σ. The transfer to the crack lattice preserves sums.
+//! Let ρ² be the first-moment bound of the lift ([`degree::reach`]), and U_d the energy that drives cracks (all of U,
+//! or its tensile part). Then E_1 ≤ ρ²U_d ≤ ρ²U ≤ ρ²·½f'W⁻¹f/σ. The transfer to the crack lattice preserves the sum
+//! of the energies.
 //!
-//! This holds for K u = f. A computed u leaves a residual r, and √(½u'Ku) is a norm of f − r, which is in equilibrium
+//! This holds for K u = f. A computed u has a residual r, and solves the load f − r exactly, which is in equilibrium
 //! like f. Its energy is therefore at most (1 + |r|/|f|)² times the bound, with |·|² = (·)'W⁻¹(·). [`SLACK`] exceeds
-//! the effect of any residual that passes for a solution, and of rounding. A reduced displacement is a projection, so
-//! its energy is at most U.
+//! the effect of rounding and of any residual that is accepted as a solution. A reduced displacement is a projection,
+//! so its energy is at most U.
 
 use super::object::{PreparedBody, PreparedObject};
 use super::parameters::ElasticRequest;

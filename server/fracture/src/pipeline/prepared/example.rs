@@ -10,7 +10,7 @@ pub(in crate::pipeline) const TWICE: u64 = 8;
 
 /// One point of an example's curve E_max(n).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrainingExamplePoint {
+pub struct DegreeCurvePoint {
     /// Number of sites n.
     pub sites: u32,
     /// Smaller E_max(n) of the starts, in shares of the body's energy times local length squared.
@@ -39,7 +39,7 @@ pub struct TrainingExample {
     /// Evenness of the energy's distribution: [`degree::evenness`].
     pub evenness: f64,
     /// Points of the curve by ascending n, from 1.
-    pub points: Vec<TrainingExamplePoint>,
+    pub points: Vec<DegreeCurvePoint>,
     /// Crack nodes nearest to the sites of the best diagram, point after point, without n = 1.
     pub site_nodes: Vec<u32>,
 }
@@ -47,7 +47,7 @@ pub struct TrainingExample {
 impl TrainingExample {
     /// Crack nodes nearest to the sites of the best diagram of point `place`; empty where n = 1.
     pub fn sites(&self, place: usize) -> &[u32] {
-        let length = |point: &TrainingExamplePoint| if point.sites > 1 { point.sites as usize } else { 0 };
+        let length = |point: &DegreeCurvePoint| if point.sites > 1 { point.sites as usize } else { 0 };
         let begin: usize = self.points[..place].iter().map(length).sum();
         &self.site_nodes[begin..][..length(&self.points[place])]
     }
@@ -66,7 +66,7 @@ impl TrainingExample {
     }
 
     /// One training sample per label.
-    pub fn lessons(&self, example: usize) -> impl Iterator<Item = TrainingSample> + '_ {
+    pub fn samples(&self, example: usize) -> impl Iterator<Item = TrainingSample> + '_ {
         self.labels().map(move |(gamma, estimate, found)| TrainingSample {
             example,
             descriptor: degree::descriptor(estimate, self.first_moment, self.evenness, gamma),

@@ -91,7 +91,7 @@ impl PreparedObject {
             let made = lift::surface_diffusion(&bent, Extension::Harmonic, lift::SURFACE_MODES_DEFAULT, token);
             lifts.push(made.map_err(|source| (LiftKind::SurfaceDiffusion, source)));
         }
-        let home = |made: Result<LiftedLattice, (LiftKind, LiftError)>| match made {
+        let or_without_lift = |made: Result<LiftedLattice, (LiftKind, LiftError)>| match made {
             Ok(lift) => {
                 let lift = LiftedLattice::scaled(lift.kind, crack, lift.dimension, lift.coordinates);
                 let finite = lift.coordinates.iter().chain(&lift.density).all(|value| value.is_finite());
@@ -102,7 +102,7 @@ impl PreparedObject {
             Err((_, LiftError::Cancelled(cancelled))) => Err(WarpError::Cancelled(cancelled)),
             Err((lift, source)) => Err(WarpError::Lift { body: index, lift, source }),
         };
-        lifts.into_iter().map(home).collect()
+        lifts.into_iter().map(or_without_lift).collect()
     }
 
     /// Finds the nodes of protected regions: those inside, and those within one edge length of them.

@@ -4,6 +4,7 @@ use crate::cancel_token::Cancelled;
 use crate::lift::{LiftError, LiftKind, LiftedLattice};
 /// Errors of applying an artist's controls to an object.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum WarpError {
     /// The waves are too steep: the warped space folds.
     #[error(

@@ -7,7 +7,7 @@
 //! Closed fragments, masses and maxima are never given up. Explicit options of a request are kept, except that a
 //! requested search is started and becomes the estimate when its time ends.
 
-use super::cost::StrikeCost;
+use super::cost::RequestCost;
 use super::fracture_request::{DegreeRequest, FractureRequest};
 use crate::centroidal::ITERATIONS_MAX;
 use crate::pipeline::prepared::object::PreparedObject;
@@ -19,7 +19,7 @@ use crate::pipeline::prepared::parameters::{ElasticRequest, RANK_MAX};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeBudget {
     /// Expected cost of requests on the object.
-    pub cost: StrikeCost,
+    pub cost: RequestCost,
     /// True if a solve may become a reduced displacement.
     pub elastic_falls: bool,
     /// True if a search for the degree is skipped when the remaining time is too short for it.
@@ -30,16 +30,16 @@ pub struct TimeBudget {
 const SITES_EXPECTED: u32 = 50;
 
 /// Largest estimated error at which a reduced displacement replaces a solve for lack of time.
-pub const HURRIED_ERROR_MAX: f64 = 0.25;
+pub const DEGRADED_ERROR_MAX: f64 = 0.25;
 
 /// Largest number of basis displacements if there is no time for a diagram's first iteration.
-pub const HURRIED_RANK_MAX: u32 = RANK_MAX as u32 / 2;
+pub const DEGRADED_RANK_MAX: u32 = RANK_MAX as u32 / 2;
 
 impl TimeBudget {
     /// The budget with the cost rescaled by the pace so far: the energies, solved for or not, took `front_s` seconds.
     pub(in crate::pipeline) fn rescaled(self, solved: bool, front_s: f64) -> Self {
         let elastic = if solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
-        Self { cost: self.cost.at_pace(self.cost.pace(elastic, front_s)), ..self }
+        Self { cost: self.cost.scaled_by(self.cost.time_scale(elastic, front_s)), ..self }
     }
 
     /// True if `remaining_s` seconds suffice for a search of the degree by `rule` on bodies with `sites` estimated
@@ -47,7 +47,7 @@ impl TimeBudget {
     pub(in crate::pipeline) fn allows_search(&self, rule: DegreeRequest, sites: u32, remaining_s: f64) -> bool {
         let cost = &self.cost;
         let search_s = match rule {
-            DegreeRequest::Optimised => cost.optimise_s(sites),
+            DegreeRequest::Optimised => cost.optimize_s(sites),
             _ => cost.verify_s(sites),
         };
         !self.degree_falls || remaining_s >= search_s + cost.rest_s(sites)
@@ -68,8 +68,8 @@ impl FractureRequest {
         if !basis || remaining_s >= solve_s {
             return self;
         }
-        let reduced_error_max = self.reduced_error_max.max(HURRIED_ERROR_MAX);
-        let half = |rank_max: Option<u32>| Some(rank_max.map_or(HURRIED_RANK_MAX, |most| most.min(HURRIED_RANK_MAX)));
+        let reduced_error_max = self.reduced_error_max.max(DEGRADED_ERROR_MAX);
+        let half = |rank_max: Option<u32>| Some(rank_max.map_or(DEGRADED_RANK_MAX, |most| most.min(DEGRADED_RANK_MAX)));
         let rank_max = if remaining_s < reduced_s { half(self.rank_max) } else { self.rank_max };
         Self { elastic: ElasticRequest::Reduced, reduced_error_max, rank_max, ..self }
     }

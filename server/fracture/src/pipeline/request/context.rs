@@ -9,7 +9,7 @@ use crate::pipeline::prepared::object::PreparedObject;
 ///
 /// The memory that stages write into is separate: a [`Workspace`](crate::pipeline::Workspace).
 #[derive(Clone, Copy)]
-pub struct StrikeContext<'a> {
+pub struct RequestContext<'a> {
     /// The object.
     pub prepared: &'a PreparedObject,
     /// The request, constant during the computation.
@@ -20,7 +20,7 @@ pub struct StrikeContext<'a> {
     pub observer: &'a dyn StageObserver,
 }
 
-impl<'a> StrikeContext<'a> {
+impl<'a> RequestContext<'a> {
     /// Context of one request. Without cancellation and observer, pass `&CancelToken::default()` and `&()`.
     pub fn new(
         prepared: &'a PreparedObject,
@@ -32,10 +32,10 @@ impl<'a> StrikeContext<'a> {
     }
 
     /// The same context with another request.
-    pub(in crate::pipeline) fn with_request<'b>(self, request: &'b FractureRequest) -> StrikeContext<'b>
+    pub(in crate::pipeline) fn with_request<'b>(self, request: &'b FractureRequest) -> RequestContext<'b>
     where
         'a: 'b,
     {
-        StrikeContext { request, ..self }
+        RequestContext { request, ..self }
     }
 }

@@ -14,11 +14,11 @@ const ITERATIONS_USUAL: f64 = 12.0;
 const DIAGRAMS_VERIFIED: f64 = 6.0;
 
 /// Range to which the measured pace of a request is limited.
-const PACES: [f64; 2] = [0.25, 4.0];
+const SCALE_RANGE: [f64; 2] = [0.25, 4.0];
 
 /// Cost of requests on one object and one machine, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StrikeCost {
+pub struct RequestCost {
     /// Time before the degree with a reduced displacement, s.
     pub reduced_s: f64,
     /// Time before the degree with a solve, s.
@@ -48,7 +48,7 @@ pub struct CostSample {
     pub rest_s: f64,
 }
 
-impl StrikeCost {
+impl RequestCost {
     /// Default cost of an object without samples, from typical times per node and tetrahedron.
     pub fn typical(prepared: &PreparedObject) -> Self {
         let count = |count: usize| count as f64;
@@ -128,7 +128,7 @@ impl StrikeCost {
     /// Time of a search for the degree from below that ends at this number of sites, s.
     ///
     /// It makes two starts for each number of sites up to 16, then for numbers in steps of a tenth.
-    pub fn optimise_s(&self, sites: u32) -> f64 {
+    pub fn optimize_s(&self, sites: u32) -> f64 {
         let numbers =
             std::iter::successors(Some(2), |sites: &u32| Some(sites + if *sites < 16 { 1 } else { sites / 10 }));
         let one = |sites: u32| 2.0 * (self.start_s(sites) + ITERATIONS_USUAL * self.iteration_s(sites));
@@ -139,23 +139,24 @@ impl StrikeCost {
     ///
     /// It applies to later stages too, because a slow stage, such as with other programs on the same cores, is followed
     /// by slow ones. Over whole requests on a busy machine, the pace leaves a third of the spread.
-    pub fn pace(&self, elastic: ElasticRequest, front_s: f64) -> f64 {
-        let pace = front_s / self.front_s(elastic);
-        if pace.is_normal() { pace.clamp(PACES[0], PACES[1]) } else { 1.0 }
+    pub fn time_scale(&self, elastic: ElasticRequest, front_s: f64) -> f64 {
+        let time_scale = front_s / self.front_s(elastic);
+        if time_scale.is_normal() { time_scale.clamp(SCALE_RANGE[0], SCALE_RANGE[1]) } else { 1.0 }
     }
 
-    /// The cost with the times of the diagram and after it multiplied by `pace`.
+    /// The cost with the times of the diagram and after it multiplied by `time_scale`.
     #[must_use]
-    pub fn at_pace(self, pace: f64) -> Self {
+    pub fn scaled_by(self, time_scale: f64) -> Self {
         let Self { start_s, iteration_s, rest_s, .. } = self;
-        let [start_s, iteration_s, rest_s] = [start_s, iteration_s, rest_s].map(|line| line.map(|value| pace * value));
+        let [start_s, iteration_s, rest_s] =
+            [start_s, iteration_s, rest_s].map(|line| line.map(|value| time_scale * value));
         Self { start_s, iteration_s, rest_s, ..self }
     }
 
     /// The cost with all times multiplied by `factor`.
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {
-        Self { reduced_s: factor * self.reduced_s, solve_s: factor * self.solve_s, ..self.at_pace(factor) }
+        Self { reduced_s: factor * self.reduced_s, solve_s: factor * self.solve_s, ..self.scaled_by(factor) }
     }
 
     /// The cost with the time after the diagram multiplied by `factor`.
@@ -202,7 +203,7 @@ fn line(points: &[[f64; 2]]) -> Option<[f64; 2]> {
 mod tests {
     use super::*;
 
-    const KNOWN: StrikeCost = StrikeCost {
+    const KNOWN: RequestCost = RequestCost {
         reduced_s: 1e-3,
         solve_s: 3e-3,
         start_s: [2e-4, 1e-5],
@@ -225,7 +226,7 @@ mod tests {
 
     #[track_caller]
     fn check(samples: &[CostSample]) {
-        let fitted = StrikeCost::fit(samples).unwrap();
+        let fitted = RequestCost::fit(samples).unwrap();
         for sites in [2, 17, 50, 300] {
             for elastic in [ElasticRequest::Reduced, ElasticRequest::Solve] {
                 let ratio = fitted.strike_s(elastic, sites, 7) / KNOWN.strike_s(elastic, sites, 7);
@@ -235,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn what_strikes_took_is_found_again() {
+    fn the_cost_model_recovers_measured_costs() {
         let all = [8, 32, 128]
             .into_iter()
             .flat_map(|sites| [(0, true), (8, false)].map(|(iterations, solved)| sample(sites, iterations, solved)));
@@ -243,34 +244,34 @@ mod tests {
     }
 
     #[test]
-    fn what_is_slow_from_the_beginning_is_expected_to_stay_so() {
+    fn a_slow_start_scales_the_expected_rest() {
         for (elastic, front_s) in [(ElasticRequest::Reduced, KNOWN.reduced_s), (ElasticRequest::Solve, KNOWN.solve_s)] {
-            let slow = KNOWN.at_pace(KNOWN.pace(elastic, 1.5 * front_s));
-            let after_s = |cost: StrikeCost| cost.strike_s(elastic, 30, 4) - front_s;
+            let slow = KNOWN.scaled_by(KNOWN.time_scale(elastic, 1.5 * front_s));
+            let after_s = |cost: RequestCost| cost.strike_s(elastic, 30, 4) - front_s;
             assert!((after_s(slow) / after_s(KNOWN) - 1.5).abs() < 1e-12 && slow.front_s(elastic) == front_s);
         }
         for nonsense in [0.0, f64::NAN, f64::INFINITY] {
-            assert_eq!(KNOWN.pace(ElasticRequest::Reduced, nonsense), 1.0);
+            assert_eq!(KNOWN.time_scale(ElasticRequest::Reduced, nonsense), 1.0);
         }
-        assert_eq!(KNOWN.pace(ElasticRequest::Reduced, 1e9), PACES[1]);
+        assert_eq!(KNOWN.time_scale(ElasticRequest::Reduced, 1e9), SCALE_RANGE[1]);
     }
 
     #[test]
-    fn too_little_is_no_model() {
-        assert_eq!(StrikeCost::fit(&[]), None);
-        assert_eq!(StrikeCost::fit(&[sample(8, 0, true), sample(8, 4, false)]), None);
-        assert_eq!(StrikeCost::fit(&[sample(8, 0, true), sample(32, 0, true)]), None);
-        let broken = CostSample { rest_s: f64::NAN, ..sample(32, 4, true) };
-        assert_eq!(StrikeCost::fit(&[sample(8, 0, true), sample(32, 0, true), sample(8, 4, true), broken]), None);
+    fn too_few_samples_give_no_cost_model() {
+        assert_eq!(RequestCost::fit(&[]), None);
+        assert_eq!(RequestCost::fit(&[sample(8, 0, true), sample(8, 4, false)]), None);
+        assert_eq!(RequestCost::fit(&[sample(8, 0, true), sample(32, 0, true)]), None);
+        let invalid = CostSample { rest_s: f64::NAN, ..sample(32, 4, true) };
+        assert_eq!(RequestCost::fit(&[sample(8, 0, true), sample(32, 0, true), sample(8, 4, true), invalid]), None);
     }
 
     #[test]
-    fn no_part_of_a_strike_takes_less_than_nothing() {
+    fn fitted_costs_are_never_negative() {
         let samples: Vec<CostSample> = [(8, 4e-3), (32, 3e-3), (128, 2e-3)]
             .into_iter()
             .flat_map(|(sites, rest_s)| [0, 8].map(|its| CostSample { rest_s, ..sample(sites, its, true) }))
             .collect();
-        let fitted = StrikeCost::fit(&samples).unwrap();
+        let fitted = RequestCost::fit(&samples).unwrap();
         assert!(fitted.rest_s[1] == 0.0 && (2e-3..4e-3).contains(&fitted.rest_s[0]), "{fitted:?}");
     }
 }

@@ -41,7 +41,7 @@ pub struct SolverSettings {
 
 impl Preset {
     /// The solver settings of this preset.
-    pub fn dials(self) -> SolverSettings {
+    pub fn solver_settings(self) -> SolverSettings {
         let game = SolverSettings {
             elastic: ElasticRequest::Reduced,
             rank_max: None,
@@ -76,7 +76,7 @@ impl FractureRequest {
     #[must_use]
     pub fn of_quality(self, quality: Preset) -> Self {
         let SolverSettings { elastic, rank_max, reduced_error_max, tolerance, iterations_max, degree } =
-            quality.dials();
+            quality.solver_settings();
         Self { elastic, rank_max, reduced_error_max, tolerance, iterations_max, degree, ..self }
     }
 }
@@ -89,9 +89,9 @@ mod tests {
     #[test]
     fn every_preset_is_at_least_as_accurate_as_the_one_before() {
         for pair in Preset::ALL.windows(2) {
-            let [fast, fine] = [pair[0].dials(), pair[1].dials()];
+            let [fast, fine] = [pair[0].solver_settings(), pair[1].solver_settings()];
             assert!(fine.tolerance < fast.tolerance && fine.iterations_max >= fast.iterations_max, "{pair:?}");
-            let rank = |dials: SolverSettings| dials.rank_max.unwrap_or(u32::MAX);
+            let rank = |solver_settings: SolverSettings| solver_settings.rank_max.unwrap_or(u32::MAX);
             assert!(rank(fine) >= rank(fast), "{pair:?}");
             assert!(fine.elastic == ElasticRequest::Solve || fast.elastic == ElasticRequest::Reduced, "{pair:?}");
             let [fast, fine] = [pair[0].lattices(), pair[1].lattices()];

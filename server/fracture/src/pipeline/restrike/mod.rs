@@ -1,16 +1,17 @@
-//! Striking a fragment of an earlier result.
+//! Second requests, which strike a fragment of an earlier result.
 //!
-//! Based on: Schvartzman & Otaduy (I3D 2014), section 3, which asks for crack concavity. The method is ours:
+//! Based on: Schvartzman & Otaduy (I3D 2014), section 3, which names crack concavity as a goal. The method is ours:
 //!
-//! - The whole tetrahedra of the fragment form an object ([`ParentFragment`]), which is struck like any other, up to
-//!   the labels.
-//! - The labels are transferred to the whole lattice of the body. A node of the fragment without a whole tetrahedron
-//!   takes the label of the nearest node that has one. Nodes of other fragments keep their labels.
-//! - Points of earlier cracks do not move, so the volumes of the children add up to that of the fragment.
+//! - The tetrahedra that are entirely in the fragment form an object ([`ParentFragment`]). The usual stages run on
+//!   it, up to the labels.
+//! - The labels are transferred to the whole lattice of the body. A node of the fragment that belongs to none of
+//!   these tetrahedra gets the label of the nearest node that does. Nodes of other fragments keep their labels.
+//! - Points of earlier cracks do not move, so the volumes of the new fragments add up to that of the struck one.
 //!
-//! Cost, in addition to a first request on an object with the fragment's nodes:
+//! Cost, in addition to that of a first request on an object with as many nodes:
 //!
-//! - the eigenpairs of the interior lift and the factor of the stiffness, which a first request finds prepared;
+//! - the eigenpairs of the interior lift and the factor of the stiffness, which the database contains for a first
+//!   request;
 //! - one tessellation of the body's whole lattice.
 
 pub(super) mod parent;
@@ -25,7 +26,7 @@ use crate::pipeline::output::release_velocity::{self, ReleaseVelocity};
 use crate::pipeline::output::retained::{RetainedBody, RetainedFragments};
 use crate::pipeline::output::slivers;
 use crate::pipeline::prepared::object::{PreparedBody, PreparedObject};
-use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::pipeline::request::stage::Stage;
 use crate::pipeline::result::FractureOutcome;
@@ -36,7 +37,7 @@ use crate::pipeline::workspace::body_meshes::{BodyMeshes, CutBuffers};
 use crate::scene::EffectKind;
 use crate::skin::Skin;
 use crate::tessellation::{BisectorSites, EarlierCracks, FixedPoints, TessellationWorkspace, seam};
-use parent::{NOBODY, ParentFragment};
+use parent::{NO_REPRESENTATIVE, ParentFragment};
 use std::sync::Arc;
 use volume_correction::correct_volume;
 
@@ -56,11 +57,11 @@ const TESSELLATIONS_MAX: usize = 3;
 /// Those of [`strike`](super::strike), and [`FractureError::UnknownFragment`], [`FractureError::FragmentSmall`],
 /// [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`], [`FractureError::FragmentLiftKind`], [`FractureError::OtherObject`].
 pub fn strike_again(
-    context: StrikeContext<'_>,
+    context: RequestContext<'_>,
     (kept, fragment): (&RetainedFragments, u32),
     workspace: &mut Workspace,
 ) -> Result<FractureOutcome, FractureError> {
-    let StrikeContext { prepared, request, cancel, observer } = context;
+    let RequestContext { prepared, request, cancel, observer } = context;
     // A fragment is free and undeformed, even if the object that it was part of was anchored or warped.
     let gone = [EffectKind::Anchored, EffectKind::Gravity, EffectKind::Warp];
     let effects = gone.into_iter().fold(request.effects, |effects, effect| effects.without(effect));
@@ -68,7 +69,7 @@ pub fn strike_again(
     let (old, label) = kept.find(fragment)?;
     let fits = |body: &&PreparedBody| body.crack.nodes.len() == old.labels.len();
     let body = prepared.bodies.get(old.body).filter(fits).ok_or(FractureError::OtherObject)?;
-    let worn = effects.has(EffectKind::Skin).then(|| kept.skin_cut(fragment)).transpose()?;
+    let skin_cut = effects.has(EffectKind::Skin).then(|| kept.skin_cut(fragment)).transpose()?;
     let parent = {
         let _load = observer.stage(Stage::Load);
         ParentFragment::new((old, label, fragment), context.with_request(&plan))?
@@ -76,12 +77,12 @@ pub fn strike_again(
     let parent = &parent;
     let begun_s = cancel.remaining_s();
     let plan = plan.degrade_for_budget(&parent.prepared, begun_s);
-    let context = StrikeContext { prepared: &parent.prepared, request: &plan, ..context };
+    let context = RequestContext { prepared: &parent.prepared, request: &plan, ..context };
     walk(context, begun_s, workspace, |sources, scratch| {
         let cells = sources.division.cells.first().ok_or(FractureError::OtherObject)?;
         cancel.check()?;
         let volume = old.volumes[label as usize];
-        let skin = worn.map(|worn| Arc::new(worn.of(fragment)));
+        let skin = skin_cut.map(|skin_cut| Arc::new(skin_cut.of(fragment)));
         Children { prepared, body, old, volume, skin, parent, sources, cells }.meshes(scratch)
     })
 }
@@ -104,8 +105,8 @@ struct Children<'a> {
 impl Children<'_> {
     fn meshes(&self, workspace: &mut TessellationWorkspace) -> Result<FractureMeshes, FractureError> {
         // The children count as fragments of the original object.
-        let context = StrikeContext { prepared: self.prepared, ..self.sources.context };
-        let StrikeContext { request, observer, .. } = context;
+        let context = RequestContext { prepared: self.prepared, ..self.sources.context };
+        let RequestContext { request, observer, .. } = context;
         let mut cut = self.sources.spare.take();
         let labels = observer.stage(Stage::Labels);
         let children = self.label(&mut cut);
@@ -133,7 +134,7 @@ impl Children<'_> {
             release.produced(&velocities);
         }
         let meshes = FractureMeshes::of(vec![meshes], velocities, Vec::new(), context);
-        let mut meshes = meshes.with_looks(context)?;
+        let mut meshes = meshes.with_attributes(context)?;
         if request.effects.has(EffectKind::Skin) {
             let of_fragment = self.sites_of(&meshes.bodies[0].sites);
             let sites = self.sites(&lift, &of_fragment);
@@ -159,11 +160,12 @@ impl Children<'_> {
     /// Labels the whole body, children first and other fragments after them. Returns the number of children.
     fn label(&self, cut: &mut CutBuffers) -> usize {
         let sites = self.cells.diagram.count() as u32;
-        let label = |(&stands, &old): (&u32, &u32)| match self.cells.diagram.labels.get(stands as usize) {
-            Some(site) if stands != NOBODY => *site,
+        let label = |(&representative, &old): (&u32, &u32)| match self.cells.diagram.labels.get(representative as usize)
+        {
+            Some(site) if representative != NO_REPRESENTATIVE => *site,
             _ => sites + old,
         };
-        let labels: Vec<u32> = self.parent.stands.iter().zip(&self.old.labels).map(label).collect();
+        let labels: Vec<u32> = self.parent.representative.iter().zip(&self.old.labels).map(label).collect();
         cut.components.split(&self.body.topology, &labels);
         cut.components.sites.partition_point(|site| *site < sites)
     }
@@ -179,10 +181,10 @@ impl Children<'_> {
     /// Represented nodes take the coordinates of their representative; nodes of other fragments have zeros.
     fn scattered(&self) -> LiftedLattice {
         let own = self.sources.fields[self.cells.struck].lift();
-        let mut coordinates = vec![0.0; self.parent.stands.len() * own.dimension];
-        for (place, &stands) in coordinates.chunks_exact_mut(own.dimension).zip(&self.parent.stands) {
-            if stands != NOBODY {
-                place.copy_from_slice(own.at(stands as usize));
+        let mut coordinates = vec![0.0; self.parent.representative.len() * own.dimension];
+        for (place, &representative) in coordinates.chunks_exact_mut(own.dimension).zip(&self.parent.representative) {
+            if representative != NO_REPRESENTATIVE {
+                place.copy_from_slice(own.at(representative as usize));
             }
         }
         let (first_moment, second_moment, density) = (Vec::new(), Vec::new(), Vec::new());
@@ -223,7 +225,7 @@ impl Children<'_> {
         lift: &LiftedLattice,
         workspace: &mut TessellationWorkspace,
     ) -> Result<u64, FractureError> {
-        let least = slivers::least_volume(StrikeContext { prepared: self.prepared, ..self.sources.context });
+        let least = slivers::least_volume(RequestContext { prepared: self.prepared, ..self.sources.context });
         let before = cut.components.sites.len();
         if !slivers::merge(&mut cut.components, &cut.tessellation, &cut.measured, least) {
             return Ok(0);

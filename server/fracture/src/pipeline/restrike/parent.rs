@@ -4,19 +4,19 @@
 //! the lattice has no tetrahedron that a crack crosses, so neither distances nor displacements pass through a crack.
 
 use crate::cancel_token::CancelToken;
-use crate::lattice::{EnergyTransfer, GONE, Lattice};
+use crate::lattice::{EnergyTransfer, Lattice, NO_INDEX};
 use crate::lift::{self, LiftError, LiftKind};
 use crate::pipeline::error::{FractureError, SOLVED_NODES_MAX, TETS_MIN};
 use crate::pipeline::output::retained::RetainedBody;
 use crate::pipeline::prepared::object::{ElasticModel, PreparedBody, PreparedObject};
 use crate::pipeline::prepared::parameters::{BakeParameters, BakeReport, ElasticRequest};
-use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::context::RequestContext;
 use crate::scene::EffectKind;
 use crate::sparse::Precision;
 use std::collections::VecDeque;
 
 /// Marks a node outside the fragment.
-pub(in crate::pipeline) const NOBODY: u32 = GONE;
+pub(in crate::pipeline) const NO_REPRESENTATIVE: u32 = NO_INDEX;
 
 /// A fragment that is struck.
 pub(in crate::pipeline) struct ParentFragment {
@@ -27,8 +27,8 @@ pub(in crate::pipeline) struct ParentFragment {
     /// Representative in the fragment's lattice, for each node of the body's lattice.
     ///
     /// Nodes of the fragment's lattice represent themselves. Nodes of the fragment without a whole tetrahedron have the
-    /// nearest one along edges. [`NOBODY`] marks nodes outside the fragment.
-    pub stands: Vec<u32>,
+    /// nearest one along edges. [`NO_REPRESENTATIVE`] marks nodes outside the fragment.
+    pub representative: Vec<u32>,
 }
 
 impl ParentFragment {
@@ -40,15 +40,15 @@ impl ParentFragment {
     /// [`FractureError::Cancelled`].
     pub fn new(
         (kept, label, fragment): (&RetainedBody, u32, u32),
-        context: StrikeContext<'_>,
+        context: RequestContext<'_>,
     ) -> Result<Self, FractureError> {
-        let StrikeContext { request, cancel, observer, .. } = context;
+        let RequestContext { request, cancel, observer, .. } = context;
         let prepared = context.prepared;
         let whole = &prepared.bodies[kept.body];
         let (lattice, nodes) = inner(&whole.crack, &kept.labels, label)
             .filter(|(lattice, _)| lattice.tets.len() >= TETS_MIN)
             .ok_or(FractureError::FragmentSmall { fragment })?;
-        let stands = representatives(whole, &kept.labels, label, &nodes);
+        let representative = representatives(whole, &kept.labels, label, &nodes);
         cancel.check()?;
         let mut body = PreparedBody::new(lattice);
         cancel.check()?;
@@ -59,9 +59,10 @@ impl ParentFragment {
         }
         if request.effects.has(EffectKind::Elastic) {
             let poisson = prepared.parameters.material.poisson;
-            body.solid = Some(solid(prepared.solid(kept.body)?, &body.crack, &stands, poisson, fragment, cancel)?);
+            body.solid =
+                Some(solid(prepared.solid(kept.body)?, &body.crack, &representative, poisson, fragment, cancel)?);
         }
-        Ok(Self { prepared: alone(prepared, body), nodes, stands })
+        Ok(Self { prepared: alone(prepared, body), nodes, representative })
     }
 }
 
@@ -82,20 +83,20 @@ fn largest(lattice: &Lattice, inside: impl Fn(usize) -> bool) -> Option<Vec<u32>
     Some(largest.into_iter().map(|tet| own[tet as usize]).collect())
 }
 
-/// Computes [`ParentFragment::stands`] breadth-first from `nodes` in ascending order, which makes ties deterministic.
+/// Computes [`ParentFragment::representative`] breadth-first from `nodes` in ascending order, which makes ties deterministic.
 fn representatives(whole: &PreparedBody, labels: &[u32], label: u32, nodes: &[u32]) -> Vec<u32> {
-    let mut stands = vec![NOBODY; labels.len()];
-    nodes.iter().enumerate().for_each(|(own, &node)| stands[node as usize] = own as u32);
+    let mut representative = vec![NO_REPRESENTATIVE; labels.len()];
+    nodes.iter().enumerate().for_each(|(own, &node)| representative[node as usize] = own as u32);
     let mut front: VecDeque<u32> = nodes.iter().copied().collect();
     while let Some(node) = front.pop_front() {
         for &next in whole.topology.neighbors(node as usize) {
-            if labels[next as usize] == label && stands[next as usize] == NOBODY {
-                stands[next as usize] = stands[node as usize];
+            if labels[next as usize] == label && representative[next as usize] == NO_REPRESENTATIVE {
+                representative[next as usize] = representative[node as usize];
                 front.push_back(next);
             }
         }
     }
-    stands
+    representative
 }
 
 /// Computes the lift of `body`.
@@ -123,7 +124,7 @@ fn lifted(
 fn solid(
     whole: &ElasticModel,
     crack: &Lattice,
-    stands: &[u32],
+    representative: &[u32],
     poisson: f64,
     fragment: u32,
     token: &CancelToken,
@@ -132,24 +133,26 @@ fn solid(
     let (lattice, transfer) = if nodes <= SOLVED_NODES_MAX {
         (crack.clone(), EnergyTransfer::identity(crack))
     } else {
-        coarse(whole, stands).ok_or(FractureError::FragmentLarge { fragment, nodes })?
+        coarse(whole, representative).ok_or(FractureError::FragmentLarge { fragment, nodes })?
     };
     ElasticModel::new(lattice, transfer, poisson, Precision::F64, token)
         .map_err(|source| FractureError::of_body(0, source))
 }
 
 /// The largest connected part of the elastic tetrahedra that pass more than half of their energy to the fragment.
-fn coarse(whole: &ElasticModel, stands: &[u32]) -> Option<(Lattice, EnergyTransfer)> {
+fn coarse(whole: &ElasticModel, representative: &[u32]) -> Option<(Lattice, EnergyTransfer)> {
     let EnergyTransfer { offsets, tets, shares } = &whole.transfer;
     let mut given = vec![0.0; whole.lattice.tets.len()];
-    for (row, _) in offsets.windows(2).zip(stands).filter(|(_, stands)| **stands != NOBODY) {
+    for (row, _) in
+        offsets.windows(2).zip(representative).filter(|(_, representative)| **representative != NO_REPRESENTATIVE)
+    {
         let row = row[0] as usize..row[1] as usize;
         tets[row.clone()].iter().zip(&shares[row]).for_each(|(&tet, share)| given[tet as usize] += share);
     }
     let own = largest(&whole.lattice, |tet| given[tet] > 0.5).filter(|own| own.len() >= TETS_MIN)?;
-    let mut names = vec![GONE; given.len()];
+    let mut names = vec![NO_INDEX; given.len()];
     own.iter().enumerate().for_each(|(name, &tet)| names[tet as usize] = name as u32);
-    Some((whole.lattice.part(&own), whole.transfer.part(stands, &names)))
+    Some((whole.lattice.part(&own), whole.transfer.part(representative, &names)))
 }
 
 /// An object with this body only.

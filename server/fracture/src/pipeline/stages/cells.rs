@@ -9,7 +9,7 @@ use crate::degree::{self, SiteCount};
 use crate::lift::LiftKind;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::request::budget::TimeBudget;
-use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::request::fracture_request::DegreeRequest;
 use crate::pipeline::request::observer::StageObserver;
 use crate::pipeline::request::stage::Stage;
@@ -72,17 +72,17 @@ pub struct Division {
 /// A given number of sites is distributed over the bodies in proportion to the closed form's degrees, and breaks the
 /// object at any γ. The other rules leave a body intact if its E_1 ≤ γ.
 pub(in crate::pipeline) fn divide(
-    context: StrikeContext<'_>,
+    context: RequestContext<'_>,
     budget: Option<TimeBudget>,
     threshold: &ThresholdResult,
     fields: &[EnergyField],
     workspace: &mut Workspace,
 ) -> Result<Division, FractureError> {
-    let StrikeContext { request, cancel, observer, .. } = context;
+    let RequestContext { request, cancel, observer, .. } = context;
     if let DegreeRequest::Sites(count) = request.degree {
         let sites = {
             let _degree = observer.stage(Stage::Degree);
-            shared_out(count, &wishes(context, threshold, fields))
+            shared_out(count, &site_shares(context, threshold, fields))
         };
         let (cells, ending) = diagrams(context, budget, &sites, fields, workspace)?;
         let source = DegreeSource::Forced;
@@ -113,12 +113,12 @@ pub(in crate::pipeline) fn divide(
 }
 
 /// Relative number of sites per struck body: the closed form's degree, or 1 for a single body.
-fn wishes(context: StrikeContext<'_>, threshold: &ThresholdResult, fields: &[EnergyField]) -> Vec<f64> {
-    let wish = |(struck, field): (usize, &EnergyField)| {
+fn site_shares(context: RequestContext<'_>, threshold: &ThresholdResult, fields: &[EnergyField]) -> Vec<f64> {
+    let site_share = |(struck, field): (usize, &EnergyField)| {
         let shape = &context.prepared.bodies[threshold.bodies[struck]].slenderness;
         degree::closed_form(field, shape, threshold.gammas[struck])
     };
-    if fields.len() > 1 { fields.iter().enumerate().map(wish).collect() } else { vec![1.0] }
+    if fields.len() > 1 { fields.iter().enumerate().map(site_share).collect() } else { vec![1.0] }
 }
 
 /// Degree of one struck body, estimated without a diagram.
@@ -150,8 +150,8 @@ pub(in crate::pipeline) fn observe(guesses: &[DegreeGuess], observer: &dyn Stage
 ///
 /// The examples decide if the request uses them, they were made for its lift, and the body is within their range; else
 /// the closed form does.
-fn guesses(context: StrikeContext<'_>, threshold: &ThresholdResult, fields: &[EnergyField]) -> Vec<DegreeGuess> {
-    let StrikeContext { prepared, request: strike, .. } = context;
+fn guesses(context: RequestContext<'_>, threshold: &ThresholdResult, fields: &[EnergyField]) -> Vec<DegreeGuess> {
+    let RequestContext { prepared, request: strike, .. } = context;
     // The examples are labeled by the total elastic energy of a free body, in the interior lift.
     let strange = [EffectKind::Tensile, EffectKind::Anchored].into_iter().any(|effect| strike.effects.has(effect));
     let alike = strike.effects.has(EffectKind::Elastic) && !strange;
@@ -169,28 +169,29 @@ fn guesses(context: StrikeContext<'_>, threshold: &ThresholdResult, fields: &[En
         let slenderness = &prepared.bodies[threshold.bodies[struck]].slenderness;
         let [estimate, evenness] = degree::closed_form_and_evenness(field, slenderness, gamma);
         let descriptor = || degree::descriptor(estimate, first_moment, evenness, gamma);
-        let told = learned.map(|learned| learned.network.predict(&descriptor()));
+        let prediction = learned.map(|learned| learned.network.predict(&descriptor()));
         // Outside their range the examples do not decide, but the distance from it determines the confidence in the
         // closed form.
-        let confidence = told.as_ref().map_or(CONFIDENCE_CLOSED_FORM, |told| told.confidence);
-        let told = told.filter(|told| told.within_reach);
-        let wanted = told.map_or(prepared.kappa * estimate, |told| degree::sites(told.value, estimate));
+        let confidence = prediction.as_ref().map_or(CONFIDENCE_CLOSED_FORM, |prediction| prediction.confidence);
+        let prediction = prediction.filter(|prediction| prediction.within_reach);
+        let wanted =
+            prediction.map_or(prepared.kappa * estimate, |prediction| degree::sites(prediction.value, estimate));
         // The degree is at least the number of fixed sites.
         let wanted = wanted.max(field.pins().len() as f64);
         let SiteCount { sites, capped } = degree::decide(first_moment, gamma, wanted, 1.0, strike.degree_max as usize);
-        DegreeGuess { sites: sites as u32, capped, inferred: told.is_some(), confidence }
+        DegreeGuess { sites: sites as u32, capped, inferred: prediction.is_some(), confidence }
     };
     fields.iter().enumerate().map(guess).collect()
 }
 
 fn diagrams(
-    context: StrikeContext<'_>,
+    context: RequestContext<'_>,
     budget: Option<TimeBudget>,
     sites: &[u32],
     fields: &[EnergyField],
     workspace: &mut Workspace,
 ) -> Result<(Vec<BodyCells>, Option<Termination>), FractureError> {
-    let StrikeContext { request, cancel, observer, .. } = context;
+    let RequestContext { request, cancel, observer, .. } = context;
     let (mut cells, mut ending) = (Vec::new(), None);
     for (struck, (&count, field)) in sites.iter().zip(fields).enumerate().filter(|(_, (count, _))| **count > 0) {
         let stage = observer.stage(Stage::Centroidal);
@@ -213,14 +214,14 @@ pub(in crate::pipeline) fn diagram_bytes(diagram: &Diagram) -> u64 {
     (size_of_val(diagram.sites.as_slice()) + size_of_val(diagram.labels.as_slice())) as u64
 }
 
-/// Divides `count` into integer parts proportional to `wishes`, by largest remainders; ties go to the lower index.
+/// Divides `count` into integer parts proportional to `site_shares`, by largest remainders; ties go to the lower index.
 ///
 /// With fewer sites than bodies, the smallest wishes get 0.
-fn shared_out(count: u32, wishes: &[f64]) -> Vec<u32> {
-    let total: f64 = wishes.iter().sum();
-    let exact: Vec<f64> = wishes.iter().map(|wish| f64::from(count) * wish / total).collect();
+fn shared_out(count: u32, site_shares: &[f64]) -> Vec<u32> {
+    let total: f64 = site_shares.iter().sum();
+    let exact: Vec<f64> = site_shares.iter().map(|site_share| f64::from(count) * site_share / total).collect();
     let mut parts: Vec<u32> = exact.iter().map(|part| part.floor() as u32).collect();
-    let mut order: Vec<usize> = (0..wishes.len()).collect();
+    let mut order: Vec<usize> = (0..site_shares.len()).collect();
     order.sort_by(|&a, &b| (exact[b] - exact[b].floor()).total_cmp(&(exact[a] - exact[a].floor())).then(a.cmp(&b)));
     let missing = count.saturating_sub(parts.iter().sum()) as usize;
     order.iter().cycle().take(missing).for_each(|&body| parts[body] += 1);
@@ -232,7 +233,7 @@ mod tests {
     use super::shared_out;
 
     #[test]
-    fn sites_are_shared_out_without_loss() {
+    fn all_sites_are_distributed() {
         assert_eq!(shared_out(50, &[1.0]), [50]);
         assert_eq!(shared_out(10, &[2.0, 1.0]), [7, 3]);
         assert_eq!(shared_out(1, &[0.2, 5.0]), [0, 1]);

@@ -5,7 +5,7 @@ use super::energy::BodyEnergy;
 use crate::centroidal::EnergyField;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::PreparedObject;
-use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::scene::EffectKind;
 /// Masses of the fields after painting, with unchanged totals; `None` for a body without paint.
@@ -42,8 +42,8 @@ pub(in crate::pipeline) fn followed<'a>(
 }
 
 /// Assigns one label to each protected region of finished diagrams.
-pub(in crate::pipeline) fn guard(context: StrikeContext<'_>, energies: &[BodyEnergy], cells: &mut [BodyCells]) {
-    let StrikeContext { prepared, request, observer, .. } = context;
+pub(in crate::pipeline) fn guard(context: RequestContext<'_>, energies: &[BodyEnergy], cells: &mut [BodyCells]) {
+    let RequestContext { prepared, request, observer, .. } = context;
     for BodyCells { struck, diagram } in cells {
         let body = energies[*struck].body;
         if let Some(warped) = request.controls_of(prepared, body) {

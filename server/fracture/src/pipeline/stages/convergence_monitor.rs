@@ -85,14 +85,14 @@ impl StopCondition for ConvergenceMonitor<'_> {
         }
         self.history.push(after);
         let met = iterations > 0 && self.gap_max.is_some_and(|gap_max| GAP_CERTAIN * gap(&self.history) <= gap_max);
-        let (ending, pace) = match self.steps(iterations) {
+        let (ending, decision) = match self.steps(iterations) {
             _ if met => (Some(Termination::ErrorMet), StepDecision::Last),
             steps if steps >= 2.0 => (None, StepDecision::On),
             steps if steps >= 1.0 => (Some(Termination::Time), StepDecision::Last),
             _ => (Some(Termination::Time), StepDecision::End),
         };
         self.ending = ending;
-        pace
+        decision
     }
 
     fn is_out_of_time(&self) -> bool {
@@ -104,7 +104,7 @@ impl StopCondition for ConvergenceMonitor<'_> {
 mod tests {
     use super::*;
     use crate::centroidal::GAP_MIN;
-    use crate::pipeline::StrikeCost;
+    use crate::pipeline::RequestCost;
     use nalgebra::{Point3, Vector3};
     use std::sync::Mutex;
 
@@ -112,10 +112,10 @@ mod tests {
         FractureRequest::at(Point3::origin(), Vector3::x()).seeded(1)
     }
 
-    /// Expects the decisions `paces` at the remaining times `left_s`, with 10 s for later stages and 1 s per iteration.
+    /// Expects the decisions `decisions` at the remaining times `left_s`, with 10 s for later stages and 1 s per iteration.
     #[track_caller]
-    fn check(left_s: &[f64], paces: &[StepDecision]) {
-        let cost = StrikeCost {
+    fn check(left_s: &[f64], decisions: &[StepDecision]) {
+        let cost = RequestCost {
             reduced_s: 1.0,
             solve_s: 1.0,
             start_s: [1.0, 0.0],
@@ -127,12 +127,12 @@ mod tests {
         let cancel = CancelToken::default().with_time(move || times_s.lock().unwrap().pop().unwrap());
         let mut descent = ConvergenceMonitor::new(&strike(), budget, 9, &cancel);
         let found: Vec<StepDecision> =
-            (0..paces.len()).map(|iterations| descent.decide(iterations, 1.0, 1.0)).collect();
-        assert_eq!(found, paces);
+            (0..decisions.len()).map(|iterations| descent.decide(iterations, 1.0, 1.0)).collect();
+        assert_eq!(found, decisions);
     }
 
     #[test]
-    fn what_follows_keeps_its_time() {
+    fn iterations_leave_time_for_the_remaining_stages() {
         use StepDecision::{End, Last, On};
         check(&[20.0, 19.0, 18.0, 13.0], &[On, On, End]);
         check(&[20.0, 12.0, 11.0], &[On, Last]);
@@ -165,9 +165,9 @@ mod tests {
         let after = |gap_max, energies: &[f64]| {
             let cancel = CancelToken::default();
             let mut descent = ConvergenceMonitor::new(&asked(gap_max), None, 9, &cancel);
-            let paces =
+            let decisions =
                 energies.iter().enumerate().map(|(iterations, energy)| descent.decide(iterations, *energy, *energy));
-            paces.last()
+            decisions.last()
         };
         let energies = [1.3, 1.1, 1.08];
         let certain = GAP_CERTAIN * gap(&energies);

@@ -11,7 +11,7 @@ use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::anchored::AnchoredBody;
 use crate::pipeline::prepared::object::{ElasticModel, PreparedObject};
 use crate::pipeline::prepared::parameters::ElasticRequest;
-use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::pipeline::request::stage::Stage;
 use crate::pipeline::workspace::Workspace;
@@ -45,7 +45,7 @@ impl BodyEnergy {
 /// # Errors
 /// [`FractureError`], naming the body.
 pub fn strain_energy(
-    context: StrikeContext<'_>,
+    context: RequestContext<'_>,
     contacts: &ContactSet,
     workspace: &mut Workspace,
 ) -> Result<Vec<BodyEnergy>, FractureError> {
@@ -55,7 +55,7 @@ pub fn strain_energy(
 
 /// As [`strain_energy`], after [`apply`].
 pub(in crate::pipeline) fn strain_energy_applied(
-    context: StrikeContext<'_>,
+    context: RequestContext<'_>,
     contacts: &ContactSet,
     workspace: &mut Workspace,
 ) -> Result<Vec<BodyEnergy>, FractureError> {
@@ -70,11 +70,11 @@ pub(in crate::pipeline) fn strain_energy_applied(
 
 /// Writes the forces of `contacts` on every struck body into the workspace; nothing without the effect `elastic`.
 pub(in crate::pipeline) fn apply(
-    context: StrikeContext<'_>,
+    context: RequestContext<'_>,
     contacts: &ContactSet,
     workspace: &mut Workspace,
 ) -> Result<(), FractureError> {
-    let StrikeContext { prepared, request, observer, .. } = context;
+    let RequestContext { prepared, request, observer, .. } = context;
     if !request.effects.has(EffectKind::Elastic) {
         return Ok(());
     }
@@ -99,11 +99,11 @@ pub(in crate::pipeline) fn radius_m(prepared: &PreparedObject, load: &NodalLoad)
 
 /// The energies of every struck body under the loads in the workspace.
 fn deformed(
-    context: StrikeContext<'_>,
+    context: RequestContext<'_>,
     contacts: &ContactSet,
     workspace: &mut Workspace,
 ) -> Result<Vec<BodyEnergy>, FractureError> {
-    let StrikeContext { prepared, request, cancel, observer } = context;
+    let RequestContext { prepared, request, cancel, observer } = context;
     let (unit_j, held) = (contacts.unit_j(prepared), prepared.held(request.effects)?);
     let mut energies = Vec::with_capacity(contacts.bodies.len());
     for (place, (index, _)) in contacts.bodies.iter().enumerate() {
@@ -180,22 +180,24 @@ fn displace(
 ///
 /// Reduced bases are those of free bodies, so they do not apply.
 fn displace_held(
-    context: StrikeContext<'_>,
+    context: RequestContext<'_>,
     contacts: &ContactSet,
     own: &AnchoredBody,
     place: usize,
     workspace: &mut Workspace,
 ) -> Result<(), ElasticityError> {
-    let StrikeContext { prepared, request, cancel, observer } = context;
+    let RequestContext { prepared, request, cancel, observer } = context;
     let Workspace { loads, displacement, elasticity, .. } = workspace;
     own.elasticity.balance(&mut loads[place]);
     own.elasticity.solve(&loads[place].forces, displacement, elasticity, cancel)?;
     observer.part(EffectKind::Anchored, own.elasticity.own_bytes() as u64);
-    if let Some(sag) = own.sag.as_ref().filter(|_| request.effects.has(EffectKind::Gravity)) {
+    if let Some(gravity_displacement) =
+        own.gravity_displacement.as_ref().filter(|_| request.effects.has(EffectKind::Gravity))
+    {
         let gravity = observer.effect(EffectKind::Gravity);
         let unit = contacts.weight_unit(prepared);
-        displacement.iter_mut().zip(sag).for_each(|(u, w)| *u += unit * w);
-        gravity.produced(sag);
+        displacement.iter_mut().zip(gravity_displacement).for_each(|(u, w)| *u += unit * w);
+        gravity.produced(gravity_displacement);
     }
     Ok(())
 }

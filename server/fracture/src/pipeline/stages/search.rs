@@ -8,7 +8,7 @@ use crate::centroidal::{Diagram, EnergyField, diagram_until};
 use crate::degree::{self, CurveOptions, SiteCount};
 use crate::pipeline::error::FractureError;
 use crate::pipeline::request::budget::TimeBudget;
-use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::request::fracture_request::{DegreeRequest, FractureRequest};
 use crate::pipeline::request::stage::Stage;
 use crate::pipeline::workspace::Workspace;
@@ -25,14 +25,14 @@ struct Found {
 ///
 /// If time ends the search, the degree is the estimate.
 pub(in crate::pipeline) fn search(
-    context: StrikeContext<'_>,
+    context: RequestContext<'_>,
     budget: Option<TimeBudget>,
     threshold: &ThresholdResult,
     fields: &[EnergyField],
     guesses: &[DegreeGuess],
     workspace: &mut Workspace,
 ) -> Result<Division, FractureError> {
-    let StrikeContext { request, cancel, observer, .. } = context;
+    let RequestContext { request, cancel, observer, .. } = context;
     let verified = request.degree == DegreeRequest::Verified;
     let source = if verified { DegreeSource::Verified } else { DegreeSource::Optimised };
     let mut division = Division { source, degree: 0, capped: false, confidence: 1.0, ending: None, cells: Vec::new() };
@@ -85,7 +85,7 @@ fn of_body(
         let found = degree::verify(field, gamma, sites, &options, monitor, workspace)?;
         return Ok(Found { degree: found.degree, diagram: found.diagram, finished: found.finished });
     }
-    if let Some(found) = degree::optimise(field, gamma, options, monitor, workspace)? {
+    if let Some(found) = degree::optimize(field, gamma, options, monitor, workspace)? {
         return Ok(Found { degree: found.degree, diagram: found.diagram, finished: true });
     }
     let mut diagram = Diagram::default();

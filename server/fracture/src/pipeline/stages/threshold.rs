@@ -82,23 +82,23 @@ mod tests {
 
     /// Expects the threshold of an impact whose √(E_1/γ) at factor f is |b·f + w| for the arguments b and w.
     #[track_caller]
-    fn check(blow: f64, weight: f64) {
+    fn check(impact_energy: f64, weight: f64) {
         let mut trials = 0;
         let mut e1_over_gamma = |factor: f64| {
             trials += 1;
-            Ok((blow * factor + weight).powi(2))
+            Ok((impact_energy * factor + weight).powi(2))
         };
         let found = under_weight(&mut e1_over_gamma).unwrap();
-        let exact = if weight >= 1.0 { 0.0 } else { (1.0 - weight) / blow };
-        assert!((found - exact).abs() * blow <= 1e-6, "{found} of {exact}");
+        let exact = if weight >= 1.0 { 0.0 } else { (1.0 - weight) / impact_energy };
+        assert!((found - exact).abs() * impact_energy <= 1e-6, "{found} of {exact}");
         assert!(exact == 0.0 || trials < 30, "{trials} trials for {exact}");
     }
 
     #[test]
     fn the_threshold_under_weight_is_found() {
-        for blow in [1e-9, 0.1, 1.0, 3.0, 1e7] {
+        for impact_energy in [1e-9, 0.1, 1.0, 3.0, 1e7] {
             for weight in [0.0, 0.3, 0.999, 1.1, -0.5] {
-                check(blow, weight);
+                check(impact_energy, weight);
             }
         }
     }

@@ -8,7 +8,7 @@ use crate::pipeline::request::fracture_request::{DegreeRequest, FractureRequest}
 use crate::scene::EffectKind;
 /// True if a bound may decide `strike`: the body is free, and neither exact figures nor a number of sites are
 /// requested.
-pub(in crate::pipeline) fn will_do(strike: &FractureRequest) -> bool {
+pub(in crate::pipeline) fn is_sufficient(strike: &FractureRequest) -> bool {
     let free = strike.effects.has(EffectKind::Elastic) && !strike.effects.has(EffectKind::Anchored);
     let exact = strike.threshold_only || strike.elastic == ElasticRequest::Solve;
     free && !exact && !matches!(strike.degree, DegreeRequest::Sites(_))

@@ -11,7 +11,7 @@ use crate::lift::LiftKind;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::prepared::parameters::ElasticRequest;
-use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::pipeline::stages::contact_set::ContactSet;
 use crate::pipeline::stages::energy::strain_energy;
@@ -38,7 +38,7 @@ pub fn calibrate(prepared: &PreparedObject, token: &CancelToken) -> Result<f64, 
         let request = FractureRequest::at(prepared.frame.to_meters(&point), inward).seeded(1);
         let request = FractureRequest { elastic: ElasticRequest::Solve, ..request };
         let contacts = ContactSet::new(prepared, &request)?;
-        let context = StrikeContext::new(prepared, &request, token, &());
+        let context = RequestContext::new(prepared, &request, token, &());
         for mut energy in strain_energy(context, &contacts, &mut workspace)? {
             let body = &prepared.bodies[energy.body];
             let field =

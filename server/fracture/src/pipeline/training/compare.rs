@@ -37,6 +37,7 @@ pub struct LiftRow {
 
 /// Errors of a comparison of lifts.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum LiftComparisonError {
     /// A lift could not be computed.
     #[error("lift carried by {carry:?}: {source}")]

@@ -6,9 +6,9 @@ use crate::centroidal::{Diagram, EnergyField};
 use crate::degree::{self, CurveOptions, CurvePoint, EnergyCurve};
 use crate::lift::LiftKind;
 use crate::pipeline::error::FractureError;
-use crate::pipeline::prepared::example::{TWICE, TrainingExample, TrainingExamplePoint, records};
+use crate::pipeline::prepared::example::{DegreeCurvePoint, TWICE, TrainingExample, records};
 use crate::pipeline::prepared::object::PreparedObject;
-use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::stages::contact_set::ContactSet;
 use crate::pipeline::stages::energy::strain_energy;
 use crate::pipeline::workspace::Workspace;
@@ -33,7 +33,7 @@ pub fn examples(
     let strike = sampler.impact(seed, index);
     let impact = ContactSet::new(prepared, &strike)?;
     let mut examples = Vec::new();
-    let energies = match strain_energy(StrikeContext::new(prepared, &strike, token, &()), &impact, workspace) {
+    let energies = match strain_energy(RequestContext::new(prepared, &strike, token, &()), &impact, workspace) {
         // Two contacts that cancel yield no example.
         Err(FractureError::Balanced { .. }) => Vec::new(),
         energies => energies?,
@@ -56,10 +56,10 @@ pub fn examples(
         };
         let (own, site_nodes) = curve(0)?;
         let again = if index.is_multiple_of(TWICE) { curve(1)?.0 } else { Vec::new() };
-        let mut points: Vec<TrainingExamplePoint> = own
+        let mut points: Vec<DegreeCurvePoint> = own
             .iter()
             .enumerate()
-            .map(|(place, point)| TrainingExamplePoint {
+            .map(|(place, point)| DegreeCurvePoint {
                 sites: point.sites as u32,
                 energy_max: point.energy_max,
                 energy_max_worst: point.energy_max_worst,

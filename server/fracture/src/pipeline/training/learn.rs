@@ -29,7 +29,7 @@ pub fn sampled(
 
 /// Trains κ and the network; `None` if the examples have too few labels.
 pub fn learn(examples: &[TrainingExample], seed: u64) -> Option<(f64, LearnedModel)> {
-    let trained = degree::train(&lessons(examples), seed)?;
+    let trained = degree::train(&samples(examples), seed)?;
     let labels: Vec<(f64, f64)> = examples
         .iter()
         .flat_map(TrainingExample::labels)
@@ -70,8 +70,8 @@ pub fn learn(examples: &[TrainingExample], seed: u64) -> Option<(f64, LearnedMod
 }
 
 /// The training samples of all examples, in order.
-pub(crate) fn lessons(examples: &[TrainingExample]) -> Vec<TrainingSample> {
-    examples.iter().enumerate().flat_map(|(k, example)| example.lessons(k)).collect()
+pub(crate) fn samples(examples: &[TrainingExample]) -> Vec<TrainingSample> {
+    examples.iter().enumerate().flat_map(|(k, example)| example.samples(k)).collect()
 }
 
 /// Median and 90th percentile of some numbers.

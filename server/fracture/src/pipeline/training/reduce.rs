@@ -11,7 +11,7 @@ use crate::lift::LiftKind;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::prepared::reduction::ReductionErrors;
-use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::pipeline::request::solver_settings::REDUCED_ERROR_MAX;
 use crate::pipeline::stages::contact_set::ContactSet;
@@ -149,7 +149,7 @@ fn trial(
     token: &CancelToken,
 ) -> Result<Vec<Trial>, FractureError> {
     let impact = ContactSet::new(prepared, strike)?;
-    let solved = match strain_energy(StrikeContext::new(prepared, strike, token, &()), &impact, workspace) {
+    let solved = match strain_energy(RequestContext::new(prepared, strike, token, &()), &impact, workspace) {
         // Two contacts that cancel have no energy to compare.
         Err(FractureError::Balanced { .. }) => return Ok(Vec::new()),
         solved => solved?,

@@ -80,10 +80,10 @@ impl BufferBytes {
             };
             let (indices, replacements) = (sparse.indices(), sparse.values());
             let places = self.window(&indices.view(), indices.offset(), sparse.count(), size_of_index);
-            let news = self.window(&replacements.view(), replacements.offset(), sparse.count(), size);
+            let replaced = self.window(&replacements.view(), replacements.offset(), sparse.count(), size);
             let places = places.map_err(|reason| wrong(accessor, reason))?;
-            let news = news.map_err(|reason| wrong(accessor, reason))?;
-            for (place, new) in places.iter().zip(news.iter()) {
+            let replaced = replaced.map_err(|reason| wrong(accessor, reason))?;
+            for (place, new) in places.iter().zip(replaced.iter()) {
                 let value = values.get_mut(little(place) as usize);
                 *value.ok_or_else(|| wrong(accessor, "a sparse index is out of bounds"))? = decode(new);
             }

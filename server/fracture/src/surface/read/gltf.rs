@@ -29,7 +29,7 @@ pub(super) fn parse(bytes: &[u8], folder: &Path) -> Result<RawMesh, SurfaceError
     let name = |material: gltf::Material<'_>| {
         material.name().map_or_else(|| format!("material {}", material.index().unwrap_or(0)), str::to_owned)
     };
-    builder.mesh.looks.names = document.materials().map(name).collect();
+    builder.mesh.attributes.names = document.materials().map(name).collect();
     for (node, placement) in placed_nodes(&document)? {
         for primitive in node.mesh().iter().flat_map(|mesh| mesh.primitives()) {
             builder.push(&primitive, &placement)?;
@@ -198,31 +198,31 @@ impl Builder {
         let uvs = primitive.get(&Semantic::TexCoords(0)).and_then(|accessor| self.buffers.uvs(&accessor).ok());
         let own: Vec<[u32; 3]> =
             self.mesh.triangles[added..].iter().map(|triangle| triangle.map(|index| index - first as u32)).collect();
-        let looks = TriangleAttributes::of_vertices(&own, &normals, &uvs.unwrap_or_default());
-        let filled = looks.normals.is_empty().then_some([[f32::NAN; 3]; 3]);
-        self.mesh.looks.normals.extend(own.iter().filter_map(|_| filled).chain(looks.normals));
-        let filled = looks.uvs.is_empty().then_some([[f32::NAN; 2]; 3]);
-        self.mesh.looks.uvs.extend(own.iter().filter_map(|_| filled).chain(looks.uvs));
+        let attributes = TriangleAttributes::of_vertices(&own, &normals, &uvs.unwrap_or_default());
+        let filled = attributes.normals.is_empty().then_some([[f32::NAN; 3]; 3]);
+        self.mesh.attributes.normals.extend(own.iter().filter_map(|_| filled).chain(attributes.normals));
+        let filled = attributes.uvs.is_empty().then_some([[f32::NAN; 2]; 3]);
+        self.mesh.attributes.uvs.extend(own.iter().filter_map(|_| filled).chain(attributes.uvs));
         let material = primitive.material().index().map_or(NO_MATERIAL, |index| index as u32);
-        self.mesh.looks.materials.extend(own.iter().map(|_| material));
+        self.mesh.attributes.materials.extend(own.iter().map(|_| material));
     }
 
     fn finish(mut self) -> RawMesh {
         let placed_max = self.mesh.positions_m.iter().map(|point| point.coords.amax()).fold(0.0, f64::max);
         let rounding = SINGLE * self.own_max / placed_max;
-        let mut looks = std::mem::take(&mut self.mesh.looks);
+        let mut attributes = std::mem::take(&mut self.mesh.attributes);
         let [normals, uvs] = self.told;
         // An attribute that no primitive has is not reported as lost.
         if !normals {
-            looks.normals.clear();
+            attributes.normals.clear();
         }
         if !uvs {
-            looks.uvs.clear();
+            attributes.uvs.clear();
         }
-        if looks.names.is_empty() {
-            looks.materials.clear();
+        if attributes.names.is_empty() {
+            attributes.materials.clear();
         }
-        self.mesh.looks = looks.fitting(self.mesh.triangles.len());
+        self.mesh.attributes = attributes.fitting(self.mesh.triangles.len());
         self.mesh.rounding = if rounding.is_finite() { rounding.clamp(DOUBLE, SINGLE) } else { SINGLE };
         self.mesh
     }

@@ -3,7 +3,7 @@
 mod accessor;
 mod gltf;
 mod obj;
-mod obj_looks;
+mod obj_attributes;
 mod painted;
 mod ply;
 mod ply_ascii;

@@ -1,11 +1,11 @@
-//! Reader of Wavefront OBJ: vertices and faces through `tobj`, attributes through [`super::obj_looks`].
+//! Reader of Wavefront OBJ: vertices and faces through `tobj`, attributes through [`super::obj_attributes`].
 //!
 //! `tobj` numbers vertices by first use, reports no line number, and stops at lines that are not UTF-8 or that continue
 //! after a backslash. So it receives only complete `v` and `f` statements. Each vertex is followed by a point face of
 //! its own, which keeps the file's numbering. If `tobj` fails, bisection finds the statement that it rejects.
 
 use super::polygon::FacePolygons;
-use super::{RawMesh, SurfaceError, malformed, obj_looks, within_limit};
+use super::{RawMesh, SurfaceError, malformed, obj_attributes, within_limit};
 use crate::surface::DOUBLE;
 use nalgebra::Point3;
 use std::borrow::Cow;
@@ -30,8 +30,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
         start = end;
     }
     let cut = polygons.triangles(&positions)?;
-    let looks = obj_looks::looks(text, &cut);
-    Ok(RawMesh { positions_m: positions, triangles: cut.triangles, faces: cut.faces, rounding: DOUBLE, looks })
+    let attributes = obj_attributes::attributes(text, &cut);
+    Ok(RawMesh { positions_m: positions, triangles: cut.triangles, faces: cut.faces, rounding: DOUBLE, attributes })
 }
 
 /// Vertex or face statement, as passed to `tobj`.

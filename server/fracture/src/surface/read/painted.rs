@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_painted_is_refused() {
+    fn meshes_without_vertex_colors_are_rejected() {
         let refused = |text: String, attribute: &str| parse(text.as_bytes(), attribute).unwrap_err();
         assert!(refused(file("uchar red", "0 0 0 1\n"), "blue").to_string().contains("blue"));
         assert!(matches!(refused(file("uchar red", ""), "red"), SurfaceError::Empty { .. }));

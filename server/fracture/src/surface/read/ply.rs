@@ -155,13 +155,13 @@ impl Body {
 
     fn finish(self, header: &Header) -> Result<RawMesh, SurfaceError> {
         let FaceTriangles { triangles, faces, .. } = self.polygons.triangles(&self.positions)?;
-        let looks = TriangleAttributes::of_vertices(&triangles, &self.normals, &self.uvs).fitting(triangles.len());
+        let attributes = TriangleAttributes::of_vertices(&triangles, &self.normals, &self.uvs).fitting(triangles.len());
         let is_double = |element: &ElementDef| {
             let kind = element.properties.get("x").map(|x| &x.data_type);
             kind != Some(&PropertyType::Scalar(ScalarType::Float))
         };
         let rounding = if header.elements.get("vertex").is_none_or(is_double) { DOUBLE } else { SINGLE };
-        Ok(RawMesh { positions_m: self.positions, triangles, faces, rounding, looks })
+        Ok(RawMesh { positions_m: self.positions, triangles, faces, rounding, attributes })
     }
 }
 

@@ -81,8 +81,8 @@ fn obj_errors_name_the_line_or_the_face() {
     assert!(prose.starts_with("no vertices were found; an OBJ file has vertices, lines `v X Y Z`"), "{prose}");
     let huge = read_bytes("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1e200 0\nf 1 2 3\n").unwrap_err();
     assert!(matches!(huge, SurfaceError::VertexOutOfRange { vertex: 2, .. }), "{huge}");
-    let told = "vertex 2 at (0, 1e200, 0) is out of range: coordinates must lie within ±1e36 m";
-    assert!(huge.to_string().starts_with(told), "{huge}");
+    let message = "vertex 2 at (0, 1e200, 0) is out of range: coordinates must lie within ±1e36 m";
+    assert!(huge.to_string().starts_with(message), "{huge}");
 }
 
 fn ply_header(format: &str, number: &str, list: &str) -> String {
@@ -303,20 +303,20 @@ fn gltf_buffers_lie_beside_it_or_inside() {
 #[test]
 fn gltf_errors_name_the_place() {
     let text = gltf_text(NODE, 4, &LIST, "");
-    let broken = |from: &str, to: &str| glb(&text.replace(from, to), gltf_buffer(&LIST));
-    assert_ne!(broken("\"count\":4", "\"count\":5"), broken("", ""));
-    check_malformed("a.glb", &broken("\"count\":4", "\"count\":5"), "accessor 0");
-    check_malformed("a.glb", &broken("\"count\":4", "\"count\":1844674407370955161"), "accessor 0");
-    check_malformed("a.glb", &broken("5123", "5126"), "accessor 1");
-    check_malformed("a.glb", &broken("\"byteOffset\":48", "\"byteOffset\":18446744073709551615"), "accessor 1");
+    let altered = |from: &str, to: &str| glb(&text.replace(from, to), gltf_buffer(&LIST));
+    assert_ne!(altered("\"count\":4", "\"count\":5"), altered("", ""));
+    check_malformed("a.glb", &altered("\"count\":4", "\"count\":5"), "accessor 0");
+    check_malformed("a.glb", &altered("\"count\":4", "\"count\":1844674407370955161"), "accessor 0");
+    check_malformed("a.glb", &altered("5123", "5126"), "accessor 1");
+    check_malformed("a.glb", &altered("\"byteOffset\":48", "\"byteOffset\":18446744073709551615"), "accessor 1");
     check_malformed(
         "a.glb",
-        &broken("\"buffer\":0,\"byteLength\":48", "\"buffer\":0,\"byteLength\":480"),
+        &altered("\"buffer\":0,\"byteLength\":48", "\"buffer\":0,\"byteLength\":480"),
         "accessor 0",
     );
-    check_malformed("a.glb", &broken(NODE, r#"[{"mesh":0,"children":[0]}]"#), "node 0");
-    check_malformed("a.glb", &broken("\"mesh\":0", "\"mesh\":1"), "document");
-    check_malformed("a.glb", &broken("\"POSITION\":0", "\"POSITION\":2"), "mesh 0");
+    check_malformed("a.glb", &altered(NODE, r#"[{"mesh":0,"children":[0]}]"#), "node 0");
+    check_malformed("a.glb", &altered("\"mesh\":0", "\"mesh\":1"), "document");
+    check_malformed("a.glb", &altered("\"POSITION\":0", "\"POSITION\":2"), "mesh 0");
     check_malformed("a.glb", b"glTF\x02\0\0\0\x05\0\0\0 and more", "byte 8");
     check_malformed("a.gltf", b"{", "document");
     check_malformed("a.gltf", gltf_text(NODE, 4, &LIST, "").as_bytes(), "buffer 0");
@@ -433,22 +433,25 @@ fn a_generated_shape_survives_every_text_format() {
 fn obj_looks_are_read_by_corner() {
     let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 2\nusemtl red brick\n\
         f 1/1/1 2/2/1 3/3/1 4/4/1\nusemtl moss\nf 1/-4/-1 3/-2/-1 \\\n 4/-1/-1\nusemtl red brick\nf 1/1/1 2/2/1 4/4/1\n";
-    let looks = read_bytes("a.obj", text.as_bytes()).unwrap().looks;
-    assert_eq!((looks.materials, looks.names), (vec![0, 0, 1, 0], vec!["red brick".to_owned(), "moss".to_owned()]));
-    assert_eq!(looks.normals, [[[0.0, 0.0, 1.0]; 3]; 4]);
+    let attributes = read_bytes("a.obj", text.as_bytes()).unwrap().attributes;
+    assert_eq!(
+        (attributes.materials, attributes.names),
+        (vec![0, 0, 1, 0], vec!["red brick".to_owned(), "moss".to_owned()])
+    );
+    assert_eq!(attributes.normals, [[[0.0, 0.0, 1.0]; 3]; 4]);
     let corner = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let mesh = read_bytes("a.obj", text.as_bytes()).unwrap();
-    for (triangle, uvs) in mesh.triangles.iter().zip(&looks.uvs) {
+    for (triangle, uvs) in mesh.triangles.iter().zip(&attributes.uvs) {
         assert_eq!(*uvs, triangle.map(|vertex| corner[vertex as usize]));
     }
     for (from, to) in [("vn 0 0 2", "vn 0 0 0"), ("3/-2/-1", "3/-2/-9"), ("3/-2/-1", "3/-2")] {
-        let looks = read_bytes("a.obj", text.replace(from, to).as_bytes()).unwrap().looks;
-        assert!(looks.normals.is_empty() && looks.uvs.len() == 4, "{to}");
+        let attributes = read_bytes("a.obj", text.replace(from, to).as_bytes()).unwrap().attributes;
+        assert!(attributes.normals.is_empty() && attributes.uvs.len() == 4, "{to}");
     }
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.obj"), text).unwrap();
-    let looks = read(&folder.path().join("a.obj"), LengthUnit::Cm, UpAxis::Z).unwrap().looks;
-    assert_eq!(looks.normals[0][0], [0.0, 1.0, 0.0]);
+    let attributes = read(&folder.path().join("a.obj"), LengthUnit::Cm, UpAxis::Z).unwrap().attributes;
+    assert_eq!(attributes.normals[0][0], [0.0, 1.0, 0.0]);
 }
 
 #[test]
@@ -462,8 +465,8 @@ fn ply_looks_are_read_by_vertex() {
             extra[0], extra[1], extra[2]
         )
     };
-    let good = read_bytes("a.ply", rows(["0 0 1 0 0", "0 0 1 1 0", "0 0 1 0 .5"]).as_bytes()).unwrap().looks;
+    let good = read_bytes("a.ply", rows(["0 0 1 0 0", "0 0 1 1 0", "0 0 1 0 .5"]).as_bytes()).unwrap().attributes;
     assert_eq!((good.normals, good.uvs), (vec![[[0.0, 0.0, 1.0]; 3]], vec![[[0.0, 0.0], [1.0, 0.0], [0.0, 0.5]]]));
-    let spoilt = read_bytes("a.ply", rows(["0 0 1 0 0", "what 0 1 1 0", "0 0 1 0 1"]).as_bytes()).unwrap().looks;
-    assert!(spoilt.normals.is_empty() && spoilt.uvs.len() == 1);
+    let damaged = read_bytes("a.ply", rows(["0 0 1 0 0", "what 0 1 1 0", "0 0 1 0 1"]).as_bytes()).unwrap().attributes;
+    assert!(damaged.normals.is_empty() && damaged.uvs.len() == 1);
 }

@@ -48,7 +48,7 @@ pub(super) fn clean(raw: &RawMesh, defects: &mut Vec<Defect>) -> Result<CleanMes
     let sewn = clean.drop_flat(&flat, raw, &mut degenerate);
     let action = match (repeated || degenerate.count() > sewn, sewn) {
         (true, 0) => "dropped".to_owned(),
-        (true, _) => format!("dropped, but for {sewn} that close the surface"),
+        (true, _) => format!("dropped, except {sewn} that close the surface"),
         (false, _) => "kept: they close the surface".to_owned(),
     };
     degenerate.report(DefectKind::DegenerateTriangles, action, defects);
@@ -96,7 +96,7 @@ fn report_precision(raw: &RawMesh, frame: &LocalFrame, defects: &mut Vec<Defect>
             far.note(vertex as u64);
         }
     }
-    far.report(DefectKind::LostPrecision, "none: move the object near the origin or store doubles", defects);
+    far.report(DefectKind::LostPrecision, "not repaired: move the object near the origin or store doubles", defects);
 }
 
 /// Merges equal local positions.
@@ -162,8 +162,8 @@ impl CleanMesh {
         let wall_count = walls.iter().filter(|wall| **wall).count();
         self.retain(&walls.iter().map(|wall| !wall).collect::<Vec<_>>());
         let action = match wall_count {
-            0 => "all but one dropped".to_owned(),
-            _ => format!("all but one dropped, {wall_count} dropped as inner walls"),
+            0 => "one copy kept".to_owned(),
+            _ => format!("one copy kept; {wall_count} inner walls dropped"),
         };
         repeated.report(DefectKind::DuplicateTriangles, action, defects);
     }

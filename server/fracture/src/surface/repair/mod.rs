@@ -35,7 +35,7 @@ pub struct Surface {
     /// Face of the input file that each triangle came from, counted from 0.
     pub faces: Vec<u64>,
     /// Attributes of the triangles. Normals are those of the file even where triangles were flipped.
-    pub looks: TriangleAttributes,
+    pub attributes: TriangleAttributes,
     /// Outermost shells that enclose a volume.
     pub parts: Vec<ShellPart>,
     /// Vertices far from all others, if there are at most a few.
@@ -67,20 +67,20 @@ impl Surface {
         let edges = Edges::new(&triangles);
         let patches = orient::orient(&positions, &mut triangles, &edges, face);
         patches.turned.report(DefectKind::MixedWinding, "turned to agree with their neighbors", &mut defects);
-        patches.twisted.report(DefectKind::NonOrientable, "none: one-sided there", &mut defects);
+        patches.twisted.report(DefectKind::NonOrientable, "not repaired: the surface is one-sided here", &mut defects);
         let shells = shells::face_outward(&positions, &mut triangles, &patches.members, face);
         report_shells(&shells, &mut defects);
         if let [_, second, ..] = &patches.members[..] {
             let count = patches.members.len() as u64;
-            defects.push(Defect::new(DefectKind::SeveralShells, count, face(second[0]), "united"));
+            defects.push(Defect::new(DefectKind::SeveralShells, count, face(second[0]), "merged into one object"));
         }
         let edges = Edges::new(&triangles);
         report_edges(&edges, &triangles, positions.len(), face, &mut defects);
         let crossings = intersect::intersections(&positions, &triangles);
         if let Some(first) = crossings.first {
             let action = match crossings.complete {
-                true => "none: what either part encloses is inside",
-                false => "none: what either part encloses is inside; counting was given up",
+                true => "not repaired: the inside of both parts counts",
+                false => "not repaired: the inside of both parts counts; counting stopped early",
             };
             defects.push(Defect::new(DefectKind::SelfIntersection, crossings.count, face(first), action));
         }
@@ -88,14 +88,14 @@ impl Surface {
         let simple = closed && crossings.complete && crossings.count == 0 && shells.simple;
         let faces = (0..triangles.len() as u32).map(face).collect();
         let turned: Vec<bool> = wound.iter().zip(&triangles).map(|(before, after)| before != after).collect();
-        for (what, triangle) in &raw.looks.lost {
+        for (what, triangle) in &raw.attributes.lost {
             let action = format!("{what} left out: not every triangle has them in finite numbers");
             defects.push(Defect::new(DefectKind::LostLooks, 1, raw.face(*triangle as usize), action));
         }
         defects.sort_by_key(|defect| defect.kind);
-        let looks = raw.looks.clone().fitting(raw.triangles.len()).of(&source, &turned);
+        let attributes = raw.attributes.clone().fitting(raw.triangles.len()).of(&source, &turned);
         let (parts, outliers) = (shells.parts, Outliers::of(&raw));
-        Ok(Self { frame, positions, triangles, faces, looks, parts, outliers, defects, closed, simple })
+        Ok(Self { frame, positions, triangles, faces, attributes, parts, outliers, defects, closed, simple })
     }
 
     /// The three corners of a triangle, local.
@@ -135,7 +135,7 @@ fn report_edges(
     face: impl Fn(u32) -> u64,
     defects: &mut Vec<Defect>,
 ) {
-    let mut crowded = DefectTally::default();
+    let mut non_manifold = DefectTally::default();
     let mut fans = DisjointSets::new(triangles.len() * 3);
     let mut rims: Vec<&HalfEdge> = Vec::new();
     let mut loops = DisjointSets::new(vertices);
@@ -144,7 +144,7 @@ fn report_edges(
             join_fans(&mut fans, &pair[0], &pair[1]);
         }
         if group.len() > 2 {
-            crowded.note(face(group[0].triangle));
+            non_manifold.note(face(group[0].triangle));
         } else if let [rim] = group {
             rims.push(rim);
             loops.join(rim.ends[0], rim.ends[1]);
@@ -158,7 +158,7 @@ fn report_edges(
         }
     }
     holes.report(DefectKind::Holes, "closed where the winding number is one half", defects);
-    crowded.report(DefectKind::NonManifoldEdge, "kept", defects);
+    non_manifold.report(DefectKind::NonManifoldEdge, "kept", defects);
     bow_ties(&mut fans, triangles, vertices, &face).report(DefectKind::NonManifoldVertex, "kept", defects);
 }
 

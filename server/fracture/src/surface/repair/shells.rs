@@ -130,8 +130,8 @@ impl Measure {
 
     /// Returns true if the volume's sign does not depend on the reference point.
     fn has_sign(&self) -> bool {
-        let doubt = SHIFT * self.vector.norm() * self.area.sqrt() / 3.0 + 1e-12 * self.area.powf(1.5);
-        self.volume.abs() > doubt
+        let volume_error = SHIFT * self.vector.norm() * self.area.sqrt() / 3.0 + 1e-12 * self.area.powf(1.5);
+        self.volume.abs() > volume_error
     }
 
     fn is_nearly_closed(&self) -> bool {

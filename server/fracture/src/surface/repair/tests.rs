@@ -124,7 +124,7 @@ fn a_ball_in_a_cavity_is_solid() {
 }
 
 #[test]
-fn a_solid_in_a_solid_is_named_and_not_simple() {
+fn nested_solids_are_reported_and_not_simple() {
     let mesh = both(cube(), &scaled(cube(), 0.5), [0.0; 3]);
     let surface = check(mesh, &[(DefectKind::SeveralShells, 2, 12), (DefectKind::NestedShells, 1, 12)]);
     assert!(surface.closed && !surface.simple);
@@ -146,7 +146,7 @@ fn crossing_shells_intersect() {
 }
 
 #[test]
-fn many_shells_are_judged_one_by_one() {
+fn shells_are_classified_independently() {
     let mut mesh = cube();
     for k in 1..300 {
         let shell = if k % 3 == 0 { inverted(cube()) } else { cube() };

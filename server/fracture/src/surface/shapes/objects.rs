@@ -151,7 +151,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_mug_holds_coffee_and_a_finger() {
+    fn the_mug_has_a_cavity_and_a_handle_hole() {
         let solid = |x: f64, y: f64| mug_height(&Point3::new(x, y, 0.0)) < 0.0;
         assert!(!solid(0.0, 0.05) && !solid(0.028, 0.09), "hollow inside");
         assert!(solid(0.0, 0.005) && solid(-0.0355, 0.05), "bottom and wall");

@@ -54,7 +54,7 @@ fn an_implicit_sphere_is_a_sphere() {
 }
 
 #[test]
-fn what_leaves_the_box_is_cut_off_closed() {
+fn shapes_are_clipped_at_the_box_and_closed() {
     let corner = nalgebra::Point3::new(1.0, 1.0, 1.0);
     let mesh = implicit(-corner, corner, 0.25, |point| point.x.hypot(point.y) - 0.5);
     assert!(check(mesh) > 0.5);

@@ -61,7 +61,7 @@ fn exterior_points_are_kept_inside_by_the_margin() {
 }
 
 #[test]
-fn numbers_that_are_none_do_not_reach_the_answer() {
+fn nan_inputs_do_not_reach_the_result() {
     let lattice = wobbly([2, 2, 2], 4);
     let labels = random_labels(lattice.nodes.len(), 4, 4);
     for poison in [f64::NAN, f64::INFINITY, 1e300, 1e-300, 0.0] {

@@ -38,7 +38,7 @@ fn wide_instructions_do_not_change_a_bit() {
 }
 
 #[test]
-fn a_reused_workspace_answers_as_a_fresh_one() {
+fn a_reused_workspace_gives_the_same_result() {
     let (mut points, mut tessellation, mut workspace) = <(CrackPoints, Tessellation, TessellationWorkspace)>::default();
     // The last two cases use the same lattice with other cells: simplices cut in the first are no longer cut.
     let cases = [([3, 3, 3], 12, 1), ([1, 1, 1], 2, 2), ([2, 2, 2], 1, 4), ([4, 2, 2], 30, 3), ([4, 2, 2], 5, 3)];
@@ -73,7 +73,7 @@ fn memory_of_the_wrong_size_is_refused_and_left_alone() {
     let labels = random_labels(lattice.nodes.len(), 3, 1);
     let good = check(&lattice, &labels, None);
     let centers = vec![Point3::origin(); good.properties.len()];
-    let transform = Transform { meters_per_unit: 1.0 };
+    let transform = LocalToMeters { meters_per_unit: 1.0 };
     let (vertices, indices, merges) = (good.positions.len(), good.indices.len(), good.merges.len());
     let attempt = |center_count: usize, vertices: usize, indices: usize, merges: usize| {
         let mut sections = (vec![[7.0; 3]; vertices], vec![7; indices], vec![[7; 2]; merges]);

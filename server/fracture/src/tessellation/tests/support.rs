@@ -25,7 +25,7 @@ pub fn emit(tessellation: Tessellation, meters_per_unit: f64) -> Emitted {
     let mut positions = vec![[f32::NAN; 3]; tessellation.vertex_count()];
     let mut indices = vec![u32::MAX; tessellation.index_count()];
     let mut merges = vec![[u32::MAX; 2]; tessellation.merge_count()];
-    let transform = Transform { meters_per_unit };
+    let transform = LocalToMeters { meters_per_unit };
     tessellation.emit(&centers, transform, &mut positions, &mut indices, &mut merges).unwrap();
     Emitted { tessellation, properties, positions, indices, merges }
 }

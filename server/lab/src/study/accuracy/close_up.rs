@@ -1,6 +1,6 @@
 //! Close-up of a contact: the input, and the fragments of the same impact on the lattices of each preset.
 
-use super::dials::Bench;
+use super::settings::Bench;
 use super::subject::ResultBuffers;
 use super::{AccuracyFindings, StudyError};
 use crate::picture::{
@@ -79,7 +79,7 @@ impl Bench<'_> {
             deviation: prepared.report.surface_deviation,
             normals: NormalShares::of(prepared, NORMAL_DEG),
         };
-        close_up.views.push(View { name, mesh: broken(prepared, strike, &hub_m)?, fit: Some(fit) });
+        close_up.views.push(View { name, mesh: fractured(prepared, strike, &hub_m)?, fit: Some(fit) });
         Ok(())
     }
 }
@@ -91,9 +91,13 @@ fn whole(mesh: &RawMesh, hub_m: &Point3<f64>) -> DrawnMesh {
 }
 
 /// Fragments of a request, relative to `hub_m` and moved apart from there.
-fn broken(prepared: &PreparedObject, strike: &FractureRequest, hub_m: &Point3<f64>) -> Result<DrawnMesh, StudyError> {
+fn fractured(
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
+    hub_m: &Point3<f64>,
+) -> Result<DrawnMesh, StudyError> {
     let outcome = pipeline::strike(
-        pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+        pipeline::RequestContext::new(prepared, strike, &CancelToken::default(), &()),
         &mut Workspace::default(),
     )?;
     let pieces = outcome.into_meshes().ok_or(StudyError::Whole)?;
@@ -139,8 +143,8 @@ pub(super) fn section(findings: &AccuracyFindings, png: Vec<u8>) -> Section {
     let row = |(name, fit): (&str, Fit)| {
         let normals = fit.normals;
         let shares = [normals.map(|own| own.faces), normals.map(|own| own.smooth), normals.and_then(|own| own.carried)];
-        let told = [name.to_owned(), fit.crack_nodes.to_string(), significant(100.0 * fit.deviation, 3)];
-        ("", told.into_iter().chain(shares.map(share)).collect())
+        let text = [name.to_owned(), fit.crack_nodes.to_string(), significant(100.0 * fit.deviation, 3)];
+        ("", text.into_iter().chain(shares.map(share)).collect())
     };
     let rows = close_up.views.iter().filter_map(|view| Some((view.name, view.fit?))).map(row).collect();
     Section {

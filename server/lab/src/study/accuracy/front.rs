@@ -44,25 +44,25 @@ impl PresetStanding {
 }
 
 /// Standings of all presets, diagram by diagram, then combined.
-pub fn standings(findings: &AccuracyFindings) -> Vec<PresetStanding> {
+pub fn preset_standings(findings: &AccuracyFindings) -> Vec<PresetStanding> {
     let mut all = Vec::new();
     for (diagram, measure, points) in together(findings) {
         let placed: Vec<Placed> =
             points.into_iter().filter_map(|point| Some((point, point.errors.get(measure)?))).collect();
-        all.extend(stand(diagram, Some(measure), &placed));
+        all.extend(standings_of(diagram, Some(measure), &placed));
     }
-    all.extend(stand("combined", None, &combined(&findings.points)));
+    all.extend(standings_of("combined", None, &combined(&findings.points)));
     all
 }
 
 /// Point and its error.
 type Placed<'a> = (&'a StudyPoint, f64);
 
-fn stand(diagram: &'static str, measure: Option<Measure>, points: &[Placed]) -> Vec<PresetStanding> {
+fn standings_of(diagram: &'static str, measure: Option<Measure>, points: &[Placed]) -> Vec<PresetStanding> {
     let presets = points.iter().filter_map(|own| Some((own, own.0.preset?)));
     let standing = |(own, preset): (&Placed, &'static str)| {
         let better = points.iter().find(|other| beats(other, own));
-        let beaten_by = better.map(|(point, _)| [point.dial.to_owned(), point.label()]);
+        let beaten_by = better.map(|(point, _)| [point.setting.to_owned(), point.label()]);
         PresetStanding { preset, diagram, measure, beaten_by }
     };
     presets.map(standing).collect()
@@ -88,14 +88,14 @@ mod tests {
     use super::*;
     use crate::study::accuracy::{PointErrors, PointTimes};
 
-    fn point(dial: &'static str, preset: Option<&'static str>, times: [f64; 3], errors: [f64; 3]) -> StudyPoint {
+    fn point(setting: &'static str, preset: Option<&'static str>, times: [f64; 3], errors: [f64; 3]) -> StudyPoint {
         let errors =
             COMBINED.iter().zip(errors).fold(PointErrors::default(), |sum, (own, error)| sum.with(*own, error));
-        StudyPoint { dial, value: json!(1), preset, times: PointTimes(times.to_vec()), errors }
+        StudyPoint { setting, value: json!(1), preset, times: PointTimes(times.to_vec()), errors }
     }
 
     fn check(points: Vec<StudyPoint>, diagram: &str, preset: &str, front: bool) {
-        let all = standings(&AccuracyFindings { points, ..AccuracyFindings::default() });
+        let all = preset_standings(&AccuracyFindings { points, ..AccuracyFindings::default() });
         let own: Vec<&PresetStanding> =
             all.iter().filter(|own| own.diagram == diagram && own.preset == preset).collect();
         assert!(!own.is_empty() && own.iter().all(|own| own.beaten_by.is_none() == front), "{own:?}");

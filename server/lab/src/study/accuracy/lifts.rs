@@ -3,7 +3,7 @@
 //! Energies in different lifts are not comparable, so all diagrams are judged in the finest lift: energy of the same node labels there,
 //! with sites in their centroids, relative to the energy of the best diagram in that lift.
 
-use super::dials::Bench;
+use super::settings::Bench;
 use super::subject::timed;
 use super::truth::{Truth, best, diagram, pieces};
 use super::{Measure, PointErrors, PointTimes, StudyError};

@@ -1,7 +1,6 @@
 //! Accuracy against time: every solver setting over its values, errors against a reference, times of whole requests.
 
 mod close_up;
-mod dials;
 mod error;
 mod front;
 mod lifts;
@@ -9,19 +8,20 @@ mod page;
 mod plan;
 mod point;
 mod presets;
+mod settings;
 mod subject;
 mod tessellations;
 mod truth;
 
 pub use close_up::CloseUp;
 pub use error::StudyError;
-pub use front::{PresetStanding, standings};
+pub use front::{PresetStanding, preset_standings};
 pub use page::{AccuracyDrawing, drawn, page};
 pub use plan::AccuracyPlan;
 pub use point::{Measure, PointErrors, PointTimes, StudyPoint};
 
-use dials::Bench;
 use serde_json::{Value, json};
+use settings::Bench;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::bake;
 use shatter_fracture::pipeline::{RANK_MAX, reduce};
@@ -83,7 +83,7 @@ impl AccuracyFindings {
             "machine": ground.machine,
             "threads": ground.threads,
             "points": self.points.iter().map(StudyPoint::document).collect::<Vec<_>>(),
-            "front": standings(self).iter().map(PresetStanding::document).collect::<Vec<_>>(),
+            "front": preset_standings(self).iter().map(PresetStanding::document).collect::<Vec<_>>(),
             "estimates": self.estimates.len(),
             "estimates_within_4": self.estimates_within(4.0),
             "left_out": self.left_out.iter().map(|[what, why]| json!({ "what": what, "why": why })).collect::<Vec<_>>(),
@@ -141,8 +141,8 @@ pub fn run(plan: &AccuracyPlan, progress: &mut dyn FnMut(&str)) -> Result<Accura
 
 /// Name of the processor, if the system reports it.
 fn machine() -> String {
-    let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name =
-        told.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':').map(|(_, name)| name.trim()));
+        text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':').map(|(_, name)| name.trim()));
     name.unwrap_or(std::env::consts::ARCH).to_owned()
 }

@@ -1,11 +1,11 @@
 //! Diagrams, their data as CSV, and the page.
 
 use super::close_up;
-use super::front::{PresetStanding, standings};
+use super::front::{PresetStanding, preset_standings};
 use super::point::NOT_KNOWN;
 use super::{AccuracyFindings, Measure, StudyError, StudyPoint};
 use crate::report::{Fact, ReportTable, Section, Study, significant};
-use crate::study::precision::{DiagramFrame, DialCurve, DialSetting, svg};
+use crate::study::precision::{DiagramFrame, SettingCurve, SettingPoint, svg};
 
 /// Frame times of games and films, ms.
 const LEVELS_MS: [f64; 4] = [1.0, 4.0, 8.0, 16.7];
@@ -17,7 +17,7 @@ struct Diagram {
     heading: &'static str,
     lead: &'static str,
     measures: &'static [Measure],
-    dials: &'static [&'static str],
+    settings: &'static [&'static str],
     /// Whether the presets are measured against the same reference.
     presets: bool,
 }
@@ -28,7 +28,7 @@ const DIAGRAMS: [Diagram; 7] = [
         heading: "Elasticity: spacing of the elastic lattice, rank of the reduced basis",
         lead: "Against a solve on the finest elastic lattice, both carried to the object's crack lattice.",
         measures: &[Measure::Energy, Measure::Density, Measure::Degree],
-        dials: &["elastic_spacing", "rank"],
+        settings: &["elastic_spacing", "rank"],
         presets: true,
     },
     Diagram {
@@ -36,7 +36,7 @@ const DIAGRAMS: [Diagram; 7] = [
         heading: "Errors added by the reduced basis and by single precision of the factor",
         lead: "Against the solve on the same lattice, in double precision.",
         measures: &[Measure::Energy, Measure::Density],
-        dials: &["rank_own_lattice", "factor_precision"],
+        settings: &["rank_own_lattice", "factor_precision"],
         presets: false,
     },
     Diagram {
@@ -44,7 +44,7 @@ const DIAGRAMS: [Diagram; 7] = [
         heading: "The diagram: tolerance of its descent",
         lead: "Against the best of several starts that were run to convergence. Starts differ, so no tolerance leads to zero.",
         measures: &[Measure::Gap, Measure::Size],
-        dials: &["cvd_tolerance"],
+        settings: &["cvd_tolerance"],
         presets: true,
     },
     Diagram {
@@ -52,7 +52,7 @@ const DIAGRAMS: [Diagram; 7] = [
         heading: "Degree ablation: source of the number of fragments",
         lead: "Against the median of several full optimizations with other seeds.",
         measures: &[Measure::Degree],
-        dials: &["degree"],
+        settings: &["degree"],
         presets: false,
     },
     Diagram {
@@ -60,7 +60,7 @@ const DIAGRAMS: [Diagram; 7] = [
         heading: "Cracks: spacing of the crack lattice, labels of nodes or the exact diagram",
         lead: "The same sites, against their exact diagram on the finest crack lattice, in its lift.",
         measures: &[Measure::Label, Measure::CrackMean, Measure::CrackMax, Measure::Volume],
-        dials: &["crack_spacing", "tessellation"],
+        settings: &["crack_spacing", "tessellation"],
         presets: true,
     },
     Diagram {
@@ -68,7 +68,7 @@ const DIAGRAMS: [Diagram; 7] = [
         heading: "Errors of node labels",
         lead: "The same sites on the same lattice, against the exact diagram there.",
         measures: &[Measure::Label, Measure::CrackMean, Measure::Volume],
-        dials: &["node_labels"],
+        settings: &["node_labels"],
         presets: false,
     },
     Diagram {
@@ -77,7 +77,7 @@ const DIAGRAMS: [Diagram; 7] = [
         lead: "Diagrams in each lift, judged in the one with the most eigenfunctions: its energy of the same labels above that of its \
                own best diagram; and volume of pieces that are cut off from the rest of their cell, as where a cell joins two legs.",
         measures: &[Measure::Gap, Measure::Stray],
-        dials: &["lift_dimension", "lift"],
+        settings: &["lift_dimension", "lift"],
         presets: false,
     },
 ];
@@ -111,7 +111,7 @@ pub fn drawn(findings: &AccuracyFindings) -> Result<Vec<AccuracyDrawing>, StudyE
             if points.is_empty() {
                 continue;
             }
-            let curves: Vec<DialCurve> = curves(diagram, measure, &points);
+            let curves: Vec<SettingCurve> = curves(diagram, measure, &points);
             all.push(AccuracyDrawing {
                 file: format!("accuracy-{}-{}", diagram.file, measure.name()),
                 svg: svg(&DiagramFrame { x: measure.title(), ..frame }, &curves)?,
@@ -139,26 +139,26 @@ pub(super) fn together(findings: &AccuracyFindings) -> Vec<(&'static str, Measur
 }
 
 fn shown(point: &StudyPoint, diagram: &Diagram, measure: Measure) -> bool {
-    (diagram.dials.contains(&point.dial) || diagram.presets && point.preset.is_some())
+    (diagram.settings.contains(&point.setting) || diagram.presets && point.preset.is_some())
         && point.errors.get(measure).is_some()
 }
 
-fn curves(diagram: &Diagram, measure: Measure, points: &[&StudyPoint]) -> Vec<DialCurve> {
-    let place = |point: &&StudyPoint| DialSetting {
+fn curves(diagram: &Diagram, measure: Measure, points: &[&StudyPoint]) -> Vec<SettingCurve> {
+    let place = |point: &&StudyPoint| SettingPoint {
         x: point.errors.get(measure).unwrap_or(f64::NAN),
         y: point.times.at(0.5),
         low: point.times.at(0.1),
         high: point.times.at(0.9),
         label: point.preset.map_or_else(|| point.label(), str::to_owned),
     };
-    let of = |dial: &&str| DialCurve {
-        name: (*dial).to_owned(),
-        places: points.iter().filter(|point| point.dial == *dial && point.preset.is_none()).map(place).collect(),
+    let of = |setting: &&str| SettingCurve {
+        name: (*setting).to_owned(),
+        places: points.iter().filter(|point| point.setting == *setting && point.preset.is_none()).map(place).collect(),
         marked: false,
     };
     let presets = points.iter().filter(|point| point.preset.is_some()).map(place).collect();
-    let presets = DialCurve { name: "presets".to_owned(), places: presets, marked: true };
-    diagram.dials.iter().map(of).chain([presets]).filter(|curve| !curve.places.is_empty()).collect()
+    let presets = SettingCurve { name: "presets".to_owned(), places: presets, marked: true };
+    diagram.settings.iter().map(of).chain([presets]).filter(|curve| !curve.places.is_empty()).collect()
 }
 
 fn csv(measure: Measure, points: &[&StudyPoint]) -> String {
@@ -167,7 +167,7 @@ fn csv(measure: Measure, points: &[&StudyPoint]) -> String {
         let times = [0.1, 0.5, 0.9, 0.99].map(|share| number(point.times.at(share))).join(",");
         let error = point.errors.get(measure).map_or_else(String::new, number);
         let value = point.value.as_str().map_or_else(|| point.value.to_string(), str::to_owned);
-        format!("{},{value},{},{error},{times}\n", point.dial, point.preset.unwrap_or(""))
+        format!("{},{value},{},{error},{times}\n", point.setting, point.preset.unwrap_or(""))
     };
     let rows: String = points.iter().map(row).collect();
     let head = "time_ms_p10,time_ms_p50,time_ms_p90,time_ms_p99";
@@ -219,7 +219,7 @@ fn lead(findings: &AccuracyFindings) -> Vec<String> {
             ground.threads,
             ground.machine
         ),
-        "Left and low is good. Points are labelled with their settings; spacings are over the diagonal. An error is \
+        "Left and low is good. Points are labeled with their settings; spacings are over the diagonal. An error is \
          shown only where the reference has at least twice the nodes of the lattice that is judged; elsewhere it is not known yet.".to_owned(),
     ]
 }
@@ -244,14 +244,14 @@ fn table(points: &[StudyPoint]) -> ReportTable {
     let head = ["dial", "value", "preset", "p50, ms", "p99, ms"].map(str::to_owned).into_iter();
     let head = head.chain(Measure::ALL.map(|measure| measure.name().to_owned())).collect();
     let row = |point: &StudyPoint| {
-        let told = [point.dial.to_owned(), point.label(), point.preset.unwrap_or("").to_owned()];
+        let text = [point.setting.to_owned(), point.label(), point.preset.unwrap_or("").to_owned()];
         let times = [0.5, 0.99].map(|share| significant(point.times.at(share), 3));
         let error = |measure| match point.errors.get(measure) {
             Some(error) => significant(error, 3),
             None if point.errors.is_not_known(measure) => NOT_KNOWN.to_owned(),
             None => "–".to_owned(),
         };
-        ("", told.into_iter().chain(times).chain(Measure::ALL.map(error)).collect())
+        ("", text.into_iter().chain(times).chain(Measure::ALL.map(error)).collect())
     };
     ReportTable { head, rows: points.iter().map(row).collect() }
 }
@@ -260,15 +260,15 @@ fn front(findings: &AccuracyFindings) -> Section {
     let lead = "A preset lies on the front unless another point of the same diagram is both faster, beyond the whiskers, and more accurate. \
                 Combined: the worst of three errors, of elastic energy, cells and cracks, each over that of game.";
     let row = |own: &PresetStanding| {
-        let told = own
+        let text = own
             .beaten_by
             .as_ref()
             .map_or_else(|| "on the front".to_owned(), |by| format!("beaten by {}", by.join(" ")));
         let error = own.measure.map_or("combined", Measure::name);
-        ("", vec![own.preset.to_owned(), own.diagram.to_owned(), error.to_owned(), told])
+        ("", vec![own.preset.to_owned(), own.diagram.to_owned(), error.to_owned(), text])
     };
     let head = ["preset", "diagram", "error", "stands"].map(str::to_owned).to_vec();
-    let tables = vec![ReportTable { head, rows: standings(findings).iter().map(row).collect() }];
+    let tables = vec![ReportTable { head, rows: preset_standings(findings).iter().map(row).collect() }];
     Section { heading: "Presets and the front".to_owned(), lead: vec![lead.to_owned()], tables, ..Section::default() }
 }
 
@@ -288,7 +288,7 @@ fn zeros(findings: &AccuracyFindings) -> impl Iterator<Item = (&'static str, Vec
     every.filter_map(|(diagram, measure)| {
         let zero = |point: &&StudyPoint| shown(point, diagram, measure) && point.errors.get(measure) == Some(0.0);
         let named = |point: &StudyPoint| {
-            point.preset.map_or_else(|| format!("{} {}", point.dial, point.label()), str::to_owned)
+            point.preset.map_or_else(|| format!("{} {}", point.setting, point.label()), str::to_owned)
         };
         let points: Vec<String> = findings.points.iter().filter(zero).map(named).collect();
         let why = "no error at all, which a logarithmic axis cannot show; see all figures";

@@ -89,7 +89,7 @@ impl AccuracyPlan {
 
     /// Number of progress steps.
     pub fn steps(&self) -> usize {
-        let fixed = 3 + super::dials::FIXED;
+        let fixed = 3 + super::settings::FIXED;
         fixed + self.elastic.len() + self.ranks.len() + self.crack.len() + self.modes.len() + self.tolerances.len()
     }
 }

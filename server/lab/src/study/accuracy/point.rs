@@ -170,7 +170,7 @@ fn quantile(values: &[f64], share: f64) -> Option<f64> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyPoint {
     /// Name of the setting.
-    pub dial: &'static str,
+    pub setting: &'static str,
     /// Value: a number or a name.
     pub value: Value,
     /// Name of the preset, if the point is one.
@@ -198,7 +198,7 @@ impl StudyPoint {
     /// `not_known_yet` names the errors whose reference is not fine enough.
     pub fn document(&self) -> Value {
         let mut map = Map::new();
-        map.insert("dial".to_owned(), self.dial.into());
+        map.insert("dial".to_owned(), self.setting.into());
         map.insert("value".to_owned(), self.value.clone());
         map.insert("preset".to_owned(), self.preset.into());
         for (key, share) in [("p10", 0.1), ("p50", 0.5), ("p90", 0.9), ("p99", 0.99)] {
@@ -234,7 +234,7 @@ mod tests {
         let errors = PointErrors::medians(&[measured, measured]).not_known(&[Measure::Energy]);
         assert_eq!([Measure::Energy, Measure::Gap].map(|measure| errors.get(measure)), [None, Some(0.01)]);
         let point = StudyPoint {
-            dial: "preset",
+            setting: "preset",
             value: "film".into(),
             preset: Some("film"),
             times: PointTimes::default(),

@@ -1,6 +1,6 @@
 //! Presets, each on its own lattices.
 
-use super::dials::Bench;
+use super::settings::Bench;
 use super::subject::{DRESSED, energies_on, request, timed};
 use super::tessellations::CrackErrors;
 use super::truth::{diagram, is_finer};
@@ -29,8 +29,8 @@ impl Bench<'_> {
             (self.progress)(&format!("preset {name}"));
             match self.preset(quality, &mut baked) {
                 Ok((times, errors)) => {
-                    let (dial, value) = ("preset", json!(name));
-                    self.findings.points.push(StudyPoint { dial, value, preset: Some(name), times, errors });
+                    let (setting, value) = ("preset", json!(name));
+                    self.findings.points.push(StudyPoint { setting, value, preset: Some(name), times, errors });
                 }
                 Err(error) => self.findings.left_out.push([format!("preset {name}"), error.to_string()]),
             }
@@ -101,7 +101,7 @@ impl Bench<'_> {
         if expected != found {
             return Err(StudyError::Bodies { expected, found });
         }
-        if quality.dials().elastic == ElasticRequest::Reduced {
+        if quality.solver_settings().elastic == ElasticRequest::Reduced {
             prepared.impacts = self.plan.snapshots;
             reduce(&mut prepared, quality.lattices().rank_max, &token)?;
         }

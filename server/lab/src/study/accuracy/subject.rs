@@ -9,7 +9,7 @@ use shatter_fracture::lattice::{EnergyTransfer, Lattice};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
     self, BodyEnergy, ContactSet, DegreeRequest, FractureError, FractureRequest, ImpactSampler, PreparedObject,
-    StrikeContext, Workspace, strain_energy,
+    RequestContext, Workspace, strain_energy,
 };
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::scene::Material;
@@ -88,7 +88,7 @@ pub(super) fn energy(
 ) -> Result<BodyEnergy, StudyError> {
     let impact = ContactSet::new(prepared, strike)?;
     let energies =
-        strain_energy(StrikeContext::new(prepared, strike, &CancelToken::default(), &()), &impact, workspace)?;
+        strain_energy(RequestContext::new(prepared, strike, &CancelToken::default(), &()), &impact, workspace)?;
     energies.into_iter().next().ok_or(StudyError::Whole)
 }
 
@@ -133,7 +133,7 @@ pub(super) fn timed(
         for strike in strikes {
             let begin = Instant::now();
             let outcome = pipeline::strike(
-                pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+                pipeline::RequestContext::new(prepared, strike, &CancelToken::default(), &()),
                 &mut workspace,
             )?;
             if let Some(pieces) = &outcome.meshes() {

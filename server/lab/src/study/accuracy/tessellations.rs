@@ -1,6 +1,6 @@
 //! Settings of the tessellation: spacing of the crack lattice, and node labels or the exact diagram. All use the same sites.
 
-use super::dials::Bench;
+use super::settings::Bench;
 use super::subject::{rebaked, timed};
 use super::truth::Truth;
 use super::{Measure, PointErrors, PointTimes, StudyError};
@@ -37,8 +37,8 @@ impl Bench<'_> {
                 Ok((times, pair.finest))
             });
             if let Some((times, errors)) = alone {
-                let (dial, value) = ("node_labels", json!(spacing));
-                self.findings.points.push(super::StudyPoint { dial, value, preset: None, times, errors });
+                let (setting, value) = ("node_labels", json!(spacing));
+                self.findings.points.push(super::StudyPoint { setting, value, preset: None, times, errors });
             }
         }
     }

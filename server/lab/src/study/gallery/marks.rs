@@ -1,6 +1,6 @@
 //! Visualization of the effects that add data to a result.
 
-use super::broken::GalleryResult;
+use super::result::GalleryResult;
 use crate::picture::{Color, DrawnCorner, DrawnMesh, arrow, fragment_color};
 use nalgebra::{Point3, Vector3};
 
@@ -23,12 +23,12 @@ const CHIP: f32 = 3.0;
 const FLIGHT: f32 = 0.35;
 
 /// Bonds as rods between their fragments.
-pub fn bonds(broken: &GalleryResult) -> DrawnMesh {
-    let mut mesh = broken.mesh(BOND_SPREAD);
-    let bonds = broken.pieces.bonds();
+pub fn bonds(result: &GalleryResult) -> DrawnMesh {
+    let mut mesh = result.mesh(BOND_SPREAD);
+    let bonds = result.pieces.bonds();
     let most = bonds.iter().map(|bond| bond.area_m2).fold(f64::MIN_POSITIVE, f64::max);
     for bond in &bonds {
-        let [from, to] = bond.fragments.map(|fragment| broken.place(fragment, BOND_SPREAD));
+        let [from, to] = bond.fragments.map(|fragment| result.place(fragment, BOND_SPREAD));
         let thickness = ((bond.area_m2 / most).sqrt() * 0.05).max(0.01) as f32;
         mesh.append(rod(from.into(), to.into(), thickness * (to - from).norm(), Color::oklch(0.45, 0.16, 28.0)));
     }
@@ -36,10 +36,10 @@ pub fn bonds(broken: &GalleryResult) -> DrawnMesh {
 }
 
 /// Debris as chips of their size.
-pub fn debris(broken: &GalleryResult) -> DrawnMesh {
-    let mut mesh = broken.mesh(SPREAD);
-    for chip in broken.pieces.debris() {
-        let place = broken.place(chip.fragment, SPREAD) + chip.position_m.cast::<f32>();
+pub fn debris(result: &GalleryResult) -> DrawnMesh {
+    let mut mesh = result.mesh(SPREAD);
+    for chip in result.pieces.debris() {
+        let place = result.place(chip.fragment, SPREAD) + chip.position_m.cast::<f32>();
         let normal: Vector3<f32> = chip.normal.cast();
         let size = CHIP * chip.size_m as f32;
         let tip = Point3::from(place + normal * (1.5 * size));
@@ -49,11 +49,11 @@ pub fn debris(broken: &GalleryResult) -> DrawnMesh {
 }
 
 /// Fragments; those smaller than `least_m3` in red, the others pale.
-pub fn slivers(broken: &GalleryResult, least_m3: f64) -> DrawnMesh {
-    let mut mesh = broken.mesh(SPREAD);
+pub fn slivers(result: &GalleryResult, least_m3: f64) -> DrawnMesh {
+    let mut mesh = result.mesh(SPREAD);
     let [small, large] = [Color::oklch(0.55, 0.22, 28.0), Color::oklch(0.9, 0.01, 90.0)];
     let mut is_small = vec![false; mesh.positions.len()];
-    for row in broken.pieces.fragments.iter().filter(|row| row.volume_m3 < least_m3) {
+    for row in result.pieces.fragments.iter().filter(|row| row.volume_m3 < least_m3) {
         is_small[row.vertex_first as usize..(row.vertex_first + row.vertex_count) as usize].fill(true);
     }
     for (corners, triangle) in mesh.corners.iter_mut().zip(&mesh.triangles) {
@@ -64,22 +64,22 @@ pub fn slivers(broken: &GalleryResult, least_m3: f64) -> DrawnMesh {
 }
 
 /// Fragments, and the clamp if `holds`.
-pub fn held(broken: &GalleryResult, [low, high]: [Point3<f64>; 2], holds: bool) -> DrawnMesh {
-    let mut mesh = broken.mesh(SPREAD);
+pub fn held(result: &GalleryResult, [low, high]: [Point3<f64>; 2], holds: bool) -> DrawnMesh {
+    let mut mesh = result.mesh(SPREAD);
     if holds {
         let clamp = shatter_fracture::surface::shapes::cuboid((high - low).into());
         // Behind the end of the bar, which moves apart with its fragments.
         let middle = nalgebra::center(&low, &high) - Vector3::x() * (1.2 * (high.x - low.x));
-        let positions = clamp.positions_m.iter().map(|corner| broken.point(&(middle + corner.coords))).collect();
+        let positions = clamp.positions_m.iter().map(|corner| result.point(&(middle + corner.coords))).collect();
         mesh.append(DrawnMesh::paint(positions, clamp.triangles, 1.0, |_, _| Color::oklch(0.35, 0.02, 250.0)));
     }
     mesh
 }
 
 /// Convex hulls in the places of the fragments.
-pub fn hulls(broken: &GalleryResult) -> DrawnMesh {
+pub fn hulls(result: &GalleryResult) -> DrawnMesh {
     let mut mesh = DrawnMesh::default();
-    let hulls = &broken.pieces.hulls;
+    let hulls = &result.pieces.hulls;
     for (fragment, row) in hulls.rows.iter().enumerate() {
         let own = &hulls.positions[row.vertex_first as usize..][..row.vertex_count as usize];
         let indices = &hulls.indices[row.index_first as usize..][..row.index_count as usize];
@@ -87,22 +87,22 @@ pub fn hulls(broken: &GalleryResult) -> DrawnMesh {
         let triangles = indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
         let color = fragment_color(fragment as u32);
         mesh.append(
-            DrawnMesh::paint(positions, triangles, 1.0, |_, _| color).moved(broken.place(fragment as u32, SPREAD)),
+            DrawnMesh::paint(positions, triangles, 1.0, |_, _| color).moved(result.place(fragment as u32, SPREAD)),
         );
     }
     mesh
 }
 
 /// Fragments a moment after release, moved by their release velocities.
-pub fn release(broken: &GalleryResult) -> DrawnMesh {
-    let mut mesh = broken.mesh(0.0);
-    let fastest = broken.pieces.velocities.iter().map(|own| own.linear_m_s.norm()).fold(f64::MIN_POSITIVE, f64::max);
+pub fn release(result: &GalleryResult) -> DrawnMesh {
+    let mut mesh = result.mesh(0.0);
+    let fastest = result.pieces.velocities.iter().map(|own| own.linear_m_s.norm()).fold(f64::MIN_POSITIVE, f64::max);
     let (low, high) = mesh.bounds();
     let time = FLIGHT * (high - low).norm() / fastest as f32;
-    for (row, velocity) in broken.pieces.fragments.iter().zip(&broken.pieces.velocities) {
+    for (row, velocity) in result.pieces.fragments.iter().zip(&result.pieces.velocities) {
         let flight: Vector3<f32> = velocity.linear_m_s.cast::<f32>() * time;
         let turn = nalgebra::Rotation3::new(velocity.angular_rad_s.cast::<f32>() * time);
-        let center = broken.place(row.id, 0.0);
+        let center = result.place(row.id, 0.0);
         let own = row.vertex_first as usize..(row.vertex_first + row.vertex_count) as usize;
         for position in &mut mesh.positions[own] {
             *position = Point3::from(turn * (position.coords - center) + center + flight);
@@ -112,10 +112,10 @@ pub fn release(broken: &GalleryResult) -> DrawnMesh {
 }
 
 /// Fragments lit by the normals of the result, or by those of flat triangles.
-pub fn normals(broken: &GalleryResult, smooth: bool) -> DrawnMesh {
-    let mut mesh = broken.mesh(SPREAD);
-    let mut own = vec![[0.0; 3]; broken.pieces.counts.vertices];
-    broken.pieces.normals(&mut own);
+pub fn normals(result: &GalleryResult, smooth: bool) -> DrawnMesh {
+    let mut mesh = result.mesh(SPREAD);
+    let mut own = vec![[0.0; 3]; result.pieces.counts.vertices];
+    result.pieces.normals(&mut own);
     let flat = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
         (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vector3::y)
@@ -130,10 +130,10 @@ pub fn normals(broken: &GalleryResult, smooth: bool) -> DrawnMesh {
 }
 
 /// Crack faces with a checkerboard in their texture coordinates.
-pub fn uvs(broken: &GalleryResult) -> DrawnMesh {
-    let mut mesh = broken.mesh(SPREAD);
-    let mut own = vec![[0.0; 2]; broken.pieces.counts.vertices];
-    broken.pieces.uvs(&mut own);
+pub fn uvs(result: &GalleryResult) -> DrawnMesh {
+    let mut mesh = result.mesh(SPREAD);
+    let mut own = vec![[0.0; 2]; result.pieces.counts.vertices];
+    result.pieces.uvs(&mut own);
     for (corners, triangle) in mesh.corners.iter_mut().zip(&mesh.triangles) {
         let at = triangle.map(|vertex| own[vertex as usize]);
         if at.iter().all(|uv| *uv == [0.0; 2]) {
@@ -155,11 +155,11 @@ fn board(uvs: [[f32; 2]; 3], field: f32) -> Color {
 }
 
 /// Outer faces with a checkerboard in the input's texture coordinates, lit by its normals.
-pub fn attributes(broken: &GalleryResult) -> DrawnMesh {
-    let mut mesh = broken.mesh(SPREAD);
-    let looks = &broken.pieces.looks.vertices;
+pub fn attributes(result: &GalleryResult) -> DrawnMesh {
+    let mut mesh = result.mesh(SPREAD);
+    let attributes = &result.pieces.attributes.vertices;
     for (corners, triangle) in mesh.corners.iter_mut().zip(&mesh.triangles) {
-        let own = triangle.map(|vertex| &looks[vertex as usize]);
+        let own = triangle.map(|vertex| &attributes[vertex as usize]);
         if own.iter().any(|look| look.normal == [0.0; 3]) {
             continue;
         }
@@ -172,17 +172,17 @@ pub fn attributes(broken: &GalleryResult) -> DrawnMesh {
 }
 
 /// Crack faces, and the input's own triangles with a checkerboard in their texture coordinates.
-pub fn skin(broken: &GalleryResult) -> DrawnMesh {
-    let mut mesh = broken.mesh(SPREAD);
+pub fn skin(result: &GalleryResult) -> DrawnMesh {
+    let mut mesh = result.mesh(SPREAD);
     let mut is_crack = vec![false; mesh.positions.len()];
-    for run in broken.pieces.runs.iter().filter(|run| run.crack) {
+    for run in result.pieces.runs.iter().filter(|run| run.crack) {
         is_crack[run.vertex_first as usize..(run.vertex_first + run.vertex_count) as usize].fill(true);
     }
     let cracks: Vec<bool> = mesh.triangles.iter().map(|triangle| is_crack[triangle[0] as usize]).collect();
     let mut kept = cracks.iter();
     mesh.corners.retain(|_| kept.next().is_some_and(|kept| *kept));
     mesh.triangles.retain(|triangle| is_crack[triangle[0] as usize]);
-    let skins = &broken.pieces.skins;
+    let skins = &result.pieces.skins;
     for (fragment, row) in skins.rows.iter().enumerate() {
         let own = &skins.vertices[row.vertex_first as usize..][..row.vertex_count as usize];
         let indices = &skins.indices[row.index_first as usize..][..row.index_count as usize];
@@ -194,7 +194,7 @@ pub fn skin(broken: &GalleryResult) -> DrawnMesh {
         });
         let corners = corners.collect();
         let positions = own.iter().map(|vertex| Point3::from(vertex.position_m)).collect();
-        mesh.append(DrawnMesh { positions, triangles, corners }.moved(broken.place(fragment as u32, SPREAD)));
+        mesh.append(DrawnMesh { positions, triangles, corners }.moved(result.place(fragment as u32, SPREAD)));
     }
     mesh
 }

@@ -1,19 +1,19 @@
 //! Gallery of effects: the same impact without and with each effect, side by side.
 
-mod broken;
-mod cast;
+mod examples;
 mod marks;
+mod result;
 
 use super::effects::EffectsError;
 use crate::picture::{Backdrop, Camera, DrawnMesh, Image, PictureSize, Projection, RenderStyle, draw};
 use crate::report::{ReportFigure, Section};
 use nalgebra::Vector3;
 
-use cast::Showcase;
-pub use cast::cast;
+use examples::EffectExample;
+pub use examples::effect_examples;
 
-pub(super) use broken::GalleryResult;
 pub(super) use marks::ball;
+pub(super) use result::GalleryResult;
 use shatter_fracture::pipeline::{FractureRequest, PreparedObject};
 
 /// Size of one half of a picture.
@@ -52,17 +52,17 @@ impl EffectPicture {
 }
 
 /// Introduction to the pictures.
-const LEAD: &str = "Left: without the effect; right: with it. Both show the same object, impact and seed.";
+const LEAD: &str = "See what each effect does. Left: without it; right: with it. Object, impact and seed are the same.";
 
 /// Draws all pairs; calls `progress` with the name of each.
 pub fn shown(progress: &mut dyn FnMut(&str)) -> Result<Vec<EffectPicture>, EffectsError> {
-    let draw = |scene: Showcase| {
+    let draw = |scene: EffectExample| {
         let pair = scene.pair()?;
         progress(pair.name);
         let png = Image::beside(&pair.meshes.each_ref().map(|mesh| side(mesh, &pair))).png()?;
         Ok(EffectPicture { name: pair.name, caption: pair.caption, png })
     };
-    cast().into_iter().map(draw).collect()
+    effect_examples().into_iter().map(draw).collect()
 }
 
 /// Section of a page with all pictures.
@@ -73,7 +73,7 @@ pub fn section(shown: &[EffectPicture]) -> Section {
         scale: None,
     };
     Section {
-        heading: "Gallery of effects".to_owned(),
+        heading: "Pictures of effects".to_owned(),
         lead: vec![LEAD.to_owned()],
         figures: shown.iter().map(figure).collect(),
         ..Section::default()
@@ -82,7 +82,7 @@ pub fn section(shown: &[EffectPicture]) -> Section {
 
 /// Markdown page with all pictures, for the folder of their files.
 pub fn markdown(shown: &[EffectPicture]) -> String {
-    let mut text = format!("# Gallery of effects\n\n{LEAD} Made by `shatterd study effects`.\n");
+    let mut text = format!("# Pictures of effects\n\n{LEAD} Drawn by `shatterd study effects`.\n");
     for own in shown {
         text += &format!("\n## {}\n\n{}\n\n![{}]({})\n", own.name, own.caption, own.name, own.file());
     }

@@ -105,8 +105,8 @@ impl FuzzDefect {
 
     /// Damages a mesh, which must be intact and have at least a few dozen triangles; strength, place and number follow from `seed`.
     pub fn apply(self, mesh: &RawMesh, seed: u64) -> RawMesh {
-        let (mut spoiled, mut draw) = (mesh.clone(), ChoiceStream::new(seed, self as u64));
-        let (mesh, draw) = (&mut spoiled, &mut draw);
+        let (mut damaged, mut draw) = (mesh.clone(), ChoiceStream::new(seed, self as u64));
+        let (mesh, draw) = (&mut damaged, &mut draw);
         match self {
             Self::Nan => numbers::nan(mesh, draw),
             Self::Infinity => numbers::infinity(mesh, draw),
@@ -129,7 +129,7 @@ impl FuzzDefect {
             Self::TinyScale => numbers::tiny_scale(mesh, draw),
             Self::MixedWinding => triangles::mixed_winding(mesh, draw),
         }
-        spoiled
+        damaged
     }
 }
 

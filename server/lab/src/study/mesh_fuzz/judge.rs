@@ -85,7 +85,7 @@ impl Judge {
         let prepared = bake(raw.clone(), &self.request(), token, &mut |_| ())?;
         let strike = strike(&prepared, seed);
         let outcome =
-            pipeline::strike(pipeline::StrikeContext::new(&prepared, &strike, token, &()), &mut Workspace::default())?;
+            pipeline::strike(pipeline::RequestContext::new(&prepared, &strike, token, &()), &mut Workspace::default())?;
         let geometry = check(&prepared, &outcome)?;
         Ok(FuzzVerdict::Checked { geometry, volume_m3: prepared.report.input_volume_m3 })
     }
@@ -138,7 +138,7 @@ enum FuzzStop {
 
 impl From<BakeError> for FuzzStop {
     fn from(error: BakeError) -> Self {
-        match kinds::refusal(error) {
+        match kinds::rejection(error) {
             Ok((kind, message)) => Self::Refused(kind, message),
             Err(message) => Self::Failed(FuzzFault::Bake(message)),
         }
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_is_told_in_its_own_words() {
+    fn a_panic_is_reported_with_its_message() {
         let panicked = timed(1, Duration::from_secs(60), |_| -> u32 { panic!("index {}", 7) });
         assert_eq!(panicked, Err(FuzzFault::Panicked("index 7".to_owned())));
     }
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn work_without_a_checkpoint_is_left_behind() {
+    fn work_that_ignores_cancellation_is_abandoned() {
         let (end, wait) = channel::<()>();
         check(move |_| u32::from(wait.recv().is_ok()), |ended| matches!(ended, Err(FuzzFault::Stuck { .. })));
         drop(end);

@@ -117,9 +117,9 @@ mod tests {
 
     #[test]
     fn the_tally_does_not_depend_on_threads() {
-        let mut told = 0;
-        let one = run(&plan(20, 1), &mut |_, _| told += 1);
-        assert_eq!((told, one.all.tried), (20, 20), "one of each defect");
+        let mut reported = 0;
+        let one = run(&plan(20, 1), &mut |_, _| reported += 1);
+        assert_eq!((reported, one.all.tried), (20, 20), "one of each defect");
         assert_eq!(one, run(&plan(20, 3), &mut |_, _| ()));
     }
 }

@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn shrinking_ends_when_it_was_told_to() {
+    fn shrinking_stops_on_cancellation() {
         let ball = shapes::sphere(1.0, 2);
         let mut tried = 0;
         let shrunk = shrink(&ball, 3, &mut |_| {

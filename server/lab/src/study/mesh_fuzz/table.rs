@@ -12,11 +12,11 @@ impl fmt::Display for FuzzTally {
             rows.iter().try_for_each(|row| line(f, row))?;
         }
         line(f, &NamedCounts { name: "all".to_owned(), all: self.all, must_accept: self.must_accept })?;
-        for told in &self.unjustified {
-            writeln!(f, "unjustified: {}: {}", told.mutant, told.message)?;
+        for reported in &self.unjustified {
+            writeln!(f, "unjustified: {}: {}", reported.mutant, reported.message)?;
         }
-        for told in &self.failures {
-            writeln!(f, "failed: {}: {}", told.mutant, told.message)?;
+        for reported in &self.failures {
+            writeln!(f, "failed: {}: {}", reported.mutant, reported.message)?;
         }
         Ok(())
     }

@@ -40,7 +40,7 @@ pub fn drawn(body: &PaperBody, progress: &mut dyn FnMut(&str)) -> Result<PaperFi
         let point_m = place(&body.vertices_m, own.height, &out).ok_or(PaperError::Empty)?;
         let mass_kg = 4.0 / 3.0 * PI * own.radius_m.powi(3) * STEEL_KG_M3;
         let partner = ContactBody { material: ElasticMaterial::STEEL, mass_kg, radius_m: own.radius_m };
-        let blow = PaperContact {
+        let paper_contact = PaperContact {
             point_m,
             direction: -out,
             partner,
@@ -49,9 +49,9 @@ pub fn drawn(body: &PaperBody, progress: &mut dyn FnMut(&str)) -> Result<PaperFi
             gamma_factor: 1.0,
         };
         let caption = format!("{:.0} g, {:.0} mm, {:.0} m/s", 1e3 * mass_kg, 2e3 * own.radius_m, own.speed_m_s);
-        let (panel, broken) = body.strike(&blow, own.radius_m, caption)?;
-        let mut mesh = broken.mesh(SPREAD);
-        let touched = broken.point(&point_m).coords * (1.0 + SPREAD as f32);
+        let (panel, result) = body.strike(&paper_contact, own.radius_m, caption)?;
+        let mut mesh = result.mesh(SPREAD);
+        let touched = result.point(&point_m).coords * (1.0 + SPREAD as f32);
         let center = touched + out.cast::<f32>() * (1.4 * own.radius_m as f32);
         mesh.append(ball(Point3::from(center), own.radius_m as f32, METAL));
         panels.push(panel);

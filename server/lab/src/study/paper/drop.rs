@@ -28,7 +28,7 @@ pub fn drawn(body: &PaperBody, progress: &mut dyn FnMut(&str)) -> Result<PaperFi
     let (mut panels, mut meshes) = (Vec::<Panel>::new(), Vec::<DrawnMesh>::new());
     for gamma_factor in GAMMAS {
         progress("a fall");
-        let blow = PaperContact {
+        let paper_contact = PaperContact {
             point_m: head_m,
             direction: inward,
             partner: ContactBody::ground(ElasticMaterial::CONCRETE),
@@ -36,8 +36,8 @@ pub fn drawn(body: &PaperBody, progress: &mut dyn FnMut(&str)) -> Result<PaperFi
             own_radius_m: HEAD_RADIUS_M,
             gamma_factor,
         };
-        let (panel, broken) = body.strike(&blow, HEAD_RADIUS_M, format!("γ times {gamma_factor}"))?;
-        let mut mesh = broken.mesh(SPREAD);
+        let (panel, result) = body.strike(&paper_contact, HEAD_RADIUS_M, format!("γ times {gamma_factor}"))?;
+        let mut mesh = result.mesh(SPREAD);
         mesh.positions.iter_mut().for_each(|point| *point = upright * *point);
         mesh.corners.iter_mut().flatten().for_each(|corner| corner.normal = upright * corner.normal);
         panels.push(panel);

@@ -157,11 +157,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn harder_blows_and_lower_thresholds_make_more_pieces() {
+    fn stronger_impacts_and_lower_thresholds_give_more_fragments() {
         let plan = PaperPlan { quality: Preset::Draft, ..PaperPlan::new("statue", shapes::statue()) };
-        let mut told = 0;
-        let [balls, falls] = run(&plan, &mut |_| told += 1).unwrap();
-        assert_eq!(told, plan.steps());
+        let mut reported = 0;
+        let [balls, falls] = run(&plan, &mut |_| reported += 1).unwrap();
+        assert_eq!(reported, plan.steps());
         for drawn in [&balls, &falls] {
             assert!(drawn.png.starts_with(&[0x89, b'P', b'N', b'G']));
             let rising = drawn

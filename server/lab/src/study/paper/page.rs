@@ -18,9 +18,9 @@ pub fn page(plan: &PaperPlan, drawn: &[PaperFigure]) -> Study {
 }
 
 fn section(drawn: &PaperFigure) -> Section {
-    let told: Vec<String> =
+    let reported: Vec<String> =
         drawn.panels.iter().map(|own| format!("{} ({} pieces)", own.caption, own.fragments)).collect();
-    let caption = format!("From the left: {}.", told.join("; "));
+    let caption = format!("From the left: {}.", reported.join("; "));
     let head = [
         "",
         "kg",

@@ -74,39 +74,40 @@ impl PaperBody {
     /// Strikes with the contact of Hertz theory: a collision without energy loss transfers J = 2 m* v.
     pub fn strike(
         &self,
-        blow: &PaperContact,
+        paper_contact: &PaperContact,
         radius_m: f64,
         caption: String,
     ) -> Result<(Panel, GalleryResult), PaperError> {
-        let own = self.partner(blow.own_radius_m);
-        let hertz = HertzContact::of(&own, &blow.partner, blow.speed_m_s)?;
-        let effective_kg = 1.0 / (1.0 / own.mass_kg + 1.0 / blow.partner.mass_kg);
-        let impulse_ns = 2.0 * effective_kg * blow.speed_m_s;
+        let own = self.partner(paper_contact.own_radius_m);
+        let hertz = HertzContact::of(&own, &paper_contact.partner, paper_contact.speed_m_s)?;
+        let effective_kg = 1.0 / (1.0 / own.mass_kg + 1.0 / paper_contact.partner.mass_kg);
+        let impulse_ns = 2.0 * effective_kg * paper_contact.speed_m_s;
         let mut strike = self.strike.clone();
         for contact in &mut strike.contacts {
-            contact.point_m = blow.point_m;
-            contact.impulse_ns = blow.direction.normalize() * impulse_ns;
+            contact.point_m = paper_contact.point_m;
+            contact.impulse_ns = paper_contact.direction.normalize() * impulse_ns;
             contact.duration_s = Some(hertz.duration_s);
             contact.radius_m = Some(hertz.radius_m);
         }
-        let gamma_j_m2 = blow.gamma_factor * self.prepared.gamma_j_m2;
+        let gamma_j_m2 = paper_contact.gamma_factor * self.prepared.gamma_j_m2;
         strike.gamma_j_m2 = Some(gamma_j_m2);
-        let broken = GalleryResult::new(&self.prepared, &strike)?;
-        let mass_kg = if blow.partner.mass_kg.is_finite() { blow.partner.mass_kg } else { own.mass_kg };
+        let result = GalleryResult::new(&self.prepared, &strike)?;
+        let mass_kg =
+            if paper_contact.partner.mass_kg.is_finite() { paper_contact.partner.mass_kg } else { own.mass_kg };
         let panel = Panel {
             caption,
             mass_kg,
             radius_m,
-            speed_m_s: blow.speed_m_s,
+            speed_m_s: paper_contact.speed_m_s,
             impulse_ns,
             duration_s: hertz.duration_s,
             contact_radius_m: hertz.radius_m,
             gamma_j_m2,
-            e1_over_gamma: broken.e1_over_gamma,
-            sites: broken.sites,
-            fragments: broken.pieces.fragments.len(),
+            e1_over_gamma: result.e1_over_gamma,
+            sites: result.sites,
+            fragments: result.pieces.fragments.len(),
         };
-        Ok((panel, broken))
+        Ok((panel, result))
     }
 }
 

@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn labels_of_one_crowd_stay_apart() {
+    fn nearby_labels_do_not_overlap() {
         let mut labels = Labels::default();
         let places = [[100, 100], [104, 103], [110, 98], [103, 112], [99, 90]];
         places.iter().for_each(|[x, y]| labels.keep_free([x - 3, y - 3], [x + 3, y + 3]));

@@ -12,7 +12,7 @@ use std::ops::Range;
 
 /// Point of a diagram: one value of a setting.
 #[derive(Clone, Debug, PartialEq)]
-pub struct DialSetting {
+pub struct SettingPoint {
     /// Error.
     pub x: f64,
     /// Median time.
@@ -27,11 +27,11 @@ pub struct DialSetting {
 
 /// Curve of the values of one setting.
 #[derive(Clone, Debug, PartialEq)]
-pub struct DialCurve {
+pub struct SettingCurve {
     /// Name of the setting.
     pub name: String,
     /// Points in the order in which they are joined.
-    pub places: Vec<DialSetting>,
+    pub places: Vec<SettingPoint>,
     /// Whether the points are highlighted: dark and not joined.
     pub marked: bool,
 }
@@ -56,12 +56,12 @@ const CAP: i32 = 3;
 const INK: RGBColor = RGBColor(40, 42, 48);
 
 /// SVG document with all `curves` within `frame`; omits points that are not finite and positive.
-pub fn svg(frame: &DiagramFrame<'_>, curves: &[DialCurve]) -> Result<String, PlotError> {
+pub fn svg(frame: &DiagramFrame<'_>, curves: &[SettingCurve]) -> Result<String, PlotError> {
     let positive = |value: f64| value.is_finite() && value > 0.0;
-    let shown = |place: &&DialSetting| [place.x, place.y, place.low, place.high].into_iter().all(positive);
-    let kept: Vec<DialCurve> = curves
+    let shown = |place: &&SettingPoint| [place.x, place.y, place.low, place.high].into_iter().all(positive);
+    let kept: Vec<SettingCurve> = curves
         .iter()
-        .map(|curve| DialCurve { places: curve.places.iter().filter(shown).cloned().collect(), ..curve.clone() })
+        .map(|curve| SettingCurve { places: curve.places.iter().filter(shown).cloned().collect(), ..curve.clone() })
         .collect();
     let places = || kept.iter().flat_map(|curve| &curve.places);
     let right = range(places().map(|place| place.x), true);
@@ -85,7 +85,7 @@ fn draw(
     area: &DrawingArea<SVGBackend<'_>, Shift>,
     [right, up]: [Range<f64>; 2],
     frame: &DiagramFrame<'_>,
-    curves: &[DialCurve],
+    curves: &[SettingCurve],
 ) -> Result<(), PlotError> {
     let mut builder = ChartBuilder::on(area);
     builder.margin(16).x_label_area_size(44).y_label_area_size(64);
@@ -105,7 +105,7 @@ fn draw(
     let (across, down) = chart.plotting_area().get_pixel_range();
     let mut labels = Labels::within([across.start, down.start], [across.end, down.end]);
     levels(&mut chart, frame.levels, ends, &mut labels)?;
-    let colored: Vec<(&DialCurve, RGBColor)> = curves.iter().zip(COLORS.iter().cycle()).map(colored).collect();
+    let colored: Vec<(&SettingCurve, RGBColor)> = curves.iter().zip(COLORS.iter().cycle()).map(colored).collect();
     for (curve, color) in &colored {
         lines(&mut chart, curve, *color, &mut labels)?;
     }
@@ -124,7 +124,7 @@ fn draw(
         .map_err(PlotError::new)
 }
 
-fn colored<'a>((curve, own): (&'a DialCurve, &RGBColor)) -> (&'a DialCurve, RGBColor) {
+fn colored<'a>((curve, own): (&'a SettingCurve, &RGBColor)) -> (&'a SettingCurve, RGBColor) {
     (curve, if curve.marked { INK } else { *own })
 }
 
@@ -147,7 +147,7 @@ fn levels(chart: &mut Chart, levels: &[f64], [from, to]: [f64; 2], labels: &mut 
 }
 
 /// Draws a curve with its points and whiskers.
-fn lines(chart: &mut Chart, curve: &DialCurve, color: RGBColor, labels: &mut Labels) -> Result<(), PlotError> {
+fn lines(chart: &mut Chart, curve: &SettingCurve, color: RGBColor, labels: &mut Labels) -> Result<(), PlotError> {
     let style = color.stroke_width(2);
     let joined = if curve.marked { &[] } else { curve.places.as_slice() };
     chart
@@ -179,7 +179,7 @@ fn lines(chart: &mut Chart, curve: &DialCurve, color: RGBColor, labels: &mut Lab
 }
 
 /// Draws the labels of a curve's points.
-fn names(chart: &mut Chart, curve: &DialCurve, color: RGBColor, labels: &mut Labels) -> Result<(), PlotError> {
+fn names(chart: &mut Chart, curve: &SettingCurve, color: RGBColor, labels: &mut Labels) -> Result<(), PlotError> {
     for place in &curve.places {
         let (x, y) = chart.backend_coord(&(place.x, place.y));
         let [right, down] = labels.put([x, y], &place.label);
@@ -196,10 +196,13 @@ mod tests {
 
     #[test]
     fn diagrams_show_settings_whiskers_and_levels_and_leave_out_zeros() {
-        let place = |x: f64, label: &str| DialSetting { x, y: 2.0, low: 0.5, high: 20.0, label: label.to_owned() };
-        let curve =
-            DialCurve { name: "a dial".into(), places: vec![place(0.01, "one"), place(0.0, "absent")], marked: false };
-        let marked = DialCurve { name: "presets".into(), places: vec![place(0.1, "game")], marked: true };
+        let place = |x: f64, label: &str| SettingPoint { x, y: 2.0, low: 0.5, high: 20.0, label: label.to_owned() };
+        let curve = SettingCurve {
+            name: "a dial".into(),
+            places: vec![place(0.01, "one"), place(0.0, "absent")],
+            marked: false,
+        };
+        let marked = SettingCurve { name: "presets".into(), places: vec![place(0.1, "game")], marked: true };
         let frame = DiagramFrame { x: "error", y: "time", note: "of an object", levels: &[1.0, 16.7] };
         let text = svg(&frame, &[curve, marked]).unwrap();
         assert!(

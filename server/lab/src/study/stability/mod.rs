@@ -5,7 +5,7 @@
 
 mod case;
 mod cases;
-mod catalogue;
+mod catalog;
 mod page;
 mod portrait;
 mod real;
@@ -14,8 +14,8 @@ mod trial;
 pub use case::{Case, CaseOutcome, CaseRow, Expect, judge};
 pub use cases::neck::{Neck, neck_over_impulses, neck_portraits};
 pub use cases::poisson::{Locking, locking};
-pub use catalogue::{CASES, LIST};
+pub use catalog::{CASES, LIST};
 pub use page::StabilityFindings;
-pub use portrait::spoiled_statues;
+pub use portrait::damaged_statues;
 pub use real::{REAL, real};
 pub use trial::TrialFault;

@@ -20,7 +20,7 @@ pub struct StabilityFindings {
     /// Pictures of real meshes after the impact.
     pub real_portraits: Vec<ReportFigure>,
     /// Pictures of bad meshes after the impact.
-    pub spoiled: Vec<ReportFigure>,
+    pub damaged: Vec<ReportFigure>,
     /// Tally of bad meshes.
     pub mutants: FuzzTally,
 }
@@ -145,12 +145,12 @@ impl StabilityFindings {
         Ok(Section {
             heading: "A weak neck".to_owned(),
             lead: vec![
-                "A dumb-bell with one end pushed sideways: the strain energy is in its neck. Near the threshold it snaps in two. Far above \
+                "A dumbbell with one end pushed sideways: the strain energy is in its neck. Near the threshold it snaps in two. Far above \
                  it, an energy-weighted diagram puts its cells where the energy is, so the neck shatters while the ends stay whole. For a \
                  clean snap at any impulse, request two sites or raise γ."
                     .to_owned(),
             ],
-            plots: vec![(svg(&axes, &lines)?, "Fragments of a dumb-bell over a range of impulses.".to_owned())],
+            plots: vec![(svg(&axes, &lines)?, "Fragments of a dumbbell over a range of impulses.".to_owned())],
             figures: self.neck_portraits.clone(),
             ..Section::default()
         })
@@ -187,7 +187,7 @@ impl StabilityFindings {
                  statue with each of these defects and the same impact."
                     .to_owned(),
             ],
-            figures: self.spoiled.clone(),
+            figures: self.damaged.clone(),
             tables: vec![table("defect", &self.mutants.per_defect), table("mesh", &self.mutants.per_mesh)],
             ..Section::default()
         }

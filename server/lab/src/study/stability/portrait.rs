@@ -36,7 +36,7 @@ pub fn portrait(prepared: &PreparedObject, answer: &TrialResult, caption: String
 }
 
 /// Pictures of the statue under every defect that must be accepted, each with the same impact.
-pub fn spoiled_statues() -> Result<Vec<ReportFigure>, TrialFault> {
+pub fn damaged_statues() -> Result<Vec<ReportFigure>, TrialFault> {
     let bases = generated();
     let statue = bases.iter().find(|base| base.name == "statue");
     let statue = statue.ok_or_else(|| TrialFault::ours("picture", "there is no mesh `statue`"))?;

@@ -52,8 +52,8 @@ as_the_programs_say!(BakeError, SurfaceError, LatticeError, MaterialError);
 
 impl From<FractureError> for TrialFault {
     fn from(error: FractureError) -> Self {
-        let refusal = wire::refusal(error);
-        Self { kind: refusal.kind.name().to_owned(), message: refusal.message }
+        let error = wire::engine_error(error);
+        Self { kind: error.kind.name().to_owned(), message: error.message }
     }
 }
 

@@ -12,8 +12,8 @@ const SEEDS: u64 = 40;
 fn every(defect: FuzzDefect, holds: impl Fn(&RawMesh, &RawMesh) -> bool) {
     for base in [shapes::sphere(1.0, 2), shapes::torus(1.0, 0.3, [24, 12])] {
         for seed in 0..SEEDS {
-            let spoiled = defect.apply(&base, seed);
-            assert!(holds(&base, &spoiled), "{defect}/{seed}");
+            let damaged = defect.apply(&base, seed);
+            assert!(holds(&base, &damaged), "{defect}/{seed}");
         }
     }
 }

@@ -42,27 +42,27 @@ fn taught() -> Result<PreparedObject, TrialFault> {
 /// Largest relative change of an inferred number when every example is duplicated.
 pub fn duplicate_examples() -> Result<f64, TrialFault> {
     let examples = taught()?.examples;
-    let once = lessons(&examples);
-    let again = once.iter().map(|lesson| TrainingSample { example: lesson.example + examples.len(), ..lesson.clone() });
+    let once = samples(&examples);
+    let again = once.iter().map(|sample| TrainingSample { example: sample.example + examples.len(), ..sample.clone() });
     let twice: Vec<TrainingSample> = once.iter().cloned().chain(again).collect();
-    let [Some(one), Some(two)] = [&once, &twice].map(|lessons| train(lessons, 1)) else {
+    let [Some(one), Some(two)] = [&once, &twice].map(|samples| train(samples, 1)) else {
         return Err(TrialFault::ours("learning", "too few training samples"));
     };
-    let change = |lesson: &TrainingSample| {
-        let [a, b] = [&one, &two].map(|trained| trained.network.predict(&lesson.descriptor).value);
+    let change = |sample: &TrainingSample| {
+        let [a, b] = [&one, &two].map(|trained| trained.network.predict(&sample.descriptor).value);
         (b - a).exp_m1().abs()
     };
     Ok(once.iter().map(change).fold(0.0, f64::max))
 }
 
-fn lessons(examples: &[TrainingExample]) -> Vec<TrainingSample> {
-    examples.iter().enumerate().flat_map(|(k, example)| example.lessons(k)).collect()
+fn samples(examples: &[TrainingExample]) -> Vec<TrainingSample> {
+    examples.iter().enumerate().flat_map(|(k, example)| example.samples(k)).collect()
 }
 
 /// 0 if the degree of an impact like the examples is inferred, and of one a million times as strong is not.
 pub fn far_outside() -> Result<f64, TrialFault> {
     let prepared = taught()?;
-    let strike = breaking_blow(&prepared)?;
+    let strike = breaking_request(&prepared)?;
     let source = |times: f64| -> Result<DegreeSource, TrialFault> {
         let mut own = strike.clone();
         own.contacts.iter_mut().for_each(|contact| contact.impulse_ns *= times);
@@ -73,7 +73,7 @@ pub fn far_outside() -> Result<f64, TrialFault> {
 }
 
 /// Impact of the first example with the impulse that just breaks the object.
-fn breaking_blow(prepared: &PreparedObject) -> Result<FractureRequest, TrialFault> {
+fn breaking_request(prepared: &PreparedObject) -> Result<FractureRequest, TrialFault> {
     let first = prepared.examples.first().ok_or_else(|| TrialFault::ours("learning", "no example"))?;
     let mut strike = FractureRequest { contacts: first.contacts.clone(), ..at(prepared, [0.0, 1.0, 0.0]) };
     strike.degree = DegreeRequest::Inferred;

@@ -6,7 +6,7 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::elasticity::{ContactLoad, DrivingEnergy, ElasticWorkspace, Elasticity, NodalLoad, Support};
 use shatter_fracture::lattice::block;
 use shatter_fracture::pipeline::{
-    ContactSet, FractureRequest, PreparedObject, StrikeContext, Workspace as Strikes, strain_energy,
+    ContactSet, FractureRequest, PreparedObject, RequestContext, Workspace as Strikes, strain_energy,
 };
 use shatter_fracture::surface::shapes;
 
@@ -90,7 +90,7 @@ fn point_load(spacing: f64) -> Result<f64, TrialFault> {
     strike.contacts[0].radius_m = Some(1e-12);
     let impact = ContactSet::new(&prepared, &strike)?;
     let energies = strain_energy(
-        StrikeContext::new(&prepared, &strike, &CancelToken::default(), &()),
+        RequestContext::new(&prepared, &strike, &CancelToken::default(), &()),
         &impact,
         &mut Strikes::default(),
     )?;

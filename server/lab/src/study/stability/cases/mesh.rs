@@ -39,16 +39,16 @@ fn volume(mesh: RawMesh, volume_m3: f64) -> Result<f64, TrialFault> {
 }
 
 /// Relative difference of the lattice's volume between a damaged arch and the intact one.
-fn as_the_arch(spoil: impl FnOnce(RawMesh) -> RawMesh) -> Result<f64, TrialFault> {
+fn as_the_arch(damage: impl FnOnce(RawMesh) -> RawMesh) -> Result<f64, TrialFault> {
     let arch = baked(shapes::arch(), &coarse()?)?;
-    volume(spoil(shapes::arch()), arch.report.lattice_volume_m3)
+    volume(damage(shapes::arch()), arch.report.lattice_volume_m3)
 }
 
 /// Ball beside 20 crumbs that have a fortieth of its volume and are too small for the lattice.
-pub fn crumbs() -> Result<f64, TrialFault> {
-    let crumb = shapes::cuboid([0.17; 3]);
+pub fn small_components() -> Result<f64, TrialFault> {
+    let fragment_cube = shapes::cuboid([0.17; 3]);
     let places = (0..20).map(|k| [k / 10, k / 5 % 2, k % 5].map(|k| f64::from(k) * 0.4));
-    let mesh = places.fold(ball(), |mesh, [x, y, z]| joined(mesh, &crumb, [1.3 + x, y - 0.2, z - 0.8]));
+    let mesh = places.fold(ball(), |mesh, [x, y, z]| joined(mesh, &fragment_cube, [1.3 + x, y - 0.2, z - 0.8]));
     volume(mesh, 4.0 / 3.0 * PI)
 }
 

@@ -1,4 +1,4 @@
-//! Case of a weak neck: a dumb-bell may snap at its neck, or the neck may shatter.
+//! Case of a weak neck: a dumbbell may snap at its neck, or the neck may shatter.
 
 use super::super::portrait::portrait;
 use super::super::trial::{TrialFault, TrialResult, at, baked, fine, sound, struck};
@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, PreparedObject};
 use shatter_fracture::surface::shapes;
 
-/// Result of one impulse on a dumb-bell.
+/// Result of one impulse on a dumbbell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Neck {
     /// Impulse over the one that just breaks it.
@@ -20,10 +20,10 @@ pub struct Neck {
     pub ends_kept: f64,
 }
 
-/// Half the length of the neck over that of the dumb-bell along its axis.
+/// Half the length of the neck over that of the dumbbell along its axis.
 const NECK: f64 = 0.2;
 
-/// Dumb-bell with one end pushed sideways, so that the neck bends.
+/// Dumbbell with one end pushed sideways, so that the neck bends.
 fn pushed() -> Result<(PreparedObject, FractureRequest, f64), TrialFault> {
     let prepared = baked(shapes::dumbbell(), &fine()?)?;
     let side = at(&prepared, [0.3, 1.0, 0.0]).contacts[0].point_m;
@@ -61,7 +61,7 @@ pub fn neck_over_impulses() -> Result<Vec<Neck>, TrialFault> {
     Ok(necks)
 }
 
-/// Pictures of the dumb-bell's fragments at three of these impulses.
+/// Pictures of the dumbbell's fragments at three of these impulses.
 pub fn neck_portraits() -> Result<Vec<ReportFigure>, TrialFault> {
     let (prepared, strike, factor) = pushed()?;
     let picture = |times: f64| {

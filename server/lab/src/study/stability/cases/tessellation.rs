@@ -8,7 +8,7 @@ use shatter_fracture::lift::{LiftKind, LiftedLattice};
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::reference::perturbed;
 use shatter_fracture::tessellation::{
-    BisectorSites, FixedPoints, TessellationError, Topology, Transform, components, crack_points, tessellate,
+    BisectorSites, FixedPoints, LocalToMeters, TessellationError, Topology, components, crack_points, tessellate,
 };
 
 impl From<TessellationError> for TrialFault {
@@ -30,7 +30,7 @@ fn cut(lattice: &Lattice, site_labels: &[u32], lift: &LiftedLattice, coordinates
     let mut positions = vec![[0.0; 3]; cut.vertex_count()];
     let mut indices = vec![0; cut.index_count()];
     let mut merges = vec![[0; 2]; cut.merge_count()];
-    cut.emit(&centers, Transform { meters_per_unit: 1.0 }, &mut positions, &mut indices, &mut merges)?;
+    cut.emit(&centers, LocalToMeters { meters_per_unit: 1.0 }, &mut positions, &mut indices, &mut merges)?;
     for fragment in cut.fragments().iter().filter(|fragment| !fragment.runs.is_empty()) {
         let triangles = 3 * fragment.triangles.start..3 * fragment.triangles.end;
         closed(&positions[fragment.vertices.clone()], &indices[triangles])

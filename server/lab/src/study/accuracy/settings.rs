@@ -1,0 +1,265 @@
+//! Settings that keep the crack lattice and the lift.
+
+use super::subject::{SOLID, energy, rebaked, timed};
+use super::truth::{Truth, Truths, diagram, optimised, solve};
+use super::{AccuracyFindings, AccuracyPlan, Measure, PointErrors, StudyError, StudyPoint};
+use serde_json::{Value, json};
+use shatter_fracture::accuracy::{degree_error, density_error, energy_error};
+use shatter_fracture::cancel_token::CancelToken;
+use shatter_fracture::centroidal::DiagramOptions;
+use shatter_fracture::lift::LiftKind;
+use shatter_fracture::pipeline::{
+    self, DegreeRequest, ElasticModel, FractureRequest, PreparedObject, Preset, Workspace,
+};
+use shatter_fracture::sparse::Precision;
+
+/// Number of values that every plan tries.
+pub(super) const FIXED: usize =
+    1 + SOURCES.len() + PRECISIONS.len() + super::lifts::KINDS.len() + super::tessellations::MODES + Preset::ALL.len();
+
+/// Precisions of the stiffness factor.
+const PRECISIONS: [(&str, Precision); 2] = [("f32", Precision::F32), ("f64", Precision::F64)];
+
+/// Sources of the number of sites.
+const SOURCES: [(&str, DegreeRequest); 4] = [
+    ("closed_form", DegreeRequest::ClosedForm),
+    ("inferred", DegreeRequest::Inferred),
+    ("verified", DegreeRequest::Verified),
+    ("optimised", DegreeRequest::Optimised),
+];
+
+/// Timed requests per impact for settings whose requests take as long as a hundred others.
+const RUNS_OPTIMISED: usize = 2;
+
+/// State shared by the measurements of all settings.
+pub(super) struct Bench<'a> {
+    pub plan: &'a AccuracyPlan,
+    pub base: PreparedObject,
+    pub strikes: Vec<FractureRequest>,
+    pub truths: Truths,
+    pub findings: AccuracyFindings,
+    pub progress: &'a mut dyn FnMut(&str),
+}
+
+impl Bench<'_> {
+    /// Measures one value of a setting; a failure is recorded and omitted.
+    pub(super) fn point(
+        &mut self,
+        setting: &'static str,
+        value: Value,
+        measure: impl FnOnce(&mut Self) -> Result<(super::PointTimes, PointErrors), StudyError>,
+    ) {
+        (self.progress)(&format!("{setting} {value}"));
+        match measure(self) {
+            Ok((times, errors)) => {
+                self.findings.points.push(StudyPoint { setting, value, preset: None, times, errors })
+            }
+            Err(error) => self.findings.left_out.push([format!("{setting} {value}"), error.to_string()]),
+        }
+    }
+
+    /// Omits one value, with the reason.
+    pub(super) fn skip(&mut self, setting: &str, value: impl std::fmt::Display, why: String) {
+        let what = format!("{setting} {value}");
+        (self.progress)(&what);
+        self.findings.left_out.push([what, why]);
+    }
+
+    /// Medians over impacts.
+    pub(super) fn medians(
+        &self,
+        mut of: impl FnMut(&Truth, &FractureRequest) -> Result<PointErrors, StudyError>,
+    ) -> Result<PointErrors, StudyError> {
+        let each = self.truths.impacts.iter().zip(&self.strikes).map(|(truth, strike)| of(truth, strike));
+        Ok(PointErrors::medians(&each.collect::<Result<Vec<_>, _>>()?))
+    }
+
+    /// The plan's requests with a change.
+    pub(super) fn with(&self, change: impl Fn(&mut FractureRequest)) -> Vec<FractureRequest> {
+        let mut strikes = self.strikes.clone();
+        strikes.iter_mut().for_each(change);
+        strikes
+    }
+
+    /// Spacings of the elastic lattice, by a solve on each.
+    pub(super) fn elastic_spacings(&mut self) {
+        for nodes in self.plan.elastic.clone() {
+            let spacing = self.base.parameters.elastic_spacing * nodes.powf(-1.0 / 3.0);
+            self.point("elastic_spacing", json!(spacing), |bench| bench.elastic_spacing(spacing));
+        }
+    }
+
+    fn elastic_spacing(&mut self, spacing: f64) -> Result<(super::PointTimes, PointErrors), StudyError> {
+        let mut other = rebaked(self.plan, &self.base, spacing, self.base.parameters.crack_spacing, SOLID)?;
+        let same = |(own, other): (&pipeline::PreparedBody, &pipeline::PreparedBody)| own.crack == other.crack;
+        if !self.base.bodies.iter().zip(&other.bodies).all(same) {
+            return Err(StudyError::Unprepared);
+        }
+        swap_solids(&mut self.base, &mut other);
+        let strikes = self.with(|strike| *strike = solve(strike));
+        let found = timed(&self.base, &strikes, self.plan.runs).map_err(StudyError::from);
+        let found = found.and_then(|times| Ok((times, self.elastic_errors(&strikes)?)));
+        let nodes = self.base.elastic_nodes();
+        swap_solids(&mut self.base, &mut other);
+        found.map(|(times, errors)| (times, self.truths.judged(errors, nodes)))
+    }
+
+    fn elastic_errors(&self, strikes: &[FractureRequest]) -> Result<PointErrors, StudyError> {
+        let mut workspace = Workspace::default();
+        let each = self.truths.impacts.iter().zip(strikes);
+        let each = each.map(|(truth, strike)| truth.elastic(&self.base, &energy(&self.base, strike, &mut workspace)?));
+        Ok(PointErrors::medians(&each.collect::<Result<Vec<_>, _>>()?))
+    }
+
+    /// Ranks of the reduced basis, against the finest solve and against the solve on the same lattice; then that solve.
+    pub(super) fn ranks(&mut self) {
+        for rank in self.plan.ranks.clone() {
+            let strikes = self.with(|strike| strike.rank_max = Some(rank));
+            let mut alone = None;
+            self.point("rank", json!(rank), |bench| {
+                let found = (timed(&bench.base, &strikes, bench.plan.runs)?, bench.elastic_errors(&strikes)?);
+                alone = Some((found.0.clone(), bench.reduction_errors(&strikes)?));
+                Ok(found)
+            });
+            match alone {
+                Some((times, Some(errors))) => {
+                    let (setting, value) = ("rank_own_lattice", json!(rank));
+                    self.findings.points.push(StudyPoint { setting, value, preset: None, times, errors });
+                }
+                Some((_, None)) => {
+                    let why = "the basis is accurate enough for none of the impacts: all were solved for";
+                    self.findings.left_out.push([format!("rank_own_lattice {rank}"), why.to_owned()]);
+                }
+                None => {}
+            }
+        }
+        self.point("rank", json!("solve"), |bench| {
+            let strikes = bench.with(|strike| *strike = solve(strike));
+            Ok((timed(&bench.base, &strikes, bench.plan.runs)?, bench.elastic_errors(&strikes)?))
+        });
+    }
+
+    /// Error added by the basis, and its estimate: of the impacts that are not solved for; `None` without such impacts.
+    fn reduction_errors(&mut self, strikes: &[FractureRequest]) -> Result<Option<PointErrors>, StudyError> {
+        let mut workspace = Workspace::default();
+        let mut all = Vec::new();
+        for (truth, strike) in self.truths.impacts.iter().zip(strikes) {
+            let found = energy(&self.base, strike, &mut workspace)?;
+            let Some(estimate) = found.reduced_error else { continue };
+            let own = &truth.own;
+            let ratio = found.energy_j / own.energy_j;
+            let scaled: Vec<f64> = found.shares.iter().map(|share| share * ratio).collect();
+            let error = energy_error(found.energy_j, own.energy_j);
+            self.findings.estimates.push([estimate, error]);
+            all.push(
+                PointErrors::default()
+                    .with(Measure::Energy, error)
+                    .with(Measure::Density, density_error(&scaled, &own.shares)?)
+                    .with(Measure::Estimate, estimate),
+            );
+        }
+        Ok((!all.is_empty()).then(|| PointErrors::medians(&all)))
+    }
+
+    /// Precisions of the factor, against a factor of double precision on the same lattice; every impact is solved for.
+    pub(super) fn precisions(&mut self) {
+        for (name, precision) in PRECISIONS {
+            self.point("factor_precision", json!(name), |bench| bench.precision(precision));
+        }
+    }
+
+    fn precision(&mut self, precision: Precision) -> Result<(super::PointTimes, PointErrors), StudyError> {
+        let mut own = Vec::new();
+        let poisson = self.base.parameters.material.poisson;
+        for body in &mut self.base.bodies {
+            let Some(solid) = &body.solid else { return Err(StudyError::Unprepared) };
+            let (lattice, transfer) = (solid.lattice.clone(), solid.transfer.clone());
+            own.push(ElasticModel::new(lattice, transfer, poisson, precision, &CancelToken::default())?);
+        }
+        let mut swap = |base: &mut PreparedObject| {
+            for (body, own) in base.bodies.iter_mut().zip(&mut own) {
+                body.solid = body.solid.take().map(|solid| std::mem::replace(own, solid));
+            }
+        };
+        swap(&mut self.base);
+        let strikes = self.with(|strike| *strike = solve(strike));
+        let found = self.precise(&strikes);
+        swap(&mut self.base);
+        found
+    }
+
+    fn precise(&self, strikes: &[FractureRequest]) -> Result<(super::PointTimes, PointErrors), StudyError> {
+        self.base.factor()?;
+        let mut workspace = Workspace::default();
+        let errors = self.truths.impacts.iter().zip(strikes).map(|(truth, strike)| {
+            let found = energy(&self.base, strike, &mut workspace)?;
+            let ratio = found.energy_j / truth.own.energy_j;
+            let scaled: Vec<f64> = found.shares.iter().map(|share| share * ratio).collect();
+            Ok(PointErrors::default()
+                .with(Measure::Energy, energy_error(found.energy_j, truth.own.energy_j))
+                .with(Measure::Density, density_error(&scaled, &truth.own.shares)?))
+        });
+        let errors = errors.collect::<Result<Vec<_>, StudyError>>()?;
+        Ok((timed(&self.base, strikes, self.plan.runs)?, PointErrors::medians(&errors)))
+    }
+
+    /// Tolerances of the diagram.
+    pub(super) fn tolerances(&mut self) {
+        for tolerance in self.plan.tolerances.clone() {
+            self.point("cvd_tolerance", json!(tolerance), |bench| {
+                let strikes = bench.with(|strike| strike.tolerance = tolerance);
+                let errors = bench.medians(|truth, strike| {
+                    let options =
+                        DiagramOptions { tolerance, ..DiagramOptions::new(bench.plan.sites as usize, strike.seed) };
+                    let lift = bench.base.lift(truth.own.body, LiftKind::Interior)?;
+                    Ok(truth.diagram(&bench.base, &diagram(&bench.base, &truth.own, lift, &options)?))
+                })?;
+                Ok((timed(&bench.base, &strikes, bench.plan.runs)?, errors))
+            });
+        }
+    }
+
+    /// Sources of the degree, on impacts of several magnitudes: with a single number of sites, sources close to it would look too good.
+    pub(super) fn degrees(&mut self) {
+        let factors = spread(self.strikes.len());
+        let wanted = self.truths.impacts.iter().zip(&factors);
+        let wanted = wanted.map(|(truth, factor)| optimised(&self.base, truth, *factor));
+        let wanted: Vec<f64> = match wanted.collect() {
+            Ok(wanted) => wanted,
+            Err(error) => return self.findings.left_out.push(["degree".to_owned(), StudyError::to_string(&error)]),
+        };
+        for (name, degree) in SOURCES {
+            self.point("degree", json!(name), |bench| {
+                let mut strikes = bench.with(|strike| strike.degree = degree);
+                for (strike, factor) in strikes.iter_mut().zip(&factors) {
+                    strike.contacts[0].impulse_ns *= *factor;
+                }
+                let mut all = Vec::new();
+                for (strike, wanted) in strikes.iter().zip(&wanted) {
+                    let (token, mut workspace) = (CancelToken::default(), Workspace::default());
+                    let found = pipeline::strike(
+                        pipeline::RequestContext::new(&bench.base, strike, &token, &()),
+                        &mut workspace,
+                    )?;
+                    let error = degree_error(f64::from(found.fracture_degree()), *wanted);
+                    all.push(PointErrors::default().with(Measure::Degree, error));
+                }
+                let runs = bench.plan.runs.min(RUNS_OPTIMISED);
+                Ok((timed(&bench.base, &strikes, runs)?, PointErrors::medians(&all)))
+            });
+        }
+    }
+}
+
+/// Factors on impulses that spread the number of sites evenly over a factor of four, about the plan's number.
+fn spread(count: usize) -> Vec<f64> {
+    let place = |number: usize| (number as f64 + 0.5) / count as f64 - 0.5;
+    (0..count).map(|number| 4f64.powf(5.0 / 6.0 * place(number))).collect()
+}
+
+/// Exchanges the elasticity of two objects with the same crack lattices.
+fn swap_solids(one: &mut PreparedObject, other: &mut PreparedObject) {
+    for (own, other) in one.bodies.iter_mut().zip(&mut other.bodies) {
+        std::mem::swap(&mut own.solid, &mut other.solid);
+    }
+}

@@ -1,0 +1,173 @@
+//! Mistakes of first-time users of the programs: each message by itself names the remedy.
+
+mod support;
+
+use shatter_cli_common::COMMANDS;
+use std::os::unix::process::CommandExt;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use support::{InProcess, TestDirectory, bar, shatter_program, under};
+
+fn shatterd(here: &TestDirectory) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_shatterd"));
+    here.aim(&mut command);
+    command
+}
+
+/// Runs `words`, the program first; returns exit code, stdout and stderr.
+fn run(here: &TestDirectory, words: &[&str]) -> (i32, String, String) {
+    let mut command = if words[0] == "shatter" { shatter_program(here) } else { shatterd(here) };
+    let output = command.args(&words[1..]).stdin(Stdio::null()).output().unwrap();
+    let [out, error] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
+    (output.status.code().unwrap(), out, error)
+}
+
+#[track_caller]
+fn check(here: &TestDirectory, line: &str, wanted: (i32, &str)) {
+    let words: Vec<&str> = line.split(' ').collect();
+    let (code, _, error) = run(here, &words);
+    assert!(code == wanted.0 && error.contains(wanted.1), "$ {line}\n{error}-> {code}");
+    if code == 2 {
+        let called = words.iter().take_while(|word| word.chars().all(|c| c.is_ascii_lowercase())).count();
+        let used = words[..called.min(2)].join(" ");
+        let known = COMMANDS.iter().any(|(program, own)| words[0] == *program && own.contains(&words[1]));
+        let used = if known { used.as_str() } else { words[0] };
+        assert!(error.contains(&format!("\nUsage: {used} ")), "$ {line}\n{error}");
+        assert!(error.contains(&format!("try '{used} --help'")), "$ {line}\n{error}");
+    }
+}
+
+#[test]
+fn the_tables_of_commands_are_those_of_the_programs() {
+    let here = TestDirectory::new("tables");
+    for (program, wanted) in COMMANDS {
+        let (_, help, _) = run(&here, &[program, "--help"]);
+        let rows = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+        let found: Vec<&str> =
+            rows.filter_map(|row| row.split_whitespace().next()).filter(|name| *name != "help").collect();
+        assert_eq!(found, wanted, "{program}");
+    }
+}
+
+#[test]
+fn unknown_commands_and_options_suggest_existing_ones() {
+    let here = TestDirectory::new("words");
+    for (line, wanted) in [
+        ("shatter strike", "did you mean `shatter impact`?"),
+        ("shatter hit mug", "did you mean `shatter impact`?"),
+        ("shatter LIST", "did you mean `shatter list`?"),
+        ("shatter --impact", "did you mean `shatter impact`?"),
+        ("shatter help strike", "did you mean `shatter impact`?"),
+        ("shatter bake", "did you mean `shatterd bake`?"),
+        ("shatter serve", "did you mean `shatterd serve`?"),
+        ("shatter start", "did you mean `shatterd serve`?"),
+        ("shatter mug", "shatter list|status|impact"),
+        ("shatterd impact", "did you mean `shatter impact`?"),
+        ("shatterd threshold --impulse 1", "did you mean `shatter threshold`?"),
+        ("shatterd status", "did you mean `shatter status`?"),
+        ("shatterd stop", "SIGTERM"),
+        ("shatter threshold mug --point 0,0,0 --impulse 1", "'--direction'"),
+        ("shatter threshold --impulse 1", "'--direction'"),
+        ("shatter impact mug --point 0,0,0 --direction 1,0,0", "'--impulse'"),
+        ("shatter impact mug --position 0,0,0", "'--point'"),
+        ("shatter impact mug -o x.glb", "'--out'"),
+        ("shatter impact mug --wrong", "the options of `shatter impact` are --point, --ray"),
+        ("shatter impact mug --point (0,0,0) --impulse 1,0,0", "write numbers and commas alone"),
+        ("shatter impact mug --point 0,0,0 --impulse 1,0,0 --seed x", "invalid digit"),
+        ("shatter threshold mug --ray 0,0,0,0,0,0", "--ray: the direction DX,DY,DZ of the ray is zero"),
+        ("shatter impact", "`shatter list` shows the names of the objects"),
+        ("shatter list mug", "`shatter list` takes only options"),
+        ("shatterd bake spot.obj", "--name vase"),
+        ("shatterd bake --name x", "--shape SHAPE"),
+        ("shatterd bake x.obj --name x --quality good", "must be one of `draft`"),
+        ("shatterd serve --port 80", "the options of `shatterd serve` are"),
+        ("shatterd inspect mug --outt x", "'--out'"),
+    ] {
+        check(&here, line, (2, wanted));
+    }
+    check(&here, "shatterd study foo", (2, "the commands of `shatterd study` are stability, effects, paper, accuracy"));
+}
+
+#[test]
+fn files_of_another_kind_are_named_with_what_to_do() {
+    let here = TestDirectory::new("files");
+    here.database("mug", "not a database");
+    let spot = here.file("spot.obj", "v 0 0 0\n");
+    let scene = here.file("scene.toml", "[objects.mugg]\n");
+    let [spot, scene, folder] = [spot.as_path(), &scene, &here.databases()].map(|path| path.display().to_string());
+    for line in ["inspect", "check", "serve --config", "serve --scene", "bake --scene"] {
+        check(&here, &format!("shatterd {line} {spot}"), (3, "is a mesh, not a"));
+    }
+    check(&here, &format!("shatterd merge {spot} --out {folder}"), (3, &format!("shatterd bake {spot} --name NAME")));
+    check(&here, &format!("shatterd bake {folder} --name x"), (3, "is a folder, not a mesh"));
+    check(&here, &format!("shatterd bake {scene} --name x"), (3, "shatterd check"));
+    check(&here, &format!("shatterd bake {folder}/mug.shatter --name x"), (3, "is a database, not a mesh"));
+    check(&here, &format!("shatterd bake {} --name x", spot.trim_end_matches(".obj")), (3, "spot.obj?"));
+    check(&here, &format!("shatterd bake {spot} --name x --out {spot}"), (3, "is a file; name a folder"));
+    check(&here, &format!("shatterd inspect {folder}"), (3, "mug.shatter"));
+    check(&here, &format!("shatterd serve --scene {scene}"), (3, "did you mean `mug`?"));
+    let (code, plan, _) = run(&here, &["shatterd", "check", &scene]);
+    assert!(code == 0 && plan.contains("not baked yet; did you mean the database `mug`?"), "{plan}");
+}
+
+#[test]
+fn rays_of_any_length_and_points_far_off_are_understood() {
+    let here = TestDirectory::new("rays");
+    here.database("bar", bar(0.06));
+    let daemon = InProcess::start_with(here, "", shatter_engine::wire::loader(None));
+    let threshold = |length: &str| {
+        let ray = format!("1,0.03,0.02,-{length},0,0");
+        let (code, out, error) = run(&daemon.here, &["shatter", "threshold", "bar", "--ray", &ray]);
+        assert_eq!(code, 0, "{error}");
+        let (code, _, error) = run(&daemon.here, &["shatter", "impact", "bar", "--ray", &ray, "--impulse-ns", "50"]);
+        assert_eq!(code, 0, "{error}");
+        out
+    };
+    let wanted = threshold("1");
+    ["1e300", "1e-300", "5e-324"].iter().for_each(|length| assert_eq!(threshold(length), wanted));
+    let far = (3, "more than 1e9 m");
+    check(&daemon.here, "shatter impact bar --point 1e308,0,0 --impulse 1,0,0", far);
+    check(&daemon.here, "shatter impact bar --ray 1e308,0,0,0,1,0 --impulse-ns 1", far);
+    check(&daemon.here, "shatter impact bar --ray 1,0,0,0,0,0 --impulse-ns 1", (3, "direction of the ray is zero"));
+}
+
+#[test]
+fn a_client_that_may_map_little_memory_is_told_so() {
+    let here = TestDirectory::new("little");
+    here.database("bar", bar(0.06));
+    let daemon = InProcess::start_with(here, "[answers]\nbucket_mib_max = 256", shatter_engine::wire::loader(None));
+    let mut command = shatter_program(&daemon.here);
+    command.args(["impact", "bar", "--ray", "1,0.03,0.02,-1,0,0", "--impulse-ns", "50"]);
+    let output = under(&[], "ulimit -v 100000", command).output().unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(5) && error.contains("ulimit -v"), "{:?} {error}", output.status);
+}
+
+/// A folder in /tmp that another user made first: the message names it, its owner, and the remedy. Needs root, to become another user.
+#[test]
+fn a_runtime_folder_that_another_user_took_is_named() {
+    const OTHER: u32 = 65_534;
+    let folder = format!("/tmp/shatter-{OTHER}");
+    if !rustix::process::geteuid().is_root() || Path::new(&folder).exists() {
+        println!("skipped: needs root, and no {folder}");
+        return;
+    }
+    // Other users can read and run files here, unlike those in the build folder.
+    let own = tempfile::Builder::new().prefix("sh").tempdir_in("/dev/shm").unwrap();
+    let here = TestDirectory::new("taken");
+    let copy = own.path().join("shatter");
+    std::fs::copy(shatter_program(&here).get_program(), &copy).unwrap();
+    use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
+    std::fs::set_permissions(own.path(), std::fs::Permissions::from_mode(0o755)).unwrap();
+    std::fs::DirBuilder::new().mode(0o700).create(&folder).unwrap();
+    let mut command = Command::new(&copy);
+    command.args(["status"]).env_remove("XDG_RUNTIME_DIR").env_remove("SHATTER_SERVICE").uid(OTHER).gid(OTHER);
+    let output = command.output();
+    std::fs::remove_dir(&folder).unwrap();
+    let output = output.unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    for part in [folder.as_str(), "belongs to user 0, not to 65534", "XDG_RUNTIME_DIR"] {
+        assert!(error.contains(part), "{error}");
+    }
+    assert_eq!(output.status.code(), Some(3));
+}
