@@ -74,25 +74,13 @@ async fn serve(options: ServeOptions) -> Result<(), Error> {
     let ServeOptions { place, config, loader, only, ready, stop } = options;
     let mut signals = Signals::listen_for_signals()?;
     let directory = RuntimeDirectory::take(&place)?;
-    let operations = match OperationsPort::open(config.operations.port).await {
-        Ok(operations) => operations,
-        Err(error) => {
-            directory.close()?;
-            return Err(error);
-        }
-    };
+    let (operations, directory) = or_close(OperationsPort::open(config.operations.port).await, directory)?;
     let settings = config.clone();
     let Some(loaded) = signals.unless_ended(&stop, move || Loaded::of(&settings, loader, only)).await? else {
         tracing::info!("stopped while the databases were loaded");
         return directory.close();
     };
-    let loaded = match loaded {
-        Ok(loaded) => loaded,
-        Err(error) => {
-            directory.close()?;
-            return Err(error);
-        }
-    };
+    let (loaded, directory) = or_close(loaded, directory)?;
     let (mut daemon, wake_socket, events) = Daemon::start(directory, config, loaded)?;
     let mut event_source = EventSource::new(&daemon.config, wake_socket, events, operations, signals, stop);
     daemon.directory.announce()?;
@@ -105,6 +93,14 @@ async fn serve(options: ServeOptions) -> Result<(), Error> {
     }
     daemon.end(event_source).await;
     reported
+}
+
+/// Removes the runtime directory if a step of the start failed.
+fn or_close<T>(started: Result<T, Error>, directory: RuntimeDirectory) -> Result<(T, RuntimeDirectory), Error> {
+    match started {
+        Ok(started) => Ok((started, directory)),
+        Err(error) => directory.close().and(Err(error)),
+    }
 }
 
 fn notify(states: &[NotifyState]) {
