@@ -281,7 +281,8 @@ fn a_database_that_was_written_a_moment_ago_is_being_loaded() {
     here.database("vase", "tint 5");
     let (code, out) = shatter(&here, &["impact", "vase", "--point", "0,0,0", "--impulse", "-1,0,0", "--json"]);
     assert!(code == 5 && out.contains("\"loading\""), "{out}");
-    let wait = || service.object("pot", timeout()).err().unwrap().retry_after.unwrap();
+    here.database("cup", "tint 5");
+    let wait = || service.object("cup", timeout()).err().unwrap().retry_after.unwrap();
     let first = wait();
     std::thread::sleep(Duration::from_millis(100));
     assert!(wait() < first, "it counts down");
