@@ -39,7 +39,7 @@ fn check_closed(film: &Path, actors: u64, breakables_min: usize) {
     let open = document.meshes.iter().filter(|mesh| !report(mesh));
     let names: Vec<&str> = open.filter_map(|mesh| mesh.name.as_deref()).collect();
     assert!(names.iter().all(|name| *name == "ball"), "{names:?}");
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/peers/watertight.py");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/peers/watertight.py");
     let python = std::env::var_os("SHATTER_PYTHON").unwrap_or_else(|| "python3".into());
     let seen = Command::new(&python).arg(script).arg(film).output().unwrap();
     if !seen.status.success() {
