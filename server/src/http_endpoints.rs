@@ -116,7 +116,7 @@ struct Connections(VecDeque<Connection>);
 impl Connections {
     /// Makes space for one more: closes the oldest connection without a request, or the oldest one if all have one. New
     /// connections are always accepted, so silent ones cannot keep a supervisor out.
-    fn make_room(&mut self) {
+    fn free_slot(&mut self) {
         self.0.retain(|connection| !connection.task.is_finished());
         while self.0.len() >= CONNECTIONS_MAX {
             let idle = self.0.iter().position(|connection| !connection.has_request.load(Ordering::Relaxed));
@@ -140,7 +140,7 @@ async fn listen(listener: TcpListener, inquiry_sender: mpsc::Sender<LoopInquiry>
     loop {
         match listener.accept().await {
             Ok((stream, _)) => {
-                connections.make_room();
+                connections.free_slot();
                 let has_request = Arc::new(AtomicBool::new(false));
                 let serve = serve(stream, inquiry_sender.clone(), has_request.clone());
                 connections.0.push_back(Connection { task: tokio::spawn(serve), has_request });

@@ -289,8 +289,8 @@ fn tickets_can_be_awaited_and_a_dropped_future_cancels() {
         for task in tasks {
             assert_eq!(task.await.unwrap().unwrap().fragments().len(), 1);
         }
-        let nobody = service.object("vase", timeout()).unwrap().strike(&impact().degree(DegreeRule::Sites(0)));
-        assert_eq!(nobody.err().unwrap().kind, ErrorKind::Degree);
+        let rejected = service.object("vase", timeout()).unwrap().strike(&impact().degree(DegreeRule::Sites(0)));
+        assert_eq!(rejected.err().unwrap().kind, ErrorKind::Degree);
         let error = vase.strike(&impact().bytes_max(100)).unwrap().await.err().unwrap();
         assert_eq!(error.kind, ErrorKind::CapExceeded);
         let slow = slow.strike(&impact()).unwrap().into_future();
@@ -399,7 +399,7 @@ fn a_stopping_daemon_rejects_queued_requests_and_removes_its_files() {
 
 #[test]
 fn connecting_without_a_daemon_fails_at_once() {
-    let here = TestDirectory::new("nobody");
+    let here = TestDirectory::new("absent");
     let absent = || Client::connect_at(&here.place, timeout()).err().unwrap();
     assert_eq!(absent().kind, ErrorKind::NoDaemon);
     here.place.create().unwrap();

@@ -116,7 +116,7 @@ pub(crate) unsafe fn elements<'a, T>(at: &'static str, data: *const T, count: us
 ///
 /// # Safety
 /// Unless it is null or misaligned, `data` points to memory for that many elements, which is accessed only through the result during `'a`.
-pub(crate) unsafe fn room<'a, T>(
+pub(crate) unsafe fn uninit_elements<'a, T>(
     at: &'static str,
     data: *mut T,
     count: usize,

@@ -1,7 +1,7 @@
 //! Connections to a service.
 
 use crate::error::ErrorRecord;
-use crate::ffi_boundary::{Failure, end, ffi_boundary, given, room, text};
+use crate::ffi_boundary::{Failure, end, ffi_boundary, given, text, uninit_elements};
 use crate::{Code, Facts, Object, Status};
 use shatter_client::{Client, Deadline};
 use std::borrow::Cow;
@@ -126,7 +126,7 @@ pub unsafe extern "C" fn shatter_service_objects(
         let (service, count) = (given("service", service)?, given("count", count)?);
         count.write(0);
         // SAFETY: the caller keeps the contract of this function, which is the same.
-        let places = unsafe { room("facts", facts, capacity) }?;
+        let places = unsafe { uninit_elements("facts", facts, capacity) }?;
         let objects = service.0.objects(Deadline::ms(timeout_ms))?;
         for (place, object) in places.iter_mut().zip(&objects) {
             place.write(object.into());

@@ -73,8 +73,8 @@ mod tests {
         assert_eq!(doubtful(&shapes::cuboid([0.3, 0.658, 0.2]), LengthUnit::Mm, 2500.0), None);
         let tiny = doubtful(&shapes::cuboid([2e-4, 1e-4, 1e-4]), LengthUnit::Mm, 2500.0).unwrap();
         assert!(tiny.contains("with --unit m it would be 0.200 m"), "{tiny}");
-        let large_room = doubtful(&shapes::cuboid([10.0, 2.0, 2.0]), LengthUnit::M, 2500.0).unwrap();
-        assert!(large_room.contains("10.0 m large and 1.00e5 kg"), "{large_room}");
+        let large_box = doubtful(&shapes::cuboid([10.0, 2.0, 2.0]), LengthUnit::M, 2500.0).unwrap();
+        assert!(large_box.contains("10.0 m large and 1.00e5 kg"), "{large_box}");
         let block = doubtful(&shapes::cuboid([2.0, 2.0, 2.0]), LengthUnit::M, 2500.0).unwrap();
         assert!(block.contains("with --unit cm it would be 0.0200 m") && block.contains("--unit m keeps"), "{block}");
         assert_eq!(doubtful(&shapes::cuboid([2.0, 0.75, 1.0]), LengthUnit::M, 750.0), None, "a table");

@@ -76,9 +76,9 @@ fn invalid_arrays_are_rejected() {
     let mut places = [0u64; 2];
     // SAFETY: only elements of `places` are lent.
     unsafe {
-        assert_eq!(room("facts", places.as_mut_ptr(), 2).unwrap().len(), 2);
-        assert!(room("facts", ptr::null_mut::<u64>(), 0).unwrap().is_empty());
-        assert!(room("facts", ptr::null_mut::<u64>(), 1).is_err());
+        assert_eq!(uninit_elements("facts", places.as_mut_ptr(), 2).unwrap().len(), 2);
+        assert!(uninit_elements("facts", ptr::null_mut::<u64>(), 0).unwrap().is_empty());
+        assert!(uninit_elements("facts", ptr::null_mut::<u64>(), 1).is_err());
     }
 }
 

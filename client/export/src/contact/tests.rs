@@ -253,7 +253,7 @@ fn a_struck_body_has_its_own_cooldown() {
     contacts.watch("a", ContactPolicy::new(VASE).cooldown(0.5));
     contacts.watch("b", ContactPolicy::new(VASE));
     let mut step = |now_s: f64| {
-        ["a", "b", "nobody"].iter().for_each(|body| contacts.touch(body, touch([0.0; 3], [1.0, 0.0, 0.0])));
+        ["a", "b", "unwatched"].iter().for_each(|body| contacts.touch(body, touch([0.0; 3], [1.0, 0.0, 0.0])));
         contacts.step(now_s).iter().map(|(body, _)| *body).collect::<String>()
     };
     let struck: Vec<String> = [0.0, 0.4, 0.5, 0.9, 0.2].into_iter().map(&mut step).collect();
