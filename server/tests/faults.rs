@@ -23,7 +23,8 @@ use support::{
 /// Largest time by which a call may exceed its deadline, on a machine under any load.
 const SLACK: Duration = Duration::from_secs(5);
 
-/// Held alone by tests that count descriptors of this process, shared by all others.
+/// Held alone by tests that count descriptors of this process, or start children with few: the transport's descriptors outlive `exec`,
+/// so that a child has those of all tests under way. Shared by all others.
 static ALONE: RwLock<()> = RwLock::new(());
 
 /// Runs the process of another role for the tests below; does nothing by itself.
@@ -415,7 +416,7 @@ fn with_few_descriptors() {
 
 #[test]
 fn exhausted_descriptors_are_an_error_and_not_a_crash() {
-    let _together = ALONE.read();
+    let _alone = ALONE.write();
     let here = TestDirectory::new("poor");
     here.database("vase", "tetra");
     // A client with few descriptors at a daemon with many.

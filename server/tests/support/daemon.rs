@@ -5,7 +5,7 @@ use shatter_client::{Client, Deadline, Error};
 use shatter_engine::object::Loader;
 use shatter_server::config::Config;
 use shatter_server::serve::{ServeOptions, run};
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 use std::process::{ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::Arc;
@@ -105,13 +105,17 @@ impl Drop for InProcess {
 pub struct Child(std::process::Child, Option<BufReader<ChildStdout>>);
 
 impl Child {
-    /// Starts `command` and waits until it prints "ready".
+    /// Starts `command` and waits until it prints "ready"; shows its stderr if it ends before.
     pub fn start(command: &mut Command) -> Self {
-        let child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut stderr = tempfile::tempfile().unwrap();
+        let child = command.stdout(Stdio::piped()).stderr(stderr.try_clone().unwrap()).spawn().unwrap();
         let mut child = Self(child, None);
         let mut out = BufReader::new(child.0.stdout.take().unwrap());
-        let ready = out.by_ref().lines().map_while(Result::ok).any(|line| line.ends_with("ready"));
-        assert!(ready, "the child ended before it was ready: {:?}", child.0.wait());
+        if !out.by_ref().lines().map_while(Result::ok).any(|line| line.ends_with("ready")) {
+            let (status, mut text) = (child.0.wait(), String::new());
+            stderr.rewind().and_then(|()| stderr.read_to_string(&mut text)).unwrap();
+            panic!("the child ended before it was ready: {status:?}\n{text}");
+        }
         child.1 = Some(out);
         child
     }
