@@ -127,9 +127,9 @@ enum ShatterCode
     /// The request failed inside the service.
     SHATTER_CODE_FAILED = 44,
     /// The result is larger than the buckets of the daemon.
-    SHATTER_CODE_ANSWER_TOO_LARGE = 45,
+    SHATTER_CODE_RESULT_TOO_LARGE = 45,
     /// The result did not pass the client's checks.
-    SHATTER_CODE_BAD_ANSWER = 46,
+    SHATTER_CODE_BAD_RESULT = 46,
     /// A call of the transport failed.
     SHATTER_CODE_TRANSPORT = 47,
     /// The object's database has been found and is being loaded: send the request again later.
@@ -462,7 +462,7 @@ typedef struct ShatterStatus {
     /// Time since the daemon started, ns.
     uint64_t uptime_ns;
     /// Requests that got a result.
-    uint64_t answered;
+    uint64_t completed;
     /// Requests refused as wrong.
     uint64_t refused;
     /// Requests refused because the service was full.
@@ -1042,8 +1042,8 @@ void shatter_object_free(struct ShatterObject *object);
 /// Looks for the result; never blocks. Once a frame is often enough. Returns `SHATTER_CODE_OK` with `result` NULL while there is no result.
 /// The result is handed out once: free it with `shatter_result_free`.
 ///
-/// Codes: the error of the service; `lost` if the daemon went away; `bad_answer` if the result fails the checks. After a result or an error
-/// the ticket is spent (`cancelled`), except after `busy` at `answers`: free results that you hold, and poll again.
+/// Codes: the error of the service; `lost` if the daemon went away; `bad_result` if the result fails the checks. After a result or an error
+/// the ticket is spent (`cancelled`), except after `busy` at `results`: free results that you hold, and poll again.
 ShatterCode shatter_ticket_poll(struct ShatterTicket *ticket,
                                 struct ShatterResult **result,
                                 struct ShatterError *error);
@@ -1141,7 +1141,7 @@ ShatterCode shatter_result_hash(const struct ShatterResult *result,
 
 /// Writes a `.glb` file, whole or not at all; `content` is a `ShatterContent`. The folder must exist.
 ///
-/// Codes: `output` (also if there is nothing to write), `bad_answer`.
+/// Codes: `output` (also if there is nothing to write), `bad_result`.
 ///
 /// # Safety
 /// `path` points to `length` bytes, or to text that ends with a zero if `length` is `SHATTER_UP_TO_ZERO`.

@@ -76,6 +76,6 @@ impl Object {
 
     fn first_hit(&self, aim: &Impact, deadline: Deadline) -> Result<Hit, Error> {
         let result = self.strike(aim)?.wait(deadline)?;
-        result.hit().ok_or_else(|| Error::new(ErrorKind::BadAnswer, "hit", "the service sent no hit for a ray"))
+        result.hit().ok_or_else(|| Error::new(ErrorKind::BadResult, "hit", "the service sent no hit for a ray"))
     }
 }

@@ -295,7 +295,7 @@ fn full() -> Error {
 pub(crate) fn receive_failed(error: ReceiveError) -> Error {
     match error {
         ReceiveError::ExceedsMaxBorrows => {
-            Error::new(ErrorKind::Busy, "answers", "too many results are held; drop some")
+            Error::new(ErrorKind::Busy, "results", "too many results are held; drop some")
         }
         error => failed("receive", error),
     }

@@ -121,7 +121,7 @@ impl<'a> Fragment<'a> {
     /// The input's normals and texture coordinates on outer faces, one per position, zero on cracks; empty unless `attributes` is on.
     #[must_use]
     pub fn outer_attributes(&self) -> &'a [OuterAttributes] {
-        part(self.view.looks, self.row.vertex_first, self.row.vertex_count)
+        part(self.view.outer_attributes, self.row.vertex_first, self.row.vertex_count)
     }
 
     /// The input's materials, one per triangle, [`NO_MATERIAL`](crate::NO_MATERIAL) on cracks; empty unless

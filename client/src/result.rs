@@ -43,7 +43,7 @@ impl FractureResult {
         let header = *loan.user_header();
         if header.sequence != sequence {
             let message = format!("the result is that of request {}, not {sequence}", header.sequence);
-            return Err(Error::new(ErrorKind::BadAnswer, "sequence", message));
+            return Err(Error::new(ErrorKind::BadResult, "sequence", message));
         }
         let layout = Box::new(CheckedLayout::new(&header, loan.payload())?);
         Ok(Self { loan, layout, convention, round_trip, _count: count })
@@ -70,7 +70,7 @@ impl FractureResult {
 
     /// Names this result to later requests ([`Impact::from`](crate::Impact::from)); `None` if it is not kept: the request did not
     /// ask for it, the object stayed whole, or the service keeps no results. The service keeps it for a time (`times.kept_s`), until
-    /// it keeps as many younger ones as it may (`answers.kept_max`), or until [`Client::release`](crate::Client::release).
+    /// it keeps as many younger ones as it may (`results.kept_max`), or until [`Client::release`](crate::Client::release).
     #[must_use]
     pub fn handle(&self) -> Option<u64> {
         Some(self.raw_view().summary.handle).filter(|handle| *handle != 0)

@@ -64,7 +64,7 @@ pub struct Status {
     /// Memory of these, bytes.
     pub kept_bytes: u64,
     /// Requests that got a result.
-    pub answered: u64,
+    pub completed: u64,
     /// Requests refused as wrong.
     pub refused: u64,
     /// Requests refused because the service was full.
@@ -111,7 +111,7 @@ impl Status {
             unread: row.unread,
             kept: row.kept,
             kept_bytes: row.kept_bytes,
-            answered: row.answered,
+            completed: row.completed,
             refused: row.refused,
             busy: row.busy,
             late: row.late,

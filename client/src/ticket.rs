@@ -82,7 +82,7 @@ impl Ticket {
     /// Looks for the result; never blocks. Once a frame is often enough.
     ///
     /// # Errors
-    /// The error of the service; `lost` if the daemon went away; `bad_answer` if a result fails the checks; `busy` at `answers` if
+    /// The error of the service; `lost` if the daemon went away; `bad_result` if a result fails the checks; `busy` at `results` if
     /// too many results are held: drop some and poll again. After any other error, and after the result, the ticket is spent and
     /// only returns `cancelled`.
     pub fn poll(&mut self) -> Result<Poll, Error> {
@@ -110,7 +110,7 @@ impl Ticket {
                 self.poll()
             }
             // Results that are held elsewhere are in the way: the request is still good.
-            Err(error) if error.kind == ErrorKind::Busy && error.at == "answers" => Err(error),
+            Err(error) if error.kind == ErrorKind::Busy && error.at == "results" => Err(error),
             Err(error) => {
                 self.state = State::Done;
                 Err(error)

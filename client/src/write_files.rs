@@ -14,7 +14,7 @@ impl FractureResult {
     /// Writes the fragments to a `.glb` file, whole or not at all.
     ///
     /// # Errors
-    /// `output` (folder not writable, the path is a folder, or the object stayed whole: there is no fragment to write), `bad_answer`
+    /// `output` (folder not writable, the path is a folder, or the object stayed whole: there is no fragment to write), `bad_result`
     /// (the fragments make no valid file).
     pub fn write_glb(&self, path: &Path) -> Result<WriteReport, Error> {
         self.with_views(|views| write_glb(path, views)).map_err(|error| failed(path, &error))
@@ -157,7 +157,7 @@ fn failed(path: &Path, error: &ExportError) -> Error {
         | ExportError::NoFile(_)
         | ExportError::Folder { .. }
         | ExportError::Write { .. } => ErrorKind::Output,
-        _ => ErrorKind::BadAnswer,
+        _ => ErrorKind::BadResult,
     };
     Error::new(kind, path.display().to_string(), error.to_string())
 }

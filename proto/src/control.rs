@@ -228,7 +228,7 @@ pub struct ServiceStatusRow {
     /// Time since the daemon started, ns.
     pub uptime_ns: u64,
     /// Requests that got a result.
-    pub answered: u64,
+    pub completed: u64,
     /// Requests refused as wrong.
     pub refused: u64,
     /// Requests refused because the service was full.
@@ -356,7 +356,7 @@ pub fn write<R: ReplyRow>(payload: &mut [AlignedBlock], rows: &[R], total: usize
 /// Reads the rows of a reply, checked.
 ///
 /// # Errors
-/// `bad_answer` for rows that do not fit `R`, and the error with which the service replied.
+/// `bad_result` for rows that do not fit `R`, and the error with which the service replied.
 pub fn read<R: ReplyRow>(header: &ControlReplyHeader, payload: &[AlignedBlock]) -> Result<Vec<R>, Error> {
     head(header.magic, header.version).map_err(|error| bad(error.message))?;
     if header.refused != 0 {
@@ -380,7 +380,7 @@ fn copy<R: ReplyRow>(header: &ControlReplyHeader, payload: &[AlignedBlock]) -> R
 }
 
 fn bad(what: impl std::fmt::Display) -> Error {
-    Error::new(ErrorKind::BadAnswer, "control", format!("the reply of the control service is not well formed: {what}"))
+    Error::new(ErrorKind::BadResult, "control", format!("the reply of the control service is not well formed: {what}"))
 }
 
 impl ObjectRow {
@@ -449,13 +449,13 @@ mod tests {
         let header = write(&mut payload, &rows, 9, false);
         assert_eq!((header.rows, header.total), (3, 9));
         assert_eq!(read::<ObjectRow>(&header, &payload).unwrap(), rows);
-        assert_eq!(read::<ServiceStatusRow>(&header, &payload).unwrap_err().kind, ErrorKind::BadAnswer);
+        assert_eq!(read::<ServiceStatusRow>(&header, &payload).unwrap_err().kind, ErrorKind::BadResult);
     }
 
     #[test]
     fn an_object_row_can_be_ready_and_have_an_error() {
         let mut row = ObjectRow::zeroed();
-        assert_eq!(row.error().map(|error| error.kind), Some(ErrorKind::BadAnswer));
+        assert_eq!(row.error().map(|error| error.kind), Some(ErrorKind::BadResult));
         row.state = ObjectState::Ready as u32;
         assert_eq!(row.error(), None);
         let error = Error::new(ErrorKind::CorruptObject, "vase", "vase.shatter: cut short");

@@ -109,7 +109,7 @@ effects! {
         "load: one solve; strike: one pass over elastic nodes";
     /// Outer faces look as the input does there: normals, texture coordinates, materials.
     14 Attributes "attributes" Output false None,
-        "bake: the nearest point of the input; load: looks; strike: 20 bytes per vertex, 4 per triangle";
+        "bake: the nearest point of the input; load: attributes; strike: 20 bytes per vertex, 4 per triangle";
     /// The input's own triangles, cut as the object is.
     15 Skin "skin" Output false None,
         "bake: where the input lies in the lattice; load: the input; strike: one pass over it";

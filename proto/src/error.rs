@@ -175,9 +175,9 @@ kinds! {
     /// The request failed inside the service.
     44 Failed "failed" Service OURS false;
     /// The result is larger than the buckets of the daemon.
-    45 AnswerTooLarge "answer_too_large" Service OURS false;
+    45 ResultTooLarge "result_too_large" Service OURS false;
     /// The result did not pass the client's checks.
-    46 BadAnswer "bad_answer" Service OURS false;
+    46 BadResult "bad_result" Service OURS false;
     /// A call of the transport failed.
     47 Transport "transport" Service OURS false;
     /// The object's database has been found and is being loaded.
@@ -281,13 +281,13 @@ impl From<&Error> for ErrorWire {
 }
 
 impl From<&ErrorWire> for Error {
-    /// Never fails: an unknown kind becomes [`ErrorKind::BadAnswer`], unreadable text is replaced.
+    /// Never fails: an unknown kind becomes [`ErrorKind::BadResult`], unreadable text is replaced.
     fn from(wire: &ErrorWire) -> Self {
         let message = text::show(&wire.message, wire.message_length);
         let retry_after = (wire.retry_after_us > 0).then(|| Duration::from_micros(wire.retry_after_us.into()));
         match ErrorKind::from_code(wire.kind) {
             Some(kind) => Self { kind, at: text::show(&wire.at, wire.at_length), message, retry_after },
-            None => Self::new(ErrorKind::BadAnswer, wire.kind.to_string(), format!("unknown kind of error: {message}")),
+            None => Self::new(ErrorKind::BadResult, wire.kind.to_string(), format!("unknown kind of error: {message}")),
         }
     }
 }

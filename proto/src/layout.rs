@@ -114,10 +114,10 @@ mod tests {
             (fragments, runs, merges, vertices, indices) in (0usize..9, 0usize..9, 0usize..99, 0usize..99, 0usize..99),
             (velocities, normals, uvs, bonds, debris) in (0usize..9, 0usize..99, 0usize..99, 0usize..9, 0usize..9),
             (hulls, hull_vertices, hull_indices) in (0usize..9, 0usize..99, 0usize..99),
-            (looks, materials, skins) in (0usize..99, 0usize..99, 0usize..9),
+            (outer_attributes, materials, skins) in (0usize..99, 0usize..99, 0usize..9),
             (skin_vertices, skin_indices, skin_materials) in (0usize..99, 0usize..99, 0usize..99),
         ) {
-            let extra = SectionCounts { hulls, hull_vertices, hull_indices, looks, materials, skins, ..SectionCounts::default() };
+            let extra = SectionCounts { hulls, hull_vertices, hull_indices, outer_attributes, materials, skins, ..SectionCounts::default() };
             let extra = SectionCounts { skin_vertices, skin_indices, skin_materials, ..extra };
             let extra = SectionCounts { velocities, normals, uvs, bonds, debris, ..extra };
             let counts = SectionCounts { fragments, runs, merges, vertices, indices, ..extra };

@@ -38,7 +38,7 @@ pub struct SectionCounts {
     /// Indices of hulls.
     pub hull_indices: usize,
     /// Outer attributes: one per vertex, or none.
-    pub looks: usize,
+    pub outer_attributes: usize,
     /// Materials: one per triangle, or none.
     pub materials: usize,
     /// Skins: one per fragment, or none.
@@ -221,7 +221,7 @@ sections! {
     /// One u32 per corner of a hull's triangles, counter-clockwise from outside, relative to the first vertex of the hull.
     16 HullIndices hull_indices: u32, Some(Effect::Hulls), |counts| counts.hull_indices, triangles;
     /// One [`OuterAttributes`] per vertex, or none.
-    17 Looks looks: OuterAttributes, Some(Effect::Attributes), |counts| counts.looks, each(InMeters::in_meters);
+    17 OuterAttributes outer_attributes: OuterAttributes, Some(Effect::Attributes), |counts| counts.outer_attributes, each(InMeters::in_meters);
     /// One u32 per triangle, a material of the input or [`NO_MATERIAL`](crate::result::NO_MATERIAL); none if it has no materials.
     18 Materials materials: u32, Some(Effect::Attributes), |counts| counts.materials, same;
     /// One [`SkinWire`] per fragment, or none.

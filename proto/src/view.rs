@@ -19,7 +19,7 @@ impl CheckedLayout {
     /// Checks header, table and contents of a result. Never panics, whatever the bytes.
     ///
     /// # Errors
-    /// `bad_answer` at the first field that does not fit.
+    /// `bad_result` at the first field that does not fit.
     pub fn new(header: &ResultHeader, payload: &[AlignedBlock]) -> Result<Self, Error> {
         head(header)?;
         let bytes: &[u8] = bytemuck::cast_slice(payload);
@@ -43,7 +43,7 @@ impl CheckedLayout {
 fn bad(at: impl Into<String>, what: impl std::fmt::Display) -> Error {
     let at = at.into();
     let message = format!("the result is not well formed: {at}: {what}");
-    Error::new(ErrorKind::BadAnswer, at, message)
+    Error::new(ErrorKind::BadResult, at, message)
 }
 
 fn head(header: &ResultHeader) -> Result<(), Error> {
@@ -102,7 +102,7 @@ fn contents(view: &ResultView<'_>) -> Result<(), Error> {
         ("normals", view.normals.len(), vertices),
         ("uvs", view.uvs.len(), vertices),
         ("hulls", view.hulls.len(), fragments),
-        ("looks", view.looks.len(), vertices),
+        ("outer_attributes", view.outer_attributes.len(), vertices),
         ("materials", view.materials.len(), view.indices.len() / 3),
         ("skins", view.skins.len(), fragments),
         ("skin_materials", view.skin_materials.len(), view.skin_indices.len() / 3),

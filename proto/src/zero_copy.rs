@@ -25,7 +25,7 @@ fn plain<T: bytemuck::Pod>(_: &T) {}
 
 zero_copy! {
     AlignedBlock: "shatter.Block.v1",
-    ResultHeader: "shatter.AnswerHeader.v1",
+    ResultHeader: "shatter.ResultHeader.v1",
     ControlRequestWire: "shatter.Control.v1",
     ControlReplyHeader: "shatter.ControlHeader.v1",
     ErrorWire: "shatter.ServiceError.v1",

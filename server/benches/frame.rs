@@ -3,7 +3,7 @@
 //! are kept from one run to the next (the sizes of the presets differ, so there is one for each), `SHATTER_BENCH_EXAMPLES` how many
 //! impacts they learn from (200), `SHATTER_BENCH_PRESETS` which presets (draft,game,film).
 //!
-//! One client strikes, waits, and strikes elsewhere. The floor is what the answers' own stages do not account for: the way there and
+//! One client strikes, waits, and strikes elsewhere. The floor is what the results' own stages do not account for: the way there and
 //! back, the admission, and the writing of a result without computation.
 
 #[path = "../tests/support/mod.rs"]

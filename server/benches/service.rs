@@ -73,7 +73,7 @@ fn strike(served: &EngineObject, number: usize) -> Request {
 }
 
 /// Computes one result from request to bytes, as the daemon's threads do; returns its length, and time of all stages.
-fn answer(
+fn strike_in_process(
     served: &EngineObject,
     number: usize,
     workspace: &mut Workspace,
@@ -98,7 +98,7 @@ fn in_process(served: &EngineObject, lanes: &[ThreadPool]) -> (f64, u64, Duratio
         let (mut workspace, mut payload) = (Workspace::default(), Vec::new());
         while begun.elapsed() < length {
             let number = done.fetch_add(1, Ordering::Relaxed);
-            let (used, ns) = answer(served, number, &mut workspace, &mut payload);
+            let (used, ns) = strike_in_process(served, number, &mut workspace, &mut payload);
             bytes.fetch_add(used, Ordering::Relaxed);
             busy.fetch_add(ns, Ordering::Relaxed);
         }

@@ -12,10 +12,10 @@ const BUCKET_MIN_BYTES: usize = 16 * MIB;
 
 /// Pool with buckets for the largest result of the loaded objects. Unwritten memory costs nothing.
 pub(crate) fn size(config: &Config, catalog: &Catalog) -> PoolSize {
-    let bytes = catalog.result_bytes_max().max(BUCKET_MIN_BYTES).min(config.answers.bucket_mib_max * MIB);
+    let bytes = catalog.result_bytes_max().max(BUCKET_MIN_BYTES).min(config.results.bucket_mib_max * MIB);
     PoolSize {
         clients: config.service.clients_max,
-        buckets: config.answers.buckets,
+        buckets: config.results.buckets,
         blocks: bytes.div_ceil(BLOCK_BYTES),
     }
 }

@@ -18,7 +18,7 @@ pub struct Config {
     pub service: ServiceConfig,
     pub databases: DatabasesConfig,
     pub compute: ComputeConfig,
-    pub answers: ResultsConfig,
+    pub results: ResultsConfig,
     pub times: TimesConfig,
     pub operations: OperationsConfig,
     pub log: LogConfig,
@@ -48,12 +48,12 @@ pub struct DatabasesConfig {
 #[expect(missing_docs, reason = "see Config")]
 pub struct ComputeConfig {
     pub threads: usize,
-    pub strikes_at_once: usize,
+    pub requests_at_once: usize,
     pub nice: i32,
     pub queue_max: usize,
 }
 
-/// `[answers]`
+/// `[results]`
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "see Config")]
@@ -151,15 +151,15 @@ impl Config {
             ("service.clients_max", "1 to 128", (1..=CLIENTS_MAX).contains(&self.service.clients_max)),
             ("databases.watch_ms", "0, or 10 to 60000", matches!(self.databases.watch_ms, 0 | 10..=60_000)),
             ("compute.threads", "at most 1024", self.compute.threads <= 1024),
-            ("compute.strikes_at_once", "at most 1024", self.compute.strikes_at_once <= 1024),
+            ("compute.requests_at_once", "at most 1024", self.compute.requests_at_once <= 1024),
             ("compute.nice", "0 to 19", (0..=19).contains(&self.compute.nice)),
             ("compute.queue_max", "1 to 4096", (1..=4096).contains(&self.compute.queue_max)),
-            ("answers.buckets", "1 to 1024", (1..=1024).contains(&self.answers.buckets)),
-            ("answers.held_max", "at most answers.buckets", self.answers.held_max <= self.answers.buckets),
-            ("answers.kept_max", "at most 4096", self.answers.kept_max <= 4096),
-            ("answers.bucket_mib_max", "1 to 4096", (1..=4096).contains(&self.answers.bucket_mib_max)),
-            ("answers.prefault_buckets", "at most 16", self.answers.prefault_buckets <= 16),
-            ("answers.prefault_mib", "at most 1024", self.answers.prefault_mib <= 1024),
+            ("results.buckets", "1 to 1024", (1..=1024).contains(&self.results.buckets)),
+            ("results.held_max", "at most results.buckets", self.results.held_max <= self.results.buckets),
+            ("results.kept_max", "at most 4096", self.results.kept_max <= 4096),
+            ("results.bucket_mib_max", "1 to 4096", (1..=4096).contains(&self.results.bucket_mib_max)),
+            ("results.prefault_buckets", "at most 16", self.results.prefault_buckets <= 16),
+            ("results.prefault_mib", "at most 1024", self.results.prefault_mib <= 1024),
             ("times.tick_ms", "1 to 1000", (1..=1000).contains(&self.times.tick_ms)),
             ("times.cleanup_ms", "10 to 60000", (10..=60_000).contains(&self.times.cleanup_ms)),
             ("times.kept_s", "0.01 to 86400", (0.01..=86_400.0).contains(&self.times.kept_s)),
@@ -181,8 +181,8 @@ impl Config {
     }
 
     /// Number of requests that compute at once, at least 1.
-    pub fn strikes_at_once(&self) -> usize {
-        match self.compute.strikes_at_once {
+    pub fn requests_at_once(&self) -> usize {
+        match self.compute.requests_at_once {
             0 => self.threads(),
             strikes => strikes,
         }
@@ -190,8 +190,8 @@ impl Config {
 
     /// Number of buckets that one client may hold, at least 1.
     pub fn held_max(&self) -> usize {
-        match self.answers.held_max {
-            0 => (self.answers.buckets / 2).max(1),
+        match self.results.held_max {
+            0 => (self.results.buckets / 2).max(1),
             most => most,
         }
     }
@@ -274,14 +274,14 @@ mod tests {
     fn the_default_stands_alone() {
         let config = Config::parse("", "default").unwrap();
         assert_eq!((config.service.name.as_str(), config.log.format), ("default", LogFormat::Text));
-        assert!(config.threads() >= 1 && config.strikes_at_once() >= 1 && config.watch().is_some());
+        assert!(config.threads() >= 1 && config.requests_at_once() >= 1 && config.watch().is_some());
         assert_eq!(Config::parse("[databases]\nwatch_ms = 0", "file").unwrap().watch(), None);
     }
 
     #[test]
     fn a_file_changes_only_what_it_holds() {
         let config = Config::parse("[compute]\nthreads = 3\n[log]\nformat = \"json\"", "file").unwrap();
-        assert_eq!((config.threads(), config.strikes_at_once(), config.compute.queue_max), (3, 3, 256));
+        assert_eq!((config.threads(), config.requests_at_once(), config.compute.queue_max), (3, 3, 256));
         assert_eq!(config.log.format, LogFormat::Json);
     }
 
@@ -295,15 +295,15 @@ mod tests {
     fn unknown_keys_and_bad_values_are_refused_by_name() {
         check("[compute]\ntreads = 3", "treads");
         check("[compute]\ntreads = 3", "`compute.threads`");
-        check("[answers]\nheld = 3", "`answers.held_max`");
+        check("[results]\nheld = 3", "`results.held_max`");
         check("[color]\nx = 1", "color");
-        check("[answers]\nbuckets = 0", "answers.buckets");
+        check("[results]\nbuckets = 0", "results.buckets");
         check("[service]\nclients_max = 129", "service.clients_max");
         check("[databases]\nwatch_ms = 3", "databases.watch_ms");
         check("[times]\ntick_ms = -1", "-1");
         check("[times]\ndrain_s = nan", "times.drain_s");
         check("[times]\nkept_s = 0", "kept_s");
-        check("[answers]\nkept_max = 5000", "answers.kept_max");
+        check("[results]\nkept_max = 5000", "results.kept_max");
         check("[operations]\nport = 70000", "70000");
         check("[log]\nformat = \"xml\"", "xml");
         check("[log", "line 1, column 5");

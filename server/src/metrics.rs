@@ -16,7 +16,7 @@ use std::time::Duration;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JobEnd {
     /// With a result.
-    Answered,
+    Completed,
     /// Refused by validation.
     Refused,
     /// Refused for lack of capacity.
@@ -30,7 +30,7 @@ pub enum JobEnd {
 }
 
 impl JobEnd {
-    const ALL: [Self; 6] = [Self::Answered, Self::Refused, Self::Busy, Self::Late, Self::Failed, Self::Cancelled];
+    const ALL: [Self; 6] = [Self::Completed, Self::Refused, Self::Busy, Self::Late, Self::Failed, Self::Cancelled];
 
     /// End that corresponds to an error.
     pub fn of(error: &Error) -> Self {
@@ -45,7 +45,7 @@ impl JobEnd {
 
     fn name(self) -> &'static str {
         match self {
-            Self::Answered => "answered",
+            Self::Completed => "completed",
             Self::Refused => "refused",
             Self::Busy => "busy",
             Self::Late => "late",
@@ -74,8 +74,8 @@ const GAUGES: &[(&str, &str, Option<Unit>, GaugeReading)] = &[
     ("objects_loading", "Objects whose databases are being loaded", None, |row| row.objects_loading.into()),
     ("objects_failed", "Objects that could not be loaded", None, |row| row.objects_failed.into()),
     ("objects", "Memory of the objects", Some(Unit::Bytes), |row| row.memory_bytes),
-    ("answers_kept", "Results retained so that their fragments can be struck", None, |row| row.kept),
-    ("answers_kept", "Memory of the retained results", Some(Unit::Bytes), |row| row.kept_bytes),
+    ("results_retained", "Results retained so that their fragments can be struck", None, |row| row.kept),
+    ("results_retained", "Memory of the retained results", Some(Unit::Bytes), |row| row.kept_bytes),
     ("reloads", "Reloads of the databases", None, |row| row.reloads),
     ("pool_buckets", "Buckets for results", None, |row| row.buckets.into()),
     ("pool_buckets_unread", "Results that their clients have not read yet", None, |row| row.unread),
@@ -132,7 +132,7 @@ impl Metrics {
 
     fn registered(mut self) -> Self {
         let registry = &mut self.registry;
-        registry.register("strikes", "Requests by their end", self.ends.clone());
+        registry.register("requests", "Requests by their end", self.ends.clone());
         let help = "Results by source of their energy; bounded: the object stays whole, and no solve was needed";
         registry.register("energies", help, self.energies.clone());
         let stages = self.stage_seconds.clone();
@@ -167,7 +167,7 @@ impl Metrics {
         effects: &[EffectCost],
     ) {
         self.ended(end);
-        if end != JobEnd::Answered {
+        if end != JobEnd::Completed {
             return;
         }
         if let Some(source) = energy {
@@ -204,9 +204,9 @@ impl Metrics {
 
     /// Fills the counters and times of a status row.
     pub fn fill(&self, row: &mut ServiceStatusRow) {
-        let [answered, refused, busy, late, failed, cancelled] =
+        let [completed, refused, busy, late, failed, cancelled] =
             JobEnd::ALL.map(|end| self.ends.get_or_create(&[("end", end.name())]).get());
-        (row.answered, row.refused, row.busy, row.late) = (answered, refused, busy, late);
+        (row.completed, row.refused, row.busy, row.late) = (completed, refused, busy, late);
         (row.failed, row.cancelled) = (failed, cancelled);
         row.strike = latency(&self.strike_times);
         for (slot, times) in row.stages.iter_mut().zip(&self.stage_times) {
@@ -242,17 +242,17 @@ mod tests {
         stage.add(Duration::from_millis(5), 0);
         let mut bonds = EffectCost::idle(Effect::Bonds);
         bonds.add(Duration::from_micros(70), 64);
-        metrics.ran(JobEnd::Answered, Duration::from_millis(20), Some(EnergySource::Bounded), &[idle, stage], &[bonds]);
+        metrics.ran(JobEnd::Completed, Duration::from_millis(20), Some(EnergySource::Bounded), &[idle, stage], &[bonds]);
         metrics.ran(JobEnd::Failed, Duration::from_millis(20), None, &[idle, stage], &[bonds]);
         metrics.ended(JobEnd::Busy);
         let mut row = ServiceStatusRow::zeroed();
         metrics.fill(&mut row);
-        assert_eq!((row.answered, row.failed, row.busy, row.refused), (1, 1, 1, 0));
+        assert_eq!((row.completed, row.failed, row.busy, row.refused), (1, 1, 1, 0));
         assert_eq!((row.strike.count, row.stages[0].count, row.stages[1].count), (1, 0, 1));
         assert!((4_900_000..5_200_000).contains(&row.stages[1].p99_ns), "{row:?}");
         let text = metrics.text(&row);
         for line in [
-            "shatter_strikes_total{end=\"busy\"} 1",
+            "shatter_requests_total{end=\"busy\"} 1",
             "shatter_energies_total{source=\"bounded\"} 1",
             "shatter_stage_seconds_count{stage=\"elasticity\"} 1",
             "shatter_effect_seconds_count{effect=\"bonds\"} 1",

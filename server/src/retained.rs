@@ -1,7 +1,7 @@
 //! Results that clients asked the daemon to retain, so that their fragments can be struck again.
 //!
 //! A result is retained before it is sent. It is removed when a client releases it (`release`), when `times.kept_s` has passed (use
-//! does not extend it), or when `answers.kept_max` newer results are retained. A full store rejects no result: it evicts the oldest
+//! does not extend it), or when `results.kept_max` newer results are retained. A full store rejects no result: it evicts the oldest
 //! one.
 //!
 //! A retained result belongs to the service, not to a connection. All clients of a service belong to one user, and the command that

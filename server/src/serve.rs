@@ -137,21 +137,21 @@ impl Daemon {
         loaded: Loaded,
     ) -> Result<(Self, WakeSocket, UnboundedReceiver<WorkerEvent>), Error> {
         let Loaded { folder, loader, threads, catalog } = loaded;
-        let lanes = lanes(config.strikes_at_once(), config.compute.nice)?;
+        let lanes = lanes(config.requests_at_once(), config.compute.nice)?;
         let pool = buckets::size(&config, &catalog);
         let rehearsed =
-            (config.answers.prefault_mib * MIB).min(catalog.result_bytes_max().max(MIB)).div_ceil(BLOCK_BYTES);
-        let needed = (config.answers.prefault_buckets * rehearsed * BLOCK_BYTES + SHARED_MEMORY_SPARE) as u64;
+            (config.results.prefault_mib * MIB).min(catalog.result_bytes_max().max(MIB)).div_ceil(BLOCK_BYTES);
+        let needed = (config.results.prefault_buckets * rehearsed * BLOCK_BYTES + SHARED_MEMORY_SPARE) as u64;
         shared_memory::need(needed)?;
         let (ports, wake_socket, waker) = Ports::open(directory.instance(), pool)?;
         let client_entry = ClientEntryCheck::open(directory.instance(), directory.place().uid)?;
         let populated = PopulatedPages::default();
-        ports.rehearse(config.answers.prefault_buckets, rehearsed, &populated)?;
+        ports.rehearse(config.results.prefault_buckets, rehearsed, &populated)?;
         shared_memory::populate_mapped(&directory.instance().folder)?;
         let (sender, events) = unbounded_channel();
         let reloader = HotReloader::new(folder, loader, config.compute.nice, sender.clone())?;
-        let answers = RetainedResults::new(config.answers.kept_max, config.kept());
-        let worker_pool = Arc::new(WorkerPool::new(threads, lanes, answers, populated, waker, sender));
+        let retained = RetainedResults::new(config.results.kept_max, config.kept());
+        let worker_pool = Arc::new(WorkerPool::new(threads, lanes, retained, populated, waker, sender));
         let jobs = Jobs::new(config.compute.queue_max, config.held_max(), worker_pool.clone());
         let (metrics, started) = (Metrics::new()?, Instant::now());
         let (catalog, retired, reloads, reaper) =
@@ -227,19 +227,19 @@ impl Daemon {
                 Some(request) => self.arrivals.hold(active, wire.listener, request),
                 None => Some(active),
             };
-            now.into_iter().for_each(|active| self.answer(active));
+            now.into_iter().for_each(|active| self.handle_control(active));
         }
         if self.arrivals.is_waiting() {
             // The impact requests that a control request follows were sent before it.
             self.receive_strikes();
-            self.arrivals.due().into_iter().for_each(|active| self.answer(active));
+            self.arrivals.due().into_iter().for_each(|active| self.handle_control(active));
         }
         self.lists.due(self.reloader.scans_done()).iter().for_each(|active| self.reply(active));
     }
 
     /// Replies to a control request. The first page of a list waits for a scan of the database folder, so that a database written a moment
     /// ago is listed as being loaded.
-    fn answer(&mut self, active: ActiveControlRequest) {
+    fn handle_control(&mut self, active: ActiveControlRequest) {
         let is_list = matches!(active.payload().validate(), Ok(ControlRequest::List(0)));
         let now = match is_list && self.config.watch().is_some() {
             true => self.lists.hold(active, self.reloader.scan_for_client()),

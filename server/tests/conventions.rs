@@ -231,7 +231,7 @@ fn meshes(host: &Host, theirs: &ResultView<'_>, ours: &ResultView<'_>) {
     host.indices("indices", theirs.indices, ours.indices);
     host.indices("hull indices", theirs.hull_indices, ours.hull_indices);
     host.indices("skin indices", theirs.skin_indices, ours.skin_indices);
-    for (theirs, ours) in theirs.looks.iter().zip(ours.looks) {
+    for (theirs, ours) in theirs.outer_attributes.iter().zip(ours.outer_attributes) {
         host.normals("look", theirs.normal, ours.normal);
         assert_eq!(theirs.uv, ours.uv);
     }
@@ -240,7 +240,7 @@ fn meshes(host: &Host, theirs: &ResultView<'_>, ours: &ResultView<'_>) {
         host.normals("normal of the skin", theirs.normal, ours.normal);
         assert_eq!(theirs.uv, ours.uv);
     }
-    assert_eq!((theirs.looks.len(), theirs.skin_vertices.len()), (ours.looks.len(), ours.skin_vertices.len()));
+    assert_eq!((theirs.outer_attributes.len(), theirs.skin_vertices.len()), (ours.outer_attributes.len(), ours.skin_vertices.len()));
 }
 
 #[track_caller]
@@ -303,7 +303,7 @@ fn results_in_a_convention_equal_converted_results() {
         let view = theirs.raw_view();
         assert!(view.bonds.iter().any(|bond| bond.holds_to_world()) && !view.debris.is_empty());
         assert!(view.velocities.iter().any(|own| own.angular_rad_s.iter().all(|x| *x != 0.0)));
-        assert!(!view.looks.is_empty() && !view.skin_vertices.is_empty() && !view.hull_indices.is_empty());
+        assert!(!view.outer_attributes.is_empty() && !view.skin_vertices.is_empty() && !view.hull_indices.is_empty());
         if host.convention.is_default() {
             assert_eq!(theirs.digest(), ours.digest());
             // A host without a convention gets the default one.

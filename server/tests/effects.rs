@@ -91,7 +91,7 @@ fn sections(effect: Effect) -> Vec<&'static str> {
         Effect::Uv => vec!["uvs"],
         Effect::Hulls => vec!["hulls", "hull_positions", "hull_indices"],
         // The bar has no materials.
-        Effect::Attributes => vec!["looks"],
+        Effect::Attributes => vec!["outer_attributes"],
         Effect::Skin => vec!["skins", "skin_vertices", "skin_indices"],
         other => vec![other.name()],
     }

@@ -153,10 +153,10 @@ fn daemons_killed(kills: u64) {
     assert!(counts.ends.keys().all(|end| known.contains(end)) && counts.ends["ok"] > kills, "{:?}", counts.ends);
     println!("  files in shared memory: {files} before, {} after", here.shared_memory().len());
     // The transport releases a connection when it sends the next time.
-    let answers = || own.strike(&impact(0)).unwrap().wait(timeout()).is_ok() && service.status(timeout()).is_ok();
+    let serves = || own.strike(&impact(0)).unwrap().wait(timeout()).is_ok() && service.status(timeout()).is_ok();
     eventually(
         || format!("files are removed: {:?}", here.shared_memory()),
-        || answers() && here.shared_memory().len() <= files,
+        || serves() && here.shared_memory().len() <= files,
     );
     drop((own, service));
     assert_eq!(daemon.unwrap().terminate().code(), Some(0));
@@ -182,7 +182,7 @@ fn clients_killed(kills: u64) {
     let here = TestDirectory::new("deaths");
     here.database("bar", bar(0.08));
     let config =
-        here.file("config.toml", "[answers]\nbuckets = 16\n[times]\ncleanup_ms = 50\n[log]\nfilter = \"error\"");
+        here.file("config.toml", "[results]\nbuckets = 16\n[times]\ncleanup_ms = 50\n[log]\nfilter = \"error\"");
     let daemon = Child::start(shatterd(&here).args(["--config", config.to_str().unwrap()]));
     let service = Client::connect_at(&here.place, timeout()).unwrap();
     let bar = service.object("bar", timeout()).unwrap();
@@ -200,8 +200,8 @@ fn clients_killed(kills: u64) {
         };
         pause(&mut random, 40_000);
         killed_child.kill();
-        let answer = strike(kill);
-        assert!(answer.is_ok(), "after kill {kill}: {:?}", answer.err());
+        let result = strike(kill);
+        assert!(result.is_ok(), "after kill {kill}: {:?}", result.err());
     }
     eventually(|| "dead clients are removed", || service.status(timeout()).unwrap().clients == 1);
     eventually(|| "nothing computes for them", || service.status(timeout()).unwrap().running == 0);
@@ -352,7 +352,7 @@ fn with_full_memory() {
     let here = TestDirectory::new("crowded");
     here.database("vase", "tetra");
     here.database("large", "large 900");
-    let daemon = InProcess::start(here, "[answers]\nbucket_mib_max = 1");
+    let daemon = InProcess::start(here, "[results]\nbucket_mib_max = 1");
     let service = daemon.connect();
     let strike = |name: &str| {
         let object = service.object(name, timeout())?;

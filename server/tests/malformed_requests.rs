@@ -93,7 +93,7 @@ fn check(count: u64) -> BTreeMap<&'static str, u64> {
                     if let DegreeRule::Sites(sites) = strike.degree {
                         assert!(summary.sites == sites || summary.sites == 0, "{strike:?}: {}", summary.sites);
                     }
-                    "answered"
+                    "completed"
                 }
                 (Err(error), Err(Some(kind))) => {
                     // Requests with the same number share an error.
@@ -109,7 +109,7 @@ fn check(count: u64) -> BTreeMap<&'static str, u64> {
                         ErrorKind::Late,
                         ErrorKind::Busy,
                         ErrorKind::CapExceeded,
-                        ErrorKind::AnswerTooLarge,
+                        ErrorKind::ResultTooLarge,
                     ];
                     assert!(later.contains(kind), "{kind:?}");
                     kind.name()
@@ -120,7 +120,7 @@ fn check(count: u64) -> BTreeMap<&'static str, u64> {
         }
     }
     // The toy engine has no cap on its sites.
-    serves(&daemon, ends.get(ErrorKind::AnswerTooLarge.name()).copied().unwrap_or(0));
+    serves(&daemon, ends.get(ErrorKind::ResultTooLarge.name()).copied().unwrap_or(0));
     ends
 }
 
@@ -137,7 +137,7 @@ fn serves(daemon: &InProcess, failed: u64) {
 fn mutated_requests_end_as_the_rules_say() {
     let ends = check(20_000);
     println!("20000 mutated requests: {ends:?}");
-    assert!(ends["answered"] > 100 && ends.len() > 8, "{ends:?}");
+    assert!(ends["completed"] > 100 && ends.len() > 8, "{ends:?}");
 }
 
 /// The long run: `cargo test --release --workspace --test malformed_requests -- --ignored --nocapture`.
@@ -152,7 +152,7 @@ fn writes_to_a_sent_request_do_not_affect_other_clients() {
     let daemon = start();
     let peer = RawPeer::open(&daemon.here.place);
     let mut random = ChaCha8Rng::seed_from_u64(5);
-    let mut answered = 0;
+    let mut completed = 0;
     for round in 0..400 {
         let sent: Vec<_> = (0..8).map(|i| peer.send(good(1 + round * 8 + i))).collect();
         for sent in &sent {
@@ -163,9 +163,9 @@ fn writes_to_a_sent_request_do_not_affect_other_clients() {
                 unsafe { own.add(at).write_volatile(random.next_u32() as u8) };
             }
         }
-        answered += sent.iter().filter(|sent| peer.end(sent).is_some()).count();
+        completed += sent.iter().filter(|sent| peer.end(sent).is_some()).count();
     }
-    println!("{answered} of 3200 scribbled requests were copied before, or stayed good");
+    println!("{completed} of 3200 scribbled requests were copied before, or stayed good");
     serves(&daemon, 0);
 }
 

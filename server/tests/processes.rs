@@ -168,7 +168,7 @@ fn daemons_killed_while_starting_leave_nothing_in_the_way() {
 fn results_of_a_killed_client_are_released() {
     let here = TestDirectory::new("hoarder");
     here.database("vase", "tetra");
-    let settings = "[answers]\nbuckets = 2\nheld_max = 2\nprefault_buckets = 1";
+    let settings = "[results]\nbuckets = 2\nheld_max = 2\nprefault_buckets = 1";
     let daemon = Child::start(&mut role(&here, "daemon", settings));
     let holding_client = Child::start(&mut role(&here, "hoarder", ""));
     let service = connect(Some(&here));
@@ -180,7 +180,7 @@ fn results_of_a_killed_client_are_released() {
     let result = loop {
         match strike() {
             Err(error) if error.kind == ErrorKind::Busy && !deadline.passed() => std::thread::yield_now(),
-            answer => break answer.unwrap(),
+            other => break other.unwrap(),
         }
     };
     assert_eq!(result.fragments().len(), 1);
@@ -195,11 +195,11 @@ fn the_command_line_strikes_and_prints_one_document() {
     let _daemon = Child::start(&mut role(&here, "daemon", ""));
     let strike = ["impact", "vase", "--point", "-0.1,0,0", "--impulse", "-1,0.5,0", "--degree", "3", "--json"];
     let (code, out) = shatter(&here, &strike);
-    let answer = json(&out);
-    assert_eq!((code, answer["status"].as_str()), (0, Some("ok")), "{out}");
-    assert_eq!(answer["fragments"].as_array().unwrap().len(), 3);
-    assert!(answer["fragments"].as_array().unwrap().iter().all(|fragment| fragment["closed"] == true));
-    let names = answer["stages"].as_array().unwrap().iter().map(|stage| stage["name"].as_str().unwrap());
+    let document = json(&out);
+    assert_eq!((code, document["status"].as_str()), (0, Some("ok")), "{out}");
+    assert_eq!(document["fragments"].as_array().unwrap().len(), 3);
+    assert!(document["fragments"].as_array().unwrap().iter().all(|fragment| fragment["closed"] == true));
+    let names = document["stages"].as_array().unwrap().iter().map(|stage| stage["name"].as_str().unwrap());
     assert!(names.eq(StageKind::ALL.iter().map(|stage| stage.name()).chain(Effect::ALL.map(Effect::name))), "{out}");
     let keys = ["object", "handle", "gamma_j_m2", "e1_over_gamma", "sites", "fracture_degree", "degree_source"];
     let keys = keys.into_iter().chain(["quality", "iterations", "time_ns"]).chain([
@@ -210,7 +210,7 @@ fn the_command_line_strikes_and_prints_one_document() {
         "round_trip_ns",
     ]);
     for key in keys.chain(["response_bytes", "output_hash", "sections"]) {
-        assert!(answer.get(key).is_some(), "{key}: {out}");
+        assert!(document.get(key).is_some(), "{key}: {out}");
     }
     let asked = |key: &str, out: &str| json(out)["quality"][key].as_f64();
     let (_, bounded) = shatter(&here, &[&strike[..], &["--error", "0.25", "--time-ms", "50"]].concat());

@@ -144,7 +144,7 @@ fn twice_the_threshold_breaks_and_half_does_not() {
 #[test]
 fn results_do_not_depend_on_threads_or_concurrent_requests() {
     let digest = |threads: usize, other_requests: usize| {
-        let (_daemon, bar, _) = start(&format!("[compute]\nthreads = {threads}\nstrikes_at_once = 4"));
+        let (_daemon, bar, _) = start(&format!("[compute]\nthreads = {threads}\nrequests_at_once = 4"));
         let impact = base_impact(60.0).degree(DegreeRule::Sites(15)).seed(3);
         let _other_requests: Vec<_> =
             (0..other_requests).map(|seed| bar.strike(&base_impact(80.0).seed(seed as u64)).unwrap()).collect();

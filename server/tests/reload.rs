@@ -334,7 +334,7 @@ fn niceness(pid: u32, name: &str) -> Vec<String> {
 #[test]
 fn a_load_is_as_urgent_as_a_strike() {
     let here = TestDirectory::new("share");
-    let (daemon, service) = start(&here, "[compute]\nthreads = 2\nstrikes_at_once = 1\nnice = 3");
+    let (daemon, service) = start(&here, "[compute]\nthreads = 2\nrequests_at_once = 1\nnice = 3");
     let [load, strike] = ["load", "compute-1"].map(|name| move |pid| niceness(pid, name));
     eventually(&service, |_| load(daemon.id()).len() == 1 && load(daemon.id()) == strike(daemon.id()));
     assert_ne!(load(daemon.id()), niceness(daemon.id(), "finish"), "work without a waiting client gives way");

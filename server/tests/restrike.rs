@@ -121,12 +121,12 @@ fn retained_results_expire() {
 
 #[test]
 fn the_oldest_retained_result_is_evicted() {
-    let (_daemon, service, bar) = start("[answers]\nkept_max = 2");
+    let (_daemon, service, bar) = start("[results]\nkept_max = 2");
     let kept: Vec<FractureResult> = (0..3).map(|seed| strike(&bar, &base_impact().seed(seed).keep())).collect();
     assert_eq!(status(&service).kept, 2);
     assert_eq!(refused(&bar, &base_impact().from(kept[0].handle().unwrap(), 0)).kind, ErrorKind::UnknownHandle);
     kept[1..].iter().for_each(|result| drop(check(&bar, result, false)));
-    let (_daemon, service, bar) = start("[answers]\nkept_max = 0");
+    let (_daemon, service, bar) = start("[results]\nkept_max = 0");
     assert_eq!((strike(&bar, &base_impact().keep()).handle(), status(&service).kept), (None, 0));
 }
 

@@ -104,20 +104,20 @@ fn polling_never_blocks_and_many_strikes_may_be_under_way() {
     let daemon = start(&[("vase", "tetra")], "");
     let vase = daemon.connect().object("vase", timeout()).unwrap();
     let mut tickets: Vec<_> = (0..40).map(|seed| vase.strike(&impact().seed(seed)).unwrap()).collect();
-    let mut answers = Vec::new();
+    let mut results = Vec::new();
     let deadline = timeout();
     while !tickets.is_empty() && !deadline.passed() {
         tickets.retain_mut(|ticket| match ticket.poll().unwrap() {
             Poll::Pending => true,
             Poll::Ready(result) => {
-                answers.push(result.summary().seed);
+                results.push(result.summary().seed);
                 false
             }
         });
         std::thread::yield_now();
     }
-    answers.sort_unstable();
-    assert_eq!(answers, (0..40).collect::<Vec<u64>>());
+    results.sort_unstable();
+    assert_eq!(results, (0..40).collect::<Vec<u64>>());
 }
 
 #[test]
@@ -135,7 +135,7 @@ fn one_connection_serves_several_threads() {
             });
         }
     });
-    eventually(&daemon.connect(), |row| row.answered == 80);
+    eventually(&daemon.connect(), |row| row.completed == 80);
 }
 
 #[test]
@@ -187,7 +187,7 @@ fn a_panic_fails_its_own_strike_alone() {
 
 #[test]
 fn a_full_queue_refuses_at_once_and_status_still_answers() {
-    let daemon = start(&[("slow", "slow")], "[compute]\nstrikes_at_once = 1\nqueue_max = 2");
+    let daemon = start(&[("slow", "slow")], "[compute]\nrequests_at_once = 1\nqueue_max = 2");
     let service = daemon.connect();
     let slow = service.object("slow", timeout()).unwrap();
     let tickets: Vec<_> = (0..3).map(|_| slow.strike(&impact()).unwrap()).collect();
@@ -200,14 +200,14 @@ fn a_full_queue_refuses_at_once_and_status_still_answers() {
 
 #[test]
 fn errors_are_delivered_when_result_buffers_are_exhausted() {
-    let daemon = start(&[("vase", "tetra")], "[answers]\nbuckets = 2\nheld_max = 2");
+    let daemon = start(&[("vase", "tetra")], "[results]\nbuckets = 2\nheld_max = 2");
     let services = [daemon.connect(), daemon.connect()];
     let strike =
         |service: &Client| service.object("vase", timeout()).unwrap().strike(&impact()).unwrap().wait(timeout());
     let held = services.each_ref().map(|service| strike(service).unwrap());
     for _ in 0..5 {
         let error = strike(&services[0]).err().unwrap();
-        assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Busy, "answers"), "{error}");
+        assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Busy, "results"), "{error}");
     }
     eventually(&services[0], |row| (row.busy, row.buckets_used_max) == (5, 2));
     assert_eq!(held[0].fragments().len(), 1);
@@ -217,7 +217,7 @@ fn errors_are_delivered_when_result_buffers_are_exhausted() {
 
 #[test]
 fn no_client_holds_more_than_its_share_of_results() {
-    let daemon = start(&[("vase", "tetra")], "[answers]\nbuckets = 4");
+    let daemon = start(&[("vase", "tetra")], "[results]\nbuckets = 4");
     let [holding_client, other] = [daemon.connect(), daemon.connect()];
     let strike =
         |service: &Client| service.object("vase", timeout()).unwrap().strike(&impact()).unwrap().wait(timeout());
@@ -231,17 +231,17 @@ fn no_client_holds_more_than_its_share_of_results() {
 
 #[test]
 fn a_client_that_never_reads_does_not_affect_others() {
-    let daemon = start(&[("vase", "tetra")], "[answers]\nbuckets = 4");
+    let daemon = start(&[("vase", "tetra")], "[results]\nbuckets = 4");
     let [silent, other] = [daemon.connect(), daemon.connect()];
     let vase = silent.object("vase", timeout()).unwrap();
     let mut unread: Vec<_> = (0..10).map(|_| vase.strike(&impact()).unwrap()).collect();
-    eventually(&other, |row| row.answered == 2);
+    eventually(&other, |row| row.completed == 2);
     let theirs = other.object("vase", timeout()).unwrap();
     (0..20).for_each(|_| drop(theirs.strike(&impact()).unwrap().wait(timeout()).unwrap()));
     // The client waits for the last result without reading the others: they block it, for a limited time.
     let error = unread.pop().unwrap().wait(timeout()).err().unwrap();
     assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Busy, "share"), "{error}");
-    eventually(&other, |row| (row.answered, row.busy, row.queued) == (22, 8, 0));
+    eventually(&other, |row| (row.completed, row.busy, row.queued) == (22, 8, 0));
     unread.drain(..2).for_each(|mut ticket| drop(ticket.wait(timeout()).unwrap()));
     // A client that reads results as they come is not blocked, however many requests are under way.
     let mut read: Vec<_> = (0..40).map(|_| vase.strike(&impact()).unwrap()).collect();
@@ -255,7 +255,7 @@ fn connections_outlive_the_daemon_and_say_what_was_lost() {
     let [slow, vase] = ["slow", "vase"].map(|name| service.object(name, timeout()).unwrap());
     let mut under_way = slow.strike(&impact()).unwrap();
     let unread = vase.strike(&impact()).unwrap();
-    eventually(&service, |row| row.answered == 1);
+    eventually(&service, |row| row.completed == 1);
     daemon.end().unwrap();
     let lost = under_way.wait(timeout()).err().unwrap();
     assert!(lost.kind == ErrorKind::Lost && lost.kind.retry() && lost.message.contains("safe"), "{lost}");
@@ -270,17 +270,17 @@ fn connections_outlive_the_daemon_and_say_what_was_lost() {
 }
 
 #[test]
-fn an_answer_larger_than_a_bucket_is_refused() {
+fn a_result_larger_than_a_bucket_is_refused() {
     let daemon = start(&[("large", "large 20480"), ("fits", "large 900")], "");
     let service = daemon.connect();
-    assert_eq!(refused(&service, "large", &impact()).kind, ErrorKind::AnswerTooLarge);
+    assert_eq!(refused(&service, "large", &impact()).kind, ErrorKind::ResultTooLarge);
     let fits = service.object("fits", timeout()).unwrap().strike(&impact()).unwrap().wait(timeout()).unwrap();
     assert!(fits.bytes() > 900 * 1024);
 }
 
 #[test]
 fn tickets_can_be_awaited_and_a_dropped_future_cancels() {
-    let daemon = start(&[("vase", "tetra"), ("slow", "slow")], "[compute]\nstrikes_at_once = 1");
+    let daemon = start(&[("vase", "tetra"), ("slow", "slow")], "[compute]\nrequests_at_once = 1");
     let service = daemon.connect();
     let [vase, slow] = ["vase", "slow"].map(|name| service.object(name, timeout()).unwrap());
     let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
@@ -302,7 +302,7 @@ fn tickets_can_be_awaited_and_a_dropped_future_cancels() {
 
 #[test]
 fn a_ticket_tells_how_far_its_strike_is() {
-    let daemon = start(&[("gate", "gate 1")], "[compute]\nstrikes_at_once = 1");
+    let daemon = start(&[("gate", "gate 1")], "[compute]\nrequests_at_once = 1");
     let gate = daemon.here.databases().join("gate.gate");
     std::fs::write(&gate, "").unwrap();
     let object = daemon.connect().object("gate", timeout()).unwrap();
@@ -325,7 +325,7 @@ fn a_ticket_tells_how_far_its_strike_is() {
 
 #[test]
 fn a_dropped_ticket_frees_its_worker() {
-    let daemon = start(&[("slow", "slow"), ("vase", "tetra")], "[compute]\nstrikes_at_once = 1");
+    let daemon = start(&[("slow", "slow"), ("vase", "tetra")], "[compute]\nrequests_at_once = 1");
     let service = daemon.connect();
     let slow = service.object("slow", timeout()).unwrap();
     let mut computing = slow.strike(&impact()).unwrap();
@@ -379,7 +379,7 @@ fn results_outlive_connection_and_daemon() {
 
 #[test]
 fn a_stopping_daemon_rejects_queued_requests_and_removes_its_files() {
-    let mut daemon = start(&[("slow", "slow")], "[compute]\nstrikes_at_once = 1");
+    let mut daemon = start(&[("slow", "slow")], "[compute]\nrequests_at_once = 1");
     let service = daemon.connect();
     let slow = service.object("slow", timeout()).unwrap();
     let _computing = slow.strike(&impact()).unwrap();
@@ -431,7 +431,7 @@ fn the_client_limit_holds_and_slots_are_released() {
 
 #[test]
 fn a_stopping_daemon_finishes_accepted_requests_and_rejects_new_ones() {
-    let mut daemon = start(&[("gate", "gate 1"), ("vase", "tetra")], "[compute]\nstrikes_at_once = 1");
+    let mut daemon = start(&[("gate", "gate 1"), ("vase", "tetra")], "[compute]\nrequests_at_once = 1");
     let gate = daemon.here.databases().join("gate.gate");
     std::fs::write(&gate, "").unwrap();
     let service = daemon.connect();
@@ -470,8 +470,8 @@ fn supervisors_and_scrapers_are_answered_on_a_loopback_port() {
     assert!(head.contains("200") && body.starts_with("serving: 1 of 1 objects ready"), "{head} {body}");
     assert!(get(free, "GET /healthz").0.contains("200"));
     let wanted =
-        ["strikes_total{end=\"answered\"} 1", "stage_seconds_bucket{", "queued 0", "pool_buckets 64", "restarts 0"];
-    eventually(&daemon.connect(), |row| row.answered == 1);
+        ["requests_total{end=\"completed\"} 1", "stage_seconds_bucket{", "queued 0", "pool_buckets 64", "restarts 0"];
+    eventually(&daemon.connect(), |row| row.completed == 1);
     let (_, body) = get(free, "GET /metrics");
     wanted.iter().for_each(|line| assert!(body.contains(&format!("shatter_{line}")), "{line}: {body}"));
     assert!(body.ends_with("# EOF\n"));
@@ -495,6 +495,6 @@ fn metrics_are_written_as_text() {
     let metrics = daemon.here.place.metrics();
     daemon.end().unwrap();
     let text = std::fs::read_to_string(metrics).unwrap();
-    assert!(text.contains("shatter_strikes_total{end=\"answered\"} 1"), "{text}");
+    assert!(text.contains("shatter_requests_total{end=\"completed\"} 1"), "{text}");
     assert!(text.contains("shatter_stage_seconds_bucket"), "{text}");
 }

@@ -173,8 +173,8 @@ fn anchors_that_hold_nothing_are_refused_when_the_scene_is_loaded() {
         "3",
     ];
     let (_, text) = shatter(&here, &[&strike[..], &["--json"]].concat());
-    let answer: Value = serde_json::from_str(&text).unwrap();
-    let bonds = answer["bonds"].as_array().unwrap();
+    let document: Value = serde_json::from_str(&text).unwrap();
+    let bonds = document["bonds"].as_array().unwrap();
     let world = bonds.iter().filter(|bond| bond["world"] == true && bond["fragments"].as_array().unwrap().len() == 1);
     assert_eq!(world.count(), result.bonds().filter(Bond::is_with_world).count());
     assert_eq!(daemon.terminate().code(), Some(0));

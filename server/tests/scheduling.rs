@@ -31,7 +31,7 @@ impl BusyDaemon {
         here.database("slow", "slow");
         let gate = here.databases().join("keeper.gate");
         std::fs::write(&gate, "").unwrap();
-        let daemon = InProcess::start(here, &format!("[compute]\nstrikes_at_once = 1\nqueue_max = {queue_max}"));
+        let daemon = InProcess::start(here, &format!("[compute]\nrequests_at_once = 1\nqueue_max = {queue_max}"));
         let service = daemon.connect();
         let blocking_ticket = object(&daemon.connect(), "keeper").strike(&impact()).unwrap();
         let busy = Self { daemon, gate, service, blocking_ticket };
@@ -202,21 +202,21 @@ fn forty_impacts_that_cannot_all_be_in_time_are_answered_or_late() {
     let here = TestDirectory::new("wall");
     let names = names("n");
     names.iter().for_each(|name| here.database(name, "brief 5"));
-    let daemon = InProcess::start(here, "[compute]\nstrikes_at_once = 1");
+    let daemon = InProcess::start(here, "[compute]\nrequests_at_once = 1");
     let sent = at_once(&daemon, &names, |rank| 40 + 2 * rank);
-    let (mut answered, mut late) = (0, 0);
+    let (mut completed, mut late) = (0, 0);
     for mut ticket in sent.into_iter().flat_map(|(_, tickets)| tickets) {
         match ticket.wait(timeout()) {
-            Ok(_) => answered += 1,
+            Ok(_) => completed += 1,
             Err(error) => {
                 assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Late, "deadline"), "{error}");
                 late += 1;
             }
         }
     }
-    assert_eq!(answered + late, CLIENTS * EACH);
+    assert_eq!(completed + late, CLIENTS * EACH);
     assert!(late > 0, "40 of 5 ms in 118 ms");
-    assert_eq!(order("-n").len(), answered, "what is late is not written");
+    assert_eq!(order("-n").len(), completed, "what is late is not written");
 }
 
 /// Long requests say nothing about short ones, and a wrong prediction is corrected in the end.
@@ -224,7 +224,7 @@ fn forty_impacts_that_cannot_all_be_in_time_are_answered_or_late() {
 fn a_wrong_forecast_recovers() {
     let here = TestDirectory::new("wrong");
     here.database("vase", "sites 4");
-    let daemon = InProcess::start(here, "[compute]\nstrikes_at_once = 1");
+    let daemon = InProcess::start(here, "[compute]\nrequests_at_once = 1");
     let service = daemon.connect();
     let vase = object(&service, "vase");
     let many = impact().degree(DegreeRule::Sites(100));

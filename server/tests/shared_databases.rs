@@ -35,7 +35,7 @@ fn base_impact() -> Impact {
 }
 
 /// Hashes of the results of both objects.
-fn answers(service: &Client) -> [String; 2] {
+fn hashes(service: &Client) -> [String; 2] {
     ["near", "far"].map(|name| {
         let object = service.object(name, timeout()).unwrap();
         let result = object.strike(&base_impact()).unwrap().wait(timeout()).unwrap();
@@ -57,13 +57,13 @@ fn objects_of_one_database_answer_as_if_each_had_its_own_and_are_replaced_togeth
     let [coarse, fine] = [0.07, 0.06].map(bar);
     let apart = |bytes: &[u8]| {
         let (_here, daemon, service) = serve(["one", "two"], &[("one", bytes), ("two", bytes)]);
-        let answers = answers(&service);
+        let both = hashes(&service);
         drop(service);
         assert_eq!(daemon.terminate().code(), Some(0));
-        answers
+        both
     };
     let (here, daemon, service) = serve(["bar", "bar"], &[("bar", &coarse)]);
-    assert_eq!(answers(&service), apart(&coarse));
+    assert_eq!(hashes(&service), apart(&coarse));
     let [near, far] = facts(&service);
     assert!(near.memory_bytes > far.memory_bytes, "{} and {}", near.memory_bytes, far.memory_bytes);
     assert_eq!(service.status(timeout()).unwrap().memory_bytes, near.memory_bytes + far.memory_bytes);
@@ -84,7 +84,7 @@ fn objects_of_one_database_answer_as_if_each_had_its_own_and_are_replaced_togeth
         || format!("{:?}", facts(&service)),
         || facts(&service).iter().all(|facts| facts.generation == 2),
     );
-    assert_eq!(answers(&service), apart(&fine));
+    assert_eq!(hashes(&service), apart(&fine));
     drop(service);
     assert_eq!(daemon.terminate().code(), Some(0));
 }

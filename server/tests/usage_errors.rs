@@ -135,7 +135,7 @@ fn rays_of_any_length_and_points_far_off_are_understood() {
 fn a_client_that_may_map_little_memory_is_told_so() {
     let here = TestDirectory::new("little");
     here.database("bar", bar(0.06));
-    let daemon = InProcess::start_with(here, "[answers]\nbucket_mib_max = 256", shatter_engine::wire::loader(None));
+    let daemon = InProcess::start_with(here, "[results]\nbucket_mib_max = 256", shatter_engine::wire::loader(None));
     let mut command = shatter_program(&daemon.here);
     command.args(["impact", "bar", "--ray", "1,0.03,0.02,-1,0,0", "--impulse-ns", "50"]);
     let output = under(&[], "ulimit -v 100000", command).output().unwrap();

@@ -61,7 +61,7 @@ fn remedy(kind: ErrorKind) -> &'static str {
         ErrorKind::UnknownEffect => "Use an effect of the guide's page *Effects*.",
         ErrorKind::Budget => "Use a preset of the guide, and finite limits above zero.",
         ErrorKind::Convention => "Use a named convention, or a unit of 1e-6 to 1e6 m.",
-        ErrorKind::UnknownHandle => "Strike the object again with `keep`; raise `answers.kept_max` or `times.kept_s`.",
+        ErrorKind::UnknownHandle => "Strike the object again with `keep`; raise `results.kept_max` or `times.kept_s`.",
         ErrorKind::CapExceeded => "Request fewer sites, or raise the limit of the request or the scene.",
         ErrorKind::ServiceName => "Use 1 to 32 letters, digits, `-` or `_`.",
         ErrorKind::Configuration => "Correct the key that the message names.",
@@ -78,8 +78,8 @@ fn remedy(kind: ErrorKind) -> &'static str {
         ErrorKind::Stopping => "Send the request again when the next daemon serves.",
         ErrorKind::Cancelled => "None is needed: the client dropped the ticket.",
         ErrorKind::Failed | ErrorKind::Transport => "Report it with the daemon's log.",
-        ErrorKind::AnswerTooLarge => "Restart the daemon, or raise `answers.bucket_mib_max`.",
-        ErrorKind::BadAnswer => "Report it; check that no other program writes to the service's shared memory.",
+        ErrorKind::ResultTooLarge => "Restart the daemon, or raise `results.bucket_mib_max`.",
+        ErrorKind::BadResult => "Report it; check that no other program writes to the service's shared memory.",
         ErrorKind::Loading => "Wait for `retry_after_ms`.",
         ErrorKind::NoDaemon => {
             "Start `shatterd serve`, or wait if it still loads its databases; check the service's name and `XDG_RUNTIME_DIR`."
@@ -203,15 +203,15 @@ fn commands() -> String {
 /// Metrics with all of their labels.
 fn exposition() -> String {
     let mut metrics = Metrics::new().unwrap();
-    use JobEnd::{Answered, Busy, Cancelled, Failed, Late, Refused};
-    for end in [Answered, Busy, Cancelled, Failed, Late, Refused] {
+    use JobEnd::{Completed, Busy, Cancelled, Failed, Late, Refused};
+    for end in [Completed, Busy, Cancelled, Failed, Late, Refused] {
         metrics.ended(end);
     }
     let mut stage = StageCost::idle(StageKind::Elasticity);
     stage.add(Duration::from_millis(1), 0);
     let mut effect = EffectCost::idle(Effect::Bonds);
     effect.add(Duration::from_millis(1), 0);
-    metrics.ran(Answered, Duration::from_millis(1), Some(EnergySource::Bounded), &[stage], &[effect]);
+    metrics.ran(Completed, Duration::from_millis(1), Some(EnergySource::Bounded), &[stage], &[effect]);
     metrics.text(&ServiceStatusRow::zeroed())
 }
 

@@ -139,6 +139,24 @@ fn the_guide_names_files_and_tests_that_exist() {
     check("pages name files, tests and benches that exist", violations);
 }
 
+/// The support matrix: a cell that is not a refusal, and not unused alone, names a test.
+#[test]
+fn tests_of_the_support_matrix_exist() {
+    let folders = ["tests/tests", "server/tests", "server/fracture/tests"];
+    let page = text(&format!("{GUIDE}/effects.md"));
+    let (_, matrix) = page.split_once("\n## Support matrix\n").unwrap();
+    let (matrix, refused) = matrix.split_once("\n### Refused combinations\n").unwrap();
+    let rows = matrix.lines().filter(|line| line.starts_with("| `paper`"));
+    let cells = rows.flat_map(|line| line.split('|').skip(4)).filter(|cell| !cell.contains("refused"));
+    let last = refused.lines().filter_map(|line| line.rsplit('|').nth(1));
+    let names: BTreeSet<String> = cells.chain(last).flat_map(quoted).collect();
+    assert!(names.len() > 8, "{names:?}");
+    let missing = names.into_iter().filter(|name| {
+        !folders.iter().any(|folder| root().join(folder).join(format!("{name}.rs")).exists())
+    });
+    check("tests of the support matrix exist", missing.collect());
+}
+
 #[test]
 fn the_program_without_a_daemon_is_the_example() {
     let block = format!("```rust\n{}```", text("server/fracture/examples/library.rs"));

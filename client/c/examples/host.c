@@ -76,7 +76,7 @@ static int spawn(const ShatterResult *result, uint32_t id, const Body *parent, d
 }
 
 /* Polls as a frame does; returns the result, or NULL after an error. */
-static ShatterResult *answered(ShatterTicket *ticket, ShatterError *error)
+static ShatterResult *completed(ShatterTicket *ticket, ShatterError *error)
 {
     ShatterResult *result = NULL;
     if (shatter_ticket_poll(ticket, &result, error) == SHATTER_CODE_OK && result == NULL) {
@@ -119,7 +119,7 @@ static int run(const ShatterObject *object, const ShatterConvention *own, Shatte
     if (shatter_object_strike(object, &impact, &ticket, &error)) {
         return refused("strike", &error);
     }
-    int status = replace(answered(ticket, &error), "struck", &error);
+    int status = replace(completed(ticket, &error), "struck", &error);
     /* The same without an impact: twelve fragments of equal size, for a pool that is filled in advance. */
     impact.contacts = NULL;
     impact.contact_count = 0;
@@ -127,7 +127,7 @@ static int run(const ShatterObject *object, const ShatterConvention *own, Shatte
     if (status == 0 && shatter_object_even(object, 12, &impact, PATIENCE_MS, &ticket, &error)) {
         return refused("even", &error);
     }
-    return status == 0 ? replace(answered(ticket, &error), "even", &error) : status;
+    return status == 0 ? replace(completed(ticket, &error), "even", &error) : status;
 }
 
 static int vector(const char *text, double v[3])

@@ -82,9 +82,9 @@ pub enum Code {
     /// The request failed inside the service.
     Failed = 44,
     /// The result is larger than the buckets of the daemon.
-    AnswerTooLarge = 45,
+    ResultTooLarge = 45,
     /// The result did not pass the client's checks.
-    BadAnswer = 46,
+    BadResult = 46,
     /// A call of the transport failed.
     Transport = 47,
     /// The object's database has been found and is being loaded: send the request again later.
@@ -148,8 +148,8 @@ impl From<ErrorKind> for Code {
             ErrorKind::Stopping => Self::Stopping,
             ErrorKind::Cancelled => Self::Cancelled,
             ErrorKind::Failed => Self::Failed,
-            ErrorKind::AnswerTooLarge => Self::AnswerTooLarge,
-            ErrorKind::BadAnswer => Self::BadAnswer,
+            ErrorKind::ResultTooLarge => Self::ResultTooLarge,
+            ErrorKind::BadResult => Self::BadResult,
             ErrorKind::Transport => Self::Transport,
             ErrorKind::Loading => Self::Loading,
             ErrorKind::NoDaemon => Self::NoDaemon,

@@ -132,7 +132,7 @@ pub struct Status {
     /// Time since the daemon started, ns.
     pub uptime_ns: u64,
     /// Requests that got a result.
-    pub answered: u64,
+    pub completed: u64,
     /// Requests refused as wrong.
     pub refused: u64,
     /// Requests refused because the service was full.
@@ -174,7 +174,7 @@ impl From<&shatter_client::Status> for Status {
             restarts: own.restarts,
             crashes: own.crashes,
             uptime_ns: nanoseconds(own.uptime),
-            answered: own.answered,
+            completed: own.completed,
             refused: own.refused,
             busy: own.busy,
             late: own.late,

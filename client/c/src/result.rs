@@ -216,7 +216,7 @@ pub extern "C" fn shatter_result_hash(
 
 /// Writes a `.glb` file, whole or not at all; `content` is a `ShatterContent`. The folder must exist.
 ///
-/// Codes: `output` (also if there is nothing to write), `bad_answer`.
+/// Codes: `output` (also if there is nothing to write), `bad_result`.
 ///
 /// # Safety
 /// `path` points to `length` bytes, or to text that ends with a zero if `length` is `SHATTER_UP_TO_ZERO`.

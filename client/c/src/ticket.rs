@@ -40,8 +40,8 @@ pub struct Progress {
 /// Looks for the result; never blocks. Once a frame is often enough. Returns `SHATTER_CODE_OK` with `result` NULL while there is no result.
 /// The result is handed out once: free it with `shatter_result_free`.
 ///
-/// Codes: the error of the service; `lost` if the daemon went away; `bad_answer` if the result fails the checks. After a result or an error
-/// the ticket is spent (`cancelled`), except after `busy` at `answers`: free results that you hold, and poll again.
+/// Codes: the error of the service; `lost` if the daemon went away; `bad_result` if the result fails the checks. After a result or an error
+/// the ticket is spent (`cancelled`), except after `busy` at `results`: free results that you hold, and poll again.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_ticket_poll(
     ticket: Option<&mut Ticket>,
@@ -51,8 +51,8 @@ pub extern "C" fn shatter_ticket_poll(
     ffi_boundary(error, || {
         let result = given("result", result)?;
         result.write(None);
-        if let Poll::Ready(answer) = given("ticket", ticket)?.0.poll()? {
-            result.write(Some(Box::new(FractureResult(answer))));
+        if let Poll::Ready(ready) = given("ticket", ticket)?.0.poll()? {
+            result.write(Some(Box::new(FractureResult(ready))));
         }
         Ok(())
     })

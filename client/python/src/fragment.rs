@@ -40,7 +40,7 @@ fn triangles(indices: &[u32]) -> &[[u32; 3]] {
 }
 
 /// Normals and texture coordinates, one row per vertex.
-fn looks(rows: &[OuterAttributes]) -> &[[f32; 5]] {
+fn outer_attributes(rows: &[OuterAttributes]) -> &[[f32; 5]] {
     bytemuck::cast_slice(rows)
 }
 
@@ -130,8 +130,8 @@ impl Fragment {
 
     /// (vertices, 5): normal and texture coordinates of the input, zero on cracks; None unless ``attributes`` is on.
     #[getter]
-    fn looks<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
-        self.rows(py, |own| looks(own.outer_attributes()))
+    fn outer_attributes<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
+        self.rows(py, |own| outer_attributes(own.outer_attributes()))
     }
 
     /// (triangles,): the input's materials, 2³²−1 on cracks; None unless ``attributes`` is on and the input has any.

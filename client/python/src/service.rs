@@ -81,7 +81,7 @@ impl Service {
             clients: status.clients,
             queued: status.queued,
             running: status.running,
-            answered: status.answered,
+            completed: status.completed,
             refused: status.refused,
             uptime_s: status.uptime.as_secs_f64(),
         })
@@ -103,7 +103,7 @@ pub struct Status {
     clients: u32,
     queued: u32,
     running: u32,
-    answered: u64,
+    completed: u64,
     refused: u64,
     uptime_s: f64,
 }
@@ -240,7 +240,7 @@ impl Object {
         let aim = fragment.map_or(aim.clone(), |(handle, fragment)| aim.from(handle, fragment));
         let ticket = self.0.strike(&aim).map(Ticket::new).map_err(raised)?;
         let hit = ticket.wait(py, timeout_s)?.hit()?;
-        hit.ok_or_else(|| raised(Error::new(ErrorKind::BadAnswer, "hit", "the service sent no hit for a ray")))
+        hit.ok_or_else(|| raised(Error::new(ErrorKind::BadResult, "hit", "the service sent no hit for a ray")))
     }
 
     /// Divides the whole object evenly without an impact; asks the service where the bodies are first, if there are several.

@@ -71,7 +71,7 @@ def test_arrays_are_views_that_cannot_be_written(body):
         first[0, 0] = 1.0
 
 
-def test_arrays_outlive_the_answer_and_release_waits_for_them(body):
+def test_arrays_outlive_the_result_and_release_waits_for_them(body):
     result = body.strike(contact_on(body), degree=6).wait()
     array = result[0].positions
     copied = array.copy()
@@ -89,7 +89,7 @@ def test_arrays_outlive_the_answer_and_release_waits_for_them(body):
         other.summary
 
 
-def test_answers_that_are_let_go_do_not_use_up_the_service(body):
+def test_results_that_are_freed_do_not_use_up_the_service(body):
     for seed in range(300):
         assert len(body.strike(contact_on(body), degree=2, seed=seed).wait()) >= 2
 
@@ -310,18 +310,18 @@ def test_threads_share_one_connection(body):
 
 
 def test_one_ticket_in_two_threads(body):
-    ticket, answers, spent = body.strike(contact_on(body), degree=7), [], []
+    ticket, results, spent = body.strike(contact_on(body), degree=7), [], []
 
     def work():
         try:
-            answers.append(ticket.wait())
+            results.append(ticket.wait())
         except shatter.ServiceError as error:
             spent.append(error.kind)
 
     threads = [threading.Thread(target=work) for _ in range(2)]
     [thread.start() for thread in threads]
     [thread.join() for thread in threads]
-    assert len(answers) == 1 and spent == ["cancelled"]
+    assert len(results) == 1 and spent == ["cancelled"]
 
 
 def test_ctrl_c_ends_a_wait():

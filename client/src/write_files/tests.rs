@@ -34,7 +34,7 @@ struct Made {
     hulls: Vec<HullWire>,
     hull_positions: Vec<[f32; 3]>,
     hull_indices: Vec<u32>,
-    looks: Vec<OuterAttributes>,
+    outer_attributes: Vec<OuterAttributes>,
     materials: Vec<u32>,
     skins: Vec<SkinWire>,
     skin_vertices: Vec<SkinVertex>,
@@ -110,7 +110,7 @@ impl Made {
             }
             if ran.attributes {
                 let normal = if crack { [0.0; 3] } else { [0.0, 1.0, 0.0] };
-                self.looks.push(OuterAttributes { normal, uv: [0.5; 2] });
+                self.outer_attributes.push(OuterAttributes { normal, uv: [0.5; 2] });
             }
         }
         if ran.attributes && ran.materials {
@@ -179,7 +179,7 @@ impl Made {
             hulls: self.hulls.len(),
             hull_vertices: self.hull_positions.len(),
             hull_indices: self.hull_indices.len(),
-            looks: self.looks.len(),
+            outer_attributes: self.outer_attributes.len(),
             materials: self.materials.len(),
             skins: self.skins.len(),
             skin_vertices: self.skin_vertices.len(),
@@ -205,7 +205,7 @@ impl Made {
         sections.hulls.copy_from_slice(&self.hulls);
         sections.hull_positions.copy_from_slice(&self.hull_positions);
         sections.hull_indices.copy_from_slice(&self.hull_indices);
-        sections.looks.copy_from_slice(&self.looks);
+        sections.outer_attributes.copy_from_slice(&self.outer_attributes);
         sections.materials.copy_from_slice(&self.materials);
         sections.skins.copy_from_slice(&self.skins);
         sections.skin_vertices.copy_from_slice(&self.skin_vertices);

@@ -18,7 +18,7 @@ const COUNTS: SectionCounts = SectionCounts {
     hulls: 2,
     hull_vertices: 8,
     hull_indices: 24,
-    looks: 6,
+    outer_attributes: 6,
     materials: 2,
     skins: 2,
     skin_vertices: 6,
@@ -65,7 +65,7 @@ fn check(change: impl FnOnce(&mut ResultHeader, &mut [AlignedBlock]), at: &str) 
     let (mut header, mut payload) = sample_result();
     change(&mut header, &mut payload);
     let error = CheckedLayout::new(&header, &payload).expect_err(at);
-    assert_eq!((error.kind, error.at.as_str()), (ErrorKind::BadAnswer, at), "{}", error.message);
+    assert_eq!((error.kind, error.at.as_str()), (ErrorKind::BadResult, at), "{}", error.message);
 }
 
 fn table(payload: &mut [AlignedBlock]) -> &mut [SectionWire] {
@@ -126,7 +126,7 @@ fn every_validation_error_names_the_field() {
     check(|_, p| table(p)[13].length -= 32, "hulls");
     check(|_, p| section(p, |s| s.hulls[1].vertex_first = 5), "hulls[1]");
     check(|_, p| section(p, |s| s.hulls[0].index_count = 11), "hulls[0]");
-    check(|_, p| table(p)[16].length -= 20, "looks");
+    check(|_, p| table(p)[16].length -= 20, "outer_attributes");
     check(|_, p| table(p)[17].length -= 4, "materials");
     check(|_, p| table(p)[18].length -= 16, "skins");
     check(|_, p| section(p, |s| s.skins[1].vertex_count = 4), "skins[1]");

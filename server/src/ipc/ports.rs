@@ -173,17 +173,17 @@ impl Ports {
 /// Loans a bucket for a result.
 ///
 /// # Errors
-/// `busy` when all are held, `answer_too_large`.
+/// `busy` when all are held, `result_too_large`.
 pub fn loan(active: &ActiveImpactRequest, blocks: usize) -> Result<LoanedBuffer, Error> {
     active.loan_slice_uninit(blocks).map_err(|error| match error {
-        LoanError::OutOfMemory => Error::new(ErrorKind::Busy, "answers", "clients hold all buckets of results; drop some, or raise answers.buckets"),
+        LoanError::OutOfMemory => Error::new(ErrorKind::Busy, "results", "clients hold all buckets of results; drop some, or raise results.buckets"),
         LoanError::ExceedsMaxLoanSize => {
             let message = format!(
                 "the result of {} bytes is larger than a bucket; restart the daemon, which sizes its buckets by the objects that it \
-                 loads, or raise answers.bucket_mib_max",
+                 loads, or raise results.bucket_mib_max",
                 blocks * BLOCK_BYTES
             );
-            Error::new(ErrorKind::AnswerTooLarge, "answers", message)
+            Error::new(ErrorKind::ResultTooLarge, "results", message)
         }
         error => failed("loan", error),
     })

@@ -249,7 +249,7 @@ impl Jobs {
         let Running { place, begun, .. } = self.running.swap_remove(index);
         let time = begun.elapsed();
         self.waiting.completed(Instant::now(), &place, time);
-        if end == JobEnd::Answered {
+        if end == JobEnd::Completed {
             self.forecast.learn(job.work(), time);
             self.unread.push(job.clone());
         } else if end == JobEnd::Late {

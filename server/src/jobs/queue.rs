@@ -297,7 +297,7 @@ mod tests {
 
     /// Each client sends its next request when the previous one is done; two compute at once, for random times.
     #[test]
-    fn clients_that_wait_for_their_answers_are_served_alike() {
+    fn clients_that_wait_for_their_results_are_served_alike() {
         let mut queue = Queue::new(99, 2, 4.0);
         let (mut random, mut now) = (draws(), queue.at);
         let mut served = [0u32; 8];

@@ -162,7 +162,7 @@ impl WorkerPool {
                 _ => error,
             });
             let end = match &result {
-                Ok(()) => JobEnd::Answered,
+                Ok(()) => JobEnd::Completed,
                 Err(error) => {
                     if error.kind.fault() == Fault::Caller {
                         tracing::debug!(kind = error.kind.name(), at = error.at, "request failed: {error}");
@@ -324,7 +324,7 @@ fn fit(strike: &Request, outcome: &dyn EngineResult) -> Result<Layout, Error> {
         return Err(Error::new(ErrorKind::CapExceeded, "fragments_max", message));
     }
     let layout = Layout::new(&counts).ok_or_else(|| {
-        Error::new(ErrorKind::AnswerTooLarge, "answers", format!("{counts:?} cannot be addressed by 32 bits"))
+        Error::new(ErrorKind::ResultTooLarge, "results", format!("{counts:?} cannot be addressed by 32 bits"))
     })?;
     match strike.bytes_max.filter(|cap| layout.used_bytes() > *cap) {
         None => Ok(layout),

@@ -89,9 +89,9 @@ impl RawPeer {
         let deadline = super::timeout();
         loop {
             let connected = sent.is_connected();
-            if let Some(answer) = sent.receive().unwrap() {
-                let checked = CheckedLayout::new(answer.user_header(), answer.payload()).unwrap();
-                return Some(*checked.view(answer.payload()).unwrap().summary);
+            if let Some(response) = sent.receive().unwrap() {
+                let checked = CheckedLayout::new(response.user_header(), response.payload()).unwrap();
+                return Some(*checked.view(response.payload()).unwrap().summary);
             }
             if !connected {
                 return None;

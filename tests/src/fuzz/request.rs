@@ -28,12 +28,12 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
         seed(1, bytes_of(&ControlRequest::RequestError(3).wire(LISTENER))),
         seed(2, DaemonInfo::ours(7, "seed").to_json()),
         seed(3, [bytes_of(&header), bytemuck::cast_slice(&payload)].concat()),
-        seed(4, answer()),
+        seed(4, result()),
     ]
 }
 
 /// Header and payload of a result with one fragment of one triangle.
-fn answer() -> Vec<u8> {
+fn result() -> Vec<u8> {
     let counts = SectionCounts { fragments: 1, runs: 1, vertices: 3, indices: 3, ..SectionCounts::default() };
     let layout = Layout::new(&counts).expect("small counts");
     let mut payload = vec![AlignedBlock::zeroed(); layout.blocks()];

@@ -28,7 +28,7 @@ pub(super) fn toml(input: &[u8]) -> bool {
     if kind == 0 {
         return match Config::parse(text, "fuzz.toml") {
             Ok(config) => {
-                assert!(config.threads() > 0 && config.strikes_at_once() > 0 && config.held_max() > 0);
+                assert!(config.threads() > 0 && config.requests_at_once() > 0 && config.held_max() > 0);
                 // None of these must overflow.
                 let _ = (config.tick(), config.drain(), config.kept(), config.watch());
                 true

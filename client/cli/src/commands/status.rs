@@ -114,7 +114,7 @@ fn to_json(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Value {
         "restarts": status.restarts,
         "crashes": status.crashes,
         "ending": status.is_ending,
-        "answered": status.answered,
+        "completed": status.completed,
         "refused": status.refused,
         "busy": status.busy,
         "late": status.late,
@@ -148,7 +148,7 @@ fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&
         status.running,
         status.queued,
         status.queue_max,
-        status.answered,
+        status.completed,
         last.map(|last| rate(last, status)).unwrap_or_default(),
         status.refused,
         status.busy,
@@ -188,5 +188,5 @@ fn rate((then, last): &(Instant, Status), status: &Status) -> String {
     if last.pid != status.pid {
         return String::new();
     }
-    format!(" ({:.0}/s)", status.answered.saturating_sub(last.answered) as f64 / then.elapsed().as_secs_f64())
+    format!(" ({:.0}/s)", status.completed.saturating_sub(last.completed) as f64 / then.elapsed().as_secs_f64())
 }

@@ -160,7 +160,7 @@ class Status:
     @property
     def running(self) -> int: ...
     @property
-    def answered(self) -> int: ...
+    def completed(self) -> int: ...
     @property
     def refused(self) -> int: ...
     @property
@@ -422,7 +422,7 @@ class Fragment:
         """(vertices, 2): texture coordinates, m; None unless ``uv`` is on."""
 
     @property
-    def looks(self) -> NDArray[np.float32] | None:
+    def outer_attributes(self) -> NDArray[np.float32] | None:
         """(vertices, 5): normal and texture coordinates of the input, zero on cracks; None unless ``attributes`` is on."""
 
     @property

@@ -42,7 +42,7 @@ pub(super) fn counts(pieces: &FractureMeshes) -> SectionCounts {
         hulls: pieces.hulls.rows.len(),
         hull_vertices: pieces.hulls.positions.len(),
         hull_indices: pieces.hulls.indices.len(),
-        looks: pieces.attributes.vertices.len(),
+        outer_attributes: pieces.attributes.vertices.len(),
         materials: pieces.attributes.materials.len(),
         skins: pieces.skins.rows.len(),
         skin_vertices: pieces.skins.vertices.len(),
@@ -105,7 +105,7 @@ impl Writer<'_> {
         fill(sections.hulls, &pieces.hulls.rows, |own| hull(own, to));
         fill(sections.hull_positions, &pieces.hulls.positions, |own| to.vector_f32(*own));
         self.triangles(sections.hull_indices, &pieces.hulls.indices);
-        fill(sections.looks, &pieces.attributes.vertices, |own| outer_attributes(own, to));
+        fill(sections.outer_attributes, &pieces.attributes.vertices, |own| outer_attributes(own, to));
         fill(sections.materials, &pieces.attributes.materials, |own| *own);
         fill(sections.skins, &pieces.skins.rows, skin);
         fill(sections.skin_vertices, &pieces.skins.vertices, |own| skin_vertex(own, to));

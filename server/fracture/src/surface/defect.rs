@@ -39,7 +39,7 @@ pub enum DefectKind {
     /// Vertex attributes (normals, texture coordinates or materials) that were dropped.
     ///
     /// The file lacks them for some triangles, or has values that are not finite. The index is the first such face.
-    LostLooks,
+    LostAttributes,
     /// Vertices so far from the origin that rounding is visible in the shape. The index is the first such vertex.
     LostPrecision,
     /// Surface samples where the lattice lost the wall behind them. The index is the face where the wall is thinnest.
@@ -78,7 +78,7 @@ impl DefectKind {
                 ["vertex", "vertices"]
             }
             Self::AmbiguousInside => ["sample point", "sample points"],
-            Self::LostLooks => ["attribute", "attributes"],
+            Self::LostAttributes => ["attribute", "attributes"],
             Self::ThinWall | Self::NarrowGap => ["sample of the surface", "samples of the surface"],
             Self::SeveredPart => ["part", "parts"],
             Self::CoarseElastic => ["crack node", "crack nodes"],

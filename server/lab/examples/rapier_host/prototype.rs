@@ -161,8 +161,8 @@ fn weakest(object: &Object, block: &Block, own: ContactBody) -> Result<f64, Fail
         impulse_ns[axis] = -sign;
         let impact =
             Impact::new([Contact::new(point_m).impulse(impulse_ns).duration(hertz.duration_s).radius(hertz.radius_m)]);
-        let answer = object.strike(&impact.threshold_only())?.wait(Deadline::after(TIMEOUT))?;
-        least_ns = least_ns.min(answer.summary().threshold_impulse_factor);
+        let result = object.strike(&impact.threshold_only())?.wait(Deadline::after(TIMEOUT))?;
+        least_ns = least_ns.min(result.summary().threshold_impulse_factor);
     }
     Ok(least_ns)
 }

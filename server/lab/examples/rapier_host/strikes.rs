@@ -71,12 +71,12 @@ impl<'k> Strikes<'k> {
                 }
             }
         }
-        let answer = self.answer(world, now_s, tally);
+        let ended = self.poll(world, now_s, tally);
         spent.client = begun.elapsed();
         let after = tally.switches();
         (spent.waits, spent.taken) = (after[0] - before[0], after[1] - before[1]);
         let begun = Instant::now();
-        if let Some((piece, sent_s, result)) = answer {
+        if let Some((piece, sent_s, result)) = ended {
             let pid = self.line.as_ref().map_or(0, |line| line.pid);
             tally.record_result(now_s - sent_s, result.round_trip(), world.pieces[piece as usize].generation, &result);
             if !result.is_whole() {
@@ -161,7 +161,7 @@ impl<'k> Strikes<'k> {
     }
 
     /// Polls all tickets; returns the first result that is ready.
-    fn answer(&mut self, world: &mut World<'_>, now_s: f64, tally: &mut Tally) -> Option<(u32, f64, FractureResult)> {
+    fn poll(&mut self, world: &mut World<'_>, now_s: f64, tally: &mut Tally) -> Option<(u32, f64, FractureResult)> {
         let (mut index, mut found) = (0, None);
         while index < self.sent.len() && found.is_none() {
             let ticket = &mut self.sent[index].ticket;
@@ -177,7 +177,7 @@ impl<'k> Strikes<'k> {
                     found = Some((sent.piece, sent.at_s, result));
                 }
                 // The ticket stays valid.
-                Err(error) if error.kind == ErrorKind::Busy && error.at == "answers" => index += 1,
+                Err(error) if error.kind == ErrorKind::Busy && error.at == "results" => index += 1,
                 Err(error) => {
                     let sent = self.sent.remove(index);
                     self.refused(world, (sent.piece, sent.impact, sent.pid), &error, now_s, tally);

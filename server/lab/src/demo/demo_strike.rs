@@ -53,8 +53,8 @@ pub(super) struct DemoStrike {
 /// Impulse along the target's direction that just breaks the object, N·s.
 pub(super) fn threshold_ns(object: &Object, target: &DemoTarget) -> Result<f64, DemoError> {
     let probe = impact(target, target.direction * PROBE_NS).threshold_only();
-    let answer = object.strike(&probe)?.wait(Deadline::after(RESULT_TIMEOUT))?;
-    Ok(PROBE_NS * answer.summary().threshold_impulse_factor)
+    let result = object.strike(&probe)?.wait(Deadline::after(RESULT_TIMEOUT))?;
+    Ok(PROBE_NS * result.summary().threshold_impulse_factor)
 }
 
 fn impact(target: &DemoTarget, impulse_ns: Vector3<f64>) -> Impact {
@@ -73,11 +73,11 @@ impl DemoStrike {
     ) -> Result<Self, DemoError> {
         let impulse_ns = target.direction * (threshold_ns * factor);
         let request = impact(target, impulse_ns);
-        let answer = || object.strike(&request)?.wait(Deadline::after(RESULT_TIMEOUT));
+        let strike = || object.strike(&request)?.wait(Deadline::after(RESULT_TIMEOUT));
         for _ in 1..REPEATS {
-            drop(answer()?);
+            drop(strike()?);
         }
-        let result = answer()?;
+        let result = strike()?;
         if result.is_whole() {
             return Err(DemoError::StayedWhole { factor });
         }

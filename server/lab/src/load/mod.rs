@@ -115,7 +115,7 @@ pub fn run(service: &str, args: &LoadArgs) -> Result<(), CliError> {
     let mut report =
         if report.len() == 1 { report.into_iter().next().unwrap_or_default() } else { json!({ "runs": report }) };
     let lost = lost(runs.iter().map(|(_, _, clients)| clients.as_slice()));
-    let lost = lost.or_else(|| unanswered(runs.iter().flat_map(|(_, _, clients)| clients.iter().flatten().flatten())));
+    let lost = lost.or_else(|| all_failed(runs.iter().flat_map(|(_, _, clients)| clients.iter().flatten().flatten())));
     if let Some(error) = &lost {
         report["error"] = error.document()["error"].clone();
     }
@@ -134,7 +134,7 @@ pub fn run(service: &str, args: &LoadArgs) -> Result<(), CliError> {
 }
 
 /// Error for runs in which no request succeeded; its kind is the most frequent one.
-fn unanswered<'a>(records: impl Iterator<Item = &'a RequestRecord>) -> Option<Error> {
+fn all_failed<'a>(records: impl Iterator<Item = &'a RequestRecord>) -> Option<Error> {
     let (mut sent, mut kinds) = (0, BTreeMap::new());
     for record in records {
         let kind = match record.end {
@@ -196,7 +196,7 @@ fn one(
     let late = Instant::now() + HEAD_START + Duration::from_secs_f64(args.seconds) + worker::TIMEOUT + MARGIN;
     let records = children.into_iter().map(|child| finish(child, late)).collect::<Result<Vec<_>, _>>()?;
     match records.iter().all(Option::is_none) {
-        true => Err(failed("answer", "no client process reported its requests")),
+        true => Err(failed("clients", "no client process reported its requests")),
         false => Ok(records),
     }
 }
@@ -286,10 +286,10 @@ mod tests {
         let record = |end, why| RequestRecord { due_us: 0, latency_us: 1, service_us: 0, ipc_us: 0, end, why };
         let gone = record(RequestEnd::Failed, Some(ErrorKind::NoDaemon.code()));
         let busy = record(RequestEnd::Busy, None);
-        assert_eq!(unanswered([gone, busy, gone].iter()).unwrap().kind, ErrorKind::NoDaemon);
-        assert_eq!(unanswered([busy].iter()).unwrap().kind, ErrorKind::Busy);
-        assert!(unanswered([gone, record(RequestEnd::Ok, None)].iter()).is_none());
-        assert!(unanswered([].iter()).is_none());
+        assert_eq!(all_failed([gone, busy, gone].iter()).unwrap().kind, ErrorKind::NoDaemon);
+        assert_eq!(all_failed([busy].iter()).unwrap().kind, ErrorKind::Busy);
+        assert!(all_failed([gone, record(RequestEnd::Ok, None)].iter()).is_none());
+        assert!(all_failed([].iter()).is_none());
     }
 
     #[test]

@@ -184,7 +184,7 @@ fn receive(
         own.retain_mut(|strike| match strike.ticket.poll() {
             Ok(Poll::Pending) => true,
             Ok(Poll::Ready(fracture_result)) => {
-                records.push(answered(begin, strike.due, &fracture_result));
+                records.push(completed(begin, strike.due, &fracture_result));
                 false
             }
             Err(error) => {
@@ -215,7 +215,7 @@ fn closed(mut sender: Sender) -> Vec<RequestRecord> {
         }
         let result = sender.strike().and_then(|mut ticket| ticket.wait(Deadline::after(TIMEOUT)));
         records.push(match result {
-            Ok(fracture_result) => answered(sender.begin, due, &fracture_result),
+            Ok(fracture_result) => completed(sender.begin, due, &fracture_result),
             Err(error) => {
                 let record = ended(sender.begin, due, &error);
                 std::thread::sleep(error.retry_after.unwrap_or_default().clamp(PAUSE, Duration::from_secs(1)));
@@ -229,7 +229,7 @@ fn micros(time: Duration) -> u64 {
     u64::try_from(time.as_micros()).unwrap_or(u64::MAX)
 }
 
-fn answered(begin: Instant, due: Duration, fracture_result: &FractureResult) -> RequestRecord {
+fn completed(begin: Instant, due: Duration, fracture_result: &FractureResult) -> RequestRecord {
     let stages = fracture_result.stages().map(|cost| cost.time);
     let service: Duration = stages.chain(fracture_result.effects().map(|cost| cost.time)).sum();
     RequestRecord {

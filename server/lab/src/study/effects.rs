@@ -175,7 +175,7 @@ fn cost(name: &'static str, runs: Vec<(bool, Duration, u64)>) -> MedianCost {
 }
 
 fn too_large() -> Error {
-    Error::new(shatter_proto::ErrorKind::AnswerTooLarge, "answers", "the result is too large for 32-bit offsets")
+    Error::new(shatter_proto::ErrorKind::ResultTooLarge, "results", "the result is too large for 32-bit offsets")
 }
 
 /// Impact at a random point of the surface, inward.

@@ -160,8 +160,8 @@ impl<'a> SkinAssigner<'a> {
         let own = self.places[*body as usize];
         let pieces = &self.pieces[own];
         let nodes = self.prepared.bodies[*body as usize].crack.tets[place.tet as usize];
-        let answered = |label: &u32| (*label as usize) < pieces.properties.len();
-        let fragments = nodes.map(|node| Some(pieces.labels[node as usize]).filter(answered));
+        let is_kept = |label: &u32| (*label as usize) < pieces.properties.len();
+        let fragments = nodes.map(|node| Some(pieces.labels[node as usize]).filter(is_kept));
         let weights = [0, 1, 2, 3].map(|k| if fragments[k].is_some() { place.barycentric[k] } else { 0.0 });
         (own, fragments.map(|label| Some(self.firsts[own] + label?)), weights)
     }

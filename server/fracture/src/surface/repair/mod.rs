@@ -90,7 +90,7 @@ impl Surface {
         let turned: Vec<bool> = wound.iter().zip(&triangles).map(|(before, after)| before != after).collect();
         for (what, triangle) in &raw.attributes.lost {
             let action = format!("{what} left out: not every triangle has them in finite numbers");
-            defects.push(Defect::new(DefectKind::LostLooks, 1, raw.face(*triangle as usize), action));
+            defects.push(Defect::new(DefectKind::LostAttributes, 1, raw.face(*triangle as usize), action));
         }
         defects.sort_by_key(|defect| defect.kind);
         let attributes = raw.attributes.clone().fitting(raw.triangles.len()).of(&source, &turned);

@@ -5,7 +5,7 @@ use crate::lattice::block;
 use crate::tessellation::*;
 use nalgebra::Point3;
 
-fn answer_on(threads: usize) -> Emitted {
+fn emitted_on(threads: usize) -> Emitted {
     let lattice = wobbly([7, 6, 6], 3);
     let voronoi = Voronoi::new(&lattice, &random_points(25, 0.25, 3));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -19,9 +19,9 @@ fn answer_on(threads: usize) -> Emitted {
 
 #[test]
 fn any_number_of_threads_gives_the_same_bytes() {
-    let one = answer_on(1);
+    let one = emitted_on(1);
     for threads in [2, 4] {
-        let other = answer_on(threads);
+        let other = emitted_on(threads);
         let bits = |emitted: &Emitted| -> Vec<[u32; 3]> {
             emitted.positions.iter().map(|position| position.map(f32::to_bits)).collect()
         };
@@ -32,7 +32,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
 #[test]
 fn wide_instructions_do_not_change_a_bit() {
     crate::simd::tests::same_on_every_path(|| {
-        let emitted = answer_on(2);
+        let emitted = emitted_on(2);
         (emitted.positions.iter().map(|position| position.map(f32::to_bits)).collect::<Vec<_>>(), emitted.properties)
     });
 }

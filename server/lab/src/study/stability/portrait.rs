@@ -25,10 +25,10 @@ impl From<PictureError> for TrialFault {
     }
 }
 
-/// Picture of the fragments of `answer`, moved apart.
-pub fn portrait(prepared: &PreparedObject, answer: &TrialResult, caption: String) -> Result<ReportFigure, TrialFault> {
+/// Picture of the fragments of `result`, moved apart.
+pub fn portrait(prepared: &PreparedObject, result: &TrialResult, caption: String) -> Result<ReportFigure, TrialFault> {
     let spread = Spread { hub_m: prepared.frame.center_m.coords.into(), factor: SPREAD };
-    let mesh = exploded(&answer.rows, &answer.runs, &answer.positions, &answer.indices, spread);
+    let mesh = exploded(&result.rows, &result.runs, &result.positions, &result.indices, spread);
     let camera = Camera::fit(&mesh.positions, Vector3::from(FROM), LENS, SIZE.width as f32 / SIZE.height as f32);
     let ground = mesh.bounds().0.y;
     let png = draw(&mesh, &camera, SIZE, RenderStyle::STUDIO, Some(ground), Backdrop::Clear).png()?;
@@ -44,16 +44,16 @@ pub fn damaged_statues() -> Result<Vec<ReportFigure>, TrialFault> {
     defects
         .map(|defect| {
             let prepared = baked(defect.apply(&statue.mesh, 1), &coarse()?)?;
-            let answer = struck(&prepared, &at(&prepared, [1.0, 0.4, 0.3]))?;
-            sound(&prepared, &answer)?;
+            let result = struck(&prepared, &at(&prepared, [1.0, 0.4, 0.3]))?;
+            sound(&prepared, &result)?;
             let found = prepared.report.defects.len();
             let named = if found == 1 { "one line of defects" } else { "lines of defects" };
             let caption = match found {
-                0 => format!("{defect}: harmless, nothing to repair; {} fragments", answer.rows.len()),
-                1 => format!("{defect}: {named}, {} fragments", answer.rows.len()),
-                _ => format!("{defect}: {found} {named}, {} fragments", answer.rows.len()),
+                0 => format!("{defect}: harmless, nothing to repair; {} fragments", result.rows.len()),
+                1 => format!("{defect}: {named}, {} fragments", result.rows.len()),
+                _ => format!("{defect}: {found} {named}, {} fragments", result.rows.len()),
             };
-            portrait(&prepared, &answer, caption)
+            portrait(&prepared, &result, caption)
         })
         .collect()
 }

@@ -27,9 +27,9 @@ pub fn real(folder: &Path, file: &str) -> (CaseRow, Option<ReportFigure>) {
     let mut picture = None;
     let row = compare(file, "real meshes", Expect::AtMost(1e-9), why, || {
         let prepared = baked(surface::read(&folder.join(file), LengthUnit::M, UpAxis::Y)?, &fine()?)?;
-        let answer = struck(&prepared, &at(&prepared, [1.0, 0.4, 0.3]))?;
-        let figure = sound(&prepared, &answer)?;
-        picture = Some(portrait(&prepared, &answer, format!("{file}, {} fragments", answer.rows.len()))?);
+        let result = struck(&prepared, &at(&prepared, [1.0, 0.4, 0.3]))?;
+        let figure = sound(&prepared, &result)?;
+        picture = Some(portrait(&prepared, &result, format!("{file}, {} fragments", result.rows.len()))?);
         Ok(figure)
     });
     (row, picture)

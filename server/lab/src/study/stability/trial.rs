@@ -132,7 +132,7 @@ pub struct TrialResult {
 /// Strikes the object.
 pub fn struck(prepared: &PreparedObject, strike: &FractureRequest) -> Result<TrialResult, TrialFault> {
     let outcome = prepared.strike(strike)?;
-    let mut answer = TrialResult {
+    let mut result = TrialResult {
         rows: Vec::new(),
         runs: Vec::new(),
         positions: Vec::new(),
@@ -145,36 +145,36 @@ pub fn struck(prepared: &PreparedObject, strike: &FractureRequest) -> Result<Tri
     };
     if let Some(pieces) = outcome.into_meshes() {
         let emitted = pieces.emitted()?;
-        (answer.positions, answer.indices) = (emitted.positions, emitted.indices);
-        (answer.rows, answer.runs) = (pieces.fragments, pieces.runs);
+        (result.positions, result.indices) = (emitted.positions, emitted.indices);
+        (result.rows, result.runs) = (pieces.fragments, pieces.runs);
     }
-    Ok(answer)
+    Ok(result)
 }
 
 /// Relative difference between the sum of fragment volumes and the lattice's volume; an error if a fragment is open, not finite or
 /// without mass.
-pub fn sound(prepared: &PreparedObject, answer: &TrialResult) -> Result<f64, TrialFault> {
-    for row in &answer.rows {
-        let vertices = &answer.positions[row.vertex_first as usize..][..row.vertex_count as usize];
-        let indices = &answer.indices[row.index_first as usize..][..row.index_count as usize];
+pub fn sound(prepared: &PreparedObject, result: &TrialResult) -> Result<f64, TrialFault> {
+    for row in &result.rows {
+        let vertices = &result.positions[row.vertex_first as usize..][..row.vertex_count as usize];
+        let indices = &result.indices[row.index_first as usize..][..row.index_count as usize];
         closed(vertices, indices).map_err(|open| TrialFault::ours("open", format!("fragment {}: {open}", row.id)))?;
         let numbers = row.center_m.iter().chain(&row.inertia_kg_m2).chain([&row.energy_j_m2]);
         if !(numbers.into_iter().all(|number| number.is_finite()) && row.mass_kg > 0.0 && row.mass_kg.is_finite()) {
             return Err(TrialFault::ours("not_finite", format!("fragment {}: {row:?}", row.id)));
         }
     }
-    if answer.rows.is_empty() {
+    if result.rows.is_empty() {
         return Err(TrialFault::ours("whole", "the object stayed whole"));
     }
-    let sum: f64 = answer.rows.iter().map(|row| row.volume_m3).sum();
+    let sum: f64 = result.rows.iter().map(|row| row.volume_m3).sum();
     Ok((sum / prepared.report.lattice_volume_m3 - 1.0).abs())
 }
 
 /// Bakes coarsely, strikes from +x, and returns the figure of [`sound`].
 pub fn survives(mesh: RawMesh) -> Result<f64, TrialFault> {
     let prepared = baked(mesh, &coarse()?)?;
-    let answer = struck(&prepared, &at(&prepared, [1.0, 0.2, 0.1]))?;
-    sound(&prepared, &answer)
+    let result = struck(&prepared, &at(&prepared, [1.0, 0.2, 0.1]))?;
+    sound(&prepared, &result)
 }
 
 /// Largest relative difference between the fragment volumes of two results after division by `scale`; infinite if their numbers

@@ -68,8 +68,8 @@ pub fn more_sites_than_nodes_struck() -> Result<f64, TrialFault> {
     let mut request = coarse()?;
     (request.elastic_spacing, request.crack_spacing) = (Some(0.25), Some(0.25));
     let prepared = baked(shapes::cuboid([1.0; 3]), &request)?;
-    let answer = struck(&prepared, &sites(at(&prepared, [1.0, 0.1, 0.2]), 512))?;
-    sound(&prepared, &answer)
+    let result = struck(&prepared, &sites(at(&prepared, [1.0, 0.1, 0.2]), 512))?;
+    sound(&prepared, &result)
 }
 
 pub fn no_energy() -> Result<f64, TrialFault> {

@@ -30,8 +30,8 @@ pub fn by_a_hair() -> Result<f64, TrialFault> {
 pub fn no_example() -> Result<f64, TrialFault> {
     let (prepared, strike, factor) = threshold()?;
     let own = FractureRequest::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (3.0 * factor)).seeded(1);
-    let answer = struck(&prepared, &own)?;
-    Ok(f64::from(u8::from(answer.source != DegreeSource::ClosedForm)))
+    let result = struck(&prepared, &own)?;
+    Ok(f64::from(u8::from(result.source != DegreeSource::ClosedForm)))
 }
 
 /// Arch that learned from a dozen impacts.

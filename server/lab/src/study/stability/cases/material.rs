@@ -59,16 +59,16 @@ fn with_gamma(gamma_j_m2: f64) -> Result<TrialResult, TrialFault> {
     let prepared = baked(shapes::arch(), &coarse()?)?;
     let strike = at(&prepared, [0.4, 1.0, 0.1]);
     let strike = FractureRequest { gamma_j_m2: Some(gamma_j_m2), degree: DegreeRequest::ClosedForm, ..strike };
-    let answer = struck(&prepared, &strike)?;
-    if !answer.rows.is_empty() {
-        sound(&prepared, &answer)?;
+    let result = struck(&prepared, &strike)?;
+    if !result.rows.is_empty() {
+        sound(&prepared, &result)?;
     }
-    Ok(answer)
+    Ok(result)
 }
 
 pub fn gamma_to_zero() -> Result<f64, TrialFault> {
-    let answer = with_gamma(1e-300)?;
-    if answer.capped { Ok(f64::from(answer.degree)) } else { Err(TrialFault::ours("cap", "the cap is not reported")) }
+    let result = with_gamma(1e-300)?;
+    if result.capped { Ok(f64::from(result.degree)) } else { Err(TrialFault::ours("cap", "the cap is not reported")) }
 }
 
 pub fn gamma_to_infinity() -> Result<f64, TrialFault> {

@@ -35,16 +35,16 @@ fn pushed() -> Result<(PreparedObject, FractureRequest, f64), TrialFault> {
     Ok((prepared, strike, factor))
 }
 
-fn measure(prepared: &PreparedObject, times: f64, answer: &TrialResult) -> Neck {
+fn measure(prepared: &PreparedObject, times: f64, result: &TrialResult) -> Neck {
     let half = prepared.bodies[0].crack.nodes.iter().map(|node| node.y.abs()).fold(0.0, f64::max);
     let place = |center_m: [f64; 3]| (center_m[1] - prepared.frame.center_m.y) / prepared.frame.diagonal_m / half;
-    let in_neck = answer.rows.iter().filter(|row| place(row.center_m).abs() < NECK).count();
+    let in_neck = result.rows.iter().filter(|row| place(row.center_m).abs() < NECK).count();
     let end = |sign: f64| {
-        let own = answer.rows.iter().filter(|row| place(row.center_m) * sign > NECK).map(|row| row.volume_m3);
+        let own = result.rows.iter().filter(|row| place(row.center_m) * sign > NECK).map(|row| row.volume_m3);
         own.fold((0.0f64, 0.0f64), |(most, sum), volume| (most.max(volume), sum + volume))
     };
     let kept = [1.0, -1.0].map(end).map(|(most, sum)| if sum > 0.0 { most / sum } else { 0.0 });
-    Neck { times, fragments: answer.rows.len(), in_neck, ends_kept: kept[0].min(kept[1]) }
+    Neck { times, fragments: result.rows.len(), in_neck, ends_kept: kept[0].min(kept[1]) }
 }
 
 /// Results over a range of impulses; all must be sound.
@@ -54,9 +54,9 @@ pub fn neck_over_impulses() -> Result<Vec<Neck>, TrialFault> {
     for times in [1.01, 1.5, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0] {
         let own =
             FractureRequest::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (factor * times)).seeded(1);
-        let answer = struck(&prepared, &own)?;
-        sound(&prepared, &answer)?;
-        necks.push(measure(&prepared, times, &answer));
+        let result = struck(&prepared, &own)?;
+        sound(&prepared, &result)?;
+        necks.push(measure(&prepared, times, &result));
     }
     Ok(necks)
 }
@@ -67,8 +67,8 @@ pub fn neck_portraits() -> Result<Vec<ReportFigure>, TrialFault> {
     let picture = |times: f64| {
         let own =
             FractureRequest::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (factor * times)).seeded(1);
-        let answer = struck(&prepared, &own)?;
-        portrait(&prepared, &answer, format!("{times} × the breaking impulse: {} fragments", answer.rows.len()))
+        let result = struck(&prepared, &own)?;
+        portrait(&prepared, &result, format!("{times} × the breaking impulse: {} fragments", result.rows.len()))
     };
     [1.01, 5.0, 12.0].into_iter().map(picture).collect()
 }

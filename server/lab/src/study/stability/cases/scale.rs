@@ -14,20 +14,20 @@ fn arch(scale: f64, shift_m: f64) -> RawMesh {
 }
 
 /// Result with 16 sites, and γ scaled with the fifth power of length so that W/γ is constant.
-fn answer(scale: f64, shift_m: f64) -> Result<TrialResult, TrialFault> {
+fn struck_at_scale(scale: f64, shift_m: f64) -> Result<TrialResult, TrialFault> {
     let prepared = baked(arch(scale, shift_m), &coarse()?)?;
     // A point of the input, so that it is the same for all scales.
     let point_m = arch(scale, shift_m).positions_m[0];
     let inward = prepared.frame.center_m - point_m;
     let strike = sites(FractureRequest::at(point_m, inward * scale).seeded(1), 16);
-    let answer = struck(&prepared, &strike)?;
-    sound(&prepared, &answer)?;
-    Ok(answer)
+    let result = struck(&prepared, &strike)?;
+    sound(&prepared, &result)?;
+    Ok(result)
 }
 
 /// Largest relative difference of a fragment's volume from the object of unit size at the origin.
 fn like_the_original(scale: f64, shift_m: f64) -> Result<f64, TrialFault> {
-    Ok(difference(&answer(1.0, 0.0)?, &answer(scale, shift_m)?, scale.powi(3)))
+    Ok(difference(&struck_at_scale(1.0, 0.0)?, &struck_at_scale(scale, shift_m)?, scale.powi(3)))
 }
 
 pub fn micrometers() -> Result<f64, TrialFault> {
@@ -45,8 +45,8 @@ pub fn far_from_the_origin() -> Result<f64, TrialFault> {
 /// Largest distance of a vertex from its fragment's center over the object's diagonal, for the distant object: f32 keeps its digits
 /// only because vertices are relative to their fragment.
 pub fn positions_are_relative() -> Result<f64, TrialFault> {
-    let answer = answer(1.0, 1e6)?;
-    let farthest = answer.positions.iter().flatten().map(|x| f64::from(x.abs())).fold(0.0, f64::max);
+    let result = struck_at_scale(1.0, 1e6)?;
+    let farthest = result.positions.iter().flatten().map(|x| f64::from(x.abs())).fold(0.0, f64::max);
     Ok(farthest / arch_diagonal())
 }
 
