@@ -19,6 +19,7 @@
 
 use crate::name::suggestion;
 use crate::request::RequestWire;
+use crate::text::quoted;
 use crate::{Error, ErrorKind};
 use std::ops::Neg;
 
@@ -113,7 +114,7 @@ impl Convention {
         let found = Self::NAMED.into_iter().find(|(own, _)| *own == name);
         found.map(|(_, convention)| convention).ok_or_else(|| {
             let names = Self::NAMED.map(|(own, _)| own);
-            let message = format!("there is no convention `{name}`; {}", suggestion(name, &names));
+            let message = format!("there is no convention `{}`; {}", quoted(name), suggestion(name, &names));
             Error::new(ErrorKind::Convention, "convention", message)
         })
     }

@@ -1,6 +1,7 @@
 //! Effects: what a request simulates and sends beyond the bare fragments, one bit each. An effect that is off costs nothing.
 
 use crate::name::suggestion;
+use crate::text::quoted;
 use crate::{Error, ErrorKind};
 
 /// Kind of change that an effect makes.
@@ -129,11 +130,9 @@ impl Effect {
         let known = Self::ALL.into_iter().find(|effect| effect.name() == name);
         known.ok_or_else(|| {
             let names = Self::ALL.map(Self::name);
-            Error::new(
-                ErrorKind::UnknownEffect,
-                name,
-                format!("there is no effect `{name}`; {}", suggestion(name, &names)),
-            )
+            let shown = quoted(name);
+            let message = format!("there is no effect `{shown}`; {}", suggestion(name, &names));
+            Error::new(ErrorKind::UnknownEffect, shown, message)
         })
     }
 }

@@ -1,6 +1,6 @@
 //! Names of services and objects.
 
-use crate::text::is_invisible;
+use crate::text::{is_invisible, quoted};
 use crate::{Error, ErrorKind};
 use std::fmt;
 
@@ -24,6 +24,7 @@ impl ServiceName {
         if (1..=SERVICE_NAME_MAX).contains(&name.len()) && name.bytes().all(plain) {
             return Ok(Self(name.to_owned()));
         }
+        let name = quoted(name);
         let message = format!("`{name}` does not name a service: 1 to {SERVICE_NAME_MAX} letters, digits, `-`, `_`");
         Err(Error::new(ErrorKind::ServiceName, name, message))
     }
@@ -49,6 +50,7 @@ pub fn object_name(name: &str) -> Result<(), Error> {
     if (1..=OBJECT_NAME_MAX).contains(&name.len()) && name.chars().all(plain) {
         return Ok(());
     }
+    let name = quoted(name);
     let message = format!(
         "`{name}` does not name an object: 1 to {OBJECT_NAME_MAX} bytes without `/`, `\\`, control or invisible characters"
     );
@@ -61,31 +63,36 @@ const NEAREST_MAX: usize = 3;
 /// The names most like `name`, the likeliest first (Damerau-Levenshtein distance): what a typing error may have meant.
 pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Vec<&'a str> {
     let lower = name.to_lowercase();
+    let length = name.chars().count();
+    let distance_max = |own: &str| 1 + own.chars().count().max(length) / 3;
+    // No distance is less than the difference of the lengths, and computing one takes their product in time and memory.
+    let comparable = known.iter().filter(|own| own.chars().count().abs_diff(length) <= distance_max(own));
     let mut rated: Vec<(usize, &str)> =
-        known.iter().map(|own| (strsim::damerau_levenshtein(&lower, &own.to_lowercase()), *own)).collect();
+        comparable.map(|own| (strsim::damerau_levenshtein(&lower, &own.to_lowercase()), *own)).collect();
     rated.sort();
-    let likely = |(distance, own): &(usize, &str)| *distance <= 1 + own.chars().count().max(name.chars().count()) / 3;
+    let likely = |(distance, own): &(usize, &str)| *distance <= distance_max(own);
     rated.into_iter().filter(likely).take(NEAREST_MAX).map(|(_, own)| own).collect()
 }
 
 /// The part of a message that follows a name which is not among `known`: the nearest names, or those that there are.
 pub fn suggestion(name: &str, known: &[&str]) -> String {
-    let quoted = |names: &[&str]| names.iter().map(|own| format!("`{own}`")).collect::<Vec<_>>().join(", ");
+    let listed = |names: &[&str]| names.iter().map(|own| format!("`{}`", quoted(own))).collect::<Vec<_>>().join(", ");
     let likely = nearest(name, known);
     match (likely.as_slice(), known) {
         ([], []) => "there are none".to_owned(),
         ([], known) if known.len() > 2 * NEAREST_MAX => {
-            format!("there are {} others, {} among them", known.len(), quoted(&known[..NEAREST_MAX]))
+            format!("there are {} others, {} among them", known.len(), listed(&known[..NEAREST_MAX]))
         }
-        ([], known) => format!("there is {}", quoted(known)),
-        (likely, _) => format!("did you mean {}?", quoted(likely)),
+        ([], known) => format!("there is {}", listed(known)),
+        (likely, _) => format!("did you mean {}?", listed(likely)),
     }
 }
 
 /// The error for an object that a service does not have; `known` are those that it has.
 pub fn unknown_object(name: &str, known: &[&str]) -> Error {
-    let message = format!("the service has no object `{name}`; {}", suggestion(name, known));
-    Error::new(ErrorKind::UnknownObject, name, message)
+    let shown = quoted(name);
+    let message = format!("the service has no object `{shown}`; {}", suggestion(name, known));
+    Error::new(ErrorKind::UnknownObject, shown, message)
 }
 
 #[cfg(test)]
@@ -111,6 +118,26 @@ mod tests {
         assert!(unknown_object("vaze", &known).message.ends_with("did you mean `vase`, `vase-2`?"));
         assert!(unknown_object("x", &[]).message.ends_with("there are none"));
         assert!(suggestion("zeppelin", &known).ends_with("`horse`, `mug`, `vase`, `vase-2`"));
+    }
+
+    #[test]
+    fn errors_quote_no_more_than_the_beginning_of_a_long_name() {
+        let long = "x".repeat(100_000);
+        let known = ["horse", "mug"];
+        let errors = [
+            unknown_object(&long, &known),
+            object_name(&long).unwrap_err(),
+            ServiceName::new(&long).unwrap_err(),
+            crate::effect::Effect::by_name(&long).unwrap_err(),
+            crate::convention::Convention::by_name(&long).unwrap_err(),
+            crate::request::Quality::by_name(&long).unwrap_err(),
+        ];
+        for error in errors {
+            assert!(error.message.contains("… (100000 bytes)") && error.message.len() < 500, "{}", error.message);
+            assert!(error.at.len() < 300, "{}", error.at);
+        }
+        // Distances to a long name would take the product of the lengths in memory.
+        assert!(nearest(&"mug".repeat(1_000_000), &known).is_empty());
     }
 
     #[test]

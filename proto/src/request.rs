@@ -390,7 +390,11 @@ impl RequestWire {
             (1, 0) => Ok(DegreeRule::ClosedForm),
             (4, 0) => Ok(DegreeRule::Verified),
             (2, 0) => Ok(DegreeRule::Optimised),
-            (3, 0) => Err(Error::new(ErrorKind::Degree, "0", "the degree must be at least 1")),
+            (3, 0) => Err(Error::new(
+                ErrorKind::Degree,
+                "0",
+                "degree 0 is out of range; pass a whole number of sites, 1 or more",
+            )),
             (3, sites) => Ok(DegreeRule::Sites(sites)),
             (0..=2 | 4 | 5, sites) => {
                 let at = sites.to_string();

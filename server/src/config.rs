@@ -1,7 +1,7 @@
 //! Configuration of the daemon: compiled-in defaults, overridden by a file, overridden by flags.
 
 use serde::Deserialize;
-use shatter_fracture::scene::{brief, nearest, toml_error};
+use shatter_fracture::scene::{brief, nearest, table_error, toml_error};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::CLIENTS_MAX;
 use std::path::{Path, PathBuf};
@@ -9,6 +9,30 @@ use std::time::Duration;
 
 /// Default configuration file, which documents every key.
 pub const DEFAULT: &str = include_str!("../shatterd.toml");
+
+/// Possible values of the numbers, by key.
+const RANGES: [(&str, &str); 18] = [
+    ("service.clients_max", "a whole number from 1 to 128"),
+    ("databases.watch_ms", "0, or a whole number from 10 to 60000"),
+    ("compute.threads", "a whole number from 0 to 1024"),
+    ("compute.strikes_at_once", "a whole number from 0 to 1024"),
+    ("compute.nice", "a whole number from 0 to 19"),
+    ("compute.queue_max", "a whole number from 1 to 4096"),
+    ("results.buckets", "a whole number from 1 to 1024"),
+    ("results.held_max", "a whole number from 0 to `results.buckets`"),
+    ("results.kept_max", "a whole number from 0 to 4096"),
+    ("results.bucket_mib_max", "a whole number from 1 to 4096"),
+    ("results.prefault_buckets", "a whole number from 0 to 16"),
+    ("results.prefault_mib", "a whole number from 0 to 1024"),
+    ("times.tick_ms", "a whole number from 1 to 1000"),
+    ("times.cleanup_ms", "a whole number from 10 to 60000"),
+    ("times.kept_s", "a number from 0.01 to 86400"),
+    ("times.metrics_s", "a whole number from 1 to 3600"),
+    ("times.drain_s", "a number from 0 to 3600"),
+    ("operations.port", "a whole number from 0 to 65535"),
+];
+
+const _: () = assert!(CLIENTS_MAX == 128);
 
 /// Configuration of the daemon. `config/shatterd.toml` documents the keys.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -126,12 +150,13 @@ impl Config {
         let refuse = |text: &str, error: toml::de::Error| {
             Error::new(ErrorKind::Configuration, at, format!("{at}: {}", toml_error(text, &error)))
         };
+        let placed = |(key, why): (String, String)| Error::new(ErrorKind::Configuration, key, format!("{at}: {why}"));
         let mut table: toml::Table = DEFAULT.parse().map_err(|error| refuse(DEFAULT, error))?;
         let own: toml::Table = text.parse().map_err(|error| refuse(text, error))?;
-        known("", &own, &table)
-            .map_err(|(key, why)| Error::new(ErrorKind::Configuration, key, format!("{at}: {why}")))?;
+        known("", &own, &table).map_err(placed)?;
         overlay(&mut table, own);
-        let config: Self = toml::Value::Table(table).try_into().map_err(|error| refuse("", error))?;
+        let config = toml::Value::Table(table).try_into();
+        let config: Self = config.map_err(|error| placed(table_error("", &error, &RANGES)))?;
         config.checked(at)
     }
 
@@ -140,36 +165,39 @@ impl Config {
     /// # Errors
     /// `configuration` at the first key whose value is not possible.
     pub fn checked(self, at: &str) -> Result<Self, Error> {
-        match self.rules() {
-            Ok(()) => Ok(self),
-            Err((key, rule)) => Err(Error::new(ErrorKind::Configuration, key, format!("{at}: {key} must be {rule}"))),
+        let values = self.values();
+        match RANGES.iter().zip(values).find(|(_, (_, is_possible))| !is_possible) {
+            None => Ok(self),
+            Some(((key, range), (value, _))) => {
+                let message = format!("{at}: `{key}` is {value}; it must be {range}");
+                Err(Error::new(ErrorKind::Configuration, *key, message))
+            }
         }
     }
 
-    fn rules(&self) -> Result<(), (&'static str, &'static str)> {
-        let rules = [
-            ("service.clients_max", "1 to 128", (1..=CLIENTS_MAX).contains(&self.service.clients_max)),
-            ("databases.watch_ms", "0, or 10 to 60000", matches!(self.databases.watch_ms, 0 | 10..=60_000)),
-            ("compute.threads", "at most 1024", self.compute.threads <= 1024),
-            ("compute.requests_at_once", "at most 1024", self.compute.requests_at_once <= 1024),
-            ("compute.nice", "0 to 19", (0..=19).contains(&self.compute.nice)),
-            ("compute.queue_max", "1 to 4096", (1..=4096).contains(&self.compute.queue_max)),
-            ("results.buckets", "1 to 1024", (1..=1024).contains(&self.results.buckets)),
-            ("results.held_max", "at most results.buckets", self.results.held_max <= self.results.buckets),
-            ("results.kept_max", "at most 4096", self.results.kept_max <= 4096),
-            ("results.bucket_mib_max", "1 to 4096", (1..=4096).contains(&self.results.bucket_mib_max)),
-            ("results.prefault_buckets", "at most 16", self.results.prefault_buckets <= 16),
-            ("results.prefault_mib", "at most 1024", self.results.prefault_mib <= 1024),
-            ("times.tick_ms", "1 to 1000", (1..=1000).contains(&self.times.tick_ms)),
-            ("times.cleanup_ms", "10 to 60000", (10..=60_000).contains(&self.times.cleanup_ms)),
-            ("times.kept_s", "0.01 to 86400", (0.01..=86_400.0).contains(&self.times.kept_s)),
-            ("times.metrics_s", "1 to 3600", (1..=3600).contains(&self.times.metrics_s)),
-            ("times.drain_s", "0 to 3600", (0.0..=3600.0).contains(&self.times.drain_s)),
-        ];
-        match rules.into_iter().find(|(.., holds)| !holds) {
-            Some((key, rule, _)) => Err((key, rule)),
-            None => Ok(()),
-        }
+    /// The values with a range, in the order of [`RANGES`], and whether each is possible.
+    fn values(&self) -> [(String, bool); RANGES.len()] {
+        let Self { service, databases, compute, results, times, operations, .. } = self;
+        [
+            (service.clients_max.to_string(), (1..=CLIENTS_MAX).contains(&service.clients_max)),
+            (databases.watch_ms.to_string(), matches!(databases.watch_ms, 0 | 10..=60_000)),
+            (compute.threads.to_string(), compute.threads <= 1024),
+            (compute.requests_at_once.to_string(), compute.requests_at_once <= 1024),
+            (compute.nice.to_string(), (0..=19).contains(&compute.nice)),
+            (compute.queue_max.to_string(), (1..=4096).contains(&compute.queue_max)),
+            (results.buckets.to_string(), (1..=1024).contains(&results.buckets)),
+            (results.held_max.to_string(), results.held_max <= results.buckets),
+            (results.kept_max.to_string(), results.kept_max <= 4096),
+            (results.bucket_mib_max.to_string(), (1..=4096).contains(&results.bucket_mib_max)),
+            (results.prefault_buckets.to_string(), results.prefault_buckets <= 16),
+            (results.prefault_mib.to_string(), results.prefault_mib <= 1024),
+            (times.tick_ms.to_string(), (1..=1000).contains(&times.tick_ms)),
+            (times.cleanup_ms.to_string(), (10..=60_000).contains(&times.cleanup_ms)),
+            (times.kept_s.to_string(), (0.01..=86_400.0).contains(&times.kept_s)),
+            (times.metrics_s.to_string(), (1..=3600).contains(&times.metrics_s)),
+            (times.drain_s.to_string(), (0.0..=3600.0).contains(&times.drain_s)),
+            (operations.port.to_string(), true),
+        ]
     }
 
     /// Number of worker threads, at least 1.
@@ -307,5 +335,18 @@ mod tests {
         check("[operations]\nport = 70000", "70000");
         check("[log]\nformat = \"xml\"", "xml");
         check("[log", "line 1, column 5");
+    }
+
+    #[test]
+    fn a_value_out_of_range_is_refused_with_key_value_and_range() {
+        check("[operations]\nport = 80000", "`operations.port` is 80000; it must be a whole number from 0 to 65535");
+        check("[compute]\nthreads = 2.5", "`compute.threads` is 2.5; it must be a whole number from 0 to 1024");
+        check("service = 3", "`service` is 3; it must be a table");
+        // Each value is checked against the range of its own key.
+        for (key, range) in RANGES {
+            let (table, name) = key.split_once('.').unwrap();
+            let value = if range.starts_with("a number") { "-0.5" } else { "70000" };
+            check(&format!("[{table}]\n{name} = {value}"), &format!("`{key}` is {value}; it must be {range}"));
+        }
     }
 }

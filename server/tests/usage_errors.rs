@@ -103,11 +103,85 @@ fn files_of_another_kind_are_named_with_what_to_do() {
     check(&here, &format!("shatterd bake {scene} --name x"), (3, "shatterd check"));
     check(&here, &format!("shatterd bake {folder}/mug.shatter --name x"), (3, "is a database, not a mesh"));
     check(&here, &format!("shatterd bake {} --name x", spot.trim_end_matches(".obj")), (3, "spot.obj?"));
-    check(&here, &format!("shatterd bake {spot} --name x --out {spot}"), (3, "is a file; name a folder"));
+    check(&here, &format!("shatterd bake {spot} --name x --out {spot}"), (3, "is a file, not a folder"));
     check(&here, &format!("shatterd inspect {folder}"), (3, "mug.shatter"));
     check(&here, &format!("shatterd serve --scene {scene}"), (3, "did you mean `mug`?"));
     let (code, plan, _) = run(&here, &["shatterd", "check", &scene]);
     assert!(code == 0 && plan.contains("not baked yet; did you mean the database `mug`?"), "{plan}");
+}
+
+#[test]
+fn long_words_are_cut_in_every_message() {
+    let here = TestDirectory::new("long");
+    here.database("bar", bar(0.06));
+    let daemon = InProcess::start_with(here, "", shatter_engine::wire::loader(None));
+    let here = &daemon.here;
+    let mesh = here.file("spot.obj", "v 0 0 0\n").display().to_string();
+    let long = "x".repeat(100_000);
+    for (words, wanted) in [
+        (vec!["shatter", "impact", &long, "--point", "0,0,0", "--impulse", "1,0,0"], 3),
+        (vec!["shatter", "list", "--service", &long], 3),
+        (vec!["shatter", &long], 2),
+        (vec!["shatter", "impact", "bar", "--enable", &long], 2),
+        (vec!["shatter", "impact", "bar", "--point", &long], 2),
+        (vec!["shatterd", "inspect", &long], 3),
+        (vec!["shatterd", "bake", &mesh, "--name", &long], 3),
+        (vec!["shatterd", "bake", &mesh, "--name", "x", "--material", &long], 3),
+        (vec!["shatterd", "bake", &mesh, "--name", "x", "--unit", &long], 2),
+        (vec!["shatterd", "bake", &mesh, "--name", "x", "--shard", &long], 2),
+        (vec!["shatterd", "serve", "--log", &long], 3),
+    ] {
+        for json in [false, true] {
+            // `serve` has no JSON.
+            let words = [&words[..], if json && words[1] != "serve" { &["--json"] } else { &[] }].concat();
+            let (code, out, error) = run(here, &words);
+            let shown = format!("{out}{error}");
+            let most = shown.split(|c: char| c != 'x').map(str::len).max();
+            assert_eq!((code, most), (wanted, Some(200)), "{:?}: {}", &words[..2], shown.replace(&long, "LONG"));
+            assert!(shown.contains("… (100000 bytes)"), "{:?}: {shown}", &words[..2]);
+        }
+    }
+}
+
+#[test]
+fn outputs_that_are_no_folders_are_named_as_what_they_are() {
+    let here = TestDirectory::new("outputs");
+    let mesh = here.file("cube.obj", "v 0 0 0\n").display().to_string();
+    let device = (3, "/dev/full: is a device, not a folder; nothing can be written there; name a folder");
+    check(&here, &format!("shatterd bake {mesh} --name x --out /dev/full"), device);
+    check(&here, &format!("shatterd merge {mesh}.share --out /dev/full"), device);
+    let below = (3, "/dev/full/x: cannot be made: /dev/full is a device, not a folder; name another folder");
+    check(&here, &format!("shatterd bake {mesh} --name x --out /dev/full/x"), below);
+}
+
+#[test]
+fn errors_of_scenes_and_configurations_name_key_value_and_range() {
+    let here = TestDirectory::new("values");
+    for (text, wanted) in [
+        (
+            "[objects.a]\nsites_max = 5000000000",
+            "`objects.a.sites_max` is 5000000000; it must be a whole number from 1 to",
+        ),
+        (
+            "[objects.a]\nelastic_spacing = 7",
+            "`objects.a.elastic_spacing` is 7; it must be a number from 0.002 to 0.25",
+        ),
+        ("[objects.a\n", "scene.toml: line 1, column 11: unclosed table, expected `]`\n"),
+        ("objects = 3", "`objects` is 3; it must be a table [objects.NAME] for each object"),
+    ] {
+        let scene = here.file("scene.toml", text).display().to_string();
+        check(&here, &format!("shatterd check {scene}"), (3, wanted));
+        let (_, out, _) = run(&here, &["shatterd", "check", &scene, "--json"]);
+        assert!(!out.contains("\"at\": \"scene\"") && !out.contains("\"at\": \"\""), "{out}");
+    }
+    for (text, wanted) in [
+        ("[operations]\nport = 80000", "`operations.port` is 80000; it must be a whole number from 0 to 65535\n"),
+        ("[compute]\nthreads = 2.5", "`compute.threads` is 2.5; it must be a whole number from 0 to 1024\n"),
+        ("[compute]\nnice = 30", "`compute.nice` is 30; it must be a whole number from 0 to 19\n"),
+    ] {
+        let file = here.file("shatterd.toml", text).display().to_string();
+        check(&here, &format!("shatterd serve --config {file}"), (3, wanted));
+    }
 }
 
 #[test]

@@ -187,6 +187,28 @@ fn messages_say_what_is_wrong_and_what_to_do() {
         flat.contains("flat.obj") && flat.contains("flat and encloses no volume") && flat.contains("2.000e0"),
         "{flat}"
     );
+    let needle = fixture.path("needle.obj");
+    write_obj(&shapes::cuboid([1000.0, 1.0, 1.0]), &needle).unwrap();
+    let needle = check_texts(&bake(&fixture, &needle, &["--unit", "m", "--json"]), "needle");
+    assert!(needle.contains("a needle, thin in two directions") && needle.contains("1000 times as long"), "{needle}");
+    let numbers = output("nan.obj", "# it\nv 0 0 0\nv 2 nan 0\nv 2 1 0\nf 1 2 3\n", &[]);
+    assert!(numbers.contains("nan.obj: vertex 1, counted from 0, in line 3 has"), "{numbers}");
+    let cube = fixture.path("cube.obj");
+    write_obj(&shapes::cuboid([1.0; 3]), &cube).unwrap();
+    for (options, wanted) in [
+        (
+            ["--elastic-spacing", "7"],
+            "elastic spacing 7 is outside 0.002 to 0.25 of the bounding-box diagonal; set --elastic-spacing from 0.002 to 0.25",
+        ),
+        (["--elastic-spacing", "0.002"], "or more; set it with --elastic-spacing"),
+        (["--gamma", "-1"], "--gamma is -1; it must be a finite number above 0"),
+    ] {
+        let spacing = bake(&fixture, &cube, &[&options[..], &["--json"]].concat());
+        let document: Value = serde_json::from_slice(&spacing.stdout).unwrap();
+        assert_eq!(document["error"]["at"], options[0]);
+        let message = check_texts(&spacing, options[0]);
+        assert!(message.contains(wanted), "{message}");
+    }
     let far = fixture.path("far.obj");
     write_obj(&shapes::arch(), &far).unwrap();
     let text = std::fs::read_to_string(&far).unwrap();

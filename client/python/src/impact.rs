@@ -2,8 +2,10 @@
 
 use crate::error::{raised, wrong};
 use pyo3::prelude::*;
+use pyo3::types::PyString;
 use shatter_client::{DisplacementSource, Effect, Impact, Lift, Quality};
 use shatter_proto::name::nearest;
+use shatter_proto::text::quoted;
 use std::time::Duration;
 
 /// One contact of an impact: point, impulse, duration, radius.
@@ -56,13 +58,42 @@ impl From<&Contact> for shatter_client::Contact {
 /// A number of sites, or the rule that sets it.
 pub struct Degree(shatter_client::DegreeRule);
 
-impl<'py> FromPyObject<'_, 'py> for Degree {
-    type Error = PyErr;
-
-    fn extract(told: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        let sites = told.extract::<u32>().map(shatter_client::DegreeRule::Sites);
-        sites.or_else(|_| source(&told.str()?.to_string_lossy())).map(Self)
+impl Degree {
+    /// The argument `degree` of an object that takes `sites_max` sites at most.
+    ///
+    /// # Errors
+    /// `ArgumentError` for anything else than a whole number or the name of a rule.
+    pub fn of(told: &Bound<'_, PyAny>, sites_max: u32) -> PyResult<Self> {
+        if let Ok(sites) = told.extract::<u32>() {
+            // The service refuses 0 and numbers above the maximum.
+            return Ok(Self(shatter_client::DegreeRule::Sites(sites)));
+        }
+        let (names, rules) = (RULES.map(|(name, _)| name).join(", "), &RULES);
+        let text = told.str()?;
+        let text = text.to_string_lossy();
+        match told.cast::<PyString>() {
+            Ok(_) => one_of("degree", &text, rules)
+                .map(Self)
+                .map_err(|error| wrong(format!("{error}; or pass a whole number from 1 to {sites_max}"))),
+            Err(_) => {
+                let text = quoted(&text);
+                let message = format!("degree: {text} is not a whole number from 1 to {sites_max}, nor one of {names}");
+                Err(wrong(message))
+            }
+        }
     }
+}
+
+/// Names of effects of the argument `key`: a list of them, or one alone.
+///
+/// # Errors
+/// `ArgumentError` for anything else.
+pub fn names(key: &str, told: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<String>> {
+    let Some(told) = told else { return Ok(Vec::new()) };
+    if let Ok(name) = told.extract::<String>() {
+        return Ok(vec![name]);
+    }
+    told.extract().map_err(|_| wrong(format!("{key} must be a list of effect names, e.g. {key}=['hulls']")))
 }
 
 /// Options of a request.
@@ -120,12 +151,11 @@ impl Wish<'_> {
     }
 }
 
-fn source(name: &str) -> PyResult<shatter_client::DegreeRule> {
+/// Rules for the number of sites, by name.
+const RULES: [(&str, shatter_client::DegreeRule); 4] = {
     use shatter_client::DegreeRule::{ClosedForm, Inferred, Optimised, Verified};
-    let rules = [("closed_form", ClosedForm), ("inferred", Inferred), ("verified", Verified), ("optimised", Optimised)];
-    let number = |error| wrong(format!("{error}; or pass a number from 1 to 2³² − 1"));
-    one_of("degree", name, &rules).map_err(number)
-}
+    [("closed_form", ClosedForm), ("inferred", Inferred), ("verified", Verified), ("optimised", Optimised)]
+};
 
 fn quality(name: &str) -> PyResult<Quality> {
     named("quality", name, &Quality::ALL.map(|quality| (quality.name(), quality)))
@@ -151,6 +181,6 @@ fn one_of<T: Copy>(key: &str, name: &str, choices: &[(&str, T)]) -> Result<T, St
     found.map(|(_, choice)| *choice).ok_or_else(|| {
         let names: Vec<&str> = choices.iter().map(|(own, _)| *own).collect();
         let hint = nearest(name, &names).first().map_or(String::new(), |likely| format!("; did you mean `{likely}`?"));
-        format!("{key}: `{name}` is not one of {}{hint}", names.join(", "))
+        format!("{key}: `{}` is not one of {}{hint}", quoted(name), names.join(", "))
     })
 }

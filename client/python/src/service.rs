@@ -177,7 +177,7 @@ impl Object {
     /// Sends a request of one to eight contacts; never blocks. Keywords are the options of ``shatter impact``.
     ///
     /// ``degree``: a number of sites, which breaks the object whatever γ is, or the rule that sets the number. ``enable`` and ``disable``:
-    /// names of effects, such as ``normals``, ``hulls``, ``bonds``. ``origin``: handle of a kept result and id of its fragment, which is
+    /// names of effects, such as ``["normals", "hulls"]``, or one name. ``origin``: handle of a kept result and id of its fragment, which is
     /// struck instead of the object.
     #[pyo3(signature = (*contacts, degree = None, quality = None, error = None, time_ms = None, iterations = None,
         enable = None, disable = None, gamma_j_m2 = None, lift = None, elastic = None, seed = 0, keep = false,
@@ -186,13 +186,13 @@ impl Object {
     fn strike(
         &self,
         contacts: Vec<PyRef<'_, Contact>>,
-        degree: Option<impact::Degree>,
+        degree: Option<Bound<'_, PyAny>>,
         quality: Option<&str>,
         error: Option<f64>,
         time_ms: Option<f64>,
         iterations: Option<u32>,
-        enable: Option<Vec<String>>,
-        disable: Option<Vec<String>>,
+        enable: Option<Bound<'_, PyAny>>,
+        disable: Option<Bound<'_, PyAny>>,
         gamma_j_m2: Option<f64>,
         lift: Option<&str>,
         elastic: Option<&str>,
@@ -203,14 +203,15 @@ impl Object {
         fragments_max: Option<u32>,
         bytes_max: Option<u64>,
     ) -> PyResult<Ticket> {
+        let sites_max = self.0.facts().degree_max;
         let wish = Wish {
-            degree,
+            degree: degree.map(|degree| impact::Degree::of(&degree, sites_max)).transpose()?,
             quality,
             error,
             time_ms,
             iterations,
-            enable: enable.unwrap_or_default(),
-            disable: disable.unwrap_or_default(),
+            enable: impact::names("enable", enable.as_ref())?,
+            disable: impact::names("disable", disable.as_ref())?,
             gamma_j_m2,
             lift,
             elastic,

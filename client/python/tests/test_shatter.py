@@ -111,6 +111,7 @@ def test_effects_bring_what_they_say(body):
     hulls = [f.hull for f in result if f.hull is not None]
     assert hulls and all(volume(hull.positions, hull.triangles) > 0 for hull in hulls)
     assert result.bonds and all(bond.area_m2 > 0 for bond in result.bonds)
+    assert body.strike(contact_on(body), degree=8, enable="hulls").wait()[0].hull is not None
     plain = body.strike(contact_on(body), degree=8).wait()
     assert plain[0].normals is None and plain[0].hull is None and not plain.bonds
 
@@ -201,7 +202,19 @@ def test_wrong_arguments_are_named(body, service):
             shatter.Contact(wrong, (1, 0, 0))
     with pytest.raises(ValueError):
         body.strike()
-    for keywords in [{"degree": wrong} for wrong in ["many", -1, 2**32, 2.5]] + [{"quality": "fine"}, {"lift": "up"}, {"elastic": "no"}]:
+    for wrong in [-1, 2**32, 2.5, [3]]:
+        with pytest.raises(ValueError, match=rf"^degree: .* is not a whole number from 1 to {body.facts.degree_max}, nor one of closed_form"):
+            body.strike(contact_on(body), degree=wrong)
+    for key in ["enable", "disable"]:
+        for wrong in [3, [3], {"hulls": 1.0}.values(), b"hulls"]:
+            with pytest.raises(ValueError, match=rf"^{key} must be a list of effect names, e.g. {key}=\['hulls'\]"):
+                body.strike(contact_on(body), **{key: wrong})
+        with pytest.raises(shatter.ServiceError, match="did you mean `hulls`"):
+            body.strike(contact_on(body), **{key: "hull"})
+    with pytest.raises(shatter.ServiceError, match="x{200}… .100000 bytes.") as long:
+        service.object("x" * 100_000)
+    assert len(str(long.value)) < 500 and len(long.value.at) < 300
+    for keywords in [{"degree": "many"}, {"quality": "fine"}, {"lift": "up"}, {"elastic": "no"}]:
         (key,) = keywords
         with pytest.raises(ValueError, match=f"^{key}: .* is not one of "):
             body.strike(contact_on(body), **keywords)

@@ -2,6 +2,7 @@
 
 use super::{Request, RequestWire, given};
 use crate::name::suggestion;
+use crate::text::quoted;
 use crate::{Error, ErrorKind};
 
 /// Largest relative error that a request may allow.
@@ -58,7 +59,8 @@ impl Quality {
     /// [`ErrorKind::Budget`] if there is none.
     pub fn by_name(name: &str) -> Result<Self, Error> {
         let unknown = || {
-            let message = format!("there is no quality `{name}`; {}", suggestion(name, &Self::ALL.map(Self::name)));
+            let known = suggestion(name, &Self::ALL.map(Self::name));
+            let message = format!("there is no quality `{}`; {known}", quoted(name));
             Error::new(ErrorKind::Budget, "quality", message)
         };
         Self::ALL.into_iter().find(|quality| quality.name() == name).ok_or_else(unknown)

@@ -64,7 +64,7 @@ impl DatabaseSource {
 pub struct DirectorySnapshot(Vec<(DatabaseSource, FileStamp)>);
 
 impl DirectorySnapshot {
-    /// Lists the databases of `folder`.
+    /// Lists the databases of `folder`. Hidden files (with a leading dot) are none: other programs give their temporary files such names.
     ///
     /// # Errors
     /// `database_folder`.
@@ -77,7 +77,7 @@ impl DirectorySnapshot {
         let mut files = Vec::new();
         for entry in std::fs::read_dir(folder).map_err(refuse)? {
             let path = entry.map_err(refuse)?.path();
-            if path.extension().is_some_and(|extension| extension == EXTENSION) {
+            if is_database(&path) {
                 files.extend(stamp(&path).map(|stamp| (path, stamp)));
             }
         }
@@ -117,6 +117,12 @@ impl DirectorySnapshot {
     }
 }
 
+/// Whether the name of a file is that of a database: it ends with `.shatter` and is not hidden by a leading dot.
+pub fn is_database(path: &Path) -> bool {
+    let is_hidden = path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+    !is_hidden && path.extension().is_some_and(|extension| extension == EXTENSION)
+}
+
 /// File name without extension.
 fn stem(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
@@ -152,6 +158,7 @@ mod tests {
         changes("nothing happens", false);
         fs::write(at("notes.txt"), "x").unwrap();
         fs::write(at(".shatter-x.part"), "x").unwrap();
+        fs::write(at(".hid.shatter"), "x").unwrap();
         changes("other files appear", false);
         fs::write(at("aside"), "two").unwrap();
         let dated = fs::metadata(at("a.shatter")).unwrap().modified().unwrap();

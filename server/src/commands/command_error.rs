@@ -18,6 +18,9 @@ const USAGE: u8 = 2;
 /// Kind of an error after the reader of stdout closed the pipe: the command ends without a message.
 const CLOSED: &str = "closed";
 
+/// Option that sets the spacing of the crack lattice.
+const CRACK_SPACING: &str = "--crack-spacing";
+
 /// Error of a command: printed text, JSON document and exit code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CommandError {
@@ -183,7 +186,7 @@ impl From<SurfaceError> for CommandError {
             SurfaceError::Malformed { place, .. } => ("malformed_file", place.clone()),
             SurfaceError::TooLarge { .. } => ("too_large", String::new()),
             SurfaceError::Empty { .. } => ("empty_mesh", String::new()),
-            SurfaceError::NonFiniteVertex { vertex } => ("non_finite_vertex", format!("vertex {vertex}")),
+            SurfaceError::NonFiniteVertex { vertex, .. } => ("non_finite_vertex", format!("vertex {vertex}")),
             SurfaceError::VertexOutOfBounds { face, .. } => ("vertex_out_of_bounds", format!("face {face}")),
             SurfaceError::VertexOutOfRange { vertex, .. } => ("extent_out_of_range", format!("vertex {vertex}")),
             SurfaceError::FarVertex { vertex } => ("far_vertex", format!("vertex {vertex}")),
@@ -195,6 +198,7 @@ impl From<SurfaceError> for CommandError {
             SurfaceError::ZeroExtent => ("zero_extent", String::new()),
             SurfaceError::ExtentOutOfRange { .. } => ("extent_out_of_range", String::new()),
             SurfaceError::NothingInside | SurfaceError::Flat { .. } => ("nothing_inside", String::new()),
+            SurfaceError::Needle { .. } => ("too_thin", String::new()),
             SurfaceError::Cancelled(_) => return Self::cancelled(),
         };
         Self::refused(kind, at, error.to_string())
@@ -203,18 +207,31 @@ impl From<SurfaceError> for CommandError {
 
 impl From<LatticeError> for CommandError {
     fn from(error: LatticeError) -> Self {
-        let (kind, at) = match &error {
-            LatticeError::SpacingOutOfRange { spacing, .. } => ("spacing_out_of_range", spacing.to_string()),
-            LatticeError::GridTooLarge { spacing, .. } => ("grid_too_large", spacing.to_string()),
-            LatticeError::TooManyNodes { level, .. } => ("too_many_nodes", (*level).to_owned()),
-            LatticeError::CrackCoarser { crack, .. } => ("spacing_order", crack.to_string()),
-            LatticeError::NothingInside { spacing } => ("nothing_inside", spacing.to_string()),
+        let option = |level: &str| format!("--{level}-spacing");
+        let (kind, at, advice) = match &error {
+            LatticeError::SpacingOutOfRange { level, spacing_min, spacing_max, .. } => {
+                let advice = format!("set {} from {spacing_min} to {spacing_max}", option(level));
+                ("spacing_out_of_range", option(level), advice)
+            }
+            LatticeError::GridTooLarge { .. } => {
+                ("grid_too_large", String::new(), "use a coarser --elastic-spacing and --crack-spacing".to_owned())
+            }
+            LatticeError::TooManyNodes { level, .. } => {
+                ("too_many_nodes", option(level), format!("set it with {}", option(level)))
+            }
+            LatticeError::CrackCoarser { elastic, .. } => {
+                ("spacing_order", option("crack"), format!("set --crack-spacing to {elastic} or less"))
+            }
+            LatticeError::NothingInside { .. } => {
+                ("nothing_inside", option("crack"), "bake with a finer --crack-spacing".to_owned())
+            }
             LatticeError::Cancelled(_) => return Self::cancelled(),
             LatticeError::BoundsNotFinite
             | LatticeError::VolumeNotPositive { .. }
             | LatticeError::DistanceNotFinite { .. } => return Self::ours("lattice", error.to_string()),
         };
-        Self::refused(kind, at, error.to_string())
+        // Scenes have keys of the same names, with underscores.
+        Self::refused(kind, at, error.to_string()).advised(&advice)
     }
 }
 
@@ -225,12 +242,20 @@ impl From<BakeError> for CommandError {
             error if error.is_cancelled() => Self::cancelled(),
             BakeError::Severed(_) => Self::refused("severed_parts", "--quality", message),
             BakeError::Name(name) => Self::refused("object_name", name, message),
+            BakeError::NotPositive { key, value } if !key.contains(' ') => {
+                let option = format!("--{key}");
+                let message = format!("{option} is {value}; it must be a finite number above 0");
+                Self::refused("not_positive", option, message)
+            }
             BakeError::NotPositive { key, .. } => Self::refused("not_positive", key, message),
             BakeError::Unusual { key, .. } => Self::refused("out_of_range", key, message),
             BakeError::TooManyExamples { asked } => Self::refused("too_many_examples", asked.to_string(), message),
-            BakeError::TooSmall { spacing, .. } => Self::refused("too_small", spacing.to_string(), message),
-            BakeError::TooThin { spacing, .. } => Self::refused("too_thin", spacing.to_string(), message),
-            BakeError::CracksTakeAll { spacing, .. } => Self::refused("cracks_take_all", spacing.to_string(), message),
+            BakeError::TooSmall { .. } => Self::refused("too_small", CRACK_SPACING, message),
+            BakeError::TooThin { possible: true, .. } => {
+                Self::refused("too_thin", CRACK_SPACING, message).advised("set it with --crack-spacing")
+            }
+            BakeError::TooThin { .. } => Self::refused("too_thin", "", message).advised("make the walls thicker"),
+            BakeError::CracksTakeAll { .. } => Self::refused("cracks_take_all", CRACK_SPACING, message),
             BakeError::Cracks(error) => Self { message, ..error.into() },
             BakeError::Surface(error) => error.into(),
             BakeError::Lattice(error) => error.into(),

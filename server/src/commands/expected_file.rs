@@ -88,8 +88,12 @@ fn mistake_message(path: &Path, wanted: ExpectedFile) -> Option<String> {
 /// List of the files of the wanted kind in a folder.
 fn inside(folder: &Path, wanted: ExpectedFile) -> String {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let is_hidden = |path: &Path| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
     let own = |path: &std::path::PathBuf| {
-        path.extension().is_some_and(|own| wanted.endings().iter().any(|ending| own.eq_ignore_ascii_case(ending)))
+        !is_hidden(path)
+            && path
+                .extension()
+                .is_some_and(|own| wanted.endings().iter().any(|ending| own.eq_ignore_ascii_case(ending)))
     };
     let mut names: Vec<String> = entries.filter(own).map(|path| path.display().to_string()).collect();
     names.sort();
@@ -110,7 +114,7 @@ mod tests {
     fn files_of_the_wrong_kind_are_reported_with_a_remedy() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
-        for name in ["spot.obj", "mug.shatter", "scene.toml", "plain", "notes.xyz"] {
+        for name in ["spot.obj", "mug.shatter", ".hid.shatter", "scene.toml", "plain", "notes.xyz"] {
             std::fs::write(path(name), "").unwrap();
         }
         let message_of =
@@ -128,7 +132,7 @@ mod tests {
             ("", ExpectedFile::Database, "mug.shatter"),
         ] {
             let message = message_of(name, wanted).unwrap_or_default();
-            assert!(message.contains(part), "{name} {wanted:?}: {message}");
+            assert!(message.contains(part) && !message.contains(".hid"), "{name} {wanted:?}: {message}");
         }
         for (name, wanted) in [
             ("spot.obj", ExpectedFile::Mesh),

@@ -1,9 +1,11 @@
 //! Lookup of a database by the name of its object.
 
 use super::CommandError;
+use crate::catalog::is_database;
 use crate::config::data_folder;
 use shatter_fracture::database::EXTENSION;
 use shatter_fracture::scene::nearest;
+use shatter_proto::text::quoted;
 use std::path::{Path, PathBuf};
 
 /// Finds the database `given`: a file, or the name of an object in `folder`, or else in the platform's folder.
@@ -27,14 +29,15 @@ pub fn database(given: &Path, folder: Option<&Path>) -> Result<PathBuf, CommandE
         Some(nearest) => format!("; did you mean `{nearest}`?"),
         None => ", which contains no database; make one with `shatterd bake`".to_owned(),
     };
-    let message = format!("no file {} and no object `{name}` in {}{hint}", given.display(), folder.display());
+    let (file, name) = (quoted(&given.display().to_string()), quoted(name));
+    let message = format!("no file {file} and no object `{name}` in {}{hint}", folder.display());
     Err(CommandError::refused("unknown_object", name, message))
 }
 
 /// Names of the objects in `folder`, sorted.
 pub fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let paths = entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|own| own == EXTENSION));
+    let paths = entries.map(|entry| entry.path()).filter(|path| is_database(path));
     let mut names: Vec<String> =
         paths.filter_map(|path| Some(path.file_stem()?.to_string_lossy().into_owned())).collect();
     names.sort();
@@ -51,6 +54,8 @@ mod tests {
         let file = folder.path().join("vase.shatter");
         std::fs::write(&file, "").unwrap();
         std::fs::write(folder.path().join("notes.txt"), "").unwrap();
+        std::fs::write(folder.path().join(".vaze.shatter"), "").unwrap();
+        assert_eq!(names(folder.path()), ["vase"]);
         let find = |given: &str| database(Path::new(given), Some(folder.path()));
         assert_eq!(find("vase"), Ok(file.clone()));
         assert_eq!(find("vase.shatter"), Ok(file.clone()));

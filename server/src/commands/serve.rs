@@ -9,6 +9,7 @@ use shatter_cli_common::{self as program, StdoutError};
 use shatter_engine::scene::Scene;
 use shatter_engine::wire::loader;
 use shatter_proto::name::ServiceName;
+use shatter_proto::text::quoted;
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::paths::ServicePaths;
 use std::path::{Path, PathBuf};
@@ -26,7 +27,7 @@ pub struct ServeArgs {
     /// Configuration file; keys that it omits keep their defaults
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Folder of databases
+    /// Folder of databases: every file NAME.shatter, except hidden ones (with a leading dot)
     #[arg(long, value_name = "DIR")]
     databases: Option<PathBuf>,
     /// Scene file: which objects are served and what is simulated of each [default: all databases of the folder, whole]
@@ -92,9 +93,9 @@ fn log(config: &Config) -> Result<(), Error> {
     // A bare word that is no level would name a module, and the filter would drop every message.
     let level = |word: &&str| word.contains(['=', '[', ':', '_']) || word.parse::<LevelFilter>().is_ok();
     if let Some(word) = config.log.filter.split(',').map(str::trim).find(|word| !level(word)) {
-        return Err(wrong(format!("`{word}` is not a level; use error, warn, info, debug, trace or off")));
+        return Err(wrong(format!("`{}` is not a level; use error, warn, info, debug, trace or off", quoted(word))));
     }
-    let filter = EnvFilter::try_new(&config.log.filter).map_err(|error| wrong(error.to_string()))?;
+    let filter = EnvFilter::try_new(&config.log.filter).map_err(|error| wrong(quoted(&error.to_string())))?;
     let builder = tracing_subscriber::fmt().with_env_filter(filter);
     // If the reader of stderr is gone, the daemon keeps serving and drops the messages.
     // Messages may contain text from files: the daemon writes no escape sequences, not even colors.

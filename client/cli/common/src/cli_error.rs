@@ -3,7 +3,7 @@
 use super::stdout::{StdoutError, print};
 use super::{print_help, usage_message, usage_text};
 use clap::CommandFactory;
-use shatter_proto::{Error, exit};
+use shatter_proto::{Error, exit, text};
 use std::fmt::Arguments;
 use std::io::Write;
 use std::process::ExitCode;
@@ -44,8 +44,8 @@ pub fn out(text: Arguments<'_>) -> Result<(), CliError> {
 }
 
 /// Writes a note beside the result to stderr. A note that cannot be written is lost.
-pub fn note(text: Arguments<'_>) {
-    let _ = writeln!(std::io::stderr(), "shatter: {}", shatter_proto::text::message(&text.to_string()));
+pub fn note(note: Arguments<'_>) {
+    let _ = writeln!(std::io::stderr(), "shatter: {}", text::message(&note.to_string()));
 }
 
 /// Prints one JSON document.
@@ -76,7 +76,8 @@ pub fn ended<C: CommandFactory>(failure: &CliError, json: bool) -> ExitCode {
     match failure {
         CliError::Closed => ExitCode::from(exit::CLOSED),
         CliError::Usage(message) => {
-            usage::<C>(&clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("{message}\n")), json)
+            let message = text::message(message) + "\n";
+            usage::<C>(&clap::Error::raw(clap::error::ErrorKind::ValueValidation, message), json)
         }
         CliError::Refused(error) => {
             if json {

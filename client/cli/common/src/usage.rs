@@ -4,6 +4,7 @@ use super::lab::CALLED_AS;
 use super::mistakes;
 use clap::error::{self, ContextKind, ContextValue};
 use clap::{Command, CommandFactory, FromArgMatches};
+use shatter_proto::text::quoted;
 use std::ffi::OsString;
 
 /// Parses the arguments of this process as `C`.
@@ -28,7 +29,7 @@ fn parsed<C: CommandFactory + FromArgMatches>(words: Vec<OsString>) -> Result<C,
     let mut command = takes_negative_numbers(command::<C>());
     // Build it completely, so that messages can name every command with its program.
     command.build();
-    let matches = command.try_get_matches_from_mut(&words).map_err(|error| explained(error, &command, &words))?;
+    let matches = command.try_get_matches_from_mut(&words).map_err(|error| cut(explained(error, &command, &words)))?;
     C::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
 }
 
@@ -39,6 +40,16 @@ fn takes_negative_numbers(command: Command) -> Command {
         if plain { arg } else { arg.allow_negative_numbers(true) }
     };
     command.mut_args(with_value).mut_subcommands(takes_negative_numbers)
+}
+
+/// `error` with the words of the command line as a message may show them.
+fn cut(mut error: clap::Error) -> clap::Error {
+    for kind in [ContextKind::InvalidArg, ContextKind::InvalidValue, ContextKind::InvalidSubcommand] {
+        if let Some(shown) = text(&error, kind).map(quoted) {
+            error.insert(kind, ContextValue::String(shown));
+        }
+    }
+    error
 }
 
 /// `error` with the reason that the parser omits, or with a suggestion.
@@ -129,7 +140,7 @@ fn reworded(error: clap::Error, command: &Command) -> clap::Error {
         _ => return error,
     };
     let part = |kind| text(&error, kind).unwrap_or_default();
-    let (word, value) = (part(ContextKind::InvalidArg), part(ContextKind::InvalidValue));
+    let (word, value) = (part(ContextKind::InvalidArg), quoted(part(ContextKind::InvalidValue)));
     let message = format!("invalid value '{value}' for '{word}': {why}\n");
     clap::Error::raw(error::ErrorKind::ValueValidation, message).with_cmd(command)
 }
@@ -259,6 +270,23 @@ mod tests {
         assert!(after.contains("put `--seed` after the command: `program impact --seed`"), "{after}");
         let alone = usage_line(&["program", "--seed=3"]);
         assert!(alone.contains("put `--seed` after the command: `program COMMAND --seed`"), "{alone}");
+    }
+
+    #[test]
+    fn usage_errors_cut_and_escape_the_words_of_the_command_line() {
+        let long = "9".repeat(100_000) + "\u{1b}[31m";
+        for words in [
+            vec!["program", long.as_str()],
+            vec!["program", "impact", long.as_str()],
+            vec!["program", "impact", "--seed", long.as_str()],
+            vec!["program", "impact", "--radius-m", long.as_str()],
+            vec!["program", "impact", &format!("--{long}"), "x"],
+        ] {
+            let words: Vec<OsString> = words.iter().map(OsString::from).collect();
+            let error = parsed::<Program>(words.clone()).unwrap_err();
+            let text = text_of(&error, Program::command(), &words);
+            assert!(text.len() < 1500 && !text.contains('\u{1b}') && text.contains("bytes)"), "{text}");
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use shatter_cli_common::choice;
 use shatter_client::{Convention, DegreeRule, DisplacementSource, Effect, Error, Lift, Quality, Ray, RetainedFragment};
+use shatter_proto::text::quoted;
 
 /// Parses numbers separated by commas.
 fn numbers<const N: usize>(text: &str, wanted: &str) -> Result<[f64; N], String> {
@@ -11,10 +12,9 @@ fn numbers<const N: usize>(text: &str, wanted: &str) -> Result<[f64; N], String>
     })?;
     let mut found = [0.0; N];
     for (number, part) in found.iter_mut().zip(parts) {
-        *number = part
-            .trim()
-            .parse()
-            .map_err(|_| format!("`{part}` is not a number; write numbers and commas alone, as in 0.1,0,-0.2"))?;
+        *number = part.trim().parse().map_err(|_| {
+            format!("`{}` is not a number; write numbers and commas alone, as in 0.1,0,-0.2", quoted(part))
+        })?;
     }
     Ok(found)
 }

@@ -2,6 +2,7 @@
 
 use super::reply;
 use shatter_client::{Client, Convention, Deadline, Error, Object};
+use shatter_proto::text::quoted;
 use std::time::Duration;
 
 /// Pause between two attempts.
@@ -12,7 +13,7 @@ const PAUSE: Duration = Duration::from_millis(50);
 /// # Errors
 /// A message for text that is not a number, or for a negative number.
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+    let seconds: f64 = text.parse().map_err(|_| format!("`{}` is not a number", quoted(text)))?;
     Duration::try_from_secs_f64(seconds).map_err(|_| "must be 0 or more, in seconds".to_owned())
 }
 

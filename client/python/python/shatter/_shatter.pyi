@@ -227,8 +227,8 @@ class Object:
         error: float | None = None,
         time_ms: float | None = None,
         iterations: int | None = None,
-        enable: Sequence[str] | None = None,
-        disable: Sequence[str] | None = None,
+        enable: Sequence[str] | str | None = None,
+        disable: Sequence[str] | str | None = None,
         gamma_j_m2: float | None = None,
         lift: Literal["euclidean", "interior", "surface_diffusion"] | None = None,
         elastic: Literal["reduced", "solve"] | None = None,
@@ -242,8 +242,8 @@ class Object:
         """Sends a request of one to eight contacts; never blocks. Keywords are the options of ``shatter impact``.
 
         ``degree``: a number of sites, which breaks the object whatever γ is, or the rule that sets the number. ``enable`` and
-        ``disable``: names of effects, such as ``normals``, ``hulls``, ``bonds``. ``origin``: handle of a kept result and id of its
-        fragment, which is struck instead of the object.
+        ``disable``: names of effects, such as ``["normals", "hulls"]``, or one name. ``origin``: handle of a kept result and id of
+        its fragment, which is struck instead of the object.
         """
 
     def aim(

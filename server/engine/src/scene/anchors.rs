@@ -1,10 +1,10 @@
 //! Anchors of an object in a scene.
 
-use super::invalid;
 use super::names::known;
+use super::{invalid, unsuitable, wrong_type};
 use nalgebra::Vector3;
 use serde::Deserialize;
-use shatter_fracture::scene::{Anchors, DEFAULT_GRAVITY_M_S2, Region, toml_error};
+use shatter_fracture::scene::{Anchors, DEFAULT_GRAVITY_M_S2, Region};
 use shatter_proto::Error;
 use shatter_proto::effect::{Effect, Effects};
 
@@ -45,7 +45,7 @@ pub(super) fn read(
     }
     let gravity_m_s2 = gravity_m_s2.unwrap_or(DEFAULT_GRAVITY_M_S2);
     if !gravity_m_s2.iter().all(|g| g.is_finite()) {
-        return Err(invalid(at("gravity_m_s2"), "must be finite"));
+        return Err(unsuitable(at("gravity_m_s2"), &format!("{gravity_m_s2:?}"), "a list of 3 finite numbers"));
     }
     let gravity_m_s2 = allowed.has(Effect::Gravity).then(|| Vector3::from(gravity_m_s2));
     Ok(Anchors { regions, gravity_m_s2 })
@@ -55,16 +55,17 @@ pub(super) fn read(
 pub(super) fn region(path: &str, table: &toml::Table) -> Result<Region, Error> {
     known(path, table.keys(), &KEYS)?;
     let values = toml::Value::Table(table.clone()).try_into();
-    let values: Values = values.map_err(|error: toml::de::Error| invalid(path, toml_error("", &error)))?;
+    let values: Values = values.map_err(|error| wrong_type(path, &error, &[]))?;
     let numbers = [values.center, values.min, values.max].into_iter().flatten().flatten();
-    if !numbers.chain(values.radius_m).all(f64::is_finite) {
-        return Err(invalid(path, "must be finite"));
+    if let Some(number) = numbers.chain(values.radius_m).find(|number| !number.is_finite()) {
+        return Err(invalid(path, format!("has the number {number}; all numbers must be finite")));
     }
     match values {
         Values { center: Some(center), radius_m: Some(radius_m), min: None, max: None } => {
             let positive = radius_m > 0.0;
             let ball = Region::Ball { center_m: center.into(), radius_m };
-            positive.then_some(ball).ok_or_else(|| invalid(format!("{path}.radius_m"), "must be above zero"))
+            let key = || format!("{path}.radius_m");
+            positive.then_some(ball).ok_or_else(|| unsuitable(key(), &radius_m.to_string(), "a number above 0"))
         }
         Values { center: None, radius_m: None, min: Some(min), max: Some(max) } => {
             let ordered = min.iter().zip(&max).all(|(min, max)| min < max);

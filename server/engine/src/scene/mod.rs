@@ -12,7 +12,7 @@ pub use recipe::BakeRecipe;
 pub use tables::{OptionalDatabaseTable, tables};
 
 use names::known;
-use shatter_fracture::scene::{MATERIALS, Materials, toml_error};
+use shatter_fracture::scene::{MATERIALS, Materials, brief, table_error, toml_error};
 use shatter_proto::name::object_name;
 use shatter_proto::{Error, ErrorKind};
 use std::collections::BTreeMap;
@@ -42,16 +42,18 @@ pub struct Scene {
 impl Scene {
     /// Reads a scene file.
     ///
-    ///
-    ///
     /// # Errors
     /// `configuration`, `unknown_effect`, `effect`, `object_name`, naming the offender and the nearest that is known.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let at = path.display().to_string();
         let text = read_text(path)
             .map_err(|error| Error::new(ErrorKind::Configuration, at.clone(), format!("cannot read {at}: {error}")))?;
-        Self::parse(&text, path.parent().unwrap_or(Path::new("")))
-            .map_err(|error| Error { message: format!("{at}: {}", error.message), ..error })
+        Self::parse(&text, path.parent().unwrap_or(Path::new(""))).map_err(|error| Error {
+            message: format!("{at}: {}", error.message),
+            // An error of the TOML text has no key: it is at the file.
+            at: if error.at.is_empty() { at } else { error.at },
+            ..error
+        })
     }
 
     /// Parses the text of a scene file; `folder` is the base of relative paths in it.
@@ -59,24 +61,27 @@ impl Scene {
     /// # Errors
     /// Those of [`Self::load`].
     pub fn parse(text: &str, folder: &Path) -> Result<Self, Error> {
-        let wrong = |error: toml::de::Error| Error::new(ErrorKind::Configuration, "scene", toml_error(text, &error));
+        let wrong = |error: toml::de::Error| Error::new(ErrorKind::Configuration, "", toml_error(text, &error));
         let table: toml::Table = text.parse().map_err(wrong)?;
         known("", table.keys(), &["title", "objects"])?;
         let title = match table.get("title") {
             None => String::new(),
             Some(toml::Value::String(title)) => title.clone(),
-            Some(_) => return Err(invalid("title", "must be a string")),
+            Some(other) => return Err(unsuitable("title", &other.to_string(), "a string")),
         };
         let materials = Materials::parse(MATERIALS);
         let materials = materials.map_err(|error| invalid("materials", error.to_string()))?;
         let objects = match table.get("objects") {
             Some(toml::Value::Table(objects)) if !objects.is_empty() => objects,
+            Some(other) if !other.is_table() => {
+                return Err(unsuitable("objects", &other.to_string(), "a table [objects.NAME] for each object"));
+            }
             _ => return Err(invalid("objects", "missing; add at least one table [objects.NAME]")),
         };
         let object = |(name, value): (&String, &toml::Value)| {
             object_name(name)?;
             let toml::Value::Table(table) = value else {
-                return Err(invalid(format!("objects.{name}"), "must be a table"));
+                return Err(unsuitable(format!("objects.{name}"), &value.to_string(), "a table"));
             };
             Ok((name.clone(), SceneObject::read(name, table, &materials, folder)?))
         };
@@ -87,6 +92,19 @@ impl Scene {
     pub fn databases(&self) -> BTreeMap<String, String> {
         self.objects.iter().map(|(name, object)| (name.clone(), object.database.clone())).collect()
     }
+}
+
+/// Error for the `value` of a key, which must be as `range` says.
+fn unsuitable(key: impl Into<String>, value: &str, range: &str) -> Error {
+    let key = key.into();
+    let message = format!("`{key}` is {}; it must be {range}", brief(value));
+    Error::new(ErrorKind::Configuration, key, message)
+}
+
+/// Error for a value of another type, or out of its type's range, in the table at `path`; `ranges` as in [`table_error`].
+fn wrong_type(path: &str, error: &toml::de::Error, ranges: &[(&str, &str)]) -> Error {
+    let (key, message) = table_error(path, error, ranges);
+    Error::new(ErrorKind::Configuration, key, message)
 }
 
 /// Error for the value of a key.

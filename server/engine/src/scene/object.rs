@@ -1,13 +1,14 @@
 //! One object of a scene file.
 
 use super::names::{known, nearest};
-use super::{BakeRecipe, anchors, invalid, warp};
+use super::{BakeRecipe, anchors, invalid, unsuitable, warp, wrong_type};
 use serde::Deserialize;
 use shatter_fracture::cancel_token::CancelToken;
-use shatter_fracture::database::{BakeRequest, Tables};
+use shatter_fracture::database::{BakeRequest, EXAMPLES_MAX, Tables};
 use shatter_fracture::degree::reference_gamma;
+use shatter_fracture::lattice::SPACING_RANGE;
 use shatter_fracture::pipeline::{AnchorError, PreparedObject};
-use shatter_fracture::scene::{Anchors, Material, Materials, WarpControls, brief, toml_error};
+use shatter_fracture::scene::{Anchors, Material, Materials, WarpControls, brief};
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_proto::Error;
 use shatter_proto::effect::{Effect, Effects, conflict};
@@ -46,7 +47,8 @@ const LIFTS: [(&str, Lift); 3] =
     [("euclidean", Lift::Euclidean), ("interior", Lift::Interior), ("surface_diffusion", Lift::SurfaceDiffusion)];
 
 /// Advice on database names.
-const NAMES: &str = "use the name of a file in the database folder, without folders and without `.shatter`";
+const NAMES: &str =
+    "use the name of a file in the database folder, without folders, without `.shatter` and without a leading dot";
 
 /// Names of the generated shapes.
 pub const SHAPES: [&str; 6] = shapes::NAMES;
@@ -226,6 +228,53 @@ struct Values {
     gravity_m_s2: Option<[f64; 3]>,
 }
 
+/// Possible values of the numbers, by key.
+const RANGES: [(&str, &str); 9] = [
+    ("fragment_size_m", POSITIVE),
+    ("gamma_j_m2", POSITIVE),
+    ("elastic_spacing", SPACING),
+    ("crack_spacing", SPACING),
+    ("volume_min_m3", POSITIVE),
+    ("examples", "a whole number from 0 to 1048576"),
+    ("sites_max", COUNT),
+    ("fragments_max", COUNT),
+    ("bytes_max", "a whole number, 1 or more"),
+];
+
+const POSITIVE: &str = "a finite number above 0";
+const SPACING: &str = "a number from 0.002 to 0.25, a fraction of the bounding-box diagonal";
+const COUNT: &str = "a whole number from 1 to 4294967295";
+const _: () = assert!(SPACING_RANGE[0] == 0.002 && SPACING_RANGE[1] == 0.25 && EXAMPLES_MAX == 1_048_576);
+
+impl Values {
+    /// Checks the ranges of the numbers of the object at `path`.
+    ///
+    /// # Errors
+    /// `configuration` at the first number that is not possible.
+    fn check_numbers(&self, path: &str) -> Result<(), Error> {
+        let positive = |value: Option<f64>| value.map(|value| (value.to_string(), value.is_finite() && value > 0.0));
+        let [low, high] = SPACING_RANGE;
+        let spacing = |value: Option<f64>| value.map(|value| (value.to_string(), (low..=high).contains(&value)));
+        let count = |value: Option<u32>| value.map(|value| (value.to_string(), value > 0));
+        let values = [
+            positive(self.fragment_size_m),
+            positive(self.gamma_j_m2),
+            spacing(self.elastic_spacing),
+            spacing(self.crack_spacing),
+            positive(self.volume_min_m3),
+            self.examples.map(|value| (value.to_string(), value <= EXAMPLES_MAX as u64)),
+            count(self.sites_max),
+            count(self.fragments_max),
+            self.bytes_max.map(|value| (value.to_string(), value > 0)),
+        ];
+        let wrong = RANGES.iter().zip(values).find_map(|((key, range), value)| match value {
+            Some((value, false)) => Some(unsuitable(format!("{path}.{key}"), &value, range)),
+            _ => None,
+        });
+        wrong.map_or(Ok(()), Err)
+    }
+}
+
 impl SceneObject {
     /// Reads the object `name` from its table.
     pub(super) fn read(name: &str, table: &toml::Table, materials: &Materials, folder: &Path) -> Result<Self, Error> {
@@ -233,26 +282,13 @@ impl SceneObject {
         let path = path.as_str();
         known(path, table.keys(), &KEYS)?;
         let values = toml::Value::Table(table.clone()).try_into();
-        let values: Values = values.map_err(|error: toml::de::Error| invalid(path, toml_error("", &error)))?;
+        let values: Values = values.map_err(|error| wrong_type(path, &error, &RANGES))?;
         let at = |key: &str| format!("{path}.{key}");
-        let numbers = [
-            ("fragment_size_m", values.fragment_size_m),
-            ("gamma_j_m2", values.gamma_j_m2),
-            ("elastic_spacing", values.elastic_spacing),
-            ("crack_spacing", values.crack_spacing),
-            ("volume_min_m3", values.volume_min_m3),
-            ("sites_max", values.sites_max.map(f64::from)),
-            ("fragments_max", values.fragments_max.map(f64::from)),
-            ("bytes_max", values.bytes_max.map(|bytes| bytes as f64)),
-        ];
-        for (key, value) in numbers {
-            if value.is_some_and(|value| !(value.is_finite() && value > 0.0)) {
-                return Err(invalid(at(key), "must be finite and above zero"));
-            }
-        }
+        values.check_numbers(path)?;
         let database = values.database.unwrap_or_else(|| name.to_owned());
-        object_name(&database)
-            .map_err(|_| invalid(at("database"), format!("`{}` is no database name; {NAMES}", brief(&database))))?;
+        if object_name(&database).is_err() || database.starts_with('.') {
+            return Err(invalid(at("database"), format!("`{}` is no database name; {NAMES}", brief(&database))));
+        }
         let material = values.material.map(|name| match materials.get(&name) {
             Ok(material) => Ok((name, material.clone())),
             Err(error) => Err(invalid(at("material"), error)),

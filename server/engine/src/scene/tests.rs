@@ -25,21 +25,35 @@ fn unknown_keys_are_rejected_with_a_suggestion() {
     check("quality = \"drift\"", "objects.vase.quality", "`draft`");
     check("shape = \"vaze\"", "objects.vase.shape", "`vase`");
     check("effects = [\"tensile\"]", "tensile", "`elastic`");
-    for database in ["", "a/b", "..\\\\b", "/databases/vase.shatter"] {
+    for database in ["", "a/b", "..\\\\b", "/databases/vase.shatter", ".vase"] {
         check(&format!("database = \"{database}\""), "objects.vase.database", "without folders");
     }
-    check("database = 3", "objects.vase", "database");
+    check("database = 3", "objects.vase.database", "is 3; it must be a string");
     check("effects = []\nvolume_min_m3 = 0.1", "objects.vase.volume_min_m3", "`slivers`");
-    check("fragment_size_m = 0.0", "objects.vase.fragment_size_m", "above zero");
-    check("sites_max = \"many\"", "objects.vase", "sites_max");
+    check("fragment_size_m = 0.0", "objects.vase.fragment_size_m", "is 0; it must be a finite number above 0");
+    check(
+        "sites_max = 5000000000",
+        "objects.vase.sites_max",
+        "is 5000000000; it must be a whole number from 1 to 4294967295",
+    );
+    check("sites_max = 0", "objects.vase.sites_max", "is 0; it must be a whole number from 1 to 4294967295");
+    check("bytes_max = -1", "objects.vase.bytes_max", "is -1; it must be a whole number, 1 or more");
+    check("examples = 2000000", "objects.vase.examples", "is 2000000; it must be a whole number from 0 to 1048576");
+    check("elastic_spacing = 7", "objects.vase.elastic_spacing", "is 7; it must be a number from 0.002 to 0.25");
+    check("effects = \"hulls\"", "objects.vase.effects", "is \"hulls\"; it must be a list");
+    check("sites_max = \"many\"", "objects.vase.sites_max", "is \"many\"; it must be a whole number");
     let held = |anchor: &str| format!("allow = [\"anchored\"]\nanchors = [{anchor}]");
     check(&held("{ centre = [0, 0, 0], radius_m = 1 }"), "objects.vase.anchors[0].centre", "`center`");
     for half in ["{}", "{ center = [0, 0, 0] }", "{ center = [0, 0, 0], radius_m = 1, min = [0, 0, 0] }"] {
         check(&held(half), "objects.vase.anchors[0]", "a box");
     }
-    check(&held("{ center = [0, 0], radius_m = 1 }"), "objects.vase.anchors[0]", "center");
+    check(&held("{ center = [0, 0], radius_m = 1 }"), "objects.vase.anchors[0].center", "a list of 2 values");
     check(&held("{ center = [0, 0, nan], radius_m = 1 }"), "objects.vase.anchors[0]", "finite");
-    check(&held("{ center = [0, 0, 0], radius_m = 0 }"), "objects.vase.anchors[0].radius_m", "above zero");
+    check(
+        &held("{ center = [0, 0, 0], radius_m = 0 }"),
+        "objects.vase.anchors[0].radius_m",
+        "is 0; it must be a number above 0",
+    );
     check(&held("{ min = [0, 0, 0], max = [1, 0, 1] }"), "objects.vase.anchors[0].max", "`min`");
     check(&held(""), "objects.vase.anchors", "at least one");
     check("effects = [\"elastic\", \"gravity\"]", "gravity", "`anchored`");
@@ -178,9 +192,17 @@ fn a_fragment_size_gives_gamma() {
 fn artist_controls_are_validated_by_name() {
     let warped = |text: &str| format!("effects = [\"warp\"]\nwarp = {{ {text} }}");
     check(&warped("grian = 1"), "objects.vase.warp.grian", "`grain`");
-    check(&warped("grain = { axis = [0, 0, 0], ratio = 2.0 }"), "objects.vase.warp.grain", "axis");
-    check(&warped("grain = { axis = [0, 1, 0], ratio = 99.0 }"), "objects.vase.warp.grain", "ratio");
-    check(&warped("waves = { length_m = -1.0, slope = 0.3 }"), "objects.vase.warp.waves", "above zero");
+    check(
+        &warped("grain = { axis = [0, 0, 0], ratio = 2.0 }"),
+        "objects.vase.warp.grain.axis",
+        "is [0.0, 0.0, 0.0]; it must be",
+    );
+    check(
+        &warped("grain = { axis = [0, 1, 0], ratio = 99.0 }"),
+        "objects.vase.warp.grain.ratio",
+        "is 99; it must be a number from 0.03125 to 32",
+    );
+    check(&warped("waves = { length_m = -1.0, slope = 0.3 }"), "objects.vase.warp.waves.length_m", "is -1; it must be");
     check(
         &warped("protect = [{ center = [0, 0, 0], radius_m = 0.0 }]"),
         "objects.vase.warp.protect[0].radius_m",

@@ -1,11 +1,11 @@
 //! Controls for artists in a scene: the table `[objects.NAME.warp]`.
 
 use super::anchors::region;
-use super::invalid;
 use super::names::known;
+use super::{invalid, unsuitable, wrong_type};
 use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
-use shatter_fracture::scene::{Grain, Paint, WarpControls, Waves, toml_error};
+use shatter_fracture::scene::{Grain, Paint, WarpControls, Waves};
 use shatter_fracture::surface::read_painted;
 use shatter_proto::Error;
 use std::path::Path;
@@ -57,7 +57,7 @@ struct PaintValues {
 pub(super) fn read(path: &str, table: &toml::Table, folder: &Path) -> Result<WarpControls, Error> {
     known(path, table.keys(), &KEYS)?;
     let values = toml::Value::Table(table.clone()).try_into();
-    let values: Values = values.map_err(|error: toml::de::Error| invalid(path, toml_error("", &error)))?;
+    let values: Values = values.map_err(|error| wrong_type(path, &error, &[]))?;
     let at = |key: &str| format!("{path}.{key}");
     let region = |(number, table): (usize, &toml::Table)| region(&format!("{path}.protect[{number}]"), table);
     let protect = values.protect.iter().enumerate().map(region);
@@ -69,7 +69,8 @@ pub(super) fn read(path: &str, table: &toml::Table, folder: &Path) -> Result<War
         sites_m: values.sites.into_iter().map(Point3::from).collect(),
     };
     if let Some(site) = controls.sites_m.iter().position(|site| !site.iter().all(|x| x.is_finite())) {
-        return Err(invalid(format!("{path}.sites[{site}]"), "must be finite"));
+        let value = format!("{:?}", controls.sites_m[site].coords.as_slice());
+        return Err(unsuitable(format!("{path}.sites[{site}]"), &value, "three finite numbers"));
     }
     Ok(controls)
 }
@@ -77,30 +78,36 @@ pub(super) fn read(path: &str, table: &toml::Table, folder: &Path) -> Result<War
 fn grain(path: &str, values: &GrainValues) -> Result<Grain, Error> {
     let axis = Vector3::from(values.axis);
     let length = axis.norm();
-    if !(length.is_normal() && (1.0 / RATIO_MAX..=RATIO_MAX).contains(&values.ratio)) {
-        return Err(invalid(
-            path,
-            format!("needs an axis other than zero and a ratio of 1/{RATIO_MAX} to {RATIO_MAX}"),
-        ));
+    if !length.is_normal() {
+        let range = "a list of 3 finite numbers, not all 0";
+        return Err(unsuitable(format!("{path}.axis"), &format!("{:?}", values.axis), range));
+    }
+    if !(1.0 / RATIO_MAX..=RATIO_MAX).contains(&values.ratio) {
+        let range = format!("a number from {} to {RATIO_MAX}", 1.0 / RATIO_MAX);
+        return Err(unsuitable(format!("{path}.ratio"), &values.ratio.to_string(), &range));
     }
     Ok(Grain { axis: axis / length, ratio: values.ratio })
 }
 
 fn waves(path: &str, values: &WavesValues) -> Result<Waves, Error> {
     let WavesValues { length_m, slope } = *values;
-    let fits = length_m.is_normal() && length_m > 0.0 && slope.is_finite() && slope > 0.0;
-    if fits {
-        Ok(Waves { length_m, slope })
-    } else {
-        Err(invalid(path, "length_m and slope must be finite and above zero"))
+    let numbers = [("length_m", length_m, length_m.is_normal()), ("slope", slope, slope.is_finite())];
+    match numbers.into_iter().find(|(_, value, is_number)| !is_number || *value <= 0.0) {
+        None => Ok(Waves { length_m, slope }),
+        Some((key, value, _)) => {
+            Err(unsuitable(format!("{path}.{key}"), &value.to_string(), "a finite number above 0"))
+        }
     }
 }
 
 fn paint(path: &str, values: &PaintValues, folder: &Path) -> Result<Paint, Error> {
     let PaintValues { file, attribute, least, most } = values;
     let factor = 1.0 / FACTOR_MAX..=FACTOR_MAX;
-    if !(factor.contains(least) && factor.contains(most)) {
-        return Err(invalid(path, format!("least and most must be 1/{FACTOR_MAX} to {FACTOR_MAX}")));
+    if let Some((key, value)) =
+        [("least", least), ("most", most)].into_iter().find(|(_, value)| !factor.contains(value))
+    {
+        let range = format!("a number from {} to {FACTOR_MAX}", 1.0 / FACTOR_MAX);
+        return Err(unsuitable(format!("{path}.{key}"), &value.to_string(), &range));
     }
     let (points_m, values) =
         read_painted(&folder.join(file), attribute).map_err(|error| invalid(path, error.to_string()))?;

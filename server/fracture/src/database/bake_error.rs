@@ -9,6 +9,7 @@ use crate::elasticity::ElasticityError;
 use crate::lattice::LatticeError;
 use crate::lift::LiftError;
 use crate::pipeline::FractureError;
+use crate::scene::brief;
 use crate::surface::SurfaceError;
 
 /// Largest share of the volume in components that the lattice drops. Beyond it, the rest is a different object.
@@ -19,7 +20,8 @@ pub(super) const GONE_MAX: f64 = 0.25;
 pub enum BakeError {
     /// The name is not a valid file name, or too long for a request.
     #[error(
-        "object name {0:?} is invalid: use 1 to {NAME_BYTES_MAX} bytes without path separators, control or invisible characters or a leading dot"
+        "object name {:?} is invalid: use 1 to {NAME_BYTES_MAX} bytes without path separators, control or invisible characters or a leading dot",
+        brief(.0)
     )]
     Name(String),
     /// A number is not finite and positive.

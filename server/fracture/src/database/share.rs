@@ -11,6 +11,7 @@ use super::bake_step::BakeStep;
 use super::object::BASE;
 use crate::cancel_token::CancelToken;
 use crate::pipeline::{PreparedObject, TrainingExample, sampled};
+use crate::scene::brief;
 use crate::surface::RawMesh;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -81,7 +82,7 @@ impl fmt::Display for BakeShare {
 #[non_exhaustive]
 pub enum ShareError {
     /// The text is not two numbers.
-    #[error("\"{0}\" is not i/n, as in 0/8")]
+    #[error("\"{}\" is not i/n, as in 0/8", brief(.0))]
     Text(String),
     /// The number of shares is 0 or too large.
     #[error("{count} shares are out of range; use 1 to {SHARES_MAX}")]

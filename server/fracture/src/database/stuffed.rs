@@ -14,7 +14,7 @@ use crate::surface::{CrackSheets, InsideTest, Surface, SurfaceError, WidthSide};
 
 /// Parameters, lattices and report of a bake.
 ///
-/// If nothing is inside, or too little is preserved, the error names a flat surface or a distant vertex as the cause.
+/// If nothing is inside, or too little is preserved, the error names a needle, a flat surface or a distant vertex as the cause.
 pub(super) fn lattices(
     request: &BakeRequest,
     surface: &Surface,
@@ -26,7 +26,7 @@ pub(super) fn lattices(
             BakeError::Surface(SurfaceError::NothingInside)
             | BakeError::Lattice(LatticeError::NothingInside { .. })
             | BakeError::TooThin { .. }
-            | BakeError::TooSmall { .. } => surface.nothing_inside(),
+            | BakeError::TooSmall { .. } => surface.nothing_inside(thin::THICKNESS_MIN),
             _ => None,
         };
         reason.map_or(error, BakeError::Surface)

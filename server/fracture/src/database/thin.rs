@@ -25,6 +25,9 @@ const SAMPLES_MIN: usize = 3;
 /// %, plates of 1.0 to 31 %.
 const WALL_SPACINGS: [f64; 2] = [1.5, 1.25];
 
+/// Thickness that the finest lattice resolves, local.
+pub(super) const THICKNESS_MIN: f64 = WALL_SPACINGS[1] * lattice::SPACING_RANGE[0];
+
 /// Elastic and crack spacing, local: the given ones, or the defaults, refined where walls need it.
 pub(super) fn spacings(
     request: &BakeRequest,
@@ -118,7 +121,7 @@ mod tests {
     use crate::database::{Tables, bake};
     use crate::pipeline::PreparedObject;
     use crate::scene::Material;
-    use crate::surface::{RawMesh, shapes};
+    use crate::surface::{RawMesh, SurfaceError, shapes};
 
     /// Lattices alone: no table decides what they keep. The hard cases of the lab bake and strike a plate and a needle of 1:100 whole.
     fn baked(mesh: RawMesh, crack_spacing: Option<f64>) -> Result<PreparedObject, BakeError> {
@@ -162,6 +165,8 @@ mod tests {
         assert!(
             matches!(sheet, BakeError::TooThin { thickness_m, possible: false, .. } if (thickness_m / 5e-4 - 1.0).abs() < 0.02)
         );
+        let needle = baked(shapes::cuboid([1000.0, 1.0, 1.0]), None).err().unwrap();
+        assert!(matches!(needle, BakeError::Surface(SurfaceError::Needle { .. })), "{needle}");
         let vase = baked(shapes::vase(), Some(0.035)).err().unwrap();
         let BakeError::TooThin { thickness_m, spacing, spacing_needed, possible: true } = vase else {
             panic!("{vase}")

@@ -7,8 +7,10 @@ use nalgebra::Point3;
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum LatticeError {
     /// The spacing is outside [`super::SPACING_RANGE`], or not a number.
-    #[error("spacing {spacing} is outside {spacing_min} to {spacing_max} of the bounding-box diagonal")]
+    #[error("{level} spacing {spacing} is outside {spacing_min} to {spacing_max} of the bounding-box diagonal")]
     SpacingOutOfRange {
+        /// Name of the level: "elastic" or "crack", or "lattice" for a lattice by itself.
+        level: &'static str,
         /// Requested spacing, local.
         spacing: f64,
         /// Lowest accepted spacing, local.

@@ -39,7 +39,7 @@ impl Grid {
     pub(super) fn over(shape: &dyn SignedDistance, spacing: f64) -> Result<Self, LatticeError> {
         let [spacing_min, spacing_max] = SPACING_RANGE;
         if !(spacing_min..=spacing_max).contains(&spacing) {
-            return Err(LatticeError::SpacingOutOfRange { spacing, spacing_min, spacing_max });
+            return Err(LatticeError::SpacingOutOfRange { level: "lattice", spacing, spacing_min, spacing_max });
         }
         let (low, high) = shape.bounds();
         let extent = high - low;

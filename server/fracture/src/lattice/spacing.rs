@@ -63,13 +63,13 @@ pub fn spacings(
         (Some(elastic), Some(crack)) => [elastic, crack],
     };
     let [spacing_min, spacing_max] = SPACING_RANGE;
-    for (level, (spacing, nodes_max)) in chosen.into_iter().zip([ELASTIC_NODES_MAX, CRACK_NODES_MAX]).enumerate() {
+    let levels = [("elastic", ELASTIC_NODES_MAX), ("crack", CRACK_NODES_MAX)];
+    for (spacing, (level, nodes_max)) in chosen.into_iter().zip(levels) {
         if !(spacing_min..=spacing_max).contains(&spacing) {
-            return Err(LatticeError::SpacingOutOfRange { spacing, spacing_min, spacing_max });
+            return Err(LatticeError::SpacingOutOfRange { level, spacing, spacing_min, spacing_max });
         }
         let nodes = nodes_at(spacing, volume, area);
         if nodes > nodes_max as f64 {
-            let level = ["elastic", "crack"][level];
             let spacing_needed = default_spacing(volume, area, nodes_max);
             return Err(LatticeError::TooManyNodes { level, spacing, nodes, nodes_max, spacing_needed });
         }

@@ -99,7 +99,7 @@ impl Materials {
     /// [`MaterialError`] for an unknown name.
     pub fn get(&self, name: &str) -> Result<&Material, MaterialError> {
         self.0.get(name).ok_or_else(|| MaterialError::Unknown {
-            name: name.to_owned(),
+            name: brief(name),
             nearest: nearest(name, self.names()).unwrap_or_default().to_owned(),
             known: brief(&self.names().collect::<Vec<_>>().join(", ")),
         })

@@ -51,18 +51,48 @@ pub fn nearest<'a>(name: &str, all: impl IntoIterator<Item = &'a str>) -> Option
     all.into_iter().min_by_key(|known| distance(known))
 }
 
-/// One-line description of an error in the TOML `text`: position, cause, and the nearest known key to an unknown one.
+/// One-line description of an error in the TOML `text`: position, cause in plain words, and the nearest known key to an unknown one.
 ///
-/// Does not quote the text. For a table parsed before, pass an empty text; the key then replaces the position.
+/// Quotes no more than the offending value.
 pub fn toml_error(text: &str, error: &toml::de::Error) -> String {
-    let place = error.span().and_then(|span| text.get(..span.start)).map_or_else(String::new, |before| {
-        let column = before.rsplit('\n').next().map_or(0, |line| line.chars().count()) + 1;
-        format!("line {}, column {column}: ", before.matches('\n').count() + 1)
-    });
-    // Without a text, the error still has the key and prints it on a separate line.
+    let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+    let line = before.rsplit('\n').next().unwrap_or_default();
+    let place = format!("line {}, column {}", before.matches('\n').count() + 1, line.chars().count() + 1);
+    match mismatch(error.message()) {
+        Some((found, wanted)) => {
+            // The key stands before the equals sign, in an inline table after a brace or a comma.
+            let key = line.rsplit_once('=').and_then(|(left, _)| left.rsplit(['{', ',']).next()).map(str::trim);
+            let key =
+                key.filter(|key| !key.is_empty()).map_or("the value".to_owned(), |key| format!("`{}`", brief(key)));
+            format!("{place}: {key} is {found}; it must be {wanted}")
+        }
+        None => format!("{place}: {}", cause(error)),
+    }
+}
+
+/// Offending key and one-line description of an error in the values of a TOML table that was parsed before.
+///
+/// `table` is the path of the table, empty for the whole file; `ranges` hold the possible values of keys, in words. Other values
+/// are described by their types.
+pub fn table_error(table: &str, error: &toml::de::Error, ranges: &[(&str, &str)]) -> (String, String) {
+    // Without a text, the error prints its key on a separate line.
     let shown = error.to_string();
-    let key = shown.lines().filter(|_| place.is_empty()).find_map(|line| line.strip_prefix("in `")?.strip_suffix('`'));
-    let key = key.map_or_else(String::new, |key| format!(" (key `{}`)", brief(key)));
+    let key = shown.lines().find_map(|line| line.strip_prefix("in `")?.strip_suffix('`')).unwrap_or_default();
+    let path = match (table, key) {
+        (table, "") => table.to_owned(),
+        ("", key) => brief(key),
+        (table, key) => format!("{table}.{}", brief(key)),
+    };
+    let range = ranges.iter().find(|(own, _)| *own == key).map(|(_, range)| (*range).to_owned());
+    let message = match mismatch(error.message()) {
+        Some((found, wanted)) => format!("`{path}` is {found}; it must be {}", range.unwrap_or(wanted)),
+        None => format!("`{path}`: {}", cause(error)),
+    };
+    (path, message)
+}
+
+/// The parser's cause of an error in one line, with the nearest known key to an unknown one.
+fn cause(error: &toml::de::Error) -> String {
     let message = error.message();
     let mut names = message.split('`').skip(1).step_by(2);
     let hint = match names.next() {
@@ -70,7 +100,47 @@ pub fn toml_error(text: &str, error: &toml::de::Error) -> String {
         _ => None,
     };
     let hint = hint.map_or_else(String::new, |nearest| format!("; the nearest is `{nearest}`"));
-    format!("{place}{}{key}{hint}", brief(&message.split_whitespace().collect::<Vec<_>>().join(" ")))
+    let line = message.split_whitespace().collect::<Vec<_>>().join(" ");
+    let line = line.replace("unknown field", "unknown key").replace("missing field", "missing key");
+    format!("{}{hint}", brief(line.trim_end_matches(", expected nothing")))
+}
+
+/// The value that was found and the values that are possible, in plain words; `None` for errors of another kind.
+fn mismatch(message: &str) -> Option<(String, String)> {
+    let (found, wanted) = message.rsplit_once(", expected ")?;
+    let beginnings = ["invalid value: ", "invalid type: ", "unknown variant "];
+    let found = match (beginnings.iter().find_map(|beginning| found.strip_prefix(beginning)), found) {
+        (Some("sequence"), _) => "a list".to_owned(),
+        (Some("map"), _) => "a table".to_owned(),
+        (Some(text), _) if text.starts_with("string ") => brief(text.trim_start_matches("string ")),
+        (Some(text), _) => brief(text.split('`').nth(1).unwrap_or(text)),
+        (None, found) => format!("a list of {} values", found.strip_prefix("invalid length ")?),
+    };
+    Some((found, possible(wanted)))
+}
+
+/// The values of a type that the parser names, in plain words.
+fn possible(wanted: &str) -> String {
+    let whole =
+        |low: &dyn std::fmt::Display, high: &dyn std::fmt::Display| format!("a whole number from {low} to {high}");
+    match wanted {
+        "u16" => whole(&u16::MIN, &u16::MAX),
+        "u32" => whole(&u32::MIN, &u32::MAX),
+        "i32" => whole(&i32::MIN, &i32::MAX),
+        "u64" | "usize" => "a whole number, 0 or more".to_owned(),
+        // An integer that no type of TOML holds.
+        "i64" | "any valid TOML value" => whole(&i64::MIN, &i64::MAX),
+        "f64" => "a number".to_owned(),
+        "a boolean" => "true or false".to_owned(),
+        "a sequence" => "a list".to_owned(),
+        "path string" => "a path in quotes".to_owned(),
+        "string or table" => "a string".to_owned(),
+        _ if wanted == "a map" || wanted.starts_with("struct ") => "a table".to_owned(),
+        _ => match wanted.strip_prefix("an array of length ") {
+            Some(length) => format!("a list of {length} numbers"),
+            None => wanted.to_owned(),
+        },
+    }
 }
 
 #[cfg(test)]
@@ -85,6 +155,81 @@ mod tests {
         assert_eq!(nearest("gama_j_m2", keys), Some("gamma_j_m2"));
         assert_eq!(nearest("lif", keys), Some("lift"));
         assert_eq!(nearest("x", []), None);
+    }
+
+    #[test]
+    fn values_of_the_wrong_type_or_range_are_described_in_plain_words() {
+        #[derive(Debug, serde::Deserialize)]
+        #[expect(dead_code, reason = "only their types count")]
+        struct Own {
+            port: Option<u16>,
+            nice: Option<i32>,
+            count: Option<usize>,
+            size: Option<f64>,
+            name: Option<String>,
+            on: Option<bool>,
+            names: Option<Vec<String>>,
+            center: Option<[f64; 3]>,
+            inner: Option<Inner>,
+            format: Option<Format>,
+        }
+        #[derive(Debug, serde::Deserialize)]
+        #[expect(dead_code, reason = "only its name counts")]
+        struct Inner {
+            ratio: f64,
+        }
+        #[derive(Debug, serde::Deserialize)]
+        #[serde(rename_all = "snake_case")]
+        enum Format {
+            Text,
+            Json,
+        }
+        let ranges = [("count", "a whole number from 1 to 8")];
+        for (text, own, wanted) in [
+            (
+                "port = 80000",
+                "`t.port` is 80000; it must be a whole number from 0 to 65535",
+                "`port` is 80000; it must",
+            ),
+            (
+                "nice = 2.5",
+                "`t.nice` is 2.5; it must be a whole number from -2147483648 to 2147483647",
+                "`nice` is 2.5",
+            ),
+            (
+                "count = -1",
+                "`t.count` is -1; it must be a whole number from 1 to 8",
+                "must be a whole number, 0 or more",
+            ),
+            ("size = \"large, expected\"", "`t.size` is \"large, expected\"; it must be a number", "`size` is \"large"),
+            ("name = 3", "`t.name` is 3; it must be a string", "`name` is 3; it must be a string"),
+            ("on = 1", "`t.on` is 1; it must be true or false", "`on` is 1"),
+            ("names = \"a\"", "`t.names` is \"a\"; it must be a list", "`names` is \"a\""),
+            (
+                "center = [1, 2]",
+                "`t.center` is a list of 2 values; it must be a list of 3 numbers",
+                "is a list of 2 values",
+            ),
+            ("inner = 3", "`t.inner` is 3; it must be a table", "`inner` is 3"),
+            ("inner = { ratio = true }", "`t.inner.ratio` is true; it must be a number", "`ratio` is true; it must be"),
+            ("inner = {}", "`t.inner`: missing key `ratio`", "missing key `ratio`"),
+            ("format = \"xml\"", "`t.format` is xml; it must be `text` or `json`", "`format` is xml"),
+        ] {
+            let table: toml::Table = text.parse().unwrap();
+            let error = toml::Value::Table(table).try_into::<Own>().unwrap_err();
+            let (key, message) = table_error("t", &error, &ranges);
+            assert!(message == own && message.contains(&format!("`{key}`")), "{text}: {key}: {message}");
+            let message = toml_error(text, &toml::from_str::<Own>(text).unwrap_err());
+            assert!(message.starts_with("line 1, column ") && message.contains(wanted), "{text}: {message}");
+        }
+        let text = "[a]\nport = 99999999999999999999";
+        let message = toml_error(text, &text.parse::<toml::Table>().unwrap_err());
+        assert!(
+            message.starts_with("line 2, column 8: `port` is 99999999999999999999; it must be a whole"),
+            "{message}"
+        );
+        let message = toml_error("count = 08", &"count = 08".parse::<toml::Table>().unwrap_err());
+        assert!(!message.contains("nothing"), "{message}");
     }
 
     #[test]

@@ -13,6 +13,12 @@ fn vertices_at(vertices: &[(u64, [f64; 3])]) -> String {
     vertices.iter().map(|(vertex, at_m)| vertex_at(*vertex, at_m)).collect::<Vec<_>>().join(", ")
 }
 
+/// Formats extents in m.
+fn product(extents_m: &[f64; 3]) -> String {
+    let [length, width, thickness] = extents_m;
+    format!("{length:.3e} × {width:.3e} × {thickness:.3e} m")
+}
+
 /// Error for a mesh that cannot be used. Every variant names the place.
 #[derive(Debug, thiserror::Error)]
 pub enum SurfaceError {
@@ -57,10 +63,15 @@ pub enum SurfaceError {
         expected: &'static str,
     },
     /// A coordinate is infinite or not a number.
-    #[error("vertex {vertex} is not finite")]
+    #[error(
+        "vertex {vertex}, counted from 0,{} has a coordinate that is infinite or not a number; correct it, or export the mesh again",
+        line.map_or(String::new(), |line| format!(" in line {line}"))
+    )]
     NonFiniteVertex {
         /// Vertex of the file, counted from 0.
         vertex: u64,
+        /// Its line in a text file, counted from 1.
+        line: Option<usize>,
     },
     /// A coordinate is so large that volumes or masses would not be finite.
     #[error("{} is out of range: coordinates must lie within ±{limit_m:e} m. Check --unit", vertex_at(*.vertex, .at_m))]
@@ -105,12 +116,29 @@ pub enum SurfaceError {
     NothingInside,
     /// All vertices lie in a plane, or nearly so.
     #[error(
-        "the mesh is flat and encloses no volume: its extents are {:.3e} × {:.3e} × {:.3e} m; give it a thickness",
-        .extents_m[0], .extents_m[1], .extents_m[2]
+        "the mesh is flat{}: its extents are {}; {}",
+        if *encloses { "" } else { " and encloses no volume" },
+        product(.extents_m),
+        if *encloses { "no lattice resolves so thin a plate; make it thicker" } else { "give it a thickness" }
     )]
     Flat {
         /// Extents along the principal axes, largest first, m.
         extents_m: [f64; 3],
+        /// True if the surface is closed around a volume.
+        encloses: bool,
+    },
+    /// The mesh encloses a volume, but is too thin in two directions for every possible lattice.
+    #[error(
+        "the mesh is a needle, thin in two directions: its extents are {}, so it is {:.0} times as long as thick, which no lattice \
+         resolves; make it {thickness_min_m:.3e} m thick or more, or bake it in shorter parts",
+        product(.extents_m),
+        .extents_m[0] / .extents_m[2]
+    )]
+    Needle {
+        /// Extents along the principal axes, largest first, m.
+        extents_m: [f64; 3],
+        /// Thickness that the finest lattice resolves, m.
+        thickness_min_m: f64,
     },
     /// A few vertices are so far from the others that the rest of the mesh is too small to resolve.
     #[error(

@@ -1,6 +1,7 @@
 //! Mesh as read from a file: meters, y up, not repaired.
 
 use super::{DIAGONAL_RANGE_M, SurfaceError, TriangleAttributes};
+use crate::scene::brief;
 use nalgebra::Point3;
 use std::fmt;
 use std::str::FromStr;
@@ -47,7 +48,7 @@ impl fmt::Display for LengthUnit {
 
 /// Error for a word that names no length unit.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown unit '{0}': one of m, cm, mm, in")]
+#[error("unknown unit '{}': one of m, cm, mm, in", brief(.0))]
 pub struct UnknownUnit(String);
 
 impl FromStr for LengthUnit {
@@ -85,7 +86,7 @@ impl fmt::Display for UpAxis {
 
 /// Error for a word that names no up axis.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown up axis '{0}': one of y, z")]
+#[error("unknown up axis '{}': one of y, z", brief(.0))]
 pub struct UnknownUpAxis(String);
 
 impl FromStr for UpAxis {
@@ -147,7 +148,7 @@ impl RawMesh {
             return Err(SurfaceError::Empty { missing, expected });
         }
         if let Some(vertex) = self.positions_m.iter().position(|p| !p.coords.iter().all(|c| c.is_finite())) {
-            return Err(SurfaceError::NonFiniteVertex { vertex: vertex as u64 });
+            return Err(SurfaceError::NonFiniteVertex { vertex: vertex as u64, line: None });
         }
         let limit_m = *DIAGONAL_RANGE_M.end();
         if let Some(vertex) = self.positions_m.iter().position(|p| p.coords.amax() > limit_m) {

@@ -1,4 +1,5 @@
-//! Causes of a surface that encloses no volume: it is flat, or a few vertices are far from all others.
+//! Causes of a surface that encloses no volume, or none that a lattice resolves: it is flat or a needle, or a few vertices are far
+//! from all others.
 
 use super::{RawMesh, Surface, SurfaceError};
 use nalgebra::{Matrix3, Point3, Vector3};
@@ -14,6 +15,9 @@ const OUTLIERS_MAX: usize = 8;
 
 /// Largest ratio of the least to the largest extent of a flat mesh.
 const FLAT: f64 = 1e-4;
+
+/// Smallest volume of a closed surface that is not rounding, local.
+const VOLUME_MIN: f64 = 1e-14;
 
 /// Vertices that are far from all others.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,13 +59,20 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 impl Surface {
-    /// Cause of an empty inside: outlying vertices or a flat surface. `None` if neither applies.
-    pub fn nothing_inside(&self) -> Option<SurfaceError> {
+    /// Cause of an empty inside: outlying vertices, a needle or a flat surface. `None` if none of them applies.
+    ///
+    /// `thickness_min` is the thickness that the finest lattice resolves, local.
+    pub fn nothing_inside(&self, thickness_min: f64) -> Option<SurfaceError> {
         if let Some(Outliers { vertices, distance_m, times }) = self.outliers.clone() {
             return Some(SurfaceError::Outliers { vertices, distance_m, times });
         }
         let extents_m = self.extents().map(|extent| extent * self.frame.diagonal_m);
-        (extents_m[2] <= FLAT * extents_m[0]).then_some(SurfaceError::Flat { extents_m })
+        let encloses = self.closed && self.signed_volume() > VOLUME_MIN;
+        let thickness_min_m = thickness_min * self.frame.diagonal_m;
+        if encloses && extents_m[1] < thickness_min_m {
+            return Some(SurfaceError::Needle { extents_m, thickness_min_m });
+        }
+        (extents_m[2] <= FLAT * extents_m[0]).then_some(SurfaceError::Flat { extents_m, encloses })
     }
 
     /// Extents along the principal axes, largest first; local.
@@ -91,7 +102,27 @@ mod tests {
     fn refused(raw: RawMesh) -> SurfaceError {
         let surface = Surface::repair(raw).unwrap();
         assert!(InsideTest::new(&surface).input_volume(&CancelToken::default()).is_err());
-        surface.nothing_inside().unwrap()
+        surface.nothing_inside(THICKNESS_MIN).unwrap()
+    }
+
+    /// Thickness that the finest lattice resolves, local.
+    const THICKNESS_MIN: f64 = 2.5e-3;
+
+    #[test]
+    fn a_thin_mesh_with_a_volume_is_called_what_it_is() {
+        let cause = |sides: [f64; 3]| {
+            Surface::repair(shapes::cuboid(sides)).unwrap().nothing_inside(THICKNESS_MIN).map(|error| error.to_string())
+        };
+        for sides in [[1000.0, 1.0, 1.0], [2.0, 2.0, 1e4], [1.0, 1e-5, 1e-5], [1.0, 1e-3, 1e-5]] {
+            let message = cause(sides).unwrap();
+            assert!(message.contains("needle, thin in two directions") && !message.contains("flat"), "{message}");
+        }
+        let needle = cause([1000.0, 1.0, 1.0]).unwrap();
+        assert!(needle.contains("1.000e3 × 1.000e0 × 1.000e0 m, so it is 1000 times as long as thick"), "{needle}");
+        assert!(needle.contains("make it 2.500e0 m thick or more"), "{needle}");
+        let plate = cause([1.0, 1.0, 1e-5]).unwrap();
+        assert!(plate.contains("flat: its extents") && !plate.contains("encloses no volume"), "{plate}");
+        assert_eq!(cause([1.0, 0.01, 0.01]), None);
     }
 
     #[test]
@@ -106,7 +137,7 @@ mod tests {
         };
         for tilt in [0.0, 0.7] {
             let error = refused(sheet(tilt));
-            let SurfaceError::Flat { extents_m } = error else { panic!("{error}") };
+            let SurfaceError::Flat { extents_m, encloses: false } = error else { panic!("{error}") };
             assert!(extents_m[0] >= 3.0 && extents_m[1] >= 2.0 && extents_m[2] < 1e-9, "{extents_m:?}");
         }
     }

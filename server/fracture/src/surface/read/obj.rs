@@ -20,6 +20,11 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     within_limit(statements.len())?;
     let mesh = load(&statements, statements.len()).map_err(|error| refused(&statements, &error))?;
     let positions: Vec<Point3<f64>> = mesh.positions.chunks_exact(3).map(Point3::from_slice).collect();
+    if let Some(vertex) = positions.iter().position(|point| !point.coords.iter().all(|x| x.is_finite())) {
+        let statement = statements.iter().filter(|statement| statement.is_vertex).nth(vertex);
+        let line = statement.map(|statement| statement.line);
+        return Err(SurfaceError::NonFiniteVertex { vertex: vertex as u64, line });
+    }
     let mut polygons = FacePolygons::default();
     let mut start = 0;
     for (statement, &arity) in statements.iter().zip(&mesh.face_arities) {

@@ -44,7 +44,7 @@ fn parse(bytes: &[u8], attribute: &str) -> Result<(Vec<Point3<f64>>, Vec<f64>), 
         let values: Vec<f64> = rows.iter().map(|row| number(row, attribute) / unit).collect();
         let finite = |vertex: &usize| points[*vertex].iter().all(|x| x.is_finite()) && values[*vertex].is_finite();
         return match (0..points.len()).find(|vertex| !finite(vertex)) {
-            Some(vertex) => Err(SurfaceError::NonFiniteVertex { vertex: vertex as u64 }),
+            Some(vertex) => Err(SurfaceError::NonFiniteVertex { vertex: vertex as u64, line: None }),
             None if points.is_empty() => Err(EMPTY),
             None => Ok((points, values)),
         };

@@ -43,7 +43,12 @@ impl<'a> Rows<'a> {
             let mut words = text.split_whitespace().peekable();
             if words.peek().is_some() {
                 let wrong = |reason| malformed("ply", format!("line {}", self.lines_read), reason);
-                rows.push(row(words, &meanings).map_err(wrong)?);
+                let row = row(words, &meanings).map_err(wrong)?;
+                if element.name == "vertex" && !row.point.coords.iter().all(|x| x.is_finite()) {
+                    let (vertex, line) = (rows.len() as u64, Some(self.lines_read));
+                    return Err(SurfaceError::NonFiniteVertex { vertex, line });
+                }
+                rows.push(row);
             }
         }
         Ok(rows)

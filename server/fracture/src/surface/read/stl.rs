@@ -49,8 +49,18 @@ fn parse_binary(bytes: &[u8], facets: usize) -> Result<RawMesh, SurfaceError> {
 fn parse_ascii(text: &str) -> Result<RawMesh, SurfaceError> {
     let mut builder = Builder::default();
     let mut solid = String::new();
+    let mut vertex = 0;
     for (line, statement) in text.lines().enumerate() {
-        match statement.split_whitespace().next() {
+        let mut words = statement.split_whitespace();
+        let word = words.next();
+        if word == Some("vertex") {
+            // `stl_io` names no line.
+            if words.any(|word| word.parse::<f32>().is_ok_and(|number| !number.is_finite())) {
+                return Err(SurfaceError::NonFiniteVertex { vertex, line: Some(line + 1) });
+            }
+            vertex += 1;
+        }
+        match word {
             None => {}
             Some("solid") if solid.is_empty() => solid.push_str("solid it\n"),
             Some("endsolid") if !solid.is_empty() => builder.add((std::mem::take(&mut solid) + "endsolid\n").into())?,
@@ -100,7 +110,7 @@ impl Builder {
         let mut triangle = [0; 3];
         for (k, corner) in corners.iter().enumerate() {
             if !corner.iter().all(|c| c.is_finite()) {
-                return Err(SurfaceError::NonFiniteVertex { vertex: (3 * triangles.len() + k) as u64 });
+                return Err(SurfaceError::NonFiniteVertex { vertex: (3 * triangles.len() + k) as u64, line: None });
             }
             let key = corner.map(|c| (c + 0.0).to_bits());
             let next = positions_m.len() as u32;

@@ -74,7 +74,9 @@ fn obj_errors_name_the_line_or_the_face() {
         check_malformed("a.obj", format!("v 0 0 0\n{text}").as_bytes(), &format!("line {line}"));
     }
     let infinite = read_bytes("a.obj", b"v 0 0 0\nv 0 nan 0\nv 0 1 1e999\nf 1 2 3\n");
-    assert!(matches!(infinite, Err(SurfaceError::NonFiniteVertex { vertex: 1 })));
+    assert!(matches!(infinite, Err(SurfaceError::NonFiniteVertex { vertex: 1, line: Some(2) })));
+    let joined = read_bytes("a.obj", b"# it\nv 0 0 0\n\nv 0 \\\ninf 0\nv 0 1 1\nf 1 2 3\n").unwrap_err();
+    assert!(joined.to_string().starts_with("vertex 1, counted from 0, in line 5 has a coordinate"), "{joined}");
     assert!(matches!(read_bytes("a.obj", b""), Err(SurfaceError::Empty { .. })));
     assert!(matches!(read_bytes("a.obj", b"v 0 0 0\n"), Err(SurfaceError::Empty { .. })));
     let prose = read_bytes("a.obj", b"# Shatter\nA daemon that breaks things.\n").unwrap_err().to_string();
@@ -159,13 +161,26 @@ fn ply_errors_name_the_place() {
         |i| i.to_le_bytes().into(),
     );
     check_malformed("a.ply", &cut[..cut.len() - 3], "element face");
-    let wild = text + "0 0 0 0\n1 0 0 0\n0 1 0 0\n0 nan 1 0\n7 3 0 1 2\n7 3 0 1 2\n7 3 0 1 -2\n7 3 0 1 2\n";
+    let header_lines = text.lines().count();
+    let wild = text + "0 0 0 0\n1 0 0 0\n0 1 0 0\n0 2 1 0\n7 3 0 1 2\n7 3 0 1 2\n7 3 0 1 -2\n7 3 0 1 2\n";
     assert!(matches!(
         read_bytes("a.ply", wild.as_bytes()),
         Err(SurfaceError::VertexOutOfBounds { face: 2, index: -2, vertices: 4 })
     ));
-    let infinite = read_bytes("a.ply", wild.replace("-2", "2").as_bytes());
-    assert!(matches!(infinite, Err(SurfaceError::NonFiniteVertex { vertex: 3 })));
+    for number in ["nan", "-inf", "1e400"] {
+        let infinite = read_bytes("a.ply", wild.replace("0 2 1 0", &format!("0 {number} 1 0")).as_bytes());
+        let Err(SurfaceError::NonFiniteVertex { vertex: 3, line: Some(line) }) = infinite else {
+            panic!("{infinite:?}")
+        };
+        assert_eq!(line, header_lines + 4);
+    }
+    let infinite = ply_binary(
+        &ply_header("binary_little_endian", "float", "uchar uint"),
+        |c| if c == 1.0 { f32::NAN } else { c as f32 }.to_le_bytes().into(),
+        |i| i.to_le_bytes().into(),
+    );
+    let infinite = read_bytes("a.ply", &infinite);
+    assert!(matches!(infinite, Err(SurfaceError::NonFiniteVertex { vertex: 1, line: None })), "{infinite:?}");
 }
 
 fn stl_facet([a, b, c]: [u32; 3]) -> String {
@@ -218,7 +233,13 @@ fn stl_errors_name_the_place() {
     check_malformed("a.stl", &binary[..binary.len() - 1], "byte 283");
     let mut infinite = binary.clone();
     infinite[84 + 50 + 12 + 4..][..4].copy_from_slice(&f32::INFINITY.to_le_bytes());
-    assert!(matches!(read_bytes("a.stl", &infinite), Err(SurfaceError::NonFiniteVertex { vertex: 3 })));
+    let infinite = read_bytes("a.stl", &infinite);
+    assert!(matches!(infinite, Err(SurfaceError::NonFiniteVertex { vertex: 3, line: None })), "{infinite:?}");
+    let text = format!("solid\n{}endsolid\n", stl_facet(TRIANGLES[0]).replacen("vertex 1e0", "vertex NaN", 1));
+    let line = text.lines().position(|line| line.contains("NaN")).unwrap() + 1;
+    let infinite = read_bytes("a.stl", text.as_bytes());
+    let Err(SurfaceError::NonFiniteVertex { vertex, line: Some(found) }) = infinite else { panic!("{infinite:?}") };
+    assert_eq!((found, vertex), (line, line as u64 - 4));
     let mut many = binary;
     many[80..84].copy_from_slice(&[255; 4]);
     check_malformed("a.stl", &many, "byte 284");

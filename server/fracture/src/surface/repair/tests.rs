@@ -277,7 +277,7 @@ fn useless_meshes_are_refused() {
     assert!(matches!(refused(RawMesh::new(cube().positions_m, Vec::new())), SurfaceError::Empty { .. }));
     let mut mesh = cube();
     mesh.positions_m[5].y = f64::NAN;
-    assert!(matches!(refused(mesh), SurfaceError::NonFiniteVertex { vertex: 5 }));
+    assert!(matches!(refused(mesh), SurfaceError::NonFiniteVertex { vertex: 5, line: None }));
     let mut mesh = cube();
     mesh.triangles[7][1] = 8;
     assert!(matches!(refused(mesh), SurfaceError::VertexOutOfBounds { face: 7, index: 8, vertices: 8 }));
