@@ -15,7 +15,7 @@ const RANGES: [(&str, &str); 18] = [
     ("service.clients_max", "a whole number from 1 to 128"),
     ("databases.watch_ms", "0, or a whole number from 10 to 60000"),
     ("compute.threads", "a whole number from 0 to 1024"),
-    ("compute.strikes_at_once", "a whole number from 0 to 1024"),
+    ("compute.requests_at_once", "a whole number from 0 to 1024"),
     ("compute.nice", "a whole number from 0 to 19"),
     ("compute.queue_max", "a whole number from 1 to 4096"),
     ("results.buckets", "a whole number from 1 to 1024"),
