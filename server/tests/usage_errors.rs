@@ -125,7 +125,7 @@ fn long_words_are_cut_in_every_message() {
         (vec!["shatter", "impact", "bar", "--enable", &long], 2),
         (vec!["shatter", "impact", "bar", "--point", &long], 2),
         (vec!["shatterd", "inspect", &long], 3),
-        (vec!["shatterd", "bake", &mesh, "--name", &long], 3),
+        (vec!["shatterd", "bake", "--shape", "mug", "--name", &long], 3),
         (vec!["shatterd", "bake", &mesh, "--name", "x", "--material", &long], 3),
         (vec!["shatterd", "bake", &mesh, "--name", "x", "--unit", &long], 2),
         (vec!["shatterd", "bake", &mesh, "--name", "x", "--shard", &long], 2),
