@@ -125,7 +125,7 @@ fn long_words_are_cut_in_every_message() {
         (vec!["shatter", "impact", "bar", "--enable", &long], 2),
         (vec!["shatter", "impact", "bar", "--point", &long], 2),
         (vec!["shatterd", "inspect", &long], 3),
-        (vec!["shatterd", "bake", &mesh, "--name", &long], 3),
+        (vec!["shatterd", "bake", "--shape", "mug", "--name", &long], 3),
         (vec!["shatterd", "bake", &mesh, "--name", "x", "--material", &long], 3),
         (vec!["shatterd", "bake", &mesh, "--name", "x", "--unit", &long], 2),
         (vec!["shatterd", "bake", &mesh, "--name", "x", "--shard", &long], 2),
@@ -174,6 +174,11 @@ fn errors_of_scenes_and_configurations_name_key_value_and_range() {
         let (_, out, _) = run(&here, &["shatterd", "check", &scene, "--json"]);
         assert!(!out.contains("\"at\": \"scene\"") && !out.contains("\"at\": \"\""), "{out}");
     }
+    let mesh = here.file("cube.obj", "v 0 0 0\n").display().to_string();
+    let table = here.file("soft.toml", "[glass]\nyoung_pa = \"soft\"\n").display().to_string();
+    let soft = "soft.toml: materials cannot be read: line 2, column 12: `young_pa` is \"soft\"; it must be a number";
+    check(&here, &format!("shatterd bake {mesh} --name x --materials {table}"), (3, soft));
+    check(&here, "shatterd serve --databases /dev/full/x", (3, "`shatterd bake --out DIR` makes one"));
     for (text, wanted) in [
         ("[operations]\nport = 80000", "`operations.port` is 80000; it must be a whole number from 0 to 65535\n"),
         ("[compute]\nthreads = 2.5", "`compute.threads` is 2.5; it must be a whole number from 0 to 1024\n"),

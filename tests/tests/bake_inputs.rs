@@ -200,6 +200,7 @@ fn messages_say_what_is_wrong_and_what_to_do() {
             ["--elastic-spacing", "7"],
             "elastic spacing 7 is outside 0.002 to 0.25 of the bounding-box diagonal; set --elastic-spacing from 0.002 to 0.25",
         ),
+        (["--crack-spacing", "7"], "crack spacing 7 is outside 0.002 to 0.25"),
         (["--elastic-spacing", "0.002"], "or more; set it with --elastic-spacing"),
         (["--gamma", "-1"], "--gamma is -1; it must be a finite number above 0"),
     ] {

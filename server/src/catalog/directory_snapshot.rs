@@ -71,7 +71,9 @@ impl DirectorySnapshot {
     pub fn of(folder: &Path) -> Result<Self, Error> {
         let refuse = |error: io::Error| {
             let at = folder.display().to_string();
-            let message = format!("cannot read the folder of databases {at}: {error}");
+            let message = format!(
+                "cannot read the folder of databases {at}: {error}; `shatterd bake --out DIR` makes one, --databases DIR names it"
+            );
             Error::new(ErrorKind::DatabaseFolder, at, message)
         };
         let mut files = Vec::new();

@@ -234,10 +234,15 @@ fn request(args: &BakeArgs, name: &str) -> Result<BakeRequest, CommandError> {
             CommandError::refused("unreadable_file", path.display().to_string(), format!("{}: {error}", path.display()))
         })?,
     };
+    let material = Materials::parse(&table).and_then(|materials| materials.get(&args.material).cloned());
+    let material = material.map_err(|error| match &args.materials {
+        Some(file) => CommandError::from(error).of_file(file),
+        None => error.into(),
+    })?;
     Ok(BakeRequest {
         name: name.to_owned(),
         material_name: args.material.clone(),
-        material: Materials::parse(&table)?.get(&args.material)?.clone(),
+        material,
         fragment_size_m: args.fragment_size,
         gamma_j_m2: args.gamma,
         quality: args.quality.unwrap_or_default(),

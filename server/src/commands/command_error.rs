@@ -62,7 +62,13 @@ impl CommandError {
             _ => "corrupt_database",
         };
         let refused = Self { fault: "environment", ..Self::refused(kind, path.display().to_string(), error.of(path)) };
-        if kind == "corrupt_database" { refused.advised("bake the object again") } else { refused }
+        match kind {
+            "corrupt_database" => refused.advised("bake the object again"),
+            "whole_database" => {
+                refused.advised("name the files NAME.I-of-N.share that `shatterd bake --shard I/N` wrote")
+            }
+            _ => refused,
+        }
     }
 
     /// Adds the outcome of each file.

@@ -24,7 +24,9 @@ use std::path::Path;
 /// Those of the file system, and one for what is no regular file.
 pub fn read_text(path: &Path) -> std::io::Result<String> {
     if std::fs::metadata(path)?.is_file() {
-        std::fs::read_to_string(path)
+        String::from_utf8(std::fs::read(path)?).map_err(|error| {
+            std::io::Error::other(format!("not text in UTF-8 at byte {}", error.utf8_error().valid_up_to()))
+        })
     } else {
         Err(std::io::Error::other("not a regular file"))
     }

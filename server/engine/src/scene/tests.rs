@@ -206,7 +206,7 @@ fn artist_controls_are_validated_by_name() {
     check(
         &warped("protect = [{ center = [0, 0, 0], radius_m = 0.0 }]"),
         "objects.vase.warp.protect[0].radius_m",
-        "above zero",
+        "is 0; it must be a number above 0",
     );
     check(&warped("sites = [[0.0, 0.0, inf]]"), "objects.vase.warp.sites[0]", "finite");
     check(
@@ -216,8 +216,8 @@ fn artist_controls_are_validated_by_name() {
     );
     check(
         &warped("paint = { file = \"no.ply\", attribute = \"red\", least = 0.0, most = 4.0 }"),
-        "objects.vase.warp.paint",
-        "least",
+        "objects.vase.warp.paint.least",
+        "is 0; it must be a number from 0.001 to 1000",
     );
     check(&warped(""), "objects.vase.warp", "go together");
     check("effects = []\nwarp = { sites = [[0.0, 0.0, 0.0]] }", "objects.vase.warp", "go together");

@@ -63,8 +63,11 @@ pub fn spacings(
         (Some(elastic), Some(crack)) => [elastic, crack],
     };
     let [spacing_min, spacing_max] = SPACING_RANGE;
-    let levels = [("elastic", ELASTIC_NODES_MAX), ("crack", CRACK_NODES_MAX)];
-    for (spacing, (level, nodes_max)) in chosen.into_iter().zip(levels) {
+    let [elastic_level, crack_level] =
+        [("elastic", chosen[0], ELASTIC_NODES_MAX), ("crack", chosen[1], CRACK_NODES_MAX)];
+    // The error names the requested level, not the one that follows it.
+    let levels = if elastic.is_some() { [elastic_level, crack_level] } else { [crack_level, elastic_level] };
+    for (level, spacing, nodes_max) in levels {
         if !(spacing_min..=spacing_max).contains(&spacing) {
             return Err(LatticeError::SpacingOutOfRange { level, spacing, spacing_min, spacing_max });
         }

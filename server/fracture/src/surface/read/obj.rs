@@ -110,6 +110,16 @@ fn load(statements: &[Statement], end: usize) -> Result<Mesh, LoadError> {
     models.pop().map(|model| model.mesh).ok_or(LoadError::GenericFailure)
 }
 
+/// Rule that a statement breaks, in plain words.
+fn rule(error: &LoadError) -> String {
+    match error {
+        LoadError::PositionParseError => "a vertex needs three numbers with decimal points, apart by spaces".to_owned(),
+        LoadError::FaceParseError => "a face needs whole numbers other than 0 that name vertices".to_owned(),
+        LoadError::FaceVertexOutOfBounds => "a face names a vertex that does not exist".to_owned(),
+        other => other.to_string(),
+    }
+}
+
 /// Error that names the first statement, vertices before faces, that `tobj` rejects.
 fn refused(statements: &[Statement], error: &LoadError) -> SurfaceError {
     let (mut accepted, mut refused) = (0, statements.len());
@@ -122,6 +132,6 @@ fn refused(statements: &[Statement], error: &LoadError) -> SurfaceError {
     malformed(
         "obj",
         format!("line {line}"),
-        found.map_or(error.to_string(), |found| format!("{error}: '{}'", found.text)),
+        found.map_or(error.to_string(), |found| format!("{}: '{}'", rule(error), found.text)),
     )
 }

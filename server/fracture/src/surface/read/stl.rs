@@ -55,7 +55,7 @@ fn parse_ascii(text: &str) -> Result<RawMesh, SurfaceError> {
         let word = words.next();
         if word == Some("vertex") {
             // `stl_io` names no line.
-            if words.any(|word| word.parse::<f32>().is_ok_and(|number| !number.is_finite())) {
+            if words.any(is_not_finite) {
                 return Err(SurfaceError::NonFiniteVertex { vertex, line: Some(line + 1) });
             }
             vertex += 1;
@@ -67,6 +67,8 @@ fn parse_ascii(text: &str) -> Result<RawMesh, SurfaceError> {
             Some(word) if solid.is_empty() => {
                 return Err(malformed("stl", format!("line {}", line + 1), format!("'{word}' outside a solid")));
             }
+            // `stl_io` refuses normals that are not finite. Facets without area have such ones; no normal is used.
+            Some("facet") if statement.split_whitespace().any(is_not_finite) => solid.push_str("facet normal 0 0 0\n"),
             Some(_) => {
                 solid.push_str(statement);
                 solid.push('\n');
@@ -77,6 +79,11 @@ fn parse_ascii(text: &str) -> Result<RawMesh, SurfaceError> {
         builder.add(solid.into())?;
     }
     Ok(builder.mesh)
+}
+
+/// Returns true for a word that is a number, but no finite one.
+fn is_not_finite(word: &str) -> bool {
+    word.parse::<f32>().is_ok_and(|number| !number.is_finite())
 }
 
 /// Collects triangles and merges their equal corners.

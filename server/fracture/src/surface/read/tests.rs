@@ -68,6 +68,8 @@ fn obj_polygons_are_cut_without_overlap() {
 #[test]
 fn obj_errors_name_the_line_or_the_face() {
     check_malformed("a.obj", b"v 0 0 0\nv 0 zero 0\n", "line 2");
+    let comma = read_bytes("a.obj", b"v 0 0 0\nv 1,5 0 0\n").unwrap_err().to_string();
+    assert!(comma.contains("three numbers with decimal points") && comma.contains("'v 1,5 0 0'"), "{comma}");
     check_malformed("a.obj", b"v 0 0 0\n\nv 0 0\n", "line 3");
     check_malformed("a.obj", b"v 0 0 0\nf 1 a 1\n", "line 2");
     for (text, line) in [("f 1 1 1\nf 1 1 3\nf 1 1 9\nv 1 1 1\n", 3), ("f 0 1 1\n", 2), ("# it\nf 1 1 \\\n-3\n", 4)] {
@@ -235,6 +237,8 @@ fn stl_errors_name_the_place() {
     infinite[84 + 50 + 12 + 4..][..4].copy_from_slice(&f32::INFINITY.to_le_bytes());
     let infinite = read_bytes("a.stl", &infinite);
     assert!(matches!(infinite, Err(SurfaceError::NonFiniteVertex { vertex: 3, line: None })), "{infinite:?}");
+    let whole = format!("solid\n{}endsolid\n", TRIANGLES.map(stl_facet).concat());
+    check_shape("a.stl", whole.replacen("facet normal 0 0 0", "facet normal nan nan nan", 1).as_bytes());
     let text = format!("solid\n{}endsolid\n", stl_facet(TRIANGLES[0]).replacen("vertex 1e0", "vertex NaN", 1));
     let line = text.lines().position(|line| line.contains("NaN")).unwrap() + 1;
     let infinite = read_bytes("a.stl", text.as_bytes());
