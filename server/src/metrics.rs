@@ -242,7 +242,13 @@ mod tests {
         stage.add(Duration::from_millis(5), 0);
         let mut bonds = EffectCost::idle(Effect::Bonds);
         bonds.add(Duration::from_micros(70), 64);
-        metrics.ran(JobEnd::Completed, Duration::from_millis(20), Some(EnergySource::Bounded), &[idle, stage], &[bonds]);
+        metrics.ran(
+            JobEnd::Completed,
+            Duration::from_millis(20),
+            Some(EnergySource::Bounded),
+            &[idle, stage],
+            &[bonds],
+        );
         metrics.ran(JobEnd::Failed, Duration::from_millis(20), None, &[idle, stage], &[bonds]);
         metrics.ended(JobEnd::Busy);
         let mut row = ServiceStatusRow::zeroed();

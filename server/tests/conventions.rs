@@ -240,7 +240,10 @@ fn meshes(host: &Host, theirs: &ResultView<'_>, ours: &ResultView<'_>) {
         host.normals("normal of the skin", theirs.normal, ours.normal);
         assert_eq!(theirs.uv, ours.uv);
     }
-    assert_eq!((theirs.outer_attributes.len(), theirs.skin_vertices.len()), (ours.outer_attributes.len(), ours.skin_vertices.len()));
+    assert_eq!(
+        (theirs.outer_attributes.len(), theirs.skin_vertices.len()),
+        (ours.outer_attributes.len(), ours.skin_vertices.len())
+    );
 }
 
 #[track_caller]

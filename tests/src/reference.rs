@@ -203,7 +203,7 @@ fn commands() -> String {
 /// Metrics with all of their labels.
 fn exposition() -> String {
     let mut metrics = Metrics::new().unwrap();
-    use JobEnd::{Completed, Busy, Cancelled, Failed, Late, Refused};
+    use JobEnd::{Busy, Cancelled, Completed, Failed, Late, Refused};
     for end in [Completed, Busy, Cancelled, Failed, Late, Refused] {
         metrics.ended(end);
     }

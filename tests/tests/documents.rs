@@ -151,9 +151,9 @@ fn tests_of_the_support_matrix_exist() {
     let last = refused.lines().filter_map(|line| line.rsplit('|').nth(1));
     let names: BTreeSet<String> = cells.chain(last).flat_map(quoted).collect();
     assert!(names.len() > 8, "{names:?}");
-    let missing = names.into_iter().filter(|name| {
-        !folders.iter().any(|folder| root().join(folder).join(format!("{name}.rs")).exists())
-    });
+    let missing = names
+        .into_iter()
+        .filter(|name| !folders.iter().any(|folder| root().join(folder).join(format!("{name}.rs")).exists()));
     check("tests of the support matrix exist", missing.collect());
 }
 
