@@ -139,7 +139,7 @@ fn the_guide_names_files_and_tests_that_exist() {
     check("pages name files, tests and benches that exist", violations);
 }
 
-/// The support matrix: a cell that is not a refusal, and not unused alone, names a test.
+/// The support matrix: each cell of an accepted request names a test.
 #[test]
 fn tests_of_the_support_matrix_exist() {
     let folders = ["tests/tests", "server/tests", "server/fracture/tests"];
