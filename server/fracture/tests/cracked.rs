@@ -305,7 +305,7 @@ fn invalid_cracks_are_reported_or_rejected() {
     for (cracks, words) in [
         (slices, "existing cracks take"),
         (flat, "existing cracks: every triangle is degenerate"),
-        (moved(half_depth(), |point| point * f64::NAN), "existing cracks: vertex 0 is not finite"),
+        (moved(half_depth(), |point| point * f64::NAN), "existing cracks: vertex 0, counted from 0, has a coordinate"),
         (RawMesh::new(Vec::new(), Vec::new()), "existing cracks: no vertices were found"),
     ] {
         let error = baked(shapes::cuboid(SIZE_M), Some(cracks)).err().unwrap().to_string();
