@@ -15,7 +15,7 @@ use iceoryx2::service::port_factory::client::ClientCreateError;
 use shatter_proto::control::{ControlReplyHeader, ControlRequest, ControlRequestWire};
 use shatter_proto::request::RequestWire;
 use shatter_proto::result::{AlignedBlock, ResultHeader};
-use shatter_proto::{Error, ErrorKind};
+use shatter_proto::{Error, ErrorKind, PROTOCOL_VERSION};
 use shatter_transport::instance::Instance;
 use shatter_transport::paths::ServicePaths;
 use shatter_transport::workarounds::dead_daemon::{DaemonLock, LIVENESS_INTERVAL};
@@ -251,7 +251,11 @@ fn open_failed(error: RequestResponseOpenError) -> Error {
     match error {
         RequestResponseOpenError::ExceedsMaxNumberOfNodes => too_many(),
         RequestResponseOpenError::VersionMismatch | RequestResponseOpenError::IncompatibleRequestOrResponseType => {
-            Error::new(ErrorKind::VersionMismatch, "service", format!("the daemon is of another version: {error}"))
+            let message = format!(
+                "the daemon speaks another version of the protocol than this client, which speaks {PROTOCOL_VERSION}; use a client and a \
+                 daemon of one release"
+            );
+            Error::new(ErrorKind::VersionMismatch, "service", message)
         }
         error => failed("open", error),
     }

@@ -60,15 +60,26 @@ pub fn object_name(name: &str) -> Result<(), Error> {
 /// Number of similar names that a message lists.
 const NEAREST_MAX: usize = 3;
 
-/// The names most like `name`, the likeliest first (Damerau-Levenshtein distance): what a typing error may have meant.
+/// Number of names that a message lists if none is similar.
+const LISTED_MAX: usize = 24;
+
+/// Smallest length of a name that counts as the beginning of others.
+const PREFIX_MIN: usize = 3;
+
+/// The names most like `name`, the likeliest first: what a typing error may have meant.
+///
+/// Names of which one begins the other come first, then those of a small edit distance (F. J. Damerau 1964, V. I. Levenshtein 1966).
 pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Vec<&'a str> {
     let lower = name.to_lowercase();
     let length = name.chars().count();
     let distance_max = |own: &str| 1 + own.chars().count().max(length) / 3;
     // No distance is less than the difference of the lengths, and computing one takes their product in time and memory.
-    let comparable = known.iter().filter(|own| own.chars().count().abs_diff(length) <= distance_max(own));
-    let mut rated: Vec<(usize, &str)> =
-        comparable.map(|own| (strsim::damerau_levenshtein(&lower, &own.to_lowercase()), *own)).collect();
+    let begins = |one: &str, other: &str| one.len() >= PREFIX_MIN && other.starts_with(one);
+    let is_begun = |own: &str| begins(&lower, own) || begins(own, &lower);
+    let comparable =
+        known.iter().filter(|own| is_begun(own) || own.chars().count().abs_diff(length) <= distance_max(own));
+    let distance = |own: &str| if is_begun(own) { 0 } else { strsim::damerau_levenshtein(&lower, &own.to_lowercase()) };
+    let mut rated: Vec<(usize, &str)> = comparable.map(|own| (distance(own), *own)).collect();
     rated.sort();
     let likely = |(distance, own): &(usize, &str)| *distance <= distance_max(own);
     rated.into_iter().filter(likely).take(NEAREST_MAX).map(|(_, own)| own).collect()
@@ -80,10 +91,11 @@ pub fn suggestion(name: &str, known: &[&str]) -> String {
     let likely = nearest(name, known);
     match (likely.as_slice(), known) {
         ([], []) => "there are none".to_owned(),
-        ([], known) if known.len() > 2 * NEAREST_MAX => {
+        ([], known) if known.len() > LISTED_MAX => {
             format!("there are {} others, {} among them", known.len(), listed(&known[..NEAREST_MAX]))
         }
-        ([], known) => format!("there is {}", listed(known)),
+        ([], [one]) => format!("there is `{}`", quoted(one)),
+        ([], known) => format!("there are {}", listed(known)),
         (likely, _) => format!("did you mean {}?", listed(likely)),
     }
 }

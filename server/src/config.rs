@@ -1,7 +1,8 @@
 //! Configuration of the daemon: compiled-in defaults, overridden by a file, overridden by flags.
 
 use serde::Deserialize;
-use shatter_fracture::scene::{brief, nearest, table_error, toml_error};
+use shatter_fracture::scene::{brief, table_error, toml_error};
+use shatter_proto::name::nearest;
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::CLIENTS_MAX;
 use std::path::{Path, PathBuf};
@@ -271,15 +272,30 @@ fn known(path: &str, own: &toml::Table, all: &toml::Table) -> Result<(), (String
         let name = format!("{path}{}", brief(key));
         match (value, all.get(key)) {
             (_, None) => {
-                let nearest = nearest(key, all.keys().map(String::as_str)).unwrap_or("");
-                let why = format!("unknown key `{name}`; did you mean `{path}{nearest}`?");
-                return Err((name, why));
+                return Err((name.clone(), format!("unknown key `{name}`; {}", hint(path, key, all))));
             }
             (toml::Value::Table(own), Some(toml::Value::Table(all))) => known(&format!("{name}."), own, all)?,
             _ => {}
         }
     }
     Ok(())
+}
+
+/// What the unknown `key` of the table `path` may have meant: the same key of a table in `all`, or one of its own keys.
+fn hint(path: &str, key: &str, all: &toml::Table) -> String {
+    let holds = |table: &toml::Value| table.as_table().is_some_and(|table| table.contains_key(key));
+    match all.iter().find(|(_, table)| holds(table)) {
+        Some((table, _)) => format!("did you mean `{path}{table}.{key}`, the key `{key}` of the table `[{table}]`?"),
+        None => {
+            let keys: Vec<&str> = all.keys().map(String::as_str).collect();
+            let listed =
+                |names: &[&str]| names.iter().map(|own| format!("`{path}{own}`")).collect::<Vec<_>>().join(", ");
+            match nearest(key, &keys).as_slice() {
+                [] => format!("there are {}", listed(&keys)),
+                likely => format!("did you mean {}?", listed(likely)),
+            }
+        }
+    }
 }
 
 /// Merges `over` into `under`, table by table.
@@ -324,7 +340,9 @@ mod tests {
         check("[compute]\ntreads = 3", "treads");
         check("[compute]\ntreads = 3", "`compute.threads`");
         check("[results]\nheld = 3", "`results.held_max`");
-        check("[color]\nx = 1", "color");
+        check("[color]\nx = 1", "unknown key `color`; there are `compute`");
+        check("port = 1", "did you mean `operations.port`");
+        check("[times]\nthreads = 1", "there are `times.");
         check("[results]\nbuckets = 0", "results.buckets");
         check("[service]\nclients_max = 129", "service.clients_max");
         check("[databases]\nwatch_ms = 3", "databases.watch_ms");

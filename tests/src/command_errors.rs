@@ -37,7 +37,11 @@ pub const COMMAND_ERRORS: [(&str, &str, &str); 49] = [
     ("material_number", "A number of a material is not above zero.", "Correct the key that the message names."),
     ("material_table", "The table of materials is no valid TOML.", "Correct the line that the message names."),
     ("no_examples", "The database has no examples.", "Bake it with `--examples`."),
-    ("no_shape", "An object of the scene names neither a mesh nor a shape.", "Add the key `mesh` or `shape`."),
+    (
+        "no_shape",
+        "No object of the scene has a shape, so that there is nothing to bake.",
+        "Add the key `shape`, or bake a mesh by `shatterd bake MESH`.",
+    ),
     ("no_share", "There is no share to join.", "Name the files of the shares."),
     (
         "non_finite_vertex",

@@ -8,6 +8,7 @@ use pyo3::exceptions::{PyBufferError, PyIndexError};
 use pyo3::prelude::*;
 use pyo3::types::{PyIterator, PyTuple};
 use shatter_client::ErrorKind;
+use shatter_proto::text::quoted;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -127,8 +128,14 @@ impl FractureResult {
         rows(py, &self.held()?, |result| Some(result.positions()))
     }
 
-    /// Writes a binary glTF file, whole or not at all.
+    /// Writes a binary glTF file (.glb), whole or not at all.
     fn write_glb(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        if !path.extension().is_some_and(|own| own.eq_ignore_ascii_case("glb")) {
+            let shown = quoted(&path.display().to_string());
+            return Err(wrong(format!(
+                "path: write_glb writes .glb files, not `{shown}`; see also write_obj and write_mjcf"
+            )));
+        }
         self.write(py, |result| result.write_glb(&path).map(|_| ()))
     }
 

@@ -353,6 +353,8 @@ def test_ctrl_c_ends_a_wait():
 def test_files(body, tmp_path):
     result = body.strike(contact_on(body), degree=5, enable=["hulls", "bonds"]).wait()
     result.write_glb(tmp_path / "a.glb")
+    with pytest.raises(shatter.ArgumentError, match="write_obj"):
+        result.write_glb(tmp_path / "a.obj")
     result.write_obj(str(tmp_path / "pieces"))
     result.write_mjcf(tmp_path / "a.xml")
     assert (tmp_path / "a.glb").read_bytes()[:4] == b"glTF"

@@ -83,6 +83,7 @@ pub mod database;
 pub mod degree;
 mod dense;
 pub mod elasticity;
+mod error_text;
 pub mod fragment;
 pub mod hull;
 pub mod lattice;

@@ -4,7 +4,7 @@ use super::CommandError;
 use crate::catalog::is_database;
 use crate::config::data_folder;
 use shatter_fracture::database::EXTENSION;
-use shatter_fracture::scene::nearest;
+use shatter_proto::name::suggestion;
 use shatter_proto::text::quoted;
 use std::path::{Path, PathBuf};
 
@@ -25,9 +25,10 @@ pub fn database(given: &Path, folder: Option<&Path>) -> Result<PathBuf, CommandE
         return Ok(file);
     }
     let names = names(&folder);
-    let hint = match nearest(name, names.iter().map(String::as_str)) {
-        Some(nearest) => format!("; did you mean `{nearest}`?"),
-        None => ", which contains no database; make one with `shatterd bake`".to_owned(),
+    let known: Vec<&str> = names.iter().map(String::as_str).collect();
+    let hint = match known.as_slice() {
+        [] => ", which contains no database; make one with `shatterd bake`".to_owned(),
+        known => format!("; {}", suggestion(name, known)),
     };
     let (file, name) = (quoted(&given.display().to_string()), quoted(name));
     let message = format!("no file {file} and no object `{name}` in {}{hint}", folder.display());

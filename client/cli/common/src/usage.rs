@@ -137,6 +137,7 @@ fn reworded(error: clap::Error, command: &Command) -> clap::Error {
         why if negative(&error) && is_whole(&why) => "must be a whole number, 0 or more",
         why if why.contains("invalid digit") => "must be a whole number",
         why if why.contains("invalid float literal") => "must be a number, without a unit",
+        why if why.contains("too large to fit") => "is larger than any that is accepted",
         _ => return error,
     };
     let part = |kind| text(&error, kind).unwrap_or_default();

@@ -309,7 +309,7 @@ class FractureResult:
         """Points on cracks from which dust and chips come; empty unless ``debris`` is on."""
 
     def write_glb(self, path: str | os.PathLike[str]) -> None:
-        """Writes a binary glTF file, whole or not at all."""
+        """Writes a binary glTF file (.glb), whole or not at all."""
 
     def write_obj(self, folder: str | os.PathLike[str]) -> None:
         """Writes a folder of OBJ files with a table."""

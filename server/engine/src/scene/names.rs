@@ -1,6 +1,7 @@
 //! Checks of names, with suggestions.
 
-use shatter_fracture::scene::{self, brief};
+use shatter_fracture::scene::brief;
+use shatter_proto::name::suggestion;
 use shatter_proto::{Error, ErrorKind};
 
 /// Refuses the first of `keys` that is not in `all`, and suggests the nearest. `table` is the path of the table.
@@ -12,14 +13,9 @@ pub fn known<'a>(table: &str, keys: impl Iterator<Item = &'a String>, all: &[&st
         if !all.contains(&key.as_str()) {
             let key = brief(key);
             let path = if table.is_empty() { key.clone() } else { format!("{table}.{key}") };
-            let message = format!("unknown key `{path}`; did you mean `{}`?", nearest(&key, all));
+            let message = format!("unknown key `{path}`; {}", suggestion(&key, all));
             return Err(Error::new(ErrorKind::Configuration, path, message));
         }
     }
     Ok(())
-}
-
-/// Name in `all` that is nearest to `name`.
-pub fn nearest<'a>(name: &str, all: &[&'a str]) -> &'a str {
-    scene::nearest(name, all.iter().copied()).unwrap_or("")
 }

@@ -1,6 +1,6 @@
 //! One object of a scene file.
 
-use super::names::{known, nearest};
+use super::names::known;
 use super::{BakeRecipe, anchors, invalid, unsuitable, warp, wrong_type};
 use serde::Deserialize;
 use shatter_fracture::cancel_token::CancelToken;
@@ -12,7 +12,7 @@ use shatter_fracture::scene::{Anchors, Material, Materials, WarpControls, brief}
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_proto::Error;
 use shatter_proto::effect::{Effect, Effects, conflict};
-use shatter_proto::name::object_name;
+use shatter_proto::name::{object_name, suggestion};
 use shatter_proto::request::{Lift, Quality, Request};
 use std::path::Path;
 
@@ -296,10 +296,7 @@ impl SceneObject {
         let shape = values.shape.map(|name| {
             let found = SHAPES.into_iter().find(|shape| *shape == name);
             found.ok_or_else(|| {
-                invalid(
-                    at("shape"),
-                    format!("`{}` is not a shape; did you mean `{}`?", brief(&name), nearest(&name, &SHAPES)),
-                )
+                invalid(at("shape"), format!("`{}` is not a shape; {}", brief(&name), suggestion(&name, &SHAPES)))
             })
         });
         let lift = values.lift.map_or(Ok(Lift::Interior), |name| named(&at("lift"), "lift", &name, LIFTS))?;
@@ -358,8 +355,7 @@ impl SceneObject {
 fn named<T: Copy, const N: usize>(path: &str, what: &str, name: &str, all: [(&str, T); N]) -> Result<T, Error> {
     let found = all.iter().find(|(known, _)| *known == name);
     let names = all.map(|(known, _)| known);
-    let unknown =
-        || invalid(path, format!("`{}` is not a {what}; did you mean `{}`?", brief(name), nearest(name, &names)));
+    let unknown = || invalid(path, format!("`{}` is not a {what}; {}", brief(name), suggestion(name, &names)));
     found.map(|(_, value)| *value).ok_or_else(unknown)
 }
 

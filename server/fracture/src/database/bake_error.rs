@@ -16,7 +16,7 @@ use crate::surface::SurfaceError;
 pub(super) const GONE_MAX: f64 = 0.25;
 
 /// Reason why an object was not baked.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 pub enum BakeError {
     /// The name is not a valid file name, or too long for a request.
     #[error(

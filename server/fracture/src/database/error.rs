@@ -5,7 +5,7 @@ use crate::lattice::NonManifold;
 use std::path::{Path, PathBuf};
 
 /// Reason why a database was not written or not loaded. Other databases are not affected.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum DatabaseError {
     /// The file or folder cannot be opened, read, written or renamed.

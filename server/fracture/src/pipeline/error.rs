@@ -24,7 +24,7 @@ pub const CONTACTS_MAX: usize = 8;
 /// A request that failed and changed nothing.
 ///
 /// [`Self::is_callers`] distinguishes errors of the request from faults of the service.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 pub enum FractureError {
     /// No contact, or more than [`CONTACTS_MAX`].
     #[error("the request has {0} contacts; pass 1 to {CONTACTS_MAX}")]

@@ -47,7 +47,7 @@ impl Material {
 }
 
 /// Errors of a table of materials. The caller is at fault; a retry does not help.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 pub enum MaterialError {
     /// The text is not valid TOML, or has unknown or missing keys.
     #[error("materials cannot be read: {0}")]

@@ -20,7 +20,7 @@ fn product(extents_m: &[f64; 3]) -> String {
 }
 
 /// Error for a mesh that cannot be used. Every variant names the place.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 pub enum SurfaceError {
     /// The file, or a file that it refers to, cannot be read.
     #[error("cannot read {}: {source}", path.display())]
