@@ -576,7 +576,7 @@ typedef struct ShatterHertz {
 
 /// One contact of an impact: point, impulse, duration, radius.
 typedef struct ShatterContact {
-    /// Contact point in the coordinates of the mesh file, m, +Y up. With a ray: its origin.
+    /// Contact point in the coordinates of the object, m, +Y up. With a ray: its origin.
     double point_m[3];
     /// Impulse on the object, N·s; not zero.
     double impulse_ns[3];
@@ -739,7 +739,7 @@ typedef struct ShatterFragment {
     double volume_m3;
     /// Mass, kg.
     double mass_kg;
-    /// Center of mass in the coordinates of the mesh file, m.
+    /// Center of mass in the coordinates of the object, m.
     double center_m[3];
     /// Inertia tensor about the center, kg·m²: xx, yy, zz, xy, xz, yz.
     double inertia_kg_m2[6];
@@ -837,7 +837,7 @@ typedef struct ShatterBond {
     double area_m2;
     /// Mean normal of that area, of length one, from the first to the second; zero if the area has none.
     double normal[3];
-    /// Centroid of that area in the coordinates of the mesh file, m.
+    /// Centroid of that area in the coordinates of the object, m.
     double centroid_m[3];
 } ShatterBond;
 

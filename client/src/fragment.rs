@@ -180,7 +180,7 @@ impl<'a> Fragment<'a> {
         self.row.mass_kg
     }
 
-    /// Center of mass in the coordinates of the mesh file, m.
+    /// Center of mass in the coordinates of the object, m.
     #[must_use]
     pub fn center_m(&self) -> [f64; 3] {
         self.row.center_m

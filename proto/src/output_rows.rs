@@ -85,7 +85,7 @@ pub struct Bond {
     pub area_m2: f64,
     /// Mean normal of that area, of length one, out of `fragment`; zero where the area is closed upon itself, or zero.
     pub normal: [f64; 3],
-    /// Centroid of that area in the coordinates of the mesh file, m; of the held nodes of the crack lattice where the area is zero.
+    /// Centroid of that area in the coordinates of the object, m; of the held nodes of the crack lattice where the area is zero.
     pub centroid_m: [f64; 3],
 }
 

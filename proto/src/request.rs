@@ -27,7 +27,7 @@ pub const SEED_DEFAULT: u64 = 0;
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ContactWire {
-    /// The contact point, m, or the origin of the ray. In the coordinates of the mesh file, or of the request's convention, as are
+    /// The contact point, m, or the origin of the ray. In the coordinates of the object, or of the request's convention, as are
     /// impulse and radius.
     pub point_m: [f64; 3],
     /// Impulse handed to the object, N·s; not zero, unless the request only aims.

@@ -132,7 +132,7 @@ pub struct FragmentWire {
     pub volume_m3: f64,
     /// Mass, kg.
     pub mass_kg: f64,
-    /// Center of mass in the coordinates of the mesh file, m.
+    /// Center of mass in the coordinates of the object, m.
     pub center_m: [f64; 3],
     /// Inertia tensor about the center, kg·m²: xx, yy, zz, xy, xz, yz.
     pub inertia_kg_m2: [f64; 6],

@@ -73,7 +73,11 @@ pub const COMMAND_ERRORS: [(&str, &str, &str); 49] = [
     ("too_many_examples", "More examples than the limit.", "Use fewer `--examples`."),
     ("too_many_nodes", "The lattice would have too many nodes.", "Use a coarser spacing."),
     ("too_small", "The object is smaller than a few cells.", "Use a finer spacing."),
-    ("too_thin", "Most walls are thinner than the lattice can keep.", "Use the spacing that the message names."),
+    (
+        "too_thin",
+        "A quarter of the walls or more are thinner than the lattice can keep.",
+        "Use the spacing that the message names; if no spacing is fine enough, make the walls thicker.",
+    ),
     ("unfinished_share", "A share has no result yet.", "Finish its bake with `--resume`."),
     ("unknown_format", "The format of the file is not known.", "Use OBJ, PLY, STL, glTF or GLB."),
     ("unknown_material", "The table has no such material.", "Use a name of the message, or `--materials`."),

@@ -12,7 +12,7 @@ pub const NO_ITERATIONS: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Contact {
-    /// Contact point in the coordinates of the mesh file, m, +Y up. With a ray: its origin.
+    /// Contact point in the coordinates of the object, m, +Y up. With a ray: its origin.
     pub point_m: [f64; 3],
     /// Impulse on the object, N·s; not zero.
     pub impulse_ns: [f64; 3],

@@ -144,7 +144,7 @@ pub struct Fragment {
     pub volume_m3: f64,
     /// Mass, kg.
     pub mass_kg: f64,
-    /// Center of mass in the coordinates of the mesh file, m.
+    /// Center of mass in the coordinates of the object, m.
     pub center_m: [f64; 3],
     /// Inertia tensor about the center, kg·m²: xx, yy, zz, xy, xz, yz.
     pub inertia_kg_m2: [f64; 6],
@@ -322,7 +322,7 @@ pub struct Bond {
     pub area_m2: f64,
     /// Mean normal of that area, of length one, from the first to the second; zero if the area has none.
     pub normal: [f64; 3],
-    /// Centroid of that area in the coordinates of the mesh file, m.
+    /// Centroid of that area in the coordinates of the object, m.
     pub centroid_m: [f64; 3],
 }
 

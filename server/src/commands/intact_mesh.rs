@@ -9,7 +9,7 @@ use std::path::Path;
 
 /// Writes the boundary of every body to `path`, whole or not at all: one mesh in `.obj`, one node per body in `.glb`.
 ///
-/// Meters, coordinates of the original mesh file.
+/// Coordinates of the object: meters, +Y up.
 pub fn write(prepared: &PreparedObject, path: &Path) -> Result<(), CommandError> {
     let bodies = prepared.intact();
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase();

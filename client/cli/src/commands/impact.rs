@@ -18,7 +18,8 @@ use std::time::Duration;
 pub struct Args {
     /// Object to strike
     object: String,
-    /// Contact point in the coordinates of the mesh file, m, or in those of --convention; repeat for several contacts
+    /// Contact point in the coordinates of the object, m: those of the mesh file after --unit and --up of `bake`, +Y up. Or in those of
+    /// --convention; repeat for several contacts
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required_unless_present = "ray")]
     point: Vec<[f64; 3]>,
     /// Ray instead of a point, for a single contact: the contact point is the first hit on the object from X,Y,Z along DX,DY,DZ

@@ -13,7 +13,8 @@ use shatter_proto::request::squarable;
 pub struct Args {
     /// Object to test
     object: String,
-    /// Contact point in the coordinates of the mesh file, m, or in those of --convention
+    /// Contact point in the coordinates of the object, m: those of the mesh file after --unit and --up of `bake`, +Y up. Or in those of
+    /// --convention
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required_unless_present = "ray")]
     point: Option<[f64; 3]>,
     /// Ray instead of a point: the contact point is the first hit on the object from X,Y,Z along DX,DY,DZ
