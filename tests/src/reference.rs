@@ -98,9 +98,16 @@ fn errors() -> String {
     let causes = causes();
     let mut page = format!(
         "# Error kinds\n\n{NOTE}\
-         Both programs print an error as one sentence on stderr. With `--json` stdout contains a document with the key `error`. Its\n\
-         keys are `kind`, `message`, `fault`, `retry`, `at` and, of `shatter`, `retry_after_ms`. `at` names the offending\n\
-         argument, key or path.\n\n\
+         `shatter` prints `shatter: MESSAGE` on stderr. `shatterd` prints `shatterd: KIND: MESSAGE (at AT)`, without the parenthesis\n\
+         if MESSAGE contains AT. A usage error has several lines: the message, the usage, and the command that prints the help.\n\
+         With `--json`, stdout contains a document with the key `error`, and `shatterd` prints usage errors in one line.\n\n\
+         | key of `error` | content |\n\
+         |---|---|\n\
+         | `kind` | a kind of this page; `usage` if the command line is invalid |\n\
+         | `message` | the message, in one line |\n\
+         | `fault`, `retry` | `caller`, `environment` or `service`; `true` if the same request may succeed later |\n\
+         | `at` | a field (`contacts[0].point_m`), option, configuration key, path or place in a file; for some kinds only the refused value, such as a name. Empty for usage errors and where no single input is the cause |\n\
+         | `retry_after_ms` | of `shatter` only: time after which to try again, ms, or `null` |\n\n\
          *Fault* is the side that has to change something. *Retry* means that the same request may succeed later. *Exit* is\n\
          the exit code of a command that ends with the error. *Code* is the number in C and on the wire.\n\n\
          | kind | cause | remedy | fault | retry | exit | code |\n|---|---|---|---|---|---|---|\n"

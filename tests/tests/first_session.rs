@@ -142,17 +142,16 @@ fn c_example(fixture: &Fixture) -> String {
     format!("{}\n", out.display())
 }
 
-/// True if the compilers that a block needs exist; else prints that it is skipped.
+/// True if the compilers and interpreters that a block needs exist; else prints that it is skipped.
 fn can_run(block: &Block) -> bool {
-    let missing = |compiler: &str| {
-        let missing = block.text.lines().any(|line| line.starts_with(&format!("{compiler} ")))
-            && Command::new(compiler).arg("--version").output().is_err();
+    let missing = |tool: &str| {
+        let missing = block.text.contains(&format!("{tool} ")) && Command::new(tool).arg("--version").output().is_err();
         if missing {
-            println!("skipped: {}: no {compiler}", block.place);
+            println!("skipped: {}: no {tool}", block.place);
         }
         missing
     };
-    !(missing("cc") || missing("c++"))
+    !(missing("cc") || missing("c++") || missing("python3"))
 }
 
 /// All shell blocks, one after another, in one shell.
