@@ -281,7 +281,7 @@ fn known(path: &str, own: &toml::Table, all: &toml::Table) -> Result<(), (String
     Ok(())
 }
 
-/// What the unknown `key` of the table `path` may have meant: the same key of a table in `all`, or one of its own keys.
+/// Suggestion for the unknown `key` of the table `path`: the same key of a table in `all`, or the names in `all`.
 fn hint(path: &str, key: &str, all: &toml::Table) -> String {
     let holds = |table: &toml::Value| table.as_table().is_some_and(|table| table.contains_key(key));
     match all.iter().find(|(_, table)| holds(table)) {
