@@ -68,14 +68,15 @@ const PREFIX_MIN: usize = 3;
 
 /// The names most like `name`, the likeliest first: what a typing error may have meant.
 ///
-/// Names of which one begins the other come first, then those of a small edit distance (F. J. Damerau 1964, V. I. Levenshtein 1966).
+/// Names that begin with `name`, and those with which it begins, come first. Others are ordered by edit distance (F. J. Damerau 1964,
+/// V. I. Levenshtein 1966).
 pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Vec<&'a str> {
     let lower = name.to_lowercase();
     let length = name.chars().count();
     let distance_max = |own: &str| 1 + own.chars().count().max(length) / 3;
-    // No distance is less than the difference of the lengths, and computing one takes their product in time and memory.
     let begins = |one: &str, other: &str| one.len() >= PREFIX_MIN && other.starts_with(one);
     let is_begun = |own: &str| begins(&lower, own) || begins(own, &lower);
+    // No distance is less than the difference of the lengths, and computing one takes their product in time and memory.
     let comparable =
         known.iter().filter(|own| is_begun(own) || own.chars().count().abs_diff(length) <= distance_max(own));
     let distance = |own: &str| if is_begun(own) { 0 } else { strsim::damerau_levenshtein(&lower, &own.to_lowercase()) };

@@ -119,10 +119,14 @@ impl DirectorySnapshot {
     }
 }
 
-/// Whether the name of a file is that of a database: it ends with `.shatter` and is not hidden by a leading dot.
+/// Whether a leading dot hides a file.
+pub fn is_hidden(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."))
+}
+
+/// Whether the name of a file is that of a database: it ends with `.shatter` and is not hidden.
 pub fn is_database(path: &Path) -> bool {
-    let is_hidden = path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
-    !is_hidden && path.extension().is_some_and(|extension| extension == EXTENSION)
+    !is_hidden(path) && path.extension().is_some_and(|extension| extension == EXTENSION)
 }
 
 /// File name without extension.

@@ -11,7 +11,7 @@ mod load_in_progress;
 mod retired_versions;
 mod version;
 
-pub use directory_snapshot::{DatabaseSource, DirectorySnapshot, is_database};
+pub use directory_snapshot::{DatabaseSource, DirectorySnapshot, is_database, is_hidden};
 pub use retired_versions::RetiredVersions;
 pub use version::{ObjectVersion, unix_ns};
 

@@ -1,6 +1,7 @@
 //! Detection of files and folders of the wrong kind by name, before their contents are parsed.
 
 use super::CommandError;
+use crate::catalog::is_hidden;
 use shatter_fracture::database::EXTENSION;
 use std::path::Path;
 
@@ -88,7 +89,6 @@ fn mistake_message(path: &Path, wanted: ExpectedFile) -> Option<String> {
 /// List of the files of the wanted kind in a folder.
 fn inside(folder: &Path, wanted: ExpectedFile) -> String {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    let is_hidden = |path: &Path| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
     let own = |path: &std::path::PathBuf| {
         !is_hidden(path)
             && path
