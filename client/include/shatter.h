@@ -78,7 +78,7 @@ enum ShatterCode
     SHATTER_CODE_IMPULSE = 11,
     /// A contact duration is negative or not finite.
     SHATTER_CODE_CONTACT_DURATION = 12,
-    /// A contact radius is negative or not finite.
+    /// A contact radius is not positive, not finite, or larger than the object.
     SHATTER_CODE_CONTACT_RADIUS = 13,
     /// γ is not above zero, or not finite.
     SHATTER_CODE_GAMMA = 14,

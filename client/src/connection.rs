@@ -237,7 +237,9 @@ impl Connection {
     /// The error for a daemon that went away; remembered, so that the next request goes to another one. Daemons keep nothing of
     /// a request: sending it again is safe.
     pub(crate) fn lost(&self) -> Error {
-        self.lost_because("went away; no result will come, and sending it again is safe")
+        let start = self.paths.start_command();
+        let what = "went away; no result will come, and sending it again is safe once a daemon serves";
+        self.lost_because(&format!("{what} (start one with `{start}`)"))
     }
 
     fn lost_because(&self, what: &str) -> Error {

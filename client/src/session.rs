@@ -83,7 +83,7 @@ impl From<ConnectError> for Error {
 fn connect(paths: &ServicePaths) -> Result<Connection, ConnectError> {
     if !paths.exists().map_err(ConnectError::Final)? || !daemon_lives(paths) {
         let error = no_daemon(paths, "no daemon of service");
-        let message = format!("{error}; start one with `shatterd serve --service {}`", paths.service.as_str());
+        let message = format!("{error}; start one with `{}`", paths.start_command());
         return Err(ConnectError::Final(Error { message, ..error }));
     }
     let Ok(json) = std::fs::read_to_string(paths.hello()) else {

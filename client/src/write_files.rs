@@ -151,14 +151,8 @@ fn fragment_view<'a>(fragment: &Fragment<'a>, runs: &'a [RunView], appearance: &
 }
 
 fn failed(path: &Path, error: &ExportError) -> Error {
-    let kind = match error {
-        ExportError::NoFragments
-        | ExportError::IsFolder(_)
-        | ExportError::NoFile(_)
-        | ExportError::Folder { .. }
-        | ExportError::Write { .. } => ErrorKind::Output,
-        _ => ErrorKind::BadResult,
-    };
+    let is_output = error.path().is_some() || matches!(error, ExportError::NoFragments);
+    let kind = if is_output { ErrorKind::Output } else { ErrorKind::BadResult };
     Error::new(kind, path.display().to_string(), error.to_string())
 }
 

@@ -126,7 +126,7 @@ kinds! {
     11 Impulse "impulse" Caller REFUSED false;
     /// A contact duration is negative or not finite.
     12 ContactDuration "contact_duration" Caller REFUSED false;
-    /// A contact radius is negative or not finite.
+    /// A contact radius is not positive, not finite, or larger than the object.
     13 ContactRadius "contact_radius" Caller REFUSED false;
     /// γ is not above zero, or not finite.
     14 Gamma "gamma" Caller REFUSED false;

@@ -155,6 +155,11 @@ fn without_elasticity_neither_solve_nor_basis_is_touched() {
     let weak = Impact::new([wide]).degree(DegreeRule::Sites(24)).seed(3).disable(Effect::Elastic);
     let error = bar.strike(&weak).and_then(|mut ticket| ticket.wait(timeout())).err().unwrap();
     assert_eq!(error.kind, ErrorKind::Impulse, "{error}");
+    let large = Contact::new([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(5.0);
+    let error = bar.strike(&Impact::new([large])).and_then(|mut ticket| ticket.wait(timeout())).err().unwrap();
+    assert_eq!((error.kind, error.at.as_str()), (ErrorKind::ContactRadius, "contacts[0].radius_m"), "{error}");
+    let diagonal = format!("a diagonal of {:.4} m", bar.facts().diagonal_m);
+    assert!(error.message.contains("radius of 5.0000 m") && error.message.contains(&diagonal), "{error}");
     assert!(cheap.fragments().len() >= 24 && cheap.fragments().all(|fragment| fragment.is_closed()));
 }
 

@@ -235,6 +235,9 @@ fn the_command_line_strikes_and_prints_one_document() {
     assert!(std::fs::read(folder.join("vase.glb")).unwrap().starts_with(b"glTF"));
     let (code, out) = shatter(&here, &[&strike[..], &["--out", "/proc/nowhere/x.glb"]].concat());
     assert_eq!((code, json(&out)["error"]["kind"].as_str()), (3, Some("output")), "{out}");
+    let (_, out) = shatter(&here, &[&strike[..], &["--out", "/dev/full/x.glb"]].concat());
+    let message = json(&out)["error"]["message"].as_str().unwrap().to_owned();
+    assert_eq!(message, "/dev/full is a device, not a folder; choose another path (--out)");
     for arguments in [&["list"][..], &["status"], &["impact", "vase", "--point", "0,0,0", "--impulse", "1,0,0"]] {
         let (code, out) = shatter(&here, arguments);
         assert!(code == 0 && !out.is_empty(), "{arguments:?}");

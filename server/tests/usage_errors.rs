@@ -147,10 +147,11 @@ fn long_words_are_cut_in_every_message() {
 fn outputs_that_are_no_folders_are_named_as_what_they_are() {
     let here = TestDirectory::new("outputs");
     let mesh = here.file("cube.obj", "v 0 0 0\n").display().to_string();
-    let device = (3, "/dev/full: is a device, not a folder; nothing can be written there; name a folder");
+    let device = (3, "/dev/full is a device, not a folder; choose another path (--out)");
     check(&here, &format!("shatterd bake {mesh} --name x --out /dev/full"), device);
     check(&here, &format!("shatterd merge {mesh}.share --out /dev/full"), device);
-    let below = (3, "/dev/full/x: cannot be made: /dev/full is a device, not a folder; name another folder");
+    let below =
+        (3, "cannot make the folder /dev/full/x: /dev/full is a device, not a folder; choose another path (--out)");
     check(&here, &format!("shatterd bake {mesh} --name x --out /dev/full/x"), below);
 }
 

@@ -54,7 +54,9 @@ fn remedy(kind: ErrorKind) -> &'static str {
         ErrorKind::ContactTooFar => "Check `--unit`, `--up` and the convention, use a larger radius, or use a ray.",
         ErrorKind::Impulse => "Give a finite impulse other than zero.",
         ErrorKind::ContactDuration => "Give a finite duration above zero. Without one (0 in C), the default applies.",
-        ErrorKind::ContactRadius => "Give a finite radius above zero. Without one (0 in C), the default applies.",
+        ErrorKind::ContactRadius => {
+            "Give a radius above zero, at most the diagonal of the object's bounds. Without one (0 in C), the default applies."
+        }
         ErrorKind::Gamma => "Give a finite γ above zero.",
         ErrorKind::Degree => "Give a number of sites from 1 to the object's limit (`shatter list --json`), or a rule.",
         ErrorKind::Lift => "Use another lift, or bake the object so that it has this one.",

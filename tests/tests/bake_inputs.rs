@@ -76,14 +76,14 @@ fn a_signal_ends_every_command_and_leaves_no_half_file() {
     let scene = fixture.path("scene.toml");
     std::fs::write(&scene, "[objects.vase]\nshape = \"vase\"\nmaterial = \"glass\"\n").unwrap();
     let scene = ["bake", "--scene", scene.to_str().unwrap()];
-    for (arguments, signal, code) in [
-        (&demo[..], Signal::INT, 130),
-        (&demo[..], Signal::TERM, 143),
-        (&study[..], Signal::INT, 130),
-        (&study[..], Signal::TERM, 143),
-        (&scene[..], Signal::TERM, 143),
+    for (arguments, stage, signal, code) in [
+        (&demo[..], "shatterd: bake: surface\n", Signal::INT, 130),
+        (&demo[..], "", Signal::TERM, 143),
+        (&study[..], "", Signal::INT, 130),
+        (&study[..], "", Signal::TERM, 143),
+        (&scene[..], "", Signal::TERM, 143),
     ] {
-        let (found, output) = ended(&fixture, arguments, "", signal);
+        let (found, output) = ended(&fixture, arguments, stage, signal);
         assert_eq!(found, Some(code), "{arguments:?}: {output}");
         assert_eq!(left(&fixture.databases()), Vec::<String>::new());
         assert_eq!(left(Path::new(&out)), Vec::<String>::new());

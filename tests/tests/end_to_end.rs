@@ -291,10 +291,12 @@ fn damaged_databases_are_named_and_the_others_served() {
     for name in ["cut.shatter", "worn.shatter"] {
         let (code, document) = fixture.json("shatterd", &["inspect", fixture.databases().join(name).to_str().unwrap()]);
         assert_eq!((code, document["error"]["kind"].as_str()), (3, Some("corrupt_database")), "{name}: {document}");
+        assert!(document["error"]["message"].as_str().unwrap().contains("copy it again; else bake the object again"));
     }
     let listed = fixture.ok("shatter", &["list"]);
     println!("{listed}");
     assert!(listed.to_string().contains("checksum"), "the damaged ones are listed with their error: {listed}");
+    assert_eq!(listed.to_string().matches("copy it again; else bake the object again").count(), 2, "{listed}");
 }
 
 /// A thousand separate small cubes: half of them fall between the nodes of a lattice at default spacing.

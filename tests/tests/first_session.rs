@@ -92,7 +92,9 @@ fn python_examples(fixture: &Fixture) -> String {
     let package = root().join("client/python");
     let site = fixture.path("site/shatter");
     fs::create_dir_all(&site).unwrap();
-    fs::copy(package.join("python/shatter/__init__.py"), site.join("__init__.py")).unwrap();
+    for name in ["__init__.py", "_messages.py"] {
+        fs::copy(package.join("python/shatter").join(name), site.join(name)).unwrap();
+    }
     fs::copy(program("lib_shatter.so"), site.join("_shatter.abi3.so")).unwrap();
     let documented = pages::text("client/python/python/shatter/__init__.py");
     let documented: String = documented

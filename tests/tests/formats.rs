@@ -67,6 +67,16 @@ fn the_frozen_database_is_read_and_struck_as_when_it_was_baked() {
     assert_eq!((&inspected["format"], &inspected["examples"]), (&"1".into(), &8.into()), "{inspected}");
     assert_eq!((&inspected["crack_nodes"], &inspected["reduced"]["rank"][0]), (&42.into(), &33.into()), "{inspected}");
     assert!(inspected["learned"].is_object(), "{inspected}");
+    let output = fixture.run("shatterd", &["inspect", file.to_str().unwrap()]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    for wanted in
+        ["  crack lattice    42 nodes", " m³, ", " J·m²", "Young's modulus ", " kg/m³", "8 examples of ", "format 1, "]
+    {
+        assert!(text.contains(wanted), "{wanted}: {text}");
+    }
+    let keys = inspected.as_object().unwrap().keys();
+    let raw = keys.filter(|key| key.contains('_')).find(|key| text.contains(key.as_str()));
+    assert_eq!(raw, None, "a key of the document in the text for people: {text}");
     fixture.serve(&[]);
     RECORDED.iter().for_each(|recorded| check_strike(&fixture, recorded));
 }

@@ -50,7 +50,9 @@ fn the_package_keeps_its_promises_where_python_is() {
     let fixture = with_bar();
     let site = fixture.path("site/shatter");
     std::fs::create_dir_all(&site).unwrap();
-    std::fs::copy(package().join("python/shatter/__init__.py"), site.join("__init__.py")).unwrap();
+    for name in ["__init__.py", "_messages.py"] {
+        std::fs::copy(package().join("python/shatter").join(name), site.join(name)).unwrap();
+    }
     std::fs::copy(program("lib_shatter.so"), site.join("_shatter.abi3.so")).unwrap();
     check_package(&fixture, &python, |command| {
         command.env("PYTHONPATH", fixture.path("site"));

@@ -33,7 +33,7 @@ pub enum Code {
     Impulse = 11,
     /// A contact duration is negative or not finite.
     ContactDuration = 12,
-    /// A contact radius is negative or not finite.
+    /// A contact radius is not positive, not finite, or larger than the object.
     ContactRadius = 13,
     /// γ is not above zero, or not finite.
     Gamma = 14,

@@ -3,7 +3,7 @@
 use super::{ExportError, FragmentView, WriteReport, glb_bytes};
 use std::fs::Permissions;
 use std::io::{self, Write};
-use std::os::unix::fs::PermissionsExt;
+use std::os::unix::fs::{FileTypeExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
 /// Permissions of a new file, before the umask of the process applies.
@@ -45,7 +45,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
         _ => Path::new("."),
     };
     let in_folder = |source: io::Error| ExportError::Folder { folder: folder.to_owned(), source };
-    std::fs::create_dir_all(folder).map_err(in_folder)?;
+    make_folder(folder)?;
     let mut aside = tempfile::Builder::new()
         .prefix(".shatter-")
         .permissions(Permissions::from_mode(FILE_MODE))
@@ -55,6 +55,35 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
     aside.write_all(bytes).map_err(failed)?;
     aside.persist(path).map_err(|error| failed(error.error))?;
     Ok(())
+}
+
+/// Creates `folder`, with the folders above it, if it does not exist.
+///
+/// # Errors
+/// [`ExportError::NotAFolder`] if a part of the path is a file, a device or the like; [`ExportError::MakeFolder`] if the system refuses.
+pub fn make_folder(folder: &Path) -> Result<(), ExportError> {
+    if let Some(part) = folder.ancestors().find(|part| part.exists()).filter(|part| !part.is_dir()) {
+        return Err(ExportError::NotAFolder { folder: folder.to_owned(), part: part.to_owned(), kind: kind(part) });
+    }
+    std::fs::create_dir_all(folder).map_err(|error| {
+        let reason = match error.kind() {
+            // Only the missing folders are made, so nothing that is needed is missing.
+            io::ErrorKind::NotFound => format!("the file system there makes no folders ({error})"),
+            _ => error.to_string(),
+        };
+        ExportError::MakeFolder { folder: folder.to_owned(), reason }
+    })
+}
+
+/// Kind of what exists at `path` other than a folder, in words.
+fn kind(path: &Path) -> &'static str {
+    match std::fs::metadata(path).map(|data| data.file_type()) {
+        Ok(kind) if kind.is_file() => "a file",
+        Ok(kind) if kind.is_char_device() || kind.is_block_device() => "a device",
+        Ok(kind) if kind.is_fifo() => "a pipe",
+        Ok(kind) if kind.is_socket() => "a socket",
+        _ => "no regular file",
+    }
 }
 
 /// The system's reason without the name of the temporary file.

@@ -28,7 +28,7 @@ mod obj_folder;
 mod stale;
 
 pub use check::is_closed;
-pub use file::{write_glb, write_whole};
+pub use file::{make_folder, write_glb, write_whole};
 pub use inertia::{PrincipalInertia, principal};
 pub use mjcf::{MjcfModel, mjcf, write_mjcf};
 pub use normals::smooth_normals;
@@ -36,7 +36,7 @@ pub use obj_folder::write_obj;
 
 use shatter_proto::result::Bond;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// One fragment, borrowed from any storage.
 #[derive(Clone, Copy, Debug)]
@@ -178,8 +178,26 @@ pub enum ExportError {
     /// The path names a device, a pipe or the like.
     #[error("{} is not a regular file and cannot be replaced; choose another path", .0.display())]
     NoFile(PathBuf),
+    /// A part of the path of a folder is a file, a device or the like.
+    #[error("{}{} is {kind}, not a folder; choose another path", purpose(folder, part), .part.display())]
+    NotAFolder {
+        /// The folder.
+        folder: PathBuf,
+        /// Path of the part that is no folder.
+        part: PathBuf,
+        /// What the part is, in words.
+        kind: &'static str,
+    },
+    /// A folder that the system does not make.
+    #[error("cannot make the folder {}: {reason}; choose another path", .folder.display())]
+    MakeFolder {
+        /// The folder.
+        folder: PathBuf,
+        /// Reason of the system, in words.
+        reason: String,
+    },
     /// A folder without write access.
-    #[error("cannot write into the folder {}: {source}", .folder.display())]
+    #[error("cannot write into the folder {}: {source}; choose another path", .folder.display())]
     Folder {
         /// The folder.
         folder: PathBuf,
@@ -216,6 +234,24 @@ pub enum ExportError {
         /// Id of the fragment.
         fragment: u32,
     },
+}
+
+impl ExportError {
+    /// The path that cannot be written; `None` for fragments that make no valid file.
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::IsFolder(path) | Self::NoFile(path) | Self::Write { path, .. } => Some(path),
+            Self::NotAFolder { folder, .. } | Self::MakeFolder { folder, .. } | Self::Folder { folder, .. } => {
+                Some(folder)
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Beginning of the message for a `part` of the path of `folder` that is no folder.
+fn purpose(folder: &Path, part: &Path) -> String {
+    if folder == part { String::new() } else { format!("cannot make the folder {}: ", folder.display()) }
 }
 
 /// Makes a `.glb` file of these fragments in memory; returns its bytes and a summary.

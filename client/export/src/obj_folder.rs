@@ -6,7 +6,9 @@
 
 use super::document::{CRACK_COLOR, OUTER_COLOR, fragment_name};
 use super::obj::{Part, Vertices, line, mesh};
-use super::{ExportError, FragmentView, ObjectView, WriteReport, check, smooth_normals, stale, write_whole};
+use super::{
+    ExportError, FragmentView, ObjectView, WriteReport, check, make_folder, smooth_normals, stale, write_whole,
+};
 use serde_json::{Value, json};
 use shatter_proto::result::Bond;
 use std::path::Path;
@@ -22,8 +24,7 @@ const TABLE: &str = "fragments.json";
 /// [`ExportError`] by the figure that makes no valid file, or by the file that cannot be written.
 pub fn write_obj(folder: &Path, object: &ObjectView<'_>) -> Result<WriteReport, ExportError> {
     check::object(object)?;
-    let made = std::fs::create_dir_all(folder);
-    made.map_err(|source| ExportError::Folder { folder: folder.to_owned(), source })?;
+    make_folder(folder)?;
     let files = vec![folder.join(TABLE)];
     let mut written = WriteReport { fragments: object.fragments.len(), closed: 0, bytes: 0, files };
     let mut put = |name: &str, text: &str| -> Result<(), ExportError> {

@@ -180,11 +180,23 @@ fn an_invalid_folder_is_named_and_left_unchanged() {
     std::fs::write(folder.path().join("file"), "").unwrap();
     let below = folder.path().join("file/below");
     let error = write_glb(&below.join("a.glb"), &fragments).unwrap_err();
-    assert!(matches!(&error, ExportError::Folder { folder, .. } if *folder == below), "{error}");
+    assert!(matches!(&error, ExportError::NotAFolder { folder, .. } if *folder == below), "{error}");
+    assert!(error.to_string().ends_with("file is a file, not a folder; choose another path"), "{error}");
     let error = write_glb(folder.path(), &fragments).unwrap_err();
     assert!(matches!(error, ExportError::IsFolder(_)), "{error}");
     let error = write_glb(Path::new("/proc/shatter.glb"), &fragments).unwrap_err();
     assert!(matches!(error, ExportError::Folder { .. }), "{error}");
+    for (path, wanted) in [
+        ("/dev/full/a.glb", "/dev/full is a device, not a folder; choose another path"),
+        (
+            "/dev/full/b/a.glb",
+            "cannot make the folder /dev/full/b: /dev/full is a device, not a folder; choose another",
+        ),
+        ("/proc/shatter/a.glb", "cannot make the folder /proc/shatter: the file system there makes no folders"),
+    ] {
+        let error = write_glb(Path::new(path), &fragments).unwrap_err().to_string();
+        assert!(error.starts_with(wanted) && error.contains("choose another path"), "{error}");
+    }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 

@@ -1,5 +1,6 @@
 //! Durations and radii of collisions, by Hertz theory.
 
+use crate::argument::{self, Body};
 use crate::error::wrong;
 use pyo3::prelude::*;
 use shatter_export::contact::{self, ContactBody, ElasticMaterial};
@@ -13,16 +14,18 @@ pub struct Hertz {
     duration_s: f64,
 }
 
-/// Mass (kg), radius (m), Young's modulus (Pa) and Poisson's ratio.
-type Body = (f64, f64, f64, f64);
-
 /// Computes duration and radius of an elastic contact by Hertz theory (Johnson, *Contact Mechanics*, 1985, 11.4).
 ///
 /// A body is its mass (kg, ``inf`` for a floor), radius at the contact (m, ``inf`` for a plane), Young's modulus (Pa) and Poisson's ratio;
 /// :class:`Facts` has the moduli of objects. With ``impulse_ns`` the effective mass is at most the one that the impulse stops.
 #[pyfunction]
 #[pyo3(signature = (one, other, speed_m_s, *, impulse_ns = None))]
-pub fn hertz(one: Body, other: Body, speed_m_s: f64, impulse_ns: Option<f64>) -> PyResult<Hertz> {
+pub fn hertz(
+    #[pyo3(from_py_with = argument::one)] one: Body,
+    #[pyo3(from_py_with = argument::other)] other: Body,
+    speed_m_s: f64,
+    impulse_ns: Option<f64>,
+) -> PyResult<Hertz> {
     let partner = |(mass_kg, radius_m, young_pa, poisson): Body| ContactBody {
         material: ElasticMaterial { young_pa, poisson },
         mass_kg,

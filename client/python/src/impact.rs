@@ -1,10 +1,13 @@
 //! Impacts from keyword arguments.
 
+use crate::argument;
 use crate::error::{raised, wrong};
+use crate::result::FragmentOfResult;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyString;
+use pyo3::types::{PyDict, PyString};
 use shatter_client::{DisplacementSource, Effect, Impact, Lift, Quality};
-use shatter_proto::name::nearest;
+use shatter_proto::name::{nearest, suggestion};
 use shatter_proto::text::quoted;
 use std::time::Duration;
 
@@ -21,20 +24,33 @@ pub struct Contact {
 #[pymethods]
 impl Contact {
     #[new]
-    #[pyo3(signature = (point, impulse, *, duration_s = None, radius = None, ray = None))]
+    #[pyo3(
+        signature = (point, impulse, *, duration_s = None, radius = None, ray = None, **unknown),
+        text_signature = "(point, impulse, *, duration_s=None, radius=None, ray=None)"
+    )]
     fn new(
-        point: [f64; 3],
-        impulse: [f64; 3],
+        #[pyo3(from_py_with = argument::point)] point: [f64; 3],
+        #[pyo3(from_py_with = argument::impulse)] impulse: [f64; 3],
         duration_s: Option<f64>,
         radius: Option<f64>,
-        ray: Option<[f64; 3]>,
-    ) -> Self {
-        Self { point, impulse, duration_s, radius, ray }
+        #[pyo3(from_py_with = argument::ray)] ray: Option<[f64; 3]>,
+        unknown: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        match unknown.and_then(|unknown| unknown.keys().get_item(0).ok()) {
+            Some(name) => Err(no_argument(&name.to_string())),
+            None => Ok(Self { point, impulse, duration_s, radius, ray }),
+        }
     }
 
     fn __repr__(&self) -> String {
         format!("Contact(point={:?}, impulse={:?})", self.point, self.impulse)
     }
+}
+
+/// Error for an unknown keyword of [`Contact`].
+fn no_argument(name: &str) -> PyErr {
+    let likely = suggestion(name, &["point", "impulse", "duration_s", "radius", "ray"]);
+    PyTypeError::new_err(format!("Contact() has no argument '{}'; {likely}", quoted(name)))
 }
 
 /// An impact with these contacts.
@@ -47,11 +63,11 @@ pub fn at<'a>(contacts: impl Iterator<Item = &'a Contact>) -> PyResult<Impact> {
 }
 
 impl From<&Contact> for shatter_client::Contact {
-    fn from(told: &Contact) -> Self {
-        let contact = Self::new(told.point).impulse(told.impulse);
-        let contact = told.ray.map_or(contact, |direction| contact.ray(direction));
-        let contact = told.duration_s.map_or(contact, |duration_s| contact.duration(duration_s));
-        told.radius.map_or(contact, |radius| contact.radius(radius))
+    fn from(given: &Contact) -> Self {
+        let contact = Self::new(given.point).impulse(given.impulse);
+        let contact = given.ray.map_or(contact, |direction| contact.ray(direction));
+        let contact = given.duration_s.map_or(contact, |duration_s| contact.duration(duration_s));
+        given.radius.map_or(contact, |radius| contact.radius(radius))
     }
 }
 
@@ -63,15 +79,15 @@ impl Degree {
     ///
     /// # Errors
     /// `ArgumentError` for anything else than a whole number or the name of a rule.
-    pub fn of(told: &Bound<'_, PyAny>, sites_max: u32) -> PyResult<Self> {
-        if let Ok(sites) = told.extract::<u32>() {
+    pub fn of(value: &Bound<'_, PyAny>, sites_max: u32) -> PyResult<Self> {
+        if let Ok(sites) = value.extract::<u32>() {
             // The service refuses 0 and numbers above the maximum.
             return Ok(Self(shatter_client::DegreeRule::Sites(sites)));
         }
         let (names, rules) = (RULES.map(|(name, _)| name).join(", "), &RULES);
-        let text = told.str()?;
+        let text = value.str()?;
         let text = text.to_string_lossy();
-        match told.cast::<PyString>() {
+        match value.cast::<PyString>() {
             Ok(_) => one_of("degree", &text, rules)
                 .map(Self)
                 .map_err(|error| wrong(format!("{error}; or pass a whole number from 1 to {sites_max}"))),
@@ -88,12 +104,12 @@ impl Degree {
 ///
 /// # Errors
 /// `ArgumentError` for anything else.
-pub fn names(key: &str, told: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<String>> {
-    let Some(told) = told else { return Ok(Vec::new()) };
-    if let Ok(name) = told.extract::<String>() {
+pub fn names(key: &str, value: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<String>> {
+    let Some(value) = value else { return Ok(Vec::new()) };
+    if let Ok(name) = value.extract::<String>() {
         return Ok(vec![name]);
     }
-    told.extract().map_err(|_| wrong(format!("{key} must be a list of effect names, e.g. {key}=['hulls']")))
+    value.extract().map_err(|_| wrong(format!("{key} must be a list of effect names, e.g. {key}=['hulls']")))
 }
 
 /// Options of a request.
@@ -110,7 +126,7 @@ pub struct Wish<'a> {
     pub elastic: Option<&'a str>,
     pub seed: u64,
     pub keep: bool,
-    pub origin: Option<(u64, u32)>,
+    pub origin: Option<FragmentOfResult>,
     pub deadline: Option<Duration>,
     pub fragments_max: Option<u32>,
     pub bytes_max: Option<u64>,

@@ -1,6 +1,7 @@
 //! Python interface of the client: the module `shatter._shatter`, whose names `shatter` exports. They are documented in
 //! `python/shatter/_shatter.pyi`.
 
+mod argument;
 mod array;
 mod contact;
 mod error;
@@ -14,6 +15,7 @@ use error::{ServiceError, ShatterError};
 use pyo3::prelude::*;
 use service::Service;
 use shatter_client::{Convention, default_service};
+use std::time::Duration;
 
 /// Connects to a service by name; without a name to that of ``SHATTER_SERVICE``, or to ``default``.
 ///
@@ -22,10 +24,14 @@ use shatter_client::{Convention, default_service};
 /// The connection outlives the daemon: requests under way when a daemon goes away end as ``lost``; later ones go to its successor.
 #[pyfunction]
 #[pyo3(signature = (name = None, *, timeout_s = 1.0, convention = "gltf"))]
-fn connect(py: Python<'_>, name: Option<&str>, timeout_s: f64, convention: &str) -> PyResult<Service> {
+fn connect(
+    py: Python<'_>,
+    name: Option<&str>,
+    #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+    convention: &str,
+) -> PyResult<Service> {
     let convention = Convention::by_name(convention).map_err(error::raised)?;
-    let timeout = service::timeout(timeout_s)?;
-    Service::connect(py, &named(name)?, timeout, convention)
+    Service::connect(py, &named(name)?, timeout_s, convention)
 }
 
 /// The name, or that of the default service.
@@ -36,10 +42,14 @@ fn named(name: Option<&str>) -> PyResult<String> {
 /// Connects as :func:`connect` does, but waits for a daemon to appear.
 #[pyfunction]
 #[pyo3(signature = (name = None, *, timeout_s = 60.0, convention = "gltf"))]
-fn wait_for(py: Python<'_>, name: Option<&str>, timeout_s: f64, convention: &str) -> PyResult<Service> {
+fn wait_for(
+    py: Python<'_>,
+    name: Option<&str>,
+    #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+    convention: &str,
+) -> PyResult<Service> {
     let convention = Convention::by_name(convention).map_err(error::raised)?;
-    let timeout = service::timeout(timeout_s)?;
-    Service::wait_for(py, &named(name)?, timeout, convention)
+    Service::wait_for(py, &named(name)?, timeout_s, convention)
 }
 
 #[pymodule]

@@ -12,6 +12,9 @@ use shatter_proto::text::quoted;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
+/// A fragment by the handle of a kept result, and its id.
+pub type FragmentOfResult = (u64, u32);
+
 /// A result that arrays may borrow from.
 pub struct Held(Mutex<shatter_client::FractureResult>);
 

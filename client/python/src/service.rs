@@ -1,8 +1,9 @@
 //! Connections and objects.
 
-use crate::error::{raised, wrong};
+use crate::argument;
+use crate::error::raised;
 use crate::impact::{self, Contact, Wish};
-use crate::result::Hit;
+use crate::result::{FragmentOfResult, Hit};
 use crate::ticket::Ticket;
 use pyo3::prelude::*;
 use shatter_client::{Client, Convention, Deadline, Error, ErrorKind, Impact, ObjectFacts, Ray, SEED_DEFAULT};
@@ -13,11 +14,6 @@ const _: () = assert!(SEED_DEFAULT == 0);
 
 /// Interval between two checks for Ctrl-C.
 const SLICE: Duration = Duration::from_millis(50);
-
-/// Checks a timeout, s.
-pub fn timeout(seconds: f64) -> PyResult<Duration> {
-    Duration::try_from_secs_f64(seconds).map_err(|error| wrong(format!("{seconds} s: {error}")))
-}
 
 /// Repeats `ask` in slices until it returns a result or an error that is not `pending`, or until `timeout`. Other threads of Python run
 /// meanwhile, and signals are handled.
@@ -58,22 +54,35 @@ impl Service {
 impl Service {
     /// Finds an object by name, ready to be struck.
     #[pyo3(signature = (name, *, timeout_s = 1.0))]
-    fn object(&self, py: Python<'_>, name: &str, timeout_s: f64) -> PyResult<Object> {
-        let deadline = Deadline::after(timeout(timeout_s)?);
+    fn object(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+    ) -> PyResult<Object> {
+        let deadline = Deadline::after(timeout_s);
         py.detach(|| self.0.object(name, deadline)).map(Object).map_err(raised)
     }
 
     /// All objects, ready or not, by name.
     #[pyo3(signature = (*, timeout_s = 1.0))]
-    fn objects(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Vec<Facts>> {
-        let deadline = Deadline::after(timeout(timeout_s)?);
+    fn objects(
+        &self,
+        py: Python<'_>,
+        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+    ) -> PyResult<Vec<Facts>> {
+        let deadline = Deadline::after(timeout_s);
         let all = py.detach(|| self.0.objects(deadline)).map_err(raised)?;
         Ok(all.iter().map(Facts::from).collect())
     }
 
     #[pyo3(signature = (*, timeout_s = 1.0))]
-    fn status(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Status> {
-        let deadline = Deadline::after(timeout(timeout_s)?);
+    fn status(
+        &self,
+        py: Python<'_>,
+        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+    ) -> PyResult<Status> {
+        let deadline = Deadline::after(timeout_s);
         let status = py.detach(|| self.0.status(deadline)).map_err(raised)?;
         Ok(Status {
             pid: status.pid,
@@ -89,8 +98,13 @@ impl Service {
 
     /// Releases a kept result: its fragments cannot be struck any more.
     #[pyo3(signature = (handle, *, timeout_s = 1.0))]
-    fn release(&self, py: Python<'_>, handle: u64, timeout_s: f64) -> PyResult<()> {
-        let deadline = Deadline::after(timeout(timeout_s)?);
+    fn release(
+        &self,
+        py: Python<'_>,
+        #[pyo3(from_py_with = argument::handle)] handle: u64,
+        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+    ) -> PyResult<()> {
+        let deadline = Deadline::after(timeout_s);
         py.detach(|| self.0.release(handle, deadline)).map_err(raised)
     }
 }
@@ -190,18 +204,18 @@ impl Object {
         quality: Option<&str>,
         error: Option<f64>,
         time_ms: Option<f64>,
-        iterations: Option<u32>,
+        #[pyo3(from_py_with = argument::iterations)] iterations: Option<u32>,
         enable: Option<Bound<'_, PyAny>>,
         disable: Option<Bound<'_, PyAny>>,
         gamma_j_m2: Option<f64>,
         lift: Option<&str>,
         elastic: Option<&str>,
-        seed: u64,
+        #[pyo3(from_py_with = argument::seed)] seed: u64,
         keep: bool,
-        origin: Option<(u64, u32)>,
-        deadline_s: Option<f64>,
-        fragments_max: Option<u32>,
-        bytes_max: Option<u64>,
+        #[pyo3(from_py_with = argument::struck_fragment)] origin: Option<FragmentOfResult>,
+        #[pyo3(from_py_with = argument::deadline_s)] deadline_s: Option<Duration>,
+        #[pyo3(from_py_with = argument::fragments_max)] fragments_max: Option<u32>,
+        #[pyo3(from_py_with = argument::bytes_max)] bytes_max: Option<u64>,
     ) -> PyResult<Ticket> {
         let sites_max = self.0.facts().degree_max;
         let wish = Wish {
@@ -218,7 +232,7 @@ impl Object {
             seed,
             keep,
             origin,
-            deadline: deadline_s.map(timeout).transpose()?,
+            deadline: deadline_s,
             fragments_max,
             bytes_max,
         };
@@ -232,10 +246,10 @@ impl Object {
     fn aim(
         &self,
         py: Python<'_>,
-        origin: [f64; 3],
-        direction: [f64; 3],
-        fragment: Option<(u64, u32)>,
-        timeout_s: f64,
+        #[pyo3(from_py_with = argument::ray_origin)] origin: [f64; 3],
+        #[pyo3(from_py_with = argument::direction)] direction: [f64; 3],
+        #[pyo3(from_py_with = argument::aimed_fragment)] fragment: Option<FragmentOfResult>,
+        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
     ) -> PyResult<Hit> {
         let aim = Impact::aim(Ray { origin_m: origin, direction });
         let aim = fragment.map_or(aim.clone(), |(handle, fragment)| aim.from(handle, fragment));
@@ -246,15 +260,26 @@ impl Object {
 
     /// Divides the whole object evenly without an impact; asks the service where the bodies are first, if there are several.
     #[pyo3(signature = (pieces, *, seed = 0, timeout_s = 60.0))]
-    fn even(&self, py: Python<'_>, pieces: u32, seed: u64, timeout_s: f64) -> PyResult<Ticket> {
-        let deadline = Deadline::after(timeout(timeout_s)?);
+    fn even(
+        &self,
+        py: Python<'_>,
+        #[pyo3(from_py_with = argument::pieces)] pieces: u32,
+        #[pyo3(from_py_with = argument::seed)] seed: u64,
+        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+    ) -> PyResult<Ticket> {
+        let deadline = Deadline::after(timeout_s);
         let impact = py.detach(|| self.0.even(pieces, deadline)).map_err(raised)?;
         self.0.strike(&impact.seed(seed)).map(Ticket::new).map_err(raised)
     }
 
     /// Factor on these impulses at which the object just breaks; waits for the service.
     #[pyo3(signature = (*contacts, timeout_s = 60.0))]
-    fn threshold_factor(&self, py: Python<'_>, contacts: Vec<PyRef<'_, Contact>>, timeout_s: f64) -> PyResult<f64> {
+    fn threshold_factor(
+        &self,
+        py: Python<'_>,
+        contacts: Vec<PyRef<'_, Contact>>,
+        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+    ) -> PyResult<f64> {
         let impact = impact::at(contacts.iter().map(|contact| &**contact))?.threshold_only();
         let ticket = self.0.strike(&impact).map(Ticket::new).map_err(raised)?;
         Ok(ticket.wait(py, timeout_s)?.summary()?.threshold_impulse_factor)

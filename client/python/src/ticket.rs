@@ -1,11 +1,13 @@
 //! Requests under way.
 
+use crate::argument;
 use crate::error::raised;
 use crate::result::FractureResult;
-use crate::service::{in_slices, timeout};
+use crate::service::in_slices;
 use pyo3::prelude::*;
 use shatter_client::{ErrorKind, Poll, Progress};
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 /// A request under way. It is canceled when the last reference to it goes before its result.
 #[pyclass(frozen, module = "shatter")]
@@ -31,11 +33,14 @@ impl Ticket {
 impl Ticket {
     /// Waits for the result; Ctrl-C ends it. After ``late`` the ticket is still valid.
     #[pyo3(signature = (*, timeout_s = 60.0))]
-    pub fn wait(&self, py: Python<'_>, timeout_s: f64) -> PyResult<FractureResult> {
-        let timeout = timeout(timeout_s)?;
+    pub fn wait(
+        &self,
+        py: Python<'_>,
+        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+    ) -> PyResult<FractureResult> {
         // The service may report `late` as well, for the request itself.
         let pending = |error: &shatter_client::Error| error.kind == ErrorKind::Late && error.at == "ticket";
-        let result = in_slices(py, timeout, pending, |slice| self.with(|ticket| ticket.wait(slice)))?;
+        let result = in_slices(py, timeout_s, pending, |slice| self.with(|ticket| ticket.wait(slice)))?;
         Ok(FractureResult::new(result))
     }
 

@@ -161,9 +161,9 @@ def test_hertz_of_a_steel_ball_on_steel():
 @pytest.mark.parametrize(
     "strike, kind",
     [
-        (lambda body: body.strike(shatter.Contact((math.nan, 0, 0), (1, 0, 0))), "contact_point"),
         (lambda body: body.strike(shatter.Contact((0, 0, 0), (0, 0, 0))), "impulse"),
         (lambda body: body.strike(shatter.Contact((1e6, 0, 0), (1, 0, 0))), "contact_too_far"),
+        (lambda body: body.strike(shatter.Contact(top(), (0, -1, 0), radius=5.0)), "contact_radius"),
         (lambda body: body.strike(*[contact_on(body)] * 9), "contact_count"),
         (lambda body: body.strike(contact_on(body), degree=0), "degree"),
         (lambda body: body.strike(contact_on(body), gamma_j_m2=-1.0), "gamma"),
@@ -197,9 +197,32 @@ def test_options_have_names(body):
 
 
 def test_wrong_arguments_are_named(body, service):
-    for wrong in [(1.0, 2.0), "abc", None, (1.0, 2.0, "x")]:
-        with pytest.raises((TypeError, ValueError)):
-            shatter.Contact(wrong, (1, 0, 0))
+    for wrong in [(1.0, 2.0), "abc", None, (1.0, 2.0, "x"), (math.nan, 0, 0), 3, np.zeros((3, 3))]:
+        for key in ["point", "impulse", "ray"]:
+            if key == "ray" and wrong is None:
+                continue
+            vectors = {"point": top(), "impulse": (0, -2, 0), key: wrong}
+            with pytest.raises(shatter.ArgumentError, match=rf"^{key} must be 3 finite numbers, for example {key}=\("):
+                shatter.Contact(**vectors)
+    for key in ["origin", "direction"]:
+        with pytest.raises(shatter.ArgumentError, match=f"^{key} must be 3 finite numbers"):
+            body.aim(**{"origin": (0, 1, 0), "direction": (0, -1, 0), key: [1, 2]})
+    for wrong in [-1, 2**70, 2**200, 1.5, "x"]:
+        for key in ["seed", "iterations", "fragments_max", "bytes_max"]:
+            largest = 2**64 - 1 if key in ["seed", "bytes_max"] else 2**32 - 1
+            with pytest.raises(shatter.ArgumentError, match=f"^{key} must be a whole number from 0 to {largest}, not "):
+                body.strike(contact_on(body), **{key: wrong})
+        with pytest.raises(shatter.ArgumentError, match=r"^origin must be a pair .*origin=\(result.handle, fragment.id\)"):
+            body.strike(contact_on(body), origin=(wrong, 0))
+        with pytest.raises(shatter.ArgumentError, match="^fragment must be a pair "):
+            body.aim((0, 1, 0), (0, -1, 0), fragment=(0, wrong))
+        with pytest.raises(shatter.ArgumentError, match="^pieces must be a whole number"):
+            body.even(wrong)
+        with pytest.raises(shatter.ArgumentError, match="^handle must be a whole number"):
+            service.release(wrong)
+    with pytest.raises(shatter.ArgumentError, match="^one must be 4 numbers: mass"):
+        shatter.hertz(1.0, (1.0, 0.1, 70e9, 0.2), 1.0)
+    assert len(body.strike(contact_on(body), degree=3, seed=np.int64(7), iterations=None).wait()) >= 3
     with pytest.raises(ValueError):
         body.strike()
     for wrong in [-1, 2**32, 2.5, [3]]:
@@ -218,10 +241,10 @@ def test_wrong_arguments_are_named(body, service):
         (key,) = keywords
         with pytest.raises(ValueError, match=f"^{key}: .* is not one of "):
             body.strike(contact_on(body), **keywords)
-    with pytest.raises(ValueError):
+    with pytest.raises(shatter.ArgumentError, match="^timeout_s must be a number of seconds, 0 or more, not -1.0$"):
         body.strike(contact_on(body)).wait(timeout_s=-1.0)
-    with pytest.raises((OverflowError, TypeError)):
-        body.strike(contact_on(body), seed=-1)
+    with pytest.raises(shatter.ArgumentError, match="^deadline_s must be a number of seconds, 0 or more, not nan$"):
+        body.strike(contact_on(body), deadline_s=math.nan)
     for name in ["no such object", "", "with\0zero", "ä" * 500]:
         with pytest.raises(shatter.ServiceError):
             service.object(name)
@@ -231,6 +254,34 @@ def test_wrong_arguments_are_named(body, service):
     with pytest.raises(shatter.ServiceError) as absent:
         shatter.connect("nobody-here")
     assert absent.value.kind == "no_daemon" and absent.value.fault == "environment"
+
+
+def test_names_that_do_not_exist_are_explained(service, body):
+    result = body.strike(contact_on(body), degree=4).wait()
+    for owner, name, wanted in [
+        (result, "fragments", "'FractureResult' has no attribute 'fragments'; the result is a sequence of its fragments"),
+        (result, "fragments", "it has `bonds`, `debris`, `handle`, "),
+        (result, "sumary", "did you mean `summary`[?]; it has "),
+        (result[0], "mass", "did you mean `mass_kg`"),
+        (result.summary, "degree", "`fracture_degree`"),
+        (body, "hit", "it has `aim`, `even`, `facts`, `name`, `strike`, `threshold_factor`"),
+        (service, "obect", "did you mean `object`, `objects`"),
+    ]:
+        with pytest.raises(AttributeError, match=wanted):
+            getattr(owner, name)
+        assert not hasattr(owner, name)
+    contact = contact_on(body)
+    for call, wanted in [
+        (lambda: body.strike(contact, effects=["hulls"]), "has no argument 'effects'; effects are switched by `enable="),
+        (lambda: body.strike(point=[1, 2]), "has no argument 'point'; contacts come first, without a keyword"),
+        (lambda: body.strike(contact, enabled="hulls"), "did you mean `enable`.*; its keywords are `degree`, `quality`, "),
+        (lambda: body.even(3, sead=1), "did you mean `seed`"),
+        (lambda: shatter.connect(timeout=3), r"connect\(\) has no argument 'timeout'; did you mean `timeout_s`"),
+        (lambda: shatter.Contact(top(), (0, -1, 0), raduis=1.0), r"Contact\(\) has no argument 'raduis'; did you mean `radius`"),
+        (lambda: shatter.Contact(top(), (0, -1, 0), color=1.0), "there are `point`, `impulse`, `duration_s`, `radius`, `ray`"),
+    ]:
+        with pytest.raises(TypeError, match=wanted):
+            call()
 
 
 def test_without_a_name_the_environment_names_the_service(monkeypatch):

@@ -36,6 +36,11 @@ impl ServicePaths {
         Self { service: service.clone(), uid, folder, mark, is_shared: runtime.is_none() }
     }
 
+    /// Command that starts a daemon of the service, for messages.
+    pub fn start_command(&self) -> String {
+        format!("shatterd serve --service {}", self.service.as_str())
+    }
+
     /// The file that a daemon holds locked while it lives.
     pub fn lock(&self) -> PathBuf {
         self.folder.join("lock")

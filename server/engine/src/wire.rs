@@ -2,6 +2,7 @@
 
 mod cost;
 mod errors;
+mod radius;
 mod ray;
 mod rows;
 mod settings;
@@ -21,7 +22,7 @@ use crate::scene::{ObjectPolicy, Scene};
 use bytemuck::Zeroable;
 use nalgebra::Point3;
 use shatter_fracture::cancel_token::CancelToken;
-use shatter_fracture::database;
+use shatter_fracture::database::{self, DatabaseError};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
     self, DEGREE_MAX, DegreeSource, FractureMeshes, FractureOutcome, PreparedObject, RequestContext, RequestCost,
@@ -63,7 +64,7 @@ pub fn loader(scene: Option<Scene>) -> Loader {
             Some(Some(object)) => (object.terms.clone(), object.material.as_ref()),
             Some(None) => return Err("it is not in the scene".to_owned()),
         };
-        let mut prepared = database::load_tables(path, terms.tables()).map_err(|error| error.to_string())?;
+        let mut prepared = database::load_tables(path, terms.tables()).map_err(|error| damaged(&error))?;
         let own = &prepared.parameters.material_name;
         if let Some((name, _)) = material.filter(|(name, _)| name != own) {
             return Err(format!("it was baked as {own}, but the scene needs {name}; bake it again"));
@@ -83,6 +84,11 @@ pub fn loader(scene: Option<Scene>) -> Loader {
         terms.anchor(&mut prepared).map_err(|error| refused(&error))?;
         Ok(Arc::new(EngineObject::new(Arc::new(prepared), terms)))
     })
+}
+
+/// Message about a database that cannot be loaded, with the remedy for a damaged one.
+fn damaged(error: &DatabaseError) -> String {
+    error.remedy().map_or_else(|| error.to_string(), |remedy| format!("{error}; {remedy}"))
 }
 
 /// Served object of the engine.
@@ -260,7 +266,7 @@ impl EngineObject {
     /// Engine request for `strike` under the object's policy.
     ///
     /// # Errors
-    /// `effect`, as of [`ObjectPolicy::effects`].
+    /// `effect`, as of [`ObjectPolicy::effects`]; `contact_radius` for a contact that is larger than the object.
     pub fn request(&self, strike: &Request) -> Result<pipeline::FractureRequest, Error> {
         let on = self.terms.effects(strike)?;
         let preset = settings::preset(self.quality(strike)).solver_settings();
@@ -287,6 +293,7 @@ impl EngineObject {
             seed: strike.seed,
             threshold_only: strike.purpose == Purpose::Threshold,
         };
+        radius::check(&self.prepared, &request)?;
         let request = settings::given(request, strike);
         let basis = self.prepared.bodies.iter().any(|body| body.reduced().is_some());
         let solved = !basis || request.elastic == pipeline::ElasticRequest::Solve;

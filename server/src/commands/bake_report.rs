@@ -26,7 +26,7 @@ pub fn tell(
     let warnings: Vec<String> = doubtful.into_iter().chain(warnings(prepared)).collect();
     match as_json {
         true => output::print(&format!("{}\n", document(prepared, file, &warnings, seconds))),
-        false => output::lines(&screen(prepared, file, seconds)),
+        false => output::lines(&(screen(prepared, file) + &format!("  {seconds:.1} s\n"))),
     }
 }
 
@@ -113,7 +113,8 @@ pub fn defects(all: &[Defect]) -> Vec<serde_json::Value> {
     all.iter().map(line).collect()
 }
 
-fn screen(prepared: &PreparedObject, file: &Path, seconds: f64) -> String {
+/// Figures of a bake, with names for people and units.
+pub fn screen(prepared: &PreparedObject, file: &Path) -> String {
     // Writing to a string cannot fail.
     let mut text = String::new();
     let report = &prepared.report;
@@ -192,6 +193,5 @@ fn screen(prepared: &PreparedObject, file: &Path, seconds: f64) -> String {
     for absent in &report.unprepared {
         let _ = writeln!(text, "  not prepared     lift {} of body {}: {}", absent.lift, absent.body, absent.reason);
     }
-    let _ = writeln!(text, "  {seconds:.1} s");
     text
 }

@@ -26,9 +26,9 @@ enum State {
 /// A failure or an interruption ends the command; finished files stay.
 pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), CommandError> {
     expected_file::check(scene, ExpectedFile::Scene)?;
-    let shown = scene.display();
-    let scene = Scene::load(scene)?;
-    let recipes = scene.recipes()?;
+    let (shown, path) = (scene.display(), scene);
+    let scene = Scene::load(path)?;
+    let recipes = scene.recipes().map_err(|error| CommandError::from(error).of_scene(path))?;
     if recipes.iter().all(|(name, recipe)| recipe.bake(name).is_none()) {
         let message = format!("{shown}: no object has a `shape`; bake each mesh with `shatterd bake MESH --name NAME`");
         return Err(CommandError::refused("no_shape", "shape", message));

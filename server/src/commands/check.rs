@@ -35,10 +35,11 @@ pub struct CheckArgs {
 pub fn run(args: &CheckArgs) -> Result<(), CommandError> {
     expected_file::check(&args.scene, ExpectedFile::Scene)?;
     let scene = Scene::load(&args.scene)?;
-    scene.recipes()?;
+    let of_scene = |error: CommandError| error.of_scene(&args.scene);
+    scene.recipes().map_err(|error| of_scene(error.into()))?;
     let folder = args.databases.clone().map_or_else(data_folder, Ok)?;
     let objects = scene.objects.iter().map(|(name, object)| plan(name, object, &folder));
-    let objects = objects.collect::<Result<Vec<_>, CommandError>>()?;
+    let objects = objects.collect::<Result<Vec<_>, CommandError>>().map_err(of_scene)?;
     if args.json {
         return output::print(&format!("{}\n", json!({ "scene": scene.title, "objects": objects })));
     }

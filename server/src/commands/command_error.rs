@@ -3,11 +3,12 @@
 use super::interrupt;
 use serde_json::json;
 use shatter_cli_common::{self as program, StdoutError};
+use shatter_export::ExportError;
 use shatter_fracture::database::{BakeError, DatabaseError, JoinError};
 use shatter_fracture::lattice::LatticeError;
 use shatter_fracture::scene::MaterialError;
 use shatter_fracture::surface::SurfaceError;
-use shatter_proto::{Error, exit, text};
+use shatter_proto::{Error, ErrorKind, exit, text};
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
@@ -62,12 +63,12 @@ impl CommandError {
             _ => "corrupt_database",
         };
         let refused = Self { fault: "environment", ..Self::refused(kind, path.display().to_string(), error.of(path)) };
-        match kind {
-            "corrupt_database" => refused.advised("bake the object again"),
-            "whole_database" => {
+        match error.remedy() {
+            Some(remedy) => refused.advised(remedy),
+            None if kind == "whole_database" => {
                 refused.advised("name the files NAME.I-of-N.share that `shatterd bake --shard I/N` wrote")
             }
-            _ => refused,
+            None => refused,
         }
     }
 
@@ -80,6 +81,11 @@ impl CommandError {
     pub fn of_file(self, file: &Path) -> Self {
         let at = file.display().to_string();
         Self { message: format!("{at}: {}", self.message), at, ..self }
+    }
+
+    /// Begins the message with the name of the `scene` to which the offending key belongs.
+    pub fn of_scene(self, scene: &Path) -> Self {
+        Self { message: format!("{}: {}", scene.display(), self.message), ..self }
     }
 
     /// Appends advice to the message.
@@ -101,7 +107,7 @@ impl CommandError {
 
     /// Error of a command that a signal ended before it had anything to keep.
     fn cancelled() -> Self {
-        Self::interrupted("interrupted; nothing was written")
+        Self::interrupted("a signal ended the command; nothing was written")
     }
 
     /// Name of the error.
@@ -127,11 +133,17 @@ impl CommandError {
         if as_json && let Err(StdoutError::Failed(error)) = program::print(format_args!("{:#}\n", self.document())) {
             let _ = writeln!(std::io::stderr(), "shatterd: {error}");
         }
-        // The offending input is not printed twice.
-        let named = self.message.contains(&self.at);
-        let at = if named { String::new() } else { format!(" (at {})", text::quoted(&self.at)) };
-        let _ = writeln!(std::io::stderr(), "shatterd: {}: {}{at}", self.kind, text::message(&self.message));
+        let _ = writeln!(std::io::stderr(), "shatterd: {}", self.line());
         ExitCode::from(self.exit_code)
+    }
+
+    /// The error in one line: kind, message, and the offending input if the message does not name it.
+    fn line(&self) -> String {
+        let (message, at) = (text::message(&self.message), text::quoted(&self.at));
+        // A message may quote the input escaped.
+        let is_named = message.contains(&at) || self.message.contains(&self.at);
+        let at = if is_named { String::new() } else { format!(" (at {at})") };
+        format!("{}: {message}{at}", self.kind)
     }
 
     /// JSON document of the error.
@@ -169,6 +181,15 @@ impl From<Error> for CommandError {
             at: error.at,
             message: error.message,
             files: None,
+        }
+    }
+}
+
+impl From<ExportError> for CommandError {
+    fn from(error: ExportError) -> Self {
+        match error.path() {
+            Some(path) => Error::new(ErrorKind::Output, path.display().to_string(), error.to_string()).into(),
+            None => Self::ours("failed", error.to_string()),
         }
     }
 }
@@ -287,5 +308,33 @@ impl From<JoinError> for CommandError {
             JoinError::Missing { share } => Self::refused("share_missing", share.to_string(), message),
             JoinError::Bake(error) => error.into(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_names_the_offending_input_once() {
+        for (at, message, wanted) in [
+            ("a\nb", "object name \"a\\nb\" is invalid", "object_name: object name \"a\\nb\" is invalid"),
+            ("a\nb", "the file a\nb is empty", "object_name: the file a\\nb is empty"),
+            ("a\nb", "it is empty", "object_name: it is empty (at a\\nb)"),
+            ("", "it is empty", "object_name: it is empty"),
+        ] {
+            assert_eq!(CommandError::refused("object_name", at, message).line(), wanted);
+        }
+        assert_eq!(CommandError::cancelled().line().matches("interrupted").count(), 1);
+    }
+
+    #[test]
+    fn errors_of_a_scene_name_its_file_and_keep_the_key() {
+        let error = CommandError::refused("configuration", "objects.a.material", "objects.a.material: missing");
+        let error = error.of_scene(Path::new("shop.toml"));
+        assert_eq!(
+            (error.at.as_str(), error.message()),
+            ("objects.a.material", "shop.toml: objects.a.material: missing")
+        );
     }
 }

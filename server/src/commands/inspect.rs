@@ -1,8 +1,8 @@
 //! `shatterd inspect`: contents of a database.
 
 use super::expected_file::{self, ExpectedFile};
-use super::inspect_memory::{memory_lines, memory_table};
-use super::{CommandError, bake_report, intact_mesh, lookup, output};
+use super::inspect_memory::memory_table;
+use super::{CommandError, bake_report, inspect_text, intact_mesh, lookup, output};
 use crate::memory::ResidentMemory;
 use clap::Args;
 use serde_json::{Value, json};
@@ -107,17 +107,7 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
     if args.json {
         return output::print(&format!("{document}\n"));
     }
-    let mut text = String::new();
-    for (key, value) in document.as_object().into_iter().flatten() {
-        match value {
-            value if key == "memory" => text += &memory_lines(value),
-            serde_json::Value::Object(inner) => {
-                inner.iter().for_each(|(inner, value)| text += &format!("{key}.{inner}: {value}\n"));
-            }
-            value => text += &format!("{key}: {value}\n"),
-        }
-    }
-    output::lines(&text)
+    output::lines(&inspect_text::screen(prepared, &file, &document))
 }
 
 /// Shares of the outer area with accurate normals; `null` for an object without a skin.

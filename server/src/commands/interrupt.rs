@@ -134,6 +134,8 @@ fn end(json: bool) -> ! {
         let _ = kill_process(child, Kill::TERM);
     }
     let _last = writing();
-    let _ = CommandError::interrupted("interrupted; every file is complete, in its old or its new version").print(json);
+    let _ =
+        CommandError::interrupted("a signal ended the command; every file is complete, in its old or its new version")
+            .print(json);
     std::process::exit(i32::from(exit_code()))
 }

@@ -9,6 +9,7 @@ mod command_error;
 mod expected_file;
 pub mod inspect;
 mod inspect_memory;
+mod inspect_text;
 mod intact_mesh;
 pub mod interrupt;
 mod log;

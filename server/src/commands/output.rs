@@ -2,9 +2,8 @@
 
 use super::{CommandError, interrupt};
 use shatter_cli_common as program;
-use shatter_export::write_whole;
-use shatter_proto::text;
-use std::os::unix::fs::FileTypeExt;
+use shatter_export::{ExportError, make_folder, write_whole};
+use shatter_proto::{Error, ErrorKind, text};
 use std::path::Path;
 
 /// Writes `text` to stdout.
@@ -29,38 +28,22 @@ pub fn lines(text: &str) -> Result<(), CommandError> {
 /// [`CommandError`] if standard output or the file cannot be written.
 pub fn whole(path: &Path, bytes: &[u8]) -> Result<(), CommandError> {
     let _writing = interrupt::writing();
-    write_whole(path, bytes).map_err(|error| CommandError::output(path, &error))?;
+    write_whole(path, bytes)?;
     eprintln!("wrote {}", text::message(&path.display().to_string()));
     Ok(())
 }
 
-/// Creates `folder` if needed and checks that it can be written, before the work begins.
+/// Creates `folder`, which `--out` names, if needed, and checks that it can be written, before the work begins.
 ///
 /// # Errors
 /// [`CommandError`] if standard output or the file cannot be written.
 pub fn folder(folder: &Path) -> Result<(), CommandError> {
-    let failed = |error: std::io::Error| CommandError::output(folder, &error);
-    if let Some(other) = folder.ancestors().find(|path| path.exists()).filter(|path| !path.is_dir()) {
-        let kind = kind(other);
-        let message = match other == folder {
-            true => format!("is {kind}, not a folder; nothing can be written there; name a folder"),
-            false => format!("cannot be made: {} is {kind}, not a folder; name another folder", other.display()),
-        };
-        return Err(CommandError::output(folder, &message));
-    }
-    std::fs::create_dir_all(folder).map_err(failed)?;
-    tempfile::tempfile_in(folder).map(drop).map_err(failed)
-}
-
-/// Kind of what exists at `path` other than a folder, in words.
-fn kind(path: &Path) -> &'static str {
-    match std::fs::metadata(path).map(|data| data.file_type()) {
-        Ok(kind) if kind.is_file() => "a file",
-        Ok(kind) if kind.is_char_device() || kind.is_block_device() => "a device",
-        Ok(kind) if kind.is_fifo() => "a pipe",
-        Ok(kind) if kind.is_socket() => "a socket",
-        _ => "no regular file",
-    }
+    let probe = || tempfile::tempfile_in(folder).map(drop);
+    let in_folder = |source| ExportError::Folder { folder: folder.to_owned(), source };
+    make_folder(folder).and_then(|()| probe().map_err(in_folder)).map_err(|error| {
+        let message = format!("{error} (--out)");
+        Error::new(ErrorKind::Output, folder.display().to_string(), message).into()
+    })
 }
 
 #[cfg(test)]
@@ -73,9 +56,12 @@ mod tests {
         folder(&place.path().join("new/er")).unwrap();
         let refused = |path: &Path| folder(path).unwrap_err().message().to_owned();
         let device = refused(Path::new("/dev/full"));
-        assert!(device.starts_with("/dev/full: is a device, not a folder; nothing can be written there"), "{device}");
+        assert_eq!(device, "/dev/full is a device, not a folder; choose another path (--out)");
         let below = refused(Path::new("/dev/full/a/b"));
-        assert!(below.contains("cannot be made: /dev/full is a device, not a folder"), "{below}");
+        assert!(below.starts_with("cannot make the folder /dev/full/a/b: /dev/full is a device"), "{below}");
+        let fixed = refused(Path::new("/proc/shatter/a"));
+        assert!(fixed.starts_with("cannot make the folder /proc/shatter/a: the file system there"), "{fixed}");
+        assert!(fixed.ends_with("; choose another path (--out)"), "{fixed}");
         let file = place.path().join("file");
         std::fs::write(&file, "").unwrap();
         assert!(refused(&file).contains("is a file, not a folder"), "{}", refused(&file));

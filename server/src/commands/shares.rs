@@ -187,7 +187,7 @@ pub fn work(
 fn interrupted(partial: &PartialBake, file: &Path) -> CommandError {
     let (done, of) = (partial.task.done, partial.task.impacts().len());
     let file = file.display();
-    CommandError::interrupted(format!("interrupted; {done} of {of} impacts are kept in {file}; continue with --resume"))
+    CommandError::interrupted(format!("{done} of {of} impacts are kept in {file}; continue with --resume"))
 }
 
 /// Removes the checkpoint of a complete bake.

@@ -73,7 +73,9 @@ fn explained(mut error: clap::Error, command: &Command, words: &[OsString]) -> c
 /// Suggestion for an argument that the command does not have.
 fn unknown(error: &mut clap::Error, command: &Command, words: &[OsString]) -> Option<String> {
     let word = text(error, ContextKind::InvalidArg)?.to_owned();
+    // The parser's own suggestion is the most similar option, however little it resembles the word.
     error.remove(ContextKind::Suggested);
+    error.remove(ContextKind::SuggestedArg);
     let own = used(command, words);
     if word.parse::<f64>().is_ok() {
         return Some("a vector is one word: numbers with commas and without spaces, for example 0.1,0,-0.2".to_owned());
@@ -133,14 +135,17 @@ fn not_a_command(error: &mut clap::Error, command: &Command, words: &[OsString])
 
 /// Explains a number that is refused.
 fn reworded(error: clap::Error, command: &Command) -> clap::Error {
+    let part = |kind| text(&error, kind).unwrap_or_default();
     let why = match source(&error) {
         why if negative(&error) && is_whole(&why) => "must be a whole number, 0 or more",
         why if why.contains("invalid digit") => "must be a whole number",
+        why if why.contains("invalid float literal") && part(ContextKind::InvalidValue).contains(',') => {
+            "must be one number, not a vector"
+        }
         why if why.contains("invalid float literal") => "must be a number, without a unit",
         why if why.contains("too large to fit") => "is larger than any that is accepted",
         _ => return error,
     };
-    let part = |kind| text(&error, kind).unwrap_or_default();
     let (word, value) = (part(ContextKind::InvalidArg), quoted(part(ContextKind::InvalidValue)));
     let message = format!("invalid value '{value}' for '{word}': {why}\n");
     clap::Error::raw(error::ErrorKind::ValueValidation, message).with_cmd(command)
@@ -242,6 +247,8 @@ mod tests {
             #[arg(long)]
             radius_m: Option<f64>,
             #[arg(long)]
+            examples: Option<u32>,
+            #[arg(long)]
             point: Option<String>,
         },
     }
@@ -302,7 +309,9 @@ mod tests {
         check(&["--point", "1", "2", "3"], "numbers with commas and without spaces");
         check(&["--seed"], "a value is required");
         check(&["--position", "1,2,3"], "a similar argument exists: '--point'");
-        check(&["--wrong"], "the options of `program impact` are --out, --seed, --clients, --radius-m, --point");
+        check(&["--radius-m", "1,0,0"], "must be one number, not a vector");
+        check(&["--wrong"], "the options of `program impact` are --out, --seed, --clients, --radius-m, --examples");
+        check(&["--impulse", "1,0,0"], "found tip: the options of `program impact` are --out, --seed, --clients");
         check(&["mug"], "`program impact` takes only options");
     }
 }

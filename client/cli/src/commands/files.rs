@@ -3,7 +3,7 @@
 use super::{CliError, note};
 use shatter_cli_common::cli_error::size;
 use shatter_client::{Deadline, Effect, Error, ErrorKind, FractureResult, Impact, Object};
-use shatter_export::WriteReport;
+use shatter_export::{WriteReport, make_folder};
 use shatter_proto::name::nearest;
 use std::path::{Path, PathBuf};
 
@@ -126,9 +126,8 @@ impl OutputTarget {
             return Ok(WrittenFiles::default());
         }
         if let Some(folder) = &self.folder {
-            std::fs::create_dir_all(folder).map_err(|error| {
-                let at = folder.display().to_string();
-                Error::new(ErrorKind::Output, at.clone(), format!("cannot create the folder {at}: {error}"))
+            make_folder(folder).map_err(|error| {
+                Error::new(ErrorKind::Output, folder.display().to_string(), format!("{error} (--out)"))
             })?;
         }
         let all = match self.format {

@@ -13,7 +13,7 @@ mod document;
 mod shapes;
 
 use super::document::fragment_name;
-use super::{ExportError, ObjectView, WriteReport, check, stale, write_whole};
+use super::{ExportError, ObjectView, WriteReport, check, make_folder, stale, write_whole};
 use std::ffi::OsStr;
 use std::path::Path;
 
@@ -55,8 +55,7 @@ pub fn write_mjcf(path: &Path, object: &ObjectView<'_>) -> Result<WriteReport, E
     let folder = path.with_file_name(&meshes);
     let model = mjcf(object, &meshes)?;
     super::file::target(path)?;
-    let made = std::fs::create_dir_all(&folder);
-    made.map_err(|source| ExportError::Folder { folder: folder.clone(), source })?;
+    make_folder(&folder)?;
     for (name, text) in &model.meshes {
         write_whole(&folder.join(name), text.as_bytes())?;
     }

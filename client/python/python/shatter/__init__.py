@@ -16,7 +16,12 @@ service, :class:`ArgumentError` an argument that cannot be used. Any number of t
 After a fork, the child connects again.
 """
 
-from ._shatter import (
+from . import _messages, _shatter
+
+# Before the names are imported: functions are replaced.
+_messages.explain(_shatter)
+
+from ._shatter import (  # noqa: E402
     ArgumentError,
     Bond,
     FractureResult,

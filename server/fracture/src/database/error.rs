@@ -17,7 +17,7 @@ pub enum DatabaseError {
         source: std::io::Error,
     },
     /// The file is not a safetensors container, or is truncated.
-    #[error("not a complete safetensors container: {0}")]
+    #[error("the file is cut off, or no database (safetensors: {0})")]
     Container(#[from] safetensors::SafeTensorError),
     /// The file was written in another version of the format.
     #[error("the file has format {found}, this program reads {known}: bake it again, or use the program that wrote it")]
@@ -146,6 +146,14 @@ pub enum DatabaseError {
 }
 
 impl DatabaseError {
+    /// Remedy for a damaged file; `None` for an error of another kind, whose message says what to do.
+    pub fn remedy(&self) -> Option<&'static str> {
+        match self {
+            Self::Io { .. } | Self::Format { .. } | Self::Share | Self::Whole => None,
+            _ => Some("if the file is a copy, copy it again; else bake the object again"),
+        }
+    }
+
     /// Message about the file `path`, which is named exactly once.
     pub fn of(&self, path: &Path) -> String {
         match self {

@@ -30,7 +30,7 @@ impl Material {
     /// The material of that name in the table that comes with the crate, [`MATERIALS`].
     ///
     /// # Errors
-    /// [`MaterialError::Unknown`], which names the nearest one.
+    /// [`MaterialError::Unknown`], which names all materials.
     pub fn named(name: &str) -> Result<Self, MaterialError> {
         Materials::parse(MATERIALS)?.get(name).cloned()
     }
@@ -63,12 +63,12 @@ pub enum MaterialError {
         value: f64,
     },
     /// No material has the requested name.
-    #[error("no material \"{name}\"; nearest is \"{nearest}\"; known: {known}")]
+    #[error("no material \"{name}\"; {}known: {known}", nearest.as_ref().map_or(String::new(), |nearest| format!("nearest is \"{nearest}\"; ")))]
     Unknown {
         /// Requested name.
         name: String,
-        /// Known name with the smallest edit distance.
-        nearest: String,
+        /// Known name with the smallest edit distance, if one is similar.
+        nearest: Option<String>,
         /// All names, comma-separated.
         known: String,
     },
@@ -100,7 +100,7 @@ impl Materials {
     pub fn get(&self, name: &str) -> Result<&Material, MaterialError> {
         self.0.get(name).ok_or_else(|| MaterialError::Unknown {
             name: brief(name),
-            nearest: nearest(name, self.names()).unwrap_or_default().to_owned(),
+            nearest: nearest(name, self.names()).map(str::to_owned),
             known: brief(&self.names().collect::<Vec<_>>().join(", ")),
         })
     }
@@ -128,6 +128,8 @@ mod tests {
     fn an_unknown_material_is_refused_with_the_nearest() {
         let error = Materials::parse(MATERIALS).unwrap().get("plastre").unwrap_err().to_string();
         assert!(error.contains("nearest is \"plaster\""), "{error}");
+        let error = Materials::parse(MATERIALS).unwrap().get("oak").unwrap_err().to_string();
+        assert!(error.starts_with("no material \"oak\"; known: ceramic, concrete,"), "{error}");
     }
 
     #[test]

@@ -38,17 +38,21 @@ pub fn is_invisible(character: char) -> bool {
     character.is_control() || format
 }
 
-/// The name in `all` nearest to `name`; the first of several.
+/// The name in `all` nearest to `name`, the first of several; `None` if none is similar.
 ///
 /// Names of which one is a prefix of the other are nearest. Others are ordered by edit distance (F. J. Damerau 1964, V.
-/// I. Levenshtein 1966).
+/// I. Levenshtein 1966), which must be at most one more than a third of the longer name, as in `shatter-proto`.
 pub fn nearest<'a>(name: &str, all: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // The cost of the distance is quadratic in the length.
     let name = brief(name);
     let begins = |one: &str, other: &str| one.len() >= PREFIX_MIN && other.starts_with(one);
-    let distance =
-        |known: &str| (!(begins(&name, known) || begins(known, &name)), strsim::damerau_levenshtein(&name, known));
-    all.into_iter().min_by_key(|known| distance(known))
+    let length = name.chars().count();
+    let distance = |known: &str| match begins(&name, known) || begins(known, &name) {
+        true => 0,
+        false => strsim::damerau_levenshtein(&name, known),
+    };
+    let similar = |known: &&str| distance(known) <= 1 + known.chars().count().max(length) / 3;
+    all.into_iter().filter(similar).min_by_key(|known| distance(known))
 }
 
 /// One-line description of an error in the TOML `text`: position, cause in plain words, and the nearest known key to an unknown one.
@@ -155,6 +159,7 @@ mod tests {
         assert_eq!(nearest("gama_j_m2", keys), Some("gamma_j_m2"));
         assert_eq!(nearest("lif", keys), Some("lift"));
         assert_eq!(nearest("x", []), None);
+        assert_eq!(nearest("oak", ["glass", "ice", "stone"]), None, "no other name is like it");
     }
 
     #[test]

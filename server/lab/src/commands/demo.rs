@@ -1,7 +1,6 @@
 //! `shatterd demo`.
 
 use crate::demo::{self, DemoError, DemoOptions};
-use shatter_export::ExportError;
 use shatter_proto::{Error, ErrorKind};
 use shatter_server::commands::{CommandError, output};
 use shatter_server::config::data_folder;
@@ -45,13 +44,7 @@ impl From<DemoError> for CommandError {
         let message = error.to_string();
         match error {
             DemoError::Refused(error) => error.into(),
-            DemoError::Folder { path, source } => Self::output(&path, &source),
-            DemoError::Export(
-                ExportError::IsFolder(path)
-                | ExportError::NoFile(path)
-                | ExportError::Folder { folder: path, .. }
-                | ExportError::Write { path, .. },
-            ) => Error::new(ErrorKind::Output, path.display().to_string(), message).into(),
+            DemoError::Export(error) => error.into(),
             DemoError::Material(error) => error.into(),
             DemoError::Surface(error) => error.into(),
             DemoError::Bake(error) => error.into(),
@@ -59,9 +52,7 @@ impl From<DemoError> for CommandError {
             DemoError::Process(_) | DemoError::DaemonEnded(_) | DemoError::DaemonSilent { .. } => {
                 Self::ours("daemon", message)
             }
-            DemoError::StayedWhole { .. } | DemoError::Energy(_) | DemoError::Picture(_) | DemoError::Export(_) => {
-                Self::ours("demo", message)
-            }
+            DemoError::StayedWhole { .. } | DemoError::Energy(_) | DemoError::Picture(_) => Self::ours("demo", message),
         }
     }
 }

@@ -14,14 +14,6 @@ use std::process::ExitStatus;
 /// Error of the demonstration, by the part that failed.
 #[derive(Debug, thiserror::Error)]
 pub enum DemoError {
-    /// A folder could not be created.
-    #[error("cannot create the folder {}: {source}", .path.display())]
-    Folder {
-        /// The folder.
-        path: PathBuf,
-        /// The system's reason.
-        source: io::Error,
-    },
     /// The built-in table of materials is invalid.
     #[error(transparent)]
     Material(#[from] MaterialError),

@@ -26,9 +26,9 @@ use object::DemoTarget;
 use progress::DemoProgress;
 use runtime_folder::RuntimeFolder;
 use shatter_client::{Client, Deadline};
-use shatter_export::write_whole;
+use shatter_export::{make_folder, write_whole};
 use shatter_server::commands::interrupt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Impulses of the requests over the one that just breaks the object: for few, some, and many fragments.
@@ -73,8 +73,8 @@ pub struct DemoFiles {
 pub fn run(options: &DemoOptions) -> Result<DemoFiles, DemoError> {
     let begun = Instant::now();
     let progress = DemoProgress::new();
-    folder(&options.out)?;
-    folder(&options.databases)?;
+    make_folder(&options.out)?;
+    make_folder(&options.databases)?;
     let target = object::prepare(&options.databases, &progress)?;
     progress.step("start the daemon");
     // Created before the daemon, so that it is dropped after it.
@@ -116,8 +116,4 @@ fn strike(options: &DemoOptions, target: &DemoTarget, progress: &DemoProgress) -
         demo_strikes.push(DemoStrike::strike(&object, target, threshold_ns, factor, &options.out, number)?);
     }
     Ok(demo_strikes)
-}
-
-fn folder(path: &Path) -> Result<(), DemoError> {
-    std::fs::create_dir_all(path).map_err(|source| DemoError::Folder { path: path.to_owned(), source })
 }

@@ -16,6 +16,7 @@ use plan::{ClientPlan, LoadTarget};
 use serde_json::{Value, json};
 use shatter_cli_common::cli_error::{CliError, document, note, out, size};
 use shatter_client::{Client, Deadline, Error, ErrorKind};
+use shatter_export::make_folder;
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -253,7 +254,8 @@ fn write(folder: &Path, report: &Value, runs: &[Run]) -> Result<(), CliError> {
         let at = folder.display().to_string();
         Error::new(ErrorKind::Output, at.clone(), format!("cannot write to {at}: {error}"))
     };
-    std::fs::create_dir_all(folder).map_err(refuse)?;
+    let made = make_folder(folder);
+    made.map_err(|error| Error::new(ErrorKind::Output, folder.display().to_string(), format!("{error} (--out)")))?;
     let put = |name: &str, text: &str| {
         let path = folder.join(name);
         std::fs::write(&path, text).map_err(refuse)?;

@@ -1,0 +1,108 @@
+//! Arguments from Python, by name: an argument that cannot be used is named, with the values that are possible.
+
+use crate::error::wrong;
+use crate::result::FragmentOfResult;
+use pyo3::prelude::*;
+use shatter_proto::text::quoted;
+use std::fmt::Display;
+use std::time::Duration;
+
+/// Defines a function per argument that reads it with a reader of this module.
+macro_rules! arguments {
+    ($($function:ident($name:literal): $type:ty = $reader:ident;)*) => {
+        $(pub fn $function(value: &Bound<'_, PyAny>) -> PyResult<$type> {
+            $reader($name, value)
+        })*
+    };
+}
+
+arguments! {
+    point("point"): [f64; 3] = vector;
+    impulse("impulse"): [f64; 3] = vector;
+    ray("ray"): Option<[f64; 3]> = optional_vector;
+    ray_origin("origin"): [f64; 3] = vector;
+    direction("direction"): [f64; 3] = vector;
+    seed("seed"): u64 = whole;
+    handle("handle"): u64 = whole;
+    pieces("pieces"): u32 = whole;
+    iterations("iterations"): Option<u32> = optional_whole;
+    fragments_max("fragments_max"): Option<u32> = optional_whole;
+    bytes_max("bytes_max"): Option<u64> = optional_whole;
+    struck_fragment("origin"): Option<FragmentOfResult> = optional_fragment;
+    aimed_fragment("fragment"): Option<FragmentOfResult> = optional_fragment;
+    one("one"): Body = body;
+    other("other"): Body = body;
+    timeout_s("timeout_s"): Duration = seconds;
+    deadline_s("deadline_s"): Option<Duration> = optional_seconds;
+}
+
+/// Mass (kg), radius (m), Young's modulus (Pa) and Poisson's ratio.
+pub type Body = (f64, f64, f64, f64);
+
+/// Error for the argument `name`, which must be as `wanted` says.
+fn refused(name: &str, wanted: impl Display, value: &Bound<'_, PyAny>) -> PyErr {
+    let found = value.repr().map_or_else(|_| "a value without a text".to_owned(), |text| text.to_string());
+    wrong(format!("{name} must be {wanted}, not {}", quoted(&found)))
+}
+
+/// Reads an argument that may be `None`.
+fn optional<T>(
+    name: &str,
+    value: &Bound<'_, PyAny>,
+    read: impl FnOnce(&str, &Bound<'_, PyAny>) -> PyResult<T>,
+) -> PyResult<Option<T>> {
+    if value.is_none() { Ok(None) } else { read(name, value).map(Some) }
+}
+
+fn vector(name: &str, value: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
+    let numbers = value.extract::<[f64; 3]>().ok().filter(|numbers| numbers.iter().all(|number| number.is_finite()));
+    numbers.ok_or_else(|| refused(name, format!("3 finite numbers, for example {name}=(0.1, 0.0, -0.2)"), value))
+}
+
+fn optional_vector(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<[f64; 3]>> {
+    optional(name, value, vector)
+}
+
+/// A whole number without a sign, with the largest one of its type.
+trait Whole: for<'a, 'py> FromPyObject<'a, 'py> + Display {
+    const LARGEST: Self;
+}
+
+impl Whole for u32 {
+    const LARGEST: Self = Self::MAX;
+}
+
+impl Whole for u64 {
+    const LARGEST: Self = Self::MAX;
+}
+
+fn whole<T: Whole>(name: &str, value: &Bound<'_, PyAny>) -> PyResult<T> {
+    value.extract::<T>().map_err(|_| refused(name, format!("a whole number from 0 to {}", T::LARGEST), value))
+}
+
+fn optional_whole<T: Whole>(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<T>> {
+    optional(name, value, whole)
+}
+
+fn optional_fragment(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<FragmentOfResult>> {
+    optional(name, value, |name, value| {
+        let wanted = format!(
+            "a pair of whole numbers, the handle of a kept result and the id of its fragment: {name}=(result.handle, fragment.id)"
+        );
+        value.extract().map_err(|_| refused(name, wanted, value))
+    })
+}
+
+fn body(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Body> {
+    let wanted = "4 numbers: mass (kg), radius (m), Young's modulus (Pa), Poisson's ratio";
+    value.extract().map_err(|_| refused(name, wanted, value))
+}
+
+fn seconds(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Duration> {
+    let seconds = value.extract::<f64>().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    seconds.ok_or_else(|| refused(name, "a number of seconds, 0 or more", value))
+}
+
+fn optional_seconds(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<Duration>> {
+    optional(name, value, seconds)
+}

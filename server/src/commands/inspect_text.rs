@@ -1,0 +1,115 @@
+//! Text of `shatterd inspect`: the figures of the bake, and those of the file, with names for people and units.
+
+use super::bake_report;
+use super::inspect_memory::memory_lines;
+use serde_json::Value;
+use shatter_fracture::pipeline::PreparedObject;
+use std::path::Path;
+
+/// Lines about the object of the database `file`; `document` is what `--json` prints.
+pub fn screen(prepared: &PreparedObject, file: &Path, document: &Value) -> String {
+    let (parameters, material) = (&prepared.parameters, &prepared.parameters.material);
+    let mut text = bake_report::screen(prepared, file);
+    let mut line = |label: &str, value: String| text += &format!("  {label:<16} {value}\n");
+    line(
+        "material",
+        format!(
+            "{}: Young's modulus {:.3e} Pa, Poisson's ratio {}, density {} kg/m³, tensile strength {:.3e} Pa",
+            parameters.material_name, material.young_pa, material.poisson, material.density_kg_m3, material.strength_pa
+        ),
+    );
+    line(
+        "bake",
+        format!(
+            "quality {}, seed {}, {} examples of {} impacts, stiffness factor {}",
+            parameters.quality.name(),
+            parameters.seed,
+            prepared.examples.len(),
+            prepared.impacts,
+            word(&document["parameters"]["factor"])
+        ),
+    );
+    let learned = &document["learned"];
+    if learned.is_object() {
+        let (median, most) = (percent(&learned["median_relative_error"]), percent(&learned["p90_relative_error"]));
+        let (few, count) = (percent(&learned["few_within_one"]), &learned["holdout"]);
+        let errors = format!("median error {median}, 90 % have at most {most} ({count} left-out impacts)");
+        line("learned degree", format!("{errors}; degrees below 8 are off by at most one in {few}"));
+    }
+    line(
+        "lifts",
+        format!("dimensions per body: interior {}, surface {}", lifts(prepared, true), lifts(prepared, false)),
+    );
+    if let Some(skin) = &prepared.skin {
+        line("skin", format!("{} triangles of the mesh file", skin.triangles.len()));
+    }
+    let materials = &prepared.report.materials;
+    if !materials.is_empty() {
+        let names = materials.iter().enumerate().map(|(index, name)| format!("{index} {name}"));
+        line("mesh materials", names.collect::<Vec<_>>().join(", "));
+    }
+    let normals = &document["normals_within_10_deg"];
+    if normals.is_object() {
+        let share = |key: &str| percent(&normals[key]);
+        let (faces, smooth, carried) = (share("faces"), share("smooth"), share("carried"));
+        line(
+            "normals",
+            format!("within 10° of the mesh's: faces {faces}, smooth {smooth}, carried {carried} of the area"),
+        );
+    }
+    let provenance = &document["provenance"];
+    line(
+        "file",
+        format!(
+            "format {}, {:.1} MB, by {} {}, input {}",
+            word(&document["format"]),
+            document["bytes"].as_f64().unwrap_or_default() / 1e6,
+            word(&provenance["program"]),
+            word(&provenance["version"]),
+            word(&provenance["input_hash"])
+        ),
+    );
+    for (label, key) in [("page", "page"), ("mesh written", "mesh")] {
+        if let Some(path) = document[key].as_str() {
+            line(label, path.to_owned());
+        }
+    }
+    text + &time_lines(&document["time"]) + &memory_lines(&document["memory"])
+}
+
+/// Expected times of requests on this machine; empty without a measurement.
+fn time_lines(time: &Value) -> String {
+    let lines = [
+        ("reduced_ms", "before the degree, reduced", "ms"),
+        ("solve_ms", "before the degree, solved", "ms"),
+        ("start_ms", "start of the diagram [constant, per site]", "ms"),
+        ("iteration_ms", "one iteration of it [constant, per site]", "ms"),
+        ("rest_ms", "after the diagram [constant, per √site]", "ms"),
+        ("strikes", "measured requests", ""),
+        ("log_error_median", "error of the logarithm, median", ""),
+        ("log_error_p90", "error of the logarithm, 90 % of requests", ""),
+    ];
+    let shown = lines.iter().filter(|(key, ..)| time[*key].is_number() || time[*key].is_array());
+    shown
+        .map(|(key, label, unit)| format!("time: {label:<44} {} {unit}", time[*key]).trim_end().to_owned() + "\n")
+        .collect()
+}
+
+/// Dimensions of a lift, per body.
+fn lifts(prepared: &PreparedObject, is_interior: bool) -> String {
+    let of = |body: &shatter_fracture::pipeline::PreparedBody| match is_interior {
+        true => body.interior.as_ref().map(|lift| lift.dimension),
+        false => body.surface_diffusion.as_ref().map(|lift| lift.dimension),
+    };
+    let all = prepared.bodies.iter().map(|body| of(body).map_or("none".to_owned(), |dimension| dimension.to_string()));
+    all.collect::<Vec<_>>().join(", ")
+}
+
+fn percent(share: &Value) -> String {
+    format!("{:.1} %", 100.0 * share.as_f64().unwrap_or_default())
+}
+
+/// A text of the document without its quotes.
+fn word(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}
