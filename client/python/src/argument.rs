@@ -32,7 +32,7 @@ arguments! {
     aimed_fragment("fragment"): Option<FragmentOfResult> = optional_fragment;
     one("one"): Body = body;
     other("other"): Body = body;
-    timeout_s("timeout_s"): Duration = seconds;
+    timeout_s("timeout_s"): f64 = seconds;
     deadline_s("deadline_s"): Option<Duration> = optional_seconds;
 }
 
@@ -98,11 +98,17 @@ fn body(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Body> {
     value.extract().map_err(|_| refused(name, wanted, value))
 }
 
-fn seconds(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Duration> {
-    let seconds = value.extract::<f64>().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+/// A number of seconds that a [`Duration`] holds.
+fn seconds(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    let seconds = value.extract::<f64>().ok().filter(|seconds| Duration::try_from_secs_f64(*seconds).is_ok());
     seconds.ok_or_else(|| refused(name, "a number of seconds, 0 or more", value))
 }
 
+/// The duration of a checked number of seconds. Signatures of Python show a default as a number alone.
+pub fn duration(seconds: f64) -> Duration {
+    Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
+}
+
 fn optional_seconds(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<Duration>> {
-    optional(name, value, seconds)
+    Ok(optional(name, value, seconds)?.map(duration))
 }

@@ -15,7 +15,6 @@ use error::{ServiceError, ShatterError};
 use pyo3::prelude::*;
 use service::Service;
 use shatter_client::{Convention, default_service};
-use std::time::Duration;
 
 /// Connects to a service by name; without a name to that of ``SHATTER_SERVICE``, or to ``default``.
 ///
@@ -27,11 +26,11 @@ use std::time::Duration;
 fn connect(
     py: Python<'_>,
     name: Option<&str>,
-    #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+    #[pyo3(from_py_with = argument::timeout_s)] timeout_s: f64,
     convention: &str,
 ) -> PyResult<Service> {
     let convention = Convention::by_name(convention).map_err(error::raised)?;
-    Service::connect(py, &named(name)?, timeout_s, convention)
+    Service::connect(py, &named(name)?, argument::duration(timeout_s), convention)
 }
 
 /// The name, or that of the default service.
@@ -45,11 +44,11 @@ fn named(name: Option<&str>) -> PyResult<String> {
 fn wait_for(
     py: Python<'_>,
     name: Option<&str>,
-    #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+    #[pyo3(from_py_with = argument::timeout_s)] timeout_s: f64,
     convention: &str,
 ) -> PyResult<Service> {
     let convention = Convention::by_name(convention).map_err(error::raised)?;
-    Service::wait_for(py, &named(name)?, timeout_s, convention)
+    Service::wait_for(py, &named(name)?, argument::duration(timeout_s), convention)
 }
 
 #[pymodule]

@@ -58,9 +58,9 @@ impl Service {
         &self,
         py: Python<'_>,
         name: &str,
-        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: f64,
     ) -> PyResult<Object> {
-        let deadline = Deadline::after(timeout_s);
+        let deadline = Deadline::after(argument::duration(timeout_s));
         py.detach(|| self.0.object(name, deadline)).map(Object).map_err(raised)
     }
 
@@ -69,20 +69,16 @@ impl Service {
     fn objects(
         &self,
         py: Python<'_>,
-        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: f64,
     ) -> PyResult<Vec<Facts>> {
-        let deadline = Deadline::after(timeout_s);
+        let deadline = Deadline::after(argument::duration(timeout_s));
         let all = py.detach(|| self.0.objects(deadline)).map_err(raised)?;
         Ok(all.iter().map(Facts::from).collect())
     }
 
     #[pyo3(signature = (*, timeout_s = 1.0))]
-    fn status(
-        &self,
-        py: Python<'_>,
-        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
-    ) -> PyResult<Status> {
-        let deadline = Deadline::after(timeout_s);
+    fn status(&self, py: Python<'_>, #[pyo3(from_py_with = argument::timeout_s)] timeout_s: f64) -> PyResult<Status> {
+        let deadline = Deadline::after(argument::duration(timeout_s));
         let status = py.detach(|| self.0.status(deadline)).map_err(raised)?;
         Ok(Status {
             pid: status.pid,
@@ -102,9 +98,9 @@ impl Service {
         &self,
         py: Python<'_>,
         #[pyo3(from_py_with = argument::handle)] handle: u64,
-        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: f64,
     ) -> PyResult<()> {
-        let deadline = Deadline::after(timeout_s);
+        let deadline = Deadline::after(argument::duration(timeout_s));
         py.detach(|| self.0.release(handle, deadline)).map_err(raised)
     }
 }
@@ -249,7 +245,7 @@ impl Object {
         #[pyo3(from_py_with = argument::ray_origin)] origin: [f64; 3],
         #[pyo3(from_py_with = argument::direction)] direction: [f64; 3],
         #[pyo3(from_py_with = argument::aimed_fragment)] fragment: Option<FragmentOfResult>,
-        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: f64,
     ) -> PyResult<Hit> {
         let aim = Impact::aim(Ray { origin_m: origin, direction });
         let aim = fragment.map_or(aim.clone(), |(handle, fragment)| aim.from(handle, fragment));
@@ -265,9 +261,9 @@ impl Object {
         py: Python<'_>,
         #[pyo3(from_py_with = argument::pieces)] pieces: u32,
         #[pyo3(from_py_with = argument::seed)] seed: u64,
-        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: f64,
     ) -> PyResult<Ticket> {
-        let deadline = Deadline::after(timeout_s);
+        let deadline = Deadline::after(argument::duration(timeout_s));
         let impact = py.detach(|| self.0.even(pieces, deadline)).map_err(raised)?;
         self.0.strike(&impact.seed(seed)).map(Ticket::new).map_err(raised)
     }
@@ -278,7 +274,7 @@ impl Object {
         &self,
         py: Python<'_>,
         contacts: Vec<PyRef<'_, Contact>>,
-        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: f64,
     ) -> PyResult<f64> {
         let impact = impact::at(contacts.iter().map(|contact| &**contact))?.threshold_only();
         let ticket = self.0.strike(&impact).map(Ticket::new).map_err(raised)?;

@@ -7,7 +7,6 @@ use crate::service::in_slices;
 use pyo3::prelude::*;
 use shatter_client::{ErrorKind, Poll, Progress};
 use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
 
 /// A request under way. It is canceled when the last reference to it goes before its result.
 #[pyclass(frozen, module = "shatter")]
@@ -36,11 +35,12 @@ impl Ticket {
     pub fn wait(
         &self,
         py: Python<'_>,
-        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: Duration,
+        #[pyo3(from_py_with = argument::timeout_s)] timeout_s: f64,
     ) -> PyResult<FractureResult> {
         // The service may report `late` as well, for the request itself.
         let pending = |error: &shatter_client::Error| error.kind == ErrorKind::Late && error.at == "ticket";
-        let result = in_slices(py, timeout_s, pending, |slice| self.with(|ticket| ticket.wait(slice)))?;
+        let result =
+            in_slices(py, argument::duration(timeout_s), pending, |slice| self.with(|ticket| ticket.wait(slice)))?;
         Ok(FractureResult::new(result))
     }
 

@@ -241,9 +241,9 @@ def test_wrong_arguments_are_named(body, service):
         (key,) = keywords
         with pytest.raises(ValueError, match=f"^{key}: .* is not one of "):
             body.strike(contact_on(body), **keywords)
-    with pytest.raises(shatter.ArgumentError, match="^timeout_s must be a number of seconds, 0 or more, not -1.0$"):
+    with pytest.raises(shatter.ArgumentError, match="^timeout_s must be a number of seconds, 0 or more, not -1.0"):
         body.strike(contact_on(body)).wait(timeout_s=-1.0)
-    with pytest.raises(shatter.ArgumentError, match="^deadline_s must be a number of seconds, 0 or more, not nan$"):
+    with pytest.raises(shatter.ArgumentError, match="^deadline_s must be a number of seconds, 0 or more, not nan"):
         body.strike(contact_on(body), deadline_s=math.nan)
     for name in ["no such object", "", "with\0zero", "ä" * 500]:
         with pytest.raises(shatter.ServiceError):
