@@ -58,14 +58,14 @@ impl Drop for LoanCount {
 }
 
 /// The ports of a connection.
-struct Ports {
+struct ConnectionPorts {
     requests: Client<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>,
     control: Client<Ipc, ControlRequestWire, (), [AlignedBlock], ControlReplyHeader>,
     notifier: Notifier<Ipc>,
     listener: Listener<Ipc>,
 }
 
-impl Ports {
+impl ConnectionPorts {
     /// Opens the services that the daemon created; never creates one.
     fn open(node: &Node<Ipc>) -> Result<Self, Error> {
         let requests = node
@@ -96,7 +96,7 @@ impl Ports {
 
 /// A connection to one daemon. Fields are dropped in this order: ports before the node.
 pub(crate) struct Connection {
-    ports: Ports,
+    ports: ConnectionPorts,
     /// Sequence of the request that was sent last.
     sent: Mutex<u64>,
     waiters: Waiters,
@@ -120,7 +120,7 @@ impl Connection {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Ipc>()
             .map_err(|error| failed("node", error))?;
-        let ports = Ports::open(&node)?;
+        let ports = ConnectionPorts::open(&node)?;
         shared_memory::populate_mapped(&instance.folder)?;
         Ok(Self {
             ports,

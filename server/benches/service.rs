@@ -55,7 +55,7 @@ fn database(folder: &Path) -> PreparedObject {
 }
 
 /// An impact somewhere on the surface, towards the middle.
-fn strike(served: &EngineObject, number: usize) -> Request {
+fn request(served: &EngineObject, number: usize) -> Request {
     let prepared = served.prepared();
     let body = &prepared.bodies[0];
     let face = &body.topology.boundary[number.wrapping_mul(7919) % body.topology.boundary.len()];
@@ -80,7 +80,7 @@ fn strike_in_process(
     payload: &mut Vec<AlignedBlock>,
 ) -> (u64, u64) {
     let clock = StageProfiler::default();
-    let strike = strike(served, number);
+    let strike = request(served, number);
     let outcome = served.strike(&strike, workspace, &CancelToken::default(), &clock).unwrap();
     let layout = Layout::new(&outcome.counts()).unwrap();
     payload.resize(payload.len().max(layout.blocks()), bytemuck::Zeroable::zeroed());

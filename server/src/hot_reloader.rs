@@ -379,9 +379,9 @@ mod tests {
         let write = |name: &str| std::fs::write(databases.join(name).with_extension("shatter"), "").unwrap();
         ["a", "b"].iter().for_each(|name| write(name));
         let (finished, gate) = (Arc::new(Mutex::new(Vec::new())), Arc::new(AtomicBool::new(false)));
-        let (told, opened) = (finished.clone(), gate.clone());
+        let (seen, opened) = (finished.clone(), gate.clone());
         reloader.loader = Arc::new(move |path, _| {
-            Ok(Arc::new(Raw(path.file_stem().unwrap().display().to_string(), told.clone(), opened.clone())))
+            Ok(Arc::new(Raw(path.file_stem().unwrap().display().to_string(), seen.clone(), opened.clone())))
         });
         let mut catalog =
             Arc::new(Catalog::default().renewed(DirectorySnapshot::of(&databases).unwrap(), &reloader.loader));

@@ -40,7 +40,7 @@ impl PendingArrivals {
     }
 
     /// Whether the impact requests that `request` follows have arrived.
-    pub fn follows_all_strikes(&self, listener: ListenerId, request: ControlRequest) -> bool {
+    pub fn follows_all_requests(&self, listener: ListenerId, request: ControlRequest) -> bool {
         request.after() <= self.last.get(&listener).copied().unwrap_or(0)
     }
 
@@ -67,7 +67,7 @@ impl PendingArrivals {
     pub fn due(&mut self) -> Vec<ActiveControlRequest> {
         let (mut due, mut early) = (Vec::new(), VecDeque::new());
         for held in std::mem::take(&mut self.early) {
-            if held.since.elapsed() > TIMEOUT || self.follows_all_strikes(held.listener, held.request) {
+            if held.since.elapsed() > TIMEOUT || self.follows_all_requests(held.listener, held.request) {
                 due.push(held.active);
             } else {
                 early.push_back(held);

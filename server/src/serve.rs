@@ -6,7 +6,7 @@ use crate::config::Config;
 use crate::event_source::{EventSource, Signals, WakeEvent};
 use crate::hot_reloader::{DatabaseFolder, HotReloader};
 use crate::http_endpoints::{LoopInquiry, LoopReport, OperationsPort};
-use crate::ipc::{ActiveControlRequest, Ports, RuntimeDirectory, WakeSocket};
+use crate::ipc::{ActiveControlRequest, DaemonPorts, RuntimeDirectory, WakeSocket};
 use crate::jobs::{Jobs, WorkerEvent, WorkerPool, lanes, threads};
 use crate::memory::ResidentMemory;
 use crate::metrics::{JobEnd, Metrics};
@@ -47,7 +47,7 @@ const FINAL_REPLIES_TIME: Duration = Duration::from_millis(100);
 /// Options of a daemon.
 pub struct ServeOptions {
     /// Paths of the service.
-    pub place: ServicePaths,
+    pub paths: ServicePaths,
     /// Configuration.
     pub config: Config,
     /// Loader of databases.
@@ -71,9 +71,9 @@ pub fn run(options: ServeOptions) -> Result<(), Error> {
 }
 
 async fn serve(options: ServeOptions) -> Result<(), Error> {
-    let ServeOptions { place, config, loader, only, ready, stop } = options;
+    let ServeOptions { paths, config, loader, only, ready, stop } = options;
     let mut signals = Signals::listen_for_signals()?;
-    let directory = RuntimeDirectory::take(&place)?;
+    let directory = RuntimeDirectory::take(&paths)?;
     let (operations, directory) = or_close(OperationsPort::open(config.operations.port).await, directory)?;
     let settings = config.clone();
     let Some(loaded) = signals.unless_ended(&stop, move || Loaded::of(&settings, loader, only)).await? else {
@@ -85,7 +85,7 @@ async fn serve(options: ServeOptions) -> Result<(), Error> {
     let mut event_source = EventSource::new(&daemon.config, wake_socket, events, operations, signals, stop);
     daemon.directory.announce()?;
     daemon.tell(NotifyState::Ready);
-    tracing::info!(service = place.service.as_str(), folder = %place.folder.display(), "ready");
+    tracing::info!(service = paths.service.as_str(), folder = %paths.folder.display(), "ready");
     let reported = ready();
     if reported.is_ok() {
         daemon.reloader.finish(&daemon.catalog);
@@ -113,7 +113,7 @@ fn notify(states: &[NotifyState]) {
 struct Daemon {
     jobs: Jobs,
     worker_pool: Arc<WorkerPool>,
-    ports: Ports,
+    ports: DaemonPorts,
     catalog: Arc<Catalog>,
     reloader: HotReloader,
     retired: RetiredVersions,
@@ -143,8 +143,8 @@ impl Daemon {
             (config.results.prefault_mib * MIB).min(catalog.result_bytes_max().max(MIB)).div_ceil(BLOCK_BYTES);
         let needed = (config.results.prefault_buckets * rehearsed * BLOCK_BYTES + SHARED_MEMORY_SPARE) as u64;
         shared_memory::need(needed)?;
-        let (ports, wake_socket, waker) = Ports::open(directory.instance(), pool)?;
-        let client_entry = ClientEntryCheck::open(directory.instance(), directory.place().uid)?;
+        let (ports, wake_socket, waker) = DaemonPorts::open(directory.instance(), pool)?;
+        let client_entry = ClientEntryCheck::open(directory.instance(), directory.paths().uid)?;
         let populated = PopulatedPages::default();
         ports.rehearse(config.results.prefault_buckets, rehearsed, &populated)?;
         shared_memory::populate_mapped(&directory.instance().folder)?;
@@ -218,11 +218,11 @@ impl Daemon {
 
     /// Receives everything that waits at the ports; the daemon schedules in its own queue.
     fn receive(&mut self) {
-        self.receive_strikes();
+        self.receive_impact_requests();
         while let Some(active) = self.ports.next_control_request() {
             let wire = *active.payload();
             let early =
-                wire.validate().ok().filter(|request| !self.arrivals.follows_all_strikes(wire.listener, *request));
+                wire.validate().ok().filter(|request| !self.arrivals.follows_all_requests(wire.listener, *request));
             let now = match early {
                 Some(request) => self.arrivals.hold(active, wire.listener, request),
                 None => Some(active),
@@ -231,7 +231,7 @@ impl Daemon {
         }
         if self.arrivals.is_waiting() {
             // The impact requests that a control request follows were sent before it.
-            self.receive_strikes();
+            self.receive_impact_requests();
             self.arrivals.due().into_iter().for_each(|active| self.handle_control(active));
         }
         self.lists.due(self.reloader.scans_done()).iter().for_each(|active| self.reply(active));
@@ -248,8 +248,8 @@ impl Daemon {
         now.iter().for_each(|active| self.reply(active));
     }
 
-    fn receive_strikes(&mut self) {
-        while let Some(strike) = self.ports.next_strike() {
+    fn receive_impact_requests(&mut self) {
+        while let Some(strike) = self.ports.next_impact_request() {
             let wire = *strike.payload();
             self.arrivals.note(wire.listener, wire.sequence);
             if let Some(end) = self.jobs.admit(strike, &wire, &self.catalog) {

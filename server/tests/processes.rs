@@ -247,7 +247,7 @@ fn the_command_line_strikes_and_prints_one_document() {
 /// The daemon notifies a supervisor that it serves, and that it ends.
 #[test]
 fn the_supervisor_is_notified() {
-    let here = TestDirectory::new("told");
+    let here = TestDirectory::new("notified");
     let socket = here.databases().join("notify");
     let listener = std::os::unix::net::UnixDatagram::bind(&socket).unwrap();
     listener.set_read_timeout(Some(Duration::from_secs(60))).unwrap();

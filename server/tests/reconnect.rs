@@ -7,7 +7,7 @@ use shatter_client::{Client, Contact, Error, ErrorKind, Impact, Object};
 use shatter_proto::control::{self, ControlRequest, ObjectRow, ReplyRow};
 use shatter_proto::error::ErrorWire;
 use shatter_proto::result::AlignedBlock;
-use shatter_server::ipc::{ActiveControlRequest, PoolSize, Ports, RuntimeDirectory};
+use shatter_server::ipc::{ActiveControlRequest, DaemonPorts, PoolSize, RuntimeDirectory};
 use std::path::PathBuf;
 use std::time::Duration;
 use support::{Child, TestDirectory, play, role, timeout};
@@ -74,12 +74,12 @@ fn reply<R: ReplyRow>(request: &ActiveControlRequest, rows: &[R]) {
 
 /// Serves one object until `over`. Closes every request without a result, and reports `failure` as the error. Returns the listeners of the
 /// requests.
-fn reject_all_strikes(ports: &Ports, failure: &Error, over: impl Fn() -> bool) -> Vec<[u8; 16]> {
+fn reject_all_requests(ports: &DaemonPorts, failure: &Error, over: impl Fn() -> bool) -> Vec<[u8; 16]> {
     let mut vase = ObjectRow { state: control::ObjectState::Ready as u32, ..ObjectRow::zeroed() };
     vase.set_name("vase");
     let mut listeners = Vec::new();
     while !over() {
-        while let Some(strike) = ports.next_strike() {
+        while let Some(strike) = ports.next_impact_request() {
             listeners.push(strike.payload().listener);
         }
         while let Some(request) = ports.next_control_request() {
@@ -101,7 +101,7 @@ fn struck_twice(failure: ErrorKind) -> ([ErrorKind; 2], bool) {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     let inside = runtime.enter();
     let (ports, _wake_socket, _waker) =
-        Ports::open(directory.instance(), PoolSize { clients: 4, buckets: 4, blocks: 64 }).unwrap();
+        DaemonPorts::open(directory.instance(), PoolSize { clients: 4, buckets: 4, blocks: 64 }).unwrap();
     drop(inside);
     directory.announce().unwrap();
     let failure = Error::new(failure, "strike", "says the daemon");
@@ -110,7 +110,7 @@ fn struck_twice(failure: ErrorKind) -> ([ErrorKind; 2], bool) {
             let vase = connect(&here).object("vase", timeout()).unwrap();
             [(); 2].map(|()| vase.strike(&impact()).unwrap().wait(timeout()).err().unwrap().kind)
         });
-        let listeners = reject_all_strikes(&ports, &failure, || client.is_finished());
+        let listeners = reject_all_requests(&ports, &failure, || client.is_finished());
         assert_eq!(listeners.len(), 2);
         (client.join().unwrap(), listeners[0] == listeners[1])
     })

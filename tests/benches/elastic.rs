@@ -38,7 +38,7 @@ fn prepared(name: &str, mesh: RawMesh) -> PreparedObject {
 }
 
 /// The first impact on one body that needs no solve; the contact has the default radius.
-fn strike(prepared: &PreparedObject) -> FractureRequest {
+fn request(prepared: &PreparedObject) -> FractureRequest {
     let (sampler, mut workspace) = (ImpactSampler::new(prepared), Workspace::default());
     let drawn = |index| {
         let mut strike = sampler.impact(!prepared.parameters.seed, index);
@@ -176,7 +176,7 @@ fn elastic(criterion: &mut Criterion) {
             prepared.crack_nodes(),
             prepared.reduction
         );
-        let request = strike(&prepared);
+        let request = request(&prepared);
         let mut group = criterion.benchmark_group(&name);
         let contacts = ContactSet::new(&prepared, &request).unwrap().bodies.remove(0).1;
         stages(&mut group, solid, prepared.parameters.material.poisson, &contacts);

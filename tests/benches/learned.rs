@@ -33,7 +33,7 @@ fn prepared() -> PreparedObject {
 }
 
 /// The first impact on one body that is not an example and needs no solve.
-fn strike(prepared: &PreparedObject) -> FractureRequest {
+fn request(prepared: &PreparedObject) -> FractureRequest {
     let (sampler, mut workspace) = (ImpactSampler::new(prepared), Workspace::default());
     let drawn = |index| sampler.impact(!prepared.parameters.seed, index);
     let mut strikes = (0..1000).map(|index| FractureRequest { elastic: ElasticRequest::Reduced, ..drawn(index) });
@@ -53,7 +53,7 @@ fn learned(criterion: &mut Criterion) {
     let (body, token) = (&prepared.bodies[0], CancelToken::default());
     let solid = body.solid.as_ref().unwrap();
     let reduced = solid.reduced.as_ref().unwrap();
-    let solve = FractureRequest { elastic: ElasticRequest::Solve, ..strike(&prepared) };
+    let solve = FractureRequest { elastic: ElasticRequest::Solve, ..request(&prepared) };
     let requests = [solve.clone(), FractureRequest { elastic: ElasticRequest::Reduced, ..solve }];
     let impacts = requests.each_ref().map(|request| ContactSet::new(&prepared, request).unwrap());
 

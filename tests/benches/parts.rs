@@ -50,7 +50,7 @@ fn prepared() -> PreparedObject {
 }
 
 /// Impacts on nodes of the surface, inwards.
-fn strikes(prepared: &PreparedObject) -> Vec<FractureRequest> {
+fn requests(prepared: &PreparedObject) -> Vec<FractureRequest> {
     let body = &prepared.bodies[0];
     let nodes = &body.topology.boundary_nodes;
     let center =
@@ -81,7 +81,7 @@ fn parts() {
         prepared.elastic_nodes(),
         prepared.crack_nodes()
     );
-    let (strikes, token, mut workspace) = (strikes(&prepared), CancelToken::default(), Workspace::default());
+    let (strikes, token, mut workspace) = (requests(&prepared), CancelToken::default(), Workspace::default());
     let (mut stages, mut totals, mut emitted) = (vec![Vec::new(); Stage::ALL.len()], Vec::new(), Vec::new());
     let (mut positions, mut indices, mut merges) = (Vec::new(), Vec::new(), Vec::new());
     for round in 0..=ROUNDS {

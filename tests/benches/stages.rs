@@ -26,7 +26,7 @@ fn mesh() -> RawMesh {
     }
 }
 
-fn strike(prepared: &PreparedObject) -> FractureRequest {
+fn request(prepared: &PreparedObject) -> FractureRequest {
     let body = &prepared.bodies[0];
     let node = body.topology.boundary[body.topology.boundary.len() / 2].nodes[0];
     let point: Point3<f64> = body.crack.nodes[node as usize];
@@ -37,7 +37,7 @@ fn strike(prepared: &PreparedObject) -> FractureRequest {
 fn stages(criterion: &mut Criterion) {
     let prepared = bake(mesh(), &real::request("bench", "ceramic"), &CancelToken::default(), &mut |_| ()).unwrap();
     println!("{} elastic nodes, {} crack nodes, {SITES} sites", prepared.elastic_nodes(), prepared.crack_nodes());
-    let (strike, token) = (strike(&prepared), CancelToken::default());
+    let (strike, token) = (request(&prepared), CancelToken::default());
     let mut workspace = Workspace::default();
     let body = &prepared.bodies[0];
     let impact = ContactSet::new(&prepared, &strike).unwrap();

@@ -1,10 +1,10 @@
-//! Entry point for libFuzzer of [`Target::Database`].
+//! Entry point for libFuzzer of [`FuzzTarget::Database`].
 
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use shatter_tests::fuzz::{Target, prepare};
+use shatter_tests::fuzz::{FuzzTarget, prepare};
 
-fuzz_target!(init: prepare(Target::Database), |input: &[u8]| {
-    Target::Database.run(input);
+fuzz_target!(init: prepare(FuzzTarget::Database), |input: &[u8]| {
+    FuzzTarget::Database.run(input);
 });

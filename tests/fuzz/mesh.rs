@@ -1,10 +1,10 @@
-//! Entry point for libFuzzer of [`Target::Mesh`].
+//! Entry point for libFuzzer of [`FuzzTarget::Mesh`].
 
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use shatter_tests::fuzz::{Target, prepare};
+use shatter_tests::fuzz::{FuzzTarget, prepare};
 
-fuzz_target!(init: prepare(Target::Mesh), |input: &[u8]| {
-    Target::Mesh.run(input);
+fuzz_target!(init: prepare(FuzzTarget::Mesh), |input: &[u8]| {
+    FuzzTarget::Mesh.run(input);
 });

@@ -1,10 +1,10 @@
-//! Entry point for libFuzzer of [`Target::Request`].
+//! Entry point for libFuzzer of [`FuzzTarget::Request`].
 
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use shatter_tests::fuzz::{Target, prepare};
+use shatter_tests::fuzz::{FuzzTarget, prepare};
 
-fuzz_target!(init: prepare(Target::Request), |input: &[u8]| {
-    Target::Request.run(input);
+fuzz_target!(init: prepare(FuzzTarget::Request), |input: &[u8]| {
+    FuzzTarget::Request.run(input);
 });

@@ -1,10 +1,10 @@
-//! Entry point for libFuzzer of [`Target::Scene`].
+//! Entry point for libFuzzer of [`FuzzTarget::Scene`].
 
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use shatter_tests::fuzz::{Target, prepare};
+use shatter_tests::fuzz::{FuzzTarget, prepare};
 
-fuzz_target!(init: prepare(Target::Scene), |input: &[u8]| {
-    Target::Scene.run(input);
+fuzz_target!(init: prepare(FuzzTarget::Scene), |input: &[u8]| {
+    FuzzTarget::Scene.run(input);
 });

@@ -1,10 +1,10 @@
-//! Entry point for libFuzzer of [`Target::Toml`].
+//! Entry point for libFuzzer of [`FuzzTarget::Toml`].
 
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use shatter_tests::fuzz::{Target, prepare};
+use shatter_tests::fuzz::{FuzzTarget, prepare};
 
-fuzz_target!(init: prepare(Target::Toml), |input: &[u8]| {
-    Target::Toml.run(input);
+fuzz_target!(init: prepare(FuzzTarget::Toml), |input: &[u8]| {
+    FuzzTarget::Toml.run(input);
 });

@@ -11,7 +11,7 @@ use std::path::Path;
 const TOLERANCE: f64 = 1e-6;
 
 /// A request to the frozen database, and its outcome when it was baked.
-struct RecordedStrike {
+struct RecordedResult {
     options: &'static [&'static str],
     degree_source: &'static str,
     /// Number of sites, and of fragments.
@@ -21,15 +21,15 @@ struct RecordedStrike {
     largest_m3: [f64; 3],
 }
 
-const RECORDED: [RecordedStrike; 2] = [
-    RecordedStrike {
+const RECORDED: [RecordedResult; 2] = [
+    RecordedResult {
         options: &["--degree", "3", "--elastic", "solve"],
         degree_source: "forced",
         sites: 3,
         e1_over_gamma: 23.707601085913012,
         largest_m3: [0.07297260964017183, 0.05312243922147415, 0.040571116610119834],
     },
-    RecordedStrike {
+    RecordedResult {
         options: &["--degree", "inferred", "--elastic", "reduced"],
         degree_source: "inferred",
         sites: 28,
@@ -44,7 +44,7 @@ fn check_close(found: &Value, recorded: f64) {
     assert!((found / recorded - 1.0).abs() <= TOLERANCE, "{found}, recorded {recorded}");
 }
 
-fn check_strike(fixture: &Fixture, recorded: &RecordedStrike) {
+fn check_result(fixture: &Fixture, recorded: &RecordedResult) {
     let impact = ["impact", "wedge", "--point", "0.3,0.3,0.3", "--impulse=-900,-800,-700", "--disable", "slivers"];
     let document = fixture.ok("shatter", &[&impact, recorded.options].concat());
     let fragments = document["fragments"].as_array().unwrap();
@@ -78,5 +78,5 @@ fn the_frozen_database_is_read_and_struck_as_when_it_was_baked() {
     let raw = keys.filter(|key| key.contains('_')).find(|key| text.contains(key.as_str()));
     assert_eq!(raw, None, "a key of the document in the text for people: {text}");
     fixture.serve(&[]);
-    RECORDED.iter().for_each(|recorded| check_strike(&fixture, recorded));
+    RECORDED.iter().for_each(|recorded| check_result(&fixture, recorded));
 }

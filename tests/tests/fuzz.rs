@@ -1,11 +1,11 @@
 //! The fuzz targets in every test run: seeds, inputs that once failed, and a few mutations of both. Long runs, guided by coverage:
 //! `tests/fuzz/run`.
 
-use shatter_tests::fuzz::{Target, mutated};
+use shatter_tests::fuzz::{FuzzTarget, mutated};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Runs the target, and names an input that violates an invariant.
-fn run(target: Target, input: &[u8], what: &str) -> bool {
+fn run(target: FuzzTarget, input: &[u8], what: &str) -> bool {
     catch_unwind(AssertUnwindSafe(|| target.run(input))).unwrap_or_else(|_| {
         let path = std::env::temp_dir().join(format!("fuzz-{}-failed", target.name()));
         std::fs::write(&path, input).unwrap();
@@ -14,7 +14,7 @@ fn run(target: Target, input: &[u8], what: &str) -> bool {
 }
 
 /// Checks that all seeds are read, and that `count` mutations end without a defect.
-fn check(target: Target, count: u64) {
+fn check(target: FuzzTarget, count: u64) {
     let seeds = target.seeds();
     let known = target.regressions().unwrap();
     let read = seeds.iter().enumerate().filter(|(index, seed)| run(target, seed, &format!("seed {index}"))).count();
@@ -39,25 +39,25 @@ fn check(target: Target, count: u64) {
 
 #[test]
 fn mutated_meshes_are_read_or_refused() {
-    check(Target::Mesh, 6000);
+    check(FuzzTarget::Mesh, 6000);
 }
 
 #[test]
 fn mutated_databases_are_struck_or_refused() {
-    check(Target::Database, 600);
+    check(FuzzTarget::Database, 600);
 }
 
 #[test]
 fn mutated_requests_are_understood_or_refused() {
-    check(Target::Request, 60_000);
+    check(FuzzTarget::Request, 60_000);
 }
 
 #[test]
 fn mutated_configurations_are_read_or_refused() {
-    check(Target::Toml, 2000);
+    check(FuzzTarget::Toml, 2000);
 }
 
 #[test]
 fn mutated_scenes_are_read_or_refused() {
-    check(Target::Scene, 2000);
+    check(FuzzTarget::Scene, 2000);
 }

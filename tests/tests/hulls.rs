@@ -66,14 +66,14 @@ fn baked(name: &str, mesh: RawMesh) -> PreparedObject {
     bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
-fn strike(prepared: &PreparedObject, sites: u32, effects: EffectSet) -> FractureRequest {
+fn request(prepared: &PreparedObject, sites: u32, effects: EffectSet) -> FractureRequest {
     let (point_m, inward) = struck::surface_point(prepared, [0.9, 0.6, 0.5]);
     let effects = effects.without(EffectKind::Elastic);
     FractureRequest { degree: DegreeRequest::Sites(sites), effects, seed: 3, ..FractureRequest::at(point_m, inward) }
 }
 
 fn pieces(prepared: &PreparedObject, sites: u32, effects: EffectSet) -> FractureMeshes {
-    struck::outcome(prepared, &strike(prepared, sites, effects)).unwrap().into_meshes().unwrap()
+    struck::outcome(prepared, &request(prepared, sites, effects)).unwrap().into_meshes().unwrap()
 }
 
 /// Time of the hulls and of the whole request.
@@ -100,7 +100,7 @@ impl StageObserver for Stopwatch {
 
 /// Time of the hulls and of the whole request on one thread, ms: the least of some.
 fn times(prepared: &PreparedObject, sites: u32) -> [f64; 2] {
-    let strike = strike(prepared, sites, EffectSet::default().with(EffectKind::Hulls));
+    let strike = request(prepared, sites, EffectSet::default().with(EffectKind::Hulls));
     let once = || {
         let since = Instant::now();
         let stopwatch = Stopwatch { begun: Cell::new(since), hulls: Cell::new(Duration::ZERO) };

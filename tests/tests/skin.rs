@@ -28,7 +28,7 @@ fn baked_with(mesh: RawMesh, crack_spacing: f64, cracks: Option<RawMesh>) -> Pre
     bake(mesh, &request, &CancelToken::default(), &mut |_| {}).unwrap()
 }
 
-fn strike(prepared: &PreparedObject, sites: u32, more: &[EffectKind]) -> FractureRequest {
+fn request(prepared: &PreparedObject, sites: u32, more: &[EffectKind]) -> FractureRequest {
     let body = &prepared.bodies[0];
     let node = body.topology.boundary_nodes[body.topology.boundary_nodes.len() / 3];
     let point_m = prepared.frame.to_meters(&body.crack.nodes[node as usize]);
@@ -98,7 +98,7 @@ fn skins_end_at_the_cracks() {
     let spacing = 0.04;
     let prepared = baked(shapes::cuboid([0.4, 0.3, 0.2]), spacing);
     let pieces =
-        struck::outcome(&prepared, &strike(&prepared, 24, &[EffectKind::Interior])).unwrap().into_meshes().unwrap();
+        struck::outcome(&prepared, &request(&prepared, 24, &[EffectKind::Interior])).unwrap().into_meshes().unwrap();
     let mut all: Vec<f64> = (0..pieces.fragments.len()).flat_map(|fragment| rim_m(&pieces, fragment)).collect();
     all.iter_mut().for_each(|gap| *gap /= spacing * prepared.frame.diagonal_m);
     all.sort_by(f64::total_cmp);
@@ -114,7 +114,7 @@ fn check(name: &str, mesh: RawMesh, spacing: f64, more: &[EffectKind], controls:
     let prepared = controls
         .iter()
         .fold(prepared, |prepared, controls| prepared.warped(controls, &CancelToken::default()).unwrap());
-    let pieces = struck::outcome(&prepared, &strike(&prepared, 24, more)).unwrap().into_meshes().unwrap();
+    let pieces = struck::outcome(&prepared, &request(&prepared, 24, more)).unwrap().into_meshes().unwrap();
     let diagonal_m = prepared.frame.diagonal_m;
     let (mut sum_m2, mut apart_m, mut count, mut far) = (0.0, 0.0f64, 0usize, 0usize);
     for fragment in 0..pieces.fragments.len() {
@@ -171,7 +171,7 @@ fn walls_of_existing_cracks_have_skin() {
     let spacing = 0.03;
     let prepared = baked_with(shapes::cuboid([0.4, 0.3, 0.2]), spacing, Some(sheet));
     let pieces =
-        struck::outcome(&prepared, &strike(&prepared, 12, &[EffectKind::Interior])).unwrap().into_meshes().unwrap();
+        struck::outcome(&prepared, &request(&prepared, 12, &[EffectKind::Interior])).unwrap().into_meshes().unwrap();
     let whole_m2 = 2.0 * (0.4 * 0.3 + 0.3 * 0.2 + 0.2 * 0.4);
     let (mut sum_m2, mut bare) = (0.0, 0);
     for fragment in 0..pieces.fragments.len() {
@@ -210,7 +210,7 @@ fn painted() -> RawMesh {
 fn outer_faces_look_as_the_input() {
     let prepared = baked(painted(), 0.04);
     assert_eq!(prepared.report.materials, ["sides", "top"]);
-    let pieces = struck::outcome(&prepared, &strike(&prepared, 12, &[])).unwrap().into_meshes().unwrap();
+    let pieces = struck::outcome(&prepared, &request(&prepared, 12, &[])).unwrap().into_meshes().unwrap();
     let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
     let (mut indices, mut merges) = (vec![0; pieces.counts.indices], vec![[0; 2]; pieces.counts.merges]);
     pieces.emit(&mut positions, &mut indices, &mut merges).unwrap();
@@ -290,7 +290,7 @@ fn a_database_keeps_the_skin_to_the_bit_and_loads_it_where_it_is_wanted() {
     let bare = database::load_tables(&path, Tables { interior: true, ..Tables::NONE }).unwrap();
     assert!(bare.skin.is_none() && bare.bodies[0].outer.is_none());
     for effect in [EffectKind::Attributes, EffectKind::Skin] {
-        let only = FractureRequest { effects: EffectSet::of([effect]), ..strike(&bare, 8, &[]) };
+        let only = FractureRequest { effects: EffectSet::of([effect]), ..request(&bare, 8, &[]) };
         match struck::outcome(&bare, &only) {
             Err(FractureError::AttributesUnprepared { effect: named }) => assert_eq!(named, effect),
             Err(other) => panic!("{other}"),
@@ -318,11 +318,11 @@ fn skin_area_m2(pieces: &FractureMeshes, fragment: usize) -> f64 {
 #[test]
 fn child_fragments_inherit_the_skin() {
     let prepared = baked(painted(), 0.04);
-    let mut pieces = struck::outcome(&prepared, &strike(&prepared, 6, &[])).unwrap().into_meshes().unwrap();
+    let mut pieces = struck::outcome(&prepared, &request(&prepared, 6, &[])).unwrap().into_meshes().unwrap();
     for generation in 1..3 {
         let (kept, parent) = (pieces.keep(), largest(&pieces));
         let before_m2 = skin_area_m2(&pieces, parent as usize);
-        let mut again = strike(&prepared, 6, &[]);
+        let mut again = request(&prepared, 6, &[]);
         again.contacts[0].point_m = Point3::from(pieces.fragments[parent as usize].center_m);
         again.contacts[0].radius_m = Some(0.3);
         let (mut workspace, token) = (Workspace::default(), CancelToken::default());
@@ -351,11 +351,11 @@ fn child_fragments_inherit_the_skin() {
         let attributes = pieces.attributes.vertices.iter().filter(|look| look.normal != [0.0; 3]).count();
         assert!(attributes > 50 && 3 * pieces.attributes.materials.len() == pieces.counts.indices);
     }
-    let without_skin = FractureRequest { effects: EffectSet::of([EffectKind::Interior]), ..strike(&prepared, 6, &[]) };
+    let without_skin = FractureRequest { effects: EffectSet::of([EffectKind::Interior]), ..request(&prepared, 6, &[]) };
     let bare = struck::outcome(&prepared, &without_skin).unwrap().into_meshes().unwrap();
     let (kept, parent) = (bare.keep(), largest(&bare));
     let mut workspace = Workspace::default();
-    let again = strike(&prepared, 6, &[]);
+    let again = request(&prepared, 6, &[]);
     match pipeline::strike_again(
         pipeline::RequestContext::new(&prepared, &again, &CancelToken::default(), &()),
         (&kept, parent),

@@ -45,35 +45,35 @@ pub fn random_token() -> Result<String, Error> {
 }
 
 impl Instance {
-    /// Creates an instance at `place` under a new random name.
+    /// Creates an instance at `paths` under a new random name.
     ///
     /// # Errors
     /// As of [`random_token`].
-    pub fn random(place: &ServicePaths) -> Result<Self, Error> {
-        Ok(Self::named(place, random_token()?))
+    pub fn random(paths: &ServicePaths) -> Result<Self, Error> {
+        Ok(Self::named(paths, random_token()?))
     }
 
-    /// The one at `place` that has this token; `None` for what is no token.
-    pub fn of_token(place: &ServicePaths, token: &str) -> Option<Self> {
+    /// The one at `paths` that has this token; `None` for what is no token.
+    pub fn of_token(paths: &ServicePaths, token: &str) -> Option<Self> {
         let valid = token.len() == TOKEN_DIGITS && token.bytes().all(|digit| DIGITS.contains(&digit));
-        valid.then(|| Self::named(place, token.to_owned()))
+        valid.then(|| Self::named(paths, token.to_owned()))
     }
 
-    /// The one of the daemon that serves at `place` now.
+    /// The one of the daemon that serves at `paths` now.
     ///
     /// # Errors
     /// `no_daemon`, `version_mismatch`.
-    pub fn serving(place: &ServicePaths) -> Result<Self, Error> {
-        let none = |why: String| Error::new(ErrorKind::NoDaemon, place.service.as_str(), why);
-        let path = place.hello();
+    pub fn serving(paths: &ServicePaths) -> Result<Self, Error> {
+        let none = |why: String| Error::new(ErrorKind::NoDaemon, paths.service.as_str(), why);
+        let path = paths.hello();
         let json = std::fs::read_to_string(&path).map_err(|error| none(format!("{}: {error}", path.display())))?;
         let hello = DaemonInfo::from_json(&json)?;
         hello.check()?;
-        Self::of_token(place, &hello.instance).ok_or_else(|| none(format!("{} names no instance", path.display())))
+        Self::of_token(paths, &hello.instance).ok_or_else(|| none(format!("{} names no instance", path.display())))
     }
 
-    fn named(place: &ServicePaths, token: String) -> Self {
-        let folder = Path::new(SHARED_MEMORY).join(format!("{}{token}", place.mark));
+    fn named(paths: &ServicePaths, token: String) -> Self {
+        let folder = Path::new(SHARED_MEMORY).join(format!("{}{token}", paths.mark));
         Self { token, folder }
     }
 
@@ -101,7 +101,7 @@ mod tests {
     use crate::PREFIX;
     use shatter_proto::name::ServiceName;
 
-    fn place(name: &str, runtime: &str, uid: u32) -> ServicePaths {
+    fn paths(name: &str, runtime: &str, uid: u32) -> ServicePaths {
         ServicePaths::new(&ServiceName::new(name).unwrap(), Some(Path::new(runtime)), uid)
     }
 
@@ -110,7 +110,7 @@ mod tests {
         let longest = "x".repeat(32);
         let deep = format!("/{}", "deep/".repeat(40));
         for runtime in ["/run/user/1000", "/run/user/4294967295", deep.as_str(), "relative"] {
-            let instance = Instance::random(&place(&longest, runtime, u32::MAX)).unwrap();
+            let instance = Instance::random(&paths(&longest, runtime, u32::MAX)).unwrap();
             let socket = format!("{}/{PREFIX}{}.event\0", instance.folder.display(), u128::MAX);
             assert!(socket.len() <= 108, "{socket}");
         }
@@ -118,12 +118,12 @@ mod tests {
 
     #[test]
     fn no_two_starts_have_the_same_names() {
-        let place = place("a", "/r", 1);
-        let [a, b] = [(); 2].map(|()| Instance::random(&place).unwrap());
-        assert!(a.folder != b.folder && a.folder.display().to_string().contains(&place.mark));
-        assert_eq!(Instance::of_token(&place, &a.token), Some(a));
+        let paths = paths("a", "/r", 1);
+        let [a, b] = [(); 2].map(|()| Instance::random(&paths).unwrap());
+        assert!(a.folder != b.folder && a.folder.display().to_string().contains(&paths.mark));
+        assert_eq!(Instance::of_token(&paths, &a.token), Some(a));
         for token in ["", "short", "0123456789A", "0123456789ab", "../../../..", "01234567/9a"] {
-            assert_eq!(Instance::of_token(&place, token), None, "{token}");
+            assert_eq!(Instance::of_token(&paths, token), None, "{token}");
         }
     }
 }

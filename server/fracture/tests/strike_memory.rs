@@ -32,7 +32,7 @@ fn prepared() -> PreparedObject {
 }
 
 /// Requests all over the bar, with varying numbers of sites.
-fn strikes() -> Vec<FractureRequest> {
+fn requests() -> Vec<FractureRequest> {
     let request = |turn: u32| {
         let (x, side) = (-0.18 + 0.03 * f64::from(turn), if turn.is_multiple_of(2) { 0.1 } else { -0.1 });
         let mut strike =
@@ -46,7 +46,7 @@ fn strikes() -> Vec<FractureRequest> {
 
 #[test]
 fn strikes_hold_no_more_memory_than_the_first_ones() {
-    let (prepared, strikes, token) = (prepared(), strikes(), CancelToken::default());
+    let (prepared, strikes, token) = (prepared(), requests(), CancelToken::default());
     let mut workspace = Workspace::default();
     let mut round = || {
         let before = ALLOCATOR.ever();

@@ -54,7 +54,7 @@ pub fn run(args: &ServeArgs) -> Result<(), CommandError> {
     rustix::process::umask(rustix::fs::Mode::RWXG | rustix::fs::Mode::RWXO);
     let name = ServiceName::new(&config.service.name)?;
     let runtime = std::env::var_os("XDG_RUNTIME_DIR");
-    let place = ServicePaths::new(&name, runtime.as_deref().map(Path::new), rustix::process::geteuid().as_raw());
+    let paths = ServicePaths::new(&name, runtime.as_deref().map(Path::new), rustix::process::geteuid().as_raw());
     let ready = Box::new(|| {
         match program::print(format_args!("ready\n")) {
             // The process that started the daemon may have closed stdout; the daemon serves all the same.
@@ -65,7 +65,7 @@ pub fn run(args: &ServeArgs) -> Result<(), CommandError> {
     });
     let scene = args.scene.as_deref().map(Scene::load).transpose()?;
     let only = scene.as_ref().map(Scene::databases);
-    serve(ServeOptions { place, config, loader: loader(scene), only, ready, stop: Arc::new(Notify::new()) })?;
+    serve(ServeOptions { paths, config, loader: loader(scene), only, ready, stop: Arc::new(Notify::new()) })?;
     Ok(())
 }
 

@@ -9,6 +9,6 @@ mod ports;
 mod runtime_directory;
 mod wake_socket;
 
-pub use ports::{ActiveControlRequest, ActiveImpactRequest, LoanedBuffer, PoolSize, Ports, loan};
+pub use ports::{ActiveControlRequest, ActiveImpactRequest, DaemonPorts, LoanedBuffer, PoolSize, loan};
 pub use runtime_directory::{RestartHistory, RuntimeDirectory};
 pub use wake_socket::{ClientWaker, WakeSocket};

@@ -59,19 +59,19 @@ impl PoolSize {
 }
 
 /// Ports of the daemon. Fields are dropped in this order: ports, factories, node.
-pub struct Ports {
+pub struct DaemonPorts {
     strikes: Server<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>,
     control_requests: Server<Ipc, ControlRequestWire, (), [AlignedBlock], ControlReplyHeader>,
     /// Client of the rehearsal; kept, so that the number of free client slots equals the limit.
     rehearsal: Client<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>,
-    strike_factory: RequestFactory,
+    impact_request_factory: RequestFactory,
     _control_factory: ControlFactory,
     _events: [event::PortFactory<Ipc>; 2],
     node: Node<Ipc>,
     pool: PoolSize,
 }
 
-impl Ports {
+impl DaemonPorts {
     /// Creates the services of `instance`. Needs a tokio runtime for the wake-up socket.
     ///
     /// # Errors
@@ -88,9 +88,9 @@ impl Ports {
         let listener = wake_daemon.listener_builder().create().map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?;
         let notifier = wake_client.notifier_builder().create().map_err(|error| failed(WAKE_CLIENT_SERVICE, error))?;
         let wake_socket = WakeSocket::new(listener).map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?;
-        let (strike_factory, control_factory) =
-            (strike_factory(&node, pool.clients)?, control_factory(&node, pool.clients)?);
-        let strikes = strike_factory
+        let (impact_request_factory, control_factory) =
+            (impact_request_factory(&node, pool.clients)?, control_factory(&node, pool.clients)?);
+        let strikes = impact_request_factory
             .server_builder()
             .initial_max_slice_len(pool.blocks)
             .allocation_strategy(response_pool::ALLOCATION)
@@ -108,13 +108,13 @@ impl Ports {
             .backpressure_strategy(response_pool::BACKPRESSURE)
             .create()
             .map_err(|error| failed(CONTROL_SERVICE, error))?;
-        let rehearsal = strike_factory.client_builder().create().map_err(|error| failed("rehearsal", error))?;
+        let rehearsal = impact_request_factory.client_builder().create().map_err(|error| failed("rehearsal", error))?;
         let events = [wake_daemon, wake_client];
         let ports = Self {
             strikes,
             control_requests,
             rehearsal,
-            strike_factory,
+            impact_request_factory,
             _control_factory: control_factory,
             _events: events,
             node,
@@ -130,11 +130,11 @@ impl Ports {
 
     /// Number of connected clients.
     pub fn clients(&self) -> usize {
-        self.strike_factory.dynamic_config().number_of_clients().saturating_sub(OWN_CLIENTS)
+        self.impact_request_factory.dynamic_config().number_of_clients().saturating_sub(OWN_CLIENTS)
     }
 
     /// Next impact request that waits at the port.
-    pub fn next_strike(&self) -> Option<ActiveImpactRequest> {
+    pub fn next_impact_request(&self) -> Option<ActiveImpactRequest> {
         received(self.strikes.receive())
     }
 
@@ -161,7 +161,7 @@ impl Ports {
         let _pending = (0..buckets).map(send).collect::<Result<Vec<_>, _>>()?;
         let mut held = Vec::with_capacity(buckets);
         for _ in 0..buckets {
-            let active = self.next_strike().ok_or_else(|| failed("rehearsal", "a request was lost"))?;
+            let active = self.next_impact_request().ok_or_else(|| failed("rehearsal", "a request was lost"))?;
             let mut buffer = loan(&active, blocks)?;
             populated.ensure(buffer.payload_mut())?;
             held.push((active, buffer));
@@ -208,7 +208,7 @@ fn event(node: &Node<Ipc>, name: &str, clients: usize) -> Result<event::PortFact
     builder.open_or_create().map_err(|error| failed(name, error))
 }
 
-fn strike_factory(node: &Node<Ipc>, clients: usize) -> Result<RequestFactory, Error> {
+fn impact_request_factory(node: &Node<Ipc>, clients: usize) -> Result<RequestFactory, Error> {
     node.service_builder(&service_name(STRIKE_SERVICE)?)
         .request_response::<RequestWire, [AlignedBlock]>()
         .response_user_header::<ResultHeader>()

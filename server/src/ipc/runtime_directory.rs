@@ -35,8 +35,8 @@ pub struct RestartHistory {
 
 impl RestartHistory {
     /// Reads the history that the last daemon wrote when it began to serve; empty if there is none or it cannot be read.
-    fn read(place: &ServicePaths) -> Self {
-        fs::read(place.past()).ok().and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default()
+    fn read(paths: &ServicePaths) -> Self {
+        fs::read(paths.past()).ok().and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default()
     }
 
     /// Adds one crash.
@@ -50,8 +50,8 @@ impl RestartHistory {
     }
 
     /// Writes the history for the next daemon. A failure loses only the history.
-    fn write(self, place: &ServicePaths, runtime: &PrivateFolder) {
-        let written = serde_json::to_vec(&self).map(|json| write(runtime, &place.past(), &json));
+    fn write(self, paths: &ServicePaths, runtime: &PrivateFolder) {
+        let written = serde_json::to_vec(&self).map(|json| write(runtime, &paths.past(), &json));
         if !matches!(written, Ok(Ok(()))) {
             tracing::warn!("cannot write to the runtime folder: this restart is not counted");
         }
@@ -60,7 +60,7 @@ impl RestartHistory {
 
 /// Runtime directory of a running daemon. Dropping it releases the service name.
 pub struct RuntimeDirectory {
-    place: ServicePaths,
+    paths: ServicePaths,
     instance: Instance,
     /// Earlier instances with remaining files.
     earlier: Vec<Instance>,
@@ -80,35 +80,35 @@ impl RuntimeDirectory {
     ///
     /// # Errors
     /// `second_daemon`, `runtime_folder`.
-    pub fn take(place: &ServicePaths) -> Result<Self, Error> {
-        place.create()?;
-        let runtime = PrivateFolder::open(&place.folder, place.uid)?;
-        let instance = Instance::random(place)?;
-        let lock = lock(place, &instance)?;
-        let mut past = RestartHistory::read(place);
-        if place.hello().exists() {
+    pub fn take(paths: &ServicePaths) -> Result<Self, Error> {
+        paths.create()?;
+        let runtime = PrivateFolder::open(&paths.folder, paths.uid)?;
+        let instance = Instance::random(paths)?;
+        let lock = lock(paths, &instance)?;
+        let mut past = RestartHistory::read(paths);
+        if paths.hello().exists() {
             // Written now: if this start fails, the next one finds no hello file.
             past = past.with_crash();
-            past.write(place, &runtime);
+            past.write(paths, &runtime);
         }
         // A stale hello file would make clients connect before the services exist.
-        let _ = fs::remove_file(place.hello());
-        let earlier = listed(place);
+        let _ = fs::remove_file(paths.hello());
+        let earlier = listed(paths);
         // Listed before any of its files exists: if this process is killed, its successor knows where to look for files.
         let all: Vec<Instance> = earlier.iter().chain([&instance]).cloned().collect();
-        write_list(place, &runtime, &all)?;
-        instance.create(place.uid)?;
-        let segments = PrivateFolder::open(&instance.folder, place.uid)?;
+        write_list(paths, &runtime, &all)?;
+        instance.create(paths.uid)?;
+        let segments = PrivateFolder::open(&instance.folder, paths.uid)?;
         let is_announced = AtomicBool::new(false);
         let mut directory =
-            Self { place: place.clone(), instance, earlier, past, runtime, segments, is_announced, lock };
+            Self { paths: paths.clone(), instance, earlier, past, runtime, segments, is_announced, lock };
         directory.sweep();
         Ok(directory)
     }
 
     /// Paths of the service.
-    pub fn place(&self) -> &ServicePaths {
-        &self.place
+    pub fn paths(&self) -> &ServicePaths {
+        &self.paths
     }
 
     /// Transport instance of this daemon.
@@ -128,9 +128,9 @@ impl RuntimeDirectory {
     pub fn announce(&self) -> Result<(), Error> {
         let hello = DaemonInfo::ours(std::process::id(), &self.instance.token).to_json();
         if !self.is_announced.swap(true, Ordering::Relaxed) {
-            self.past.with_restart().write(&self.place, &self.runtime);
+            self.past.with_restart().write(&self.paths, &self.runtime);
         }
-        write(&self.runtime, &self.place.hello(), hello.as_bytes())
+        write(&self.runtime, &self.paths.hello(), hello.as_bytes())
     }
 
     /// Whether the transport's folder is still the one that this daemon created; a replacement is neither cleaned up nor read.
@@ -146,13 +146,13 @@ impl RuntimeDirectory {
     pub fn check(&self) -> Result<(), Error> {
         let advised = |error: Error| Error { message: format!("{}; restart the daemon", error.message), ..error };
         self.runtime.check().map_err(advised)?;
-        let (path, own) = (self.place.lock(), self.lock.metadata());
+        let (path, own) = (self.paths.lock(), self.lock.metadata());
         let same = |own: &fs::Metadata, other: &fs::Metadata| (own.dev(), own.ino()) == (other.dev(), other.ino());
         if !matches!((&own, &path.symlink_metadata()), (Ok(own), Ok(other)) if same(own, other)) {
             return Err(advised(folder(&path, &io::Error::other("it was removed or replaced"))));
         }
-        if self.is_announced.load(Ordering::Relaxed) && self.place.hello().symlink_metadata().is_err() {
-            tracing::error!(path = %self.place.hello().display(), "the hello file was removed, so no client could connect; it was written again");
+        if self.is_announced.load(Ordering::Relaxed) && self.paths.hello().symlink_metadata().is_err() {
+            tracing::error!(path = %self.paths.hello().display(), "the hello file was removed, so no client could connect; it was written again");
             self.announce()?;
         }
         Ok(())
@@ -163,13 +163,13 @@ impl RuntimeDirectory {
     /// # Errors
     /// `runtime_folder` if the file cannot be written.
     pub fn write_metrics(&self, text: &str) -> Result<(), Error> {
-        write(&self.runtime, &self.place.metrics(), text.as_bytes())
+        write(&self.runtime, &self.paths.metrics(), text.as_bytes())
     }
 
     /// Removes the announcement: clients no longer connect.
     pub fn withdraw(&self) {
         self.is_announced.store(false, Ordering::Relaxed);
-        let _ = fs::remove_file(self.place.hello());
+        let _ = fs::remove_file(self.paths.hello());
     }
 
     /// Removes files of earlier instances that no living process uses. Called with the lock held, so no other process creates files there.
@@ -192,41 +192,41 @@ impl RuntimeDirectory {
         let left = (self.has_segments() && !remove_unused(&self.instance)).then(|| self.instance.clone());
         self.earlier.retain(|instance| !remove_unused(instance));
         self.earlier.extend(left);
-        write_list(&self.place, &self.runtime, &self.earlier)
+        write_list(&self.paths, &self.runtime, &self.earlier)
     }
 
     /// Writes the list of instances of which files may exist.
     fn list(&self) -> Result<(), Error> {
         let all: Vec<Instance> = self.earlier.iter().chain([&self.instance]).cloned().collect();
-        write_list(&self.place, &self.runtime, &all)
+        write_list(&self.paths, &self.runtime, &all)
     }
 }
 
 /// Instances listed in the runtime directory; empty if the list cannot be read.
-fn listed(place: &ServicePaths) -> Vec<Instance> {
-    let Ok(text) = fs::read(place.instances()) else { return Vec::new() };
+fn listed(paths: &ServicePaths) -> Vec<Instance> {
+    let Ok(text) = fs::read(paths.instances()) else { return Vec::new() };
     let tokens: Vec<String> = serde_json::from_slice(&text).unwrap_or_else(|error| {
         tracing::warn!(%error, "cannot read the list of instances: files of killed daemons may stay in shared memory");
         Vec::new()
     });
-    tokens.iter().filter_map(|token| Instance::of_token(place, token)).collect()
+    tokens.iter().filter_map(|token| Instance::of_token(paths, token)).collect()
 }
 
-fn write_list(place: &ServicePaths, runtime: &PrivateFolder, instances: &[Instance]) -> Result<(), Error> {
+fn write_list(paths: &ServicePaths, runtime: &PrivateFolder, instances: &[Instance]) -> Result<(), Error> {
     let tokens: Vec<&str> = instances.iter().map(|instance| instance.token.as_str()).collect();
     // A list of strings always serializes.
-    write(runtime, &place.instances(), &serde_json::to_vec(&tokens).unwrap_or_default())
+    write(runtime, &paths.instances(), &serde_json::to_vec(&tokens).unwrap_or_default())
 }
 
-fn lock(place: &ServicePaths, instance: &Instance) -> Result<File, Error> {
-    let path = place.lock();
+fn lock(paths: &ServicePaths, instance: &Instance) -> Result<File, Error> {
+    let path = paths.lock();
     let open = File::options().read(true).write(true).create(true).truncate(false).mode(0o600).open(&path);
     let mut file = open.map_err(|error| folder(&path, &error))?;
     for attempt in 1..=LOCK_TRIES {
         match flock(&file, FlockOperation::NonBlockingLockExclusive) {
             Ok(()) => break,
             Err(_) if attempt < LOCK_TRIES => std::thread::sleep(LOCK_PAUSE),
-            Err(_) => return Err(second(place, &mut file)),
+            Err(_) => return Err(second(paths, &mut file)),
         }
     }
     // A process that finds the lock held reads its owner. A single write prevents partial reads.
@@ -236,10 +236,10 @@ fn lock(place: &ServicePaths, instance: &Instance) -> Result<File, Error> {
     Ok(file)
 }
 
-fn second(place: &ServicePaths, lock: &mut File) -> Error {
+fn second(paths: &ServicePaths, lock: &mut File) -> Error {
     let mut text = String::new();
     let _ = lock.read_to_string(&mut text);
-    let (service, pid) = (place.service.as_str(), text.lines().next().unwrap_or("unknown"));
+    let (service, pid) = (paths.service.as_str(), text.lines().next().unwrap_or("unknown"));
     let message = format!(
         "a daemon of service `{service}` already runs (pid {pid}); end it, or choose another name with --service"
     );
@@ -263,7 +263,7 @@ mod tests {
     use super::*;
     use shatter_proto::name::ServiceName;
 
-    fn place(root: &Path) -> ServicePaths {
+    fn paths(root: &Path) -> ServicePaths {
         let uid = rustix::process::geteuid().as_raw();
         ServicePaths::new(&ServiceName::new("home").unwrap(), Some(root), uid)
     }
@@ -271,21 +271,21 @@ mod tests {
     #[test]
     fn a_name_is_taken_once_and_given_back() {
         let root = tempfile::tempdir().unwrap();
-        let place = place(root.path());
-        let directory = RuntimeDirectory::take(&place).unwrap();
-        let error = RuntimeDirectory::take(&place).err().unwrap();
+        let paths = paths(root.path());
+        let directory = RuntimeDirectory::take(&paths).unwrap();
+        let error = RuntimeDirectory::take(&paths).err().unwrap();
         assert_eq!((error.kind, error.at.as_str()), (ErrorKind::SecondDaemon, "home"));
         assert!(error.message.contains(&std::process::id().to_string()), "{error}");
         drop(directory);
-        RuntimeDirectory::take(&place).unwrap().close().unwrap();
+        RuntimeDirectory::take(&paths).unwrap().close().unwrap();
     }
 
     #[test]
     fn restarts_and_crashes_are_counted() {
         let root = tempfile::tempdir().unwrap();
-        let place = place(root.path());
+        let paths = paths(root.path());
         let past = |is_withdrawn: bool| {
-            let directory = RuntimeDirectory::take(&place).unwrap();
+            let directory = RuntimeDirectory::take(&paths).unwrap();
             directory.announce().unwrap();
             if is_withdrawn {
                 directory.withdraw();
@@ -293,16 +293,16 @@ mod tests {
             (directory.past().restarts, directory.past().crashes)
         };
         assert_eq!([past(true), past(false), past(true), past(true)], [(0, 0), (1, 0), (2, 1), (3, 1)]);
-        fs::write(place.past(), "not a past").unwrap();
+        fs::write(paths.past(), "not a past").unwrap();
         assert_eq!(past(true), (0, 0));
-        RuntimeDirectory::take(&place).unwrap().close().unwrap();
+        RuntimeDirectory::take(&paths).unwrap().close().unwrap();
     }
 
     #[test]
     fn a_start_that_fails_is_no_restart_and_hides_no_crash() {
         let root = tempfile::tempdir().unwrap();
-        let place = place(root.path());
-        let start = || RuntimeDirectory::take(&place).unwrap();
+        let paths = paths(root.path());
+        let start = || RuntimeDirectory::take(&paths).unwrap();
         start().close().unwrap();
         let served = start();
         served.announce().unwrap();
@@ -319,51 +319,51 @@ mod tests {
     #[test]
     fn everything_of_killed_daemons_is_removed_and_nothing_of_others() {
         let root = tempfile::tempdir().unwrap();
-        let place = place(root.path());
-        place.create().unwrap();
-        let earlier: Vec<Instance> = (0..3).map(|_| Instance::random(&place).unwrap()).collect();
-        let runtime = PrivateFolder::open(&place.folder, place.uid).unwrap();
-        write_list(&place, &runtime, &earlier[..2]).unwrap();
+        let paths = paths(root.path());
+        paths.create().unwrap();
+        let earlier: Vec<Instance> = (0..3).map(|_| Instance::random(&paths).unwrap()).collect();
+        let runtime = PrivateFolder::open(&paths.folder, paths.uid).unwrap();
+        write_list(&paths, &runtime, &earlier[..2]).unwrap();
         let mut left = Vec::new();
         for instance in &earlier {
-            instance.create(place.uid).unwrap();
+            instance.create(paths.uid).unwrap();
             fs::create_dir_all(instance.folder.join("services")).unwrap();
             left.push(instance.folder.join("left.data"));
             left.push(instance.folder.join("services/x.service"));
         }
-        for path in left.iter().chain([&place.hello()]) {
+        for path in left.iter().chain([&paths.hello()]) {
             fs::write(path, "").unwrap();
         }
-        let directory = RuntimeDirectory::take(&place).unwrap();
-        assert!(earlier[..2].iter().all(|instance| !instance.folder.exists()) && !place.hello().exists());
+        let directory = RuntimeDirectory::take(&paths).unwrap();
+        assert!(earlier[..2].iter().all(|instance| !instance.folder.exists()) && !paths.hello().exists());
         assert!(left[4..].iter().all(|path| path.exists()), "unlisted folders are not this service's");
-        assert_eq!(listed(&place), [directory.instance().clone()]);
+        assert_eq!(listed(&paths), [directory.instance().clone()]);
         let own = directory.instance().clone();
         fs::write(own.folder.join("own.data"), "").unwrap();
         directory.close().unwrap();
-        assert!(!own.folder.exists() && listed(&place).is_empty());
+        assert!(!own.folder.exists() && listed(&paths).is_empty());
         assert!(remove_unused(&earlier[2]));
     }
 
     #[test]
     fn an_instance_is_listed_before_anything_of_it_exists() {
         let root = tempfile::tempdir().unwrap();
-        let place = place(root.path());
+        let paths = paths(root.path());
         let names: Vec<String> = (0..3)
             .map(|_| {
-                let directory = RuntimeDirectory::take(&place).unwrap();
+                let directory = RuntimeDirectory::take(&paths).unwrap();
                 let token = directory.instance().token.clone();
-                assert!(fs::read_to_string(place.lock()).unwrap().contains(&token));
+                assert!(fs::read_to_string(paths.lock()).unwrap().contains(&token));
                 // As if the process were killed.
                 drop(directory);
                 token
             })
             .collect();
         assert!(names[0] != names[1] && names[1] != names[2]);
-        let left = listed(&place);
+        let left = listed(&paths);
         assert_eq!(left.iter().map(|instance| &instance.token).collect::<Vec<_>>(), [&names[2]]);
         assert!(left.iter().all(remove_unused));
-        fs::write(place.instances(), "no list").unwrap();
-        assert!(listed(&place).is_empty() && RuntimeDirectory::take(&place).unwrap().close().is_ok());
+        fs::write(paths.instances(), "no list").unwrap();
+        assert!(listed(&paths).is_empty() && RuntimeDirectory::take(&paths).unwrap().close().is_ok());
     }
 }

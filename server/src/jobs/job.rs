@@ -81,7 +81,7 @@ impl Job {
     }
 
     /// Sets the work, after validation.
-    pub(super) fn place(&mut self, strike: Request, (object, kept): RetainedTarget) {
+    pub(super) fn set_work(&mut self, strike: Request, (object, kept): RetainedTarget) {
         self.work = WorkKind::of(&strike);
         self.payload = Mutex::new(Some(JobPayload { strike, object, kept }));
     }

@@ -55,7 +55,7 @@ pub struct Jobs {
 /// Computing request.
 struct Running {
     job: Arc<Job>,
-    place: QueueKey,
+    queue_key: QueueKey,
     slot: WorkerSlot,
     begun: Instant,
 }
@@ -123,15 +123,15 @@ impl Jobs {
             let cost = self.forecast.of(&work).unwrap_or(COST_UNKNOWN);
             Ok((QueueKey { client: wire.listener, deadline, cost }, strike, target))
         });
-        let place = match placed {
-            Ok((place, strike, target)) => {
-                job.place(strike, target);
-                place
+        let queue_key = match placed {
+            Ok((queue_key, strike, target)) => {
+                job.set_work(strike, target);
+                queue_key
             }
             Err(error) => return Some(self.refuse(&job, &error)),
         };
-        let pushed = self.waiting.push(job.arrived(), place, Arc::new(job));
-        let refused = pushed.err().map(|job| self.refuse(&job, &self.full(&place.client)));
+        let pushed = self.waiting.push(job.arrived(), queue_key, Arc::new(job));
+        let refused = pushed.err().map(|job| self.refuse(&job, &self.full(&queue_key.client)));
         self.dispatch();
         refused
     }
@@ -178,7 +178,7 @@ impl Jobs {
         if self.running.len() < self.worker_pool.lanes() {
             return Duration::ZERO;
         }
-        let remaining = |running: &Running| running.place.cost.saturating_sub(running.begun.elapsed());
+        let remaining = |running: &Running| running.queue_key.cost.saturating_sub(running.begun.elapsed());
         let ahead = self.running.iter().map(remaining).sum::<Duration>() + self.waiting.ahead(deadline);
         ahead / self.worker_pool.lanes().max(1) as u32
     }
@@ -206,11 +206,11 @@ impl Jobs {
         while self.running.len() < self.worker_pool.lanes() {
             let buckets = self.buckets();
             let may = |client: &ClientId| buckets.get(client).is_none_or(|held| *held < self.held_max);
-            let Some((place, job)) = self.waiting.pop(may) else { return };
-            let cost = self.forecast.of(job.work()).unwrap_or(place.cost);
-            if place.deadline.is_some_and(|deadline| Instant::now() + cost > deadline) {
+            let Some((queue_key, job)) = self.waiting.pop(may) else { return };
+            let cost = self.forecast.of(job.work()).unwrap_or(queue_key.cost);
+            if queue_key.deadline.is_some_and(|deadline| Instant::now() + cost > deadline) {
                 // It would miss its deadline; the next one may still meet its own.
-                self.waiting.completed(Instant::now(), &place, Duration::ZERO);
+                self.waiting.completed(Instant::now(), &queue_key, Duration::ZERO);
                 let late = Error::new(
                     ErrorKind::Late,
                     "deadline",
@@ -221,7 +221,7 @@ impl Jobs {
                 continue;
             }
             let slot = self.slot();
-            self.running.push(Running { job: job.clone(), place, slot, begun: Instant::now() });
+            self.running.push(Running { job: job.clone(), queue_key, slot, begun: Instant::now() });
             self.worker_pool.run(job, slot);
         }
     }
@@ -246,9 +246,9 @@ impl Jobs {
     /// Records the end of a job.
     pub fn completed(&mut self, job: &Arc<Job>, end: JobEnd) {
         let Some(index) = self.running.iter().position(|running| Arc::ptr_eq(&running.job, job)) else { return };
-        let Running { place, begun, .. } = self.running.swap_remove(index);
+        let Running { queue_key, begun, .. } = self.running.swap_remove(index);
         let time = begun.elapsed();
-        self.waiting.completed(Instant::now(), &place, time);
+        self.waiting.completed(Instant::now(), &queue_key, time);
         if end == JobEnd::Completed {
             self.forecast.learn(job.work(), time);
             self.unread.push(job.clone());
@@ -278,14 +278,14 @@ impl Jobs {
     /// refused at dispatch.
     pub fn expire(&mut self) -> Vec<JobEnd> {
         let now = Instant::now();
-        let late = |place: &QueueKey| place.deadline.is_some_and(|deadline| deadline <= now);
-        for running in self.running.iter().filter(|running| late(&running.place)) {
+        let late = |queue_key: &QueueKey| queue_key.deadline.is_some_and(|deadline| deadline <= now);
+        for running in self.running.iter().filter(|running| late(&running.queue_key)) {
             running.job.stop(StopCause::Late);
         }
-        let waiting = self.waiting.take(|place, _| late(place));
+        let waiting = self.waiting.take(|queue_key, _| late(queue_key));
         let buckets = self.buckets();
-        let stuck = self.waiting.take(|place, job| {
-            let full = buckets.get(&place.client).is_some_and(|held| *held >= self.held_max);
+        let stuck = self.waiting.take(|queue_key, job| {
+            let full = buckets.get(&queue_key.client).is_some_and(|held| *held >= self.held_max);
             full && job.arrived().elapsed() > UNREAD_TIMEOUT
         });
         let late = waiting.iter().map(|job| (job, StopCause::Late.error()));
@@ -305,7 +305,7 @@ impl Jobs {
     /// Next deadline of any request.
     pub fn next_deadline(&self) -> Option<Instant> {
         let running = self.running.iter().filter(|running| running.job.stopped().is_none());
-        running.filter_map(|running| running.place.deadline).chain(self.waiting.next_deadline()).min()
+        running.filter_map(|running| running.queue_key.deadline).chain(self.waiting.next_deadline()).min()
     }
 
     /// Refuses all waiting requests and lets computing ones finish; returns the number of refused ones.

@@ -45,7 +45,7 @@ pub struct Queue<T> {
 
 /// Waiting request.
 struct QueuedJob<T> {
-    place: QueueKey,
+    key: QueueKey,
     /// Virtual time at which it may begin.
     start: f64,
     /// Sequence number by arrival.
@@ -96,14 +96,14 @@ impl<T> Queue<T> {
 
     /// Earliest deadline of the waiting requests.
     pub fn next_deadline(&self) -> Option<Instant> {
-        self.waiting.iter().filter_map(|waiting| waiting.place.deadline).min()
+        self.waiting.iter().filter_map(|waiting| waiting.key.deadline).min()
     }
 
     /// Expected computing time of the requests that go before a new one with this deadline.
     pub fn ahead(&self, deadline: Option<Instant>) -> Duration {
         let late = |deadline: Option<Instant>| (deadline.is_none(), deadline);
-        let places = self.waiting.iter().map(|waiting| waiting.place);
-        places.filter(|place| late(place.deadline) <= late(deadline)).map(|place| place.cost).sum()
+        let places = self.waiting.iter().map(|waiting| waiting.key);
+        places.filter(|key| late(key.deadline) <= late(deadline)).map(|key| key.cost).sum()
     }
 
     /// Whether the queue is full.
@@ -113,27 +113,27 @@ impl<T> Queue<T> {
 
     /// Number of waiting requests of this client.
     pub fn held(&self, client: &ClientId) -> usize {
-        self.waiting.iter().filter(|waiting| waiting.place.client == *client).count()
+        self.waiting.iter().filter(|waiting| waiting.key.client == *client).count()
     }
 
     /// Adds `item` at this moment; returns it if the queue is full or its client has used its share of the places.
     ///
     /// # Errors
     /// `item`, if the queue is full or the client has its share of it.
-    pub fn push(&mut self, at: Instant, place: QueueKey, item: T) -> Result<(), T> {
+    pub fn push(&mut self, at: Instant, key: QueueKey, item: T) -> Result<(), T> {
         self.advance(at);
-        if self.held(&place.client) >= SHARE * self.most.saturating_sub(self.waiting.len()) {
+        if self.held(&key.client) >= SHARE * self.most.saturating_sub(self.waiting.len()) {
             return Err(item);
         }
-        let cost = place.cost.as_secs_f64();
-        let account = self.accounts.entry(place.client).or_default();
+        let cost = key.cost.as_secs_f64();
+        let account = self.accounts.entry(key.client).or_default();
         let ahead = (account.end - self.now).max(0.0);
         account.end = self.now + ahead + cost;
         account.open += 1;
         self.count += 1;
         let start = (self.now + (ahead - self.ahead * cost).max(0.0)).max(account.start);
         account.start = start;
-        self.waiting.push(QueuedJob { place, start, number: self.count, item });
+        self.waiting.push(QueuedJob { key, start, number: self.count, item });
         Ok(())
     }
 
@@ -141,29 +141,29 @@ impl<T> Queue<T> {
     pub fn pop(&mut self, may: impl Fn(&ClientId) -> bool) -> Option<(QueueKey, T)> {
         let before = |&a: &usize, &b: &usize| {
             let (a, b) = (&self.waiting[a], &self.waiting[b]);
-            let late = |place: &QueueKey| (place.deadline.is_none(), place.deadline);
-            let by_deadline = late(&a.place).cmp(&late(&b.place));
+            let late = |key: &QueueKey| (key.deadline.is_none(), key.deadline);
+            let by_deadline = late(&a.key).cmp(&late(&b.key));
             by_deadline.then(a.start.total_cmp(&b.start)).then(a.number.cmp(&b.number))
         };
-        let best = (0..self.waiting.len()).filter(|&index| may(&self.waiting[index].place.client)).min_by(before)?;
-        let QueuedJob { place, item, .. } = self.waiting.swap_remove(best);
-        Some((place, item))
+        let best = (0..self.waiting.len()).filter(|&index| may(&self.waiting[index].key.client)).min_by(before)?;
+        let QueuedJob { key, item, .. } = self.waiting.swap_remove(best);
+        Some((key, item))
     }
 
     /// Records that a popped request has computed for `time` and is done at this moment.
-    pub fn completed(&mut self, at: Instant, place: &QueueKey, time: Duration) {
+    pub fn completed(&mut self, at: Instant, key: &QueueKey, time: Duration) {
         self.advance(at);
-        if let Some(account) = self.accounts.get_mut(&place.client) {
-            account.end += time.as_secs_f64() - place.cost.as_secs_f64();
+        if let Some(account) = self.accounts.get_mut(&key.client) {
+            account.end += time.as_secs_f64() - key.cost.as_secs_f64();
         }
-        self.close(&place.client);
+        self.close(&key.client);
     }
 
     /// Removes all requests that `which` selects.
     pub fn take(&mut self, which: impl Fn(&QueueKey, &T) -> bool) -> Vec<T> {
         let mut taken = Vec::new();
         for index in (0..self.waiting.len()).rev() {
-            if which(&self.waiting[index].place, &self.waiting[index].item) {
+            if which(&self.waiting[index].key, &self.waiting[index].item) {
                 taken.push(self.remove(index));
             }
         }
@@ -172,13 +172,13 @@ impl<T> Queue<T> {
 
     /// Removes a request that never computed; its client's account becomes what it would be without it.
     fn remove(&mut self, index: usize) -> T {
-        let QueuedJob { place, item, .. } = self.waiting.swap_remove(index);
-        if let Some(account) = self.accounts.get_mut(&place.client) {
-            let own = self.waiting.iter().filter(|waiting| waiting.place.client == place.client);
+        let QueuedJob { key, item, .. } = self.waiting.swap_remove(index);
+        if let Some(account) = self.accounts.get_mut(&key.client) {
+            let own = self.waiting.iter().filter(|waiting| waiting.key.client == key.client);
             account.start = own.map(|waiting| waiting.start).fold(0.0, f64::max);
-            account.end -= place.cost.as_secs_f64();
+            account.end -= key.cost.as_secs_f64();
         }
-        self.close(&place.client);
+        self.close(&key.client);
         item
     }
 
@@ -200,7 +200,7 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    fn place(client: u8, deadline: Option<Instant>) -> QueueKey {
+    fn key(client: u8, deadline: Option<Instant>) -> QueueKey {
         QueueKey { client: [client; 16], deadline, cost: 10 * MS }
     }
 
@@ -219,7 +219,7 @@ mod tests {
     fn the_earliest_deadline_goes_first_and_none_last() {
         let (mut queue, now) = strict(9);
         for (name, deadline) in [("never", None), ("third", Some(30)), ("first", Some(10)), ("second", Some(20))] {
-            assert_eq!(queue.push(now, place(1, deadline.map(|ms| now + ms * MS)), name), Ok(()));
+            assert_eq!(queue.push(now, key(1, deadline.map(|ms| now + ms * MS)), name), Ok(()));
         }
         assert_eq!(queue.next_deadline(), Some(now + 10 * MS));
         assert_eq!(queue.ahead(Some(now + 25 * MS)), 20 * MS);
@@ -230,8 +230,8 @@ mod tests {
     #[test]
     fn clients_take_turns_however_much_one_asks() {
         let (mut queue, now) = strict(99);
-        (0..6).for_each(|n| _ = queue.push(now, place(1, None), format!("greedy {n}")));
-        (0..2).for_each(|n| _ = queue.push(now, place(2, None), format!("modest {n}")));
+        (0..6).for_each(|n| _ = queue.push(now, key(1, None), format!("greedy {n}")));
+        (0..2).for_each(|n| _ = queue.push(now, key(2, None), format!("modest {n}")));
         let found = order(&mut queue);
         assert_eq!(found[..4], ["greedy 0", "modest 0", "greedy 1", "modest 1"], "{found:?}");
         assert_eq!(found[4..].len(), 4);
@@ -241,14 +241,14 @@ mod tests {
     fn a_few_ahead_of_the_share_are_served_as_they_come_and_more_are_not() {
         let now = Instant::now();
         let mut queue = Queue::new(99, 1, 4.0);
-        (0..12).for_each(|n| _ = queue.push(now, place(1, None), n));
-        (100..102).for_each(|n| _ = queue.push(now, place(2, None), n));
+        (0..12).for_each(|n| _ = queue.push(now, key(1, None), n));
+        (100..102).for_each(|n| _ = queue.push(now, key(2, None), n));
         assert_eq!(order(&mut queue), [0, 1, 2, 3, 4, 100, 101, 5, 6, 7, 8, 9, 10, 11]);
         // First come first served holds as long as no client is more than four requests ahead, whatever the order of senders.
         let mut queue = Queue::new(99, 1, 4.0);
         let senders = [1, 1, 2, 1, 2, 2, 1, 1];
         for (n, client) in senders.into_iter().enumerate() {
-            queue.push(now + 8 * n as u32 * MS, place(client, None), n).unwrap();
+            queue.push(now + 8 * n as u32 * MS, key(client, None), n).unwrap();
         }
         assert_eq!(order(&mut queue), [0, 1, 2, 3, 4, 5, 6, 7]);
     }
@@ -258,12 +258,12 @@ mod tests {
         let now = Instant::now();
         let mut queue = Queue::new(99, 2, 4.0);
         let costs = [10, 10, 10, 1, 40, 1, 10, 1, 1, 30];
-        (0..3).for_each(|n| _ = queue.push(now, place(2, None), 100 + n));
+        (0..3).for_each(|n| _ = queue.push(now, key(2, None), 100 + n));
         for (n, cost) in costs.into_iter().enumerate() {
-            queue.push(now, QueueKey { cost: cost * MS, ..place(1, None) }, n).unwrap();
+            queue.push(now, QueueKey { cost: cost * MS, ..key(1, None) }, n).unwrap();
             if n == 4 {
-                let (place, _) = queue.pop(|client| *client == [2; 16]).unwrap();
-                queue.completed(now, &place, MS);
+                let (key, _) = queue.pop(|client| *client == [2; 16]).unwrap();
+                queue.completed(now, &key, MS);
             }
         }
         let found: Vec<usize> = order(&mut queue).into_iter().filter(|n| *n < 100).collect();
@@ -274,8 +274,8 @@ mod tests {
     fn a_share_is_computing_time_and_not_a_number_of_strikes() {
         let (mut queue, now) = strict(99);
         for round in 0..8 {
-            queue.push(now, QueueKey { cost: 30 * MS, ..place(1, None) }, ("long", round)).unwrap();
-            queue.push(now, place(2, None), ("short", round)).unwrap();
+            queue.push(now, QueueKey { cost: 30 * MS, ..key(1, None) }, ("long", round)).unwrap();
+            queue.push(now, key(2, None), ("short", round)).unwrap();
         }
         let first = &order(&mut queue)[..8];
         assert_eq!(first.iter().filter(|(name, _)| *name == "long").count(), 2, "{first:?}");
@@ -284,13 +284,13 @@ mod tests {
     #[test]
     fn a_newcomer_is_neither_favoured_nor_made_to_wait_for_the_past() {
         let (mut queue, mut now) = strict(99);
-        (0..40).for_each(|n| _ = queue.push(now, place(1, None), n));
+        (0..40).for_each(|n| _ = queue.push(now, key(1, None), n));
         (0..20).for_each(|_| {
-            let (place, _) = queue.pop(|_| true).unwrap();
+            let (key, _) = queue.pop(|_| true).unwrap();
             now += 10 * MS;
-            queue.completed(now, &place, 10 * MS);
+            queue.completed(now, &key, 10 * MS);
         });
-        (0..4).for_each(|n| _ = queue.push(now, place(2, None), 100 + n));
+        (0..4).for_each(|n| _ = queue.push(now, key(2, None), 100 + n));
         let next: Vec<i32> = (0..6).map(|_| queue.pop(|_| true).unwrap().1).collect();
         assert_eq!(next.iter().filter(|n| **n >= 100).count(), 3, "{next:?}");
     }
@@ -301,7 +301,7 @@ mod tests {
         let mut queue = Queue::new(99, 2, 4.0);
         let (mut random, mut now) = (draws(), queue.at);
         let mut served = [0u32; 8];
-        (0..8).for_each(|client| _ = queue.push(now, place(client, None), client));
+        (0..8).for_each(|client| _ = queue.push(now, key(client, None), client));
         let mut running = Vec::new();
         for _ in 0..4000 {
             while running.len() < 2
@@ -309,12 +309,12 @@ mod tests {
             {
                 running.push(next);
             }
-            let (place, client) = running.swap_remove(random() as usize % running.len());
+            let (key, client) = running.swap_remove(random() as usize % running.len());
             let time = MS * (4 + random() as u32 % 12);
             now += time / 2;
-            queue.completed(now, &place, time);
+            queue.completed(now, &key, time);
             served[client as usize] += 1;
-            queue.push(now, QueueKey { cost: MS * (8 + random() as u32 % 4), ..place }, client).unwrap();
+            queue.push(now, QueueKey { cost: MS * (8 + random() as u32 % 4), ..key }, client).unwrap();
         }
         let (least, most) = (served.iter().min().unwrap(), served.iter().max().unwrap());
         assert!(f64::from(*least) > 0.95 * f64::from(*most), "{served:?}");
@@ -333,7 +333,7 @@ mod tests {
 
     /// Sends as many requests as the queue accepts.
     fn fill(queue: &mut Queue<u32>, at: Instant, client: u8) -> usize {
-        while queue.push(at, place(client, None), 0).is_ok() {}
+        while queue.push(at, key(client, None), 0).is_ok() {}
         queue.held(&[client; 16])
     }
 
@@ -361,7 +361,7 @@ mod tests {
     fn equals_that_keep_sending_have_equal_shares() {
         let (mut queue, now) = strict(99);
         for round in 0..2000 {
-            (0..8).for_each(|client| _ = queue.push(now, place((client + round) as u8 % 8, None), 0));
+            (0..8).for_each(|client| _ = queue.push(now, key((client + round) as u8 % 8, None), 0));
             queue.pop(|_| true).unwrap();
         }
         let held: Vec<usize> = (0..8).map(|client| queue.held(&[client; 16])).collect();
@@ -371,8 +371,8 @@ mod tests {
     #[test]
     fn a_client_that_may_not_is_passed_over() {
         let (mut queue, now) = strict(9);
-        (0..2).for_each(|n| _ = queue.push(now, place(1, None), n));
-        queue.push(now, place(2, None), 10).unwrap();
+        (0..2).for_each(|n| _ = queue.push(now, key(1, None), n));
+        queue.push(now, key(2, None), 10).unwrap();
         let other = |client: &ClientId| *client != [1; 16];
         assert_eq!(queue.pop(other).unwrap().1, 10);
         assert_eq!((queue.pop(other), queue.len()), (None, 2));
@@ -382,8 +382,8 @@ mod tests {
     #[test]
     fn removed_requests_do_not_count_for_the_share() {
         let (mut queue, now) = strict(9);
-        (0..6).for_each(|n| _ = queue.push(now, place(1 + (n % 2) as u8, Some(now + n * MS)), n));
-        let mut late = queue.take(|place, _| place.deadline <= Some(now + 2 * MS));
+        (0..6).for_each(|n| _ = queue.push(now, key(1 + (n % 2) as u8, Some(now + n * MS)), n));
+        let mut late = queue.take(|key, _| key.deadline <= Some(now + 2 * MS));
         late.sort_unstable();
         assert_eq!((late, queue.len()), (vec![0, 1, 2], 3));
         assert_eq!(order(&mut queue), [3, 4, 5]);
@@ -392,29 +392,29 @@ mod tests {
     #[test]
     fn withdrawn_requests_do_not_change_the_share() {
         let (mut queue, now) = strict(99);
-        (0..30).for_each(|n| _ = queue.push(now, place(1, None), n));
+        (0..30).for_each(|n| _ = queue.push(now, key(1, None), n));
         assert_eq!(queue.pop(|_| true).unwrap().1, 0);
         assert_eq!(queue.take(|_, n| *n > 0).len(), 29);
-        (100..103).for_each(|n| _ = queue.push(now, place(2, None), n));
-        queue.push(now, place(1, None), 1).unwrap();
-        let place = order(&mut queue).iter().position(|n| *n == 1).unwrap();
-        assert!(place <= 1, "{place}");
+        (100..103).for_each(|n| _ = queue.push(now, key(2, None), n));
+        queue.push(now, key(1, None), 1).unwrap();
+        let key = order(&mut queue).iter().position(|n| *n == 1).unwrap();
+        assert!(key <= 1, "{key}");
     }
 
     #[test]
     fn idle_clients_are_forgotten() {
         let (mut queue, mut now) = strict(9);
         // One client stays; two hundred come and go.
-        queue.push(now, place(255, None), 255).unwrap();
+        queue.push(now, key(255, None), 255).unwrap();
         for client in 0..200 {
-            queue.push(now, place(client, None), client).unwrap();
-            let (place, _) = queue.pop(|other| *other != [255; 16]).unwrap();
+            queue.push(now, key(client, None), client).unwrap();
+            let (key, _) = queue.pop(|other| *other != [255; 16]).unwrap();
             now += 40 * MS;
-            queue.completed(now, &place, MS);
+            queue.completed(now, &key, MS);
         }
         assert!(queue.accounts.len() < 4, "{}", queue.accounts.len());
-        let (place, _) = queue.pop(|_| true).unwrap();
-        queue.completed(now, &place, MS);
+        let (key, _) = queue.pop(|_| true).unwrap();
+        queue.completed(now, &key, MS);
         assert!(queue.accounts.is_empty());
     }
 }

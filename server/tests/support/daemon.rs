@@ -69,7 +69,7 @@ impl InProcess {
     fn begin(&mut self) -> bool {
         let (ready, wait) = std::sync::mpsc::channel();
         let options = ServeOptions {
-            place: self.here.place.clone(),
+            paths: self.here.place.clone(),
             config: config(&self.settings, &self.here.databases()),
             loader: self.loader.clone(),
             only: None,
@@ -238,7 +238,7 @@ pub fn play(clients: impl FnOnce(&str)) {
         Ok("daemon") => {
             let databases = PathBuf::from(std::env::var_os(DATABASES).unwrap());
             run(ServeOptions {
-                place: shatter_client::service_paths(&std::env::var("SHATTER_SERVICE").unwrap()).unwrap(),
+                paths: shatter_client::service_paths(&std::env::var("SHATTER_SERVICE").unwrap()).unwrap(),
                 config: config(&std::env::var(CONFIG).unwrap(), &databases),
                 loader: loader(),
                 only: None,

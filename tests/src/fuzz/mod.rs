@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 /// A reader of foreign bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
+pub enum FuzzTarget {
     /// Mesh files, up to the mended surface. The first byte chooses the format.
     Mesh,
     /// Database files, up to the fragments. The first byte chooses between bytes of a file and changes of a valid one.
@@ -28,7 +28,7 @@ pub enum Target {
     Scene,
 }
 
-impl Target {
+impl FuzzTarget {
     /// All targets.
     pub const ALL: [Self; 5] = [Self::Mesh, Self::Database, Self::Request, Self::Toml, Self::Scene];
 
@@ -98,7 +98,7 @@ impl Target {
 ///
 /// # Panics
 /// If a file cannot be read or written.
-pub fn prepare(target: Target) {
+pub fn prepare(target: FuzzTarget) {
     if let Some(folder) = std::env::var_os("SHATTER_FUZZ_CORPUS") {
         target.write_corpus(Path::new(&folder)).expect("a corpus that can be written");
     }

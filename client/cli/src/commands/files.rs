@@ -122,7 +122,7 @@ impl OutputTarget {
     pub fn write(&self, result: &FractureResult) -> Result<WrittenFiles, CliError> {
         if result.is_whole() {
             note(format_args!("nothing to write: {} stays whole", result.summary().object));
-            self.files_of_a_strike().iter().for_each(|path| warn_of_earlier_files(path));
+            self.files_of_a_result().iter().for_each(|path| warn_of_earlier_files(path));
             return Ok(WrittenFiles::default());
         }
         if let Some(folder) = &self.folder {
@@ -139,7 +139,7 @@ impl OutputTarget {
     }
 
     /// Files of this target whose names do not depend on the fragments.
-    fn files_of_a_strike(&self) -> Vec<PathBuf> {
+    fn files_of_a_result(&self) -> Vec<PathBuf> {
         match self.format {
             FileFormat::Glb => {
                 ["glb", "closed.glb", "hulls.glb"].map(|ending| self.path.with_extension(ending)).to_vec()
@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn all_files_of_an_earlier_request_are_detected() {
-        let files = |out: &str| OutputTarget::new(Path::new(out), None, "vase").ok().unwrap().files_of_a_strike();
+        let files = |out: &str| OutputTarget::new(Path::new(out), None, "vase").ok().unwrap().files_of_a_result();
         assert_eq!(files("j.glb"), ["j.glb", "j.closed.glb", "j.hulls.glb"].map(PathBuf::from));
         assert_eq!(files("j.xml"), ["j.xml"].map(PathBuf::from));
     }

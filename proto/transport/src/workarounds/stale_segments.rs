@@ -139,9 +139,9 @@ mod tests {
     fn untagged_segments_are_removed_at_the_second_scan() {
         let root = tempfile::tempdir().unwrap();
         let uid = rustix::process::geteuid().as_raw();
-        let place = ServicePaths::new(&ServiceName::new("stale").unwrap(), Some(root.path()), uid);
-        place.create().unwrap();
-        let instance = Instance::random(&place).unwrap();
+        let paths = ServicePaths::new(&ServiceName::new("stale").unwrap(), Some(root.path()), uid);
+        paths.create().unwrap();
+        let instance = Instance::random(&paths).unwrap();
         instance.create(uid).unwrap();
         let node = instance.folder.join("nodes/77");
         fs::create_dir_all(&node).unwrap();
@@ -164,9 +164,9 @@ mod tests {
     fn an_unfinished_node_is_removed_after_a_delay() {
         let root = tempfile::tempdir().unwrap();
         let uid = rustix::process::geteuid().as_raw();
-        let place = ServicePaths::new(&ServiceName::new("shells").unwrap(), Some(root.path()), uid);
-        place.create().unwrap();
-        let instance = Instance::random(&place).unwrap();
+        let paths = ServicePaths::new(&ServiceName::new("shells").unwrap(), Some(root.path()), uid);
+        paths.create().unwrap();
+        let instance = Instance::random(&paths).unwrap();
         instance.create(uid).unwrap();
         let nodes = instance.folder.join("nodes");
         fs::create_dir_all(nodes.join("77")).unwrap();

@@ -88,7 +88,7 @@ impl EngineObject {
         let error = |own: &CostSample| {
             let elastic = if own.solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
             let took_s = own.front_s + own.diagram_s + own.rest_s;
-            (cost.strike_s(elastic, own.sites, own.iterations) / took_s).ln().abs()
+            (cost.request_s(elastic, own.sites, own.iterations) / took_s).ln().abs()
         };
         let mut errors: Vec<f64> = judged.iter().map(error).collect();
         errors.sort_by(f64::total_cmp);

@@ -2,7 +2,7 @@
 
 use super::candidate_sites::{CandidateSite, CandidateSites};
 use super::exact_cells::CHUNK;
-use super::polytope::{Polytope, place};
+use super::polytope::{Polytope, point};
 use super::regions::Regions;
 use super::{AccuracyError, exact_cells::placed};
 use crate::cancel_token::CancelToken;
@@ -79,7 +79,7 @@ fn kept(label: u32, rivals: &[CandidateSite], part: Polytope) -> f64 {
 /// Orders corners so that their volume is positive.
 fn oriented(corners: [[f64; 4]; 4]) -> [[f64; 4]; 4] {
     let [a, b, c, d] = corners;
-    let [p, q, r, s] = corners.map(|corner| place(&corner));
+    let [p, q, r, s] = corners.map(|corner| point(&corner));
     if (q - p).dot(&(r - p).cross(&(s - p))) < 0.0 { [b, a, c, d] } else { corners }
 }
 
@@ -107,7 +107,7 @@ pub fn label_fraction(
         let (mut hint, mut lost, mut sum) = (None, 0.0, 0.0);
         for tet in chunk * CHUNK..tets.min((chunk + 1) * CHUNK) {
             let centroid = placed(&reference.corners(tet), &[0.25; 4]);
-            let found = locator.place(&centroid, hint);
+            let found = locator.locate(&centroid, hint);
             hint = found.map(|found| found.tet);
             let volume = reference.tet_volume(tet);
             sum += volume;
@@ -141,7 +141,7 @@ pub fn nearest(
 /// `lift` belongs to `lattice`, which `locator` searches. The cell moments are measured on the lattice `to`. Nodes
 /// outside take the nearest point of the boundary. The lift is not scaled again, so sites keep their positions.
 pub fn carried(lift: &LiftedLattice, lattice: &Lattice, locator: &Locator, to: &Lattice) -> LiftedLattice {
-    let place = |node| locator.place(node, None);
+    let place = |node| locator.locate(node, None);
     let rows: Vec<Vec<f64>> = to
         .nodes
         .par_iter()

@@ -75,8 +75,8 @@ impl Polytope {
     /// Volume over that of the tetrahedron.
     pub(super) fn volume(&self) -> f64 {
         let Some(apex) = self.faces.first().and_then(|face| face.rim.first()) else { return 0.0 };
-        let apex = place(&self.vertices[*apex as usize]);
-        let corner = |vertex: u32| place(&self.vertices[vertex as usize]) - apex;
+        let apex = point(&self.vertices[*apex as usize]);
+        let corner = |vertex: u32| point(&self.vertices[vertex as usize]) - apex;
         let fan = |face: &Face| {
             let first = corner(face.rim[0]);
             face.rim[1..].windows(2).map(|pair| first.dot(&corner(pair[0]).cross(&corner(pair[1])))).sum::<f64>()
@@ -99,7 +99,7 @@ pub(super) fn at(values: &[f64; 4], weights: &BarycentricWeights) -> f64 {
 }
 
 /// Position in coordinates in which the tetrahedron's edge matrix is the identity.
-pub(super) fn place(weights: &BarycentricWeights) -> Vector3<f64> {
+pub(super) fn point(weights: &BarycentricWeights) -> Vector3<f64> {
     Vector3::new(weights[1], weights[2], weights[3])
 }
 

@@ -145,7 +145,7 @@ impl Sweep<'_> {
             return self.chunk(first, parts);
         }
         let half = chunks / 2;
-        let (labels, labels_rest) = parts.labels.split_at_mut(self.place(first + half) - self.place(first));
+        let (labels, labels_rest) = parts.labels.split_at_mut(self.first_node(first + half) - self.first_node(first));
         let (partial, partial_rest) = parts.partial.split_at_mut(half * self.entries);
         let (values, values_rest) = parts.values.split_at_mut(half * self.count * TILE);
         let (rivals, rivals_rest) = parts.rivals.split_at_mut(half * self.count);
@@ -167,14 +167,14 @@ impl Sweep<'_> {
     }
 
     /// Index of the first point of chunk `index`.
-    fn place(&self, index: usize) -> usize {
+    fn first_node(&self, index: usize) -> usize {
         self.level.offsets[(index * self.chunk).min(self.level.groups())] as usize
     }
 
     fn chunk(&self, index: usize, parts: Parts<'_>) {
         let (level, stride) = (self.level, self.sites.stride);
         let groups = index * self.chunk..((index + 1) * self.chunk).min(level.groups());
-        let points = self.place(index)..self.place(index + 1);
+        let points = self.first_node(index)..self.first_node(index + 1);
         let lane = |group: usize| group * self.sites.dimension;
         let chunk = Chunk {
             lanes: &level.lanes[lane(groups.start)..lane(groups.end.next_multiple_of(TILE))],

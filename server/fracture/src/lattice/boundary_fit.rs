@@ -69,7 +69,7 @@ impl Sample {
     }
 
     /// Position of the sample. `moved` gives one node a different position.
-    fn place(&self, nodes: &[Point3<f64>], moved: Option<(u32, Point3<f64>)>) -> Point3<f64> {
+    fn position(&self, nodes: &[Point3<f64>], moved: Option<(u32, Point3<f64>)>) -> Point3<f64> {
         let at =
             |node: u32| moved.filter(|(own, _)| *own == node).map_or(nodes[node as usize], |(_, place)| place).coords;
         Point3::from(self.nodes().iter().map(|&node| at(node)).sum::<Vector3<f64>>() / self.count as f64)
@@ -180,7 +180,7 @@ impl<'a> Fitter<'a> {
         for (index, sample) in samples.iter().enumerate() {
             sample.nodes().iter().for_each(|&node| of_node[node as usize].push(index as u32));
         }
-        let value = |sample: &Sample| Ok(finite(shape, &sample.place(&lattice.nodes, None))? - offset);
+        let value = |sample: &Sample| Ok(finite(shape, &sample.position(&lattice.nodes, None))? - offset);
         let values: Vec<Result<f64, LatticeError>> = samples.par_iter().with_min_len(64).map(value).collect();
         let values = values.into_iter().collect::<Result<Vec<f64>, _>>()?;
         let (stars, resting) = (lattice.stars(), pinned.clone());
@@ -263,7 +263,7 @@ impl<'a> Fitter<'a> {
                 continue;
             }
             let value = |sample: &u32| {
-                let moved = self.samples[*sample as usize].place(&self.lattice.nodes, Some((node, place)));
+                let moved = self.samples[*sample as usize].position(&self.lattice.nodes, Some((node, place)));
                 self.shape.signed_distance(&moved) - self.offset
             };
             let values: Vec<f64> = self.of_node[node as usize].iter().map(value).collect();
@@ -304,7 +304,7 @@ impl<'a> Fitter<'a> {
             .iter()
             .map(|&sample| {
                 let (own, value) = (&self.samples[sample as usize], self.values[sample as usize]);
-                (self.gradient(&own.place(&self.lattice.nodes, None)) / own.count as f64, value)
+                (self.gradient(&own.position(&self.lattice.nodes, None)) / own.count as f64, value)
             })
             .collect();
         minimax(&rows)

@@ -129,7 +129,7 @@ impl<'a> Cutter<'a> {
     }
 
     fn root(&self, edge: [u32; 2], samples: &mut Samples, offset: f64) -> Result<f64, LatticeError> {
-        let [low, high] = edge.map(|node| self.grid.place(node));
+        let [low, high] = edge.map(|node| self.grid.position(node));
         for step in 0..STEPS_MAX {
             let (at, (t0, f0), (t1, f1)) = bracket(samples, offset);
             let secant = t0 + (t1 - t0) * (f0 / (f0 - f1));

@@ -195,7 +195,7 @@ impl Cover {
         let outside = if outside.is_empty() { vec![samples[0]] } else { outside };
         let each = volume / outside.len() as f64;
         for weights in &outside {
-            if let Some(nearest) = self.locator.place(&place(weights), None) {
+            if let Some(nearest) = self.locator.locate(&place(weights), None) {
                 entries.extend(positive(nodes, nearest.tet, weights.map(|weight| weight * each)));
             }
         }
@@ -220,7 +220,7 @@ fn left_out(elastic: &Lattice, crack: &Lattice, entries: &[Entry]) -> Vec<Entry>
     let locator = Locator::new(crack);
     let shared = |tet: usize| {
         let centroid = elastic.corners(tet).iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0;
-        let place = locator.place(&Point3::from(centroid), None);
+        let place = locator.locate(&Point3::from(centroid), None);
         place.into_iter().flat_map(move |place| positive(crack.tets[place.tet as usize], tet as u32, place.barycentric))
     };
     missing.into_iter().flat_map(shared).collect()

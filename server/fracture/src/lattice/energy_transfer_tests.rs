@@ -49,7 +49,7 @@ fn errors(pair: &BodyLattice, density: &dyn Fn(Vector3<f64>) -> f64) -> [f64; 3]
         let place = pair.crack.nodes[node];
         let exact = density(place.coords);
         let error = (nodes[node] / volumes[node] / exact - 1.0).abs();
-        let tet = locator.place(&place, None).unwrap().tet as usize;
+        let tet = locator.locate(&place, None).unwrap().tet as usize;
         sampled += (coarse[tet] / pair.elastic.tet_volume(tet) / exact - 1.0).abs();
         mean += error;
         largest = largest.max(error);

@@ -90,7 +90,7 @@ impl Grid {
     }
 
     /// Position of `node`, local.
-    pub(super) fn place(&self, node: u32) -> Point3<f64> {
+    pub(super) fn position(&self, node: u32) -> Point3<f64> {
         self.place_at(self.twice(node))
     }
 

@@ -117,7 +117,7 @@ impl Locator {
 
     /// Tetrahedron that contains `point`, or else the location of the nearest boundary
     /// point. `None` for an empty lattice.
-    pub fn place(&self, point: &Point3<f64>, hint: Option<u32>) -> Option<LatticePoint> {
+    pub fn locate(&self, point: &Point3<f64>, hint: Option<u32>) -> Option<LatticePoint> {
         if let Some(place) = self.containing(point, hint) {
             return Some(place);
         }
@@ -183,9 +183,9 @@ mod tests {
             let inside = (half - point.coords.abs()).min().max(0.0);
             assert!((nearest.distance - outside.max(inside)).abs() < 1e-14);
             assert!((nearest.barycentric.iter().sum::<f64>() - 1.0).abs() < 1e-14);
-            let place = locator.place(&point, None).unwrap();
+            let place = locator.locate(&point, None).unwrap();
             assert!(outside == 0.0 || place.tet == locator.faces()[nearest.face as usize].tet);
         }
-        assert!(Locator::new(&Lattice::default()).place(&Point3::origin(), None).is_none());
+        assert!(Locator::new(&Lattice::default()).locate(&Point3::origin(), None).is_none());
     }
 }

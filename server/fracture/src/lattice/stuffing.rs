@@ -66,7 +66,7 @@ fn warp(grid: &Grid, values: &[f64], offset: f64, cuts: &EdgeCuts) -> Warped {
     ends.dedup();
     for node in ends {
         if let Some((toward, t)) = violation(grid, &warped.sides, cuts, node) {
-            let place = Point3::from(grid.place(node).coords.lerp(&grid.place(toward).coords, t));
+            let place = Point3::from(grid.position(node).coords.lerp(&grid.position(toward).coords, t));
             warped.sides[node as usize] = LevelSetSide::On;
             warped.moved.insert(node, place);
         }
@@ -103,7 +103,7 @@ impl Builder<'_> {
                 let slot = &mut self.of_node[node as usize];
                 if *slot == u32::MAX {
                     let moved = self.warped.moved.get(&node);
-                    *slot = push(&mut self.lattice, moved.copied().unwrap_or_else(|| self.grid.place(node)));
+                    *slot = push(&mut self.lattice, moved.copied().unwrap_or_else(|| self.grid.position(node)));
                 }
                 *slot
             }
@@ -112,7 +112,7 @@ impl Builder<'_> {
                 let Some((cut, t)) = self.cuts.find(a, b) else { unreachable!("an edge across the level set is cut") };
                 let slot = &mut self.of_cut[cut as usize];
                 if *slot == u32::MAX {
-                    let place = self.grid.place(a).coords.lerp(&self.grid.place(b).coords, t);
+                    let place = self.grid.position(a).coords.lerp(&self.grid.position(b).coords, t);
                     *slot = push(&mut self.lattice, Point3::from(place));
                 }
                 *slot

@@ -184,7 +184,7 @@ fn nearest(point: &Point3<f64>, locators: &[Locator], boxes: &[[Point3<f64>; 2]]
         }
     }
     let (_, body) = best?;
-    Some(SkinPoint { body: body as u32, place: locators[body].place(point, None)? })
+    Some(SkinPoint { body: body as u32, place: locators[body].locate(point, None)? })
 }
 
 fn bounds(lattice: &Lattice) -> [Point3<f64>; 2] {

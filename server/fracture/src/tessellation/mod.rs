@@ -110,7 +110,7 @@ impl Tessellation {
         rayon::join(
             || polygons.find(input, ranks),
             || {
-                ranks.place(input, vertex_offsets, vertices);
+                ranks.write_vertices(input, vertex_offsets, vertices);
                 ranks.list_merges(input, listed, counts);
             },
         );

@@ -228,7 +228,7 @@ impl Corners<'_> {
     }
 
     #[inline]
-    fn place(&self, code: u8) -> Point3<f64> {
+    fn position(&self, code: u8) -> Point3<f64> {
         let points = self.input.points;
         match code {
             ..FACE_CODE => points.edges.places[self.slots[code as usize]],
@@ -241,7 +241,7 @@ impl Corners<'_> {
     /// lengths).
     fn second_is_shorter(&self, quads: &[[u8; 4]]) -> bool {
         let total = |i: usize, j: usize| -> f64 {
-            quads.iter().map(|corners| apart(self.place(corners[i]), self.place(corners[j]))).sum()
+            quads.iter().map(|corners| apart(self.position(corners[i]), self.position(corners[j]))).sum()
         };
         total(1, 3) < total(0, 2)
     }

@@ -162,7 +162,7 @@ impl Ranks {
     }
 
     /// Writes the vertices of all sheets; sheet s begins at `offsets[s]`.
-    pub fn place(&self, input: Input<'_>, offsets: &[usize], vertices: &mut [Point3<f64>]) {
+    pub fn write_vertices(&self, input: Input<'_>, offsets: &[usize], vertices: &mut [Point3<f64>]) {
         let mut put = |sheet: u32, rank: u32, place: Point3<f64>| {
             vertices[offsets[sheet as usize] + rank as usize] = place;
         };

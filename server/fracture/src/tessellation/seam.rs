@@ -224,7 +224,7 @@ impl Corners {
         let mut totals = [0.0; 2];
         for polygon in joint {
             for (k, total) in totals.iter_mut().enumerate() {
-                *total += (self.place(polygon, k)? - self.place(polygon, k + 2)?).norm_squared();
+                *total += (self.corner_position(polygon, k)? - self.corner_position(polygon, k + 2)?).norm_squared();
             }
         }
         let mut patch = Patch { volume: 0.0, area: Vector3::zeros() };
@@ -235,7 +235,7 @@ impl Corners {
             }
             let turn = usize::from(polygon.split == Split::Joint && totals[1] < totals[0]);
             let sign = if ends[0] { 1.0 } else { -1.0 };
-            let corner = |k: usize| Some(self.place(polygon, (k + turn) % 4)? - base);
+            let corner = |k: usize| Some(self.corner_position(polygon, (k + turn) % 4)? - base);
             let [p, q, r, s] = [corner(0)?, corner(1)?, corner(2)?, corner(3)?];
             let halves = if polygon.split == Split::Triangle { &[[p, q, r]][..] } else { &[[p, q, r], [r, s, p]] };
             for [p, q, r] in halves {
@@ -246,7 +246,7 @@ impl Corners {
         Some(patch)
     }
 
-    fn place(&self, polygon: &Polygon, corner: usize) -> Option<Point3<f64>> {
+    fn corner_position(&self, polygon: &Polygon, corner: usize) -> Option<Point3<f64>> {
         self.places[polygon.corners[corner] as usize]
     }
 }

@@ -3,7 +3,7 @@
 use crate::report::{self, ReportFigure};
 use crate::study::mesh_fuzz::{self, FuzzPlan, FuzzTally, FuzzVerdict, Judge, Mutant};
 use crate::study::stability::{
-    CASES, CaseOutcome, CaseRow, REAL, StabilityFindings, TrialFault, damaged_statues, judge, locking,
+    CASES, CaseOutcome, CaseRow, REAL, StabilityFindings, TrialFault, bending_deficits, damaged_statues, judge,
     neck_over_impulses, neck_portraits, real,
 };
 use crate::study::{accuracy, effects, gallery, paper};
@@ -258,7 +258,7 @@ fn stability(args: &Stability) -> Result<bool, CommandError> {
     let (mut rows, real_portraits) = rows(&files, &mut progress);
     let findings = StabilityFindings {
         real_portraits,
-        locking: found(locking, "error against Poisson's ratio", &mut rows, &mut progress),
+        bending_deficits: found(bending_deficits, "error against Poisson's ratio", &mut rows, &mut progress),
         necks: found(neck_over_impulses, "a neck over a range of impulses", &mut rows, &mut progress),
         neck_portraits: found(neck_portraits, "pictures of the neck", &mut rows, &mut progress),
         damaged: found(damaged_statues, "pictures of damaged statues", &mut rows, &mut progress),

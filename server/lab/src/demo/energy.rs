@@ -2,7 +2,7 @@
 //! database.
 
 use super::DemoError;
-use super::demo_strike::DemoStrike;
+use super::demo_impact::DemoImpact;
 use super::object::{DemoTarget, RADIUS_M};
 use nalgebra::Point3;
 use shatter_fracture::cancel_token::CancelToken;
@@ -31,11 +31,11 @@ pub(super) struct SurfaceEnergy {
 }
 
 impl SurfaceEnergy {
-    /// Solves the impact of `demo_strike` again.
-    pub fn new(target: &DemoTarget, demo_strike: &DemoStrike) -> Result<Self, DemoError> {
+    /// Solves the impact of `demo_impact` again.
+    pub fn new(target: &DemoTarget, demo_impact: &DemoImpact) -> Result<Self, DemoError> {
         let contact = ImpactContact {
             point_m: target.point_m,
-            impulse_ns: demo_strike.impulse_ns,
+            impulse_ns: demo_impact.impulse_ns,
             duration_s: None,
             radius_m: Some(RADIUS_M),
         };

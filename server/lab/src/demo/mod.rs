@@ -6,7 +6,7 @@
 //! that colors the intact mug, which results do not contain. The page states this.
 
 mod daemon;
-mod demo_strike;
+mod demo_impact;
 mod energy;
 mod error;
 mod object;
@@ -20,7 +20,7 @@ pub use object::NAME;
 
 use crate::report;
 use daemon::Daemon;
-use demo_strike::DemoStrike;
+use demo_impact::DemoImpact;
 use energy::SurfaceEnergy;
 use object::DemoTarget;
 use progress::DemoProgress;
@@ -81,16 +81,16 @@ pub fn run(options: &DemoOptions) -> Result<DemoFiles, DemoError> {
     let runtime_folder = RuntimeFolder::of(&options.service)?;
     let daemon = Daemon::start(&options.program, &options.service, &options.databases, START_TIMEOUT)?;
     let pid = daemon.pid();
-    let demo_strikes = strike(options, &target, &progress)?;
+    let demo_impacts = strike(options, &target, &progress)?;
     progress.step("end the daemon");
     daemon.end()?;
     drop(runtime_folder);
     progress.step("strain energy");
-    let energies = demo_strikes
+    let energies = demo_impacts
         .iter()
-        .map(|demo_strike| SurfaceEnergy::new(&target, demo_strike))
+        .map(|demo_impact| SurfaceEnergy::new(&target, demo_impact))
         .collect::<Result<Vec<_>, _>>()?;
-    let pages = page::page(&target, pid, &demo_strikes, &energies, begun.elapsed(), &progress)?;
+    let pages = page::page(&target, pid, &demo_impacts, &energies, begun.elapsed(), &progress)?;
     let path = options.out.join(PAGE);
     let writing = interrupt::writing();
     write_whole(&path, report::html(&pages).as_bytes())?;
@@ -98,22 +98,22 @@ pub fn run(options: &DemoOptions) -> Result<DemoFiles, DemoError> {
     progress.finish();
     Ok(DemoFiles {
         page: path,
-        files: demo_strikes.iter().map(|demo_strike| options.out.join(&demo_strike.file)).collect(),
-        lines: demo_strikes.iter().map(DemoStrike::line).collect(),
+        files: demo_impacts.iter().map(|demo_impact| options.out.join(&demo_impact.file)).collect(),
+        lines: demo_impacts.iter().map(DemoImpact::line).collect(),
         reused: target.reused,
     })
 }
 
 /// Finds the impulse that just breaks the object, then sends requests with multiples of it.
-fn strike(options: &DemoOptions, target: &DemoTarget, progress: &DemoProgress) -> Result<Vec<DemoStrike>, DemoError> {
+fn strike(options: &DemoOptions, target: &DemoTarget, progress: &DemoProgress) -> Result<Vec<DemoImpact>, DemoError> {
     let service = Client::connect(&options.service, Deadline::after(START_TIMEOUT))?;
     let object = service.object(NAME, Deadline::after(RESULT_TIMEOUT))?;
     progress.step("find the threshold");
-    let threshold_ns = demo_strike::threshold_ns(&object, target)?;
-    let mut demo_strikes = Vec::with_capacity(IMPULSE_FACTORS.len());
+    let threshold_ns = demo_impact::threshold_ns(&object, target)?;
+    let mut demo_impacts = Vec::with_capacity(IMPULSE_FACTORS.len());
     for (number, factor) in (1..).zip(IMPULSE_FACTORS) {
         progress.step(&format!("strike {number}: {factor} × the threshold"));
-        demo_strikes.push(DemoStrike::strike(&object, target, threshold_ns, factor, &options.out, number)?);
+        demo_impacts.push(DemoImpact::strike(&object, target, threshold_ns, factor, &options.out, number)?);
     }
-    Ok(demo_strikes)
+    Ok(demo_impacts)
 }

@@ -1,12 +1,12 @@
 //! Contents of the demonstration's page.
 
-use super::demo_strike::DemoStrike;
+use super::demo_impact::DemoImpact;
 use super::energy::SurfaceEnergy;
 use super::object::{DemoTarget, MATERIAL, NAME};
 use super::progress::DemoProgress;
 use super::{DemoError, views};
 use crate::picture::ENERGY;
-use crate::report::{Fact, Page, ReportFigure, Scale, StrikeReport, bytes, grouped, nanoseconds, share, significant};
+use crate::report::{Fact, ImpactReport, Page, ReportFigure, Scale, bytes, grouped, nanoseconds, share, significant};
 use shatter_client::EnergySource;
 use std::time::Duration;
 
@@ -17,20 +17,20 @@ const DECADES: f64 = 5.5;
 pub(super) fn page(
     target: &DemoTarget,
     pid: u32,
-    demo_strikes: &[DemoStrike],
+    demo_impacts: &[DemoImpact],
     energies: &[SurfaceEnergy],
     elapsed: Duration,
     progress: &DemoProgress,
 ) -> Result<Page, DemoError> {
     let scale = scale(energies);
-    let mut strikes = Vec::with_capacity(demo_strikes.len());
-    for (demo_strike, energy) in demo_strikes.iter().zip(energies) {
-        progress.step(&format!("draw strike {}", demo_strike.number));
-        strikes.push(strike(target, demo_strike, energy, &scale)?);
+    let mut strikes = Vec::with_capacity(demo_impacts.len());
+    for (demo_impact, energy) in demo_impacts.iter().zip(energies) {
+        progress.step(&format!("draw strike {}", demo_impact.number));
+        strikes.push(strike(target, demo_impact, energy, &scale)?);
     }
     Ok(Page {
         title: "A mug, struck three times".to_owned(),
-        opening: demo_strikes.iter().map(opening).collect(),
+        opening: demo_impacts.iter().map(opening).collect(),
         lead: lead(target, pid, elapsed),
         strikes,
         facts: facts(target),
@@ -39,9 +39,9 @@ pub(super) fn page(
 }
 
 /// Fragments of one request, for the top of the page.
-fn opening(demo_strike: &DemoStrike) -> ReportFigure {
-    let caption = format!("{} × the breaking impulse: {} pieces", demo_strike.factor, demo_strike.written.fragments);
-    ReportFigure { png: demo_strike.picture.clone(), caption, scale: None }
+fn opening(demo_impact: &DemoImpact) -> ReportFigure {
+    let caption = format!("{} × the breaking impulse: {} pieces", demo_impact.factor, demo_impact.written.fragments);
+    ReportFigure { png: demo_impact.picture.clone(), caption, scale: None }
 }
 
 fn lead(target: &DemoTarget, pid: u32, elapsed: Duration) -> Vec<String> {
@@ -80,10 +80,10 @@ fn facts(target: &DemoTarget) -> Vec<Fact> {
 
 fn strike(
     target: &DemoTarget,
-    demo_strike: &DemoStrike,
+    demo_impact: &DemoImpact,
     energy: &SurfaceEnergy,
     scale: &Scale,
-) -> Result<StrikeReport, DemoError> {
+) -> Result<ImpactReport, DemoError> {
     let intact = ReportFigure {
         png: views::intact(energy, scale, target)?,
         caption:
@@ -93,52 +93,52 @@ fn strike(
         scale: Some(scale.clone()),
     };
     let fragments_figure = ReportFigure {
-        png: demo_strike.picture.clone(),
+        png: demo_impact.picture.clone(),
         caption: format!(
             "The {} fragments, moved apart. Outer faces have a color per fragment, cracks are pale.",
-            demo_strike.written.fragments
+            demo_impact.written.fragments
         ),
         scale: None,
     };
-    let impulse = significant(demo_strike.impulse_ns.norm(), 3);
-    Ok(StrikeReport {
-        heading: format!("{} × the breaking impulse: {} fragments", demo_strike.factor, demo_strike.written.fragments),
+    let impulse = significant(demo_impact.impulse_ns.norm(), 3);
+    Ok(ImpactReport {
+        heading: format!("{} × the breaking impulse: {} fragments", demo_impact.factor, demo_impact.written.fragments),
         lead: format!("{impulse} N·s at the outer wall; {} of strain energy at the peak.", joules(energy.energy_j)),
         figures: vec![fragments_figure, intact],
-        facts: strike_facts(target, demo_strike, &impulse),
-        stages: demo_strike.stages.clone(),
-        file: Some(demo_strike.file.clone()),
+        facts: impact_facts(target, demo_impact, &impulse),
+        stages: demo_impact.stages.clone(),
+        file: Some(demo_impact.file.clone()),
     })
 }
 
-fn strike_facts(target: &DemoTarget, demo_strike: &DemoStrike, impulse: &str) -> Vec<Fact> {
-    let summary = &demo_strike.summary;
+fn impact_facts(target: &DemoTarget, demo_impact: &DemoImpact, impulse: &str) -> Vec<Fact> {
+    let summary = &demo_impact.summary;
     let whole = target.prepared.report.lattice_volume_m3;
     let source = summary.degree_origin.name().replace('_', " ");
     let capped = if summary.is_capped { ", capped" } else { "" };
-    let [lightest, heaviest] = demo_strike.masses_kg.map(|mass| significant(mass * 1e3, 3));
+    let [lightest, heaviest] = demo_impact.masses_kg.map(|mass| significant(mass * 1e3, 3));
     vec![
         Fact::new("Impulse", format!("{impulse} N·s")),
         Fact::new("E₁ / γ", significant(summary.e1_over_gamma, 3)),
         Fact::new("Contact radius in effect", format!("{} mm", significant(summary.radius_m * 1e3, 3))),
-        Fact::new("Displacements", displacements(demo_strike)),
+        Fact::new("Displacements", displacements(demo_impact)),
         Fact::new("Sites", summary.sites.to_string()),
         Fact::new("Fracture degree", format!("{} ({source}{capped})", summary.fracture_degree)),
-        Fact::new("Fragments", demo_strike.written.fragments.to_string()),
-        Fact::new("Closed surfaces", format!("{} of {}", demo_strike.closed, demo_strike.written.fragments)),
-        Fact::new("Sum of volumes against the lattice", format!("{:+.1e}", demo_strike.volume_m3 / whole - 1.0)),
+        Fact::new("Fragments", demo_impact.written.fragments.to_string()),
+        Fact::new("Closed surfaces", format!("{} of {}", demo_impact.closed, demo_impact.written.fragments)),
+        Fact::new("Sum of volumes against the lattice", format!("{:+.1e}", demo_impact.volume_m3 / whole - 1.0)),
         Fact::new("Mass of a fragment", format!("{lightest} to {heaviest} g")),
         Fact::new("Time in the daemon", nanoseconds(u64::try_from(summary.time.as_nanos()).unwrap_or(u64::MAX))),
-        Fact::new("Round trip", nanoseconds(demo_strike.round_trip_ns)),
-        Fact::new("Result size", bytes(demo_strike.bytes)),
+        Fact::new("Round trip", nanoseconds(demo_impact.round_trip_ns)),
+        Fact::new("Result size", bytes(demo_impact.bytes)),
     ]
 }
 
 /// Source of the displacements, and the error of their energy.
-fn displacements(demo_strike: &DemoStrike) -> String {
-    match demo_strike.summary.energy_source {
+fn displacements(demo_impact: &DemoImpact) -> String {
+    match demo_impact.summary.energy_source {
         EnergySource::Reduced => {
-            format!("from examples, energy off by {} (estimated)", share(demo_strike.summary.energy_error))
+            format!("from examples, energy off by {} (estimated)", share(demo_impact.summary.energy_error))
         }
         source => source.name().to_owned(),
     }

@@ -67,7 +67,7 @@ pub struct StageTime {
 
 /// Report of one request.
 #[derive(Clone, Debug, PartialEq)]
-pub struct StrikeReport {
+pub struct ImpactReport {
     /// Heading.
     pub heading: String,
     /// Introductory sentence.
@@ -92,7 +92,7 @@ pub struct Page {
     /// Introduction, by paragraph.
     pub lead: Vec<String>,
     /// Requests in order.
-    pub strikes: Vec<StrikeReport>,
+    pub strikes: Vec<ImpactReport>,
     /// Facts on the object and the run.
     pub facts: Vec<Fact>,
     /// Remarks at the end: meaning and source of the values.
@@ -138,7 +138,7 @@ fn shell(title: &str, opening: &str, lead: &[String], facts: &str, body: &str) -
     )
 }
 
-fn section(number: usize, strike: &StrikeReport, longest: u64) -> String {
+fn section(number: usize, strike: &ImpactReport, longest: u64) -> String {
     let figures = figures(&format!("strike-{number}"), &strike.figures);
     let file = strike.file.as_ref().map_or_else(String::new, |name| {
         format!("<p class=\"file\"><a href=\"{}\" download>{}</a></p>\n", path(name), escape(name))

@@ -5,9 +5,9 @@ use crate::picture::ENERGY;
 
 const NASTY: &str = "<script>alert(\"x\")</script> & 'co'";
 
-fn strike(ns: u64) -> StrikeReport {
+fn strike(ns: u64) -> ImpactReport {
     let scale = Scale { ramp: ENERGY, low: 0.5, high: 2.0e3, label: format!("J/m³ {NASTY}") };
-    StrikeReport {
+    ImpactReport {
         heading: NASTY.to_owned(),
         lead: NASTY.to_owned(),
         figures: vec![ReportFigure { png: vec![0, 255, 7], caption: NASTY.to_owned(), scale: Some(scale) }],

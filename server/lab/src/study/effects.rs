@@ -129,7 +129,7 @@ pub fn pairs(progress: &mut dyn FnMut(&str)) -> Result<Vec<SceneCosts>, EffectsE
 
 /// Engine request of the portrait.
 fn request_of(prepared: &Arc<PreparedObject>, terms: &ObjectPolicy) -> Result<pipeline::FractureRequest, Error> {
-    EngineObject::new(prepared.clone(), terms.clone()).request(&strike(prepared, 1))
+    EngineObject::new(prepared.clone(), terms.clone()).request(&request(prepared, 1))
 }
 
 /// Median costs of requests spread over the object.
@@ -139,7 +139,7 @@ fn costs(prepared: &Arc<PreparedObject>, terms: ObjectPolicy) -> Result<Vec<Medi
     let mut runs = Vec::new();
     for number in 0..=STRIKES {
         let clock = StageProfiler::default();
-        let strike = strike(prepared, number);
+        let strike = request(prepared, number);
         let outcome = served.strike(&strike, &mut workspace, &CancelToken::default(), &clock)?;
         let layout = Layout::new(&outcome.counts()).ok_or_else(too_large)?;
         payload.resize(payload.len().max(layout.blocks()), AlignedBlock::zeroed());
@@ -179,7 +179,7 @@ fn too_large() -> Error {
 }
 
 /// Impact at a random point of the surface, inward.
-fn strike(prepared: &PreparedObject, number: u64) -> Request {
+fn request(prepared: &PreparedObject, number: u64) -> Request {
     let (point, inward): (Point3<f64>, Vector3<f64>) =
         ImpactSampler::new(prepared).point(&mut RandomStream::new(prepared.parameters.seed, number));
     let point_m = prepared.frame.to_meters(&point).coords.into();

@@ -63,7 +63,7 @@ impl FractureRequest {
             _ => SITES_EXPECTED,
         };
         let [solve_s, reduced_s] =
-            [ElasticRequest::Solve, ElasticRequest::Reduced].map(|elastic| cost.strike_s(elastic, sites, 0));
+            [ElasticRequest::Solve, ElasticRequest::Reduced].map(|elastic| cost.request_s(elastic, sites, 0));
         let basis = prepared.bodies.iter().any(|body| body.reduced().is_some());
         if !basis || remaining_s >= solve_s {
             return self;

@@ -115,7 +115,7 @@ impl RequestCost {
     }
 
     /// Time of a whole request, s.
-    pub fn strike_s(&self, elastic: ElasticRequest, sites: u32, iterations: usize) -> f64 {
+    pub fn request_s(&self, elastic: ElasticRequest, sites: u32, iterations: usize) -> f64 {
         let diagram_s = self.start_s(sites) + iterations as f64 * self.iteration_s(sites);
         self.front_s(elastic) + diagram_s + self.rest_s(sites)
     }
@@ -229,7 +229,7 @@ mod tests {
         let fitted = RequestCost::fit(samples).unwrap();
         for sites in [2, 17, 50, 300] {
             for elastic in [ElasticRequest::Reduced, ElasticRequest::Solve] {
-                let ratio = fitted.strike_s(elastic, sites, 7) / KNOWN.strike_s(elastic, sites, 7);
+                let ratio = fitted.request_s(elastic, sites, 7) / KNOWN.request_s(elastic, sites, 7);
                 assert!((ratio - 1.0).abs() < 1e-9, "{sites} {elastic:?}: {ratio}");
             }
         }
@@ -247,7 +247,7 @@ mod tests {
     fn a_slow_start_scales_the_expected_rest() {
         for (elastic, front_s) in [(ElasticRequest::Reduced, KNOWN.reduced_s), (ElasticRequest::Solve, KNOWN.solve_s)] {
             let slow = KNOWN.scaled_by(KNOWN.time_scale(elastic, 1.5 * front_s));
-            let after_s = |cost: RequestCost| cost.strike_s(elastic, 30, 4) - front_s;
+            let after_s = |cost: RequestCost| cost.request_s(elastic, 30, 4) - front_s;
             assert!((after_s(slow) / after_s(KNOWN) - 1.5).abs() < 1e-12 && slow.front_s(elastic) == front_s);
         }
         for nonsense in [0.0, f64::NAN, f64::INFINITY] {

@@ -43,7 +43,7 @@ impl ContactSet {
         let peak_force_n = forces.iter().map(|force| force.norm()).fold(0.0, f64::max);
         let mut bodies: Vec<(usize, Vec<elasticity::ContactLoad>)> = Vec::new();
         for (index, (contact, force)) in strike.contacts.iter().zip(&forces).enumerate() {
-            let (body, mut local) = place(prepared, index, contact, *force / peak_force_n)?;
+            let (body, mut local) = locate(prepared, index, contact, *force / peak_force_n)?;
             if strike.effects.has(EffectKind::Elastic) {
                 // The boundary of the coarser lattice may be farther away than the radius. The load is still spread
                 // from the nearest boundary point.
@@ -94,7 +94,7 @@ fn peak_force_n(contact: usize, given: &ImpactContact) -> Result<Vector3<f64>, F
 /// The nearest body, and the contact in its local units; an error if the surface is farther away than the radius.
 ///
 /// The crack lattice approximates the surface to within its spacing, because it rounds corners off.
-fn place(
+fn locate(
     prepared: &PreparedObject,
     index: usize,
     contact: &ImpactContact,

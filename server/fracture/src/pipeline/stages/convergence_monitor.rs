@@ -108,7 +108,7 @@ mod tests {
     use nalgebra::{Point3, Vector3};
     use std::sync::Mutex;
 
-    fn strike() -> FractureRequest {
+    fn request() -> FractureRequest {
         FractureRequest::at(Point3::origin(), Vector3::x()).seeded(1)
     }
 
@@ -125,7 +125,7 @@ mod tests {
         let budget = Some(TimeBudget { cost, elastic_falls: true, degree_falls: true });
         let times_s = Mutex::new(left_s.iter().rev().copied().collect::<Vec<f64>>());
         let cancel = CancelToken::default().with_time(move || times_s.lock().unwrap().pop().unwrap());
-        let mut descent = ConvergenceMonitor::new(&strike(), budget, 9, &cancel);
+        let mut descent = ConvergenceMonitor::new(&request(), budget, 9, &cancel);
         let found: Vec<StepDecision> =
             (0..decisions.len()).map(|iterations| descent.decide(iterations, 1.0, 1.0)).collect();
         assert_eq!(found, decisions);
@@ -149,7 +149,7 @@ mod tests {
     fn every_diagram_of_a_search_is_estimated_by_itself() {
         let cancel = CancelToken::default();
         let mut descent =
-            ConvergenceMonitor::of_search(&FractureRequest { gap_max: Some(0.1), ..strike() }, None, 9, &cancel);
+            ConvergenceMonitor::of_search(&FractureRequest { gap_max: Some(0.1), ..request() }, None, 9, &cancel);
         let first: Vec<StepDecision> =
             [(0, 1.0), (1, 1.0)].map(|(at, energy)| descent.decide(at, energy, energy)).into();
         assert_eq!(first, [StepDecision::On, StepDecision::Last]);
@@ -161,7 +161,7 @@ mod tests {
 
     #[test]
     fn an_error_is_met_with_room_for_the_estimate() {
-        let asked = |gap_max| FractureRequest { gap_max: Some(gap_max), ..strike() };
+        let asked = |gap_max| FractureRequest { gap_max: Some(gap_max), ..request() };
         let after = |gap_max, energies: &[f64]| {
             let cancel = CancelToken::default();
             let mut descent = ConvergenceMonitor::new(&asked(gap_max), None, 9, &cancel);

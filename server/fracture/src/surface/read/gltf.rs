@@ -25,7 +25,7 @@ pub(super) fn parse(bytes: &[u8], folder: &Path) -> Result<RawMesh, SurfaceError
         Gltf::from_slice_without_validation(bytes).map_err(|error| malformed("gltf", "document", error))?;
     let document = validated(document)?;
     let buffers = buffers(&document, blob, folder)?;
-    let mut builder = Builder { buffers, mesh: RawMesh::new(Vec::new(), Vec::new()), own_max: 0.0, told: [false; 2] };
+    let mut builder = Builder { buffers, mesh: RawMesh::new(Vec::new(), Vec::new()), own_max: 0.0, given: [false; 2] };
     let name = |material: gltf::Material<'_>| {
         material.name().map_or_else(|| format!("material {}", material.index().unwrap_or(0)), str::to_owned)
     };
@@ -143,7 +143,7 @@ struct Builder {
     /// Largest coordinate before translation; f32 rounding is relative to it.
     own_max: f64,
     /// Presence of normals, and of texture coordinates, in any primitive.
-    told: [bool; 2],
+    given: [bool; 2],
 }
 
 impl Builder {
@@ -188,8 +188,8 @@ impl Builder {
     /// Reads the attributes of the triangles from `added` on, whose vertices start at index
     /// `first`. Drops unreadable attributes.
     fn look(&mut self, primitive: &Primitive, first: usize, added: usize, linear: &Matrix3<f64>) {
-        let told = |semantic| primitive.get(&semantic).is_some();
-        self.told = [self.told[0] || told(Semantic::Normals), self.told[1] || told(Semantic::TexCoords(0))];
+        let given = |semantic| primitive.get(&semantic).is_some();
+        self.given = [self.given[0] || given(Semantic::Normals), self.given[1] || given(Semantic::TexCoords(0))];
         let vectors = |semantic| primitive.get(&semantic).and_then(|accessor| self.buffers.positions(&accessor).ok());
         let turn = linear.try_inverse().unwrap_or_else(Matrix3::identity).transpose();
         let turned =
@@ -211,7 +211,7 @@ impl Builder {
         let placed_max = self.mesh.positions_m.iter().map(|point| point.coords.amax()).fold(0.0, f64::max);
         let rounding = SINGLE * self.own_max / placed_max;
         let mut attributes = std::mem::take(&mut self.mesh.attributes);
-        let [normals, uvs] = self.told;
+        let [normals, uvs] = self.given;
         // An attribute that no primitive has is not reported as lost.
         if !normals {
             attributes.normals.clear();
@@ -284,8 +284,8 @@ mod tests {
             "",
         ] {
             let error = read(folder.path(), uri).err().unwrap_or_else(|| panic!("{uri} was read"));
-            let told = error.to_string();
-            assert!(told.contains("buffer 0") && told.contains("leads out"), "{uri}: {told}");
+            let given = error.to_string();
+            assert!(given.contains("buffer 0") && given.contains("leads out"), "{uri}: {given}");
         }
     }
 

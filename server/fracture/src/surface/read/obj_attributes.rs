@@ -30,8 +30,8 @@ pub(super) fn attributes(text: &str, cut: &FaceTriangles) -> TriangleAttributes 
     for (_, line) in lines(text) {
         lists.take(&line);
     }
-    let uvs = told(&lists, cut, 0, |index| lists.uvs.get(index).copied(), [f32::NAN; 2]);
-    let normals = told(&lists, cut, 1, |index| lists.normals.get(index).copied(), [f32::NAN; 3]);
+    let uvs = corner_values(&lists, cut, 0, |index| lists.uvs.get(index).copied(), [f32::NAN; 2]);
+    let normals = corner_values(&lists, cut, 1, |index| lists.normals.get(index).copied(), [f32::NAN; 3]);
     let material = |face: &u32| lists.materials.get(*face as usize).copied();
     let materials = if lists.names.is_empty() { Vec::new() } else { cut.faces.iter().filter_map(material).collect() };
     TriangleAttributes { normals, uvs, materials, names: lists.names, lost: Vec::new() }.fitting(cut.triangles.len())
@@ -39,7 +39,7 @@ pub(super) fn attributes(text: &str, cut: &FaceTriangles) -> TriangleAttributes 
 
 /// Values of one list for the corners of all triangles; `nothing` for missing entries. Empty
 /// if no corner has a reference.
-fn told<T: Copy>(
+fn corner_values<T: Copy>(
     lists: &Lists,
     cut: &FaceTriangles,
     list: usize,

@@ -1,6 +1,6 @@
 //! Edges of a triangle mesh and their incident triangles.
 
-use super::sets::DisjointSets;
+use super::disjoint_sets::DisjointSets;
 
 /// One side of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

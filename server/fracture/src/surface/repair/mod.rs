@@ -1,14 +1,14 @@
 //! Repair of triangle meshes: an oriented surface with an inside, and a list of defects.
 
 mod clean;
+mod disjoint_sets;
 mod edges;
 mod intersect;
 mod orient;
-mod sets;
 mod shells;
 pub(super) use clean::is_flat;
+pub(super) use disjoint_sets::DisjointSets;
 pub(crate) use intersect::{crossings, meet};
-pub(super) use sets::DisjointSets;
 pub use shells::ShellPart;
 
 #[cfg(test)]

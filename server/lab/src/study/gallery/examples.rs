@@ -1,7 +1,7 @@
 //! Objects and requests that show each effect.
 
 use super::super::effects::EffectsError;
-use super::EffectPair;
+use super::EffectComparison;
 use super::marks::{self, SPREAD};
 use super::result::GalleryResult;
 use crate::picture::{Color, DrawnMesh};
@@ -120,7 +120,7 @@ impl EffectExample {
     }
 
     /// Strikes twice and builds the meshes.
-    pub fn pair(self) -> Result<EffectPair, EffectsError> {
+    pub fn comparison(self) -> Result<EffectComparison, EffectsError> {
         let Self { name, caption, from, .. } = self;
         let examples = if self.on.has(EffectKind::Examples) { 40 } else { 0 };
         let prepared = self.stage.prepare(&self.controls, &self.anchors, examples)?;
@@ -133,7 +133,7 @@ impl EffectExample {
             Ok::<_, EffectsError>((self.draw)(&result, on))
         };
         let meshes = [half(self.strike.effects, false)?, half(self.on, true)?];
-        Ok(EffectPair { name, caption, from, meshes })
+        Ok(EffectComparison { name, caption, from, meshes })
     }
 }
 

@@ -28,7 +28,7 @@ pub fn bonds(result: &GalleryResult) -> DrawnMesh {
     let bonds = result.pieces.bonds();
     let most = bonds.iter().map(|bond| bond.area_m2).fold(f64::MIN_POSITIVE, f64::max);
     for bond in &bonds {
-        let [from, to] = bond.fragments.map(|fragment| result.place(fragment, BOND_SPREAD));
+        let [from, to] = bond.fragments.map(|fragment| result.offset(fragment, BOND_SPREAD));
         let thickness = ((bond.area_m2 / most).sqrt() * 0.05).max(0.01) as f32;
         mesh.append(rod(from.into(), to.into(), thickness * (to - from).norm(), Color::oklch(0.45, 0.16, 28.0)));
     }
@@ -39,7 +39,7 @@ pub fn bonds(result: &GalleryResult) -> DrawnMesh {
 pub fn debris(result: &GalleryResult) -> DrawnMesh {
     let mut mesh = result.mesh(SPREAD);
     for chip in result.pieces.debris() {
-        let place = result.place(chip.fragment, SPREAD) + chip.position_m.cast::<f32>();
+        let place = result.offset(chip.fragment, SPREAD) + chip.position_m.cast::<f32>();
         let normal: Vector3<f32> = chip.normal.cast();
         let size = CHIP * chip.size_m as f32;
         let tip = Point3::from(place + normal * (1.5 * size));
@@ -87,7 +87,7 @@ pub fn hulls(result: &GalleryResult) -> DrawnMesh {
         let triangles = indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
         let color = fragment_color(fragment as u32);
         mesh.append(
-            DrawnMesh::paint(positions, triangles, 1.0, |_, _| color).moved(result.place(fragment as u32, SPREAD)),
+            DrawnMesh::paint(positions, triangles, 1.0, |_, _| color).moved(result.offset(fragment as u32, SPREAD)),
         );
     }
     mesh
@@ -102,7 +102,7 @@ pub fn release(result: &GalleryResult) -> DrawnMesh {
     for (row, velocity) in result.pieces.fragments.iter().zip(&result.pieces.velocities) {
         let flight: Vector3<f32> = velocity.linear_m_s.cast::<f32>() * time;
         let turn = nalgebra::Rotation3::new(velocity.angular_rad_s.cast::<f32>() * time);
-        let center = result.place(row.id, 0.0);
+        let center = result.offset(row.id, 0.0);
         let own = row.vertex_first as usize..(row.vertex_first + row.vertex_count) as usize;
         for position in &mut mesh.positions[own] {
             *position = Point3::from(turn * (position.coords - center) + center + flight);
@@ -194,7 +194,7 @@ pub fn skin(result: &GalleryResult) -> DrawnMesh {
         });
         let corners = corners.collect();
         let positions = own.iter().map(|vertex| Point3::from(vertex.position_m)).collect();
-        mesh.append(DrawnMesh { positions, triangles, corners }.moved(result.place(fragment as u32, SPREAD)));
+        mesh.append(DrawnMesh { positions, triangles, corners }.moved(result.offset(fragment as u32, SPREAD)));
     }
     mesh
 }

@@ -23,7 +23,7 @@ const SIZE: PictureSize = PictureSize { width: 480, height: 400 };
 const LENS: Projection = Projection::Perspective { fov_deg: 24.0 };
 
 /// Meshes of one effect, off and on.
-pub struct EffectPair {
+pub struct EffectComparison {
     /// Name of the effect.
     pub name: &'static str,
     /// Caption.
@@ -57,7 +57,7 @@ const LEAD: &str = "See what each effect does. Left: without it; right: with it.
 /// Draws all pairs; calls `progress` with the name of each.
 pub fn shown(progress: &mut dyn FnMut(&str)) -> Result<Vec<EffectPicture>, EffectsError> {
     let draw = |scene: EffectExample| {
-        let pair = scene.pair()?;
+        let pair = scene.comparison()?;
         progress(pair.name);
         let png = Image::beside(&pair.meshes.each_ref().map(|mesh| side(mesh, &pair))).png()?;
         Ok(EffectPicture { name: pair.name, caption: pair.caption, png })
@@ -92,12 +92,12 @@ pub fn markdown(shown: &[EffectPicture]) -> String {
 /// Picture of the fragments of a request, moved apart; PNG.
 pub fn portrait(prepared: &PreparedObject, strike: &FractureRequest) -> Result<Vec<u8>, EffectsError> {
     let mesh = GalleryResult::new(prepared, strike)?.mesh(marks::SPREAD);
-    let pair = EffectPair { name: "", caption: "", from: [0.6, 0.5, 1.0], meshes: [mesh, DrawnMesh::default()] };
+    let pair = EffectComparison { name: "", caption: "", from: [0.6, 0.5, 1.0], meshes: [mesh, DrawnMesh::default()] };
     Ok(side(&pair.meshes[0], &pair).png()?)
 }
 
 /// Draws one half; both halves share a camera fitted to both.
-fn side(mesh: &DrawnMesh, pair: &EffectPair) -> Image {
+fn side(mesh: &DrawnMesh, pair: &EffectComparison) -> Image {
     let points: Vec<_> = pair.meshes.iter().flat_map(|mesh| mesh.positions.iter().copied()).collect();
     let camera = Camera::fit(&points, Vector3::from(pair.from), LENS, SIZE.width as f32 / SIZE.height as f32);
     let ground = points.iter().fold(f32::INFINITY, |low, point| low.min(point.y));

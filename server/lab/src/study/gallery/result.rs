@@ -77,7 +77,7 @@ impl GalleryResult {
     }
 
     /// Drawn center of fragment `fragment` when fragments are moved apart by `factor` of their distance.
-    pub fn place(&self, fragment: u32, factor: f64) -> Vector3<f32> {
+    pub fn offset(&self, fragment: u32, factor: f64) -> Vector3<f32> {
         let center = Vector3::from(self.pieces.fragments[fragment as usize].center_m);
         ((center - Vector3::from(self.hub_m)) * (1.0 + factor)).cast()
     }

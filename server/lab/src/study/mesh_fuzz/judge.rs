@@ -83,7 +83,7 @@ impl Judge {
 
     fn walk(&self, raw: &RawMesh, seed: u64, token: &CancelToken) -> Result<FuzzVerdict, FuzzStop> {
         let prepared = bake(raw.clone(), &self.request(), token, &mut |_| ())?;
-        let strike = strike(&prepared, seed);
+        let strike = request(&prepared, seed);
         let outcome =
             pipeline::strike(pipeline::RequestContext::new(&prepared, &strike, token, &()), &mut Workspace::default())?;
         let geometry = check(&prepared, &outcome)?;
@@ -158,7 +158,7 @@ impl From<FuzzFault> for FuzzStop {
 }
 
 /// Impact of 1 N·s into a face of the largest body, chosen by `seed`.
-fn strike(prepared: &PreparedObject, seed: u64) -> FractureRequest {
+fn request(prepared: &PreparedObject, seed: u64) -> FractureRequest {
     let body = &prepared.bodies[0];
     let faces = &body.topology.boundary;
     let face = &faces[(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) % faces.len() as u64) as usize];

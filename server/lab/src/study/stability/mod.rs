@@ -13,7 +13,7 @@ mod trial;
 
 pub use case::{Case, CaseOutcome, CaseRow, Expect, judge};
 pub use cases::neck::{Neck, neck_over_impulses, neck_portraits};
-pub use cases::poisson::{Locking, locking};
+pub use cases::poisson::{BendingDeficit, bending_deficits};
 pub use catalog::{CASES, LIST};
 pub use page::StabilityFindings;
 pub use portrait::damaged_statues;

@@ -1,6 +1,6 @@
 //! Page and JSON document of the stability study.
 
-use super::{CaseOutcome, CaseRow, Locking, Neck};
+use super::{BendingDeficit, CaseOutcome, CaseRow, Neck};
 use crate::report::{Fact, ReportFigure, ReportTable, Section, Study, share, significant};
 use crate::study::mesh_fuzz::{FuzzTally, MUST_ACCEPT_RATE_MIN, NamedCounts};
 use crate::study::plot::{Axes, PlotError, PlotLine, PlotMark, svg};
@@ -12,7 +12,7 @@ pub struct StabilityFindings {
     /// Rows of the catalog, then of real meshes.
     pub rows: Vec<CaseRow>,
     /// Error of bending against Poisson's ratio.
-    pub locking: Vec<Locking>,
+    pub bending_deficits: Vec<BendingDeficit>,
     /// Results of the weak neck over a range of impulses.
     pub necks: Vec<Neck>,
     /// Pictures of three of these results.
@@ -106,9 +106,9 @@ impl StabilityFindings {
     }
 
     fn poisson(&self) -> Result<Section, PlotError> {
-        let line = |name: &str, figure: fn(&Locking) -> f64| PlotLine {
+        let line = |name: &str, figure: fn(&BendingDeficit) -> f64| PlotLine {
             name: name.to_owned(),
-            points: self.locking.iter().map(|at| (at.poisson, 100.0 * figure(at))).collect(),
+            points: self.bending_deficits.iter().map(|at| (at.poisson, 100.0 * figure(at))).collect(),
             mark: PlotMark::Both,
         };
         let lines = [

@@ -6,7 +6,7 @@ use shatter_fracture::reference::{bending_error, kuhn};
 
 /// Relative deficit of the energy in pure bending at one Poisson's ratio.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Locking {
+pub struct BendingDeficit {
     /// Poisson's ratio ν.
     pub poisson: f64,
     /// Deficit on the body-centered lattice of the bake, six cubes across.
@@ -16,11 +16,11 @@ pub struct Locking {
 }
 
 /// Curve that determines the largest accepted Poisson's ratio.
-pub fn locking() -> Result<Vec<Locking>, TrialFault> {
+pub fn bending_deficits() -> Result<Vec<BendingDeficit>, TrialFault> {
     let centered = block([18, 6, 6], 1.0 / 6.0);
     let cut = kuhn([24, 8, 8], 0.125);
     let at = |poisson: f64| {
-        Ok(Locking {
+        Ok(BendingDeficit {
             poisson,
             body_centered: bending_error(&centered, poisson)?,
             six_per_cube: bending_error(&cut, poisson)?,

@@ -21,7 +21,7 @@ pub(super) const REPEATS: usize = 5;
 const PROBE_NS: f64 = 1.0;
 
 /// Data of a result that is kept after the result is released to the daemon.
-pub(super) struct DemoStrike {
+pub(super) struct DemoImpact {
     /// Number of the request, from 1.
     pub number: usize,
     /// Impulse over the one that just breaks the object.
@@ -61,7 +61,7 @@ fn impact(target: &DemoTarget, impulse_ns: Vector3<f64>) -> Impact {
     Impact::new([Contact::new(target.point_m.coords.into()).impulse(impulse_ns.into()).radius(RADIUS_M)]).seed(SEED)
 }
 
-impl DemoStrike {
+impl DemoImpact {
     /// Sends the request, writes the fragments into `folder`, and draws them.
     pub fn strike(
         object: &Object,
