@@ -185,7 +185,7 @@ pub enum ExportError {
         folder: PathBuf,
         /// Path of the part that is no folder.
         part: PathBuf,
-        /// What the part is, in words.
+        /// Kind of the part, in words.
         kind: &'static str,
     },
     /// A folder that the system does not make.

@@ -19,7 +19,7 @@ _OTHER = {
 
 
 def _suggestion(name: str, known: list[str], all_are: str) -> str:
-    """What ``name`` may mean, then all names."""
+    """The likely meaning of ``name``, then all names."""
     likely = difflib.get_close_matches(name, known, n=3)
     named = [", ".join(f"`{other}`" for other in names) for names in (likely, known)]
     meant = f"did you mean {named[0]}?" if likely else _OTHER.get(name, "")
