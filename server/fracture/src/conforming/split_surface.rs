@@ -1,0 +1,234 @@
+//! The surface with its long edges split: the constraints of the mesh.
+//!
+//! Every vertex lies in a triangle of the input, up to the rounding of its coordinates. The rounded coordinates are final:
+//! the triangles between them are the constraints.
+
+use super::input::directed_edges;
+use nalgebra::{Point3, Vector3};
+use std::collections::HashMap;
+
+/// Passes over the surface in which the longest edges are split.
+const SPLIT_PASSES_MAX: usize = 64;
+/// Passes over the surface in which edges inside input triangles are flipped.
+const FLIP_PASSES_MAX: usize = 32;
+/// Least gain of a flip, as the sum of the cotangents of the two angles opposite the edge. Above rounding errors.
+const FLIP_GAIN_MIN: f64 = 1e-6;
+
+/// Place of a boundary node on the input surface: a weighted mean of up to three vertices of one triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePlace {
+    /// Vertices of the input in ascending order. Those with weight 0 repeat the first.
+    pub vertices: [u32; 3],
+    /// Weights; they sum to 1.
+    pub weights: [f64; 3],
+}
+
+impl SurfacePlace {
+    /// Place of a vertex of the input.
+    fn vertex(vertex: u32) -> Self {
+        Self { vertices: [vertex; 3], weights: [1.0, 0.0, 0.0] }
+    }
+
+    /// Place between two places of one triangle, at `t` from `self` to `other`.
+    fn between(&self, other: &Self, t: f64) -> Self {
+        let mut terms: Vec<(u32, f64)> = Vec::with_capacity(6);
+        for (place, factor) in [(self, 1.0 - t), (other, t)] {
+            for (&vertex, &weight) in place.vertices.iter().zip(&place.weights).filter(|(_, weight)| **weight > 0.0) {
+                match terms.iter_mut().find(|(known, _)| *known == vertex) {
+                    Some((_, sum)) => *sum += weight * factor,
+                    None => terms.push((vertex, weight * factor)),
+                }
+            }
+        }
+        terms.sort_unstable_by_key(|&(vertex, _)| vertex);
+        let first = terms.first().map_or(0, |&(vertex, _)| vertex);
+        let mut place = Self { vertices: [first; 3], weights: [0.0; 3] };
+        for (k, (vertex, weight)) in terms.into_iter().take(3).enumerate() {
+            (place.vertices[k], place.weights[k]) = (vertex, weight);
+        }
+        place
+    }
+
+    /// Position on the input, rounded.
+    fn position(&self, positions: &[Point3<f64>]) -> Point3<f64> {
+        let [a, b, c] = self.vertices.map(|vertex| positions[vertex as usize]);
+        a + (b - a) * self.weights[1] + (c - a) * self.weights[2]
+    }
+
+    /// Distance of a point from this place, which bounds its distance from the edge or triangle.
+    fn deviation(&self, positions: &[Point3<f64>], point: &Point3<f64>) -> f64 {
+        let [a, b, c] = self.vertices.map(|vertex| positions[vertex as usize]);
+        ((point - a) - (b - a) * self.weights[1] - (c - a) * self.weights[2]).norm()
+    }
+}
+
+/// Surface whose edges may be split. The first vertices are those of the input.
+#[derive(Clone, Debug)]
+pub(super) struct SplitSurface {
+    /// Position of each vertex; final.
+    pub positions: Vec<Point3<f64>>,
+    /// Place of each vertex on the input.
+    pub places: Vec<SurfacePlace>,
+    /// Triangles, outward.
+    pub triangles: Vec<[u32; 3]>,
+    /// Input triangle of each triangle.
+    pub sources: Vec<u32>,
+    input_count: usize,
+    length_max: f64,
+}
+
+impl SplitSurface {
+    /// Surface without split edges. Its edges should not be longer than `length_max`.
+    pub fn new(positions: &[Point3<f64>], triangles: &[[u32; 3]], length_max: f64) -> Self {
+        Self {
+            positions: positions.to_vec(),
+            places: (0..positions.len() as u32).map(SurfacePlace::vertex).collect(),
+            triangles: triangles.to_vec(),
+            sources: (0..triangles.len() as u32).collect(),
+            input_count: positions.len(),
+            length_max,
+        }
+    }
+
+    /// Length of an edge.
+    pub fn length(&self, [a, b]: [u32; 2]) -> f64 {
+        (self.positions[a as usize] - self.positions[b as usize]).norm()
+    }
+
+    /// Splits edges that are too long at their midpoints, the longest of each triangle first.
+    ///
+    /// Returns false if the surface would have more than `vertices_max` vertices.
+    pub fn split_long_edges(&mut self, vertices_max: usize) -> bool {
+        for _ in 0..SPLIT_PASSES_MAX {
+            let mut marked = Vec::new();
+            for triangle in &self.triangles {
+                let (length, edge) = self.longest_edge(triangle);
+                if length > self.length_max {
+                    marked.push((edge, 0.5));
+                }
+            }
+            if marked.is_empty() {
+                break;
+            }
+            self.split_edges(&marked);
+            if self.positions.len() > vertices_max {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Longest edge of a triangle and its length. Of equal edges the one with the lowest vertices.
+    pub fn longest_edge(&self, &[a, b, c]: &[u32; 3]) -> (f64, [u32; 2]) {
+        let edges = [[a, b], [b, c], [c, a]].map(ascending);
+        let [one, two, three] = edges.map(|edge| (self.length(edge), edge));
+        let longer = |one: (f64, [u32; 2]), two: (f64, [u32; 2])| {
+            if two.0 > one.0 || two.0 == one.0 && two.1 < one.1 { two } else { one }
+        };
+        longer(longer(one, two), three)
+    }
+
+    /// Splits edges, each at a fraction of its length from its lower vertex, together with their triangles.
+    ///
+    /// Edges that occur twice are split once. Edges whose middle rounds to one of their ends stay.
+    pub fn split_edges(&mut self, edges: &[([u32; 2], f64)]) {
+        let mut middles: HashMap<[u32; 2], u32> = HashMap::with_capacity(edges.len());
+        for &([a, b], t) in edges {
+            if middles.contains_key(&[a, b]) {
+                continue;
+            }
+            let place = self.places[a as usize].between(&self.places[b as usize], t);
+            let position = place.position(&self.positions[..self.input_count]);
+            if position != self.positions[a as usize] && position != self.positions[b as usize] {
+                middles.insert([a, b], self.positions.len() as u32);
+                self.places.push(place);
+                self.positions.push(position);
+            }
+        }
+        let mut parts = Vec::with_capacity(4);
+        for triangle in 0..self.triangles.len() {
+            let [a, b, c] = self.triangles[triangle];
+            let middle = [[a, b], [b, c], [c, a]].map(|edge| middles.get(&ascending(edge)).copied());
+            self.parts([a, b, c], middle, &mut parts);
+            let source = self.sources[triangle];
+            for (k, part) in parts.drain(..).enumerate() {
+                if k == 0 {
+                    self.triangles[triangle] = part;
+                } else {
+                    self.triangles.push(part);
+                    self.sources.push(source);
+                }
+            }
+        }
+    }
+
+    /// Parts of a triangle whose edges (a, b), (b, c), (c, a) have these middle vertices.
+    fn parts(&self, [a, b, c]: [u32; 3], middle: [Option<u32>; 3], parts: &mut Vec<[u32; 3]>) {
+        match middle {
+            [None, None, None] => parts.push([a, b, c]),
+            [Some(m), None, None] => parts.extend([[a, m, c], [m, b, c]]),
+            [Some(m), Some(n), None] => {
+                parts.push([m, b, n]);
+                let (to_a, to_m) = (self.length([a, n]), self.length([m, c]));
+                parts.extend(if to_a <= to_m { [[a, m, n], [a, n, c]] } else { [[a, m, c], [m, n, c]] });
+            }
+            [Some(m), Some(n), Some(o)] => parts.extend([[a, m, o], [m, b, n], [o, n, c], [m, n, o]]),
+            _ => self.parts([b, c, a], [middle[1], middle[2], middle[0]], parts),
+        }
+    }
+
+    /// Flips edges inside input triangles until they are locally Delaunay there. No edge becomes too long.
+    pub fn flip_inside_triangles(&mut self) {
+        for _ in 0..FLIP_PASSES_MAX {
+            let edges = directed_edges(&self.triangles);
+            let mut is_changed = vec![false; self.triangles.len()];
+            let mut any = false;
+            for &([a, b], one) in edges.iter().filter(|([a, b], _)| a < b) {
+                let Ok(found) = edges.binary_search_by_key(&[b, a], |(edge, _)| *edge) else { continue };
+                let two = edges[found].1;
+                let pair = [one, two].map(|triangle| triangle as usize);
+                if self.sources[pair[0]] == self.sources[pair[1]]
+                    && !pair.iter().any(|&triangle| is_changed[triangle])
+                    && let Some(flipped) = self.flipped([a, b], pair)
+                {
+                    for (triangle, corners) in pair.into_iter().zip(flipped) {
+                        self.triangles[triangle] = corners;
+                        is_changed[triangle] = true;
+                    }
+                    any = true;
+                }
+            }
+            if !any {
+                break;
+            }
+        }
+    }
+    /// The two triangles at the edge (a, b) after a flip, if it makes them locally Delaunay.
+    fn flipped(&self, [a, b]: [u32; 2], pair: [usize; 2]) -> Option<[[u32; 3]; 2]> {
+        let apex = |triangle: usize| self.triangles[triangle].into_iter().find(|&vertex| vertex != a && vertex != b);
+        let [c, d] = [apex(pair[0])?, apex(pair[1])?];
+        let at = |vertex: u32| self.positions[vertex as usize];
+        let cotangent = |apex: u32| {
+            let (to_a, to_b) = (at(a) - at(apex), at(b) - at(apex));
+            to_a.dot(&to_b) / to_a.cross(&to_b).norm()
+        };
+        let normal = |[a, b, c]: [u32; 3]| -> Vector3<f64> { (at(b) - at(a)).cross(&(at(c) - at(a))) };
+        let flipped = [[a, d, c], [d, b, c]];
+        let total = normal([a, b, c]) + normal([b, a, d]);
+        let is_convex = flipped.iter().all(|&corners| normal(corners).dot(&total) > 1e-9 * total.norm_squared());
+        let is_short = self.length([c, d]) <= self.length_max;
+        (is_convex && is_short && cotangent(c) + cotangent(d) < -FLIP_GAIN_MIN).then_some(flipped)
+    }
+
+    /// Largest distance of a vertex from its place on the input.
+    pub fn deviation(&self) -> f64 {
+        let input = &self.positions[..self.input_count];
+        let split = self.places.iter().zip(&self.positions).skip(self.input_count);
+        split.map(|(place, position)| place.deviation(input, position)).fold(0.0, f64::max)
+    }
+}
+
+/// Vertices of an edge in ascending order.
+pub(super) fn ascending([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
