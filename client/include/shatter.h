@@ -690,6 +690,8 @@ typedef struct ShatterSummary {
     /// were solved for because the estimated error of reduced ones was too large. 4: energy and degree took longer. 5: the cells did. 6:
     /// the stages after them did.
     uint32_t overrun;
+    /// Outer surface of the fragments. 0: that of the lattice. 1: the input surface itself.
+    uint32_t surface;
     /// γ used, J·m².
     double gamma_j_m2;
     /// E_1/γ; an upper bound of it if `elastic` is 3.

@@ -128,6 +128,14 @@ codes! {
         6 AfterCells "after_cells";
     }
 
+    /// Outer surface of the fragments.
+    FragmentSurface {
+        /// The boundary of the crack lattice, which approximates the input surface.
+        0 Lattice "lattice";
+        /// The input surface itself.
+        1 Exact "exact";
+    }
+
     /// A stage of the computation, in the order in which data flows.
     StageKind {
         /// Forces of the contacts.
@@ -166,6 +174,7 @@ mod tests {
         check(DegreeMethod::ALL, DegreeMethod::code, DegreeMethod::from_code);
         check(EnergySource::ALL, EnergySource::code, EnergySource::from_code);
         check(StopCriterion::ALL, StopCriterion::code, StopCriterion::from_code);
+        check(FragmentSurface::ALL, FragmentSurface::code, FragmentSurface::from_code);
         check(OverrunCause::ALL, OverrunCause::code, OverrunCause::from_code);
         check(StageKind::ALL, StageKind::code, StageKind::from_code);
         let mut names: Vec<&str> = StageKind::ALL.iter().map(|stage| stage.name()).collect();

@@ -20,7 +20,9 @@ use crate::convention::Convention;
 use crate::in_meters::InMeters;
 use bytemuck::{Pod, Zeroable};
 
-pub use crate::codes::{DegreeMethod, DegreeOrigin, EnergySource, OverrunCause, StageKind, StopCriterion};
+pub use crate::codes::{
+    DegreeMethod, DegreeOrigin, EnergySource, FragmentSurface, OverrunCause, StageKind, StopCriterion,
+};
 pub use crate::costs::{EffectCost, EffectWire, StageCost, StageWire};
 pub use crate::output_rows::*;
 pub use crate::sections::SectionKind;
@@ -154,9 +156,9 @@ impl InMeters for FragmentWire {
 const _: () = assert!(size_of::<AlignedBlock>() == 64 && align_of::<AlignedBlock>() == 64);
 const _: () = assert!(size_of::<ResultHeader>() == 64);
 const _: () = assert!(size_of::<SectionWire>() == 24);
-const _: () = assert!(size_of::<SummaryWire>() == 296);
+const _: () = assert!(size_of::<SummaryWire>() == 304);
 const _: () = assert!(size_of::<StageWire>() == 24);
 const _: () = assert!(size_of::<RunWire>() == 32);
 const _: () = assert!(size_of::<FragmentWire>() == 144);
 const _: () = assert!(size_of::<EffectWire>() == 24);
-const _: () = assert!(crate::PROTOCOL_VERSION == 6, "sizes above are those of version 6");
+const _: () = assert!(crate::PROTOCOL_VERSION == 7, "sizes above are those of version 7");

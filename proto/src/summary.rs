@@ -1,6 +1,6 @@
 //! The facts of a result: as they travel, and as a host reads them.
 
-use crate::codes::{DegreeMethod, DegreeOrigin, EnergySource, OverrunCause, StopCriterion};
+use crate::codes::{DegreeMethod, DegreeOrigin, EnergySource, FragmentSurface, OverrunCause, StopCriterion};
 use crate::convention::Convention;
 use crate::in_meters::InMeters;
 use crate::name::OBJECT_NAME_MAX;
@@ -76,6 +76,10 @@ pub struct SummaryWire {
     pub hit: HitWire,
     /// By how much `time_ns` exceeds the time that was asked for, ns; zero: it was kept, or none was asked for.
     pub overrun_ns: u64,
+    /// Number of a [`FragmentSurface`].
+    pub surface: u32,
+    /// Zero.
+    pub reserved: u32,
 }
 
 impl InMeters for SummaryWire {
@@ -157,6 +161,8 @@ pub struct Summary {
     pub elastic_nodes: u32,
     /// Nodes of the object's crack lattices.
     pub crack_nodes: u32,
+    /// Outer surface of the fragments.
+    pub surface: FragmentSurface,
     /// From admission until right before the result was sent; differs between equal requests.
     pub time: Duration,
     /// By how much and why the time that was asked for was exceeded; `None`: it was kept, or none was asked for.
@@ -194,6 +200,7 @@ impl From<&SummaryWire> for Summary {
             lift_modes: row.lift_modes,
             elastic_nodes: row.elastic_nodes,
             crack_nodes: row.crack_nodes,
+            surface: FragmentSurface::from_code(row.surface),
             time: Duration::from_nanos(row.time_ns),
             missed_time: (row.overrun_ns > 0).then_some(missed),
         }

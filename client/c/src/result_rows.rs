@@ -69,6 +69,8 @@ pub struct Summary {
     /// were solved for because the estimated error of reduced ones was too large. 4: energy and degree took longer. 5: the cells did. 6:
     /// the stages after them did.
     pub overrun: u32,
+    /// Outer surface of the fragments. 0: that of the lattice. 1: the input surface itself.
+    pub surface: u32,
     /// γ used, J·m².
     pub gamma_j_m2: f64,
     /// E_1/γ; an upper bound of it if `elastic` is 3.
@@ -113,6 +115,7 @@ impl From<&FractureResult> for Summary {
             quality: facts.quality.map_or(0, shatter_client::Quality::number),
             iterations: facts.iterations,
             overrun: facts.missed_time.map_or(0, |missed| missed.cause.code()),
+            surface: facts.surface.code(),
             gamma_j_m2: facts.gamma_j_m2,
             e1_over_gamma: facts.e1_over_gamma,
             threshold_impulse_factor: facts.threshold_impulse_factor,

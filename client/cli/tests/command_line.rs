@@ -81,7 +81,8 @@ fn a_version_mismatch_names_both_versions() {
     let (code, document, _) = shatter(runtime.path(), &["list", "--json"]);
     assert_eq!((code, document["error"]["kind"].as_str()), (4, Some("version_mismatch")), "{document}");
     let message = document["error"]["message"].as_str().unwrap();
-    for version in ["protocol 9", "iceoryx2 1.2.3", "protocol 6", "iceoryx2 0.10.0"] {
+    let own = format!("protocol {}", shatter_proto::PROTOCOL_VERSION);
+    for version in ["protocol 9", "iceoryx2 1.2.3", &own, "iceoryx2 0.10.0"] {
         assert!(message.contains(version), "{message}");
     }
     // Without a process that holds the lock, the daemon counts as absent.

@@ -199,6 +199,7 @@ pub struct Summary {
     time_s: f64,
     overrun_s: f64,
     overrun_reason: Option<&'static str>,
+    surface: &'static str,
     round_trip_s: f64,
     bytes: u64,
 }
@@ -227,6 +228,7 @@ impl Summary {
             time_s: facts.time.as_secs_f64(),
             overrun_s: facts.missed_time.map_or(0.0, |missed| missed.by.as_secs_f64()),
             overrun_reason: facts.missed_time.map(|missed| missed.cause.name()),
+            surface: facts.surface.name(),
             round_trip_s: result.round_trip().as_secs_f64(),
             bytes: result.bytes(),
         }

@@ -76,7 +76,8 @@ mod tests {
         let other = r#"{"protocol": 9, "transport": "iceoryx2 1.0.0", "something": "new"}"#;
         let error = DaemonInfo::from_json(other).unwrap().check().unwrap_err();
         assert_eq!(error.kind, ErrorKind::VersionMismatch);
-        for version in ["protocol 9", "iceoryx2 1.0.0", "protocol 6", "iceoryx2 0.10.0"] {
+        let own = format!("protocol {PROTOCOL_VERSION}");
+        for version in ["protocol 9", "iceoryx2 1.0.0", &own, "iceoryx2 0.10.0"] {
             assert!(error.message.contains(version), "{error}");
         }
         let ours = DaemonInfo::ours(7, "0123456789a");

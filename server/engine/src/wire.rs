@@ -26,7 +26,7 @@ use shatter_fracture::database::{self, DatabaseError};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
     self, DEGREE_MAX, DegreeSource, FractureMeshes, FractureOutcome, PreparedObject, RequestContext, RequestCost,
-    RetainedFragments, StageObserver, Workspace,
+    RetainedFragments, StageObserver, SurfaceKind, Workspace,
 };
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, EffectKind, EffectSet};
 use shatter_proto::control::{ObjectRow, ObjectState};
@@ -36,8 +36,8 @@ use shatter_proto::layout::{Layout, SectionCounts, SectionsMut};
 use shatter_proto::name::OBJECT_NAME_MAX;
 use shatter_proto::request::{Lift, Purpose, Quality, Request, SEED_DEFAULT};
 use shatter_proto::result::{
-    DegreeOrigin, EnergySource, HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, OverrunCause, StageCost, SummaryWire,
-    WORLD,
+    DegreeOrigin, EnergySource, FragmentSurface, HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, OverrunCause, StageCost,
+    SummaryWire, WORLD,
 };
 use shatter_proto::{Error, ErrorKind};
 use std::sync::Arc;
@@ -177,7 +177,7 @@ impl ServedObject for EngineObject {
 
     fn result_bytes_max(&self) -> usize {
         let skin_triangle_count = self.prepared.skin.as_ref().map_or(0, |skin| skin.triangles.len());
-        let most = self.prepared.crack_tets().saturating_mul(RESULT_BYTES_PER_TET);
+        let most = self.prepared.cut_tets().saturating_mul(RESULT_BYTES_PER_TET);
         let most = most.saturating_add(skin_triangle_count.saturating_mul(RESULT_BYTES_PER_SKIN_TRIANGLE));
         // Longer results are refused before a bucket is loaned.
         self.terms.bytes_max.and_then(|bytes| usize::try_from(bytes).ok()).map_or(most, |bytes| most.min(bytes))
@@ -283,6 +283,7 @@ impl EngineObject {
                 Lift::SurfaceDiffusion => LiftKind::SurfaceDiffusion,
                 Lift::Interior => LiftKind::Interior,
             },
+            surface: SurfaceKind::Exact,
             effects: EffectSet::of(both.filter(|(_, wire)| on.has(*wire)).map(|(effect, _)| effect)),
             volume_min_m3: self.terms.volume_min_m3,
             tolerance: preset.tolerance,
@@ -354,7 +355,10 @@ impl RequestedResult {
             (true, Some(_)) => EnergySource::Reduced,
             (true, None) => EnergySource::Solve,
         };
+        let exact = result.meshes().is_some_and(FractureMeshes::has_exact_surface);
+        let surface = if exact { FragmentSurface::Exact } else { FragmentSurface::Lattice };
         let mut summary = SummaryWire {
+            surface: surface.code(),
             degree_source: degree_origin(result.degree_source()).code(),
             sites: result.sites(),
             fracture_degree: result.fracture_degree(),

@@ -48,6 +48,8 @@
 //! |---|---|
 //! | [`surface`] | reads and repairs a mesh; distinguishes inside from outside; generates shapes |
 //! | [`lattice`] | fills it with tetrahedra at two levels: few for the displacement, more for the cracks |
+//! | [`conforming`] | fills a closed mesh with tetrahedra whose boundary is the mesh itself |
+//! | [`cutting`] | joins those tetrahedra to the lattice, so that fragments end on the input surface |
 //! | [`lift`] | coordinates in which distances inside the object are straight |
 //! | [`database`] | bakes, saves and loads prepared objects |
 //! | [`scene`] | materials, effects, anchors |
@@ -79,6 +81,8 @@
 pub mod accuracy;
 pub mod cancel_token;
 pub mod centroidal;
+pub mod conforming;
+pub mod cutting;
 pub mod database;
 pub mod degree;
 mod dense;

@@ -7,7 +7,7 @@ use crate::config::data_folder;
 use clap::Args;
 use shatter_cli_common::choice;
 use shatter_fracture::database::{self, BakeError, BakeRequest, BakeShare, PartialBake, Tables};
-use shatter_fracture::pipeline::{ElasticRequest, PreparedObject, Preset};
+use shatter_fracture::pipeline::{ElasticRequest, PreparedObject, Preset, SurfaceKind};
 use shatter_fracture::scene::{MATERIALS, Materials};
 use shatter_fracture::sparse::Precision;
 use shatter_fracture::surface::{self, CrackSheets, LengthUnit, RawMesh, Surface, SurfaceError, UpAxis, shapes};
@@ -33,7 +33,7 @@ pub struct BakeArgs {
     /// Scene file to bake instead of a mesh: every object with a generated shape; databases that are up to date are kept
     #[arg(long, value_name = "FILE", conflicts_with_all = [
         "mesh", "shape", "name", "material", "materials", "fragment_size", "gamma", "unit", "up", "elastic_spacing", "crack_spacing",
-        "examples", "elastic", "factor", "quality", "add", "seed", "cracks", "shard", "resume", "restart",
+        "examples", "elastic", "factor", "quality", "surface", "add", "seed", "cracks", "shard", "resume", "restart",
     ])]
     pub scene: Option<PathBuf>,
     /// Material
@@ -66,6 +66,10 @@ pub struct BakeArgs {
     /// more where walls are thin]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub crack_spacing: Option<f64>,
+    /// Surface of the fragments: `exact` is the input surface, if the mesh is closed and does not intersect itself; `lattice`
+    /// approximates it. The report names the reason if an exact one cannot be had
+    #[arg(long, value_name = "lattice|exact", default_value = "lattice", value_parser = surface)]
+    pub surface: SurfaceKind,
     /// Number of impacts from which the object learns its fracture degree; 0: the closed form decides
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub examples: u64,
@@ -78,7 +82,7 @@ pub struct BakeArgs {
     pub factor: Precision,
     /// Add K impacts to the examples of the existing database; everything else stays as baked
     #[arg(long, value_name = "K", conflicts_with_all = [
-        "examples", "elastic", "factor", "quality", "material", "materials", "fragment_size", "gamma", "elastic_spacing", "crack_spacing", "seed",
+        "examples", "elastic", "factor", "quality", "surface", "material", "materials", "fragment_size", "gamma", "elastic_spacing", "crack_spacing", "seed",
     ])]
     pub add: Option<u64>,
     /// Seed of all random choices
@@ -176,6 +180,10 @@ fn factor(text: &str) -> Result<Precision, String> {
     choice(text, &[("f64", Precision::F64), ("f32", Precision::F32)])
 }
 
+fn surface(text: &str) -> Result<SurfaceKind, String> {
+    choice(text, &[("lattice", SurfaceKind::Lattice), ("exact", SurfaceKind::Exact)])
+}
+
 fn elastic(text: &str) -> Result<ElasticRequest, String> {
     choice(text, &[("reduced", ElasticRequest::Reduced), ("solve", ElasticRequest::Solve)])
 }
@@ -253,6 +261,7 @@ fn request(args: &BakeArgs, name: &str) -> Result<BakeRequest, CommandError> {
         examples: args.examples,
         elastic: args.elastic,
         factor: args.factor,
+        surface: args.surface,
         tables: Tables::ALL,
         seed: args.seed,
         cracks: None,

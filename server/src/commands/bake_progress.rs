@@ -173,7 +173,7 @@ fn rank(step: BakeStep) -> u64 {
         BakeStep::Volume => 1,
         BakeStep::Lattices | BakeStep::Sized(_) => 2,
         BakeStep::Lift(_) => 3,
-        BakeStep::Elasticity(_) => 4,
+        BakeStep::Elasticity(_) | BakeStep::ExactSurface => 4,
         BakeStep::Examples { .. } => EXAMPLES,
         BakeStep::Reduction | BakeStep::Calibration => STAGES - 1,
     }
@@ -193,6 +193,7 @@ fn describe(step: BakeStep) -> String {
         BakeStep::Lattices | BakeStep::Sized(_) => "lattices".to_owned(),
         BakeStep::Lift(body) => format!("lift of body {body}"),
         BakeStep::Elasticity(body) => format!("elasticity of body {body}"),
+        BakeStep::ExactSurface => "mesh of the input surface".to_owned(),
         BakeStep::Reduction => "reduced elasticity".to_owned(),
         BakeStep::Calibration => "calibration of the degree".to_owned(),
         BakeStep::Examples { .. } => "examples".to_owned(),

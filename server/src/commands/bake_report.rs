@@ -3,7 +3,7 @@
 use super::{CommandError, output};
 use serde_json::json;
 use shatter_fracture::lattice::SPACING_RANGE;
-use shatter_fracture::pipeline::{LearnedModel, PreparedObject};
+use shatter_fracture::pipeline::{BakeReport, LearnedModel, PreparedObject, SurfaceKind, SurfaceReport};
 use shatter_fracture::surface::{Defect, DefectKind};
 use shatter_proto::text;
 use std::fmt::Write;
@@ -83,6 +83,7 @@ fn document(prepared: &PreparedObject, file: &Path, warnings: &[String], seconds
         "lattice_volume_m3": report.lattice_volume_m3,
         "input_volume_m3": report.input_volume_m3,
         "volume_error": report.volume_error(),
+        "surface": report.surface,
         "surface_deviation": report.surface_deviation,
         "gamma_j_m2": prepared.gamma_j_m2,
         "kappa": prepared.kappa,
@@ -177,6 +178,7 @@ pub fn screen(prepared: &PreparedObject, file: &Path) -> String {
             100.0 * reduction.solved
         );
     }
+    text.push_str(&surface(report));
     if report.defects.is_empty() {
         let _ = writeln!(text, "  defects          none");
     }
@@ -194,4 +196,29 @@ pub fn screen(prepared: &PreparedObject, file: &Path) -> String {
         let _ = writeln!(text, "  not prepared     lift {} of body {}: {}", absent.lift, absent.body, absent.reason);
     }
     text
+}
+
+/// The line about the surface of the fragments.
+fn surface(report: &BakeReport) -> String {
+    let SurfaceReport { kind, reason, nodes, tets, deviation, collapsed_edges, anchored_nodes } = &report.surface;
+    match (kind, reason) {
+        (SurfaceKind::Exact, _) => {
+            let mut line = format!(
+                "  surface          exact: {nodes} nodes, {tets} tetrahedra; {:.6e} m³, deviation {deviation:.1e} of the diagonal",
+                report.input_volume_m3
+            );
+            if *collapsed_edges > 0 {
+                let _ = write!(line, "; {collapsed_edges} edges too short for single precision were collapsed");
+            }
+            if *anchored_nodes > 0 {
+                let _ =
+                    write!(line, "; {anchored_nodes} nodes in details that the lattice lacks follow its nearest point");
+            }
+            line + "\n"
+        }
+        (SurfaceKind::Lattice, Some(reason)) => {
+            format!("  surface          that of the lattice: an exact one cannot be made, because {reason}\n")
+        }
+        (SurfaceKind::Lattice, None) => "  surface          that of the lattice\n".to_owned(),
+    }
 }

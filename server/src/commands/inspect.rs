@@ -91,6 +91,7 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
             "input_hash": prepared.report.input_hash,
         },
         "input_volume_m3": prepared.report.input_volume_m3,
+        "surface": prepared.report.surface,
         "surface_deviation": prepared.report.surface_deviation,
         "normals_within_10_deg": normals(prepared),
         "parameters": prepared.parameters,

@@ -2,7 +2,7 @@
 
 use super::{CliError, note};
 use shatter_cli_common::cli_error::size;
-use shatter_client::{Deadline, Effect, Error, ErrorKind, FractureResult, Impact, Object};
+use shatter_client::{Deadline, Effect, Error, ErrorKind, FractureResult, FragmentSurface, Impact, Object};
 use shatter_export::{WriteReport, make_folder};
 use shatter_proto::name::nearest;
 use std::path::{Path, PathBuf};
@@ -161,7 +161,12 @@ fn is_skin_error(error: &Error) -> bool {
 fn glb(file: &Path, result: &FractureResult) -> Result<Vec<PathBuf>, Error> {
     let (closed, hulls) = (file.with_extension("closed.glb"), file.with_extension("hulls.glb"));
     let mut files = Vec::new();
-    if result.fragments().any(|fragment| fragment.skin().is_some()) {
+    let has_skins = result.fragments().any(|fragment| fragment.skin().is_some());
+    if has_skins && result.summary().surface == FragmentSurface::Exact {
+        // The skins are the outer faces of the closed meshes.
+        files.extend(wrote(file, "", result.write_skins_glb(file)?));
+        warn_of_earlier_files(&closed);
+    } else if has_skins {
         files.extend(wrote(file, "", result.write_skins_glb(file)?));
         files.extend(wrote(&closed, ", closed meshes of the lattice", result.write_glb(&closed)?));
     } else {

@@ -6,8 +6,8 @@ use super::{CliError, RESULT_TIMEOUT, document, note, note_one_piece, out, reply
 use serde_json::{Value, json};
 use shatter_client::{
     Bond, Contact, Deadline, DebrisPoint, DegreeOrigin, DegreeRule, DisplacementSource, Effect, EnergySource, Error,
-    ErrorKind, FractureResult, Fragment, Hit, HullMesh, Impact, Lift, NO_MATERIAL, Quality, Ray, RetainedFragment,
-    SEED_DEFAULT, Summary,
+    ErrorKind, FractureResult, Fragment, FragmentSurface, Hit, HullMesh, Impact, Lift, NO_MATERIAL, Quality, Ray,
+    RetainedFragment, SEED_DEFAULT, Summary,
 };
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -345,6 +345,7 @@ pub(super) fn to_json(result: &FractureResult, asked: RequestEcho<'_>, files: &W
         "stages": stages.chain(effects).collect::<Vec<_>>(),
         "sections": digest.sections.iter().map(section).collect::<Vec<_>>(),
         "stop_reason": summary.stop_criterion.name(),
+        "surface": summary.surface.name(),
         "round_trip_ns": nanoseconds(result.round_trip()),
         "response_bytes": result.bytes(),
         "output_hash": digest.output_hash,
@@ -457,6 +458,9 @@ pub(super) fn screen(result: &FractureResult) -> Result<(), CliError> {
     ))?;
     let effects: Vec<&str> = result.effects().filter(|cost| cost.has_run).map(|cost| cost.effect.name()).collect();
     out(format_args!("  effects: {}\n", if effects.is_empty() { "none".to_owned() } else { effects.join(", ") }))?;
+    if summary.surface == FragmentSurface::Exact {
+        out(format_args!("  surface: exact\n"))?;
+    }
     let mut masses: Vec<f64> = result.fragments().map(|fragment| fragment.mass_kg()).collect();
     masses.sort_by(f64::total_cmp);
     let (least, median, most) = (masses[0], masses[masses.len() / 2], masses[masses.len() - 1]);

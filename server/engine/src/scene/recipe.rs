@@ -75,6 +75,7 @@ impl BakeRecipe {
             elastic_spacing: self.elastic_spacing,
             crack_spacing: self.crack_spacing,
             quality: self.quality,
+            surface: pipeline::SurfaceKind::Lattice,
             allows_severed: self.named,
             examples: self.examples,
             tables: self.tables,

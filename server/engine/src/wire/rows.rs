@@ -109,8 +109,20 @@ impl Writer<'_> {
         fill(sections.materials, &pieces.attributes.materials, |own| *own);
         fill(sections.skins, &pieces.skins.rows, skin);
         fill(sections.skin_vertices, &pieces.skins.vertices, |own| skin_vertex(own, to));
+        if pieces.has_exact_surface() {
+            self.share_positions(sections);
+        }
         self.triangles(sections.skin_indices, &pieces.skins.indices);
         fill(sections.skin_materials, &pieces.skins.materials, |own| *own);
+    }
+
+    /// Gives the vertices of skins on the input surface exactly the positions of the outer runs, which come first.
+    fn share_positions(&self, sections: &mut SectionsMut<'_>) {
+        for (skin, fragment) in self.pieces.skins.rows.iter().zip(&self.pieces.fragments) {
+            let own = &mut sections.skin_vertices[skin.vertex_first as usize..][..skin.vertex_count as usize];
+            let positions = &sections.positions[fragment.vertex_first as usize..];
+            own.iter_mut().zip(positions).for_each(|(own, position)| own.position_m = *position);
+        }
     }
 
     /// Writes triangles in the winding order of the convention.

@@ -8,12 +8,13 @@ use super::share::{BakeShare, PartialBake};
 use super::stored_values::{self, PlausibleRange};
 use super::stuffed::lattices;
 use crate::cancel_token::{CancelToken, Cancelled};
+use crate::cutting::{CuttingError, CuttingMesh, CuttingMeshes, cutting_meshes};
 use crate::degree;
 use crate::lattice::{BodyLattice, Lattice};
 use crate::lift::{self, Extension, LiftError, LiftKind, LiftedLattice};
 use crate::pipeline::{
     self, BakeParameters, BakeReport, ElasticModel, ElasticRequest, MissingLift, PreparedBody, PreparedObject,
-    calibrate,
+    SurfaceKind, SurfaceReport, calibrate,
 };
 use crate::skin::{BoundaryAttributes, Skin};
 use crate::surface::{RawMesh, Surface};
@@ -82,6 +83,13 @@ pub(super) fn whole(
         return Err(BakeError::Unusual { key, over, value });
     }
     let name = request.name.clone();
+    if request.surface == SurfaceKind::Exact {
+        progress(BakeStep::ExactSurface);
+        match request.cracks {
+            None => exact_surface(&surface, &mut bodies, (parameters.crack_spacing, tables), &mut report, token)?,
+            Some(_) => report.surface.reason = Some("existing cracks are slots of the lattice".to_owned()),
+        }
+    }
     let skin = skin_of(&surface, &mut bodies, parameters.crack_spacing, tables, request.cracks.is_some());
     Ok(PreparedObject {
         name,
@@ -98,6 +106,39 @@ pub(super) fn whole(
         held: None,
         skin: skin.map(Arc::new),
     })
+}
+
+/// Adds the meshes of the input surface to the bodies, or the reason why there are none to the report.
+fn exact_surface(
+    surface: &Surface,
+    bodies: &mut [PreparedBody],
+    (spacing, tables): (f64, Tables),
+    report: &mut BakeReport,
+    token: &CancelToken,
+) -> Result<(), BakeError> {
+    let cracks: Vec<&Lattice> = bodies.iter().map(|body| &body.crack).collect();
+    let has_attributes = tables.attributes || tables.skin;
+    let meshes = cutting_meshes(surface, &cracks, spacing, has_attributes, token, &mut |_| ());
+    let CuttingMeshes { meshes, deviation, collapsed_edges } = match meshes {
+        Ok(meshes) => meshes,
+        Err(CuttingError::Cancelled(cancelled)) => return Err(cancelled.into()),
+        Err(error) => {
+            report.surface.reason = Some(error.to_string());
+            return Ok(());
+        }
+    };
+    let sum = |of: fn(&CuttingMesh) -> usize| meshes.iter().map(of).sum::<usize>() as u64;
+    report.surface = SurfaceReport {
+        kind: SurfaceKind::Exact,
+        reason: None,
+        nodes: sum(|own| own.mesh.nodes.len()),
+        tets: sum(|own| own.mesh.tets.len()),
+        deviation,
+        collapsed_edges,
+        anchored_nodes: sum(CuttingMesh::anchored_count),
+    };
+    bodies.iter_mut().zip(meshes).for_each(|(body, mesh)| body.set_cutting(mesh));
+    Ok(())
 }
 
 /// The crack lattice of each body, and its elasticity if selected, not yet factored.

@@ -4,7 +4,7 @@ use super::Tables;
 use super::bake_error::BakeError;
 use super::learned::EXAMPLES_MAX;
 use super::object_name::is_object_name;
-use crate::pipeline::{BakeParameters, ElasticRequest, Preset};
+use crate::pipeline::{BakeParameters, ElasticRequest, Preset, SurfaceKind};
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::sparse::Precision;
 use crate::surface::{RawMesh, Surface};
@@ -39,6 +39,9 @@ pub struct BakeRequest {
     pub elastic: ElasticRequest,
     /// Precision of the stiffness factors. Single precision applies only to bodies for which it is accurate enough.
     pub factor: Precision,
+    /// Surface of the fragments. The exact one is prepared if the mesh allows it.
+    #[serde(default)]
+    pub surface: SurfaceKind,
     /// Tables to prepare. Examples need elasticity and interior distances.
     pub tables: Tables,
     /// Seed of all random numbers of the bake.
@@ -67,6 +70,7 @@ impl BakeRequest {
             examples: 0,
             elastic: ElasticRequest::Reduced,
             factor: Precision::F64,
+            surface: SurfaceKind::Lattice,
             tables: Tables::ALL,
             seed: 0,
             allows_severed: true,
@@ -130,6 +134,7 @@ pub(super) fn parameters(
         elastic: request.elastic,
         factor: request.factor,
         quality: request.quality,
+        surface: request.surface,
     }
 }
 

@@ -20,6 +20,8 @@ pub enum BakeStep {
     Lift(usize),
     /// Factors the stiffness of body `0`.
     Elasticity(usize),
+    /// Fills the input surface with tetrahedra.
+    ExactSurface,
     /// Computes reduced elastic bases from the examples' impacts.
     Reduction,
     /// Fits κ on sampled impacts.

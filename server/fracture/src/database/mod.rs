@@ -8,10 +8,12 @@ mod bake_request;
 mod bake_step;
 mod container;
 mod cracks;
+mod cutting;
 mod error;
 mod hash;
 #[cfg(test)]
 mod hostile_tests;
+mod lattice_tensors;
 mod learned;
 mod lost_parts;
 mod object;
@@ -31,11 +33,12 @@ pub use bake_request::BakeRequest;
 pub use bake_step::{BakeSize, BakeStep};
 pub use error::DatabaseError;
 pub use hash::input_hash;
+pub use lattice_tensors::NODES_MAX;
 pub use learned::EXAMPLES_MAX;
 pub use lost_parts::SeveredParts;
 pub use object::{
-    BODIES_MAX, NODES_MAX, Provenance, load, load_parameters, load_partial, load_provenance, load_tables, load_task,
-    save, save_partial, tensor_bytes,
+    BODIES_MAX, Provenance, load, load_parameters, load_partial, load_provenance, load_tables, load_task, save,
+    save_partial, tensor_bytes,
 };
 pub use object_name::NAME_BYTES_MAX;
 pub use share::{BakeShare, JoinError, PartialBake, SHARE_EXTENSION, SHARES_MAX, ShareError, ShareTask, join};

@@ -1,12 +1,13 @@
 //! Conversion of a prepared object to tensors and metadata, and back.
 
 use super::container::{ContainerContents, FLAT, Tensors, write};
+use super::lattice_tensors::{lattice, put_lattice};
 use super::learned::{self, EXAMPLES_MAX, QUALITY_KEY};
 use super::reduced::{self, REDUCTION_KEY};
 use super::share::{BakeShare, PartialBake, ShareRemainder, ShareTask};
-use super::{DatabaseError, FORMAT, Tables, bake_request, skins, stored_values};
+use super::{DatabaseError, FORMAT, Tables, bake_request, cutting, skins, stored_values};
 use crate::cancel_token::CancelToken;
-use crate::lattice::{EnergyTransfer, Lattice, check_manifold};
+use crate::lattice::{EnergyTransfer, Lattice};
 use crate::lift::{LiftKind, LiftedLattice};
 use crate::pipeline::{
     BakeParameters, BakeReport, ElasticModel, EnergyUpperBound, PreparedBody, PreparedObject, ReductionErrors,
@@ -21,9 +22,6 @@ use std::sync::Arc;
 
 /// Largest number of bodies of an object.
 pub const BODIES_MAX: usize = 4096;
-
-/// Largest number of nodes of a lattice.
-pub const NODES_MAX: usize = 4_000_000;
 
 /// Prefix of the names of tensors that do not depend on examples.
 pub(super) const BASE: &str = "body";
@@ -97,6 +95,9 @@ fn write_object(prepared: &PreparedObject, task: Option<&ShareTask>, path: &Path
             tensors.f64(name(BOUND), &[values.len()], &values);
         }
         put_lattice(&mut tensors, &name("crack"), &body.crack);
+        if let Some(cutting) = &body.cutting {
+            cutting::put(&mut tensors, &name, cutting);
+        }
         for (part, lift) in [("interior", &body.interior), ("surface_diffusion", &body.surface_diffusion)] {
             if let Some(lift) = lift {
                 let shape = [body.crack.nodes.len(), lift.dimension];
@@ -144,12 +145,6 @@ fn write_object(prepared: &PreparedObject, task: Option<&ShareTask>, path: &Path
 
 fn json<T: Serialize>(key: &'static str, value: &T) -> Result<String, DatabaseError> {
     serde_json::to_string(value).map_err(|error| DatabaseError::Metadata { key, reason: error.to_string() })
-}
-
-fn put_lattice(tensors: &mut Tensors, name: &str, lattice: &Lattice) {
-    let nodes: Vec<f64> = lattice.nodes.iter().flat_map(|node| [node.x, node.y, node.z]).collect();
-    tensors.f64(format!("{name}.nodes"), &[lattice.nodes.len(), 3], &nodes);
-    tensors.u32(format!("{name}.tets"), &[lattice.tets.len(), 4], lattice.tets.as_flattened());
 }
 
 /// Loads and verifies `path`: checksums, shapes, ranges, finite values, orientation.
@@ -391,6 +386,9 @@ fn body(
     if tables.elastic && contents.holds(&name(BOUND)) {
         body.bound = bound(contents, name(BOUND), &body)?;
     }
+    if let Some(cutting) = cutting::read(contents, &name, &body.crack, tables, report.materials.len())? {
+        body.set_cutting(cutting);
+    }
     if tables.attributes {
         body.outer = skins::outer(contents, index, &body, report.materials.len())?;
     }
@@ -423,27 +421,6 @@ fn solid(
     let transfer = transfer(contents, &name("transfer"), &elastic, crack)?;
     let failed = |source| DatabaseError::Elasticity { body: index, source };
     ElasticModel::new(elastic, transfer, poisson, factor, &CancelToken::default()).map_err(failed)
-}
-
-fn lattice(contents: &ContainerContents, name: &str) -> Result<Lattice, DatabaseError> {
-    let nodes = format!("{name}.nodes");
-    let coordinates = contents.f64(&nodes, None, 3)?;
-    stored_values::coordinates(&nodes, &coordinates)?;
-    let (nodes, _) = coordinates.as_chunks::<3>();
-    if nodes.len() > NODES_MAX {
-        return Err(DatabaseError::TooLarge { what: "nodes of a lattice", found: nodes.len(), cap: NODES_MAX });
-    }
-    let tensor = format!("{name}.tets");
-    let indices = contents.u32(&tensor, None, 4, nodes.len() as u64)?;
-    let (tets, _) = indices.as_chunks::<4>();
-    let lattice = Lattice { nodes: nodes.iter().map(|node| (*node).into()).collect(), tets: tets.to_vec() };
-    match (0..lattice.tets.len()).find(|&tet| lattice.tet_volume(tet) <= 0.0) {
-        Some(index) => Err(DatabaseError::Folded { tensor, index }),
-        None => match check_manifold(&lattice) {
-            Ok(()) => Ok(lattice),
-            Err(source) => Err(DatabaseError::Pinched { tensor, source }),
-        },
-    }
 }
 
 fn transfer(

@@ -4,6 +4,7 @@
 
 use super::container::{ContainerContents, FLAT, Tensors};
 use super::{DatabaseError, stored_values};
+use crate::cutting::OuterCorners;
 use crate::lattice::LatticePoint;
 use crate::pipeline::{PreparedBody, PreparedObject};
 use crate::skin::{BoundaryAttributes, Skin, SkinCorner, SkinPoint};
@@ -28,6 +29,41 @@ pub(super) fn put(tensors: &mut Tensors, prepared: &PreparedObject) {
             tensors.u32(name("materials"), &[materials.len()], materials);
         }
     }
+}
+
+/// Adds the tensors of the attributes at the corners of a cutting mesh, whose tensors begin with `mesh`.
+pub(super) fn put_corners(tensors: &mut Tensors, mesh: &str, outer: &OuterCorners) {
+    let OuterCorners { normals, uvs, corners, materials } = outer;
+    let name = |part: &str| format!("{mesh}.outer.{part}");
+    tensors.f32(name("normals"), &[normals.len(), 3], normals.as_flattened());
+    if !uvs.is_empty() {
+        tensors.f32(name("uvs"), &[uvs.len(), 2], uvs.as_flattened());
+    }
+    tensors.u32(name("corners"), &[corners.len(), 3], corners.as_flattened());
+    if !materials.is_empty() {
+        tensors.u32(name("materials"), &[materials.len()], materials);
+    }
+}
+
+/// The attributes at the corners of a cutting mesh with this number of boundary faces; `None` if the file has none.
+pub(super) fn corners(
+    contents: &ContainerContents,
+    mesh: &str,
+    faces: usize,
+    names: usize,
+) -> Result<Option<OuterCorners>, DatabaseError> {
+    let name = |part: &str| format!("{mesh}.outer.{part}");
+    if !contents.holds(&name("normals")) {
+        return Ok(None);
+    }
+    let normals = vectors::<3>(contents, &name("normals"), contents.rows(&name("normals")))?;
+    stored_values::normals(&name("normals"), &normals)?;
+    let uvs =
+        if contents.holds(&name("uvs")) { vectors::<2>(contents, &name("uvs"), normals.len())? } else { Vec::new() };
+    stored_values::uvs(&name("uvs"), &uvs)?;
+    let corners = contents.u32(&name("corners"), Some(faces), 3, normals.len() as u64)?;
+    let materials = materials(contents, &name("materials"), faces, names)?;
+    Ok(Some(OuterCorners { normals, uvs, corners: corners.as_chunks::<3>().0.to_vec(), materials }))
 }
 
 fn put_skin(tensors: &mut Tensors, skin: &Skin) {

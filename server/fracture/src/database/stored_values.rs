@@ -271,11 +271,23 @@ pub(super) fn report(own: &BakeReport, frame: &LocalFrame, bodies: &[PreparedBod
     }
     let local: f64 = bodies.iter().map(|body| body.crack.volume()).sum();
     let found = local * frame.diagonal_m.powi(3);
+    cut_volume(own, frame, bodies)?;
     if (found - own.lattice_volume_m3).abs() <= VOLUME_TOLERANCE * own.lattice_volume_m3 {
         return Ok(());
     }
     let reason = format!("lattice_volume_m3 is {:e}, the lattices hold {found:e}", own.lattice_volume_m3);
     Err(metadata("report", reason))
+}
+
+/// Checks that the meshes of the input surface, if there are any, have the volume of the input.
+fn cut_volume(own: &BakeReport, frame: &LocalFrame, bodies: &[PreparedBody]) -> Result<(), DatabaseError> {
+    let volumes: Vec<f64> = bodies.iter().filter_map(|body| Some(body.cutting.as_ref()?.mesh.volume())).collect();
+    let found = volumes.iter().sum::<f64>() * frame.diagonal_m.powi(3);
+    let wanted = own.input_volume_m3;
+    if volumes.is_empty() || (volumes.len() == bodies.len() && (found - wanted).abs() <= VOLUME_TOLERANCE * wanted) {
+        return Ok(());
+    }
+    Err(metadata("report", format!("input_volume_m3 is {wanted:e}, the cutting meshes hold {found:e}")))
 }
 
 /// Checks the errors of the learned model.

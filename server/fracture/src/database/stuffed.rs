@@ -9,7 +9,7 @@ use super::lost_parts;
 use super::thin::{self, WIDTH_MAX};
 use crate::cancel_token::CancelToken;
 use crate::lattice::{self, LatticeError, LatticeLevels, Spacings};
-use crate::pipeline::{BakeParameters, BakeReport, Preset};
+use crate::pipeline::{BakeParameters, BakeReport, Preset, SurfaceReport};
 use crate::surface::{CrackSheets, InsideTest, Surface, SurfaceError, WidthSide};
 
 /// Parameters, lattices and report of a bake.
@@ -129,6 +129,7 @@ fn report(
         materials: surface.attributes.names.clone(),
         cracks: None,
         unprepared: Vec::new(),
+        surface: SurfaceReport::default(),
     }
 }
 

@@ -60,6 +60,7 @@ impl Tables {
             "examples" | "network" => self.examples,
             "skin" => self.skin,
             _ if owner.starts_with("reduced") => self.elastic,
+            _ if part.starts_with("cutting.outer.") => self.attributes || self.skin,
             _ => match part.split('.').next() {
                 Some("elastic" | "transfer") => self.elastic,
                 Some("outer") => self.attributes,
@@ -86,6 +87,8 @@ mod tests {
             ("body3.interior", Tables { interior: true, ..none }),
             ("body3.surface_diffusion", Tables { surface_diffusion: true, ..none }),
             ("body3.outer.uvs", Tables { attributes: true, ..none }),
+            ("body0.cutting.outer.uvs", Tables { attributes: true, ..none }),
+            ("body0.cutting.outer.uvs", Tables { skin: true, ..none }),
             ("skin.triangles", Tables { skin: true, ..none }),
             ("examples.heads", Tables { examples: true, ..none }),
             ("network.mean", Tables { examples: true, ..none }),
@@ -93,6 +96,6 @@ mod tests {
         for (tensor, table) in tensors {
             assert!(table.want(tensor) && Tables::ALL.want(tensor) && !none.want(tensor), "{tensor}");
         }
-        assert!(none.want("body0.crack.tets"));
+        assert!(none.want("body0.crack.tets") && none.want("body0.cutting.tets"));
     }
 }

@@ -111,4 +111,9 @@ impl LiftedLattice {
     pub fn at(&self, node: usize) -> &[f64] {
         &self.coordinates[node * self.dimension..][..self.dimension]
     }
+
+    /// [`Self::at`], to be written.
+    pub(crate) fn at_mut(&mut self, node: usize) -> &mut [f64] {
+        &mut self.coordinates[node * self.dimension..][..self.dimension]
+    }
 }

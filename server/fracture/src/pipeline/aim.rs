@@ -4,6 +4,7 @@
 //! far from it.
 
 use super::error::FractureError;
+use super::output::cut_domain::{cut_mesh, lattice_labels};
 use super::output::retained::RetainedFragments;
 use super::prepared::object::{PreparedBody, PreparedObject};
 use super::restrike::parent::inner;
@@ -55,9 +56,10 @@ pub fn aim_again(
     ray: &AimRay,
 ) -> Result<SurfaceHit, FractureError> {
     let (old, label) = kept.find(fragment)?;
-    let fits = |body: &&PreparedBody| body.crack.nodes.len() == old.labels.len();
+    let fits = |body: &&PreparedBody| cut_mesh(body, kept.surface()).nodes.len() == old.labels.len();
     let body = prepared.bodies.get(old.body).filter(fits).ok_or(FractureError::OtherObject)?;
-    let (lattice, _) = inner(&body.crack, &old.labels, label).ok_or(FractureError::FragmentSmall { fragment })?;
+    let labels = lattice_labels(body, kept.surface(), &old.labels);
+    let (lattice, _) = inner(&body.crack, &labels, label).ok_or(FractureError::FragmentSmall { fragment })?;
     first(&prepared.frame, std::iter::once((old.body, &BoundaryNodes::new(&lattice))), ray)
 }
 

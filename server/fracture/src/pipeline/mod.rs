@@ -33,7 +33,9 @@ pub use prepared::intact_body::IntactBody;
 pub use prepared::learned::{LearnedErrors, LearnedModel};
 pub use prepared::memory::MemoryRows;
 pub use prepared::object::{ElasticModel, PreparedBody, PreparedObject};
-pub use prepared::parameters::{BakeParameters, BakeReport, ElasticRequest, ExistingCracks, MissingLift, RANK_MAX};
+pub use prepared::parameters::{
+    BakeParameters, BakeReport, ElasticRequest, ExistingCracks, MissingLift, RANK_MAX, SurfaceKind, SurfaceReport,
+};
 pub use prepared::preset::{LatticeSettings, Preset};
 pub use prepared::reduction::ReductionErrors;
 pub use prepared::warped_body::{WarpError, WarpedBody};

@@ -22,7 +22,7 @@ use crate::memory::held;
 use crate::surface::Surface;
 use nalgebra::Point3;
 use rayon::prelude::*;
-use refine::RefinedCorner;
+pub(crate) use refine::RefinedCorner;
 use std::collections::HashMap;
 
 /// Longest edge of a skin, in spacings of the crack lattice; about the distance of its boundary nodes.
@@ -75,7 +75,7 @@ impl Skin {
     /// Triangles with edges longer than 0.7 spacings are divided, so that the skin can follow a crack that bends within
     /// one.
     pub fn of(surface: &Surface, lattices: &[&Lattice], spacing: f64) -> Self {
-        let corners = corners(surface);
+        let corners = surface_corners(surface);
         let (points, corners, sources) = refine::refine(surface, corners, EDGE_SPACINGS * spacing);
         let attributes = &surface.attributes;
         let materials = match attributes.materials.is_empty() {
@@ -120,7 +120,7 @@ impl Skin {
 /// Points and attributes of all corners of the surface.
 ///
 /// Missing normals are computed from the surrounding triangles. Normals that point inward are reversed.
-fn corners(surface: &Surface) -> Vec<[RefinedCorner; 3]> {
+pub(crate) fn surface_corners(surface: &Surface) -> Vec<[RefinedCorner; 3]> {
     let attributes = &surface.attributes;
     let creased = if attributes.normals.is_empty() { normals::creased(surface) } else { Vec::new() };
     let of = |triangle: usize| {

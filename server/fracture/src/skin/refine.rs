@@ -11,9 +11,12 @@ const TRIANGLES_MAX: usize = 1 << 21;
 
 /// A corner of a triangle: its point with attributes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct RefinedCorner {
+pub(crate) struct RefinedCorner {
+    /// Point of the surface.
     pub point: u32,
+    /// Unit normal.
     pub normal: [f32; 3],
+    /// Texture coordinates; zero if the file has none.
     pub uv: [f32; 2],
 }
 

@@ -166,7 +166,7 @@ impl RawMesh {
     }
 
     /// Converts file coordinates to meters and y up.
-    pub(super) fn to_meters_y_up(&mut self, unit: LengthUnit, up: UpAxis) {
+    pub(super) fn convert_to_meters(&mut self, unit: LengthUnit, up: UpAxis) {
         let meters = unit.meters();
         for point in &mut self.positions_m {
             let turned = match up {

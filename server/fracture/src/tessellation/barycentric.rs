@@ -7,6 +7,8 @@
 //! margin, is that of Held, Wolfe & Crowder, *Validation of subgradient optimization* (Mathematical Programming 6,
 //! 1974).
 
+use nalgebra::Point3;
+
 /// Smallest barycentric coordinate ε of a crack point on a face or in a tetrahedron.
 ///
 /// On the boundary of their simplices, crack points could coincide.
@@ -20,10 +22,37 @@ const EDGE_DISTANCE: f64 = 2e-6;
 /// Smallest distance of a crack point from the nodes of its edge, over the edge's length.
 const EDGE_MARGIN: f64 = 1e-4;
 
-/// Smallest barycentric coordinate of a crack point on an edge of the given local length; at most [`MARGIN`].
+/// Largest margin in a short edge, over its length.
+const EDGE_MARGIN_MAX: f64 = 0.4;
+
+/// Largest margin in a small face or tetrahedron.
+const SIMPLEX_MARGIN_MAX: f64 = 0.2;
+
+/// Smallest barycentric coordinate of a crack point on an edge of the given local length.
+///
+/// At most [`MARGIN`], except on edges shorter than 100 times the smallest distance, which only the input surface has.
 #[inline(always)]
 pub fn edge_margin(length: f64) -> f64 {
-    (EDGE_DISTANCE / length).clamp(EDGE_MARGIN, MARGIN)
+    (EDGE_DISTANCE / length).clamp(EDGE_MARGIN, EDGE_MARGIN_MAX)
+}
+
+/// Smallest barycentric coordinate of a crack point in a face or tetrahedron of the given smallest height, local.
+#[inline(always)]
+pub fn simplex_margin(height: f64) -> f64 {
+    (EDGE_DISTANCE / height).clamp(MARGIN, SIMPLEX_MARGIN_MAX)
+}
+
+/// Smallest height below which a tetrahedron counts as flat, local.
+///
+/// A triple line passes through two of its faces in almost the same point. Their crack points, and its own, are
+/// therefore at the barycenters, which differ.
+pub const FLAT_HEIGHT: f64 = 1e-5;
+
+/// Smallest height of a tetrahedron.
+pub fn smallest_height([a, b, c, d]: &[Point3<f64>; 4]) -> f64 {
+    let volume = (b - a).cross(&(c - a)).dot(&(d - a)).abs();
+    let area = |p: &Point3<f64>, q: &Point3<f64>, r: &Point3<f64>| (q - p).cross(&(r - p)).norm();
+    volume / area(b, c, d).max(area(a, c, d)).max(area(a, b, d)).max(area(a, b, c))
 }
 
 /// Relative magnitude below which a determinant counts as zero, over the sum of its terms' magnitudes.
@@ -63,43 +92,43 @@ pub fn on_edge(h: [f64; 2], margin: f64) -> [f64; 2] {
 /// The common zero of two linear functions on a triangle, given by their values at its nodes, moved inside the margin.
 ///
 /// The barycenter without a unique zero.
-pub fn on_face(h: [[f64; 3]; 2]) -> [f64; 3] {
+pub fn on_face(h: [[f64; 3]; 2], margin: f64) -> [f64; 3] {
     let minor = |i: usize, j: usize| h[0][i] * h[1][j] - h[0][j] * h[1][i];
-    normalized([minor(1, 2), minor(2, 0), minor(0, 1)])
+    normalized([minor(1, 2), minor(2, 0), minor(0, 1)], margin)
 }
 
 /// The common zero of three linear functions on a tetrahedron, given by their values at its nodes, moved inside the
 /// margin.
 ///
 /// The barycenter without a unique zero.
-pub fn in_tet(h: [[f64; 4]; 3]) -> [f64; 4] {
+pub fn in_tet(h: [[f64; 4]; 3], margin: f64) -> [f64; 4] {
     let minor = |i: usize, j: usize, k: usize| {
         let pair = |p: usize, q: usize| h[1][p] * h[2][q] - h[1][q] * h[2][p];
         h[0][i] * pair(j, k) - h[0][j] * pair(i, k) + h[0][k] * pair(i, j)
     };
-    normalized([minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2)])
+    normalized([minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2)], margin)
 }
 
 /// Converts homogeneous coordinates to barycentric ones inside the margin.
-fn normalized<const N: usize>(homogeneous: [f64; N]) -> [f64; N] {
+fn normalized<const N: usize>(homogeneous: [f64; N], margin: f64) -> [f64; N] {
     let sum: f64 = homogeneous.iter().sum();
     let magnitude: f64 = homogeneous.iter().map(|x| x.abs()).sum();
     if sum.is_finite() && sum.abs() > DEGENERATE * magnitude {
-        kept_inside(homogeneous.map(|x| x / sum))
+        kept_inside(homogeneous.map(|x| x / sum), margin)
     } else {
         [1.0 / N as f64; N]
     }
 }
 
-/// The nearest coordinates, in their Euclidean norm, that are all at least [`MARGIN`].
+/// The nearest coordinates, in their Euclidean norm, that are all at least `margin`.
 ///
 /// Returns `point` itself, bit for bit, if it is inside. `point` must sum to 1.
-pub fn kept_inside<const N: usize>(point: [f64; N]) -> [f64; N] {
-    if point.iter().all(|&x| x >= MARGIN) {
+pub fn kept_inside<const N: usize>(point: [f64; N], margin: f64) -> [f64; N] {
+    if point.iter().all(|&x| x >= margin) {
         return point;
     }
-    let free_weight = 1.0 - N as f64 * MARGIN;
-    let mut sorted = point.map(|x| x - MARGIN);
+    let free_weight = 1.0 - N as f64 * margin;
+    let mut sorted = point.map(|x| x - margin);
     sorted.sort_unstable_by(|a, b| b.total_cmp(a));
     let (mut sum, mut shift) = (0.0, 0.0);
     for (count, &value) in sorted.iter().enumerate() {
@@ -109,7 +138,7 @@ pub fn kept_inside<const N: usize>(point: [f64; N]) -> [f64; N] {
             shift = candidate;
         }
     }
-    let mut inside = point.map(|x| (x - MARGIN - shift).max(0.0) + MARGIN);
+    let mut inside = point.map(|x| (x - margin - shift).max(0.0) + margin);
     let largest = (0..N).fold(0, |best, k| if inside[k] > inside[best] { k } else { best });
     let others: f64 = (0..N).filter(|&k| k != largest).map(|k| inside[k]).sum();
     inside[largest] = 1.0 - others;
@@ -134,9 +163,9 @@ mod tests {
         for nowhere in [[0.0, 0.0], [1.0, 1.0], [f64::NAN, 1.0], [f64::INFINITY, 1.0], [f64::INFINITY, f64::INFINITY]] {
             check_inside(on_edge(nowhere, MARGIN));
         }
-        assert_eq!(on_face([[0.0; 3]; 2]), [1.0 / 3.0; 3]);
-        assert_eq!(on_face([[-1.0, 1.0, 0.5], [-1.0, 1.0, 0.5]]), [1.0 / 3.0; 3], "parallel bisectors");
-        assert_eq!(in_tet([[f64::NAN; 4]; 3]), [0.25; 4]);
+        assert_eq!(on_face([[0.0; 3]; 2], MARGIN), [1.0 / 3.0; 3]);
+        assert_eq!(on_face([[-1.0, 1.0, 0.5], [-1.0, 1.0, 0.5]], MARGIN), [1.0 / 3.0; 3], "parallel bisectors");
+        assert_eq!(in_tet([[f64::NAN; 4]; 3], MARGIN), [0.25; 4]);
     }
 
     #[test]
@@ -145,7 +174,7 @@ mod tests {
         let mut inside = 0;
         for _ in 0..2000 {
             let h: [[f64; 4]; 3] = std::array::from_fn(|_| std::array::from_fn(|_| random.uniform() - 0.5));
-            let point = in_tet(h);
+            let point = in_tet(h, MARGIN);
             check_inside(point);
             if point.iter().all(|&x| x > MARGIN) {
                 inside += 1;
@@ -154,7 +183,7 @@ mod tests {
                     assert!(value.abs() < 1e-13, "{value:e}");
                 }
             }
-            check_inside(on_face([0, 1].map(|row| [0, 1, 2].map(|k| h[row][k]))));
+            check_inside(on_face([0, 1].map(|row| [0, 1, 2].map(|k| h[row][k])), MARGIN));
         }
         assert!(inside > 20);
     }
@@ -165,7 +194,7 @@ mod tests {
         for _ in 0..500 {
             let wild: [f64; 3] = std::array::from_fn(|_| 4.0 * random.uniform() - 2.0);
             let wild = [wild[0], wild[1], 1.0 - wild[0] - wild[1]];
-            let kept = kept_inside(wild);
+            let kept = kept_inside(wild, MARGIN);
             check_inside(kept);
             let apart = |p: [f64; 3]| p.iter().zip(wild).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
             for _ in 0..20 {
@@ -179,8 +208,8 @@ mod tests {
 
     #[test]
     fn a_far_zero_stays_a_barycentric_point() {
-        check_inside(kept_inside([1e9, -1e9 + 0.5, 0.5]));
-        check_inside(kept_inside([-3e8, 1e8, 1e8, 1e8 + 1.0]));
+        check_inside(kept_inside([1e9, -1e9 + 0.5, 0.5], MARGIN));
+        check_inside(kept_inside([-3e8, 1e8, 1e8, 1e8 + 1.0], MARGIN));
     }
 
     #[test]

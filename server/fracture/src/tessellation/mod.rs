@@ -24,6 +24,7 @@ mod emit;
 mod error;
 mod index_selection;
 mod outer;
+mod outer_copies;
 mod pattern;
 mod points;
 mod polygon;
@@ -37,11 +38,12 @@ mod topology;
 #[cfg(test)]
 mod tests;
 
-pub use barycentric::MARGIN;
+pub use barycentric::{MARGIN, preference};
 pub use components::{Components, components};
 pub use emit::{HostFrame, LocalToMeters, MeterFrame};
 pub use error::TessellationError;
-pub use outer::{OuterVertex, outer_vertices};
+pub use outer::{OuterVertex, outer_sources, outer_vertices};
+pub use outer_copies::OuterCopies;
 pub use points::{BisectorSites, CrackPoints, FixedPoints, crack_points};
 use runs::Laid;
 pub use runs::{FragmentRange, RunRange};

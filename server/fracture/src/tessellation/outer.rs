@@ -43,3 +43,27 @@ pub fn outer_vertices(
     }
     outer
 }
+
+/// Boundary faces that contain the triangles of each fragment's outer run, in their order.
+///
+/// `labels` has one entry per node. Fragments that are not among the first `fragments` are left out.
+pub fn outer_sources(topology: &Topology, labels: &[u32], fragments: usize) -> Vec<Vec<u32>> {
+    let mut sources = vec![Vec::new(); fragments];
+    let mut put = |label: u32, face: usize, count: usize| {
+        if let Some(own) = sources.get_mut(label as usize) {
+            own.resize(own.len() + count, face as u32);
+        }
+    };
+    for (face, outer) in topology.boundary.iter().enumerate() {
+        let [a, b, c] = outer.nodes.map(|node| labels[node as usize]);
+        match (a == b, b == c, c == a) {
+            (true, true, _) => put(a, face, 1),
+            (false, false, false) => [a, b, c].into_iter().for_each(|label| put(label, face, 2)),
+            // A lone corner has a triangle, the two others have a quadrilateral.
+            (true, ..) => [(a, 2), (c, 1)].into_iter().for_each(|(label, count)| put(label, face, count)),
+            (_, true, _) => [(b, 2), (a, 1)].into_iter().for_each(|(label, count)| put(label, face, count)),
+            _ => [(c, 2), (b, 1)].into_iter().for_each(|(label, count)| put(label, face, count)),
+        }
+    }
+    sources
+}

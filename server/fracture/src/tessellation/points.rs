@@ -4,7 +4,9 @@
 //! Levine & Whitaker, *Lattice cleaving* (IEEE TVCG 20, 2014) for one point per cut edge, face and tetrahedron. The
 //! margin is ours ([`MARGIN`](super::MARGIN)).
 
-use super::barycentric::{edge_margin, in_tet, on_edge, on_face, preference};
+use super::barycentric::{
+    FLAT_HEIGHT, edge_margin, in_tet, on_edge, on_face, preference, simplex_margin, smallest_height,
+};
 use super::cut::{CutSimplices, GRAIN};
 use super::index_selection::IndexSet;
 use super::pattern::{ALL_CUT, FACE_MASKS, mask};
@@ -149,7 +151,7 @@ impl CrackPoints {
         self.edges.locate_in_chunks(&|first, simplices, out| {
             widest(EdgePoints { finder: &finder, topology, simplices, sides: &sides[first..], out });
         });
-        self.faces.locate(|face| finder.face(topology.faces[face]));
+        self.faces.locate(|face| finder.face(topology.faces[face], topology.is_flat(face)));
         self.tets.locate(|tet| finder.tet(lattice.tets[tet]));
         self.edges.fix(&fixed.edges).map_err(|edge| TessellationError::FixedEdge { edge })?;
         self.faces.fix(&fixed.faces).map_err(|face| TessellationError::FixedFace { face })?;
@@ -262,20 +264,25 @@ impl Finder<'_> {
         self.combine(nodes, weights)
     }
 
-    fn face(&self, nodes: [u32; 3]) -> Point3<f64> {
+    fn face(&self, nodes: [u32; 3], is_flat: bool) -> Point3<f64> {
+        let [a, b, c] = nodes.map(|node| self.lattice.nodes[node as usize]);
+        let longest = (b - a).norm_squared().max((c - a).norm_squared()).max((c - b).norm_squared()).sqrt();
+        let margin = simplex_margin((b - a).cross(&(c - a)).norm() / longest);
         let solve = |sites: BisectorSites<'_>| {
             let [a, b, c] = self.sites_of(&sites, nodes);
-            on_face([b, c].map(|other| sites.preferences(nodes, [a, other])))
+            on_face([b, c].map(|other| sites.preferences(nodes, [a, other])), margin)
         };
-        self.combine(nodes, self.sites.map_or([1.0 / 3.0; 3], solve))
+        self.combine(nodes, self.sites.filter(|_| !is_flat).map_or([1.0 / 3.0; 3], solve))
     }
 
     fn tet(&self, nodes: [u32; 4]) -> Point3<f64> {
+        let height = smallest_height(&nodes.map(|node| self.lattice.nodes[node as usize]));
         let solve = |sites: BisectorSites<'_>| {
             let [a, b, c, d] = self.sites_of(&sites, nodes);
-            in_tet([b, c, d].map(|other| sites.preferences(nodes, [a, other])))
+            in_tet([b, c, d].map(|other| sites.preferences(nodes, [a, other])), simplex_margin(height))
         };
-        self.combine(nodes, self.sites.map_or([0.25; 4], solve))
+        let sites = self.sites.filter(|_| height >= FLAT_HEIGHT);
+        self.combine(nodes, sites.map_or([0.25; 4], solve))
     }
 
     fn labels_of<const N: usize>(&self, nodes: [u32; N]) -> [u32; N] {

@@ -13,7 +13,7 @@
 //! The children's volumes then add up to the fragment's, on one condition: in every tetrahedron that an earlier crack
 //! divides two nodes from two, its four edge points are coplanar. They are if one bisector determined them.
 
-use super::barycentric::{on_edge, on_face};
+use super::barycentric::{MARGIN, on_edge, on_face};
 use super::cut::NONE;
 use super::pattern::{ALL_CUT, FACE_CODE, PATTERNS, Polygon, Split, TET_CODE, mask};
 use super::{BisectorSites, FixedPoints, Topology};
@@ -144,7 +144,7 @@ impl Seam<'_> {
         let [a, b, c] = own.map(|node| self.sites.of_fragment[self.labels[node as usize] as usize]);
         let [p, q, r] =
             own.map(|node| self.edge_point(&self.topology.tet_edges[tet], node, nodes[other]).map(|p| p.coords));
-        let weights = on_face([b, c].map(|other| self.sites.preferences(own, [a, other])));
+        let weights = on_face([b, c].map(|other| self.sites.preferences(own, [a, other])), MARGIN);
         let least = weights.iter().copied().fold(f64::INFINITY, f64::min);
         let towards = ((WEIGHT_MIN - least) / (1.0 / 3.0 - least)).max(0.0);
         let [t, u, v] = weights.map(|weight| weight + towards * (1.0 / 3.0 - weight));

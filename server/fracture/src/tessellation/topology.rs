@@ -1,6 +1,7 @@
 //! Incidences of a lattice, prepared once per body for all of its tessellations.
 
 use super::TessellationError;
+use super::barycentric::{FLAT_HEIGHT, smallest_height};
 use crate::lattice::{BoundaryFace, EDGES, FACES, Lattice};
 use crate::memory::held;
 
@@ -43,6 +44,8 @@ pub struct Topology {
     pub boundary_edge: Vec<bool>,
     /// True for faces on the boundary; length `faces`.
     pub boundary_face: Vec<bool>,
+    /// Faces of tetrahedra that are almost flat, ascending; none in a lattice.
+    flat_faces: Vec<u32>,
     neighbor_offsets: Vec<u32>,
     neighbors: Vec<u32>,
 }
@@ -85,6 +88,7 @@ impl Topology {
             ..Self::default()
         };
         topology.mark_boundary(&lattice.boundary(), &finder);
+        topology.flat_faces = flat_faces(lattice, &topology.tet_faces);
         topology
     }
 
@@ -99,8 +103,14 @@ impl Topology {
             + held(&self.boundary_nodes)
             + held(&self.boundary_edge)
             + held(&self.boundary_face)
+            + held(&self.flat_faces)
             + held(&self.neighbor_offsets)
             + held(&self.neighbors)
+    }
+
+    /// True if a tetrahedron of `face` is almost flat.
+    pub(super) fn is_flat(&self, face: usize) -> bool {
+        !self.flat_faces.is_empty() && self.flat_faces.binary_search(&(face as u32)).is_ok()
     }
 
     /// Nodes that share an edge with `node`, ascending.
@@ -123,6 +133,15 @@ impl Topology {
         }
         self.boundary_nodes = (0..self.nodes as u32).filter(|&node| on_boundary[node as usize]).collect();
     }
+}
+
+/// Faces of the tetrahedra that are almost flat, ascending.
+fn flat_faces(lattice: &Lattice, tet_faces: &[[u32; 4]]) -> Vec<u32> {
+    let is_flat = |tet: &usize| smallest_height(&lattice.corners(*tet)) < FLAT_HEIGHT;
+    let mut faces: Vec<u32> = (0..lattice.tets.len()).filter(is_flat).flat_map(|tet| tet_faces[tet]).collect();
+    faces.sort_unstable();
+    faces.dedup();
+    faces
 }
 
 /// Index of the first edge of each lower node.

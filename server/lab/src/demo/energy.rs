@@ -9,7 +9,7 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
     ContactSet, DEGREE_MAX, DegreeRequest, ElasticRequest, FractureRequest, ImpactContact, PreparedObject,
-    RequestContext, Workspace, strain_energy,
+    RequestContext, SurfaceKind, Workspace, strain_energy,
 };
 use shatter_fracture::scene::EffectSet;
 
@@ -47,6 +47,7 @@ impl SurfaceEnergy {
             elastic: ElasticRequest::Solve,
             rank_max: None,
             lift: LiftKind::Interior,
+            surface: SurfaceKind::Exact,
             effects: EffectSet::default(),
             volume_min_m3: None,
             tolerance: shatter_fracture::centroidal::TOLERANCE,

@@ -1,5 +1,6 @@
 //! Labels, tessellation and fragments stages: closed meshes with mass properties from cells.
 
+use super::cut_domain::{CutDomain, lattice_labels};
 use super::release_velocity::{self, ReleaseVelocity};
 use super::slivers;
 use crate::centroidal::EnergyField;
@@ -33,10 +34,12 @@ impl MeshSources<'_> {
     pub(super) fn velocities(&self, index: usize, pieces: &BodyMeshes) -> Vec<ReleaseVelocity> {
         let struck = self.energies.iter().position(|energy| energy.body == index);
         let energy_j = struck.map_or(0.0, |struck| self.energies[struck].energy_j);
-        let (field, lattice) = (struck.map(|struck| &self.fields[struck]), &self.context.prepared.bodies[index].crack);
+        let body = &self.context.prepared.bodies[index];
+        let (field, lattice) = (struck.map(|struck| &self.fields[struck]), &body.crack);
         let density = self.context.prepared.parameters.material.density_kg_m3;
-        let (properties, labels, frame) = (&pieces.properties, &pieces.labels, &self.context.prepared.frame);
-        release_velocity::velocities(properties, labels, lattice, field, energy_j, density, frame)
+        let (properties, frame) = (&pieces.properties, &self.context.prepared.frame);
+        let labels = lattice_labels(body, self.context.request.surface, &pieces.labels);
+        release_velocity::velocities(properties, &labels, lattice, field, energy_j, density, frame)
     }
 
     /// The diagram of each body, `None` if it stays intact. `of_fragments`: site of each fragment, by body.
@@ -60,29 +63,39 @@ impl MeshSources<'_> {
 
     /// Cuts one body into fragments.
     pub(super) fn cut(&self, index: usize, workspace: &mut TessellationWorkspace) -> Result<BodyMeshes, FractureError> {
-        let RequestContext { prepared, request, observer, .. } = self.context;
-        let body = &prepared.bodies[index];
+        let RequestContext { request, observer, .. } = self.context;
+        let domain = CutDomain::of(self.context, index)?;
         let cells = self.cells(index);
         let merges = request.effects.has(EffectKind::Slivers) && cells.is_some();
         let mut cut = self.spare.take();
         let labels = observer.stage(Stage::Labels);
-        let whole = vec![0; body.crack.nodes.len()];
-        cut.components.split(&body.topology, cells.map_or(&whole, |cells| &cells.diagram.labels));
+        let mut carried = std::mem::take(&mut cut.carried);
+        if cells.is_none() {
+            carried.clear();
+            carried.resize(domain.mesh.nodes.len(), 0);
+        }
+        let sites = match cells {
+            Some(cells) => domain.sites(cells, &mut carried),
+            None => &carried,
+        };
+        cut.components.split(domain.topology, sites);
         labels.produced(&cut.components.labels);
         let tessellation = observer.stage(Stage::Tessellation);
         if merges {
             let _slivers = observer.effect(EffectKind::Slivers);
-            self.merge_small(index, &mut cut);
+            self.merge_small(&domain, &mut cut);
         }
-        self.tessellate(index, cells, &mut cut, workspace)?;
+        let diagram = cells.map(|cells| (cells, sites));
+        self.tessellate(&domain, diagram, &mut cut, workspace)?;
         tessellation.produced(cut.tessellation.runs());
         let fragments = observer.stage(Stage::Fragments);
         properties(&cut.tessellation, &mut cut.measured);
         if merges {
             let slivers = observer.effect(EffectKind::Slivers);
-            slivers.produced_bytes(self.merge_slivers(index, cells, &mut cut, workspace)?);
+            slivers.produced_bytes(self.merge_slivers(&domain, diagram, &mut cut, workspace)?);
         }
         fragments.produced(&cut.measured);
+        cut.carried = carried;
         Ok(cut.into_pieces(index, self.spare, |site| cells.map_or(0.0, |cells| self.energy_j_m2(cells, site))))
     }
 
@@ -93,19 +106,18 @@ impl MeshSources<'_> {
     }
 
     /// Merges fragments that are small by the volumes of their nodes, before the body is cut.
-    fn merge_small(&self, index: usize, cut: &mut CutBuffers) {
-        let body = &self.context.prepared.bodies[index];
+    fn merge_small(&self, domain: &CutDomain<'_>, cut: &mut CutBuffers) {
         let least = slivers::least_volume(self.context);
-        if let Some(volumes) = slivers::small_by_nodes(&cut.components, &body.volumes, least) {
-            slivers::merge_by_nodes(&mut cut.components, &body.topology, volumes, least);
+        if let Some(volumes) = slivers::small_by_nodes(&cut.components, domain.volumes, least) {
+            slivers::merge_by_nodes(&mut cut.components, domain.topology, volumes, least);
         }
     }
 
     /// Merges slivers and tessellates again if there were any. Returns the size of the new labels in bytes.
     fn merge_slivers(
         &self,
-        index: usize,
-        cells: Option<&BodyCells>,
+        domain: &CutDomain<'_>,
+        diagram: Option<(&BodyCells, &[u32])>,
         cut: &mut CutBuffers,
         workspace: &mut TessellationWorkspace,
     ) -> Result<u64, FractureError> {
@@ -113,30 +125,28 @@ impl MeshSources<'_> {
         if !slivers::merge(&mut cut.components, &cut.tessellation, &cut.measured, least) {
             return Ok(0);
         }
-        self.tessellate(index, cells, cut, workspace)?;
+        self.tessellate(domain, diagram, cut, workspace)?;
         properties(&cut.tessellation, &mut cut.measured);
         Ok(size_of_val(cut.components.labels.as_slice()) as u64)
     }
 
     /// Computes the crack points of the components, at the diagram's positions even between merged cells, and builds
-    /// the fragments.
+    /// the fragments. `diagram`: the cells, and the site of each node.
     fn tessellate(
         &self,
-        index: usize,
-        cells: Option<&BodyCells>,
+        domain: &CutDomain<'_>,
+        diagram: Option<(&BodyCells, &[u32])>,
         cut: &mut CutBuffers,
         workspace: &mut TessellationWorkspace,
     ) -> Result<(), FractureError> {
-        let RequestContext { prepared, request, .. } = self.context;
-        let (body, lift) = (&prepared.bodies[index], request.lift_of(prepared, index)?);
         let CutBuffers { components, points, tessellation, .. } = cut;
-        let sites = cells.map(|cells| BisectorSites {
-            lift,
+        let sites = diagram.map(|(cells, of_node)| BisectorSites {
+            lift: &domain.lift,
             coordinates: &cells.diagram.sites,
             of_fragment: &components.sites,
-            of_node: Some(&cells.diagram.labels),
+            of_node: Some(of_node),
         });
-        points.find(&body.crack, &body.topology, &components.labels, sites, &FixedPoints::default())?;
-        Ok(tessellation.build(&body.crack, &body.topology, &components.labels, points, workspace)?)
+        points.find(domain.mesh, domain.topology, &components.labels, sites, &FixedPoints::default())?;
+        Ok(tessellation.build(domain.mesh, domain.topology, &components.labels, points, workspace)?)
     }
 }

@@ -1,7 +1,9 @@
 //! Fragments of all bodies, laid out in tables.
 
 use super::cut::MeshSources;
+use super::cut_domain::{cut_mesh, cutting, is_exact};
 use super::hulls::FragmentHulls;
+use super::outer_attributes::{OuterRunAttributes, outer_attributes};
 use super::release_velocity::ReleaseVelocity;
 use super::rows::{BondRow, BulkCounts, FragmentRow, OUTER, RunRow, WORLD};
 use super::skins::FragmentSkins;
@@ -25,6 +27,10 @@ pub struct FractureMeshes {
     pub(in crate::pipeline) frame: LocalFrame,
     pub(in crate::pipeline) crack_spacing: f64,
     pub(in crate::pipeline) seed: u64,
+    /// True if bodies are cut on meshes of the input surface.
+    pub(in crate::pipeline) exact: bool,
+    /// Attributes of the outer runs, by body and fragment, if bodies are cut on those meshes and an effect needs them.
+    outer: Vec<Vec<OuterRunAttributes>>,
     /// Bonds with the world, by fragment, with the effect `bonds`.
     pub(in crate::pipeline) world: Vec<BondRow>,
     /// Fragments, one row each, by body, then site, then lowest node.
@@ -59,7 +65,8 @@ impl FractureMeshes {
             cancel.check()?;
             let meshes = sources.cut(index, workspace)?;
             let held = held.filter(|held| held.body(index).is_some());
-            let ties = |held| world_bonds::bonds(&meshes, &body.crack, held, &prepared.frame);
+            let mesh = cut_mesh(body, request.surface);
+            let ties = |held| world_bonds::bonds(&meshes, mesh, held, &prepared.frame);
             if let Some(held) = held.filter(|_| request.effects.has(EffectKind::Bonds)) {
                 let _bonds = observer.effect(EffectKind::Bonds);
                 let numbered = |bond: BondRow| BondRow { fragments: [first + bond.fragments[0], WORLD], ..bond };
@@ -76,8 +83,8 @@ impl FractureMeshes {
             first += meshes.properties.len() as u32;
             bodies.push(meshes);
         }
-        let lattices: Vec<&Lattice> = prepared.bodies.iter().map(|body| &body.crack).collect();
-        let meshes = Self::of(bodies, velocities, world, sources.context);
+        let lattices: Vec<&Lattice> = prepared.bodies.iter().map(|body| cut_mesh(body, request.surface)).collect();
+        let meshes = Self::of(bodies, velocities, world, sources.context)?;
         let mut meshes = meshes.with_attributes(sources.context)?;
         if request.effects.has(EffectKind::Skin) {
             let of_fragments: Vec<Vec<u32>> = meshes.bodies.iter().map(|own| own.sites.clone()).collect();
@@ -88,19 +95,37 @@ impl FractureMeshes {
     }
 
     /// The meshes of `bodies`, laid out.
+    ///
+    /// # Errors
+    /// [`FractureError::AttributesUnprepared`].
     pub(in crate::pipeline) fn of(
         bodies: Vec<BodyMeshes>,
         velocities: Vec<ReleaseVelocity>,
         world: Vec<BondRow>,
         context: RequestContext<'_>,
-    ) -> Self {
+    ) -> Result<Self, FractureError> {
         let RequestContext { prepared, request, .. } = context;
+        let mut bodies = bodies;
+        let mut outer = Vec::new();
+        if let Some(effect) =
+            [EffectKind::Attributes, EffectKind::Skin].into_iter().find(|own| request.effects.has(*own))
+        {
+            let _outer = context.observer.effect(effect);
+            for own in &mut bodies {
+                if let Some(cutting) = cutting(&prepared.bodies[own.body], request.surface) {
+                    let corners = cutting.outer.as_ref().ok_or(FractureError::AttributesUnprepared { effect })?;
+                    outer.push(outer_attributes(own, cutting, corners));
+                }
+            }
+        }
         let mut pieces = Self {
             bodies,
             transform: LocalToMeters { meters_per_unit: prepared.frame.diagonal_m },
             frame: prepared.frame,
             crack_spacing: prepared.parameters.crack_spacing,
             seed: request.seed,
+            exact: prepared.bodies.iter().any(|body| is_exact(body, request.surface)),
+            outer,
             world,
             fragments: Vec::new(),
             runs: Vec::new(),
@@ -112,14 +137,22 @@ impl FractureMeshes {
             counts: BulkCounts::default(),
         };
         pieces.lay_out(prepared);
-        pieces
+        Ok(pieces)
+    }
+
+    /// True if the outer faces of the fragments are triangles of the input surface.
+    pub fn has_exact_surface(&self) -> bool {
+        self.exact
     }
 
     /// Adds the attributes of outer faces, with the effect `attributes`.
     pub(in crate::pipeline) fn with_attributes(mut self, context: RequestContext<'_>) -> Result<Self, FractureError> {
         if self.effects.has(EffectKind::Attributes) {
             let attributes = context.observer.effect(EffectKind::Attributes);
-            self.attributes = VertexAttributes::of(&self.bodies, context.prepared)?;
+            self.attributes = match self.exact {
+                true => VertexAttributes::of_outer_runs(&self.bodies, &self.outer),
+                false => VertexAttributes::of(&self.bodies, context.prepared)?,
+            };
             let bytes =
                 size_of_val(self.attributes.vertices.as_slice()) + size_of_val(self.attributes.materials.as_slice());
             attributes.produced_bytes(bytes as u64);
@@ -138,8 +171,12 @@ impl FractureMeshes {
         context: RequestContext<'_>,
     ) -> Result<Self, FractureError> {
         let effect = context.observer.effect(EffectKind::Skin);
-        let skin = skin.ok_or(FractureError::AttributesUnprepared { effect: EffectKind::Skin })?;
-        self.skins = FragmentSkins::clip(&self.bodies, skin, context.prepared, sites);
+        self.skins = if self.exact {
+            FragmentSkins::of_outer_runs(&self.bodies, &self.outer, self.transform.meters_per_unit)
+        } else {
+            let skin = skin.ok_or(FractureError::AttributesUnprepared { effect: EffectKind::Skin })?;
+            FragmentSkins::clip(&self.bodies, skin, context.prepared, sites)
+        };
         effect.produced_bytes(self.skins.bytes() as u64);
         Ok(self)
     }

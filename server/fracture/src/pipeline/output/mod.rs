@@ -1,11 +1,13 @@
 //! Closed meshes and tables from cells, with the additions of effects.
 
 pub(super) mod cut;
+pub(super) mod cut_domain;
 pub(super) mod emitted_effects;
 pub(super) mod emitted_meshes;
 pub(super) mod faces;
 pub(super) mod hulls;
 pub(super) mod meshes;
+pub(super) mod outer_attributes;
 pub(super) mod release_velocity;
 pub(super) mod retained;
 pub(super) mod rows;

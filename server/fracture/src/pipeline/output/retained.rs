@@ -4,6 +4,7 @@ use super::meshes::FractureMeshes;
 use super::skins::SkinCut;
 use crate::memory::held;
 use crate::pipeline::error::FractureError;
+use crate::pipeline::prepared::parameters::SurfaceKind;
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
 use crate::skin::ClippedSurface;
 use crate::tessellation::FixedPoints;
@@ -16,6 +17,7 @@ pub struct RetainedFragments {
     bodies: Vec<RetainedBody>,
     /// Cut of the skins, if there are any.
     skins: Option<SkinCut>,
+    surface: SurfaceKind,
 }
 
 /// Retained fragments of one body.
@@ -23,7 +25,7 @@ pub struct RetainedFragments {
 pub(in crate::pipeline) struct RetainedBody {
     /// Index of the body.
     pub body: usize,
-    /// Fragment of each node of the crack lattice; fragments of the result come first.
+    /// Fragment of each node of the mesh on which the body was cut; fragments of the result come first.
     pub labels: Vec<u32>,
     /// Volumes of the fragments of the result, local.
     pub volumes: Vec<f64>,
@@ -40,11 +42,18 @@ impl FractureMeshes {
             volumes: pieces.properties.iter().map(|properties| properties.volume).collect(),
             points: pieces.points.to_fixed(),
         };
-        RetainedFragments { bodies: self.bodies.iter().map(keep).collect(), skins: self.skins.cut.clone() }
+        let bodies = self.bodies.iter().map(keep).collect();
+        let surface = if self.exact { SurfaceKind::Exact } else { SurfaceKind::Lattice };
+        RetainedFragments { bodies, skins: self.skins.cut.clone(), surface }
     }
 }
 
 impl RetainedFragments {
+    /// Surface of the fragments: the nodes are those of crack lattices, or of meshes of the input surface.
+    pub(in crate::pipeline) fn surface(&self) -> SurfaceKind {
+        self.surface
+    }
+
     /// Number of fragments that can be struck, those of the result.
     pub fn fragments(&self) -> u32 {
         self.bodies.iter().map(|body| body.volumes.len() as u32).sum()

@@ -1,5 +1,7 @@
 //! Skins of the fragments, with the effect `skin`: the input's triangles, cut along the boundaries of cells.
 
+use super::outer_attributes::OuterRunAttributes;
+use super::vertex_attributes::VertexAttribute;
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
 use crate::skin::{BlendedVertex, ClippedSurface, Skin, SkinPoint, clip};
@@ -95,6 +97,35 @@ impl FragmentSkins {
 }
 
 impl FragmentSkins {
+    /// The skins of fragments whose outer runs are on the input surface and have `outer`, by body and fragment: the same
+    /// vertices and triangles. `meter`: meters per local unit.
+    pub(in crate::pipeline) fn of_outer_runs(
+        bodies: &[BodyMeshes],
+        outer: &[Vec<OuterRunAttributes>],
+        meter: f64,
+    ) -> Self {
+        let mut skins = Self::default();
+        for (pieces, outer) in bodies.iter().zip(outer) {
+            for ((range, own), center) in pieces.tessellation.fragments().iter().zip(outer).zip(&pieces.centers) {
+                let (vertex_first, index_first) = (skins.vertices.len() as u32, skins.indices.len() as u32);
+                let runs = &pieces.tessellation.runs()[range.runs.clone()];
+                if let Some(run) = runs.first().filter(|run| !run.crack) {
+                    let places = pieces.tessellation.run_vertices(run).iter().zip(&own.vertices);
+                    skins.vertices.extend(places.map(|(place, VertexAttribute { normal, uv })| {
+                        let position_m = ((place - center) * meter).map(|x| x as f32).into();
+                        SkinVertexRow { position_m, normal: *normal, uv: *uv }
+                    }));
+                    skins.indices.extend(pieces.tessellation.run_triangles(run).flatten());
+                    skins.materials.extend_from_slice(&own.materials);
+                }
+                let (vertex_count, index_count) =
+                    (skins.vertices.len() as u32 - vertex_first, skins.indices.len() as u32 - index_first);
+                skins.rows.push(SkinRow { vertex_first, vertex_count, index_first, index_count });
+            }
+        }
+        skins
+    }
+
     fn push(&mut self, part: &ClippedSurface, skin: &Skin, center: &Point3<f64>, meter: f64) {
         self.rows.push(SkinRow {
             vertex_first: self.vertices.len() as u32,

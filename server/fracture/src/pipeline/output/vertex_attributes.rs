@@ -1,5 +1,6 @@
 //! Attributes of the fragments' outer faces, taken from the input, with the effect `attributes`.
 
+use super::outer_attributes::OuterRunAttributes;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::{PreparedBody, PreparedObject};
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
@@ -39,6 +40,27 @@ impl VertexAttributes {
             BodyBoundary::new(body, outer, pieces).append_body(&mut attributes);
         }
         Ok(attributes)
+    }
+
+    /// The attributes of fragments whose outer runs have `outer`, by body and fragment.
+    pub(in crate::pipeline) fn of_outer_runs(bodies: &[BodyMeshes], outer: &[Vec<OuterRunAttributes>]) -> Self {
+        let mut attributes = Self::default();
+        let has_materials = outer.iter().flatten().any(|own| !own.materials.is_empty());
+        for (pieces, outer) in bodies.iter().zip(outer) {
+            for run in pieces.tessellation.runs() {
+                let own = &outer[run.fragment as usize];
+                if !run.crack {
+                    attributes.vertices.extend_from_slice(&own.vertices);
+                    attributes.materials.extend_from_slice(&own.materials);
+                    continue;
+                }
+                attributes.vertices.resize(attributes.vertices.len() + run.vertices.len(), VertexAttribute::default());
+                if has_materials {
+                    attributes.materials.resize(attributes.materials.len() + run.triangles.len(), NO_MATERIAL);
+                }
+            }
+        }
+        attributes
     }
 }
 

@@ -1,4 +1,4 @@
-//! The object before it breaks: the boundaries of its lattices, from which the fragments' outer faces are cut.
+//! The object before it breaks: the boundaries of the meshes from which the fragments' outer faces are cut.
 
 use super::object::PreparedObject;
 use crate::fragment::RigidProperties;
@@ -27,11 +27,13 @@ impl PreparedObject {
     pub fn intact(&self) -> Vec<IntactBody> {
         let bodies = self.bodies.iter().map(|body| {
             // Boundary nodes are in ascending order.
-            let nodes = &body.topology.boundary_nodes;
+            let (mesh, topology) =
+                body.cutting.as_ref().map_or((&body.crack, &body.topology), |own| (&own.mesh, &own.topology));
+            let nodes = &topology.boundary_nodes;
             let vertex = |node: u32| nodes.partition_point(|own| *own < node) as u32;
             let positions_m: Vec<_> =
-                nodes.iter().map(|&node| self.frame.to_meters(&body.crack.nodes[node as usize])).collect();
-            let triangles: Vec<[u32; 3]> = body.topology.boundary.iter().map(|face| face.nodes.map(vertex)).collect();
+                nodes.iter().map(|&node| self.frame.to_meters(&mesh.nodes[node as usize])).collect();
+            let triangles: Vec<[u32; 3]> = topology.boundary.iter().map(|face| face.nodes.map(vertex)).collect();
             let RigidProperties { volume, center, inertia } =
                 RigidProperties::of_surface(&positions_m, triangles.iter().copied());
             let density_kg_m3 = self.parameters.material.density_kg_m3;

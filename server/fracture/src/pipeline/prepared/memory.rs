@@ -6,6 +6,7 @@ use super::example::TrainingExample;
 use super::learned::LearnedModel;
 use super::object::{ElasticModel, PreparedBody, PreparedObject};
 use super::warped_body::WarpedBody;
+use crate::cutting::CuttingMesh;
 use crate::elasticity::ReducedBasis;
 use crate::lattice::{EnergyTransfer, Lattice};
 use crate::lift::LiftedLattice;
@@ -69,7 +70,7 @@ impl PreparedBody {
     /// Adds the body's tables. All fields are destructured, so the compiler reports a field that is not counted.
     fn count(&self, rows: &mut MemoryRows) {
         let Self { crack, solid, interior, surface_diffusion, euclidean, volumes, topology, clusters, .. } = self;
-        let Self { slenderness: _, boundary, warped, outer, bound, .. } = self;
+        let Self { slenderness: _, boundary, warped, outer, bound, cutting, .. } = self;
         if let Some(solid) = solid {
             solid.count(rows);
         }
@@ -78,6 +79,7 @@ impl PreparedBody {
         rows.add("edges and faces of the crack lattice", topology.bytes());
         rows.add("crack lattice", lattice(crack) + held(volumes) + boundary.bytes() + clusters.bytes());
         rows.add("appearance of the input", outer.as_ref().map_or(0, BoundaryAttributes::bytes));
+        rows.add("mesh of the input surface", cutting.as_ref().map_or(0, CuttingMesh::bytes));
         rows.add("elastic lattice", bound.as_ref().map_or(0, EnergyUpperBound::bytes));
     }
 }

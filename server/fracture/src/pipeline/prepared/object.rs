@@ -9,6 +9,7 @@ use super::reduction::ReductionErrors;
 use super::warped_body::WarpedBody;
 use crate::cancel_token::CancelToken;
 use crate::centroidal::Clusters;
+use crate::cutting::CuttingMesh;
 use crate::degree::Slenderness;
 use crate::elasticity::{BoundaryNodes, Elasticity, ElasticityError, ReducedBasis};
 use crate::lattice::{EnergyTransfer, Lattice};
@@ -77,6 +78,8 @@ pub struct PreparedBody {
     pub outer: Option<BoundaryAttributes>,
     /// Upper bound of E_1; `None`: no bound.
     pub bound: Option<EnergyUpperBound>,
+    /// Mesh of the input surface for labels and tessellation; `None`: they run on the crack lattice.
+    pub cutting: Option<CuttingMesh>,
 }
 
 impl PreparedBody {
@@ -96,6 +99,7 @@ impl PreparedBody {
             warped: None,
             outer: None,
             bound: None,
+            cutting: None,
             crack,
         }
     }
@@ -107,6 +111,13 @@ impl PreparedBody {
             LiftKind::Interior => self.interior.as_ref(),
             LiftKind::SurfaceDiffusion => self.surface_diffusion.as_ref(),
         }
+    }
+
+    /// Adds the mesh of the input surface, after the lifts.
+    pub fn set_cutting(&mut self, mut cutting: CuttingMesh) {
+        let lifts = [Some(&self.euclidean), self.interior.as_ref(), self.surface_diffusion.as_ref()];
+        cutting.carry_lifts(&self.crack, lifts.into_iter().flatten());
+        self.cutting = Some(cutting);
     }
 
     /// The reduced basis, if the body has one.
@@ -189,6 +200,12 @@ impl PreparedObject {
     /// Total number of nodes of the crack lattices.
     pub fn crack_nodes(&self) -> usize {
         self.bodies.iter().map(|body| body.crack.nodes.len()).sum()
+    }
+
+    /// Total number of tetrahedra that can be cut: those of the meshes of the input surface, or of the crack lattices.
+    pub fn cut_tets(&self) -> usize {
+        let tets = |body: &PreparedBody| body.cutting.as_ref().map_or(0, |cutting| cutting.mesh.tets.len());
+        self.bodies.iter().map(|body| tets(body).max(body.crack.tets.len())).sum()
     }
 
     /// Total number of tetrahedra of the crack lattices.

@@ -20,6 +20,36 @@ pub enum ElasticRequest {
     Solve,
 }
 
+/// Outer surface of the fragments.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SurfaceKind {
+    /// The boundary of the crack lattice, which approximates the input surface.
+    #[default]
+    Lattice,
+    /// The input surface itself, where the object has a mesh of it; else the boundary of the crack lattice.
+    Exact,
+}
+
+/// Surface of an object's fragments, and the meshes behind it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SurfaceReport {
+    /// Kind of the surface.
+    pub kind: SurfaceKind,
+    /// Why the surface is that of the lattice; `None` for the exact one, and if no other was asked for.
+    pub reason: Option<String>,
+    /// Nodes of the meshes of the input surface.
+    pub nodes: u64,
+    /// Tetrahedra of these meshes.
+    pub tets: u64,
+    /// Largest distance of a boundary node of these meshes from the input surface, over the diagonal.
+    pub deviation: f64,
+    /// Edges of the input that were too short for single precision and were collapsed.
+    pub collapsed_edges: u64,
+    /// Nodes too far from the lattice to follow its values; they take those of the lattice's nearest point.
+    pub anchored_nodes: u64,
+}
+
 /// Parameters of a bake, which determine the database together with the mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BakeParameters {
@@ -45,6 +75,9 @@ pub struct BakeParameters {
     pub factor: Precision,
     /// Preset of the bake.
     pub quality: Preset,
+    /// Surface of the fragments that was asked for.
+    #[serde(default)]
+    pub surface: SurfaceKind,
 }
 
 /// Figures of a bake about the mesh and the lattices.
@@ -69,6 +102,9 @@ pub struct BakeReport {
     pub cracks: Option<ExistingCracks>,
     /// Lifts that a body lacks, and why.
     pub unprepared: Vec<MissingLift>,
+    /// Surface of the fragments.
+    #[serde(default)]
+    pub surface: SurfaceReport,
 }
 
 /// Existing cracks of an object: sheets without width, along which its lattices have slots.

@@ -8,7 +8,7 @@ use crate::pipeline::DEGREE_MAX;
 use crate::pipeline::contact::ImpactContact;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::PreparedObject;
-use crate::pipeline::prepared::parameters::ElasticRequest;
+use crate::pipeline::prepared::parameters::{ElasticRequest, SurfaceKind};
 use crate::pipeline::prepared::warped_body::WarpedBody;
 use crate::scene::{EffectKind, EffectSet};
 use nalgebra::{Point3, Vector3};
@@ -51,6 +51,8 @@ pub struct FractureRequest {
     pub rank_max: Option<u32>,
     /// Lift, used if the effect for interior distances is on.
     pub lift: LiftKind,
+    /// Surface of the fragments.
+    pub surface: SurfaceKind,
     /// Effects to simulate.
     pub effects: EffectSet,
     /// Volume below which pieces are merged into a neighbor, m³, with
@@ -87,6 +89,7 @@ impl FractureRequest {
             elastic: ElasticRequest::Reduced,
             rank_max: None,
             lift: LiftKind::Interior,
+            surface: SurfaceKind::Exact,
             effects: EffectSet::default(),
             volume_min_m3: None,
             tolerance: GAME_TOLERANCE,

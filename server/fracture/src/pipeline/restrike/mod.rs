@@ -14,20 +14,23 @@
 //!   request;
 //! - one tessellation of the body's whole lattice.
 
+mod child_domain;
 pub(super) mod parent;
 pub(super) mod volume_correction;
 
 use crate::fragment::properties;
-use crate::lift::LiftedLattice;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::output::cut::MeshSources;
+use crate::pipeline::output::cut_domain::{cut_mesh, cutting, lattice_labels};
 use crate::pipeline::output::meshes::FractureMeshes;
 use crate::pipeline::output::release_velocity::{self, ReleaseVelocity};
 use crate::pipeline::output::retained::{RetainedBody, RetainedFragments};
 use crate::pipeline::output::slivers;
 use crate::pipeline::prepared::object::{PreparedBody, PreparedObject};
+use crate::pipeline::prepared::parameters::SurfaceKind;
 use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::request::fracture_request::FractureRequest;
+use crate::pipeline::request::observer::StageSpan;
 use crate::pipeline::request::stage::Stage;
 use crate::pipeline::result::FractureOutcome;
 use crate::pipeline::stages::cells::BodyCells;
@@ -37,6 +40,7 @@ use crate::pipeline::workspace::body_meshes::{BodyMeshes, CutBuffers};
 use crate::scene::EffectKind;
 use crate::skin::Skin;
 use crate::tessellation::{BisectorSites, EarlierCracks, FixedPoints, TessellationWorkspace, seam};
+use child_domain::{ChildDomain, StruckFragment};
 use parent::{NO_REPRESENTATIVE, ParentFragment};
 use std::sync::Arc;
 use volume_correction::correct_volume;
@@ -65,14 +69,17 @@ pub fn strike_again(
     // A fragment is free and undeformed, even if the object that it was part of was anchored or warped.
     let gone = [EffectKind::Anchored, EffectKind::Gravity, EffectKind::Warp];
     let effects = gone.into_iter().fold(request.effects, |effects, effect| effects.without(effect));
-    let plan = FractureRequest { effects, ..request.planned() };
+    let surface = kept.surface();
+    let plan = FractureRequest { effects, surface, ..request.planned() };
     let (old, label) = kept.find(fragment)?;
-    let fits = |body: &&PreparedBody| body.crack.nodes.len() == old.labels.len();
+    let fits = |body: &&PreparedBody| cut_mesh(body, surface).nodes.len() == old.labels.len();
     let body = prepared.bodies.get(old.body).filter(fits).ok_or(FractureError::OtherObject)?;
-    let skin_cut = effects.has(EffectKind::Skin).then(|| kept.skin_cut(fragment)).transpose()?;
+    let has_skin = effects.has(EffectKind::Skin) && surface == SurfaceKind::Lattice;
+    let skin_cut = has_skin.then(|| kept.skin_cut(fragment)).transpose()?;
+    let lattice_labels = lattice_labels(body, surface, &old.labels);
     let parent = {
         let _load = observer.stage(Stage::Load);
-        ParentFragment::new((old, label, fragment), context.with_request(&plan))?
+        ParentFragment::new((old.body, &lattice_labels, label, fragment), context.with_request(&plan))?
     };
     let parent = &parent;
     let begun_s = cancel.remaining_s();
@@ -81,9 +88,11 @@ pub fn strike_again(
     walk(context, begun_s, workspace, |sources, scratch| {
         let cells = sources.division.cells.first().ok_or(FractureError::OtherObject)?;
         cancel.check()?;
-        let volume = old.volumes[label as usize];
         let skin = skin_cut.map(|skin_cut| Arc::new(skin_cut.of(fragment)));
-        Children { prepared, body, old, volume, skin, parent, sources, cells }.meshes(scratch)
+        let labels = observer.stage(Stage::Labels);
+        let struck = StruckFragment { body, cutting: cutting(body, surface), old, label, parent };
+        let domain = ChildDomain::of(struck, sources.fields[cells.struck].lift(), cells);
+        Children { prepared, struck, domain, skin, sources, cells }.meshes(labels, scratch)
     })
 }
 
@@ -91,67 +100,67 @@ pub fn strike_again(
 struct Children<'a> {
     /// The object that the fragment was part of.
     prepared: &'a PreparedObject,
-    body: &'a PreparedBody,
-    old: &'a RetainedBody,
-    /// Volume of the fragment, in local units.
-    volume: f64,
+    struck: StruckFragment<'a>,
+    domain: ChildDomain<'a>,
     /// Skin of the fragment, if the request asks for skins.
     skin: Option<Arc<Skin>>,
-    parent: &'a ParentFragment,
     sources: MeshSources<'a>,
     cells: &'a BodyCells,
 }
 
 impl Children<'_> {
-    fn meshes(&self, workspace: &mut TessellationWorkspace) -> Result<FractureMeshes, FractureError> {
+    fn meshes(
+        &self,
+        begun: StageSpan<'_>,
+        workspace: &mut TessellationWorkspace,
+    ) -> Result<FractureMeshes, FractureError> {
         // The children count as fragments of the original object.
         let context = RequestContext { prepared: self.prepared, ..self.sources.context };
         let RequestContext { request, observer, .. } = context;
         let mut cut = self.sources.spare.take();
-        let labels = observer.stage(Stage::Labels);
         let children = self.label(&mut cut);
-        labels.produced(&cut.components.labels);
+        begun.produced(&cut.components.labels);
         let tessellation = observer.stage(Stage::Tessellation);
-        let lift = self.scattered();
-        let old = EarlierCracks { labels: &self.old.labels, points: &self.old.points };
+        let RetainedBody { body, labels, points, .. } = self.struck.old;
+        let old = EarlierCracks { labels, points };
         let of_fragment = self.sites_of(&cut.components.sites);
-        let sites = self.sites(&lift, &of_fragment);
-        let fixed = seam(&self.body.crack, &self.body.topology, old, &cut.components.labels, sites);
-        self.tessellate(&mut cut, children, &lift, fixed, workspace)?;
+        let fixed = seam(self.domain.mesh, self.domain.topology, old, &cut.components.labels, self.sites(&of_fragment));
+        self.tessellate(&mut cut, children, fixed, workspace)?;
         tessellation.produced(cut.tessellation.runs());
         let fragments = observer.stage(Stage::Fragments);
         if request.effects.has(EffectKind::Slivers) {
             let slivers = observer.effect(EffectKind::Slivers);
-            slivers.produced_bytes(self.merge_slivers(&mut cut, &lift, workspace)?);
+            slivers.produced_bytes(self.merge_slivers(&mut cut, workspace)?);
         }
         fragments.produced(&cut.measured);
-        let meshes =
-            cut.into_pieces(self.old.body, self.sources.spare, |site| self.sources.energy_j_m2(self.cells, site));
+        let meshes = cut.into_pieces(*body, self.sources.spare, |site| self.sources.energy_j_m2(self.cells, site));
         let mut velocities = Vec::new();
         if request.effects.has(EffectKind::Release) {
             let release = observer.effect(EffectKind::Release);
             velocities = self.velocities(&meshes);
             release.produced(&velocities);
         }
-        let meshes = FractureMeshes::of(vec![meshes], velocities, Vec::new(), context);
+        let meshes = FractureMeshes::of(vec![meshes], velocities, Vec::new(), context)?;
         let mut meshes = meshes.with_attributes(context)?;
         if request.effects.has(EffectKind::Skin) {
             let of_fragment = self.sites_of(&meshes.bodies[0].sites);
-            let sites = self.sites(&lift, &of_fragment);
+            let sites = self.sites(&of_fragment);
             meshes = meshes.with_skins(self.skin.as_ref(), &[Some(sites)], context)?;
         }
-        meshes.with_hulls(&[&self.body.crack], context)
+        meshes.with_hulls(&[self.domain.mesh], context)
     }
 
     /// The sites of the diagram on the nodes of the body.
-    fn sites<'b>(&'b self, lift: &'b LiftedLattice, of_fragment: &'b [u32]) -> BisectorSites<'b> {
-        BisectorSites { lift, coordinates: &self.cells.diagram.sites, of_fragment, of_node: None }
+    fn sites<'b>(&'b self, of_fragment: &'b [u32]) -> BisectorSites<'b> {
+        BisectorSites { lift: &self.domain.lift, coordinates: &self.cells.diagram.sites, of_fragment, of_node: None }
     }
 
     /// Velocities of the children.
     fn velocities(&self, children: &BodyMeshes) -> Vec<ReleaseVelocity> {
-        let own = &self.parent.prepared.bodies[0].crack;
-        let labels: Vec<u32> = self.parent.nodes.iter().map(|&node| children.labels[node as usize]).collect();
+        let StruckFragment { body, parent, .. } = self.struck;
+        let own = &parent.prepared.bodies[0].crack;
+        let of_lattice = lattice_labels(body, self.sources.context.request.surface, &children.labels);
+        let labels: Vec<u32> = parent.nodes.iter().map(|&node| of_lattice[node as usize]).collect();
         let (field, energy_j) = (self.sources.fields.first(), self.sources.energies[0].energy_j);
         let density = self.prepared.parameters.material.density_kg_m3;
         release_velocity::velocities(&children.properties, &labels, own, field, energy_j, density, &self.prepared.frame)
@@ -160,13 +169,9 @@ impl Children<'_> {
     /// Labels the whole body, children first and other fragments after them. Returns the number of children.
     fn label(&self, cut: &mut CutBuffers) -> usize {
         let sites = self.cells.diagram.count() as u32;
-        let label = |(&representative, &old): (&u32, &u32)| match self.cells.diagram.labels.get(representative as usize)
-        {
-            Some(site) if representative != NO_REPRESENTATIVE => *site,
-            _ => sites + old,
-        };
-        let labels: Vec<u32> = self.parent.representative.iter().zip(&self.old.labels).map(label).collect();
-        cut.components.split(&self.body.topology, &labels);
+        let label = |(&site, &old): (&u32, &u32)| if site == NO_REPRESENTATIVE { sites + old } else { site };
+        let labels: Vec<u32> = self.domain.sites.iter().zip(&self.struck.old.labels).map(label).collect();
+        cut.components.split(self.domain.topology, &labels);
         cut.components.sites.partition_point(|site| *site < sites)
     }
 
@@ -176,41 +181,26 @@ impl Children<'_> {
         sites.iter().map(|&site| if site < count { site } else { 0 }).collect()
     }
 
-    /// The fragment's lift on the nodes of the body.
-    ///
-    /// Represented nodes take the coordinates of their representative; nodes of other fragments have zeros.
-    fn scattered(&self) -> LiftedLattice {
-        let own = self.sources.fields[self.cells.struck].lift();
-        let mut coordinates = vec![0.0; self.parent.representative.len() * own.dimension];
-        for (place, &representative) in coordinates.chunks_exact_mut(own.dimension).zip(&self.parent.representative) {
-            if representative != NO_REPRESENTATIVE {
-                place.copy_from_slice(own.at(representative as usize));
-            }
-        }
-        let (first_moment, second_moment, density) = (Vec::new(), Vec::new(), Vec::new());
-        LiftedLattice { kind: own.kind, dimension: own.dimension, coordinates, first_moment, second_moment, density }
-    }
-
     /// Computes the crack points that are not fixed, builds all fragments, keeps only the children, and measures them.
     fn tessellate(
         &self,
         cut: &mut CutBuffers,
         children: usize,
-        lift: &LiftedLattice,
         mut fixed: FixedPoints,
         workspace: &mut TessellationWorkspace,
     ) -> Result<(), FractureError> {
         let of_fragment = self.sites_of(&cut.components.sites);
-        let sites = self.sites(lift, &of_fragment);
-        let (lattice, topology) = (&self.body.crack, &self.body.topology);
+        let sites = self.sites(&of_fragment);
+        let (ChildDomain { mesh, topology, .. }, StruckFragment { old, label, .. }) = (&self.domain, self.struck);
+        let volume = old.volumes[label as usize];
         for turn in 1.. {
-            cut.points.find(lattice, topology, &cut.components.labels, Some(sites), &fixed)?;
-            cut.tessellation.build(lattice, topology, &cut.components.labels, &cut.points, workspace)?;
+            cut.points.find(mesh, topology, &cut.components.labels, Some(sites), &fixed)?;
+            cut.tessellation.build(mesh, topology, &cut.components.labels, &cut.points, workspace)?;
             cut.tessellation.keep_first(children);
             properties(&cut.tessellation, &mut cut.measured);
-            let missing = self.volume - cut.measured.iter().map(|child| child.volume).sum::<f64>();
-            let far = missing.abs() > VOLUME_ERROR * self.volume && turn < TESSELLATIONS_MAX;
-            if !(far && correct_volume(&mut fixed, &self.old.points, lattice, topology, &cut.tessellation, missing)) {
+            let missing = volume - cut.measured.iter().map(|child| child.volume).sum::<f64>();
+            let far = missing.abs() > VOLUME_ERROR * volume && turn < TESSELLATIONS_MAX;
+            if !(far && correct_volume(&mut fixed, &old.points, mesh, topology, &cut.tessellation, missing)) {
                 break;
             }
         }
@@ -219,12 +209,7 @@ impl Children<'_> {
 
     /// Merges slivers among the children and tessellates again if there were any. Returns the size of the new labels in
     /// bytes.
-    fn merge_slivers(
-        &self,
-        cut: &mut CutBuffers,
-        lift: &LiftedLattice,
-        workspace: &mut TessellationWorkspace,
-    ) -> Result<u64, FractureError> {
+    fn merge_slivers(&self, cut: &mut CutBuffers, workspace: &mut TessellationWorkspace) -> Result<u64, FractureError> {
         let least = slivers::least_volume(RequestContext { prepared: self.prepared, ..self.sources.context });
         let before = cut.components.sites.len();
         if !slivers::merge(&mut cut.components, &cut.tessellation, &cut.measured, least) {
@@ -232,7 +217,7 @@ impl Children<'_> {
         }
         let children = cut.measured.len() - (before - cut.components.sites.len());
         let fixed = cut.points.to_fixed();
-        self.tessellate(cut, children, lift, fixed, workspace)?;
+        self.tessellate(cut, children, fixed, workspace)?;
         Ok(size_of_val(cut.components.labels.as_slice()) as u64)
     }
 }

@@ -7,9 +7,8 @@ use crate::cancel_token::CancelToken;
 use crate::lattice::{EnergyTransfer, Lattice, NO_INDEX};
 use crate::lift::{self, LiftError, LiftKind};
 use crate::pipeline::error::{FractureError, SOLVED_NODES_MAX, TETS_MIN};
-use crate::pipeline::output::retained::RetainedBody;
 use crate::pipeline::prepared::object::{ElasticModel, PreparedBody, PreparedObject};
-use crate::pipeline::prepared::parameters::{BakeParameters, BakeReport, ElasticRequest};
+use crate::pipeline::prepared::parameters::{BakeParameters, BakeReport, ElasticRequest, SurfaceReport};
 use crate::pipeline::request::context::RequestContext;
 use crate::scene::EffectKind;
 use crate::sparse::Precision;
@@ -32,23 +31,24 @@ pub(in crate::pipeline) struct ParentFragment {
 }
 
 impl ParentFragment {
-    /// Prepares the fragment `label` of `body` for the request; `fragment` is its index in errors.
+    /// Prepares the fragment `label` of body `index` for the request; `fragment` is its index in errors. `labels` are those
+    /// of the nodes of the body's lattice.
     ///
     /// # Errors
     /// [`FractureError::FragmentSmall`], [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`],
     /// [`FractureError::FragmentLiftKind`], [`FractureError::ElasticityUnprepared`], [`FractureError::Elasticity`],
     /// [`FractureError::Cancelled`].
     pub fn new(
-        (kept, label, fragment): (&RetainedBody, u32, u32),
+        (index, labels, label, fragment): (usize, &[u32], u32, u32),
         context: RequestContext<'_>,
     ) -> Result<Self, FractureError> {
         let RequestContext { request, cancel, observer, .. } = context;
         let prepared = context.prepared;
-        let whole = &prepared.bodies[kept.body];
-        let (lattice, nodes) = inner(&whole.crack, &kept.labels, label)
+        let whole = &prepared.bodies[index];
+        let (lattice, nodes) = inner(&whole.crack, labels, label)
             .filter(|(lattice, _)| lattice.tets.len() >= TETS_MIN)
             .ok_or(FractureError::FragmentSmall { fragment })?;
-        let representative = representatives(whole, &kept.labels, label, &nodes);
+        let representative = representatives(whole, labels, label, &nodes);
         cancel.check()?;
         let mut body = PreparedBody::new(lattice);
         cancel.check()?;
@@ -59,8 +59,7 @@ impl ParentFragment {
         }
         if request.effects.has(EffectKind::Elastic) {
             let poisson = prepared.parameters.material.poisson;
-            body.solid =
-                Some(solid(prepared.solid(kept.body)?, &body.crack, &representative, poisson, fragment, cancel)?);
+            body.solid = Some(solid(prepared.solid(index)?, &body.crack, &representative, poisson, fragment, cancel)?);
         }
         Ok(Self { prepared: alone(prepared, body), nodes, representative })
     }
@@ -170,6 +169,7 @@ fn alone(prepared: &PreparedObject, body: PreparedBody) -> PreparedObject {
         defects: Vec::new(),
         materials: Vec::new(),
         unprepared: Vec::new(),
+        surface: SurfaceReport::default(),
     };
     PreparedObject {
         name: prepared.name.clone(),

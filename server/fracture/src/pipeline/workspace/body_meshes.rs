@@ -18,6 +18,8 @@ pub(in crate::pipeline) struct BodyMeshes {
     pub(in crate::pipeline) sites: Vec<u32>,
     pub(in crate::pipeline) centers: Vec<Point3<f64>>,
     pub(in crate::pipeline) energies_j_m2: Vec<f64>,
+    /// Memory of [`CutBuffers::carried`].
+    carried: Vec<u32>,
     /// Pool that receives the buffers.
     spare: BufferPool,
 }
@@ -26,7 +28,8 @@ impl Drop for BodyMeshes {
     fn drop(&mut self) {
         let components = Components::from_memory(take(&mut self.labels), take(&mut self.sites));
         let (points, tessellation) = (take(&mut self.points), take(&mut self.tessellation));
-        self.spare.give(CutBuffers { components, points, tessellation, measured: take(&mut self.properties) });
+        let (measured, carried) = (take(&mut self.properties), take(&mut self.carried));
+        self.spare.give(CutBuffers { components, points, tessellation, measured, carried });
     }
 }
 
@@ -41,15 +44,18 @@ pub(in crate::pipeline) struct CutBuffers {
     pub tessellation: Tessellation,
     /// Rigid-body properties of the fragments.
     pub measured: Vec<RigidProperties>,
+    /// Sites of the nodes of a mesh of the input surface.
+    pub carried: Vec<u32>,
 }
 
 impl CutBuffers {
     /// The fragments of body `body`; `energy_j_m2` returns the energy of a site, J·m².
     pub fn into_pieces(self, body: usize, spare: &BufferPool, energy_j_m2: impl Fn(u32) -> f64) -> BodyMeshes {
-        let Self { components, points, tessellation, measured } = self;
+        let Self { components, points, tessellation, measured, carried } = self;
         let energies_j_m2 = components.sites.iter().take(measured.len()).map(|&site| energy_j_m2(site)).collect();
         BodyMeshes {
             body,
+            carried,
             spare: spare.clone(),
             tessellation,
             points,

@@ -50,7 +50,7 @@ pub fn read(path: &Path, unit: LengthUnit, up: UpAxis) -> Result<RawMesh, Surfac
     };
     let bytes = load(path)?;
     let mut mesh = parse(&bytes, path.parent().unwrap_or(Path::new("")))?;
-    mesh.to_meters_y_up(unit, up);
+    mesh.convert_to_meters(unit, up);
     mesh.check_expected(expected)?;
     Ok(mesh)
 }

@@ -1,0 +1,155 @@
+//! Cutting meshes of all bodies, from the input surface and the interior nodes of the crack lattices.
+
+use super::outer_corners::SurfaceAttributes;
+use super::short_edges::{CollapsedSurface, LENGTH_MIN, collapse};
+use super::{CuttingMesh, carriers};
+use crate::cancel_token::{CancelToken, Cancelled};
+use crate::conforming::{ConformingError, ConformingMesh, ConformingOptions, ConformingStep, conforming_mesh};
+use crate::lattice::{Lattice, NonManifold, check_manifold};
+use crate::surface::{InsideTest, Surface};
+use crate::tessellation::Topology;
+use nalgebra::Point3;
+use std::mem::take;
+
+/// Distance of interior nodes from the surface, in spacings of the crack lattice.
+const DEPTH: f64 = 0.5;
+
+/// Reason why an object has no cutting meshes.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CuttingError {
+    /// The work was cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The mesher refused the surface, or did not finish within its limits.
+    #[error("{0}")]
+    Mesh(ConformingError),
+    /// The surface has other parts than the crack lattices.
+    #[error("the surface encloses {parts} separate parts, and the lattice has {bodies}")]
+    Parts {
+        /// Separate parts of the mesh.
+        parts: usize,
+        /// Bodies of the lattice.
+        bodies: usize,
+    },
+    /// A part of the mesh has no node of the crack lattice inside.
+    #[error("body {body} has a part that is too thin for the lattice")]
+    Unreached {
+        /// Index of the body.
+        body: usize,
+    },
+    /// The boundary of the mesh is no closed surface.
+    #[error("body {body}: {source}")]
+    NonManifold {
+        /// Index of the body.
+        body: usize,
+        /// Defect of the boundary.
+        source: NonManifold,
+    },
+}
+
+impl From<ConformingError> for CuttingError {
+    fn from(error: ConformingError) -> Self {
+        match error {
+            ConformingError::Cancelled(cancelled) => Self::Cancelled(cancelled),
+            other => Self::Mesh(other),
+        }
+    }
+}
+
+/// Nodes of the crack lattices that are deep enough inside the surface.
+struct InteriorNodes {
+    points: Vec<Point3<f64>>,
+    /// Body and node of each point.
+    sources: Vec<(usize, u32)>,
+}
+
+impl InteriorNodes {
+    fn of(inside: &InsideTest, cracks: &[&Lattice], spacing: f64) -> Self {
+        let (mut points, mut sources) = (Vec::new(), Vec::new());
+        for (body, crack) in cracks.iter().enumerate() {
+            let distances = inside.signed_distances(&crack.nodes);
+            for (node, place) in crack.nodes.iter().enumerate().filter(|(node, _)| distances[*node] <= -DEPTH * spacing)
+            {
+                points.push(*place);
+                sources.push((body, node as u32));
+            }
+        }
+        Self { points, sources }
+    }
+}
+
+/// Cutting meshes of all bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CuttingMeshes {
+    /// Meshes, one per body.
+    pub meshes: Vec<CuttingMesh>,
+    /// Largest distance of a boundary node from the input surface, local.
+    pub deviation: f64,
+    /// Number of edges of the input that were too short for single precision and were collapsed.
+    pub collapsed_edges: u64,
+}
+
+/// Cutting meshes of the bodies whose crack lattices are `cracks`, in the same order. `spacing`: that of the lattices,
+/// local. `has_attributes`: whether the attributes of the surface are added.
+///
+/// # Errors
+/// [`CuttingError`] if the surface does not conform or `token` cancels. The fragments then have the lattice's surface.
+pub fn cutting_meshes(
+    surface: &Surface,
+    cracks: &[&Lattice],
+    spacing: f64,
+    has_attributes: bool,
+    token: &CancelToken,
+    progress: &mut dyn FnMut(ConformingStep),
+) -> Result<CuttingMeshes, CuttingError> {
+    let inside = InsideTest::new(surface);
+    let interior = InteriorNodes::of(&inside, cracks, spacing);
+    let options = ConformingOptions { spacing, ..ConformingOptions::default() };
+    let CollapsedSurface { positions, triangles, sources, count } = collapse(&surface.positions, &surface.triangles);
+    let mut conforming = conforming_mesh(&positions, &triangles, &interior.points, &options, token, progress)?;
+    let whole = Lattice { nodes: take(&mut conforming.nodes), tets: take(&mut conforming.tets) };
+    let ConformingMesh { interior_sources, places, deviation, .. } = &conforming;
+    let on_surface = places.len();
+    let known: Vec<Option<(usize, u32)>> = (0..whole.nodes.len())
+        .map(|node| node.checked_sub(on_surface).map(|own| interior.sources[interior_sources[own] as usize]))
+        .collect();
+    let attributes = has_attributes.then(|| SurfaceAttributes::new(surface, &conforming, &triangles, &sources));
+    let parts = whole.components();
+    if parts.len() != cracks.len() {
+        return Err(CuttingError::Parts { parts: parts.len(), bodies: cracks.len() });
+    }
+    let mut meshes: Vec<Option<CuttingMesh>> = vec![None; cracks.len()];
+    for (index, part) in parts.iter().enumerate() {
+        token.check()?;
+        let names = nodes_of(&whole, part);
+        let known: Vec<Option<(usize, u32)>> = names.iter().map(|&node| known[node as usize]).collect();
+        let found = body_mesh(whole.part(part), &known, cracks);
+        let (body, mut mesh) = found.ok_or(CuttingError::Unreached { body: index })?;
+        check_manifold(&mesh.mesh).map_err(|source| CuttingError::NonManifold { body, source })?;
+        mesh.outer = attributes.as_ref().map(|own| own.of(&mesh.topology.boundary, &names));
+        meshes[body] = Some(mesh);
+    }
+    let missing = |body: usize, mesh: Option<CuttingMesh>| mesh.ok_or(CuttingError::Unreached { body });
+    let meshes = meshes.into_iter().enumerate().map(|(body, mesh)| missing(body, mesh)).collect::<Result<_, _>>()?;
+    let moved = if count > 0 { LENGTH_MIN } else { 0.0 };
+    Ok(CuttingMeshes { meshes, deviation: *deviation + moved, collapsed_edges: count })
+}
+
+/// Nodes of the tetrahedra `part`, ascending.
+fn nodes_of(whole: &Lattice, part: &[u32]) -> Vec<u32> {
+    let mut used = vec![false; whole.nodes.len()];
+    part.iter().for_each(|&tet| whole.tets[tet as usize].iter().for_each(|&node| used[node as usize] = true));
+    (0..whole.nodes.len() as u32).filter(|&node| used[node as usize]).collect()
+}
+
+/// `mesh` joined to the crack lattice of the body to which its interior nodes belong, and that body; `None` without such
+/// nodes. `known`: body and node of the lattice at the same position.
+fn body_mesh(mesh: Lattice, known: &[Option<(usize, u32)>], cracks: &[&Lattice]) -> Option<(usize, CuttingMesh)> {
+    let body = known.iter().flatten().next()?.0;
+    let known: Vec<Option<u32>> =
+        known.iter().map(|known| known.filter(|(own, _)| *own == body).map(|(_, node)| node)).collect();
+    let topology = Topology::new(&mesh);
+    let tets = carriers::find(&mesh, cracks[body], &known, |node| topology.neighbors(node))?;
+    Some((body, CuttingMesh::new(mesh, cracks[body], &tets)))
+}

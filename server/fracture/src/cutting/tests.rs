@@ -1,0 +1,331 @@
+use crate::cancel_token::CancelToken;
+use crate::database::{BakeRequest, Tables, load, save};
+use crate::fragment::closed;
+use crate::pipeline::{
+    DegreeRequest, FractureError, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject, RequestContext,
+    SurfaceKind, Workspace, strike_again,
+};
+use crate::random::RandomStream;
+use crate::scene::{EffectKind, MATERIALS, Materials};
+use crate::surface::{InsideTest, RawMesh, Surface, shapes};
+use crate::tessellation::{CrackPoints, FixedPoints, Tessellation, TessellationWorkspace, components};
+use nalgebra::{Point3, Vector3};
+use std::collections::BTreeMap;
+
+const TABLES: Tables = Tables { interior: true, elastic: true, ..Tables::NONE };
+
+fn request(spacing: f64) -> BakeRequest {
+    let material = Materials::parse(MATERIALS).unwrap().get("ceramic").unwrap().clone();
+    BakeRequest {
+        surface: SurfaceKind::Exact,
+        kappa: Some(1.0),
+        elastic_spacing: Some(1.5 * spacing),
+        crack_spacing: Some(spacing),
+        tables: TABLES,
+        ..BakeRequest::new("object", "ceramic", material)
+    }
+}
+
+fn baked(mesh: RawMesh, spacing: f64) -> PreparedObject {
+    let prepared = request(spacing).bake(mesh).unwrap();
+    assert_eq!(prepared.report.surface.reason, None);
+    prepared
+}
+
+/// A request at a point of the surface, by number.
+fn strike(prepared: &PreparedObject, number: usize) -> FractureRequest {
+    let body = &prepared.bodies[0];
+    let cutting = body.cutting.as_ref().unwrap();
+    let face = cutting.topology.boundary[number * 7919 % cutting.topology.boundary.len()];
+    let point_m = prepared.frame.to_meters(&cutting.mesh.nodes[face.nodes[0] as usize]);
+    let impulse_ns = (prepared.frame.center_m - point_m).normalize() * 10.0;
+    let mut request = FractureRequest::at(point_m, impulse_ns).seeded(number as u64);
+    request.contacts[0].radius_m = Some(0.1 * prepared.frame.diagonal_m);
+    FractureRequest { degree: DegreeRequest::Sites(5 + 7 * number as u32), ..request }
+}
+
+fn fragments(prepared: &PreparedObject, request: &FractureRequest) -> Box<crate::pipeline::Fracture> {
+    match prepared.strike(request).unwrap() {
+        FractureOutcome::Fractured(fracture) => fracture,
+        FractureOutcome::Intact(report) => panic!("{report:?}"),
+    }
+}
+
+/// Largest distance of an outer vertex from `inside`'s surface, local, and the outer area, m².
+fn outer(meshes: &FractureMeshes, prepared: &PreparedObject, inside: &InsideTest) -> (f64, f64) {
+    let emitted = meshes.emitted().unwrap();
+    let (mut worst, mut area): (f64, f64) = (0.0, 0.0);
+    for fragment in emitted.fragments() {
+        closed(fragment.positions, fragment.indices).unwrap();
+        let center = Vector3::from(fragment.row.center_m);
+        let place = |vertex: u32| Vector3::from(fragment.positions[vertex as usize]).cast::<f64>() + center;
+        for run in &meshes.runs[fragment.row.run_first as usize..][..fragment.row.run_count as usize] {
+            if run.crack {
+                continue;
+            }
+            let first = (run.index_first - fragment.row.index_first) as usize;
+            for triangle in fragment.indices[first..][..run.index_count as usize].chunks(3) {
+                let [a, b, c] = [0, 1, 2].map(|corner| place(triangle[corner]));
+                area += (b - a).cross(&(c - a)).norm() / 2.0;
+                let middle = prepared.frame.to_local(&((a + b + c) / 3.0).into());
+                worst = worst.max(inside.distance(&middle));
+            }
+        }
+    }
+    (worst, area)
+}
+
+#[test]
+fn fragments_end_on_the_input_surface_and_have_its_volume() {
+    for (mesh, spacing) in
+        [(shapes::statue_on(0.02), 0.05), (shapes::mug(), 0.04), (shapes::cuboid([0.3, 0.2, 0.1]), 0.08)]
+    {
+        let surface = Surface::repair(mesh.clone()).unwrap();
+        let inside = InsideTest::new(&surface);
+        let prepared = baked(mesh, spacing);
+        let cubed = prepared.frame.diagonal_m.powi(3);
+        let volume_m3 = surface.signed_volume() * cubed;
+        let triangles = 0..surface.triangles.len();
+        let area = triangles.map(|t| surface.corners(t)).map(|[a, b, c]| (b - a).cross(&(c - a)).norm() / 2.0);
+        let area_m2 = area.sum::<f64>() * prepared.frame.diagonal_m.powi(2);
+        for number in 0..4 {
+            let fracture = fragments(&prepared, &strike(&prepared, number));
+            let rows = &fracture.meshes.fragments;
+            assert!(rows.len() >= 2, "{} fragments", rows.len());
+            let sum: f64 = rows.iter().map(|row| row.volume_m3).sum();
+            assert!((sum / volume_m3 - 1.0).abs() < 1e-9, "{sum} of {volume_m3}");
+            let (distance, outer_m2) = outer(&fracture.meshes, &prepared, &inside);
+            assert!(distance < 2.0f64.powi(-23), "{distance}");
+            assert!((outer_m2 / area_m2 - 1.0).abs() < 1e-6, "{outer_m2} of {area_m2}");
+        }
+    }
+}
+
+#[test]
+fn any_labels_give_closed_fragments() {
+    let prepared = baked(shapes::statue_on(0.03), 0.06);
+    let cutting = prepared.bodies[0].cutting.as_ref().unwrap();
+    let mut workspace = TessellationWorkspace::default();
+    for seed in 0..20 {
+        let mut stream = RandomStream::new(seed, 0);
+        let sites = 2 + seed as u32 % 9;
+        let labels: Vec<u32> =
+            cutting.mesh.nodes.iter().map(|_| (stream.uniform() * f64::from(sites)) as u32).collect();
+        let split = components(&cutting.topology, &labels);
+        let (mut points, mut tessellation) = (CrackPoints::default(), Tessellation::default());
+        let (mesh, topology) = (&cutting.mesh, &cutting.topology);
+        points.find(mesh, topology, &split.labels, None, &FixedPoints::default()).unwrap();
+        tessellation.build(mesh, topology, &split.labels, &points, &mut workspace).unwrap();
+        let mut half_edges = BTreeMap::new();
+        for run in tessellation.runs() {
+            let vertices = tessellation.run_vertices(run);
+            for triangle in tessellation.run_triangles(run) {
+                let key = |k: usize| (run.fragment, vertices[triangle[k % 3] as usize].coords.map(f64::to_bits));
+                for k in 0..3 {
+                    let (from, to) = (key(k), key(k + 1));
+                    let [a, b] = [from, to].map(|(fragment, bits)| (fragment, [bits.x, bits.y, bits.z]));
+                    *half_edges.entry((a.min(b), a.max(b))).or_insert(0) += if a < b { 1 } else { -1 };
+                }
+            }
+        }
+        assert!(half_edges.values().all(|balance| *balance == 0), "seed {seed}");
+    }
+}
+
+#[test]
+fn a_stored_object_breaks_as_the_baked_one() {
+    let prepared = baked(shapes::mug(), 0.05);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("object.shatter");
+    save(&prepared, &file).unwrap();
+    let loaded = load(&file).unwrap();
+    assert_eq!(loaded.bodies[0].cutting, prepared.bodies[0].cutting);
+    let both = [&prepared, &loaded].map(|own| {
+        let fracture = fragments(own, &strike(own, 2));
+        let emitted = fracture.meshes.emitted().unwrap();
+        (emitted.positions.clone(), emitted.indices.clone(), fracture.meshes.fragments.clone())
+    });
+    assert_eq!(both[0], both[1]);
+}
+
+#[test]
+fn the_lattice_can_be_had() {
+    let prepared = baked(shapes::mug(), 0.05);
+    let exact = strike(&prepared, 1);
+    let lattice = FractureRequest { surface: SurfaceKind::Lattice, ..exact.clone() };
+    let plain = BakeRequest { surface: SurfaceKind::Lattice, ..request(0.05) }.bake(shapes::mug()).unwrap();
+    let [own, other] = [(&prepared, &lattice), (&plain, &exact)]
+        .map(|(object, request)| fragments(object, request).meshes.emitted().unwrap().positions.clone());
+    assert_eq!(own, other);
+}
+
+/// A box whose sides have texture coordinates far from each other, and one material each.
+fn painted() -> RawMesh {
+    let mut mesh = shapes::cuboid([0.3, 0.2, 0.1]);
+    let side = |triangle: &[u32; 3]| side(&triangle.map(|vertex| mesh.positions_m[vertex as usize]));
+    mesh.attributes.materials = mesh.triangles.iter().map(|own| side(own) as u32).collect();
+    let names = ["left", "right", "bottom", "top", "back", "front"];
+    mesh.attributes.names = names.map(str::to_owned).to_vec();
+    let uv = |own: &[u32; 3]| own.map(|vertex| painted_uv(side(own), &mesh.positions_m[vertex as usize]));
+    mesh.attributes.uvs = mesh.triangles.iter().map(uv).collect();
+    mesh
+}
+
+/// Side of the box on which a triangle lies.
+fn side(corners: &[Point3<f64>; 3]) -> usize {
+    let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+    let axis = normal.iamax();
+    2 * axis + usize::from(normal[axis] > 0.0)
+}
+
+fn painted_uv(side: usize, place: &Point3<f64>) -> [f32; 2] {
+    let axis = side / 2;
+    [3.0 * side as f64 + place[(axis + 1) % 3], 2.0 * place[(axis + 2) % 3]].map(|x| x as f32)
+}
+
+/// Checks normals, texture coordinates and materials of all outer faces of a broken [`painted`] box.
+fn check_paint(meshes: &FractureMeshes) {
+    let emitted = meshes.emitted().unwrap();
+    let mut checked = 0;
+    for fragment in emitted.fragments() {
+        closed(fragment.positions, fragment.indices).unwrap();
+        let (first, skin) = (fragment.row.vertex_first as usize, &meshes.skins.rows[fragment.row.id as usize]);
+        let place = |vertex: u32| {
+            Point3::from(fragment.positions[vertex as usize]).cast::<f64>() + Vector3::from(fragment.row.center_m)
+        };
+        let runs = &meshes.runs[fragment.row.run_first as usize..][..fragment.row.run_count as usize];
+        for run in runs.iter().filter(|run| !run.crack) {
+            let own =
+                &fragment.indices[(run.index_first - fragment.row.index_first) as usize..][..run.index_count as usize];
+            assert_eq!(own, &meshes.skins.indices[skin.index_first as usize..][..skin.index_count as usize]);
+            for (number, triangle) in own.chunks(3).enumerate() {
+                let corners = [0, 1, 2].map(|k| place(triangle[k]));
+                let side = side(&corners);
+                assert_eq!(meshes.attributes.materials[run.index_first as usize / 3 + number], side as u32);
+                for (vertex, corner) in triangle.iter().zip(corners) {
+                    let found = meshes.attributes.vertices[first + *vertex as usize];
+                    let skinned = meshes.skins.vertices[skin.vertex_first as usize + *vertex as usize];
+                    assert_eq!((skinned.uv, skinned.normal), (found.uv, found.normal));
+                    assert_eq!(skinned.position_m, fragment.positions[*vertex as usize]);
+                    let wanted = painted_uv(side, &corner);
+                    assert!((0..2).all(|k| (found.uv[k] - wanted[k]).abs() < 1e-5), "{:?} {wanted:?}", found.uv);
+                    let outward = if side % 2 == 1 { 1.0 } else { -1.0 };
+                    assert_eq!(found.normal[side / 2], outward);
+                    checked += 1;
+                }
+            }
+        }
+        check_merges(fragment.indices, fragment.merges);
+    }
+    assert!(checked > 1000, "{checked}");
+}
+
+/// Checks that the triangles are closed by index once merged vertices are one.
+fn check_merges(indices: &[u32], merges: &[[u32; 2]]) {
+    let merged: BTreeMap<u32, u32> = merges.iter().map(|&[from, to]| (from, to)).collect();
+    let root = |vertex: u32| merged.get(&vertex).map_or(vertex, |&to| *merged.get(&to).unwrap_or(&to));
+    let mut balance: BTreeMap<[u32; 2], i32> = BTreeMap::new();
+    for triangle in indices.chunks(3) {
+        for k in 0..3 {
+            let [a, b] = [triangle[k], triangle[(k + 1) % 3]].map(root);
+            *balance.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
+        }
+    }
+    assert!(balance.values().all(|sum| *sum == 0));
+}
+
+#[test]
+fn attributes_are_those_of_the_input_on_both_sides_of_a_seam() {
+    let tables = Tables { attributes: true, skin: true, ..TABLES };
+    let prepared = BakeRequest { tables, ..request(0.08) }.bake(painted()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("object.shatter");
+    save(&prepared, &file).unwrap();
+    let loaded = load(&file).unwrap();
+    assert_eq!(loaded.bodies[0].cutting, prepared.bodies[0].cutting);
+    for number in 0..3 {
+        let request = strike(&loaded, number);
+        let effects = request.effects.with(EffectKind::Skin).with(EffectKind::Attributes);
+        let painted = fragments(&loaded, &FractureRequest { effects, ..request.clone() });
+        check_paint(&painted.meshes);
+        let plain = fragments(&loaded, &request);
+        let rows = |fracture: &crate::pipeline::Fracture| {
+            fracture.meshes.fragments.iter().map(|row| (row.volume_m3, row.center_m)).collect::<Vec<_>>()
+        };
+        assert_eq!(rows(&painted), rows(&plain));
+        assert!(painted.meshes.counts.vertices > plain.meshes.counts.vertices);
+    }
+}
+
+#[test]
+fn a_fragment_can_be_struck_again() {
+    let prepared = BakeRequest { tables: Tables { attributes: true, skin: true, ..TABLES }, ..request(0.05) };
+    let prepared = prepared.bake(painted()).unwrap();
+    let inside = InsideTest::new(&Surface::repair(painted()).unwrap());
+    let first = strike(&prepared, 0);
+    let effects = first.effects.with(EffectKind::Skin).with(EffectKind::Attributes);
+    let first = fragments(&prepared, &FractureRequest { degree: DegreeRequest::Sites(3), effects, ..first });
+    let kept = first.meshes.keep();
+    let mut broken = 0;
+    for row in &first.meshes.fragments {
+        let mut again = FractureRequest::at(row.center_m.into(), Vector3::new(5.0, 1.0, 0.0));
+        again.contacts[0].radius_m = Some(1.0);
+        let again = FractureRequest { degree: DegreeRequest::Sites(6), effects, ..again };
+        let token = CancelToken::default();
+        let context = RequestContext::new(&prepared, &again, &token, &());
+        let outcome = match strike_again(context, (&kept, row.id), &mut Workspace::default()) {
+            Err(FractureError::FragmentSmall { .. }) => continue,
+            outcome => outcome.unwrap(),
+        };
+        let FractureOutcome::Fractured(fracture) = outcome else { panic!("intact") };
+        let rows = &fracture.meshes.fragments;
+        assert!(rows.len() > 1);
+        let sum: f64 = rows.iter().map(|row| row.volume_m3).sum();
+        assert!((sum / row.volume_m3 - 1.0).abs() < 1e-9, "{sum} of {}", row.volume_m3);
+        check_paint(&fracture.meshes);
+        assert!(outer(&fracture.meshes, &prepared, &inside).0 < 2.0f64.powi(-23));
+        broken += 1;
+    }
+    assert!(broken >= 2, "{broken}");
+}
+
+#[test]
+fn an_open_mesh_keeps_the_lattice_and_says_why() {
+    let mut open = shapes::mug();
+    open.triangles.pop();
+    let prepared = request(0.05).bake(RawMesh::new(open.positions_m, open.triangles)).unwrap();
+    assert!(prepared.bodies[0].cutting.is_none());
+    let reason = prepared.report.surface.reason.unwrap();
+    assert!(reason.contains("edge"), "{reason}");
+}
+
+#[test]
+fn a_fin_that_the_lattice_lost_keeps_its_shape() {
+    // A plate of 0.3 spacings on a block.
+    let spacing = 0.05;
+    let prepared = baked(fin(0.3 * spacing), spacing);
+    let cutting = prepared.bodies[0].cutting.as_ref().unwrap();
+    assert!(cutting.anchored_count() > 0);
+    let fracture = fragments(&prepared, &strike(&prepared, 0));
+    let sum: f64 = fracture.meshes.fragments.iter().map(|row| row.volume_m3).sum();
+    assert!((sum / prepared.report.input_volume_m3 - 1.0).abs() < 1e-9);
+}
+
+/// A block with a thin plate on its top, as one closed surface; its diagonal is about 1 m.
+fn fin(width: f64) -> RawMesh {
+    let half = width / 2.0;
+    // Cross-section in x and y, counter-clockwise, extruded along z.
+    let outline =
+        [[-0.3, -0.3], [0.3, -0.3], [0.3, 0.1], [half, 0.1], [half, 0.4], [-half, 0.4], [-half, 0.1], [-0.3, 0.1]];
+    let count = outline.len() as u32;
+    let positions = [-0.25, 0.25].iter().flat_map(|&z| outline.map(|[x, y]| nalgebra::Point3::new(x, y, z))).collect();
+    let mut triangles = Vec::new();
+    for k in 0..count {
+        let next = (k + 1) % count;
+        triangles.extend([[k, next, count + next], [k, count + next, count + k]]);
+    }
+    for [a, b, c] in [[0, 1, 2], [0, 2, 3], [0, 3, 6], [0, 6, 7], [3, 4, 5], [3, 5, 6]] {
+        triangles.extend([[a, c, b], [count + a, count + b, count + c]]);
+    }
+    RawMesh::new(positions, triangles)
+}

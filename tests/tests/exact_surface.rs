@@ -1,0 +1,153 @@
+//! Fragments of real meshes whose outer faces are the input surface itself.
+
+use nalgebra::{Point3, Vector3};
+use rayon::ThreadPoolBuilder;
+use shatter_fracture::database::{BakeRequest, Tables};
+use shatter_fracture::fragment::closed;
+use shatter_fracture::pipeline::{
+    DegreeRequest, EmittedMeshes, Fracture, FractureOutcome, FractureRequest, PreparedObject, SurfaceKind,
+};
+use shatter_fracture::random::RandomStream;
+use shatter_fracture::scene::EffectKind;
+use shatter_fracture::surface::{InsideTest, RawMesh, Surface};
+use shatter_tests::real;
+
+/// Meshes of `SHATTER_MESHES` that conform.
+const EXACT: [&str; 3] = ["cheburashka.obj", "fandisk.obj", "spot.obj"];
+
+/// Meshes that do not, with a part of the reason.
+const LATTICE: [(&str, &str); 6] = [
+    ("beetle.obj", "does not have exactly two triangles"),
+    ("cow.obj", ""),
+    ("horse.ply", ""),
+    ("stanford-bunny.obj", ""),
+    ("suzanne.obj", ""),
+    ("teapot.obj", ""),
+];
+
+fn request(name: &str) -> BakeRequest {
+    BakeRequest {
+        surface: SurfaceKind::Exact,
+        kappa: Some(1.5),
+        tables: Tables { elastic: true, interior: true, attributes: true, skin: true, ..Tables::NONE },
+        ..real::request(name, "ceramic")
+    }
+}
+
+/// A request at a point of the surface, by number.
+fn strike(prepared: &PreparedObject, number: u64) -> FractureRequest {
+    let cutting = prepared.bodies[0].cutting.as_ref().unwrap();
+    let boundary = &cutting.topology.boundary;
+    let face = boundary[RandomStream::new(9, number).bits() as usize % boundary.len()];
+    let point_m = prepared.frame.to_meters(&cutting.mesh.nodes[face.nodes[0] as usize]);
+    let request = FractureRequest::at(point_m, prepared.frame.center_m - point_m).seeded(number);
+    let effects = request.effects.with(EffectKind::Skin).with(EffectKind::Attributes);
+    FractureRequest { degree: DegreeRequest::Sites(5 + 5 * number as u32), effects, ..request }
+}
+
+fn fracture(prepared: &PreparedObject, request: &FractureRequest) -> Box<Fracture> {
+    match prepared.strike(request).unwrap() {
+        FractureOutcome::Fractured(fracture) => fracture,
+        FractureOutcome::Intact(report) => panic!("{report:?}"),
+    }
+}
+
+/// Volume of all fragments from single-precision positions, outer area, and largest distance of outer faces from the
+/// input over the largest coordinate.
+fn measured(
+    fracture: &Fracture,
+    emitted: &EmittedMeshes<'_>,
+    prepared: &PreparedObject,
+    inside: &InsideTest,
+) -> [f64; 3] {
+    let [mut volume, mut area, mut distance] = [0.0f64; 3];
+    let largest = prepared.frame.center_m.coords.amax() + prepared.frame.diagonal_m / 2.0;
+    for fragment in emitted.fragments() {
+        let own = |vertex: u32| Point3::from(fragment.positions[vertex as usize]).cast::<f64>();
+        for triangle in fragment.indices.chunks(3) {
+            let [a, b, c] = [0, 1, 2].map(|k| own(triangle[k]).coords);
+            volume += a.dot(&b.cross(&c)) / 6.0;
+        }
+        let runs = &fracture.meshes.runs[fragment.row.run_first as usize..][..fragment.row.run_count as usize];
+        for run in runs.iter().filter(|run| !run.crack) {
+            let first = (run.index_first - fragment.row.index_first) as usize;
+            for (number, triangle) in fragment.indices[first..][..run.index_count as usize].chunks(3).enumerate() {
+                let center = Vector3::from(fragment.row.center_m);
+                let [a, b, c] = [0, 1, 2].map(|k| own(triangle[k]) + center);
+                area += (b - a).cross(&(c - a)).norm() / 2.0;
+                if number % 50 == 0 {
+                    let middle = Point3::from((a.coords + b.coords + c.coords) / 3.0);
+                    let apart = inside.distance(&prepared.frame.to_local(&middle)) * prepared.frame.diagonal_m;
+                    distance = distance.max(apart / largest);
+                }
+            }
+        }
+    }
+    [volume, area, distance]
+}
+
+/// Area of a surface, m².
+fn area_m2(surface: &Surface) -> f64 {
+    let area = |triangle| {
+        let [a, b, c] = surface.corners(triangle);
+        (b - a).cross(&(c - a)).norm() / 2.0
+    };
+    (0..surface.triangles.len()).map(area).sum::<f64>() * surface.frame.diagonal_m.powi(2)
+}
+
+fn check(name: &str, mesh: &RawMesh) {
+    let prepared = request(name).bake(mesh.clone()).unwrap();
+    assert_eq!((prepared.report.surface.kind, &prepared.report.surface.reason), (SurfaceKind::Exact, &None), "{name}");
+    let surface = Surface::repair(mesh.clone()).unwrap();
+    let (inside, area) = (InsideTest::new(&surface), area_m2(&surface));
+    let volume = surface.signed_volume() * surface.frame.diagonal_m.powi(3);
+    for number in 0..10 {
+        let fracture = fracture(&prepared, &strike(&prepared, number));
+        let emitted = fracture.meshes.emitted().unwrap();
+        emitted.fragments().for_each(|fragment| closed(fragment.positions, fragment.indices).unwrap());
+        let sum: f64 = fracture.meshes.fragments.iter().map(|row| row.volume_m3).sum();
+        assert!((sum / volume - 1.0).abs() < 1e-9, "{name}: {sum} of {volume}");
+        let [single, outer, distance] = measured(&fracture, &emitted, &prepared, &inside);
+        assert!((single / volume - 1.0).abs() < 1e-6, "{name}: {single} of {volume}");
+        assert!((outer / area - 1.0).abs() < 1e-6, "{name}: {outer} of {area}");
+        assert!(distance < 2.0f64.powi(-23), "{name}: {distance:e}");
+    }
+}
+
+#[test]
+fn real_meshes_break_into_closed_pieces_of_their_own_surface() {
+    for name in EXACT {
+        if let Some(mesh) = real::raw(name) {
+            check(name, &mesh);
+        }
+    }
+}
+
+#[test]
+fn real_meshes_that_do_not_conform_keep_the_lattice_and_say_why() {
+    for (name, reason) in LATTICE {
+        let Some(mesh) = real::raw(name) else { continue };
+        let tables = Tables { interior: true, ..Tables::NONE };
+        let prepared = BakeRequest { tables, ..request(name) }.bake(mesh).unwrap();
+        let surface = &prepared.report.surface;
+        println!("{name}: {surface:?}");
+        assert_eq!(surface.kind, SurfaceKind::Lattice, "{name}");
+        assert!(surface.reason.as_ref().is_some_and(|found| found.contains(reason)), "{name}: {surface:?}");
+        assert!(prepared.bodies.iter().all(|body| body.cutting.is_none()), "{name}");
+    }
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    let Some(mesh) = real::raw("spot.obj") else { return };
+    let results = [1, 2, 4].map(|threads| {
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let prepared = request("spot").bake(mesh.clone()).unwrap();
+            let fracture = fracture(&prepared, &strike(&prepared, 4));
+            let EmittedMeshes { positions, indices, merges, .. } = fracture.meshes.emitted().unwrap();
+            (positions, indices, merges, fracture.meshes.skins.vertices.clone())
+        })
+    });
+    assert!(results[0] == results[1] && results[1] == results[2]);
+}
