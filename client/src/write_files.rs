@@ -6,7 +6,7 @@ use crate::{Error, ErrorKind, FractureResult, Fragment, FragmentSkin, HullMesh};
 use shatter_export::{
     ExportError, FragmentView, HullView, ObjectView, RunView, WriteReport, write_glb, write_mjcf, write_obj,
 };
-use shatter_proto::result::Bond;
+use shatter_proto::result::{Bond, FragmentSurface};
 use shatter_proto::view::ResultView;
 use std::path::Path;
 
@@ -91,7 +91,7 @@ fn hulls_glb(view: ResultView<'_>, path: &Path) -> Result<WriteReport, ExportErr
 fn skins_glb(view: ResultView<'_>, path: &Path) -> Result<WriteReport, ExportError> {
     let skinned: Vec<(Fragment<'_>, FragmentSkin<'_>)> =
         fragments(view).filter_map(|fragment| Some((fragment, fragment.skin()?))).collect();
-    let meshes = VisibleMesh::all(&skinned);
+    let meshes = VisibleMesh::all(&skinned, FragmentSurface::from_code(view.summary.surface));
     let visible = skinned.iter().zip(&meshes).filter(|(_, mesh)| !mesh.indices.is_empty());
     let views: Vec<FragmentView<'_>> = visible
         .map(|((fragment, _), mesh)| FragmentView {

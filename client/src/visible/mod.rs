@@ -7,7 +7,7 @@ use crate::fragment::{Fragment, FragmentSkin, Run};
 use nalgebra::Vector3;
 use nearby_skin::NearbySkin;
 use shatter_export::{RunView, smooth_normals};
-use shatter_proto::result::OuterAttributes;
+use shatter_proto::result::{FragmentSurface, OuterAttributes};
 
 /// Normals and texture coordinates of vertices; empty where the result has none.
 #[derive(Default)]
@@ -106,8 +106,12 @@ pub(crate) struct VisibleMesh {
 }
 
 impl VisibleMesh {
-    /// The visible surfaces of `fragments`: those of one result that have a skin, be it an empty one.
-    pub fn all(fragments: &[(Fragment<'_>, FragmentSkin<'_>)]) -> Vec<Self> {
+    /// The visible surfaces of `fragments`: those of one result that have a skin, be it an empty one. With the lattice's surface,
+    /// cracks are fitted to the skins; with the exact one they end on them.
+    pub fn all(fragments: &[(Fragment<'_>, FragmentSkin<'_>)], surface: FragmentSurface) -> Vec<Self> {
+        if surface == FragmentSurface::Exact {
+            return fragments.iter().map(|(own, skin)| Self::new(Faces::cracks(own), skin)).collect();
+        }
         let mut cracks: Vec<(Faces, Vec<bool>)> =
             fragments.iter().map(|(own, skin)| Faces::fitted(own, skin)).collect();
         sink(&mut cracks, fragments);

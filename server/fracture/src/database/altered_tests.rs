@@ -139,10 +139,11 @@ impl Trial {
     }
 }
 
-/// A node in the middle of the list, which changes of other values do not move, m.
+/// A node of the surface, in the middle of the list, which changes of other values do not move, m.
 fn middle(prepared: &PreparedObject) -> Point3<f64> {
-    let nodes = &prepared.bodies[0].crack.nodes;
-    prepared.frame.to_meters(&nodes[nodes.len() / 2])
+    let body = &prepared.bodies[0];
+    let nodes = &body.topology.boundary_nodes;
+    prepared.frame.to_meters(&body.crack.nodes[nodes[nodes.len() / 2] as usize])
 }
 
 /// The outcome of `impulse_ns` at [`middle`], with the degree of the closed form.
