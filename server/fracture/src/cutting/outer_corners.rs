@@ -2,10 +2,9 @@
 
 use crate::conforming::{ConformingMesh, SurfacePlace};
 use crate::memory::held;
-use crate::skin::{RefinedCorner, surface_corners};
+use crate::skin::{RefinedCorner, blended, surface_corners};
 use crate::surface::Surface;
 use crate::tessellation::OuterFace;
-use nalgebra::Vector3;
 use std::collections::HashMap;
 
 /// Normals, texture coordinates and materials of the boundary of one body's cutting mesh.
@@ -84,20 +83,12 @@ impl<'a> SurfaceAttributes<'a> {
             let own = place.vertices.iter().zip(place.weights).filter(|(other, _)| **other == vertex);
             own.map(|(_, weight)| weight).sum::<f64>()
         };
-        blended(&self.corners[source as usize], vertices.map(weight))
+        let (corners, weights) = (&self.corners[source as usize], vertices.map(weight));
+        match corners.iter().zip(weights).find(|(_, weight)| *weight == 1.0) {
+            Some((corner, _)) => (corner.normal, corner.uv),
+            None => blended(corners.map(|corner| (corner.normal, corner.uv)), weights),
+        }
     }
-}
-
-/// Weighted mean of the attributes of a triangle's corners.
-fn blended(corners: &[RefinedCorner; 3], weights: [f64; 3]) -> ([f32; 3], [f32; 2]) {
-    if let Some(k) = (0..3).find(|&k| weights[k] == 1.0) {
-        return (corners[k].normal, corners[k].uv);
-    }
-    let mean =
-        |of: &dyn Fn(&RefinedCorner) -> f32| (0..3).map(|k| f64::from(of(&corners[k])) * weights[k]).sum::<f64>();
-    let normal = Vector3::from([0, 1, 2].map(|axis| mean(&|corner| corner.normal[axis])));
-    let normal = normal.try_normalize(0.0).map_or(corners[0].normal, |normal| normal.map(|x| x as f32).into());
-    (normal, [0, 1].map(|axis| mean(&|corner| corner.uv[axis]) as f32))
 }
 
 fn ascending(mut nodes: [u32; 3]) -> [u32; 3] {

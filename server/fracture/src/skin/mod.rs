@@ -20,7 +20,7 @@ pub use clipped_surface::{BlendedVertex, ClippedSurface, clip};
 use crate::lattice::{Lattice, LatticePoint, Locator, area_vector};
 use crate::memory::held;
 use crate::surface::Surface;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 pub(crate) use refine::RefinedCorner;
 use std::collections::HashMap;
@@ -138,6 +138,17 @@ fn outward(surface: &Surface, triangle: usize) -> [[f32; 3]; 3] {
     let own = surface.attributes.normals[triangle];
     let along: f64 = own.iter().map(|normal| (0..3).map(|k| f64::from(normal[k]) * area[k]).sum::<f64>()).sum();
     if along < 0.0 { own.map(|normal| normal.map(|x| -x)) } else { own }
+}
+
+/// Weighted mean of normals, made unit again, and of texture coordinates. Opposite normals yield the first.
+pub(crate) fn blended<const N: usize>(
+    attributes: [([f32; 3], [f32; 2]); N],
+    weights: [f64; N],
+) -> ([f32; 3], [f32; 2]) {
+    let sum = |of: &dyn Fn(usize) -> f32| -> f64 { (0..N).map(|k| f64::from(of(k)) * weights[k]).sum() };
+    let normal = Vector3::from([0, 1, 2].map(|axis| sum(&|k| attributes[k].0[axis])));
+    let normal = normal.try_normalize(0.0).map_or(attributes[0].0, |normal| normal.map(|x| x as f32).into());
+    (normal, [0, 1].map(|axis| sum(&|k| attributes[k].1[axis]) as f32))
 }
 
 /// Merges corners with equal points and attributes into one vertex.

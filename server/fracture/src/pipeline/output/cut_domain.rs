@@ -30,11 +30,6 @@ pub(in crate::pipeline) fn cutting(body: &PreparedBody, surface: SurfaceKind) ->
     body.cutting.as_ref().filter(|_| surface == SurfaceKind::Exact)
 }
 
-/// True if a body is cut on the mesh of the input surface.
-pub(in crate::pipeline) fn is_exact(body: &PreparedBody, surface: SurfaceKind) -> bool {
-    cutting(body, surface).is_some()
-}
-
 /// The mesh on which a body is cut.
 pub(in crate::pipeline) fn cut_mesh(body: &PreparedBody, surface: SurfaceKind) -> &Lattice {
     cutting(body, surface).map_or(&body.crack, |cutting| &cutting.mesh)

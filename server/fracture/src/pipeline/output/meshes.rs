@@ -1,7 +1,7 @@
 //! Fragments of all bodies, laid out in tables.
 
 use super::cut::MeshSources;
-use super::cut_domain::{cut_mesh, cutting, is_exact};
+use super::cut_domain::{cut_mesh, cutting};
 use super::hulls::FragmentHulls;
 use super::outer_attributes::{OuterRunAttributes, outer_attributes};
 use super::release_velocity::ReleaseVelocity;
@@ -28,7 +28,7 @@ pub struct FractureMeshes {
     pub(in crate::pipeline) crack_spacing: f64,
     pub(in crate::pipeline) seed: u64,
     /// True if bodies are cut on meshes of the input surface.
-    pub(in crate::pipeline) exact: bool,
+    pub(in crate::pipeline) is_exact: bool,
     /// Attributes of the outer runs, by body and fragment, if bodies are cut on those meshes and an effect needs them.
     outer: Vec<Vec<OuterRunAttributes>>,
     /// Bonds with the world, by fragment, with the effect `bonds`.
@@ -84,8 +84,7 @@ impl FractureMeshes {
             bodies.push(meshes);
         }
         let lattices: Vec<&Lattice> = prepared.bodies.iter().map(|body| cut_mesh(body, request.surface)).collect();
-        let meshes = Self::of(bodies, velocities, world, sources.context)?;
-        let mut meshes = meshes.with_attributes(sources.context)?;
+        let mut meshes = Self::of(bodies, velocities, world, sources.context)?;
         if request.effects.has(EffectKind::Skin) {
             let of_fragments: Vec<Vec<u32>> = meshes.bodies.iter().map(|own| own.sites.clone()).collect();
             let sites = sources.sites(&of_fragments)?;
@@ -94,29 +93,35 @@ impl FractureMeshes {
         meshes.with_hulls(&lattices, sources.context)
     }
 
-    /// The meshes of `bodies`, laid out.
+    /// The meshes of `bodies`, laid out, with the attributes of outer faces if the request asks for them.
     ///
     /// # Errors
     /// [`FractureError::AttributesUnprepared`].
     pub(in crate::pipeline) fn of(
-        bodies: Vec<BodyMeshes>,
+        mut bodies: Vec<BodyMeshes>,
         velocities: Vec<ReleaseVelocity>,
         world: Vec<BondRow>,
         context: RequestContext<'_>,
     ) -> Result<Self, FractureError> {
         let RequestContext { prepared, request, .. } = context;
-        let mut bodies = bodies;
+        let is_exact = prepared.bodies.iter().any(|body| cutting(body, request.surface).is_some());
+        let effect = [EffectKind::Attributes, EffectKind::Skin].into_iter().find(|own| request.effects.has(*own));
+        // The skin of fragments with the lattice's surface is cut by itself.
+        let effect = effect.filter(|effect| is_exact || *effect == EffectKind::Attributes);
+        let span = effect.map(|effect| (effect, context.observer.effect(effect)));
         let mut outer = Vec::new();
-        if let Some(effect) =
-            [EffectKind::Attributes, EffectKind::Skin].into_iter().find(|own| request.effects.has(*own))
-        {
-            let _outer = context.observer.effect(effect);
-            for own in &mut bodies {
-                if let Some(cutting) = cutting(&prepared.bodies[own.body], request.surface) {
-                    let corners = cutting.outer.as_ref().ok_or(FractureError::AttributesUnprepared { effect })?;
-                    outer.push(outer_attributes(own, cutting, corners));
-                }
-            }
+        if let Some((effect, _)) = &span {
+            let of = |own: &mut BodyMeshes| {
+                let body = &prepared.bodies[own.body];
+                outer_attributes(own, body, request.surface, *effect)
+            };
+            outer = bodies.iter_mut().map(of).collect::<Result<_, _>>()?;
+        }
+        let has_attributes = request.effects.has(EffectKind::Attributes);
+        let attributes =
+            if has_attributes { VertexAttributes::of(&bodies, &outer) } else { VertexAttributes::default() };
+        if let Some((_, span)) = span {
+            span.produced_bytes(attributes.bytes() as u64);
         }
         let mut pieces = Self {
             bodies,
@@ -124,14 +129,14 @@ impl FractureMeshes {
             frame: prepared.frame,
             crack_spacing: prepared.parameters.crack_spacing,
             seed: request.seed,
-            exact: prepared.bodies.iter().any(|body| is_exact(body, request.surface)),
+            is_exact,
             outer,
             world,
             fragments: Vec::new(),
             runs: Vec::new(),
             velocities,
             hulls: FragmentHulls::default(),
-            attributes: VertexAttributes::default(),
+            attributes,
             skins: FragmentSkins::default(),
             effects: request.effects,
             counts: BulkCounts::default(),
@@ -142,22 +147,7 @@ impl FractureMeshes {
 
     /// True if the outer faces of the fragments are triangles of the input surface.
     pub fn has_exact_surface(&self) -> bool {
-        self.exact
-    }
-
-    /// Adds the attributes of outer faces, with the effect `attributes`.
-    pub(in crate::pipeline) fn with_attributes(mut self, context: RequestContext<'_>) -> Result<Self, FractureError> {
-        if self.effects.has(EffectKind::Attributes) {
-            let attributes = context.observer.effect(EffectKind::Attributes);
-            self.attributes = match self.exact {
-                true => VertexAttributes::of_outer_runs(&self.bodies, &self.outer),
-                false => VertexAttributes::of(&self.bodies, context.prepared)?,
-            };
-            let bytes =
-                size_of_val(self.attributes.vertices.as_slice()) + size_of_val(self.attributes.materials.as_slice());
-            attributes.produced_bytes(bytes as u64);
-        }
-        Ok(self)
+        self.is_exact
     }
 
     /// Adds the skins of the fragments, cut from `skin`. `sites`: the diagram of each body, if it has one.
@@ -171,7 +161,7 @@ impl FractureMeshes {
         context: RequestContext<'_>,
     ) -> Result<Self, FractureError> {
         let effect = context.observer.effect(EffectKind::Skin);
-        self.skins = if self.exact {
+        self.skins = if self.is_exact {
             FragmentSkins::of_outer_runs(&self.bodies, &self.outer, self.transform.meters_per_unit)
         } else {
             let skin = skin.ok_or(FractureError::AttributesUnprepared { effect: EffectKind::Skin })?;

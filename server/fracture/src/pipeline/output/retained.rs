@@ -43,7 +43,7 @@ impl FractureMeshes {
             points: pieces.points.to_fixed(),
         };
         let bodies = self.bodies.iter().map(keep).collect();
-        let surface = if self.exact { SurfaceKind::Exact } else { SurfaceKind::Lattice };
+        let surface = if self.is_exact { SurfaceKind::Exact } else { SurfaceKind::Lattice };
         RetainedFragments { bodies, skins: self.skins.cut.clone(), surface }
     }
 }

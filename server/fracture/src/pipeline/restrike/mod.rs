@@ -140,8 +140,7 @@ impl Children<'_> {
             velocities = self.velocities(&meshes);
             release.produced(&velocities);
         }
-        let meshes = FractureMeshes::of(vec![meshes], velocities, Vec::new(), context)?;
-        let mut meshes = meshes.with_attributes(context)?;
+        let mut meshes = FractureMeshes::of(vec![meshes], velocities, Vec::new(), context)?;
         if request.effects.has(EffectKind::Skin) {
             let of_fragment = self.sites_of(&meshes.bodies[0].sites);
             let sites = self.sites(&of_fragment);
