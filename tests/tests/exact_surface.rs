@@ -17,12 +17,12 @@ const EXACT: [&str; 3] = ["cheburashka.obj", "fandisk.obj", "spot.obj"];
 
 /// Meshes that do not, with a part of the reason.
 const LATTICE: [(&str, &str); 6] = [
-    ("beetle.obj", "does not have exactly two triangles"),
-    ("cow.obj", ""),
-    ("horse.ply", ""),
-    ("stanford-bunny.obj", ""),
-    ("suzanne.obj", ""),
-    ("teapot.obj", ""),
+    ("beetle.obj", "the mesh is open"),
+    ("cow.obj", "parts of the mesh touch in one vertex"),
+    ("horse.ply", "triangles of the mesh intersect"),
+    ("stanford-bunny.obj", "the mesh is open"),
+    ("suzanne.obj", "the mesh is open"),
+    ("teapot.obj", "the mesh is open"),
 ];
 
 fn request(name: &str) -> BakeRequest {
@@ -132,7 +132,7 @@ fn real_meshes_that_do_not_conform_keep_the_lattice_and_say_why() {
         let surface = &prepared.report.surface;
         println!("{name}: {surface:?}");
         assert_eq!(surface.kind, SurfaceKind::Lattice, "{name}");
-        assert!(surface.reason.as_ref().is_some_and(|found| found.contains(reason)), "{name}: {surface:?}");
+        assert!(surface.reason.as_ref().is_some_and(|found| found.starts_with(reason)), "{name}: {surface:?}");
         assert!(prepared.bodies.iter().all(|body| body.cutting.is_none()), "{name}");
     }
 }

@@ -67,7 +67,7 @@ pub struct BakeArgs {
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub crack_spacing: Option<f64>,
     /// Surface of the fragments: `exact` is the input surface, if the mesh is closed and does not intersect itself; `lattice`
-    /// approximates it. The report names the reason if an exact one cannot be had
+    /// approximates it. A warning gives the reason if the lattice's is used instead
     #[arg(long, value_name = "lattice|exact", default_value = "lattice", value_parser = surface)]
     pub surface: SurfaceKind,
     /// Number of impacts from which the object learns its fracture degree; 0: the closed form decides

@@ -43,7 +43,9 @@ pub fn warning(text: &str) {
 /// Warnings of a bake: a lattice too coarse for the shape, which loses or thickens parts of about its spacing, and parts that
 /// the lattice severs.
 fn warnings(prepared: &PreparedObject) -> Vec<String> {
-    let mut warnings = Vec::new();
+    let reason = prepared.report.surface.reason.iter();
+    let mut warnings: Vec<String> =
+        reason.map(|reason| format!("the fragments have the lattice's surface, not the exact one: {reason}")).collect();
     let error = prepared.report.volume_error();
     if error.abs() > VOLUME_ERROR_REPORTED {
         let (percent, spacing) = (100.0 * error, prepared.parameters.crack_spacing);
@@ -217,7 +219,7 @@ fn surface(report: &BakeReport) -> String {
             line + "\n"
         }
         (SurfaceKind::Lattice, Some(reason)) => {
-            format!("  surface          that of the lattice: an exact one cannot be made, because {reason}\n")
+            format!("  surface          that of the lattice: {reason}\n")
         }
         (SurfaceKind::Lattice, None) => "  surface          that of the lattice\n".to_owned(),
     }

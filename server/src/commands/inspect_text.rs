@@ -41,7 +41,7 @@ pub fn screen(prepared: &PreparedObject, file: &Path, document: &Value) -> Strin
         format!("dimensions per body: interior {}, surface {}", lifts(prepared, true), lifts(prepared, false)),
     );
     if let Some(skin) = &prepared.skin {
-        line("skin", format!("{} triangles of the mesh file", skin.triangles.len()));
+        line("skin", format!("{} triangles: those of the mesh file, long ones divided", skin.triangles.len()));
     }
     let materials = &prepared.report.materials;
     if !materials.is_empty() {

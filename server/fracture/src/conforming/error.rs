@@ -23,6 +23,7 @@ impl std::fmt::Display for ConstraintKind {
 
 /// Error of the conforming mesher. Triangles and vertices are those of the input surface.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ConformingError {
     /// The work was cancelled.
     #[error(transparent)]
@@ -117,4 +118,24 @@ pub enum ConformingError {
         /// Number of missing constraints.
         missing: usize,
     },
+}
+
+impl ConformingError {
+    /// Coordinates of the defect on the surface; `None` for limits.
+    pub fn location(&self, positions: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Point3<f64>> {
+        let vertex = |vertex: u32| positions.get(vertex as usize).copied();
+        let first = |triangle: u32| vertex(triangles.get(triangle as usize)?[0]);
+        match self {
+            Self::InvalidPoint { point } => positions.get(*point).copied(),
+            Self::DegenerateTriangle { triangle } => first(*triangle),
+            Self::OpenEdge { edge } => vertex(edge[0]),
+            Self::NonManifoldVertex { vertex: own } => vertex(*own),
+            Self::SelfIntersection { first: own, .. } => first(*own),
+            Self::DuplicatePoint { at }
+            | Self::PointOnSurface { at }
+            | Self::WrongOrientation { at, .. }
+            | Self::Unrecovered { at, .. } => Some(*at),
+            _ => None,
+        }
+    }
 }

@@ -203,6 +203,7 @@ impl SplitSurface {
             }
         }
     }
+
     /// The two triangles at the edge (a, b) after a flip, if it makes them locally Delaunay.
     fn flipped(&self, [a, b]: [u32; 2], pair: [usize; 2]) -> Option<[[u32; 3]; 2]> {
         let apex = |triangle: usize| self.triangles[triangle].into_iter().find(|&vertex| vertex != a && vertex != b);

@@ -6,7 +6,7 @@ use super::{CuttingMesh, carriers};
 use crate::cancel_token::{CancelToken, Cancelled};
 use crate::conforming::{ConformingError, ConformingMesh, ConformingOptions, ConformingStep, conforming_mesh};
 use crate::lattice::{Lattice, NonManifold, check_manifold};
-use crate::surface::{InsideTest, Surface};
+use crate::surface::{InsideTest, LocalFrame, Surface};
 use crate::tessellation::Topology;
 use nalgebra::Point3;
 use std::mem::take;
@@ -22,8 +22,13 @@ pub enum CuttingError {
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
     /// The mesher refused the surface, or did not finish within its limits.
-    #[error("{0}")]
-    Mesh(ConformingError),
+    #[error("{error}")]
+    Mesh {
+        /// Defect or limit; its coordinates and indices are those of the mesher.
+        error: ConformingError,
+        /// Coordinates of the defect on the surface, local.
+        at: Option<Point3<f64>>,
+    },
     /// The surface has other parts than the crack lattices.
     #[error("the surface encloses {parts} separate parts, and the lattice has {bodies}")]
     Parts {
@@ -48,11 +53,28 @@ pub enum CuttingError {
     },
 }
 
-impl From<ConformingError> for CuttingError {
-    fn from(error: ConformingError) -> Self {
-        match error {
-            ConformingError::Cancelled(cancelled) => Self::Cancelled(cancelled),
-            other => Self::Mesh(other),
+impl CuttingError {
+    /// The reason in words, with the place of the defect in the coordinates of `frame`, and the remedy.
+    pub fn reason(&self, frame: &LocalFrame) -> String {
+        let reason = match self {
+            Self::Mesh { error, .. } => match error {
+                ConformingError::OpenEdge { .. } => "the mesh is open, or its triangles face different ways".to_owned(),
+                ConformingError::NonManifoldVertex { .. } => "parts of the mesh touch in one vertex".to_owned(),
+                ConformingError::SelfIntersection { .. } => "triangles of the mesh intersect".to_owned(),
+                ConformingError::DuplicatePoint { .. } => "two vertices of the mesh have one position".to_owned(),
+                ConformingError::PointOnSurface { .. } => "the mesh touches itself".to_owned(),
+                ConformingError::WrongOrientation { .. } => "shells of the mesh lie in one another".to_owned(),
+                ConformingError::Unrecovered { .. } => "edges or triangles could not be kept".to_owned(),
+                other => other.to_string(),
+            },
+            other => other.to_string(),
+        };
+        match self {
+            Self::Mesh { at: Some(at), .. } => {
+                let at = frame.to_meters(at);
+                format!("{reason} near ({:.4}, {:.4}, {:.4}) m; mend the mesh there and bake again", at.x, at.y, at.z)
+            }
+            _ => reason,
         }
     }
 }
@@ -107,7 +129,11 @@ pub fn cutting_meshes(
     let interior = InteriorNodes::of(&inside, cracks, spacing);
     let options = ConformingOptions { spacing, ..ConformingOptions::default() };
     let CollapsedSurface { positions, triangles, sources, count } = collapse(&surface.positions, &surface.triangles);
-    let mut conforming = conforming_mesh(&positions, &triangles, &interior.points, &options, token, progress)?;
+    let conforming = conforming_mesh(&positions, &triangles, &interior.points, &options, token, progress);
+    let mut conforming = conforming.map_err(|error| match error {
+        ConformingError::Cancelled(cancelled) => CuttingError::Cancelled(cancelled),
+        error => CuttingError::Mesh { error, at: error.location(&positions, &triangles) },
+    })?;
     let whole = Lattice { nodes: take(&mut conforming.nodes), tets: take(&mut conforming.tets) };
     let ConformingMesh { interior_sources, places, deviation, .. } = &conforming;
     let on_surface = places.len();

@@ -2,7 +2,7 @@
 //!
 //! Nodes near the surface may lie outside the lattice, or inside a part of it that is separated from them by a narrow
 //! gap. So the carrier is not found by position alone: it is walked to from the carriers of neighbors in the cutting
-//! mesh, through faces of the lattice. A walk never crosses a gap.
+//! mesh, through faces of the lattice. A walk does not jump over a gap, but it may go around its end.
 //!
 //! Based on: O. Devillers, S. Pion, M. Teillaud, *Walking in a triangulation* (2002). The walk over two meshes is ours.
 

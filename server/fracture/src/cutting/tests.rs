@@ -291,12 +291,19 @@ fn a_fragment_can_be_struck_again() {
 
 #[test]
 fn an_open_mesh_keeps_the_lattice_and_says_why() {
-    let mut open = shapes::mug();
-    open.triangles.pop();
+    let (mug, mut open) = (shapes::mug(), shapes::mug());
+    let removed = open.triangles.pop().unwrap();
     let prepared = request(0.05).bake(RawMesh::new(open.positions_m, open.triangles)).unwrap();
     assert!(prepared.bodies[0].cutting.is_none());
     let reason = prepared.report.surface.reason.unwrap();
-    assert!(reason.contains("edge"), "{reason}");
+    assert!(
+        reason.starts_with("the mesh is open") && reason.ends_with("m; mend the mesh there and bake again"),
+        "{reason}"
+    );
+    let place: Vec<f64> = reason.split(['(', ')']).nth(1).unwrap().split(", ").map(|x| x.parse().unwrap()).collect();
+    let is_near =
+        |vertex: &u32| (mug.positions_m[*vertex as usize] - Point3::new(place[0], place[1], place[2])).norm() < 1e-3;
+    assert!(removed.iter().any(is_near), "{reason}, not at {removed:?}");
 }
 
 #[test]
@@ -311,20 +318,57 @@ fn a_fin_that_the_lattice_lost_keeps_its_shape() {
     assert!((sum / prepared.report.input_volume_m3 - 1.0).abs() < 1e-9);
 }
 
-/// A block with a thin plate on its top, as one closed surface; its diagonal is about 1 m.
+#[test]
+fn values_do_not_jump_over_a_gap() {
+    // Two walls on a base, as wide as the base; the gap between them is narrower than the walls.
+    let (spacing, gap) = (0.05, 0.07);
+    let outline = [
+        [-0.3, -0.3],
+        [0.3, -0.3],
+        [0.3, 0.4],
+        [gap / 2.0, 0.4],
+        [gap / 2.0, -0.1],
+        [-gap / 2.0, -0.1],
+        [-gap / 2.0, 0.4],
+        [-0.3, 0.4],
+    ];
+    let prepared =
+        baked(extruded(&outline, &[[0, 1, 5], [1, 4, 5], [1, 2, 4], [2, 3, 4], [0, 5, 7], [5, 6, 7]]), spacing);
+    let body = &prepared.bodies[0];
+    let cutting = body.cutting.as_ref().unwrap();
+    let mut checked = 0;
+    for (node, carrier) in cutting.mesh.nodes.iter().zip(&cutting.carriers) {
+        let at = prepared.frame.to_meters(node);
+        if at.y > 0.0 {
+            let center =
+                body.crack.corners(carrier.tet as usize).iter().map(|own| own.coords).sum::<Vector3<f64>>() / 4.0;
+            assert!(at.x * prepared.frame.to_meters(&center.into()).x > 0.0, "{at}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 100, "{checked}");
+}
+
+/// A block with a thin plate on its top; its diagonal is about 1 m.
 fn fin(width: f64) -> RawMesh {
     let half = width / 2.0;
-    // Cross-section in x and y, counter-clockwise, extruded along z.
     let outline =
         [[-0.3, -0.3], [0.3, -0.3], [0.3, 0.1], [half, 0.1], [half, 0.4], [-half, 0.4], [-half, 0.1], [-0.3, 0.1]];
+    extruded(&outline, &[[0, 1, 2], [0, 2, 3], [0, 3, 6], [0, 6, 7], [3, 4, 5], [3, 5, 6]])
+}
+
+/// A closed surface with this cross-section in x and y, counter-clockwise, which `caps` triangulate, between z = -0.25 m and
+/// 0.25 m.
+fn extruded(outline: &[[f64; 2]], caps: &[[u32; 3]]) -> RawMesh {
     let count = outline.len() as u32;
-    let positions = [-0.25, 0.25].iter().flat_map(|&z| outline.map(|[x, y]| nalgebra::Point3::new(x, y, z))).collect();
+    let ends = [-0.25, 0.25].iter();
+    let positions = ends.flat_map(|&z| outline.iter().map(move |&[x, y]| Point3::new(x, y, z))).collect();
     let mut triangles = Vec::new();
     for k in 0..count {
         let next = (k + 1) % count;
         triangles.extend([[k, next, count + next], [k, count + next, count + k]]);
     }
-    for [a, b, c] in [[0, 1, 2], [0, 2, 3], [0, 3, 6], [0, 6, 7], [3, 4, 5], [3, 5, 6]] {
+    for &[a, b, c] in caps {
         triangles.extend([[a, c, b], [count + a, count + b, count + c]]);
     }
     RawMesh::new(positions, triangles)

@@ -86,7 +86,7 @@ pub(super) fn whole(
     if request.surface == SurfaceKind::Exact {
         progress(BakeStep::ExactSurface);
         match request.cracks {
-            None => exact_surface(&surface, &mut bodies, (parameters.crack_spacing, tables), &mut report, token)?,
+            None => exact_surface(&surface, &mut bodies, parameters.crack_spacing, tables, &mut report, token)?,
             Some(_) => report.surface.reason = Some("existing cracks are slots of the lattice".to_owned()),
         }
     }
@@ -112,7 +112,8 @@ pub(super) fn whole(
 fn exact_surface(
     surface: &Surface,
     bodies: &mut [PreparedBody],
-    (spacing, tables): (f64, Tables),
+    spacing: f64,
+    tables: Tables,
     report: &mut BakeReport,
     token: &CancelToken,
 ) -> Result<(), BakeError> {
@@ -123,7 +124,7 @@ fn exact_surface(
         Ok(meshes) => meshes,
         Err(CuttingError::Cancelled(cancelled)) => return Err(cancelled.into()),
         Err(error) => {
-            report.surface.reason = Some(error.to_string());
+            report.surface.reason = Some(error.reason(&surface.frame));
             return Ok(());
         }
     };
