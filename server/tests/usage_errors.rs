@@ -96,12 +96,12 @@ fn files_of_another_kind_are_named_with_what_to_do() {
     let scene = here.file("scene.toml", "[objects.mugg]\n");
     let [spot, scene, folder] = [spot.as_path(), &scene, &here.databases()].map(|path| path.display().to_string());
     for line in ["inspect", "check", "serve --config", "serve --scene", "bake --scene"] {
-        check(&here, &format!("shatterd {line} {spot}"), (3, "is a mesh, not a"));
+        check(&here, &format!("shatterd {line} {spot}"), (3, "has the extension of a mesh"));
     }
     check(&here, &format!("shatterd merge {spot} --out {folder}"), (3, &format!("shatterd bake {spot} --name NAME")));
     check(&here, &format!("shatterd bake {folder} --name x"), (3, "is a folder, not a mesh"));
     check(&here, &format!("shatterd bake {scene} --name x"), (3, "shatterd check"));
-    check(&here, &format!("shatterd bake {folder}/mug.shatter --name x"), (3, "is a database, not a mesh"));
+    check(&here, &format!("shatterd bake {folder}/mug.shatter --name x"), (3, "has the extension of a database"));
     check(&here, &format!("shatterd bake {} --name x", spot.trim_end_matches(".obj")), (3, "spot.obj?"));
     check(&here, &format!("shatterd bake {spot} --name x --out {spot}"), (3, "is a file, not a folder"));
     check(&here, &format!("shatterd inspect {folder}"), (3, "mug.shatter"));

@@ -148,9 +148,8 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), CommandError> {
         shares::nothing_kept(&kept)?;
     }
     let raw = mesh(args)?;
-    // A unit given on the command line is intended.
-    let asks = args.unit.is_none() && args.shape.is_none();
-    let doubtful = asks.then(|| size::doubtful(&raw, LengthUnit::M, request.material.density_kg_m3)).flatten();
+    let is_file = args.shape.is_none();
+    let doubtful = is_file.then(|| size::doubtful(&raw, args.unit, request.material.density_kg_m3)).flatten();
     doubtful.iter().for_each(|doubt| bake_report::warning(doubt));
     request.cracks = args.cracks.as_ref().map(|file| read(file, args)).transpose()?;
     let resumed = if args.resume { shares::resume(&kept, &raw, args, &request, share)? } else { None };

@@ -3,7 +3,9 @@
 use super::{CommandError, output};
 use serde_json::json;
 use shatter_fracture::lattice::SPACING_RANGE;
-use shatter_fracture::pipeline::{BakeReport, LearnedModel, PreparedObject, SurfaceKind, SurfaceReport};
+use shatter_fracture::pipeline::{
+    BakeParameters, BakeReport, LearnedModel, PreparedObject, SurfaceKind, SurfaceReport,
+};
 use shatter_fracture::surface::{Defect, DefectKind};
 use shatter_proto::text;
 use std::fmt::Write;
@@ -40,8 +42,8 @@ pub fn warning(text: &str) {
     eprintln!("warning: {}", text::message(text));
 }
 
-/// Warnings of a bake: a lattice too coarse for the shape, which loses or thickens parts of about its spacing, and parts that
-/// the lattice severs.
+/// Warnings of a bake: the surface that was not asked for, a lattice too coarse for the shape, which loses or thickens parts of
+/// about its spacing, parts that the lattice severs, and a fragment size that does not fit the object.
 fn warnings(prepared: &PreparedObject) -> Vec<String> {
     let reason = prepared.report.surface.reason.iter();
     let mut warnings: Vec<String> =
@@ -66,7 +68,21 @@ fn warnings(prepared: &PreparedObject) -> Vec<String> {
             defect.action
         )
     }));
+    warnings.extend(fragment_size(&prepared.parameters, prepared.frame.diagonal_m));
     warnings
+}
+
+/// Warning about a fragment size given in another unit than meters, most likely.
+fn fragment_size(parameters: &BakeParameters, diagonal_m: f64) -> Option<String> {
+    let (size_m, cell_m) = (parameters.fragment_size_m, parameters.crack_spacing * diagonal_m);
+    let why = if size_m > diagonal_m {
+        format!("larger than the object, whose diagonal is {diagonal_m:.4} m, so that most impacts leave it whole")
+    } else if size_m < cell_m {
+        format!("smaller than the spacing of the crack lattice, {cell_m:.4} m, which limits the fragments")
+    } else {
+        return None;
+    };
+    Some(format!("fragments of {size_m} m (--fragment-size, in meters) are {why}"))
 }
 
 /// JSON document of `bake --json`.

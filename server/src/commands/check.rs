@@ -1,7 +1,7 @@
 //! `shatterd check`: the plan of a scene, before anything runs.
 
 use super::expected_file::{self, ExpectedFile};
-use super::{CommandError, lookup, output};
+use super::{CommandError, bake_report, lookup, output};
 use crate::config::data_folder;
 use clap::Args;
 use serde_json::{Value, json};
@@ -40,10 +40,27 @@ pub fn run(args: &CheckArgs) -> Result<(), CommandError> {
     let folder = args.databases.clone().map_or_else(data_folder, Ok)?;
     let objects = scene.objects.iter().map(|(name, object)| plan(name, object, &folder));
     let objects = objects.collect::<Result<Vec<_>, CommandError>>().map_err(of_scene)?;
+    unbaked(&objects);
     if args.json {
         return output::print(&format!("{}\n", json!({ "scene": scene.title, "objects": objects })));
     }
     output::print(&(screen(&scene.title, &objects) + &missing(args, &objects)))
+}
+
+/// Warns of objects without a database that no shape of the scene can be baked into.
+fn unbaked(objects: &[Value]) {
+    for object in objects.iter().filter(|object| object["baked"] == false && object["shape"].is_null()) {
+        let word = |key: &str| object[key].as_str().unwrap_or_default();
+        let (name, file) = (word("object"), word("database"));
+        bake_report::warning(&format!("object `{name}` has no database: {file} does not exist{}", likely(object)));
+    }
+}
+
+/// Suggestion of databases with a similar name.
+fn likely(object: &Value) -> String {
+    let names = object["nearest"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
+    if names.is_empty() { String::new() } else { format!("; did you mean the database {}?", names.join(" or ")) }
 }
 
 /// Commands that bake the missing databases.
@@ -184,11 +201,7 @@ fn screen(title: &str, objects: &[Value]) -> String {
     let word = |value: &Value, key: &str| value[key].as_str().unwrap_or("").to_owned();
     for object in objects {
         let mut baked = if object["baked"] == true { String::new() } else { ": not baked yet".to_owned() };
-        let likely: Vec<String> =
-            list(&object["nearest"]).iter().map(|own| format!("`{}`", own.as_str().unwrap_or(""))).collect();
-        if !likely.is_empty() {
-            baked += &format!("; did you mean the database {}?", likely.join(" or "));
-        }
+        baked += &likely(object);
         // Writing to a string cannot fail.
         let _ = writeln!(text, "\n{} ({}{baked})", word(object, "object"), word(object, "database"));
         let stages = list(&object["stages"]);

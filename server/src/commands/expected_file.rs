@@ -73,9 +73,15 @@ fn mistake_message(path: &Path, wanted: ExpectedFile) -> Option<String> {
     }
     let of = |kind: ExpectedFile| wanted != kind && kind.endings().contains(&ending.as_str());
     let advice = if of(ExpectedFile::Mesh) {
-        format!("is a mesh, not a {}; bake it: shatterd bake {shown} --name NAME", wanted.name())
+        format!(
+            "has the extension of a mesh, and this command takes a {}; if it is a mesh, bake it: shatterd bake {shown} --name NAME",
+            wanted.name()
+        )
     } else if of(ExpectedFile::Database) {
-        format!("is a database, not a {}; show its contents: shatterd inspect {shown}", wanted.name())
+        format!(
+            "has the extension of a database, and this command takes a {}; show its contents: shatterd inspect {shown}",
+            wanted.name()
+        )
     } else if of(ExpectedFile::Scene) && wanted != ExpectedFile::Configuration {
         format!("is a TOML file, not a {}; if it is a scene: shatterd check {shown}", wanted.name())
     } else if wanted == ExpectedFile::Mesh && ending.is_empty() {
@@ -122,9 +128,9 @@ mod tests {
         for (name, wanted, part) in [
             ("spot.obj", ExpectedFile::Database, "shatterd bake"),
             ("spot.obj", ExpectedFile::Scene, "[objects.NAME]"),
-            ("spot.obj", ExpectedFile::Configuration, "is a mesh"),
+            ("spot.obj", ExpectedFile::Configuration, "extension of a mesh"),
             ("mug.shatter", ExpectedFile::Mesh, "shatterd inspect"),
-            ("mug.shatter", ExpectedFile::Scene, "is a database"),
+            ("mug.shatter", ExpectedFile::Scene, "extension of a database"),
             ("scene.toml", ExpectedFile::Mesh, "shatterd check"),
             ("plain", ExpectedFile::Mesh, "has no extension"),
             ("spot", ExpectedFile::Mesh, "spot.obj?"),

@@ -6,20 +6,28 @@ use shatter_fracture::surface::{LengthUnit, RawMesh};
 /// Extents without a warning, m; larger ones are buildings, smaller ones grains.
 const LIKELY_M: std::ops::Range<f64> = 1e-3..5.0;
 
+/// Extents without a warning if the unit was given on the command line, m.
+const LIKELY_WITH_UNIT_M: std::ops::Range<f64> = 5e-3..100.0;
+
 /// Mass from which a bake warns, kg.
 const HEAVY_KG: f64 = 5e3;
 
 /// Extents of handheld and furniture-sized objects, m; the warning suggests units that lead to such an extent.
 const USUAL_M: std::ops::RangeInclusive<f64> = 0.02..=3.0;
 
-/// Warning about the size of `mesh`, which was read in `unit`; `None` if the size is plausible.
-pub fn doubtful(mesh: &RawMesh, unit: LengthUnit, density_kg_m3: f64) -> Option<String> {
+/// Warning about the size of `mesh`, which was read in `given`, or in meters if no unit was given; `None` if the size is plausible.
+pub fn doubtful(mesh: &RawMesh, given: Option<LengthUnit>, density_kg_m3: f64) -> Option<String> {
+    let unit = given.unwrap_or(LengthUnit::M);
     let points = || mesh.positions_m.iter().map(|point| point.coords);
     let low = points().reduce(|a, b| a.inf(&b))?;
     let high = points().reduce(|a, b| a.sup(&b))?;
     let size_m = (high - low).max();
     let mass_kg = volume(mesh, &(0.5 * (low + high))) * density_kg_m3;
-    if !size_m.is_finite() || size_m == 0.0 || (LIKELY_M.contains(&size_m) && mass_kg < HEAVY_KG) {
+    let is_likely = match given {
+        None => LIKELY_M.contains(&size_m) && mass_kg < HEAVY_KG,
+        Some(_) => LIKELY_WITH_UNIT_M.contains(&size_m),
+    };
+    if !size_m.is_finite() || size_m == 0.0 || is_likely {
         return None;
     }
     let others = LengthUnit::ALL.into_iter().filter(|other| *other != unit).filter_map(|other| {
@@ -29,8 +37,11 @@ pub fn doubtful(mesh: &RawMesh, unit: LengthUnit, density_kg_m3: f64) -> Option<
     });
     let others: Vec<String> = others.collect();
     let advice = if others.is_empty() { "check --unit".to_owned() } else { others.join(", ") };
-    let suppressing_option = format!("--unit {unit} keeps this size without a warning");
-    Some(format!("the mesh is {} (unit {unit}); {advice}; {suppressing_option}", measured(size_m, mass_kg)))
+    let suppressing_option = match given {
+        None => format!("; --unit {unit} keeps this size without this warning"),
+        Some(_) => String::new(),
+    };
+    Some(format!("the mesh is {} (unit {unit}); {advice}{suppressing_option}", measured(size_m, mass_kg)))
 }
 
 fn measured(size_m: f64, mass_kg: f64) -> String {
@@ -66,17 +77,19 @@ mod tests {
     #[test]
     fn a_mesh_in_millimeters_is_asked_about_and_others_are_not() {
         let in_millimeters = shapes::cuboid([300.0, 658.0, 200.0]);
-        let message = doubtful(&in_millimeters, LengthUnit::M, 2500.0).unwrap();
+        let message = doubtful(&in_millimeters, None, 2500.0).unwrap();
         assert!(message.contains("658 m large and 9.87e10 kg (unit m)"), "{message}");
         assert!(message.contains("with --unit mm it would be 0.658 m large and 98.7 kg"), "{message}");
         assert!(!message.contains("--unit cm"), "{message}");
-        assert_eq!(doubtful(&shapes::cuboid([0.3, 0.658, 0.2]), LengthUnit::Mm, 2500.0), None);
-        let tiny = doubtful(&shapes::cuboid([2e-4, 1e-4, 1e-4]), LengthUnit::Mm, 2500.0).unwrap();
+        assert_eq!(doubtful(&shapes::cuboid([0.3, 0.658, 0.2]), Some(LengthUnit::Mm), 2500.0), None);
+        let tiny = doubtful(&shapes::cuboid([2e-4, 1e-4, 1e-4]), Some(LengthUnit::Mm), 2500.0).unwrap();
         assert!(tiny.contains("with --unit m it would be 0.200 m"), "{tiny}");
-        let large_box = doubtful(&shapes::cuboid([10.0, 2.0, 2.0]), LengthUnit::M, 2500.0).unwrap();
+        let small = doubtful(&shapes::cuboid([1.8e-3, 1e-3, 1e-3]), Some(LengthUnit::Mm), 2500.0).unwrap();
+        assert!(small.contains("(unit mm); with --unit cm") && !small.contains("without this warning"), "{small}");
+        let large_box = doubtful(&shapes::cuboid([10.0, 2.0, 2.0]), None, 2500.0).unwrap();
         assert!(large_box.contains("10.0 m large and 1.00e5 kg"), "{large_box}");
-        let block = doubtful(&shapes::cuboid([2.0, 2.0, 2.0]), LengthUnit::M, 2500.0).unwrap();
+        let block = doubtful(&shapes::cuboid([2.0, 2.0, 2.0]), None, 2500.0).unwrap();
         assert!(block.contains("with --unit cm it would be 0.0200 m") && block.contains("--unit m keeps"), "{block}");
-        assert_eq!(doubtful(&shapes::cuboid([2.0, 0.75, 1.0]), LengthUnit::M, 750.0), None, "a table");
+        assert_eq!(doubtful(&shapes::cuboid([2.0, 0.75, 1.0]), None, 750.0), None, "a table");
     }
 }

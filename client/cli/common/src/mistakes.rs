@@ -46,9 +46,9 @@ const OTHER_OPTIONS: [(&str, &[&str]); 16] = [
 
 /// Suggestions for missing arguments, by the names that the parser gives them.
 const MISSING: [(&str, &str); 8] = [
+    ("<MESH>", "give a mesh file with --name NAME, or --shape SHAPE for a generated object, or --scene FILE"),
     ("--name <NAME>", "the object is listed and struck by its name, for example --name vase"),
     ("<OBJECT>", "`shatter list` shows the names of the objects"),
-    ("<MESH>", "give a mesh file, or --shape SHAPE for a generated object, or --scene FILE"),
     ("<SCENE>", "a scene is a TOML file with a table [objects.NAME] for each object"),
     ("--ray <X,Y,Z,DX,DY,DZ>", "--impulse-ns goes with --ray; --point goes with --impulse"),
     ("--point <X,Y,Z>", "give the contact point by --point X,Y,Z or by --ray X,Y,Z,DX,DY,DZ"),

@@ -142,6 +142,9 @@ fn reworded(error: clap::Error, command: &Command) -> clap::Error {
         why if why.contains("invalid float literal") && part(ContextKind::InvalidValue).contains(',') => {
             "must be one number, not a vector"
         }
+        why if why.contains("invalid float literal") && in_meters(part(ContextKind::InvalidArg)) => {
+            "must be a number of meters, without a unit"
+        }
         why if why.contains("invalid float literal") => "must be a number, without a unit",
         why if why.contains("too large to fit") => "is larger than any that is accepted",
         _ => return error,
@@ -149,6 +152,11 @@ fn reworded(error: clap::Error, command: &Command) -> clap::Error {
     let (word, value) = (part(ContextKind::InvalidArg), quoted(part(ContextKind::InvalidValue)));
     let message = format!("invalid value '{value}' for '{word}': {why}\n");
     clap::Error::raw(error::ErrorKind::ValueValidation, message).with_cmd(command)
+}
+
+/// True if the option, with the name of its value, takes a length.
+fn in_meters(option: &str) -> bool {
+    option.ends_with("<M>") || option.contains("-m <")
 }
 
 fn text(error: &clap::Error, kind: ContextKind) -> Option<&str> {
@@ -305,7 +313,7 @@ mod tests {
         check(&["--seed", "-1"], "'--seed <SEED>': must be a whole number, 0 or more");
         check(&["--clients", "-2"], "'--clients <CLIENTS>': must be a whole number, 0 or more");
         check(&["--seed", "x"], "must be a whole number");
-        check(&["--radius-m", "5cm"], "must be a number, without a unit");
+        check(&["--radius-m", "5cm"], "must be a number of meters, without a unit");
         check(&["--point", "1", "2", "3"], "numbers with commas and without spaces");
         check(&["--seed"], "a value is required");
         check(&["--position", "1,2,3"], "a similar argument exists: '--point'");
