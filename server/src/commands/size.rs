@@ -85,7 +85,10 @@ mod tests {
         let tiny = doubtful(&shapes::cuboid([2e-4, 1e-4, 1e-4]), Some(LengthUnit::Mm), 2500.0).unwrap();
         assert!(tiny.contains("with --unit m it would be 0.200 m"), "{tiny}");
         let small = doubtful(&shapes::cuboid([1.8e-3, 1e-3, 1e-3]), Some(LengthUnit::Mm), 2500.0).unwrap();
-        assert!(small.contains("(unit mm); with --unit cm") && !small.contains("without this warning"), "{small}");
+        assert!(
+            small.contains("(unit mm); with --unit m it would be 1.80 m") && !small.contains("without this warning"),
+            "{small}"
+        );
         let large_box = doubtful(&shapes::cuboid([10.0, 2.0, 2.0]), None, 2500.0).unwrap();
         assert!(large_box.contains("10.0 m large and 1.00e5 kg"), "{large_box}");
         let block = doubtful(&shapes::cuboid([2.0, 2.0, 2.0]), None, 2500.0).unwrap();
