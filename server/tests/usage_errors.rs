@@ -79,6 +79,7 @@ fn unknown_commands_and_options_suggest_existing_ones() {
         ("shatter list mug", "`shatter list` takes only options"),
         ("shatterd bake spot.obj", "--name vase"),
         ("shatterd bake --name x", "--shape SHAPE"),
+        ("shatterd bake", "--shape SHAPE"),
         ("shatterd bake x.obj --name x --quality good", "must be one of `draft`"),
         ("shatterd serve --port 80", "the options of `shatterd serve` are"),
         ("shatterd inspect mug --outt x", "'--out'"),
@@ -106,8 +107,9 @@ fn files_of_another_kind_are_named_with_what_to_do() {
     check(&here, &format!("shatterd bake {spot} --name x --out {spot}"), (3, "is a file, not a folder"));
     check(&here, &format!("shatterd inspect {folder}"), (3, "mug.shatter"));
     check(&here, &format!("shatterd serve --scene {scene}"), (3, "did you mean `mug`?"));
-    let (code, plan, _) = run(&here, &["shatterd", "check", &scene]);
+    let (code, plan, error) = run(&here, &["shatterd", "check", &scene]);
     assert!(code == 0 && plan.contains("not baked yet; did you mean the database `mug`?"), "{plan}");
+    assert!(error.contains("warning: object `mugg` has no database") && error.contains("`mug`?"), "{error}");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use super::{CommandError, output};
 use serde_json::json;
+use shatter_fracture::degree::reference_gamma;
 use shatter_fracture::lattice::SPACING_RANGE;
 use shatter_fracture::pipeline::{
     BakeParameters, BakeReport, LearnedModel, PreparedObject, SurfaceKind, SurfaceReport,
@@ -68,13 +69,17 @@ fn warnings(prepared: &PreparedObject) -> Vec<String> {
             defect.action
         )
     }));
-    warnings.extend(fragment_size(&prepared.parameters, prepared.frame.diagonal_m));
+    let BakeParameters { fragment_size_m, crack_spacing, material, .. } = &prepared.parameters;
+    // With a threshold of its own, the object has no use for the size.
+    if prepared.gamma_j_m2 == reference_gamma(material.young_pa, material.strength_pa, *fragment_size_m) {
+        let diagonal_m = prepared.frame.diagonal_m;
+        warnings.extend(fragment_size(*fragment_size_m, crack_spacing * diagonal_m, diagonal_m));
+    }
     warnings
 }
 
-/// Warning about a fragment size given in another unit than meters, most likely.
-fn fragment_size(parameters: &BakeParameters, diagonal_m: f64) -> Option<String> {
-    let (size_m, cell_m) = (parameters.fragment_size_m, parameters.crack_spacing * diagonal_m);
+/// Warning about a fragment size that does not fit the object; most likely it was given in another unit than meters.
+fn fragment_size(size_m: f64, cell_m: f64, diagonal_m: f64) -> Option<String> {
     let why = if size_m > diagonal_m {
         format!("larger than the object, whose diagonal is {diagonal_m:.4} m, so that most impacts leave it whole")
     } else if size_m < cell_m {
@@ -238,5 +243,19 @@ fn surface(report: &BakeReport) -> String {
             format!("  surface          that of the lattice: {reason}\n")
         }
         (SurfaceKind::Lattice, None) => "  surface          that of the lattice\n".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fragment_sizes_that_do_not_fit_the_object_are_warned_of() {
+        assert_eq!(fragment_size(0.017, 0.004, 0.17), None);
+        let large = fragment_size(5.0, 0.004, 0.17).unwrap();
+        assert!(large.contains("fragments of 5 m") && large.contains("diagonal is 0.1700 m"), "{large}");
+        let small = fragment_size(0.002, 0.004, 0.17).unwrap();
+        assert!(small.contains("fragments of 0.002 m") && small.contains("crack lattice, 0.0040 m"), "{small}");
     }
 }

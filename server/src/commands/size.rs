@@ -38,8 +38,8 @@ pub fn doubtful(mesh: &RawMesh, given: Option<LengthUnit>, density_kg_m3: f64) -
     let others: Vec<String> = others.collect();
     let advice = if others.is_empty() { "check --unit".to_owned() } else { others.join(", ") };
     let suppressing_option = match given {
-        None => format!("; --unit {unit} keeps this size without this warning"),
-        Some(_) => String::new(),
+        None if LIKELY_WITH_UNIT_M.contains(&size_m) => format!("; --unit {unit} keeps this size without a warning"),
+        _ => String::new(),
     };
     Some(format!("the mesh is {} (unit {unit}); {advice}{suppressing_option}", measured(size_m, mass_kg)))
 }
@@ -80,15 +80,13 @@ mod tests {
         let message = doubtful(&in_millimeters, None, 2500.0).unwrap();
         assert!(message.contains("658 m large and 9.87e10 kg (unit m)"), "{message}");
         assert!(message.contains("with --unit mm it would be 0.658 m large and 98.7 kg"), "{message}");
-        assert!(!message.contains("--unit cm"), "{message}");
+        assert!(!message.contains("--unit cm") && !message.contains("keeps"), "--unit m would warn, too: {message}");
+        assert!(doubtful(&in_millimeters, Some(LengthUnit::M), 2500.0).is_some());
         assert_eq!(doubtful(&shapes::cuboid([0.3, 0.658, 0.2]), Some(LengthUnit::Mm), 2500.0), None);
         let tiny = doubtful(&shapes::cuboid([2e-4, 1e-4, 1e-4]), Some(LengthUnit::Mm), 2500.0).unwrap();
         assert!(tiny.contains("with --unit m it would be 0.200 m"), "{tiny}");
         let small = doubtful(&shapes::cuboid([1.8e-3, 1e-3, 1e-3]), Some(LengthUnit::Mm), 2500.0).unwrap();
-        assert!(
-            small.contains("(unit mm); with --unit m it would be 1.80 m") && !small.contains("without this warning"),
-            "{small}"
-        );
+        assert!(small.contains("(unit mm); with --unit m it would be 1.80 m") && !small.contains("keeps"), "{small}");
         let large_box = doubtful(&shapes::cuboid([10.0, 2.0, 2.0]), None, 2500.0).unwrap();
         assert!(large_box.contains("10.0 m large and 1.00e5 kg"), "{large_box}");
         let block = doubtful(&shapes::cuboid([2.0, 2.0, 2.0]), None, 2500.0).unwrap();
