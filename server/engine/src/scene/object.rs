@@ -7,7 +7,7 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, EXAMPLES_MAX, Tables};
 use shatter_fracture::degree::reference_gamma;
 use shatter_fracture::lattice::SPACING_RANGE;
-use shatter_fracture::pipeline::{AnchorError, PreparedObject};
+use shatter_fracture::pipeline::{AnchorError, PreparedObject, SurfaceKind};
 use shatter_fracture::scene::{Anchors, Material, Materials, WarpControls, brief};
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_proto::Error;
@@ -17,7 +17,7 @@ use shatter_proto::request::{Lift, Quality, Request};
 use std::path::Path;
 
 /// Keys of an object, in the order of the shipped scenes.
-const KEYS: [&str; 19] = [
+const KEYS: [&str; 20] = [
     "database",
     "shape",
     "material",
@@ -25,6 +25,7 @@ const KEYS: [&str; 19] = [
     "gamma_j_m2",
     "elastic_spacing",
     "crack_spacing",
+    "surface",
     "examples",
     "lift",
     "effects",
@@ -46,6 +47,9 @@ const SCENIC: [Effect; 3] = [Effect::Warp, Effect::Anchored, Effect::Gravity];
 const LIFTS: [(&str, Lift); 3] =
     [("euclidean", Lift::Euclidean), ("interior", Lift::Interior), ("surface_diffusion", Lift::SurfaceDiffusion)];
 
+/// Surfaces of the fragments by name.
+const SURFACES: [(&str, SurfaceKind); 2] = [("exact", SurfaceKind::Exact), ("lattice", SurfaceKind::Lattice)];
+
 /// Advice on database names.
 const NAMES: &str =
     "use the name of a file in the database folder, without folders, without `.shatter` and without a leading dot";
@@ -66,6 +70,8 @@ pub struct SceneObject {
     pub elastic_spacing: Option<f64>,
     /// Spacing of the crack lattice for baking, as a fraction of the diagonal.
     pub crack_spacing: Option<f64>,
+    /// Surface of the fragments for baking.
+    pub surface: Option<SurfaceKind>,
     /// Number of example impacts for baking.
     pub examples: Option<u64>,
     /// Defaults and limits of requests.
@@ -212,6 +218,7 @@ struct Values {
     gamma_j_m2: Option<f64>,
     elastic_spacing: Option<f64>,
     crack_spacing: Option<f64>,
+    surface: Option<String>,
     examples: Option<u64>,
     lift: Option<String>,
     effects: Option<Vec<String>>,
@@ -302,6 +309,7 @@ impl SceneObject {
         let lift = values.lift.map_or(Ok(Lift::Interior), |name| named(&at("lift"), "lift", &name, LIFTS))?;
         let qualities = Quality::ALL.map(|quality| (quality.name(), quality));
         let quality = values.quality.map(|name| named(&at("quality"), "quality", &name, qualities)).transpose()?;
+        let surface = values.surface.map(|name| named(&at("surface"), "surface", &name, SURFACES)).transpose()?;
         let on = values.effects.map_or(Ok(Effects::usual()), |names| effects(&at("effects"), &names))?;
         // An effect that is on must not need one that is off.
         let on = Effects::default().changed(on, Effects::default()).map_err(|error| placed(&at("effects"), error))?;
@@ -338,6 +346,7 @@ impl SceneObject {
             material: material.transpose()?,
             elastic_spacing: values.elastic_spacing,
             crack_spacing: values.crack_spacing,
+            surface,
             examples: values.examples,
             terms,
         })

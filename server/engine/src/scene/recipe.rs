@@ -3,7 +3,7 @@
 use super::{Scene, SceneObject, invalid};
 use crate::wire::preset;
 use shatter_fracture::database::{BakeRequest, Tables};
-use shatter_fracture::pipeline;
+use shatter_fracture::pipeline::{self, SurfaceKind};
 use shatter_fracture::scene::Material;
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_proto::Error;
@@ -18,6 +18,7 @@ pub struct BakeRecipe {
     material: Option<(String, Material)>,
     elastic_spacing: Option<f64>,
     crack_spacing: Option<f64>,
+    surface: SurfaceKind,
     quality: pipeline::Preset,
     /// Whether the scene names the preset; an unnamed preset must not sever parts.
     named: bool,
@@ -36,6 +37,7 @@ impl BakeRecipe {
             material: object.material.clone(),
             elastic_spacing: object.elastic_spacing,
             crack_spacing: object.crack_spacing,
+            surface: object.surface.unwrap_or(SurfaceKind::Lattice),
             quality: preset(object.terms.quality.unwrap_or_default()),
             named: object.terms.quality.is_some(),
             examples: object.examples.unwrap_or(0),
@@ -55,6 +57,7 @@ impl BakeRecipe {
             material: stated(all, "material", |object| object.material.clone())?,
             elastic_spacing: stated(all, "elastic_spacing", |object| object.elastic_spacing)?,
             crack_spacing: stated(all, "crack_spacing", |object| object.crack_spacing)?,
+            surface: stated(all, "surface", |object| object.surface)?.unwrap_or(SurfaceKind::Lattice),
             named: objects().any(|object| object.terms.quality.is_some()),
             // Finer lattices also serve requests of coarser presets.
             quality: objects().map(|object| preset(object.terms.quality.unwrap_or_default())).max().unwrap_or_default(),
@@ -75,7 +78,7 @@ impl BakeRecipe {
             elastic_spacing: self.elastic_spacing,
             crack_spacing: self.crack_spacing,
             quality: self.quality,
-            surface: pipeline::SurfaceKind::Lattice,
+            surface: self.surface,
             allows_severed: self.named,
             examples: self.examples,
             tables: self.tables,
