@@ -5,14 +5,24 @@ use crate::sources::root;
 use std::collections::BTreeSet;
 
 /// Kind, cause and remedy. A new kind needs a line here.
-pub const COMMAND_ERRORS: [(&str, &str, &str); 49] = [
+pub const COMMAND_ERRORS: [(&str, &str, &str); 51] = [
     ("all_degenerate", "Every triangle of the mesh has no area.", "Export a mesh with an inside."),
     ("calibration", "The bake failed inside the engine.", "Report it with the mesh."),
     ("corrupt_database", "A database is damaged.", "Bake the object again."),
     (
+        "cracks_miss",
+        "No existing crack reaches the object.",
+        "Move the cracks into the object, or export both with one unit and up axis.",
+    ),
+    (
         "cracks_take_all",
         "The existing cracks leave nothing of the object.",
         "Use a finer `--crack-spacing`, or fewer cracks.",
+    ),
+    (
+        "cracks_too_small",
+        "Every existing crack is smaller than the lattice resolves.",
+        "Use a finer `--crack-spacing`, or larger cracks.",
     ),
     ("database_file", "A database cannot be read or written.", "Check the path, its permissions and the free space."),
     ("database_format", "The file is no database of this version.", "Bake the object again."),

@@ -4,7 +4,7 @@
 use nalgebra::{Point3, Rotation3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField};
-use shatter_fracture::database::{BakeError, BakeRequest, bake, input_hash, save};
+use shatter_fracture::database::{BakeError, BakeRequest, Tables, bake, input_hash, load, save};
 use shatter_fracture::fragment::closed;
 use shatter_fracture::lattice::{Lattice, check_manifold};
 use shatter_fracture::lift::LiftKind;
@@ -302,7 +302,13 @@ fn invalid_cracks_are_reported_or_rejected() {
     let slices = slices.reduce(|sum, next| both(sum, &next)).unwrap();
     let mut flat = half_depth();
     flat.triangles = vec![[0, 0, 1]];
+    let tiny = moved(half_depth(), |point| Point3::new(0.1, 0.05, 0.05) + 1e-4 * point.coords);
     for (cracks, words) in [
+        (
+            outside,
+            "existing cracks: the nearest is 4.00e-1 m away from the object. They extend from [0.0000, 0.5000, -0.1200]",
+        ),
+        (tiny, "existing cracks: none opens a slot at crack spacing 0.04000"),
         (slices, "existing cracks take"),
         (flat, "existing cracks: every triangle is degenerate"),
         (moved(half_depth(), |point| point * f64::NAN), "existing cracks: vertex 0, counted from 0, has a coordinate"),
@@ -311,4 +317,25 @@ fn invalid_cracks_are_reported_or_rejected() {
         let error = baked(shapes::cuboid(SIZE_M), Some(cracks)).err().unwrap().to_string();
         assert!(error.contains(words), "{error}");
     }
+}
+
+/// A tiny sheet at the surface opens a slot that the fit of the boundary fills again.
+#[test]
+fn a_slot_without_volume_gives_a_valid_database() {
+    let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
+    let glass = materials.get("glass").unwrap().clone();
+    let with = |cracks: Option<RawMesh>| {
+        let request = BakeRequest { tables: Tables::NONE, cracks, ..BakeRequest::new("mug", "glass", glass.clone()) };
+        bake(shapes::mug(), &request, &CancelToken::default(), &mut |_| {}).unwrap()
+    };
+    let whole = with(None);
+    let nodes = &whole.bodies[0].crack.nodes;
+    let at = whole.frame.to_meters(&nodes[nodes.len() / 3]);
+    let cracked = with(Some(moved(half_depth(), |point| at + 1e-4 * point.coords)));
+    assert_eq!(cracked.report.cracks.unwrap().volume_m3, 0.0);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mug.shatter");
+    save(&cracked, &path).unwrap();
+    let loaded = load(&path).unwrap();
+    assert_eq!(loaded.report.lattice_volume_m3, cracked.report.lattice_volume_m3);
 }

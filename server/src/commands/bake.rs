@@ -66,9 +66,9 @@ pub struct BakeArgs {
     /// more where walls are thin]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub crack_spacing: Option<f64>,
-    /// Surface of the fragments: `exact` is the input surface, if the mesh is closed and does not intersect itself; `lattice`
-    /// approximates it. A warning gives the reason if the lattice's is used instead
-    #[arg(long, value_name = "lattice|exact", default_value = "lattice", value_parser = surface)]
+    /// Surface of the fragments: `exact` is the input surface, if the mesh is closed and does not intersect itself, and else the
+    /// lattice's, with a warning that gives the reason; `lattice` approximates the input, in less time and memory
+    #[arg(long, value_name = "exact|lattice", default_value = "lattice", value_parser = surface)]
     pub surface: SurfaceKind,
     /// Number of impacts from which the object learns its fracture degree; 0: the closed form decides
     #[arg(long, value_name = "K", default_value_t = 0)]
@@ -160,6 +160,11 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), CommandError> {
         Some(count) => Ok(PartialBake::add(same_mesh(raw, &request, &file)?, count, share)?),
     };
     let partial = resumed.map_or_else(begin, Ok)?;
+    if replaces_another(&file, &partial.prepared) {
+        bake_report::warning(&format!(
+            "this replaces `{name}`, which was baked from another mesh, another unit or other cracks; give another --name to keep both"
+        ));
+    }
     let partial = shares::work(partial, &kept, &token, &bar)?;
     if share.count > 1 {
         bar.finish();
@@ -180,7 +185,7 @@ fn factor(text: &str) -> Result<Precision, String> {
 }
 
 fn surface(text: &str) -> Result<SurfaceKind, String> {
-    choice(text, &[("lattice", SurfaceKind::Lattice), ("exact", SurfaceKind::Exact)])
+    choice(text, &[("exact", SurfaceKind::Exact), ("lattice", SurfaceKind::Lattice)])
 }
 
 fn elastic(text: &str) -> Result<ElasticRequest, String> {
@@ -190,6 +195,11 @@ fn elastic(text: &str) -> Result<ElasticRequest, String> {
 fn quality(text: &str) -> Result<Preset, String> {
     let names = ["draft", "game", "film", "reference"];
     Preset::by_name(text).ok_or_else(|| choice(text, &names.map(|name| (name, ()))).err().unwrap_or_default())
+}
+
+/// True if `file` is a database of another mesh, or of the same one with another unit or other cracks.
+fn replaces_another(file: &Path, prepared: &PreparedObject) -> bool {
+    database::load_input_hash(file).is_ok_and(|earlier| earlier != prepared.report.input_hash)
 }
 
 /// Converts a bake error; defects of the mesh name its file.

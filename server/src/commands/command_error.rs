@@ -278,10 +278,12 @@ impl From<BakeError> for CommandError {
             BakeError::Unusual { key, .. } => Self::refused("out_of_range", key, message),
             BakeError::TooManyExamples { asked } => Self::refused("too_many_examples", asked.to_string(), message),
             BakeError::TooSmall { .. } => Self::refused("too_small", CRACK_SPACING, message),
-            BakeError::TooThin { possible: true, .. } => {
+            BakeError::TooThin { thickness_needed_m: None, .. } => {
                 Self::refused("too_thin", CRACK_SPACING, message).advised("set it with --crack-spacing")
             }
             BakeError::TooThin { .. } => Self::refused("too_thin", "", message).advised("make the walls thicker"),
+            BakeError::CracksMiss { .. } => Self::refused("cracks_miss", "--cracks", message),
+            BakeError::CracksTooSmall { .. } => Self::refused("cracks_too_small", CRACK_SPACING, message),
             BakeError::CracksTakeAll { .. } => Self::refused("cracks_take_all", CRACK_SPACING, message),
             BakeError::Cracks(error) => Self { message, ..error.into() },
             BakeError::Surface(error) => error.into(),

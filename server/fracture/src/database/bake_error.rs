@@ -48,6 +48,31 @@ pub enum BakeError {
     /// The existing cracks are not valid sheets.
     #[error("existing cracks: {0}")]
     Cracks(SurfaceError),
+    /// No existing crack reaches the object.
+    #[error(
+        "existing cracks: the nearest is {distance_m:.2e} m away from the object. They extend from {:.4?} to {:.4?} m, the object \
+         from {:.4?} to {:.4?} m; move them into the object, in its unit and axes",
+        .sheets_m[0], .sheets_m[1], .object_m[0], .object_m[1]
+    )]
+    CracksMiss {
+        /// Distance of the nearest corner of a sheet from the surface, m.
+        distance_m: f64,
+        /// Lowest and highest corner of the sheets' bounding box, m.
+        sheets_m: [[f64; 3]; 2],
+        /// Lowest and highest corner of the object's bounding box, m.
+        object_m: [[f64; 3]; 2],
+    },
+    /// Every existing crack is smaller than the lattice resolves.
+    #[error(
+        "existing cracks: none opens a slot at crack spacing {spacing:.5}, of which the slots are {width_m:.3e} m wide: bake with a \
+         finer spacing, or make the cracks larger than that width"
+    )]
+    CracksTooSmall {
+        /// Crack spacing over the diagonal.
+        spacing: f64,
+        /// Width of a slot, m.
+        width_m: f64,
+    },
     /// The existing cracks leave too little of the object.
     #[error(
         "existing cracks take {percent:.0} % of the object at crack spacing {spacing:.5}: bake with a finer spacing or fewer cracks"
@@ -61,8 +86,8 @@ pub enum BakeError {
     /// Walls are too thin for every possible lattice, or for the requested one.
     #[error(
         "a quarter of the surface or more has walls of {thickness_m:.3e} m or less: crack spacing {spacing:.5} loses them, \
-         {spacing_needed:.5} is needed{possible}",
-        possible = if *possible { "" } else { ", which is finer than can be baked" }
+         {spacing_needed:.5} is needed{}",
+        finer_than_possible(*.thickness_needed_m)
     )]
     TooThin {
         /// Wall thickness that a quarter of the surface does not exceed, m.
@@ -71,8 +96,8 @@ pub enum BakeError {
         spacing: f64,
         /// Crack spacing that preserves them, over the diagonal.
         spacing_needed: f64,
-        /// True if that spacing is possible.
-        possible: bool,
+        /// Wall thickness of the same shape that can be baked, m; none if the spacing is possible.
+        thickness_needed_m: Option<f64>,
     },
     /// A preset that was not requested explicitly severs parts.
     #[error("{0}")]
@@ -121,6 +146,14 @@ pub enum BakeError {
     /// Cancelled at a checkpoint.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+/// Part of [`BakeError::TooThin`] about walls that no possible lattice preserves.
+fn finer_than_possible(thickness_needed_m: Option<f64>) -> String {
+    let words = |needed_m| {
+        format!(", which is finer than can be baked: walls of about {needed_m:.2e} m or more in this shape can be")
+    };
+    thickness_needed_m.map_or_else(String::new, words)
 }
 
 impl BakeError {

@@ -2,7 +2,7 @@
 
 use super::bake_error::{BakeError, GONE_MAX};
 use crate::cancel_token::CancelToken;
-use crate::lattice::{self, LatticeError, LatticeLevels, SLOT_HALF, Spacings};
+use crate::lattice::{self, LatticeError, LatticeLevels, SLOT_HALF, SignedDistance, Spacings};
 use crate::pipeline::{BakeReport, ExistingCracks};
 use crate::surface::{CrackSheets, Defect, DefectKind, InsideTest, Surface};
 use nalgebra::Point3;
@@ -24,7 +24,7 @@ impl UncrackedShape<'_> {
     /// The lattices with slots along `sheets`. Adds figures of the cracks to the report.
     ///
     /// # Errors
-    /// [`BakeError::CracksTakeAll`], those of the lattices.
+    /// [`BakeError::CracksMiss`], [`BakeError::CracksTooSmall`], [`BakeError::CracksTakeAll`], those of the lattices.
     pub(super) fn slotted(
         &self,
         sheets: &CrackSheets,
@@ -32,6 +32,12 @@ impl UncrackedShape<'_> {
         token: &CancelToken,
     ) -> Result<LatticeLevels, BakeError> {
         let spacing = self.levels.crack.spacing;
+        let nodes: Vec<Point3<f64>> =
+            self.levels.bodies.iter().flat_map(|body| body.crack.nodes.iter().copied()).collect();
+        let idle = sheets.idle(self.inside, &nodes, SLOT_HALF * spacing);
+        if idle.as_ref().is_some_and(|idle| idle.count == sheets.count()) {
+            return Err(self.without_effect(sheets));
+        }
         let depth = |point: &Point3<f64>, half: f64| sheets.slot_depth(self.inside, point, half);
         let slotted = lattice::slotted_levels(self.inside, &depth, self.spacings, self.volume, token);
         let (before, take_all) = (self.levels.crack.volume, |percent| BakeError::CracksTakeAll { percent, spacing });
@@ -49,15 +55,31 @@ impl UncrackedShape<'_> {
             area_m2: sheets.area() * frame.diagonal_m.powi(2),
             width_m: 2.0 * SLOT_HALF * spacing * frame.diagonal_m,
             elastic_width_m: 2.0 * SLOT_HALF * elastic_spacing(&slotted) * frame.diagonal_m,
-            volume_m3: lost * frame.diagonal_m.powi(3),
+            // A slot thinner than the lattice resolves may leave it a rounding larger.
+            volume_m3: lost.max(0.0) * frame.diagonal_m.powi(3),
         });
         report.lattice_volume_m3 -= lost * frame.diagonal_m.powi(3);
         report.defects.extend(sheets.defects.iter().cloned());
-        let nodes: Vec<Point3<f64>> =
-            self.levels.bodies.iter().flat_map(|body| body.crack.nodes.iter().copied()).collect();
-        report.defects.extend(sheets.idle(self.inside, &nodes, SLOT_HALF * spacing));
+        report.defects.extend(idle);
         report.defects.extend(self.splinters(&slotted));
         Ok(slotted)
+    }
+
+    /// The error for sheets of which none opens a slot.
+    fn without_effect(&self, sheets: &CrackSheets) -> BakeError {
+        let (frame, spacing) = (&self.surface.frame, self.levels.crack.spacing);
+        let corners = || sheets.triangles().iter().flatten();
+        let distance = corners().map(|corner| self.inside.signed_distance(corner)).fold(f64::INFINITY, f64::min);
+        if distance <= 0.0 {
+            return BakeError::CracksTooSmall { spacing, width_m: 2.0 * SLOT_HALF * spacing * frame.diagonal_m };
+        }
+        let meters =
+            |(low, high): (Point3<f64>, Point3<f64>)| [low, high].map(|corner| frame.to_meters(&corner).into());
+        BakeError::CracksMiss {
+            distance_m: distance * frame.diagonal_m,
+            sheets_m: meters(sheets.bounds()),
+            object_m: meters(self.inside.bounds()),
+        }
     }
 
     /// Parts between slots and the surface, or other slots, that are too small for a body.

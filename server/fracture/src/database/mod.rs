@@ -37,8 +37,8 @@ pub use lattice_tensors::NODES_MAX;
 pub use learned::EXAMPLES_MAX;
 pub use lost_parts::SeveredParts;
 pub use object::{
-    BODIES_MAX, Provenance, load, load_parameters, load_partial, load_provenance, load_tables, load_task, save,
-    save_partial, tensor_bytes,
+    BODIES_MAX, Provenance, load, load_input_hash, load_parameters, load_partial, load_provenance, load_tables,
+    load_task, save, save_partial, tensor_bytes,
 };
 pub use object_name::NAME_BYTES_MAX;
 pub use share::{BakeShare, JoinError, PartialBake, SHARE_EXTENSION, SHARES_MAX, ShareError, ShareTask, join};

@@ -232,6 +232,14 @@ pub fn load_provenance(path: &Path) -> Result<Provenance, DatabaseError> {
     ContainerContents::open(path)?.json("provenance")
 }
 
+/// Loads only the hash of the mesh and the cracks from which a database or a share was baked.
+///
+/// # Errors
+/// Those of [`load_parameters`].
+pub fn load_input_hash(path: &Path) -> Result<String, DatabaseError> {
+    Ok(ContainerContents::open(path)?.json::<BakeReport>("report")?.input_hash)
+}
+
 /// The task of a share, after a check of its numbers.
 fn task(contents: &ContainerContents) -> Result<ShareTask, DatabaseError> {
     if !contents.metadata.contains_key(SHARE_KEY) {

@@ -51,22 +51,38 @@ pub(super) fn spacings(
             Err(error) => return Err(error.into()),
         }
     }
-    Err(too_thin(thickness, chosen[1], false, frame))
+    Err(too_thin(thickness, chosen[1], Some(possible_thickness(thickness, volume, area)), frame))
+}
+
+/// Smallest thickness, local, at which walls of this volume and area can be preserved. Volume grows with thickness.
+fn possible_thickness(thickness: f64, volume: f64, area: f64) -> f64 {
+    let possible = |thicker: &f64| {
+        let spacing = Some(thicker / WALL_SPACINGS[1]);
+        lattice::spacings(volume * thicker / thickness, area, [1; 2], spacing, spacing).is_ok()
+    };
+    // Each step is 2 % thicker; at a tenth of the diagonal, every shape can be baked.
+    let mut thicker = (0..).map(|step| thickness * 1.02_f64.powi(step)).take_while(|thicker| *thicker < WIDTH_MAX);
+    thicker.find(possible).unwrap_or(WIDTH_MAX)
 }
 
 /// The error for a lattice of this spacing without inside: walls that are too thin, if they have a measured thickness.
 pub(super) fn explain(error: LatticeError, walls: &Widths, surface: &Surface) -> BakeError {
     match error {
         LatticeError::NothingInside { spacing } if walls.quantile(SHARE) < WIDTH_MAX => {
-            too_thin(walls.quantile(SHARE), spacing, true, &surface.frame)
+            too_thin(walls.quantile(SHARE), spacing, None, &surface.frame)
         }
         error => error.into(),
     }
 }
 
-fn too_thin(thickness: f64, spacing: f64, possible: bool, frame: &LocalFrame) -> BakeError {
-    let spacing_needed = thickness / WALL_SPACINGS[1];
-    BakeError::TooThin { thickness_m: thickness * frame.diagonal_m, spacing, spacing_needed, possible }
+fn too_thin(thickness: f64, spacing: f64, thickness_needed: Option<f64>, frame: &LocalFrame) -> BakeError {
+    let meters = |local: f64| local * frame.diagonal_m;
+    BakeError::TooThin {
+        thickness_m: meters(thickness),
+        spacing,
+        spacing_needed: thickness / WALL_SPACINGS[1],
+        thickness_needed_m: thickness_needed.map(meters),
+    }
 }
 
 /// Reports the walls that the crack lattice lost and the gaps that it closed.
@@ -93,7 +109,7 @@ pub(super) fn lost(
     let share = gone.len() as f64 / walls.samples.len().max(1) as f64;
     if share >= SHARE {
         let thickness = walls.quantile(SHARE);
-        return Err(too_thin(thickness, spacing, true, frame));
+        return Err(too_thin(thickness, spacing, None, frame));
     }
     let gaps = inside.widths(WidthSide::Gap, spacing, token)?;
     let closed = pick(&gaps, |sample| sample.width < spacing && filled(sample));
@@ -162,13 +178,17 @@ mod tests {
     #[test]
     fn walls_too_thin_for_any_lattice_are_rejected_with_their_thickness() {
         let sheet = baked(shapes::cuboid([1.0, 1.0, 0.0005]), None).err().unwrap();
-        assert!(
-            matches!(sheet, BakeError::TooThin { thickness_m, possible: false, .. } if (thickness_m / 5e-4 - 1.0).abs() < 0.02)
-        );
+        let BakeError::TooThin { thickness_m, thickness_needed_m: Some(needed_m), .. } = sheet else {
+            panic!("{sheet}")
+        };
+        assert!((thickness_m / 5e-4 - 1.0).abs() < 0.02);
+        check(shapes::cuboid([1.0, 1.0, 1.02 * needed_m]));
+        let thinner = baked(shapes::cuboid([1.0, 1.0, 0.95 * needed_m]), None).err().unwrap();
+        assert!(matches!(thinner, BakeError::TooThin { thickness_needed_m: Some(_), .. }), "{thinner}");
         let needle = baked(shapes::cuboid([1000.0, 1.0, 1.0]), None).err().unwrap();
         assert!(matches!(needle, BakeError::Surface(SurfaceError::Needle { .. })), "{needle}");
         let vase = baked(shapes::vase(), Some(0.035)).err().unwrap();
-        let BakeError::TooThin { thickness_m, spacing, spacing_needed, possible: true } = vase else {
+        let BakeError::TooThin { thickness_m, spacing, spacing_needed, thickness_needed_m: None } = vase else {
             panic!("{vase}")
         };
         assert!((thickness_m / 0.006 - 1.0).abs() < 0.1 && spacing == 0.035 && spacing_needed < 0.02, "{thickness_m}");

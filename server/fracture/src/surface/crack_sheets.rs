@@ -83,6 +83,17 @@ impl CrackSheets {
         &self.triangles
     }
 
+    /// Number of sheets: sets of triangles that are connected by shared corners.
+    pub fn count(&self) -> u64 {
+        self.sheets.iter().enumerate().filter(|(triangle, sheet)| **sheet == *triangle as u32).count() as u64
+    }
+
+    /// Lowest and highest corner of the box around all triangles, local.
+    pub fn bounds(&self) -> (Point3<f64>, Point3<f64>) {
+        let bounds = BoundingBox::of(self.triangles.iter().flatten());
+        (bounds.low, bounds.high)
+    }
+
     /// Area of all triangles, inside the object or not; local (squared diagonals).
     pub fn area(&self) -> f64 {
         self.triangles.iter().map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm()).sum()
