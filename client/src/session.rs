@@ -1,6 +1,7 @@
 //! A session with a service, whichever daemon serves: a connection, and a new one once its daemon is lost.
 
 use crate::connection::Connection;
+use shatter_proto::name::nearest;
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::daemon_info::DaemonInfo;
 use shatter_transport::instance::Instance;
@@ -83,7 +84,7 @@ impl From<ConnectError> for Error {
 fn connect(paths: &ServicePaths) -> Result<Connection, ConnectError> {
     if !paths.exists().map_err(ConnectError::Final)? || !daemon_lives(paths) {
         let error = no_daemon(paths, "no daemon of service");
-        let message = format!("{error}; start one with `{}`", paths.start_command());
+        let message = format!("{error}; start one with `{}`{}", paths.start_command(), likely_service(paths));
         return Err(ConnectError::Final(Error { message, ..error }));
     }
     let Ok(json) = std::fs::read_to_string(paths.hello()) else {
@@ -103,6 +104,20 @@ fn connect(paths: &ServicePaths) -> Result<Connection, ConnectError> {
     })?;
     // The file may be that of a daemon that was killed, read before its successor removed it.
     if connection.daemon_lives() { Ok(connection) } else { Err(starting()) }
+}
+
+/// Suggestion of services with similar names whose daemons run.
+fn likely_service(paths: &ServicePaths) -> String {
+    let running = paths.others().filter(daemon_lives).map(|other| other.service.as_str().to_owned());
+    let running: Vec<String> = running.collect();
+    let running: Vec<&str> = running.iter().map(String::as_str).collect();
+    let likely: Vec<String> =
+        nearest(paths.service.as_str(), &running).iter().map(|name| format!("`{name}`")).collect();
+    if likely.is_empty() {
+        String::new()
+    } else {
+        format!("; did you mean service {}, which runs?", likely.join(" or "))
+    }
 }
 
 /// Whether the daemon announces that it serves at `instance`.

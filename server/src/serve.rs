@@ -467,7 +467,7 @@ impl Loaded {
         let threads = threads(config.threads(), config.compute.nice)?;
         let catalog =
             threads.install(|| folder.scan().map(|snapshot| Catalog::default().renewed(snapshot, &loader)))?;
-        announce(&catalog, begun);
+        announce(&catalog, &folder, begun);
         Ok(Self { folder, loader, threads, catalog })
     }
 }
@@ -477,17 +477,17 @@ fn folder(config: &Config, only: Option<BTreeMap<String, String>>) -> Result<Dat
     let required = !config.databases.folder.as_os_str().is_empty();
     let folder = DatabaseFolder { path: config.databases()?, required, only };
     folder.complete()?;
-    if !required && !folder.path.exists() {
-        tracing::warn!(folder = %folder.path.display(), "the database folder does not exist yet; make a database with `shatterd bake`");
-    }
     Ok(folder)
 }
 
-fn announce(catalog: &Catalog, begun: Instant) {
+fn announce(catalog: &Catalog, folder: &DatabaseFolder, begun: Instant) {
     let (ready, entries, bytes) = (catalog.ready(), catalog.len(), catalog.memory_bytes());
     let resident_bytes = ResidentMemory::now().map_or(0, |resident| resident.total());
     let ms = begun.elapsed().as_millis() as u64;
     tracing::info!(ready, entries, bytes, resident_bytes, ms, "databases loaded");
+    if entries == 0 {
+        tracing::warn!(folder = %folder.path.display(), "no database is there, so no object can be struck; make one with `shatterd bake`");
+    }
 }
 
 fn send_rows<R: ReplyRow>(active: &ActiveControlRequest, rows: &[R], total: usize, refused: bool) -> Result<(), Error> {

@@ -105,7 +105,7 @@ fn a_missing_ray_reports_its_closest_distance() {
     assert_eq!(refused(&bar, &Impact::new([aimed, beside])).kind, ErrorKind::Ray);
     let far = refused(&bar, &impact(Contact::new([0.5, 0.03, 0.02])));
     assert_eq!(far.kind, ErrorKind::ContactTooFar);
-    for part in ["contact 0 is 0.", "m from the surface", "(radius)", "Check --unit and --up"] {
+    for part in ["contact 0 is 0.", "m from the surface", "(radius)", "check --unit and --up of `shatterd bake`"] {
         assert!(far.message.contains(part), "{far}");
     }
     near(nearest(&far), [0.2, 0.03, 0.02], DEVIATION_M);

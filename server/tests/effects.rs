@@ -267,7 +267,7 @@ fn slivers_become_part_of_their_neighbors() {
 
 /// Every cell is a sliver where fragments must be larger than the object.
 #[test]
-fn a_result_of_one_piece_is_warned_of() {
+fn a_result_of_one_piece_and_a_long_contact_are_warned_of() {
     let scene = Scene::parse("[objects.bar]\nvolume_min_m3 = 0.02", Path::new("")).unwrap();
     let (daemon, _) = start_with(Some(scene));
     let strike = ["impact", "bar", "--point", "0.2,0,0", "--impulse", "-50,3,0", "--degree", "8"];
@@ -279,6 +279,10 @@ fn a_result_of_one_piece_is_warned_of() {
     let warning = reported(&[]);
     assert!(warning.contains("in one piece: all 8 cells") && warning.contains("--disable slivers"), "{warning}");
     assert_eq!(reported(&["--disable", "slivers"]), "");
+    let whole = ["impact", "bar", "--point", "0.2,0,0", "--impulse=-1e-3,0,0", "--duration-s", "2"];
+    let output = shatter_program(&daemon.here).args(whole).output().unwrap();
+    let (result, warning) = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap()).into();
+    assert!(result.contains("stays whole") && warning.contains("--duration-s takes seconds"), "{result}{warning}");
 }
 
 /// Area vector and area of the part of a fragment's surface that faces `neighbor`, from the mesh that the client receives.

@@ -75,6 +75,13 @@ fn unknown_commands_and_options_suggest_existing_ones() {
         ("shatter impact mug --point (0,0,0) --impulse 1,0,0", "write numbers and commas alone"),
         ("shatter impact mug --point 0,0,0 --impulse 1,0,0 --seed x", "must be a whole number"),
         ("shatter threshold mug --ray 0,0,0,0,0,0", "--ray: the direction DX,DY,DZ of the ray is zero"),
+        ("shatter impact mug --point 0,0,05 --impulse 1,0,0", "`05` is ambiguous; write 0.5"),
+        ("shatter impact mug --point 0,nan,0 --impulse 1,0,0", "`nan` is not finite"),
+        (
+            "shatter impact mug --point 0,0,0 --impulse 1,0,0 --deadline-ms 0",
+            "must be a whole number of milliseconds, 1 or more",
+        ),
+        ("shatter impact mug --enable hulls bonds", "a list is one word: names with commas"),
         ("shatter impact", "`shatter list` shows the names of the objects"),
         ("shatter list mug", "`shatter list` takes only options"),
         ("shatterd bake spot.obj", "--name vase"),

@@ -203,6 +203,7 @@ fn invalid_anchors_are_rejected_by_name() {
     let empty = refused(&mut bar, vec![end(), far]);
     assert!(matches!(empty, AnchorError::Empty { region: 1, .. }), "{empty}");
     assert!(empty.to_string().contains("anchors[1]") && empty.to_string().contains("0.5 m"), "{empty}");
+    assert!(empty.to_string().contains("move it into the object, which extends from ["), "{empty}");
     // A ball that contains a single node, at a corner of the lattice.
     let corner = bar.frame.to_meters(&bar.solid(0).unwrap().lattice.nodes[0]);
     let single = Region::Ball { center_m: corner, radius_m: 1e-4 };

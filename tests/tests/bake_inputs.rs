@@ -241,6 +241,11 @@ fn sizes_defects_and_files_are_told_and_databases_found_by_name() {
     assert_eq!(document["defects"][0]["counted"], "1 triangle");
     let file = document["file"].as_str().unwrap();
     assert!(Path::new(file).is_file());
+    let again = |own: &[&str]| String::from_utf8(bake(&fixture, &mesh, &[own, &more].concat()).stderr).unwrap();
+    assert!(!again(&[]).contains("this replaces"));
+    let replaced = again(&["--unit", "mm"]);
+    assert!(replaced.contains("warning: this replaces `") && replaced.contains("another --name"), "{replaced}");
+    assert!(!again(&["--unit", "mm"]).contains("this replaces"));
 
     let databases = folder.to_str().unwrap();
     let found = fixture.ok("shatterd", &["inspect", "own", "--databases", databases]);

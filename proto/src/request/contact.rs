@@ -55,7 +55,7 @@ impl ContactWire {
         if !square.is_finite() || (square == 0.0 && purpose != Purpose::Aim) {
             let what = if square == 0.0 { "zero" } else { "not finite, or its square is not" };
             let at = format!("contacts[{i}].impulse_ns");
-            let message = format!("contact {i}: the impulse is {what}; pass a finite impulse in N·s");
+            let message = format!("contact {i}: the impulse is {what}; pass a finite impulse other than 0, in N·s");
             return Err(Error::new(ErrorKind::Impulse, at, message));
         }
         Ok(Contact {

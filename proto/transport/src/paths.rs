@@ -32,8 +32,25 @@ impl ServicePaths {
             Some(base) => base.join(service.as_str()),
             None => PathBuf::from(format!("/tmp/shatter-{uid}")).join(service.as_str()),
         };
+        Self::of_folder(service.clone(), uid, folder, runtime.is_none())
+    }
+
+    fn of_folder(service: ServiceName, uid: u32, folder: PathBuf, is_shared: bool) -> Self {
         let mark = format!("sh_{}", short_hash(folder.as_os_str().as_bytes(), uid));
-        Self { service: service.clone(), uid, folder, mark, is_shared: runtime.is_none() }
+        Self { service, uid, folder, mark, is_shared }
+    }
+
+    /// The other services of the user that have a folder, in no order. Their daemons may have ended.
+    pub fn others(&self) -> impl Iterator<Item = Self> {
+        let base = self.folder.parent().map(Path::to_path_buf).unwrap_or_default();
+        let entries = std::fs::read_dir(&base).into_iter().flatten().flatten();
+        let services = entries.filter_map(|entry| ServiceName::new(entry.file_name().to_str()?).ok());
+        let (own, uid, is_shared) = (self.service.clone(), self.uid, self.is_shared);
+        let others = services.filter(move |service| *service != own);
+        others.map(move |service| {
+            let folder = base.join(service.as_str());
+            Self::of_folder(service, uid, folder, is_shared)
+        })
     }
 
     /// Command that starts a daemon of the service, for messages.

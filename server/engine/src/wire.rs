@@ -217,9 +217,17 @@ impl ServedObject for EngineObject {
         let request = self.request(&ray::pointed(strike, &hit))?;
         let context = RequestContext::new(&self.prepared, &request, token, observer);
         let result = pipeline::strike_again(context, from, workspace);
-        let result = result.map_err(|error| engine_error_in(error, &strike.convention))?;
+        let result = result.map_err(|error| of_fragment(engine_error_in(error, &strike.convention), from.1))?;
         // The times of a fragment tell nothing about the object.
         self.struck(strike, (&request, hit), None, result)
+    }
+}
+
+/// Names the fragment in the message of a contact that does not lie on it.
+fn of_fragment(error: Error, fragment: u32) -> Error {
+    match error.kind {
+        ErrorKind::ContactTooFar => Error { message: format!("fragment {fragment}: {}", error.message), ..error },
+        _ => error,
     }
 }
 

@@ -3,7 +3,8 @@
 use super::CommandError;
 use crate::catalog::is_hidden;
 use shatter_fracture::database::EXTENSION;
-use std::path::Path;
+use shatter_proto::name::nearest;
+use std::path::{Path, PathBuf};
 
 /// Extensions of mesh files.
 const MESHES: [&str; 5] = ["obj", "ply", "stl", "gltf", "glb"];
@@ -69,7 +70,8 @@ fn mistake_message(path: &Path, wanted: ExpectedFile) -> Option<String> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
     if !path.exists() {
         let beside = wanted.endings().iter().map(|ending| path.with_extension(ending)).find(|path| path.is_file());
-        return beside.map(|beside| format!("does not exist; did you mean {}?", beside.display()));
+        let likely = beside.or_else(|| similar(path, wanted));
+        return likely.map(|likely| format!("does not exist; did you mean {}?", likely.display()));
     }
     let of = |kind: ExpectedFile| wanted != kind && kind.endings().contains(&ending.as_str());
     let advice = if of(ExpectedFile::Mesh) {
@@ -92,16 +94,37 @@ fn mistake_message(path: &Path, wanted: ExpectedFile) -> Option<String> {
     Some(advice)
 }
 
+/// The file of the wanted kind in the same folder whose name is most like that of `path`.
+fn similar(path: &Path, wanted: ExpectedFile) -> Option<PathBuf> {
+    let folder = path.parent()?;
+    let mut files: Vec<PathBuf> = files(folder_of(folder), wanted).collect();
+    files.sort();
+    let stem = |file: &Path| file.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let stems: Vec<String> = files.iter().filter_map(|file| stem(file)).collect();
+    let likely = nearest(&stem(path)?, &stems.iter().map(String::as_str).collect::<Vec<_>>()).first().copied()?;
+    let file = files.iter().find(|file| stem(file).as_deref() == Some(likely))?;
+    Some(folder.join(file.file_name()?))
+}
+
+/// The folder to read for a relative path without folders.
+fn folder_of(folder: &Path) -> &Path {
+    if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
+}
+
+/// Files of the wanted kind in a folder.
+fn files(folder: &Path, wanted: ExpectedFile) -> impl Iterator<Item = PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let is_wanted = move |path: &PathBuf| {
+        let ending = path.extension();
+        !is_hidden(path)
+            && ending.is_some_and(|own| wanted.endings().iter().any(|ending| own.eq_ignore_ascii_case(ending)))
+    };
+    entries.filter(is_wanted)
+}
+
 /// List of the files of the wanted kind in a folder.
 fn inside(folder: &Path, wanted: ExpectedFile) -> String {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    let own = |path: &std::path::PathBuf| {
-        !is_hidden(path)
-            && path
-                .extension()
-                .is_some_and(|own| wanted.endings().iter().any(|ending| own.eq_ignore_ascii_case(ending)))
-    };
-    let mut names: Vec<String> = entries.filter(own).map(|path| path.display().to_string()).collect();
+    let mut names: Vec<String> = files(folder, wanted).map(|path| path.display().to_string()).collect();
     names.sort();
     let more = names.len().saturating_sub(LISTED_MAX);
     names.truncate(LISTED_MAX);
@@ -134,6 +157,7 @@ mod tests {
             ("scene.toml", ExpectedFile::Mesh, "shatterd check"),
             ("plain", ExpectedFile::Mesh, "has no extension"),
             ("spot", ExpectedFile::Mesh, "spot.obj?"),
+            ("spott.obj", ExpectedFile::Mesh, "spot.obj?"),
             ("", ExpectedFile::Mesh, "is a folder, not a mesh"),
             ("", ExpectedFile::Database, "mug.shatter"),
         ] {

@@ -214,7 +214,7 @@ impl Jobs {
                 let late = Error::new(
                     ErrorKind::Late,
                     "deadline",
-                    "the request's turn came too late for its deadline; allow more time",
+                    "the deadline (deadline_ms) ends before the request can be computed; give a later one, or none",
                 );
                 let end = self.refuse(&job, &late);
                 self.ends.push(end);

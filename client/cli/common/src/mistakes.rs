@@ -44,6 +44,28 @@ const OTHER_OPTIONS: [(&str, &[&str]); 16] = [
     ("log", &["v", "verbose", "debug", "log-level"]),
 ];
 
+/// Options of one command that are given to others.
+const OWNERS: [(&str, &[&str]); 3] = [
+    (
+        "shatterd bake",
+        &[
+            "shape",
+            "material",
+            "materials",
+            "fragment-size",
+            "unit",
+            "up",
+            "elastic-spacing",
+            "crack-spacing",
+            "surface",
+            "examples",
+            "cracks",
+        ],
+    ),
+    ("shatterd serve", &["config", "scene"]),
+    ("shatter impact", &["point", "ray", "impulse", "impulse-ns", "degree", "lift", "enable", "keep", "convention"]),
+];
+
 /// Suggestions for missing arguments, by the names that the parser gives them.
 const MISSING: [(&str, &str); 8] = [
     ("<MESH>", "give a mesh file with --name NAME, or --shape SHAPE for a generated object, or --scene FILE"),
@@ -88,6 +110,14 @@ pub fn option<'a>(flag: &str, known: &[&'a str]) -> Option<&'a str> {
     let meant = OTHER_OPTIONS.iter().filter(|(_, words)| words.contains(&flag.as_str())).map(|(option, _)| *option);
     let exact = std::iter::once(flag.as_str()).chain(meant).find_map(|own| known.iter().find(|known| **known == own));
     exact.copied().or_else(|| nearest(&flag, known).first().copied())
+}
+
+/// The command that has the option `flag`, if a command with the options `known` is not that one.
+pub fn owner(flag: &str, known: &[&str]) -> Option<&'static str> {
+    if known.contains(&flag) {
+        return None;
+    }
+    OWNERS.into_iter().find(|(_, options)| options.contains(&flag)).map(|(command, _)| command)
 }
 
 /// Suggestion for missing arguments, by the names that the parser gives them.

@@ -70,6 +70,9 @@ fn explained(mut error: clap::Error, command: &Command, words: &[OsString]) -> c
     error
 }
 
+/// Options whose value is a list.
+const LISTS: [&str; 2] = ["--enable", "--disable"];
+
 /// Suggestion for an argument that the command does not have.
 fn unknown(error: &mut clap::Error, command: &Command, words: &[OsString]) -> Option<String> {
     let word = text(error, ContextKind::InvalidArg)?.to_owned();
@@ -81,6 +84,11 @@ fn unknown(error: &mut clap::Error, command: &Command, words: &[OsString]) -> Op
         return Some("a vector is one word: numbers with commas and without spaces, for example 0.1,0,-0.2".to_owned());
     }
     if !word.starts_with('-') {
+        if words.iter().any(|given| LISTS.iter().any(|list| given == list)) {
+            return Some(
+                "a list is one word: names with commas and without spaces, for example bonds,hulls".to_owned(),
+            );
+        }
         return Some(match own.get_positionals().count() {
             0 => format!("`{}` takes only options, which begin with --", path(own)),
             _ => format!("`{}` takes no further word; see the usage below", path(own)),
@@ -101,7 +109,9 @@ fn unknown(error: &mut clap::Error, command: &Command, words: &[OsString]) -> Op
         }
         None => {
             let all: Vec<String> = known.iter().map(|name| format!("--{name}")).collect();
-            Some(format!("the options of `{}` are {}", path(own), all.join(", ")))
+            let owner = mistakes::owner(flag, &known);
+            let owner = owner.map_or(String::new(), |owner| format!("`--{flag}` is an option of `{owner}`; "));
+            Some(format!("{owner}the options of `{}` are {}", path(own), all.join(", ")))
         }
     }
 }
@@ -319,7 +329,11 @@ mod tests {
         check(&["--position", "1,2,3"], "a similar argument exists: '--point'");
         check(&["--radius-m", "1,0,0"], "must be one number, not a vector");
         check(&["--wrong"], "the options of `program impact` are --out, --seed, --clients, --radius-m, --examples");
-        check(&["--impulse", "1,0,0"], "found tip: the options of `program impact` are --out, --seed, --clients");
+        check(&["--material", "glass"], "`--material` is an option of `shatterd bake`; the options of");
+        check(
+            &["--impulse", "1,0,0"],
+            "found tip: `--impulse` is an option of `shatter impact`; the options of `program impact` are --out, --seed, --clients",
+        );
         check(&["mug"], "`program impact` takes only options");
     }
 }

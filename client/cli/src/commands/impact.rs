@@ -1,8 +1,12 @@
 //! `shatter impact`.
 
 use super::files::{FileFormat, OutputTarget, WrittenFiles};
-use super::parse::{NamedConvention, convention, degree, effect, elastic, lift, origin, quality, ray, vector};
-use super::{CliError, RESULT_TIMEOUT, document, note, note_one_piece, out, reply, wait, with_options};
+use super::parse::{
+    NamedConvention, convention, degree, effect, elastic, lift, milliseconds, origin, quality, ray, vector,
+};
+use super::{
+    CliError, RESULT_TIMEOUT, document, note, note_long_contact, note_one_piece, out, reply, wait, with_options,
+};
 use serde_json::{Value, json};
 use shatter_client::{
     Bond, Contact, Deadline, DebrisPoint, DegreeOrigin, DegreeRule, DisplacementSource, Effect, EnergySource, Error,
@@ -70,7 +74,7 @@ pub struct Args {
     disable: Vec<Effect>,
     /// Time after admission within which the result is of use, ms: the service serves more urgent requests first, and refuses one that
     /// cannot be in time
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", value_parser = milliseconds)]
     deadline_ms: Option<u64>,
     /// Longest wait for the service, and for the object while its database is being loaded, s
     #[arg(long, value_name = "SECONDS", value_parser = wait::seconds)]
@@ -148,6 +152,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
         note(format_args!("the request exceeded its time of {asked} ms by {by_ms:.1} ms: {reason}"));
     }
     note_one_piece(&result);
+    note_long_contact(args.duration_s, &result);
     if args.json {
         let Args { error: error_max, time_ms: time_ms_max, .. } = *args;
         let asked = RequestEcho { convention: &args.convention.name, error_max, time_ms_max };

@@ -37,6 +37,18 @@ fn note_one_piece(result: &FractureResult) {
     }
 }
 
+/// Contact duration above which a duration in milliseconds is more likely, s: hard objects touch for less.
+const LONG_CONTACT_S: f64 = 0.1;
+
+/// Warns of a long contact that left the object whole: its unit may be wrong.
+fn note_long_contact(duration_s: Option<f64>, result: &FractureResult) {
+    if let Some(duration_s) = duration_s.filter(|duration_s| *duration_s >= LONG_CONTACT_S && result.is_whole()) {
+        note(format_args!(
+            "warning: a contact of {duration_s} s spreads the impulse over a long time, so the force is small; --duration-s takes seconds (2 ms are 0.002)"
+        ));
+    }
+}
+
 /// `contact` with duration and radius, if they are given.
 fn with_options(contact: Contact, duration_s: Option<f64>, radius_m: Option<f64>) -> Contact {
     let contact = duration_s.map_or(contact, |duration_s| contact.duration(duration_s));

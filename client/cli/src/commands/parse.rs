@@ -10,13 +10,26 @@ fn numbers<const N: usize>(text: &str, wanted: &str) -> Result<[f64; N], String>
     let parts: [&str; N] = parts.as_slice().try_into().map_err(|_| {
         format!("expected {N} numbers {wanted}, separated by commas without spaces; found {}", parts.len())
     })?;
-    let mut found = [0.0; N];
+    let mut found = [0.0_f64; N];
     for (number, part) in found.iter_mut().zip(parts) {
-        *number = part.trim().parse().map_err(|_| {
+        let part = part.trim();
+        *number = part.parse().map_err(|_| {
             format!("`{}` is not a number; write numbers and commas alone, as in 0.1,0,-0.2", quoted(part))
         })?;
+        if !number.is_finite() {
+            return Err(format!("`{}` is not finite; every number must be", quoted(part)));
+        }
+        if let Some(decimals) = zero_without_point(part) {
+            return Err(format!("`{part}` is ambiguous; write 0.{decimals}, or {decimals} for the whole number"));
+        }
     }
     Ok(found)
+}
+
+/// Digits after a leading zero without a decimal point, as in `05`: probably the point is missing.
+fn zero_without_point(part: &str) -> Option<&str> {
+    let digits = part.trim_start_matches(['-', '+']).strip_prefix('0')?;
+    (!digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())).then_some(digits)
 }
 
 /// Parses `X,Y,Z`.
@@ -50,6 +63,12 @@ pub fn degree(text: &str) -> Result<DegreeRule, String> {
         ],
     )
     .map_err(|error| format!("{error}, or a whole number"))
+}
+
+/// Parses a deadline, ms.
+pub fn milliseconds(text: &str) -> Result<u64, String> {
+    let wrong = "must be a whole number of milliseconds, 1 or more: 0 leaves no time for a result";
+    text.parse().ok().filter(|ms| *ms > 0).ok_or_else(|| wrong.to_owned())
 }
 
 /// Parses the name of a lift.
@@ -108,6 +127,10 @@ mod tests {
         for text in ["", "1,2", "1,2,3,4", "1,x,3"] {
             assert!(vector(text).is_err(), "{text}");
         }
+        assert_eq!(vector("0,NaN,1").unwrap_err(), "`NaN` is not finite; every number must be");
+        assert_eq!(vector("0,inf,1").unwrap_err(), "`inf` is not finite; every number must be");
+        assert_eq!(vector("0,-05,1").unwrap_err(), "`-05` is ambiguous; write 0.5, or 5 for the whole number");
+        assert_eq!(vector("0,-0,0.05"), Ok([0.0, -0.0, 0.05]));
         assert_eq!(ray("1,2,3,0,-1,0"), Ok(Ray { origin_m: [1.0, 2.0, 3.0], direction: [0.0, -1.0, 0.0] }));
         assert!(ray("1,2,3").unwrap_err().contains("6 numbers"));
     }

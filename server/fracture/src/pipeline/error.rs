@@ -69,7 +69,7 @@ pub enum FractureError {
     },
     /// The contact point is farther from the body than its radius.
     #[error(
-        "contact {contact} is {distance_m:.6} m from the surface; contacts must lie within {radius_m:.6} m (radius). The nearest surface point is {}. Check --unit and --up.",
+        "contact {contact} is {distance_m:.6} m from the surface; contacts must lie within {radius_m:.6} m (radius). The nearest surface point is {}. If its size or direction is wrong, check --unit and --up of `shatterd bake`.",
         point(.surface_m)
     )]
     TooFar {
@@ -87,7 +87,7 @@ pub enum FractureError {
     RayDirection,
     /// The ray misses the object.
     #[error(
-        "the ray misses the object by {distance_m:.6} m; its point {} is the closest, to the surface point {}. Aim at that point.",
+        "the ray misses the object by {distance_m:.6} m; its point {} is the closest, to the surface point {}. Aim at that point, or reverse a ray that points away.",
         point(.ray_m), point(.surface_m)
     )]
     RayMissed {

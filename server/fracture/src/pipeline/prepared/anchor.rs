@@ -41,7 +41,8 @@ impl PreparedObject {
         match anchored_nodes.counts.iter().position(|count| *count == 0) {
             Some(region) => {
                 let (what, spacing_m) = (anchors.regions[region].to_string(), spacing * self.frame.diagonal_m);
-                Err(AnchorError::Empty { region, what, spacing_m })
+                let object_m = self.bounds_m().map(|corner| corner.coords.into());
+                Err(AnchorError::Empty { region, what, spacing_m, object_m })
             }
             None => Ok(anchored_nodes),
         }

@@ -47,7 +47,8 @@ pub enum AnchorError {
     },
     /// A region contains no node.
     #[error(
-        "anchors[{region}], {what}, contains no node of the elastic lattice (edges of {spacing_m:.4} m); enlarge it"
+        "anchors[{region}], {what}, contains no node of the elastic lattice (edges of {spacing_m:.4} m); enlarge it, or move it \
+         into the object, which extends from {:.4?} to {:.4?} m", .object_m[0], .object_m[1]
     )]
     Empty {
         /// Index of the region.
@@ -56,6 +57,8 @@ pub enum AnchorError {
         what: String,
         /// Mean edge length of the elastic lattice, m.
         spacing_m: f64,
+        /// Lowest and highest corner of the object's bounding box, m.
+        object_m: [[f64; 3]; 2],
     },
     /// The regions leave a body a rigid motion, or its equations cannot be solved.
     #[error("body {body} is not held by {regions}: {source}")]

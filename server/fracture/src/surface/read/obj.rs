@@ -113,11 +113,19 @@ fn load(statements: &[Statement], end: usize) -> Result<Mesh, LoadError> {
 /// Rule that a statement breaks, in plain words.
 fn rule(error: &LoadError) -> String {
     match error {
-        LoadError::PositionParseError => "a vertex needs three numbers with decimal points, apart by spaces".to_owned(),
+        LoadError::PositionParseError => {
+            "a vertex needs three numbers, with decimal points instead of commas, apart by spaces".to_owned()
+        }
         LoadError::FaceParseError => "a face needs whole numbers other than 0 that name vertices".to_owned(),
         LoadError::FaceVertexOutOfBounds => "a face names a vertex that does not exist".to_owned(),
         other => other.to_string(),
     }
+}
+
+/// Remark on the last statement of a file, which may have been cut off.
+fn ending(statements: &[Statement], line: usize) -> &'static str {
+    let is_last = statements.iter().all(|statement| statement.line <= line);
+    if is_last { "; the file ends there: if it was cut off, copy or export it again" } else { "" }
 }
 
 /// Error that names the first statement, vertices before faces, that `tobj` rejects.
@@ -132,6 +140,8 @@ fn refused(statements: &[Statement], error: &LoadError) -> SurfaceError {
     malformed(
         "obj",
         format!("line {line}"),
-        found.map_or(error.to_string(), |found| format!("{}: '{}'", rule(error), found.text)),
+        found.map_or(error.to_string(), |found| {
+            format!("{}: '{}'{}", rule(error), found.text, ending(statements, line))
+        }),
     )
 }

@@ -7,10 +7,11 @@ use super::polygon::{FacePolygons, FaceTriangles};
 use super::{RawMesh, SurfaceError, malformed, within_limit};
 use crate::surface::{DOUBLE, SINGLE, TriangleAttributes};
 use nalgebra::Point3;
-use ply_rs_bw::parser::{Parser, Reader};
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
 };
+use std::io::ErrorKind;
 
 /// Values of one row of an element: coordinates and attributes of a vertex, or vertex indices.
 #[derive(Default)]
@@ -55,6 +56,9 @@ pub(super) fn meaning(name: &str) -> Meaning {
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     let mut reader = Reader::new(bytes);
     let parser = Parser::<PlyRow>::new();
+    if !bytes.starts_with(b"ply") {
+        return Err(malformed("ply", "header", "does not begin with `ply`: the file is empty, or of another format"));
+    }
     let header = parser.read_header(&mut reader).map_err(|error| malformed("ply", "header", one_line(&error)))?;
     let mut lines_read = reader.line().saturating_sub(1);
     let mut body = Body::default();
@@ -70,11 +74,19 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
             }
             _ => parser
                 .read_payload_for_element(&mut reader, element, &header)
-                .map_err(|error| malformed("ply", format!("element {}", element.name), one_line(&error)))?,
+                .map_err(|error| malformed("ply", format!("element {}", element.name), body_error(&error)))?,
         };
         body.take(element, rows)?;
     }
     body.finish(&header)
+}
+
+/// Text of an error in the body of a file.
+fn body_error(error: &ParseError) -> String {
+    match error.kind() {
+        ErrorKind::UnexpectedEof => "the file ends there: copy or export it again".to_owned(),
+        _ => one_line(error),
+    }
 }
 
 /// Text of an error with all white space replaced by single spaces.

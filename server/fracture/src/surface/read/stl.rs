@@ -21,7 +21,11 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     match facets {
         _ if !exact && is_ascii(bytes) => parse_ascii(&String::from_utf8_lossy(bytes).to_lowercase()),
         Some(facets) => parse_binary(bytes, facets),
-        None => Err(malformed("stl", format!("byte {}", bytes.len()), "ends inside the header")),
+        None => Err(malformed(
+            "stl",
+            format!("byte {}", bytes.len()),
+            "ends inside the header, and does not begin with `solid` as text does: it is no STL file; export the mesh again",
+        )),
     }
 }
 
