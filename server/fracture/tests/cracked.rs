@@ -319,7 +319,7 @@ fn invalid_cracks_are_reported_or_rejected() {
     }
 }
 
-/// A tiny sheet at the surface opens a slot that the fit of the boundary fills again.
+/// A tiny sheet at the surface, whose slot takes less than the fit of the boundary changes.
 #[test]
 fn a_slot_without_volume_gives_a_valid_database() {
     let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();

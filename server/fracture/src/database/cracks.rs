@@ -55,7 +55,7 @@ impl UncrackedShape<'_> {
             area_m2: sheets.area() * frame.diagonal_m.powi(2),
             width_m: 2.0 * SLOT_HALF * spacing * frame.diagonal_m,
             elastic_width_m: 2.0 * SLOT_HALF * elastic_spacing(&slotted) * frame.diagonal_m,
-            // A slot thinner than the lattice resolves may leave it a rounding larger.
+            // Only the lattice without slots is fitted to the boundary, so that its volume may be the smaller one.
             volume_m3: lost.max(0.0) * frame.diagonal_m.powi(3),
         });
         report.lattice_volume_m3 -= lost * frame.diagonal_m.powi(3);
