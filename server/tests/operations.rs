@@ -6,7 +6,7 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
-use support::{InProcess, TestDirectory};
+use support::{InProcess, TestDirectory, shatter_program};
 
 /// Connections held open: ten times as many as the port serves at once.
 const HELD: usize = 640;
@@ -28,6 +28,18 @@ fn probe(port: u16) -> String {
     let read = stream.read_to_string(&mut text);
     assert!(read.is_ok(), "no reply within {PROBE:?}: {read:?}");
     text.lines().next().unwrap_or_default().to_owned()
+}
+
+#[test]
+fn a_misspelled_service_is_told_the_one_that_runs() {
+    let (daemon, _) = daemon();
+    let mut command = shatter_program(&daemon.here);
+    let variable = command.get_envs().find(|(name, _)| *name == "SHATTER_SERVICE");
+    let own = variable.and_then(|(_, value)| value?.to_str()).unwrap().to_owned();
+    let output = command.args(["list", "--service", &format!("{own}x")]).output().unwrap();
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(4), "{error}");
+    assert!(error.contains(&format!("did you mean service `{own}`, which runs?")), "{error}");
 }
 
 #[test]

@@ -182,6 +182,8 @@ fn bad_strikes_are_refused_by_name() {
     refused(&["impact", "nothing", "--point", point, "--impulse", "-1,0,0"], "unknown_object");
     refused(&["impact", "arch", "--point", "9,9,9", "--impulse", "-1,0,0"], "contact_too_far");
     refused(&["impact", "arch", "--point", point, "--impulse", "0,0,0"], "impulse");
+    let (code, document) = fixture.json("shatter", &["impact", "arch", "--point", point, "--impulse", "NaN,0,0"]);
+    assert_eq!((code, document["error"]["kind"].as_str()), (2, Some("usage")), "{document}");
     refused(&["impact", "arch", "--point", point, "--impulse", "-1,0,0", "--gamma", "0"], "gamma");
     refused(&["impact", "arch", "--point", point, "--impulse", "-1,0,0", "--gamma", "-1"], "gamma");
     refused(&["impact", "arch", "--point", point, "--impulse", "-1,0,0", "--degree", "0"], "degree");

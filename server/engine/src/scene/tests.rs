@@ -1,7 +1,7 @@
 use super::*;
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::Tables;
-use shatter_fracture::pipeline;
+use shatter_fracture::pipeline::{self, SurfaceKind};
 use shatter_proto::effect::{Effect, Effects};
 use shatter_proto::request::{Lift, Quality, Request};
 
@@ -40,6 +40,7 @@ fn unknown_keys_are_rejected_with_a_suggestion() {
     check("bytes_max = -1", "objects.vase.bytes_max", "is -1; it must be a whole number, 1 or more");
     check("examples = 2000000", "objects.vase.examples", "is 2000000; it must be a whole number from 0 to 1048576");
     check("elastic_spacing = 7", "objects.vase.elastic_spacing", "is 7; it must be a number from 0.002 to 0.25");
+    check("surface = \"exakt\"", "objects.vase.surface", "`exact`");
     check("effects = \"hulls\"", "objects.vase.effects", "is \"hulls\"; it must be a list");
     check("sites_max = \"many\"", "objects.vase.sites_max", "is \"many\"; it must be a whole number");
     let held = |anchor: &str| format!("allow = [\"anchored\"]\nanchors = [{anchor}]");
@@ -92,6 +93,8 @@ fn a_database_is_baked_for_all_objects_that_are_made_of_it() {
     assert_eq!(alone.tables, Tables { surface_diffusion: false, ..plain });
     assert_eq!(request("effects = [\"interior\"]\nlift = \"surface_diffusion\"").tables, plain);
     assert_eq!(request("elastic_spacing = 0.03\nmaterial = \"plaster\"").elastic_spacing, Some(0.03));
+    let surfaces = ["", "surface = \"lattice\"", "surface = \"exact\""].map(|key| request(key).surface);
+    assert_eq!(surfaces, [SurfaceKind::Lattice, SurfaceKind::Lattice, SurfaceKind::Exact]);
     assert_eq!(request("quality = \"film\"").quality, pipeline::Preset::Film, "finer lattices serve coarser requests");
     let reversed = both(&format!("{STATUE}\neffects = []"), "").recipes().unwrap()["statue"].bake("statue").unwrap().1;
     assert_eq!(reversed.tables, alone.tables);
