@@ -201,7 +201,9 @@ fn invalid_anchors_are_rejected_by_name() {
     };
     let far = Region::Ball { center_m: Point3::new(3.0, 0.0, 0.0), radius_m: 0.5 };
     let empty = refused(&mut bar, vec![end(), far]);
-    assert!(matches!(empty, AnchorError::Empty { region: 1, .. }), "{empty}");
+    let AnchorError::Empty { region: 1, object_m, .. } = &empty else { panic!("{empty}") };
+    let sizes_m = [0, 1, 2].map(|axis| object_m[1][axis] - object_m[0][axis]);
+    assert!(sizes_m.iter().zip(SIZE).all(|(found, wanted)| (found / wanted - 1.0).abs() < 0.2), "{object_m:?}");
     assert!(empty.to_string().contains("anchors[1]") && empty.to_string().contains("0.5 m"), "{empty}");
     assert!(empty.to_string().contains("move it into the object, which extends from ["), "{empty}");
     // A ball that contains a single node, at a corner of the lattice.
