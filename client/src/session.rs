@@ -84,7 +84,7 @@ impl From<ConnectError> for Error {
 fn connect(paths: &ServicePaths) -> Result<Connection, ConnectError> {
     if !paths.exists().map_err(ConnectError::Final)? || !daemon_lives(paths) {
         let error = no_daemon(paths, "no daemon of service");
-        let message = format!("{error}; start one with `{}`{}", paths.start_command(), likely_service(paths));
+        let message = format!("{error}; {}start one with `{}`", likely_service(paths), paths.start_command());
         return Err(ConnectError::Final(Error { message, ..error }));
     }
     let Ok(json) = std::fs::read_to_string(paths.hello()) else {
@@ -116,7 +116,7 @@ fn likely_service(paths: &ServicePaths) -> String {
     if likely.is_empty() {
         String::new()
     } else {
-        format!("; did you mean service {}, which runs?", likely.join(" or "))
+        format!("service {} runs: choose it with --service; else ", likely.join(" or "))
     }
 }
 

@@ -449,7 +449,7 @@ pub(crate) fn head(magic: u32, version: u32) -> Result<(), Error> {
 /// The error for a handle under which the service keeps no result.
 pub fn unknown_handle(handle: u64) -> Error {
     let message = format!(
-        "the service keeps no result under the handle {handle}: it was released, its time is over, or another daemon gave the handle; repeat the impact that made it, with `keep`"
+        "the service keeps no result under the handle {handle}; check the number. If it is right, the result was released, its time is over, or another daemon gave the handle: repeat the impact that made it, with `keep` (--keep)"
     );
     Error::new(ErrorKind::UnknownHandle, handle.to_string(), message)
 }

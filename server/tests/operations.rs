@@ -39,7 +39,7 @@ fn a_misspelled_service_is_told_the_one_that_runs() {
     let output = command.args(["list", "--service", &format!("{own}x")]).output().unwrap();
     let error = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(4), "{error}");
-    assert!(error.contains(&format!("did you mean service `{own}`, which runs?")), "{error}");
+    assert!(error.contains(&format!("service `{own}` runs: choose it with --service; else start one")), "{error}");
 }
 
 #[test]

@@ -242,10 +242,10 @@ fn sizes_defects_and_files_are_told_and_databases_found_by_name() {
     let file = document["file"].as_str().unwrap();
     assert!(Path::new(file).is_file());
     let again = |own: &[&str]| String::from_utf8(bake(&fixture, &mesh, &[own, &more].concat()).stderr).unwrap();
-    assert!(!again(&[]).contains("this replaces"));
+    assert!(!again(&[]).contains("will be replaced"));
     let replaced = again(&["--unit", "mm"]);
-    assert!(replaced.contains("warning: this replaces `") && replaced.contains("another --name"), "{replaced}");
-    assert!(!again(&["--unit", "mm"]).contains("this replaces"));
+    assert!(replaced.contains("warning: the database of `") && replaced.contains("another --name"), "{replaced}");
+    assert!(!again(&["--unit", "mm"]).contains("will be replaced"));
 
     let databases = folder.to_str().unwrap();
     let found = fixture.ok("shatterd", &["inspect", "own", "--databases", databases]);

@@ -198,7 +198,7 @@ impl ServedObject for EngineObject {
         tables::check(&self.prepared, &request)?;
         let context = RequestContext::new(&self.prepared, &request, token, observer);
         let result = pipeline::strike(context, workspace);
-        let result = result.map_err(|error| engine_error_in(error, &strike.convention))?;
+        let result = result.map_err(|error| of_object(engine_error_in(error, &strike.convention)))?;
         self.struck(strike, (&request, hit), Some(self.costs.clone()), result)
     }
 
@@ -220,6 +220,15 @@ impl ServedObject for EngineObject {
         let result = result.map_err(|error| of_fragment(engine_error_in(error, &strike.convention), from.1))?;
         // The times of a fragment tell nothing about the object.
         self.struck(strike, (&request, hit), None, result)
+    }
+}
+
+/// Adds advice to the message of a contact that does not lie on the object: its unit or axes may be wrong.
+fn of_object(error: Error) -> Error {
+    let advice = "; if the object is not where it should be, bake it with another --unit or --up";
+    match error.kind {
+        ErrorKind::ContactTooFar => Error { message: error.message + advice, ..error },
+        _ => error,
     }
 }
 

@@ -150,8 +150,15 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), CommandError> {
     let raw = mesh(args)?;
     let is_file = args.shape.is_none();
     let doubtful = is_file.then(|| size::doubtful(&raw, args.unit, request.material.density_kg_m3)).flatten();
-    doubtful.iter().for_each(|doubt| bake_report::warning(doubt));
+    let earlier: Vec<String> = doubtful.into_iter().chain(large_fragments(&raw, &request)).collect();
+    earlier.iter().for_each(|text| bake_report::warning(text));
     request.cracks = args.cracks.as_ref().map(|file| read(file, args)).transpose()?;
+    if args.add.is_none() && replaces_another(&file, &raw, &request) {
+        bake_report::warning(&format!(
+            "the database of `{name}` will be replaced; it was baked from another mesh, another unit or other cracks. To keep it, stop this \
+             command (Ctrl-C) and give another --name"
+        ));
+    }
     let resumed = if args.resume { shares::resume(&kept, &raw, args, &request, share)? } else { None };
     let bar = BakeProgress::new(name, share.size(new));
     let begin = || match args.add {
@@ -160,11 +167,6 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), CommandError> {
         Some(count) => Ok(PartialBake::add(same_mesh(raw, &request, &file)?, count, share)?),
     };
     let partial = resumed.map_or_else(begin, Ok)?;
-    if replaces_another(&file, &partial.prepared) {
-        bake_report::warning(&format!(
-            "this replaces `{name}`, which was baked from another mesh, another unit or other cracks; give another --name to keep both"
-        ));
-    }
     let partial = shares::work(partial, &kept, &token, &bar)?;
     if share.count > 1 {
         bar.finish();
@@ -177,7 +179,13 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), CommandError> {
     drop(writing);
     shares::forget(&kept)?;
     bar.finish();
-    bake_report::tell(&prepared, &file, begun.elapsed(), doubtful, args.json)
+    bake_report::tell(&prepared, &file, begun.elapsed(), earlier, args.json)
+}
+
+/// Warning about a requested fragment size that is larger than the mesh.
+pub fn large_fragments(raw: &RawMesh, request: &BakeRequest) -> Option<String> {
+    let size_m = request.fragment_size_m.filter(|_| request.gamma_j_m2.is_none())?;
+    bake_report::large_fragments(size_m, size::diagonal_m(raw))
 }
 
 fn factor(text: &str) -> Result<Precision, String> {
@@ -197,9 +205,11 @@ fn quality(text: &str) -> Result<Preset, String> {
     Preset::by_name(text).ok_or_else(|| choice(text, &names.map(|name| (name, ()))).err().unwrap_or_default())
 }
 
-/// True if `file` is a database of another mesh, or of the same one with another unit or other cracks.
-fn replaces_another(file: &Path, prepared: &PreparedObject) -> bool {
-    database::load_input_hash(file).is_ok_and(|earlier| earlier != prepared.report.input_hash)
+/// True if `file` is a database of another mesh, or of the same one with another unit or other cracks. A mesh that cannot be baked
+/// replaces nothing.
+fn replaces_another(file: &Path, raw: &RawMesh, request: &BakeRequest) -> bool {
+    let differs = |earlier: String| input_hash(raw.clone(), request).is_ok_and(|hash| hash != earlier);
+    database::load_input_hash(file).is_ok_and(differs)
 }
 
 /// Converts a bake error; defects of the mesh name its file.

@@ -81,8 +81,7 @@ impl BakeProgress {
 /// Estimate of the remaining time of a bake on that many threads, and of the memory of the object.
 fn cost(size: &BakeSize, threads: usize) -> String {
     let BakeSize { elastic_nodes, crack_nodes, examples, .. } = size;
-    let most = size.core_seconds();
-    let [least, most] = [most / threads as f64, most].map(|seconds| seconds.round().max(1.0) as u64);
+    let [least, most] = size.seconds(threads).map(|seconds| seconds.round().max(1.0) as u64);
     let seconds = if least == most { format!("{most} s") } else { format!("{least} to {most} s") };
     let [peak, held] = [size.peak_bytes(), size.held_bytes()].map(|bytes| super::size::rounded(bytes as f64 / 1e6));
     format!(
@@ -173,7 +172,7 @@ fn rank(step: BakeStep) -> u64 {
         BakeStep::Volume => 1,
         BakeStep::Lattices | BakeStep::Sized(_) => 2,
         BakeStep::Lift(_) => 3,
-        BakeStep::Elasticity(_) | BakeStep::ExactSurface => 4,
+        BakeStep::Elasticity(_) | BakeStep::ExactSurface { .. } => 4,
         BakeStep::Examples { .. } => EXAMPLES,
         BakeStep::Reduction | BakeStep::Calibration => STAGES - 1,
     }
@@ -193,7 +192,8 @@ fn describe(step: BakeStep) -> String {
         BakeStep::Lattices | BakeStep::Sized(_) => "lattices".to_owned(),
         BakeStep::Lift(body) => format!("lift of body {body}"),
         BakeStep::Elasticity(body) => format!("elasticity of body {body}"),
-        BakeStep::ExactSurface => "mesh of the input surface".to_owned(),
+        BakeStep::ExactSurface { round: 0 } => "mesh of the input surface".to_owned(),
+        BakeStep::ExactSurface { round } => format!("mesh of the input surface, repair round {round}"),
         BakeStep::Reduction => "reduced elasticity".to_owned(),
         BakeStep::Calibration => "calibration of the degree".to_owned(),
         BakeStep::Examples { .. } => "examples".to_owned(),
@@ -232,7 +232,14 @@ mod tests {
     #[test]
     fn estimates_are_printed_before_the_bake() {
         let (factor_bytes, skin_triangles) = (27_200_000, 130_196);
-        let size = BakeSize { elastic_nodes: 4_645, crack_nodes: 9_576, examples: 100, factor_bytes, skin_triangles };
+        let size = BakeSize {
+            elastic_nodes: 4_645,
+            crack_nodes: 9_576,
+            examples: 100,
+            factor_bytes,
+            skin_triangles,
+            exact_triangles: 0,
+        };
         let reported = cost(&size, 2);
         assert!(
             reported

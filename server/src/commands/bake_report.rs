@@ -5,7 +5,7 @@ use serde_json::json;
 use shatter_fracture::degree::reference_gamma;
 use shatter_fracture::lattice::SPACING_RANGE;
 use shatter_fracture::pipeline::{
-    BakeParameters, BakeReport, LearnedModel, PreparedObject, SurfaceKind, SurfaceReport,
+    BakeParameters, BakeReport, ExistingCracks, LearnedModel, PreparedObject, SurfaceKind, SurfaceReport,
 };
 use shatter_fracture::surface::{Defect, DefectKind};
 use shatter_proto::text;
@@ -16,17 +16,17 @@ use std::time::Duration;
 /// Relative volume error above which a bake warns.
 const VOLUME_ERROR_REPORTED: f64 = 0.03;
 
-/// Prints warnings on stderr and the report on stdout. `doubtful` is a warning that was printed earlier; the document repeats it.
+/// Prints warnings on stderr and the report on stdout. `earlier` holds warnings that were printed before; the document repeats them.
 pub fn tell(
     prepared: &PreparedObject,
     file: &Path,
     took: Duration,
-    doubtful: Option<String>,
+    earlier: Vec<String>,
     as_json: bool,
 ) -> Result<(), CommandError> {
     let seconds = took.as_secs_f64();
     warn(prepared);
-    let warnings: Vec<String> = doubtful.into_iter().chain(warnings(prepared)).collect();
+    let warnings: Vec<String> = earlier.into_iter().chain(warnings(prepared)).collect();
     match as_json {
         true => output::print(&format!("{}\n", document(prepared, file, &warnings, seconds))),
         false => output::lines(&(screen(prepared, file) + &format!("  {seconds:.1} s\n"))),
@@ -44,12 +44,13 @@ pub fn warning(text: &str) {
 }
 
 /// Warnings of a bake: the surface that was not asked for, a lattice too coarse for the shape, which loses or thickens parts of
-/// about its spacing, parts that the lattice severs, and a fragment size that does not fit the object.
+/// about its spacing, parts that the lattice severs, fragments smaller than its cells, and cracks smaller than their slots.
 fn warnings(prepared: &PreparedObject) -> Vec<String> {
     let reason = prepared.report.surface.reason.iter();
     let mut warnings: Vec<String> =
         reason.map(|reason| format!("the fragments have the lattice's surface, not the exact one: {reason}")).collect();
-    let error = prepared.report.volume_error();
+    let report = &prepared.report;
+    let error = report.volume_error();
     if error.abs() > VOLUME_ERROR_REPORTED {
         let (percent, spacing) = (100.0 * error, prepared.parameters.crack_spacing);
         let finer = match 0.5 * spacing {
@@ -72,22 +73,44 @@ fn warnings(prepared: &PreparedObject) -> Vec<String> {
     let BakeParameters { fragment_size_m, crack_spacing, material, .. } = &prepared.parameters;
     // With a threshold of its own, the object has no use for the size.
     if prepared.gamma_j_m2 == reference_gamma(material.young_pa, material.strength_pa, *fragment_size_m) {
-        let diagonal_m = prepared.frame.diagonal_m;
-        warnings.extend(fragment_size(*fragment_size_m, crack_spacing * diagonal_m, diagonal_m));
+        warnings.extend(small_fragments(*fragment_size_m, crack_spacing * prepared.frame.diagonal_m));
     }
+    warnings.extend(report.cracks.as_ref().and_then(|cracks| small_cracks(cracks, *crack_spacing)));
     warnings
 }
 
-/// Warning about a fragment size that does not fit the object; most likely it was given in another unit than meters.
-fn fragment_size(size_m: f64, cell_m: f64, diagonal_m: f64) -> Option<String> {
-    let why = if size_m > diagonal_m {
-        format!("larger than the object, whose diagonal is {diagonal_m:.4} m, so that most impacts leave it whole")
-    } else if size_m < cell_m {
-        format!("smaller than the spacing of the crack lattice, {cell_m:.4} m, which limits the fragments")
-    } else {
-        return None;
-    };
-    Some(format!("fragments of {size_m} m (--fragment-size, in meters) are {why}"))
+/// Warning about fragments that are larger than the object; most likely their size was given in another unit than meters. Needs no
+/// lattice, so that it can precede the bake.
+pub fn large_fragments(size_m: f64, diagonal_m: f64) -> Option<String> {
+    (size_m > diagonal_m).then(|| {
+        format!(
+            "fragments of {size_m} m (--fragment-size, in meters) are larger than the object, whose diagonal is {diagonal_m:.4} m, so that \
+             most impacts leave it whole; the default is a tenth of the diagonal, {:.4} m",
+            0.1 * diagonal_m
+        )
+    })
+}
+
+/// Warning about fragments that are smaller than a cell of the crack lattice.
+fn small_fragments(size_m: f64, cell_m: f64) -> Option<String> {
+    (size_m < cell_m).then(|| {
+        format!(
+            "fragments of {size_m} m (--fragment-size, in meters) are smaller than the spacing of the crack lattice, {cell_m:.4} m, which \
+             limits the fragments; lower --crack-spacing"
+        )
+    })
+}
+
+/// Warning about existing cracks that are smaller than the slots they open.
+fn small_cracks(cracks: &ExistingCracks, crack_spacing: f64) -> Option<String> {
+    let size_m = cracks.area_m2.sqrt();
+    (size_m < cracks.width_m).then(|| {
+        format!(
+            "the cracks are about {size_m:.2e} m large, and the slots that they open are {:.2e} m wide: the slots, not the cracks, weaken \
+             the object; lower --crack-spacing (now {crack_spacing:.4}), or leave cracks of this size out",
+            cracks.width_m
+        )
+    })
 }
 
 /// JSON document of `bake --json`.
@@ -252,10 +275,21 @@ mod tests {
 
     #[test]
     fn fragment_sizes_that_do_not_fit_the_object_are_warned_of() {
-        assert_eq!(fragment_size(0.017, 0.004, 0.17), None);
-        let large = fragment_size(5.0, 0.004, 0.17).unwrap();
-        assert!(large.contains("fragments of 5 m") && large.contains("diagonal is 0.1700 m"), "{large}");
-        let small = fragment_size(0.002, 0.004, 0.17).unwrap();
+        assert_eq!((small_fragments(0.017, 0.004), large_fragments(0.017, 0.17)), (None, None));
+        let large = large_fragments(5.0, 0.17).unwrap();
+        for part in ["fragments of 5 m", "diagonal is 0.1700 m", "0.0170 m"] {
+            assert!(large.contains(part), "{large}");
+        }
+        let small = small_fragments(0.002, 0.004).unwrap();
         assert!(small.contains("fragments of 0.002 m") && small.contains("crack lattice, 0.0040 m"), "{small}");
+    }
+
+    #[test]
+    fn cracks_smaller_than_their_slots_are_warned_of() {
+        let cracks =
+            |area_m2| ExistingCracks { triangles: 2, area_m2, width_m: 0.0077, elastic_width_m: 0.01, volume_m3: 1e-8 };
+        assert_eq!(small_cracks(&cracks(1e-3), 0.02), None);
+        let small = small_cracks(&cracks(1e-8), 0.02).unwrap();
+        assert!(small.contains("1.00e-4 m large") && small.contains("7.70e-3 m wide"), "{small}");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::bake_progress::BakeProgress;
 use super::expected_file::{self, ExpectedFile};
-use super::{CommandError, bake_report, interrupt, output};
+use super::{CommandError, bake, bake_report, interrupt, output};
 use serde_json::{Value, json};
 use shatter_engine::scene::{BakeRecipe, Scene};
 use shatter_fracture::cancel_token::CancelToken;
@@ -69,6 +69,9 @@ fn provide(name: &str, recipe: &BakeRecipe, file: &Path, token: &CancelToken) ->
     if stored.is_some() {
         bar.finish();
         return Ok(State::Kept);
+    }
+    if let Some(text) = bake::large_fragments(&mesh, &request) {
+        bake_report::warning(&text);
     }
     let prepared = database::bake(mesh, &request, token, &mut |step| bar.show(step)).map_err(failed)?;
     bar.show_step("write");

@@ -208,10 +208,12 @@ fn screen(title: &str, objects: &[Value]) -> String {
         let runs = stages.iter().filter(|stage| stage["runs"] == true).map(|stage| word(stage, "name"));
         let _ = writeln!(text, "  stages    {}", runs.collect::<Vec<_>>().join(", "));
         for table in list(&object["tables"]) {
-            let state = match (table["loaded"] == true, table["bytes"] == 0) {
-                (_, true) => "not in the file",
-                (true, false) => "loaded",
-                (false, false) => "left on disk",
+            let state = match (table["loaded"] == true, table["bytes"].as_u64()) {
+                (_, Some(0)) => "not in the file",
+                (true, Some(_)) => "loaded",
+                (false, Some(_)) => "left on disk",
+                (true, None) => "needed",
+                (false, None) => "not needed",
             };
             let size =
                 table["bytes"].as_u64().map_or(String::new(), |bytes| format!(", {:.2} MB", bytes as f64 * 1e-6));

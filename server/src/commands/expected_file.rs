@@ -55,11 +55,12 @@ impl ExpectedFile {
 /// Refuses a path whose name shows that it is of another kind, and advises what to do.
 ///
 /// # Errors
-/// `unknown_format`, `database_file`, `configuration`.
+/// `unreadable_file` for a path that does not exist but resembles one; `unknown_format`, `database_file`, `configuration`.
 pub fn check(path: &Path, wanted: ExpectedFile) -> Result<(), CommandError> {
     let Some(why) = mistake_message(path, wanted) else { return Ok(()) };
     let at = path.display().to_string();
-    Err(CommandError::refused(wanted.kind(), at.clone(), format!("{at} {why}")))
+    let kind = if path.exists() { wanted.kind() } else { "unreadable_file" };
+    Err(CommandError::refused(kind, at.clone(), format!("{at} {why}")))
 }
 
 fn mistake_message(path: &Path, wanted: ExpectedFile) -> Option<String> {

@@ -39,5 +39,5 @@ pub fn run(args: &MergeArgs) -> Result<(), CommandError> {
     database::save(&prepared, &file).map_err(|error| CommandError::database(&file, &error))?;
     drop(writing);
     bar.finish();
-    bake_report::tell(&prepared, &file, begun.elapsed(), None, args.json)
+    bake_report::tell(&prepared, &file, begun.elapsed(), Vec::new(), args.json)
 }

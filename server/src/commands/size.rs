@@ -18,9 +18,7 @@ const USUAL_M: std::ops::RangeInclusive<f64> = 0.02..=3.0;
 /// Warning about the size of `mesh`, which was read in `given`, or in meters if no unit was given; `None` if the size is plausible.
 pub fn doubtful(mesh: &RawMesh, given: Option<LengthUnit>, density_kg_m3: f64) -> Option<String> {
     let unit = given.unwrap_or(LengthUnit::M);
-    let points = || mesh.positions_m.iter().map(|point| point.coords);
-    let low = points().reduce(|a, b| a.inf(&b))?;
-    let high = points().reduce(|a, b| a.sup(&b))?;
+    let [low, high] = corners(mesh)?;
     let size_m = (high - low).max();
     let mass_kg = volume(mesh, &(0.5 * (low + high))) * density_kg_m3;
     let is_likely = match given {
@@ -42,6 +40,17 @@ pub fn doubtful(mesh: &RawMesh, given: Option<LengthUnit>, density_kg_m3: f64) -
         _ => String::new(),
     };
     Some(format!("the mesh is {} (unit {unit}); {advice}{suppressing_option}", measured(size_m, mass_kg)))
+}
+
+/// Diagonal of the bounding box of `mesh`, m; 0 without vertices.
+pub fn diagonal_m(mesh: &RawMesh) -> f64 {
+    corners(mesh).map_or(0.0, |[low, high]| (high - low).norm())
+}
+
+/// Lowest and highest coordinates of `mesh`, m; `None` without vertices.
+fn corners(mesh: &RawMesh) -> Option<[Vector3<f64>; 2]> {
+    let points = || mesh.positions_m.iter().map(|point| point.coords);
+    Some([points().reduce(|a, b| a.inf(&b))?, points().reduce(|a, b| a.sup(&b))?])
 }
 
 fn measured(size_m: f64, mass_kg: f64) -> String {

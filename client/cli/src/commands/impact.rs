@@ -404,6 +404,16 @@ fn trust(summary: &Summary) -> String {
     )
 }
 
+/// Advice for an object that stays whole: the factor of the impulse that breaks it, since E₁ grows with its square. `None` without
+/// energy.
+fn missing_impulse(summary: &Summary) -> Option<String> {
+    let most = if summary.energy_source == EnergySource::Bounded { "more than" } else { "about" };
+    let factor = 1.0 / summary.e1_over_gamma.sqrt();
+    (factor.is_finite() && factor >= 1.0).then(|| {
+        format!("to break it: {most} {} times this impulse; `shatter threshold` prints how much", significant(factor))
+    })
+}
+
 /// Text of the threshold and of the energy relative to it; an even division by falloff alone has no energy to show.
 fn load(summary: &Summary) -> String {
     let gamma = format!("γ {:.3e} J·m²", summary.gamma_j_m2);
@@ -434,7 +444,8 @@ pub(super) fn screen(result: &FractureResult) -> Result<(), CliError> {
     if result.is_whole() {
         out(format_args!("{} stays whole ({load}; {milliseconds:.1} ms)\n", summary.object))?;
         result.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
-        return out(format_args!("  {}\n", trust(&summary)));
+        out(format_args!("  {}\n", trust(&summary)))?;
+        return missing_impulse(&summary).map_or(Ok(()), |advice| out(format_args!("  {advice}\n")));
     }
     out(format_args!(
         "{}: {} fragments, {} sites by {}{} ({load}; {milliseconds:.1} ms, {} bytes)\n",

@@ -20,7 +20,9 @@ fn numbers<const N: usize>(text: &str, wanted: &str) -> Result<[f64; N], String>
             return Err(format!("`{}` is not finite; every number must be", quoted(part)));
         }
         if let Some(decimals) = zero_without_point(part) {
-            return Err(format!("`{part}` is ambiguous; write 0.{decimals}, or {decimals} for the whole number"));
+            return Err(format!(
+                "`{part}` is ambiguous; write 0.{decimals} or 0.0{decimals}, or {decimals} for the whole number"
+            ));
         }
     }
     Ok(found)
@@ -129,7 +131,7 @@ mod tests {
         }
         assert_eq!(vector("0,NaN,1").unwrap_err(), "`NaN` is not finite; every number must be");
         assert_eq!(vector("0,inf,1").unwrap_err(), "`inf` is not finite; every number must be");
-        assert_eq!(vector("0,-05,1").unwrap_err(), "`-05` is ambiguous; write 0.5, or 5 for the whole number");
+        assert_eq!(vector("0,-05,1").unwrap_err(), "`-05` is ambiguous; write 0.5 or 0.05, or 5 for the whole number");
         assert_eq!(vector("0,-0,0.05"), Ok([0.0, -0.0, 0.05]));
         assert_eq!(ray("1,2,3,0,-1,0"), Ok(Ray { origin_m: [1.0, 2.0, 3.0], direction: [0.0, -1.0, 0.0] }));
         assert!(ray("1,2,3").unwrap_err().contains("6 numbers"));

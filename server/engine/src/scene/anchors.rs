@@ -32,8 +32,13 @@ pub(super) fn read(
     let at = |key: &str| format!("{path}.{key}");
     let region = |(number, table): (usize, &toml::Table)| region(&format!("{path}.anchors[{number}]"), table);
     let regions = tables.unwrap_or_default().iter().enumerate().map(region).collect::<Result<Vec<_>, _>>()?;
-    let needs =
-        |effect: Effect| format!("needs the effect `{}`, which is off; add it to `effects` or `allow`", effect.name());
+    let needs = |effect: Effect| {
+        format!(
+            "needs the effect `{0}`, which is off; add \"{0}\" to `effects` (on for every request) or to `allow` (on for \
+         requests that enable it)",
+            effect.name()
+        )
+    };
     if allowed.has(Effect::Anchored) && regions.is_empty() {
         return Err(invalid(at("anchors"), "the effect `anchored` needs at least one anchor"));
     }

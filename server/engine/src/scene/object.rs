@@ -173,7 +173,7 @@ impl ObjectPolicy {
             };
             let message = format!(
                 "the effect `{name}` is not prepared: add \"{name}\" to `effects` or `allow` of [objects.{object}] in a scene{key}, and \
-                 serve that scene"
+                 serve it by `shatterd serve --scene FILE`"
             );
             return Err(conflict(effect, message));
         }
@@ -237,7 +237,7 @@ struct Values {
 
 /// Possible values of the numbers, by key.
 const RANGES: [(&str, &str); 9] = [
-    ("fragment_size_m", POSITIVE),
+    ("fragment_size_m", "a finite number of meters above 0, without quotes or unit, as in 0.02"),
     ("gamma_j_m2", POSITIVE),
     ("elastic_spacing", SPACING),
     ("crack_spacing", SPACING),

@@ -121,6 +121,16 @@ pub enum ConformingStep {
     Extract,
 }
 
+impl ConformingStep {
+    /// Repair round of the step; 0 before the first one, and for the end.
+    pub fn round(self) -> u32 {
+        match self {
+            Self::Insert { round, .. } | Self::Segments { round, .. } | Self::Facets { round, .. } => round,
+            Self::Check | Self::Split | Self::Extract => 0,
+        }
+    }
+}
+
 /// Tetrahedral mesh whose boundary is a given surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConformingMesh {

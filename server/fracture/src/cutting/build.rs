@@ -1,5 +1,6 @@
 //! Cutting meshes of all bodies, from the input surface and the interior nodes of the crack lattices.
 
+use super::edge_defects::EdgeDefects;
 use super::outer_corners::SurfaceAttributes;
 use super::short_edges::{CollapsedSurface, LENGTH_MIN, collapse};
 use super::{CuttingMesh, carriers};
@@ -29,6 +30,9 @@ pub enum CuttingError {
         /// Coordinates of the defect on the surface, local.
         at: Option<Point3<f64>>,
     },
+    /// The surface is not closed.
+    #[error("the mesh is not closed, at {} places", .0.groups)]
+    NotClosed(EdgeDefects),
     /// The surface has other parts than the crack lattices.
     #[error("the surface encloses {parts} separate parts, and the lattice has {bodies}")]
     Parts {
@@ -58,7 +62,6 @@ impl CuttingError {
     pub fn reason(&self, frame: &LocalFrame) -> String {
         let reason = match self {
             Self::Mesh { error, .. } => match error {
-                ConformingError::OpenEdge { .. } => "the mesh is open, or its triangles face different ways".to_owned(),
                 ConformingError::NonManifoldVertex { .. } => "parts of the mesh touch in one vertex".to_owned(),
                 ConformingError::SelfIntersection { .. } => "triangles of the mesh intersect".to_owned(),
                 ConformingError::DuplicatePoint { .. } => "two vertices of the mesh have one position".to_owned(),
@@ -73,6 +76,9 @@ impl CuttingError {
             Self::Mesh { at: Some(at), .. } => {
                 let at = frame.to_meters(at);
                 format!("{reason} near ({:.4}, {:.4}, {:.4}) m; mend the mesh there and bake again", at.x, at.y, at.z)
+            }
+            Self::NotClosed(edges) => {
+                format!("{}; mend the mesh there and bake again", edges.describe(|place| frame.to_meters(place)))
             }
             _ => reason,
         }
@@ -132,7 +138,10 @@ pub fn cutting_meshes(
     let conforming = conforming_mesh(&positions, &triangles, &interior.points, &options, token, progress);
     let mut conforming = conforming.map_err(|error| match error {
         ConformingError::Cancelled(cancelled) => CuttingError::Cancelled(cancelled),
-        error => CuttingError::Mesh { error, at: error.location(&positions, &triangles) },
+        error => match EdgeDefects::find(&positions, &triangles) {
+            Some(edges) => CuttingError::NotClosed(edges),
+            None => CuttingError::Mesh { error, at: error.location(&positions, &triangles) },
+        },
     })?;
     let whole = Lattice { nodes: take(&mut conforming.nodes), tets: take(&mut conforming.tets) };
     let ConformingMesh { interior_sources, places, deviation, .. } = &conforming;

@@ -7,6 +7,7 @@
 //! | module | what it does |
 //! |---|---|
 //! | `build` | mesh of one body from the input surface and the nodes of its crack lattice |
+//! | `edge_defects` | count and places of edges that keep a surface from being closed |
 //! | `short_edges` | collapses edges that single precision cannot represent |
 //! | `carriers` | tetrahedron of the crack lattice that carries each node |
 //! | `outer_corners` | attributes of the input at the corners of the boundary |
@@ -15,6 +16,7 @@
 
 mod build;
 mod carriers;
+mod edge_defects;
 mod outer_corners;
 mod short_edges;
 #[cfg(test)]
@@ -22,6 +24,7 @@ mod tests;
 
 pub use build::{CuttingError, CuttingMeshes, cutting_meshes};
 pub use carriers::Carrier;
+pub use edge_defects::{EdgeDefectKind, EdgeDefects};
 pub use outer_corners::OuterCorners;
 
 use crate::lattice::Lattice;

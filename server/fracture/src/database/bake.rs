@@ -84,9 +84,11 @@ pub(super) fn whole(
     }
     let name = request.name.clone();
     if request.surface == SurfaceKind::Exact {
-        progress(BakeStep::ExactSurface);
         match request.cracks {
-            None => exact_surface(&surface, &mut bodies, parameters.crack_spacing, tables, &mut report, token)?,
+            None => {
+                let spacing = parameters.crack_spacing;
+                exact_surface(&surface, &mut bodies, spacing, tables, &mut report, token, progress)?;
+            }
             Some(_) => report.surface.reason = Some("existing cracks are slots of the lattice".to_owned()),
         }
     }
@@ -116,10 +118,13 @@ fn exact_surface(
     tables: Tables,
     report: &mut BakeReport,
     token: &CancelToken,
+    progress: &mut dyn FnMut(BakeStep),
 ) -> Result<(), BakeError> {
     let cracks: Vec<&Lattice> = bodies.iter().map(|body| &body.crack).collect();
     let has_attributes = tables.attributes || tables.skin;
-    let meshes = cutting_meshes(surface, &cracks, spacing, has_attributes, token, &mut |_| ());
+    let meshes = cutting_meshes(surface, &cracks, spacing, has_attributes, token, &mut |step| {
+        progress(BakeStep::ExactSurface { round: step.round() });
+    });
     let CuttingMeshes { meshes, deviation, collapsed_edges } = match meshes {
         Ok(meshes) => meshes,
         Err(CuttingError::Cancelled(cancelled)) => return Err(cancelled.into()),

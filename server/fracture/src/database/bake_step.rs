@@ -2,7 +2,7 @@
 
 use super::{BakeRequest, lost_parts};
 use crate::lattice::Lattice;
-use crate::pipeline::{BakeParameters, ElasticModel};
+use crate::pipeline::{BakeParameters, ElasticModel, SurfaceKind};
 use crate::surface::Surface;
 
 /// Steps of a bake in order, for display.
@@ -21,7 +21,10 @@ pub enum BakeStep {
     /// Factors the stiffness of body `0`.
     Elasticity(usize),
     /// Fills the input surface with tetrahedra.
-    ExactSurface,
+    ExactSurface {
+        /// Repair round, from 0.
+        round: u32,
+    },
     /// Computes reduced elastic bases from the examples' impacts.
     Reduction,
     /// Fits κ on sampled impacts.
@@ -53,6 +56,8 @@ pub struct BakeSize {
     pub factor_bytes: u64,
     /// Number of triangles of the skin; 0 without a skin.
     pub skin_triangles: usize,
+    /// Number of triangles of the exact surface that is filled with tetrahedra; 0 for the lattice's surface.
+    pub exact_triangles: usize,
 }
 
 /// Reference number of crack nodes for the times below.
@@ -64,8 +69,12 @@ const CRACK_S: [f64; 2] = [1.7, 0.33];
 /// Reference number of elastic nodes, and the time of one core to factor and solve them, s.
 const ELASTIC: [f64; 2] = [58_868.0, 12.0];
 
-/// Memory of an object per crack node, per elastic node without the factor, and per triangle of its skin, bytes.
-const HELD: [f64; 3] = [1_810.0, 1_490.0, 72.0];
+/// Time to fill an exact surface, per triangle, s.
+const EXACT_S: f64 = 1.7e-4;
+
+/// Memory of an object per crack node, per elastic node without the factor, per triangle of its skin, and per triangle
+/// of an exact surface, bytes.
+const HELD: [f64; 4] = [1_810.0, 1_490.0, 72.0, 500.0];
 
 /// Triangles of a skin per square of the crack spacing, if the mesh has fewer.
 const SKIN_DENSITY: f64 = 6.0;
@@ -90,21 +99,26 @@ impl BakeSize {
             examples: request.examples,
             factor_bytes: solids().map(|solid| solid.elasticity.factor_bytes() as u64).sum(),
             skin_triangles: if request.tables().skin { triangles } else { 0 },
+            exact_triangles: if request.surface == SurfaceKind::Exact { surface.triangles.len() } else { 0 },
         }
     }
 
-    /// Approximate time of the rest of the bake on one core, s; most of it runs on all cores.
-    pub fn core_seconds(&self) -> f64 {
+    /// Approximate time of the rest of the bake on that many threads, s: the shortest and the longest. Most of it runs on all
+    /// threads; the exact surface is filled by one.
+    pub fn seconds(&self, threads: usize) -> [f64; 2] {
         let crack = self.crack_nodes as f64 / CRACK_NODES;
         let elastic = (self.elastic_nodes as f64 / ELASTIC[0]).powi(2) * ELASTIC[1];
-        elastic + crack * (CRACK_S[0] + CRACK_S[1] * self.examples as f64)
+        let shared = elastic + crack * (CRACK_S[0] + CRACK_S[1] * self.examples as f64);
+        let serial = EXACT_S * self.exact_triangles as f64;
+        [serial + shared / threads as f64, serial + shared]
     }
 
     /// Approximate memory of the object in a daemon, bytes.
     pub fn held_bytes(&self) -> u64 {
-        let [crack, elastic, triangle] = HELD;
+        let [crack, elastic, skin, exact] = HELD;
         let nodes = crack * self.crack_nodes as f64 + elastic * self.elastic_nodes as f64;
-        self.factor_bytes + (nodes + triangle * self.skin_triangles as f64) as u64
+        let triangles = skin * self.skin_triangles as f64 + exact * self.exact_triangles as f64;
+        self.factor_bytes + (nodes + triangles) as u64
     }
 
     /// Approximate peak memory of the bake, bytes.
@@ -128,6 +142,7 @@ mod tests {
         examples: 0,
         factor_bytes: 27_200_000,
         skin_triangles: 130_196,
+        exact_triangles: 0,
     };
 
     #[test]
@@ -139,9 +154,13 @@ mod tests {
     #[test]
     fn requested_tables_increase_the_cost() {
         let learning = BakeSize { examples: 100, ..MUG };
-        assert!(learning.core_seconds() > 10.0 * MUG.core_seconds());
+        let [least, most] = MUG.seconds(2);
+        assert!(least == 0.5 * most && learning.seconds(1)[1] > 10.0 * most);
         let hollow = BakeSize { elastic_nodes: 0, factor_bytes: 0, ..MUG };
-        assert!(hollow.held_bytes() < hollow.peak_bytes() && hollow.core_seconds() < MUG.core_seconds());
+        assert!(hollow.held_bytes() < hollow.peak_bytes() && hollow.seconds(1)[1] < most);
+        let exact = BakeSize { exact_triangles: 130_196, ..MUG };
+        assert!(exact.seconds(2)[0] - least == exact.seconds(1)[0] - most, "one thread fills the surface");
+        assert!(exact.held_bytes() > MUG.held_bytes());
     }
 
     #[test]

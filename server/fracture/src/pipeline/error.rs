@@ -69,7 +69,7 @@ pub enum FractureError {
     },
     /// The contact point is farther from the body than its radius.
     #[error(
-        "contact {contact} is {distance_m:.6} m from the surface; contacts must lie within {radius_m:.6} m (radius). The nearest surface point is {}. If its size or direction is wrong, check --unit and --up of `shatterd bake`.",
+        "contact {contact} is {distance_m:.6} m from the surface; it must lie within {radius_m:.6} m (its radius). Move it to the nearest surface point: {}",
         point(.surface_m)
     )]
     TooFar {
@@ -87,7 +87,7 @@ pub enum FractureError {
     RayDirection,
     /// The ray misses the object.
     #[error(
-        "the ray misses the object by {distance_m:.6} m; its point {} is the closest, to the surface point {}. Aim at that point, or reverse a ray that points away.",
+        "the ray misses the object by {distance_m:.6} m; its point {} is the closest, to the surface point {}. Aim at this surface point, or reverse a ray that points away.",
         point(.ray_m), point(.surface_m)
     )]
     RayMissed {

@@ -31,7 +31,7 @@ pub enum SurfaceError {
         source: std::io::Error,
     },
     /// The file name has none of the known extensions.
-    #[error("{path}: unknown mesh format '{extension}': one of obj, ply, stl, gltf, glb", path = .path.display())]
+    #[error("{path}: unknown mesh format '{extension}'; export the mesh as obj, ply, stl, gltf or glb", path = .path.display())]
     UnknownFormat {
         /// Path of the file.
         path: PathBuf,
@@ -55,7 +55,7 @@ pub enum SurfaceError {
         limit: u64,
     },
     /// The mesh has no vertex or no triangle.
-    #[error("no {missing} were found; {expected}")]
+    #[error("no {missing} were found; {expected}. Export the mesh again, with its geometry")]
     Empty {
         /// Missing kind: vertices or faces.
         missing: &'static str,

@@ -83,7 +83,7 @@ fn describe(step: BakeStep) -> &'static str {
         BakeStep::Volume => "bake: winding numbers",
         BakeStep::Lattices | BakeStep::Sized(_) => "bake: lattices",
         BakeStep::Lift(_) => "bake: lift",
-        BakeStep::ExactSurface => "bake: input surface",
+        BakeStep::ExactSurface { .. } => "bake: input surface",
         BakeStep::Elasticity(_) => "bake: elasticity",
         BakeStep::Reduction => "bake: reduced elasticity",
         BakeStep::Calibration => "bake: calibration of the degree",

@@ -1,6 +1,7 @@
 //! Readers of mesh files: OBJ, PLY, STL, glTF and GLB.
 
 mod accessor;
+mod format;
 mod gltf;
 mod obj;
 mod obj_attributes;
@@ -49,10 +50,12 @@ pub fn read(path: &Path, unit: LengthUnit, up: UpAxis) -> Result<RawMesh, Surfac
         _ => return Err(SurfaceError::UnknownFormat { path: path.to_owned(), extension }),
     };
     let bytes = load(path)?;
-    let mut mesh = parse(&bytes, path.parent().unwrap_or(Path::new("")))?;
-    mesh.convert_to_meters(unit, up);
-    mesh.check_expected(expected)?;
-    Ok(mesh)
+    let read = parse(&bytes, path.parent().unwrap_or(Path::new("")));
+    let checked = read.and_then(|mut mesh| {
+        mesh.convert_to_meters(unit, up);
+        mesh.check_expected(expected).map(|()| mesh)
+    });
+    checked.map_err(|error| format::misnamed(&bytes, &extension).unwrap_or(error))
 }
 
 fn load(path: &Path) -> Result<Vec<u8>, SurfaceError> {
