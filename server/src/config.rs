@@ -272,7 +272,7 @@ fn known(path: &str, own: &toml::Table, all: &toml::Table) -> Result<(), (String
         let name = format!("{path}{}", brief(key));
         match (value, all.get(key)) {
             (_, None) => {
-                return Err((name.clone(), format!("unknown key `{name}`; {}", hint(path, key, all))));
+                return Err((name.clone(), format!("unknown key `{name}`; {}", hint(path, key, value, all))));
             }
             (toml::Value::Table(own), Some(toml::Value::Table(all))) => known(&format!("{name}."), own, all)?,
             _ => {}
@@ -281,21 +281,37 @@ fn known(path: &str, own: &toml::Table, all: &toml::Table) -> Result<(), (String
     Ok(())
 }
 
-/// Suggestion for the unknown `key` of the table `path`: the same key of a table in `all`, or the names in `all`.
-fn hint(path: &str, key: &str, all: &toml::Table) -> String {
+/// Suggestion for the unknown `key` of the table `path`: the same key of a table in `all`, a key like those of its `value` if it is a
+/// table, or the names in `all`.
+fn hint(path: &str, key: &str, value: &toml::Value, all: &toml::Table) -> String {
     let holds = |table: &toml::Value| table.as_table().is_some_and(|table| table.contains_key(key));
     match all.iter().find(|(_, table)| holds(table)) {
         Some((table, _)) => format!("did you mean `{path}{table}.{key}`, the key `{key}` of the table `[{table}]`?"),
         None => {
             let keys: Vec<&str> = all.keys().map(String::as_str).collect();
-            let listed =
-                |names: &[&str]| names.iter().map(|own| format!("`{path}{own}`")).collect::<Vec<_>>().join(", ");
+            let shown = |own: &&str| match all.get(*own) {
+                Some(toml::Value::Table(_)) => format!("`[{path}{own}]`"),
+                _ => format!("`{path}{own}`"),
+            };
+            let listed = |names: &[&str]| names.iter().map(shown).collect::<Vec<_>>().join(", ");
             match nearest(key, &keys).as_slice() {
-                [] => format!("there are {}", listed(&keys)),
+                [] => moved(value, all).unwrap_or_else(|| format!("there are {}", listed(&keys))),
                 likely => format!("did you mean {}?", listed(likely)),
             }
         }
     }
+}
+
+/// Suggestion for an unknown table: the key of a known table that is most like one of its keys.
+fn moved(value: &toml::Value, all: &toml::Table) -> Option<String> {
+    let tables = || all.iter().filter_map(|(name, table)| Some((name, table.as_table()?)));
+    value.as_table()?.keys().find_map(|key| {
+        tables().find_map(|(name, table)| {
+            let known: Vec<&str> = table.keys().map(String::as_str).collect();
+            let likely = nearest(key, &known).first().copied()?;
+            Some(format!("did you mean `{likely}` of the table `[{name}]`?"))
+        })
+    })
 }
 
 /// Merges `over` into `under`, table by table.
@@ -340,7 +356,8 @@ mod tests {
         check("[compute]\ntreads = 3", "treads");
         check("[compute]\ntreads = 3", "`compute.threads`");
         check("[results]\nheld = 3", "`results.held_max`");
-        check("[color]\nx = 1", "unknown key `color`; there are `compute`");
+        check("[color]\nx = 1", "unknown key `color`; there are `[compute]`, ");
+        check("[jobs]\nthread = 4", "did you mean `threads` of the table `[compute]`?");
         check("port = 1", "did you mean `operations.port`");
         check("[times]\nthreads = 1", "there are `times.");
         check("[results]\nbuckets = 0", "results.buckets");

@@ -486,7 +486,7 @@ fn announce(catalog: &Catalog, folder: &DatabaseFolder, begun: Instant) {
     let ms = begun.elapsed().as_millis() as u64;
     tracing::info!(ready, entries, bytes, resident_bytes, ms, "databases loaded");
     if entries == 0 {
-        tracing::warn!(folder = %folder.path.display(), "no database is there, so no object can be struck; make one with `shatterd bake`");
+        tracing::warn!(folder = %folder.path.display(), "this folder holds no database, so no object can be struck; bake into it (`shatterd bake MESH --name NAME --out FOLDER`), or serve another (--databases)");
     }
 }
 

@@ -50,7 +50,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
         .prefix(".shatter-")
         .permissions(Permissions::from_mode(FILE_MODE))
         .tempfile_in(folder)
-        .map_err(|error| in_folder(plain(error)))?;
+        .map_err(|error| in_folder(in_existing_folder(plain(error))))?;
     let failed = |source: io::Error| ExportError::Write { path: path.to_owned(), source };
     aside.write_all(bytes).map_err(failed)?;
     aside.persist(path).map_err(|error| failed(error.error))?;
@@ -73,6 +73,14 @@ pub fn make_folder(folder: &Path) -> Result<(), ExportError> {
         };
         ExportError::MakeFolder { folder: folder.to_owned(), reason }
     })
+}
+
+/// Explains the failure to create a file in a folder that exists.
+fn in_existing_folder(error: io::Error) -> io::Error {
+    match error.kind() {
+        io::ErrorKind::NotFound => io::Error::other("the file system there makes no files"),
+        _ => error,
+    }
 }
 
 /// Kind of what exists at `path` other than a folder, in words.

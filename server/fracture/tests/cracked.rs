@@ -308,7 +308,7 @@ fn invalid_cracks_are_reported_or_rejected() {
             outside,
             "existing cracks: the nearest is 4.00e-1 m away from the object. They extend from [0.0000, 0.5000, -0.1200]",
         ),
-        (tiny, "existing cracks: none opens a slot at crack spacing 0.04000"),
+        (tiny, "at crack spacing 0.04000: make the cracks larger than a slot is wide"),
         (slices, "existing cracks take"),
         (flat, "existing cracks: every triangle is degenerate"),
         (moved(half_depth(), |point| point * f64::NAN), "existing cracks: vertex 0, counted from 0, has a coordinate"),

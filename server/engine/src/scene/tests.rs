@@ -30,7 +30,11 @@ fn unknown_keys_are_rejected_with_a_suggestion() {
     }
     check("database = 3", "objects.vase.database", "is 3; it must be a string");
     check("effects = []\nvolume_min_m3 = 0.1", "objects.vase.volume_min_m3", "`slivers`");
-    check("fragment_size_m = 0.0", "objects.vase.fragment_size_m", "is 0; it must be a finite number above 0");
+    check(
+        "fragment_size_m = 0.0",
+        "objects.vase.fragment_size_m",
+        "is 0; it must be a finite number of meters above 0",
+    );
     check(
         "sites_max = 5000000000",
         "objects.vase.sites_max",

@@ -297,7 +297,7 @@ fn an_open_mesh_keeps_the_lattice_and_says_why() {
     assert!(prepared.bodies[0].cutting.is_none());
     let reason = prepared.report.surface.reason.unwrap();
     assert!(
-        reason.starts_with("the mesh is open") && reason.ends_with("m; mend the mesh there and bake again"),
+        reason.starts_with("the mesh is open") && reason.ends_with(", in meters; mend the mesh there and bake again"),
         "{reason}"
     );
     let place: Vec<f64> = reason.split(['(', ')']).nth(1).unwrap().split(", ").map(|x| x.parse().unwrap()).collect();

@@ -6,7 +6,7 @@ use super::object_name::NAME_BYTES_MAX;
 use super::stored_values::RATIOS;
 use crate::cancel_token::Cancelled;
 use crate::elasticity::ElasticityError;
-use crate::lattice::LatticeError;
+use crate::lattice::{LatticeError, SPACING_RANGE};
 use crate::lift::LiftError;
 use crate::pipeline::FractureError;
 use crate::scene::brief;
@@ -64,14 +64,17 @@ pub enum BakeError {
     },
     /// Every existing crack is smaller than the lattice resolves.
     #[error(
-        "existing cracks: none opens a slot at crack spacing {spacing:.5}, of which the slots are {width_m:.3e} m wide: bake with a \
-         finer spacing, or make the cracks larger than that width"
+        "existing cracks: none opens a slot. They are about {size_m:.2e} m large, and slots are {width_m:.3e} m wide at crack spacing \
+         {spacing:.5}: {}make the cracks larger than a slot is wide; check their unit, too",
+        finer_spacing(spacing * size_m / width_m)
     )]
     CracksTooSmall {
         /// Crack spacing over the diagonal.
         spacing: f64,
         /// Width of a slot, m.
         width_m: f64,
+        /// Side of a square with the area of the cracks, m.
+        size_m: f64,
     },
     /// The existing cracks leave too little of the object.
     #[error(
@@ -178,5 +181,24 @@ impl From<FractureError> for BakeError {
             FractureError::Cancelled(cancelled) => Self::Cancelled(cancelled),
             error => Self::Calibration(error),
         }
+    }
+}
+
+/// Advice to lower the crack spacing below `needed`, where that is possible.
+fn finer_spacing(needed: f64) -> String {
+    if needed < SPACING_RANGE[0] { String::new() } else { format!("bake with a spacing below {needed:.4}, or ") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_finer_spacing_is_advised_where_one_helps() {
+        let message = |size_m| BakeError::CracksTooSmall { spacing: 0.04, width_m: 0.02, size_m }.to_string();
+        assert!(
+            message(0.005).contains("5.00e-3 m large") && message(0.005).contains("a spacing below 0.0100, or make")
+        );
+        assert!(!message(0.0005).contains("a spacing below"), "{}", message(0.0005));
     }
 }

@@ -71,7 +71,12 @@ impl UncrackedShape<'_> {
         let corners = || sheets.triangles().iter().flatten();
         let distance = corners().map(|corner| self.inside.signed_distance(corner)).fold(f64::INFINITY, f64::min);
         if distance <= 0.0 {
-            return BakeError::CracksTooSmall { spacing, width_m: 2.0 * SLOT_HALF * spacing * frame.diagonal_m };
+            let (width, size) = (2.0 * SLOT_HALF * spacing, sheets.area().sqrt());
+            return BakeError::CracksTooSmall {
+                spacing,
+                width_m: width * frame.diagonal_m,
+                size_m: size * frame.diagonal_m,
+            };
         }
         let meters =
             |(low, high): (Point3<f64>, Point3<f64>)| [low, high].map(|corner| frame.to_meters(&corner).into());

@@ -110,12 +110,13 @@ fn load(statements: &[Statement], end: usize) -> Result<Mesh, LoadError> {
     models.pop().map(|model| model.mesh).ok_or(LoadError::GenericFailure)
 }
 
-/// Rule that a statement breaks, in plain words.
-fn rule(error: &LoadError) -> String {
+/// Rule that the statement `text` breaks, in plain words.
+fn rule(error: &LoadError, text: &str) -> String {
     match error {
-        LoadError::PositionParseError => {
+        LoadError::PositionParseError if text.contains(',') => {
             "a vertex needs three numbers, with decimal points instead of commas, apart by spaces".to_owned()
         }
+        LoadError::PositionParseError => "a vertex needs three numbers, apart by spaces".to_owned(),
         LoadError::FaceParseError => "a face needs whole numbers other than 0 that name vertices".to_owned(),
         LoadError::FaceVertexOutOfBounds => "a face names a vertex that does not exist".to_owned(),
         other => other.to_string(),
@@ -141,7 +142,7 @@ fn refused(statements: &[Statement], error: &LoadError) -> SurfaceError {
         "obj",
         format!("line {line}"),
         found.map_or(error.to_string(), |found| {
-            format!("{}: '{}'{}", rule(error), found.text, ending(statements, line))
+            format!("{}: '{}'{}", rule(error, &found.text), found.text, ending(statements, line))
         }),
     )
 }
