@@ -84,7 +84,7 @@ fn rays_are_in_the_coordinates_of_the_connection() {
 /// The nearest surface point that a message names, m.
 fn nearest(error: &Error) -> [f64; 3] {
     let reported = error.message.split("nearest surface point: ").nth(1).unwrap_or_else(|| panic!("{error}"));
-    let numbers: Vec<f64> = reported.split(". ").next().unwrap().split(',').map(|x| x.parse().unwrap()).collect();
+    let numbers: Vec<f64> = reported.split(';').next().unwrap().split(',').map(|x| x.parse().unwrap()).collect();
     numbers.try_into().unwrap()
 }
 

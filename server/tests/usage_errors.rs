@@ -116,6 +116,7 @@ fn files_of_another_kind_are_named_with_what_to_do() {
     check(&here, &format!("shatterd serve --scene {scene}"), (3, "did you mean `mug`?"));
     let (code, plan, error) = run(&here, &["shatterd", "check", &scene]);
     assert!(code == 0 && plan.contains("not baked yet; did you mean the database `mug`?"), "{plan}");
+    assert!(plan.contains("needed") && !plan.contains("loaded"), "tables of a file that does not exist: {plan}");
     assert!(error.contains("warning: object `mugg` has no database") && error.contains("`mug`?"), "{error}");
 }
 

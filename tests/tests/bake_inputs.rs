@@ -243,8 +243,12 @@ fn sizes_defects_and_files_are_told_and_databases_found_by_name() {
     assert!(Path::new(file).is_file());
     let again = |own: &[&str]| String::from_utf8(bake(&fixture, &mesh, &[own, &more].concat()).stderr).unwrap();
     assert!(!again(&[]).contains("will be replaced"));
-    let replaced = again(&["--unit", "mm"]);
-    assert!(replaced.contains("warning: the database of `") && replaced.contains("another --name"), "{replaced}");
+    let replaced = again(&["--unit", "mm", "--fragment-size", "5"]);
+    let begun = replaced.find("surface: weld").unwrap();
+    for early in ["warning: the database of `", "warning: fragments of 5 m"] {
+        assert!(replaced.find(early).is_some_and(|place| place < begun), "{early} comes late: {replaced}");
+    }
+    assert!(replaced.contains("another --name"), "{replaced}");
     assert!(!again(&["--unit", "mm"]).contains("will be replaced"));
 
     let databases = folder.to_str().unwrap();

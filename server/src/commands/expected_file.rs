@@ -165,6 +165,8 @@ mod tests {
             let message = message_of(name, wanted).unwrap_or_default();
             assert!(message.contains(part) && !message.contains(".hid"), "{name} {wanted:?}: {message}");
         }
+        let missing = check(&path("spott.obj"), ExpectedFile::Mesh).unwrap_err();
+        assert_eq!(missing.kind(), "unreadable_file", "not a format that is unknown");
         for (name, wanted) in [
             ("spot.obj", ExpectedFile::Mesh),
             ("mug.shatter", ExpectedFile::Database),

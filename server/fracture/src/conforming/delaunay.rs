@@ -11,6 +11,7 @@ use super::predicates::{in_sphere, is_exact};
 use super::tetrahedralization::{NONE, Tetrahedralization, pack, unpack};
 use super::work_limit::WorkLimit;
 use nalgebra::{Point3, Vector3};
+use std::ops::Range;
 
 /// Points inserted between two reports of the progress.
 const PROGRESS_INTERVAL: usize = 1024;
@@ -43,27 +44,59 @@ impl Tetrahedralization {
         limit: &mut WorkLimit,
         progress: &mut dyn FnMut(usize),
     ) -> Result<Self, ConformingError> {
-        if let Some(point) = points.iter().position(|point| !is_exact(point)) {
-            return Err(ConformingError::InvalidPoint { point });
-        }
-        let (order, count) = (insertion_order(&points), points.len() as u32);
+        check_exact(&points)?;
+        let count = points.len() as u32;
         points.extend(large_tetrahedron(&points));
         let mut mesh = Self::new(points);
         mesh.allocate([count, count + 1, count + 2, count + 3]);
-        let (mut hint, mut cavity) = (0, Cavity::default());
-        for (done, &vertex) in order.iter().enumerate() {
-            limit.check(&mesh)?;
+        mesh.insert_all(0..count, limit, progress)?;
+        Ok(mesh)
+    }
+
+    /// Inserts further points into a Delaunay tetrahedralization. Their indices begin at `first`; those of the points that had
+    /// them, and of all later ones, grow by the number of points.
+    ///
+    /// # Errors
+    /// As [`Self::delaunay`].
+    pub(super) fn insert_points(
+        &mut self,
+        first: u32,
+        points: &[Point3<f64>],
+        limit: &mut WorkLimit,
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<(), ConformingError> {
+        check_exact(points)?;
+        let (place, count) = (first as usize, points.len() as u32);
+        self.points.splice(place..place, points.iter().copied());
+        self.incident.splice(place..place, points.iter().map(|_| NONE));
+        let later = self.tets.iter_mut().flatten().filter(|corner| (first..NONE).contains(corner));
+        later.for_each(|corner| *corner += count);
+        self.insert_all(first..first + count, limit, progress)
+    }
+
+    /// Inserts the points of these indices, which no tetrahedron has yet.
+    fn insert_all(
+        &mut self,
+        added: Range<u32>,
+        limit: &mut WorkLimit,
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<(), ConformingError> {
+        let order = insertion_order(&self.points[added.start as usize..added.end as usize]);
+        let mut hint = self.tets.iter().position(|corners| corners[0] != NONE).map_or(0, |tet| tet as u32);
+        let mut cavity = Cavity::default();
+        for (done, vertex) in order.iter().map(|index| added.start + index).enumerate() {
+            limit.check(self)?;
             if done.is_multiple_of(PROGRESS_INTERVAL) {
                 progress(done);
             }
-            hint = mesh.locate(hint, vertex, WALK_MAX);
-            let at = *mesh.point(vertex);
-            if mesh.tets[hint as usize].iter().any(|&corner| *mesh.point(corner) == at) {
+            hint = self.locate(hint, vertex, WALK_MAX);
+            let at = *self.point(vertex);
+            if self.tets[hint as usize].iter().any(|&corner| *self.point(corner) == at) {
                 return Err(ConformingError::DuplicatePoint { at });
             }
-            hint = mesh.insert(vertex, hint, &mut cavity);
+            hint = self.insert(vertex, hint, &mut cavity);
         }
-        Ok(mesh)
+        Ok(())
     }
 
     /// A tetrahedron that contains a point, found by walking from `tet`, or by search if the walk is too long.
@@ -174,6 +207,14 @@ impl Tetrahedralization {
     }
 }
 
+/// Refuses points at which signs are not exact.
+fn check_exact(points: &[Point3<f64>]) -> Result<(), ConformingError> {
+    match points.iter().position(|point| !is_exact(point)) {
+        Some(point) => Err(ConformingError::InvalidPoint { point }),
+        None => Ok(()),
+    }
+}
+
 /// Corners of a positive regular tetrahedron around all points.
 fn large_tetrahedron(points: &[Point3<f64>]) -> [Point3<f64>; 4] {
     let first = points.first().copied().unwrap_or_else(Point3::origin);
@@ -197,8 +238,27 @@ mod tests {
         Tetrahedralization::delaunay(points, &mut WorkLimit::new(1000, u64::MAX, &token), &mut |_| ())
     }
 
-    fn check_delaunay(points: Vec<Point3<f64>>) -> Result<(), TestCaseError> {
-        let mesh = delaunay(points).unwrap();
+    /// Checks the tetrahedralization of the points, and that of the same points of which some are inserted later.
+    fn check_delaunay(mut points: Vec<Point3<f64>>) -> Result<(), TestCaseError> {
+        // The large tetrahedron must hold the later points, so those with extreme coordinates come first.
+        for axis in 0..3 {
+            points[2 * axis.min(points.len() / 2)..].sort_by(|a, b| a[axis].total_cmp(&b[axis]));
+            let last = points.len() - 1;
+            points.swap((2 * axis + 1).min(last), last);
+        }
+        let first = points.len().min(6);
+        let later = first..points.len().midpoint(first);
+        let token = CancelToken::default();
+        let mut limit = WorkLimit::new(1000, u64::MAX, &token);
+        let earlier = [&points[..first], &points[later.end..]].concat();
+        let mut grown = Tetrahedralization::delaunay(earlier, &mut limit, &mut |_| ()).unwrap();
+        grown.insert_points(first as u32, &points[later], &mut limit, &mut |_| ()).unwrap();
+        prop_assert_eq!(&grown.points[..points.len()], &points[..]);
+        check_mesh(&grown)?;
+        check_mesh(&delaunay(points).unwrap())
+    }
+
+    fn check_mesh(mesh: &Tetrahedralization) -> Result<(), TestCaseError> {
         for (tet, corners) in mesh.tets.iter().enumerate().filter(|(_, corners)| corners[0] != NONE) {
             prop_assert!(mesh.orientation(corners[0], corners[1], corners[2], corners[3]) > 0.0);
             for (corner, face) in FACES.into_iter().enumerate() {

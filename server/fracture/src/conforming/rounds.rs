@@ -1,4 +1,6 @@
 //! Repair rounds: tetrahedralization and recovery, repeated with more points on the surface.
+//!
+//! Each round recovers the surface in a copy of the Delaunay tetrahedralization, into which the next one inserts its points.
 
 use super::error::ConformingError;
 use super::facets::{constrain_facets, recover_facets};
@@ -32,16 +34,18 @@ pub(super) fn mesh_surface(
 ) -> Result<ConformingMesh, ConformingError> {
     let count = surface.positions.len();
     let mut limit = WorkLimit::new(options.points_max, options.steps_max, token);
+    let mut delaunay = {
+        let all: Vec<Point3<f64>> = surface.positions.iter().chain(interior).copied().collect();
+        let total = all.len();
+        check_points(total, options)?;
+        let insert = &mut |done| progress(ConformingStep::Insert { round: 0, done, total });
+        Tetrahedralization::delaunay(all, &mut limit, insert)?
+    };
     let mut round = 0;
     loop {
-        let points = surface.positions.len() + interior.len();
-        if points > options.points_max {
-            return Err(ConformingError::TooManyPoints { points, points_max: options.points_max });
-        }
-        let all = surface.positions.iter().chain(interior).copied().collect();
-        let insert = &mut |done| progress(ConformingStep::Insert { round, done, total: points });
-        let mut mesh = Tetrahedralization::delaunay(all, &mut limit, insert)?;
+        limit.check(&delaunay)?;
         limit.begin_round();
+        let mut mesh = delaunay.clone();
         let missing = recover(&mut mesh, &surface, round, &mut limit, progress)?;
         if missing.segments.is_empty() && missing.facets.is_empty() {
             progress(ConformingStep::Extract);
@@ -49,11 +53,23 @@ pub(super) fn mesh_surface(
             let steiner_count = surface.positions.len() - count;
             return Ok(ConformingMesh { steiner_count, steps: limit.steps(), ..extract(&mesh, surface, round)? });
         }
+        let first = surface.positions.len();
         if round == options.rounds_max || !split_missing(&mut surface, &missing) {
             return Err(unrecovered(&surface, &missing, round));
         }
         round += 1;
+        check_points(surface.positions.len() + interior.len(), options)?;
+        let added = &surface.positions[first..];
+        let insert = &mut |done| progress(ConformingStep::Insert { round, done, total: added.len() });
+        delaunay.insert_points(first as u32, added, &mut limit, insert)?;
     }
+}
+
+fn check_points(points: usize, options: &ConformingOptions) -> Result<(), ConformingError> {
+    if points > options.points_max {
+        return Err(ConformingError::TooManyPoints { points, points_max: options.points_max });
+    }
+    Ok(())
 }
 
 /// Recovers the surface's edges and then, if none is missing, its triangles.

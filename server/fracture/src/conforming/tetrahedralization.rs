@@ -40,7 +40,7 @@ pub(super) struct Ring {
 }
 
 /// Tetrahedralization of the inside of one large tetrahedron. Every tetrahedron in use is positive.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Tetrahedralization {
     /// Points. The last four are the corners of the large tetrahedron.
     pub points: Vec<Point3<f64>>,
