@@ -6,6 +6,7 @@ pub mod list;
 mod objects;
 mod parse;
 pub mod prefracture;
+mod result_text;
 pub mod status;
 pub mod threshold;
 mod time_of_day;

@@ -1,8 +1,9 @@
 //! `shatter prefracture`.
 
 use super::files::{FileFormat, OutputTarget};
-use super::impact::{RequestEcho, screen, to_json};
+use super::impact::{RequestEcho, to_json};
 use super::parse::{effect, lift, quality};
+use super::result_text::screen;
 use super::{CliError, RESULT_TIMEOUT, document, note_one_piece, reply};
 use shatter_client::{Client, Deadline, Effect, Lift, Quality, SEED_DEFAULT};
 use std::path::PathBuf;

@@ -1,7 +1,8 @@
 //! `shatter threshold`.
 
-use super::impact::{hit, hit_line};
+use super::impact::hit;
 use super::parse::{NamedConvention, convention, ray, vector};
+use super::result_text::hit_line;
 use super::{CliError, RESULT_TIMEOUT, document, out, reply, with_options};
 use nalgebra::Vector3;
 use serde_json::json;

@@ -72,10 +72,7 @@ fn obj_errors_name_the_line_or_the_face() {
     assert!(comma.contains("decimal points instead of commas") && comma.contains("'v 1,5 0 0'"), "{comma}");
     check_malformed("a.obj", b"v 0 0 0\n\nv 0 0\n", "line 3");
     let cut = read_bytes("a.obj", b"v 0 0 0\nv 0 0\n").unwrap_err().to_string();
-    assert!(
-        cut.contains("the file ends there") && !cut.contains("commas") && !comma.contains("the file ends"),
-        "{cut}"
-    );
+    assert!(cut.contains("the file ends") && !cut.contains("commas") && !comma.contains("the file ends"), "{cut}");
     check_malformed("a.obj", b"v 0 0 0\nf 1 a 1\n", "line 2");
     for (text, line) in [("f 1 1 1\nf 1 1 3\nf 1 1 9\nv 1 1 1\n", 3), ("f 0 1 1\n", 2), ("# it\nf 1 1 \\\n-3\n", 4)] {
         check_malformed("a.obj", format!("v 0 0 0\n{text}").as_bytes(), &format!("line {line}"));

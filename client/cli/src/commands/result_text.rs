@@ -1,0 +1,127 @@
+//! Text of a result for people.
+
+use super::impact::preset;
+use super::{CliError, out};
+use shatter_client::{DegreeOrigin, EnergySource, FractureResult, FragmentSurface, Hit, Summary};
+
+/// Line of a ray's first hit on the object, for people.
+pub(super) fn hit_line(hit: &Hit) -> String {
+    let [point, normal] = [hit.point_m, hit.normal].map(|[x, y, z]| format!("{x:.6},{y:.6},{z:.6}"));
+    format!("ray hits {point} (outward normal {normal})")
+}
+
+/// Line of the result's error estimates, for people.
+fn trust(summary: &Summary) -> String {
+    if summary.energy_source == EnergySource::Falloff {
+        let confidence = summary.confidence;
+        return format!("energy: falloff, no elasticity, no estimate; confidence in the degree {confidence:.2}");
+    }
+    if summary.energy_source == EnergySource::Bounded {
+        return "energy: bounded from above without a solve, because the bound is below the threshold".to_owned();
+    }
+    format!(
+        "displacements: {}, energy error {:.2} % (estimated); confidence in the degree {:.2}",
+        summary.energy_source,
+        100.0 * summary.energy_error,
+        summary.confidence
+    )
+}
+
+/// Advice for an object that stays whole: the factor of the impulse that breaks it, since E₁ grows with its square. `None` without
+/// energy.
+fn missing_impulse(summary: &Summary) -> Option<String> {
+    let most = if summary.energy_source == EnergySource::Bounded { "more than" } else { "about" };
+    let factor = 1.0 / summary.e1_over_gamma.sqrt();
+    (factor.is_finite() && factor >= 1.0).then(|| {
+        format!("to break it: {most} {} times this impulse; `shatter threshold` prints how much", significant(factor))
+    })
+}
+
+/// Text of the threshold and of the energy relative to it; an even division by falloff alone has no energy to show.
+fn load(summary: &Summary) -> String {
+    let gamma = format!("γ {:.3e} J·m²", summary.gamma_j_m2);
+    if summary.energy_source == EnergySource::Falloff && summary.degree_origin == DegreeOrigin::Forced {
+        return gamma;
+    }
+    let most = if summary.energy_source == EnergySource::Bounded { "at most " } else { "" };
+    format!("{gamma}, E₁/γ {most}{}", significant(summary.e1_over_gamma))
+}
+
+/// Four digits, with a power of ten where the number would be long.
+pub(super) fn significant(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    if !(1e-3..1e5).contains(&value.abs()) {
+        return format!("{value:.3e}");
+    }
+    let digits = (3 - value.abs().log10().floor() as i32).max(0) as usize;
+    format!("{value:.digits$}")
+}
+
+/// Prints a result for people.
+pub(super) fn screen(result: &FractureResult) -> Result<(), CliError> {
+    let summary = result.summary();
+    let milliseconds = result.round_trip().as_secs_f64() * 1e3;
+    let load = load(&summary);
+    if result.is_whole() {
+        out(format_args!("{} stays whole ({load}; {milliseconds:.1} ms)\n", summary.object))?;
+        result.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
+        out(format_args!("  {}\n", trust(&summary)))?;
+        return missing_impulse(&summary).map_or(Ok(()), |advice| out(format_args!("  {advice}\n")));
+    }
+    out(format_args!(
+        "{}: {} fragments, {} sites by {}{} ({load}; {milliseconds:.1} ms, {} bytes)\n",
+        summary.object,
+        result.fragments().len(),
+        summary.sites,
+        summary.degree_origin,
+        if summary.is_capped { ", capped" } else { "" },
+        result.bytes()
+    ))?;
+    result.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
+    out(format_args!("  {}\n", trust(&summary)))?;
+    let times: Vec<String> = result
+        .stages()
+        .filter(|cost| cost.has_run)
+        .map(|cost| format!("{} {:.2}", cost.stage, cost.time.as_secs_f64() * 1e3))
+        .collect();
+    out(format_args!("  ms: {}\n", times.join(", ")))?;
+    out(format_args!(
+        "  quality: {}, {} iterations ({}), gap of the cells {:.2} % (estimated); {:.2} ms from admission to sending\n",
+        preset(&summary),
+        summary.iterations,
+        summary.stop_criterion,
+        100.0 * summary.cvd_gap,
+        summary.time.as_secs_f64() * 1e3
+    ))?;
+    let effects: Vec<&str> = result.effects().filter(|cost| cost.has_run).map(|cost| cost.effect.name()).collect();
+    out(format_args!("  effects: {}\n", if effects.is_empty() { "none".to_owned() } else { effects.join(", ") }))?;
+    if summary.surface == FragmentSurface::Exact {
+        out(format_args!("  surface: exact\n"))?;
+    }
+    let mut masses: Vec<f64> = result.fragments().map(|fragment| fragment.mass_kg()).collect();
+    masses.sort_by(f64::total_cmp);
+    let (least, median, most) = (masses[0], masses[masses.len() / 2], masses[masses.len() - 1]);
+    let closed = result.fragments().filter(|fragment| fragment.is_closed()).count();
+    out(format_args!(
+        "  kg: {} in all, {least:.3e} to {most:.3e}, median {median:.3e}; {closed} of {} closed\n",
+        significant(masses.iter().sum::<f64>()),
+        masses.len()
+    ))?;
+    if let Some(handle) = result.handle() {
+        out(format_args!("  kept: --from {handle}/FRAGMENT strikes a fragment\n"))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::significant;
+
+    #[test]
+    fn numbers_are_printed_with_four_significant_digits() {
+        let shown = [0.0, 1.23456, 98_765.4, 1.5e62, 4.2e-7].map(significant);
+        assert_eq!(shown, ["0", "1.235", "98765", "1.500e62", "4.200e-7"]);
+    }
+}
