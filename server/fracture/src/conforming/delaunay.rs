@@ -242,8 +242,8 @@ mod tests {
     fn check_delaunay(mut points: Vec<Point3<f64>>) -> Result<(), TestCaseError> {
         // The large tetrahedron must hold the later points, so those with extreme coordinates come first.
         for axis in 0..3 {
-            points[2 * axis.min(points.len() / 2)..].sort_by(|a, b| a[axis].total_cmp(&b[axis]));
             let last = points.len() - 1;
+            points[(2 * axis).min(last)..].sort_by(|a, b| a[axis].total_cmp(&b[axis]));
             points.swap((2 * axis + 1).min(last), last);
         }
         let first = points.len().min(6);
