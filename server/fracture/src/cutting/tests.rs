@@ -134,7 +134,7 @@ fn any_labels_give_closed_fragments() {
 
 #[test]
 fn a_stored_object_breaks_as_the_baked_one() {
-    let prepared = baked(shapes::mug(), 0.05);
+    let prepared = baked(shapes::statue_on(0.03), 0.06);
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("object.shatter");
     save(&prepared, &file).unwrap();
@@ -150,10 +150,10 @@ fn a_stored_object_breaks_as_the_baked_one() {
 
 #[test]
 fn the_lattice_can_be_had() {
-    let prepared = baked(shapes::mug(), 0.05);
+    let prepared = baked(shapes::statue_on(0.03), 0.06);
     let exact = strike(&prepared, 1);
     let lattice = FractureRequest { surface: SurfaceKind::Lattice, ..exact.clone() };
-    let plain = BakeRequest { surface: SurfaceKind::Lattice, ..request(0.05) }.bake(shapes::mug()).unwrap();
+    let plain = BakeRequest { surface: SurfaceKind::Lattice, ..request(0.06) }.bake(shapes::statue_on(0.03)).unwrap();
     let [own, other] = [(&prepared, &lattice), (&plain, &exact)]
         .map(|(object, request)| fragments(object, request).meshes.emitted().unwrap().positions.clone());
     assert_eq!(own, other);
