@@ -20,6 +20,7 @@ use iceoryx2::prelude::CallbackProgression;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::fs::{self, DirEntry};
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -59,7 +60,15 @@ impl StaleSegmentReaper {
         let made: Vec<(PathBuf, Vec<u128>)> =
             entries(&instance.folder).filter_map(|entry| Some((entry.path(), ports(&entry.path())?))).collect();
         // Read after the segments: the tag of a living port is older than its segments.
-        let tags = tags(&instance.folder.join("nodes"));
+        let tags = match tags(&instance.folder.join("nodes")) {
+            Ok(tags) => tags,
+            // Without descriptors, every segment would seem to be stale.
+            Err(error) => {
+                tracing::debug!(%error, "tags of ports cannot be listed");
+                self.suspects.clear();
+                return 0;
+            }
+        };
         let stale_segment =
             |(path, ports): (PathBuf, Vec<u128>)| ports.iter().any(|port| !tags.contains(port)).then_some(path);
         let stale_segments: BTreeSet<PathBuf> = made.into_iter().filter_map(stale_segment).collect();
@@ -117,14 +126,28 @@ fn ports(path: &Path) -> Option<Vec<u128>> {
 }
 
 /// Ports of all nodes, alive or not yet reclaimed.
-fn tags(nodes: &Path) -> BTreeSet<u128> {
-    let tag = |entry: DirEntry| {
-        let path = entry.path();
+///
+/// # Errors
+/// A folder that cannot be read, other than one that was removed meanwhile.
+fn tags(nodes: &Path) -> io::Result<BTreeSet<u128>> {
+    let tag = |path: &Path| {
         let tagged = path.extension() == Some(OsStr::new("port_tag"));
         let word = path.file_stem()?.to_str()?.rsplit('_').next()?.parse().ok();
         word.filter(|_| tagged)
     };
-    entries(nodes).map(|node| node.path()).flat_map(|node| entries(&node).collect::<Vec<_>>()).filter_map(tag).collect()
+    let mut tags = BTreeSet::new();
+    for node in fs::read_dir(nodes)? {
+        match fs::read_dir(node?.path()) {
+            Ok(files) => {
+                for file in files {
+                    tags.extend(tag(&file?.path()));
+                }
+            }
+            Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(tags)
 }
 
 #[cfg(test)]
@@ -156,6 +179,27 @@ mod tests {
         let mut reaper = StaleSegmentReaper::default();
         assert_eq!((reaper.reap(&instance), reaper.reap(&instance), reaper.reap(&instance)), (0, 5, 0));
         assert!(kept.iter().all(|path| path.exists()) && !gone.iter().chain([&socket]).any(|path| path.exists()));
+        fs::remove_dir_all(&instance.folder).unwrap();
+    }
+
+    /// A daemon without descriptors cannot list its own ports. The folder of a node that leads to itself fails in the same way.
+    #[test]
+    fn segments_stay_while_tags_cannot_be_listed() {
+        let root = tempfile::tempdir().unwrap();
+        let uid = rustix::process::geteuid().as_raw();
+        let paths = ServicePaths::new(&ServiceName::new("poor").unwrap(), Some(root.path()), uid);
+        paths.create().unwrap();
+        let instance = Instance::random(&paths).unwrap();
+        instance.create(uid).unwrap();
+        let (nodes, segment) = (instance.folder.join("nodes"), instance.folder.join(format!("{PREFIX}a1_22.data")));
+        fs::create_dir_all(&nodes).unwrap();
+        fs::write(&segment, "").unwrap();
+        std::os::unix::fs::symlink(nodes.join("77"), nodes.join("77")).unwrap();
+        let mut reaper = StaleSegmentReaper::default();
+        assert_eq!([(); 3].map(|()| reaper.reap(&instance)), [0; 3]);
+        assert!(segment.exists());
+        fs::remove_file(nodes.join("77")).unwrap();
+        assert_eq!([(); 2].map(|()| reaper.reap(&instance)), [0, 1]);
         fs::remove_dir_all(&instance.folder).unwrap();
     }
 

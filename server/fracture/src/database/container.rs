@@ -9,7 +9,7 @@ use safetensors::tensor::{Metadata, TensorInfo, TensorView};
 use safetensors::{Dtype, SafeTensorError};
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// Metadata key of the checksums: a JSON object, tensor name → BLAKE3 in hexadecimal.
@@ -233,10 +233,17 @@ impl ContainerContents {
     /// Reads the tensor `name` from the file.
     fn bytes(&mut self, name: &str) -> Result<Vec<u8>, DatabaseError> {
         let (first, end) = self.header.info(name).map_or((0, 0), |info| info.data_offsets);
-        let mut bytes = vec![0; end - first];
-        let read = self.file.seek(SeekFrom::Start(self.data + first as u64));
-        let read = read.and_then(|_| self.file.read_exact(&mut bytes));
-        read.map_err(|source| DatabaseError::Io { path: self.path.clone(), source })?;
+        self.read(self.data + first as u64, end - first)
+            .map_err(|source| DatabaseError::Io { path: self.path.clone(), source })
+    }
+
+    /// Reads part of the file. A sparse file may claim more than memory holds, so the allocation may fail.
+    fn read(&mut self, first: u64, length: usize) -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        bytes.try_reserve_exact(length).map_err(|_| io::ErrorKind::OutOfMemory)?;
+        self.file.seek(SeekFrom::Start(first))?;
+        bytes.resize(length, 0);
+        self.file.read_exact(&mut bytes)?;
         Ok(bytes)
     }
 

@@ -73,6 +73,26 @@ fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     [(text.len() as u64).to_le_bytes().to_vec(), text, rest].concat()
 }
 
+/// A file of a few kilobytes on the disk that claims a tensor of eight tebibytes.
+#[test]
+fn a_sparse_file_larger_than_memory_is_refused() {
+    const CLAIMED: u64 = 1 << 43;
+    let bytes = file();
+    let (mut header, data) = header(&bytes);
+    let rest = &bytes[data..];
+    let ends = [rest.len() as u64, rest.len() as u64 + CLAIMED];
+    header.insert("large".to_owned(), serde_json::json!({ "dtype": "U8", "shape": [CLAIMED], "data_offsets": ends }));
+    let mut text = Value::Object(header).to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(8), b' ');
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("hostile.shatter");
+    std::fs::write(&path, [&(text.len() as u64).to_le_bytes()[..], &text, rest].concat()).unwrap();
+    let length = 8 + text.len() as u64 + ends[1];
+    std::fs::File::options().write(true).open(&path).unwrap().set_len(length).unwrap();
+    let Err(DatabaseError::Io { source, .. }) = load(&path) else { panic!("loaded, or refused for another reason") };
+    assert_eq!(source.kind(), std::io::ErrorKind::OutOfMemory);
+}
+
 /// Expects a rejection, or requests with closed, finite fragments or errors.
 fn check(bytes: &[u8], what: &str) {
     let Ok(prepared) = opened(bytes) else { return };
