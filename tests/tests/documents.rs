@@ -1,5 +1,7 @@
 //! README and guide: size, links, the files and tests that they name, and the reference pages.
 
+use shatter_fracture::database::FORMAT;
+use shatter_proto::PROTOCOL_VERSION;
 use shatter_tests::pages::{GUIDE, guide, root, text};
 use shatter_tests::reference::reference_pages;
 use shatter_tests::sources::check;
@@ -161,6 +163,15 @@ fn tests_of_the_support_matrix_exist() {
 fn the_program_without_a_daemon_is_the_example() {
     let block = format!("```rust\n{}```", text("server/fracture/examples/library.rs"));
     assert!(text(&format!("{GUIDE}/internals.md")).contains(&block));
+}
+
+#[test]
+fn the_versions_of_the_guide_are_those_of_the_code() {
+    let page = text(&format!("{GUIDE}/security.md"));
+    let rows = [("protocol", PROTOCOL_VERSION.to_string()), ("database format", FORMAT.to_owned())];
+    for (name, version) in rows {
+        assert!(page.contains(&format!("| {name} | {version} |")), "{name} is {version}");
+    }
 }
 
 #[test]
