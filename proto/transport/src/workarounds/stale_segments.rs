@@ -132,7 +132,7 @@ fn ports(path: &Path) -> Option<Vec<u128>> {
 fn tags(nodes: &Path) -> io::Result<BTreeSet<u128>> {
     let tag = |path: &Path| {
         let tagged = path.extension() == Some(OsStr::new("port_tag"));
-        let word = path.file_stem()?.to_str()?.rsplit('_').next()?.parse().ok();
+        let word = path.file_stem()?.to_str()?.rsplit('_').next()?.parse::<u128>().ok();
         word.filter(|_| tagged)
     };
     let mut tags = BTreeSet::new();
