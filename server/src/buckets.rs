@@ -2,6 +2,7 @@
 
 use crate::catalog::Catalog;
 use crate::config::Config;
+use crate::descriptors;
 use crate::ipc::PoolSize;
 use shatter_proto::result::BLOCK_BYTES;
 
@@ -14,7 +15,7 @@ const BUCKET_MIN_BYTES: usize = 16 * MIB;
 pub(crate) fn size(config: &Config, catalog: &Catalog) -> PoolSize {
     let bytes = catalog.result_bytes_max().max(BUCKET_MIN_BYTES).min(config.results.bucket_mib_max * MIB);
     PoolSize {
-        clients: config.service.clients_max,
+        clients: descriptors::clients(config.service.clients_max),
         buckets: config.results.buckets,
         blocks: bytes.div_ceil(BLOCK_BYTES),
     }

@@ -424,7 +424,7 @@ fn exhausted_descriptors_are_an_error_and_not_a_crash() {
     Child::start(&mut under(&[], "ulimit -n 48", role(&here, "poor", ""))).finish();
     assert_eq!(daemon.terminate().code(), Some(0));
     // Clients with many descriptors at a daemon with few.
-    let daemon = Child::start(&mut under(&[], "ulimit -n 56", role(&here, "daemon", "")));
+    let daemon = Child::start(&mut under(&[], "ulimit -n 90", role(&here, "daemon", "")));
     let connect = |deadline: Deadline| {
         let service = Client::connect_at(&here.place, deadline)?;
         let vase = service.object("vase", deadline)?;
