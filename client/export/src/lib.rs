@@ -125,8 +125,10 @@ pub struct WriteReport {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
-    /// No fragments: the object stayed whole.
-    #[error("there is no fragment to write: the object stayed whole")]
+    /// No meshes: the object stayed whole, or the effect that makes them was off.
+    #[error(
+        "there is nothing to write: the object stayed whole, or the effect that makes these meshes (`skin`, `hulls`) was off"
+    )]
     NoFragments,
     /// A coordinate, center, volume or mass that is not a finite number.
     #[error("fragment {fragment}: {what} is not finite")]
