@@ -13,7 +13,7 @@ const PER_CLIENT: u64 = 7;
 /// Raises the limit of descriptors as far as the system allows it, and returns the number of clients to admit: at most `clients_max`.
 pub(crate) fn clients(clients_max: usize) -> usize {
     let limit = getrlimit(Resource::Nofile);
-    let raised = Rlimit { current: limit.maximum, ..limit.clone() };
+    let raised = Rlimit { current: limit.maximum, maximum: limit.maximum };
     let current = match setrlimit(Resource::Nofile, raised) {
         Ok(()) => limit.maximum,
         Err(_) => limit.current,
