@@ -2,9 +2,9 @@
 
 use crate::catalog::Catalog;
 use crate::config::Config;
-use crate::descriptors;
 use crate::ipc::PoolSize;
 use shatter_proto::result::BLOCK_BYTES;
+use shatter_transport::workarounds::few_descriptors;
 
 const MIB: usize = 1024 * 1024;
 
@@ -15,7 +15,7 @@ const BUCKET_MIN_BYTES: usize = 16 * MIB;
 pub(crate) fn size(config: &Config, catalog: &Catalog) -> PoolSize {
     let bytes = catalog.result_bytes_max().max(BUCKET_MIN_BYTES).min(config.results.bucket_mib_max * MIB);
     PoolSize {
-        clients: descriptors::clients(config.service.clients_max),
+        clients: few_descriptors::clients(config.service.clients_max),
         buckets: config.results.buckets,
         blocks: bytes.div_ceil(BLOCK_BYTES),
     }

@@ -6,7 +6,6 @@ mod buckets;
 mod catalog;
 pub mod commands;
 pub mod config;
-mod descriptors;
 pub mod error_mailbox;
 pub mod event_source;
 pub mod hot_reloader;
