@@ -7,16 +7,20 @@ use std::process::Stdio;
 use support::{Child, TestDirectory, bar, eventually, shatter, shatter_program, shatterd, under};
 
 /// Descriptors of the daemon: enough for some clients, too few for all.
-const LIMIT: &str = "ulimit -n 64";
+const LIMITS: [&str; 2] = ["ulimit -n 56", "ulimit -n 64"];
 
 /// Clients at once.
 const CLIENTS: usize = 15;
 
 #[test]
 fn a_daemon_with_few_descriptors_serves_one_client_after_another() {
+    LIMITS.into_iter().for_each(check);
+}
+
+fn check(limit: &str) {
     let here = TestDirectory::new("descriptors");
     here.database("bar", bar(0.06));
-    let daemon = Child::start(&mut under(&[], LIMIT, shatterd(&here)));
+    let daemon = Child::start(&mut under(&[], limit, shatterd(&here)));
     let strike = ["impact", "bar", "--point", "0.2,0,0", "--impulse", "-50,3,0"];
     for round in 0..3 {
         let start = |_| {
@@ -27,7 +31,7 @@ fn a_daemon_with_few_descriptors_serves_one_client_after_another() {
         // Dead clients keep their descriptors until the daemon has cleaned up after them.
         clients.iter_mut().step_by(2).for_each(|client| client.kill().unwrap());
         let codes: Vec<_> = clients.into_iter().map(|mut client| client.wait().unwrap().code()).collect();
-        println!("round {round}: exit codes of {CLIENTS} clients at once: {codes:?}");
+        println!("{limit}, round {round}: exit codes of {CLIENTS} clients at once: {codes:?}");
         eventually(|| "no client is served any more", || shatter(&here, &["list"]).0 == 0);
     }
     let (code, text) = shatter(&here, &strike);

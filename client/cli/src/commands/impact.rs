@@ -4,7 +4,7 @@ use super::files::{FileFormat, OutputTarget, WrittenFiles};
 use super::parse::{
     NamedConvention, convention, degree, effect, elastic, lift, milliseconds, origin, quality, ray, vector,
 };
-use super::result_text::screen;
+use super::result_text::{preset, screen};
 use super::{
     CliError, RESULT_TIMEOUT, document, note, note_long_contact, note_one_piece, out, reply, wait, with_options,
 };
@@ -353,11 +353,6 @@ pub(super) fn to_json(result: &FractureResult, asked: RequestEcho<'_>, files: &W
         "file": files.target.as_ref().map(file),
         "files": files.all.iter().map(file).collect::<Vec<_>>(),
     })
-}
-
-/// Name of the preset.
-pub(super) fn preset(summary: &Summary) -> &'static str {
-    summary.quality.map_or("unknown", Quality::name)
 }
 
 fn nanoseconds(time: Duration) -> u64 {

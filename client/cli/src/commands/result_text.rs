@@ -1,8 +1,12 @@
 //! Text of a result for people.
 
-use super::impact::preset;
 use super::{CliError, out};
-use shatter_client::{DegreeOrigin, EnergySource, FractureResult, FragmentSurface, Hit, Summary};
+use shatter_client::{DegreeOrigin, EnergySource, FractureResult, FragmentSurface, Hit, Quality, Summary};
+
+/// Name of the preset.
+pub(super) fn preset(summary: &Summary) -> &'static str {
+    summary.quality.map_or("unknown", Quality::name)
+}
 
 /// Line of a ray's first hit on the object, for people.
 pub(super) fn hit_line(hit: &Hit) -> String {

@@ -158,14 +158,20 @@ mod tests {
     use std::fs::File;
     use std::os::unix::fs::OpenOptionsExt;
 
-    #[test]
-    fn untagged_segments_are_removed_at_the_second_scan() {
+    /// The folder of a daemon, and the runtime folder that belongs to it.
+    fn created(service: &str) -> (tempfile::TempDir, Instance) {
         let root = tempfile::tempdir().unwrap();
         let uid = rustix::process::geteuid().as_raw();
-        let paths = ServicePaths::new(&ServiceName::new("stale").unwrap(), Some(root.path()), uid);
+        let paths = ServicePaths::new(&ServiceName::new(service).unwrap(), Some(root.path()), uid);
         paths.create().unwrap();
         let instance = Instance::random(&paths).unwrap();
         instance.create(uid).unwrap();
+        (root, instance)
+    }
+
+    #[test]
+    fn untagged_segments_are_removed_at_the_second_scan() {
+        let (_root, instance) = created("stale");
         let node = instance.folder.join("nodes/77");
         fs::create_dir_all(&node).unwrap();
         fs::write(node.join(format!("{PREFIX}11.port_tag")), "").unwrap();
@@ -185,12 +191,7 @@ mod tests {
     /// A daemon without descriptors cannot list its own ports. The folder of a node that leads to itself fails in the same way.
     #[test]
     fn segments_stay_while_tags_cannot_be_listed() {
-        let root = tempfile::tempdir().unwrap();
-        let uid = rustix::process::geteuid().as_raw();
-        let paths = ServicePaths::new(&ServiceName::new("poor").unwrap(), Some(root.path()), uid);
-        paths.create().unwrap();
-        let instance = Instance::random(&paths).unwrap();
-        instance.create(uid).unwrap();
+        let (_root, instance) = created("poor");
         let (nodes, segment) = (instance.folder.join("nodes"), instance.folder.join(format!("{PREFIX}a1_22.data")));
         fs::create_dir_all(&nodes).unwrap();
         fs::write(&segment, "").unwrap();
@@ -206,12 +207,7 @@ mod tests {
     /// Reproduces the state after three hundred kills: a details file, and monitor files that are not readable yet.
     #[test]
     fn an_unfinished_node_is_removed_after_a_delay() {
-        let root = tempfile::tempdir().unwrap();
-        let uid = rustix::process::geteuid().as_raw();
-        let paths = ServicePaths::new(&ServiceName::new("shells").unwrap(), Some(root.path()), uid);
-        paths.create().unwrap();
-        let instance = Instance::random(&paths).unwrap();
-        instance.create(uid).unwrap();
+        let (_root, instance) = created("shells");
         let nodes = instance.folder.join("nodes");
         fs::create_dir_all(nodes.join("77")).unwrap();
         fs::write(nodes.join("77").join(format!("{PREFIX}node.details")), "").unwrap();

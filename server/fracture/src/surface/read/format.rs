@@ -11,7 +11,7 @@ const OBJ_WORDS: [&str; 8] = ["v", "vn", "vt", "f", "o", "g", "mtllib", "usemtl"
 /// The error for a file with the extension of another format; `None` if the format is not recognized, or the extension is right.
 pub(super) fn misnamed(bytes: &[u8], extension: &str) -> Option<SurfaceError> {
     let (found, others) = detect(&bytes[..bytes.len().min(EXAMINED)])?;
-    let reason = format!("the contents are those of an {found} file; rename it to end in .{found}");
+    let reason = format!("the file has the contents of .{found}; rename it to end in .{found}");
     (extension != found && !others.contains(&extension)).then(|| malformed(found, "beginning", reason))
 }
 
