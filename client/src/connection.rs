@@ -271,7 +271,11 @@ fn client_failed(error: ClientCreateError) -> Error {
 }
 
 fn too_many() -> Error {
-    Error::new(ErrorKind::Busy, "clients", "the service has as many clients as it may")
+    Error::new(
+        ErrorKind::Busy,
+        "clients",
+        "the daemon admits no more clients; disconnect one, or raise the daemon's `service.clients_max`",
+    )
 }
 
 fn loan_failed(error: LoanError) -> Error {

@@ -84,10 +84,10 @@ impl Ticket {
     /// # Errors
     /// The error of the service; `lost` if the daemon went away; `bad_result` if a result fails the checks; `busy` at `results` if
     /// too many results are held: drop some and poll again. After any other error, and after the result, the ticket is spent and
-    /// only returns `cancelled`.
+    /// only returns `ticket_spent`.
     pub fn poll(&mut self) -> Result<Poll, Error> {
         let found = match &mut self.state {
-            State::Done => return Err(Error::new(ErrorKind::Cancelled, "ticket", "the ticket is spent")),
+            State::Done => return Err(spent()),
             State::Sent(pending) => {
                 Self::receive(&self.connection, pending, (self.sequence, self.convention), self.sent)
             }
@@ -203,6 +203,11 @@ impl Ticket {
         }
         Ok(Found::Nothing)
     }
+}
+
+fn spent() -> Error {
+    let message = "the ticket has already handed out its result or its error; send the request again";
+    Error::new(ErrorKind::TicketSpent, "ticket", message)
 }
 
 /// A row that a daemon of a later version may have filled differently counts as computing.

@@ -164,7 +164,9 @@ kinds! {
     30 Ray "ray" Caller REFUSED false;
     /// The ray misses the object.
     31 RayMissed "ray_missed" Caller REFUSED false;
-    /// The queue or the pool of results is full.
+    /// The ticket has already handed out its result or its error.
+    32 TicketSpent "ticket_spent" Caller REFUSED false;
+    /// The queue, the pool of results or the number of clients has reached its limit.
     40 Busy "busy" Service BUSY true;
     /// The deadline passed before the result was ready.
     41 Late "late" Service BUSY true;

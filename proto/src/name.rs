@@ -73,7 +73,10 @@ const PREFIX_MIN: usize = 3;
 pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Vec<&'a str> {
     let lower = name.to_lowercase();
     let length = name.chars().count();
-    let distance_max = |own: &str| (1 + own.chars().count().max(length) / 3).min(own.chars().count().max(2) - 1);
+    let distance_max = |own: &str| match own.chars().count() {
+        own @ 0..=2 => own.max(2) - 1,
+        own => (1 + own.max(length) / 3).min(own.max(length) / 2),
+    };
     let begins = |one: &str, other: &str| one.len() >= PREFIX_MIN && other.starts_with(one);
     let is_begun = |own: &str| begins(&lower, own) || begins(own, &lower);
     // No distance is less than the difference of the lengths, and computing one takes their product in time and memory.
@@ -128,6 +131,7 @@ mod tests {
         assert_eq!(nearest("vaze", &known), ["vase", "vase-2"]);
         assert_eq!(nearest("Mug", &known), ["mug"]);
         assert!(nearest("zeppelin", &known).is_empty());
+        assert!(nearest("dog", &known).is_empty(), "one common letter of three is no typing error");
         assert_eq!(nearest("mgu", &["m2", "m3", "mug"]), ["mug"]);
         assert!(unknown_object("vaze", &known).message.ends_with("did you mean `vase`, `vase-2`?"));
         assert!(unknown_object("x", &[]).message.ends_with("there are none"));

@@ -356,6 +356,7 @@ mod tests {
         check("[compute]\ntreads = 3", "treads");
         check("[compute]\ntreads = 3", "`compute.threads`");
         check("[results]\nheld = 3", "`results.held_max`");
+        check("[foo]\nx = 1", "unknown key `foo`; there are `[compute]`, ");
         check("[color]\nx = 1", "unknown key `color`; there are `[compute]`, ");
         check("[jobs]\nthread = 4", "did you mean `threads` of the table `[compute]`?");
         check("port = 1", "did you mean `operations.port`");

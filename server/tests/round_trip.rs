@@ -65,7 +65,7 @@ fn fragments_come_back_through_shared_memory() {
     let ran: Vec<StageKind> = result.stages().filter(|cost| cost.has_run).map(|cost| cost.stage).collect();
     assert_eq!(ran, [StageKind::Load, StageKind::Fragments]);
     // The ticket is spent, and returns that.
-    assert_eq!(ticket.poll().err().unwrap().kind, ErrorKind::Cancelled);
+    assert_eq!(ticket.poll().err().unwrap().kind, ErrorKind::TicketSpent);
 }
 
 #[test]

@@ -93,7 +93,11 @@ pub const COMMAND_ERRORS: [(&str, &str, &str); 51] = [
     ("unknown_material", "The table has no such material.", "Use a name of the message, or `--materials`."),
     ("unreadable_file", "The file cannot be read.", "Check the path and its permissions."),
     ("usage", "The command line is not valid.", "See the message, or `--help`."),
-    ("vertex_out_of_bounds", "A face names a vertex that does not exist.", "Export the mesh again."),
+    (
+        "vertex_out_of_bounds",
+        "A face names a vertex that does not exist. For OBJ, the kind is `malformed_file`.",
+        "Export the mesh again.",
+    ),
     ("whole_database", "The database is whole, not a share.", "Name shares to `merge`."),
     ("zero_extent", "All vertices are one point.", "Export the mesh again."),
     ("closed", "The reader of stdout closed it.", "None is needed."),

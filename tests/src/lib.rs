@@ -9,6 +9,7 @@ pub mod fuzz;
 pub mod glb;
 pub mod golden;
 pub mod imports;
+pub mod json_keys;
 pub mod model;
 pub mod pages;
 pub mod peers;

@@ -75,7 +75,10 @@ fn remedy(kind: ErrorKind) -> &'static str {
         ErrorKind::FragmentSize => "Strike a larger fragment, omit `elastic`, or treat this one as unbreakable.",
         ErrorKind::Ray => "Give one ray with a finite direction other than zero, and no other contact.",
         ErrorKind::RayMissed => "Aim at the object; the message gives the closest approach.",
-        ErrorKind::Busy => "Wait for `retry_after_ms`; free results that you have read.",
+        ErrorKind::TicketSpent => "Send the request again, and read each ticket until its first result or error.",
+        ErrorKind::Busy => {
+            "Wait for `retry_after_ms`; free results that you have read; for more clients raise `service.clients_max`."
+        }
         ErrorKind::Late => "Send fewer requests, allow more time, or use a faster preset.",
         ErrorKind::Stopping => "Send the request again when the next daemon serves.",
         ErrorKind::Cancelled => "None is needed: the client dropped the ticket.",
@@ -100,8 +103,8 @@ fn errors() -> String {
     let causes = causes();
     let mut page = format!(
         "# Error kinds\n\n{NOTE}\
-         `shatter` prints `shatter: MESSAGE` on stderr. `shatterd` prints `shatterd: KIND: MESSAGE (at AT)`, without the parenthesis\n\
-         if MESSAGE contains AT. A usage error has several lines: the message, the usage, and the command that prints the help.\n\
+         `shatter` prints `shatter: KIND: MESSAGE` on stderr, `shatterd` prints `shatterd: KIND: MESSAGE (at AT)`, without the\n\
+         parenthesis if MESSAGE contains AT. A usage error has several lines: the message, the usage, and the command that prints the help.\n\
          With `--json`, stdout contains a document with the key `error`, and `shatterd` prints usage errors in one line.\n\n\
          | key of `error` | content |\n\
          |---|---|\n\
@@ -120,6 +123,9 @@ fn errors() -> String {
         let (fault, exit, code) = (kind.fault().name(), kind.exit_code(), kind.code());
         writeln!(page, "| `{name}` | {cause} | {remedy} | {fault} | {retry} | {exit} | {code} |").unwrap();
     }
+    page += "\nThe libraries report two more errors, which no service sends. C: `SHATTER_CODE_ARGUMENT` (200), an argument that cannot be\n\
+             used (NULL, not UTF-8, or without meaning), and `SHATTER_CODE_PANICKED` (201), a defect of the library. Python:\n\
+             `shatter.ArgumentError`, for the same arguments; it is a `ShatterError` and a `ValueError`.\n";
     command_errors(&mut page);
     page
 }

@@ -206,6 +206,9 @@ fn invalid_anchors_are_rejected_by_name() {
     assert!(sizes_m.iter().zip(SIZE).all(|(found, wanted)| (found / wanted - 1.0).abs() < 0.2), "{object_m:?}");
     assert!(empty.to_string().contains("anchors[1]") && empty.to_string().contains("0.5 m"), "{empty}");
     assert!(empty.to_string().contains("move it into the object, which extends from ["), "{empty}");
+    let all = refused(&mut bar, vec![Region::Ball { center_m: Point3::origin(), radius_m: 9.0 }]);
+    let nodes = bar.solid(0).unwrap().lattice.nodes.len();
+    assert!(matches!(all, AnchorError::Whole { nodes: found } if found == nodes), "{all}");
     // A ball that contains a single node, at a corner of the lattice.
     let corner = bar.frame.to_meters(&bar.solid(0).unwrap().lattice.nodes[0]);
     let single = Region::Ball { center_m: corner, radius_m: 1e-4 };

@@ -6,7 +6,7 @@ use shatter_fracture::fragment::RigidProperties;
 use shatter_fracture::surface::shapes::{self, write_obj};
 use shatter_fracture::surface::{LengthUnit, RawMesh, UpAxis};
 use shatter_tests::fixture::Fixture;
-use shatter_tests::{glb, real};
+use shatter_tests::{glb, json_keys, real};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -401,4 +401,22 @@ fn the_horse_and_the_bunny_come_back_closed() {
         check_glb(&closed(&out), document["fragments"].as_array().unwrap().len(), number(&baked, "lattice_volume_m3"));
         println!("{file}: daemon {:.0} MB", fixture.daemon_memory_bytes().unwrap() as f64 / 1e6);
     }
+}
+
+#[test]
+fn the_guide_lists_the_keys_of_all_documents() {
+    let mut fixture = with_arch(&[]);
+    std::fs::write(fixture.databases().join("cut.shatter"), "").unwrap();
+    assert_eq!(fixture.end(), Some(0));
+    fixture.serve(&[]);
+    let ray = ["--ray", "2,0.5,0,-1,0,0"];
+    let effects = ["--enable", "skin,attributes,velocities,hulls,bonds,debris", "--keep"];
+    let strike =
+        |more: &[&str]| fixture.ok("shatter", &[&["impact", "arch", "--impulse-ns", "50"], &ray[..], more].concat());
+    let full = strike(&[&["--degree", "8"], &effects[..]].concat());
+    let slow = strike(&["--elastic", "solve", "--time-ms", "0.001", "--degree", "8"]);
+    json_keys::check("Impact", &[&full, &slow]);
+    json_keys::check("Threshold", &[&fixture.ok("shatter", &[&["threshold", "arch"], &ray[..]].concat())]);
+    json_keys::check("List", &[&fixture.ok("shatter", &["list"])]);
+    json_keys::check("Status", &[&fixture.ok("shatter", &["status"])]);
 }

@@ -71,13 +71,15 @@ pub enum Code {
     Ray = 30,
     /// The ray misses the object.
     RayMissed = 31,
-    /// The queue or the pool of results is full.
+    /// The ticket has already handed out its result or its error.
+    TicketSpent = 32,
+    /// The queue, the pool of results or the number of clients has reached its limit.
     Busy = 40,
     /// The deadline passed before the result was ready.
     Late = 41,
     /// The daemon is stopping.
     Stopping = 42,
-    /// The request was canceled, or its ticket is spent.
+    /// The request was canceled.
     Cancelled = 43,
     /// The request failed inside the service.
     Failed = 44,
@@ -143,6 +145,7 @@ impl From<ErrorKind> for Code {
             ErrorKind::FragmentSize => Self::FragmentSize,
             ErrorKind::Ray => Self::Ray,
             ErrorKind::RayMissed => Self::RayMissed,
+            ErrorKind::TicketSpent => Self::TicketSpent,
             ErrorKind::Busy => Self::Busy,
             ErrorKind::Late => Self::Late,
             ErrorKind::Stopping => Self::Stopping,

@@ -41,7 +41,7 @@ pub struct Progress {
 /// The result is handed out once: free it with `shatter_result_free`.
 ///
 /// Codes: the error of the service; `lost` if the daemon went away; `bad_result` if the result fails the checks. After a result or an error
-/// the ticket is spent (`cancelled`), except after `busy` at `results`: free results that you hold, and poll again.
+/// the ticket is spent (`ticket_spent`), except after `busy` at `results`: free results that you hold, and poll again.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_ticket_poll(
     ticket: Option<&mut Ticket>,

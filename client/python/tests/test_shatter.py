@@ -334,8 +334,9 @@ def test_tickets_poll_cancel_and_are_spent(body):
     while (result := ticket.poll()) is None and time.monotonic() < deadline:
         assert ticket.state in {"waiting", "computing", "ended"}
     assert len(result) >= 5 and ticket.state == "ended"
-    with pytest.raises(shatter.ServiceError):
+    with pytest.raises(shatter.ServiceError) as spent:
         ticket.wait()
+    assert spent.value.kind == "ticket_spent" and not spent.value.retry
     other = body.strike(contact_on(body), degree=5)
     other.cancel()
     with pytest.raises(shatter.ServiceError) as refused:
@@ -385,7 +386,7 @@ def test_one_ticket_in_two_threads(body):
     threads = [threading.Thread(target=work) for _ in range(2)]
     [thread.start() for thread in threads]
     [thread.join() for thread in threads]
-    assert len(results) == 1 and spent == ["cancelled"]
+    assert len(results) == 1 and spent == ["ticket_spent"]
 
 
 def test_ctrl_c_ends_a_wait():

@@ -101,7 +101,7 @@ fn failed_document(document: &serde_json::Value) {
 }
 
 fn print_error(error: &Error) {
-    note(format_args!("{error}"));
+    note(format_args!("{}: {error}", error.kind.name()));
 }
 
 /// A number of bytes with a unit, for people.

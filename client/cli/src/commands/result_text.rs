@@ -63,6 +63,11 @@ pub(super) fn significant(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
+/// A number of things of this name.
+fn counted(number: usize, name: &str) -> String {
+    if number == 1 { format!("1 {name}") } else { format!("{number} {name}s") }
+}
+
 /// Prints a result for people.
 pub(super) fn screen(result: &FractureResult) -> Result<(), CliError> {
     let summary = result.summary();
@@ -75,10 +80,10 @@ pub(super) fn screen(result: &FractureResult) -> Result<(), CliError> {
         return missing_impulse(&summary).map_or(Ok(()), |advice| out(format_args!("  {advice}\n")));
     }
     out(format_args!(
-        "{}: {} fragments, {} sites by {}{} ({load}; {milliseconds:.1} ms, {} bytes)\n",
+        "{}: {}, {} by {}{} ({load}; {milliseconds:.1} ms, {} bytes)\n",
         summary.object,
-        result.fragments().len(),
-        summary.sites,
+        counted(result.fragments().len(), "fragment"),
+        counted(summary.sites as usize, "site"),
         summary.degree_origin,
         if summary.is_capped { ", capped" } else { "" },
         result.bytes()

@@ -7,7 +7,7 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, EXAMPLES_MAX, Tables};
 use shatter_fracture::degree::reference_gamma;
 use shatter_fracture::lattice::SPACING_RANGE;
-use shatter_fracture::pipeline::{AnchorError, PreparedObject, SurfaceKind};
+use shatter_fracture::pipeline::{AnchorError, DEGREE_MAX, PreparedObject, SurfaceKind};
 use shatter_fracture::scene::{Anchors, Material, Materials, WarpControls, brief};
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_proto::Error;
@@ -243,7 +243,7 @@ const RANGES: [(&str, &str); 9] = [
     ("crack_spacing", SPACING),
     ("volume_min_m3", POSITIVE),
     ("examples", "a whole number from 0 to 1048576"),
-    ("sites_max", COUNT),
+    ("sites_max", SITES),
     ("fragments_max", COUNT),
     ("bytes_max", "a whole number, 1 or more"),
 ];
@@ -251,7 +251,9 @@ const RANGES: [(&str, &str); 9] = [
 const POSITIVE: &str = "a finite number above 0";
 const SPACING: &str = "a number from 0.002 to 0.25, a fraction of the bounding-box diagonal";
 const COUNT: &str = "a whole number from 1 to 4294967295";
-const _: () = assert!(SPACING_RANGE[0] == 0.002 && SPACING_RANGE[1] == 0.25 && EXAMPLES_MAX == 1_048_576);
+const SITES: &str = "a whole number from 1 to 512";
+const _: () =
+    assert!(SPACING_RANGE[0] == 0.002 && SPACING_RANGE[1] == 0.25 && EXAMPLES_MAX == 1_048_576 && DEGREE_MAX == 512);
 
 impl Values {
     /// Checks the ranges of the numbers of the object at `path`.
@@ -270,7 +272,7 @@ impl Values {
             spacing(self.crack_spacing),
             positive(self.volume_min_m3),
             self.examples.map(|value| (value.to_string(), value <= EXAMPLES_MAX as u64)),
-            count(self.sites_max),
+            self.sites_max.map(|value| (value.to_string(), (1..=DEGREE_MAX).contains(&value))),
             count(self.fragments_max),
             self.bytes_max.map(|value| (value.to_string(), value > 0)),
         ];

@@ -36,11 +36,14 @@ fn unknown_keys_are_rejected_with_a_suggestion() {
         "is 0; it must be a finite number of meters above 0",
     );
     check(
-        "sites_max = 5000000000",
-        "objects.vase.sites_max",
+        "fragments_max = 5000000000",
+        "objects.vase.fragments_max",
         "is 5000000000; it must be a whole number from 1 to 4294967295",
     );
-    check("sites_max = 0", "objects.vase.sites_max", "is 0; it must be a whole number from 1 to 4294967295");
+    for sites in [0, 513] {
+        let reason = format!("is {sites}; it must be a whole number from 1 to 512");
+        check(&format!("sites_max = {sites}"), "objects.vase.sites_max", &reason);
+    }
     check("bytes_max = -1", "objects.vase.bytes_max", "is -1; it must be a whole number, 1 or more");
     check("examples = 2000000", "objects.vase.examples", "is 2000000; it must be a whole number from 0 to 1048576");
     check("elastic_spacing = 7", "objects.vase.elastic_spacing", "is 7; it must be a number from 0.002 to 0.25");

@@ -65,6 +65,23 @@ pub struct Provenance {
 
 /// Writes `prepared` to `path`, atomically through a temporary file.
 ///
+/// ```
+/// use shatter_fracture::{BakeRequest, Material, database, surface::shapes};
+///
+/// let request = BakeRequest {
+///     elastic_spacing: Some(0.1),
+///     crack_spacing: Some(0.08),
+///     ..BakeRequest::new("block", "glass", Material::named("glass")?)
+/// };
+/// let block = request.bake(shapes::cuboid([0.2, 0.1, 0.1]))?;
+/// let file = std::env::temp_dir().join(format!("block-{}.shatter", std::process::id()));
+/// database::save(&block, &file)?;
+/// let loaded = database::load(&file)?;
+/// assert_eq!(loaded.gamma_j_m2, block.gamma_j_m2);
+/// # std::fs::remove_file(&file)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// [`DatabaseError`] by the file that cannot be written.
 pub fn save(prepared: &PreparedObject, path: &Path) -> Result<(), DatabaseError> {

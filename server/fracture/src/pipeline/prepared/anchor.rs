@@ -6,11 +6,13 @@ use crate::cancel_token::CancelToken;
 use crate::elasticity::ElasticityError;
 use crate::pipeline::error::FractureError;
 use crate::scene::{Anchors, EffectKind, EffectSet};
+
 impl PreparedObject {
     /// The nodes inside `anchors`, after a check that they hold every body that they touch.
     ///
     /// # Errors
-    /// [`AnchorError::ElasticityUnprepared`], [`AnchorError::Empty`], [`AnchorError::Loose`].
+    /// [`AnchorError::ElasticityUnprepared`], [`AnchorError::Whole`], [`AnchorError::Empty`],
+    /// [`AnchorError::Loose`].
     pub fn anchor_nodes(&self, anchors: &Anchors) -> Result<AnchorNodes, AnchorError> {
         let mut anchored_nodes =
             AnchorNodes { counts: vec![0; anchors.regions.len()], nodes: Vec::with_capacity(self.bodies.len()) };
@@ -37,6 +39,10 @@ impl PreparedObject {
                 return Err(AnchorError::Loose { body, regions: named(reach()), source });
             }
             anchored_nodes.nodes.push(nodes);
+        }
+        let nodes: usize = self.bodies.iter().flat_map(|body| &body.solid).map(|solid| solid.lattice.nodes.len()).sum();
+        if anchored_nodes.nodes.iter().map(Vec::len).sum::<usize>() == nodes {
+            return Err(AnchorError::Whole { nodes });
         }
         match anchored_nodes.counts.iter().position(|count| *count == 0) {
             Some(region) => {

@@ -60,6 +60,14 @@ pub enum AnchorError {
         /// Lowest and highest corner of the object's bounding box, m.
         object_m: [[f64; 3]; 2],
     },
+    /// The regions contain every node.
+    #[error(
+        "the anchors contain all {nodes} nodes of the elastic lattice, so that nothing can deform or break; make the regions smaller"
+    )]
+    Whole {
+        /// Number of nodes.
+        nodes: usize,
+    },
     /// The regions leave a body a rigid motion, or its equations cannot be solved.
     #[error("body {body} is not held by {regions}: {source}")]
     Loose {
