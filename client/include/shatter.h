@@ -116,13 +116,15 @@ enum ShatterCode
     SHATTER_CODE_RAY = 30,
     /// The ray misses the object.
     SHATTER_CODE_RAY_MISSED = 31,
-    /// The queue or the pool of results is full.
+    /// The ticket has already handed out its result or its error.
+    SHATTER_CODE_TICKET_SPENT = 32,
+    /// The queue, the pool of results or the number of clients has reached its limit.
     SHATTER_CODE_BUSY = 40,
     /// The deadline passed before the result was ready.
     SHATTER_CODE_LATE = 41,
     /// The daemon is stopping.
     SHATTER_CODE_STOPPING = 42,
-    /// The request was canceled, or its ticket is spent.
+    /// The request was canceled.
     SHATTER_CODE_CANCELLED = 43,
     /// The request failed inside the service.
     SHATTER_CODE_FAILED = 44,
@@ -1045,7 +1047,7 @@ void shatter_object_free(struct ShatterObject *object);
 /// The result is handed out once: free it with `shatter_result_free`.
 ///
 /// Codes: the error of the service; `lost` if the daemon went away; `bad_result` if the result fails the checks. After a result or an error
-/// the ticket is spent (`cancelled`), except after `busy` at `results`: free results that you hold, and poll again.
+/// the ticket is spent (`ticket_spent`), except after `busy` at `results`: free results that you hold, and poll again.
 ShatterCode shatter_ticket_poll(struct ShatterTicket *ticket,
                                 struct ShatterResult **result,
                                 struct ShatterError *error);

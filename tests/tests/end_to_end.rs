@@ -410,7 +410,7 @@ fn the_guide_lists_the_keys_of_all_documents() {
     assert_eq!(fixture.end(), Some(0));
     fixture.serve(&[]);
     let ray = ["--ray", "2,0.5,0,-1,0,0"];
-    let effects = ["--enable", "skin,attributes,velocities,hulls,bonds,debris", "--keep"];
+    let effects = ["--enable", "skin,attributes,release,hulls,bonds,debris", "--keep"];
     let strike =
         |more: &[&str]| fixture.ok("shatter", &[&["impact", "arch", "--impulse-ns", "50"], &ray[..], more].concat());
     let full = strike(&[&["--degree", "8"], &effects[..]].concat());
