@@ -193,7 +193,7 @@ fn factor(text: &str) -> Result<Precision, String> {
 }
 
 fn surface(text: &str) -> Result<SurfaceKind, String> {
-    choice(text, &[("exact", SurfaceKind::Exact), ("lattice", SurfaceKind::Lattice)])
+    choice(text, &SurfaceKind::ALL.map(|kind| (kind.name(), kind)))
 }
 
 fn elastic(text: &str) -> Result<ElasticRequest, String> {

@@ -47,9 +47,6 @@ const SCENIC: [Effect; 3] = [Effect::Warp, Effect::Anchored, Effect::Gravity];
 const LIFTS: [(&str, Lift); 3] =
     [("euclidean", Lift::Euclidean), ("interior", Lift::Interior), ("surface_diffusion", Lift::SurfaceDiffusion)];
 
-/// Surfaces of the fragments by name.
-const SURFACES: [(&str, SurfaceKind); 2] = [("exact", SurfaceKind::Exact), ("lattice", SurfaceKind::Lattice)];
-
 /// Advice on database names.
 const NAMES: &str =
     "use the name of a file in the database folder, without folders, without `.shatter` and without a leading dot";
@@ -311,7 +308,8 @@ impl SceneObject {
         let lift = values.lift.map_or(Ok(Lift::Interior), |name| named(&at("lift"), "lift", &name, LIFTS))?;
         let qualities = Quality::ALL.map(|quality| (quality.name(), quality));
         let quality = values.quality.map(|name| named(&at("quality"), "quality", &name, qualities)).transpose()?;
-        let surface = values.surface.map(|name| named(&at("surface"), "surface", &name, SURFACES)).transpose()?;
+        let surfaces = SurfaceKind::ALL.map(|kind| (kind.name(), kind));
+        let surface = values.surface.map(|name| named(&at("surface"), "surface", &name, surfaces)).transpose()?;
         let on = values.effects.map_or(Ok(Effects::usual()), |names| effects(&at("effects"), &names))?;
         // An effect that is on must not need one that is off.
         let on = Effects::default().changed(on, Effects::default()).map_err(|error| placed(&at("effects"), error))?;

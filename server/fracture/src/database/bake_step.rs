@@ -180,9 +180,6 @@ mod tests {
         let lattice = [
             ("arch", Preset::Draft),
             ("dumbbell", Preset::Draft),
-            ("horseshoe", Preset::Draft),
-            ("arch", Preset::Game),
-            ("dumbbell", Preset::Game),
             ("horseshoe", Preset::Game),
             ("mug", Preset::Game),
             ("statue", Preset::Game),

@@ -97,7 +97,7 @@ fn fitting_does_not_depend_on_the_number_of_threads() {
 #[test]
 fn an_inconsistent_distance_function_gives_a_valid_lattice() {
     let mut stream = crate::random::RandomStream::new(5, 0);
-    for _ in 0..6 {
+    for _ in 0..3 {
         let mut uniform = || 2.0 * stream.uniform() - 1.0;
         let (k, phase) = (Vector3::new(uniform(), uniform(), uniform()) * 80.0, 3.0 * uniform());
         let distance =

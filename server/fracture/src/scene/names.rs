@@ -41,7 +41,8 @@ pub fn is_invisible(character: char) -> bool {
 /// The name in `all` nearest to `name`, the first of several; `None` if none is similar.
 ///
 /// Names of which one is a prefix of the other are nearest. Others are ordered by edit distance (F. J. Damerau 1964, V.
-/// I. Levenshtein 1966), which must be at most one more than a third of the longer name, as in `shatter-proto`.
+/// I. Levenshtein 1966), which must be at most one more than a third of the longer
+/// name, and at most half of it, as in `shatter-proto`.
 pub fn nearest<'a>(name: &str, all: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // The cost of the distance is quadratic in the length.
     let name = brief(name);
@@ -51,7 +52,8 @@ pub fn nearest<'a>(name: &str, all: impl IntoIterator<Item = &'a str>) -> Option
         true => 0,
         false => strsim::damerau_levenshtein(&name, known),
     };
-    let similar = |known: &&str| distance(known) <= 1 + known.chars().count().max(length) / 3;
+    let limit = |longer: usize| (1 + longer / 3).min(longer / 2);
+    let similar = |known: &&str| distance(known) <= limit(known.chars().count().max(length));
     all.into_iter().filter(similar).min_by_key(|known| distance(known))
 }
 
@@ -159,6 +161,7 @@ mod tests {
         assert_eq!(nearest("gama_j_m2", keys), Some("gamma_j_m2"));
         assert_eq!(nearest("lif", keys), Some("lift"));
         assert_eq!(nearest("x", []), None);
+        assert_eq!(nearest("dog", ["mug", "vase"]), None, "one common letter of three is no typing error");
         assert_eq!(nearest("oak", ["glass", "ice", "stone"]), None, "no other name is like it");
     }
 

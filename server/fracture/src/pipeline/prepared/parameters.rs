@@ -31,6 +31,20 @@ pub enum SurfaceKind {
     Exact,
 }
 
+impl SurfaceKind {
+    /// All kinds.
+    pub const ALL: [Self; 2] = [Self::Exact, Self::Lattice];
+
+    /// Its name on command lines and in scenes.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Lattice => "lattice",
+        }
+    }
+}
+
 /// Surface of an object's fragments, and the meshes behind it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceReport {
