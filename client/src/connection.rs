@@ -19,6 +19,7 @@ use shatter_proto::{Error, ErrorKind, PROTOCOL_VERSION};
 use shatter_transport::instance::Instance;
 use shatter_transport::paths::ServicePaths;
 use shatter_transport::workarounds::dead_daemon::{DaemonLock, LIVENESS_INTERVAL};
+use shatter_transport::workarounds::forked_processes::OwnedByProcess;
 use shatter_transport::workarounds::{lost_wakeups, shared_memory};
 use shatter_transport::{
     CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_CLIENT_SERVICE, WAKE_DAEMON_SERVICE, client_config, failed, service_name,
@@ -41,12 +42,12 @@ impl LivenessCheck {
 }
 
 /// A request under way.
-pub(crate) type PendingRequest = PendingResponse<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>;
+pub(crate) type PendingRequest = OwnedByProcess<PendingResponse<Ipc, RequestWire, (), [AlignedBlock], ResultHeader>>;
 /// A result, lent by the daemon.
-pub(crate) type LoanedResult = Response<Ipc, [AlignedBlock], ResultHeader>;
+pub(crate) type LoanedResult = OwnedByProcess<Response<Ipc, [AlignedBlock], ResultHeader>>;
 /// A request to the control service under way.
 pub(crate) type PendingControlRequest =
-    PendingResponse<Ipc, ControlRequestWire, (), [AlignedBlock], ControlReplyHeader>;
+    OwnedByProcess<PendingResponse<Ipc, ControlRequestWire, (), [AlignedBlock], ControlReplyHeader>>;
 
 /// Counts a result as held until it is dropped. Each request tells the daemon how many are, so that no client gets all of its buckets.
 pub(crate) struct LoanCount(Arc<AtomicU64>);
@@ -96,7 +97,7 @@ impl ConnectionPorts {
 
 /// A connection to one daemon. Fields are dropped in this order: ports before the node.
 pub(crate) struct Connection {
-    ports: ConnectionPorts,
+    ports: OwnedByProcess<ConnectionPorts>,
     /// Sequence of the request that was sent last.
     sent: Mutex<u64>,
     waiters: Waiters,
@@ -105,7 +106,7 @@ pub(crate) struct Connection {
     is_lost: AtomicBool,
     paths: ServicePaths,
     lock: DaemonLock,
-    _node: Node<Ipc>,
+    _node: OwnedByProcess<Node<Ipc>>,
 }
 
 impl Connection {
@@ -123,14 +124,14 @@ impl Connection {
         let ports = ConnectionPorts::open(&node)?;
         shared_memory::populate_mapped(&instance.folder)?;
         Ok(Self {
-            ports,
+            ports: OwnedByProcess::new(ports),
             sent: Mutex::default(),
             waiters: Waiters::default(),
             loans: Arc::default(),
             is_lost: AtomicBool::new(false),
             paths: paths.clone(),
             lock,
-            _node: node,
+            _node: OwnedByProcess::new(node),
         })
     }
 
@@ -171,7 +172,7 @@ impl Connection {
         *sent = sequence;
         drop(sent);
         self.wake_daemon(pending.number_of_server_connections())?;
-        Ok((pending, sequence))
+        Ok((OwnedByProcess::new(pending), sequence))
     }
 
     /// Sends a request to the control service. Never blocks.
@@ -180,7 +181,7 @@ impl Connection {
         let loan = self.ports.control.loan_uninit().map_err(loan_failed)?;
         let pending = loan.write_payload(request.wire(self.listener())).send().map_err(send_failed)?;
         self.wake_daemon(pending.number_of_server_connections())?;
-        Ok(pending)
+        Ok(OwnedByProcess::new(pending))
     }
 
     /// Wakes the daemon; a failure costs at most a tick of its clock. A request that reached no daemon is lost: a later daemon does
@@ -219,9 +220,21 @@ impl Connection {
         if self.daemon_lives() { Ok(()) } else { Err(self.lost()) }
     }
 
-    /// Whether its daemon is known to have gone away.
+    /// Whether its daemon is known to have gone away, or the process that connected is another one.
     pub(crate) fn is_lost(&self) -> bool {
-        self.is_lost.load(Ordering::Relaxed)
+        self.is_lost.load(Ordering::Relaxed) || self.ports.is_forked()
+    }
+
+    /// Refuses what another process sent, of which this one was forked.
+    ///
+    /// # Errors
+    /// `lost`.
+    pub(crate) fn check_process(&self) -> Result<(), Error> {
+        if self.ports.is_forked() {
+            let message = "the request belongs to the process before the fork; send it again";
+            return Err(Error::new(ErrorKind::Lost, self.paths.service.as_str(), message));
+        }
+        Ok(())
     }
 
     /// Whether its daemon lives. Another one of the same name does not count.

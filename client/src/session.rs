@@ -6,6 +6,7 @@ use shatter_proto::{Error, ErrorKind};
 use shatter_transport::daemon_info::DaemonInfo;
 use shatter_transport::instance::Instance;
 use shatter_transport::paths::ServicePaths;
+use shatter_transport::regular_file;
 use shatter_transport::workarounds::dead_daemon::daemon_lives;
 use shatter_transport::workarounds::unclear_errors::explain_lost;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -87,7 +88,7 @@ fn connect(paths: &ServicePaths) -> Result<Connection, ConnectError> {
         let message = format!("{error}; {}start one with `{}`", likely_service(paths), paths.start_command());
         return Err(ConnectError::Final(Error { message, ..error }));
     }
-    let Ok(json) = std::fs::read_to_string(paths.hello()) else {
+    let Ok(json) = regular_file::read(&paths.hello()) else {
         return Err(ConnectError::Starting(not_ready(paths)));
     };
     let info = DaemonInfo::from_json(&json).map_err(ConnectError::Final)?;

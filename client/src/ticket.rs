@@ -10,6 +10,7 @@ use shatter_proto::request::Request;
 use shatter_proto::result::StageKind;
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::workarounds::dead_clients::is_evicted;
+use shatter_transport::workarounds::forked_processes::OwnedByProcess;
 use shatter_transport::workarounds::unclear_errors::explain_lost;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -86,6 +87,7 @@ impl Ticket {
     /// too many results are held: drop some and poll again. After any other error, and after the result, the ticket is spent and
     /// only returns `ticket_spent`.
     pub fn poll(&mut self) -> Result<Poll, Error> {
+        self.connection.check_process()?;
         let found = match &mut self.state {
             State::Done => return Err(spent()),
             State::Sent(pending) => {
@@ -121,7 +123,7 @@ impl Ticket {
     /// Progress of the request, as the daemon reported it last; never blocks. For a progress bar, once a frame: each call reads the reply to
     /// the call before, and asks again.
     pub fn progress(&mut self) -> Progress {
-        if matches!(self.state, State::Done) {
+        if matches!(self.state, State::Done) || self.connection.check_process().is_err() {
             self.progress_request = None;
             return Progress::Ended;
         }
@@ -164,6 +166,7 @@ impl Ticket {
         let is_connected = pending.is_connected();
         match pending.receive().map_err(receive_failed)? {
             Some(loan) => {
+                let loan = OwnedByProcess::new(loan);
                 let result = FractureResult::new(loan, request, sent.elapsed(), connection.count_loan())?;
                 Ok(Found::Result(result))
             }

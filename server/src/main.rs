@@ -40,6 +40,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    program::report_file_size_limit();
     let json = std::env::args_os().any(|argument| argument == "--json");
     let cli = match program::arguments::<Cli>() {
         Ok(cli) => cli,

@@ -400,11 +400,11 @@ impl Daemon {
     /// Checks whether clients can connect, and repairs what it can.
     ///
     /// # Errors
-    /// `runtime_folder`, `transport`, `shared_memory`.
+    /// `runtime_folder`, `transport`, `shared_memory`, `busy`.
     fn check_client_entry(&mut self) -> Result<(), Error> {
-        self.directory.check()?;
-        self.client_entry.check()?;
-        shared_memory::need(shared_memory::CONNECTION_BYTES)
+        self.directory.check().and_then(|()| self.client_entry.check())?;
+        shared_memory::need(shared_memory::CONNECTION_BYTES)?;
+        self.ports.check_admission()
     }
 
     /// Replies to the operations port, if the connection still waits.

@@ -2,8 +2,10 @@
 
 mod support;
 
+use rustix::fs::{CWD, FileType, Mode, mknodat};
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
+use std::os::unix::fs::DirBuilderExt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use support::{InProcess, TestDirectory, shatter_program};
@@ -21,13 +23,18 @@ fn daemon() -> (InProcess, u16) {
 
 /// Status line of a reply to `GET /healthz`.
 fn probe(port: u16) -> String {
+    reply(port, "/healthz").lines().next().unwrap_or_default().to_owned()
+}
+
+/// Reply to a request for `path`.
+fn reply(port: u16, path: &str) -> String {
     let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
     stream.set_read_timeout(Some(PROBE)).unwrap();
-    stream.write_all(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n").unwrap();
+    stream.write_all(format!("GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n").as_bytes()).unwrap();
     let mut text = String::new();
     let read = stream.read_to_string(&mut text);
     assert!(read.is_ok(), "no reply within {PROBE:?}: {read:?}");
-    text.lines().next().unwrap_or_default().to_owned()
+    text
 }
 
 #[test]
@@ -89,4 +96,38 @@ fn a_header_that_never_ends_is_closed_without_any_other_connection() {
     let mut rest = Vec::new();
     let closed = stream.read_to_end(&mut rest);
     assert!(closed.is_ok() && !rest.starts_with(b"HTTP/1.1 200"), "{closed:?}");
+}
+
+#[test]
+fn a_service_without_a_place_for_another_client_is_not_ready() {
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let settings = format!("[service]\nclients_max = 2\n[operations]\nport = {port}");
+    let daemon = InProcess::start(TestDirectory::new("full"), &settings);
+    let first = daemon.connect();
+    assert!(reply(port, "/readyz").contains(" 200 "));
+    let second = daemon.connect();
+    let full = reply(port, "/readyz");
+    assert!(
+        full.contains(" 503 ") && full.contains("2 clients are connected, as many as the service admits"),
+        "{full}"
+    );
+    assert!(probe(port).contains("200"));
+    drop((first, second));
+    assert!(reply(port, "/readyz").contains(" 200 "));
+}
+
+/// Without a writer, opening a pipe would never end.
+#[test]
+fn pipes_in_the_runtime_folder_keep_no_client_waiting() {
+    let (daemon, _) = daemon();
+    let base = daemon.here.place.folder.parent().unwrap().to_owned();
+    for (service, file) in [("pipes", "lock"), ("nothing", "hello.json")] {
+        let folder = base.join(service);
+        std::fs::DirBuilder::new().mode(0o700).create(&folder).unwrap();
+        mknodat(CWD, folder.join(file), FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
+        for name in [service, "another"] {
+            let output = shatter_program(&daemon.here).args(["list", "--service", name]).output().unwrap();
+            assert_eq!(output.status.code(), Some(4), "{}", String::from_utf8_lossy(&output.stderr));
+        }
+    }
 }

@@ -128,3 +128,23 @@ fn cube() -> String {
     let faces = ["1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"];
     corners + &faces.map(|face| format!("f {face}\n")).concat()
 }
+
+/// The system would otherwise end the process by SIGXFSZ, without a message.
+#[test]
+fn a_limit_of_the_size_of_files_is_an_error() {
+    let daemon = start();
+    let mesh = daemon.here.file("cube.obj", &cube());
+    let out = daemon.here.databases().join("limited");
+    let mut bake = Command::new(env!("CARGO_BIN_EXE_shatterd"));
+    daemon.here.aim(&mut bake);
+    bake.args(["bake", mesh.to_str().unwrap(), "--crack-spacing", "0.1", "--elastic-spacing", "0.2", "--out"])
+        .arg(&out);
+    let mut list = shatter_program(&daemon.here);
+    list.arg("list");
+    for (command, limit) in [(bake, "ulimit -f 8"), (list, "ulimit -f 100")] {
+        let output = under(&[], limit, command).output().unwrap();
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code().is_some_and(|code| code > 2) && !error.is_empty(), "{:?}: {error}", output.status);
+    }
+    assert_eq!(std::fs::read_dir(&out).map_or(0, Iterator::count), 0, "an incomplete file is removed");
+}

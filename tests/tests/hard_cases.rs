@@ -1,20 +1,19 @@
 //! The catalog of hard cases: every figure within its bound.
 
+use rayon::prelude::*;
 use shatter_lab::study::stability::{CASES, CaseOutcome, REAL, judge, real};
 use shatter_tests::real::mesh;
 
 #[test]
 fn every_hard_case_holds() {
-    let mut failed = Vec::new();
-    for case in CASES {
+    let judged = CASES.par_iter().map(|case| {
         let begun = std::time::Instant::now();
         let row = judge(case);
         let figure = row.figure.map_or("-".to_owned(), |figure| format!("{figure:.3e}"));
         println!("{:36} {figure:>10}  {:20} {:?}, {:.1?}", row.name, row.expected, row.outcome, begun.elapsed());
-        if row.outcome == CaseOutcome::Failed {
-            failed.push(row);
-        }
-    }
+        row
+    });
+    let failed: Vec<_> = judged.filter(|row| row.outcome == CaseOutcome::Failed).collect();
     assert!(failed.is_empty(), "{failed:#?}");
 }
 

@@ -41,6 +41,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    shatter_cli_common::report_file_size_limit();
     let json = std::env::args_os().any(|argument| argument == "--json");
     let cli = match shatter_cli_common::arguments::<Cli>() {
         Ok(cli) => cli,

@@ -389,6 +389,46 @@ def test_one_ticket_in_two_threads(body):
     assert len(results) == 1 and spent == ["ticket_spent"]
 
 
+def fork(child):
+    """Runs ``child`` in a forked process, which then ends as Python programs do; returns its exit code."""
+    sys.stdout.flush()
+    pid = os.fork()
+    if pid == 0:
+        try:
+            child()
+            sys.exit(0)
+        except BaseException as error:
+            # Destructors run, as at the end of a program, but nothing of pytest.
+            code = error.code if isinstance(error, SystemExit) else 1
+            gc.collect()
+            os._exit(code)
+    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+
+
+@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")
+def test_a_fork_takes_nothing_from_its_parent():
+    held = {"service": shatter.connect(SERVICE)}
+    held["body"] = held["service"].object(OBJECT)
+    held["result"] = held["body"].strike(contact_on(held["body"]), degree=7, seed=1).wait()
+    expected = held["result"].output_hash
+    held["ticket"] = held["body"].strike(contact_on(held["body"]), degree=7, seed=1)
+    assert fork(held.clear) == 0
+    assert held["ticket"].wait().output_hash == expected
+    for _ in range(3):
+        assert held["body"].strike(contact_on(held["body"]), degree=7, seed=1).wait().output_hash == expected
+
+    def child():
+        with pytest.raises(shatter.ServiceError) as lost:
+            held["ticket"].poll()
+        assert lost.value.kind == "lost" and "fork" in str(lost.value)
+        again = held["body"].strike(contact_on(held["body"]), degree=7, seed=1).wait()
+        assert again.output_hash == expected
+
+    held["ticket"] = held["body"].strike(contact_on(held["body"]), degree=7, seed=1)
+    assert fork(child) == 0
+    assert held["ticket"].wait().output_hash == expected
+
+
 def test_ctrl_c_ends_a_wait():
     # Programs that a script starts in the background ignore the signal, and so do their children.
     script = (

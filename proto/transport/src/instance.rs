@@ -7,6 +7,7 @@
 
 use crate::daemon_info::DaemonInfo;
 use crate::paths::{ServicePaths, create_private, trusted};
+use crate::regular_file;
 use shatter_proto::{Error, ErrorKind};
 use std::fs::File;
 use std::io::Read;
@@ -66,7 +67,7 @@ impl Instance {
     pub fn serving(paths: &ServicePaths) -> Result<Self, Error> {
         let none = |why: String| Error::new(ErrorKind::NoDaemon, paths.service.as_str(), why);
         let path = paths.hello();
-        let json = std::fs::read_to_string(&path).map_err(|error| none(format!("{}: {error}", path.display())))?;
+        let json = regular_file::read(&path).map_err(|error| none(format!("{}: {error}", path.display())))?;
         let hello = DaemonInfo::from_json(&json)?;
         hello.check()?;
         Self::of_token(paths, &hello.instance).ok_or_else(|| none(format!("{} names no instance", path.display())))

@@ -4,6 +4,7 @@ pub mod daemon_info;
 pub mod instance;
 pub mod paths;
 pub mod private_folder;
+pub mod regular_file;
 mod transport;
 pub mod workarounds;
 

@@ -5,7 +5,7 @@ mod support {
 }
 
 use shatter_fracture::cancel_token::CancelToken;
-use shatter_fracture::database::{BakeRequest, bake, load, save};
+use shatter_fracture::database::{BakeRequest, DatabaseError, bake, load, save};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
 use support::counting::Counting;
@@ -42,4 +42,27 @@ fn an_object_says_how_much_memory_it_holds() {
         println!("{elastic_spacing}: {stated} bytes reported, {held} held");
         assert!(stated as f64 > 0.95 * held as f64 && stated <= held, "{stated} bytes reported, {held} held");
     }
+}
+
+/// The file claims a tensor that is not on the disk, and whose checksum is missing.
+#[test]
+fn a_sparse_file_takes_no_memory_of_the_length_that_it_claims() {
+    const CLAIMED: usize = 1 << 28;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bar.shatter");
+    let baked = bake(shapes::cuboid([0.4, 0.2, 0.2]), &request(0.12), &CancelToken::default(), &mut |_| {}).unwrap();
+    save(&baked, &path).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    let data = 8 + u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
+    let mut header: serde_json::Map<String, serde_json::Value> = serde_json::from_slice(&bytes[8..data]).unwrap();
+    let ends = [bytes.len() - data, bytes.len() - data + CLAIMED];
+    header.insert("large".to_owned(), serde_json::json!({ "dtype": "U8", "shape": [CLAIMED], "data_offsets": ends }));
+    let text = serde_json::Value::Object(header).to_string();
+    std::fs::write(&path, [&(text.len() as u64).to_le_bytes()[..], text.as_bytes(), &bytes[data..]].concat()).unwrap();
+    let length = (8 + text.len() + ends[1]) as u64;
+    std::fs::File::options().write(true).open(&path).unwrap().set_len(length).unwrap();
+    let before = ALLOCATOR.ever();
+    let refused = load(&path).err().unwrap();
+    assert!(matches!(&refused, DatabaseError::Checksum(name) if name == "large"), "{refused}");
+    assert!(ALLOCATOR.ever() - before < CLAIMED / 2, "{} bytes", ALLOCATOR.ever() - before);
 }

@@ -49,6 +49,7 @@ struct Load {
 }
 
 fn main() -> ExitCode {
+    shatter_cli_common::report_file_size_limit();
     let json = std::env::args_os().any(|argument| argument == "--json");
     let cli = match shatter_cli_common::arguments::<Cli>() {
         Ok(cli) => cli,

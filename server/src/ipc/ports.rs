@@ -133,6 +133,18 @@ impl DaemonPorts {
         self.impact_request_factory.dynamic_config().number_of_clients().saturating_sub(OWN_CLIENTS)
     }
 
+    /// Refuses if as many clients are connected as the service admits.
+    ///
+    /// # Errors
+    /// `busy`.
+    pub fn check_admission(&self) -> Result<(), Error> {
+        if self.clients() < self.pool.clients {
+            return Ok(());
+        }
+        let message = format!("{} clients are connected, as many as the service admits", self.pool.clients);
+        Err(Error::new(ErrorKind::Busy, "service.clients_max", message))
+    }
+
     /// Next impact request that waits at the port.
     pub fn next_impact_request(&self) -> Option<ActiveImpactRequest> {
         received(self.strikes.receive())

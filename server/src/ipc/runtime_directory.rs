@@ -7,6 +7,7 @@ use shatter_transport::daemon_info::DaemonInfo;
 use shatter_transport::instance::Instance;
 use shatter_transport::paths::ServicePaths;
 use shatter_transport::private_folder::PrivateFolder;
+use shatter_transport::regular_file;
 use shatter_transport::workarounds::left_behind::remove_unused;
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -36,7 +37,7 @@ pub struct RestartHistory {
 impl RestartHistory {
     /// Reads the history that the last daemon wrote when it began to serve; empty if there is none or it cannot be read.
     fn read(paths: &ServicePaths) -> Self {
-        fs::read(paths.past()).ok().and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default()
+        regular_file::read(&paths.past()).ok().and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default()
     }
 
     /// Adds one crash.
@@ -204,8 +205,8 @@ impl RuntimeDirectory {
 
 /// Instances listed in the runtime directory; empty if the list cannot be read.
 fn listed(paths: &ServicePaths) -> Vec<Instance> {
-    let Ok(text) = fs::read(paths.instances()) else { return Vec::new() };
-    let tokens: Vec<String> = serde_json::from_slice(&text).unwrap_or_else(|error| {
+    let Ok(text) = regular_file::read(&paths.instances()) else { return Vec::new() };
+    let tokens: Vec<String> = serde_json::from_str(&text).unwrap_or_else(|error| {
         tracing::warn!(%error, "cannot read the list of instances: files of killed daemons may stay in shared memory");
         Vec::new()
     });

@@ -13,6 +13,13 @@ pub use usage::{arguments, usage_message, usage_text};
 
 use shatter_proto::name::{nearest, suggestion};
 use std::io::IsTerminal;
+use std::sync::Arc;
+
+/// Makes writes beyond the limit of the size of files (`ulimit -f`) fail with an error; else the system ends the process without a message.
+pub fn report_file_size_limit() {
+    // A system without the signal has no such limit.
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
+}
 
 /// Prints the help or the version that was requested.
 ///

@@ -13,7 +13,7 @@
 Meters, kilograms, seconds; right-handed, +Y up, counter-clockwise seen from outside, unless the connection has another
 ``convention``. The exceptions of this module derive from :class:`ShatterError`: :class:`ServiceError` is an error of the client or the
 service, :class:`ArgumentError` an argument that cannot be used. Any number of threads may use the module and its objects at a time.
-After a fork, the child connects again.
+After a fork, the child connects again by itself; tickets of the parent fail there with `lost`.
 """
 
 from . import _messages, _shatter

@@ -12,6 +12,7 @@
 
 use crate::instance::Instance;
 use crate::paths::ServicePaths;
+use crate::regular_file;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::File;
 use std::os::unix::fs::FileExt;
@@ -29,7 +30,7 @@ pub struct DaemonLock {
 impl DaemonLock {
     /// The lock file of the daemon at `paths` whose transport is `instance`; `None` if there is no such file.
     pub fn open(paths: &ServicePaths, instance: &Instance) -> Option<Self> {
-        let file = File::open(paths.lock()).ok()?;
+        let file = regular_file::open(&paths.lock()).ok()?;
         Some(Self { file, token: instance.token.clone() })
     }
 
@@ -48,7 +49,7 @@ impl DaemonLock {
 
 /// True if some daemon at `paths` lives.
 pub fn daemon_lives(paths: &ServicePaths) -> bool {
-    File::open(paths.lock()).is_ok_and(|file| is_locked(&file))
+    regular_file::open(&paths.lock()).is_ok_and(|file| is_locked(&file))
 }
 
 /// True if some process holds the lock on a file. The kernel releases it with the process, however that ends. This tries a shared

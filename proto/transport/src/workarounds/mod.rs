@@ -17,6 +17,7 @@
 //! | [`left_behind`] | a daemon killed while starting leaves a service that cannot be opened |
 //! | [`client_entry`] | a corrupt segment prevents every client from connecting |
 //! | [`few_descriptors`] | a server without descriptors never recovers |
+//! | [`forked_processes`] | a forked process takes the ports of its parent |
 //! | [`unclear_errors`] | an error does not name the process limit that was reached |
 //!
 //! Two limitations remain. A process of the same user can write to the transport's management memory and crash the daemon; the
@@ -28,6 +29,7 @@ pub mod client_entry;
 pub mod dead_clients;
 pub mod dead_daemon;
 pub mod few_descriptors;
+pub mod forked_processes;
 pub mod left_behind;
 pub mod lost_wakeups;
 pub mod populated_pages;

@@ -11,6 +11,9 @@ use shatter_proto::effect::{Effect, Effects};
 /// Keys of an anchor.
 const KEYS: [&str; 4] = ["center", "radius_m", "min", "max"];
 
+/// Largest component of the gravity, m/s².
+const GRAVITY_MAX_M_S2: f64 = 1e6;
+
 /// Values of an anchor's table, after the keys have been checked.
 #[derive(Deserialize)]
 struct Values {
@@ -49,8 +52,12 @@ pub(super) fn read(
         return Err(invalid(at("gravity_m_s2"), needs(Effect::Gravity)));
     }
     let gravity_m_s2 = gravity_m_s2.unwrap_or(DEFAULT_GRAVITY_M_S2);
-    if !gravity_m_s2.iter().all(|g| g.is_finite()) {
-        return Err(unsuitable(at("gravity_m_s2"), &format!("{gravity_m_s2:?}"), "a list of 3 finite numbers"));
+    if !gravity_m_s2.iter().all(|g| g.abs() <= GRAVITY_MAX_M_S2) {
+        return Err(unsuitable(
+            at("gravity_m_s2"),
+            &format!("{gravity_m_s2:?}"),
+            "a list of 3 numbers from -1e6 to 1e6",
+        ));
     }
     let gravity_m_s2 = allowed.has(Effect::Gravity).then(|| Vector3::from(gravity_m_s2));
     Ok(Anchors { regions, gravity_m_s2 })

@@ -234,8 +234,8 @@ struct Values {
 
 /// Possible values of the numbers, by key.
 const RANGES: [(&str, &str); 9] = [
-    ("fragment_size_m", "a finite number of meters above 0, without quotes or unit, as in 0.02"),
-    ("gamma_j_m2", POSITIVE),
+    ("fragment_size_m", "a number of meters from 1e-9 to 1e9, without quotes or unit, as in 0.02"),
+    ("gamma_j_m2", "a number from 1e-30 to 1e30"),
     ("elastic_spacing", SPACING),
     ("crack_spacing", SPACING),
     ("volume_min_m3", POSITIVE),
@@ -259,14 +259,17 @@ impl Values {
     /// `configuration` at the first number that is not possible.
     fn check_numbers(&self, path: &str) -> Result<(), Error> {
         let positive = |value: Option<f64>| value.map(|value| (value.to_string(), value.is_finite() && value > 0.0));
-        let [low, high] = SPACING_RANGE;
-        let spacing = |value: Option<f64>| value.map(|value| (value.to_string(), (low..=high).contains(&value)));
+        let within = |value: Option<f64>, [low, high]: [f64; 2]| {
+            let is_usual = value.is_some_and(|value| value == 0.0 || (1e-4..1e9).contains(&value.abs()));
+            let shown = |value: f64| if is_usual { value.to_string() } else { format!("{value:e}") };
+            value.map(|value| (shown(value), (low..=high).contains(&value)))
+        };
         let count = |value: Option<u32>| value.map(|value| (value.to_string(), value > 0));
         let values = [
-            positive(self.fragment_size_m),
-            positive(self.gamma_j_m2),
-            spacing(self.elastic_spacing),
-            spacing(self.crack_spacing),
+            within(self.fragment_size_m, [1e-9, 1e9]),
+            within(self.gamma_j_m2, [1e-30, 1e30]),
+            within(self.elastic_spacing, SPACING_RANGE),
+            within(self.crack_spacing, SPACING_RANGE),
             positive(self.volume_min_m3),
             self.examples.map(|value| (value.to_string(), value <= EXAMPLES_MAX as u64)),
             self.sites_max.map(|value| (value.to_string(), (1..=DEGREE_MAX).contains(&value))),

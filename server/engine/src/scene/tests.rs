@@ -30,11 +30,11 @@ fn unknown_keys_are_rejected_with_a_suggestion() {
     }
     check("database = 3", "objects.vase.database", "is 3; it must be a string");
     check("effects = []\nvolume_min_m3 = 0.1", "objects.vase.volume_min_m3", "`slivers`");
-    check(
-        "fragment_size_m = 0.0",
-        "objects.vase.fragment_size_m",
-        "is 0; it must be a finite number of meters above 0",
-    );
+    for size_m in ["0.0", "1e-300", "inf"] {
+        let reason = "it must be a number of meters from 1e-9 to 1e9";
+        check(&format!("fragment_size_m = {size_m}"), "objects.vase.fragment_size_m", reason);
+    }
+    check("gamma_j_m2 = 1e-320", "objects.vase.gamma_j_m2", "is 1e-320; it must be a number from 1e-30 to 1e30");
     check(
         "fragments_max = 5000000000",
         "objects.vase.fragments_max",
@@ -69,7 +69,9 @@ fn unknown_keys_are_rejected_with_a_suggestion() {
     let ball = held("{ center = [0, 0, 0], radius_m = 1 }");
     check(&format!("{ball}\ngravity_m_s2 = [0, -1, 0]"), "objects.vase.gravity_m_s2", "`gravity`");
     let pulled = ball.replace("\"]", "\", \"gravity\"]");
-    check(&format!("{pulled}\ngravity_m_s2 = [0, inf, 0]"), "objects.vase.gravity_m_s2", "finite");
+    for gravity in ["inf", "nan", "-1e300"] {
+        check(&format!("{pulled}\ngravity_m_s2 = [0, {gravity}, 0]"), "objects.vase.gravity_m_s2", "from -1e6 to 1e6");
+    }
     let scene = |text: &str| Scene::parse(text, Path::new("")).unwrap_err().at;
     assert_eq!(scene("objets = 1"), "objets");
     assert_eq!((scene(""), scene("[objects]")), ("objects".to_owned(), "objects".to_owned()));

@@ -121,6 +121,13 @@ fn usual_mode(builder: &mut tempfile::Builder) {
 #[cfg(not(unix))]
 fn usual_mode(_: &mut tempfile::Builder) {}
 
+/// Memory that the system can give to a program, bytes; `None` if it does not report that.
+fn available_bytes() -> Option<u64> {
+    let report = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = report.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    Some(line.trim().strip_suffix(" kB")?.parse::<u64>().ok()? << 10)
+}
+
 fn checksum(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }
@@ -222,23 +229,43 @@ impl ContainerContents {
             _ => Err(DatabaseError::Checksum(name.to_owned())),
         };
         expect(METADATA_ENTRY, metadata_checksum(self.metadata.iter().filter(|(key, _)| *key != CHECKSUMS_KEY)))?;
-        for name in self.header.offset_keys().into_iter().filter(|name| want(name)) {
-            let bytes = self.bytes(&name)?;
+        let wanted: Vec<String> = self.header.offset_keys().into_iter().filter(|name| want(name)).collect();
+        let length: u64 = wanted.iter().map(|name| self.range(name).1 as u64).sum();
+        if available_bytes().is_some_and(|available| available < length) {
+            return Err(self.io(io::ErrorKind::OutOfMemory.into()));
+        }
+        for name in wanted {
+            // Before memory is reserved: a sparse file may claim any length.
+            expect(&name, self.checksum_in_file(&name).map_err(|source| self.io(source))?)?;
+            let bytes = self.bytes(&name).map_err(|source| self.io(source))?;
             expect(&name, checksum(&bytes))?;
             self.verified.insert(name, bytes);
         }
         Ok(())
     }
 
-    /// Reads the tensor `name` from the file.
-    fn bytes(&mut self, name: &str) -> Result<Vec<u8>, DatabaseError> {
-        let (first, end) = self.header.info(name).map_or((0, 0), |info| info.data_offsets);
-        self.read(self.data + first as u64, end - first)
-            .map_err(|source| DatabaseError::Io { path: self.path.clone(), source })
+    fn io(&self, source: io::Error) -> DatabaseError {
+        DatabaseError::Io { path: self.path.clone(), source }
     }
 
-    /// Reads part of the file. A sparse file may claim more than memory holds, so the allocation may fail.
-    fn read(&mut self, first: u64, length: usize) -> io::Result<Vec<u8>> {
+    /// First byte in the file and length of the tensor `name`.
+    fn range(&self, name: &str) -> (u64, usize) {
+        let (first, end) = self.header.info(name).map_or((0, 0), |info| info.data_offsets);
+        (self.data + first as u64, end - first)
+    }
+
+    /// Checksum of the tensor `name`, computed in parts.
+    fn checksum_in_file(&mut self, name: &str) -> io::Result<String> {
+        let (first, length) = self.range(name);
+        self.file.seek(SeekFrom::Start(first))?;
+        let mut hasher = blake3::Hasher::new();
+        hasher.update_reader((&mut self.file).take(length as u64))?;
+        Ok(hasher.finalize().to_hex().to_string())
+    }
+
+    /// Reads the tensor `name` from the file.
+    fn bytes(&mut self, name: &str) -> io::Result<Vec<u8>> {
+        let (first, length) = self.range(name);
         let mut bytes = Vec::new();
         bytes.try_reserve_exact(length).map_err(|_| io::ErrorKind::OutOfMemory)?;
         self.file.seek(SeekFrom::Start(first))?;
