@@ -10,18 +10,18 @@
 //! **Delete.** [`OwnedByProcess`], once destructors check the process.
 
 use std::ops::Deref;
-use std::sync::Arc;
 
 /// A port, node, request or response that only the process which made it drops.
 pub struct OwnedByProcess<T> {
-    value: Arc<T>,
+    /// Taken by the destructor alone.
+    value: Option<T>,
     process: u32,
 }
 
 impl<T> OwnedByProcess<T> {
     /// Holds `value`, made by this process.
     pub fn new(value: T) -> Self {
-        Self { value: Arc::new(value), process: std::process::id() }
+        Self { value: Some(value), process: std::process::id() }
     }
 
     /// Whether another process made it, of which this one was forked.
@@ -34,15 +34,17 @@ impl<T> Deref for OwnedByProcess<T> {
     type Target = T;
 
     fn deref(&self) -> &T {
-        &self.value
+        match &self.value {
+            Some(value) => value,
+            None => unreachable!("only the destructor takes the value"),
+        }
     }
 }
 
 impl<T> Drop for OwnedByProcess<T> {
     fn drop(&mut self) {
         if self.is_forked() {
-            // One reference more: the value is never dropped.
-            std::mem::forget(self.value.clone());
+            std::mem::forget(self.value.take());
         }
     }
 }
@@ -63,9 +65,9 @@ mod tests {
     #[test]
     fn a_value_is_dropped_only_by_the_process_that_made_it() {
         let dropped = AtomicBool::new(false);
-        let forked = OwnedByProcess { process: 0, ..OwnedByProcess::new(0) };
+        let forked = OwnedByProcess { value: Some(Dropped(&dropped)), process: 0 };
         assert!(forked.is_forked());
-        drop(OwnedByProcess { value: Arc::new(Dropped(&dropped)), process: 0 });
+        drop(forked);
         assert!(!dropped.load(Ordering::Relaxed));
         drop(OwnedByProcess::new(Dropped(&dropped)));
         assert!(dropped.load(Ordering::Relaxed));
