@@ -18,7 +18,7 @@ pub struct Fragment {
     pub mass_kg: f64,
     /// `extras.inertia_kg_m2`: xx, yy, zz, xy, xz, yz about the center of mass.
     pub inertia_kg_m2: [f64; 6],
-    /// The node's translation, m: the center of mass.
+    /// Sum of the translations of the node and its parents, m: the center of mass.
     pub center_m: [f64; 3],
     /// Vertices relative to the center, m.
     pub positions: Vec<[f32; 3]>,
@@ -30,7 +30,7 @@ pub struct Fragment {
     pub manifold: Option<Vec<[u32; 3]>>,
 }
 
-/// Reads every fragment of a `.glb` file, in the order of its nodes. The `gltf` crate validates the document.
+/// Reads every fragment of a `.glb` file, in the order of its nodes, with or without a common parent. The `gltf` crate validates the document.
 pub fn read(path: &Path) -> Result<Vec<Fragment>> {
     let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
     parse(&bytes)
@@ -41,24 +41,51 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<Fragment>> {
     let file = gltf::Gltf::from_slice(bytes)?;
     let blob = file.blob.as_deref().context("no binary chunk")?;
     let scene = file.default_scene().context("no default scene")?;
-    scene.nodes().map(|node| fragment(&file.document, blob, &node)).collect()
+    let mut fragments = Vec::new();
+    for node in scene.nodes() {
+        subtree(&file.document, blob, &node, [0.0; 3], &mut fragments)?;
+    }
+    Ok(fragments)
 }
 
-fn fragment(document: &gltf::Document, blob: &[u8], node: &gltf::Node) -> Result<Fragment> {
+/// Reads the fragments of `node` and of the nodes below it. The origin of `node` is at `parent_m`.
+fn subtree(
+    document: &gltf::Document,
+    blob: &[u8],
+    node: &gltf::Node,
+    parent_m: [f64; 3],
+    fragments: &mut Vec<Fragment>,
+) -> Result<()> {
+    if node.mesh().is_some() {
+        ensure!(node.children().len() == 0, "node {} has a mesh and children", node.index());
+        fragments.push(fragment(document, blob, node, parent_m)?);
+        return Ok(());
+    }
+    ensure!(node.children().len() > 0, "node {} has neither a mesh nor children", node.index());
+    let center_m = place(node, parent_m)?;
+    node.children().try_for_each(|child| subtree(document, blob, &child, center_m, fragments))
+}
+
+/// Position of a node whose parent is at `parent_m`, m.
+fn place(node: &gltf::Node, parent_m: [f64; 3]) -> Result<[f64; 3]> {
+    let (translation, rotation, scale) = node.transform().decomposed();
+    ensure!(rotation == [0.0, 0.0, 0.0, 1.0] && scale == [1.0; 3], "node {} is turned or scaled", node.index());
+    Ok([0, 1, 2].map(|k| parent_m[k] + f64::from(translation[k])))
+}
+
+fn fragment(document: &gltf::Document, blob: &[u8], node: &gltf::Node, parent_m: [f64; 3]) -> Result<Fragment> {
     let name = node.name().context("a node without a name")?;
     let extras: Value = serde_json::from_str(node.extras().as_ref().context("a node without extras")?.get())?;
     let number = |key: &str| extras[key].as_f64().with_context(|| format!("{name}: no extras.{key}"));
     let id = number("fragment")? as u32;
     ensure!(name == format!("fragment_{id:03}"), "{name} holds fragment {id}");
     let mesh = node.mesh().context("a node without a mesh")?;
-    let (translation, rotation, scale) = node.transform().decomposed();
-    ensure!(rotation == [0.0, 0.0, 0.0, 1.0] && scale == [1.0; 3], "{name} is turned or scaled");
     let mut read = Fragment {
         id,
         stated_volume_m3: number("volume_m3")?,
         mass_kg: number("mass_kg")?,
         inertia_kg_m2: serde_json::from_value(extras["inertia_kg_m2"].clone()).context("no extras.inertia_kg_m2")?,
-        center_m: translation.map(f64::from),
+        center_m: place(node, parent_m)?,
         positions: Vec::new(),
         outer: Vec::new(),
         crack: Vec::new(),

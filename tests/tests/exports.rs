@@ -252,6 +252,22 @@ fn only_files_of_an_earlier_export_are_removed() {
     assert!(kept.is_file());
 }
 
+#[test]
+fn a_glb_never_lies_beside_files_of_another_result() {
+    let fixture = with(&shapes::cuboid([0.3, 0.1, 0.1]), "0.04");
+    let (file, more) = (fixture.path("pieces.glb"), ["--enable", "hulls"]);
+    prefracture(&fixture, 4, &file, &more);
+    let [closed, hulls] = ["closed.glb", "hulls.glb"].map(|ending| file.with_extension(ending));
+    let earlier = std::fs::read(&closed).unwrap();
+    std::fs::remove_file(&hulls).unwrap();
+    std::fs::create_dir(&hulls).unwrap();
+    let out = file.to_str().unwrap();
+    let arguments = ["prefracture", "thing", "--degree", "12", "--out", out];
+    let (code, document) = fixture.json("shatter", &[&arguments[..], &more].concat());
+    assert!(code != 0 && document["error"]["kind"] == "output", "{document}");
+    assert!(std::fs::read(&closed).unwrap() != earlier && !file.exists());
+}
+
 fn of<'a>(all: &'a [Element], name: &str) -> Vec<&'a Element> {
     all.iter().filter(|element| element.name == name).collect()
 }

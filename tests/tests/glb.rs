@@ -26,7 +26,8 @@ fn halves(cut: f32) -> [Parts; 2] {
     })
 }
 
-fn file(cut: f32) -> Result<Vec<u8>, ExportError> {
+/// The file of a box whose first half has its center at `place_m`.
+fn file(cut: f32, place_m: [f64; 3]) -> Result<Vec<u8>, ExportError> {
     let halves = halves(cut);
     let views: Vec<FragmentView<'_>> = halves
         .iter()
@@ -40,7 +41,7 @@ fn file(cut: f32) -> Result<Vec<u8>, ExportError> {
             indices,
             runs,
             merges,
-            center_m: [id as f64, 0.0, 0.0],
+            center_m: [place_m[0] + id as f64, place_m[1], place_m[2]],
             volume_m3: if id == 0 { f64::from(cut) } else { 1.0 - f64::from(cut) },
             mass_kg: 2.0,
             inertia_kg_m2: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0],
@@ -51,7 +52,7 @@ fn file(cut: f32) -> Result<Vec<u8>, ExportError> {
 
 /// Checks that both halves are closed, have their runs, and hold the stated values.
 fn check(cut: f32) {
-    let fragments = glb::parse(&file(cut).unwrap()).unwrap();
+    let fragments = glb::parse(&file(cut, [0.0; 3]).unwrap()).unwrap();
     assert_eq!(fragments.len(), 2);
     for fragment in &fragments {
         fragment.check_closed().unwrap();
@@ -70,8 +71,26 @@ proptest! {
 }
 
 #[test]
+fn halves_far_from_the_origin_are_read_in_their_places() {
+    let place_m = [500_000.3, 200.1, 5_000_000.7];
+    let bytes = file(0.5, place_m).unwrap();
+    let fragments = glb::parse(&bytes).unwrap();
+    for (id, fragment) in fragments.iter().enumerate() {
+        let wanted = [place_m[0] + id as f64, place_m[1], place_m[2]];
+        let off = [0, 1, 2].map(|k| (fragment.center_m[k] - wanted[k]).abs());
+        assert!(off.iter().all(|off| *off < 1e-7), "{:?} is read, {wanted:?} was written", fragment.center_m);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("far.glb");
+    std::fs::write(&path, bytes).unwrap();
+    let mesh = surface::read(&path, LengthUnit::M, UpAxis::Y).unwrap();
+    let low = mesh.positions_m.iter().map(|point| point.z).fold(f64::INFINITY, f64::min);
+    assert!((low - place_m[2]).abs() < 1e-7, "{low}");
+}
+
+#[test]
 fn the_reader_tells_an_open_fragment_from_a_closed_one() {
-    let mut fragments = glb::parse(&file(0.5).unwrap()).unwrap();
+    let mut fragments = glb::parse(&file(0.5, [0.0; 3]).unwrap()).unwrap();
     fragments[0].positions[9][1] += 1e-6;
     assert!(fragments[0].check_closed().is_err());
     fragments[1].crack.pop();

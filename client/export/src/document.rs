@@ -2,6 +2,7 @@
 
 use super::check::{closed, merged};
 use super::normals::smooth_normals;
+use super::placement::{ExactSingles, Placement};
 use super::{ExportError, FragmentView};
 use gltf_json::accessor::{self, Accessor, ComponentType, GenericComponentType, IndexComponentType, Type};
 use gltf_json::buffer::{self, Buffer, Stride, Target, View};
@@ -9,8 +10,12 @@ use gltf_json::material::{EmissiveFactor, PbrBaseColorFactor, PbrMetallicRoughne
 use gltf_json::mesh::{Mesh, Mode, Primitive, Semantic};
 use gltf_json::validation::{Checked::Valid, USize64};
 use gltf_json::{Asset, Index, Material, Node, Root, Scene, extensions};
+use serde::Serialize;
 use serde_json::value::to_raw_value;
-use serde_json::{Map, json};
+use serde_json::{Map, Serializer, json};
+
+/// Name of the parent of all nodes, in the file of an object far from the origin.
+const PARENT: &str = "object";
 
 const MANIFOLD: &str = "EXT_mesh_manifold";
 const VECTOR_BYTES: usize = 12;
@@ -27,6 +32,20 @@ pub(super) struct Document {
     pub binary: Vec<u8>,
     /// Number of meshes with the manifold extension.
     pub closed: usize,
+    /// True if the nodes have a common parent.
+    has_parent: bool,
+}
+
+impl Document {
+    /// The document as JSON.
+    pub(super) fn json(&self) -> Result<Vec<u8>, serde_json::Error> {
+        if !self.has_parent {
+            return self.root.to_vec();
+        }
+        let mut json = Vec::new();
+        self.root.serialize(&mut Serializer::with_formatter(&mut json, ExactSingles))?;
+        Ok(json)
+    }
 }
 
 /// The buffer: one view after the other.
@@ -66,6 +85,7 @@ pub(super) fn build(fragments: &[FragmentView<'_>]) -> Result<Document, ExportEr
         views: Views { positions, normals, indices, uvs, merges },
         closed: 0,
     };
+    let placement = Placement::of(fragments);
     let materials = [
         writer.root.push(material("outer", OUTER_COLOR, 0.75)),
         writer.root.push(material("crack", CRACK_COLOR, 0.95)),
@@ -75,11 +95,16 @@ pub(super) fn build(fragments: &[FragmentView<'_>]) -> Result<Document, ExportEr
         let name = fragment_name(fragment.id, fragments.len());
         let mesh = writer.mesh(fragment, &name, materials);
         let mesh = writer.root.push(mesh);
-        nodes.push(writer.root.push(node(fragment, name, mesh)?));
+        nodes.push(writer.root.push(node(fragment, &placement, name, mesh)?));
+    }
+    if let Some(origin_m) = placement.origin_m {
+        let (children, translation) = (Some(nodes), Some(origin_m));
+        nodes =
+            vec![writer.root.push(Node { children, name: Some(PARENT.to_owned()), translation, ..Node::default() })];
     }
     let scene = Scene { extensions: None, extras: None, name: Some("fragments".to_owned()), nodes };
     writer.root.scene = Some(writer.root.push(scene));
-    Ok(writer.finish())
+    Ok(writer.finish(placement.origin_m.is_some()))
 }
 
 struct Writer {
@@ -183,7 +208,7 @@ impl Writer {
         [places, values]
     }
 
-    fn finish(mut self) -> Document {
+    fn finish(mut self, has_parent: bool) -> Document {
         let sections = self.sections;
         let vertices = |stride: usize| (Some(Target::ArrayBuffer), Some(Stride(stride)));
         let mut binary = Vec::new();
@@ -212,7 +237,7 @@ impl Writer {
         if self.closed > 0 {
             self.root.extensions_used.push(MANIFOLD.to_owned());
         }
-        Document { root: self.root, binary, closed: self.closed }
+        Document { root: self.root, binary, closed: self.closed, has_parent }
     }
 }
 
@@ -307,7 +332,12 @@ fn material(name: &str, color: [f32; 4], roughness: f32) -> Material {
     }
 }
 
-fn node(fragment: &FragmentView<'_>, name: String, mesh: Index<Mesh>) -> Result<Node, ExportError> {
+fn node(
+    fragment: &FragmentView<'_>,
+    placement: &Placement,
+    name: String,
+    mesh: Index<Mesh>,
+) -> Result<Node, ExportError> {
     let extras = json!({
         "fragment": fragment.id,
         "body": fragment.body,
@@ -319,7 +349,7 @@ fn node(fragment: &FragmentView<'_>, name: String, mesh: Index<Mesh>) -> Result<
     Ok(Node {
         mesh: Some(mesh),
         name: Some(name),
-        translation: Some(fragment.center_m.map(|x| x as f32)),
+        translation: Some(placement.translation(fragment.center_m)),
         extras: Some(to_raw_value(&extras)?),
         ..Node::default()
     })

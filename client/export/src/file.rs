@@ -33,6 +33,21 @@ pub(super) fn target(path: &Path) -> Result<PathBuf, ExportError> {
     Ok(target)
 }
 
+/// Removes the table of an earlier result, so that it never lies beside files of another one. Returns the path of the new table: the file
+/// itself if `path` is a link, which stays.
+///
+/// # Errors
+/// Anything but a regular file lies there, or it cannot be removed.
+pub(super) fn remove_table(path: &Path) -> Result<PathBuf, ExportError> {
+    let table = target(path)?;
+    match std::fs::remove_file(&table) {
+        Err(source) if source.kind() != io::ErrorKind::NotFound => {
+            Err(ExportError::Write { path: path.to_owned(), source })
+        }
+        _ => Ok(table),
+    }
+}
+
 /// Writes `bytes` to `path`, and replaces a file of that name. A reader sees the old file or the new one, never a part. Creates missing
 /// folders.
 ///

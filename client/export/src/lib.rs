@@ -5,6 +5,9 @@
 //! fragment from the inside has no outer faces. All primitives of a mesh share their vertex accessors and one buffer view of
 //! indices.
 //!
+//! glTF stores translations in single precision. If that would displace fragments noticeably, because the object lies far from the
+//! origin, their nodes are children of one node `object`. Its translation is the center of the fragments.
+//!
 //! The vendor extension `EXT_mesh_manifold` (Khronos glTF registry, draft by E. Lalish) declares which vertices are one point of
 //! the closed surface. Readers without the extension see an ordinary mesh.
 //!
@@ -20,11 +23,13 @@ pub mod contact;
 mod container;
 mod document;
 mod file;
+mod folder_lock;
 mod inertia;
 mod mjcf;
 mod normals;
 mod obj;
 mod obj_folder;
+mod placement;
 mod stale;
 
 pub use check::is_closed;
@@ -206,6 +211,9 @@ pub enum ExportError {
         /// Reason of the system.
         source: io::Error,
     },
+    /// A folder to which another command or thread is writing a set of files.
+    #[error("another command is writing to the folder {}; wait for it, or use another folder", .0.display())]
+    FolderInUse(PathBuf),
     /// Writing or renaming failed.
     #[error("cannot write {}: {source}", .path.display())]
     Write {
@@ -242,7 +250,9 @@ impl ExportError {
     /// The path that cannot be written; `None` for fragments that make no valid file.
     pub fn path(&self) -> Option<&Path> {
         match self {
-            Self::IsFolder(path) | Self::NoFile(path) | Self::Write { path, .. } => Some(path),
+            Self::IsFolder(path) | Self::NoFile(path) | Self::FolderInUse(path) | Self::Write { path, .. } => {
+                Some(path)
+            }
             Self::NotAFolder { folder, .. } | Self::MakeFolder { folder, .. } | Self::Folder { folder, .. } => {
                 Some(folder)
             }
@@ -263,7 +273,7 @@ fn purpose(folder: &Path, part: &Path) -> String {
 pub fn glb_bytes(fragments: &[FragmentView<'_>]) -> Result<(Vec<u8>, WriteReport), ExportError> {
     check::all(fragments)?;
     let document = document::build(fragments)?;
-    let bytes = container::frame(&document.root.to_vec()?, &document.binary)?;
+    let bytes = container::frame(&document.json()?, &document.binary)?;
     let written =
         WriteReport { fragments: fragments.len(), closed: document.closed, bytes: bytes.len(), files: Vec::new() };
     Ok((bytes, written))

@@ -5,9 +5,12 @@
 //! itself.
 
 use super::document::{CRACK_COLOR, OUTER_COLOR, fragment_name};
+use super::file::remove_table;
+use super::folder_lock::FolderLock;
 use super::obj::{Part, Vertices, line, mesh};
 use super::{
-    ExportError, FragmentView, ObjectView, WriteReport, check, make_folder, smooth_normals, stale, write_whole,
+    ExportError, FragmentView, HullView, ObjectView, WriteReport, check, make_folder, smooth_normals, stale,
+    write_whole,
 };
 use serde_json::{Value, json};
 use shatter_proto::result::Bond;
@@ -16,45 +19,53 @@ use std::path::Path;
 const MATERIALS: &str = "fragments.mtl";
 const TABLE: &str = "fragments.json";
 
-/// Writes the fragments into `folder`, which is created if necessary. Each file appears whole or not at all, the table `fragments.json`
-/// last. Files of those names are replaced. Fragments that the replaced table names and the new one does not are removed; all other files
-/// stay.
+/// Writes the fragments into `folder`, which is created if necessary. Each file appears whole or not at all. Files of those names are
+/// replaced. Fragments that the replaced table names and the new one does not are removed; all other files stay.
+///
+/// An earlier table `fragments.json` is removed first, and the new one is written last. A table therefore never lies beside fragments of
+/// another result, even if the process is killed.
 ///
 /// # Errors
-/// [`ExportError`] by the figure that makes no valid file, or by the file that cannot be written.
+/// [`ExportError`] by the figure that makes no valid file, or by the file that cannot be written; [`ExportError::FolderInUse`] while
+/// another process or thread writes fragments into the folder.
 pub fn write_obj(folder: &Path, object: &ObjectView<'_>) -> Result<WriteReport, ExportError> {
     check::object(object)?;
     make_folder(folder)?;
-    let files = vec![folder.join(TABLE)];
-    let mut written = WriteReport { fragments: object.fragments.len(), closed: 0, bytes: 0, files };
+    let _lock = FolderLock::acquire(folder)?;
+    let rows: Vec<Value> = (0..object.fragments.len()).map(|place| row(object, place)).collect();
+    let table_path = folder.join(TABLE);
+    let earlier = stale::in_table(&table_path);
+    let table_file = remove_table(&table_path)?;
+    let kept = rows.iter().flat_map(|row| [&row["file"], &row["hull"]]).filter_map(Value::as_str);
+    stale::remove(folder, &earlier, kept)?;
+    let closed = object.fragments.iter().filter(|fragment| super::is_closed(fragment)).count();
+    let files = vec![table_path];
+    let mut written = WriteReport { fragments: object.fragments.len(), closed, bytes: 0, files };
     let mut put = |name: &str, text: &str| -> Result<(), ExportError> {
         let path = folder.join(name);
         write_whole(&path, text.as_bytes())?;
         written.bytes += text.len();
-        if name != TABLE {
-            written.files.push(path);
-        }
+        written.files.push(path);
         Ok(())
     };
-    let mut rows = Vec::with_capacity(object.fragments.len());
     put(MATERIALS, &materials())?;
     for (place, fragment) in object.fragments.iter().enumerate() {
         let name = fragment_name(fragment.id, object.fragments.len());
-        let file = format!("{name}.obj");
-        put(&file, &piece(&name, fragment))?;
-        let hull = object.hulls.get(place).and_then(Option::as_ref);
-        let hull = hull.map(|hull| (format!("{name}.hull.obj"), in_place(fragment, hull.positions), hull.indices));
-        if let Some((file, points, indices)) = &hull {
-            put(file, &text(&format!("{name}.hull"), points, &[Part { material: None, indices }]))?;
+        put(&format!("{name}.obj"), &piece(&name, fragment))?;
+        if let Some(hull) = hull(object, place) {
+            let (name, points) = (format!("{name}.hull"), in_place(fragment, hull.positions));
+            put(&format!("{name}.obj"), &text(&name, &points, &[Part { material: None, indices: hull.indices }]))?;
         }
-        rows.push(row(fragment, &file, hull.map(|(file, ..)| file)));
     }
-    // Done before the new table replaces the old one: after an interruption the old table still names the remaining files.
-    let kept = rows.iter().flat_map(|row| [&row["file"], &row["hull"]]).filter_map(Value::as_str);
-    stale::remove(folder, &stale::in_table(&folder.join(TABLE)), kept)?;
-    put(TABLE, &format!("{:#}\n", table(object, rows)))?;
-    written.closed = object.fragments.iter().filter(|fragment| super::is_closed(fragment)).count();
+    let table = format!("{:#}\n", table(object, rows));
+    write_whole(&table_file, table.as_bytes())?;
+    written.bytes += table.len();
     Ok(written)
+}
+
+/// Hull of the fragment at `place`, if it has one.
+fn hull<'a>(object: &ObjectView<'a>, place: usize) -> Option<HullView<'a>> {
+    object.hulls.get(place).copied().flatten()
 }
 
 fn in_place(fragment: &FragmentView<'_>, positions: &[[f32; 3]]) -> Vec<[f64; 3]> {
@@ -101,12 +112,14 @@ fn materials() -> String {
     text
 }
 
-fn row(fragment: &FragmentView<'_>, file: &str, hull: Option<String>) -> Value {
+fn row(object: &ObjectView<'_>, place: usize) -> Value {
+    let fragment = &object.fragments[place];
+    let name = fragment_name(fragment.id, object.fragments.len());
     json!({
         "id": fragment.id,
         "body": fragment.body,
-        "file": file,
-        "hull": hull,
+        "file": format!("{name}.obj"),
+        "hull": hull(object, place).map(|_| format!("{name}.hull.obj")),
         "center_m": fragment.center_m,
         "volume_m3": fragment.volume_m3,
         "mass_kg": fragment.mass_kg,

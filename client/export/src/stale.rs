@@ -20,21 +20,24 @@ pub(super) fn in_table(path: &Path) -> Vec<String> {
     named.map(str::to_owned).collect()
 }
 
-/// Files that a model names in its folder `meshes`; empty without a model, or if it has its meshes elsewhere.
+/// Files that a model names in its folder `meshes`; empty without a model, if it is no valid XML, or if it has its meshes elsewhere.
 pub(super) fn in_model(path: &Path, meshes: &str) -> Vec<String> {
     let Ok(text) = std::fs::read_to_string(path) else { return Vec::new() };
-    let (mut reader, mut named, mut own) = (Reader::from_str(&text), Vec::new(), false);
-    while let Ok(event) = reader.read_event() {
+    let (mut reader, mut named, mut own, mut depth) = (Reader::from_str(&text), Vec::new(), false, 0_usize);
+    loop {
+        let Ok(event) = reader.read_event() else { return Vec::new() };
         match event {
             Event::Empty(element) if element.name().as_ref() == b"compiler" => {
                 own = value(&element, "meshdir").is_some_and(|folder| folder == meshes);
             }
             Event::Empty(element) if element.name().as_ref() == b"mesh" => named.extend(value(&element, "file")),
+            Event::Start(_) => depth += 1,
+            Event::End(_) => depth = depth.saturating_sub(1),
             Event::Eof => break,
             _ => {}
         }
     }
-    if own { named } else { Vec::new() }
+    if own && depth == 0 { named } else { Vec::new() }
 }
 
 fn value(element: &BytesStart<'_>, key: &str) -> Option<String> {

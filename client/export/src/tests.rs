@@ -1,5 +1,7 @@
 //! Tests of the file against the rules of the formats, read by hand; `shatter-tests` reads it with an independent library.
 
+mod folders;
+
 use super::*;
 use serde_json::Value;
 use std::path::Path;
@@ -87,6 +89,58 @@ fn a_fragment_is_one_node_with_shared_accessors_and_two_materials() {
     let position = &document["accessors"][primitives[0]["attributes"]["POSITION"].as_u64().unwrap() as usize];
     assert_eq!(position["min"], serde_json::json!([0.0, 0.0, 0.0]));
     assert_eq!(position["max"], serde_json::json!([1.0, 1.0, 1.0]));
+}
+
+/// The document of three fragments about `place_m`, and their centers.
+fn at(place_m: [f64; 3]) -> (Value, Vec<[f64; 3]>) {
+    let sample = sample();
+    let centers: Vec<[f64; 3]> =
+        [0.0, 0.3, 1.1].map(|step| [0, 1, 2].map(|k| place_m[k] + step * (k + 1) as f64)).to_vec();
+    let views: Vec<FragmentView<'_>> =
+        (0..).zip(&centers).map(|(id, center_m)| FragmentView { center_m: *center_m, ..view(&sample, id) }).collect();
+    (parts(&glb_bytes(&views).unwrap().0).0, centers)
+}
+
+fn vector(node: &Value) -> [f64; 3] {
+    serde_json::from_value(node["translation"].clone()).unwrap()
+}
+
+#[test]
+fn fragments_far_from_the_origin_are_placed_relative_to_a_parent() {
+    for place_m in [[500_000.0, 200.0, 5_000_000.0], [-0.01, 300.7, 1e9], [20.0, 0.0, 0.0]] {
+        let (document, centers) = at(place_m);
+        let nodes = document["nodes"].as_array().unwrap();
+        let parent = &nodes[3];
+        assert_eq!(document["scenes"][0]["nodes"], serde_json::json!([3]));
+        assert_eq!((&parent["name"], &parent["children"]), (&"object".into(), &serde_json::json!([0, 1, 2])));
+        let origin = vector(parent);
+        // Readers with single and with double precision take it for the same number.
+        assert_eq!(origin, origin.map(|x| f64::from(x as f32)), "{origin:?}");
+        let spacing = place_m.iter().fold(0.0, |largest: f64, x| largest.max(x.abs())) * f64::from(f32::EPSILON);
+        for (node, center) in nodes.iter().zip(&centers) {
+            let own = vector(node);
+            for k in 0..3 {
+                assert!(own[k].abs() < 3.0 + spacing, "{own:?} is far from the parent");
+                let off = (origin[k] + own[k] - center[k]).abs();
+                let rounding = f64::from(f32::EPSILON) * own[k].abs() + f64::EPSILON * center[k].abs();
+                assert!(off <= rounding, "{off:e} along {k} at {place_m:?}");
+            }
+            assert_eq!(node["extras"]["center_m"], serde_json::json!(center));
+        }
+    }
+}
+
+#[test]
+fn fragments_near_the_origin_have_no_parent() {
+    for place_m in [[0.0; 3], [-2.0, 1.3, 0.0], [10.0, 0.0, -7.0]] {
+        let (document, centers) = at(place_m);
+        assert_eq!(document["scenes"][0]["nodes"], serde_json::json!([0, 1, 2]));
+        let nodes = document["nodes"].as_array().unwrap();
+        assert!(nodes.iter().all(|node| node.get("children").is_none()));
+        for (node, center) in nodes.iter().zip(centers) {
+            assert_eq!(vector(node).map(|x| x as f32), center.map(|x| x as f32));
+        }
+    }
 }
 
 #[test]

@@ -61,12 +61,22 @@ def read_glb(path):
         stride = view.get("byteStride", row)
         return np.ndarray((accessor["count"], width), kind, data, at, (stride, np.dtype(kind).itemsize))
 
+    nodes = scene["nodes"]
+    parents = {child: parent for parent, node in enumerate(nodes) for child in node.get("children", [])}
+
+    def place(index):
+        """Sum of the translations of a node and its parents."""
+        above = place(parents[index]) if index in parents else np.zeros(3)
+        return above + np.array(nodes[index].get("translation", [0, 0, 0]))
+
     meshes = []
-    for node in scene["nodes"]:
+    for index, node in enumerate(nodes):
+        if "mesh" not in node:
+            continue
         positions, triangles, count = [], [], 0
         for part in scene["meshes"][node["mesh"]]["primitives"]:
             kind = {5123: "<u2", 5125: "<u4"}[scene["accessors"][part["indices"]]["componentType"]]
-            positions.append(values(part["attributes"]["POSITION"], "<f4", 3) + np.array(node.get("translation", [0, 0, 0])))
+            positions.append(values(part["attributes"]["POSITION"], "<f4", 3) + place(index))
             triangles.append(values(part["indices"], kind, 1).reshape(-1, 3).astype(np.int64) + count)
             count += len(positions[-1])
         meshes.append((np.concatenate(positions), np.concatenate(triangles)))

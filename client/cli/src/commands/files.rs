@@ -158,27 +158,43 @@ fn is_skin_error(error: &Error) -> bool {
 
 /// Writes the visible surfaces of the fragments, or without skins the fragments themselves. Beside them it writes the closed meshes, if
 /// these are others, and the hulls, if there are any. Returns the files.
+///
+/// With files beside it, an earlier `file` is removed first, and the new one is written last. It therefore never lies beside files of
+/// another result, even if the process is killed.
 fn glb(file: &Path, result: &FractureResult) -> Result<Vec<PathBuf>, Error> {
     let (closed, hulls) = (file.with_extension("closed.glb"), file.with_extension("hulls.glb"));
-    let mut files = Vec::new();
     let has_skins = result.fragments().any(|fragment| fragment.skin().is_some());
-    if has_skins && result.summary().surface == FragmentSurface::Exact {
-        // The skins are the outer faces of the closed meshes.
-        files.extend(wrote(file, "", result.write_skins_glb(file)?));
-        warn_of_earlier_files(&closed);
-    } else if has_skins {
-        files.extend(wrote(file, "", result.write_skins_glb(file)?));
-        files.extend(wrote(&closed, ", closed meshes of the lattice", result.write_glb(&closed)?));
-    } else {
-        files.extend(wrote(file, "", result.write_glb(file)?));
-        warn_of_earlier_files(&closed);
+    let has_hulls = result.fragments().any(|fragment| fragment.hull().is_some());
+    // The skins of an exact surface are the outer faces of the closed meshes.
+    let has_closed = has_skins && result.summary().surface != FragmentSurface::Exact;
+    if has_closed || has_hulls {
+        remove_earlier_file(file)?;
     }
-    if result.fragments().any(|fragment| fragment.hull().is_some()) {
-        files.extend(wrote(&hulls, ", hulls", result.write_hulls_glb(&hulls)?));
-    } else {
-        warn_of_earlier_files(&hulls);
+    let closed_report = has_closed.then(|| result.write_glb(&closed)).transpose()?;
+    let hulls_report = has_hulls.then(|| result.write_hulls_glb(&hulls)).transpose()?;
+    let report = if has_skins { result.write_skins_glb(file)? } else { result.write_glb(file)? };
+    let mut files = wrote(file, "", report);
+    for (path, what, report) in
+        [(&closed, ", closed meshes of the lattice", closed_report), (&hulls, ", hulls", hulls_report)]
+    {
+        match report {
+            Some(report) => files.extend(wrote(path, what, report)),
+            None => warn_of_earlier_files(path),
+        }
     }
     Ok(files)
+}
+
+/// Removes a file of an earlier command. A link stays, and so does its file: a file is written through a link only if both exist.
+fn remove_earlier_file(file: &Path) -> Result<(), Error> {
+    if file.is_symlink() || !file.is_file() {
+        return Ok(());
+    }
+    std::fs::remove_file(file).map_err(|error| {
+        let shown = file.display().to_string();
+        let message = format!("cannot replace {shown}: {error}; choose another path");
+        Error::new(ErrorKind::Output, shown, message)
+    })
 }
 
 /// Names a file of an earlier command on stderr, which could be mistaken for a file of this one.

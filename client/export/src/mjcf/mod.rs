@@ -13,6 +13,8 @@ mod document;
 mod shapes;
 
 use super::document::fragment_name;
+use super::file::{remove_table, target};
+use super::folder_lock::FolderLock;
 use super::{ExportError, ObjectView, WriteReport, check, make_folder, stale, write_whole};
 use std::ffi::OsStr;
 use std::path::Path;
@@ -44,24 +46,30 @@ pub fn mjcf(object: &ObjectView<'_>, meshes: &str) -> Result<MjcfModel, ExportEr
 }
 
 /// Writes a model of `object` to `path`, and its meshes into the folder `STEM_assets` beside it, which is created if necessary. Each file
-/// appears whole or not at all, the document last. Files of the same names are replaced. Meshes that the replaced model names and the new
-/// one does not are removed; all other files stay.
+/// appears whole or not at all. Files of the same names are replaced. Meshes that the replaced model names and the new one does not are
+/// removed; all other files stay.
+///
+/// An earlier document is removed first, and the new one is written last. A document therefore never lies beside meshes of another
+/// result, even if the process is killed.
 ///
 /// # Errors
-/// Those of [`mjcf`], and a file that cannot be written.
+/// Those of [`mjcf`], and a file that cannot be written; [`ExportError::FolderInUse`] while another process or thread writes meshes into
+/// `STEM_assets`.
 pub fn write_mjcf(path: &Path, object: &ObjectView<'_>) -> Result<WriteReport, ExportError> {
     let stem = path.file_stem().unwrap_or(OsStr::new("object")).to_string_lossy();
     let meshes = format!("{stem}_assets");
     let folder = path.with_file_name(&meshes);
     let model = mjcf(object, &meshes)?;
-    super::file::target(path)?;
+    target(path)?;
     make_folder(&folder)?;
+    let _lock = FolderLock::acquire(&folder)?;
+    let earlier = stale::in_model(path, &meshes);
+    let document = remove_table(path)?;
+    stale::remove(&folder, &earlier, model.meshes.iter().map(|(name, _)| name.as_str()))?;
     for (name, text) in &model.meshes {
         write_whole(&folder.join(name), text.as_bytes())?;
     }
-    let kept = model.meshes.iter().map(|(name, _)| name.as_str());
-    stale::remove(&folder, &stale::in_model(path, &meshes), kept)?;
-    write_whole(path, model.xml.as_bytes())?;
+    write_whole(&document, model.xml.as_bytes())?;
     let bytes = model.xml.len() + model.meshes.iter().map(|(_, text)| text.len()).sum::<usize>();
     let closed = object.fragments.iter().filter(|fragment| super::is_closed(fragment)).count();
     let meshes = model.meshes.iter().map(|(name, _)| folder.join(name));
