@@ -3,6 +3,7 @@
 use crate::convention::Convention;
 use crate::effect::Effects;
 use crate::name::{OBJECT_NAME_MAX, object_name};
+use crate::text::number;
 use crate::{Error, ErrorKind, PROTOCOL_VERSION, text};
 use bytemuck::{Pod, Zeroable};
 use std::time::Duration;
@@ -460,17 +461,19 @@ fn contact_count(count: usize) -> Error {
 }
 
 fn gamma(value: f64) -> Error {
-    Error::new(ErrorKind::Gamma, "gamma_j_m2", format!("γ = {value}: must be finite and above zero"))
+    Error::new(ErrorKind::Gamma, "gamma_j_m2", format!("γ = {}: must be finite and above zero", number(value)))
 }
 
 fn duration(i: usize, value: f64) -> Error {
     let at = format!("contacts[{i}].duration_s");
-    Error::new(ErrorKind::ContactDuration, at, format!("contact {i}: duration {value}: must be finite and above zero"))
+    let message = format!("contact {i}: duration {}: must be finite and above zero", number(value));
+    Error::new(ErrorKind::ContactDuration, at, message)
 }
 
 fn radius(i: usize, value: f64) -> Error {
     let at = format!("contacts[{i}].radius_m");
-    Error::new(ErrorKind::ContactRadius, at, format!("contact {i}: radius {value}: must be finite and above zero"))
+    let message = format!("contact {i}: radius {}: must be finite and above zero", number(value));
+    Error::new(ErrorKind::ContactRadius, at, message)
 }
 
 #[cfg(test)]

@@ -24,6 +24,12 @@ pub fn escaped(text: &str) -> String {
     shown(text, usize::MAX)
 }
 
+/// A number as a message shows it: in exponent form if it is below 1e-4 or above 1e9, and not 0.
+pub fn number(value: f64) -> String {
+    let is_long = value != 0.0 && !(1e-4..=1e9).contains(&value.abs());
+    if is_long { format!("{value:e}") } else { value.to_string() }
+}
+
 fn shown(text: &str, most: usize) -> String {
     let mut shown = String::with_capacity(text.len().min(most.saturating_mul(4)));
     let mut count = 0;
@@ -103,6 +109,22 @@ mod tests {
         let escaped = quoted(&"\n".repeat(150));
         assert!(escaped.chars().count() < QUOTED_MAX + 20 && escaped.ends_with("bytes)"), "{escaped}");
         assert_eq!(message(&message("\u{7}")), message("\u{7}"));
+    }
+
+    #[test]
+    fn very_small_and_very_large_numbers_have_an_exponent() {
+        for (value, wanted) in [
+            (0.0, "0"),
+            (7.5, "7.5"),
+            (-0.0001, "-0.0001"),
+            (1e9, "1000000000"),
+            (5e-324, "5e-324"),
+            (-1e308, "-1e308"),
+            (f64::NAN, "NaN"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(number(value), wanted);
+        }
     }
 
     #[test]

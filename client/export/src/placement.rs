@@ -6,9 +6,9 @@ use std::io::{self, Write};
 
 /// Largest rounding unit of a node's translation, relative to the extent of all fragments.
 ///
-/// Rounding displaces a fragment by at most half a unit per axis, an eighth of a millionth of the extent. Objects within twice their
-/// extent of the origin stay below this limit, so their nodes have no parent.
-const ROUNDING_MAX: f64 = 1.0 / (1_u64 << 22) as f64;
+/// Rounding displaces a fragment by at most half a unit per axis, two millionths of the extent. Objects within thirty times their extent of
+/// the origin stay below this limit, so their nodes have no parent.
+const ROUNDING_MAX: f64 = 1.0 / (1_u64 << 18) as f64;
 
 /// Positions of fragments in the scene.
 pub(super) struct Placement {

@@ -5,6 +5,7 @@ use crate::result::FragmentOfResult;
 use pyo3::prelude::*;
 use shatter_proto::text::quoted;
 use std::fmt::Display;
+use std::path::Path;
 use std::time::Duration;
 
 /// Defines a function per argument that reads it with a reader of this module.
@@ -98,10 +99,18 @@ fn body(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Body> {
     value.extract().map_err(|_| refused(name, wanted, value))
 }
 
+/// Largest number of seconds that a message names; a [`Duration`] holds less than 2⁶⁴ of them.
+const SECONDS_MAX: f64 = 1.8e19;
+
 /// A number of seconds that a [`Duration`] holds.
 fn seconds(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     let seconds = value.extract::<f64>().ok().filter(|seconds| Duration::try_from_secs_f64(*seconds).is_ok());
-    seconds.ok_or_else(|| refused(name, "a number of seconds, 0 or more", value))
+    seconds.ok_or_else(|| refused(name, format!("a number of seconds from 0 to {SECONDS_MAX:e}"), value))
+}
+
+/// Refuses an empty path under the argument `name`.
+pub fn path(name: &str, value: &Path) -> PyResult<()> {
+    if value.as_os_str().is_empty() { Err(wrong(format!("{name} is empty; it must name the output"))) } else { Ok(()) }
 }
 
 /// The duration of a checked number of seconds. Signatures of Python show a default as a number alone.

@@ -3,7 +3,8 @@
 use crate::argument::{self, Body};
 use crate::error::wrong;
 use pyo3::prelude::*;
-use shatter_export::contact::{self, ContactBody, ElasticMaterial};
+use shatter_export::contact::{self, ContactBody, ContactError, ElasticMaterial};
+use shatter_proto::text::number;
 
 /// Contact of two bodies in a point, by Hertz theory.
 #[pyclass(frozen, get_all, module = "shatter")]
@@ -37,6 +38,19 @@ pub fn hertz(
         None => contact::HertzContact::of(&one, &other, speed_m_s),
     };
     let contact::HertzContact { approach_m, radius_m, force_n, duration_s } =
-        found.map_err(|error| wrong(error.to_string()))?;
+        found.map_err(|error| wrong(refusal(error, one.mass_kg.min(other.mass_kg))))?;
     Ok(Hertz { approach_m, radius_m, force_n, duration_s })
+}
+
+/// Message of `error`, with the given numbers; `mass_kg` is the smaller mass.
+fn refusal(error: ContactError, mass_kg: f64) -> String {
+    match error {
+        // The effective mass vanished, which was not given.
+        ContactError::NotPositive { key: "mass_kg", value } if value == 0.0 && mass_kg > 0.0 => {
+            let mass = number(mass_kg);
+            format!("mass_kg: {mass} is too small, or speed_m_s too large for impulse_ns: the effective mass is 0")
+        }
+        ContactError::NotPositive { key, value } => format!("{key}: {} is not positive", number(value)),
+        error => error.to_string(),
+    }
 }

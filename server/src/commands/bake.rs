@@ -1,8 +1,7 @@
 //! `shatterd bake`: turns a mesh file into a database.
 
 use super::bake_progress::BakeProgress;
-use super::expected_file::{self, ExpectedFile};
-use super::{CommandError, bake_report, bake_scene, interrupt, output, shares, size};
+use super::{CommandError, bake_report, bake_scene, interrupt, mesh_file, output, shares, size};
 use crate::config::data_folder;
 use clap::Args;
 use shatter_cli_common::choice;
@@ -10,7 +9,7 @@ use shatter_fracture::database::{self, BakeError, BakeRequest, BakeShare, Partia
 use shatter_fracture::pipeline::{ElasticRequest, PreparedObject, Preset, SurfaceKind};
 use shatter_fracture::scene::{MATERIALS, Materials};
 use shatter_fracture::sparse::Precision;
-use shatter_fracture::surface::{self, CrackSheets, LengthUnit, RawMesh, Surface, SurfaceError, UpAxis, shapes};
+use shatter_fracture::surface::{CrackSheets, LengthUnit, RawMesh, Surface, UpAxis, shapes};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -163,7 +162,7 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), CommandError> {
     let bar = BakeProgress::new(name, share.size(new));
     let begin = || match args.add {
         None => PartialBake::begin(raw, &request, share, &token, &mut |step| bar.show(step))
-            .map_err(|error| of_mesh(error, args.mesh.as_deref())),
+            .map_err(|error| mesh_file::bake_error(error, args.mesh.as_deref())),
         Some(count) => Ok(PartialBake::add(same_mesh(raw, &request, &file)?, count, share)?),
     };
     let partial = resumed.map_or_else(begin, Ok)?;
@@ -212,23 +211,9 @@ fn replaces_another(file: &Path, raw: &RawMesh, request: &BakeRequest) -> bool {
     database::load_input_hash(file).is_ok_and(differs)
 }
 
-/// Converts a bake error; defects of the mesh name its file.
-fn of_mesh(error: BakeError, mesh: Option<&Path>) -> CommandError {
-    let own = mesh.filter(|_| matches!(error, BakeError::Surface(_)) && !error.is_cancelled());
-    let failure = CommandError::from(error);
-    match own {
-        Some(file) => failure.of_file(file),
-        None => failure,
-    }
-}
-
-/// Reads a mesh file; defects of the mesh name the file.
+/// Reads a mesh file in its unit and axes.
 fn read(file: &Path, args: &BakeArgs) -> Result<RawMesh, CommandError> {
-    expected_file::check(file, ExpectedFile::Mesh)?;
-    surface::read(file, args.unit.unwrap_or(LengthUnit::M), args.up).map_err(|error| match error {
-        named @ (SurfaceError::Unreadable { .. } | SurfaceError::UnknownFormat { .. }) => named.into(),
-        error => CommandError::from(error).of_file(file),
-    })
+    mesh_file::read(file, args.unit.unwrap_or(LengthUnit::M), args.up)
 }
 
 /// Hash of mesh and cracks.

@@ -269,10 +269,9 @@ impl From<BakeError> for CommandError {
             error if error.is_cancelled() => Self::cancelled(),
             BakeError::Severed(_) => Self::refused("severed_parts", "--quality", message),
             BakeError::Name(name) => Self::refused("object_name", name, message),
-            BakeError::NotPositive { key, value } if !key.contains(' ') => {
+            BakeError::NotPositive { key, .. } if !key.contains(' ') => {
                 let option = format!("--{key}");
-                let message = format!("{option} is {value}; it must be a finite number above 0");
-                Self::refused("not_positive", option, message)
+                Self::refused("not_positive", option, format!("--{message}"))
             }
             BakeError::NotPositive { key, .. } => Self::refused("not_positive", key, message),
             BakeError::Unusual { key, .. } => Self::refused("out_of_range", key, message),
@@ -316,6 +315,14 @@ impl From<JoinError> for CommandError {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_number_that_is_not_positive_is_an_option() {
+        let error = CommandError::from(BakeError::NotPositive { key: "gamma", value: 0.0 });
+        assert_eq!(error.line(), "not_positive: --gamma is 0; it must be a finite number above 0");
+        let error = CommandError::from(BakeError::NotPositive { key: "gamma", value: 1e-320 });
+        assert!(error.message().starts_with("--gamma is 1e-320; it must be a finite number of at least 2.2"));
+    }
 
     #[test]
     fn a_line_names_the_offending_input_once() {

@@ -4,6 +4,7 @@ use super::CommandError;
 use crate::catalog::is_hidden;
 use shatter_fracture::database::EXTENSION;
 use shatter_proto::name::nearest;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Extensions of mesh files.
@@ -69,7 +70,11 @@ fn mistake_message(path: &Path, wanted: ExpectedFile) -> Option<String> {
         return Some(format!("is a folder, not a {}{}", wanted.name(), inside(path, wanted)));
     }
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
-    if !path.exists() {
+    if let Err(error) = std::fs::metadata(path) {
+        // The reader reports other causes, such as a loop of links, with the operating system's reason.
+        if error.kind() != ErrorKind::NotFound {
+            return None;
+        }
         let beside = wanted.endings().iter().map(|ending| path.with_extension(ending)).find(|path| path.is_file());
         let likely = beside.or_else(|| similar(path, wanted));
         return likely.map(|likely| format!("does not exist; did you mean {}?", likely.display()));
@@ -95,10 +100,10 @@ fn mistake_message(path: &Path, wanted: ExpectedFile) -> Option<String> {
     Some(advice)
 }
 
-/// The file of the wanted kind in the same folder whose name is most like that of `path`.
+/// The file of the wanted kind in the same folder whose name is most like that of `path`. Links without a target are no files.
 fn similar(path: &Path, wanted: ExpectedFile) -> Option<PathBuf> {
     let folder = path.parent()?;
-    let mut files: Vec<PathBuf> = files(folder_of(folder), wanted).collect();
+    let mut files: Vec<PathBuf> = files(folder_of(folder), wanted).filter(|file| file.is_file()).collect();
     files.sort();
     let stem = |file: &Path| file.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let stems: Vec<String> = files.iter().filter_map(|file| stem(file)).collect();
@@ -177,5 +182,17 @@ mod tests {
         ] {
             assert_eq!(message_of(name, wanted), None, "{name} {wanted:?}");
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_without_a_target_are_not_suggested() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, target) in [("loop.obj", "loop.obj"), ("broken.obj", "missing.obj")] {
+            let link = folder.path().join(name);
+            std::os::unix::fs::symlink(target, &link).unwrap();
+            assert_eq!(mistake_message(&link, ExpectedFile::Mesh), None, "{name}");
+        }
+        assert_eq!(mistake_message(&folder.path().join("brokn.obj"), ExpectedFile::Mesh), None);
     }
 }

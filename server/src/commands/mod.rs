@@ -15,6 +15,7 @@ pub mod interrupt;
 mod log;
 pub mod lookup;
 pub mod merge;
+pub mod mesh_file;
 pub mod output;
 pub mod serve;
 mod shares;

@@ -8,6 +8,7 @@ use serde_json::json;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, BakeError, BakeRequest, BakeShare, PartialBake, ShareError};
 use shatter_fracture::surface::RawMesh;
+use shatter_proto::text::quoted;
 use std::env::{VarError, var};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -97,12 +98,19 @@ fn unknown_count(found: &str, wanted: &str) -> CommandError {
 
 /// Reads an environment variable as a number.
 fn number(name: &'static str) -> Result<Option<u64>, CommandError> {
-    let refused = |why: &dyn std::fmt::Display| CommandError::refused("shard", name, format!("{name}: {why}"));
     match var(name) {
         Err(VarError::NotPresent) => Ok(None),
-        Err(error) => Err(refused(&error)),
-        Ok(text) => text.parse().map(Some).map_err(|error| refused(&error)),
+        Err(VarError::NotUnicode(text)) => whole(name, &text.to_string_lossy()).map(Some),
+        Ok(text) => whole(name, &text).map(Some),
     }
+}
+
+/// The value `text` of the environment variable `name`.
+fn whole(name: &'static str, text: &str) -> Result<u64, CommandError> {
+    text.parse().map_err(|_| {
+        let message = format!("{name} is `{}`; it must be a whole number from 0 to {}", quoted(text), u64::MAX);
+        CommandError::refused("shard", name, message)
+    })
 }
 
 /// Refuses to start again if `file` holds a checkpoint, which may be hours of work.
@@ -222,6 +230,17 @@ pub fn resume_message(partial: &PartialBake, file: &Path, as_json: bool) -> Stri
 mod tests {
     use super::*;
     use std::collections::BTreeMap;
+
+    #[test]
+    fn a_variable_that_is_no_number_is_named_with_its_value() {
+        assert_eq!(whole(SHARDS_VARIABLE, "8").ok(), Some(8));
+        for text in ["x", "", "-1", "1.5", "99999999999999999999"] {
+            let error = whole(SHARDS_VARIABLE, text).unwrap_err();
+            let wanted =
+                format!("SHATTER_SHARDS is `{text}`; it must be a whole number from 0 to 18446744073709551615");
+            assert_eq!((error.kind(), error.message()), ("shard", wanted.as_str()));
+        }
+    }
 
     fn check(variables: &[(&'static str, u64)], wanted: Result<Option<&str>, &str>) {
         let all: BTreeMap<_, _> = variables.iter().copied().collect();

@@ -14,6 +14,7 @@ use shatter_client::{
     FractureResult, Fragment, Hit, HullMesh, Impact, Lift, NO_MATERIAL, Quality, Ray, RetainedFragment, SEED_DEFAULT,
     Summary,
 };
+use shatter_proto::text::number;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -119,8 +120,9 @@ fn paired(args: &Args) -> Result<(), CliError> {
     }
     if let Some(impulse_ns) = args.impulse_ns.filter(|impulse_ns| !(*impulse_ns > 0.0 && impulse_ns.is_finite())) {
         let message = format!(
-            "--impulse-ns {impulse_ns}: the magnitude of an impulse along a ray must be positive and finite; turn the ray to \
-             strike from the other side"
+            "--impulse-ns {}: the magnitude of an impulse along a ray must be positive and finite; turn the ray to strike from \
+             the other side",
+            number(impulse_ns)
         );
         return Err(Error::new(ErrorKind::Impulse, "--impulse-ns", message).into());
     }
@@ -150,7 +152,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let files = target.map_or(Ok(WrittenFiles::default()), |target| target.write(&result))?;
     if let (Some(asked), Some(missed)) = (args.time_ms, result.summary().missed_time) {
         let (by_ms, reason) = (missed.by.as_secs_f64() * 1e3, missed.explanation());
-        note(format_args!("the request exceeded its time of {asked} ms by {by_ms:.1} ms: {reason}"));
+        note(format_args!("the request exceeded its time of {} ms by {by_ms:.1} ms: {reason}", number(asked)));
     }
     note_one_piece(&result);
     note_long_contact(args.duration_s, &result);

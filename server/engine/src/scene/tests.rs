@@ -231,6 +231,9 @@ fn artist_controls_are_validated_by_name() {
         "objects.vase.warp.paint.least",
         "is 0; it must be a number from 0.001 to 1000",
     );
+    let huge = warped("grain = { axis = [1e300, 1e300, 0], ratio = 2.0 }");
+    let axis = object(&huge).unwrap().terms.controls.grain.unwrap().axis;
+    assert!((axis - Vector3::new(0.5f64.sqrt(), 0.5f64.sqrt(), 0.0)).norm() < 1e-15);
     check(&warped(""), "objects.vase.warp", "go together");
     check("effects = []\nwarp = { sites = [[0.0, 0.0, 0.0]] }", "objects.vase.warp", "go together");
     let whole = object(&warped("waves = { length_m = 0.1, slope = 0.5 }, sites = [[1.0, 2.0, 3.0]]")).unwrap();

@@ -5,9 +5,10 @@ use super::names::known;
 use super::{invalid, unsuitable, wrong_type};
 use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
-use shatter_fracture::scene::{Grain, Paint, WarpControls, Waves};
-use shatter_fracture::surface::read_painted;
+use shatter_fracture::scene::{Grain, Paint, WarpControls, Waves, brief};
+use shatter_fracture::surface::{SurfaceError, read_painted};
 use shatter_proto::Error;
+use shatter_proto::request::squarable;
 use std::path::Path;
 
 /// Keys of the table.
@@ -76,7 +77,7 @@ pub(super) fn read(path: &str, table: &toml::Table, folder: &Path) -> Result<War
 }
 
 fn grain(path: &str, values: &GrainValues) -> Result<Grain, Error> {
-    let axis = Vector3::from(values.axis);
+    let axis = Vector3::from(squarable(values.axis));
     let length = axis.norm();
     if !length.is_normal() {
         let range = "a list of 3 finite numbers, not all 0";
@@ -109,8 +110,27 @@ fn paint(path: &str, values: &PaintValues, folder: &Path) -> Result<Paint, Error
         let range = format!("a number from {} to {FACTOR_MAX}", 1.0 / FACTOR_MAX);
         return Err(unsuitable(format!("{path}.{key}"), &value.to_string(), &range));
     }
-    let (points_m, values) =
-        read_painted(&folder.join(file), attribute).map_err(|error| invalid(path, error.to_string()))?;
+    let file = folder.join(file);
+    let (points_m, values) = read_painted(&file, attribute).map_err(|error| match error {
+        SurfaceError::Unreadable { .. } => invalid(path, error),
+        error => invalid(path, format!("{}: {error}", brief(&file.display().to_string()))),
+    })?;
     let factors = values.iter().map(|value| least + (most - least) * value.clamp(0.0, 1.0)).collect();
     Ok(Paint { points_m, factors })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_of_paint_name_the_file_once() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+        for (name, reason) in [("Cargo.toml", "does not begin with `ply`"), ("missing.ply", "cannot read")] {
+            let values = PaintValues { file: name.to_owned(), attribute: "red".to_owned(), least: 1.0, most: 2.0 };
+            let error = paint("objects.vase.warp.paint", &values, folder).unwrap_err();
+            let file = folder.join(name).display().to_string();
+            assert!(error.message.contains(reason) && error.message.matches(&file).count() == 1, "{error}");
+        }
+    }
 }

@@ -4,6 +4,7 @@ use nalgebra::Point3;
 use shatter_fracture::pipeline::FractureError;
 use shatter_fracture::scene::EffectKind;
 use shatter_proto::convention::Convention;
+use shatter_proto::text::number;
 use shatter_proto::{Error, ErrorKind};
 
 /// Converts an engine error, with its points in the coordinates of the request.
@@ -33,8 +34,8 @@ pub fn engine_error(error: FractureError) -> Error {
         },
         FractureError::ZeroImpulse { contact } => (ErrorKind::Impulse, of(contact, "impulse_ns")),
         FractureError::Balanced { body } => (ErrorKind::Impulse, format!("body {body}")),
-        FractureError::Gamma(gamma) => (ErrorKind::Gamma, gamma.to_string()),
-        FractureError::Range(e1_over_gamma) => (ErrorKind::Gamma, e1_over_gamma.to_string()),
+        FractureError::Gamma(gamma) => (ErrorKind::Gamma, number(*gamma)),
+        FractureError::Range(e1_over_gamma) => (ErrorKind::Gamma, number(*e1_over_gamma)),
         FractureError::Degree { degree, .. } => (ErrorKind::Degree, degree.to_string()),
         FractureError::ElasticityUnprepared { .. } => (ErrorKind::Effect, EffectKind::Elastic.name().to_owned()),
         FractureError::AnchorsUnprepared { effect } | FractureError::AttributesUnprepared { effect } => {

@@ -9,7 +9,7 @@ use crate::elasticity::ElasticityError;
 use crate::lattice::{LatticeError, SPACING_RANGE};
 use crate::lift::LiftError;
 use crate::pipeline::FractureError;
-use crate::scene::brief;
+use crate::scene::{brief, number};
 use crate::surface::SurfaceError;
 
 /// Largest share of the volume in components that the lattice drops. Beyond it, the rest is a different object.
@@ -24,8 +24,8 @@ pub enum BakeError {
         brief(.0)
     )]
     Name(String),
-    /// A number is not finite and positive.
-    #[error("{key} must be finite and positive, got {value}")]
+    /// A number is not finite and positive, or too small for full precision.
+    #[error("{key} is {}; it must be a finite number {}", number(*.value), lower_bound(*.value))]
     NotPositive {
         /// Name of the number.
         key: &'static str,
@@ -151,6 +151,11 @@ pub enum BakeError {
     Cancelled(#[from] Cancelled),
 }
 
+/// Part of [`BakeError::NotPositive`]: the lower bound that `value` does not reach.
+fn lower_bound(value: f64) -> String {
+    if value > 0.0 { format!("of at least {:e}", f64::MIN_POSITIVE) } else { "above 0".to_owned() }
+}
+
 /// Part of [`BakeError::TooThin`] about walls that no possible lattice preserves.
 fn finer_than_possible(thickness_needed_m: Option<f64>) -> String {
     let words = |needed_m| {
@@ -192,6 +197,16 @@ fn finer_spacing(needed: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_that_are_too_small_name_the_least_one() {
+        let message = |value| BakeError::NotPositive { key: "--gamma", value }.to_string();
+        assert_eq!(message(-1.5), "--gamma is -1.5; it must be a finite number above 0");
+        assert_eq!(
+            message(1e-320),
+            "--gamma is 1e-320; it must be a finite number of at least 2.2250738585072014e-308"
+        );
+    }
 
     #[test]
     fn a_finer_spacing_is_advised_where_one_helps() {

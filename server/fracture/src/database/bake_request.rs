@@ -110,7 +110,7 @@ pub(super) fn check(request: &BakeRequest) -> Result<(), BakeError> {
         ("kappa", request.kappa),
     ];
     for (key, value) in numbers {
-        if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+        if let Some(value) = value.filter(|value| !(value.is_normal() && *value > 0.0)) {
             return Err(BakeError::NotPositive { key, value });
         }
     }

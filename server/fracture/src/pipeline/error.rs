@@ -6,7 +6,7 @@ use crate::centroidal::FieldError;
 use crate::elasticity::ElasticityError;
 use crate::lattice::BODY_TETS_MIN;
 use crate::lift::{LiftError, LiftKind};
-use crate::scene::EffectKind;
+use crate::scene::{EffectKind, number};
 use crate::tessellation::TessellationError;
 use nalgebra::Point3;
 
@@ -30,7 +30,7 @@ pub enum FractureError {
     #[error("the request has {0} contacts; pass 1 to {CONTACTS_MAX}")]
     ContactCount(usize),
     /// A coordinate, duration or radius is not finite, or not positive where it must be.
-    #[error("contact {contact}: {key} must be finite{also}, got {value}", also = if *.positive { " and positive" } else { "" })]
+    #[error("contact {contact}: {key} must be finite{also}, got {}", number(*.value), also = if *.positive { " and positive" } else { "" })]
     Number {
         /// Index of the contact.
         contact: usize,
@@ -54,10 +54,10 @@ pub enum FractureError {
         body: usize,
     },
     /// γ is not finite and positive.
-    #[error("gamma must be finite and positive, got {0}")]
+    #[error("gamma must be finite and positive, got {}", number(*.0))]
     Gamma(f64),
     /// E_1/γ is not a normal 64-bit number, because impulse, modulus and γ differ too much in magnitude.
-    #[error("E_1/gamma is {0}, beyond 64-bit numbers; check the units of impulse, duration, size and gamma")]
+    #[error("E_1/gamma is {}, beyond 64-bit numbers; check the units of impulse, duration, size and gamma", number(*.0))]
     Range(f64),
     /// Zero sites, or more than the maximum.
     #[error("degree {degree} is out of range; pass 1 to {cap} sites")]

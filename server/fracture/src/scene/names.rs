@@ -14,6 +14,12 @@ pub fn brief(text: &str) -> String {
     }
 }
 
+/// A number as a message shows it: in exponent form if it is below 1e-4 or above 1e9, and not 0.
+pub fn number(value: f64) -> String {
+    let is_long = value != 0.0 && !(1e-4..=1e9).contains(&value.abs());
+    if is_long { format!("{value:e}") } else { value.to_string() }
+}
+
 /// True for characters without a visible sign, which names of objects must not contain.
 ///
 /// These are control characters, line and paragraph separators, marks of the writing direction, and other invisible

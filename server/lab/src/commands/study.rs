@@ -1,7 +1,9 @@
 //! `shatterd study`.
 
 use crate::report::{self, ReportFigure};
+use crate::study::accuracy::StudyError;
 use crate::study::mesh_fuzz::{self, FuzzPlan, FuzzTally, FuzzVerdict, Judge, Mutant};
+use crate::study::paper::PaperError;
 use crate::study::stability::{
     CASES, CaseOutcome, CaseRow, REAL, StabilityFindings, TrialFault, bending_deficits, damaged_statues, judge,
     neck_over_impulses, neck_portraits, real,
@@ -11,8 +13,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use shatter_fracture::pipeline::Preset;
 use shatter_fracture::surface::shapes::write_obj;
-use shatter_fracture::surface::{self, LengthUnit, UpAxis};
-use shatter_server::commands::{CommandError, output};
+use shatter_fracture::surface::{LengthUnit, UpAxis};
+use shatter_server::commands::{CommandError, mesh_file, output};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -136,7 +138,7 @@ fn accuracy(args: &Accuracy) -> Result<(), CommandError> {
         None => accuracy::AccuracyPlan::statue(),
         Some(file) => {
             let name = file.file_stem().map_or_else(|| "object".into(), std::ffi::OsStr::to_string_lossy);
-            accuracy::AccuracyPlan::new(name, surface::read(file, LengthUnit::default(), UpAxis::default())?)
+            accuracy::AccuracyPlan::new(name, mesh_file::read(file, LengthUnit::default(), UpAxis::default())?)
         }
     };
     let bar = bar(plan.steps());
@@ -145,7 +147,10 @@ fn accuracy(args: &Accuracy) -> Result<(), CommandError> {
         bar.inc(1);
     });
     bar.finish_and_clear();
-    let findings = findings.map_err(CommandError::from)?;
+    let findings = findings.map_err(|error| match error {
+        StudyError::Bake(error) => mesh_file::bake_error(error, args.object.as_deref()),
+        error => error.into(),
+    })?;
     let drawn = accuracy::drawn(&findings).map_err(CommandError::from)?;
     let write = |name: &str, text: &str| {
         let path = args.out.join(name);
@@ -174,9 +179,9 @@ fn paper(args: &Paper) -> Result<(), CommandError> {
     let plan = match (&args.object, &horse) {
         (Some(file), _) => {
             let name = file.file_stem().map_or_else(|| "object".into(), std::ffi::OsStr::to_string_lossy);
-            paper::PaperPlan::new(name, surface::read(file, LengthUnit::default(), args.up)?)
+            paper::PaperPlan::new(name, mesh_file::read(file, LengthUnit::default(), args.up)?)
         }
-        (None, Some(file)) => paper::PaperPlan::horse(surface::read(file, LengthUnit::default(), UpAxis::Z)?),
+        (None, Some(file)) => paper::PaperPlan::horse(mesh_file::read(file, LengthUnit::default(), UpAxis::Z)?),
         (None, None) => paper::PaperPlan::statue(),
     };
     let plan = paper::PaperPlan { quality: args.quality, ..plan };
@@ -186,7 +191,11 @@ fn paper(args: &Paper) -> Result<(), CommandError> {
         bar.inc(1);
     });
     bar.finish_and_clear();
-    let drawn = drawn.map_err(CommandError::from)?;
+    let drawn = drawn.map_err(|error| match (error, args.object.as_deref().or(horse.as_deref())) {
+        (PaperError::Bake(error), file) => mesh_file::bake_error(error, file),
+        (error @ PaperError::Empty, Some(file)) => CommandError::from(error).of_file(file),
+        (error, _) => error.into(),
+    })?;
     let write = |name: String, bytes: &[u8]| {
         let path = args.out.join(name);
         output::whole(&path, bytes)
@@ -445,4 +454,33 @@ fn report(args: &Stability, document: &Value, held: bool) -> Result<bool, Comman
     };
     output::print(&text)?;
     Ok(held)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_of_a_mesh_name_its_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("out");
+        for (name, first) in [("nan.obj", "v nan 0 0"), ("flat.obj", "v 0 0 0")] {
+            let file = folder.path().join(name);
+            std::fs::write(&file, format!("{first}\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n")).unwrap();
+            let object = Some(file.clone());
+            let paper = paper(&Paper {
+                object: object.clone(),
+                meshes: None,
+                up: UpAxis::Y,
+                quality: Preset::Draft,
+                out: out.clone(),
+                json: false,
+            });
+            let accuracy = accuracy(&Accuracy { object, out: out.clone(), json: false });
+            for result in [paper, accuracy] {
+                let message = result.unwrap_err().message().to_owned();
+                assert_eq!(message.matches(&file.display().to_string()).count(), 1, "{message}");
+            }
+        }
+    }
 }

@@ -54,15 +54,22 @@ fn validated(document: Document) -> Result<Document, SurfaceError> {
 
 fn buffers(document: &Document, mut blob: Option<Vec<u8>>, folder: &Path) -> Result<BufferBytes, SurfaceError> {
     let read = |buffer: gltf::Buffer| {
-        let place = format!("buffer {}", buffer.index());
-        match buffer.source() {
-            gltf::buffer::Source::Bin => blob.take().ok_or_else(|| malformed("gltf", place, "has no binary chunk")),
+        let refused = |why: &dyn std::fmt::Display| malformed("gltf", format!("buffer {}", buffer.index()), why);
+        let bytes = match buffer.source() {
+            gltf::buffer::Source::Bin => blob.take().ok_or_else(|| refused(&"has no binary chunk"))?,
             gltf::buffer::Source::Uri(uri) if uri.starts_with("data:") => match uri.split_once(";base64,") {
-                Some((_, data)) => STANDARD.decode(data).map_err(|error| malformed("gltf", place, error)),
-                None => Err(malformed("gltf", place, "is a data URI without base64")),
+                Some((_, data)) => STANDARD.decode(data).map_err(|error| refused(&error))?,
+                None => return Err(refused(&"is a data URI without base64")),
             },
-            gltf::buffer::Source::Uri(uri) => load(&beside(folder, uri).map_err(|why| malformed("gltf", place, why))?),
+            gltf::buffer::Source::Uri(uri) => load(&beside(folder, uri).map_err(|why| refused(&why))?)?,
+        };
+        if buffer.length() > bytes.len() {
+            let (wanted, found) = (buffer.length(), bytes.len());
+            return Err(refused(&format!(
+                "its byteLength is {wanted}, but it has {found} bytes: copy or export it again"
+            )));
         }
+        Ok(bytes)
     };
     Ok(BufferBytes(document.buffers().map(read).collect::<Result<_, _>>()?))
 }
@@ -252,6 +259,19 @@ mod tests {
     fn read(folder: &Path, uri: &str) -> Result<RawMesh, SurfaceError> {
         let document = format!(r#"{{"asset":{{"version":"2.0"}},"buffers":[{{"uri":"{uri}","byteLength":4}}]}}"#);
         parse(document.as_bytes(), &folder.join("mesh"))
+    }
+
+    #[test]
+    fn buffers_shorter_than_their_length_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("mesh")).unwrap();
+        std::fs::write(folder.path().join("mesh/own.bin"), [0; 3]).unwrap();
+        for uri in ["own.bin", "data:;base64,AAAA"] {
+            let error = read(folder.path(), uri).unwrap_err().to_string();
+            let wanted = "malformed gltf, buffer 0: its byteLength is 4, but it has 3 bytes";
+            assert!(error.starts_with(wanted), "{uri}: {error}");
+        }
+        assert!(read(folder.path(), "data:;base64,AAAAAAAA").is_ok(), "more bytes than the length are padding");
     }
 
     #[test]

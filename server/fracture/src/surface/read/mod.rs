@@ -8,6 +8,7 @@ mod obj_attributes;
 mod painted;
 mod ply;
 mod ply_ascii;
+mod ply_header;
 mod polygon;
 mod stl;
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Vertex properties of a PLY file as scalar fields, such as painted weights.
 
 use super::ply::{check_size, one_line, scalar};
-use super::{PLY_EXPECTED, SurfaceError, load, malformed};
+use super::{PLY_EXPECTED, SurfaceError, load, malformed, ply_header};
 use nalgebra::Point3;
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{DefaultElement, Property, PropertyType, ScalarType};
@@ -23,7 +23,7 @@ pub fn read_painted(path: &Path, attribute: &str) -> Result<(Vec<Point3<f64>>, V
 fn parse(bytes: &[u8], attribute: &str) -> Result<(Vec<Point3<f64>>, Vec<f64>), SurfaceError> {
     let mut reader = Reader::new(bytes);
     let parser = Parser::<DefaultElement>::new();
-    let header = parser.read_header(&mut reader).map_err(|error| malformed("ply", "header", one_line(&error)))?;
+    let header = ply_header::read(&parser, &mut reader, bytes)?;
     for element in header.elements.values() {
         check_size(element, reader.get_ref().len())?;
         let rows = parser

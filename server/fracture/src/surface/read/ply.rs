@@ -1,10 +1,10 @@
 //! Reader of PLY, ASCII and binary of either byte order: vertices, faces and triangle strips.
 //!
-//! `ply-rs-bw` reads headers and binary bodies. [`super::ply_ascii`] reads ASCII bodies.
+//! `ply-rs-bw` reads headers, through [`super::ply_header`], and binary bodies. [`super::ply_ascii`] reads ASCII bodies.
 
 use super::ply_ascii::Rows;
 use super::polygon::{FacePolygons, FaceTriangles};
-use super::{RawMesh, SurfaceError, malformed, within_limit};
+use super::{RawMesh, SurfaceError, malformed, ply_header, within_limit};
 use crate::surface::{DOUBLE, SINGLE, TriangleAttributes};
 use nalgebra::Point3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
@@ -56,10 +56,7 @@ pub(super) fn meaning(name: &str) -> Meaning {
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     let mut reader = Reader::new(bytes);
     let parser = Parser::<PlyRow>::new();
-    if !bytes.starts_with(b"ply") {
-        return Err(malformed("ply", "header", "does not begin with `ply`: the file is empty, or of another format"));
-    }
-    let header = parser.read_header(&mut reader).map_err(|error| malformed("ply", "header", one_line(&error)))?;
+    let header = ply_header::read(&parser, &mut reader, bytes)?;
     let mut lines_read = reader.line().saturating_sub(1);
     let mut body = Body::default();
     for element in header.elements.values() {

@@ -149,7 +149,7 @@ fn ply_strips_and_quads_are_read() {
 #[test]
 fn ply_errors_name_the_place() {
     let text = ply_header("ascii", "float", "uchar int");
-    check_malformed("a.ply", b"ply\nformat ascii 1.0\nelement vertex many\n", "header");
+    check_malformed("a.ply", b"ply\nformat ascii 1.0\nelement vertex many\n", "line 3");
     check_malformed("a.ply", (text.clone() + "0 0 0 200\n0 zero 0 200\n0 0 0 0\n0 0 0 0\n").as_bytes(), "line 14");
     check_malformed("a.ply", (text.clone() + "0 0 0 200\n0 0 0 200\n").as_bytes(), "line 14");
     let huge = text.replace("face 4", "face 4000000000000000000");

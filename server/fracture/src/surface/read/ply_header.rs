@@ -1,0 +1,87 @@
+//! Reader of PLY headers, whose errors name the line and the rule that it breaks.
+
+use super::ply::one_line;
+use super::{SurfaceError, malformed};
+use crate::scene::brief;
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
+use ply_rs_bw::ply::{Header, PropertyAccess};
+use std::io::ErrorKind;
+
+/// Reads the header of the file `bytes`.
+pub(super) fn read<E: PropertyAccess>(
+    parser: &Parser<E>,
+    reader: &mut Reader<&[u8]>,
+    bytes: &[u8],
+) -> Result<Header, SurfaceError> {
+    if !bytes.starts_with(b"ply") {
+        return Err(malformed("ply", "header", "does not begin with `ply`: the file is empty, or of another format"));
+    }
+    parser.read_header(reader).map_err(|error| refused(parser, &error, bytes))
+}
+
+/// Error that names the line of the header.
+fn refused<E: PropertyAccess>(parser: &Parser<E>, error: &ParseError, bytes: &[u8]) -> SurfaceError {
+    if error.kind() == ErrorKind::UnexpectedEof {
+        return malformed("ply", "header", "the file ends before the line `end_header`: copy or export it again");
+    }
+    let numbered = error.line().and_then(|number| Some((number, bytes.split(|&byte| byte == b'\n').nth(number - 1)?)));
+    let Some((number, line)) = numbered else { return malformed("ply", "header", one_line(error)) };
+    let text = String::from_utf8_lossy(line);
+    let text = text.trim_end();
+    malformed("ply", format!("line {number}"), format!("{}, not '{}'", expected(parser, text), brief(text)))
+}
+
+/// Description of the lines that may stand in place of `text`.
+fn expected<E: PropertyAccess>(parser: &Parser<E>, text: &str) -> &'static str {
+    // The place of a line is wrong if it is valid alone.
+    let is_misplaced = parser.read_header_line(text).is_ok();
+    match text.split_whitespace().next() {
+        Some("property") if is_misplaced => "expected a line `element` before the first line `property`",
+        Some("format") if is_misplaced => "expected one line `format`",
+        Some("ply") if is_misplaced => "expected `ply` in the first line alone",
+        Some("format") => {
+            "expected `format ascii 1.0`, `format binary_little_endian 1.0` or `format binary_big_endian 1.0`"
+        }
+        Some("element") => "expected `element NAME COUNT`, with a whole number, 0 or more, for COUNT",
+        Some("property") => {
+            "expected `property TYPE NAME` or `property list TYPE TYPE NAME`, with types such as uchar, int and float"
+        }
+        Some(word) if word.starts_with("ply") => "expected `ply` alone in the first line",
+        _ => "expected a line that begins with `format`, `element`, `property`, `comment`, `obj_info` or `end_header`",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ply_rs_bw::ply::DefaultElement;
+
+    #[test]
+    fn errors_name_the_line_and_what_is_expected() {
+        let message = |text: &str| {
+            let mut reader = Reader::new(text.as_bytes());
+            read(&Parser::<DefaultElement>::new(), &mut reader, text.as_bytes()).unwrap_err().to_string()
+        };
+        let start = "ply\nformat ascii 1.0\n";
+        for (line, wanted) in [
+            ("element vertex -1", "expected `element NAME COUNT`"),
+            ("element vertex 99999999999999999999", "expected `element NAME COUNT`"),
+            ("element vertex", "expected `element NAME COUNT`"),
+            ("property float x", "expected a line `element` before"),
+            ("property real x", "expected `property TYPE NAME`"),
+            ("format ascii one", "expected `format ascii 1.0`"),
+            ("format binary_little_endian 1.0", "expected one line `format`"),
+            ("ply", "expected `ply` in the first line alone"),
+            ("vertex 3", "expected a line that begins with `format`"),
+            ("", "expected a line that begins with `format`"),
+        ] {
+            let message = message(&format!("{start}{line}\r\nend_header\n"));
+            assert!(message.starts_with(&format!("malformed ply, line 3: {wanted}")), "{message}");
+            assert!(message.ends_with(&format!("not '{line}'")) && !message.contains("ParseError"), "{message}");
+        }
+        assert!(message("ply what\n").starts_with("malformed ply, line 1: expected `ply` alone"));
+        assert!(message(start).contains("ends before the line `end_header`"));
+        assert!(message("ply\nend_header\n").contains("format"));
+        assert!(message("solid\n").contains("does not begin with `ply`"));
+    }
+}
