@@ -3,6 +3,7 @@
 use crate::catalog::Catalog;
 use crate::config::Config;
 use crate::ipc::PoolSize;
+use shatter_proto::Error;
 use shatter_proto::result::BLOCK_BYTES;
 use shatter_transport::workarounds::few_descriptors;
 
@@ -11,14 +12,19 @@ const MIB: usize = 1024 * 1024;
 /// Smallest bucket: also holds results of objects that are baked while the daemon serves. Unwritten memory costs nothing.
 const BUCKET_MIN_BYTES: usize = 16 * MIB;
 
-/// Pool with buckets for the largest result of the loaded objects. Unwritten memory costs nothing.
-pub(crate) fn size(config: &Config, catalog: &Catalog) -> PoolSize {
+/// Blocks of a bucket for the largest result of the loaded objects. Unwritten memory costs nothing.
+pub(crate) fn blocks(config: &Config, catalog: &Catalog) -> usize {
     let bytes = catalog.result_bytes_max().max(BUCKET_MIN_BYTES).min(config.results.bucket_mib_max * MIB);
-    PoolSize {
-        clients: few_descriptors::clients(config.service.clients_max),
-        buckets: config.results.buckets,
-        blocks: bytes.div_ceil(BLOCK_BYTES),
-    }
+    bytes.div_ceil(BLOCK_BYTES)
+}
+
+/// Pool with such buckets, for as many clients as the limit of descriptors suffices for.
+///
+/// # Errors
+/// `configuration` if it suffices for none.
+pub(crate) fn size(config: &Config, catalog: &Catalog) -> Result<PoolSize, Error> {
+    let clients = few_descriptors::clients(config.service.clients_max)?;
+    Ok(PoolSize { clients, buckets: config.results.buckets, blocks: blocks(config, catalog) })
 }
 
 /// Whether results need larger buckets than exist, and larger ones than the last warning (`reported`, bytes) asked for.

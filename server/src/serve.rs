@@ -138,7 +138,7 @@ impl Daemon {
     ) -> Result<(Self, WakeSocket, UnboundedReceiver<WorkerEvent>), Error> {
         let Loaded { folder, loader, threads, catalog } = loaded;
         let lanes = lanes(config.requests_at_once(), config.compute.nice)?;
-        let pool = buckets::size(&config, &catalog);
+        let pool = buckets::size(&config, &catalog)?;
         let rehearsed =
             (config.results.prefault_mib * MIB).min(catalog.result_bytes_max().max(MIB)).div_ceil(BLOCK_BYTES);
         let needed = (config.results.prefault_buckets * rehearsed * BLOCK_BYTES + SHARED_MEMORY_SPARE) as u64;
@@ -278,7 +278,7 @@ impl Daemon {
 
     /// Replaces the catalog as a whole. Accepted requests keep their versions.
     fn take(&mut self, catalog: Arc<Catalog>) {
-        let wanted = (buckets::size(&self.config, &catalog).blocks * BLOCK_BYTES) as u64;
+        let wanted = (buckets::blocks(&self.config, &catalog) * BLOCK_BYTES) as u64;
         if buckets::is_short(wanted, self.ports.pool().bucket_bytes(), &mut self.short_bytes) {
             let [wanted_mib, bucket_mib] = [wanted, self.ports.pool().bucket_bytes()].map(|bytes| bytes / MIB as u64);
             tracing::warn!(

@@ -6,8 +6,8 @@ mod support;
 use std::process::Stdio;
 use support::{Child, TestDirectory, bar, eventually, shatter, shatter_program, shatterd, under};
 
-/// Descriptors of the daemon: enough for some clients, too few for all.
-const LIMITS: [&str; 2] = ["ulimit -n 56", "ulimit -n 64"];
+/// Descriptors of the daemon: enough for one client, and for three.
+const LIMITS: [&str; 2] = ["ulimit -n 71", "ulimit -n 90"];
 
 /// Clients at once.
 const CLIENTS: usize = 15;
@@ -37,4 +37,13 @@ fn check(limit: &str) {
     let (code, text) = shatter(&here, &strike);
     assert_eq!(code, 0, "{text}");
     assert_eq!(daemon.terminate().code(), Some(0));
+}
+
+#[test]
+fn a_daemon_without_descriptors_for_a_client_does_not_start() {
+    let here = TestDirectory::new("none");
+    let output = under(&[], "ulimit -n 70", shatterd(&here)).output().unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{error}");
+    assert!(error.contains("the limit of descriptors is 70; raise it to 71 or more"), "{error}");
 }

@@ -137,8 +137,8 @@ fn a_limit_of_the_size_of_files_is_an_error() {
     let out = daemon.here.databases().join("limited");
     let mut bake = Command::new(env!("CARGO_BIN_EXE_shatterd"));
     daemon.here.aim(&mut bake);
-    bake.args(["bake", mesh.to_str().unwrap(), "--crack-spacing", "0.1", "--elastic-spacing", "0.2", "--out"])
-        .arg(&out);
+    let spacings = ["--crack-spacing", "0.1", "--elastic-spacing", "0.2"];
+    bake.args(["bake", mesh.to_str().unwrap(), "--name", "cube"]).args(spacings).arg("--out").arg(&out);
     let mut list = shatter_program(&daemon.here);
     list.arg("list");
     for (command, limit) in [(bake, "ulimit -f 8"), (list, "ulimit -f 100")] {

@@ -107,7 +107,7 @@ fn vector(node: &Value) -> [f64; 3] {
 
 #[test]
 fn fragments_far_from_the_origin_are_placed_relative_to_a_parent() {
-    for place_m in [[500_000.0, 200.0, 5_000_000.0], [-0.01, 300.7, 1e9], [20.0, 0.0, 0.0]] {
+    for place_m in [[500_000.0, 200.0, 5_000_000.0], [-0.01, 300.7, 1e9], [400.0, 0.0, 0.0]] {
         let (document, centers) = at(place_m);
         let nodes = document["nodes"].as_array().unwrap();
         let parent = &nodes[3];

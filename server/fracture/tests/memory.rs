@@ -8,10 +8,14 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, DatabaseError, bake, load, save};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
+use std::sync::{Mutex, PoisonError};
 use support::counting::Counting;
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting::new();
+
+/// Held by the test that counts: the allocator serves all.
+static ALONE: Mutex<()> = Mutex::new(());
 
 fn request(elastic_spacing: f64) -> BakeRequest {
     let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
@@ -26,6 +30,7 @@ fn request(elastic_spacing: f64) -> BakeRequest {
 
 #[test]
 fn an_object_says_how_much_memory_it_holds() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bar.shatter");
     // With few elastic nodes, lifts and incidences dominate the memory; with many, the factor does.
@@ -48,6 +53,7 @@ fn an_object_says_how_much_memory_it_holds() {
 #[test]
 fn a_sparse_file_takes_no_memory_of_the_length_that_it_claims() {
     const CLAIMED: usize = 1 << 28;
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bar.shatter");
     let baked = bake(shapes::cuboid([0.4, 0.2, 0.2]), &request(0.12), &CancelToken::default(), &mut |_| {}).unwrap();

@@ -260,6 +260,9 @@ impl ContainerContents {
         self.file.seek(SeekFrom::Start(first))?;
         let mut hasher = blake3::Hasher::new();
         hasher.update_reader((&mut self.file).take(length as u64))?;
+        if hasher.count() < length as u64 {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
         Ok(hasher.finalize().to_hex().to_string())
     }
 
