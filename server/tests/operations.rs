@@ -112,6 +112,13 @@ fn a_service_without_a_place_for_another_client_is_not_ready() {
         "{full}"
     );
     assert!(probe(port).contains("200"));
+    let strike = ["impact", "bar", "--point", "0,0,0", "--impulse", "1,0,0", "--wait", "0"];
+    let output = shatter_program(&daemon.here).args(strike).output().unwrap();
+    let error = String::from_utf8(output.stderr).unwrap();
+    let (_, waited) = error.split_once("; waited ").unwrap();
+    let waited_s: f64 = waited.split(' ').next().unwrap().parse().unwrap();
+    // A client that finds no place tries again for a second.
+    assert!(error.contains("service.clients_max") && waited_s >= 0.9, "{error}");
     drop((first, second));
     assert!(reply(port, "/readyz").contains(" 200 "));
 }

@@ -156,6 +156,12 @@ fn anchors_that_hold_nothing_are_refused_when_the_scene_is_loaded() {
     let ran: Vec<&str> = result.effects().filter(|cost| cost.has_run).map(|cost| cost.effect.name()).collect();
     assert_eq!(ran, ["elastic", "interior", "bonds", "anchored", "gravity"]);
     assert_eq!(result.summary().energy_source.name(), "solve");
+    // The weight does not grow with the impulse, so that no factor breaks the bar.
+    let soft = ["impact", "bar", "--point", "0.2,0,0", "--impulse", "-1e-4,0,0", "--radius-m", "0.05"];
+    let advice = |more: &[&str]| shatter(&here, &[&soft[..], more].concat()).1;
+    let [heavy, light] = [advice(&[]), advice(&["--disable", "gravity"])];
+    assert!(heavy.contains("stays whole") && !heavy.contains("to break it"), "{heavy}");
+    assert!(light.contains("to break it: "), "{light}");
     let light = bar.strike(&base_impact().disable(Effect::Gravity)).unwrap().wait(timeout()).unwrap();
     assert_ne!(light.digest().output_hash, result.digest().output_hash);
     let strike = [

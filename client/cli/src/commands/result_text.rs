@@ -1,7 +1,7 @@
 //! Text of a result for people.
 
 use super::{CliError, out};
-use shatter_client::{DegreeOrigin, EnergySource, FractureResult, FragmentSurface, Hit, Quality, Summary};
+use shatter_client::{DegreeOrigin, Effect, EnergySource, FractureResult, FragmentSurface, Hit, Quality, Summary};
 
 /// Name of the preset.
 pub(super) fn preset(summary: &Summary) -> &'static str {
@@ -32,13 +32,12 @@ fn trust(summary: &Summary) -> String {
 }
 
 /// Advice for an object that stays whole: the factor of the impulse that breaks it, since E₁ grows with its square. `None` without
-/// energy.
-fn missing_impulse(summary: &Summary) -> Option<String> {
+/// energy, and if the weight of an anchored object is part of the energy.
+fn missing_impulse(summary: &Summary, has_weight: bool) -> Option<String> {
     let most = if summary.energy_source == EnergySource::Bounded { "more than" } else { "about" };
     let factor = 1.0 / summary.e1_over_gamma.sqrt();
-    (factor.is_finite() && factor >= 1.0).then(|| {
-        format!("to break it: {most} {} times this impulse; `shatter threshold` prints how much", significant(factor))
-    })
+    (factor.is_finite() && factor >= 1.0 && !has_weight)
+        .then(|| format!("to break it: {most} {} times this impulse", significant(factor)))
 }
 
 /// Text of the threshold and of the energy relative to it; an even division by falloff alone has no energy to show.
@@ -77,7 +76,8 @@ pub(super) fn screen(result: &FractureResult) -> Result<(), CliError> {
         out(format_args!("{} stays whole ({load}; {milliseconds:.1} ms)\n", summary.object))?;
         result.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
         out(format_args!("  {}\n", trust(&summary)))?;
-        return missing_impulse(&summary).map_or(Ok(()), |advice| out(format_args!("  {advice}\n")));
+        let has_weight = result.effects().any(|cost| cost.effect == Effect::Gravity && cost.has_run);
+        return missing_impulse(&summary, has_weight).map_or(Ok(()), |advice| out(format_args!("  {advice}\n")));
     }
     out(format_args!(
         "{}: {}, {} by {}{} ({load}; {milliseconds:.1} ms, {} bytes)\n",

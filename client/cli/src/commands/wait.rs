@@ -3,7 +3,7 @@
 use super::reply;
 use shatter_client::{Client, Convention, Deadline, Error, Object};
 use shatter_proto::text::quoted;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Pause between two attempts.
 const PAUSE: Duration = Duration::from_millis(50);
@@ -33,7 +33,8 @@ pub(super) fn until<T>(deadline: Option<Deadline>, attempt: impl Fn() -> Result<
 }
 
 /// Finds the object `name` of `service`, for requests in `convention`. Waits up to `wait` for a daemon, and for the object while its
-/// database is being loaded. Without `wait`, each of the two replies may take until `usual`.
+/// database is being loaded. Each of the two replies may take longer than that: as long as usual,
+/// or without `wait` until `usual`.
 ///
 /// # Errors
 /// Those of [`Client::connect`] and [`Client::object`]; once the wait is over, the last of them.
@@ -44,11 +45,11 @@ pub(super) fn object(
     wait: Option<Duration>,
     usual: impl Fn() -> Deadline,
 ) -> Result<Object, Error> {
-    let deadline = wait.map(Deadline::after);
+    let (begun, deadline) = (Instant::now(), wait.map(Deadline::after));
     let timeout = || if wait.is_some() { reply() } else { usual() };
     let waited = |error: Error| match (wait, error.kind.retry()) {
-        (Some(wait), true) => {
-            let message = format!("{}; waited {} s (--wait)", error.message, wait.as_secs_f64());
+        (Some(_), true) => {
+            let message = format!("{}; waited {:.1} s (--wait)", error.message, begun.elapsed().as_secs_f64());
             Error { message, ..error }
         }
         _ => error,

@@ -1,9 +1,10 @@
 //! A failure does not say which limit of the process was reached.
 //!
-//! **Symptom.** With few file descriptors (`ulimit -n`) or little address space (`ulimit -v`) calls fail with errors that name neither.
+//! **Symptom.** With few file descriptors (`ulimit -n`), little address space (`ulimit -v`) or small files (`ulimit -f`), calls fail with
+//! errors that name none of them.
 //! If a response cannot be mapped, the client sees the same as for a daemon that went away.
 //!
-//! **Reproduction** (iceoryx2 0.10.0). `ulimit -n 40` or `ulimit -v 300000` before a client connects.
+//! **Reproduction** (iceoryx2 0.10.0). `ulimit -n 40`, `ulimit -v 300000` or `ulimit -f 100` before a client connects.
 //!
 //! **Upstream.** No issue known.
 //!
@@ -15,12 +16,17 @@ use shatter_proto::{Error, ErrorKind};
 /// If a process may open fewer files, errors of the transport report the limit.
 const FILES_FEW: u64 = 256;
 
-/// Suffix for an error of the transport if the process may open few files; empty otherwise.
+/// If a process may write only smaller files, bytes, errors of the transport report the limit: segments count as files.
+const FILE_SMALL: u64 = 1 << 30;
+
+/// Suffix for an error of the transport if the process may open few files or write only small ones; empty otherwise.
 pub fn hint() -> String {
-    match getrlimit(Resource::Nofile).current {
-        Some(files) if files < FILES_FEW => format!(" (this process may open only {files} files)"),
-        _ => String::new(),
-    }
+    let limit = |resource, usual| getrlimit(resource).current.filter(|limit| *limit < usual);
+    let files = limit(Resource::Nofile, FILES_FEW);
+    let bytes = limit(Resource::Fsize, FILE_SMALL);
+    let files = files.map(|files| format!(" (this process may open only {files} files: ulimit -n)"));
+    let bytes = bytes.map(|bytes| format!(" (this process may write only {bytes} bytes to a file: ulimit -f)"));
+    [files, bytes].into_iter().flatten().collect()
 }
 
 /// `lost`, or a `shared_memory` error where the daemon lives and this process may map little memory: the transport then reports the

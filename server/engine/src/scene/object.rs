@@ -14,6 +14,7 @@ use shatter_proto::Error;
 use shatter_proto::effect::{Effect, Effects, conflict};
 use shatter_proto::name::{object_name, suggestion};
 use shatter_proto::request::{Lift, Quality, Request};
+use shatter_proto::text::number;
 use std::path::Path;
 
 /// Keys of an object, in the order of the shipped scenes.
@@ -258,11 +259,9 @@ impl Values {
     /// # Errors
     /// `configuration` at the first number that is not possible.
     fn check_numbers(&self, path: &str) -> Result<(), Error> {
-        let positive = |value: Option<f64>| value.map(|value| (value.to_string(), value.is_finite() && value > 0.0));
+        let positive = |value: Option<f64>| value.map(|value| (number(value), value.is_finite() && value > 0.0));
         let within = |value: Option<f64>, [low, high]: [f64; 2]| {
-            let is_usual = value.is_some_and(|value| value == 0.0 || (1e-4..1e9).contains(&value.abs()));
-            let shown = |value: f64| if is_usual { value.to_string() } else { format!("{value:e}") };
-            value.map(|value| (shown(value), (low..=high).contains(&value)))
+            value.map(|value| (number(value), (low..=high).contains(&value)))
         };
         let count = |value: Option<u32>| value.map(|value| (value.to_string(), value > 0));
         let values = [
