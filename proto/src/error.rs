@@ -114,7 +114,7 @@ kinds! {
     5 ObjectName "object_name" Caller REFUSED false;
     /// The service has no object of this name.
     6 UnknownObject "unknown_object" Caller REFUSED false;
-    /// The object's database could not be loaded.
+    /// The object's database could not be loaded, or does not fit its scene.
     7 CorruptObject "corrupt_object" Environment REFUSED false;
     /// The request has no contact, or more than eight.
     8 ContactCount "contact_count" Caller REFUSED false;

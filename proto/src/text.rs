@@ -24,6 +24,11 @@ pub fn escaped(text: &str) -> String {
     shown(text, usize::MAX)
 }
 
+/// A number of things of this name, such as "1 object" and "2 objects".
+pub fn counted(number: u64, name: &str) -> String {
+    if number == 1 { format!("1 {name}") } else { format!("{number} {name}s") }
+}
+
 /// A number as a message shows it: in exponent form if it is below 1e-4 or above 1e9, and not 0.
 pub fn number(value: f64) -> String {
     let is_long = value != 0.0 && !(1e-4..=1e9).contains(&value.abs());

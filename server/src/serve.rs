@@ -394,7 +394,7 @@ impl Daemon {
         let (ready, entries) = (self.catalog.ready(), self.catalog.len());
         let state = if self.jobs.closed() { "ending" } else { "serving" };
         let (running, queued) = (self.jobs.running(), self.jobs.queued());
-        format!("{state}: {ready} of {entries} objects ready, {running} requests computing, {queued} waiting\n")
+        format!("{state}: {ready} of {entries} objects ready; requests: {running} computing, {queued} waiting\n")
     }
 
     /// Checks whether clients can connect, and repairs what it can.

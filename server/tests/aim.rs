@@ -153,8 +153,27 @@ fn the_command_line_aims_lists_bounds_and_names_the_nearest() {
     assert!((struck["hit"]["point_m"][0].as_f64().unwrap() - 0.2).abs() < DEVIATION_M, "{struck}");
     let (code, tested) = json(&[&["threshold", "bar"][..], &ray].concat());
     assert_eq!((code, tested["direction"][0].as_f64()), (0, Some(-1.0)), "{tested}");
-    let (_, text) = shatter(here, &["threshold", "bar", "--point", "0.2,0,0", "--direction", "-1,0,0"]);
+    let along_x = ["--point", "0.2,0,0", "--direction", "-1,0,0"];
+    let (_, text) = shatter(here, &[&["threshold", "bar"][..], &along_x].concat());
     assert!(text.trim_end().ends_with("N·s"), "{text}");
+    let breaking = |target: &[&str]| json(&[&["threshold", "bar"][..], target].concat()).1["impulse_ns"].as_f64();
+    let straight = ["--lift", "euclidean"];
+    let impulse_ns = breaking(&[&along_x[..], &straight].concat()).unwrap();
+    assert_ne!(breaking(&along_x), Some(impulse_ns), "the lift is part of the threshold");
+    for (factor, breaks) in [(0.98, false), (1.02, true)] {
+        let impulse = format!("-{},0,0", factor * impulse_ns);
+        let strike = ["impact", "bar", "--point", "0.2,0,0", "--impulse", &impulse];
+        let (_, result) = json(&[&strike[..], &straight].concat());
+        assert_eq!(result["fragments"].as_array().unwrap().len() > 1, breaks, "{factor}: {result}");
+    }
+    let strike = ["impact", "bar", "--point", "0.2,0,0", "--impulse", "-50,0,0", "--degree", "3", "--keep"];
+    let (_, kept) = json(&strike);
+    let of_fragment = format!("{}/0", kept["handle"].as_str().unwrap());
+    let center: Vec<String> =
+        kept["fragments"][0]["center_m"].as_array().unwrap().iter().map(ToString::to_string).collect();
+    let impulse_ns =
+        breaking(&["--from", &of_fragment, "--point", &center.join(","), "--direction", "-1,0,0"]).unwrap();
+    assert!(impulse_ns > 0.0 && Some(impulse_ns) != breaking(&along_x), "{impulse_ns}");
     let (code, missed) = json(&["impact", "bar", "--impulse-ns", "1", "--ray", "1,1,1,1,0,0"]);
     assert_eq!((code, missed["error"]["kind"].as_str()), (3, Some("ray_missed")), "{missed}");
     let (code, typo) = json(&["threshold", "bra", "--point", "0,0,0", "--direction", "0,-1,0"]);

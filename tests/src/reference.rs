@@ -48,7 +48,9 @@ fn remedy(kind: ErrorKind) -> &'static str {
         ErrorKind::VersionMismatch => "Install daemon and client of the same release.",
         ErrorKind::ObjectName => "Use 1 to 64 bytes of UTF-8, without separators, control characters or a leading dot.",
         ErrorKind::UnknownObject => "Correct the name (`shatter list` prints all names), or bake the object.",
-        ErrorKind::CorruptObject => "Bake the object again; the log and `shatter status` give the reason.",
+        ErrorKind::CorruptObject => {
+            "Correct what the message names: a key of the scene, or the database, which you can bake again. `shatter status` repeats it."
+        }
         ErrorKind::ContactCount => "Give 1 to 8 contacts.",
         ErrorKind::ContactPoint => "Give finite coordinates.",
         ErrorKind::ContactTooFar => "Check `--unit`, `--up` and the convention, use a larger radius, or use a ray.",

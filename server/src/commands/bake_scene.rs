@@ -2,7 +2,7 @@
 
 use super::bake_progress::BakeProgress;
 use super::expected_file::{self, ExpectedFile};
-use super::{CommandError, bake, bake_report, interrupt, output};
+use super::{CommandError, bake, bake_report, check, interrupt, output};
 use serde_json::{Value, json};
 use shatter_engine::scene::{BakeRecipe, Scene};
 use shatter_fracture::cancel_token::CancelToken;
@@ -42,6 +42,11 @@ pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), CommandErro
             Ok(state) => state,
             Err(failure) => return Err(failure.with_files(Value::Array(files))),
         };
+        for object in &recipe.objects {
+            let anchors = &scene.objects[object].terms.anchors;
+            check::anchors(object, anchors, &file)
+                .map_err(|failure| failure.of_scene(path).with_files(Value::Array(files.clone())))?;
+        }
         let seconds = begun.elapsed().as_secs_f64();
         if !as_json {
             output::print(&line(name, recipe, state, &file, seconds))?;

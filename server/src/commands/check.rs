@@ -181,7 +181,7 @@ fn warp(name: &str, controls: &WarpControls, file: &Path) -> Result<(), CommandE
 }
 
 /// Anchors of the object, with the number of nodes that each holds if the database exists. Refuses anchors that do not hold it.
-fn anchors(name: &str, anchors: &Anchors, file: &Path) -> Result<Vec<Value>, CommandError> {
+pub(super) fn anchors(name: &str, anchors: &Anchors, file: &Path) -> Result<Vec<Value>, CommandError> {
     let mut nodes = vec![None; anchors.regions.len()];
     if !anchors.regions.is_empty() && file.exists() {
         let elastic = Tables { elastic: true, ..Tables::NONE };

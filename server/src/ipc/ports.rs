@@ -13,6 +13,7 @@ use iceoryx2::service::port_factory::{event, request_response};
 use shatter_proto::control::{ControlReplyHeader, ControlRequestWire, REPLY_BLOCKS};
 use shatter_proto::request::RequestWire;
 use shatter_proto::result::{AlignedBlock, BLOCK_BYTES, ResultHeader};
+use shatter_proto::text::counted;
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::instance::Instance;
 use shatter_transport::workarounds::populated_pages::PopulatedPages;
@@ -141,7 +142,8 @@ impl DaemonPorts {
         if self.clients() < self.pool.clients {
             return Ok(());
         }
-        let message = format!("{} clients are connected, as many as the service admits", self.pool.clients);
+        let (clients, verb) = (self.pool.clients as u64, if self.pool.clients == 1 { "is" } else { "are" });
+        let message = format!("{} {verb} connected, as many as the service admits", counted(clients, "client"));
         Err(Error::new(ErrorKind::Busy, "service.clients_max", message))
     }
 

@@ -173,7 +173,7 @@ fn glb(file: &Path, result: &FractureResult) -> Result<Vec<PathBuf>, Error> {
     let closed_report = has_closed.then(|| result.write_glb(&closed)).transpose()?;
     let hulls_report = has_hulls.then(|| result.write_hulls_glb(&hulls)).transpose()?;
     let report = if has_skins { result.write_skins_glb(file)? } else { result.write_glb(file)? };
-    let mut files = wrote(file, "", report);
+    let mut files = wrote(file, if has_closed { ", skin for rendering, not closed" } else { "" }, report);
     for (path, what, report) in
         [(&closed, ", closed meshes of the lattice", closed_report), (&hulls, ", hulls", hulls_report)]
     {

@@ -2,6 +2,7 @@
 
 use super::{CliError, out};
 use shatter_client::{DegreeOrigin, Effect, EnergySource, FractureResult, FragmentSurface, Hit, Quality, Summary};
+use shatter_proto::text::counted;
 
 /// Name of the preset.
 pub(super) fn preset(summary: &Summary) -> &'static str {
@@ -23,12 +24,12 @@ fn trust(summary: &Summary) -> String {
     if summary.energy_source == EnergySource::Bounded {
         return "energy: bounded from above without a solve, because the bound is below the threshold".to_owned();
     }
-    format!(
-        "displacements: {}, energy error {:.2} % (estimated); confidence in the degree {:.2}",
-        summary.energy_source,
-        100.0 * summary.energy_error,
-        summary.confidence
-    )
+    // The error is relative to a solve.
+    let error = match summary.energy_source {
+        EnergySource::Solve => String::new(),
+        _ => format!(", energy error {:.2} % (estimated)", 100.0 * summary.energy_error),
+    };
+    format!("displacements: {}{error}; confidence in the degree {:.2}", summary.energy_source, summary.confidence)
 }
 
 /// Advice for an object that stays whole: the factor of the impulse that breaks it, since E₁ grows with its square. `None` without
@@ -62,11 +63,6 @@ pub(super) fn significant(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
-/// A number of things of this name.
-fn counted(number: usize, name: &str) -> String {
-    if number == 1 { format!("1 {name}") } else { format!("{number} {name}s") }
-}
-
 /// Prints a result for people.
 pub(super) fn screen(result: &FractureResult) -> Result<(), CliError> {
     let summary = result.summary();
@@ -82,18 +78,18 @@ pub(super) fn screen(result: &FractureResult) -> Result<(), CliError> {
     out(format_args!(
         "{}: {}, {} by {}{} ({load}; {milliseconds:.1} ms, {} bytes)\n",
         summary.object,
-        counted(result.fragments().len(), "fragment"),
-        counted(summary.sites as usize, "site"),
+        counted(result.fragments().len() as u64, "fragment"),
+        counted(u64::from(summary.sites), "site"),
         summary.degree_origin,
         if summary.is_capped { ", capped" } else { "" },
         result.bytes()
     ))?;
     result.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
     out(format_args!("  {}\n", trust(&summary)))?;
-    let times: Vec<String> = result
-        .stages()
-        .filter(|cost| cost.has_run)
-        .map(|cost| format!("{} {:.2}", cost.stage, cost.time.as_secs_f64() * 1e3))
+    let effects = result.effects().filter(|cost| cost.has_run && !cost.time.is_zero());
+    let times: Vec<String> = (result.stages().filter(|cost| cost.has_run).map(|cost| (cost.stage.name(), cost.time)))
+        .chain(effects.map(|cost| (cost.effect.name(), cost.time)))
+        .map(|(name, time)| format!("{name} {:.2}", time.as_secs_f64() * 1e3))
         .collect();
     out(format_args!("  ms: {}\n", times.join(", ")))?;
     out(format_args!(

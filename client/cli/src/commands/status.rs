@@ -5,6 +5,7 @@ use super::wait::{seconds, until};
 use super::{CliError, document, objects, out, reply};
 use serde_json::{Map, Value, json};
 use shatter_client::{Client, Deadline, Error, Latency, ObjectFacts, Status};
+use shatter_proto::text::counted;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
@@ -130,17 +131,17 @@ fn to_json(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Value {
 fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&(Instant, Status)>) -> String {
     let mib = |bytes: u64| bytes as f64 / 1_048_576.0;
     let mut text = format!(
-        "{service}: {}pid {}, up {:.0} s, {} objects ready, {} loading, {} failed, {} of {} clients, {} threads; {} restarts, {} of them after crashes\n",
+        "{service}: {}pid {}, up {:.0} s, {} ready, {} loading, {} failed, {} of {}, {}; {}, {} of them after crashes\n",
         if status.is_ending { "ending, " } else { "" },
         status.pid,
         status.uptime.as_secs_f64(),
-        status.objects_ready,
+        counted(status.objects_ready.into(), "object"),
         status.objects_loading,
         status.objects_failed,
         status.clients,
-        status.clients_max,
-        status.threads,
-        status.restarts,
+        counted(status.clients_max.into(), "client"),
+        counted(status.threads.into(), "thread"),
+        counted(status.restarts.into(), "restart"),
         status.crashes
     );
     text += &format!(

@@ -1,12 +1,12 @@
 //! `shatter threshold`.
 
 use super::impact::hit;
-use super::parse::{NamedConvention, convention, ray, vector};
+use super::parse::{NamedConvention, convention, lift, origin, ray, vector};
 use super::result_text::hit_line;
 use super::{CliError, RESULT_TIMEOUT, document, out, reply, with_options};
 use nalgebra::Vector3;
 use serde_json::json;
-use shatter_client::{Client, Contact, Deadline, Impact, Ray};
+use shatter_client::{Client, Contact, Deadline, Impact, Lift, Ray, RetainedFragment};
 use shatter_proto::request::squarable;
 
 /// Arguments of `shatter threshold`.
@@ -30,6 +30,12 @@ pub struct Args {
     /// Contact radius, m [default: the object's]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     radius_m: Option<f64>,
+    /// Lift: `euclidean`, `interior` (the default) or `surface_diffusion`
+    #[arg(long, value_name = "euclidean|interior|surface_diffusion", value_parser = lift)]
+    lift: Option<Lift>,
+    /// Fragment of a kept result to test, instead of the object
+    #[arg(long, value_name = "HANDLE/FRAGMENT", value_parser = origin)]
+    from: Option<RetainedFragment>,
     /// Coordinates of --point, --direction and the output: axes and unit of length. Other options keep their units
     #[arg(long, value_name = "gltf|godot|unity|unreal|blender|mujoco", value_parser = convention, default_value = "gltf")]
     convention: NamedConvention,
@@ -60,6 +66,8 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let radius = args.radius_m.map(|meters| host.length(meters));
     let contact = with_options(contact.impulse(unit.into()), args.duration_s, radius);
     let impact = Impact::new([contact]).threshold_only();
+    let impact = args.lift.map_or(impact.clone(), |lift| impact.lift(lift));
+    let impact = args.from.map_or(impact.clone(), |from| impact.from(from.handle, from.fragment));
     let result = object.strike(&impact)?.wait(Deadline::after(RESULT_TIMEOUT))?;
     let summary = result.summary();
     if args.json {

@@ -221,6 +221,9 @@ fn artist_controls_are_validated_by_name() {
         "is 0; it must be a number above 0",
     );
     check(&warped("sites = [[0.0, 0.0, inf]]"), "objects.vase.warp.sites[0]", "finite");
+    let points = |count: usize| warped(&format!("sites = [{}]", "[0.0, 0.0, 0.0], ".repeat(count)));
+    check(&points(513), "objects.vase.warp.sites", "has 513 points; give at most 512");
+    assert!(object(&points(512)).is_ok());
     check(
         &warped("paint = { file = \"no.ply\", attribute = \"red\", least = 1.0, most = 4.0 }"),
         "objects.vase.warp.paint",

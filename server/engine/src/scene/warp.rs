@@ -5,6 +5,7 @@ use super::names::known;
 use super::{invalid, unsuitable, wrong_type};
 use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
+use shatter_fracture::pipeline::DEGREE_MAX;
 use shatter_fracture::scene::{Grain, Paint, WarpControls, Waves, brief};
 use shatter_fracture::surface::{SurfaceError, read_painted};
 use shatter_proto::Error;
@@ -69,6 +70,10 @@ pub(super) fn read(path: &str, table: &toml::Table, folder: &Path) -> Result<War
         protected: protect.collect::<Result<_, _>>()?,
         sites_m: values.sites.into_iter().map(Point3::from).collect(),
     };
+    let sites = controls.sites_m.len();
+    if sites > DEGREE_MAX as usize {
+        return Err(invalid(&at("sites"), format!("has {sites} points; give at most {DEGREE_MAX}")));
+    }
     if let Some(site) = controls.sites_m.iter().position(|site| !site.iter().all(|x| x.is_finite())) {
         let value = format!("{:?}", controls.sites_m[site].coords.as_slice());
         return Err(unsuitable(format!("{path}.sites[{site}]"), &value, "three finite numbers"));

@@ -38,11 +38,22 @@ pub(super) fn parse(bytes: &[u8], folder: &Path) -> Result<RawMesh, SurfaceError
     Ok(builder.finish())
 }
 
+/// Largest difference of the length of a rotation from 1, and of an element of a matrix from its exact value.
+const TRANSFORM_ERROR_MAX: f32 = 1e-3;
+
 /// Validates a document.
 ///
-/// The crate's validation uses the accessor of positions before it checks that the accessor exists.
+/// The crate's validation uses the accessor of positions before it checks that the accessor exists. It checks neither
+/// `minVersion` nor the transforms of nodes.
 fn validated(document: Document) -> Result<Document, SurfaceError> {
     let json = document.into_json();
+    if let Some(version) = json.asset.min_version.as_deref().filter(|&version| !version.starts_with("2.")) {
+        let reason = format!("needs a reader of glTF {}; this one reads 2.0: export it as glTF 2.0", brief(version));
+        return Err(malformed("gltf", "asset.minVersion", reason));
+    }
+    for (number, node) in json.nodes.iter().enumerate() {
+        transform(node).map_err(|reason| malformed("gltf", format!("node {number}"), reason))?;
+    }
     for (number, mesh) in json.meshes.iter().enumerate() {
         let mut accessors = mesh.primitives.iter().flat_map(|primitive| primitive.attributes.values());
         if accessors.any(|accessor| accessor.value() >= json.accessors.len()) {
@@ -50,6 +61,24 @@ fn validated(document: Document) -> Result<Document, SurfaceError> {
         }
     }
     Document::from_json(json).map_err(|error| malformed("gltf", "document", error))
+}
+
+/// Checks that a node's rotation has the length 1 and that its matrix is affine (glTF 2.0, section 3.5.3).
+fn transform(node: &gltf::json::Node) -> Result<(), String> {
+    if let Some(rotation) = &node.rotation {
+        let length = rotation.0.iter().map(|x| x * x).sum::<f32>().sqrt();
+        if (length - 1.0).abs() > TRANSFORM_ERROR_MAX {
+            return Err(format!("its rotation {:?} has the length {length}, not 1: normalize it", rotation.0));
+        }
+    }
+    if let Some(matrix) = &node.matrix {
+        let last_row = [3, 7, 11, 15].map(|k| matrix[k]);
+        if last_row.iter().zip([0.0, 0.0, 0.0, 1.0]).any(|(found, wanted)| (found - wanted).abs() > TRANSFORM_ERROR_MAX)
+        {
+            return Err(format!("elements 3, 7, 11 and 15 of its matrix are {last_row:?}, not 0, 0, 0 and 1"));
+        }
+    }
+    Ok(())
 }
 
 fn buffers(document: &Document, mut blob: Option<Vec<u8>>, folder: &Path) -> Result<BufferBytes, SurfaceError> {
@@ -259,6 +288,30 @@ mod tests {
     fn read(folder: &Path, uri: &str) -> Result<RawMesh, SurfaceError> {
         let document = format!(r#"{{"asset":{{"version":"2.0"}},"buffers":[{{"uri":"{uri}","byteLength":4}}]}}"#);
         parse(document.as_bytes(), &folder.join("mesh"))
+    }
+
+    #[test]
+    fn transforms_and_versions_that_gltf_rules_out_are_refused() {
+        let read = |asset: &str, node: &str| {
+            let document = format!(r#"{{"asset":{{"version":"2.0"{asset}}},"nodes":[{{}},{{{node}}}]}}"#);
+            parse(document.as_bytes(), Path::new("."))
+        };
+        for (asset, node, wanted) in [
+            ("", r#""rotation":[0,0,0,0]"#, "node 1: its rotation [0.0, 0.0, 0.0, 0.0] has the length 0, not 1"),
+            ("", r#""rotation":[0,0,1,1]"#, "node 1: its rotation"),
+            ("", r#""matrix":[1,0,0,0,0,1,0,0,0,0,1,0,5,0,0,2]"#, "node 1: elements 3, 7, 11 and 15 of its matrix"),
+            ("", r#""matrix":[1,0,0,0.5,0,1,0,0,0,0,1,0,0,0,0,1]"#, "[0.5, 0.0, 0.0, 1.0]"),
+            (r#","minVersion":"3.0""#, "", "asset.minVersion: needs a reader of glTF 3.0"),
+        ] {
+            let error = read(asset, node).map(drop).unwrap_err().to_string();
+            assert!(error.contains(wanted), "{error}");
+        }
+        for (asset, node) in [
+            (r#","minVersion":"2.0""#, r#""rotation":[0,0,0.70710677,0.70710677]"#),
+            ("", r#""matrix":[2,0,0,0,0,3,0,0,0,0,-1,0,5,6,7,1]"#),
+        ] {
+            assert!(read(asset, node).is_ok(), "{node}");
+        }
     }
 
     #[test]

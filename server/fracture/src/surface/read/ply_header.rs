@@ -1,10 +1,11 @@
 //! Reader of PLY headers, whose errors name the line and the rule that it breaks.
 
-use super::ply::one_line;
+use super::ply::{Meaning, meaning, one_line};
 use super::{SurfaceError, malformed};
 use crate::scene::brief;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{Header, PropertyAccess};
+use ply_rs_bw::ply::{Header, PropertyAccess, PropertyType, ScalarType};
+use std::collections::HashSet;
 use std::io::ErrorKind;
 
 /// Reads the header of the file `bytes`.
@@ -16,7 +17,47 @@ pub(super) fn read<E: PropertyAccess>(
     if !bytes.starts_with(b"ply") {
         return Err(malformed("ply", "header", "does not begin with `ply`: the file is empty, or of another format"));
     }
-    parser.read_header(reader).map_err(|error| refused(parser, &error, bytes))
+    let header = parser.read_header(reader).map_err(|error| refused(parser, &error, bytes))?;
+    no_name_twice(bytes)?;
+    whole_indices(&header)?;
+    Ok(header)
+}
+
+/// Refuses a header that names an element twice, or a property of an element twice: the parser keeps the last one alone.
+fn no_name_twice(bytes: &[u8]) -> Result<(), SurfaceError> {
+    let (mut elements, mut properties) = (HashSet::new(), HashSet::new());
+    for (number, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
+        let text = String::from_utf8_lossy(line);
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let (kind, name, is_new) = match words[..] {
+            ["end_header", ..] => break,
+            ["element", name, ..] => {
+                properties.clear();
+                ("element", name, elements.insert(name.to_owned()))
+            }
+            ["property", .., name] => ("property", name, properties.insert(name.to_owned())),
+            _ => continue,
+        };
+        if !is_new {
+            let reason = format!("a second {kind} `{}`; each name may stand once", brief(name));
+            return Err(malformed("ply", format!("line {}", number + 1), reason));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses lists of indices whose values are not whole numbers.
+fn whole_indices(header: &Header) -> Result<(), SurfaceError> {
+    for element in header.elements.values() {
+        for property in element.properties.values().filter(|property| meaning(&property.name) == Meaning::Indices) {
+            if let PropertyType::List(_, ScalarType::Float | ScalarType::Double) = property.data_type {
+                let reason =
+                    format!("`{}` has float values; indices must be of a whole type, such as int", property.name);
+                return Err(malformed("ply", format!("element {}", element.name), reason));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Error that names the line of the header.
@@ -80,6 +121,21 @@ mod tests {
             assert!(message.ends_with(&format!("not '{line}'")) && !message.contains("ParseError"), "{message}");
         }
         assert!(message("ply what\n").starts_with("malformed ply, line 1: expected `ply` alone"));
+        for (lines, wanted) in [
+            ("element vertex 3\nproperty float x\nelement vertex 1\n", "line 5: a second element `vertex`"),
+            ("element vertex 3\nproperty float x\nproperty float x\n", "line 5: a second property `x`"),
+            (
+                "element face 3\nproperty list uchar float vertex_indices\n",
+                "element face: `vertex_indices` has float values; indices must be of a whole type",
+            ),
+        ] {
+            let message = message(&format!("{start}{lines}end_header\n"));
+            assert!(message.contains(wanted), "{message}");
+        }
+        let lines = "element vertex 3\nproperty float x\nelement face 1\nproperty list uchar int x\n";
+        let valid = format!("{start}{lines}end_header\n");
+        let mut reader = Reader::new(valid.as_bytes());
+        assert!(read(&Parser::<DefaultElement>::new(), &mut reader, valid.as_bytes()).is_ok());
         assert!(message(start).contains("ends before the line `end_header`"));
         assert!(message("ply\nend_header\n").contains("format"));
         assert!(message("solid\n").contains("does not begin with `ply`"));
