@@ -25,7 +25,11 @@ pub const COMMAND_ERRORS: [(&str, &str, &str); 51] = [
         "Use a finer `--crack-spacing`, or larger cracks.",
     ),
     ("database_file", "A database cannot be read or written.", "Check the path, its permissions and the free space."),
-    ("database_format", "The file is no database of this version.", "Bake the object again."),
+    (
+        "database_format",
+        "The file is no database of this version.",
+        "Name a file that `shatterd bake` of this version wrote.",
+    ),
     ("database_share", "The file is one share of a bake.", "Join all shares with `shatterd merge`."),
     ("elasticity", "The elastic body cannot be solved.", "Use a finer `--elastic-spacing`, or repair the mesh."),
     (
@@ -45,7 +49,7 @@ pub const COMMAND_ERRORS: [(&str, &str, &str); 51] = [
         "Correct the place that the message names, or export again.",
     ),
     ("material_number", "A number of a material is not above zero.", "Correct the key that the message names."),
-    ("material_table", "The table of materials is no valid TOML.", "Correct the line that the message names."),
+    ("material_table", "The table of materials is no valid TOML.", "Correct the place that the message names."),
     ("no_examples", "The database has no examples.", "Bake it with `--examples`."),
     (
         "no_shape",

@@ -4,6 +4,7 @@ use crate::command_errors::{COMMAND_ERRORS, kinds_in_source};
 use crate::fixture::Fixture;
 use crate::pages;
 use bytemuck::Zeroable;
+use shatter_engine::scene::{OBJECT_KEYS, WARP_KEYS};
 use shatter_proto::ErrorKind;
 use shatter_proto::control::ServiceStatusRow;
 use shatter_proto::effect::Effect;
@@ -17,8 +18,14 @@ use std::time::Duration;
 const NOTE: &str = "Generated from the code by the test `documents`. Do not edit this page.\n\n";
 
 /// Name and text of each page.
-pub fn reference_pages() -> [(&'static str, String); 4] {
-    [("errors", errors()), ("configuration", configuration()), ("commands", commands()), ("metrics", metrics())]
+pub fn reference_pages() -> [(&'static str, String); 5] {
+    [
+        ("errors", errors()),
+        ("configuration", configuration()),
+        ("scenes", scenes()),
+        ("commands", commands()),
+        ("metrics", metrics()),
+    ]
 }
 
 /// Doc lines of each error kind by its name, from the source.
@@ -66,15 +73,17 @@ fn remedy(kind: ErrorKind) -> &'static str {
         ErrorKind::Budget => "Use a preset of the guide, and finite limits above zero.",
         ErrorKind::Convention => "Use a named convention, or a unit of 1e-6 to 1e6 m.",
         ErrorKind::UnknownHandle => "Strike the object again with `keep`; raise `results.kept_max` or `times.kept_s`.",
-        ErrorKind::CapExceeded => "Request fewer sites, or raise the limit of the request or the scene.",
+        ErrorKind::CapExceeded => {
+            "Request fewer sites or fewer output effects, or raise the limit of the request or the scene."
+        }
         ErrorKind::ServiceName => "Use 1 to 32 letters, digits, `-` or `_`.",
-        ErrorKind::Configuration => "Correct the key that the message names.",
+        ErrorKind::Configuration => "Correct the key or the file that the message names.",
         ErrorKind::Output => "Check the path, its permissions and the free space on the disk.",
         ErrorKind::Unsolvable => "Move the contacts, or anchor the object differently.",
         ErrorKind::Elastic => "Use `reduced` or `solve`.",
         ErrorKind::Effect => "Enable the effect that it needs, or change the scene.",
         ErrorKind::UnknownFragment => "Use the id of a fragment of that result.",
-        ErrorKind::FragmentSize => "Strike a larger fragment, omit `elastic`, or treat this one as unbreakable.",
+        ErrorKind::FragmentSize => "Strike a larger fragment, disable `elastic`, or treat this one as unbreakable.",
         ErrorKind::Ray => "Give one ray with a finite direction other than zero, and no other contact.",
         ErrorKind::RayMissed => "Aim at the object; the message gives the closest approach.",
         ErrorKind::TicketSpent => "Send the request again, and read each ticket until its first result or error.",
@@ -93,7 +102,9 @@ fn remedy(kind: ErrorKind) -> &'static str {
         }
         ErrorKind::Lost => "Send the request again when a daemon runs.",
         ErrorKind::SecondDaemon => "Stop the other daemon, or use another service name.",
-        ErrorKind::RuntimeFolder => "Restrict the folder to your user (mode 0700), or set `XDG_RUNTIME_DIR`.",
+        ErrorKind::RuntimeFolder => {
+            "Make the folder that the message names yours alone (mode 0700) and writable, or set `XDG_RUNTIME_DIR` to another."
+        }
         ErrorKind::SharedMemory => "Free space in `/dev/shm`.",
         ErrorKind::DatabaseFolder => "Check that the folder exists and can be read; see `--databases`.",
         ErrorKind::Port => "Choose another `operations.port`, or 0 for none.",
@@ -138,7 +149,8 @@ fn command_errors(page: &mut String) {
     let listed: BTreeSet<String> = COMMAND_ERRORS.iter().map(|(kind, ..)| (*kind).to_owned()).collect();
     assert_eq!(listed, kinds_in_source(&service), "every kind of the commands has a cause and a remedy");
     *page += "\n## Errors of the commands of `shatterd`\n\n\
-              They concern meshes, materials, bakes, databases and shares. They have no code, because no client receives them.\n\n\
+              They concern meshes, materials, bakes, databases and shares. They have no code, because no client receives them. The\n\
+              exit code is 3; of `interrupted` 130 or 143, and of a defect of the engine (*Report it*) 6.\n\n\
               | kind | cause | remedy |\n|---|---|---|\n";
     for (kind, cause, remedy) in COMMAND_ERRORS {
         writeln!(page, "| `{kind}` | {cause} | {remedy} |").unwrap();
@@ -163,6 +175,44 @@ fn configuration() -> String {
             doc.clear();
         } else {
             doc.clear();
+        }
+    }
+    page
+}
+
+/// Keys of scenes, from the head of a shipped scene.
+fn scenes() -> String {
+    let mut page = format!(
+        "# Keys of scenes\n\n{NOTE}\
+         A [scene](../scenes.md) is a TOML file: a `title`, and a table `[objects.NAME]` for each object. An unknown key is\n\
+         refused by name.\n"
+    );
+    let scene = pages::text("config/scenes/glass_shop.toml");
+    let lines = scene.lines().map_while(|line| line.strip_prefix('#'));
+    let mut sections: Vec<(&str, Vec<(&str, String)>)> = Vec::new();
+    for line in lines.skip_while(|line| !line.starts_with(" Keys of")) {
+        let Some(text) = line.strip_prefix("   ") else {
+            sections.push((line.trim(), Vec::new()));
+            continue;
+        };
+        let rows = &mut sections.last_mut().unwrap().1;
+        match text.split_once(char::is_whitespace).filter(|(key, _)| !key.is_empty()) {
+            Some((key, text)) => rows.push((key, text.trim().to_owned())),
+            None => rows.last_mut().unwrap().1 += &format!(" {}", text.trim()),
+        }
+    }
+    let listed = |section: usize| sections[section].1.iter().map(|(key, _)| *key).collect::<BTreeSet<_>>();
+    assert_eq!(
+        listed(0),
+        BTreeSet::from(OBJECT_KEYS),
+        "config/scenes/glass_shop.toml describes every key of an object"
+    );
+    assert_eq!(listed(1), BTreeSet::from(WARP_KEYS), "config/scenes/glass_shop.toml describes every control");
+    for ((heading, rows), title) in sections.iter().zip(["Objects", "Controls for artists"]) {
+        write!(page, "\n## {title}\n\n{heading}\n\n| key | default | meaning |\n|---|---|---|\n").unwrap();
+        for (key, text) in rows {
+            let (meaning, default) = text.strip_suffix(']').and_then(|text| text.rsplit_once(" [")).expect(key);
+            writeln!(page, "| `{key}` | {default} | {meaning} |").unwrap();
         }
     }
     page

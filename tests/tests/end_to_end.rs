@@ -419,4 +419,11 @@ fn the_guide_lists_the_keys_of_all_documents() {
     json_keys::check("Threshold", &[&fixture.ok("shatter", &[&["threshold", "arch"], &ray[..]].concat())]);
     json_keys::check("List", &[&fixture.ok("shatter", &["list"])]);
     json_keys::check("Status", &[&fixture.ok("shatter", &["status"])]);
+    let scene = fixture.path("scene.toml");
+    std::fs::write(&scene, "[objects.dumbbell]\nshape = \"dumbbell\"\nmaterial = \"stone\"\nquality = \"draft\"\n")
+        .unwrap();
+    let scene = ["bake", "--scene", scene.to_str().unwrap()];
+    json_keys::check("Bake of a scene", &[&fixture.ok("shatterd", &scene)]);
+    let shape = ["bake", "--shape", "dumbbell", "--name", "copy", "--material", "stone", "--quality", "draft"];
+    json_keys::check("Bake", &[&fixture.ok("shatterd", &shape)]);
 }

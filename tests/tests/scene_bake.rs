@@ -96,6 +96,28 @@ fn a_scene_is_baked_once_served_and_struck() {
     assert_eq!(fixture.end(), Some(0));
 }
 
+/// Anchors that hold every node are refused by the commands, and reported by the service with the key of the scene.
+#[test]
+fn anchors_that_hold_the_whole_object_are_refused_before_it_is_served() {
+    let mut fixture = Fixture::new();
+    let anchors = "anchors = [{ min = [-100, -100, -100], max = [100, 100, 100] }]";
+    let object = format!("[objects.horseshoe]\neffects = [\"elastic\", \"anchored\"]\n{anchors}\n{HORSESHOE}");
+    let whole = write(&fixture, &object);
+    for attempt in ["baked", "kept"] {
+        for command in [&["bake", "--scene", &whole][..], &["check", &whole]] {
+            let (code, document) = fixture.json("shatterd", command);
+            let (kind, at) = (&document["error"]["kind"], &document["error"]["at"]);
+            let wanted = (3, &json!("configuration"), &json!("objects.horseshoe.anchors"));
+            assert_eq!((code, kind, at), wanted, "{attempt}, {command:?}: {document}");
+        }
+    }
+    fixture.serve(&["--scene", &whole]);
+    let listed = fixture.ok("shatter", &["list"]);
+    let message = listed["objects"][0]["error"]["message"].as_str().unwrap();
+    assert!(message.contains("objects.horseshoe: the anchors contain all"), "{message}");
+    assert_eq!(fixture.end(), Some(0));
+}
+
 /// A database that was baked for less than a scene needs is reported before any request.
 #[test]
 fn tables_that_a_database_lacks_are_named() {

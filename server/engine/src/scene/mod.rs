@@ -7,9 +7,10 @@ mod recipe;
 mod tables;
 mod warp;
 
-pub use object::{ObjectPolicy, SceneObject};
+pub use object::{OBJECT_KEYS, ObjectPolicy, SceneObject};
 pub use recipe::BakeRecipe;
 pub use tables::{OptionalDatabaseTable, tables};
+pub use warp::WARP_KEYS;
 
 use names::known;
 use shatter_fracture::scene::{MATERIALS, Materials, brief, table_error, toml_error};

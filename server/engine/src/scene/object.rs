@@ -18,7 +18,7 @@ use shatter_proto::text::number;
 use std::path::Path;
 
 /// Keys of an object, in the order of the shipped scenes.
-const KEYS: [&str; 20] = [
+pub const OBJECT_KEYS: [&str; 20] = [
     "database",
     "shape",
     "material",
@@ -288,7 +288,7 @@ impl SceneObject {
     pub(super) fn read(name: &str, table: &toml::Table, materials: &Materials, folder: &Path) -> Result<Self, Error> {
         let path = format!("objects.{name}");
         let path = path.as_str();
-        known(path, table.keys(), &KEYS)?;
+        known(path, table.keys(), &OBJECT_KEYS)?;
         let values = toml::Value::Table(table.clone()).try_into();
         let values: Values = values.map_err(|error| wrong_type(path, &error, &RANGES))?;
         let at = |key: &str| format!("{path}.{key}");

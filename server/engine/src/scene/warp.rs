@@ -12,8 +12,8 @@ use shatter_proto::Error;
 use shatter_proto::request::squarable;
 use std::path::Path;
 
-/// Keys of the table.
-const KEYS: [&str; 5] = ["grain", "waves", "paint", "protect", "sites"];
+/// Keys of the controls for artists, the table `[objects.NAME.warp]`.
+pub const WARP_KEYS: [&str; 5] = ["grain", "waves", "paint", "protect", "sites"];
 
 /// Maximum ratio of a grain; beyond it pieces are needles that no lattice resolves.
 const RATIO_MAX: f64 = 32.0;
@@ -57,7 +57,7 @@ struct PaintValues {
 
 /// Reads the table at `path`; `folder` is the base of relative file names.
 pub(super) fn read(path: &str, table: &toml::Table, folder: &Path) -> Result<WarpControls, Error> {
-    known(path, table.keys(), &KEYS)?;
+    known(path, table.keys(), &WARP_KEYS)?;
     let values = toml::Value::Table(table.clone()).try_into();
     let values: Values = values.map_err(|error| wrong_type(path, &error, &[]))?;
     let at = |key: &str| format!("{path}.{key}");
