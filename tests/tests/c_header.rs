@@ -37,7 +37,7 @@ fn the_header_is_that_of_the_source() {
     let differs = there.lines().zip(made.lines()).position(|(a, b)| a != b);
     assert!(
         there == made,
-        "{} is not up to date from line {:?} on: SHATTER_WRITE_HEADER=1 cargo test --release --workspace --test c_header",
+        "{} is not up to date from line {:?} on: SHATTER_WRITE_HEADER=1 cargo test --release --workspace --test suite c_header::",
         path.display(),
         differs.map(|line| line + 1)
     );

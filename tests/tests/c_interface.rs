@@ -221,7 +221,7 @@ fn c_misuse_is_rejected_without_sanitizer_reports() {
     }
 }
 
-/// `cargo test --release --workspace --test c_interface -- --ignored`: a minute, with Valgrind.
+/// `cargo test --release --workspace --test suite c_interface:: -- --ignored`: a minute, with Valgrind.
 #[test]
 #[ignore = "needs Valgrind"]
 fn valgrind_finds_nothing() {

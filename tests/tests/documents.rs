@@ -133,10 +133,15 @@ fn the_guide_names_files_and_tests_that_exist() {
             let folder = &pair[0][2..];
             let folder = if folder == "test" { "tests" } else { "benches" };
             let places = ["tests", "server", "server/lab", "server/fracture", "server/engine", "client", "client/cli"];
-            if !places.iter().any(|place| root().join(place).join(folder).join(format!("{}.rs", pair[1])).exists()) {
+            if pair[1] != "suite"
+                && !places.iter().any(|place| root().join(place).join(folder).join(format!("{}.rs", pair[1])).exists())
+            {
                 violations.push(format!("{page}: no {folder} {}", pair[1]));
             }
         }
+        let parts = words.iter().filter_map(|word| word.strip_suffix("::")).filter(|part| !part.contains("::"));
+        let missing = parts.filter(|part| !root().join("tests/tests").join(format!("{part}.rs")).exists());
+        violations.extend(missing.map(|part| format!("{page}: no part {part} of the suite")));
     }
     check("pages name files, tests and benches that exist", violations);
 }
@@ -247,7 +252,7 @@ fn the_reference_is_that_of_the_code() {
         assert!(
             there == made,
             "{} is not up to date from line {:?} on: \
-             SHATTER_WRITE_REFERENCE=1 cargo test --release --workspace --test documents",
+             SHATTER_WRITE_REFERENCE=1 cargo test --release --workspace --test suite documents::",
             path.display(),
             differs.map(|line| line + 1)
         );

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Mutants of usual runs, of the generated shapes and of the real meshes: 10 and 1 or 2 per defect.
-const USUAL: [usize; 2] = [200, 30];
+const USUAL: [usize; 2] = [130, 20];
 
 /// Mutants of long runs: those of usual runs and more.
 /// `shatterd study stability --mutants 15000` runs more.
@@ -56,7 +56,7 @@ fn damaged_meshes_are_baked_or_rejected() {
     check_all(USUAL);
 }
 
-/// `cargo test --release --workspace --test mesh_fuzz -- --ignored --nocapture`
+/// `cargo test --release --workspace --test suite mesh_fuzz:: -- --ignored --nocapture`
 #[test]
 #[ignore = "minutes"]
 fn a_thousand_damaged_meshes_are_baked_or_rejected() {

@@ -1,6 +1,6 @@
 //! The job files of `config` under their schedulers.
 //!
-//! `cargo test --release --workspace --test schedulers -- --ignored --nocapture` bakes an array of shares under Slurm (Debian: slurm-wlm
+//! `cargo test --release --workspace --test suite schedulers:: -- --ignored --nocapture` bakes an array of shares under Slurm (Debian: slurm-wlm
 //! and munge) and under HyperQueue (Python: hyperqueue), if these are installed. One share fails, one is canceled, both are submitted
 //! again, and the merged bytes equal those of an undivided bake.
 

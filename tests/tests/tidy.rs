@@ -280,6 +280,17 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
     text.split(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_').filter(|word| !word.is_empty())
 }
 
+/// A file that the suite does not name would never run.
+#[test]
+fn the_suite_names_every_file_of_its_folder() {
+    let folder = root().join("tests/tests");
+    let named = fs::read_to_string(folder.join("main.rs")).unwrap();
+    let stems = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path().file_stem().unwrap().to_owned());
+    let stems = stems.map(|stem| stem.into_string().unwrap()).filter(|stem| stem != "main");
+    let lost: Vec<_> = stems.filter(|stem| !named.contains(&format!("\nmod {stem};"))).collect();
+    check("tests/tests/main.rs names every file", lost);
+}
+
 #[test]
 fn nothing_names_the_machine_it_was_written_on() {
     let words = [concat!("/wo", "rk/"), concat!("/ro", "ot/"), concat!("/ho", "me/")];

@@ -72,7 +72,7 @@ pub const GAP_CERTAIN: f64 = 8.0;
 ///
 /// Power, factors and [`GAP_MIN`] are fitted to 2,880 stops after 1 to 20 iterations (five objects, 6 to 150 sites).
 /// 81 % of the estimates are within a factor 4 of the true gap, for which the same descent ran to its end. Command:
-/// `cargo test --release --workspace --test budget -- --ignored --nocapture`.
+/// `cargo test --release --workspace --test suite budget:: -- --ignored --nocapture`.
 pub fn gap(history: &[f64]) -> f64 {
     let [.., last] = *history else { return GAP_START };
     match history.len() {

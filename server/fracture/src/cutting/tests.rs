@@ -78,7 +78,7 @@ fn outer(meshes: &FractureMeshes, prepared: &PreparedObject, inside: &InsideTest
 #[test]
 fn fragments_end_on_the_input_surface_and_have_its_volume() {
     for (mesh, spacing) in
-        [(shapes::statue_on(0.02), 0.05), (shapes::arch(), 0.05), (shapes::cuboid([0.3, 0.2, 0.1]), 0.08)]
+        [(shapes::statue_on(0.03), 0.06), (shapes::arch(), 0.05), (shapes::cuboid([0.3, 0.2, 0.1]), 0.08)]
     {
         let surface = Surface::repair(mesh.clone()).unwrap();
         let inside = InsideTest::new(&surface);

@@ -132,7 +132,7 @@ fn thin(size_m: [f64; 3]) -> Result<f64, TrialFault> {
 }
 
 pub fn plate() -> Result<f64, TrialFault> {
-    thin([1.0, 1.0, 0.01])
+    thin([1.0, 0.25, 0.01])
 }
 
 pub fn needle() -> Result<f64, TrialFault> {
