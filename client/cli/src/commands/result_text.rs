@@ -75,12 +75,15 @@ pub(super) fn screen(result: &FractureResult) -> Result<(), CliError> {
         let has_weight = result.effects().any(|cost| cost.effect == Effect::Gravity && cost.has_run);
         return missing_impulse(&summary, has_weight).map_or(Ok(()), |advice| out(format_args!("  {advice}\n")));
     }
+    let rule = match summary.degree_origin {
+        DegreeOrigin::Forced => "request".to_owned(),
+        origin => format!("the rule {origin}"),
+    };
     out(format_args!(
-        "{}: {}, {} by {}{} ({load}; {milliseconds:.1} ms, {} bytes)\n",
+        "{}: {}, {} by {rule}{} ({load}; {milliseconds:.1} ms, {} bytes)\n",
         summary.object,
         counted(result.fragments().len() as u64, "fragment"),
         counted(u64::from(summary.sites), "site"),
-        summary.degree_origin,
         if summary.is_capped { ", capped" } else { "" },
         result.bytes()
     ))?;
