@@ -8,7 +8,7 @@
 use super::error::ConformingError;
 use super::insertion_order::insertion_order;
 use super::predicates::{in_sphere, is_exact};
-use super::tetrahedralization::{NONE, Tetrahedralization, pack, unpack};
+use super::tetrahedralization::{NONE, REST, Tetrahedralization, pack, unpack};
 use super::work_limit::WorkLimit;
 use nalgebra::{Point3, Vector3};
 use std::ops::Range;
@@ -20,6 +20,8 @@ const PROGRESS_INTERVAL: usize = 1024;
 /// Walks through tetrahedra with one sphere may turn in a circle; all others end. A walk in the order of insertion has
 /// about 10 steps.
 const WALK_MAX: usize = 100_000;
+/// Longest walk to a point that divides tetrahedra. Such walks may turn in circles, which a search ends.
+const DIVIDED_WALK_MAX: usize = 1000;
 /// Distance of the large tetrahedron's corners from the center of the points' box, relative to half its diagonal.
 const CORNER_DISTANCE: f64 = 9.0;
 
@@ -65,13 +67,64 @@ impl Tetrahedralization {
         limit: &mut WorkLimit,
         progress: &mut dyn FnMut(usize),
     ) -> Result<(), ConformingError> {
+        let added = self.number_points(first, points)?;
+        self.insert_all(added, limit, progress)
+    }
+
+    /// Numbers further points, which no tetrahedron has yet, from `first` on; returns their indices.
+    fn number_points(&mut self, first: u32, points: &[Point3<f64>]) -> Result<Range<u32>, ConformingError> {
         check_exact(points)?;
         let (place, count) = (first as usize, points.len() as u32);
         self.points.splice(place..place, points.iter().copied());
         self.incident.splice(place..place, points.iter().map(|_| NONE));
         let later = self.tets.iter_mut().flatten().filter(|corner| (first..NONE).contains(corner));
         later.for_each(|corner| *corner += count);
-        self.insert_all(first..first + count, limit, progress)
+        Ok(first..first + count)
+    }
+
+    /// Inserts further points, numbered as by [`Self::insert_points`]. Each divides the tetrahedra that contain it, and no others.
+    /// Edges that contain no point stay, but the tetrahedralization is no Delaunay one any more. There must be no constraints.
+    ///
+    /// # Errors
+    /// As [`Self::delaunay`].
+    pub(super) fn divide_at_points(
+        &mut self,
+        first: u32,
+        points: &[Point3<f64>],
+        limit: &mut WorkLimit,
+    ) -> Result<(), ConformingError> {
+        let mut hint = self.tets.iter().position(|corners| corners[0] != NONE).map_or(0, |tet| tet as u32);
+        for vertex in self.number_points(first, points)? {
+            limit.check(self)?;
+            hint = self.locate(hint, vertex, DIVIDED_WALK_MAX);
+            let on = (0..4).filter(|&corner| self.moved(hint, corner, vertex).1 == 0.0).collect::<Vec<_>>();
+            let region = match on[..] {
+                [] => Some(vec![hint]),
+                [corner] => {
+                    let beyond = self.neighbors[hint as usize][corner];
+                    (beyond != NONE).then(|| vec![hint, beyond >> 2])
+                }
+                [first, second] => {
+                    let [k, l] = REST[first][second].map(|corner| self.tets[hint as usize][corner]);
+                    self.ring(hint, [k, l]).map(|ring| ring.tets)
+                }
+                _ => return Err(ConformingError::DuplicatePoint { at: *self.point(vertex) }),
+            };
+            // Outside of the large tetrahedron.
+            let Some(region) = region else { return Err(ConformingError::InvalidPoint { point: vertex as usize }) };
+            let parts = region.iter().flat_map(|&tet| (0..4).map(move |corner| (tet, corner)));
+            let parts = parts.map(|(tet, corner)| self.moved(tet, corner, vertex));
+            let parts: Vec<[u32; 4]> = parts.filter(|&(_, sign)| sign > 0.0).map(|(corners, _)| corners).collect();
+            hint = self.replace(&region, &parts)[0];
+        }
+        Ok(())
+    }
+
+    /// Corners of a tetrahedron with `vertex` in place of one of them, and the sign of its volume.
+    fn moved(&self, tet: u32, corner: usize, vertex: u32) -> ([u32; 4], f64) {
+        let mut corners = self.tets[tet as usize];
+        corners[corner] = vertex;
+        (corners, self.orientation(corners[0], corners[1], corners[2], corners[3]))
     }
 
     /// Inserts the points of these indices, which no tetrahedron has yet.
@@ -127,12 +180,7 @@ impl Tetrahedralization {
     /// Returns true if a point lies in a tetrahedron or on its boundary.
     fn contains(&self, tet: u32, vertex: u32) -> bool {
         let corners = self.tets[tet as usize];
-        corners[0] != NONE
-            && (0..4).all(|corner| {
-                let mut moved = corners;
-                moved[corner] = vertex;
-                self.orientation(moved[0], moved[1], moved[2], moved[3]) >= 0.0
-            })
+        corners[0] != NONE && (0..4).all(|corner| self.moved(tet, corner, vertex).1 >= 0.0)
     }
 
     /// Inserts a point that lies in `tet`; returns one of the tetrahedra around it.
@@ -232,6 +280,7 @@ mod tests {
     use super::*;
     use crate::cancel_token::CancelToken;
     use proptest::prelude::*;
+    use std::collections::BTreeSet;
 
     fn delaunay(points: Vec<Point3<f64>>) -> Result<Tetrahedralization, ConformingError> {
         let token = CancelToken::default();
@@ -259,6 +308,18 @@ mod tests {
     }
 
     fn check_mesh(mesh: &Tetrahedralization) -> Result<(), TestCaseError> {
+        check_topology(mesh)?;
+        for (tet, corners) in mesh.tets.iter().enumerate().filter(|(_, corners)| corners[0] != NONE) {
+            for beyond in mesh.neighbors[tet].into_iter().filter(|&beyond| beyond != NONE) {
+                let (other, back) = unpack(beyond);
+                let apex = mesh.point(mesh.tets[other as usize][back]);
+                prop_assert!(in_sphere(corners.map(|corner| mesh.point(corner)), apex) <= 0.0);
+            }
+        }
+        Ok(())
+    }
+
+    fn check_topology(mesh: &Tetrahedralization) -> Result<(), TestCaseError> {
         for (tet, corners) in mesh.tets.iter().enumerate().filter(|(_, corners)| corners[0] != NONE) {
             prop_assert!(mesh.orientation(corners[0], corners[1], corners[2], corners[3]) > 0.0);
             for (corner, face) in FACES.into_iter().enumerate() {
@@ -268,8 +329,6 @@ mod tests {
                 }
                 let (other, back) = unpack(beyond);
                 prop_assert_eq!(mesh.neighbors[other as usize][back], pack(tet as u32, corner));
-                let apex = mesh.point(mesh.tets[other as usize][back]);
-                prop_assert!(in_sphere(corners.map(|corner| mesh.point(corner)), apex) <= 0.0);
                 let mut face = face.map(|k| corners[k]);
                 let mut same = mesh.face(other, back);
                 face.sort_unstable();
@@ -282,7 +341,41 @@ mod tests {
         Ok(())
     }
 
+    fn edges(mesh: &Tetrahedralization) -> BTreeSet<[u32; 2]> {
+        let tets = mesh.tets.iter().filter(|corners| corners[0] != NONE);
+        tets.flat_map(|corners| (0..4).flat_map(move |i| (0..4).map(move |k| [corners[i], corners[k]]))).collect()
+    }
+
     proptest! {
+        #[test]
+        fn divided_tetrahedra_fill_the_same_region_and_keep_all_other_edges(
+            grid in prop::collection::btree_set(prop::array::uniform3(0..5_i32), 20..100),
+            random in prop::collection::vec(prop::array::uniform3(0.5..3.5_f64), 1..20),
+        ) {
+            // Points of a grid lie on edges and faces between other ones.
+            let mut points: Vec<Point3<f64>> = grid.into_iter().map(|p| Point3::from(p.map(f64::from))).collect();
+            points.extend(random.into_iter().map(Point3::from));
+            let later = points.split_off(points.len() / 2);
+            let first = points.len() as u32 / 2;
+            let token = CancelToken::default();
+            let mut limit = WorkLimit::new(1000, u64::MAX, &token);
+            let mut mesh = Tetrahedralization::delaunay(points, &mut limit, &mut |_| ()).unwrap();
+            let before = edges(&mesh);
+            let added = later.len() as u32;
+            mesh.divide_at_points(first, &later, &mut limit).unwrap();
+            check_topology(&mesh)?;
+            let after = edges(&mesh);
+            let renumbered = |vertex: u32| if vertex < first { vertex } else { vertex + added };
+            for [a, b] in before.into_iter().map(|edge| edge.map(renumbered)).filter(|[a, b]| a < b) {
+                let holds = |point: &Point3<f64>| {
+                    let (from, to) = (*mesh.point(a), *mesh.point(b));
+                    let along = (point - from).dot(&(to - from)) / (to - from).norm_squared();
+                    (0.0..1.0).contains(&along) && ((to - from) * along - (point - from)).norm() < 1e-9
+                };
+                prop_assert!(after.contains(&[a, b]) || later.iter().any(holds), "{a} {b}");
+            }
+        }
+
         #[test]
         fn spheres_of_grids_and_of_random_points_are_empty(
             grid in prop::collection::btree_set(prop::array::uniform3(0..6_i32), 1..120),
@@ -298,6 +391,15 @@ mod tests {
     fn equal_points_are_refused() {
         let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0; 3]].map(Point3::from).to_vec();
         assert_eq!(delaunay(points).unwrap_err(), ConformingError::DuplicatePoint { at: Point3::origin() });
+    }
+
+    #[test]
+    fn a_point_that_equals_a_corner_is_refused() {
+        let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Point3::from).to_vec();
+        let mut mesh = delaunay(points).unwrap();
+        let token = CancelToken::default();
+        let result = mesh.divide_at_points(4, &[Point3::origin()], &mut WorkLimit::new(1000, u64::MAX, &token));
+        assert_eq!(result.unwrap_err(), ConformingError::DuplicatePoint { at: Point3::origin() });
     }
 
     #[test]

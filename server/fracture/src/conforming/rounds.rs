@@ -1,6 +1,8 @@
 //! Repair rounds: tetrahedralization and recovery, repeated with more points on the surface.
 //!
-//! Each round recovers the surface in a copy of the Delaunay tetrahedralization, into which the next one inserts its points.
+//! The first round recovers the surface in a copy of the Delaunay tetrahedralization. While each round leaves fewer edges missing
+//! than the one before, the next one divides tetrahedra at its points and keeps what was recovered. Otherwise, and where
+//! triangles are missing, it inserts all points so far into the Delaunay tetrahedralization and recovers the surface anew.
 
 use super::error::ConformingError;
 use super::facets::{constrain_facets, recover_facets};
@@ -41,11 +43,12 @@ pub(super) fn mesh_surface(
         let insert = &mut |done| progress(ConformingStep::Insert { round: 0, done, total });
         Tetrahedralization::delaunay(all, &mut limit, insert)?
     };
-    let mut round = 0;
+    let (mut round, mut delaunay_count) = (0, count);
+    let mut mesh = delaunay.clone();
+    let mut missing_before = usize::MAX;
     loop {
-        limit.check(&delaunay)?;
+        limit.check(&mesh)?;
         limit.begin_round();
-        let mut mesh = delaunay.clone();
         let missing = recover(&mut mesh, &surface, round, &mut limit, progress)?;
         if missing.segments.is_empty() && missing.facets.is_empty() {
             progress(ConformingStep::Extract);
@@ -59,9 +62,17 @@ pub(super) fn mesh_surface(
         }
         round += 1;
         check_points(surface.positions.len() + interior.len(), options)?;
-        let added = &surface.positions[first..];
+        if missing.facets.is_empty() && missing.segments.len() < missing_before {
+            missing_before = missing.segments.len();
+            mesh.divide_at_points(first as u32, &surface.positions[first..], &mut limit)?;
+            continue;
+        }
+        missing_before = usize::MAX;
+        let added = &surface.positions[delaunay_count..];
         let insert = &mut |done| progress(ConformingStep::Insert { round, done, total: added.len() });
-        delaunay.insert_points(first as u32, added, &mut limit, insert)?;
+        delaunay.insert_points(delaunay_count as u32, added, &mut limit, insert)?;
+        delaunay_count = surface.positions.len();
+        mesh = delaunay.clone();
     }
 }
 

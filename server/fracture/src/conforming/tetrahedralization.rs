@@ -11,7 +11,7 @@ pub(super) const NONE: u32 = u32::MAX;
 pub(super) const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
 /// For corners i and j: the other two, in the order k, l in which (i, j, k, l) is an even permutation.
-const REST: [[[usize; 2]; 4]; 4] = [
+pub(super) const REST: [[[usize; 2]; 4]; 4] = [
     [[0, 0], [2, 3], [3, 1], [1, 2]],
     [[3, 2], [0, 0], [0, 3], [2, 0]],
     [[1, 3], [3, 0], [0, 0], [0, 1]],
