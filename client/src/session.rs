@@ -8,7 +8,7 @@ use shatter_transport::instance::Instance;
 use shatter_transport::paths::ServicePaths;
 use shatter_transport::regular_file;
 use shatter_transport::workarounds::dead_daemon::daemon_lives;
-use shatter_transport::workarounds::unclear_errors::explain_lost;
+use shatter_transport::workarounds::unclear_errors::{explain_lost, explain_unreached};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// A session with a service. It outlives daemons.
@@ -96,9 +96,10 @@ fn connect(paths: &ServicePaths) -> Result<Connection, ConnectError> {
     let starting = || ConnectError::Starting(not_ready(paths));
     let instance = Instance::of_token(paths, &info.instance).ok_or_else(starting)?;
     let connection = Connection::open(paths, &instance).map_err(|error| match error.kind {
-        ErrorKind::Transport => {
-            ConnectError::Starting(no_daemon(paths, &format!("not ready ({error}): the daemon of service")))
-        }
+        ErrorKind::Transport => ConnectError::Starting(
+            explain_unreached(error)
+                .unwrap_or_else(|error| no_daemon(paths, &format!("not ready ({error}): the daemon of service"))),
+        ),
         // The folder of a daemon that ended meanwhile.
         ErrorKind::RuntimeFolder if !daemon_serves(paths, &instance) => starting(),
         _ => ConnectError::Final(error),

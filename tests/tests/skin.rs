@@ -1,15 +1,18 @@
 //! Skins of fragments: the input's own triangles, and its attributes on their outer faces.
 
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::accuracy::{NORMAL_DEG, NormalShares};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, BakeRequest, Tables, bake};
 use shatter_fracture::pipeline::{
     self, DegreeRequest, FractureError, FractureMeshes, FractureRequest, PreparedObject, SkinVertexRow, Workspace,
 };
 use shatter_fracture::scene::{EffectKind, EffectSet, Grain, WarpControls};
+use shatter_fracture::skin::Skin;
 use shatter_fracture::surface::{NO_MATERIAL, RawMesh, Surface, TriangleAttributes, shapes};
 use shatter_tests::{real, struck};
 use std::collections::HashMap;
+use std::sync::Arc;
 
 const DRESSED: [EffectKind; 3] = [EffectKind::Attributes, EffectKind::Skin, EffectKind::Slivers];
 
@@ -90,6 +93,16 @@ fn rim_m(pieces: &FractureMeshes, fragment: usize) -> Vec<f64> {
     let is_rim = |(ends, _): &(&[[u64; 3]; 2], &Option<Point3<f64>>)| !edges.contains_key(&[ends[1], ends[0]]);
     let rim = edges.iter().filter(is_rim).filter_map(|(_, from)| *from);
     rim.map(|from| cracks.iter().map(|crack| (crack - from).norm()).fold(f64::INFINITY, f64::min)).collect()
+}
+
+/// A database may hold a skin without triangles; it has no normals to compare with.
+#[test]
+fn a_skin_without_triangles_has_no_shares_of_normals() {
+    let mut prepared = baked(shapes::cuboid([0.4, 0.3, 0.2]), 0.08);
+    assert!(NormalShares::of(&prepared, NORMAL_DEG).is_some());
+    let skin = Skin { triangles: Vec::new(), ..(**prepared.skin.as_ref().unwrap()).clone() };
+    prepared.skin = Some(Arc::new(skin));
+    assert_eq!(NormalShares::of(&prepared, NORMAL_DEG), None);
 }
 
 /// A skin ends where its fragment's crack faces begin, within a spacing.

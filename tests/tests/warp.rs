@@ -270,6 +270,11 @@ fn controls_that_an_object_cannot_follow_are_refused_by_name() {
         (0.05..4.0).contains(&slope)
             && cube().warped(&WarpControls { waves, ..WarpControls::default() }, &CancelToken::default()).is_ok()
     );
+    for steep in [1e3, 1e300] {
+        let waves = Some(Waves { length_m: 0.3, slope: steep });
+        let folds = refused(WarpControls { waves, ..WarpControls::default() });
+        assert!(matches!(folds, WarpError::Folds { slope: Some(slope), .. } if slope > 0.05), "{steep}: {folds}");
+    }
     let waves = Some(Waves { length_m: 1e-9, slope: 0.1 });
     assert!(matches!(refused(WarpControls { waves, ..WarpControls::default() }), WarpError::Short { .. }));
     let token = CancelToken::default();

@@ -78,7 +78,8 @@ pub struct Args {
     /// cannot be in time
     #[arg(long, value_name = "T", value_parser = milliseconds)]
     deadline_ms: Option<u64>,
-    /// Longest wait for the service, and for the object while its database is being loaded, s
+    /// Longest wait for the service, and for the object while its database is being loaded, s. A daemon that runs without replying is
+    /// waited for at least 5 s
     #[arg(long, value_name = "SECONDS", value_parser = wait::seconds)]
     wait: Option<Duration>,
     /// Keep the result for a while, so that its fragments can be struck; the document contains its handle

@@ -21,7 +21,7 @@ pub struct Args {
     /// Print the status again every second until interrupted
     #[arg(long)]
     watch: bool,
-    /// Longest wait for the service to be ready, s
+    /// Longest wait for the service to be ready, s. A daemon that runs without replying is waited for at least 5 s
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     wait: Option<Duration>,
     /// Print one JSON document on stdout (one per line with --watch)
@@ -141,7 +141,7 @@ fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&
         status.clients,
         counted(status.clients_max.into(), "client"),
         counted(status.threads.into(), "thread"),
-        counted(status.restarts.into(), "restart"),
+        counted(status.restarts, "restart"),
         status.crashes
     );
     text += &format!(

@@ -29,6 +29,19 @@ pub fn hint() -> String {
     [files, bytes].into_iter().flatten().collect()
 }
 
+/// A `shared_memory` error, if a limit of this process can be why it did not reach a daemon; otherwise the error as it is.
+///
+/// # Errors
+/// `error`, if no limit is low.
+pub fn explain_unreached(error: Error) -> Result<Error, Error> {
+    let limits = hint();
+    if limits.is_empty() {
+        return Err(error);
+    }
+    let message = format!("the daemon lives but was not reached; raise the limit of this process: {error}");
+    Ok(Error::new(ErrorKind::SharedMemory, "ulimit", message))
+}
+
 /// `lost`, or a `shared_memory` error where the daemon lives and this process may map little memory: the transport then reports the
 /// same as for a daemon that went away.
 pub fn explain_lost(lost: Error, daemon_lives: impl FnOnce() -> bool) -> Error {

@@ -10,6 +10,8 @@ use shatter_fracture::scene::{Grain, Paint, WarpControls, Waves, brief};
 use shatter_fracture::surface::{SurfaceError, read_painted};
 use shatter_proto::Error;
 use shatter_proto::request::squarable;
+use shatter_proto::text::number;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 /// Keys of the controls for artists, the table `[objects.NAME.warp]`.
@@ -17,6 +19,9 @@ pub const WARP_KEYS: [&str; 5] = ["grain", "waves", "paint", "protect", "sites"]
 
 /// Maximum ratio of a grain; beyond it pieces are needles that no lattice resolves.
 const RATIO_MAX: f64 = 32.0;
+
+/// Possible lengths of waves, m.
+const LENGTHS_M: RangeInclusive<f64> = 1e-9..=1e9;
 
 /// Maximum factor of pieces per volume, in either direction.
 const FACTOR_MAX: f64 = 1000.0;
@@ -72,7 +77,7 @@ pub(super) fn read(path: &str, table: &toml::Table, folder: &Path) -> Result<War
     };
     let sites = controls.sites_m.len();
     if sites > DEGREE_MAX as usize {
-        return Err(invalid(&at("sites"), format!("has {sites} points; give at most {DEGREE_MAX}")));
+        return Err(invalid(at("sites"), format!("has {sites} points; give at most {DEGREE_MAX}")));
     }
     if let Some(site) = controls.sites_m.iter().position(|site| !site.iter().all(|x| x.is_finite())) {
         let value = format!("{:?}", controls.sites_m[site].coords.as_slice());
@@ -97,13 +102,14 @@ fn grain(path: &str, values: &GrainValues) -> Result<Grain, Error> {
 
 fn waves(path: &str, values: &WavesValues) -> Result<Waves, Error> {
     let WavesValues { length_m, slope } = *values;
-    let numbers = [("length_m", length_m, length_m.is_normal()), ("slope", slope, slope.is_finite())];
-    match numbers.into_iter().find(|(_, value, is_number)| !is_number || *value <= 0.0) {
-        None => Ok(Waves { length_m, slope }),
-        Some((key, value, _)) => {
-            Err(unsuitable(format!("{path}.{key}"), &value.to_string(), "a finite number above 0"))
-        }
+    if !LENGTHS_M.contains(&length_m) {
+        let range = format!("a number of meters from {:e} to {:e}", LENGTHS_M.start(), LENGTHS_M.end());
+        return Err(unsuitable(format!("{path}.length_m"), &number(length_m), &range));
     }
+    if !slope.is_finite() || slope <= 0.0 {
+        return Err(unsuitable(format!("{path}.slope"), &number(slope), "a finite number above 0"));
+    }
+    Ok(Waves { length_m, slope })
 }
 
 fn paint(path: &str, values: &PaintValues, folder: &Path) -> Result<Paint, Error> {

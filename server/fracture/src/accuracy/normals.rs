@@ -41,9 +41,9 @@ pub type ShadedLattice<'a> = (&'a Lattice, Option<Vec<Vector3<f64>>>);
 pub type ShadedTriangle = ([Point3<f64>; 3], [Vector3<f64>; 3]);
 
 impl NormalShares {
-    /// Computes the shares of a prepared object against the triangles of its skin; `None` without a skin.
+    /// Computes the shares of a prepared object against the triangles of its skin; `None` without a skin or its triangles.
     pub fn of(prepared: &PreparedObject, degrees: f64) -> Option<Self> {
-        let skin = prepared.skin.as_ref()?;
+        let skin = prepared.skin.as_ref().filter(|skin| !skin.triangles.is_empty())?;
         let normal = |vertex: u32| Vector3::from(skin.vertices[vertex as usize].normal).cast();
         let lit = |triangle: usize| (skin.corners(triangle), skin.triangles[triangle].map(normal));
         let input: Vec<ShadedTriangle> = (0..skin.triangles.len()).map(lit).collect();

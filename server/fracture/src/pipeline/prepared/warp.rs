@@ -15,6 +15,9 @@ use crate::surface::{LocalFrame, NearestPoints};
 use nalgebra::{Point3, Unit, Vector3};
 use std::collections::BTreeSet;
 
+/// Largest slope that is proposed; steeper waves fold every space.
+const SLOPE_MAX: f64 = 4.0;
+
 /// Bisection steps in the search for the steepest waves that do not fold.
 const SLOPE_STEPS: usize = 8;
 
@@ -59,7 +62,7 @@ impl PreparedObject {
             let waves = controls.waves.map(|waves| Waves { slope, ..waves });
             fold(&self::warp(&WarpControls { waves, ..controls.clone() }, self)).is_none()
         };
-        let mut range = [0.0, controls.waves.map_or(0.0, |waves| waves.slope)];
+        let mut range = [0.0, controls.waves.map_or(0.0, |waves| waves.slope.min(SLOPE_MAX))];
         for _ in 0..SLOPE_STEPS {
             let middle = 0.5 * (range[0] + range[1]);
             range[usize::from(!holds(middle))] = middle;

@@ -59,7 +59,10 @@ pub enum WarpError {
 /// Advice for waves that fold the space.
 fn advice(slope: Option<f64>) -> String {
     slope.map_or_else(
-        || "no slope of the waves avoids it; lower the ratio of the grain".to_owned(),
+        || {
+            "no slope of the waves was found that avoids it; use waves of another length, or a lower ratio of the grain"
+                .to_owned()
+        },
         |slope| format!("a slope of {slope} does not fold"),
     )
 }

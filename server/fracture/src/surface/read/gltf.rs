@@ -47,9 +47,15 @@ const TRANSFORM_ERROR_MAX: f32 = 1e-3;
 /// `minVersion` nor the transforms of nodes.
 fn validated(document: Document) -> Result<Document, SurfaceError> {
     let json = document.into_json();
-    if let Some(version) = json.asset.min_version.as_deref().filter(|&version| !version.starts_with("2.")) {
-        let reason = format!("needs a reader of glTF {}; this one reads 2.0: export it as glTF 2.0", brief(version));
-        return Err(malformed("gltf", "asset.minVersion", reason));
+    let needed = json.asset.min_version.as_ref().map(|version| ("asset.minVersion", version, [2, 0]));
+    // Later versions of the major version 2 add only what readers may ignore.
+    let stated = Some(("asset.version", &json.asset.version, [2, u32::MAX]));
+    for (key, version, most) in [needed, stated].into_iter().flatten() {
+        let [major, minor] = numbers(version).unwrap_or([u32::MAX; 2]);
+        if [major, minor] > most || (key == "asset.version" && major != 2) {
+            let reason = format!("is {}; this reader needs glTF 2.0: export it as that", brief(version));
+            return Err(malformed("gltf", key, reason));
+        }
     }
     for (number, node) in json.nodes.iter().enumerate() {
         transform(node).map_err(|reason| malformed("gltf", format!("node {number}"), reason))?;
@@ -63,6 +69,12 @@ fn validated(document: Document) -> Result<Document, SurfaceError> {
     Document::from_json(json).map_err(|error| malformed("gltf", "document", error))
 }
 
+/// Major and minor number of a version.
+fn numbers(version: &str) -> Option<[u32; 2]> {
+    let (major, minor) = version.split_once('.')?;
+    Some([major.parse().ok()?, minor.parse().ok()?])
+}
+
 /// Checks that a node's rotation has the length 1 and that its matrix is affine (glTF 2.0, section 3.5.3).
 fn transform(node: &gltf::json::Node) -> Result<(), String> {
     if let Some(rotation) = &node.rotation {
@@ -70,6 +82,10 @@ fn transform(node: &gltf::json::Node) -> Result<(), String> {
         if (length - 1.0).abs() > TRANSFORM_ERROR_MAX {
             return Err(format!("its rotation {:?} has the length {length}, not 1: normalize it", rotation.0));
         }
+    }
+    let has_parts = node.translation.is_some() || node.rotation.is_some() || node.scale.is_some();
+    if node.matrix.is_some() && has_parts {
+        return Err("has a matrix beside a translation, rotation or scale; keep one of the two".to_owned());
     }
     if let Some(matrix) = &node.matrix {
         let last_row = [3, 7, 11, 15].map(|k| matrix[k]);
@@ -195,6 +211,10 @@ impl Builder {
             Some(accessor) => self.buffers.indices(&accessor)?,
             None => (0..count as u32).collect(),
         };
+        if mode == Mode::Triangles && !indices.len().is_multiple_of(3) {
+            let reason = format!("has {} indices of triangles, which is no multiple of 3", indices.len());
+            return Err(malformed("gltf", format!("primitive {}", primitive.index()), reason));
+        }
         let first = self.mesh.positions_m.len();
         within_limit(first + count)?;
         within_limit(self.mesh.triangles.len() + indices.len())?;
@@ -301,12 +321,21 @@ mod tests {
             ("", r#""rotation":[0,0,1,1]"#, "node 1: its rotation"),
             ("", r#""matrix":[1,0,0,0,0,1,0,0,0,0,1,0,5,0,0,2]"#, "node 1: elements 3, 7, 11 and 15 of its matrix"),
             ("", r#""matrix":[1,0,0,0.5,0,1,0,0,0,0,1,0,0,0,0,1]"#, "[0.5, 0.0, 0.0, 1.0]"),
-            (r#","minVersion":"3.0""#, "", "asset.minVersion: needs a reader of glTF 3.0"),
+            ("", r#""matrix":[1,0,0,0,0,1,0,0,0,0,1,0,5,0,0,1],"scale":[1,1,1]"#, "node 1: has a matrix beside"),
+            (r#","minVersion":"3.0""#, "", "asset.minVersion: is 3.0; this reader needs glTF 2.0"),
+            (r#","minVersion":"2.1""#, "", "asset.minVersion: is 2.1"),
+            (r#","minVersion":"two""#, "", "asset.minVersion: is two"),
         ] {
             let error = read(asset, node).map(drop).unwrap_err().to_string();
             assert!(error.contains(wanted), "{error}");
         }
+        for version in ["1.0", "3.0", "2", "2.0.1", "abc"] {
+            let document = format!(r#"{{"asset":{{"version":"{version}"}}}}"#);
+            let error = parse(document.as_bytes(), Path::new(".")).map(drop).unwrap_err().to_string();
+            assert!(error.contains(&format!("asset.version: is {version}")), "{error}");
+        }
         for (asset, node) in [
+            (r#","minVersion":"1.0""#, ""),
             (r#","minVersion":"2.0""#, r#""rotation":[0,0,0.70710677,0.70710677]"#),
             ("", r#""matrix":[2,0,0,0,0,3,0,0,0,0,-1,0,5,6,7,1]"#),
         ] {
