@@ -168,7 +168,7 @@ fn the_command_line_aims_lists_bounds_and_names_the_nearest() {
     }
     let strike = ["impact", "bar", "--point", "0.2,0,0", "--impulse", "-50,0,0", "--degree", "3", "--keep"];
     let (_, kept) = json(&strike);
-    let of_fragment = format!("{}/0", kept["handle"].as_str().unwrap());
+    let of_fragment = format!("{}/0", kept["handle"]);
     let center: Vec<String> =
         kept["fragments"][0]["center_m"].as_array().unwrap().iter().map(ToString::to_string).collect();
     let impulse_ns =
