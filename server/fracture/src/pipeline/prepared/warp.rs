@@ -15,7 +15,7 @@ use crate::surface::{LocalFrame, NearestPoints};
 use nalgebra::{Point3, Unit, Vector3};
 use std::collections::BTreeSet;
 
-/// Largest slope that is proposed; steeper waves fold every space.
+/// Largest slope that is proposed; a slope of 0.3 is strong already.
 const SLOPE_MAX: f64 = 4.0;
 
 /// Bisection steps in the search for the steepest waves that do not fold.
