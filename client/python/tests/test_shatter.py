@@ -433,6 +433,13 @@ def test_a_fork_takes_nothing_from_its_parent():
     assert held["ticket"].wait().output_hash == expected
 
 
+def test_without_numpy_the_import_says_what_to_install():
+    code = "import sys; sys.modules['numpy'] = None; import shatter"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert run.returncode == 1
+    assert run.stderr.endswith("ModuleNotFoundError: shatter returns numpy arrays: `pip install numpy`\n"), run.stderr
+
+
 def test_ctrl_c_ends_a_wait():
     # Programs that a script starts in the background ignore the signal, and so do their children.
     script = (

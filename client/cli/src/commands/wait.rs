@@ -11,10 +11,10 @@ const PAUSE: Duration = Duration::from_millis(50);
 /// The value of `--wait`, s.
 ///
 /// # Errors
-/// A message for text that is not a number, or for a negative number.
+/// A message for text that is not a number, or for a number that is negative or too large.
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     let seconds: f64 = text.parse().map_err(|_| format!("`{}` is not a number", quoted(text)))?;
-    Duration::try_from_secs_f64(seconds).map_err(|_| "must be 0 or more, in seconds".to_owned())
+    Duration::try_from_secs_f64(seconds).map_err(|_| "must be from 0 to 1e19, in seconds".to_owned())
 }
 
 /// Result of `attempt`. Repeats it after an error that may pass, until the deadline, if there is one.

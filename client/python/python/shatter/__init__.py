@@ -16,7 +16,12 @@ service, :class:`ArgumentError` an argument that cannot be used. Any number of t
 After a fork, the child connects again by itself; tickets of the parent fail there with `lost`.
 """
 
-from . import _messages, _shatter
+try:
+    import numpy as _numpy  # noqa: F401
+except ModuleNotFoundError as error:
+    raise ModuleNotFoundError("shatter returns numpy arrays: `pip install numpy`", name=error.name) from None
+
+from . import _messages, _shatter  # noqa: E402
 
 # Before the names are imported: functions are replaced.
 _messages.explain(_shatter)

@@ -4,7 +4,7 @@ use super::ply::{Meaning, meaning, one_line};
 use super::{SurfaceError, malformed};
 use crate::scene::brief;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{Header, PropertyAccess, PropertyType, ScalarType};
+use ply_rs_bw::ply::{Header, PropertyAccess, PropertyDef, PropertyType, ScalarType};
 use std::collections::HashSet;
 use std::io::ErrorKind;
 
@@ -46,9 +46,15 @@ fn no_name_twice(bytes: &[u8]) -> Result<(), SurfaceError> {
     Ok(())
 }
 
-/// Refuses lists of indices whose values are not whole numbers.
+/// Refuses faces without a list of indices, and lists of indices whose values are not whole numbers.
 fn whole_indices(header: &Header) -> Result<(), SurfaceError> {
     for element in header.elements.values() {
+        let is_list = |property: &PropertyDef| matches!(property.data_type, PropertyType::List(..));
+        let has_list = element.properties.values().any(|it| meaning(&it.name) == Meaning::Indices && is_list(it));
+        if element.name == "face" && element.count > 0 && !has_list {
+            let reason = "has no list of vertices: expected `property list uchar int vertex_indices`";
+            return Err(malformed("ply", "element face", reason));
+        }
         for property in element.properties.values().filter(|property| meaning(&property.name) == Meaning::Indices) {
             if let PropertyType::List(_, ScalarType::Float | ScalarType::Double) = property.data_type {
                 let reason =
@@ -128,11 +134,13 @@ mod tests {
                 "element face 3\nproperty list uchar float vertex_indices\n",
                 "element face: `vertex_indices` has float values; indices must be of a whole type",
             ),
+            ("element face 3\nproperty int vertex_indices\n", "element face: has no list of vertices"),
+            ("element face 3\nproperty uchar red\n", "element face: has no list of vertices"),
         ] {
             let message = message(&format!("{start}{lines}end_header\n"));
             assert!(message.contains(wanted), "{message}");
         }
-        let lines = "element vertex 3\nproperty float x\nelement face 1\nproperty list uchar int x\n";
+        let lines = "element vertex 3\nproperty float x\nelement face 1\nproperty int x\nproperty list uchar int vertex_index\n";
         let valid = format!("{start}{lines}end_header\n");
         let mut reader = Reader::new(valid.as_bytes());
         assert!(read(&Parser::<DefaultElement>::new(), &mut reader, valid.as_bytes()).is_ok());
