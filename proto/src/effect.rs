@@ -197,8 +197,12 @@ impl Effects {
         for effect in changed.iter() {
             let Some(needs) = effect.needs().filter(|needs| !changed.has(*needs)) else { continue };
             if on.has(effect) {
-                let (name, needs) = (effect.name(), needs.name());
-                return Err(conflict(effect, format!("the effect `{name}` needs `{needs}`, which is off")));
+                let missing = std::iter::successors(Some(needs), |effect| effect.needs());
+                let missing: Vec<_> = missing.filter(|effect| !changed.has(*effect)).map(Effect::name).collect();
+                let (are, them) = if missing.len() > 1 { ("are", "them") } else { ("is", "it") };
+                let (name, missing) = (effect.name(), missing.join("` and `"));
+                let message = format!("the effect `{name}` needs `{missing}`, which {are} off; switch {them} on, too");
+                return Err(conflict(effect, message));
             }
             changed.0 &= !effect.bit();
         }
@@ -244,6 +248,11 @@ mod tests {
         assert_eq!(changed(&[Effect::Uv], &[Effect::Uv]).unwrap_err().at, "uv");
         let needy = changed(&[Effect::Tensile], &[Effect::Elastic]).unwrap_err();
         assert_eq!((needy.kind, needy.at.as_str()), (ErrorKind::Effect, "tensile"));
+        let weight = Effects::default().changed(Effects::of([Effect::Gravity]), Effects::default()).unwrap_err();
+        assert_eq!(
+            weight.message,
+            "the effect `gravity` needs `anchored` and `elastic`, which are off; switch them on, too"
+        );
         let scene = Effects::of([Effect::Elastic, Effect::Tensile]);
         assert_eq!(scene.changed(Effects::default(), Effects::of([Effect::Elastic])).unwrap(), Effects::default());
     }

@@ -67,7 +67,9 @@ pub fn loader(scene: Option<Scene>) -> Loader {
         let mut prepared = database::load_tables(path, terms.tables()).map_err(|error| damaged(&error))?;
         let own = &prepared.parameters.material_name;
         if let Some((name, _)) = material.filter(|(name, _)| name != own) {
-            return Err(format!("it was baked as {own}, but the scene needs {name}; bake it again"));
+            return Err(format!(
+                "it was baked as {own}, but the scene needs {name}; bake it again with `--material {name}`"
+            ));
         }
         if let Some(table) = database::lacking(&prepared, terms.tables()).filter(|_| scene.is_some()) {
             return Err(format!(

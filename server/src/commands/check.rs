@@ -164,7 +164,9 @@ fn material(name: &str, object: &SceneObject, file: &Path) -> Result<(), Command
         return Ok(());
     }
     let (key, at) = (format!("objects.{name}.material"), file.display());
-    let message = format!("{key}: {at} was baked as {found}, but the scene needs {wanted}; bake it again");
+    let message = format!(
+        "{key}: {at} was baked as {found}, but the scene needs {wanted}; bake it again with `--material {wanted}`"
+    );
     Err(Error::new(ErrorKind::Configuration, key, message).into())
 }
 

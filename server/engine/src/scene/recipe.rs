@@ -4,7 +4,7 @@ use super::{Scene, SceneObject, invalid};
 use crate::wire::preset;
 use shatter_fracture::database::{BakeRequest, Tables};
 use shatter_fracture::pipeline::{self, SurfaceKind};
-use shatter_fracture::scene::Material;
+use shatter_fracture::scene::{MATERIALS, Material, Materials};
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_proto::Error;
 use std::collections::BTreeMap;
@@ -100,13 +100,14 @@ impl Scene {
         for (name, object) in &self.objects {
             databases.entry(&object.database).or_default().push((name, object));
         }
+        let materials = Materials::parse(MATERIALS);
         let recipe = |(database, objects): (&str, Vec<(&str, &SceneObject)>)| {
             let recipe = BakeRecipe::of_all(&objects)?;
             if let (Some(_), None, Some(name)) = (recipe.shape, &recipe.material, recipe.objects.first()) {
-                return Err(invalid(
-                    format!("objects.{name}.material"),
-                    "missing; an object with a `shape` needs a material",
-                ));
+                let key = format!("objects.{name}.material");
+                let known: Vec<&str> = materials.iter().flat_map(Materials::names).collect();
+                let reason = format!("missing; an object with a `shape` needs one of {}", known.join(", "));
+                return Err(invalid(key, reason));
             }
             Ok((database.to_owned(), recipe))
         };
