@@ -125,7 +125,7 @@ enum ShatterCode
     /// The daemon is stopping.
     SHATTER_CODE_STOPPING = 42,
     /// The request was canceled.
-    SHATTER_CODE_CANCELLED = 43,
+    SHATTER_CODE_CANCELED = 43,
     /// The request failed inside the service.
     SHATTER_CODE_FAILED = 44,
     /// The result is larger than the buckets of the daemon.
@@ -474,7 +474,7 @@ typedef struct ShatterStatus {
     /// Requests that failed inside the service.
     uint64_t failed;
     /// Requests that their client canceled, or whose client died.
-    uint64_t cancelled;
+    uint64_t canceled;
     /// Memory of the objects, bytes.
     uint64_t memory_bytes;
     /// Time from the arrival of a request to its result, ns: median.

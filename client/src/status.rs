@@ -74,7 +74,7 @@ pub struct Status {
     /// Requests that failed inside the service.
     pub failed: u64,
     /// Requests that their client canceled, or whose client died.
-    pub cancelled: u64,
+    pub canceled: u64,
     /// Times from the arrival of a request to its result.
     pub request_times: Latency,
     /// Times by stage, in the order in which data flows.
@@ -116,7 +116,7 @@ impl Status {
             busy: row.busy,
             late: row.late,
             failed: row.failed,
-            cancelled: row.cancelled,
+            canceled: row.canceled,
             request_times: row.strike,
             stage_times: StageKind::ALL.iter().copied().zip(row.stages).collect(),
         }

@@ -238,7 +238,7 @@ pub struct ServiceStatusRow {
     /// Requests that failed inside the service.
     pub failed: u64,
     /// Requests that their client canceled, or whose client died.
-    pub cancelled: u64,
+    pub canceled: u64,
     /// Bytes of memory that the objects hold.
     pub memory_bytes: u64,
     /// Number of reloads of the databases since the daemon started.

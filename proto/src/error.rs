@@ -173,7 +173,7 @@ kinds! {
     /// The daemon is stopping.
     42 Stopping "stopping" Service BUSY true;
     /// The request was canceled.
-    43 Cancelled "cancelled" Caller REFUSED true;
+    43 Canceled "canceled" Caller REFUSED true;
     /// The request failed inside the service.
     44 Failed "failed" Service OURS false;
     /// The result is larger than the buckets of the daemon.

@@ -26,16 +26,16 @@ pub enum JobEnd {
     /// Failed inside the service.
     Failed,
     /// Dropped by its client.
-    Cancelled,
+    Canceled,
 }
 
 impl JobEnd {
-    const ALL: [Self; 6] = [Self::Completed, Self::Refused, Self::Busy, Self::Late, Self::Failed, Self::Cancelled];
+    const ALL: [Self; 6] = [Self::Completed, Self::Refused, Self::Busy, Self::Late, Self::Failed, Self::Canceled];
 
     /// End that corresponds to an error.
     pub fn of(error: &Error) -> Self {
         match (error.kind, error.kind.fault()) {
-            (ErrorKind::Cancelled, _) => Self::Cancelled,
+            (ErrorKind::Canceled, _) => Self::Canceled,
             (ErrorKind::Late, _) => Self::Late,
             (ErrorKind::Busy | ErrorKind::Stopping | ErrorKind::SharedMemory, _) => Self::Busy,
             (_, Fault::Service) => Self::Failed,
@@ -50,7 +50,7 @@ impl JobEnd {
             Self::Busy => "busy",
             Self::Late => "late",
             Self::Failed => "failed",
-            Self::Cancelled => "cancelled",
+            Self::Canceled => "canceled",
         }
     }
 }
@@ -204,10 +204,10 @@ impl Metrics {
 
     /// Fills the counters and times of a status row.
     pub fn fill(&self, row: &mut ServiceStatusRow) {
-        let [completed, refused, busy, late, failed, cancelled] =
+        let [completed, refused, busy, late, failed, canceled] =
             JobEnd::ALL.map(|end| self.ends.get_or_create(&[("end", end.name())]).get());
         (row.completed, row.refused, row.busy, row.late) = (completed, refused, busy, late);
-        (row.failed, row.cancelled) = (failed, cancelled);
+        (row.failed, row.canceled) = (failed, canceled);
         row.strike = latency(&self.strike_times);
         for (slot, times) in row.stages.iter_mut().zip(&self.stage_times) {
             *slot = latency(times);
@@ -275,6 +275,6 @@ mod tests {
         assert_eq!(end(ErrorKind::Busy), JobEnd::Busy);
         assert_eq!(end(ErrorKind::Late), JobEnd::Late);
         assert_eq!(end(ErrorKind::Failed), JobEnd::Failed);
-        assert_eq!(end(ErrorKind::Cancelled), JobEnd::Cancelled);
+        assert_eq!(end(ErrorKind::Canceled), JobEnd::Canceled);
     }
 }

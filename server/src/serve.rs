@@ -38,7 +38,7 @@ const MIB: usize = 1024 * 1024;
 /// Shared memory that must be free beyond the rehearsal, bytes.
 const SHARED_MEMORY_SPARE: usize = 4 * MIB;
 
-/// Time for computing requests to notice that they are cancelled when the daemon ends.
+/// Time for computing requests to notice that they are canceled when the daemon ends.
 const GRACE: Duration = Duration::from_secs(3);
 
 /// Time for which an ending daemon stays reachable, so that refused clients can collect their errors.
@@ -200,7 +200,7 @@ impl Daemon {
             WakeEvent::End => return true,
         }
         for _ in 0..self.jobs.prune() {
-            self.metrics.ended(JobEnd::Cancelled);
+            self.metrics.ended(JobEnd::Canceled);
         }
         self.worker_pool.expire_kept();
         self.receive();

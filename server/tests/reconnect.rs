@@ -118,6 +118,6 @@ fn struck_twice(failure: ErrorKind) -> ([ErrorKind; 2], bool) {
 
 #[test]
 fn an_evicted_request_is_lost_and_the_client_reconnects() {
-    assert_eq!(struck_twice(ErrorKind::Cancelled), ([ErrorKind::Lost; 2], false));
+    assert_eq!(struck_twice(ErrorKind::Canceled), ([ErrorKind::Lost; 2], false));
     assert_eq!(struck_twice(ErrorKind::Failed), ([ErrorKind::Failed; 2], true), "other errors are passed on unchanged");
 }

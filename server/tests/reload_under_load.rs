@@ -103,7 +103,7 @@ fn ten_thousand_strikes_across_twenty_reloads_are_each_of_one_version() {
     assert!(seen[0] + seen[1] >= STRIKES);
     assert!(seen.iter().all(|seen| *seen > STRIKES / 10), "{seen:?}");
     let row = service.status(timeout()).unwrap();
-    assert_eq!((row.failed, row.refused, row.busy, row.cancelled), (0, 0, 0, 0));
+    assert_eq!((row.failed, row.refused, row.busy, row.canceled), (0, 0, 0, 0));
     assert_eq!(row.reloads, 1 + RELOADS as u64);
     let deadline = timeout();
     while service.status(timeout()).unwrap().retired > 0 {

@@ -297,7 +297,7 @@ fn tickets_can_be_awaited_and_a_dropped_future_cancels() {
         assert!(tokio::time::timeout(std::time::Duration::from_millis(30), slow).await.is_err());
         assert!(vase.strike(&impact()).unwrap().await.is_ok(), "the only worker is free again");
     });
-    eventually(&service, |row| row.cancelled == 1);
+    eventually(&service, |row| row.canceled == 1);
 }
 
 #[test]
@@ -334,7 +334,7 @@ fn a_dropped_ticket_frees_its_worker() {
     drop((computing, waiting));
     // The only worker is free again.
     assert!(service.object("vase", timeout()).unwrap().strike(&impact()).unwrap().wait(timeout()).is_ok());
-    eventually(&service, |row| row.cancelled == 2);
+    eventually(&service, |row| row.canceled == 2);
 }
 
 #[test]

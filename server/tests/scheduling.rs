@@ -132,7 +132,7 @@ fn a_full_queue_is_shared_and_reports_when_to_retry() {
 }
 
 #[test]
-fn late_requests_are_cancelled_and_hopeless_ones_rejected_at_once() {
+fn late_requests_are_canceled_and_hopeless_ones_rejected_at_once() {
     let mut busy = BusyDaemon::new(&["vase-l"], 99);
     let within = |ms| impact().deadline(Duration::from_millis(ms));
     let late = refused(object(&busy.service, "vase-l").strike(&within(20)).unwrap());

@@ -92,7 +92,7 @@ fn remedy(kind: ErrorKind) -> &'static str {
         }
         ErrorKind::Late => "Send fewer requests, allow more time, or use a faster preset.",
         ErrorKind::Stopping => "Send the request again when the next daemon serves.",
-        ErrorKind::Cancelled => "None is needed: the client dropped the ticket.",
+        ErrorKind::Canceled => "None is needed: the client dropped the ticket.",
         ErrorKind::Failed | ErrorKind::Transport => "Report it with the daemon's log.",
         ErrorKind::ResultTooLarge => "Restart the daemon, or raise `results.bucket_mib_max`.",
         ErrorKind::BadResult => "Report it; check that no other program writes to the service's shared memory.",
@@ -270,8 +270,8 @@ fn commands() -> String {
 /// Metrics with all of their labels.
 fn exposition() -> String {
     let mut metrics = Metrics::new().unwrap();
-    use JobEnd::{Busy, Cancelled, Completed, Failed, Late, Refused};
-    for end in [Completed, Busy, Cancelled, Failed, Late, Refused] {
+    use JobEnd::{Busy, Canceled, Completed, Failed, Late, Refused};
+    for end in [Completed, Busy, Canceled, Failed, Late, Refused] {
         metrics.ended(end);
     }
     let mut stage = StageCost::idle(StageKind::Elasticity);

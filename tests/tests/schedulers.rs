@@ -213,11 +213,11 @@ fn slurm_bakes_what_an_undivided_bake_gives() {
     let mut ends = slurm.ends(&job);
     println!("slurm, first: {ends:?}");
     // A task that is canceled before it ran may leave no record.
-    ends.retain(|state| state != "CANCELLED");
+    ends.retain(|state| state != "CANCELED");
     let expected = ["COMPLETED", "COMPLETED", "COMPLETED", "FAILED", "COMPLETED", "COMPLETED", "COMPLETED"];
     assert_eq!(ends, expected);
     assert!(!fixture.path("shares/box.5-of-8.share").exists(), "task 5 did not run");
-    assert_eq!(slurm.ends(&early), ["CANCELLED"], "a merge after a failed share does not stay in the queue");
+    assert_eq!(slurm.ends(&early), ["CANCELED"], "a merge after a failed share does not stay in the queue");
 
     fs::remove_dir(obstacle).unwrap();
     let again = slurm.submit(&["--array=3,5"], "slurm/bake.sbatch", &arguments);

@@ -280,6 +280,6 @@ fn controls_that_an_object_cannot_follow_are_refused_by_name() {
     let token = CancelToken::default();
     token.cancel();
     let grain = Some(Grain { axis: Vector3::x(), ratio: 2.0 });
-    let cancelled = cube().warped(&WarpControls { grain, ..WarpControls::default() }, &token).err().unwrap();
-    assert!(matches!(cancelled, WarpError::Cancelled(_)), "{cancelled}");
+    let canceled = cube().warped(&WarpControls { grain, ..WarpControls::default() }, &token).err().unwrap();
+    assert!(matches!(canceled, WarpError::Canceled(_)), "{canceled}");
 }

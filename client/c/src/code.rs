@@ -80,7 +80,7 @@ pub enum Code {
     /// The daemon is stopping.
     Stopping = 42,
     /// The request was canceled.
-    Cancelled = 43,
+    Canceled = 43,
     /// The request failed inside the service.
     Failed = 44,
     /// The result is larger than the buckets of the daemon.
@@ -149,7 +149,7 @@ impl From<ErrorKind> for Code {
             ErrorKind::Busy => Self::Busy,
             ErrorKind::Late => Self::Late,
             ErrorKind::Stopping => Self::Stopping,
-            ErrorKind::Cancelled => Self::Cancelled,
+            ErrorKind::Canceled => Self::Canceled,
             ErrorKind::Failed => Self::Failed,
             ErrorKind::ResultTooLarge => Self::ResultTooLarge,
             ErrorKind::BadResult => Self::BadResult,

@@ -142,7 +142,7 @@ pub struct Status {
     /// Requests that failed inside the service.
     pub failed: u64,
     /// Requests that their client canceled, or whose client died.
-    pub cancelled: u64,
+    pub canceled: u64,
     /// Memory of the objects, bytes.
     pub memory_bytes: u64,
     /// Time from the arrival of a request to its result, ns: median.
@@ -179,7 +179,7 @@ impl From<&shatter_client::Status> for Status {
             busy: own.busy,
             late: own.late,
             failed: own.failed,
-            cancelled: own.cancelled,
+            canceled: own.canceled,
             memory_bytes: own.memory_bytes,
             strike_p50_ns: own.request_times.p50_ns,
             strike_p99_ns: own.request_times.p99_ns,

@@ -23,7 +23,7 @@ impl Ticket {
     ) -> Result<T, shatter_client::Error> {
         let mut place = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let spent =
-            || shatter_client::Error::new(ErrorKind::Cancelled, "ticket", "the ticket was canceled; strike again");
+            || shatter_client::Error::new(ErrorKind::Canceled, "ticket", "the ticket was canceled; strike again");
         ask(place.as_mut().ok_or_else(spent)?)
     }
 }

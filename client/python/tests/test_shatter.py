@@ -345,7 +345,7 @@ def test_tickets_poll_cancel_and_are_spent(body):
     other.cancel()
     with pytest.raises(shatter.ServiceError) as refused:
         other.wait()
-    assert refused.value.kind == "cancelled"
+    assert refused.value.kind == "canceled"
 
 
 def test_what_is_late_says_so(body):

@@ -33,7 +33,7 @@ pub trait ServedObject: Send + Sync {
     /// Strikes the object. Polls `token` and reports every stage and effect to `observer`.
     ///
     /// # Errors
-    /// What is wrong with the request or the object, with the kind of the rule; `cancelled` if `token` says so.
+    /// What is wrong with the request or the object, with the kind of the rule; `canceled` if `token` says so.
     fn strike(
         &self,
         strike: &Request,

@@ -7,10 +7,10 @@ use std::fmt::{self, Debug, Formatter};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Error of a stage that was cancelled. Its partial results are dropped.
+/// Error of a stage that was canceled. Its partial results are dropped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("cancelled")]
-pub struct Cancelled;
+#[error("canceled")]
+pub struct Canceled;
 
 /// Stop flag shared by the thread that waits and the threads that compute.
 ///
@@ -18,7 +18,7 @@ pub struct Cancelled;
 /// and per factorization or eigenvalue block.
 #[derive(Clone, Default)]
 pub struct CancelToken {
-    cancelled: Arc<AtomicBool>,
+    canceled: Arc<AtomicBool>,
     remaining: Option<Arc<dyn Fn() -> f64 + Send + Sync>>,
 }
 
@@ -29,25 +29,25 @@ impl CancelToken {
     /// clock, so the caller supplies it.
     #[must_use]
     pub fn with_time(&self, remaining_s: impl Fn() -> f64 + Send + Sync + 'static) -> Self {
-        Self { cancelled: self.cancelled.clone(), remaining: Some(Arc::new(remaining_s)) }
+        Self { canceled: self.canceled.clone(), remaining: Some(Arc::new(remaining_s)) }
     }
 
     /// Requests the work to stop at its next checkpoint. Never blocks; repeated calls have no further effect.
     pub fn cancel(&self) {
-        self.cancelled.store(true, Ordering::Relaxed);
+        self.canceled.store(true, Ordering::Relaxed);
     }
 
     /// Returns true once [`Self::cancel`] was called on this token or a clone.
-    pub fn is_cancelled(&self) -> bool {
-        self.cancelled.load(Ordering::Relaxed)
+    pub fn is_canceled(&self) -> bool {
+        self.canceled.load(Ordering::Relaxed)
     }
 
-    /// Checkpoint of a stage: fails once the work is cancelled.
+    /// Checkpoint of a stage: fails once the work is canceled.
     ///
     /// # Errors
-    /// [`Cancelled`] once the work was asked to stop.
-    pub fn check(&self) -> Result<(), Cancelled> {
-        if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
+    /// [`Canceled`] once the work was asked to stop.
+    pub fn check(&self) -> Result<(), Canceled> {
+        if self.is_canceled() { Err(Canceled) } else { Ok(()) }
     }
 
     /// Seconds until the result is due: negative after the deadline, infinite without one.
@@ -58,8 +58,8 @@ impl CancelToken {
 
 impl Debug for CancelToken {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
-        let (is_cancelled, is_timed) = (self.is_cancelled(), self.remaining.is_some());
-        formatter.debug_struct("CancelToken").field("is_cancelled", &is_cancelled).field("is_timed", &is_timed).finish()
+        let (is_canceled, is_timed) = (self.is_canceled(), self.remaining.is_some());
+        formatter.debug_struct("CancelToken").field("is_canceled", &is_canceled).field("is_timed", &is_timed).finish()
     }
 }
 
@@ -68,11 +68,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_derived_token_is_cancelled_with_its_parent() {
+    fn a_derived_token_is_canceled_with_its_parent() {
         let token = CancelToken::default();
         let timed = token.with_time(|| 0.25);
         assert_eq!((token.remaining_s(), timed.remaining_s()), (f64::INFINITY, 0.25));
         token.cancel();
-        assert_eq!(timed.check(), Err(Cancelled));
+        assert_eq!(timed.check(), Err(Canceled));
     }
 }

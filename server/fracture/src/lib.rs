@@ -28,7 +28,7 @@
 //! # }
 //! ```
 //!
-//! These methods allocate their memory and cannot be cancelled. [`database::bake`] and [`pipeline::strike`] do the same with a
+//! These methods allocate their memory and cannot be canceled. [`database::bake`] and [`pipeline::strike`] do the same with a
 //! [`CancelToken`](cancel_token::CancelToken) and an observer of stages; requests can then share one
 //! [`Workspace`](pipeline::Workspace). [`FractureMeshes::emit`](pipeline::FractureMeshes::emit) writes into the caller's memory.
 //! [`database::save`] and [`database::load`] write and read prepared objects.

@@ -106,7 +106,7 @@ impl CommandError {
     }
 
     /// Error of a command that a signal ended before it had anything to keep.
-    fn cancelled() -> Self {
+    fn canceled() -> Self {
         Self::interrupted("a signal ended the command; nothing was written")
     }
 
@@ -226,7 +226,7 @@ impl From<SurfaceError> for CommandError {
             SurfaceError::ExtentOutOfRange { .. } => ("extent_out_of_range", String::new()),
             SurfaceError::NothingInside | SurfaceError::Flat { .. } => ("nothing_inside", String::new()),
             SurfaceError::Needle { .. } => ("too_thin", String::new()),
-            SurfaceError::Cancelled(_) => return Self::cancelled(),
+            SurfaceError::Canceled(_) => return Self::canceled(),
         };
         Self::refused(kind, at, error.to_string())
     }
@@ -252,7 +252,7 @@ impl From<LatticeError> for CommandError {
             LatticeError::NothingInside { .. } => {
                 ("nothing_inside", option("crack"), "bake with a finer --crack-spacing".to_owned())
             }
-            LatticeError::Cancelled(_) => return Self::cancelled(),
+            LatticeError::Canceled(_) => return Self::canceled(),
             LatticeError::BoundsNotFinite
             | LatticeError::VolumeNotPositive { .. }
             | LatticeError::DistanceNotFinite { .. } => return Self::ours("lattice", error.to_string()),
@@ -266,7 +266,7 @@ impl From<BakeError> for CommandError {
     fn from(error: BakeError) -> Self {
         let message = error.to_string();
         match error {
-            error if error.is_cancelled() => Self::cancelled(),
+            error if error.is_canceled() => Self::canceled(),
             BakeError::Severed(_) => Self::refused("severed_parts", "--quality", message),
             BakeError::Name(name) => Self::refused("object_name", name, message),
             BakeError::NotPositive { key, .. } if !key.contains(' ') => {
@@ -290,7 +290,7 @@ impl From<BakeError> for CommandError {
             BakeError::Elasticity { body, .. } => Self::refused("elasticity", format!("body {body}"), message),
             BakeError::Lift { .. } => Self::ours("lift", message),
             BakeError::Calibration(_) => Self::ours("calibration", message),
-            BakeError::Cancelled(_) => Self::cancelled(),
+            BakeError::Canceled(_) => Self::canceled(),
         }
     }
 }
@@ -334,7 +334,7 @@ mod tests {
         ] {
             assert_eq!(CommandError::refused("object_name", at, message).line(), wanted);
         }
-        assert_eq!(CommandError::cancelled().line().matches("interrupted").count(), 1);
+        assert_eq!(CommandError::canceled().line().matches("interrupted").count(), 1);
     }
 
     #[test]

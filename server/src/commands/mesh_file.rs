@@ -20,7 +20,7 @@ pub fn read(file: &Path, unit: LengthUnit, up: UpAxis) -> Result<RawMesh, Comman
 
 /// Converts a bake error; defects of the mesh name its file.
 pub fn bake_error(error: BakeError, mesh: Option<&Path>) -> CommandError {
-    let own = mesh.filter(|_| matches!(error, BakeError::Surface(_)) && !error.is_cancelled());
+    let own = mesh.filter(|_| matches!(error, BakeError::Surface(_)) && !error.is_canceled());
     let failure = CommandError::from(error);
     match own {
         Some(file) => failure.of_file(file),

@@ -178,7 +178,7 @@ pub fn work(
             kept = Some(Instant::now());
         }
         match partial.step(token) {
-            Err(BakeError::Cancelled(_)) => {
+            Err(BakeError::Canceled(_)) => {
                 keep(&partial)?;
                 return Err(interrupted(&partial, file));
             }

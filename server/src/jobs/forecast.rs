@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cancelled_request_gives_a_lower_bound() {
+    fn a_canceled_request_gives_a_lower_bound() {
         let mut forecast = Forecast::default();
         let vase = work("vase", DegreeRule::Inferred);
         let ms = Duration::from_millis;

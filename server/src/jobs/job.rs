@@ -182,5 +182,5 @@ impl Job {
 }
 
 fn closed() -> Error {
-    Error::new(ErrorKind::Cancelled, "client", "the client no longer waits for the result")
+    Error::new(ErrorKind::Canceled, "client", "the client no longer waits for the result")
 }

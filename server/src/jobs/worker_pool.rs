@@ -158,7 +158,7 @@ impl WorkerPool {
                 Err(Error::new(ErrorKind::Failed, "strike", message))
             });
             let result = result.map_err(|error| match job.stopped() {
-                Some(why) if error.kind == ErrorKind::Cancelled => why.error(),
+                Some(why) if error.kind == ErrorKind::Canceled => why.error(),
                 _ => error,
             });
             let end = match &result {

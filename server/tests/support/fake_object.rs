@@ -155,7 +155,7 @@ fn last(token: &CancelToken, ms: u64) -> Result<(), Error> {
 fn wait(token: &CancelToken, must: impl Fn() -> bool) -> Result<(), Error> {
     let begun = Instant::now();
     while must() && begun.elapsed() < Duration::from_secs(60) {
-        token.check().map_err(|error| Error::new(ErrorKind::Cancelled, "client", error.to_string()))?;
+        token.check().map_err(|error| Error::new(ErrorKind::Canceled, "client", error.to_string()))?;
         std::thread::sleep(Duration::from_millis(1));
     }
     Ok(())

@@ -120,7 +120,7 @@ fn to_json(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Value {
         "busy": status.busy,
         "late": status.late,
         "failed": status.failed,
-        "cancelled": status.cancelled,
+        "canceled": status.canceled,
         "strike": latency(&status.request_times),
         "stages": stages,
         "objects": loaded.iter().map(objects::loaded).collect::<Vec<_>>(),
@@ -155,7 +155,7 @@ fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&
         status.busy,
         status.late,
         status.failed,
-        status.cancelled
+        status.canceled
     );
     text += &format!(
         "results: {} buckets of {:.1} MiB, {} unread; at most {} were held at once, {:.1} MiB exist; {} kept for later requests, {:.1} MiB\n",

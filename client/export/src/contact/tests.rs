@@ -139,7 +139,7 @@ fn lost(touches: &[ContactEvent], terms: ContactPolicy) -> ImpulseLost {
 }
 
 #[test]
-fn cancelled_impulses_are_reported_with_their_size() {
+fn canceled_impulses_are_reported_with_their_size() {
     let face = ContactBody { radius_m: f64::INFINITY, ..VASE };
     let floor = ContactBody::ground(ElasticMaterial::CONCRETE);
     let corner = |x: f64| ContactEvent { other: floor, ..touch([x, 0.0, 0.0], [0.0, 0.9, 0.0]) };

@@ -27,5 +27,5 @@ pub fn never_clean_up(config: &mut Config) {
 ///
 /// `error` is the daemon's reason for closing a request that this client has not canceled: only the transport can then have caused it.
 pub fn is_evicted(error: &Error) -> bool {
-    error.kind == ErrorKind::Cancelled
+    error.kind == ErrorKind::Canceled
 }

@@ -46,7 +46,7 @@ pub fn engine_error(error: FractureError) -> Error {
         FractureError::TooFar { contact, .. } => (ErrorKind::ContactTooFar, of(contact, "point_m")),
         FractureError::RayDirection => (ErrorKind::Ray, of(&0, "ray")),
         FractureError::RayMissed { .. } => (ErrorKind::RayMissed, of(&0, "ray")),
-        FractureError::Cancelled(_) => (ErrorKind::Cancelled, "client".to_owned()),
+        FractureError::Canceled(_) => (ErrorKind::Canceled, "client".to_owned()),
         FractureError::Elasticity { body, .. } | FractureError::Field { body, .. } => {
             let kind = if error.is_callers() { ErrorKind::Unsolvable } else { ErrorKind::Failed };
             (kind, format!("body {body}"))
@@ -108,7 +108,7 @@ mod tests {
         let unprepared =
             super::engine_error(FractureError::LiftUnprepared { body: 0, lift: LiftKind::SurfaceDiffusion });
         assert_eq!((unprepared.kind, unprepared.at.as_str()), (ErrorKind::Lift, "surface_diffusion"));
-        let cancelled = FractureError::Cancelled(shatter_fracture::cancel_token::Cancelled);
-        assert_eq!(super::engine_error(cancelled).kind, ErrorKind::Cancelled);
+        let canceled = FractureError::Canceled(shatter_fracture::cancel_token::Canceled);
+        assert_eq!(super::engine_error(canceled).kind, ErrorKind::Canceled);
     }
 }

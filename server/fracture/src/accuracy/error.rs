@@ -1,6 +1,6 @@
 //! Errors of accuracy measures.
 
-use crate::cancel_token::Cancelled;
+use crate::cancel_token::Canceled;
 use crate::tessellation::TessellationError;
 
 /// Error of an accuracy measure.
@@ -20,9 +20,9 @@ pub enum AccuracyError {
     /// The labels cannot be tessellated.
     #[error(transparent)]
     Tessellation(#[from] TessellationError),
-    /// The work was cancelled at a checkpoint.
+    /// The work was canceled at a checkpoint.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
+    Canceled(#[from] Canceled),
 }
 
 impl AccuracyError {

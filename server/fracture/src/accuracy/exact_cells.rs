@@ -35,7 +35,7 @@ pub struct ExactCells {
 /// `sites` is site-major, `sites × dimension` of `lift`, with at least one site.
 ///
 /// # Errors
-/// [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
+/// [`AccuracyError::Length`], [`AccuracyError::Canceled`].
 pub fn exact(
     lattice: &Lattice,
     lift: &LiftedLattice,

@@ -23,7 +23,7 @@ pub struct LabelErrors {
 /// both on the lattice of `regions`.
 ///
 /// # Errors
-/// [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
+/// [`AccuracyError::Length`], [`AccuracyError::Canceled`].
 pub fn misplaced(
     regions: &Regions<'_>,
     lift: &LiftedLattice,
@@ -90,7 +90,7 @@ fn oriented(corners: [[f64; 4]; 4]) -> [[f64; 4]; 4] {
 /// each reference tetrahedron, its centroid. Points outside `lattice` are projected to its boundary.
 ///
 /// # Errors
-/// [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
+/// [`AccuracyError::Length`], [`AccuracyError::Canceled`].
 pub fn label_fraction(
     lattice: &Lattice,
     given: &(dyn Fn(&LatticePoint) -> u32 + Sync),

@@ -15,7 +15,7 @@ use super::assign::{AssignScratch, AssignState};
 use super::level::PointLevel;
 use super::vector::square_distance;
 use super::{StepDecision, StopCondition};
-use crate::cancel_token::{CancelToken, Cancelled};
+use crate::cancel_token::{CancelToken, Canceled};
 
 /// Over-relaxation factor ω.
 ///
@@ -55,7 +55,7 @@ impl LloydState<'_> {
         level: &PointLevel,
         history: &mut Vec<f64>,
         token: &CancelToken,
-    ) -> Result<usize, Cancelled> {
+    ) -> Result<usize, Canceled> {
         self.begin(level, history, token)?;
         for iteration in 1..=ITERATIONS_MAX {
             let (before, reseeded) = (self.current.energy, self.iterate(level, RELAXATION, token)?);
@@ -76,7 +76,7 @@ impl LloydState<'_> {
         level: &PointLevel,
         history: &mut Vec<f64>,
         stop: &mut dyn StopCondition,
-    ) -> Result<bool, Cancelled> {
+    ) -> Result<bool, Canceled> {
         self.begin(level, history, stop.cancel())?;
         let (mut relaxation, mut converged) = (RELAXATION, false);
         match stop.decide(0, self.current.energy, self.current.energy) {
@@ -104,7 +104,7 @@ impl LloydState<'_> {
     }
 
     /// Assigns the start.
-    fn begin(&mut self, level: &PointLevel, history: &mut Vec<f64>, token: &CancelToken) -> Result<(), Cancelled> {
+    fn begin(&mut self, level: &PointLevel, history: &mut Vec<f64>, token: &CancelToken) -> Result<(), Canceled> {
         token.check()?;
         self.scratch.assign(level, self.current);
         history.clear();
@@ -115,7 +115,7 @@ impl LloydState<'_> {
     /// Runs one iteration. Returns true if the site of an empty cell was moved to another cell.
     ///
     /// Returns `None`, with nothing changed, if the energy no longer falls.
-    fn iterate(&mut self, level: &PointLevel, relaxation: f64, token: &CancelToken) -> Result<Option<bool>, Cancelled> {
+    fn iterate(&mut self, level: &PointLevel, relaxation: f64, token: &CancelToken) -> Result<Option<bool>, Canceled> {
         token.check()?;
         let reseeded = self.step(level, relaxation);
         self.scratch.assign(level, self.trial);

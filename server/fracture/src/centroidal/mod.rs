@@ -24,7 +24,7 @@ pub(crate) use power::{cube_root, three_fifths};
 pub use stop_condition::{GAP_CERTAIN, GAP_MIN, StepDecision, StopCondition, gap};
 pub use workspace::DiagramWorkspace;
 
-use crate::cancel_token::{CancelToken, Cancelled};
+use crate::cancel_token::{CancelToken, Canceled};
 use crate::lift::LiftedLattice;
 use crate::random::RandomStream;
 
@@ -137,13 +137,13 @@ impl Diagram {
 /// Computes the diagram of `field` with these `options`. Polls `token` once per iteration.
 ///
 /// # Errors
-/// [`Cancelled`] once the token is.
+/// [`Canceled`] once the token is.
 pub fn diagram(
     field: &EnergyField,
     options: &DiagramOptions,
     workspace: &mut DiagramWorkspace,
     token: &CancelToken,
-) -> Result<Diagram, Cancelled> {
+) -> Result<Diagram, Canceled> {
     let mut diagram = Diagram::default();
     diagram_into(field, options, workspace, token, &mut diagram)?;
     Ok(diagram)
@@ -152,28 +152,28 @@ pub fn diagram(
 /// As [`diagram`], into an existing diagram whose memory is reused. After an error its contents are unspecified.
 ///
 /// # Errors
-/// [`Cancelled`] once the token is.
+/// [`Canceled`] once the token is.
 pub fn diagram_into(
     field: &EnergyField,
     options: &DiagramOptions,
     workspace: &mut DiagramWorkspace,
     token: &CancelToken,
     diagram: &mut Diagram,
-) -> Result<(), Cancelled> {
+) -> Result<(), Canceled> {
     diagram_until(field, options, workspace, &mut &*token, diagram)
 }
 
 /// As [`diagram_into`], with a condition that may end the descent before it converges.
 ///
 /// # Errors
-/// [`Cancelled`] once the token of `stop` is.
+/// [`Canceled`] once the token of `stop` is.
 pub fn diagram_until(
     field: &EnergyField,
     options: &DiagramOptions,
     workspace: &mut DiagramWorkspace,
     stop: &mut dyn StopCondition,
     diagram: &mut Diagram,
-) -> Result<(), Cancelled> {
+) -> Result<(), Canceled> {
     let sites = options.sites.clamp(1, field.nodes());
     let mut stream = RandomStream::new(options.seed, u64::from(options.start) << 32 | sites as u64);
     let DiagramWorkspace { start, sites: drawn, levels, current, .. } = &mut *workspace;

@@ -19,7 +19,7 @@ pub enum StepDecision {
 
 /// Condition that ends a descent before it converges.
 pub trait StopCondition {
-    /// Token that is polled during assignments. A cancelled descent has no result.
+    /// Token that is polled during assignments. A canceled descent has no result.
     fn cancel(&self) -> &CancelToken;
 
     /// Decides on the next iteration of the finest level, which took F from `before` to `after`.

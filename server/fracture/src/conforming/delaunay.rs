@@ -403,12 +403,12 @@ mod tests {
     }
 
     #[test]
-    fn a_cancelled_token_stops_the_insertion() {
+    fn a_canceled_token_stops_the_insertion() {
         let token = CancelToken::default();
         token.cancel();
         let mut limit = WorkLimit::new(1, u64::MAX, &token);
         let result = Tetrahedralization::delaunay(vec![Point3::origin()], &mut limit, &mut |_| ());
-        assert!(matches!(result, Err(ConformingError::Cancelled(_))));
+        assert!(matches!(result, Err(ConformingError::Canceled(_))));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Errors of the conforming mesher.
 
-use crate::cancel_token::Cancelled;
+use crate::cancel_token::Canceled;
 use nalgebra::Point3;
 
 /// Kind of a constraint of the surface.
@@ -25,9 +25,9 @@ impl std::fmt::Display for ConstraintKind {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ConformingError {
-    /// The work was cancelled.
+    /// The work was canceled.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
+    Canceled(#[from] Canceled),
     /// The spacing is not positive.
     #[error("spacing {spacing} is not positive")]
     InvalidSpacing {

@@ -168,7 +168,7 @@ pub fn is_positive(corners: &[Point3<f64>; 4]) -> bool {
 /// keep a distance from the surface. The same input gives the same mesh.
 ///
 /// # Errors
-/// [`ConformingError`] if the surface is refused, a limit is exceeded, constraints stay missing, or the work is cancelled.
+/// [`ConformingError`] if the surface is refused, a limit is exceeded, constraints stay missing, or the work is canceled.
 pub fn conforming_mesh(
     positions: &[Point3<f64>],
     triangles: &[[u32; 3]],

@@ -26,7 +26,7 @@ struct Missing {
 /// Tetrahedralizes the inside of a surface. Splits the constraints that local changes cannot recover.
 ///
 /// # Errors
-/// [`ConformingError`] if constraints stay missing, a limit is exceeded, or the work is cancelled.
+/// [`ConformingError`] if constraints stay missing, a limit is exceeded, or the work is canceled.
 pub(super) fn mesh_surface(
     mut surface: SplitSurface,
     interior: &[Point3<f64>],

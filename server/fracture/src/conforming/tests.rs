@@ -336,7 +336,7 @@ fn limits_and_cancellation_stop_the_work() {
             }
             seen += 1;
         });
-        assert!(matches!(result, Err(ConformingError::Cancelled(_))), "step {step:?}");
+        assert!(matches!(result, Err(ConformingError::Canceled(_))), "step {step:?}");
     }
     let options = ConformingOptions { steps_max: 1000, ..ConformingOptions::default() };
     assert_eq!(run(options, &token, &mut |_| ()), Err(ConformingError::TooManySteps { steps_max: 1000 }));

@@ -52,13 +52,13 @@ impl<'a> WorkLimit<'a> {
 
     /// Returns true if [`Self::check`] would fail.
     pub fn is_exceeded(&self, mesh: &Tetrahedralization) -> bool {
-        self.steps + mesh.steps() > self.steps_max || mesh.tets.len() > self.tets_max || self.token.is_cancelled()
+        self.steps + mesh.steps() > self.steps_max || mesh.tets.len() > self.tets_max || self.token.is_canceled()
     }
 
     /// Takes over the steps of the mesh.
     ///
     /// # Errors
-    /// [`ConformingError::Cancelled`], [`ConformingError::TooManyTets`], [`ConformingError::TooManySteps`].
+    /// [`ConformingError::Canceled`], [`ConformingError::TooManyTets`], [`ConformingError::TooManySteps`].
     pub fn check(&mut self, mesh: &Tetrahedralization) -> Result<(), ConformingError> {
         self.steps += mesh.take_steps();
         self.token.check()?;

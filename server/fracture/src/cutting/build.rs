@@ -4,7 +4,7 @@ use super::edge_defects::EdgeDefects;
 use super::outer_corners::SurfaceAttributes;
 use super::short_edges::{CollapsedSurface, LENGTH_MIN, collapse};
 use super::{CuttingMesh, carriers};
-use crate::cancel_token::{CancelToken, Cancelled};
+use crate::cancel_token::{CancelToken, Canceled};
 use crate::conforming::{ConformingError, ConformingMesh, ConformingOptions, ConformingStep, conforming_mesh};
 use crate::lattice::{Lattice, NonManifold, check_manifold};
 use crate::surface::{InsideTest, LocalFrame, Surface};
@@ -19,9 +19,9 @@ const DEPTH: f64 = 0.5;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CuttingError {
-    /// The work was cancelled.
+    /// The work was canceled.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
+    Canceled(#[from] Canceled),
     /// The mesher refused the surface, or did not finish within its limits.
     #[error("{error}")]
     Mesh {
@@ -137,7 +137,7 @@ pub fn cutting_meshes(
     let CollapsedSurface { positions, triangles, sources, count } = collapse(&surface.positions, &surface.triangles);
     let conforming = conforming_mesh(&positions, &triangles, &interior.points, &options, token, progress);
     let mut conforming = conforming.map_err(|error| match error {
-        ConformingError::Cancelled(cancelled) => CuttingError::Cancelled(cancelled),
+        ConformingError::Canceled(canceled) => CuttingError::Canceled(canceled),
         error => match EdgeDefects::find(&positions, &triangles) {
             Some(edges) => CuttingError::NotClosed(edges),
             None => CuttingError::Mesh { error, at: error.location(&positions, &triangles) },

@@ -7,7 +7,7 @@ use super::bake_step::{BakeSize, BakeStep};
 use super::share::{BakeShare, PartialBake};
 use super::stored_values::{self, PlausibleRange};
 use super::stuffed::lattices;
-use crate::cancel_token::{CancelToken, Cancelled};
+use crate::cancel_token::{CancelToken, Canceled};
 use crate::cutting::{CuttingError, CuttingMesh, CuttingMeshes, cutting_meshes};
 use crate::degree;
 use crate::lattice::{BodyLattice, Lattice};
@@ -127,7 +127,7 @@ fn exact_surface(
     });
     let CuttingMeshes { meshes, deviation, collapsed_edges } = match meshes {
         Ok(meshes) => meshes,
-        Err(CuttingError::Cancelled(cancelled)) => return Err(cancelled.into()),
+        Err(CuttingError::Canceled(canceled)) => return Err(canceled.into()),
         Err(error) => {
             report.surface.reason = Some(error.reason(&surface.frame));
             return Ok(());
@@ -214,10 +214,10 @@ fn surface_lift(
     body: usize,
     report: &mut BakeReport,
     token: &CancelToken,
-) -> Result<Option<LiftedLattice>, Cancelled> {
+) -> Result<Option<LiftedLattice>, Canceled> {
     match lift::surface_diffusion(crack, Extension::Harmonic, lift::SURFACE_MODES_DEFAULT, token) {
         Ok(lift) => Ok(Some(lift)),
-        Err(LiftError::Cancelled(cancelled)) => Err(cancelled),
+        Err(LiftError::Canceled(canceled)) => Err(canceled),
         Err(error) => {
             let lift = LiftKind::SurfaceDiffusion;
             report.unprepared.push(MissingLift { body, lift, reason: error.to_string() });

@@ -4,7 +4,7 @@ use super::learned::EXAMPLES_MAX;
 use super::lost_parts::SeveredParts;
 use super::object_name::NAME_BYTES_MAX;
 use super::stored_values::RATIOS;
-use crate::cancel_token::Cancelled;
+use crate::cancel_token::Canceled;
 use crate::elasticity::ElasticityError;
 use crate::lattice::{LatticeError, SPACING_RANGE};
 use crate::lift::LiftError;
@@ -146,9 +146,9 @@ pub enum BakeError {
     /// A sampled impact failed.
     #[error(transparent)]
     Calibration(FractureError),
-    /// Cancelled at a checkpoint.
+    /// Canceled at a checkpoint.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
+    Canceled(#[from] Canceled),
 }
 
 /// Part of [`BakeError::NotPositive`]: the lower bound that `value` does not reach.
@@ -165,17 +165,17 @@ fn finer_than_possible(thickness_needed_m: Option<f64>) -> String {
 }
 
 impl BakeError {
-    /// True if the bake was cancelled, in any step.
-    pub fn is_cancelled(&self) -> bool {
+    /// True if the bake was canceled, in any step.
+    pub fn is_canceled(&self) -> bool {
         matches!(
             self,
-            Self::Cancelled(_)
-                | Self::Surface(SurfaceError::Cancelled(_))
-                | Self::Cracks(SurfaceError::Cancelled(_))
-                | Self::Lattice(LatticeError::Cancelled(_))
-                | Self::Lift { source: LiftError::Cancelled(_), .. }
-                | Self::Elasticity { source: ElasticityError::Cancelled(_), .. }
-                | Self::Calibration(FractureError::Cancelled(_))
+            Self::Canceled(_)
+                | Self::Surface(SurfaceError::Canceled(_))
+                | Self::Cracks(SurfaceError::Canceled(_))
+                | Self::Lattice(LatticeError::Canceled(_))
+                | Self::Lift { source: LiftError::Canceled(_), .. }
+                | Self::Elasticity { source: ElasticityError::Canceled(_), .. }
+                | Self::Calibration(FractureError::Canceled(_))
         )
     }
 }
@@ -183,7 +183,7 @@ impl BakeError {
 impl From<FractureError> for BakeError {
     fn from(error: FractureError) -> Self {
         match error {
-            FractureError::Cancelled(cancelled) => Self::Cancelled(cancelled),
+            FractureError::Canceled(canceled) => Self::Canceled(canceled),
             error => Self::Calibration(error),
         }
     }

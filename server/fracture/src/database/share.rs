@@ -185,7 +185,7 @@ impl PartialBake {
     /// Computes the examples of the next few impacts. In every outcome, the examples match the progress.
     ///
     /// # Errors
-    /// [`BakeError::Calibration`], [`BakeError::Cancelled`].
+    /// [`BakeError::Calibration`], [`BakeError::Canceled`].
     pub fn step(&mut self, token: &CancelToken) -> Result<(), BakeError> {
         let impacts: Vec<u64> = self.task.impacts().into_iter().skip(self.task.done as usize).take(BATCH).collect();
         let added = sampled(&self.prepared, &impacts, token)?;
@@ -224,7 +224,7 @@ impl PartialBake {
     /// Trains on the existing examples.
     ///
     /// # Errors
-    /// [`BakeError::Calibration`], [`BakeError::Cancelled`].
+    /// [`BakeError::Calibration`], [`BakeError::Canceled`].
     pub fn learn(self, token: &CancelToken, progress: &mut dyn FnMut(BakeStep)) -> Result<PreparedObject, BakeError> {
         let Self { mut prepared, task } = self;
         prepared.impacts = task.end;

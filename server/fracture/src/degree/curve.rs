@@ -5,7 +5,7 @@
 //! degree never decreases when γ does.
 
 use super::criterion::{self, SiteCount};
-use crate::cancel_token::{CancelToken, Cancelled};
+use crate::cancel_token::{CancelToken, Canceled};
 use crate::centroidal::{
     self, Diagram, DiagramOptions, DiagramWorkspace, EnergyField, ITERATIONS_MAX, StopCondition, TOLERANCE,
 };
@@ -74,14 +74,14 @@ impl EnergyCurve {
     /// `field` must be that of [`Self::new`].
     ///
     /// # Errors
-    /// [`Cancelled`] once the token is; the points so far stay.
+    /// [`Canceled`] once the token is; the points so far stay.
     pub fn extend(
         &mut self,
         field: &EnergyField,
         gamma: f64,
         workspace: &mut DiagramWorkspace,
         token: &CancelToken,
-    ) -> Result<(), Cancelled> {
+    ) -> Result<(), Canceled> {
         self.extend_until(field, gamma, &mut &*token, workspace, &mut |_, _| ())
     }
 
@@ -99,7 +99,7 @@ impl EnergyCurve {
         stop: &mut dyn StopCondition,
         workspace: &mut DiagramWorkspace,
         show: &mut dyn FnMut(usize, &Diagram),
-    ) -> Result<(), Cancelled> {
+    ) -> Result<(), Canceled> {
         let mut diagram = Diagram::default();
         while let Some(last) = self.points.last().copied().filter(|last| last.running_minimum > gamma) {
             let Some(sites) = next_sites(last.sites, self.sites_max) else { break };
@@ -185,14 +185,14 @@ pub struct OptimizedDegree {
 /// time.
 ///
 /// # Errors
-/// [`Cancelled`] once the token is.
+/// [`Canceled`] once the token is.
 pub fn optimize(
     field: &EnergyField,
     gamma: f64,
     options: CurveOptions,
     stop: &mut dyn StopCondition,
     workspace: &mut DiagramWorkspace,
-) -> Result<Option<OptimizedDegree>, Cancelled> {
+) -> Result<Option<OptimizedDegree>, Canceled> {
     let mut curve = EnergyCurve::new(field, options);
     curve.extend_until(field, gamma, stop, workspace, &mut |_, _| ())?;
     if stop.is_out_of_time() {

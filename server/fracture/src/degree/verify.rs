@@ -2,7 +2,7 @@
 
 use super::criterion::SiteCount;
 use super::curve::{CurveOptions, grid};
-use crate::cancel_token::Cancelled;
+use crate::cancel_token::Canceled;
 use crate::centroidal::{self, Diagram, DiagramWorkspace, EnergyField, StopCondition};
 
 /// A number of sites whose diagram passes γ, next to one whose diagram does not.
@@ -24,7 +24,7 @@ pub struct VerifiedDegree {
 /// monotone, because that is the first n from below that passes.
 ///
 /// # Errors
-/// [`Cancelled`] once the token is.
+/// [`Canceled`] once the token is.
 pub fn verify(
     field: &EnergyField,
     gamma: f64,
@@ -32,13 +32,13 @@ pub fn verify(
     options: &CurveOptions,
     stop: &mut dyn StopCondition,
     workspace: &mut DiagramWorkspace,
-) -> Result<VerifiedDegree, Cancelled> {
+) -> Result<VerifiedDegree, Canceled> {
     let grid: Vec<usize> = grid(options.sites_max.clamp(1, field.nodes())).skip(1).collect();
     let Some(last) = grid.len().checked_sub(1) else {
         let diagram = centroidal::diagram(field, &options.diagram(1, 0), workspace, stop.cancel())?;
         return Ok(VerifiedDegree { degree: SiteCount { sites: 1, capped: true }, diagram, finished: true });
     };
-    let mut best = |place: usize, stop: &mut dyn StopCondition| -> Result<Diagram, Cancelled> {
+    let mut best = |place: usize, stop: &mut dyn StopCondition| -> Result<Diagram, Canceled> {
         let mut best: Option<Diagram> = None;
         for start in 0..options.starts.max(1) {
             if best.is_some() && stop.is_out_of_time() {

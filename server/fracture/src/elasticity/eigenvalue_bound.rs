@@ -59,7 +59,7 @@ impl EigenvalueLowerBound {
     /// Takes several solves and a factorization.
     ///
     /// # Errors
-    /// Those of [`Elasticity::factor`] and [`Elasticity::solve`], [`ElasticityError::Cancelled`].
+    /// Those of [`Elasticity::factor`] and [`Elasticity::solve`], [`ElasticityError::Canceled`].
     pub fn of(body: &Elasticity, token: &CancelToken) -> Result<Option<Self>, ElasticityError> {
         if let Support::Anchored(_) = body.support() {
             return Ok(None);

@@ -138,7 +138,7 @@ impl Elasticity {
     /// [`DrivingEnergy::Total`] the energies sum to ½ f·u.
     ///
     /// # Errors
-    /// [`ElasticityError::OtherLattice`], [`ElasticityError::Cancelled`].
+    /// [`ElasticityError::OtherLattice`], [`ElasticityError::Canceled`].
     pub fn tet_energy(
         &self,
         lattice: &Lattice,

@@ -1,6 +1,6 @@
 //! Errors and limits of elasticity.
 
-use crate::cancel_token::Cancelled;
+use crate::cancel_token::Canceled;
 use crate::sparse::SparseError;
 
 /// Largest accepted Poisson's ratio. Linear tetrahedra lock toward ½.
@@ -119,7 +119,7 @@ pub enum ElasticityError {
         /// ‖f − K u‖ / ‖f‖.
         residual: f64,
     },
-    /// The work was cancelled.
+    /// The work was canceled.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
+    Canceled(#[from] Canceled),
 }

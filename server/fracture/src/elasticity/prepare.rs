@@ -54,7 +54,7 @@ impl Elasticity {
     /// # Errors
     /// [`ElasticityError::PoissonOutOfRange`], [`ElasticityError::LockingPoisson`],
     /// [`ElasticityError::EmptyLattice`], [`ElasticityError::DegenerateTet`], [`ElasticityError::Stiffness`],
-    /// [`ElasticityError::Mechanism`], [`ElasticityError::Cancelled`].
+    /// [`ElasticityError::Mechanism`], [`ElasticityError::Canceled`].
     pub fn prepare(lattice: &Lattice, poisson: f64, token: &CancelToken) -> Result<Self, ElasticityError> {
         let elements = check(lattice, poisson)?;
         let pins = PinnedNodes::far_apart(lattice).ok_or(ElasticityError::EmptyLattice)?;
@@ -117,7 +117,7 @@ impl Elasticity {
     /// Returns the same body, anchored at `nodes` and factored. It shares everything but the factor with `self`.
     ///
     /// # Errors
-    /// Those of [`Self::check_anchors`] and [`Self::factor`], and [`ElasticityError::Cancelled`].
+    /// Those of [`Self::check_anchors`] and [`Self::factor`], and [`ElasticityError::Canceled`].
     pub fn anchored(&self, nodes: Vec<u32>, token: &CancelToken) -> Result<Self, ElasticityError> {
         self.check_anchors(&nodes)?;
         let held = Self {

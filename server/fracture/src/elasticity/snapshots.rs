@@ -25,7 +25,7 @@ impl Elasticity {
     /// Solved in blocks of right-hand sides on all threads of the current pool. Each is checked as in [`Self::solve`].
     ///
     /// # Errors
-    /// [`ElasticityError::Residual`], [`ElasticityError::Cancelled`], those of [`Self::factor`].
+    /// [`ElasticityError::Residual`], [`ElasticityError::Canceled`], those of [`Self::factor`].
     pub fn solve_all(&self, loads: &[NodalLoad], token: &CancelToken) -> Result<Vec<f64>, ElasticityError> {
         let (size, factor) = (self.size(), self.factor()?);
         let mut columns = vec![0.0; size * loads.len()];

@@ -51,7 +51,7 @@ impl Elasticity {
     /// meaning; its strains do.
     ///
     /// # Errors
-    /// [`ElasticityError::OtherLattice`], [`ElasticityError::Residual`], [`ElasticityError::Cancelled`], those of
+    /// [`ElasticityError::OtherLattice`], [`ElasticityError::Residual`], [`ElasticityError::Canceled`], those of
     /// [`Self::factor`].
     pub fn solve(
         &self,

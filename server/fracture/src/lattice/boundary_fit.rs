@@ -111,7 +111,7 @@ pub(super) fn stuff_fitted(
 /// that of the volume hold.
 ///
 /// # Errors
-/// Cancelled; a distance that is not finite.
+/// Canceled; a distance that is not finite.
 fn fit(level: &mut LatticeLevel, shape: &dyn SignedDistance, token: &CancelToken) -> Result<(), LatticeError> {
     let mut joined = Lattice::default();
     for body in &level.bodies {

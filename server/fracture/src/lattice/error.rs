@@ -1,6 +1,6 @@
 //! Errors of lattice construction from a signed distance.
 
-use crate::cancel_token::Cancelled;
+use crate::cancel_token::Canceled;
 use nalgebra::Point3;
 
 /// Error of lattice construction.
@@ -73,7 +73,7 @@ pub enum LatticeError {
         /// Spacing of the lattice, local.
         spacing: f64,
     },
-    /// The work was cancelled.
+    /// The work was canceled.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
+    Canceled(#[from] Canceled),
 }

@@ -4,7 +4,7 @@ use super::boundary_fit::stuff_fitted;
 use super::level::{DroppedComponent, LatticeLevel, stuff};
 use super::measure::DihedralRange;
 use super::{ELASTIC_NODES_MAX, EnergyTransfer, Lattice, LatticeError, Locator, SignedDistance};
-use crate::cancel_token::{CancelToken, Cancelled};
+use crate::cancel_token::{CancelToken, Canceled};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -190,7 +190,7 @@ fn pair(
     elastic: Option<LatticeLevel>,
     far: Vec<Point3<f64>>,
     token: &CancelToken,
-) -> Result<LatticeLevels, Cancelled> {
+) -> Result<LatticeLevels, Canceled> {
     let crack_report = report(&crack);
     let elastic_report = elastic.as_ref().map(report);
     let elastic_bodies = elastic.map_or_else(Vec::new, |level| level.bodies);

@@ -3,7 +3,7 @@
 use super::level::split;
 use super::shapes::{ImplicitShape, ball, balls, cuboid, torus};
 use super::*;
-use crate::cancel_token::{CancelToken, Cancelled};
+use crate::cancel_token::{CancelToken, Canceled};
 use crate::random::RandomStream;
 use nalgebra::{Isometry3, Vector3};
 use proptest::prelude::*;
@@ -228,7 +228,7 @@ fn shapes_without_a_lattice_are_rejected_with_a_reason() {
     assert_eq!(refused(&endless, 0.05, None), LatticeError::BoundsNotFinite);
     let token = CancelToken::default();
     token.cancel();
-    assert_eq!(stuff(&shape, 0.05, None, &token).unwrap_err(), LatticeError::Cancelled(Cancelled));
+    assert_eq!(stuff(&shape, 0.05, None, &token).unwrap_err(), LatticeError::Canceled(Canceled));
 }
 
 #[test]

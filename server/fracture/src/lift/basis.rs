@@ -15,7 +15,7 @@ const VANISHED: f64 = 1e-13;
 /// projected on the whole basis again.
 ///
 /// Such a column lost digits against the whole basis, too.
-const CANCELLED: f64 = 1e-3;
+const CANCELED: f64 = 1e-3;
 /// Random replacements tried for a vanished column. One fails only if the basis spans the whole space.
 const REPLACEMENTS_MAX: usize = 3;
 
@@ -84,7 +84,7 @@ impl Basis {
             let before = length(column);
             let within = self.remove(start, column);
             within.iter().enumerate().for_each(|(row, value)| factor[(row, index)] = *value);
-            if length(column) <= CANCELLED * before {
+            if length(column) <= CANCELED * before {
                 self.remove(0, column);
             }
             let after = length(column);

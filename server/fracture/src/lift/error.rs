@@ -1,6 +1,6 @@
 //! Errors of lift computation.
 
-use crate::cancel_token::Cancelled;
+use crate::cancel_token::Canceled;
 use crate::dense::DenseError;
 
 /// Error of computing a lift. Deterministic: a retry with the same input fails the same way.
@@ -77,9 +77,9 @@ pub enum LiftError {
         /// Number of requested eigenpairs.
         wanted: usize,
     },
-    /// The work was cancelled.
+    /// The work was canceled.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
+    Canceled(#[from] Canceled),
 }
 
 impl From<DenseError> for LiftError {

@@ -65,7 +65,7 @@ impl Extension {
 ///
 /// # Errors
 /// As the constructor of the Laplacian: [`LiftError::TooFewNodes`], [`LiftError::DegenerateTet`], [`LiftError::Disconnected`],
-/// [`LiftError::Sparse`]; [`LiftError::NotFinite`]; [`LiftError::Cancelled`].
+/// [`LiftError::Sparse`]; [`LiftError::NotFinite`]; [`LiftError::Canceled`].
 pub fn carry_harmonic(
     lattice: &Lattice,
     surface: &BoundarySurface,
@@ -99,7 +99,7 @@ pub fn carry_harmonic(
 /// If `values` is not of length `surface nodes × dimension`.
 ///
 /// # Errors
-/// [`LiftError::NotFinite`] (a surface without a triangle, or values that are not finite); [`LiftError::Cancelled`].
+/// [`LiftError::NotFinite`] (a surface without a triangle, or values that are not finite); [`LiftError::Canceled`].
 pub fn carry_mean_value(
     lattice: &Lattice,
     surface: &BoundarySurface,

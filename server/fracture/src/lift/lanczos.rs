@@ -39,7 +39,7 @@ const NOISE: f64 = 1e-10;
 ///
 /// # Errors
 /// [`LiftError::TooFewNodes`] unless `wanted` + 4 blocks fit both the space and [`DIMENSION_MAX`]; [`LiftError::NotConverged`],
-/// also if the operator has fewer than `wanted` positive eigenvalues; [`LiftError::NotFinite`]; [`LiftError::Cancelled`].
+/// also if the operator has fewer than `wanted` positive eigenvalues; [`LiftError::NotFinite`]; [`LiftError::Canceled`].
 pub(super) fn largest(
     deflated: &[f64],
     wanted: usize,

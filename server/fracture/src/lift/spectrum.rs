@@ -48,7 +48,7 @@ impl Spectrum {
     /// # Errors
     /// [`LiftError::TooFewNodes`] if the lattice has no more than `count` nodes, [`LiftError::TooManyModes`],
     /// [`LiftError::DegenerateTet`], [`LiftError::Disconnected`], [`LiftError::Sparse`], [`LiftError::NotConverged`],
-    /// [`LiftError::NotFinite`], [`LiftError::Cancelled`].
+    /// [`LiftError::NotFinite`], [`LiftError::Canceled`].
     pub fn compute(lattice: &Lattice, count: usize, token: &CancelToken) -> Result<Self, LiftError> {
         token.check()?;
         Self::of(&Laplacian::new(lattice)?, count, token)

@@ -1,7 +1,7 @@
 //! Errors of a request.
 
 use super::output::rows::BulkCounts;
-use crate::cancel_token::Cancelled;
+use crate::cancel_token::Canceled;
 use crate::centroidal::FieldError;
 use crate::elasticity::ElasticityError;
 use crate::lattice::BODY_TETS_MIN;
@@ -202,9 +202,9 @@ pub enum FractureError {
         /// Lengths that the fragments need.
         needed: BulkCounts,
     },
-    /// Cancelled at a checkpoint.
+    /// Canceled at a checkpoint.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
+    Canceled(#[from] Canceled),
 }
 
 /// A point in the form that command lines accept, m.
@@ -216,7 +216,7 @@ impl FractureError {
     /// Error of the elasticity of body `body`.
     pub(in crate::pipeline) fn of_body(body: usize, source: ElasticityError) -> Self {
         match source {
-            ElasticityError::Cancelled(cancelled) => Self::Cancelled(cancelled),
+            ElasticityError::Canceled(canceled) => Self::Canceled(canceled),
             source => Self::Elasticity { body, source },
         }
     }
@@ -227,7 +227,7 @@ impl FractureError {
             self,
             Self::Tessellation(_)
                 | Self::SectionLengths { .. }
-                | Self::Cancelled(_)
+                | Self::Canceled(_)
                 | Self::OtherObject
                 | Self::Field { .. }
                 | Self::Elasticity {

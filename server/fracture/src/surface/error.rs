@@ -154,7 +154,7 @@ pub enum SurfaceError {
         /// That distance over the largest distance of all other vertices.
         times: f64,
     },
-    /// The work was cancelled.
+    /// The work was canceled.
     #[error(transparent)]
-    Cancelled(#[from] crate::cancel_token::Cancelled),
+    Canceled(#[from] crate::cancel_token::Canceled),
 }

@@ -142,11 +142,11 @@ fn a_flat_sheet_encloses_nothing() {
 }
 
 #[test]
-fn a_cancelled_integral_stops() {
+fn a_canceled_integral_stops() {
     let surface = surface(open_sphere(0.5));
     let token = CancelToken::default();
     token.cancel();
-    assert!(matches!(InsideTest::new(&surface).input_volume(&token), Err(SurfaceError::Cancelled(_))));
+    assert!(matches!(InsideTest::new(&surface).input_volume(&token), Err(SurfaceError::Canceled(_))));
 }
 
 #[test]

@@ -55,7 +55,7 @@ impl InsideTest {
     /// Exact to rounding for simple surfaces, else to about 0.1 %. Does not depend on the number of threads.
     ///
     /// # Errors
-    /// Nothing inside, or cancelled.
+    /// Nothing inside, or canceled.
     pub fn input_volume(&self, token: &CancelToken) -> Result<f64, SurfaceError> {
         let volume = match (self.simple, self.closed) {
             (true, _) => self.signed_volume,

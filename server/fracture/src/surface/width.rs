@@ -4,7 +4,7 @@
 //! diameter function* (2008), with a single ray along the normal. The winding number separates inside from outside.
 
 use super::InsideTest;
-use crate::cancel_token::{CancelToken, Cancelled};
+use crate::cancel_token::{CancelToken, Canceled};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -61,11 +61,11 @@ impl InsideTest {
     /// Measures widths up to `limit` (local, positive).
     ///
     /// Skips samples where the surface does not separate inside from outside, as on sheets
-    /// within a body. Errors: cancelled.
+    /// within a body. Errors: canceled.
     ///
     /// # Errors
-    /// Cancelled.
-    pub fn widths(&self, side: WidthSide, limit: f64, token: &CancelToken) -> Result<Widths, Cancelled> {
+    /// Canceled.
+    pub fn widths(&self, side: WidthSide, limit: f64, token: &CancelToken) -> Result<Widths, Canceled> {
         let areas: Vec<f64> = self.tree.triangles.iter().map(|corners| normal(corners).norm()).collect();
         let ends: Vec<f64> = areas
             .iter()
@@ -75,7 +75,7 @@ impl InsideTest {
             })
             .collect();
         let total = ends.last().copied().unwrap_or(0.0);
-        let measured: Result<Vec<Option<Width>>, Cancelled> = (0..SAMPLES)
+        let measured: Result<Vec<Option<Width>>, Canceled> = (0..SAMPLES)
             .into_par_iter()
             .map(|sample| {
                 token.check()?;

@@ -139,10 +139,10 @@ fn memory_is_reused_from_diagram_to_diagram() {
 }
 
 #[test]
-fn a_cancelled_token_ends_the_descent() {
+fn a_canceled_token_ends_the_descent() {
     let mut case = Case::generic(3);
     let field = EnergyField::new(&case.lift, &case.volumes, &mut case.mass).unwrap();
     let token = CancelToken::default();
     token.cancel();
-    assert_eq!(diagram(&field, &DiagramOptions::new(9, 1), &mut DiagramWorkspace::default(), &token), Err(Cancelled));
+    assert_eq!(diagram(&field, &DiagramOptions::new(9, 1), &mut DiagramWorkspace::default(), &token), Err(Canceled));
 }

@@ -107,14 +107,14 @@ fn unbalanced_loads_and_wrong_array_lengths_are_rejected() {
 }
 
 #[test]
-fn cancelled_work_stops() {
+fn canceled_work_stops() {
     let lattice = block([2, 2, 2], 0.5);
     let body = free(&lattice, 0.3);
     let (mut out, token) = (Vec::new(), CancelToken::default());
     token.cancel();
-    let cancelled = ElasticityError::Cancelled(crate::cancel_token::Cancelled);
-    assert_eq!(Elasticity::prepare(&lattice, 0.3, &token).err(), Some(cancelled));
+    let canceled = ElasticityError::Canceled(crate::cancel_token::Canceled);
+    assert_eq!(Elasticity::prepare(&lattice, 0.3, &token).err(), Some(canceled));
     let forces = vec![0.0; body.size()];
-    assert_eq!(body.solve(&forces, &mut out, &mut ElasticWorkspace::default(), &token), Err(cancelled));
-    assert_eq!(body.tet_energy(&lattice, &forces, DrivingEnergy::Total, &mut out, &token), Err(cancelled));
+    assert_eq!(body.solve(&forces, &mut out, &mut ElasticWorkspace::default(), &token), Err(canceled));
+    assert_eq!(body.tet_energy(&lattice, &forces, DrivingEnergy::Total, &mut out, &token), Err(canceled));
 }

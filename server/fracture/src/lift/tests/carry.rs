@@ -128,7 +128,7 @@ fn a_body_without_an_inside_keeps_its_boundary() {
 }
 
 #[test]
-fn values_that_are_not_finite_and_cancelled_work_are_refused() {
+fn values_that_are_not_finite_and_canceled_work_are_refused() {
     let lattice = block([2; 3], 0.5);
     let surface = BoundarySurface::new(&lattice);
     let (mut values, token) = (vec![1.0; surface.nodes.len()], CancelToken::default());
@@ -137,6 +137,6 @@ fn values_that_are_not_finite_and_cancelled_work_are_refused() {
     assert_eq!(carry_mean_value(&lattice, &surface, &values, 1, &token), Err(LiftError::NotFinite));
     values[3] = 1.0;
     token.cancel();
-    assert!(matches!(carry_harmonic(&lattice, &surface, &values, 1, &token), Err(LiftError::Cancelled(_))));
-    assert!(matches!(carry_mean_value(&lattice, &surface, &values, 1, &token), Err(LiftError::Cancelled(_))));
+    assert!(matches!(carry_harmonic(&lattice, &surface, &values, 1, &token), Err(LiftError::Canceled(_))));
+    assert!(matches!(carry_mean_value(&lattice, &surface, &values, 1, &token), Err(LiftError::Canceled(_))));
 }

@@ -1,6 +1,6 @@
 //! Tests of the eigenvalue iteration on operators whose spectrum is known, or that have none.
 
-use crate::cancel_token::{CancelToken, Cancelled};
+use crate::cancel_token::{CancelToken, Canceled};
 use crate::lattice::block;
 use crate::lift::lanczos::{BLOCK, largest};
 use crate::lift::{LiftError, Spectrum, interior};
@@ -74,7 +74,7 @@ fn operators_without_a_positive_spectrum_end_in_an_error() {
 }
 
 #[test]
-fn a_cancelled_token_stops_it_between_blocks() {
+fn a_canceled_token_stops_it_between_blocks() {
     let token = CancelToken::default();
     let mut deflated = vec![0.0; 1000];
     deflated[0] = 1.0;
@@ -86,11 +86,11 @@ fn a_cancelled_token_stops_it_between_blocks() {
         }
         block.iter_mut().enumerate().for_each(|(entry, value)| *value /= 1.0 + (entry % 1000) as f64);
     };
-    assert_eq!(largest(&deflated, 24, apply, &token), Err(LiftError::Cancelled(Cancelled)));
+    assert_eq!(largest(&deflated, 24, apply, &token), Err(LiftError::Canceled(Canceled)));
     assert_eq!(applied, 2);
     let lattice = block([5; 3], 0.1);
-    assert_eq!(Spectrum::compute(&lattice, 4, &token), Err(LiftError::Cancelled(Cancelled)));
-    assert_eq!(interior(&lattice, 4, 1.0, &token), Err(LiftError::Cancelled(Cancelled)));
+    assert_eq!(Spectrum::compute(&lattice, 4, &token), Err(LiftError::Canceled(Canceled)));
+    assert_eq!(interior(&lattice, 4, 1.0, &token), Err(LiftError::Canceled(Canceled)));
 }
 
 #[test]

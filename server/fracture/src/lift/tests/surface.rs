@@ -182,5 +182,5 @@ fn what_has_no_surface_lift_is_refused_by_name() {
     stray.nodes.push(stray.nodes[0]);
     assert_eq!(refused(&stray, 4), LiftError::Disconnected { components: 2 });
     token.cancel();
-    assert!(matches!(refused(&block([2; 3], 1.0), 4), LiftError::Cancelled(_)));
+    assert!(matches!(refused(&block([2; 3], 1.0), 4), LiftError::Canceled(_)));
 }

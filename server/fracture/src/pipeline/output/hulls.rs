@@ -9,7 +9,7 @@
 //! Curved outer walls need more faces than a hull may have, so the hull cuts off parts between its vertices. Moving
 //! the points of the outer surface outward by half the depth of these parts halves the depth.
 
-use crate::cancel_token::{CancelToken, Cancelled};
+use crate::cancel_token::{CancelToken, Canceled};
 use crate::hull::{ClosedTriangles, ConvexHull, Plane, bounds, clipped, meet};
 use crate::lattice::Lattice;
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
@@ -111,7 +111,7 @@ impl FragmentHulls {
         lattices: &[&Lattice],
         transform: LocalToMeters,
         token: &CancelToken,
-    ) -> Result<Self, Cancelled> {
+    ) -> Result<Self, Canceled> {
         let parts: Vec<Part> =
             bodies.iter().zip(lattices).flat_map(|(pieces, lattice)| parts(pieces, lattice)).collect();
         let fit = |own: usize| token.check().map(|()| fit(&parts, own));

@@ -60,14 +60,14 @@ impl PreparedObject {
     /// Requests without that effect use the free object.
     ///
     /// # Errors
-    /// Those of [`Self::anchor_nodes`], and [`AnchorError::Cancelled`].
+    /// Those of [`Self::anchor_nodes`], and [`AnchorError::Canceled`].
     pub fn anchor(&mut self, anchors: &Anchors, token: &CancelToken) -> Result<(), AnchorError> {
         let anchored_nodes = self.anchor_nodes(anchors)?;
         let mut bodies = Vec::with_capacity(anchored_nodes.nodes.len());
         for (body, nodes) in anchored_nodes.nodes.into_iter().enumerate() {
             let solid = self.bodies[body].solid.as_ref().ok_or(AnchorError::ElasticityUnprepared { body })?;
             let failed = |source| match source {
-                ElasticityError::Cancelled(cancelled) => AnchorError::Cancelled(cancelled),
+                ElasticityError::Canceled(canceled) => AnchorError::Canceled(canceled),
                 source => AnchorError::Loose { body, regions: named(0..anchors.regions.len()), source },
             };
             let own = (!nodes.is_empty()).then(|| AnchoredBody::new(&solid.elasticity, nodes, anchors, token));

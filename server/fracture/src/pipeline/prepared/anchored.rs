@@ -6,7 +6,7 @@
 //! = ∫φ g, and every request adds its displacement. With diagonal L, density ρ and peak force F, forces are fractions
 //! of F and volumes are in L³. The weight is then ρL³/F times that of unit density, and so is its displacement.
 
-use crate::cancel_token::{CancelToken, Cancelled};
+use crate::cancel_token::{CancelToken, Canceled};
 use crate::elasticity::{ElasticWorkspace, Elasticity, ElasticityError};
 use crate::memory::held;
 use crate::scene::Anchors;
@@ -78,9 +78,9 @@ pub enum AnchorError {
         /// Cause.
         source: ElasticityError,
     },
-    /// Cancelled.
+    /// Canceled.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
+    Canceled(#[from] Canceled),
 }
 
 impl AnchoredObject {

@@ -14,7 +14,7 @@
 
 use super::object::{PreparedBody, PreparedObject};
 use super::parameters::ElasticRequest;
-use crate::cancel_token::{CancelToken, Cancelled};
+use crate::cancel_token::{CancelToken, Canceled};
 use crate::degree;
 use crate::elasticity::{EigenvalueLowerBound, Elasticity, ElasticityError};
 use crate::lift::LiftKind;
@@ -41,11 +41,11 @@ impl EnergyUpperBound {
     /// The bound of `body`; `None` without elasticity, or if its stiffness has no eigenvalue bound.
     ///
     /// # Errors
-    /// [`Cancelled`].
-    fn of(body: &PreparedBody, token: &CancelToken) -> Result<Option<Self>, Cancelled> {
+    /// [`Canceled`].
+    fn of(body: &PreparedBody, token: &CancelToken) -> Result<Option<Self>, Canceled> {
         let Some(solid) = &body.solid else { return Ok(None) };
         match EigenvalueLowerBound::of(&solid.elasticity, token) {
-            Err(ElasticityError::Cancelled(cancelled)) => Err(cancelled),
+            Err(ElasticityError::Canceled(canceled)) => Err(canceled),
             // Other errors recur in, and are reported by, the request that strikes the body.
             Err(_) | Ok(None) => Ok(None),
             Ok(Some(floor)) => {
@@ -92,8 +92,8 @@ impl PreparedObject {
     /// Computes missing bounds of the bodies, unless every request is solved.
     ///
     /// # Errors
-    /// [`Cancelled`].
-    pub fn bound(&mut self, token: &CancelToken) -> Result<(), Cancelled> {
+    /// [`Canceled`].
+    pub fn bound(&mut self, token: &CancelToken) -> Result<(), Canceled> {
         if self.parameters.elastic == ElasticRequest::Solve {
             return Ok(());
         }

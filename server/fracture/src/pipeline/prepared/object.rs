@@ -37,7 +37,7 @@ impl ElasticModel {
     /// Assembles the stiffness, which is factored when first needed. The caller adds a reduced basis.
     ///
     /// # Errors
-    /// [`ElasticityError`] for a lattice without an assembly, or a cancelled `token`.
+    /// [`ElasticityError`] for a lattice without an assembly, or a canceled `token`.
     pub fn new(
         lattice: Lattice,
         transfer: EnergyTransfer,

@@ -102,7 +102,7 @@ impl PreparedObject {
                 let refused = || WarpError::Lift { body, lift: kind, source: LiftError::NotFinite };
                 if finite { Ok(lift) } else { Err(refused()) }
             }
-            Err((_, LiftError::Cancelled(cancelled))) => Err(WarpError::Cancelled(cancelled)),
+            Err((_, LiftError::Canceled(canceled))) => Err(WarpError::Canceled(canceled)),
             Err((lift, source)) => Err(WarpError::Lift { body: index, lift, source }),
         };
         lifts.into_iter().map(or_without_lift).collect()

@@ -1,6 +1,6 @@
 //! Results of an artist's controls on one body.
 
-use crate::cancel_token::Cancelled;
+use crate::cancel_token::Canceled;
 use crate::lift::{LiftError, LiftKind, LiftedLattice};
 /// Errors of applying an artist's controls to an object.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -51,9 +51,9 @@ pub enum WarpError {
         /// Distance to the nearest node of a crack lattice, m.
         distance_m: f64,
     },
-    /// Cancelled.
+    /// Canceled.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
+    Canceled(#[from] Canceled),
 }
 
 /// Advice for waves that fold the space.

@@ -37,7 +37,7 @@ impl ParentFragment {
     /// # Errors
     /// [`FractureError::FragmentSmall`], [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`],
     /// [`FractureError::FragmentLiftKind`], [`FractureError::ElasticityUnprepared`], [`FractureError::Elasticity`],
-    /// [`FractureError::Cancelled`].
+    /// [`FractureError::Canceled`].
     pub fn new(
         (index, labels, label, fragment): (usize, &[u32], u32, u32),
         context: RequestContext<'_>,
@@ -111,7 +111,7 @@ fn lifted(
         return Err(FractureError::FragmentLiftKind { fragment, lift: kind });
     }
     let made = lift::interior(&body.crack, modes, alpha, token).map_err(|source| match source {
-        LiftError::Cancelled(cancelled) => FractureError::Cancelled(cancelled),
+        LiftError::Canceled(canceled) => FractureError::Canceled(canceled),
         source => FractureError::FragmentLift { fragment, source },
     })?;
     body.interior = Some(made);

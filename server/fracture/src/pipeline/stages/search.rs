@@ -3,7 +3,7 @@
 use super::cells::{BodyCells, DegreeGuess, DegreeSource, Division, diagram_bytes, observe, source_of};
 use super::convergence_monitor::ConvergenceMonitor;
 use super::threshold::ThresholdResult;
-use crate::cancel_token::Cancelled;
+use crate::cancel_token::Canceled;
 use crate::centroidal::{Diagram, EnergyField, diagram_until};
 use crate::degree::{self, CurveOptions, SiteCount};
 use crate::pipeline::error::FractureError;
@@ -72,7 +72,7 @@ fn of_body(
     guess: &DegreeGuess,
     monitor: &mut ConvergenceMonitor,
     workspace: &mut Workspace,
-) -> Result<Found, Cancelled> {
+) -> Result<Found, Canceled> {
     let options = CurveOptions {
         sites_max: request.degree_max as usize,
         seed: request.seed,

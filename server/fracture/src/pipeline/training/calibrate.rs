@@ -27,7 +27,7 @@ const SITES_MAX: usize = 40;
 /// Fits κ to the curves E_max(n) of sampled impacts.
 ///
 /// # Errors
-/// [`FractureError`] of an impact, or for a cancelled `token`.
+/// [`FractureError`] of an impact, or for a canceled `token`.
 pub fn calibrate(prepared: &PreparedObject, token: &CancelToken) -> Result<f64, FractureError> {
     let mut workspace = Workspace::default();
     let mut stream = RandomStream::new(prepared.parameters.seed, 0);

@@ -4,7 +4,7 @@
 //! concavity split into several components. The volume and number of those components, and the stretch of the lift,
 //! measure how well it suits a tessellation.
 
-use crate::cancel_token::{CancelToken, Cancelled};
+use crate::cancel_token::{CancelToken, Canceled};
 use crate::centroidal::{self, DiagramOptions, DiagramWorkspace, EnergyField, FieldError};
 use crate::lift::{Extension, LiftError, LiftKind, LiftedLattice, Stretch, stretch, surface_diffusion};
 use crate::pipeline::prepared::object::PreparedBody;
@@ -55,9 +55,9 @@ pub enum LiftComparisonError {
         /// Cause.
         source: FieldError,
     },
-    /// Cancelled at a checkpoint.
+    /// Canceled at a checkpoint.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
+    Canceled(#[from] Canceled),
 }
 
 /// The lifts of one body, computed once and compared at any number of sites.
@@ -101,7 +101,7 @@ impl<'a> LiftComparison<'a> {
     /// Each row is measured on a centroidal diagram of `sites` sites and uniform energy, started from `seed`.
     ///
     /// # Errors
-    /// [`LiftComparisonError::Field`], [`LiftComparisonError::Cancelled`].
+    /// [`LiftComparisonError::Field`], [`LiftComparisonError::Canceled`].
     pub fn rows(&self, sites: usize, seed: u64, token: &CancelToken) -> Result<Vec<LiftRow>, LiftComparisonError> {
         self.lifts.iter().map(|candidate| self.row(candidate, sites, seed, token)).collect()
     }

@@ -21,7 +21,7 @@ const SITES_MAX: usize = 128;
 /// The examples of impact `index` of `seed`, one per struck body.
 ///
 /// # Errors
-/// [`FractureError`] of the impact, or for a cancelled `token`.
+/// [`FractureError`] of the impact, or for a canceled `token`.
 pub fn examples(
     prepared: &PreparedObject,
     sampler: &ImpactSampler,

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 /// The examples of the given impacts with the object's seed, in order, computed on all threads of the current pool.
 ///
 /// # Errors
-/// [`FractureError`] of the first impact that fails, or for a cancelled `token`.
+/// [`FractureError`] of the first impact that fails, or for a canceled `token`.
 pub fn sampled(
     prepared: &PreparedObject,
     impacts: &[u64],

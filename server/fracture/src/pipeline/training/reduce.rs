@@ -39,7 +39,7 @@ const HELD_OUT_FIRST: u64 = 1 << 32;
 /// Computes and tests the bases of all bodies. Without impacts, or with `rank_max` 0, there are none.
 ///
 /// # Errors
-/// [`FractureError`] of an impact, or for a cancelled `token`.
+/// [`FractureError`] of an impact, or for a canceled `token`.
 pub fn reduce(prepared: &mut PreparedObject, rank_max: usize, token: &CancelToken) -> Result<(), FractureError> {
     let solids = |prepared: &mut PreparedObject| -> Vec<usize> {
         let all =

@@ -3,7 +3,7 @@
 use crate::picture::PictureError;
 use crate::study::plot::PlotError;
 use shatter_fracture::accuracy::AccuracyError;
-use shatter_fracture::cancel_token::Cancelled;
+use shatter_fracture::cancel_token::Canceled;
 use shatter_fracture::centroidal::FieldError;
 use shatter_fracture::database::BakeError;
 use shatter_fracture::elasticity::ElasticityError;
@@ -48,9 +48,9 @@ pub enum StudyError {
     /// The object lacks a table.
     #[error("the object was baked without the required table")]
     Unprepared,
-    /// The study was cancelled.
+    /// The study was canceled.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
+    Canceled(#[from] Canceled),
     /// A picture could not be drawn.
     #[error(transparent)]
     Picture(#[from] PictureError),

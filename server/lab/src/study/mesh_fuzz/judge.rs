@@ -204,14 +204,14 @@ mod tests {
     }
 
     #[test]
-    fn late_work_is_cancelled_and_has_failed() {
-        let until_cancelled = |token: &CancelToken| {
+    fn late_work_is_canceled_and_has_failed() {
+        let until_canceled = |token: &CancelToken| {
             while token.check().is_ok() {
                 std::thread::yield_now();
             }
             1
         };
-        check(until_cancelled, |ended| matches!(ended, Err(FuzzFault::Deadline { .. })));
+        check(until_canceled, |ended| matches!(ended, Err(FuzzFault::Deadline { .. })));
     }
 
     #[test]

@@ -27,7 +27,7 @@ fn divided(
     change(&mut lift, &mut masses);
     let field = EnergyField::new(&lift, &volumes, &mut masses)?;
     diagram(&field, &options, &mut DiagramWorkspace::default(), &CancelToken::default())
-        .map_err(|cancelled| TrialFault::ours("cancelled", cancelled.to_string()))
+        .map_err(|canceled| TrialFault::ours("canceled", canceled.to_string()))
 }
 
 /// Largest relative rise of Lloyd's energy from one iteration to the next; infinite if it is not finite.
