@@ -20,6 +20,7 @@ use shatter_transport::instance::Instance;
 use shatter_transport::paths::ServicePaths;
 use shatter_transport::workarounds::dead_daemon::{DaemonLock, LIVENESS_INTERVAL};
 use shatter_transport::workarounds::forked_processes::OwnedByProcess;
+use shatter_transport::workarounds::unclear_errors::need_memory;
 use shatter_transport::workarounds::{lost_wakeups, shared_memory};
 use shatter_transport::{
     CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_CLIENT_SERVICE, WAKE_DAEMON_SERVICE, client_config, failed, service_name,
@@ -112,6 +113,7 @@ pub(crate) struct Connection {
 impl Connection {
     /// Connects to the daemon at `paths` whose transport is `instance`.
     pub(crate) fn open(paths: &ServicePaths, instance: &Instance) -> Result<Self, Error> {
+        need_memory()?;
         shared_memory::need(shared_memory::CONNECTION_BYTES)?;
         instance.check(paths.uid)?;
         let lock = DaemonLock::open(paths, instance).ok_or_else(|| failed("lock", "the daemon went away"))?;
@@ -307,7 +309,11 @@ fn send_failed(error: RequestSendError) -> Error {
 
 /// The error for a thread that cannot be started.
 pub(crate) fn no_thread(error: &std::io::Error) -> Error {
-    Error::new(ErrorKind::Failed, "threads", format!("no thread can be started: {error}"))
+    Error::new(
+        ErrorKind::Failed,
+        "threads",
+        format!("no thread can be started: {error}; raise the limits of this process (ulimit -u, ulimit -v)"),
+    )
 }
 
 fn full() -> Error {

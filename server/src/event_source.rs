@@ -3,7 +3,7 @@
 use crate::config::Config;
 use crate::http_endpoints::{LoopInquiry, OperationsPort};
 use crate::ipc::WakeSocket;
-use crate::jobs::WorkerEvent;
+use crate::jobs::{WorkerEvent, no_thread};
 use shatter_proto::{Error, ErrorKind};
 use std::sync::Arc;
 use std::time::Duration;
@@ -83,17 +83,16 @@ impl Signals {
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<Option<T>, Error> {
         let (sender, done) = tokio::sync::oneshot::channel();
-        let failed = |why: String| Error::new(ErrorKind::Failed, "threads", why);
         // If the work was abandoned, there is no receiver.
         let work = move || drop(sender.send(work()));
         let begun = std::thread::Builder::new().name("begin".to_owned()).spawn(work);
-        begun.map_err(|error| failed(format!("no thread can be started: {error}")))?;
+        begun.map_err(|error| no_thread(&error))?;
         tokio::select! {
             biased;
             _ = self.interrupt.recv() => Ok(None),
             _ = self.terminate.recv() => Ok(None),
             () = stop.notified() => Ok(None),
-            done = done => done.map(Some).map_err(|_| failed("loading the databases failed".to_owned())),
+            done = done => done.map(Some).map_err(|_| Error::new(ErrorKind::Failed, "threads", "loading the databases failed")),
         }
     }
 }

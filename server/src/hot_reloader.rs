@@ -10,7 +10,7 @@
 mod debounce;
 
 use crate::catalog::{Catalog, DirectorySnapshot, ObjectVersion};
-use crate::jobs::WorkerEvent;
+use crate::jobs::{WorkerEvent, no_thread};
 use debounce::Debounce;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use shatter_engine::object::Loader;
@@ -78,7 +78,7 @@ impl Worker {
                 tracing::debug!(%error, name, "cannot lower the priority of a thread");
             }
         });
-        let thread = builder.build().map_err(|error| Error::new(ErrorKind::Failed, "threads", error.to_string()))?;
+        let thread = builder.build().map_err(|error| no_thread(&error))?;
         Ok(Self { thread, events, is_busy: false })
     }
 

@@ -5,6 +5,7 @@ use shatter_cli_common as program;
 use shatter_cli_common::lab::ForwardedArgs;
 use shatter_cli_common::manuals::ManualsArgs;
 use shatter_server::commands::{CommandError, bake, check, inspect, interrupt, merge, serve};
+use shatter_server::jobs::start_shared;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -56,8 +57,8 @@ fn main() -> ExitCode {
     };
     // The daemon and the lab handle signals themselves.
     let own = matches!(cli.command, Command::Serve(_) | Command::Demo(_) | Command::Study(_));
-    let watched = if own { Ok(()) } else { interrupt::watch(json) };
-    let result = watched.and_then(|()| run(&cli.command));
+    let begun = if own { Ok(()) } else { begin(&cli.command, json) };
+    let result = begun.and_then(|()| run(&cli.command));
     if result.is_err() {
         interrupt::ending();
     }
@@ -66,6 +67,14 @@ fn main() -> ExitCode {
         Ok(false) => ExitCode::from(shatter_proto::exit::OURS),
         Err(failure) => failure.print(json),
     }
+}
+
+/// Starts the threads of a command: one that waits for signals, and those that compute.
+fn begin(command: &Command, json: bool) -> Result<(), CommandError> {
+    interrupt::watch(json)?;
+    // Each thread keeps its own free memory, which `inspect --memory` does not count.
+    let count = if matches!(command, Command::Inspect(args) if args.memory) { 1 } else { 0 };
+    Ok(start_shared(count)?)
 }
 
 /// Runs a command; returns whether all of its checks passed.

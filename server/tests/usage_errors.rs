@@ -233,6 +233,25 @@ fn a_client_that_may_map_little_memory_is_told_so() {
     assert!(output.status.code() == Some(5) && error.contains("ulimit -v"), "{:?} {error}", output.status);
 }
 
+/// Without room for a thread's stack, a panic would end in a hang: the report of the panic needs memory, too.
+#[test]
+fn limits_that_allow_no_thread_are_named() {
+    let here = TestDirectory::new("limited");
+    let mesh = here.file("empty.obj", "");
+    let mut bake = Command::new(env!("CARGO_BIN_EXE_shatterd"));
+    here.aim(&mut bake);
+    bake.args(["bake", mesh.to_str().unwrap(), "--name", "empty"]);
+    let daemon = InProcess::start_with(here, "", shatter_engine::wire::loader(None));
+    let mut list = shatter_program(&daemon.here);
+    list.arg("list");
+    for (command, code, reason) in [(bake, 6, "no thread can be started"), (list, 5, "ulimit -d")] {
+        let mut limited = under(&["timeout", "--signal=KILL", "60"], "ulimit -d 1000", command);
+        let output = limited.output().unwrap();
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(code) && error.contains(reason), "{:?}: {error}", output.status);
+    }
+}
+
 /// A folder in /tmp that another user made first: the message names it, its owner, and the remedy. Needs root, to become another user.
 #[test]
 fn a_runtime_folder_that_another_user_took_is_named() {

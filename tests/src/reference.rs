@@ -61,7 +61,7 @@ fn remedy(kind: ErrorKind) -> &'static str {
         ErrorKind::ContactCount => "Give 1 to 8 contacts.",
         ErrorKind::ContactPoint => "Give finite coordinates.",
         ErrorKind::ContactTooFar => "Check `--unit`, `--up` and the convention, use a larger radius, or use a ray.",
-        ErrorKind::Impulse => "Give a finite impulse other than zero.",
+        ErrorKind::Impulse => "Give a finite impulse other than zero. If the message names the duration, change that.",
         ErrorKind::ContactDuration => "Give a finite duration above zero. Without one (0 in C), the default applies.",
         ErrorKind::ContactRadius => {
             "Give a radius above zero, at most the diagonal of the object's bounds. Without one (0 in C), the default applies."
@@ -93,7 +93,7 @@ fn remedy(kind: ErrorKind) -> &'static str {
         ErrorKind::Late => "Send fewer requests, allow more time, or use a faster preset.",
         ErrorKind::Stopping => "Send the request again when the next daemon serves.",
         ErrorKind::Canceled => "None is needed: the client dropped the ticket.",
-        ErrorKind::Failed | ErrorKind::Transport => "Report it with the daemon's log.",
+        ErrorKind::Failed | ErrorKind::Transport => "Raise the limit that the message names (`ulimit`). If it names none, report it with the daemon's log.",
         ErrorKind::ResultTooLarge => "Restart the daemon, or raise `results.bucket_mib_max`.",
         ErrorKind::BadResult => "Report it; check that no other program writes to the service's shared memory.",
         ErrorKind::Loading => "Wait for `retry_after_ms`.",

@@ -19,13 +19,11 @@ pub fn column<'py, T: Element>(
     values: impl FnOnce(&shatter_client::FractureResult) -> Option<&[T]>,
 ) -> PyResult<Bound<'py, PyArray1<T>>> {
     let lease = Bound::new(py, Lease { _held: held.clone() })?;
-    held.with(|result| {
-        let view = ArrayView1::from(values(result).unwrap_or(&[]));
-        // SAFETY: the values lie in the result's shared memory, which neither moves nor ends before the result is dropped. The lease is the
-        // array's base and shares ownership of the result. Nothing writes there; the array is made read-only.
-        let array = unsafe { PyArray1::borrow_from_array(&view, lease.into_any()) };
-        Ok(read_only(array))
-    })
+    let view = ArrayView1::from(held.slice(values));
+    // SAFETY: the values lie in the result's shared memory, which neither moves nor ends before the result is dropped. The lease is the
+    // array's base and shares ownership of the result. Nothing writes there; the array is made read-only.
+    let array = unsafe { PyArray1::borrow_from_array(&view, lease.into_any()) };
+    Ok(read_only(array))
 }
 
 /// The same with `N` values per row.
@@ -35,12 +33,10 @@ pub fn rows<'py, T: Element, const N: usize>(
     values: impl FnOnce(&shatter_client::FractureResult) -> Option<&[[T; N]]>,
 ) -> PyResult<Bound<'py, PyArray2<T>>> {
     let lease = Bound::new(py, Lease { _held: held.clone() })?;
-    held.with(|result| {
-        let view = ArrayView2::from(values(result).unwrap_or(&[]));
-        // SAFETY: as in `column`.
-        let array = unsafe { PyArray2::borrow_from_array(&view, lease.into_any()) };
-        Ok(read_only(array))
-    })
+    let view = ArrayView2::from(held.slice(values));
+    // SAFETY: as in `column`.
+    let array = unsafe { PyArray2::borrow_from_array(&view, lease.into_any()) };
+    Ok(read_only(array))
 }
 
 fn read_only<'py, T: Element, D: numpy::ndarray::Dimension>(

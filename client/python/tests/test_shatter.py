@@ -378,6 +378,28 @@ def test_threads_share_one_connection(body):
     assert not errors and found == [expected] * 20
 
 
+def test_threads_share_one_result(body):
+    code = f"""
+import sys, threading, shatter
+sys.setswitchinterval(1e-6)
+body = shatter.wait_for({SERVICE!r}).object({OBJECT!r})
+result = body.strike(shatter.Contact({top().tolist()}, (0.0, -2.0, 0.0)), degree=20).wait()
+
+def work():
+    for _ in range(20):
+        for fragment in result:
+            fragment.positions.sum()
+            fragment.triangles.sum()
+
+threads = [threading.Thread(target=work) for _ in range(4)]
+[thread.start() for thread in threads]
+[thread.join() for thread in threads]
+"""
+    # A process of its own: threads that wait for each other could not be ended here.
+    for _ in range(3):
+        subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
 def test_one_ticket_in_two_threads(body):
     ticket, results, spent = body.strike(contact_on(body), degree=7), [], []
 

@@ -5,6 +5,7 @@ use shatter_cli_common::cli_error::{ended, usage};
 use shatter_lab::commands::{demo, examples, study};
 use shatter_lab::load;
 use shatter_server::commands::{CommandError, interrupt, serve};
+use shatter_server::jobs::start_shared;
 use std::process::ExitCode;
 
 /// Demonstration, studies and load generator of Shatter
@@ -68,8 +69,9 @@ fn client(result: Result<(), shatter_cli_common::cli_error::CliError>, json: boo
 
 fn server(command: &Command, json: bool) -> ExitCode {
     // The daemon handles signals itself.
-    let watched = if matches!(command, Command::Serve(_)) { Ok(()) } else { interrupt::watch(json) };
-    let result = watched.and_then(|()| run(command));
+    let own = matches!(command, Command::Serve(_));
+    let begun = if own { Ok(()) } else { interrupt::watch(json).and_then(|()| Ok(start_shared(0)?)) };
+    let result = begun.and_then(|()| run(command));
     if result.is_err() {
         interrupt::ending();
     }

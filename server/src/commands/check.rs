@@ -12,6 +12,7 @@ use shatter_fracture::scene::{Anchors, WarpControls};
 use shatter_proto::effect::{Class, Effect};
 use shatter_proto::name::nearest;
 use shatter_proto::{Error, ErrorKind};
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -38,7 +39,8 @@ pub fn run(args: &CheckArgs) -> Result<(), CommandError> {
     let of_scene = |error: CommandError| error.of_scene(&args.scene);
     scene.recipes().map_err(|error| of_scene(error.into()))?;
     let folder = args.databases.clone().map_or_else(data_folder, Ok)?;
-    let objects = scene.objects.iter().map(|(name, object)| plan(name, object, &folder));
+    let baked = lookup::names(&folder);
+    let objects = scene.objects.iter().map(|(name, object)| plan(name, object, &folder, &baked));
     let objects = objects.collect::<Result<Vec<_>, CommandError>>().map_err(of_scene)?;
     unbaked(&objects);
     if args.json {
@@ -65,9 +67,11 @@ fn likely(object: &Value) -> String {
 
 /// Commands that bake the missing databases.
 fn missing(args: &CheckArgs, objects: &[Value]) -> String {
-    let shaped = |database: &Value| objects.iter().any(|own| own["database"] == *database && !own["shape"].is_null());
+    let shaped = objects.iter().filter(|own| !own["shape"].is_null()).filter_map(|own| own["database"].as_str());
+    let shaped: BTreeSet<&str> = shaped.collect();
     let absent = objects.iter().filter(|object| object["baked"] == false);
-    let (scene, mesh): (Vec<_>, Vec<_>) = absent.partition(|object| shaped(&object["database"]));
+    let (scene, mesh): (Vec<_>, Vec<_>) =
+        absent.partition(|object| object["database"].as_str().is_some_and(|own| shaped.contains(own)));
     let folder = args.databases.as_ref().map_or(String::new(), |folder| format!(" --databases {}", folder.display()));
     let scene = (!scene.is_empty()).then(|| format!("shatterd bake --scene {}{folder}", args.scene.display()));
     let mesh = (!mesh.is_empty()).then(|| format!("shatterd bake MESH --name NAME{folder}"));
@@ -75,7 +79,7 @@ fn missing(args: &CheckArgs, objects: &[Value]) -> String {
     if ways.is_empty() { String::new() } else { format!("\nto bake the missing databases: {}\n", ways.join(", ")) }
 }
 
-fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, CommandError> {
+fn plan(name: &str, object: &SceneObject, folder: &Path, baked: &[String]) -> Result<Value, CommandError> {
     let terms = &object.terms;
     let file = folder.join(format!("{}.{EXTENSION}", object.database));
     material(name, object, &file)?;
@@ -124,7 +128,7 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Comman
         ("fragments", true),
     ];
     let nearest = match sizes.is_none() && object.shape.is_none() {
-        true => suggested(&object.database, folder),
+        true => suggested(&object.database, baked),
         false => None,
     };
     Ok(json!({
@@ -145,10 +149,9 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Comman
     }))
 }
 
-/// Databases of `folder` with names similar to `name`.
-fn suggested(name: &str, folder: &Path) -> Option<Vec<String>> {
-    let all = lookup::names(folder);
-    let all: Vec<&str> = all.iter().map(String::as_str).collect();
+/// Those databases of `baked` with names similar to `name`.
+fn suggested(name: &str, baked: &[String]) -> Option<Vec<String>> {
+    let all: Vec<&str> = baked.iter().map(String::as_str).collect();
     let likely = nearest(name, &all);
     (!likely.is_empty()).then(|| likely.into_iter().map(str::to_owned).collect())
 }

@@ -48,10 +48,6 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
     let file = lookup::database(&args.file, args.databases.as_deref())?;
     expected_file::check(&file, ExpectedFile::Database)?;
     let damaged = |error| CommandError::database(&file, &error);
-    if args.memory {
-        // Each thread keeps its own free memory. If the pool exists already, it stays as it is.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(1).build_global();
-    }
     let before = ResidentMemory::now();
     let served = EngineObject::whole(database::load(&file).map_err(damaged)?);
     let prepared = served.prepared();

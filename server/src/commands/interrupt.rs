@@ -1,6 +1,7 @@
 //! Handling of SIGINT and SIGTERM: the command ends soon with exit code 128 plus the signal's number, and leaves no partial file.
 
 use super::CommandError;
+use crate::jobs::no_thread;
 use rustix::process::{Pid, Signal as Kill, kill_process};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_proto::exit;
@@ -36,15 +37,16 @@ static CHILD_PID: Mutex<Option<Pid>> = Mutex::new(None);
 /// Starts to wait for signals; commands call it first. `json`: whether stdout receives a document.
 ///
 /// # Errors
-/// [`CommandError`] if signals cannot be heard.
+/// [`CommandError`] if signals cannot be heard, or no thread can be started.
 pub fn watch(json: bool) -> Result<(), CommandError> {
     let failed = |error: std::io::Error| CommandError::output(Path::new("signals"), &error);
     let runtime = Builder::new_current_thread().enable_io().enable_time().build().map_err(failed)?;
     let signals = Signals::new(&runtime).map_err(failed)?;
-    std::thread::spawn(move || {
+    let work = move || {
         runtime.block_on(wait(signals));
         end(json)
-    });
+    };
+    std::thread::Builder::new().spawn(work).map_err(|error| no_thread(&error))?;
     Ok(())
 }
 

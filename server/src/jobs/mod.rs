@@ -8,7 +8,7 @@ mod queue;
 mod worker_pool;
 
 pub use job::Job;
-pub use worker_pool::{WorkerEvent, WorkerPool, lanes, threads};
+pub use worker_pool::{WorkerEvent, WorkerPool, lanes, no_thread, start_shared, threads};
 
 use crate::catalog::Catalog;
 use crate::error_mailbox::RequestKey;

@@ -92,7 +92,21 @@ pub fn threads(count: usize, nice: i32) -> Result<ThreadPool, Error> {
         }
     };
     let built = builder.start_handler(lower_priority).build();
-    built.map_err(|error| Error::new(ErrorKind::Failed, "threads", error.to_string()))
+    built.map_err(|error| no_thread(&error))
+}
+
+/// The error for a thread that cannot be started because of `cause`.
+pub fn no_thread(cause: &dyn std::fmt::Display) -> Error {
+    let message = format!("no thread can be started: {cause}; raise the limits of this process (ulimit -u, ulimit -v)");
+    Error::new(ErrorKind::Failed, "threads", message)
+}
+
+/// Starts the threads that commands other than `serve` compute with; 0: one per core.
+///
+/// # Errors
+/// `failed` if a thread cannot be started.
+pub fn start_shared(count: usize) -> Result<(), Error> {
+    ThreadPoolBuilder::new().num_threads(count).build_global().map_err(|error| no_thread(&error))
 }
 
 /// Creates single-threaded pools.

@@ -170,18 +170,18 @@ fn glb(file: &Path, result: &FractureResult) -> Result<Vec<PathBuf>, Error> {
     if has_closed || has_hulls {
         remove_earlier_file(file)?;
     }
-    let closed_report = has_closed.then(|| result.write_glb(&closed)).transpose()?;
-    let hulls_report = has_hulls.then(|| result.write_hulls_glb(&hulls)).transpose()?;
+    let mut beside = Vec::new();
+    match has_closed {
+        true => beside.extend(wrote(&closed, ", closed meshes of the lattice", result.write_glb(&closed)?)),
+        false => warn_of_earlier_files(&closed),
+    }
+    match has_hulls {
+        true => beside.extend(wrote(&hulls, ", hulls", result.write_hulls_glb(&hulls)?)),
+        false => warn_of_earlier_files(&hulls),
+    }
     let report = if has_skins { result.write_skins_glb(file)? } else { result.write_glb(file)? };
     let mut files = wrote(file, if has_closed { ", skin for rendering, not closed" } else { "" }, report);
-    for (path, what, report) in
-        [(&closed, ", closed meshes of the lattice", closed_report), (&hulls, ", hulls", hulls_report)]
-    {
-        match report {
-            Some(report) => files.extend(wrote(path, what, report)),
-            None => warn_of_earlier_files(path),
-        }
-    }
+    files.append(&mut beside);
     Ok(files)
 }
 

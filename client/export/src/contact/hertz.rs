@@ -70,6 +70,16 @@ pub enum ContactError {
         "radius_m: surfaces of radii {0} and {1} m do not meet in a point, so that Hertz theory has no contact for them; give one of them a finite radius, or set duration and radius of the contact yourself"
     )]
     NoPoint(f64, f64),
+    /// The numbers are so large or small that a value of the contact would be zero or infinite.
+    #[error(
+        "speed_m_s, young_pa, mass_kg or radius_m: too large or too small, the contact would have the {key} {value}"
+    )]
+    Range {
+        /// Name of the value of the contact.
+        key: &'static str,
+        /// The value.
+        value: f64,
+    },
 }
 
 /// Contact of two bodies in a point.
@@ -139,11 +149,15 @@ impl HertzContact {
         let radius_m = 1.0 / curvature;
         let stiffness = modulus_pa * radius_m.sqrt();
         let approach_m = (15.0 * mass_kg * speed_m_s * speed_m_s / (16.0 * stiffness)).powf(0.4);
+        let in_range = |key, value: f64| match value.is_normal() {
+            true => Ok(value),
+            false => Err(ContactError::Range { key, value }),
+        };
         Ok(Self {
-            approach_m,
-            radius_m: (radius_m * approach_m).sqrt(),
-            force_n: 4.0 / 3.0 * stiffness * approach_m.powf(1.5),
-            duration_s: DURATION * approach_m / speed_m_s,
+            approach_m: in_range("approach", approach_m)?,
+            radius_m: in_range("radius", (radius_m * approach_m).sqrt())?,
+            force_n: in_range("force", 4.0 / 3.0 * stiffness * approach_m.powf(1.5))?,
+            duration_s: in_range("duration", DURATION * approach_m / speed_m_s)?,
         })
     }
 }

@@ -110,6 +110,11 @@ fn contacts_without_finite_curvature_are_rejected() {
     assert!(matches!(refused(ContactBody { mass_kg: 0.0, ..BALL }, VASE, 1.0), ContactError::NotPositive { .. }));
     let odd = ElasticMaterial { poisson: 0.7, ..CERAMIC };
     assert_eq!(refused(ContactBody { material: odd, ..BALL }, VASE, 1.0), ContactError::Poisson(0.7));
+    for speed in [1e308, 5e-324, 1e-300] {
+        assert!(matches!(refused(BALL, VASE, speed), ContactError::Range { .. }), "{speed}");
+    }
+    let soft = ElasticMaterial { young_pa: 5e-324, ..BALL.material };
+    assert!(matches!(refused(ContactBody { material: soft, ..BALL }, VASE, 1.0), ContactError::Range { .. }));
     assert!(HertzContact::of(&BALL, &ContactBody { radius_m: -0.02, ..VASE }, 1.0).is_ok(), "a ball in a wider bowl");
 }
 

@@ -1,10 +1,10 @@
 //! A failure does not say which limit of the process was reached.
 //!
 //! **Symptom.** With few file descriptors (`ulimit -n`), little address space (`ulimit -v`) or small files (`ulimit -f`), calls fail with
-//! errors that name none of them.
+//! errors that name none of them. With few data (`ulimit -d`), a client ends with SIGSEGV.
 //! If a response cannot be mapped, the client sees the same as for a daemon that went away.
 //!
-//! **Reproduction** (iceoryx2 0.10.0). `ulimit -n 40`, `ulimit -v 300000` or `ulimit -f 100` before a client connects.
+//! **Reproduction** (iceoryx2 0.10.0). `ulimit -n 40`, `ulimit -v 300000`, `ulimit -f 100` or `ulimit -d 1000` before a client connects.
 //!
 //! **Upstream.** No issue known.
 //!
@@ -19,14 +19,38 @@ const FILES_FEW: u64 = 256;
 /// If a process may write only smaller files, bytes, errors of the transport report the limit: segments count as files.
 const FILE_SMALL: u64 = 1 << 30;
 
-/// Suffix for an error of the transport if the process may open few files or write only small ones; empty otherwise.
+/// Memory that a client allocates in a connection, with room for the host's own, bytes.
+const CLIENT_MEMORY: u64 = 16 << 20;
+
+/// Refuses a connection of a process whose limit of data segments is too low: the transport does not check its allocations there, and
+/// the process would end with SIGSEGV.
+///
+/// # Errors
+/// `shared_memory`.
+pub fn need_memory() -> Result<(), Error> {
+    match getrlimit(Resource::Data).current.filter(|limit| *limit < CLIENT_MEMORY) {
+        None => Ok(()),
+        Some(limit) => {
+            let message = format!(
+                "this process may allocate only {} kB (ulimit -d), a connection needs {} kB; raise that limit",
+                limit / 1024,
+                CLIENT_MEMORY / 1024
+            );
+            Err(Error::new(ErrorKind::SharedMemory, "ulimit -d", message))
+        }
+    }
+}
+
+/// Suffix for an error of the transport if the process may open few files, write only small ones or map only some memory; empty otherwise.
 pub fn hint() -> String {
     let limit = |resource, usual| getrlimit(resource).current.filter(|limit| *limit < usual);
     let files = limit(Resource::Nofile, FILES_FEW);
     let bytes = limit(Resource::Fsize, FILE_SMALL);
     let files = files.map(|files| format!(" (this process may open only {files} files: ulimit -n)"));
     let bytes = bytes.map(|bytes| format!(" (this process may write only {bytes} bytes to a file: ulimit -f)"));
-    [files, bytes].into_iter().flatten().collect()
+    let mapped = getrlimit(Resource::As).current;
+    let mapped = mapped.map(|bytes| format!(" (this process may map only {} MB: ulimit -v)", bytes / 1_000_000));
+    [files, bytes, mapped].into_iter().flatten().collect()
 }
 
 /// A `shared_memory` error, if a limit of this process can be why it did not reach a daemon; otherwise the error as it is.

@@ -17,7 +17,7 @@ pub const MARGIN: f64 = 0.02;
 /// Smallest local distance of a crack point from the nodes of its edge.
 ///
 /// Large enough for distinct positions in f32, small enough that bisectors stay flat to 1e-5 of the diagonal.
-const EDGE_DISTANCE: f64 = 2e-6;
+pub(super) const EDGE_DISTANCE: f64 = 2e-6;
 
 /// Smallest distance of a crack point from the nodes of its edge, over the edge's length.
 const EDGE_MARGIN: f64 = 1e-4;

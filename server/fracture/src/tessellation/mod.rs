@@ -17,6 +17,7 @@
 //!
 //! The guarantee does not cover positions that the caller supplies as fixed points.
 
+mod avoided;
 mod barycentric;
 mod components;
 mod cut;

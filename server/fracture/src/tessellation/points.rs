@@ -151,11 +151,25 @@ impl CrackPoints {
         self.edges.locate_in_chunks(&|first, simplices, out| {
             widest(EdgePoints { finder: &finder, topology, simplices, sides: &sides[first..], out });
         });
+        self.move_off_avoided_places(lattice, topology);
         self.faces.locate(|face| finder.face(topology.faces[face], topology.is_flat(face)));
         self.tets.locate(|tet| finder.tet(lattice.tets[tet]));
         self.edges.fix(&fixed.edges).map_err(|edge| TessellationError::FixedEdge { edge })?;
         self.faces.fix(&fixed.faces).map_err(|face| TessellationError::FixedFace { face })?;
         self.tets.fix(&fixed.tets).map_err(|tet| TessellationError::FixedTet { tet })
+    }
+
+    /// Moves edge points out of the intervals that they avoid.
+    fn move_off_avoided_places(&mut self, lattice: &Lattice, topology: &Topology) {
+        for interval in &topology.avoided {
+            let edge = interval.edge as usize;
+            let Some(place) = self.edges.places.get_mut(self.edges.slots[edge] as usize) else { continue };
+            let [from, to] = topology.edges[edge].map(|node| lattice.nodes[node as usize]);
+            let t = (*place - from).dot(&(to - from)) / (to - from).norm_squared();
+            if let Some(t) = interval.end_near(t, edge_margin((to - from).norm())) {
+                *place = from + (to - from) * t;
+            }
+        }
     }
 
     /// All points, for a later tessellation that must keep them.

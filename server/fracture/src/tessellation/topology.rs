@@ -1,6 +1,7 @@
 //! Incidences of a lattice, prepared once per body for all of its tessellations.
 
 use super::TessellationError;
+use super::avoided::{AvoidedInterval, avoided};
 use super::barycentric::{FLAT_HEIGHT, smallest_height};
 use crate::lattice::{BoundaryFace, EDGES, FACES, Lattice};
 use crate::memory::held;
@@ -46,6 +47,8 @@ pub struct Topology {
     pub boundary_face: Vec<bool>,
     /// Faces of tetrahedra that are almost flat, ascending; none in a lattice.
     flat_faces: Vec<u32>,
+    /// Parts of edges without crack points.
+    pub(super) avoided: Vec<AvoidedInterval>,
     neighbor_offsets: Vec<u32>,
     neighbors: Vec<u32>,
 }
@@ -88,7 +91,9 @@ impl Topology {
             ..Self::default()
         };
         topology.mark_boundary(&lattice.boundary(), &finder);
-        topology.flat_faces = flat_faces(lattice, &topology.tet_faces);
+        let flat = flat_tets(lattice);
+        topology.avoided = avoided(lattice, &topology, &flat);
+        topology.flat_faces = flat_faces(&flat, &topology.tet_faces);
         topology
     }
 
@@ -103,6 +108,7 @@ impl Topology {
             + held(&self.boundary_nodes)
             + held(&self.boundary_edge)
             + held(&self.boundary_face)
+            + held(&self.avoided)
             + held(&self.flat_faces)
             + held(&self.neighbor_offsets)
             + held(&self.neighbors)
@@ -135,10 +141,14 @@ impl Topology {
     }
 }
 
-/// Faces of the tetrahedra that are almost flat, ascending.
-fn flat_faces(lattice: &Lattice, tet_faces: &[[u32; 4]]) -> Vec<u32> {
-    let is_flat = |tet: &usize| smallest_height(&lattice.corners(*tet)) < FLAT_HEIGHT;
-    let mut faces: Vec<u32> = (0..lattice.tets.len()).filter(is_flat).flat_map(|tet| tet_faces[tet]).collect();
+/// Tetrahedra that are almost flat, ascending; none in a BCC lattice.
+fn flat_tets(lattice: &Lattice) -> Vec<usize> {
+    (0..lattice.tets.len()).filter(|tet| smallest_height(&lattice.corners(*tet)) < FLAT_HEIGHT).collect()
+}
+
+/// Faces of the tetrahedra `flat`, ascending.
+fn flat_faces(flat: &[usize], tet_faces: &[[u32; 4]]) -> Vec<u32> {
+    let mut faces: Vec<u32> = flat.iter().flat_map(|&tet| tet_faces[tet]).collect();
     faces.sort_unstable();
     faces.dedup();
     faces

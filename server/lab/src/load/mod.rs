@@ -222,12 +222,17 @@ fn start(service: &str, plan: &ClientPlan) -> Result<Child, CliError> {
 fn finish(mut child: Child, late: Instant) -> Result<Option<Vec<RequestRecord>>, CliError> {
     let output = child.stdout.take();
     let (sender, report) = std::sync::mpsc::channel();
-    std::thread::spawn(move || {
+    let read = move || {
         let mut text = Vec::new();
         let read = output.map(|mut output| output.read_to_end(&mut text));
         // After the time limit there is no receiver.
         let _ = sender.send(read.map(|read| read.map(|_| text)));
-    });
+    };
+    if let Err(error) = std::thread::Builder::new().spawn(read) {
+        child.kill().map_err(|error| failed("end", error))?;
+        child.wait().map_err(|error| failed("end", error))?;
+        return Err(shatter_server::jobs::no_thread(&error).into());
+    }
     let report = report.recv_timeout(late.saturating_duration_since(Instant::now()));
     if report.is_err() {
         child.kill().map_err(|error| failed("end", error))?;

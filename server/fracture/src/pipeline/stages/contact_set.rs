@@ -87,7 +87,7 @@ fn peak_force_n(contact: usize, given: &ImpactContact) -> Result<Vector3<f64>, F
     let force = given.impulse_ns * (std::f64::consts::FRAC_PI_2 / duration_s);
     match force.norm() {
         norm if norm.is_normal() => Ok(force),
-        norm => Err(FractureError::Number { contact, key: "peak force", value: norm, positive: true }),
+        norm => Err(FractureError::Number { contact, key: "impulse over duration", value: norm, positive: true }),
     }
 }
 

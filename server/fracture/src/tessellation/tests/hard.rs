@@ -1,10 +1,10 @@
 //! Hard cases: ties, points at the ends of edges, exterior triple and quadruple points, values that are not finite.
 
 use super::support::*;
-use crate::lattice::block;
+use crate::lattice::{Lattice, block};
 use crate::lift::LiftedLattice;
 use crate::tessellation::*;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 #[test]
 fn bisectors_through_nodes_are_moved_off_them() {
@@ -145,6 +145,47 @@ fn any_scale_stays_closed() {
         for fragment in emitted.tessellation.fragments() {
             let indices = &emitted.indices[3 * fragment.triangles.start..3 * fragment.triangles.end];
             crate::fragment::closed(&emitted.positions[fragment.vertices.clone()], indices).unwrap();
+        }
+    }
+}
+
+/// An octahedron whose two halves touch in an almost flat tetrahedron, with an edge of each half as its diagonals.
+fn octahedron_around_a_flat_tetrahedron(half_height: f64, stretch: f64) -> Lattice {
+    let nodes = [
+        [0.3, 0.0, half_height],
+        [0.0, 0.3 * stretch, -half_height],
+        [-0.3 * stretch, 0.0, half_height],
+        [0.0, -0.3, -half_height],
+        [0.01, 0.02, 0.4],
+        [0.0, 0.03, -0.4],
+    ];
+    let nodes: Vec<Point3<f64>> = nodes.into_iter().map(Point3::from).collect();
+    let [above, below] = [4, 5];
+    let tets = [[0, 1, 2, 3], [0, 2, 1, above], [0, 2, 3, above], [1, 3, 0, below], [1, 3, 2, below]];
+    let volume = |[a, b, c, d]: [u32; 4]| {
+        let [a, b, c, d] = [a, b, c, d].map(|node| nodes[node as usize]);
+        (b - a).cross(&(c - a)).dot(&(d - a))
+    };
+    let tets = tets.map(|[a, b, c, d]| if volume([a, b, c, d]) > 0.0 { [a, b, c, d] } else { [b, a, c, d] });
+    Lattice { nodes, tets: tets.to_vec() }
+}
+
+#[test]
+fn crack_points_on_the_crossing_edges_of_a_flat_tetrahedron_stay_apart() {
+    for (half_height, stretch) in [(1e-9, 1.0), (1e-7, 1.0), (1e-6, 1.0), (4e-6, 1.0), (1e-8, 0.5), (1e-8, 0.9)] {
+        let lattice = octahedron_around_a_flat_tetrahedron(half_height, stretch);
+        // All labelings with up to four labels.
+        for code in 0..4_u32.pow(6) {
+            let labels: Vec<u32> = (0..6).map(|node| code / 4_u32.pow(node) % 4).collect();
+            check(&lattice, &labels, None);
+        }
+        // The bisector between the first two sites passes through the crossing.
+        let center = lattice.nodes[..4].iter().map(|node| node.coords).sum::<Vector3<f64>>() / 4.0;
+        for k in 0..200 {
+            let angle = 0.1 * f64::from(k);
+            let aside = Vector3::new(angle.cos(), angle.sin(), 0.0) * 0.2;
+            let sites = [Point3::from(center + aside), Point3::from(center - aside)];
+            Voronoi::new(&lattice, &sites).check(&lattice);
         }
     }
 }
