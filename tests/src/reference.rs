@@ -93,7 +93,9 @@ fn remedy(kind: ErrorKind) -> &'static str {
         ErrorKind::Late => "Send fewer requests, allow more time, or use a faster preset.",
         ErrorKind::Stopping => "Send the request again when the next daemon serves.",
         ErrorKind::Canceled => "None is needed: the client dropped the ticket.",
-        ErrorKind::Failed | ErrorKind::Transport => "Raise the limit that the message names (`ulimit`). If it names none, report it with the daemon's log.",
+        ErrorKind::Failed | ErrorKind::Transport => {
+            "Raise the limit that the message names (`ulimit`). If it names none, report it with the daemon's log."
+        }
         ErrorKind::ResultTooLarge => "Restart the daemon, or raise `results.bucket_mib_max`.",
         ErrorKind::BadResult => "Report it; check that no other program writes to the service's shared memory.",
         ErrorKind::Loading => "Wait for `retry_after_ms`.",

@@ -2,17 +2,19 @@
 //!
 //! Two opposite edges of such a tetrahedron can cross. Where both are cut, their crack points could have one position in
 //! single precision, and the fragments would not be closed there. The same holds for the barycenters at which the crack
-//! points of its faces and its own lie.
+//! points of its faces and its own lie. The edges of a face that is a needle overlap, so that a bisector meets two of
+//! them in one place: there, the points on the long edges are shifted.
 
 use super::barycentric::EDGE_DISTANCE;
 use super::topology::Topology;
-use crate::lattice::{EDGES, FACES, Lattice};
+use crate::lattice::{FACES, Lattice};
 use nalgebra::{Point3, Vector3};
+use std::collections::BTreeMap;
 
 /// Largest half width of an interval, over the length of its edge.
 const HALF_WIDTH_MAX: f64 = 0.1;
 
-/// Edges that a tetrahedron's edge does not touch, by position in [`EDGES`].
+/// The edge opposite to each, by position in [`EDGES`](crate::lattice::EDGES).
 const OPPOSITE: [usize; 6] = [5, 4, 3, 2, 1, 0];
 
 /// A part of an edge without crack points, by the second barycentric coordinate on the edge.
@@ -34,6 +36,56 @@ impl AvoidedInterval {
         let ends = [self.from, self.to].into_iter().filter(is_inside);
         ends.min_by(|a, b| (a - t).abs().total_cmp(&(b - t).abs())).filter(|_| t > self.from && t < self.to)
     }
+}
+
+/// A distance by which the crack point of an edge is moved toward the edge's middle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ShiftedEdge {
+    /// Edge of the topology.
+    pub edge: u32,
+    /// Distance, local.
+    pub distance: f64,
+}
+
+/// Shifts of the long edges of the faces in `flat_faces` that are needles, ascending.
+///
+/// Edges that overlap get different multiples of [`EDGE_DISTANCE`], which makes their points differ in single precision.
+pub(super) fn shifted(lattice: &Lattice, topology: &Topology, flat_faces: &[u32]) -> Vec<ShiftedEdge> {
+    let needles: Vec<[u32; 3]> = flat_faces.iter().filter_map(|&face| needle(lattice, topology, face)).collect();
+    let mut over: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for &[long, first, second] in &needles {
+        [first, second].into_iter().for_each(|short| over.entry(short).or_default().push(long));
+    }
+    let mut parts: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    needles.iter().for_each(|&[long, first, second]| parts.entry(long).or_default().extend([first, second]));
+    let mut order: Vec<u32> = parts.keys().copied().collect();
+    order.sort_by(|a, b| length(lattice, topology, *a).total_cmp(&length(lattice, topology, *b)));
+    let mut multiples: BTreeMap<u32, u32> = BTreeMap::new();
+    for edge in order {
+        let own = &parts[&edge];
+        let beside = own.iter().chain([&edge]).filter_map(|part| over.get(part)).flatten();
+        let taken: Vec<u32> = own.iter().chain(beside).filter_map(|other| multiples.get(other)).copied().collect();
+        let free = (1..).find(|multiple| !taken.contains(multiple)).unwrap_or(1);
+        multiples.insert(edge, free);
+    }
+    multiples
+        .into_iter()
+        .map(|(edge, multiple)| ShiftedEdge { edge, distance: f64::from(multiple) * EDGE_DISTANCE })
+        .collect()
+}
+
+/// The edges of a face whose smallest height is below [`EDGE_DISTANCE`], the longest first; `None` for other faces.
+fn needle(lattice: &Lattice, topology: &Topology, face: u32) -> Option<[u32; 3]> {
+    let mut edges = topology.face_edges[face as usize];
+    edges.sort_by(|a, b| length(lattice, topology, *b).total_cmp(&length(lattice, topology, *a)));
+    let [a, b, c] = topology.faces[face as usize].map(|node| lattice.nodes[node as usize]);
+    let height = (b - a).cross(&(c - a)).norm() / length(lattice, topology, edges[0]);
+    (height < EDGE_DISTANCE).then_some(edges)
+}
+
+fn length(lattice: &Lattice, topology: &Topology, edge: u32) -> f64 {
+    let [from, to] = topology.edges[edge as usize].map(|node| lattice.nodes[node as usize]);
+    (to - from).norm()
 }
 
 /// Intervals to avoid because of the almost flat tetrahedra `flat`, ascending and disjoint.
@@ -72,9 +124,7 @@ fn avoid_in_tet(lattice: &Lattice, topology: &Topology, tet: usize, all: &mut Ve
         if let Some((t, sine)) = crossing(ends[edge], ends[OPPOSITE[edge]]) {
             avoid(t, EDGE_DISTANCE / sine);
         }
-        let [i, j] = EDGES[edge];
-        let apart = FACES.iter().filter(|face| !(face.contains(&i) && face.contains(&j)));
-        for point in apart.map(|face| mean(face)).chain([mean(&[0, 1, 2, 3])]) {
+        for point in FACES.iter().map(|face| mean(face)).chain([mean(&[0, 1, 2, 3])]) {
             let t = (point - from).dot(&(to - from)) / (length * length);
             if (from + (to - from) * t - point).norm() < EDGE_DISTANCE {
                 avoid(t, 2.0 * EDGE_DISTANCE);

@@ -4,6 +4,7 @@
 //! Levine & Whitaker, *Lattice cleaving* (IEEE TVCG 20, 2014) for one point per cut edge, face and tetrahedron. The
 //! margin is ours ([`MARGIN`](super::MARGIN)).
 
+use super::avoided::ShiftedEdge;
 use super::barycentric::{
     FLAT_HEIGHT, edge_margin, in_tet, on_edge, on_face, preference, simplex_margin, smallest_height,
 };
@@ -30,6 +31,9 @@ const MANY: [bool; 64] = {
     }
     many
 };
+
+/// Largest shift on an edge, over its length.
+const SHIFT_MAX: f64 = 0.1;
 
 /// The diagram whose bisectors contain the crack points.
 #[derive(Clone, Copy, Debug)]
@@ -159,16 +163,33 @@ impl CrackPoints {
         self.tets.fix(&fixed.tets).map_err(|tet| TessellationError::FixedTet { tet })
     }
 
-    /// Moves edge points out of the intervals that they avoid.
+    /// Moves edge points from the places of other points of almost flat tetrahedra.
     fn move_off_avoided_places(&mut self, lattice: &Lattice, topology: &Topology) {
+        for &ShiftedEdge { edge, distance } in &topology.shifted {
+            self.move_on_edge(lattice, topology, edge, |t, length| {
+                let shift = (distance / length).min(SHIFT_MAX);
+                Some(if t < 0.5 { t + shift } else { t - shift })
+            });
+        }
         for interval in &topology.avoided {
-            let edge = interval.edge as usize;
-            let Some(place) = self.edges.places.get_mut(self.edges.slots[edge] as usize) else { continue };
-            let [from, to] = topology.edges[edge].map(|node| lattice.nodes[node as usize]);
-            let t = (*place - from).dot(&(to - from)) / (to - from).norm_squared();
-            if let Some(t) = interval.end_near(t, edge_margin((to - from).norm())) {
-                *place = from + (to - from) * t;
-            }
+            self.move_on_edge(lattice, topology, interval.edge, |t, length| interval.end_near(t, edge_margin(length)));
+        }
+    }
+
+    /// Sets the second barycentric coordinate of the point on `edge`, if there is one, to `moved` of it and the edge's
+    /// length.
+    fn move_on_edge(
+        &mut self,
+        lattice: &Lattice,
+        topology: &Topology,
+        edge: u32,
+        moved: impl Fn(f64, f64) -> Option<f64>,
+    ) {
+        let Some(place) = self.edges.places.get_mut(self.edges.slots[edge as usize] as usize) else { return };
+        let [from, to] = topology.edges[edge as usize].map(|node| lattice.nodes[node as usize]);
+        let length = (to - from).norm();
+        if let Some(t) = moved((*place - from).dot(&(to - from)) / (length * length), length) {
+            *place = from + (to - from) * t;
         }
     }
 

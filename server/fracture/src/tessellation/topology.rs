@@ -1,7 +1,7 @@
 //! Incidences of a lattice, prepared once per body for all of its tessellations.
 
 use super::TessellationError;
-use super::avoided::{AvoidedInterval, avoided};
+use super::avoided::{AvoidedInterval, ShiftedEdge, avoided, shifted};
 use super::barycentric::{FLAT_HEIGHT, smallest_height};
 use crate::lattice::{BoundaryFace, EDGES, FACES, Lattice};
 use crate::memory::held;
@@ -49,6 +49,8 @@ pub struct Topology {
     flat_faces: Vec<u32>,
     /// Parts of edges without crack points.
     pub(super) avoided: Vec<AvoidedInterval>,
+    /// Edges whose crack points are shifted.
+    pub(super) shifted: Vec<ShiftedEdge>,
     neighbor_offsets: Vec<u32>,
     neighbors: Vec<u32>,
 }
@@ -94,6 +96,7 @@ impl Topology {
         let flat = flat_tets(lattice);
         topology.avoided = avoided(lattice, &topology, &flat);
         topology.flat_faces = flat_faces(&flat, &topology.tet_faces);
+        topology.shifted = shifted(lattice, &topology, &topology.flat_faces);
         topology
     }
 
@@ -109,6 +112,7 @@ impl Topology {
             + held(&self.boundary_edge)
             + held(&self.boundary_face)
             + held(&self.avoided)
+            + held(&self.shifted)
             + held(&self.flat_faces)
             + held(&self.neighbor_offsets)
             + held(&self.neighbors)

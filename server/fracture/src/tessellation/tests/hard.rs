@@ -159,24 +159,29 @@ fn octahedron_around_a_flat_tetrahedron(half_height: f64, stretch: f64) -> Latti
         [0.01, 0.02, 0.4],
         [0.0, 0.03, -0.4],
     ];
-    let nodes: Vec<Point3<f64>> = nodes.into_iter().map(Point3::from).collect();
     let [above, below] = [4, 5];
-    let tets = [[0, 1, 2, 3], [0, 2, 1, above], [0, 2, 3, above], [1, 3, 0, below], [1, 3, 2, below]];
+    oriented(nodes, &[[0, 1, 2, 3], [0, 2, 1, above], [0, 2, 3, above], [1, 3, 0, below], [1, 3, 2, below]])
+}
+
+/// A lattice of these tetrahedra, with their nodes in the order that makes their volumes positive.
+fn oriented(nodes: [[f64; 3]; 6], tets: &[[u32; 4]]) -> Lattice {
+    let nodes = nodes.map(Point3::from).to_vec();
     let volume = |[a, b, c, d]: [u32; 4]| {
         let [a, b, c, d] = [a, b, c, d].map(|node| nodes[node as usize]);
         (b - a).cross(&(c - a)).dot(&(d - a))
     };
-    let tets = tets.map(|[a, b, c, d]| if volume([a, b, c, d]) > 0.0 { [a, b, c, d] } else { [b, a, c, d] });
-    Lattice { nodes, tets: tets.to_vec() }
+    let turned = |&[a, b, c, d]: &[u32; 4]| if volume([a, b, c, d]) > 0.0 { [a, b, c, d] } else { [b, a, c, d] };
+    let tets = tets.iter().map(turned).collect();
+    Lattice { nodes, tets }
 }
 
 #[test]
 fn crack_points_on_the_crossing_edges_of_a_flat_tetrahedron_stay_apart() {
     for (half_height, stretch) in [(1e-9, 1.0), (1e-7, 1.0), (1e-6, 1.0), (4e-6, 1.0), (1e-8, 0.5), (1e-8, 0.9)] {
         let lattice = octahedron_around_a_flat_tetrahedron(half_height, stretch);
-        // All labelings with up to four labels.
-        for code in 0..4_u32.pow(6) {
-            let labels: Vec<u32> = (0..6).map(|node| code / 4_u32.pow(node) % 4).collect();
+        // All labelings with up to three labels.
+        for code in 0..3_u32.pow(6) {
+            let labels: Vec<u32> = (0..6).map(|node| code / 3_u32.pow(node) % 3).collect();
             check(&lattice, &labels, None);
         }
         // The bisector between the first two sites passes through the crossing.
@@ -184,6 +189,33 @@ fn crack_points_on_the_crossing_edges_of_a_flat_tetrahedron_stay_apart() {
         for k in 0..200 {
             let angle = 0.1 * f64::from(k);
             let aside = Vector3::new(angle.cos(), angle.sin(), 0.0) * 0.2;
+            let sites = [Point3::from(center + aside), Point3::from(center - aside)];
+            Voronoi::new(&lattice, &sites).check(&lattice);
+        }
+    }
+}
+
+/// Two halves that touch in two needles: three nodes lie almost on a line, and the edge between the outer two is inside.
+fn halves_around_needles(height: f64) -> Lattice {
+    let nodes = [
+        [-0.3, 0.0, 0.0],
+        [0.02, 0.0, height],
+        [0.3, 0.0, 0.0],
+        [0.01, 0.3, 0.0],
+        [0.02, -0.3, 0.0],
+        [0.0, 0.02, -0.4],
+    ];
+    oriented(nodes, &[[0, 1, 2, 3], [0, 1, 2, 4], [0, 2, 3, 5], [0, 2, 4, 5]])
+}
+
+#[test]
+fn crack_points_on_the_overlapping_edges_of_a_needle_stay_apart() {
+    for height in [1e-12, 1e-9, 1e-7, 1e-6] {
+        let lattice = halves_around_needles(height);
+        for k in -28..=28 {
+            // The bisector crosses the long edge and one of the short ones in one place.
+            let center = Vector3::new(0.01 * f64::from(k), 0.003, 0.0);
+            let aside = Vector3::new(0.2, 0.01, 0.0);
             let sites = [Point3::from(center + aside), Point3::from(center - aside)];
             Voronoi::new(&lattice, &sites).check(&lattice);
         }
