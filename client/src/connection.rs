@@ -312,7 +312,7 @@ pub(crate) fn no_thread(error: &std::io::Error) -> Error {
     Error::new(
         ErrorKind::Failed,
         "threads",
-        format!("no thread can be started: {error}; raise the limits of this process (ulimit -u, ulimit -v)"),
+        format!("no thread can be started: {error}; raise the limits of this process (ulimit -u, -v, -d)"),
     )
 }
 

@@ -129,6 +129,21 @@ fn cube() -> String {
     corners + &faces.map(|face| format!("f {face}\n")).concat()
 }
 
+/// `shatterd bake … 2>&1 | head` closes stderr while the bake has warnings and more to say.
+#[test]
+fn a_closed_stderr_ends_no_command() {
+    let here = TestDirectory::new("closed");
+    let mesh = here.file("cube.obj", &cube());
+    let mut bake = Command::new(env!("CARGO_BIN_EXE_shatterd"));
+    here.aim(&mut bake);
+    let spacings = ["--crack-spacing", "0.1", "--elastic-spacing", "0.2"];
+    bake.args(["bake", mesh.to_str().unwrap(), "--name", "cube", "--fragment-size", "5"]).args(spacings);
+    bake.arg("--out").arg(here.databases()).stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = bake.spawn().unwrap();
+    drop(child.stderr.take());
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+}
+
 /// The system would otherwise end the process by SIGXFSZ, without a message.
 #[test]
 fn a_limit_of_the_size_of_files_is_an_error() {

@@ -8,7 +8,6 @@ use shatter_fracture::pipeline::{
     BakeParameters, BakeReport, ExistingCracks, LearnedModel, PreparedObject, SurfaceKind, SurfaceReport,
 };
 use shatter_fracture::surface::{Defect, DefectKind};
-use shatter_proto::text;
 use std::fmt::Write;
 use std::path::Path;
 use std::time::Duration;
@@ -40,7 +39,7 @@ pub fn warn(prepared: &PreparedObject) {
 
 /// Prints one warning on stderr.
 pub fn warning(text: &str) {
-    eprintln!("warning: {}", text::message(text));
+    output::note(&format!("warning: {text}"));
 }
 
 /// Warnings of a bake: the surface that was not asked for, a lattice too coarse for the shape, which loses or thickens parts of

@@ -145,7 +145,7 @@ fn draw_examples(file: &Path, folder: &Path) -> Result<(), CommandError> {
     let output = lab::program().arg("examples").arg(file).arg("--out").arg(folder).stdin(Stdio::null()).output();
     let output = output.map_err(|error| CommandError::from(lab::absent(&error)))?;
     let report = String::from_utf8_lossy(&output.stderr);
-    eprint!("{report}");
+    report.lines().for_each(output::note);
     match output.status.success() {
         true => Ok(()),
         false => Err(CommandError::ours("page", format!("{} drew no page: {}", lab::PROGRAM, report.trim()))),

@@ -1,9 +1,10 @@
-//! Output of commands: stdout, files and folders. Writing may fail and never panics.
+//! Output of commands: stdout, stderr, files and folders. Writing may fail and never panics.
 
 use super::{CommandError, interrupt};
 use shatter_cli_common as program;
 use shatter_export::{ExportError, make_folder, write_whole};
 use shatter_proto::{Error, ErrorKind, text};
+use std::io::Write;
 use std::path::Path;
 
 /// Writes `text` to stdout.
@@ -22,6 +23,11 @@ pub fn lines(text: &str) -> Result<(), CommandError> {
     print(&text.lines().map(|line| text::escaped(line) + "\n").collect::<String>())
 }
 
+/// Writes a line to stderr, without control characters that come from files or names. Nobody may read it: then it is lost.
+pub fn note(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{}", text::message(line));
+}
+
 /// Writes the file `path` whole or not at all, creates its folder if needed, and names the file on stderr.
 ///
 /// # Errors
@@ -29,7 +35,7 @@ pub fn lines(text: &str) -> Result<(), CommandError> {
 pub fn whole(path: &Path, bytes: &[u8]) -> Result<(), CommandError> {
     let _writing = interrupt::writing();
     write_whole(path, bytes)?;
-    eprintln!("wrote {}", text::message(&path.display().to_string()));
+    note(&format!("wrote {}", path.display()));
     Ok(())
 }
 

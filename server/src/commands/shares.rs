@@ -3,7 +3,7 @@
 use super::CommandError;
 use super::bake::{BakeArgs, input_hash};
 use super::bake_progress::BakeProgress;
-use super::interrupt;
+use super::{interrupt, output};
 use serde_json::json;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, BakeError, BakeRequest, BakeShare, PartialBake, ShareError};
@@ -38,7 +38,7 @@ pub fn share(asked: Option<BakeShare>, examples: u64) -> Result<BakeShare, Comma
         None if examples == 0 => Ok(BakeShare::WHOLE),
         None => Ok(scheduled(&|name| number(name))?.map_or(BakeShare::WHOLE, |(share, scheduler)| {
             let (index, count) = (share.index, share.count);
-            eprintln!("share {index} of {count} (from {scheduler}); --shard 0/1 bakes everything");
+            output::note(&format!("share {index} of {count} (from {scheduler}); --shard 0/1 bakes everything"));
             share
         })),
     }
@@ -135,7 +135,7 @@ pub fn resume(
     share: BakeShare,
 ) -> Result<Option<PartialBake>, CommandError> {
     if !file.exists() {
-        eprintln!("{} does not exist; baking from the beginning", file.display());
+        output::note(&format!("{} does not exist; baking from the beginning", file.display()));
         return Ok(None);
     }
     let partial = database::load_partial(file).map_err(|error| {

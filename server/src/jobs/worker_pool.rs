@@ -97,7 +97,7 @@ pub fn threads(count: usize, nice: i32) -> Result<ThreadPool, Error> {
 
 /// The error for a thread that cannot be started because of `cause`.
 pub fn no_thread(cause: &dyn std::fmt::Display) -> Error {
-    let message = format!("no thread can be started: {cause}; raise the limits of this process (ulimit -u, ulimit -v)");
+    let message = format!("no thread can be started: {cause}; raise the limits of this process (ulimit -u, -v, -d)");
     Error::new(ErrorKind::Failed, "threads", message)
 }
 

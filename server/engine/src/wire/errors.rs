@@ -103,8 +103,12 @@ mod tests {
                 assert!(message.contains("more than 1e9 m") && message.len() < 150, "{message}");
             }
         }
-        let number =
-            FractureError::Number { contact: 0, key: "impulse over duration", value: f64::INFINITY, positive: true };
+        let number = FractureError::Number {
+            contact: 0,
+            key: "the square of impulse over duration",
+            value: f64::INFINITY,
+            positive: true,
+        };
         assert_eq!(super::engine_error(number).kind, ErrorKind::Impulse);
         let unprepared =
             super::engine_error(FractureError::LiftUnprepared { body: 0, lift: LiftKind::SurfaceDiffusion });

@@ -395,7 +395,7 @@ fn tally(args: &Stability) -> Result<FuzzTally, CommandError> {
     let bar = bar(plan.count);
     let tally = mesh_fuzz::run(&plan, &mut |mutant, verdict| {
         if let FuzzVerdict::Failed(fault) = verdict {
-            bar.suspend(|| eprintln!("failed: {mutant}: {fault}"));
+            bar.suspend(|| output::note(&format!("failed: {mutant}: {fault}")));
         }
         bar.set_message(mutant.to_string());
         bar.inc(1);

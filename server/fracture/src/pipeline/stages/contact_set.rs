@@ -85,10 +85,12 @@ fn peak_force_n(contact: usize, given: &ImpactContact) -> Result<Vector3<f64>, F
         return Err(FractureError::ZeroImpulse { contact });
     }
     let force = given.impulse_ns * (std::f64::consts::FRAC_PI_2 / duration_s);
-    match force.norm() {
-        norm if norm.is_normal() => Ok(force),
-        norm => Err(FractureError::Number { contact, key: "impulse over duration", value: norm, positive: true }),
+    if force.norm().is_normal() {
+        return Ok(force);
     }
+    let square = force.norm_squared();
+    let value = if square.is_nan() { f64::INFINITY } else { square };
+    Err(FractureError::Number { contact, key: "the square of impulse over duration", value, positive: true })
 }
 
 /// The nearest body, and the contact in its local units; an error if the surface is farther away than the radius.
