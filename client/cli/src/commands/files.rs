@@ -132,8 +132,10 @@ impl OutputTarget {
         }
         let all = match self.format {
             FileFormat::Glb => glb(&self.path, result)?,
-            FileFormat::Obj => wrote(&self.path, "", result.write_obj(&self.path)?),
-            FileFormat::Mjcf => wrote(&self.path, ", with its meshes", result.write_mjcf(&self.path)?),
+            FileFormat::Obj => wrote(&self.path, "", result.write_obj(&self.path).map_err(some_stay)?),
+            FileFormat::Mjcf => {
+                wrote(&self.path, ", with its meshes", result.write_mjcf(&self.path).map_err(some_stay)?)
+            }
         };
         Ok(WrittenFiles { target: Some(self.path.clone()), all })
     }
@@ -148,6 +150,12 @@ impl OutputTarget {
             FileFormat::Mjcf => vec![self.path.clone()],
         }
     }
+}
+
+/// The error of a format with several files, which says that those written before it stay.
+fn some_stay(error: Error) -> Error {
+    let message = format!("{}; files of this result that were written before it stay beside it", error.message);
+    Error { message, ..error }
 }
 
 /// True if the skin caused the error: the object has none, or the result would be too long with it.

@@ -2,14 +2,20 @@
 //!
 //! Two opposite edges of such a tetrahedron can cross. Where both are cut, their crack points could have one position in
 //! single precision, and the fragments would not be closed there. The same holds for the barycenters at which the crack
-//! points of its faces and its own lie. The edges of a face that is a needle overlap, so that a bisector meets two of
-//! them in one place: there, the points on the long edges are shifted.
+//! points of its faces and its own lie.
+//!
+//! Two edges with a small angle between them are near each other at their common node, where crack points are kept a
+//! small distance from it. If the angle is zero, they overlap, and a bisector meets both in one place. The points on one
+//! of them are therefore shifted.
 
 use super::barycentric::EDGE_DISTANCE;
 use super::topology::Topology;
 use crate::lattice::{FACES, Lattice};
 use nalgebra::{Point3, Vector3};
 use std::collections::BTreeMap;
+
+/// Sine of an angle between edges below which their crack points are shifted.
+const SINE_MIN: f64 = 0.1;
 
 /// Largest half width of an interval, over the length of its edge.
 const HALF_WIDTH_MAX: f64 = 0.1;
@@ -47,45 +53,62 @@ pub(super) struct ShiftedEdge {
     pub distance: f64,
 }
 
-/// Shifts of the long edges of the faces in `flat_faces` that are needles, ascending.
+/// Edges that are too near to each other, with those of each.
+type NearEdges = BTreeMap<u32, Vec<u32>>;
+
+/// Shifts of edges that enclose small angles with others, ascending; none in a BCC lattice.
 ///
-/// Edges that overlap get different multiples of [`EDGE_DISTANCE`], which makes their points differ in single precision.
-pub(super) fn shifted(lattice: &Lattice, topology: &Topology, flat_faces: &[u32]) -> Vec<ShiftedEdge> {
-    let needles: Vec<[u32; 3]> = flat_faces.iter().filter_map(|&face| needle(lattice, topology, face)).collect();
-    let mut over: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-    for &[long, first, second] in &needles {
-        [first, second].into_iter().for_each(|short| over.entry(short).or_default().push(long));
-    }
-    let mut parts: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-    needles.iter().for_each(|&[long, first, second]| parts.entry(long).or_default().extend([first, second]));
-    let mut order: Vec<u32> = parts.keys().copied().collect();
-    order.sort_by(|a, b| length(lattice, topology, *a).total_cmp(&length(lattice, topology, *b)));
+/// Edges that are near each other get different multiples of [`EDGE_DISTANCE`], the longer edges the larger ones.
+pub(super) fn shifted(lattice: &Lattice, topology: &Topology) -> Vec<ShiftedEdge> {
+    let near = near_edges(lattice, topology);
+    let mut order: Vec<(f64, u32)> = near.keys().map(|&edge| (vector(lattice, topology, edge).norm(), edge)).collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut multiples: BTreeMap<u32, u32> = BTreeMap::new();
-    for edge in order {
-        let own = &parts[&edge];
-        let beside = own.iter().chain([&edge]).filter_map(|part| over.get(part)).flatten();
-        let taken: Vec<u32> = own.iter().chain(beside).filter_map(|other| multiples.get(other)).copied().collect();
-        let free = (1..).find(|multiple| !taken.contains(multiple)).unwrap_or(1);
+    for (_, edge) in order {
+        let taken: Vec<u32> = near[&edge].iter().filter_map(|other| multiples.get(other)).copied().collect();
+        let free = (0..).find(|multiple| !taken.contains(multiple)).unwrap_or(0);
         multiples.insert(edge, free);
     }
-    multiples
-        .into_iter()
-        .map(|(edge, multiple)| ShiftedEdge { edge, distance: f64::from(multiple) * EDGE_DISTANCE })
-        .collect()
+    let shift = |(edge, multiple)| ShiftedEdge { edge, distance: f64::from(multiple) * EDGE_DISTANCE };
+    multiples.into_iter().filter(|(_, multiple)| *multiple > 0).map(shift).collect()
 }
 
-/// The edges of a face whose smallest height is below [`EDGE_DISTANCE`], the longest first; `None` for other faces.
-fn needle(lattice: &Lattice, topology: &Topology, face: u32) -> Option<[u32; 3]> {
-    let mut edges = topology.face_edges[face as usize];
-    edges.sort_by(|a, b| length(lattice, topology, *b).total_cmp(&length(lattice, topology, *a)));
-    let [a, b, c] = topology.faces[face as usize].map(|node| lattice.nodes[node as usize]);
-    let height = (b - a).cross(&(c - a)).norm() / length(lattice, topology, edges[0]);
-    (height < EDGE_DISTANCE).then_some(edges)
+/// Edges of a face with a small angle between them, and long edges of needles that overlap on a short edge.
+fn near_edges(lattice: &Lattice, topology: &Topology) -> NearEdges {
+    let (mut near, mut over) = (NearEdges::new(), NearEdges::new());
+    for edges in &topology.face_edges {
+        let vectors = edges.map(|edge| vector(lattice, topology, edge));
+        let cross = vectors[0].cross(&vectors[1]).norm();
+        for (i, j) in [(0, 1), (0, 2), (1, 2)] {
+            // Two edges of a face meet at its smallest angle, or the third one is the shortest.
+            let product = vectors[i].norm() * vectors[j].norm();
+            let third = vectors[3 - i - j].norm_squared();
+            let is_acute = third < vectors[i].norm_squared() + vectors[j].norm_squared();
+            if is_acute && cross < SINE_MIN * product {
+                put(&mut near, edges[i], edges[j]);
+                let longest = if vectors[i].norm() > vectors[j].norm() { i } else { j };
+                if cross < EDGE_DISTANCE * vectors[longest].norm() {
+                    over.entry(edges[i + j - longest]).or_default().push(edges[longest]);
+                }
+            }
+        }
+    }
+    for long in over.values() {
+        for (k, &first) in long.iter().enumerate() {
+            long[..k].iter().filter(|second| **second != first).for_each(|&second| put(&mut near, first, second));
+        }
+    }
+    near
 }
 
-fn length(lattice: &Lattice, topology: &Topology, edge: u32) -> f64 {
+fn put(near: &mut NearEdges, first: u32, second: u32) {
+    near.entry(first).or_default().push(second);
+    near.entry(second).or_default().push(first);
+}
+
+fn vector(lattice: &Lattice, topology: &Topology, edge: u32) -> Vector3<f64> {
     let [from, to] = topology.edges[edge as usize].map(|node| lattice.nodes[node as usize]);
-    (to - from).norm()
+    to - from
 }
 
 /// Intervals to avoid because of the almost flat tetrahedra `flat`, ascending and disjoint.

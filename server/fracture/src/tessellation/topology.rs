@@ -96,7 +96,7 @@ impl Topology {
         let flat = flat_tets(lattice);
         topology.avoided = avoided(lattice, &topology, &flat);
         topology.flat_faces = flat_faces(&flat, &topology.tet_faces);
-        topology.shifted = shifted(lattice, &topology, &topology.flat_faces);
+        topology.shifted = shifted(lattice, &topology);
         topology
     }
 

@@ -33,9 +33,11 @@ const HEAD_START: Duration = Duration::from_millis(1500);
 /// Time for client processes to report after the last result may arrive.
 const MARGIN: Duration = Duration::from_secs(10);
 
-/// Largest meaningful rate, requests per second.
-const RATE_MAX: f64 = 1e6;
-const SECONDS_MAX: f64 = 86_400.0;
+/// Meaningful rates, requests per second.
+const RATES: [f64; 2] = [1e-6, 1e6];
+
+/// Meaningful durations of a run, s.
+const SECONDS: [f64; 2] = [1e-3, 86_400.0];
 
 /// Time that a command waits for a reply of the service.
 const REPLY_TIMEOUT: Duration = Duration::from_secs(5);
@@ -87,17 +89,17 @@ pub struct LoadArgs {
 }
 
 fn rate(text: &str) -> Result<f64, String> {
-    within(text, RATE_MAX)
+    within(text, RATES)
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
-    within(text, SECONDS_MAX)
+    within(text, SECONDS)
 }
 
-fn within(text: &str, most: f64) -> Result<f64, String> {
+fn within(text: &str, [least, most]: [f64; 2]) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(number) if number > 0.0 && number <= most => Ok(number),
-        _ => Err(format!("must be a number above zero and at most {most}")),
+        Ok(number) if (least..=most).contains(&number) => Ok(number),
+        _ => Err(format!("must be a number from {least} to {most}")),
     }
 }
 
