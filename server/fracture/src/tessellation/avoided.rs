@@ -1,16 +1,16 @@
 //! Places on edges that crack points avoid, because another point of an almost flat tetrahedron lies there.
 //!
 //! Two opposite edges of such a tetrahedron can cross. Where both are cut, their crack points could have one position in
-//! single precision, and the fragments would not be closed there. The same holds for the barycenters at which the crack
-//! points of its faces and its own lie.
+//! single precision, and the fragments would not be closed there. The same holds for the crack points of its faces and
+//! its own.
 //!
 //! Two edges with a small angle between them are near each other at their common node, where crack points are kept a
 //! small distance from it. If the angle is zero, they overlap, and a bisector meets both in one place. The points on one
 //! of them are therefore shifted.
 
-use super::barycentric::EDGE_DISTANCE;
+use super::barycentric::{EDGE_DISTANCE, scattered};
 use super::topology::Topology;
-use crate::lattice::{FACES, Lattice};
+use crate::lattice::Lattice;
 use nalgebra::{Point3, Vector3};
 use std::collections::BTreeMap;
 
@@ -130,9 +130,8 @@ pub(super) fn avoided(lattice: &Lattice, topology: &Topology, flat: &[usize]) ->
 
 /// Adds the intervals of one tetrahedron.
 fn avoid_in_tet(lattice: &Lattice, topology: &Topology, tet: usize, all: &mut Vec<AvoidedInterval>) {
-    let corners = lattice.corners(tet);
-    let mean =
-        |of: &[usize]| Point3::from(of.iter().map(|&k| corners[k].coords).sum::<Vector3<f64>>() / of.len() as f64);
+    let mut points = topology.tet_faces[tet].map(|face| flat_point(lattice, topology.faces[face as usize])).to_vec();
+    points.push(flat_point(lattice, lattice.tets[tet]));
     let edges = topology.tet_edges[tet];
     let ends = edges.map(|edge| topology.edges[edge as usize].map(|node| lattice.nodes[node as usize]));
     for edge in 0..6 {
@@ -147,13 +146,20 @@ fn avoid_in_tet(lattice: &Lattice, topology: &Topology, tet: usize, all: &mut Ve
         if let Some((t, sine)) = crossing(ends[edge], ends[OPPOSITE[edge]]) {
             avoid(t, EDGE_DISTANCE / sine);
         }
-        for point in FACES.iter().map(|face| mean(face)).chain([mean(&[0, 1, 2, 3])]) {
+        for point in &points {
             let t = (point - from).dot(&(to - from)) / (length * length);
             if (from + (to - from) * t - point).norm() < EDGE_DISTANCE {
                 avoid(t, 2.0 * EDGE_DISTANCE);
             }
         }
     }
+}
+
+/// Crack point of an almost flat face or tetrahedron.
+fn flat_point<const N: usize>(lattice: &Lattice, nodes: [u32; N]) -> Point3<f64> {
+    let weighted =
+        nodes.iter().zip(scattered(nodes)).map(|(&node, weight)| lattice.nodes[node as usize].coords * weight);
+    Point3::from(weighted.sum::<Vector3<f64>>())
 }
 
 /// Coordinate on the first segment at which the second passes nearer than [`EDGE_DISTANCE`], and the sine of the angle

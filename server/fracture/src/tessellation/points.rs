@@ -6,7 +6,7 @@
 
 use super::avoided::ShiftedEdge;
 use super::barycentric::{
-    FLAT_HEIGHT, edge_margin, in_tet, on_edge, on_face, preference, simplex_margin, smallest_height,
+    FLAT_HEIGHT, edge_margin, in_tet, on_edge, on_face, preference, scattered, simplex_margin, smallest_height,
 };
 use super::cut::{CutSimplices, GRAIN};
 use super::index_selection::IndexSet;
@@ -307,7 +307,8 @@ impl Finder<'_> {
             let [a, b, c] = self.sites_of(&sites, nodes);
             on_face([b, c].map(|other| sites.preferences(nodes, [a, other])), margin)
         };
-        self.combine(nodes, self.sites.filter(|_| !is_flat).map_or([1.0 / 3.0; 3], solve))
+        let weights = if is_flat { scattered(nodes) } else { self.sites.map_or([1.0 / 3.0; 3], solve) };
+        self.combine(nodes, weights)
     }
 
     fn tet(&self, nodes: [u32; 4]) -> Point3<f64> {
@@ -316,8 +317,8 @@ impl Finder<'_> {
             let [a, b, c, d] = self.sites_of(&sites, nodes);
             in_tet([b, c, d].map(|other| sites.preferences(nodes, [a, other])), simplex_margin(height))
         };
-        let sites = self.sites.filter(|_| height >= FLAT_HEIGHT);
-        self.combine(nodes, sites.map_or([0.25; 4], solve))
+        let weights = if height < FLAT_HEIGHT { scattered(nodes) } else { self.sites.map_or([0.25; 4], solve) };
+        self.combine(nodes, weights)
     }
 
     fn labels_of<const N: usize>(&self, nodes: [u32; N]) -> [u32; N] {
