@@ -26,17 +26,6 @@ impl Held {
     pub fn with<T>(&self, look: impl FnOnce(&shatter_client::FractureResult) -> T) -> T {
         look(&self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
-
-    /// Values of the result that `values` selects; empty for `None`.
-    pub fn slice<T>(&self, values: impl FnOnce(&shatter_client::FractureResult) -> Option<&[T]>) -> &[T] {
-        let (first, count) = self.with(|result| {
-            let values = values(result).unwrap_or(&[]);
-            (values.as_ptr(), values.len())
-        });
-        // SAFETY: the values lie in the result's shared memory, which stays in its place, unchanged, while the result exists. The result is
-        // owned by `self`, which is borrowed as long as the slice.
-        unsafe { std::slice::from_raw_parts(first, count) }
-    }
 }
 
 /// The result of a request.

@@ -23,7 +23,7 @@ pub fn lines(text: &str) -> Result<(), CommandError> {
     print(&text.lines().map(|line| text::escaped(line) + "\n").collect::<String>())
 }
 
-/// Writes a line to stderr, without control characters that come from files or names. Nobody may read it: then it is lost.
+/// Writes a line to stderr, without control characters that come from files or names. If stderr is closed, the line is lost.
 pub fn note(line: &str) {
     let _ = writeln!(std::io::stderr(), "{}", text::message(line));
 }
