@@ -19,7 +19,7 @@ const FILES_FEW: u64 = 256;
 /// If a process may write only smaller files, bytes, errors of the transport report the limit: segments count as files.
 const FILE_SMALL: u64 = 1 << 30;
 
-/// Memory that a client allocates in a connection, with room for the host's own, bytes.
+/// Least memory of a process that connects, bytes: what the client and its host allocate.
 const CLIENT_MEMORY: u64 = 16 << 20;
 
 /// Refuses a connection of a process whose limit of data segments is too low: the transport does not check its allocations there, and

@@ -56,7 +56,7 @@ pub(super) struct ShiftedEdge {
 /// Edges that are too near to each other, with those of each.
 type NearEdges = BTreeMap<u32, Vec<u32>>;
 
-/// Shifts of edges that enclose small angles with others, ascending; none in a BCC lattice.
+/// Shifts of edges that enclose small angles with others, ascending.
 ///
 /// Edges that are near each other get different multiples of [`EDGE_DISTANCE`], the longer edges the larger ones.
 pub(super) fn shifted(lattice: &Lattice, topology: &Topology) -> Vec<ShiftedEdge> {
@@ -80,7 +80,7 @@ fn near_edges(lattice: &Lattice, topology: &Topology) -> NearEdges {
         let vectors = edges.map(|edge| vector(lattice, topology, edge));
         let cross = vectors[0].cross(&vectors[1]).norm();
         for (i, j) in [(0, 1), (0, 2), (1, 2)] {
-            // Two edges of a face meet at its smallest angle, or the third one is the shortest.
+            // The cross product of any two edges has the same length, twice the area.
             let product = vectors[i].norm() * vectors[j].norm();
             let third = vectors[3 - i - j].norm_squared();
             let is_acute = third < vectors[i].norm_squared() + vectors[j].norm_squared();
