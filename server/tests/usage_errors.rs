@@ -233,7 +233,7 @@ fn a_client_that_may_map_little_memory_is_told_so() {
     assert!(output.status.code() == Some(5) && error.contains("ulimit -v"), "{:?} {error}", output.status);
 }
 
-/// Where memory does not suffice for the stack of a thread, a panic can end in a hang: its report needs memory, too.
+/// A panic can end in a hang if memory does not suffice for the stack of a thread: its report needs memory, too.
 #[test]
 fn limits_that_allow_no_thread_are_named() {
     let here = TestDirectory::new("limited");
