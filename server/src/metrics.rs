@@ -157,7 +157,8 @@ impl Metrics {
         self.ends.get_or_create(&[("end", end.name())]).inc();
     }
 
-    /// Counts a request that computed; `energy` names the source of its result's energy.
+    /// Counts a request that computed; `energy` names the source of its result's energy. A result without energy is a hit of a ray: it is
+    /// counted, but not timed as a strike.
     pub fn ran(
         &mut self,
         end: JobEnd,
@@ -172,9 +173,9 @@ impl Metrics {
         }
         if let Some(source) = energy {
             self.energies.get_or_create(&[("source", source.name())]).inc();
+            self.strike_seconds.observe(time.as_secs_f64());
+            self.strike_times.saturating_record(nanoseconds(time));
         }
-        self.strike_seconds.observe(time.as_secs_f64());
-        self.strike_times.saturating_record(nanoseconds(time));
         for (stage, times) in stages.iter().zip(&mut self.stage_times) {
             if stage.has_run {
                 let labels = [("stage", stage.stage.name())];
@@ -250,16 +251,18 @@ mod tests {
             &[bonds],
         );
         metrics.ran(JobEnd::Failed, Duration::from_millis(20), None, &[idle, stage], &[bonds]);
+        metrics.ran(JobEnd::Completed, Duration::from_millis(1), None, &[idle, idle], &[]);
         metrics.ended(JobEnd::Busy);
         let mut row = ServiceStatusRow::zeroed();
         metrics.fill(&mut row);
-        assert_eq!((row.completed, row.failed, row.busy, row.refused), (1, 1, 1, 0));
+        assert_eq!((row.completed, row.failed, row.busy, row.refused), (2, 1, 1, 0));
         assert_eq!((row.strike.count, row.stages[0].count, row.stages[1].count), (1, 0, 1));
         assert!((4_900_000..5_200_000).contains(&row.stages[1].p99_ns), "{row:?}");
         let text = metrics.text(&row);
         for line in [
             "shatter_requests_total{end=\"busy\"} 1",
             "shatter_energies_total{source=\"bounded\"} 1",
+            "shatter_strike_seconds_count 1",
             "shatter_stage_seconds_count{stage=\"elasticity\"} 1",
             "shatter_effect_seconds_count{effect=\"bonds\"} 1",
         ] {

@@ -97,6 +97,11 @@ fn a_missing_ray_reports_its_closest_distance() {
     assert!((by - 0.05).abs() < DEVIATION_M, "{missed}");
     let away = bar.aim(ray([1.0, 0.0, 0.0], [1.0, 0.0, 0.0]), timeout()).unwrap_err();
     assert_eq!(away.kind, ErrorKind::RayMissed, "a ray does not hit what is behind it");
+    for distance_m in [1e13, 1e15, 1e200] {
+        let far = bar.aim(ray([distance_m, 0.0, 0.0], [-1.0, 0.0, 0.0]), timeout()).unwrap_err();
+        assert_eq!((far.kind, far.at.as_str()), (ErrorKind::Ray, "contacts[0].point_m"), "{far}");
+    }
+    near(bar.aim(ray([1e8, 0.0, 0.0], [-1.0, 0.0, 0.0]), timeout()).unwrap().point_m, [0.2, 0.0, 0.0], DEVIATION_M);
     for direction in [[0.0; 3], [f64::NAN, 0.0, 0.0]] {
         assert_eq!(bar.aim(ray([1.0, 0.0, 0.0], direction), timeout()).unwrap_err().kind, ErrorKind::Ray);
     }

@@ -162,6 +162,10 @@ fn anchors_that_hold_nothing_are_refused_when_the_scene_is_loaded() {
     let [heavy, light] = [advice(&[]), advice(&["--disable", "gravity"])];
     assert!(heavy.contains("stays whole") && !heavy.contains("to break it"), "{heavy}");
     assert!(light.contains("to break it: "), "{light}");
+    // A contact on anchors alone deforms nothing, with or without weight.
+    let pressed = ["threshold", "bar", "--point=-0.2,0,0", "--direction", "1,0,0", "--radius-m", "0.02"];
+    let (code, refused) = shatter(&here, &pressed);
+    assert!(code != 0 && refused.contains("press on anchors only"), "{refused}");
     let light = bar.strike(&base_impact().disable(Effect::Gravity)).unwrap().wait(timeout()).unwrap();
     assert_ne!(light.digest().output_hash, result.digest().output_hash);
     let strike = [

@@ -253,8 +253,10 @@ impl EngineObject {
     ) -> Result<Box<dyn EngineResult>, Error> {
         let deformed = request.effects.has(EffectKind::Elastic);
         let on = self.terms.effects(strike)?;
-        let used =
+        let mut used =
             EffectiveSettings::of(&self.prepared, on, self.quality(strike), request, result.threshold().rank_max);
+        // Bases are those of the whole object.
+        used.is_reducible &= strike.from.is_none();
         let (object, seed, convention) = (strike.object.clone(), strike.seed, strike.convention);
         let struck = RequestedResult { object, seed, convention, hit, deformed, used, costs, result };
         self.fits(&struck.counts())?;
@@ -315,8 +317,7 @@ impl EngineObject {
         };
         radius::check(&self.prepared, &request)?;
         let request = settings::given(request, strike);
-        let basis = self.prepared.bodies.iter().any(|body| body.reduced().is_some());
-        let solved = !basis || request.elastic == pipeline::ElasticRequest::Solve;
+        let solved = !settings::is_reducible(&self.prepared, &request);
         Ok(settings::bounded(request, strike, self.costs.of(on, solved)))
     }
 }

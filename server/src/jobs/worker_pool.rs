@@ -42,7 +42,7 @@ pub enum WorkerEvent {
         job: Arc<Job>,
         /// End of the request.
         end: JobEnd,
-        /// Source of the result's energy.
+        /// Source of the result's energy; `None` if there is no result, or it has none because the request only aims.
         energy: Option<EnergySource>,
         /// Times of the stages.
         stages: Box<[StageCost]>,
@@ -187,8 +187,8 @@ impl WorkerPool {
                     JobEnd::of(error)
                 }
             };
-            let (energy, stages, effects) =
-                (profiler.energy(), Box::new(profiler.stages()), Box::new(profiler.effects()));
+            let energy = profiler.energy().filter(|_| !job.only_aims());
+            let (stages, effects) = (Box::new(profiler.stages()), Box::new(profiler.effects()));
             WorkerEvent::Completed { job, end, energy, stages, effects }
         });
     }

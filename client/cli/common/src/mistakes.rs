@@ -104,12 +104,14 @@ fn own_first(program: &str) -> impl Iterator<Item = (&'static str, &'static [&'s
     own(true).chain(own(false))
 }
 
-/// The one of the options `known` that `flag` means.
+/// The one of the options `known` that `flag` means, unless another command has `flag`.
 pub fn option<'a>(flag: &str, known: &[&'a str]) -> Option<&'a str> {
     let flag = flag.to_lowercase().replace('_', "-");
     let meant = OTHER_OPTIONS.iter().filter(|(_, words)| words.contains(&flag.as_str())).map(|(option, _)| *option);
     let exact = std::iter::once(flag.as_str()).chain(meant).find_map(|own| known.iter().find(|known| **known == own));
-    exact.copied().or_else(|| nearest(&flag, known).first().copied())
+    // An option of another command is no misspelt one of this command.
+    let near = || nearest(&flag, known).first().copied().filter(|_| owner(&flag, known).is_none());
+    exact.copied().or_else(near)
 }
 
 /// The command that has the option `flag`, if a command with the options `known` is not that one.

@@ -102,7 +102,7 @@ impl OutputTarget {
             FileFormat::Obj => &[],
         };
         let shown = shown.iter().filter(|effect| !disable.contains(effect));
-        let equipped = shown.fold(impact.clone(), |impact, effect| impact.enable(*effect));
+        let equipped = shown.clone().fold(impact.clone(), |impact, effect| impact.enable(*effect));
         let strike = |impact: &Impact| object.strike(impact)?.wait(deadline());
         match strike(&equipped) {
             Err(error)
@@ -113,6 +113,11 @@ impl OutputTarget {
                     "{path} will contain the surface of the lattice instead of the triangles of the mesh file: {error}"
                 ));
                 Ok(strike(impact)?)
+            }
+            Err(error) if shown.clone().any(|effect| error.at == effect.name() && !enable.contains(effect)) => {
+                let left_out: Vec<&str> = shown.map(|effect| effect.name()).collect();
+                let advice = format!("; or pass --disable {} for files without them", left_out.join(","));
+                Err(CliError::from(Error { message: error.message + &advice, ..error }))
             }
             result => Ok(result?),
         }

@@ -1,7 +1,7 @@
 //! Anchors of an object in a scene.
 
 use super::names::known;
-use super::{invalid, unsuitable, wrong_type};
+use super::{elements, invalid, unsuitable, wrong_type};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use shatter_fracture::scene::{Anchors, DEFAULT_GRAVITY_M_S2, Region};
@@ -28,13 +28,12 @@ struct Values {
 /// Refuses anchors without the effect, and the effect without anchors.
 pub(super) fn read(
     path: &str,
-    tables: Option<&[toml::Table]>,
+    values: &[toml::Value],
     gravity_m_s2: Option<[f64; 3]>,
     allowed: Effects,
 ) -> Result<Anchors, Error> {
     let at = |key: &str| format!("{path}.{key}");
-    let region = |(number, table): (usize, &toml::Table)| region(&format!("{path}.anchors[{number}]"), table);
-    let regions = tables.unwrap_or_default().iter().enumerate().map(region).collect::<Result<Vec<_>, _>>()?;
+    let regions = regions(&at("anchors"), values)?;
     let needs = |effect: Effect| {
         format!(
             "needs the effect `{0}`, which is off; add \"{0}\" to `effects` (on for every request) or to `allow` (on for \
@@ -63,8 +62,14 @@ pub(super) fn read(
     Ok(Anchors { regions, gravity_m_s2 })
 }
 
+/// Reads the balls and boxes of the list at `path`.
+pub(super) fn regions(path: &str, values: &[toml::Value]) -> Result<Vec<Region>, Error> {
+    let tables: Vec<toml::Table> = elements(path, values)?;
+    tables.iter().enumerate().map(|(number, table)| region(&format!("{path}[{number}]"), table)).collect()
+}
+
 /// Reads a ball or a box.
-pub(super) fn region(path: &str, table: &toml::Table) -> Result<Region, Error> {
+fn region(path: &str, table: &toml::Table) -> Result<Region, Error> {
     known(path, table.keys(), &KEYS)?;
     let values = toml::Value::Table(table.clone()).try_into();
     let values: Values = values.map_err(|error| wrong_type(path, &error, &[]))?;

@@ -13,6 +13,7 @@ pub use tables::{OptionalDatabaseTable, tables};
 pub use warp::WARP_KEYS;
 
 use names::known;
+use serde::de::DeserializeOwned;
 use shatter_fracture::scene::{MATERIALS, Materials, brief, table_error, toml_error};
 use shatter_proto::name::object_name;
 use shatter_proto::{Error, ErrorKind};
@@ -108,6 +109,14 @@ fn unsuitable(key: impl Into<String>, value: &str, range: &str) -> Error {
 fn wrong_type(path: &str, error: &toml::de::Error, ranges: &[(&str, &str)]) -> Error {
     let (key, message) = table_error(path, error, ranges);
     Error::new(ErrorKind::Configuration, key, message)
+}
+
+/// The elements of the list at `path`; an error names the element.
+fn elements<T: DeserializeOwned>(path: &str, values: &[toml::Value]) -> Result<Vec<T>, Error> {
+    let element = |(number, value): (usize, &toml::Value)| {
+        value.clone().try_into().map_err(|error| wrong_type(&format!("{path}[{number}]"), &error, &[]))
+    };
+    values.iter().enumerate().map(element).collect()
 }
 
 /// Error for the value of a key.

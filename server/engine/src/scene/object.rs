@@ -1,7 +1,7 @@
 //! One object of a scene file.
 
 use super::names::known;
-use super::{BakeRecipe, anchors, invalid, unsuitable, warp, wrong_type};
+use super::{BakeRecipe, anchors, elements, invalid, unsuitable, warp, wrong_type};
 use serde::Deserialize;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, EXAMPLES_MAX, Tables};
@@ -219,9 +219,9 @@ struct Values {
     surface: Option<String>,
     examples: Option<u64>,
     lift: Option<String>,
-    effects: Option<Vec<String>>,
+    effects: Option<Vec<toml::Value>>,
     #[serde(default)]
-    allow: Vec<String>,
+    allow: Vec<toml::Value>,
     sites_max: Option<u32>,
     fragments_max: Option<u32>,
     bytes_max: Option<u64>,
@@ -229,7 +229,8 @@ struct Values {
     quality: Option<String>,
     #[serde(default)]
     warp: toml::Table,
-    anchors: Option<Vec<toml::Table>>,
+    #[serde(default)]
+    anchors: Vec<toml::Value>,
     gravity_m_s2: Option<[f64; 3]>,
 }
 
@@ -327,7 +328,7 @@ impl SceneObject {
                 "this table and the effect `warp` go together; add the missing one or remove both",
             ));
         }
-        let anchors = anchors::read(path, values.anchors.as_deref(), values.gravity_m_s2, allowed)?;
+        let anchors = anchors::read(path, &values.anchors, values.gravity_m_s2, allowed)?;
         let terms = ObjectPolicy {
             on,
             allowed,
@@ -370,7 +371,8 @@ fn named<T: Copy, const N: usize>(path: &str, what: &str, name: &str, all: [(&st
     found.map(|(_, value)| *value).ok_or_else(unknown)
 }
 
-fn effects(path: &str, names: &[String]) -> Result<Effects, Error> {
+fn effects(path: &str, names: &[toml::Value]) -> Result<Effects, Error> {
+    let names: Vec<String> = elements(path, names)?;
     let found = names.iter().map(|name| Effect::by_name(name));
     Ok(Effects::of(found.collect::<Result<Vec<_>, _>>().map_err(|error| placed(path, error))?))
 }

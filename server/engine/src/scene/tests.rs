@@ -221,6 +221,10 @@ fn artist_controls_are_validated_by_name() {
         "is 0; it must be a number above 0",
     );
     check(&warped("sites = [[0.0, 0.0, inf]]"), "objects.vase.warp.sites[0]", "finite");
+    check(&warped("sites = [[0, 0, 0], [0, 0]]"), "objects.vase.warp.sites[1]", "is a list of 2 values; it must be");
+    check(&warped("protect = [1]"), "objects.vase.warp.protect[0]", "is 1; it must be a table");
+    check("anchors = [\"x\"]", "objects.vase.anchors[0]", "it must be a table");
+    check("effects = [\"elastic\", 1]", "objects.vase.effects[1]", "is 1; it must be");
     let points = |count: usize| warped(&format!("sites = [{}]", "[0.0, 0.0, 0.0], ".repeat(count)));
     check(&points(513), "objects.vase.warp.sites", "has 513 points; give at most 512");
     assert!(object(&points(512)).is_ok());

@@ -1,8 +1,8 @@
 //! Controls for artists in a scene: the table `[objects.NAME.warp]`.
 
-use super::anchors::region;
+use super::anchors::regions;
 use super::names::known;
-use super::{invalid, unsuitable, wrong_type};
+use super::{elements, invalid, unsuitable, wrong_type};
 use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
 use shatter_fracture::pipeline::DEGREE_MAX;
@@ -32,9 +32,9 @@ struct Values {
     waves: Option<WavesValues>,
     paint: Option<PaintValues>,
     #[serde(default)]
-    protect: Vec<toml::Table>,
+    protect: Vec<toml::Value>,
     #[serde(default)]
-    sites: Vec<[f64; 3]>,
+    sites: Vec<toml::Value>,
 }
 
 #[derive(Deserialize)]
@@ -66,14 +66,12 @@ pub(super) fn read(path: &str, table: &toml::Table, folder: &Path) -> Result<War
     let values = toml::Value::Table(table.clone()).try_into();
     let values: Values = values.map_err(|error| wrong_type(path, &error, &[]))?;
     let at = |key: &str| format!("{path}.{key}");
-    let region = |(number, table): (usize, &toml::Table)| region(&format!("{path}.protect[{number}]"), table);
-    let protect = values.protect.iter().enumerate().map(region);
     let controls = WarpControls {
         grain: values.grain.map(|grain| self::grain(&at("grain"), &grain)).transpose()?,
         waves: values.waves.map(|waves| self::waves(&at("waves"), &waves)).transpose()?,
         paint: values.paint.map(|paint| self::paint(&at("paint"), &paint, folder)).transpose()?,
-        protected: protect.collect::<Result<_, _>>()?,
-        sites_m: values.sites.into_iter().map(Point3::from).collect(),
+        protected: regions(&at("protect"), &values.protect)?,
+        sites_m: elements::<[f64; 3]>(&at("sites"), &values.sites)?.into_iter().map(Point3::from).collect(),
     };
     let sites = controls.sites_m.len();
     if sites > DEGREE_MAX as usize {

@@ -3,6 +3,7 @@
 use shatter_fracture::pipeline::{
     self, DegreeRequest, ElasticRequest, FractureOutcome, PreparedObject, RequestCost, StopReason, TimeBudget,
 };
+use shatter_fracture::scene::EffectKind;
 use shatter_proto::effect::Effects;
 use shatter_proto::request::{DegreeRule, DisplacementSource, Quality, Request};
 use shatter_proto::result::{DegreeMethod, StopCriterion, SummaryWire};
@@ -108,8 +109,7 @@ impl EffectiveSettings {
             lift_modes: prepared.bodies.iter().map(modes).max().unwrap_or(0),
             elastic_nodes: prepared.elastic_nodes(),
             crack_nodes: prepared.crack_nodes(),
-            is_reducible: planned.elastic == ElasticRequest::Reduced
-                && prepared.bodies.iter().any(|body| body.reduced().is_some()),
+            is_reducible: is_reducible(prepared, &planned),
         }
     }
 
@@ -125,6 +125,13 @@ impl EffectiveSettings {
         summary.reduced_error_max = result.threshold().reduced_error_max;
         (summary.elastic_nodes, summary.crack_nodes) = (count(self.elastic_nodes), count(self.crack_nodes));
     }
+}
+
+/// Whether the displacements of `request` on the whole object may be reduced ones. Bases are those of free bodies.
+pub(super) fn is_reducible(prepared: &PreparedObject, request: &pipeline::FractureRequest) -> bool {
+    request.elastic == ElasticRequest::Reduced
+        && !request.effects.has(EffectKind::Anchored)
+        && prepared.bodies.iter().any(|body| body.reduced().is_some())
 }
 
 fn degree_method(request: DegreeRequest) -> DegreeMethod {

@@ -34,10 +34,13 @@ pub struct SurfaceHit {
     pub distance_m: f64,
 }
 
+/// Largest distance of the origin of a ray from the center of the object, m. From farther away, rounding moves the hit.
+pub const RAY_ORIGIN_MAX_M: f64 = 1e9;
+
 /// The first hit of `ray` on the object.
 ///
 /// # Errors
-/// [`FractureError::RayDirection`], [`FractureError::RayMissed`].
+/// [`FractureError::RayDirection`], [`FractureError::RayOrigin`], [`FractureError::RayMissed`].
 pub fn aim(prepared: &PreparedObject, ray: &AimRay) -> Result<SurfaceHit, FractureError> {
     let bodies = prepared.bodies.iter().enumerate().map(|(index, body)| (index, &body.boundary));
     first(&prepared.frame, bodies, ray)
@@ -80,6 +83,10 @@ fn first<'a>(
 ) -> Result<SurfaceHit, FractureError> {
     let direction = ray.direction.try_normalize(0.0).filter(|unit| unit.iter().all(|x| x.is_finite()));
     let direction = direction.ok_or(FractureError::RayDirection)?;
+    let origin_distance_m = nalgebra::distance(&ray.origin_m, &frame.center_m);
+    if origin_distance_m.is_nan() || origin_distance_m > RAY_ORIGIN_MAX_M {
+        return Err(FractureError::RayOrigin);
+    }
     let origin = frame.to_local(&ray.origin_m);
     let hits =
         surfaces.clone().filter_map(|(body, surface)| Some((body, surface, surface.first_hit(&origin, &direction)?)));

@@ -1,5 +1,6 @@
 //! Errors of a request.
 
+use super::aim::RAY_ORIGIN_MAX_M;
 use super::output::rows::BulkCounts;
 use crate::cancel_token::Canceled;
 use crate::centroidal::FieldError;
@@ -85,6 +86,11 @@ pub enum FractureError {
     /// A ray whose direction is zero or not finite.
     #[error("the direction of the ray is zero or not finite; pass a finite one of any length above zero")]
     RayDirection,
+    /// A ray that starts farther than [`RAY_ORIGIN_MAX_M`] from the center of the object.
+    #[error(
+        "the ray starts more than {RAY_ORIGIN_MAX_M:e} m from the object; start it nearer: `shatter list` prints the object's bounds"
+    )]
+    RayOrigin,
     /// The ray misses the object.
     #[error(
         "the ray misses the object by {distance_m:.6} m; its point {} is the closest, to the surface point {}. Aim at this surface point, or reverse a ray that points away.",

@@ -13,7 +13,7 @@ mod training;
 mod walk;
 mod workspace;
 
-pub use aim::{AimRay, SurfaceHit, aim, aim_again};
+pub use aim::{AimRay, RAY_ORIGIN_MAX_M, SurfaceHit, aim, aim_again};
 pub use contact::ImpactContact;
 pub use error::{CONTACTS_MAX, FractureError, SOLVED_NODES_MAX, TETS_MIN};
 pub use output::emitted_effects::*;

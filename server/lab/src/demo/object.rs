@@ -52,6 +52,7 @@ pub(super) fn prepare(databases: &Path, progress: &DemoProgress) -> Result<DemoT
     progress.step("look for its database");
     let mut on_step = |step| progress.step(describe(step));
     if let Some(prepared) = database::stored(&file, mesh.clone(), &request, &CancelToken::default(), &mut on_step)? {
+        progress.step("reuse the database of an earlier run");
         return Ok(DemoTarget { prepared, point_m, direction, reused: true });
     }
     let prepared = database::bake(mesh, &request, &CancelToken::default(), &mut on_step)?;

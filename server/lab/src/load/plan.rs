@@ -3,6 +3,7 @@
 use super::tally::RequestRecord;
 use serde::{Deserialize, Serialize};
 use shatter_client::{Error, ErrorKind};
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 /// Target of requests.
@@ -61,6 +62,9 @@ pub enum ClientReport {
     },
 }
 
+/// Possible weights; their sum is finite, and adding the smallest to the largest changes it.
+const WEIGHTS: RangeInclusive<f64> = 1e-6..=1e6;
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Mix {
@@ -84,9 +88,12 @@ pub fn mix(file: &Path) -> Result<Vec<LoadTarget>, Error> {
 
 fn parse(text: &str) -> Result<Vec<LoadTarget>, String> {
     let Mix { strike } = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned())?;
-    let wrong = |target: &&LoadTarget| !(target.weight.is_finite() && target.weight > 0.0) || target.degree == 0;
+    let wrong = |target: &&LoadTarget| !WEIGHTS.contains(&target.weight) || target.degree == 0;
     match strike.iter().find(wrong) {
-        Some(target) => Err(format!("`{}`: weight must be above zero and degree at least 1", target.object)),
+        Some(target) => {
+            let [low, high] = [WEIGHTS.start(), WEIGHTS.end()];
+            Err(format!("`{}`: weight must be from {low:e} to {high:e}, and degree at least 1", target.object))
+        }
         None if strike.is_empty() => Err("no table [[strike]]".to_owned()),
         None => Ok(strike),
     }
@@ -102,9 +109,13 @@ mod tests {
             parse("[[strike]]\nobject = \"vase\"\nweight = 3\n[[strike]]\nobject = \"arch\"\ndegree = 60").unwrap();
         let target = |object: &str, weight, degree| LoadTarget { object: object.to_owned(), weight, degree };
         assert_eq!(found, [target("vase", 3.0, 20), target("arch", 1.0, 60)]);
-        for wrong in
-            ["", "strike = []", "[[strike]]\nobject = \"a\"\nweight = 0", "[[strike]]\nobject = \"a\"\nspeed = 1"]
-        {
+        for wrong in [
+            "",
+            "strike = []",
+            "[[strike]]\nobject = \"a\"\nweight = 0",
+            "[[strike]]\nobject = \"a\"\nweight = 1e308",
+            "[[strike]]\nobject = \"a\"\nspeed = 1",
+        ] {
             assert!(parse(wrong).is_err(), "{wrong}");
         }
     }

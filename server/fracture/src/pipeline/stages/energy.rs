@@ -114,9 +114,8 @@ fn deformed(
         let stage = observer.stage(Stage::Elasticity);
         let reduced_error = match own {
             Some(own) => displace_held(context, contacts, own, place, workspace).map(|()| None),
-            None => displace(solid, request, place, workspace, cancel),
-        };
-        let reduced_error = reduced_error.map_err(failed)?;
+            None => displace(solid, request, place, workspace, cancel).map_err(failed),
+        }?;
         observer.part(EffectKind::Elastic, size_of_val(workspace.displacement.as_slice()) as u64);
         let tensile = request.effects.has(EffectKind::Tensile).then(|| observer.effect(EffectKind::Tensile));
         let driving = if tensile.is_some() { DrivingEnergy::Tensile } else { DrivingEnergy::Total };
@@ -179,17 +178,26 @@ fn displace(
 /// effect `gravity`.
 ///
 /// Reduced bases are those of free bodies, so they do not apply.
+///
+/// # Errors
+/// [`FractureError::Balanced`] where the contacts alone deform nothing: then no impulse could break the body, and its
+/// weight is not what the request asks about.
 fn displace_held(
     context: RequestContext<'_>,
     contacts: &ContactSet,
     own: &AnchoredBody,
     place: usize,
     workspace: &mut Workspace,
-) -> Result<(), ElasticityError> {
+) -> Result<(), FractureError> {
     let RequestContext { prepared, request, cancel, observer } = context;
     let Workspace { loads, displacement, elasticity, .. } = workspace;
+    let body = contacts.bodies[place].0;
     own.elasticity.balance(&mut loads[place]);
-    own.elasticity.solve(&loads[place].forces, displacement, elasticity, cancel)?;
+    let solved = own.elasticity.solve(&loads[place].forces, displacement, elasticity, cancel);
+    solved.map_err(|source| FractureError::of_body(body, source))?;
+    if displacement.iter().all(|component| *component == 0.0) {
+        return Err(FractureError::Balanced { body });
+    }
     observer.part(EffectKind::Anchored, own.elasticity.own_bytes() as u64);
     if let Some(gravity_displacement) =
         own.gravity_displacement.as_ref().filter(|_| request.effects.has(EffectKind::Gravity))

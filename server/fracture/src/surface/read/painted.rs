@@ -1,10 +1,11 @@
 //! Vertex properties of a PLY file as scalar fields, such as painted weights.
 
-use super::ply::{check_size, one_line, scalar};
+use super::ply::{Meaning, PlyRow, check_size, meaning, one_line, scalar};
+use super::ply_ascii::Rows;
 use super::{PLY_EXPECTED, SurfaceError, load, malformed, ply_header};
 use nalgebra::Point3;
 use ply_rs_bw::parser::{Parser, Reader};
-use ply_rs_bw::ply::{DefaultElement, Property, PropertyType, ScalarType};
+use ply_rs_bw::ply::{DefaultElement, ElementDef, Encoding, Header, Property, PropertyType, ScalarType};
 use std::path::Path;
 
 /// Error for a file without vertices.
@@ -24,32 +25,86 @@ fn parse(bytes: &[u8], attribute: &str) -> Result<(Vec<Point3<f64>>, Vec<f64>), 
     let mut reader = Reader::new(bytes);
     let parser = Parser::<DefaultElement>::new();
     let header = ply_header::read(&parser, &mut reader, bytes)?;
+    let mut lines_read = reader.line().saturating_sub(1);
     for element in header.elements.values() {
         check_size(element, reader.get_ref().len())?;
-        let rows = parser
-            .read_payload_for_element(&mut reader, element, &header)
-            .map_err(|error| malformed("ply", format!("element {}", element.name), one_line(&error)))?;
-        if element.name != "vertex" {
-            continue;
+        let rows = match header.encoding {
+            Encoding::Ascii => {
+                let mut rows = Rows::new(reader.get_ref(), lines_read);
+                let read = ascii(&mut rows, element, attribute)?;
+                lines_read = rows.lines_read();
+                *reader.get_mut() = rows.rest();
+                read
+            }
+            _ => binary(&parser, &mut reader, (&header, element), attribute)?,
+        };
+        if element.name == "vertex" {
+            return columns(element, rows, attribute);
         }
-        let unit = match element.properties.get(attribute).map(|property| &property.data_type) {
-            None => return Err(malformed("ply", "element vertex", format!("has no property {attribute}"))),
-            Some(PropertyType::Scalar(ScalarType::UChar)) => 255.0,
-            Some(_) => 1.0,
-        };
-        let number =
-            |row: &DefaultElement, name: &str| row.get(name).map_or(f64::NAN, |value: &Property| scalar(value));
-        let point = |row: &DefaultElement| Point3::from(["x", "y", "z"].map(|axis| number(row, axis)));
-        let points: Vec<Point3<f64>> = rows.iter().map(point).collect();
-        let values: Vec<f64> = rows.iter().map(|row| number(row, attribute) / unit).collect();
-        let finite = |vertex: &usize| points[*vertex].iter().all(|x| x.is_finite()) && values[*vertex].is_finite();
-        return match (0..points.len()).find(|vertex| !finite(vertex)) {
-            Some(vertex) => Err(SurfaceError::NonFiniteVertex { vertex: vertex as u64, line: None }),
-            None if points.is_empty() => Err(EMPTY),
-            None => Ok((points, values)),
-        };
     }
     Err(EMPTY)
+}
+
+/// Position and value of each row of an ASCII element; zero where it has no such property.
+fn ascii(rows: &mut Rows, element: &ElementDef, attribute: &str) -> Result<Vec<(Point3<f64>, f64)>, SurfaceError> {
+    let meaning_here = |name: &str| match meaning(name) {
+        Meaning::Axis(axis) => Meaning::Axis(axis),
+        _ if name == attribute => Meaning::Value,
+        _ => Meaning::Nothing,
+    };
+    let value = |row: &PlyRow| match meaning(attribute) {
+        Meaning::Axis(axis) => row.point[axis],
+        _ => row.value,
+    };
+    Ok(rows.read_with(element, meaning_here)?.iter().map(|row| (row.point, value(row))).collect())
+}
+
+/// As [`ascii`], of a binary element.
+fn binary(
+    parser: &Parser<DefaultElement>,
+    reader: &mut Reader<&[u8]>,
+    (header, element): (&Header, &ElementDef),
+    attribute: &str,
+) -> Result<Vec<(Point3<f64>, f64)>, SurfaceError> {
+    let rows = parser
+        .read_payload_for_element(reader, element, header)
+        .map_err(|error| malformed("ply", format!("element {}", element.name), one_line(&error)))?;
+    let number = |row: &DefaultElement, name: &str| row.get(name).map_or(0.0, |value: &Property| scalar(value));
+    let point = |row: &DefaultElement| Point3::from(["x", "y", "z"].map(|axis| number(row, axis)));
+    Ok(rows.iter().map(|row| (point(row), number(row, attribute))).collect())
+}
+
+/// Positions and scaled values of the vertices, once they are known to be finite.
+fn columns(
+    element: &ElementDef,
+    rows: Vec<(Point3<f64>, f64)>,
+    attribute: &str,
+) -> Result<(Vec<Point3<f64>>, Vec<f64>), SurfaceError> {
+    let wrong = |reason: String| malformed("ply", "element vertex", reason);
+    let kind = |name: &str| element.properties.get(name).map(|property| &property.data_type);
+    for name in ["x", "y", "z", attribute] {
+        match kind(name) {
+            None => return Err(wrong(format!("has no property {name}"))),
+            Some(PropertyType::List(..)) => {
+                return Err(wrong(format!("the property {name} is a list; it must be one number per vertex")));
+            }
+            Some(PropertyType::Scalar(_)) => {}
+        }
+    }
+    if rows.is_empty() {
+        return Err(EMPTY);
+    }
+    for (vertex, (point, value)) in rows.iter().enumerate() {
+        if !point.iter().all(|x| x.is_finite()) {
+            return Err(SurfaceError::NonFiniteVertex { vertex: vertex as u64, line: None });
+        }
+        if !value.is_finite() {
+            let reason = format!("its {attribute} is infinite or not a number; correct it, or export the file again");
+            return Err(malformed("ply", format!("vertex {vertex}, counted from 0"), reason));
+        }
+    }
+    let unit = if kind(attribute) == Some(&PropertyType::Scalar(ScalarType::UChar)) { 255.0 } else { 1.0 };
+    Ok(rows.into_iter().map(|(point, value)| (point, value / unit)).unzip())
 }
 
 #[cfg(test)]
@@ -79,5 +134,34 @@ mod tests {
         assert!(matches!(refused(file("uchar red", ""), "red"), SurfaceError::Empty { .. }));
         assert!(matches!(refused("ply\nwhat".to_owned(), "red"), SurfaceError::Malformed { .. }));
         assert!(matches!(refused(file("uchar red", "0 0\n"), "red"), SurfaceError::Malformed { .. }));
+    }
+
+    #[test]
+    fn numbers_are_those_of_mesh_files_and_errors_name_the_attribute() {
+        let (points, values) = parse(file("float wear", ".5 1. 0 .25\n").as_bytes(), "wear").unwrap();
+        assert_eq!((points[0], values[0]), (Point3::new(0.5, 1.0, 0.0), 0.25));
+        let (_, values) = parse(file("float wear", "1 2 3 0\n").as_bytes(), "z").unwrap();
+        assert_eq!(values, [3.0]);
+        let check = |text: String, parts: &[&str]| {
+            let message = parse(text.as_bytes(), "wear").unwrap_err().to_string();
+            assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+        };
+        check(file("float wear", "0 0 0 1\n0 0 0 1e999\n"), &["vertex 1", "wear", "infinite"]);
+        check(file("float wear", "0 0 0 nan\n"), &["vertex 0", "wear"]);
+        check(file("float wear", "0 0 0 x\n"), &["'x' is not a number"]);
+        check(file("list uchar float wear", "0 0 0 1 0.5\n"), &["wear is a list", "one number per vertex"]);
+        check(file("float wear", "0 nan 0 1\n"), &["vertex 0", "coordinate"]);
+        check(file("float wear", "0 0 0 1\n").replace("property float y\n", ""), &["no property y"]);
+    }
+
+    #[test]
+    fn binary_files_are_read_too() {
+        let header = file("float wear", "").replace("ascii", "binary_little_endian").replace("vertex 0", "vertex 2");
+        let body = |wear: f32| [0.0, 1.0, 2.0, 0.5, 3.0, 4.0, 5.0, wear].map(f32::to_le_bytes).concat();
+        let bytes = |wear| [header.as_bytes(), &body(wear)].concat();
+        let (points, values) = parse(&bytes(0.75), "wear").unwrap();
+        assert_eq!((points[1], values), (Point3::new(3.0, 4.0, 5.0), vec![0.5, 0.75]));
+        let message = parse(&bytes(f32::INFINITY), "wear").unwrap_err().to_string();
+        assert!(message.contains("vertex 1") && message.contains("wear"), "{message}");
     }
 }

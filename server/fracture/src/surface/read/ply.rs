@@ -24,6 +24,8 @@ pub(super) struct PlyRow {
     pub uv: [f64; 2],
     /// Vertex indices of a face or strip.
     pub indices: Vec<i64>,
+    /// Value of the property that a painted field names.
+    pub value: f64,
 }
 
 /// Meaning of a property.
@@ -33,6 +35,7 @@ pub(super) enum Meaning {
     Normal(usize),
     Uv(usize),
     Indices,
+    Value,
     Nothing,
 }
 
@@ -185,7 +188,7 @@ impl PropertyAccess for PlyRow {
             Meaning::Normal(axis) => self.normal[axis] = scalar(&value),
             Meaning::Uv(axis) => self.uv[axis] = scalar(&value),
             Meaning::Indices => self.indices = list(value),
-            Meaning::Nothing => return PropertyAccessResult::Ignored,
+            Meaning::Value | Meaning::Nothing => return PropertyAccessResult::Ignored,
         }
         PropertyAccessResult::Set
     }

@@ -31,6 +31,15 @@ impl<'a> Rows<'a> {
 
     /// Reads all rows of an element.
     pub fn read(&mut self, element: &ElementDef) -> Result<Vec<PlyRow>, SurfaceError> {
+        self.read_with(element, meaning)
+    }
+
+    /// As [`Self::read`], with the meanings of properties by `meaning`.
+    pub fn read_with(
+        &mut self,
+        element: &ElementDef,
+        meaning: impl Fn(&str) -> Meaning,
+    ) -> Result<Vec<PlyRow>, SurfaceError> {
         let meanings: Vec<_> =
             element.properties.values().map(|property| (meaning(&property.name), &property.data_type)).collect();
         let mut rows = Vec::new();
@@ -80,6 +89,7 @@ fn row<'a>(mut words: impl Iterator<Item = &'a str>, meanings: &[(Meaning, &Prop
                     Meaning::Axis(axis) => {
                         row.point[axis] = word.parse().map_err(|_| format!("'{word}' is not a number"))?;
                     }
+                    Meaning::Value => row.value = word.parse().map_err(|_| format!("'{word}' is not a number"))?,
                     // Invalid attributes do not invalidate the mesh; they are dropped later.
                     Meaning::Normal(axis) => row.normal[axis] = word.parse().unwrap_or(f64::NAN),
                     Meaning::Uv(axis) => row.uv[axis] = word.parse().unwrap_or(f64::NAN),

@@ -222,16 +222,23 @@ fn crack_points_on_the_overlapping_edges_of_a_needle_stay_apart() {
     }
 }
 
-/// A tetrahedron with a small angle at its first node, in all of its three faces there.
+/// A short tetrahedron with small angles at its first node, beside large ones, from whose center that node is far.
 #[test]
 fn crack_points_near_a_node_with_small_angles_stay_apart() {
-    for angle in [0.001, 0.01, 0.03, 0.08] {
-        let nodes = [[0.0, 0.0, 0.0], [0.4, 0.0, 0.0], [0.4, 0.4 * angle, 0.0], [0.39, 0.2 * angle, 0.3 * angle]];
-        let lattice = Lattice { nodes: nodes.map(Point3::from).to_vec(), tets: vec![[0, 1, 2, 3]] };
+    for angle in [1e-4, 1e-3, 0.01] {
+        let nodes = [
+            [0.0, 0.0, 0.0],
+            [0.02, 0.0, 0.0],
+            [0.02, 0.02 * angle, 0.0],
+            [0.02, 0.01 * angle, 0.015 * angle],
+            [0.3, 0.0, -0.4],
+            [0.3, -0.5, 0.1],
+        ];
+        let lattice = oriented(nodes, &[[0, 1, 2, 3], [0, 1, 2, 4], [0, 1, 4, 5]]);
         for k in -20..20 {
             // The bisector passes the first node at a distance that is less than that of crack points.
             let center = Vector3::new(1e-7 * f64::from(k), 0.0, 0.0);
-            let aside = Vector3::new(0.2, 0.01, 0.0);
+            let aside = Vector3::new(0.2, -0.1, -0.1);
             let sites = [Point3::from(center + aside), Point3::from(center - aside)];
             Voronoi::new(&lattice, &sites).check(&lattice);
         }
