@@ -138,11 +138,13 @@ fn check_prints_the_plan_and_rejects_unknown_keys() {
 fn anchors_that_hold_nothing_are_refused_when_the_scene_is_loaded() {
     let held = |max: f64| {
         format!(
-            "[objects.bar]\neffects = [\"elastic\", \"interior\", \"bonds\", \"anchored\", \"gravity\"]\n\
-             anchors = [{{ min = [-0.3, -0.3, -0.3], max = [{max}, 0.3, 0.3] }}]"
+            "effects = [\"elastic\", \"interior\", \"bonds\", \"anchored\", \"gravity\"]\n\
+             anchors = [{{ min = [-0.3, -0.3, -0.3], max = [{max}, 0.3, 0.3] }}]\n"
         )
     };
-    let (here, scene) = place("held", &held(-0.15));
+    let firm = format!("[objects.firm]\ndatabase = \"bar\"\n{}", held(0.1));
+    let held = |max: f64| format!("[objects.bar]\n{}", held(max));
+    let (here, scene) = place("held", &(held(-0.15) + &firm));
     let databases = here.databases();
     let check = |scene: &Path| {
         run(&here, &["check", scene.to_str().unwrap(), "--databases", databases.to_str().unwrap(), "--json"])
@@ -163,7 +165,7 @@ fn anchors_that_hold_nothing_are_refused_when_the_scene_is_loaded() {
     assert!(heavy.contains("stays whole") && !heavy.contains("to break it"), "{heavy}");
     assert!(light.contains("to break it: "), "{light}");
     // A contact on anchors alone deforms nothing, with or without weight.
-    let pressed = ["threshold", "bar", "--point=-0.2,0,0", "--direction", "1,0,0", "--radius-m", "0.02"];
+    let pressed = ["threshold", "firm", "--point=-0.2,0,0", "--direction", "1,0,0", "--radius-m", "0.02"];
     let (code, refused) = shatter(&here, &pressed);
     assert!(code != 0 && refused.contains("press on anchors only"), "{refused}");
     let light = bar.strike(&base_impact().disable(Effect::Gravity)).unwrap().wait(timeout()).unwrap();
