@@ -153,7 +153,7 @@ fn anchors_that_hold_nothing_are_refused_when_the_scene_is_loaded() {
     let reported: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(code, 0, "{error}");
     assert!(reported["objects"][0]["anchors"][0]["nodes"].as_u64().unwrap() > 8, "{text}");
-    let (daemon, _, bar) = serve(&here, &scene);
+    let (daemon, service, bar) = serve(&here, &scene);
     let result = bar.strike(&base_impact()).unwrap().wait(timeout()).unwrap();
     let ran: Vec<&str> = result.effects().filter(|cost| cost.has_run).map(|cost| cost.effect.name()).collect();
     assert_eq!(ran, ["elastic", "interior", "bonds", "anchored", "gravity"]);
@@ -165,9 +165,10 @@ fn anchors_that_hold_nothing_are_refused_when_the_scene_is_loaded() {
     assert!(heavy.contains("stays whole") && !heavy.contains("to break it"), "{heavy}");
     assert!(light.contains("to break it: "), "{light}");
     // A contact on anchors alone deforms nothing, with or without weight.
-    let pressed = ["threshold", "firm", "--point=-0.2,0,0", "--direction", "1,0,0", "--radius-m", "0.02"];
-    let (code, refused) = shatter(&here, &pressed);
-    assert!(code != 0 && refused.contains("press on anchors only"), "{refused}");
+    let firm = service.object("firm", timeout()).unwrap();
+    let pressed = Impact::new([Contact::new([-0.2, 0.0, 0.0]).impulse([1.0, 0.0, 0.0])]).threshold_only();
+    let refused = firm.strike(&pressed).unwrap().wait(timeout()).err().unwrap();
+    assert!(refused.kind == ErrorKind::Impulse && refused.message.contains("press on anchors only"), "{refused}");
     let light = bar.strike(&base_impact().disable(Effect::Gravity)).unwrap().wait(timeout()).unwrap();
     assert_ne!(light.digest().output_hash, result.digest().output_hash);
     let strike = [
