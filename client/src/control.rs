@@ -43,13 +43,14 @@ pub struct ObjectFacts {
     pub poisson: f64,
     /// Density, kg/m³.
     pub density_kg_m3: f64,
-    /// Volume, m³.
+    /// Volume, m³: the sum of the fragments' volumes.
     pub volume_m3: f64,
     /// Diagonal of the bounding box, m.
     pub diagonal_m: f64,
     /// Center of the bounding box, m.
     pub center_m: [f64; 3],
-    /// Lowest and highest corner of the mesh, m. The lattice's surface, which rays hit, can lie outside by part of its spacing.
+    /// Lowest and highest corner of the mesh, m, or of the lattice if it is loaded without its skin. The lattice's surface, which rays hit,
+    /// can lie outside by part of its spacing.
     pub bounds_m: [[f64; 3]; 2],
     /// Default contact radius, m.
     pub radius_m: f64,

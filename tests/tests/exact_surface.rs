@@ -101,6 +101,7 @@ fn check(name: &str, mesh: &RawMesh) {
     let surface = Surface::repair(mesh.clone()).unwrap();
     let (inside, area) = (InsideTest::new(&surface), area_m2(&surface));
     let volume = surface.signed_volume() * surface.frame.diagonal_m.powi(3);
+    assert!((prepared.volume_m3() / volume - 1.0).abs() < 1e-9, "{name}: the object has another volume than its mesh");
     for number in 0..10 {
         let fracture = fracture(&prepared, &strike(&prepared, number));
         let emitted = fracture.meshes.emitted().unwrap();

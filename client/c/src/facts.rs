@@ -37,13 +37,14 @@ pub struct Facts {
     pub poisson: f64,
     /// Density, kg/m³.
     pub density_kg_m3: f64,
-    /// Volume, m³.
+    /// Volume, m³: the sum of the fragments' volumes.
     pub volume_m3: f64,
     /// Diagonal of the bounding box, m.
     pub diagonal_m: f64,
     /// Center of the bounding box, m.
     pub center_m: [f64; 3],
-    /// Lowest corner of the mesh, m. The lattice's surface, which rays hit, can lie outside by part of its spacing.
+    /// Lowest corner of the mesh, m, or of the lattice if it is loaded without its skin. The lattice's surface, which rays hit, can lie
+    /// outside by part of its spacing.
     pub low_m: [f64; 3],
     /// Highest corner of the mesh, m.
     pub high_m: [f64; 3],

@@ -73,7 +73,8 @@ pub fn loader(scene: Option<Scene>) -> Loader {
         }
         if let Some(table) = database::lacking(&prepared, terms.tables()).filter(|_| scene.is_some()) {
             return Err(format!(
-                "it was baked without the table `{table}`, which the scene needs; run `shatterd bake --scene`"
+                "it was baked without the table `{table}`, which the scene needs; bake its mesh again with `shatterd bake MESH`, which makes \
+                 every table, or a generated shape with `shatterd bake --scene`"
             ));
         }
         if let Some(name) = name {
@@ -121,12 +122,16 @@ impl EngineObject {
     }
 }
 
-/// Lowest and highest corner of the mesh, m; of the lattice if the object has no skin or is warped.
+/// Lowest and highest corner of the mesh, m; of the lattice's surface if neither the skin nor an exact surface is loaded.
 fn bounds_m(prepared: &PreparedObject) -> [Point3<f64>; 2] {
-    let Some(skin) = prepared.skin.as_ref().filter(|_| prepared.bodies.iter().all(|body| body.warped.is_none())) else {
-        return prepared.bounds_m();
+    let exact = prepared.bodies.iter().map(|body| body.cutting.as_ref().map(|cutting| &cutting.mesh.nodes));
+    let exact: Option<Vec<_>> = exact.collect();
+    let points: Vec<&Point3<f64>> = match (exact, &prepared.skin) {
+        (Some(bodies), _) => bodies.into_iter().flatten().collect(),
+        (None, Some(skin)) => skin.points.iter().collect(),
+        (None, None) => return prepared.bounds_m(),
     };
-    let corners = skin.points.iter().map(|local| prepared.frame.to_meters(local));
+    let corners = points.into_iter().map(|local| prepared.frame.to_meters(local));
     let empty = [f64::INFINITY, f64::NEG_INFINITY].map(|end| Point3::new(end, end, end));
     corners.fold(empty, |[low, high], corner| [low.inf(&corner), high.sup(&corner)])
 }
@@ -145,7 +150,7 @@ impl ServedObject for EngineObject {
             young_pa: material.young_pa,
             poisson: material.poisson,
             density_kg_m3: material.density_kg_m3,
-            volume_m3: prepared.report.lattice_volume_m3,
+            volume_m3: prepared.volume_m3(),
             diagonal_m: prepared.frame.diagonal_m,
             center_m: prepared.frame.center_m.coords.into(),
             bounds_m: self.bounds_m,

@@ -204,7 +204,10 @@ class Facts:
     def center_m(self) -> list[float]: ...
     @property
     def bounds_m(self) -> list[list[float]]:
-        """Lowest and highest corner of the mesh. The lattice's surface, which rays hit, can lie outside by part of its spacing."""
+        """Lowest and highest corner of the mesh, or of the lattice if the object is loaded without its skin.
+
+        The lattice's surface, which rays hit, can lie outside by part of its spacing.
+        """
 
     @property
     def radius_m(self) -> float: ...

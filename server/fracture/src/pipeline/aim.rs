@@ -67,6 +67,13 @@ pub fn aim_again(
 }
 
 impl PreparedObject {
+    /// Volume of the meshes on which the bodies are cut, m³: the sum of the volumes of their fragments.
+    pub fn volume_m3(&self) -> f64 {
+        let volumes =
+            self.bodies.iter().map(|body| body.cutting.as_ref().map_or(&body.volumes, |cutting| &cutting.volumes));
+        volumes.flatten().sum::<f64>() * self.frame.diagonal_m.powi(3)
+    }
+
     /// Lowest and highest corner of the bounding box of the surface onto which contacts are projected, m.
     pub fn bounds_m(&self) -> [Point3<f64>; 2] {
         let corners =
