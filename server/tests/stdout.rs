@@ -2,7 +2,9 @@
 
 mod support;
 
+use std::ffi::OsStr;
 use std::fs::File;
+use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use support::{InProcess, TestDirectory, bar, shatter_program, under};
@@ -119,6 +121,20 @@ fn every_command_of_shatterd_tells_that_stdout_is_full() {
     let (code, error) = full(command(&["serve"]));
     assert!(code == Some(3) && error.contains("cannot write to stdout"), "{code:?} {error}");
     assert!(Path::new(database).exists());
+}
+
+#[test]
+fn a_file_whose_name_is_no_text_is_written_and_named() {
+    let here = TestDirectory::new("no-text");
+    here.database("bar", bar(0.06));
+    let mesh = here.databases().join(OsStr::from_bytes(b"\xff.glb"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_shatterd"));
+    here.aim(&mut command);
+    command.arg("inspect").arg(here.databases().join("bar.shatter")).arg("--json").arg("--mesh").arg(&mesh);
+    let output = command.output().unwrap();
+    let document: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(output.status.success() && mesh.is_file());
+    assert_eq!(document["mesh"], mesh.display().to_string());
 }
 
 /// A closed cube of 0.1 m.

@@ -98,8 +98,8 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
         "unprepared": prepared.report.unprepared,
         "time": timing(&served, args.time)?,
         "memory": memory,
-        "page": page,
-        "mesh": args.mesh,
+        "page": page.map(|path| path.display().to_string()),
+        "mesh": args.mesh.as_ref().map(|path| path.display().to_string()),
     });
     if args.json {
         return output::print(&format!("{document}\n"));
