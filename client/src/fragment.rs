@@ -44,7 +44,7 @@ pub struct Run<'a> {
 pub struct HullMesh<'a> {
     /// Corners, m, relative to [`Fragment::center_m`].
     pub positions: &'a [[f32; 3]],
-    /// Indices into the corners, three per triangle, counter-clockwise from outside.
+    /// Indices into the corners, three per triangle, counter-clockwise from outside unless the convention is clockwise.
     pub indices: &'a [u32],
     /// Volume of the part of the fragment inside the hull over that of the fragment.
     pub coverage: f64,
@@ -59,7 +59,7 @@ pub struct HullMesh<'a> {
 pub struct FragmentSkin<'a> {
     /// Vertices, relative to [`Fragment::center_m`].
     pub vertices: &'a [SkinVertex],
-    /// Indices into the vertices, three per triangle, counter-clockwise from outside.
+    /// Indices into the vertices, three per triangle, counter-clockwise from outside unless the convention is clockwise.
     pub indices: &'a [u32],
     /// One per triangle: the index of a material in the mesh file, or [`NO_MATERIAL`](crate::NO_MATERIAL); empty if the file has no
     /// materials.
@@ -142,7 +142,7 @@ impl<'a> Fragment<'a> {
         })
     }
 
-    /// Indices into [`Self::positions`], three per triangle, counter-clockwise from outside.
+    /// Indices into [`Self::positions`], three per triangle, counter-clockwise from outside unless the convention is clockwise.
     #[must_use]
     pub fn indices(&self) -> &'a [u32] {
         part(self.view.indices, self.row.index_first, self.row.index_count)

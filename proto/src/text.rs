@@ -35,6 +35,14 @@ pub fn number(value: f64) -> String {
     if is_long { format!("{value:e}") } else { value.to_string() }
 }
 
+/// Decimal texts of lengths or coordinates, separated by commas: six decimals, or more where all values are below 0.1.
+pub fn fixed(values: &[f64]) -> String {
+    let largest = values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+    let more = if largest > 0.0 && largest < 0.1 { (-largest.log10()).ceil() as usize } else { 0 };
+    let texts = values.iter().map(|value| format!("{value:.*}", (6 + more).min(30)));
+    texts.collect::<Vec<_>>().join(",")
+}
+
 fn shown(text: &str, most: usize) -> String {
     let mut shown = String::with_capacity(text.len().min(most.saturating_mul(4)));
     let mut count = 0;

@@ -158,7 +158,7 @@ impl Metrics {
     }
 
     /// Counts a request that computed; `energy` names the source of its result's energy. A result without energy is a hit of a ray: it is
-    /// counted, but not timed as a strike.
+    /// counted, but not timed.
     pub fn ran(
         &mut self,
         end: JobEnd,

@@ -5,7 +5,7 @@ use crate::sources::root;
 use std::collections::BTreeSet;
 
 /// Kind, cause and remedy. A new kind needs a line here.
-pub const COMMAND_ERRORS: [(&str, &str, &str); 51] = [
+pub const COMMAND_ERRORS: [(&str, &str, &str); 53] = [
     ("all_degenerate", "Every triangle of the mesh has no area.", "Export a mesh with an inside."),
     ("calibration", "The bake failed inside the engine.", "Report it with the mesh."),
     ("corrupt_database", "A database is damaged.", "Bake the object again."),
@@ -31,6 +31,7 @@ pub const COMMAND_ERRORS: [(&str, &str, &str); 51] = [
         "Name a file that `shatterd bake` of this version wrote.",
     ),
     ("database_share", "The file is one share of a bake.", "Join all shares with `shatterd merge`."),
+    ("demo", "The demonstration failed.", "Follow the message. If it names no reason outside the program, report it."),
     ("elasticity", "The elastic body cannot be solved.", "Use a finer `--elastic-spacing`, or repair the mesh."),
     (
         "empty_mesh",
@@ -88,6 +89,11 @@ pub const COMMAND_ERRORS: [(&str, &str, &str); 51] = [
     ("too_many_nodes", "The lattice would have too many nodes.", "Use a coarser spacing."),
     ("too_small", "The object is smaller than a few cells.", "Use a finer spacing."),
     (
+        "study",
+        "An object cannot be studied, for example because it stays whole; with the fault `service`, the study failed.",
+        "Name another object; report a fault of the service.",
+    ),
+    (
         "too_thin",
         "A quarter of the walls or more are thinner than the lattice can keep.",
         "Use the spacing that the message names; if no spacing is fine enough, make the walls thicker.",
@@ -110,12 +116,13 @@ pub const COMMAND_ERRORS: [(&str, &str, &str); 51] = [
 /// Kinds in the source of the commands that no error kind of the service has.
 pub fn kinds_in_source(service: &BTreeSet<&str>) -> BTreeSet<String> {
     let mut kinds = BTreeSet::from(["closed".to_owned()]);
-    for entry in std::fs::read_dir(root().join("server/src/commands")).unwrap() {
-        let name = entry.unwrap().file_name().into_string().unwrap();
-        if !name.ends_with(".rs") {
-            continue;
-        }
-        let text = pages::text(&format!("server/src/commands/{name}"));
+    let folders = ["server/src/commands", "server/lab/src/commands"];
+    let entries = folders.iter().flat_map(|folder| {
+        let names = std::fs::read_dir(root().join(folder)).unwrap();
+        names.map(move |entry| (folder, entry.unwrap().file_name().into_string().unwrap()))
+    });
+    for (folder, name) in entries.filter(|(_, name)| name.ends_with(".rs")) {
+        let text = pages::text(&format!("{folder}/{name}"));
         let shipped = text.split("#[cfg(test)]").next().unwrap();
         let marks: &[&str] = match name.as_str() {
             "command_error.rs" => {

@@ -8,7 +8,8 @@ use shatter_fracture::surface::shapes::{self, write_obj};
 use shatter_tests::fixture::Fixture;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-use std::process::{Output, Stdio};
+use std::process::{Child, Output, Stdio};
+use std::time::Duration;
 
 /// A small object, as options of a bake.
 const COARSE: [&str; 4] = ["--elastic-spacing", "0.2", "--crack-spacing", "0.15"];
@@ -18,8 +19,8 @@ fn bake(fixture: &Fixture, mesh: &Path, more: &[&str]) -> Output {
     fixture.run("shatterd", &[&own[..], more].concat())
 }
 
-/// Starts `shatterd` with these arguments, sends `signal` once stderr contains `stage` (if empty, at once), and returns exit code and
-/// stderr.
+/// Starts `shatterd` with these arguments, sends `signal` once stderr contains `stage` (if empty, as soon as the process catches it), and
+/// returns exit code and stderr.
 fn ended(fixture: &Fixture, arguments: &[&str], stage: &str, signal: Signal) -> (Option<i32>, String) {
     let mut command = fixture.command("shatterd");
     let mut child = command.args(arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
@@ -29,11 +30,26 @@ fn ended(fixture: &Fixture, arguments: &[&str], stage: &str, signal: Signal) -> 
         assert!(lines.read_line(&mut output).unwrap() > 0, "{arguments:?} ended before {stage}: {output}");
     }
     if stage.is_empty() {
-        std::thread::sleep(std::time::Duration::from_millis(100));
+        wait_until_caught(&child, signal);
     }
     kill_process(Pid::from_child(&child), signal).unwrap();
     lines.read_to_string(&mut output).unwrap();
     (child.wait().unwrap().code(), output)
+}
+
+/// Waits until `child` has a handler for `signal`.
+fn wait_until_caught(child: &Child, signal: Signal) {
+    let is_caught = || {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+        u64::from_str_radix(caught.trim(), 16).unwrap() >> (signal.as_raw() - 1) & 1 == 1
+    };
+    let mut waits = 0;
+    while !is_caught() {
+        assert!(waits < 3000, "no handler in half a minute");
+        waits += 1;
+        std::thread::sleep(Duration::from_millis(10));
+    }
 }
 
 /// Files below `folder` that are incomplete or unwanted.
@@ -91,7 +107,7 @@ fn a_signal_ends_every_command_and_leaves_no_half_file() {
     let (code, document) = {
         let mut child = fixture.command("shatterd");
         let child = child.args(study).arg("--json").stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
-        std::thread::sleep(std::time::Duration::from_millis(100));
+        wait_until_caught(&child, Signal::INT);
         kill_process(Pid::from_child(&child), Signal::INT).unwrap();
         let output = child.wait_with_output().unwrap();
         (output.status.code(), serde_json::from_slice::<Value>(&output.stdout).unwrap())

@@ -58,7 +58,7 @@ pub unsafe extern "C" fn shatter_convention_named(
 
 /// Makes a connection for a host with these coordinates. The service reads impacts on objects taken from `hosted`, and writes their
 /// results, in its axes, unit and winding; `_m`, `_ns`, `_m2` and `_m3` of contacts, fragments and their parts then stand for that unit.
-/// Facts of objects (`ShatterFacts`) stay in meters along the axes of the mesh file, and files stay in the convention of glTF. `hosted` is
+/// Facts of objects (`ShatterFacts`) stay in meters with +Y up, and files stay in the convention of glTF. `hosted` is
 /// NULL after a failure. Free both connections.
 ///
 /// Codes: `convention` if the convention is invalid.

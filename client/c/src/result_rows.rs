@@ -75,7 +75,9 @@ pub struct Summary {
     pub gamma_j_m2: f64,
     /// E_1/γ; an upper bound of it if `elastic` is 3.
     pub e1_over_gamma: f64,
-    /// Factor on the impulses at which the object just breaks.
+    /// Factor on the impulses at which the object just breaks, sqrt(γ/E_1); a lower bound of it if `elastic` is 3. With the effect
+    /// `gravity`: of a request for the threshold, the factor on the impulses alone; otherwise the factor on all loads, weight among them.
+    /// Without meaning for an even division.
     pub threshold_impulse_factor: f64,
     /// Nearness of the examples that decided the degree, 0 to 1.
     pub confidence: f64,
@@ -165,7 +167,7 @@ pub struct Fragment {
     pub attributes: *const VertexAttributes,
     /// Number of vertices.
     pub vertex_count: usize,
-    /// Indices of vertices, three per triangle, counter-clockwise from outside.
+    /// Indices of vertices, three per triangle, counter-clockwise from outside unless the convention is clockwise.
     pub indices: *const u32,
     /// Number of indices.
     pub index_count: usize,
@@ -246,7 +248,7 @@ pub struct Hull {
     pub positions: *const f32,
     /// Number of corners; 0: `hulls` is off, or the fragment is too flat for one.
     pub vertex_count: usize,
-    /// Indices of corners, three per triangle, counter-clockwise from outside.
+    /// Indices of corners, three per triangle, counter-clockwise from outside unless the convention is clockwise.
     pub indices: *const u32,
     /// Number of indices.
     pub index_count: usize,
@@ -275,7 +277,7 @@ pub struct Skin {
     pub vertices: *const SkinVertex,
     /// Number of vertices; 0: `skin` is off, or the fragment has no part of the input's surface.
     pub vertex_count: usize,
-    /// Indices of vertices, three per triangle, counter-clockwise from outside.
+    /// Indices of vertices, three per triangle, counter-clockwise from outside unless the convention is clockwise.
     pub indices: *const u32,
     /// Number of indices.
     pub index_count: usize,

@@ -159,7 +159,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     note_long_contact(args.duration_s, &result);
     if args.json {
         let Args { error: error_max, time_ms: time_ms_max, .. } = *args;
-        let asked = RequestEcho { convention: &args.convention.name, error_max, time_ms_max };
+        let asked = RequestEcho { convention: &args.convention.name, has_impact: true, error_max, time_ms_max };
         document(&to_json(&result, asked, &files))
     } else {
         screen(&result)?;
@@ -175,6 +175,8 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
 pub(super) struct RequestEcho<'a> {
     /// Name of the convention.
     pub convention: &'a str,
+    /// Whether an impact was sent; without one, its keys are `null`.
+    pub has_impact: bool,
     /// `--error`.
     pub error_max: Option<f64>,
     /// `--time-ms`.
@@ -308,7 +310,7 @@ pub(super) fn to_json(result: &FractureResult, asked: RequestEcho<'_>, files: &W
         "handle": result.handle(),
         "convention": asked.convention,
         "gamma_j_m2": summary.gamma_j_m2,
-        "e1_over_gamma": summary.e1_over_gamma,
+        "e1_over_gamma": asked.has_impact.then_some(summary.e1_over_gamma),
         "sites": summary.sites,
         "fracture_degree": summary.fracture_degree,
         "degree_source": summary.degree_origin.name(),
@@ -340,7 +342,7 @@ pub(super) fn to_json(result: &FractureResult, asked: RequestEcho<'_>, files: &W
             "message": missed.explanation(),
         })),
         "capped": summary.is_capped,
-        "radius_m": summary.radius_m,
+        "radius_m": asked.has_impact.then_some(summary.radius_m),
         "fragments": fragments,
         "bonds": result.bonds().map(bond).collect::<Vec<_>>(),
         "debris": result.debris().map(debris).collect::<Vec<_>>(),

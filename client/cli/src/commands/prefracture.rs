@@ -57,6 +57,6 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let result = target.strike(&object, &load, [&args.enable, &args.disable], || Deadline::after(RESULT_TIMEOUT))?;
     let files = target.write(&result)?;
     note_one_piece(&result);
-    let asked = RequestEcho { convention: "gltf", error_max: None, time_ms_max: None };
+    let asked = RequestEcho { convention: "gltf", has_impact: false, error_max: None, time_ms_max: None };
     if args.json { document(&to_json(&result, asked, &files)) } else { screen(&result) }
 }

@@ -2,7 +2,7 @@
 
 use super::{CliError, out};
 use shatter_client::{DegreeOrigin, Effect, EnergySource, FractureResult, FragmentSurface, Hit, Quality, Summary};
-use shatter_proto::text::counted;
+use shatter_proto::text::{counted, fixed};
 
 /// Name of the preset.
 pub(super) fn preset(summary: &Summary) -> &'static str {
@@ -11,7 +11,7 @@ pub(super) fn preset(summary: &Summary) -> &'static str {
 
 /// Line of a ray's first hit on the object, for people.
 pub(super) fn hit_line(hit: &Hit) -> String {
-    let [point, normal] = [hit.point_m, hit.normal].map(|[x, y, z]| format!("{x:.6},{y:.6},{z:.6}"));
+    let [point, normal] = [hit.point_m, hit.normal].map(|vector| fixed(&vector));
     format!("ray hits {point} (outward normal {normal})")
 }
 

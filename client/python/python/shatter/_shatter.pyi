@@ -356,7 +356,12 @@ class Summary:
     @property
     def e1_over_gamma(self) -> float: ...
     @property
-    def threshold_impulse_factor(self) -> float: ...
+    def threshold_impulse_factor(self) -> float:
+        """Factor on the impulses at which the object just breaks; a lower bound of it if ``elastic`` is ``bounded``.
+
+        With the effect ``gravity`` it is the factor on all loads, weight among them, except in a request for the threshold.
+        Without meaning for an even division.
+        """
     @property
     def confidence(self) -> float: ...
     @property
@@ -412,7 +417,7 @@ class Fragment:
 
     @property
     def triangles(self) -> NDArray[np.uint32]:
-        """(triangles, 3): rows of ``positions``, counter-clockwise from outside."""
+        """(triangles, 3): rows of ``positions``, counter-clockwise from outside unless the convention is clockwise."""
 
     @property
     def merges(self) -> NDArray[np.uint32]:

@@ -3,7 +3,7 @@
 //! The surface is the boundary of the crack lattice, onto which contacts are projected; a hit is therefore never too
 //! far from it.
 
-use super::error::FractureError;
+use super::error::{FractureError, RAY_ORIGIN_MAX_M};
 use super::output::cut_domain::{cut_mesh, lattice_labels};
 use super::output::retained::RetainedFragments;
 use super::prepared::object::{PreparedBody, PreparedObject};
@@ -33,9 +33,6 @@ pub struct SurfaceHit {
     /// Distance from the origin of the ray to the point, m.
     pub distance_m: f64,
 }
-
-/// Largest distance of the origin of a ray from the center of the object, m. From farther away, rounding moves the hit.
-pub const RAY_ORIGIN_MAX_M: f64 = 1e9;
 
 /// The first hit of `ray` on the object.
 ///

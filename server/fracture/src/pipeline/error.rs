@@ -1,18 +1,20 @@
 //! Errors of a request.
 
-use super::aim::RAY_ORIGIN_MAX_M;
 use super::output::rows::BulkCounts;
 use crate::cancel_token::Canceled;
 use crate::centroidal::FieldError;
 use crate::elasticity::ElasticityError;
 use crate::lattice::BODY_TETS_MIN;
 use crate::lift::{LiftError, LiftKind};
-use crate::scene::{EffectKind, number};
+use crate::scene::{EffectKind, fixed, number};
 use crate::tessellation::TessellationError;
 use nalgebra::Point3;
 
 /// Smallest number of whole tetrahedra of a fragment that can be struck again.
 pub const TETS_MIN: usize = BODY_TETS_MIN;
+
+/// Largest distance of the origin of a ray from the center of the object, m. From farther away, rounding moves the hit.
+pub const RAY_ORIGIN_MAX_M: f64 = 1e9;
 
 /// Largest number of nodes of a fragment whose displacements are solved for on its own lattice.
 ///
@@ -70,7 +72,8 @@ pub enum FractureError {
     },
     /// The contact point is farther from the body than its radius.
     #[error(
-        "contact {contact} is {distance_m:.6} m from the surface; it must lie within {radius_m:.6} m (its radius). Move it to the nearest surface point: {}",
+        "contact {contact} is {} m from the surface; it must lie within {} m (its radius). Move it to the nearest surface point: {}",
+        length(.distance_m), length(.radius_m),
         point(.surface_m)
     )]
     TooFar {
@@ -93,8 +96,8 @@ pub enum FractureError {
     RayOrigin,
     /// The ray misses the object.
     #[error(
-        "the ray misses the object by {distance_m:.6} m; its point {} is the closest, to the surface point {}. Aim at this surface point, or reverse a ray that points away.",
-        point(.ray_m), point(.surface_m)
+        "the ray misses the object by {} m; its point {} is the closest, to the surface point {}. Aim at this surface point, or reverse a ray that points away.",
+        length(.distance_m), point(.ray_m), point(.surface_m)
     )]
     RayMissed {
         /// Point of the ray closest to the object, m.
@@ -214,8 +217,12 @@ pub enum FractureError {
 }
 
 /// A point in the form that command lines accept, m.
+fn length(meters: &f64) -> String {
+    fixed(&[*meters])
+}
+
 fn point(point: &Point3<f64>) -> String {
-    format!("{:.6},{:.6},{:.6}", point.x, point.y, point.z)
+    fixed(point.coords.as_slice())
 }
 
 impl FractureError {

@@ -20,6 +20,14 @@ pub fn number(value: f64) -> String {
     if is_long { format!("{value:e}") } else { value.to_string() }
 }
 
+/// Decimal texts of lengths or coordinates, m, separated by commas: micrometers, or finer where all are below 0.1.
+pub fn fixed(values: &[f64]) -> String {
+    let largest = values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+    let more = if largest > 0.0 && largest < 0.1 { (-largest.log10()).ceil() as usize } else { 0 };
+    let texts = values.iter().map(|value| format!("{value:.*}", (6 + more).min(30)));
+    texts.collect::<Vec<_>>().join(",")
+}
+
 /// True for characters without a visible sign, which names of objects must not contain.
 ///
 /// These are control characters, line and paragraph separators, marks of the writing direction, and other invisible
@@ -158,6 +166,13 @@ fn possible(wanted: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn small_lengths_keep_their_digits() {
+        assert_eq!(fixed(&[0.1, -0.25, 0.0]), "0.100000,-0.250000,0.000000");
+        assert_eq!(fixed(&[4.25e-6, 0.0]), "0.000004250000,0.000000000000");
+        assert_eq!(fixed(&[0.0]), "0.000000");
+    }
 
     #[test]
     fn a_suggestion_may_extend_the_given_prefix() {

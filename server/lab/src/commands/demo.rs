@@ -50,7 +50,7 @@ impl From<DemoError> for CommandError {
             DemoError::Bake(error) => error.into(),
             DemoError::Database { path, source } => Self::database(&path, &source),
             DemoError::Process(_) | DemoError::DaemonEnded(_) | DemoError::DaemonSilent { .. } => {
-                Self::ours("daemon", message)
+                Self::ours("demo", message)
             }
             DemoError::StayedWhole { .. } | DemoError::Energy(_) | DemoError::Picture(_) => Self::ours("demo", message),
         }

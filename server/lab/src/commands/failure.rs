@@ -11,11 +11,10 @@ impl From<EffectsError> for CommandError {
         match error {
             EffectsError::Refused(error) => error.into(),
             EffectsError::Bake(error) => error.into(),
-            EffectsError::Warp(error) => Self::ours("warp", error.to_string()),
             EffectsError::Hold(error) => Self::refused("configuration", "anchors", error.to_string()),
-            EffectsError::Plot(error) => Self::ours("plot", error.to_string()),
-            EffectsError::Picture(_) | EffectsError::Materials(_) | EffectsError::Whole(_) => {
-                Self::ours("gallery", error.to_string())
+            EffectsError::Whole(_) => Self::refused("study", "object", error.to_string()),
+            EffectsError::Warp(_) | EffectsError::Plot(_) | EffectsError::Picture(_) | EffectsError::Materials(_) => {
+                Self::ours("study", error.to_string())
             }
         }
     }
@@ -25,7 +24,7 @@ impl From<StudyError> for CommandError {
     fn from(error: StudyError) -> Self {
         match error {
             StudyError::Bake(error) => error.into(),
-            StudyError::Plot(_) => Self::ours("plot", error.to_string()),
+            StudyError::Plot(_) => Self::ours("study", error.to_string()),
             error => Self::refused("study", "object", error.to_string()),
         }
     }

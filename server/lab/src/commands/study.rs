@@ -278,7 +278,7 @@ fn stability(args: &Stability) -> Result<bool, CommandError> {
         rows,
     };
     let page = args.out.join("stability.html");
-    let study = findings.page().map_err(|error| CommandError::ours("plot", error.to_string()))?;
+    let study = findings.page().map_err(|error| CommandError::ours("study", error.to_string()))?;
     output::whole(&page, report::study(&study).as_bytes())?;
     if args.json {
         output::print(&format!("{}\n", findings.document()))?;

@@ -1,7 +1,6 @@
 //! Records and statistics of requests.
 
 use super::ideal;
-use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use shatter_client::ErrorKind;
@@ -63,13 +62,7 @@ pub struct LoadTally {
     per_client: Vec<usize>,
 }
 
-/// Longest recorded time, µs; longer ones are clamped.
-const LONGEST_US: u64 = 600_000_000;
-
-/// Significant digits of recorded times.
-const DIGITS: u8 = 3;
-
-/// Histogram of times, µs.
+/// Order statistics of times, µs: a share q is the lowest time that at least the share q of all times do not exceed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Times {
     p50: u64,
@@ -80,11 +73,11 @@ struct Times {
 
 impl Times {
     fn of(values: impl Iterator<Item = u64>) -> Self {
-        // Creation fails only for invalid limits.
-        let Ok(mut histogram) = Histogram::<u64>::new_with_max(LONGEST_US, DIGITS) else { return Self::default() };
-        values.for_each(|value| histogram.saturating_record(value));
-        let at = |share| histogram.value_at_quantile(share);
-        Self { p50: at(0.5), p90: at(0.9), p99: at(0.99), max: histogram.max() }
+        let mut sorted: Vec<u64> = values.collect();
+        sorted.sort_unstable();
+        let at = |percent: usize| sorted.get((sorted.len() * percent).div_ceil(100).saturating_sub(1)).copied();
+        let [p50, p90, p99, max] = [50, 90, 99, 100].map(|percent| at(percent).unwrap_or_default());
+        Self { p50, p90, p99, max }
     }
 }
 
