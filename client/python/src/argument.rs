@@ -5,7 +5,7 @@ use crate::result::FragmentOfResult;
 use pyo3::prelude::*;
 use shatter_proto::text::quoted;
 use std::fmt::Display;
-use std::path::Path;
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// Defines a function per argument that reads it with a reader of this module.
@@ -35,6 +35,8 @@ arguments! {
     other("other"): Body = body;
     timeout_s("timeout_s"): f64 = seconds;
     deadline_s("deadline_s"): Option<Duration> = optional_seconds;
+    output_file("path"): PathBuf = path;
+    output_folder("folder"): PathBuf = path;
 }
 
 /// Mass (kg), radius (m), Young's modulus (Pa) and Poisson's ratio.
@@ -108,9 +110,13 @@ fn seconds(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     seconds.ok_or_else(|| refused(name, format!("a number of seconds from 0 to {SECONDS_MAX:e}"), value))
 }
 
-/// Refuses an empty path under the argument `name`.
-pub fn path(name: &str, value: &Path) -> PyResult<()> {
-    if value.as_os_str().is_empty() { Err(wrong(format!("{name} is empty; it must name the output"))) } else { Ok(()) }
+/// Reads a path that is not empty.
+fn path(name: &str, value: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
+    let path: PathBuf = value.extract().map_err(|_| refused(name, "a str, or an os.PathLike of one", value))?;
+    if path.as_os_str().is_empty() {
+        return Err(wrong(format!("{name} is empty; it must name the output")));
+    }
+    Ok(path)
 }
 
 /// The duration of a checked number of seconds. Signatures of Python show a default as a number alone.

@@ -135,8 +135,7 @@ impl FractureResult {
     }
 
     /// Writes a binary glTF file (.glb), whole or not at all.
-    fn write_glb(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        argument::path("path", &path)?;
+    fn write_glb(&self, py: Python<'_>, #[pyo3(from_py_with = argument::output_file)] path: PathBuf) -> PyResult<()> {
         if !path.extension().is_some_and(|own| own.eq_ignore_ascii_case("glb")) {
             let shown = quoted(&path.display().to_string());
             return Err(wrong(format!(
@@ -147,14 +146,16 @@ impl FractureResult {
     }
 
     /// Writes a folder of OBJ files with a table.
-    fn write_obj(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
-        argument::path("folder", &folder)?;
+    fn write_obj(
+        &self,
+        py: Python<'_>,
+        #[pyo3(from_py_with = argument::output_folder)] folder: PathBuf,
+    ) -> PyResult<()> {
         self.write(py, |result| result.write_obj(&folder).map(|_| ()))
     }
 
     /// Writes a MuJoCo model, with its meshes in a folder beside it; ``bonds`` and ``hulls`` make it hold together and collide.
-    fn write_mjcf(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        argument::path("path", &path)?;
+    fn write_mjcf(&self, py: Python<'_>, #[pyo3(from_py_with = argument::output_file)] path: PathBuf) -> PyResult<()> {
         self.write(py, |result| result.write_mjcf(&path).map(|_| ()))
     }
 

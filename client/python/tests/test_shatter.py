@@ -484,6 +484,9 @@ def test_files(body, tmp_path):
     for write in [result.write_glb, result.write_obj, result.write_mjcf]:
         with pytest.raises(shatter.ArgumentError, match="is empty; it must name the output"):
             write("")
+        for wrong in [5, None, b"a.glb"]:
+            with pytest.raises(shatter.ArgumentError, match="must be a str, or an os.PathLike of one, not"):
+                write(wrong)
     result.write_mjcf(tmp_path / "a.xml")
     assert (tmp_path / "a.glb").read_bytes()[:4] == b"glTF"
     assert len(list((tmp_path / "pieces").glob("fragment_[0-9]*[0-9].obj"))) == len(result)

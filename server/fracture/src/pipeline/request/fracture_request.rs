@@ -38,7 +38,7 @@ pub struct FractureRequest {
     pub contacts: Vec<ImpactContact>,
     /// Rule that chooses the number of sites.
     pub degree: DegreeRequest,
-    /// Largest number of sites per body. A larger computed degree is reduced to it; a larger given degree is an error.
+    /// Largest number of sites, of all bodies together. A larger computed degree is reduced to it; a larger given degree is an error.
     pub degree_max: u32,
     /// Threshold γ, J·m²; `None`: the object's own.
     pub gamma_j_m2: Option<f64>,

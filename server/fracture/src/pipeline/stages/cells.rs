@@ -96,20 +96,51 @@ pub(in crate::pipeline) fn divide(
         let sites = guesses.iter().map(|guess| guess.sites).sum();
         let remaining_s = cancel.remaining_s();
         if budget.is_none_or(|budget| budget.allows_search(request.degree, sites, remaining_s)) {
-            return search(context, budget, threshold, fields, &guesses, workspace);
+            let found = search(context, budget, threshold, fields, &guesses, workspace)?;
+            let mut sites = vec![0; fields.len()];
+            found.cells.iter().for_each(|own| sites[own.struck] = own.diagram.count() as u32);
+            if !limit(&mut sites, request.degree_max) {
+                return Ok(found);
+            }
+            let (cells, ending) = diagrams(context, budget, &sites, fields, workspace)?;
+            return Ok(Division { degree: degree_of(&sites), capped: true, ending, cells, ..found });
         }
     }
     observe(&guesses, observer);
-    let sites: Vec<u32> = guesses.iter().map(|guess| if guess.sites > 1 { guess.sites } else { 0 }).collect();
+    let mut sites: Vec<u32> = guesses.iter().map(|guess| if guess.sites > 1 { guess.sites } else { 0 }).collect();
+    let is_limited = limit(&mut sites, request.degree_max);
     let (cells, ending) = diagrams(context, budget, &sites, fields, workspace)?;
     Ok(Division {
         source: source_of(&guesses),
-        degree: guesses.iter().map(|guess| guess.sites).sum(),
-        capped: guesses.iter().any(|guess| guess.capped),
+        degree: degree_of(&sites),
+        capped: is_limited || guesses.iter().any(|guess| guess.capped),
         confidence: guesses.iter().map(|guess| guess.confidence).fold(1.0, f64::min),
         ending,
         cells,
     })
+}
+
+/// Reduces the numbers of sites of the struck bodies to a sum of at most `most`, in proportion; returns whether it did.
+///
+/// A body whose part is a single site stays intact. If that is every body, the one with the most sites gets all.
+fn limit(sites: &mut [u32], most: u32) -> bool {
+    let total = sites.iter().fold(0, |sum: u32, own| sum.saturating_add(*own));
+    if total <= most {
+        return false;
+    }
+    let shares: Vec<f64> = sites.iter().map(|own| f64::from(*own)).collect();
+    let mut parts = shared_out(most, &shares);
+    if parts.iter().all(|part| *part < 2) {
+        let largest = (0..sites.len()).rev().max_by_key(|body| sites[*body]).unwrap_or_default();
+        parts[largest] = most.min(sites[largest]);
+    }
+    sites.iter_mut().zip(parts).for_each(|(own, part)| *own = if part > 1 { part } else { 0 });
+    true
+}
+
+/// Fracture degree of struck bodies with these numbers of sites, 0 for those that stay intact.
+fn degree_of(sites: &[u32]) -> u32 {
+    sites.iter().map(|own| (*own).max(1)).sum()
 }
 
 /// Relative number of sites per struck body: the closed form's degree, or 1 for a single body.
@@ -230,7 +261,17 @@ fn shared_out(count: u32, site_shares: &[f64]) -> Vec<u32> {
 
 #[cfg(test)]
 mod tests {
-    use super::shared_out;
+    use super::{limit, shared_out};
+
+    #[test]
+    fn the_limit_holds_for_all_bodies_together() {
+        let limited = |mut sites: Vec<u32>, most| (limit(&mut sites, most), sites);
+        assert_eq!(limited(vec![10, 0, 20], 30), (false, vec![10, 0, 20]));
+        assert_eq!(limited(vec![512, 0, 512], 512), (true, vec![256, 0, 256]));
+        assert_eq!(limited(vec![12, 4, 2], 10), (true, vec![7, 2, 0]));
+        assert_eq!(limited(vec![2, 2, 2], 4), (true, vec![2, 0, 0]));
+        assert_eq!(limited(vec![2, 3, 3, 2], 4), (true, vec![0, 3, 0, 0]));
+    }
 
     #[test]
     fn all_sites_are_distributed() {
