@@ -54,7 +54,7 @@ fn sampled(prepared: &PreparedObject, index: u64) -> FractureRequest {
     FractureRequest { elastic: ElasticRequest::Reduced, ..ImpactSampler::new(prepared).impact(7, index) }
 }
 
-/// Share of 50 sampled impacts that the bound ends, by their share of the threshold, percent.
+/// Share of 25 sampled impacts that the bound ends, by their share of the threshold, percent.
 #[test]
 fn most_weak_impacts_end_before_the_elastic_stage() {
     const SHARES: [f64; 4] = [0.01, 1.0 / 30.0, 0.1, 1.0 / 3.0];
@@ -65,12 +65,12 @@ fn most_weak_impacts_end_before_the_elastic_stage() {
     ] {
         let prepared = baked(name, mesh, None);
         let mut ended = [0; SHARES.len()];
-        for index in 0..50 {
+        for index in 0..25 {
             let request = sampled(&prepared, index);
             let factor_at_threshold = factor_at_threshold(&prepared, &request);
             for (share, ended) in SHARES.into_iter().zip(&mut ended) {
                 let found = outcome(&prepared, &times(&request, share * factor_at_threshold)).unwrap();
-                *ended += 2 * u32::from(found.threshold().is_bound);
+                *ended += 4 * u32::from(found.threshold().is_bound);
                 let exact = share * share;
                 let right = if found.threshold().is_bound { found.threshold().e1_over_gamma >= exact } else { true };
                 assert!(right && found.meshes().is_none(), "{} of {exact}", found.threshold().e1_over_gamma);

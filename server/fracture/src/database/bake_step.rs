@@ -177,9 +177,8 @@ mod tests {
     #[test]
     fn the_memory_estimate_is_near_the_measured_memory() {
         let materials = Materials::parse(crate::scene::MATERIALS).unwrap();
-        let lattice =
-            [("arch", Preset::Draft), ("dumbbell", Preset::Draft), ("mug", Preset::Game), ("statue", Preset::Game)]
-                .map(|(shape, quality)| (shape, quality, SurfaceKind::Lattice));
+        let lattice = [("arch", Preset::Draft), ("dumbbell", Preset::Draft), ("mug", Preset::Game)]
+            .map(|(shape, quality)| (shape, quality, SurfaceKind::Lattice));
         let exact = ("dumbbell", Preset::Game, SurfaceKind::Exact);
         for (shape, quality, surface) in lattice.into_iter().chain([exact]) {
             let glass = materials.get("glass").unwrap().clone();

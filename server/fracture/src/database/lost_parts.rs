@@ -231,6 +231,7 @@ mod tests {
         let request = |crack_spacing| BakeRequest {
             quality: Preset::Draft,
             crack_spacing,
+            tables: Tables::NONE,
             ..BakeRequest::new("statue", "glass", material.clone())
         };
         let baked = |request| bake(shapes::statue(), &request, &CancelToken::default(), &mut |_| ()).unwrap();
