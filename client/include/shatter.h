@@ -515,13 +515,14 @@ typedef struct ShatterFacts {
     double poisson;
     /// Density, kg/m³.
     double density_kg_m3;
-    /// Volume, m³.
+    /// Volume, m³: the sum of the fragments' volumes.
     double volume_m3;
     /// Diagonal of the bounding box, m.
     double diagonal_m;
     /// Center of the bounding box, m.
     double center_m[3];
-    /// Lowest corner of the mesh, m. The lattice's surface, which rays hit, can lie outside by part of its spacing.
+    /// Lowest corner of the mesh, m, or of the lattice if it is loaded without its skin. The lattice's surface, which rays hit, can lie
+    /// outside by part of its spacing.
     double low_m[3];
     /// Highest corner of the mesh, m.
     double high_m[3];
@@ -698,7 +699,9 @@ typedef struct ShatterSummary {
     double gamma_j_m2;
     /// E_1/γ; an upper bound of it if `elastic` is 3.
     double e1_over_gamma;
-    /// Factor on the impulses at which the object just breaks.
+    /// Factor on the impulses at which the object just breaks, sqrt(γ/E_1); a lower bound of it if `elastic` is 3. With the effect
+    /// `gravity`: of a request for the threshold, the factor on the impulses alone; otherwise the factor on all loads, weight among them.
+    /// Without meaning for an even division.
     double threshold_impulse_factor;
     /// Nearness of the examples that decided the degree, 0 to 1.
     double confidence;
@@ -761,7 +764,7 @@ typedef struct ShatterFragment {
     const struct ShatterVertexAttributes *attributes;
     /// Number of vertices.
     size_t vertex_count;
-    /// Indices of vertices, three per triangle, counter-clockwise from outside.
+    /// Indices of vertices, three per triangle, counter-clockwise from outside unless the convention is clockwise.
     const uint32_t *indices;
     /// Number of indices.
     size_t index_count;
@@ -798,7 +801,7 @@ typedef struct ShatterHull {
     const float *positions;
     /// Number of corners; 0: `hulls` is off, or the fragment is too flat for one.
     size_t vertex_count;
-    /// Indices of corners, three per triangle, counter-clockwise from outside.
+    /// Indices of corners, three per triangle, counter-clockwise from outside unless the convention is clockwise.
     const uint32_t *indices;
     /// Number of indices.
     size_t index_count;
@@ -825,7 +828,7 @@ typedef struct ShatterSkin {
     const struct ShatterSkinVertex *vertices;
     /// Number of vertices; 0: `skin` is off, or the fragment has no part of the input's surface.
     size_t vertex_count;
-    /// Indices of vertices, three per triangle, counter-clockwise from outside.
+    /// Indices of vertices, three per triangle, counter-clockwise from outside unless the convention is clockwise.
     const uint32_t *indices;
     /// Number of indices.
     size_t index_count;
@@ -973,7 +976,7 @@ ShatterCode shatter_convention_named(const char *name,
 
 /// Makes a connection for a host with these coordinates. The service reads impacts on objects taken from `hosted`, and writes their
 /// results, in its axes, unit and winding; `_m`, `_ns`, `_m2` and `_m3` of contacts, fragments and their parts then stand for that unit.
-/// Facts of objects (`ShatterFacts`) stay in meters along the axes of the mesh file, and files stay in the convention of glTF. `hosted` is
+/// Facts of objects (`ShatterFacts`) stay in meters with +Y up, and files stay in the convention of glTF. `hosted` is
 /// NULL after a failure. Free both connections.
 ///
 /// Codes: `convention` if the convention is invalid.

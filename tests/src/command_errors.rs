@@ -5,7 +5,7 @@ use crate::sources::root;
 use std::collections::BTreeSet;
 
 /// Kind, cause and remedy. A new kind needs a line here.
-pub const COMMAND_ERRORS: [(&str, &str, &str); 53] = [
+pub const COMMAND_ERRORS: [(&str, &str, &str); 54] = [
     ("all_degenerate", "Every triangle of the mesh has no area.", "Export a mesh with an inside."),
     ("calibration", "The bake failed inside the engine.", "Report it with the mesh."),
     ("corrupt_database", "A database is damaged.", "Bake the object again."),
@@ -101,6 +101,7 @@ pub const COMMAND_ERRORS: [(&str, &str, &str); 53] = [
     ("unfinished_share", "A share has no result yet.", "Finish its bake with `--resume`."),
     ("unknown_format", "The format of the file is not known.", "Use OBJ, PLY, STL, glTF or GLB."),
     ("unknown_material", "The table has no such material.", "Use a name of the message, or `--materials`."),
+    ("unknown_mesh", "No mesh of the study has this name.", "Name one that the study lists."),
     ("unreadable_file", "The file cannot be read.", "Check the path and its permissions."),
     ("usage", "The command line is not valid.", "See the message, or `--help`."),
     (
