@@ -29,6 +29,8 @@ use std::time::SystemTime;
 /// All objects of a folder, by name.
 pub struct Catalog {
     entries: BTreeMap<String, Entry>,
+    /// Number of versions of each name since the start of the daemon, also of names that are gone.
+    generations: BTreeMap<String, u32>,
     snapshot: DirectorySnapshot,
     read: SystemTime,
 }
@@ -38,7 +40,7 @@ pub struct Catalog {
 struct Entry {
     /// Version that is served.
     version: Option<Arc<ObjectVersion>>,
-    /// Number of versions that this name has had, including the current one.
+    /// Number of the version among those that this name has had, from 1.
     generation: u32,
     /// Why no version is served, or why the current file is not served.
     error: Option<Error>,
@@ -48,7 +50,12 @@ struct Entry {
 
 impl Default for Catalog {
     fn default() -> Self {
-        Self { entries: BTreeMap::new(), snapshot: DirectorySnapshot::default(), read: SystemTime::now() }
+        Self {
+            entries: BTreeMap::new(),
+            generations: BTreeMap::new(),
+            snapshot: DirectorySnapshot::default(),
+            read: SystemTime::now(),
+        }
     }
 }
 
@@ -63,7 +70,8 @@ impl Catalog {
             Some(version) if version.stamp == stamp => (source.clone(), Ok(version.clone())),
             _ => (source.clone(), ObjectVersion::load(source, stamp, loader).map(Arc::new)),
         });
-        let mut catalog = Self { entries: BTreeMap::new(), snapshot, read: SystemTime::now() };
+        let generations = self.generations.clone();
+        let mut catalog = Self { entries: BTreeMap::new(), generations, snapshot, read: SystemTime::now() };
         let mut loaded: Vec<_> =
             found.iter().filter_map(|(source, version)| Some((source, version.as_ref().ok()?))).collect();
         // If several files hold one name, the file of that name has precedence, because bakes write there; then the file that served
@@ -101,7 +109,7 @@ impl Catalog {
             entries.entry(name).or_default().loading.get_or_insert(loading);
         }
         entries.retain(|_, entry| entry.version.is_some() || entry.error.is_some() || entry.loading.is_some());
-        Some(Self { entries, snapshot: self.snapshot.clone(), read: self.read })
+        Some(Self { entries, generations: self.generations.clone(), snapshot: self.snapshot.clone(), read: self.read })
     }
 
     /// Whether the version from `source` serves the object `name`.
@@ -131,9 +139,9 @@ impl Catalog {
         }
         let generation = match before.entries.get(&version.name) {
             Some(Entry { version: Some(old), generation, .. }) if Arc::ptr_eq(old, version) => *generation,
-            Some(Entry { generation, .. }) => generation + 1,
-            None => 1,
+            _ => before.generations.get(&version.name).map_or(1, |last| last.saturating_add(1)),
         };
+        self.generations.insert(version.name.clone(), generation);
         let entry = self.entries.entry(version.name.clone()).or_default();
         (entry.version, entry.generation) = (Some(version.clone()), generation);
     }

@@ -150,7 +150,10 @@ fn a_bad_replacement_leaves_the_version_before_it_served() {
     let alpha = row(&restored, "alpha");
     assert_eq!((alpha.state, alpha.generation, alpha.error(), restored.outdated()), (1, 2, None, 0));
     std::fs::remove_file(folder.path("a")).unwrap();
-    assert_eq!(kind(&folder.reload(&damaged), "alpha"), ErrorKind::UnknownObject, "a removed file is not served");
+    let removed = folder.reload(&restored);
+    assert_eq!(kind(&removed, "alpha"), ErrorKind::UnknownObject, "a removed file is not served");
+    folder.put("a", "alpha");
+    assert_eq!(row(&folder.reload(&removed), "alpha").generation, 3, "it is the third version since the start");
 }
 
 #[test]

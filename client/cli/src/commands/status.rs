@@ -174,7 +174,7 @@ fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&
         text += &format!("{name:14} {:8} {p50:9.3} {p90:9.3} {p99:9.3} {max:9.3}\n", times.count);
     }
     text += &format!(
-        "databases: read {}, {} reloads; {:.1} MiB of memory, {:.1} MiB more in {} replaced objects still being struck\n",
+        "databases: read {}, {} reloads; {:.1} MiB of memory, {:.1} MiB more in {} replaced or removed objects still in use\n",
         utc(status.read_unix),
         status.reloads,
         mib(status.memory_bytes),
