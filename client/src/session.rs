@@ -129,7 +129,8 @@ fn daemon_serves(paths: &ServicePaths, instance: &Instance) -> bool {
 
 fn not_ready(paths: &ServicePaths) -> Error {
     let error = no_daemon(paths, "no client can connect yet to the daemon of service");
-    let message = format!("{error}; it may still load its databases: wait (--wait SECONDS, `Client::wait_for`)");
+    let message =
+        format!("{error}; it may still load its databases: wait, or wait longer (--wait SECONDS, `wait_for`)");
     Error { message, ..error }
 }
 

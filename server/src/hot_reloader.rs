@@ -133,7 +133,8 @@ impl DatabaseFolder {
                 let all = DirectorySnapshot::of(&self.path).map(|snapshot| snapshot.names()).unwrap_or_default();
                 let all: Vec<&str> = all.iter().map(String::as_str).collect();
                 let message = format!(
-                    "the scene needs `{name}`, but {folder}/{name}.shatter is missing; bake it (--scene, if it has a `shape`); {}",
+                    "the scene needs `{name}`, but {folder}/{name}.shatter is missing; bake it by `shatterd bake --scene FILE` if it has \
+                     a `shape`, else by `shatterd bake MESH --name {name}`; {}",
                     suggestion(name, &all)
                 );
                 Err(Error::new(ErrorKind::UnknownObject, name.clone(), message))

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 pub const COMMAND_ERRORS: [(&str, &str, &str); 54] = [
     ("all_degenerate", "Every triangle of the mesh has no area.", "Export a mesh with an inside."),
     ("calibration", "The bake failed inside the engine.", "Report it with the mesh."),
-    ("corrupt_database", "A database is damaged.", "Bake the object again."),
+    ("corrupt_database", "A file is damaged or cut off, or is no database.", "Bake the object again."),
     (
         "cracks_miss",
         "No existing crack reaches the object.",

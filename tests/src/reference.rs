@@ -70,14 +70,16 @@ fn remedy(kind: ErrorKind) -> &'static str {
         ErrorKind::Degree => "Give a number of sites from 1 to the object's limit (`shatter list --json`), or a rule.",
         ErrorKind::Lift => "Use another lift, or bake the object so that it has this one.",
         ErrorKind::UnknownEffect => "Use an effect of the guide's page *Effects*.",
-        ErrorKind::Budget => "Use a preset of the guide, and finite limits above zero.",
+        ErrorKind::Budget => {
+            "Use a preset of the guide, and finite limits above zero; only the number of iterations may be zero."
+        }
         ErrorKind::Convention => "Use a named convention, or a unit of 1e-6 to 1e6 m.",
         ErrorKind::UnknownHandle => "Strike the object again with `keep`; raise `results.kept_max` or `times.kept_s`.",
         ErrorKind::CapExceeded => {
             "Request fewer sites or fewer output effects, or raise the limit of the request or the scene."
         }
         ErrorKind::ServiceName => "Use 1 to 32 letters, digits, `-` or `_`.",
-        ErrorKind::Configuration => "Correct the key or the file that the message names.",
+        ErrorKind::Configuration => "Correct the key or the file that the message names, or install the program.",
         ErrorKind::Output => "Check the path, its permissions and the free space on the disk.",
         ErrorKind::Unsolvable => "Move the contacts, or anchor the object differently.",
         ErrorKind::Elastic => "Use `reduced` or `solve`.",
@@ -186,7 +188,7 @@ fn configuration() -> String {
 fn scenes() -> String {
     let mut page = format!(
         "# Keys of scenes\n\n{NOTE}\
-         A [scene](../scenes.md) is a TOML file: a `title`, and a table `[objects.NAME]` for each object. An unknown key is\n\
+         A [scene](../scenes.md) is a TOML file: an optional `title`, and a table `[objects.NAME]` for each object. An unknown key is\n\
          refused by name.\n"
     );
     let scene = pages::text("config/scenes/glass_shop.toml");

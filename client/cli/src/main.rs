@@ -14,7 +14,7 @@ use std::process::ExitCode;
 #[command(name = "shatter", version, max_term_width = 100)]
 struct Cli {
     /// Name of the service
-    #[arg(long, global = true, env = "SHATTER_SERVICE", default_value = "default")]
+    #[arg(long, global = true, env = "SHATTER_SERVICE", hide_env_values = true, default_value = "default")]
     service: String,
     #[command(subcommand)]
     command: Command,

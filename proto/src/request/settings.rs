@@ -141,15 +141,20 @@ fn within(value: f64, most: f64, refuse: impl Fn(f64) -> Error) -> Result<Option
 }
 
 fn iterations(count: u32) -> Error {
-    Error::new(ErrorKind::Budget, "iterations_max", format!("{count} iterations: at most {ITERATIONS_MAX}"))
+    Error::new(
+        ErrorKind::Budget,
+        "iterations_max",
+        format!("the request has {count} iterations; they must be at most {ITERATIONS_MAX}"),
+    )
 }
 
 fn error(value: f64) -> Error {
-    let message = format!("an error of {value:?}: must be above zero and at most {ERROR_MAX}");
+    let message =
+        format!("the largest error of the request is {value:?}; it must be above zero and at most {ERROR_MAX}");
     Error::new(ErrorKind::Budget, "error_max", message)
 }
 
 fn time(value: f64) -> Error {
-    let message = format!("a time of {value:?} ms: must be above zero and at most {TIME_MS_MAX}");
+    let message = format!("the time of the request is {value:?} ms; it must be above zero and at most {TIME_MS_MAX}");
     Error::new(ErrorKind::Budget, "time_ms_max", message)
 }

@@ -37,7 +37,7 @@ enum Command {
 #[derive(clap::Args)]
 struct Service {
     /// Name of the service
-    #[arg(long, env = "SHATTER_SERVICE", default_value = "default")]
+    #[arg(long, env = "SHATTER_SERVICE", hide_env_values = true, default_value = "default")]
     service: String,
 }
 

@@ -62,14 +62,15 @@ const OWNERS: [(&str, &[&str]); 3] = [
             "cracks",
         ],
     ),
-    ("shatterd serve", &["config", "scene"]),
+    ("shatterd serve", &["config", "scene", "databases"]),
     ("shatter impact", &["point", "ray", "impulse", "impulse-ns", "degree", "lift", "enable", "keep", "convention"]),
 ];
 
 /// Suggestions for missing arguments, by the names that the parser gives them.
-const MISSING: [(&str, &str); 8] = [
+const MISSING: [(&str, &str); 9] = [
     ("<MESH>", "give a mesh file with --name NAME, or --shape SHAPE for a generated object, or --scene FILE"),
     ("--name <NAME>", "the object is listed and struck by its name, for example --name vase"),
+    ("--rate <PER_SECOND_TOTAL>", "give --rate PER_SECOND, or --closed for a closed loop"),
     ("<OBJECT>", "`shatter list` shows the names of the objects"),
     ("<SCENE>", "a scene is a TOML file with a table [objects.NAME] for each object"),
     ("--ray <X,Y,Z,DX,DY,DZ>", "--impulse-ns goes with --ray; --point goes with --impulse"),

@@ -30,6 +30,9 @@ pub struct Args {
     /// Contact radius, m [default: the object's]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     radius_m: Option<f64>,
+    /// Threshold γ, J·m² [default: the object's]
+    #[arg(long, value_name = "G", allow_negative_numbers = true)]
+    gamma: Option<f64>,
     /// Lift: `euclidean`, `interior` (the default) or `surface_diffusion`
     #[arg(long, value_name = "euclidean|interior|surface_diffusion", value_parser = lift)]
     lift: Option<Lift>,
@@ -66,6 +69,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let radius = args.radius_m.map(|meters| host.length(meters));
     let contact = with_options(contact.impulse(unit.into()), args.duration_s, radius);
     let impact = Impact::new([contact]).threshold_only();
+    let impact = args.gamma.map_or(impact.clone(), |gamma| impact.gamma(gamma));
     let impact = args.lift.map_or(impact.clone(), |lift| impact.lift(lift));
     let impact = args.from.map_or(impact.clone(), |from| impact.from(from.handle, from.fragment));
     let result = object.strike(&impact)?.wait(Deadline::after(RESULT_TIMEOUT))?;

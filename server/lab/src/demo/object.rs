@@ -50,11 +50,12 @@ pub(super) fn prepare(databases: &Path, progress: &DemoProgress) -> Result<DemoT
     let request = request()?;
     let file = databases.join(format!("{NAME}.{}", database::EXTENSION));
     progress.step("look for its database");
-    let mut on_step = |step| progress.step(describe(step));
-    if let Some(prepared) = database::stored(&file, mesh.clone(), &request, &CancelToken::default(), &mut on_step)? {
+    let stored = database::stored(&file, mesh.clone(), &request, &CancelToken::default(), &mut |_| ())?;
+    if let Some(prepared) = stored {
         progress.step("reuse the database of an earlier run");
         return Ok(DemoTarget { prepared, point_m, direction, reused: true });
     }
+    let mut on_step = |step| progress.step(describe(step));
     let prepared = database::bake(mesh, &request, &CancelToken::default(), &mut on_step)?;
     progress.step("write the database");
     let _writing = interrupt::writing();
