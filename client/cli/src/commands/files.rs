@@ -108,11 +108,11 @@ impl OutputTarget {
             Err(error)
                 if self.format == FileFormat::Glb && !enable.contains(&Effect::Skin) && is_skin_error(&error) =>
             {
-                let path = self.path.display();
+                let (path, result) = (self.path.display(), strike(impact)?);
                 note(format_args!(
                     "{path} will contain the surface of the lattice instead of the triangles of the mesh file: {error}"
                 ));
-                Ok(strike(impact)?)
+                Ok(result)
             }
             Err(error) if shown.clone().any(|effect| error.at == effect.name() && !enable.contains(effect)) => {
                 let left_out: Vec<&str> = shown.map(|effect| effect.name()).collect();

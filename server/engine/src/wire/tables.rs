@@ -32,9 +32,9 @@ pub(super) fn check(prepared: &PreparedObject, strike: &FractureRequest) -> Resu
 fn effect(prepared: &PreparedObject, effect: EffectKind) -> Error {
     let (object, name) = (&prepared.name, effect.name());
     let message = format!(
-        "`{object}` has no table `{name}`, which the effect `{name}` needs: add \"{name}\" to `effects` or `allow` of \
-         [objects.{object}] in its scene and run `shatterd bake --scene` again (`shatterd bake MESH` makes every table), or strike \
-         with --disable {name}"
+        "no table `{name}` of `{object}` is loaded, which the effect `{name}` needs: add \"{name}\" to `effects` or `allow` of \
+         [objects.{object}] in its scene; if the database lacks the table, bake the object again (`shatterd bake MESH` makes every \
+         table); or strike with --disable {name}"
     );
     Error::new(ErrorKind::Effect, name, message)
 }
@@ -49,8 +49,8 @@ fn lift(prepared: &PreparedObject, lift: LiftKind) -> Error {
             failed.body, failed.reason
         ),
         None => format!(
-            "`{object}` has no lift `{lift}`: set lift = \"{lift}\" in [objects.{object}] of its scene and run `shatterd bake --scene` \
-             again (`shatterd bake MESH` makes every lift), or strike with another --lift"
+            "no lift `{lift}` of `{object}` is loaded: set lift = \"{lift}\" in [objects.{object}] of its scene; if the database lacks \
+             the lift, bake the object again (`shatterd bake MESH` makes every lift); or strike with another --lift"
         ),
     };
     Error::new(ErrorKind::Lift, lift.to_string(), message)

@@ -1,7 +1,7 @@
 //! `shatterd demo`.
 
 use crate::demo::{self, DemoError, DemoOptions};
-use shatter_proto::{Error, ErrorKind};
+use shatter_proto::{Error, ErrorKind, exit};
 use shatter_server::commands::{CommandError, output};
 use shatter_server::config::data_folder;
 use std::path::PathBuf;
@@ -49,6 +49,10 @@ impl From<DemoError> for CommandError {
             DemoError::Surface(error) => error.into(),
             DemoError::Bake(error) => error.into(),
             DemoError::Database { path, source } => Self::database(&path, &source),
+            // The daemon has said on stderr what it refused.
+            DemoError::DaemonEnded(status) if status.code() == Some(exit::REFUSED.into()) => {
+                Self::refused("demo", "daemon", message)
+            }
             DemoError::Process(_) | DemoError::DaemonEnded(_) | DemoError::DaemonSilent { .. } => {
                 Self::ours("demo", message)
             }
