@@ -122,7 +122,7 @@ kinds! {
     9 ContactPoint "contact_point" Caller REFUSED false;
     /// A contact point is farther from the body than its radius.
     10 ContactTooFar "contact_too_far" Caller REFUSED false;
-    /// An impulse is zero or not finite.
+    /// An impulse is zero or not finite, or the contacts cancel or press on anchors only.
     11 Impulse "impulse" Caller REFUSED false;
     /// A contact duration is negative or not finite.
     12 ContactDuration "contact_duration" Caller REFUSED false;

@@ -61,7 +61,9 @@ fn remedy(kind: ErrorKind) -> &'static str {
         ErrorKind::ContactCount => "Give 1 to 8 contacts.",
         ErrorKind::ContactPoint => "Give finite coordinates.",
         ErrorKind::ContactTooFar => "Check `--unit`, `--up` and the convention, use a larger radius, or use a ray.",
-        ErrorKind::Impulse => "Give a finite impulse other than zero. If the message names the duration, change that.",
+        ErrorKind::Impulse => {
+            "Give a finite impulse other than zero. If the message names the duration, change that; if it names anchors, move the contacts."
+        }
         ErrorKind::ContactDuration => "Give a finite duration above zero. Without one (0 in C), the default applies.",
         ErrorKind::ContactRadius => {
             "Give a radius above zero, at most the diagonal of the object's bounds. Without one (0 in C), the default applies."

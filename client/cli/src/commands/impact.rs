@@ -285,6 +285,12 @@ fn hulls(result: &FractureResult) -> Option<Value> {
     }))
 }
 
+/// Estimated error of the elastic energy; `None` where no energy was computed from displacements.
+pub(super) fn energy_error(summary: &Summary) -> Option<f64> {
+    let is_elastic = ![EnergySource::Falloff, EnergySource::Bounded].contains(&summary.energy_source);
+    is_elastic.then_some(summary.energy_error)
+}
+
 /// Document of a result.
 pub(super) fn to_json(result: &FractureResult, asked: RequestEcho<'_>, files: &WrittenFiles) -> Value {
     let file = |file: &PathBuf| file.display().to_string();
@@ -317,7 +323,7 @@ pub(super) fn to_json(result: &FractureResult, asked: RequestEcho<'_>, files: &W
         "confidence": summary.confidence,
         "elastic": summary.energy_source.name(),
         "error_estimate": {
-            "energy": (![EnergySource::Falloff, EnergySource::Bounded].contains(&summary.energy_source)).then_some(summary.energy_error),
+            "energy": energy_error(&summary),
             "cvd_gap": (summary.sites > 0).then_some(summary.cvd_gap),
         },
         "iterations": summary.iterations,

@@ -1,12 +1,12 @@
 //! `shatter threshold`.
 
-use super::impact::hit;
-use super::parse::{NamedConvention, convention, lift, origin, ray, vector};
+use super::impact::{energy_error, hit};
+use super::parse::{NamedConvention, convention, lift, origin, quality, ray, vector};
 use super::result_text::hit_line;
 use super::{CliError, RESULT_TIMEOUT, document, out, reply, with_options};
 use nalgebra::Vector3;
 use serde_json::json;
-use shatter_client::{Client, Contact, Deadline, Impact, Lift, Ray, RetainedFragment};
+use shatter_client::{Client, Contact, Deadline, Impact, Lift, Quality, Ray, RetainedFragment};
 use shatter_proto::request::squarable;
 
 /// Arguments of `shatter threshold`.
@@ -36,6 +36,9 @@ pub struct Args {
     /// Lift: `euclidean`, `interior` (the default) or `surface_diffusion`
     #[arg(long, value_name = "euclidean|interior|surface_diffusion", value_parser = lift)]
     lift: Option<Lift>,
+    /// Preset that sets how the displacements are computed [default: the object's]
+    #[arg(long, value_name = "draft|game|film|reference", value_parser = quality)]
+    quality: Option<Quality>,
     /// Fragment of a kept result to test, instead of the object
     #[arg(long, value_name = "HANDLE/FRAGMENT", value_parser = origin)]
     from: Option<RetainedFragment>,
@@ -70,6 +73,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let contact = with_options(contact.impulse(unit.into()), args.duration_s, radius);
     let impact = Impact::new([contact]).threshold_only();
     let impact = args.gamma.map_or(impact.clone(), |gamma| impact.gamma(gamma));
+    let impact = args.quality.map_or(impact.clone(), |quality| impact.quality(quality));
     let impact = args.lift.map_or(impact.clone(), |lift| impact.lift(lift));
     let impact = args.from.map_or(impact.clone(), |from| impact.from(from.handle, from.fragment));
     let result = object.strike(&impact)?.wait(Deadline::after(RESULT_TIMEOUT))?;
@@ -82,6 +86,8 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
             "direction": <[f64; 3]>::from(unit),
             "gamma_j_m2": summary.gamma_j_m2,
             "radius_m": summary.radius_m,
+            "elastic": summary.energy_source.name(),
+            "error_estimate": { "energy": energy_error(&summary) },
             "hit": result.hit().map(hit),
         }));
     }
