@@ -29,7 +29,7 @@ pub enum Code {
     ContactPoint = 9,
     /// A contact point is farther from the body than its radius.
     ContactTooFar = 10,
-    /// An impulse is zero or not finite.
+    /// An impulse is zero or not finite, or the contacts cancel or press on anchors only.
     Impulse = 11,
     /// A contact duration is negative or not finite.
     ContactDuration = 12,
