@@ -74,7 +74,7 @@ enum ShatterCode
     SHATTER_CODE_CONTACT_POINT = 9,
     /// A contact point is farther from the body than its radius.
     SHATTER_CODE_CONTACT_TOO_FAR = 10,
-    /// An impulse is zero or not finite.
+    /// An impulse is zero or not finite, or the contacts cancel or press on anchors only.
     SHATTER_CODE_IMPULSE = 11,
     /// A contact duration is negative or not finite.
     SHATTER_CODE_CONTACT_DURATION = 12,
