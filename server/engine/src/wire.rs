@@ -73,8 +73,8 @@ pub fn loader(scene: Option<Scene>) -> Loader {
         }
         if let Some(table) = database::lacking(&prepared, terms.tables()).filter(|_| scene.is_some()) {
             return Err(format!(
-                "it was baked without the table `{table}`, which the scene needs; bake its mesh again with `shatterd bake MESH`, which makes \
-                 every table, or a generated shape with `shatterd bake --scene`"
+                "it was baked without the table `{table}`, which the scene needs; bake it again by `shatterd bake MESH`, or, if it has a \
+                 `shape`, by `shatterd bake --scene FILE`"
             ));
         }
         if let Some(name) = name {

@@ -32,9 +32,8 @@ pub(super) fn check(prepared: &PreparedObject, strike: &FractureRequest) -> Resu
 fn effect(prepared: &PreparedObject, effect: EffectKind) -> Error {
     let (object, name) = (&prepared.name, effect.name());
     let message = format!(
-        "no table `{name}` of `{object}` is loaded, which the effect `{name}` needs: add \"{name}\" to `effects` or `allow` of \
-         [objects.{object}] in its scene; if the database lacks the table, bake the object again (`shatterd bake MESH` makes every \
-         table); or strike with --disable {name}"
+        "`{object}` has no table `{name}`: strike with --disable {name}, or add \"{name}\" to `effects` or `allow` of [objects.{object}] \
+         in its scene, and bake it again by `shatterd bake` if its database has none either"
     );
     Error::new(ErrorKind::Effect, name, message)
 }
@@ -49,8 +48,8 @@ fn lift(prepared: &PreparedObject, lift: LiftKind) -> Error {
             failed.body, failed.reason
         ),
         None => format!(
-            "no lift `{lift}` of `{object}` is loaded: set lift = \"{lift}\" in [objects.{object}] of its scene; if the database lacks \
-             the lift, bake the object again (`shatterd bake MESH` makes every lift); or strike with another --lift"
+            "`{object}` has no lift `{lift}`: strike with another --lift, or set lift = \"{lift}\" in [objects.{object}] of its scene, and \
+             bake it again by `shatterd bake` if its database has none either"
         ),
     };
     Error::new(ErrorKind::Lift, lift.to_string(), message)
