@@ -8,7 +8,7 @@ use shatter_server::serve::{ServeOptions, run};
 use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 use std::process::{ChildStdout, Command, ExitStatus, Stdio};
-use std::sync::Arc;
+use std::sync::{Arc, Once};
 use std::thread::JoinHandle;
 use tokio::sync::Notify;
 
@@ -194,15 +194,18 @@ pub fn shatter_program(here: &TestDirectory) -> Command {
     command
 }
 
-/// Path of `shatter` beside `shatterd`. Builds it if only this package was built, or was built later.
+/// Path of `shatter` beside `shatterd`. Builds it, once per test binary, if only this package was built, or was built later.
 fn program() -> PathBuf {
+    static BUILD: Once = Once::new();
     let daemon = Path::new(env!("CARGO_BIN_EXE_shatterd"));
     let beside = daemon.with_file_name("shatter");
     let age = |path: &Path| path.metadata().and_then(|data| data.modified()).ok();
     if age(&beside) < age(daemon) {
         let profile = if beside.parent().unwrap().ends_with("release") { "release" } else { "dev" };
-        let mut build = Command::new(env!("CARGO"));
-        assert!(build.args(["build", "--workspace", "--bins", "--profile", profile]).status().unwrap().success());
+        BUILD.call_once(|| {
+            let mut build = Command::new(env!("CARGO"));
+            assert!(build.args(["build", "--workspace", "--bins", "--profile", profile]).status().unwrap().success());
+        });
     }
     beside
 }
