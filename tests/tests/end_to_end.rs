@@ -385,20 +385,23 @@ fn baking_twice_gives_the_same_file() {
 }
 
 #[test]
-fn the_horse_comes_back_closed() {
-    let Some(mesh) = real::mesh("horse.ply") else { return };
-    let mut fixture = Fixture::new();
-    let baked = fixture.ok("shatterd", &["bake", mesh.to_str().unwrap(), "--name", "it"]);
-    println!("bake {:.1} s, {baked}", number(&baked, "seconds"));
-    assert!(number(&baked, "volume_error").abs() <= 0.015);
-    assert!(number(&baked, "surface_deviation") <= number(&baked, "crack_spacing"));
-    fixture.serve(&[]);
-    let out = fixture.path("it.glb");
-    let contact = ["--point", "0,0.075,0.06", "--impulse", "0,-1,0", "--radius-m", "0.03"];
-    let more = ["--degree", "50", "--out", out.to_str().unwrap()];
-    let document = fixture.ok("shatter", &[&["impact", "it"], &contact[..], &more].concat());
-    check_glb(&closed(&out), document["fragments"].as_array().unwrap().len(), number(&baked, "lattice_volume_m3"));
-    println!("daemon {:.0} MB", fixture.daemon_memory_bytes().unwrap() as f64 / 1e6);
+fn the_horse_and_the_bunny_come_back_closed() {
+    for (file, point, impulse) in
+        [("horse.ply", "0,0.075,0.06", "0,-1,0"), ("stanford-bunny.obj", "-0.06,0.12,0.02", "1,-1,0")]
+    {
+        let Some(mesh) = real::mesh(file) else { continue };
+        let mut fixture = Fixture::new();
+        let baked = fixture.ok("shatterd", &["bake", mesh.to_str().unwrap(), "--name", "it"]);
+        println!("{file}: bake {:.1} s, {baked}", number(&baked, "seconds"));
+        assert!(number(&baked, "volume_error").abs() <= 0.015);
+        assert!(number(&baked, "surface_deviation") <= number(&baked, "crack_spacing"));
+        fixture.serve(&[]);
+        let out = fixture.path("it.glb");
+        let strike = ["impact", "it", "--point", point, "--impulse", impulse, "--radius-m", "0.03", "--degree", "50"];
+        let document = fixture.ok("shatter", &[&strike[..], &["--out", out.to_str().unwrap()]].concat());
+        check_glb(&closed(&out), document["fragments"].as_array().unwrap().len(), number(&baked, "lattice_volume_m3"));
+        println!("{file}: daemon {:.0} MB", fixture.daemon_memory_bytes().unwrap() as f64 / 1e6);
+    }
 }
 
 #[test]
