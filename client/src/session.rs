@@ -118,7 +118,7 @@ fn likely_service(paths: &ServicePaths) -> String {
     if likely.is_empty() {
         String::new()
     } else {
-        format!("service {} runs: choose it with --service; else ", likely.join(" or "))
+        format!("service {} runs: choose it (--service, SHATTER_SERVICE); else ", likely.join(" or "))
     }
 }
 

@@ -7,7 +7,7 @@ use shatter_fracture::database::{self, Tables, bake};
 use shatter_fracture::surface::shapes;
 use shatter_tests::fixture::Fixture;
 use shatter_tests::{glb, real};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 const SIDES: [f64; 3] = [0.3, 0.2, 0.2];
@@ -211,11 +211,20 @@ fn every_file_is_named() {
             let file = if file.is_empty() { out.clone() } else { out.join(Path::new(file)) };
             assert!(stderr.contains(&format!("wrote {} (", file.display())) && file.exists(), "{file:?} in {stderr}");
         }
+        stderr
     };
     let divide = ["prefracture", "block", "--degree", "8"];
     check("a.glb", &divide, &[""]);
-    check("a.xml", &divide, &[""]);
-    check("pieces", &[&divide[..], &["--format", "obj"]].concat(), &[""]);
+    let model = check("a.xml", &divide, &[""]);
+    let pieces = check("pieces", &[&divide[..], &["--format", "obj"]].concat(), &[""]);
+    for (stderr, folder) in [(model, "a_assets"), (pieces, "pieces")] {
+        let folder = fixture.path(folder);
+        let lines: Vec<&str> = stderr.lines().filter(|line| line.contains("wrote in ")).collect();
+        let names = lines[0].split_once(&format!("wrote in {}: ", folder.display())).expect(lines[0]).1;
+        let named: BTreeSet<String> = names.split(", ").map(str::to_owned).collect();
+        let files = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        assert_eq!((lines.len(), named), (1, files.collect()));
+    }
     let load = ["load", "block", "--clients", "1", "--closed", "--seconds", "0.5"];
     check("load", &load, &["load.json", "load.csv"]);
 }

@@ -132,7 +132,7 @@ pub struct WriteReport {
 pub enum ExportError {
     /// No meshes: the object stayed whole, or the effect that makes them was off.
     #[error(
-        "there is nothing to write: the object stayed whole, or the effect that makes these meshes (`skin`, `hulls`) was off"
+        "there is nothing to write: an object that stayed whole has no fragments, and skin and hulls need their effects (`skin`, `hulls`)"
     )]
     NoFragments,
     /// A coordinate, center, volume or mass that is not a finite number.

@@ -5,6 +5,8 @@ use shatter_cli_common::cli_error::size;
 use shatter_client::{Deadline, Effect, Error, ErrorKind, FractureResult, FragmentSurface, Impact, Object};
 use shatter_export::{WriteReport, make_folder};
 use shatter_proto::name::nearest;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Format of output files.
@@ -217,12 +219,18 @@ fn warn_of_earlier_files(path: &Path) {
     }
 }
 
-/// Names a file that was written, or for OBJ a folder, and every file that belongs to it. Returns the files.
+/// Names a file that was written, or for OBJ a folder, and every file that belongs to it: a line per folder. Returns the files.
 fn wrote(path: &Path, what: &str, written: WriteReport) -> Vec<PathBuf> {
     let size = size(written.bytes as u64);
     note(format_args!("wrote {} ({} fragments{what}, {size})", path.display(), written.fragments));
+    let mut others: BTreeMap<&Path, Vec<Cow<'_, str>>> = BTreeMap::new();
     for file in written.files.iter().filter(|file| *file != path) {
-        note(format_args!("wrote {}", file.display()));
+        if let (Some(folder), Some(name)) = (file.parent(), file.file_name()) {
+            others.entry(folder).or_default().push(name.to_string_lossy());
+        }
+    }
+    for (folder, names) in others {
+        note(format_args!("wrote in {}: {}", folder.display(), names.join(", ")));
     }
     written.files
 }

@@ -1,16 +1,16 @@
 //! A server without descriptors never recovers.
 //!
 //! **Symptom.** The server keeps about seven descriptors per client, also after the client died. The cleanup that closes them needs
-//! some itself: without them it removes a dead client's files and keeps its place. Clients that use up all of them shut every later client
-//! out for good.
+//! some itself: without them it removes a dead client's files and keeps its place. After clients have used all of them, no later client
+//! can connect.
 //!
 //! **Reproduction** (iceoryx2 0.10.0). `ulimit -n 64`, and 15 clients at once, of which some are killed, as in the test `descriptors`
 //! of `shatter-server`. Without this file, four of seven daemons never replied again.
 //!
 //! **Upstream.** No issue known.
 //!
-//! **Delete.** This file and its call in `buckets` of the daemon, once the transport cleans up without opening files, or sets some
-//! descriptors aside.
+//! **Delete.** This file and its call in `buckets` of the daemon, once the transport cleans up without opening files, or reserves some
+//! descriptors.
 
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use shatter_proto::{Error, ErrorKind};

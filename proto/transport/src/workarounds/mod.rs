@@ -20,8 +20,8 @@
 //! | [`forked_processes`] | a forked process takes the ports of its parent |
 //! | [`unclear_errors`] | an error does not name the process limit that was reached |
 //!
-//! Two limitations remain. A process of the same user can write to the transport's management memory and crash the daemon; the
-//! user is the trust domain. Both sides need exactly the same version of iceoryx2, which `Cargo.toml` pins and
+//! Two limitations remain. A process of the same user can write to the transport's management memory and crash the daemon; all
+//! processes of one user trust each other. Both sides need exactly the same version of iceoryx2, which `Cargo.toml` pins and
 //! [`DaemonInfo`](crate::daemon_info::DaemonInfo) checks.
 
 pub mod aligned_blocks;

@@ -7,7 +7,7 @@
 //! next round.
 //!
 //! Coordinates are final before the recovery begins: rounded vertices on split edges replace the exact ones, the
-//! triangles between them are the constraints, and [`ConformingMesh::deviation`] tells how far they leave the input. All
+//! triangles between them are the constraints, and [`ConformingMesh::deviation`] measures how far they are from the input. All
 //! signs are exact, so each tetrahedron has a positive volume in the coordinates that the caller receives.
 //!
 //! Memory and time are bounded by numbers of points, rounds, tetrahedra and steps (`work_limit`), which are equal on

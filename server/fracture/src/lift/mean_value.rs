@@ -4,7 +4,7 @@
 //! Graphics 24, 2005), figure 4, for the special cases; M. S. Floater, G. Kós & M. Reimers, *Mean value coordinates in
 //! 3D* (Computer Aided Geometric Design 22, 2005), for the weights.
 //!
-//! Seen from x, a triangle with corners v_i at distances d_i projects to a spherical triangle. That one has unit
+//! Seen from x, a triangle with corners v_i at distances d_i projects to a spherical triangle, with unit
 //! corners u_i and mean vector m = ½ Σ θ_i n_i, with θ_i the angle of edge i and n_i the unit normal of its plane.
 //! The weights of the corners are w_i = λ_i/d_i with Σ λ_i u_i = m. The terms of m cancel in pairs at the edges of a
 //! closed surface, so Σ w_i (v_i − x) = 0.
