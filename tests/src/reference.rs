@@ -124,7 +124,7 @@ fn errors() -> String {
         "# Error kinds\n\n{NOTE}\
          `shatter` prints `shatter: KIND: MESSAGE` on stderr, `shatterd` prints `shatterd: KIND: MESSAGE (at AT)`, without the\n\
          parenthesis if MESSAGE contains AT. A usage error has several lines: the message, the usage, and the command that prints the help.\n\
-         With `--json`, stdout contains a document with the key `error`, and `shatterd` prints usage errors in one line.\n\n\
+         With `--json`, stdout contains a document with the key `error`.\n\n\
          | key of `error` | content |\n\
          |---|---|\n\
          | `kind` | a kind of this page; `usage` if the command line is invalid |\n\

@@ -23,7 +23,7 @@ fn real_meshes_bake_and_break() {
     for file in REAL {
         let Some(path) = mesh(file) else { continue };
         let Some(folder) = path.parent() else { continue };
-        let (row, _) = real(folder, file);
+        let (row, _) = real(folder, file, false);
         println!("{file}: {:?} {:?} {:?}", row.outcome, row.figure, row.message);
         if row.outcome == CaseOutcome::Failed {
             failed.push(row);

@@ -360,7 +360,7 @@ fn rows(files: &[(&Path, &str)], progress: &mut StudyProgress) -> (Vec<CaseRow>,
     }
     for (folder, file) in files {
         progress.next(file);
-        let (row, picture) = real(folder, file);
+        let (row, picture) = real(folder, file, true);
         rows.push(row);
         pictures.extend(picture);
     }

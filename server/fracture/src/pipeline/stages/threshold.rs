@@ -46,6 +46,9 @@ const TRIALS_MAX: usize = 48;
 /// Smallest step factor of a trial while only one side of the threshold is known.
 const STRIDE: f64 = 4.0;
 
+/// Smallest factor of a trial. Far below, weight over impulse exceeds the range of 64-bit numbers.
+const FACTOR_MIN: f64 = 1e-60;
+
 /// The factor on the impulses at which the object just breaks under unchanged weight; 0 if the weight alone breaks it.
 ///
 /// `e1_over_gamma` returns E_1/γ at a factor. With weight, E_1 is not proportional to the square of the factor, so
@@ -61,6 +64,9 @@ pub(in crate::pipeline) fn under_weight(
     let (mut holds, mut breaks): (Option<[f64; 2]>, Option<[f64; 2]>) = (None, None);
     let mut factor = 1.0;
     for trial in 0..TRIALS_MAX {
+        if factor < FACTOR_MIN {
+            return Ok(0.0);
+        }
         let found = e1_over_gamma(factor)?.sqrt();
         if (found - 1.0).abs() <= 0.5 * PRECISION {
             return Ok(factor);
@@ -92,6 +98,15 @@ mod tests {
         let exact = if weight >= 1.0 { 0.0 } else { (1.0 - weight) / impact_energy };
         assert!((found - exact).abs() * impact_energy <= 1e-6, "{found} of {exact}");
         assert!(exact == 0.0 || trials < 30, "{trials} trials for {exact}");
+    }
+
+    #[test]
+    fn no_trial_leaves_the_range_of_numbers() {
+        let mut e1_over_gamma = |factor: f64| {
+            assert!(factor.powi(4) > 0.0, "{factor}");
+            Ok(1e20)
+        };
+        assert_eq!(under_weight(&mut e1_over_gamma).unwrap(), 0.0);
     }
 
     #[test]

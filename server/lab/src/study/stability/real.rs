@@ -21,15 +21,17 @@ pub const REAL: &[&str] = &[
     "beetle.obj",
 ];
 
-/// Bakes and strikes a file at default spacings; the picture shows its fragments.
-pub fn real(folder: &Path, file: &str) -> (CaseRow, Option<ReportFigure>) {
+/// Bakes and strikes a file at default spacings; the picture shows its fragments, if `is_drawn`.
+pub fn real(folder: &Path, file: &str, is_drawn: bool) -> (CaseRow, Option<ReportFigure>) {
     let why = "sum of the fragments' volumes against the lattice, baked at default spacings";
     let mut picture = None;
     let row = compare(file, "real meshes", Expect::AtMost(1e-9), why, || {
         let prepared = baked(surface::read(&folder.join(file), LengthUnit::M, UpAxis::Y)?, &fine()?)?;
         let result = struck(&prepared, &at(&prepared, [1.0, 0.4, 0.3]))?;
         let figure = sound(&prepared, &result)?;
-        picture = Some(portrait(&prepared, &result, format!("{file}, {} fragments", result.rows.len()))?);
+        if is_drawn {
+            picture = Some(portrait(&prepared, &result, format!("{file}, {} fragments", result.rows.len()))?);
+        }
         Ok(figure)
     });
     (row, picture)
