@@ -35,6 +35,13 @@ impl LoadInProgress {
         Error::new(ErrorKind::Loading, name, message).after(self.left(self.since.elapsed()))
     }
 
+    /// Error for requests of an object that no loaded database holds, while the one of the file name `file` is loaded: its object may have
+    /// another name.
+    pub fn error_of_unknown(&self, name: &str, file: &str) -> Error {
+        let message = format!("no loaded database holds `{name}`, but `{file}` is still being loaded; send it again later");
+        Error::new(ErrorKind::Loading, name, message).after(self.left(self.since.elapsed()))
+    }
+
     /// Expected remaining time after `elapsed`; a tenth of `elapsed` for a load that takes longer than expected.
     fn left(&self, elapsed: Duration) -> Duration {
         self.expected.saturating_sub(elapsed).max(elapsed / 10).clamp(WAITS[0], WAITS[1])

@@ -168,16 +168,23 @@ impl Catalog {
         entry.error.get_or_insert(Error::new(ErrorKind::CorruptObject, name, message));
     }
 
+    /// Error for a name that no entry has.
+    fn unknown(&self, name: &str) -> Error {
+        let mut loading = self.entries.iter().filter_map(|(file, entry)| Some((file, entry.loading.as_ref()?)));
+        if let Some((file, loading)) = loading.next() {
+            return loading.error_of_unknown(name, file);
+        }
+        let names: Vec<&str> = self.entries.keys().map(String::as_str).collect();
+        unknown_object(name, &names)
+    }
+
     /// The object `name`, or the reason why it is not served.
     pub fn get(&self, name: &str) -> Result<Arc<dyn ServedObject>, Error> {
         match self.entries.get(name) {
             Some(Entry { version: Some(version), .. }) => Ok(version.object.clone()),
             Some(Entry { loading: Some(loading), .. }) => Err(loading.error(name)),
             Some(Entry { error: Some(error), .. }) => Err(error.clone()),
-            _ => {
-                let names: Vec<&str> = self.entries.keys().map(String::as_str).collect();
-                Err(unknown_object(name, &names))
-            }
+            _ => Err(self.unknown(name)),
         }
     }
 

@@ -4,6 +4,7 @@ use super::bake_report;
 use super::inspect_memory::memory_lines;
 use serde_json::Value;
 use shatter_fracture::pipeline::PreparedObject;
+use shatter_fracture::sparse::Precision;
 use std::path::Path;
 
 /// Lines about the object of the database `file`; `document` is what `--json` prints.
@@ -21,12 +22,13 @@ pub fn screen(prepared: &PreparedObject, file: &Path, document: &Value) -> Strin
     line(
         "bake",
         format!(
-            "quality {}, seed {}, {} examples of {} impacts, stiffness factor {}",
+            "quality {}, seed {}, {} examples of {} impacts, stiffness factor {}{}",
             parameters.quality.name(),
             parameters.seed,
             prepared.examples.len(),
             prepared.impacts,
-            word(&document["parameters"]["factor"])
+            word(&document["parameters"]["factor"]),
+            if parameters.factor == Precision::F32 { ", or f64 where that is too inaccurate" } else { "" }
         ),
     );
     let learned = &document["learned"];

@@ -65,7 +65,7 @@ pub struct Args {
     /// Time from the admission of the request until the service sends the result, ms; quality falls where that is too short
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     time_ms: Option<f64>,
-    /// Largest number of iterations of the diagram; the number of a request that ran out of time repeats its result
+    /// Largest number of iterations of the diagram; the number of a request that ran out of time repeats its result, if only iterations were left out
     #[arg(long, value_name = "N")]
     iterations: Option<u32>,
     /// Effects to switch on, separated by commas

@@ -244,10 +244,10 @@ impl Elasticity {
         self.symbolic.factor_bytes(self.precision)
     }
 
-    /// Bytes that a single-precision factor would save.
+    /// Bytes that a single-precision factor would save; 0 if that precision was chosen, also where it is too inaccurate to be used.
     pub fn single_precision_saving(&self) -> usize {
         let bytes = |precision| self.symbolic.factor_bytes(precision);
-        bytes(self.precision()) - bytes(Precision::F32)
+        bytes(self.precision) - bytes(Precision::F32)
     }
 
     /// Bytes that a body with another support does not share: those of its factor and its support.

@@ -244,7 +244,7 @@ fn completed(begin: Instant, due: Duration, fracture_result: &FractureResult) ->
 
 fn ended(begin: Instant, due: Duration, error: &Error) -> RequestRecord {
     let end = match error.kind {
-        ErrorKind::Busy | ErrorKind::Stopping => RequestEnd::Busy,
+        ErrorKind::Busy => RequestEnd::Busy,
         ErrorKind::Late => RequestEnd::Late,
         _ => RequestEnd::Failed,
     };

@@ -48,4 +48,5 @@ fn a_slender_body_keeps_its_factor_in_double_precision() {
     let load = impact_load(&double, &lattice);
     assert_eq!(solve(&double, &load.forces), solve(&single, &load.forces));
     assert_eq!((single.precision(), single.own_bytes()), (Precision::F64, double.own_bytes()));
+    assert!(single.single_precision_saving() == 0 && double.single_precision_saving() > 0, "it was chosen already");
 }
