@@ -46,7 +46,10 @@ fn a_misspelled_service_is_told_the_one_that_runs() {
     let output = command.args(["list", "--service", &format!("{own}x")]).output().unwrap();
     let error = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(4), "{error}");
-    assert!(error.contains(&format!("service `{own}` runs: choose it (--service, SHATTER_SERVICE); else start one")), "{error}");
+    assert!(
+        error.contains(&format!("service `{own}` runs: choose it (--service, SHATTER_SERVICE); else start one")),
+        "{error}"
+    );
 }
 
 #[test]

@@ -38,7 +38,8 @@ impl LoadInProgress {
     /// Error for requests of an object that no loaded database holds, while the one of the file name `file` is loaded: its object may have
     /// another name.
     pub fn error_of_unknown(&self, name: &str, file: &str) -> Error {
-        let message = format!("no loaded database holds `{name}`, but `{file}` is still being loaded; send it again later");
+        let message =
+            format!("no loaded database holds `{name}`, but `{file}` is still being loaded; send it again later");
         Error::new(ErrorKind::Loading, name, message).after(self.left(self.since.elapsed()))
     }
 

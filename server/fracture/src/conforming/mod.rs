@@ -20,7 +20,7 @@
 //! | `input` | checks the surface |
 //! | `split_surface` | splits long edges, and flips edges inside input triangles |
 //! | `rounds` | repeats the next five rows, with Steiner points where constraints are missing |
-//! | `insertion_order`, `delaunay` | inserts all points into a Delaunay tetrahedralization |
+//! | `hilbert`, `insertion_order`, `delaunay` | inserts all points into a Delaunay tetrahedralization |
 //! | `segments`, `segment_set` | finds missing edges; recovers them by `remove_face` and `remove_edge` |
 //! | `facets` | finds missing triangles and recovers them likewise, once all edges exist |
 //! | `search` | order of the searches: short ones for all constraints before long ones |
@@ -36,6 +36,7 @@ mod edge_list;
 mod edge_removal;
 mod error;
 mod facets;
+mod hilbert;
 mod input;
 mod insertion_order;
 mod inside;
@@ -59,6 +60,7 @@ use nalgebra::Point3;
 use split_surface::SplitSurface;
 
 pub use error::{ConformingError, ConstraintKind};
+pub(crate) use hilbert::hilbert_order;
 pub use split_surface::SurfacePlace;
 
 /// Longest edge of the surface after the split, relative to the spacing.

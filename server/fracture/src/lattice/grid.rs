@@ -143,7 +143,8 @@ impl Grid {
     /// Signed distance on every node, length [`Self::node_count`].
     ///
     /// Blocks of cubes farther from the surface than their own radius are filled with a bound of the same sign. Holes
-    /// in a surface let the sign jump, so a block is skipped only if the signs of its corners agree too.
+    /// in a surface let the sign jump, so a block is skipped only if the signs of its corners agree too. Where it cannot jump
+    /// ([`SignedDistance::has_exact_sign`]), single nodes far from the surface take such a bound from a sampled node near them.
     pub(super) fn sample(&self, shape: &dyn SignedDistance, token: &CancelToken) -> Result<Vec<f64>, LatticeError> {
         let blocks = self.cells.map(|c| c / BLOCK + 1);
         let sampled: Vec<Result<Vec<f64>, LatticeError>> = (0..blocks.iter().product::<usize>())
@@ -191,12 +192,19 @@ impl Grid {
         token.check()?;
         let bound = self.block_bound(shape, start)?;
         let (mut values, mut broken) = (Vec::with_capacity(2 * BLOCK.pow(3)), None);
+        let mut sampled: Vec<(Point3<f64>, f64)> = Vec::new();
         self.for_each_in_block(start, |_, twice| {
             let value = bound.unwrap_or_else(|| {
                 let place = self.place_at(twice);
+                if let Some(bound) = self.bound_near(&sampled, &place) {
+                    return bound;
+                }
                 let value = shape.signed_distance(&place);
                 if !value.is_finite() && broken.is_none() {
                     broken = Some(place);
+                }
+                if shape.has_exact_sign() && value.abs() > self.far() {
+                    sampled.push((place, value));
                 }
                 value
             });
@@ -205,17 +213,31 @@ impl Grid {
         broken.map_or(Ok(values), |place| Err(LatticeError::DistanceNotFinite { place }))
     }
 
+    /// Smallest distance from the surface at which a bound may replace a distance: an offset of half a spacing, and the
+    /// length of an edge.
+    fn far(&self) -> f64 {
+        1.5 * self.spacing
+    }
+
+    /// Bound of the right sign for `place` by the distances at sampled places of the same block. `None` if none is large enough.
+    fn bound_near(&self, sampled: &[(Point3<f64>, f64)], place: &Point3<f64>) -> Option<f64> {
+        sampled.iter().rev().find_map(|(other, value)| {
+            let bound = value.abs() - (other - place).norm();
+            (bound > self.far()).then_some(bound.copysign(*value))
+        })
+    }
+
     /// Bound of the right sign for a whole block far from the surface. `None` if the block must be sampled.
     fn block_bound(&self, shape: &dyn SignedDistance, start: [usize; 3]) -> Result<Option<f64>, LatticeError> {
         let low = start.map(|s| 2 * s as i32);
         let center = self.place_at(low.map(|t| t + BLOCK as i32));
         let middle = finite(shape, &center)?;
         let radius = BLOCK as f64 * self.spacing * 3f64.sqrt() / 2.0;
-        // The surface must also stay beyond an offset of half a spacing and the far end of an edge.
-        if middle.abs() <= radius + 1.5 * self.spacing {
+        if middle.abs() <= radius + self.far() {
             return Ok(None);
         }
-        for corner in 0..8 {
+        let corners = if shape.has_exact_sign() { 0 } else { 8 };
+        for corner in 0..corners {
             let twice = [0, 1, 2].map(|k| low[k] + if corner >> k & 1 == 1 { 2 * BLOCK as i32 } else { 0 });
             if finite(shape, &self.place_at(twice))?.signum() != middle.signum() {
                 return Ok(None);

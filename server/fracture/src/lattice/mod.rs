@@ -57,6 +57,11 @@ pub trait SignedDistance: Sync {
     /// not exceed the true distance.
     fn signed_distance(&self, point: &Point3<f64>) -> f64;
 
+    /// True if every magnitude is the distance to a place where the sign may change, or less. Points nearer than it then have the same sign.
+    fn has_exact_sign(&self) -> bool {
+        false
+    }
+
     /// Lowest and highest corner of a box that contains the solid.
     fn bounds(&self) -> (Point3<f64>, Point3<f64>);
 }

@@ -108,6 +108,10 @@ impl SignedDistance for InsideTest {
         Self::signed_distance(self, point)
     }
 
+    fn has_exact_sign(&self) -> bool {
+        self.closed
+    }
+
     fn bounds(&self) -> (Point3<f64>, Point3<f64>) {
         (self.bounds.low, self.bounds.high)
     }

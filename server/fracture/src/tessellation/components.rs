@@ -4,6 +4,10 @@
 //! with path halving (R. E. Tarjan, J. van Leeuwen, 1984). The root of each tree is its lowest node.
 
 use super::Topology;
+use rayon::prelude::*;
+
+/// Number of consecutive nodes in a part.
+const PART: usize = 16_384;
 
 /// Connected components of a labeling by sites.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -14,6 +18,8 @@ pub struct Components {
     pub sites: Vec<u32>,
     order: Vec<u32>,
     found: Vec<u32>,
+    /// Edges from each part of the nodes to higher parts.
+    across: Vec<Vec<[u32; 2]>>,
 }
 
 impl Components {
@@ -30,18 +36,7 @@ impl Components {
         debug_assert_eq!(site_labels.len(), topology.nodes);
         self.labels.clear();
         self.labels.extend(0..site_labels.len() as u32);
-        for &[lower, higher] in &topology.edges {
-            if site_labels[lower as usize] != site_labels[higher as usize] {
-                continue;
-            }
-            // Most nodes have no tree yet, or already the right one.
-            let [above_lower, above_higher] = [lower, higher].map(|node| self.labels[node as usize]);
-            if above_higher == higher {
-                self.labels[higher as usize] = above_lower;
-            } else if above_higher != above_lower {
-                self.join(lower, higher);
-            }
-        }
+        self.join_edges(topology, site_labels);
         self.found.clear();
         for (node, &site) in site_labels.iter().enumerate() {
             // The parent of a node is not higher, so it already has its component.
@@ -56,20 +51,24 @@ impl Components {
         self.renumber();
     }
 
-    /// Joins the trees of two nodes under the lower of their roots.
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.labels[a.max(b) as usize] = a.min(b);
-    }
-
-    /// The root of the tree of `node`, its lowest node.
-    fn root(&mut self, mut node: u32) -> u32 {
-        while self.labels[node as usize] != node {
-            let above = self.labels[self.labels[node as usize] as usize];
-            self.labels[node as usize] = above;
-            node = above;
-        }
-        node
+    /// Joins the trees of all edges inside cells: first inside each part of the nodes, in parallel, then across parts.
+    fn join_edges(&mut self, topology: &Topology, site_labels: &[u32]) {
+        let parts = site_labels.len().div_ceil(PART);
+        self.across.resize_with(parts, Vec::new);
+        let in_cell = |edge: &&[u32; 2]| site_labels[edge[0] as usize] == site_labels[edge[1] as usize];
+        let parts = self.labels.par_chunks_mut(PART).zip(&mut self.across).enumerate();
+        parts.for_each(|(part, (labels, across))| {
+            across.clear();
+            let first = (part * PART) as u32;
+            let end = first + labels.len() as u32;
+            let [begin, stop] = [first, end].map(|node| topology.edges.partition_point(|edge| edge[0] < node));
+            let mut forest = Forest { first, labels };
+            for &edge in topology.edges[begin..stop].iter().filter(in_cell) {
+                if edge[1] < end { forest.join(edge) } else { across.push(edge) }
+            }
+        });
+        let mut forest = Forest { first: 0, labels: &mut self.labels };
+        self.across.iter().flatten().for_each(|&edge| forest.join(edge));
     }
 
     /// Renumbers components from the order of lowest nodes to that of (site, lowest node).
@@ -84,6 +83,43 @@ impl Components {
             self.found[component as usize] = fragment as u32;
         }
         self.labels.iter_mut().for_each(|label| *label = self.found[*label as usize]);
+    }
+}
+
+/// Trees of consecutive nodes, by the parent of each node, which is never higher.
+struct Forest<'a> {
+    /// First of the nodes.
+    first: u32,
+    labels: &'a mut [u32],
+}
+
+impl Forest<'_> {
+    fn parent(&mut self, node: u32) -> &mut u32 {
+        &mut self.labels[(node - self.first) as usize]
+    }
+
+    /// Joins the trees of an edge's ends, the lower one first, under the lower of their roots.
+    #[inline]
+    fn join(&mut self, [lower, higher]: [u32; 2]) {
+        // Most nodes have no tree yet, or already the right one.
+        let [above_lower, above_higher] = [lower, higher].map(|node| *self.parent(node));
+        if above_higher == higher {
+            *self.parent(higher) = above_lower;
+        } else if above_higher != above_lower {
+            let (a, b) = (self.root(lower), self.root(higher));
+            *self.parent(a.max(b)) = a.min(b);
+        }
+    }
+
+    /// The root of the tree of `node`, its lowest node.
+    fn root(&mut self, mut node: u32) -> u32 {
+        while *self.parent(node) != node {
+            let above = *self.parent(node);
+            let above = *self.parent(above);
+            *self.parent(node) = above;
+            node = above;
+        }
+        node
     }
 }
 
@@ -117,6 +153,41 @@ mod tests {
                 2
             };
             assert_eq!(split.labels[node], expected);
+        }
+    }
+
+    #[test]
+    fn components_cross_the_parts_of_the_nodes() {
+        let lattice = block([26, 26, 26], 0.03);
+        let topology = Topology::new(&lattice);
+        assert!(topology.nodes > 2 * PART);
+        // Slabs across the order of the nodes, two of which have one site; in the middle, single nodes.
+        let sites: Vec<u32> = (0..topology.nodes as u32)
+            .zip(&lattice.nodes)
+            .map(|(node, place)| if place.coords.norm() < 0.1 { node % 7 } else { ((place.x + 1.0) * 9.0) as u32 % 5 })
+            .collect();
+        let split = components(&topology, &sites);
+        let mut expected = vec![u32::MAX; topology.nodes];
+        let (mut count, mut open) = (0, Vec::new());
+        for start in 0..topology.nodes {
+            if expected[start] == u32::MAX {
+                open.push(start);
+                expected[start] = start as u32;
+                count += 1;
+            }
+            while let Some(node) = open.pop() {
+                for &other in topology.neighbors(node) {
+                    if expected[other as usize] == u32::MAX && sites[other as usize] == sites[node] {
+                        expected[other as usize] = start as u32;
+                        open.push(other as usize);
+                    }
+                }
+            }
+        }
+        assert_eq!(split.sites.len(), count);
+        let lowest = |node: usize| split.labels.iter().position(|&label| label == split.labels[node]);
+        for node in (0..topology.nodes).step_by(97) {
+            assert_eq!(lowest(node), Some(expected[node] as usize), "{node}");
         }
     }
 

@@ -1,6 +1,5 @@
 //! Simplices of one dimension with crack points, and the points.
 
-use super::index_selection::IndexSet;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
@@ -31,13 +30,6 @@ impl CutSimplices {
             self.slots.resize(count, NONE);
         }
         self.simplices.clear();
-    }
-
-    /// Marks those of `count` simplices that are `wanted` as cut.
-    pub fn choose(&mut self, count: usize, chosen: &mut IndexSet, wanted: impl Fn(usize) -> bool + Sync) {
-        self.clear(count);
-        chosen.choose(count, &mut self.simplices, wanted);
-        self.number();
     }
 
     /// Marks those of `among`, ascending, that are `wanted` as cut, in a lattice with `count` simplices.

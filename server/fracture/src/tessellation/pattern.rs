@@ -63,6 +63,10 @@ impl Pattern {
 
 /// Set of cut edges: bit e is set if edge e of [`EDGES`] joins two labels.
 pub fn mask(labels: [u32; 4]) -> u8 {
+    let [a, b, c, d] = labels;
+    if (a ^ b) | (a ^ c) | (a ^ d) == 0 {
+        return 0; // most tetrahedra
+    }
     EDGES.iter().enumerate().fold(0, |mask, (edge, &[i, j])| mask | (u8::from(labels[i] != labels[j]) << edge))
 }
 

@@ -111,7 +111,7 @@ pub struct CrackPoints {
 #[derive(Clone, Debug, Default)]
 struct Scratch {
     chosen: IndexSet,
-    /// Faces with three labels, 64 per word.
+    /// Cut edges, then faces with three labels, 64 per word.
     marks: Vec<u64>,
 }
 
@@ -213,22 +213,33 @@ impl CrackPoints {
         let label = |node: u32| labels[node as usize];
         self.masks.par_iter_mut().zip(tets).for_each(|(own, nodes)| *own = mask(nodes.map(label)));
         let Scratch { chosen, marks } = &mut self.scratch;
-        let cut = |[a, b]: [u32; 2]| label(a) != label(b);
-        self.edges.choose(topology.edges.len(), chosen, |edge| cut(topology.edges[edge]));
         let masks = &self.masks;
         chosen.choose(masks.len(), &mut self.cut_tets, |tet| masks[tet] != 0);
-        marks.clear();
-        marks.resize(topology.faces.len().div_ceil(64), 0);
-        for (&tet, mask) in self.cut_tets.iter().map(|tet| (tet, masks[*tet as usize])) {
-            if MANY[mask as usize] {
-                let faces = topology.tet_faces[tet as usize].iter().zip(FACE_MASKS);
-                let faces = faces.filter(|(_, face)| mask & face == *face);
-                faces.for_each(|(&face, _)| marks[face as usize / 64] |= 1 << (face % 64));
+        let cut_tets = || self.cut_tets.iter().map(|&tet| (tet as usize, masks[tet as usize]));
+        let mark = |marks: &mut [u64], simplex: u32| marks[simplex as usize / 64] |= 1 << (simplex % 64);
+        // Every edge belongs to a tetrahedron, so every cut edge belongs to a cut one.
+        clear_marks(marks, topology.edges.len());
+        for (tet, mut left) in cut_tets() {
+            while left != 0 {
+                mark(marks, topology.tet_edges[tet][left.trailing_zeros() as usize]);
+                left &= left - 1;
             }
+        }
+        self.edges.take_marked(topology.edges.len(), marks);
+        clear_marks(marks, topology.faces.len());
+        for (tet, mask) in cut_tets().filter(|(_, mask)| MANY[*mask as usize]) {
+            let faces = topology.tet_faces[tet].iter().zip(FACE_MASKS);
+            faces.filter(|(_, face)| mask & face == *face).for_each(|(&face, _)| mark(marks, face));
         }
         self.faces.take_marked(topology.faces.len(), marks);
         self.tets.choose_of(lattice.tets.len(), &self.cut_tets, |tet| masks[tet as usize] == ALL_CUT);
     }
+}
+
+/// Removes all marks, for `count` simplices.
+fn clear_marks(marks: &mut Vec<u64>, count: usize) {
+    marks.clear();
+    marks.resize(count.div_ceil(64), 0);
 }
 
 /// [`CrackPoints::find`] into new memory.

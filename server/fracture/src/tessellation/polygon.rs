@@ -15,21 +15,14 @@ const PART_MIN: usize = 1024;
 /// Largest number of parts, of the boundary and of the cut tetrahedra each.
 const PARTS: usize = 12;
 
-/// A polygon: ranks of its corners in its sheet, counter-clockwise seen from outside (outer sheets) or from the upper
-/// fragment.
+/// Triangles of one part, in lattice order.
 ///
-/// A quadrilateral is split from its first to its third corner.
-#[derive(Clone, Copy, Debug, Default)]
-struct Polygon {
-    sheet: u32,
-    corners: [u32; 4],
-    is_triangle: bool,
-}
-
-/// Polygons of one part, in lattice order.
+/// Corners are ranks in the sheet, counter-clockwise seen from outside (outer sheets) or from the upper fragment.
 #[derive(Debug, Default)]
 struct Part {
-    found: Vec<Polygon>,
+    found: Vec<[u32; 3]>,
+    /// Sheet and length of each sequence of triangles that belong to one sheet.
+    sequences: Vec<(u32, u32)>,
     /// Number of triangles of each sheet.
     triangles: Vec<u32>,
 }
@@ -45,33 +38,39 @@ pub(super) struct CrackPolygons {
 impl Part {
     fn begin(&mut self, sheets: usize) {
         self.found.clear();
+        self.sequences.clear();
         self.triangles.clear();
         self.triangles.resize(sheets, 0);
     }
 
-    fn push(&mut self, polygon: Polygon) {
-        self.triangles[polygon.sheet as usize] += if polygon.is_triangle { 1 } else { 2 };
-        self.found.push(polygon);
+    fn end(&mut self) {
+        self.sequences.iter().for_each(|&(sheet, count)| self.triangles[sheet as usize] += count);
     }
 
-    /// Writes the triangles, as ranks, into this part's range of each sheet.
-    fn write(&self, pieces: &mut [&mut [[u32; 3]]]) {
-        for polygon in &self.found {
-            let piece = &mut pieces[polygon.sheet as usize];
-            let [p, q, r, s] = polygon.corners;
-            put(piece, [p, q, r]);
-            if !polygon.is_triangle {
-                put(piece, [r, s, p]);
-            }
+    fn triangle(&mut self, sheet: u32, corners: [u32; 3]) {
+        self.found.push(corners);
+        match self.sequences.last_mut() {
+            Some((last, count)) if *last == sheet => *count += 1,
+            _ => self.sequences.push((sheet, 1)),
         }
     }
-}
 
-/// Writes the first element of `piece` and removes it. The counted triangles fit exactly.
-fn put(piece: &mut &mut [[u32; 3]], triangle: [u32; 3]) {
-    if let Some((first, rest)) = std::mem::take(piece).split_first_mut() {
-        *first = triangle;
-        *piece = rest;
+    /// Adds a quadrilateral, split from its first to its third corner.
+    fn quadrilateral(&mut self, sheet: u32, [p, q, r, s]: [u32; 4]) {
+        self.triangle(sheet, [p, q, r]);
+        self.triangle(sheet, [r, s, p]);
+    }
+
+    /// Writes the triangles into this part's range of each sheet. They fit exactly.
+    fn write(&self, pieces: &mut [&mut [[u32; 3]]]) {
+        let mut rest = &self.found[..];
+        for &(sheet, count) in &self.sequences {
+            let (own, others) = rest.split_at(count as usize);
+            let piece = &mut pieces[sheet as usize];
+            let (out, free) = std::mem::take(piece).split_at_mut(count as usize);
+            out.copy_from_slice(own);
+            (rest, *piece) = (others, free);
+        }
     }
 }
 
@@ -94,6 +93,7 @@ impl CrackPolygons {
                 let tets = &cut[first..cut.len().min(first + cut_size)];
                 tets.iter().for_each(|tet| crack_polygons(input, ranks, *tet as usize, own));
             }
+            own.end();
         });
         self.triangles.clear();
         self.triangles.resize(sheets, 0);
@@ -124,6 +124,9 @@ fn outer_polygons(input: Input<'_>, ranks: &Ranks, face: usize, found: &mut Part
     let outer = &input.topology.boundary[face];
     let labels = outer.nodes.map(|node| input.labels[node as usize]);
     let node = |k: usize| ranks.node[outer.nodes[k] as usize];
+    if labels[0] == labels[1] && labels[0] == labels[2] {
+        return found.triangle(labels[0], [node(0), node(1), node(2)]);
+    }
     for (a, b, c) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
         let sheet = labels[a];
         let slot = |k: usize| input.points.edges.slots[outer.edges[k] as usize] as usize;
@@ -131,20 +134,18 @@ fn outer_polygons(input: Input<'_>, ranks: &Ranks, face: usize, found: &mut Part
             let [first, _] = input.topology.edges[outer.edges[k] as usize];
             ranks.edge_outer[slot(k)][usize::from(input.labels[first as usize] != sheet)]
         };
-        let (corners, is_triangle) = match (labels[a] == labels[b], labels[a] == labels[c]) {
-            (true, true) if a == 0 => ([node(a), node(b), node(c), node(a)], true),
-            (_, true) => continue,
+        match (labels[a] == labels[b], labels[a] == labels[c]) {
+            (_, true) => {}
             (true, false) => {
                 let place = |k: usize| input.lattice.nodes[outer.nodes[k] as usize];
                 let point = |k: usize| input.points.edges.places[slot(k)];
                 let [first, second] = [apart(place(a), point(b)), apart(place(b), point(c))];
-                (rotated([node(a), node(b), edge(b), edge(c)], second < first), false)
+                found.quadrilateral(sheet, rotated([node(a), node(b), edge(b), edge(c)], second < first));
             }
-            _ if labels[b] == labels[c] => ([node(a), edge(a), edge(c), node(a)], true),
+            _ if labels[b] == labels[c] => found.triangle(sheet, [node(a), edge(a), edge(c)]),
             // Split from the node. The face point is inside the face, so neither triangle can fold over.
-            _ => ([node(a), edge(a), face_rank(input, ranks, face, a), edge(c)], false),
-        };
-        found.push(Polygon { sheet, corners, is_triangle });
+            _ => found.quadrilateral(sheet, [node(a), edge(a), face_rank(input, ranks, face, a), edge(c)]),
+        }
     }
 }
 
@@ -167,24 +168,19 @@ fn crack_polygons(input: Input<'_>, ranks: &Ranks, tet: usize, found: &mut Part)
     for polygon in pattern {
         let sheet = input.sheets.of_edge[slots[polygon.edge as usize]];
         let rank = |k: usize| corners.rank(polygon.corners[k], polygon.edge, sheet);
-        let is_triangle = polygon.split == Split::Triangle;
+        let [from, to] = EDGES[polygon.edge as usize].map(|node| labels[node]);
         let [p, q, r] = [rank(0), rank(1), rank(2)];
-        let s = if is_triangle { p } else { rank(3) };
         let second = match polygon.split {
-            Split::Triangle | Split::First => false,
+            Split::Triangle => {
+                found.triangle(sheet, if from < to { [p, q, r] } else { [p, r, q] });
+                continue;
+            }
+            Split::First => false,
             Split::Either => corners.second_is_shorter(&[polygon.corners]),
             Split::Joint => joint,
         };
-        let [p, q, r, s] = rotated([p, q, r, s], second);
-        let [from, to] = EDGES[polygon.edge as usize].map(|node| labels[node]);
-        let corners = if from < to {
-            [p, q, r, s]
-        } else if is_triangle {
-            [p, r, q, p]
-        } else {
-            [p, s, r, q]
-        };
-        found.push(Polygon { sheet, corners, is_triangle });
+        let [p, q, r, s] = rotated([p, q, r, rank(3)], second);
+        found.quadrilateral(sheet, if from < to { [p, q, r, s] } else { [p, s, r, q] });
     }
 }
 
