@@ -72,7 +72,7 @@ enum ShatterCode
     SHATTER_CODE_CONTACT_COUNT = 8,
     /// A contact point is not finite.
     SHATTER_CODE_CONTACT_POINT = 9,
-    /// A contact point is farther from the body than its radius.
+    /// A contact point is farther from the body than its radius and a lattice spacing.
     SHATTER_CODE_CONTACT_TOO_FAR = 10,
     /// An impulse is zero or not finite, or the contacts cancel or press on anchors only.
     SHATTER_CODE_IMPULSE = 11,

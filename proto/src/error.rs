@@ -120,7 +120,7 @@ kinds! {
     8 ContactCount "contact_count" Caller REFUSED false;
     /// A contact point is not finite.
     9 ContactPoint "contact_point" Caller REFUSED false;
-    /// A contact point is farther from the body than its radius.
+    /// A contact point is farther from the body than its radius and a lattice spacing.
     10 ContactTooFar "contact_too_far" Caller REFUSED false;
     /// An impulse is zero or not finite, or the contacts cancel or press on anchors only.
     11 Impulse "impulse" Caller REFUSED false;

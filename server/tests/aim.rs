@@ -83,7 +83,7 @@ fn rays_are_in_the_coordinates_of_the_connection() {
 
 /// The nearest surface point that a message names, m.
 fn nearest(error: &Error) -> [f64; 3] {
-    let reported = error.message.split("nearest surface point: ").nth(1).unwrap_or_else(|| panic!("{error}"));
+    let reported = error.message.split("in the request's coordinates: ").nth(1).unwrap_or_else(|| panic!("{error}"));
     let numbers: Vec<f64> = reported.split(';').next().unwrap().split(',').map(|x| x.parse().unwrap()).collect();
     numbers.try_into().unwrap()
 }
@@ -110,7 +110,7 @@ fn a_missing_ray_reports_its_closest_distance() {
     assert_eq!(refused(&bar, &Impact::new([aimed, beside])).kind, ErrorKind::Ray);
     let far = refused(&bar, &impact(Contact::new([0.5, 0.03, 0.02])));
     assert_eq!(far.kind, ErrorKind::ContactTooFar);
-    for part in ["contact 0 is 0.", "m from the surface", "(its radius)", "another --unit or --up"] {
+    for part in ["contact 0 is 0.", "m from the surface", "(radius + lattice spacing)", "another --unit or --up"] {
         assert!(far.message.contains(part), "{far}");
     }
     near(nearest(&far), [0.2, 0.03, 0.02], DEVIATION_M);

@@ -149,7 +149,7 @@ fn unknown_handles_are_rejected_by_name() {
     let off = Impact::new([Contact::new([0.0, 3.0, 0.0]).impulse([0.0, -1.0, 0.0])]).from(handle, 0);
     let off = refused(&bar, &off);
     assert!(off.kind == ErrorKind::ContactTooFar && off.message.starts_with("fragment 0: contact 0 is "), "{off}");
-    assert!(off.message.contains("nearest surface point") && !off.message.contains("--unit"), "{off}");
+    assert!(off.message.contains("Nearest surface point") && !off.message.contains("--unit"), "{off}");
     let lift = refused(&bar, &base_impact().lift(shatter_client::Lift::SurfaceDiffusion).from(handle, 0));
     assert_eq!((lift.kind, lift.at.as_str()), (ErrorKind::Lift, "surface_diffusion"));
 }

@@ -131,7 +131,7 @@ fn errors() -> String {
          | `message` | the message, in one line |\n\
          | `fault`, `retry` | `caller`, `environment` or `service`; `true` if the same request may succeed later |\n\
          | `at` | a field (`contacts[0].point_m`), option, configuration key, path or place in a file; for some kinds only the refused value, such as a name. Empty for usage errors and where no single input is the cause |\n\
-         | `retry_after_ms` | of `shatter` only: time after which to try again, ms, or `null` |\n\n\
+         | `retry_after_ms` | of `shatter` and of studies: time after which to try again, ms, or `null` |\n\n\
          *Fault* is the side that has to change something. *Retry* means that the same request may succeed later. *Exit* is\n\
          the exit code of a command that ends with the error. *Code* is the number in C and on the wire.\n\n\
          | kind | cause | remedy | fault | retry | exit | code |\n|---|---|---|---|---|---|---|\n"
@@ -266,7 +266,9 @@ fn commands() -> String {
         let own: BTreeSet<&str> = own.filter_map(|rest| rest.strip_prefix(' ')?.split(' ').next()).collect();
         assert_eq!(own, listed(&help(program)), "the reference shows every command of {program}");
     }
-    let mut page = format!("# Command lines\n\n{NOTE}The text of `--help` of every command.\n");
+    let mut page = format!(
+        "# Command lines\n\n{NOTE}The text of `--help` of every command, except `manuals`, which writes man pages and completions for packages.\n"
+    );
     for command in COMMANDS.iter().chain(&["shatter load"]) {
         write!(page, "\n## {command}\n\n```text\n{}```\n", help(command)).unwrap();
     }

@@ -27,7 +27,7 @@ pub enum Code {
     ContactCount = 8,
     /// A contact point is not finite.
     ContactPoint = 9,
-    /// A contact point is farther from the body than its radius.
+    /// A contact point is farther from the body than its radius and a lattice spacing.
     ContactTooFar = 10,
     /// An impulse is zero or not finite, or the contacts cancel or press on anchors only.
     Impulse = 11,

@@ -232,7 +232,7 @@ impl ServedObject for EngineObject {
 
 /// Adds advice to the message of a contact that does not lie on the object: its unit or axes may be wrong.
 fn of_object(error: Error) -> Error {
-    let advice = "; if the object is not where it should be, bake it with another --unit or --up";
+    let advice = "; if the object is misplaced, bake it with another --unit or --up";
     match error.kind {
         ErrorKind::ContactTooFar => Error { message: error.message + advice, ..error },
         _ => error,

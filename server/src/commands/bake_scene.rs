@@ -97,12 +97,13 @@ fn word(state: State) -> &'static str {
 }
 
 fn line(name: &str, recipe: &BakeRecipe, state: State, file: &Path, seconds: f64) -> String {
-    let file = file.display();
+    let (is_baked, shown) = (file.is_file(), file.display());
     let own = recipe.objects.iter().eq([name]);
     let objects = if own { String::new() } else { format!(" (for {})", recipe.objects.join(", ")) };
     match state {
-        State::Baked => format!("{name}{objects}  baked  {file}, {seconds:.1} s\n"),
-        State::Kept => format!("{name}{objects}  kept   {file}\n"),
+        State::Baked => format!("{name}{objects}  baked  {shown}, {seconds:.1} s\n"),
+        State::Kept => format!("{name}{objects}  kept   {shown}\n"),
+        State::NoShape if is_baked => format!("{name}{objects}  has no `shape`; {shown} stays as it is\n"),
         State::NoShape => format!("{name}{objects}  has no `shape`; bake its mesh with --name {name}\n"),
     }
 }

@@ -220,8 +220,8 @@ fn text_of(error: &clap::Error, mut command: Command, words: &[OsString]) -> Str
     let end = end(&text).unwrap_or(text.len());
     command.build();
     let own = used(&command, words);
-    let usage_line = text[end..].lines().find(|line| line.starts_with("Usage: ")).map(str::to_owned);
-    let usage = usage_line.unwrap_or_else(|| own.clone().render_usage().to_string());
+    // That of the error also names options which have a default or were set by the environment.
+    let usage = own.clone().render_usage();
     format!("{}\n\n{usage}\n\nFor more information, try '{} --help'.\n", text[..end].trim_end(), path(own))
 }
 
@@ -234,7 +234,7 @@ fn end(text: &str) -> Option<usize> {
 pub fn usage_message(error: &clap::Error) -> String {
     let text = error.to_string();
     let lines = text[..end(&text).unwrap_or(text.len())].lines().map(str::trim).filter(|line| !line.is_empty());
-    lines.collect::<Vec<_>>().join(" ").trim_start_matches("error: ").to_owned()
+    lines.collect::<Vec<_>>().join(" ").replace(" tip: ", "; tip: ").trim_start_matches("error: ").to_owned()
 }
 
 #[cfg(test)]
@@ -284,6 +284,14 @@ mod tests {
         );
         assert!(message.contains(wanted) && error.exit_code() == 2, "{message}\n\n{error}");
         assert!(!message.contains('\n') && !message.contains("Usage"), "{message}");
+    }
+
+    #[test]
+    fn usage_names_no_option_that_may_be_left_out() {
+        let words: Vec<OsString> =
+            ["program", "impact", "--service", "x", "--ouput"].iter().map(OsString::from).collect();
+        let whole = text_of(&parsed::<Program>(words.clone()).unwrap_err(), Program::command(), &words);
+        assert!(whole.contains("\n\nUsage: program impact [OPTIONS]\n"), "{whole}");
     }
 
     #[test]

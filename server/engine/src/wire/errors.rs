@@ -1,7 +1,7 @@
 //! Conversion of engine errors to wire errors.
 
 use nalgebra::Point3;
-use shatter_fracture::pipeline::FractureError;
+use shatter_fracture::pipeline::{DEGREE_MAX, FractureError};
 use shatter_fracture::scene::EffectKind;
 use shatter_proto::convention::Convention;
 use shatter_proto::text::number;
@@ -11,8 +11,8 @@ use shatter_proto::{Error, ErrorKind};
 pub(crate) fn engine_error_in(error: FractureError, convention: &Convention) -> Error {
     let own = |point: Point3<f64>| Point3::from(convention.vector(point.coords.into()));
     engine_error(match error {
-        FractureError::TooFar { contact, distance_m, radius_m, surface_m } => {
-            FractureError::TooFar { contact, distance_m, radius_m, surface_m: own(surface_m) }
+        FractureError::TooFar { contact, distance_m, limit_m, surface_m } => {
+            FractureError::TooFar { contact, distance_m, limit_m, surface_m: own(surface_m) }
         }
         FractureError::RayMissed { ray_m, surface_m, distance_m } => {
             FractureError::RayMissed { ray_m: own(ray_m), surface_m: own(surface_m), distance_m }
@@ -63,19 +63,20 @@ pub fn engine_error(error: FractureError) -> Error {
             (ErrorKind::Failed, "tessellation".to_owned())
         }
     };
-    Error::new(kind, at, far_off(&error).unwrap_or_else(|| error.to_string()))
+    Error::new(kind, at, explained(&error).unwrap_or_else(|| error.to_string()))
 }
 
 /// Distance from which on the nearest point is meaningless because of rounding or overflow, m.
 const FAR_M: f64 = 1e9;
 
-/// Message for a point that is too far away for a meaningful distance.
-fn far_off(error: &FractureError) -> Option<String> {
+/// Message for a point that is too far away for a meaningful distance, or for a degree above the limit of a scene.
+fn explained(error: &FractureError) -> Option<String> {
     match error {
         FractureError::TooFar { contact, distance_m, .. } if distance_m.is_nan() || *distance_m >= FAR_M => {
             let advice = "`shatter list` prints the bounds of the object";
             Some(format!("contact {contact}: the point is more than {FAR_M:e} m from the object; {advice}"))
         }
+        FractureError::Degree { cap, .. } if *cap < DEGREE_MAX => Some(format!("{error} (`sites_max` of the scene)")),
         _ => None,
     }
 }
@@ -88,15 +89,19 @@ mod tests {
     #[test]
     fn engine_errors_name_the_field() {
         let surface_m = Point3::new(0.1, 0.2, -0.3);
-        let far = FractureError::TooFar { contact: 2, distance_m: 1.0, radius_m: 0.5, surface_m };
+        let far = FractureError::TooFar { contact: 2, distance_m: 1.0, limit_m: 0.5, surface_m };
         let error = engine_error_in(far, &Convention::UNREAL);
         assert!(error.message.contains("10.000000,-30.000000,20.000000"), "{}", error.message);
         assert_eq!((error.kind, error.at.as_str()), (ErrorKind::ContactTooFar, "contacts[2].point_m"));
         for distance_m in [f64::INFINITY, f64::NAN, 1e200] {
             let message =
-                super::engine_error(FractureError::TooFar { contact: 0, distance_m, radius_m: 0.5, surface_m }).message;
+                super::engine_error(FractureError::TooFar { contact: 0, distance_m, limit_m: 0.5, surface_m }).message;
             assert!(message.contains("more than 1e9 m") && message.len() < 150, "{message}");
         }
+        let many = |cap| super::engine_error(FractureError::Degree { degree: 5000, cap }).message;
+        assert!(
+            many(40).ends_with("pass 1 to 40 sites (`sites_max` of the scene)") && many(DEGREE_MAX).ends_with("sites")
+        );
         let number = FractureError::Number {
             contact: 0,
             key: "the square of impulse over duration",

@@ -300,7 +300,7 @@ pub enum JoinError {
         share: BakeShare,
     },
     /// A share is missing.
-    #[error("share {share} is missing")]
+    #[error("share {share} (counted from 0) is missing; bake it with --shard {share}")]
     Missing {
         /// The share.
         share: BakeShare,

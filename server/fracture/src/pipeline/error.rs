@@ -70,10 +70,10 @@ pub enum FractureError {
         /// Largest number of sites.
         cap: u32,
     },
-    /// The contact point is farther from the body than its radius.
+    /// The contact point is farther from the body than its radius and a lattice spacing.
     #[error(
-        "contact {contact} is {} m from the surface; it must lie within {} m (its radius). Move it to the nearest surface point: {}",
-        length(.distance_m), length(.radius_m),
+        "contact {contact} is {} m from the surface; at most {} m (radius + lattice spacing) is allowed. Nearest surface point, in the request's coordinates: {}",
+        length(.distance_m), length(.limit_m),
         point(.surface_m)
     )]
     TooFar {
@@ -81,8 +81,8 @@ pub enum FractureError {
         contact: usize,
         /// Distance to the nearest body, m.
         distance_m: f64,
-        /// Radius of the contact, m.
-        radius_m: f64,
+        /// Largest allowed distance, m.
+        limit_m: f64,
         /// Nearest point of a body, m.
         surface_m: Point3<f64>,
     },

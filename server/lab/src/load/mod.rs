@@ -58,7 +58,7 @@ pub struct LoadArgs {
     /// Number of client processes
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=256))]
     clients: u16,
-    /// Requests per second of all clients together; several rates, separated by commas, are run one after the other
+    /// Requests per second of all clients together; several rates, separated by commas, are run one after the other. Required without --closed
     #[arg(long, value_name = "PER_SECOND_TOTAL", value_delimiter = ',', required_unless_present = "closed", value_parser = rate)]
     rate: Vec<f64>,
     /// Closed loop instead of a rate: every client sends its next request as soon as the previous one has ended

@@ -93,7 +93,7 @@ fn peak_force_n(contact: usize, given: &ImpactContact) -> Result<Vector3<f64>, F
     Err(FractureError::Number { contact, key: "the square of impulse over duration", value, positive: true })
 }
 
-/// The nearest body, and the contact in its local units; an error if the surface is farther away than the radius.
+/// The nearest body, and the contact in its local units; an error if the surface is farther away than the radius and a lattice spacing.
 ///
 /// The crack lattice approximates the surface to within its spacing, because it rounds corners off.
 fn locate(
@@ -112,11 +112,12 @@ fn locate(
     let lattice = prepared.report.surface_deviation.max(prepared.parameters.crack_spacing);
     // Far from the origin, the precision of a point is limited by the rounding of its coordinates.
     let rounding = f64::EPSILON * contact.point_m.coords.amax() / prepared.frame.diagonal_m;
-    if distance > radius + lattice + rounding {
+    let limit = radius + lattice + rounding;
+    if distance > limit {
         return Err(FractureError::TooFar {
             contact: index,
             distance_m: distance * prepared.frame.diagonal_m,
-            radius_m: radius * prepared.frame.diagonal_m,
+            limit_m: limit * prepared.frame.diagonal_m,
             surface_m: prepared.frame.to_meters(&surface),
         });
     }
