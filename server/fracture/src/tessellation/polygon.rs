@@ -122,8 +122,8 @@ impl CrackPolygons {
 /// corner 0.
 fn outer_polygons(input: Input<'_>, ranks: &Ranks, face: usize, found: &mut Part) {
     let outer = &input.topology.boundary[face];
-    let labels = outer.nodes.map(|node| input.labels[node as usize]);
-    let node = |k: usize| ranks.node[outer.nodes[k] as usize];
+    let nodes = outer.nodes.map(|node| ranks.node[node as usize]);
+    let (labels, node) = (nodes.map(|[label, _]| label), |k: usize| nodes[k][1]);
     if labels[0] == labels[1] && labels[0] == labels[2] {
         return found.triangle(labels[0], [node(0), node(1), node(2)]);
     }

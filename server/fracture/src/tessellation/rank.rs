@@ -26,8 +26,8 @@ pub(super) struct Input<'a> {
 /// Outer ranks of points inside the lattice are not set.
 #[derive(Debug, Default)]
 pub(super) struct Ranks {
-    /// Rank of each lattice node in its fragment's outer sheet.
-    pub node: Vec<u32>,
+    /// Fragment of each boundary node, and its rank in the outer sheet; side by side, because they are read together.
+    pub node: Vec<[u32; 2]>,
     /// Rank of each edge point in the crack of the edge.
     pub edge: Vec<u32>,
     /// Ranks of each edge point in the outer sheets of the edge's two nodes.
@@ -69,9 +69,10 @@ impl Ranks {
             *count - 1
         };
         self.node.clear();
-        self.node.resize(input.topology.nodes, 0);
+        self.node.resize(input.topology.nodes, [0; 2]);
         for &node in &input.topology.boundary_nodes {
-            self.node[node as usize] = next(input.labels[node as usize]);
+            let label = input.labels[node as usize];
+            self.node[node as usize] = [label, next(label)];
         }
         self.count_edges(input, &mut next);
         self.count_faces(input, &mut next);
@@ -168,7 +169,8 @@ impl Ranks {
         };
         let label = |node: u32| input.labels[node as usize];
         for &node in &input.topology.boundary_nodes {
-            put(label(node), self.node[node as usize], input.lattice.nodes[node as usize]);
+            let [label, rank] = self.node[node as usize];
+            put(label, rank, input.lattice.nodes[node as usize]);
         }
         let CrackPoints { edges, faces, tets, .. } = input.points;
         for (slot, (&edge, &place)) in edges.simplices.iter().zip(&edges.places).enumerate() {
