@@ -151,7 +151,8 @@ impl OutputTarget {
     fn files_of_a_result(&self) -> Vec<PathBuf> {
         match self.format {
             FileFormat::Glb => {
-                ["glb", "closed.glb", "hulls.glb"].map(|ending| self.path.with_extension(ending)).to_vec()
+                let beside = ["closed.glb", "hulls.glb"].map(|ending| self.path.with_extension(ending));
+                [vec![self.path.clone()], beside.to_vec()].concat()
             }
             FileFormat::Obj => vec![self.path.join("fragments.json")],
             FileFormat::Mjcf => vec![self.path.clone()],
@@ -254,6 +255,7 @@ mod tests {
     fn all_files_of_an_earlier_request_are_detected() {
         let files = |out: &str| OutputTarget::new(Path::new(out), None, "vase").ok().unwrap().files_of_a_result();
         assert_eq!(files("j.glb"), ["j.glb", "j.closed.glb", "j.hulls.glb"].map(PathBuf::from));
+        assert_eq!(files("j.GLB"), ["j.GLB", "j.closed.glb", "j.hulls.glb"].map(PathBuf::from));
         assert_eq!(files("j.xml"), ["j.xml"].map(PathBuf::from));
     }
 

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 pub struct Args {
     /// Object to divide
     object: String,
-    /// Number of fragments; a cell that falls apart adds one, one that is too small (`slivers`) removes one
+    /// Number of fragments; a cell that falls apart adds one, one that is too small (`slivers`) removes one, and every body makes at least one
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     degree: u32,
     /// Lift: `euclidean`, `interior` (the default) or `surface_diffusion`
