@@ -690,8 +690,8 @@ typedef struct ShatterSummary {
     /// Iterations of the diagrams: the most of all bodies.
     uint32_t iterations;
     /// Cause of `overrun_ns`. 1: the request waited in the queue. 2: without a reduced basis, the displacements were solved for. 3: they
-    /// were solved for because the estimated error of reduced ones was too large. 4: energy and degree took longer. 5: the cells did. 6:
-    /// the stages after them did.
+    /// were solved for because the estimated error of reduced ones was too large. 4: energy and degree took most of the
+    /// time. 5: the cells did. 6: the stages after them did.
     uint32_t overrun;
     /// Outer surface of the fragments. 0: that of the lattice. 1: the input surface itself.
     uint32_t surface;

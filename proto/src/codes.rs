@@ -124,7 +124,7 @@ codes! {
         4 Degree "degree";
         /// The cells, without an iteration.
         5 Cells "cells";
-        /// The stages after the cells took longer than predicted.
+        /// The stages after the cells.
         6 AfterCells "after_cells";
     }
 

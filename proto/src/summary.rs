@@ -227,9 +227,9 @@ impl MissedTime {
             OverrunCause::ReducedError => {
                 "the estimated error of the reduced displacements was too large: the request was solved for"
             }
-            OverrunCause::Degree => "energy and fracture degree took longer",
-            OverrunCause::Cells => "the cells took longer, without any refinement",
-            OverrunCause::AfterCells => "the stages after the cells took longer than predicted",
+            OverrunCause::Degree => "energy and fracture degree took most of the time",
+            OverrunCause::Cells => "the cells took most of the time, without any refinement",
+            OverrunCause::AfterCells => "the stages after the cells took most of the time",
             OverrunCause::Unknown => "of a reason that this client does not know",
         }
     }

@@ -121,6 +121,7 @@ fn check_prints_the_plan_and_rejects_unknown_keys() {
         [table("elastic"), table("interior"), table("surface_diffusion")],
         [(true, true), (true, true), (false, true)]
     );
+    assert_eq!(table("examples"), (false, false), "a table that the file lacks is not loaded");
 
     let wrong = here.file("wrong.toml", "[objects.bar]\neffects = [\"bond\"]");
     let (code, text, _) = check(&wrong);

@@ -106,11 +106,11 @@ fn plan(name: &str, object: &SceneObject, folder: &Path, baked: &[String]) -> Re
         let own = |tensor: &str| table.tensors.iter().any(|part| tensor.contains(part));
         let bytes =
             sizes.as_ref().map(|sizes| sizes.iter().filter(|(tensor, _)| own(tensor)).map(|(_, n)| n).sum::<u64>());
-        json!({ "name": table.name, "loaded": table.wanted, "bytes": bytes })
+        let is_left_out = bytes == Some(0) && OPTIONAL.contains(&table.name);
+        json!({ "name": table.name, "loaded": table.wanted && !is_left_out, "bytes": bytes })
     };
     let tables = tables(terms.tables()).map(table);
-    let absent =
-        |row: &&Value| row["loaded"] == true && row["bytes"] == 0 && !OPTIONAL.iter().any(|name| row["name"] == *name);
+    let absent = |row: &&Value| row["loaded"] == true && row["bytes"] == 0;
     if let Some(row) = tables.iter().find(absent) {
         let (key, table) = (format!("objects.{name}"), row["name"].as_str().unwrap_or_default());
         let message = format!("{key}: {} was baked without the table `{table}`; bake it again", file.display());
