@@ -272,7 +272,8 @@ class Ticket:
         """The result if there is one; never blocks. Once a frame is often enough."""
 
     @property
-    def state(self) -> Literal["waiting", "computing", "ended"]: ...
+    def state(self) -> Literal["waiting", "computing", "ended"]:
+        """State when last heard of: a call asks for the next one. After ``cancel`` it raises ``ServiceError``."""
     def cancel(self) -> None: ...
 
 @final

@@ -96,7 +96,7 @@ pub enum FractureError {
     RayOrigin,
     /// The ray misses the object.
     #[error(
-        "the ray misses the object by {} m; its point {} is the closest, to the surface point {}. Aim at this surface point, or reverse a ray that points away.",
+        "the ray misses the object by {} m; its point {} is the closest, to the surface point {}. Aim past this point, into the object, or reverse a ray that points away.",
         length(.distance_m), point(.ray_m), point(.surface_m)
     )]
     RayMissed {
