@@ -340,7 +340,7 @@ mod tests {
         check(&["--material", "glass"], "`--material` is an option of `shatterd bake`; the options of");
         check(
             &["--impulse", "1,0,0"],
-            "found tip: `--impulse` is an option of `shatter impact`; the options of `program impact` are --out, --seed, --clients",
+            "found; tip: `--impulse` is an option of `shatter impact`; the options of `program impact` are --out, --seed, --clients",
         );
         check(&["mug"], "`program impact` takes only options");
     }
