@@ -12,7 +12,7 @@ mod support;
 use shatter_client::{Client, Contact, EnergySource, ErrorKind, Impact, Object};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, save};
-use shatter_fracture::pipeline::{ImpactSampler, PreparedObject, Preset};
+use shatter_fracture::pipeline::{ImpactSampler, PreparedObject, Preset, SurfaceKind};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
 use shatter_proto::request::{self, DegreeRule};
@@ -40,7 +40,12 @@ fn database(folder: &Path, quality: Preset) -> PreparedObject {
     let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let examples = std::env::var("SHATTER_BENCH_EXAMPLES").ok().and_then(|text| text.parse().ok()).unwrap_or(200);
     let material = materials.get("ceramic").unwrap().clone();
-    let request = BakeRequest { examples, quality, ..BakeRequest::new(quality.name(), "ceramic", material) };
+    let request = BakeRequest {
+        examples,
+        quality,
+        surface: SurfaceKind::Lattice,
+        ..BakeRequest::new(quality.name(), "ceramic", material)
+    };
     save(&bake(mesh(), &request, &CancelToken::default(), &mut |_| {}).unwrap(), &file).unwrap();
     load(&file).unwrap()
 }

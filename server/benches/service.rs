@@ -15,7 +15,7 @@ use shatter_engine::stage_profiler::StageProfiler;
 use shatter_engine::wire::EngineObject;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, save};
-use shatter_fracture::pipeline::{PreparedObject, Workspace};
+use shatter_fracture::pipeline::{PreparedObject, SurfaceKind, Workspace};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
 use shatter_proto::layout::Layout;
@@ -48,7 +48,8 @@ fn mesh() -> RawMesh {
 fn database(folder: &Path) -> PreparedObject {
     let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let ceramic = materials.get("ceramic").unwrap().clone();
-    let request = BakeRequest { seed: 1, ..BakeRequest::new("bench", "ceramic", ceramic) };
+    let request =
+        BakeRequest { seed: 1, surface: SurfaceKind::Lattice, ..BakeRequest::new("bench", "ceramic", ceramic) };
     let file = folder.join("bench.shatter");
     save(&bake(mesh(), &request, &CancelToken::default(), &mut |_| {}).unwrap(), &file).unwrap();
     load(&file).unwrap()

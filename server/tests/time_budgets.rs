@@ -12,7 +12,7 @@ use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField};
 use shatter_fracture::database::{BakeRequest, bake, save};
 use shatter_fracture::pipeline::{
     self, BodyEnergy, DegreeRequest, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, RequestContext,
-    Workspace, strain_energy,
+    SurfaceKind, Workspace, strain_energy,
 };
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
@@ -287,7 +287,8 @@ impl Measurements {
 fn prepare(here: &TestDirectory) -> (PreparedObject, Vec<(Impact, FractureRequest)>) {
     let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let plaster = materials.get("plaster").unwrap().clone();
-    let request = BakeRequest { examples: 40, ..BakeRequest::new("statue", "plaster", plaster) };
+    let request =
+        BakeRequest { examples: 40, surface: SurfaceKind::Lattice, ..BakeRequest::new("statue", "plaster", plaster) };
     let prepared = bake(shapes::statue(), &request, &CancelToken::default(), &mut |_| ()).unwrap();
     save(&prepared, &here.databases().join("statue.shatter")).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(1);

@@ -2,7 +2,7 @@
 
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
-use shatter_fracture::pipeline::PreparedObject;
+use shatter_fracture::pipeline::{PreparedObject, SurfaceKind};
 use shatter_fracture::scene::{Material, Materials};
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis};
 use std::path::PathBuf;
@@ -29,9 +29,9 @@ pub fn material(name: &str) -> Material {
     Materials::parse(table).and_then(|materials| materials.get(name).cloned()).unwrap()
 }
 
-/// A bake with all defaults, for an object `name` of the material `material_name`.
+/// A bake with all defaults except the surface, which is the lattice's, for an object `name` of the material `material_name`.
 pub fn request(name: &str, material_name: &str) -> BakeRequest {
-    BakeRequest::new(name, material_name, material(material_name))
+    BakeRequest { surface: SurfaceKind::Lattice, ..BakeRequest::new(name, material_name, material(material_name)) }
 }
 
 /// A real mesh, coordinates as in its file.

@@ -54,5 +54,14 @@ fn differences_are_detected() {
     let now = results(r#"{"a": {"x": 1.5000000000000002, "new": 2, "rows": [{"y": 2}]}}"#);
     let found = differences(&before, &now);
     assert_eq!(found.len(), 3, "{found:?}");
+    let divided = |energy: &str| {
+        results(&format!(
+            r#"{{"prefracture mug": {{"fragments": [{{"volume_m3": 1, "energy_j_m2": {energy}}}], "sections": [
+            {{"name": "fragments", "hash": "{energy}"}}, {{"name": "positions", "hash": "p"}}]}}}}"#
+        ))
+    };
+    assert_eq!(differences(&divided("1"), &divided("2")), Vec::<String>::new());
+    let other = results(&serde_json::to_string(&divided("1")).unwrap().replace("\"p\"", "\"q\""));
+    assert_eq!(differences(&divided("1"), &other).len(), 1);
     assert!(found[0].starts_with("a > rows > 0 > y: 1 before, 2 now") || found[1].starts_with("a > rows"), "{found:?}");
 }

@@ -66,9 +66,10 @@ pub struct BakeArgs {
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub crack_spacing: Option<f64>,
     /// Surface of the fragments: `exact` is the input surface, if the mesh is closed and does not intersect itself, and else the
-    /// lattice's, with a warning that gives the reason; `lattice` approximates the input, in less time and memory
-    #[arg(long, value_name = "exact|lattice", default_value = "lattice", value_parser = surface)]
-    pub surface: SurfaceKind,
+    /// lattice's, with a warning that gives the reason; `lattice` approximates the input, in less time and memory [default: exact, or
+    /// lattice with --cracks]
+    #[arg(long, value_name = "exact|lattice", value_parser = surface)]
+    pub surface: Option<SurfaceKind>,
     /// Number of impacts from which the object learns its fracture degree; 0: the closed form decides
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub examples: u64,
@@ -265,7 +266,7 @@ fn request(args: &BakeArgs, name: &str) -> Result<BakeRequest, CommandError> {
         examples: args.examples,
         elastic: args.elastic,
         factor: args.factor,
-        surface: args.surface,
+        surface: args.surface.unwrap_or(if args.cracks.is_some() { SurfaceKind::Lattice } else { SurfaceKind::Exact }),
         tables: Tables::ALL,
         seed: args.seed,
         cracks: None,

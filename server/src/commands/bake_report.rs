@@ -2,6 +2,7 @@
 
 use super::{CommandError, output};
 use serde_json::json;
+use shatter_fracture::cutting::{RepairKind, SurfaceRepair};
 use shatter_fracture::degree::reference_gamma;
 use shatter_fracture::lattice::SPACING_RANGE;
 use shatter_fracture::pipeline::{
@@ -243,9 +244,26 @@ pub fn screen(prepared: &PreparedObject, file: &Path) -> String {
     text
 }
 
+/// The line about a repair of the surface, with its places.
+fn repair_line(SurfaceRepair { kind, count, area_m2, places_m }: &SurfaceRepair) -> String {
+    let several = |one: &str, more: &str| format!("{count} {}", if *count == 1 { one } else { more });
+    let done = match kind {
+        RepairKind::FilledHoles => format!("{} closed by films of {area_m2:.3e} m²", several("hole", "holes")),
+        RepairKind::UnitedParts => {
+            format!("parts united where {} others", several("triangle crosses", "triangles cross"))
+        }
+        RepairKind::HiddenTriangles => format!("{} inside the solid left out", several("triangle", "triangles")),
+        RepairKind::DividedVertices => format!("{} divided, where parts touch", several("vertex", "vertices")),
+    };
+    let shown: Vec<String> = places_m.iter().map(|at| format!("({:.4}, {:.4}, {:.4})", at.x, at.y, at.z)).collect();
+    let more = if *count > shown.len() as u64 { " and others" } else { "" };
+    format!("  repaired         {done}, near {}{more} m\n", shown.join(", "))
+}
+
 /// The line about the surface of the fragments.
 fn surface(report: &BakeReport) -> String {
-    let SurfaceReport { kind, reason, nodes, tets, deviation, collapsed_edges, anchored_nodes } = &report.surface;
+    let SurfaceReport { kind, reason, nodes, tets, deviation, collapsed_edges, anchored_nodes, repairs } =
+        &report.surface;
     match (kind, reason) {
         (SurfaceKind::Exact, _) => {
             let mut line = format!(
@@ -259,7 +277,9 @@ fn surface(report: &BakeReport) -> String {
                 let _ =
                     write!(line, "; {anchored_nodes} nodes in details that the lattice lacks follow its nearest point");
             }
-            line + "\n"
+            line.push('\n');
+            repairs.iter().for_each(|repair| line.push_str(&repair_line(repair)));
+            line
         }
         (SurfaceKind::Lattice, Some(reason)) => {
             format!("  surface          that of the lattice: {reason}\n")

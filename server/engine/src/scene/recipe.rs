@@ -37,7 +37,7 @@ impl BakeRecipe {
             material: object.material.clone(),
             elastic_spacing: object.elastic_spacing,
             crack_spacing: object.crack_spacing,
-            surface: object.surface.unwrap_or(SurfaceKind::Lattice),
+            surface: object.surface.unwrap_or(SurfaceKind::Exact),
             quality: preset(object.terms.quality.unwrap_or_default()),
             named: object.terms.quality.is_some(),
             examples: object.examples.unwrap_or(0),
@@ -57,7 +57,7 @@ impl BakeRecipe {
             material: stated(all, "material", |object| object.material.clone())?,
             elastic_spacing: stated(all, "elastic_spacing", |object| object.elastic_spacing)?,
             crack_spacing: stated(all, "crack_spacing", |object| object.crack_spacing)?,
-            surface: stated(all, "surface", |object| object.surface)?.unwrap_or(SurfaceKind::Lattice),
+            surface: stated(all, "surface", |object| object.surface)?.unwrap_or(SurfaceKind::Exact),
             named: objects().any(|object| object.terms.quality.is_some()),
             // Finer lattices also serve requests of coarser presets.
             quality: objects().map(|object| preset(object.terms.quality.unwrap_or_default())).max().unwrap_or_default(),

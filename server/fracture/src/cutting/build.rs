@@ -1,8 +1,12 @@
 //! Cutting meshes of all bodies, from the input surface and the interior nodes of the crack lattices.
 
 use super::edge_defects::EdgeDefects;
+use super::films::filled;
+use super::meshed_surface::MeshedSurface;
 use super::outer_corners::SurfaceAttributes;
-use super::short_edges::{CollapsedSurface, LENGTH_MIN, collapse};
+use super::short_edges::{LENGTH_MIN, collapse};
+use super::surface_repair::{RepairKind, SurfaceRepair};
+use super::united::{UnitedSurface, united};
 use super::{CuttingMesh, carriers};
 use crate::cancel_token::{CancelToken, Canceled};
 use crate::conforming::{
@@ -36,7 +40,7 @@ pub enum CuttingError {
     #[error("the mesh is not closed, at {} places", .0.groups)]
     NotClosed(EdgeDefects),
     /// The surface has other parts than the crack lattices.
-    #[error("the surface encloses {parts} separate parts, and the lattice has {bodies}")]
+    #[error("the surface and the lattice fall into different numbers of parts: {parts} and {bodies}")]
     Parts {
         /// Separate parts of the mesh.
         parts: usize,
@@ -118,6 +122,8 @@ pub struct CuttingMeshes {
     pub deviation: f64,
     /// Number of edges of the input that were too short for single precision and were collapsed.
     pub collapsed_edges: u64,
+    /// Repairs of the surface.
+    pub repairs: Vec<SurfaceRepair>,
 }
 
 /// Cutting meshes of the bodies whose crack lattices are `cracks`, in the same order. `spacing`: that of the lattices,
@@ -133,25 +139,48 @@ pub fn cutting_meshes(
     token: &CancelToken,
     progress: &mut dyn FnMut(ConformingStep),
 ) -> Result<CuttingMeshes, CuttingError> {
+    let mut repairs = Vec::new();
+    let filled = filled(surface);
+    if let Some(filled) = &filled {
+        repairs.push(SurfaceRepair::new(RepairKind::FilledHoles, filled.area, &filled.places, &surface.frame));
+    }
+    let surface = filled.as_ref().map_or(surface, |filled| &filled.surface);
     let inside = InsideTest::new(surface);
     let interior = InteriorNodes::of(&inside, cracks, spacing);
     let options = ConformingOptions { spacing, ..ConformingOptions::default() };
-    let CollapsedSurface { positions, triangles, sources, count } = collapse(&surface.positions, &surface.triangles);
-    let conforming = conforming_mesh(&positions, &triangles, &interior.points, &options, token, progress);
-    let mut conforming = conforming.map_err(|error| match error {
-        ConformingError::Canceled(canceled) => CuttingError::Canceled(canceled),
-        error => match EdgeDefects::find(&positions, &triangles) {
-            Some(edges) => CuttingError::NotClosed(edges),
-            None => CuttingError::Mesh { error, at: error.location(&positions, &triangles) },
+    let mut mesh = |meshed: &MeshedSurface| {
+        conforming_mesh(&meshed.positions, &meshed.triangles, &interior.points, &options, token, progress)
+    };
+    let (meshed, count) = collapse(MeshedSurface::new(surface, has_attributes));
+    let repaired = match mesh(&meshed) {
+        Ok(conforming) => Ok((meshed, conforming, count)),
+        Err(ConformingError::Canceled(canceled)) => return Err(canceled.into()),
+        Err(error) => match repaired(&meshed, &mut mesh, token)? {
+            Some((UnitedSurface { meshed, crossings, hidden, divided }, conforming, more)) => {
+                let found = [
+                    (RepairKind::UnitedParts, crossings),
+                    (RepairKind::HiddenTriangles, hidden),
+                    (RepairKind::DividedVertices, divided),
+                ];
+                for (kind, places) in found.iter().filter(|(_, places)| !places.is_empty()) {
+                    repairs.push(SurfaceRepair::new(*kind, 0.0, places, &surface.frame));
+                }
+                Ok((meshed, conforming, count + more))
+            }
+            None => Err(match EdgeDefects::find(&meshed.positions, &meshed.triangles) {
+                Some(edges) => CuttingError::NotClosed(edges),
+                None => CuttingError::Mesh { error, at: error.location(&meshed.positions, &meshed.triangles) },
+            }),
         },
-    })?;
+    };
+    let (meshed, mut conforming, count) = repaired?;
     let whole = Lattice { nodes: take(&mut conforming.nodes), tets: take(&mut conforming.tets) };
     let ConformingMesh { interior_sources, places, deviation, .. } = &conforming;
     let on_surface = places.len();
     let known: Vec<Option<(usize, u32)>> = (0..whole.nodes.len())
         .map(|node| node.checked_sub(on_surface).map(|own| interior.sources[interior_sources[own] as usize]))
         .collect();
-    let attributes = has_attributes.then(|| SurfaceAttributes::new(surface, &conforming, &triangles, &sources));
+    let attributes = has_attributes.then(|| SurfaceAttributes::new(surface, &meshed, &conforming));
     let parts = whole.components();
     if parts.len() != cracks.len() {
         return Err(CuttingError::Parts { parts: parts.len(), bodies: cracks.len() });
@@ -170,7 +199,25 @@ pub fn cutting_meshes(
     let missing = |body: usize, mesh: Option<CuttingMesh>| mesh.ok_or(CuttingError::Unreached { body });
     let meshes = meshes.into_iter().enumerate().map(|(body, mesh)| missing(body, mesh)).collect::<Result<_, _>>()?;
     let moved = if count > 0 { LENGTH_MIN } else { 0.0 };
-    Ok(CuttingMeshes { meshes, deviation: *deviation + moved, collapsed_edges: count })
+    Ok(CuttingMeshes { meshes, deviation: *deviation + moved, collapsed_edges: count, repairs })
+}
+
+/// The surface after its parts were united, its mesh, and the number of edges collapsed then; `None` if that helps not.
+fn repaired(
+    meshed: &MeshedSurface,
+    mesh: &mut impl FnMut(&MeshedSurface) -> Result<ConformingMesh, ConformingError>,
+    token: &CancelToken,
+) -> Result<Option<(UnitedSurface, ConformingMesh, u64)>, Canceled> {
+    if !meshed.is_balanced() {
+        return Ok(None);
+    }
+    let Some(united) = united(meshed, token)? else { return Ok(None) };
+    let (meshed, count) = collapse(united.meshed);
+    match mesh(&meshed) {
+        Ok(conforming) => Ok(Some((UnitedSurface { meshed, ..united }, conforming, count))),
+        Err(ConformingError::Canceled(canceled)) => Err(canceled),
+        Err(_) => Ok(None),
+    }
 }
 
 /// The tetrahedra `part` as a mesh of their own, and the node of `whole` that each of its nodes is.

@@ -8,7 +8,11 @@
 //! |---|---|
 //! | `build` | mesh of one body from the input surface and the nodes of its crack lattice |
 //! | `edge_defects` | count and places of edges that keep a surface from being closed |
+//! | `films` | closes the holes of the surface |
 //! | `short_edges` | collapses edges that single precision cannot represent |
+//! | `united` | unites parts that intersect or contain one another |
+//! | `separated` | moves parts apart that touch in a vertex |
+//! | `meshed_surface`, `surface_repair` | the surface after these steps; a step for the report |
 //! | `carriers` | tetrahedron of the crack lattice that carries each node |
 //! | `outer_corners` | attributes of the input at the corners of the boundary |
 //!
@@ -17,15 +21,23 @@
 mod build;
 mod carriers;
 mod edge_defects;
+mod films;
+mod meshed_surface;
 mod outer_corners;
+#[cfg(test)]
+mod repair_tests;
+mod separated;
 mod short_edges;
+mod surface_repair;
 #[cfg(test)]
 mod tests;
+mod united;
 
 pub use build::{CuttingError, CuttingMeshes, cutting_meshes};
 pub use carriers::Carrier;
 pub use edge_defects::{EdgeDefectKind, EdgeDefects};
 pub use outer_corners::OuterCorners;
+pub use surface_repair::{RepairKind, SurfaceRepair};
 
 use crate::lattice::Lattice;
 use crate::lift::{LiftKind, LiftedLattice};

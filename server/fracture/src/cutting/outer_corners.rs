@@ -1,8 +1,9 @@
 //! Attributes of the input at the corners of a cutting mesh's boundary. On a seam, a node has one set for each side.
 
+use super::meshed_surface::{CornerAttributes, MeshedSurface};
 use crate::conforming::{ConformingMesh, SurfacePlace};
 use crate::memory::held;
-use crate::skin::{RefinedCorner, blended, surface_corners};
+use crate::skin::blended;
 use crate::surface::Surface;
 use crate::tessellation::OuterFace;
 use std::collections::HashMap;
@@ -31,25 +32,18 @@ impl OuterCorners {
 /// Attributes of the input surface, found by the triangles of a conforming mesh's boundary.
 pub(super) struct SurfaceAttributes<'a> {
     surface: &'a Surface,
+    meshed: &'a MeshedSurface,
     places: &'a [SurfacePlace],
-    corners: Vec<[RefinedCorner; 3]>,
-    /// Triangle of the surface, and its vertices as the mesher knew them, by the nodes of a boundary triangle, ascending.
-    sources: HashMap<[u32; 3], (u32, [u32; 3])>,
+    /// Triangle of `meshed` by the nodes of a boundary triangle, ascending.
+    meshed_triangles: HashMap<[u32; 3], u32>,
 }
 
 impl<'a> SurfaceAttributes<'a> {
-    /// The attributes of `surface` on the boundary of `mesh`. `triangles` are those that were meshed, and `sources` their
-    /// numbers in `surface`.
-    pub fn new(surface: &'a Surface, mesh: &'a ConformingMesh, triangles: &[[u32; 3]], sources: &[u32]) -> Self {
-        let source = |(nodes, &meshed): (&[u32; 3], &u32)| {
-            (ascending(*nodes), (sources[meshed as usize], triangles[meshed as usize]))
-        };
-        Self {
-            surface,
-            places: &mesh.places,
-            corners: surface_corners(surface),
-            sources: mesh.boundary.iter().zip(&mesh.boundary_sources).map(source).collect(),
-        }
+    /// The attributes on the boundary of `mesh`, which was made of `meshed`, whose triangles come from `surface`.
+    pub fn new(surface: &'a Surface, meshed: &'a MeshedSurface, mesh: &'a ConformingMesh) -> Self {
+        let sources = mesh.boundary.iter().zip(&mesh.boundary_sources);
+        let meshed_triangles = sources.map(|(nodes, &own)| (ascending(*nodes), own)).collect();
+        Self { surface, meshed, places: &mesh.places, meshed_triangles }
     }
 
     /// The attributes of a body's boundary. `names`: node of the conforming mesh for each node of the body's mesh.
@@ -59,9 +53,10 @@ impl<'a> SurfaceAttributes<'a> {
         let mut known: HashMap<(u32, [u32; 3], [u32; 2]), u32> = HashMap::new();
         for face in boundary {
             let nodes = face.nodes.map(|node| names[node as usize]);
-            let Some(&(source, vertices)) = self.sources.get(&ascending(nodes)) else { continue };
+            let Some(&triangle) = self.meshed_triangles.get(&ascending(nodes)) else { continue };
+            let source = self.meshed.sources[triangle as usize];
             let corner = |node: u32| {
-                let (normal, uv) = self.at(node, source, vertices);
+                let (normal, uv) = self.at(node, triangle as usize);
                 *known.entry((node, normal.map(f32::to_bits), uv.map(f32::to_bits))).or_insert_with(|| {
                     outer.normals.push(normal);
                     if !uvs.is_empty() {
@@ -76,17 +71,17 @@ impl<'a> SurfaceAttributes<'a> {
         outer
     }
 
-    /// Normal and texture coordinates of triangle `source` at a boundary node.
-    fn at(&self, node: u32, source: u32, vertices: [u32; 3]) -> ([f32; 3], [f32; 2]) {
+    /// Normal and texture coordinates of a triangle at a boundary node.
+    fn at(&self, node: u32, triangle: usize) -> CornerAttributes {
         let place = &self.places[node as usize];
         let weight = |vertex: u32| {
             let own = place.vertices.iter().zip(place.weights).filter(|(other, _)| **other == vertex);
             own.map(|(_, weight)| weight).sum::<f64>()
         };
-        let (corners, weights) = (&self.corners[source as usize], vertices.map(weight));
+        let (corners, weights) = (self.meshed.corners[triangle], self.meshed.triangles[triangle].map(weight));
         match corners.iter().zip(weights).find(|(_, weight)| *weight == 1.0) {
-            Some((corner, _)) => (corner.normal, corner.uv),
-            None => blended(corners.map(|corner| (corner.normal, corner.uv)), weights),
+            Some((corner, _)) => *corner,
+            None => blended(corners, weights),
         }
     }
 }

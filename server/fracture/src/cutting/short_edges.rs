@@ -1,5 +1,6 @@
 //! Edges too short for single precision: crack points on them, or even their ends, would have one position in a result.
 
+use super::meshed_surface::MeshedSurface;
 use nalgebra::Point3;
 use std::collections::BTreeSet;
 
@@ -9,55 +10,34 @@ pub(super) const LENGTH_MIN: f64 = 1.0 / (1 << 23) as f64;
 /// Length below which an edge is not cut, local: crack points keep half of it from its ends.
 const CUT_LENGTH_MIN: f64 = 4e-6;
 
-/// Surface without edges of less than [`LENGTH_MIN`].
-pub(super) struct CollapsedSurface {
-    /// Vertices that are left, in their old order and at their old positions.
-    pub positions: Vec<Point3<f64>>,
-    /// Triangles that are left, in their old order.
-    pub triangles: Vec<[u32; 3]>,
-    /// Old number of each triangle that is left.
-    pub sources: Vec<u32>,
-    /// Number of collapsed edges.
-    pub count: u64,
-}
-
-/// Collapses each short edge into its lower vertex, where the surface stays a manifold.
+/// Collapses each edge of less than [`LENGTH_MIN`] into its lower vertex, where the surface stays a manifold. Returns the
+/// number of these edges, too. What is left keeps its order and its positions.
 ///
 /// Based on: T. K. Dey, H. Edelsbrunner, S. Guha, D. V. Nekhayev, *Topology preserving edge contraction* (1999), the
 /// link condition.
-pub(super) fn collapse(positions: &[Point3<f64>], triangles: &[[u32; 3]]) -> CollapsedSurface {
-    let mut triangles: Vec<[u32; 3]> = triangles.to_vec();
+pub(super) fn collapse(mut surface: MeshedSurface) -> (MeshedSurface, u64) {
+    let MeshedSurface { positions, triangles, .. } = &mut surface;
     let is_short = |[a, b]: [u32; 2]| (positions[a as usize] - positions[b as usize]).norm() < LENGTH_MIN;
     let sides = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]];
     let mut short: Vec<[u32; 2]> = triangles.iter().flat_map(|own| sides(*own)).filter(|[a, b]| a < b).collect();
     short.retain(|edge| is_short(*edge));
+    if short.is_empty() {
+        return (surface, 0);
+    }
+    let mut around = vec![Vec::new(); positions.len()];
+    for (index, triangle) in triangles.iter().enumerate() {
+        triangle.iter().for_each(|&vertex| around[vertex as usize].push(index as u32));
+    }
+    let mut merged: Vec<u32> = (0..positions.len() as u32).collect();
     let mut count = 0;
-    if !short.is_empty() {
-        let mut around = vec![Vec::new(); positions.len()];
-        for (index, triangle) in triangles.iter().enumerate() {
-            triangle.iter().for_each(|&vertex| around[vertex as usize].push(index as u32));
-        }
-        let mut merged: Vec<u32> = (0..positions.len() as u32).collect();
-        for edge in short {
-            let [a, b] = edge.map(|vertex| root(&merged, vertex));
-            if a != b && is_short([a, b]) && contract(&mut triangles, &mut around, a.min(b), a.max(b)) {
-                merged[a.max(b) as usize] = a.min(b);
-                count += 1;
-            }
+    for edge in short {
+        let [a, b] = edge.map(|vertex| root(&merged, vertex));
+        if a != b && is_short([a, b]) && contract(triangles, &mut around, a.min(b), a.max(b)) {
+            merged[a.max(b) as usize] = a.min(b);
+            count += 1;
         }
     }
-    let is_whole = |[a, b, c]: [u32; 3]| a != b && b != c && c != a;
-    let sources = (0..triangles.len() as u32).filter(|&own| is_whole(triangles[own as usize])).collect();
-    triangles.retain(|own| is_whole(*own));
-    let mut used = vec![u32::MAX; positions.len()];
-    triangles.iter().flatten().for_each(|&vertex| used[vertex as usize] = 0);
-    let mut kept = Vec::new();
-    for (vertex, name) in used.iter_mut().enumerate().filter(|(_, name)| **name == 0) {
-        *name = kept.len() as u32;
-        kept.push(positions[vertex]);
-    }
-    triangles.iter_mut().flatten().for_each(|vertex| *vertex = used[*vertex as usize]);
-    CollapsedSurface { positions: kept, triangles, sources, count }
+    (surface.compact(), count)
 }
 
 /// Nodes that edges too short to be cut join, each with the lowest node of its group; ascending, without that node itself.
@@ -110,9 +90,15 @@ mod tests {
     #[test]
     fn short_edges_go_and_the_rest_stays() {
         let mesh = shapes::sphere(0.3, 2);
+        let meshed = |positions: &[Point3<f64>], triangles: &[[u32; 3]]| MeshedSurface {
+            positions: positions.to_vec(),
+            triangles: triangles.to_vec(),
+            corners: Vec::new(),
+            sources: (0..triangles.len() as u32).collect(),
+        };
         let (mut positions, mut triangles) = (mesh.positions_m, mesh.triangles);
-        let whole = collapse(&positions, &triangles);
-        assert_eq!((whole.count, &whole.positions, &whole.triangles), (0, &positions, &triangles));
+        let whole = meshed(&positions, &triangles);
+        assert_eq!(collapse(whole.clone()), (whole.clone(), 0));
         // The first triangle gets a vertex very near its first corner.
         let [a, b, c] = triangles[0];
         let near = positions[a as usize]
@@ -122,8 +108,8 @@ mod tests {
         positions.push(near);
         triangles[0] = [a, b, added];
         triangles.extend([[b, c, added], [c, a, added]]);
-        let collapsed = collapse(&positions, &triangles);
-        assert_eq!(collapsed.count, 1);
+        let (collapsed, count) = collapse(meshed(&positions, &triangles));
+        assert_eq!(count, 1);
         assert_eq!(collapsed.positions, positions[..added as usize]);
         assert_eq!(collapsed.triangles.len(), whole.triangles.len());
         let mut sides: Vec<[u32; 2]> =

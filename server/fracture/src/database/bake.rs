@@ -125,7 +125,7 @@ fn exact_surface(
     let meshes = cutting_meshes(surface, &cracks, spacing, has_attributes, token, &mut |step| {
         progress(BakeStep::ExactSurface { round: step.round() });
     });
-    let CuttingMeshes { meshes, deviation, collapsed_edges } = match meshes {
+    let CuttingMeshes { meshes, deviation, collapsed_edges, repairs } = match meshes {
         Ok(meshes) => meshes,
         Err(CuttingError::Canceled(canceled)) => return Err(canceled.into()),
         Err(error) => {
@@ -133,6 +133,10 @@ fn exact_surface(
             return Ok(());
         }
     };
+    if !repairs.is_empty() {
+        let volume: f64 = meshes.iter().flat_map(|own| &own.volumes).sum();
+        report.input_volume_m3 = volume * surface.frame.diagonal_m.powi(3);
+    }
     let sum = |of: fn(&CuttingMesh) -> usize| meshes.iter().map(of).sum::<usize>() as u64;
     report.surface = SurfaceReport {
         kind: SurfaceKind::Exact,
@@ -142,6 +146,7 @@ fn exact_surface(
         deviation,
         collapsed_edges,
         anchored_nodes: sum(CuttingMesh::anchored_count),
+        repairs,
     };
     bodies.iter_mut().zip(meshes).for_each(|(body, mesh)| body.set_cutting(mesh));
     Ok(())

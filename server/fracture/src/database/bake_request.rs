@@ -70,7 +70,7 @@ impl BakeRequest {
             examples: 0,
             elastic: ElasticRequest::Reduced,
             factor: Precision::F64,
-            surface: SurfaceKind::Lattice,
+            surface: SurfaceKind::Exact,
             tables: Tables::ALL,
             seed: 0,
             allows_severed: true,

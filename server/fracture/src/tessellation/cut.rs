@@ -1,5 +1,6 @@
 //! Simplices of one dimension with crack points, and the points.
 
+use super::index_selection::IndexSet;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
@@ -36,6 +37,13 @@ impl CutSimplices {
     pub fn choose_of(&mut self, count: usize, among: &[u32], wanted: impl Fn(u32) -> bool) {
         self.clear(count);
         self.simplices.extend(among.iter().filter(|simplex| wanted(**simplex)));
+        self.number();
+    }
+
+    /// Marks those of `count` simplices that are `wanted` as cut.
+    pub fn choose(&mut self, count: usize, chosen: &mut IndexSet, wanted: impl Fn(usize) -> bool + Sync) {
+        self.clear(count);
+        chosen.choose(count, &mut self.simplices, wanted);
         self.number();
     }
 

@@ -90,6 +90,9 @@ pub struct FixedPoints {
     pub tets: Vec<(u32, Point3<f64>)>,
 }
 
+/// Edges per cut tetrahedron above which it is faster to go through the cut tetrahedra than through all edges.
+const EDGES_PER_CUT_TET: usize = 4;
+
 /// Crack points: one on each edge with two labels, face with three and tetrahedron with four.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CrackPoints {
@@ -217,15 +220,20 @@ impl CrackPoints {
         chosen.choose(masks.len(), &mut self.cut_tets, |tet| masks[tet] != 0);
         let cut_tets = || self.cut_tets.iter().map(|&tet| (tet as usize, masks[tet as usize]));
         let mark = |marks: &mut [u64], simplex: u32| marks[simplex as usize / 64] |= 1 << (simplex % 64);
-        // Every edge belongs to a tetrahedron, so every cut edge belongs to a cut one.
-        clear_marks(marks, topology.edges.len());
-        for (tet, mut left) in cut_tets() {
-            while left != 0 {
-                mark(marks, topology.tet_edges[tet][left.trailing_zeros() as usize]);
-                left &= left - 1;
+        let edges = &topology.edges;
+        if EDGES_PER_CUT_TET * self.cut_tets.len() < edges.len() {
+            // Every edge belongs to a tetrahedron, so every cut edge belongs to a cut one.
+            clear_marks(marks, edges.len());
+            for (tet, mut left) in cut_tets() {
+                while left != 0 {
+                    mark(marks, topology.tet_edges[tet][left.trailing_zeros() as usize]);
+                    left &= left - 1;
+                }
             }
+            self.edges.take_marked(edges.len(), marks);
+        } else {
+            self.edges.choose(edges.len(), chosen, |edge| label(edges[edge][0]) != label(edges[edge][1]));
         }
-        self.edges.take_marked(topology.edges.len(), marks);
         clear_marks(marks, topology.faces.len());
         for (tet, mask) in cut_tets().filter(|(_, mask)| MANY[*mask as usize]) {
             let faces = topology.tet_faces[tet].iter().zip(FACE_MASKS);

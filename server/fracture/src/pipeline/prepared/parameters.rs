@@ -1,6 +1,7 @@
 //! Parameters and report of a bake.
 
 use super::preset::Preset;
+use crate::cutting::SurfaceRepair;
 use crate::lift::LiftKind;
 use crate::scene::Material;
 use crate::sparse::Precision;
@@ -62,6 +63,9 @@ pub struct SurfaceReport {
     pub collapsed_edges: u64,
     /// Nodes too far from the lattice to follow its values; they take those of the lattice's nearest point.
     pub anchored_nodes: u64,
+    /// Repairs of the input that the exact surface needed.
+    #[serde(default)]
+    pub repairs: Vec<SurfaceRepair>,
 }
 
 /// Parameters of a bake, which determine the database together with the mesh.

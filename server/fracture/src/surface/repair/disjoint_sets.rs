@@ -5,7 +5,7 @@
 //! Based on: R. E. Tarjan, *Efficiency of a good but not linear set union algorithm* (1975), with path halving.
 
 /// Partition of 0 .. n into sets.
-pub(in crate::surface) struct DisjointSets {
+pub(crate) struct DisjointSets {
     parent: Vec<u32>,
 }
 

@@ -7,7 +7,7 @@ mod intersect;
 mod orient;
 mod shells;
 pub(super) use clean::is_flat;
-pub(super) use disjoint_sets::DisjointSets;
+pub(crate) use disjoint_sets::DisjointSets;
 pub(crate) use intersect::{crossings, meet};
 pub use shells::ShellPart;
 

@@ -9,7 +9,7 @@ use shatter_fracture::lattice::{EnergyTransfer, Lattice};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
     self, BodyEnergy, ContactSet, DegreeRequest, FractureError, FractureRequest, ImpactSampler, PreparedObject,
-    RequestContext, Workspace, strain_energy,
+    RequestContext, SurfaceKind, Workspace, strain_energy,
 };
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::scene::Material;
@@ -33,7 +33,7 @@ pub(super) fn request(plan: &AccuracyPlan) -> Result<BakeRequest, StudyError> {
     let tables = Tables { surface_diffusion: true, examples: true, ..LIFTED };
     let (examples, seed) = (plan.examples, plan.seed);
     let request = BakeRequest::new(plan.name.clone(), MATERIAL, material);
-    Ok(BakeRequest { elastic_spacing, crack_spacing, examples, seed, tables, ..request })
+    Ok(BakeRequest { elastic_spacing, crack_spacing, surface: SurfaceKind::Lattice, examples, seed, tables, ..request })
 }
 
 /// The same object on other lattices, with the same learned model.

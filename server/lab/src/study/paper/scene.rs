@@ -7,7 +7,7 @@ use nalgebra::{Point3, Vector3};
 use shatter_export::contact::{ContactBody, ElasticMaterial, HertzContact};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
-use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, PreparedObject};
+use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, PreparedObject, SurfaceKind};
 use shatter_fracture::scene::Material;
 use shatter_fracture::surface::RawMesh;
 
@@ -51,7 +51,11 @@ impl PaperBody {
     pub fn new(plan: &PaperPlan) -> Result<Self, PaperError> {
         let mesh = scaled(&plan.mesh).ok_or(PaperError::Empty)?;
         let material = Material::named(MATERIAL).map_err(|error| PaperError::Materials(error.to_string()))?;
-        let request = BakeRequest { quality: plan.quality, ..BakeRequest::new(plan.name.clone(), MATERIAL, material) };
+        let request = BakeRequest {
+            quality: plan.quality,
+            surface: SurfaceKind::Lattice,
+            ..BakeRequest::new(plan.name.clone(), MATERIAL, material)
+        };
         let vertices_m = mesh.positions_m.clone();
         let prepared = bake(mesh, &request, &CancelToken::default(), &mut |_| {})?;
         let strike = FractureRequest::at(Point3::origin(), Vector3::x()).seeded(1).of_quality(plan.quality);

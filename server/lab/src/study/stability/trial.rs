@@ -9,7 +9,7 @@ use shatter_fracture::fragment::closed;
 use shatter_fracture::lattice::LatticeError;
 use shatter_fracture::lift::LiftError;
 use shatter_fracture::pipeline::{
-    DegreeRequest, DegreeSource, FractureError, FractureRequest, FragmentRow, PreparedObject, RunRow,
+    DegreeRequest, DegreeSource, FractureError, FractureRequest, FragmentRow, PreparedObject, RunRow, SurfaceKind,
 };
 use shatter_fracture::scene::{Material, MaterialError};
 use shatter_fracture::surface::{RawMesh, SurfaceError};
@@ -81,7 +81,7 @@ pub fn coarse() -> Result<BakeRequest, TrialFault> {
 
 /// Stone at default spacings.
 pub fn fine() -> Result<BakeRequest, TrialFault> {
-    Ok(BakeRequest::new("case", "stone", material("stone")?))
+    Ok(BakeRequest { surface: SurfaceKind::Lattice, ..BakeRequest::new("case", "stone", material("stone")?) })
 }
 
 /// Bakes a mesh.

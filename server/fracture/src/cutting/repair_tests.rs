@@ -1,0 +1,187 @@
+//! Tests of the repairs that make a surface conform.
+
+use super::films::filled;
+use super::meshed_surface::MeshedSurface;
+use super::united::{UnitedSurface, united};
+use super::{RepairKind, SurfaceRepair};
+use crate::cancel_token::CancelToken;
+use crate::conforming::{ConformingOptions, conforming_mesh};
+use crate::database::BakeRequest;
+use crate::fragment::closed;
+use crate::pipeline::{DegreeRequest, FractureOutcome, FractureRequest, PreparedObject, SurfaceKind};
+use crate::scene::Material;
+use crate::surface::{RawMesh, Surface, shapes};
+use nalgebra::{Point3, Rotation3, Vector3};
+use proptest::prelude::*;
+
+/// `mesh` rotated about its center by `angles` and moved by `offset_m`.
+fn moved(mut mesh: RawMesh, angles: [f64; 3], offset_m: [f64; 3]) -> RawMesh {
+    let rotation = Rotation3::from_euler_angles(angles[0], angles[1], angles[2]);
+    mesh.positions_m.iter_mut().for_each(|point| *point = rotation * *point + Vector3::from(offset_m));
+    mesh
+}
+
+/// Both meshes in one.
+fn joined(mut one: RawMesh, other: &RawMesh) -> RawMesh {
+    let first = one.positions_m.len() as u32;
+    one.positions_m.extend(&other.positions_m);
+    one.triangles.extend(other.triangles.iter().map(|own| own.map(|vertex| vertex + first)));
+    one
+}
+
+fn cube(offset_m: [f64; 3]) -> RawMesh {
+    moved(shapes::cuboid([1.0; 3]), [0.0; 3], offset_m)
+}
+
+fn baked(mesh: RawMesh) -> PreparedObject {
+    let request = BakeRequest {
+        kappa: Some(1.0),
+        elastic_spacing: Some(0.12),
+        crack_spacing: Some(0.08),
+        ..BakeRequest::new("repaired", "ceramic", Material::named("ceramic").unwrap())
+    };
+    request.bake(mesh).unwrap()
+}
+
+/// Bakes, checks surface and volume, and breaks the object into closed pieces.
+#[track_caller]
+fn check(mesh: RawMesh, volume_m3: f64, kinds: &[RepairKind]) -> PreparedObject {
+    let prepared = baked(mesh);
+    let report = &prepared.report.surface;
+    assert_eq!((report.kind, &report.reason), (SurfaceKind::Exact, &None));
+    assert_eq!(report.repairs.iter().map(|own| own.kind).collect::<Vec<_>>(), kinds);
+    let found = prepared.report.input_volume_m3;
+    assert!((found / volume_m3 - 1.0).abs() < 1e-6, "{found} m³ instead of {volume_m3} m³");
+    let boundary = &prepared.bodies[0].cutting.as_ref().unwrap().topology.boundary;
+    for number in 0..3 {
+        let face = boundary[7919 * (number + 1) % boundary.len()];
+        let node = prepared.bodies[0].cutting.as_ref().unwrap().mesh.nodes[face.nodes[0] as usize];
+        let point_m = prepared.frame.to_meters(&node);
+        let request = FractureRequest::at(point_m, prepared.frame.center_m - point_m).seeded(number as u64);
+        let request = FractureRequest { degree: DegreeRequest::Sites(12), ..request };
+        let FractureOutcome::Fractured(fracture) = prepared.strike(&request).unwrap() else { panic!("intact") };
+        let emitted = fracture.meshes.emitted().unwrap();
+        emitted.fragments().for_each(|fragment| closed(fragment.positions, fragment.indices).unwrap());
+        let sum: f64 = fracture.meshes.fragments.iter().map(|row| row.volume_m3).sum();
+        assert!((sum / found - 1.0).abs() < 1e-9, "{sum} of {found}");
+    }
+    prepared
+}
+
+#[test]
+fn holes_are_closed_by_films() {
+    let mut open = cube([0.0; 3]);
+    open.triangles.truncate(open.triangles.len() - 1);
+    let prepared = check(open, 1.0, &[RepairKind::FilledHoles]);
+    let SurfaceRepair { count, area_m2, places_m, .. } = &prepared.report.surface.repairs[0];
+    assert_eq!((*count, places_m.len()), (1, 1));
+    assert!((area_m2 - 0.5).abs() < 1e-12, "{area_m2}");
+    // Of a rim of four vertices, the film of least area is the flat one.
+    let mut without_side = cube([0.0; 3]);
+    let top = |own: &[u32; 3]| own.iter().all(|&vertex| without_side.positions_m[vertex as usize].y > 0.0);
+    let kept: Vec<[u32; 3]> = without_side.triangles.iter().filter(|own| !top(own)).copied().collect();
+    assert_eq!(kept.len(), 10);
+    without_side.triangles = kept;
+    check(without_side, 1.0, &[RepairKind::FilledHoles]);
+}
+
+#[test]
+fn large_holes_stay_open() {
+    let mut sheet = cube([0.0; 3]);
+    let bottom = |own: &[u32; 3]| own.iter().all(|&vertex| sheet.positions_m[vertex as usize].y < 0.0);
+    sheet.triangles = sheet.triangles.iter().filter(|own| bottom(own)).copied().collect();
+    assert!(filled(&Surface::repair(sheet).unwrap()).is_none());
+    assert!(filled(&Surface::repair(cube([0.0; 3])).unwrap()).is_none(), "there is no hole");
+}
+
+#[test]
+fn films_have_the_attributes_of_their_rim() {
+    let mut open = cube([0.0; 3]);
+    open.triangles.truncate(open.triangles.len() - 2);
+    open.attributes.uvs = (0..open.triangles.len()).map(|own| [[own as f32, 0.5]; 3]).collect();
+    open.attributes.materials = vec![1; open.triangles.len()];
+    open.attributes.names = vec!["a".to_owned(), "b".to_owned()];
+    let surface = Surface::repair(open).unwrap();
+    let filled = filled(&surface).unwrap().surface;
+    let count = filled.triangles.len();
+    assert_eq!(count, 12);
+    assert_eq!(
+        (filled.attributes.uvs.len(), filled.attributes.materials.len(), filled.faces.len()),
+        (count, count, count)
+    );
+    assert_eq!(filled.attributes.materials[count - 1], 1);
+    assert_eq!(filled.attributes.uvs[count - 1][0][1], 0.5);
+}
+
+#[test]
+fn parts_that_cross_are_united() {
+    let tilted = moved(shapes::cuboid([1.0; 3]), [0.0; 3], [0.5, 0.25, 0.125]);
+    let volume_m3 = 2.0 - 0.5 * 0.75 * 0.875;
+    let prepared = check(joined(cube([0.0; 3]), &tilted), volume_m3, &[RepairKind::UnitedParts]);
+    assert!(prepared.report.surface.repairs[0].count > 0);
+}
+
+#[test]
+fn a_part_inside_another_dissolves_and_a_cavity_stays() {
+    let inner = shapes::cuboid([0.25; 3]);
+    let solid = joined(cube([0.0; 3]), &inner);
+    check(solid, 1.0, &[RepairKind::HiddenTriangles]);
+    let mut reversed = inner;
+    reversed.triangles.iter_mut().for_each(|own| own.swap(1, 2));
+    check(joined(cube([0.0; 3]), &reversed), 1.0 - 0.25_f64.powi(3), &[]);
+}
+
+#[test]
+fn parts_that_touch_in_a_vertex_are_moved_apart() {
+    // A cube with a dent whose tip reaches the middle of the opposite face's vertex: two pyramids that meet in one point.
+    let at = |x: f64, y: f64, z: f64| Point3::new(x, y, z);
+    let mut hourglass = RawMesh::new(vec![at(0.0, 0.0, 0.0)], Vec::new());
+    for y in [-1.0, 1.0] {
+        let first = hourglass.positions_m.len() as u32;
+        hourglass.positions_m.extend([at(-1.0, y, -1.0), at(1.0, y, -1.0), at(1.0, y, 1.0), at(-1.0, y, 1.0)]);
+        let mut own: Vec<[u32; 3]> = (0..4).map(|k| [0, first + k, first + (k + 1) % 4]).collect();
+        own.extend([[first, first + 2, first + 1], [first, first + 3, first + 2]]);
+        if y > 0.0 {
+            own.iter_mut().for_each(|own| own.swap(1, 2));
+        }
+        hourglass.triangles.extend(own);
+    }
+    let surface = Surface::repair(hourglass).unwrap();
+    let meshed = MeshedSurface::new(&surface, true);
+    let united = united(&meshed, &CancelToken::default()).unwrap().unwrap();
+    assert_eq!((united.crossings.len(), united.hidden.len(), united.divided.len()), (0, 0, 1));
+    assert_eq!(united.meshed.positions.len(), meshed.positions.len() + 1);
+    let options = ConformingOptions { spacing: 0.1, ..ConformingOptions::default() };
+    let UnitedSurface { meshed, .. } = united;
+    let mesh =
+        conforming_mesh(&meshed.positions, &meshed.triangles, &[], &options, &CancelToken::default(), &mut |_| ());
+    assert!(mesh.is_ok(), "{mesh:?}");
+    assert_eq!(meshed.corners.len(), meshed.triangles.len());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+    /// The union of two boxes has a volume between the larger one's and the sum, and its surface can be meshed.
+    #[test]
+    fn any_two_boxes_are_united(
+        size in prop::array::uniform3(0.3_f64..1.5),
+        angles in prop::array::uniform3(0.0_f64..3.0),
+        offset_m in prop::array::uniform3(-0.9_f64..0.9),
+    ) {
+        let other = moved(shapes::cuboid(size), angles, offset_m);
+        let surface = Surface::repair(joined(cube([0.0; 3]), &other)).unwrap();
+        let united = united(&MeshedSurface::new(&surface, false), &CancelToken::default()).unwrap().unwrap();
+        let MeshedSurface { positions, triangles, .. } = &united.meshed;
+        let options = ConformingOptions { spacing: 0.2, ..ConformingOptions::default() };
+        let mesh = conforming_mesh(positions, triangles, &[], &options, &CancelToken::default(), &mut |_| ());
+        prop_assert!(mesh.is_ok(), "{mesh:?}");
+        let cone = |own: &[u32; 3]| {
+            let [a, b, c] = own.map(|vertex| positions[vertex as usize].coords);
+            a.dot(&b.cross(&c)) / 6.0
+        };
+        let volume_m3 = triangles.iter().map(cone).sum::<f64>() * surface.frame.diagonal_m.powi(3);
+        let own = size.iter().product::<f64>();
+        prop_assert!(volume_m3 > own.max(1.0) - 1e-9 && volume_m3 < own + 1.0 + 1e-9, "{volume_m3}");
+    }
+}

@@ -1,0 +1,43 @@
+//! Repairs that a surface needs before it can be meshed, for the report.
+
+use crate::surface::LocalFrame;
+use nalgebra::Point3;
+use serde::{Deserialize, Serialize};
+
+/// Largest number of places that a repair lists.
+const LISTED_MAX: usize = 5;
+
+/// Kind of a repair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RepairKind {
+    /// Holes were closed by films.
+    FilledHoles,
+    /// Parts that intersect or contain one another were united. Triangles that cross a later one are counted.
+    UnitedParts,
+    /// Triangles inside the solid were left out.
+    HiddenTriangles,
+    /// Vertices in which parts touch were divided.
+    DividedVertices,
+}
+
+/// A repair of the surface that fragments end on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SurfaceRepair {
+    /// Kind of the repair.
+    pub kind: RepairKind,
+    /// Number of places.
+    pub count: u64,
+    /// Area that was added, m².
+    pub area_m2: f64,
+    /// The first places, m.
+    pub places_m: Vec<Point3<f64>>,
+}
+
+impl SurfaceRepair {
+    /// A repair at these local places.
+    pub(super) fn new(kind: RepairKind, area: f64, places: &[Point3<f64>], frame: &LocalFrame) -> Self {
+        let places_m = places.iter().take(LISTED_MAX).map(|place| frame.to_meters(place)).collect();
+        Self { kind, count: places.len() as u64, area_m2: area * frame.diagonal_m * frame.diagonal_m, places_m }
+    }
+}

@@ -1,0 +1,97 @@
+//! Unites the parts of a closed surface that intersect or contain one another: what is left has an outside and an inside.
+//!
+//! Crossing triangles are divided along their intersections. A piece stays if the winding number is at least 1 behind it and
+//! at most 0 in front of it. `manifold-rust` computes the arrangement and its winding numbers, exactly; positions are
+//! rounded at the end.
+//!
+//! Based on: Q. Zhou, E. Grinspun, D. Zorin, A. Jacobson, *Mesh arrangements for solid geometry* (2016).
+
+use super::meshed_surface::{CornerAttributes, MeshedSurface};
+use super::separated::separated;
+use crate::cancel_token::{CancelToken, Canceled};
+use crate::skin::blended;
+use crate::surface::{barycentric, crossings};
+use manifold_rust::linalg::Vec3;
+use manifold_rust::robust::cells::{VertTables, build_cells, extract, windings};
+use manifold_rust::robust::intersection_graph::{Piece, build_graph};
+use manifold_rust::robust::pairing::plan_vertex_splits;
+use manifold_rust::types::{OpType, WindingRule};
+use nalgebra::Point3;
+
+/// Largest number of crossing pairs of triangles that are resolved. Each takes exact arithmetic.
+const PAIRS_MAX: usize = 20_000;
+
+/// A united surface, and what was done.
+pub(super) struct UnitedSurface {
+    /// The surface.
+    pub meshed: MeshedSurface,
+    /// A vertex of each triangle that crosses one with a higher number, local.
+    pub crossings: Vec<Point3<f64>>,
+    /// A vertex of each triangle that is inside the solid, local.
+    pub hidden: Vec<Point3<f64>>,
+    /// Vertices where parts touched, which are now apart; local.
+    pub divided: Vec<Point3<f64>>,
+}
+
+/// The boundary of the solid that `surface` encloses, or `None` if too many triangles cross.
+///
+/// # Errors
+/// [`Canceled`].
+pub(super) fn united(surface: &MeshedSurface, token: &CancelToken) -> Result<Option<UnitedSurface>, Canceled> {
+    let all: Vec<u32> = (0..surface.triangles.len() as u32).collect();
+    let pairs = crossings(&surface.positions, &surface.triangles, &all);
+    if pairs.len() / 2 > PAIRS_MAX {
+        return Ok(None);
+    }
+    token.check()?;
+    let exact = |vertex: u32| {
+        let at = surface.positions[vertex as usize];
+        Vec3::new(at.x, at.y, at.z)
+    };
+    let triangles: Vec<[Vec3; 3]> = surface.triangles.iter().map(|own| own.map(exact)).collect();
+    let graph = build_graph(&triangles, &[]);
+    token.check()?;
+    let complex = build_cells(&graph);
+    let windings = windings(&graph, &complex, [&triangles, &[]]);
+    token.check()?;
+    let pieces = extract(&graph, &complex, &windings, OpType::Add, WindingRule::Positive);
+    let corners: Vec<[u32; 3]> = pieces.iter().map(|piece| piece.vi).collect();
+    let tables = VertTables { verts: &graph.verts, verts_f64: &graph.verts_f64 };
+    let copies = plan_vertex_splits(&corners, tables);
+    let positions: Vec<Point3<f64>> = graph.verts_f64.iter().map(|at| Point3::new(at.x, at.y, at.z)).collect();
+    let attributes = match surface.corners.is_empty() {
+        true => Vec::new(),
+        false => pieces.iter().map(|piece| attributes(surface, piece, &positions)).collect(),
+    };
+    let meshed = MeshedSurface {
+        positions,
+        triangles: corners,
+        corners: attributes,
+        sources: pieces.iter().map(|piece| surface.sources[piece.tri]).collect(),
+    };
+    let (meshed, divided) = separated(meshed, copies.as_deref());
+    let place = |own: &u32| surface.positions[surface.triangles[*own as usize][0] as usize];
+    let mut crossing: Vec<u32> = pairs.iter().map(|[own, other]| *own.min(other)).collect();
+    crossing.sort_unstable();
+    crossing.dedup();
+    let mut is_left = vec![false; surface.triangles.len()];
+    pieces.iter().for_each(|piece| is_left[piece.tri] = true);
+    let hidden = (0..surface.triangles.len() as u32).filter(|own| !is_left[*own as usize]);
+    Ok(Some(UnitedSurface {
+        meshed: meshed.compact(),
+        crossings: crossing.iter().map(place).collect(),
+        hidden: hidden.map(|own| place(&own)).collect(),
+        divided,
+    }))
+}
+
+/// Attributes at the corners of a piece of a triangle.
+fn attributes(surface: &MeshedSurface, piece: &Piece, positions: &[Point3<f64>]) -> [CornerAttributes; 3] {
+    let (vertices, corners) = (surface.triangles[piece.tri], surface.corners[piece.tri]);
+    let at = vertices.map(|vertex| surface.positions[vertex as usize]);
+    piece.vi.map(|vertex| {
+        let place = positions[vertex as usize];
+        let known = at.iter().position(|corner| *corner == place);
+        known.map_or_else(|| blended(corners, barycentric(&at, &place)), |corner| corners[corner])
+    })
+}
