@@ -5,7 +5,7 @@ use anyhow::{Context, Result, bail, ensure};
 use gltf::accessor::Iter;
 use serde_json::Value;
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// One fragment as read from the file.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,6 +126,12 @@ fn manifold(document: &gltf::Document, blob: &[u8], mesh: &gltf::Mesh) -> Result
 fn triples(indices: &[u32]) -> Result<Vec<[u32; 3]>> {
     ensure!(indices.len().is_multiple_of(3), "{} indices are no triangles", indices.len());
     Ok(indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect())
+}
+
+/// The file of closed meshes: the one beside `file`, or `file` itself if the skins are closed.
+pub fn closed_file(file: &Path) -> PathBuf {
+    let beside = file.with_extension("closed.glb");
+    if beside.exists() { beside } else { file.to_owned() }
 }
 
 impl Fragment {

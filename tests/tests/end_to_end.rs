@@ -6,6 +6,7 @@ use shatter_fracture::fragment::RigidProperties;
 use shatter_fracture::surface::shapes::{self, write_obj};
 use shatter_fracture::surface::{LengthUnit, RawMesh, UpAxis};
 use shatter_tests::fixture::Fixture;
+use shatter_tests::glb::closed_file;
 use shatter_tests::{glb, json_keys, real};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -65,13 +66,12 @@ fn a_strike_writes_closed_fragments_whose_volumes_add_up() {
     let wanted = ["load", "elasticity", "threshold", "degree", "centroidal", "labels", "tessellation", "fragments"];
     assert_eq!(names[..8], wanted);
     assert!(names.len() > 8, "effects under their own names");
-    let inspected = fixture.ok("shatterd", &["inspect", fixture.databases().join("arch.shatter").to_str().unwrap()]);
-    check_glb(&closed(&file), document["fragments"].as_array().unwrap().len(), number(&inspected, "lattice_volume_m3"));
+    check_glb(&closed_file(&file), document["fragments"].as_array().unwrap().len(), volume_m3(&fixture));
 }
 
-/// The file of closed meshes beside the one with the skins.
-fn closed(file: &Path) -> PathBuf {
-    file.with_extension("closed.glb")
+/// Volume of the only object, as the daemon lists it.
+fn volume_m3(fixture: &Fixture) -> f64 {
+    number(&fixture.ok("shatter", &["list"])["objects"][0], "volume_m3")
 }
 
 /// Reads the file with a reader that shares no code with the writer.
@@ -85,7 +85,7 @@ fn check_glb(file: &Path, fragments: usize, volume_m3: f64) {
 }
 
 #[test]
-fn the_intact_object_is_the_boundary_of_its_lattice() {
+fn the_intact_object_is_the_surface_on_which_fragments_end() {
     let fixture = with_arch(&[]);
     let database = fixture.databases().join("arch.shatter");
     let inspect = |mesh: &Path| {
@@ -93,7 +93,8 @@ fn the_intact_object_is_the_boundary_of_its_lattice() {
         fixture.json("shatterd", &arguments)
     };
     let [obj, glb, other] = ["whole.obj", "whole.glb", "whole.stl"].map(|name| fixture.path(name));
-    let volume_m3 = number(&inspect(&obj).1, "lattice_volume_m3");
+    assert_eq!(inspect(&obj).1["surface"]["kind"], "exact");
+    let volume_m3 = volume_m3(&fixture);
     let read = shatter_fracture::surface::read(&obj, LengthUnit::M, UpAxis::Y).unwrap();
     let positions: Vec<[f32; 3]> = read.positions_m.iter().map(|p| p.coords.map(|x| x as f32).into()).collect();
     shatter_fracture::fragment::closed(&positions, read.triangles.as_flattened()).unwrap();
@@ -399,7 +400,8 @@ fn the_horse_and_the_bunny_come_back_closed() {
         let out = fixture.path("it.glb");
         let strike = ["impact", "it", "--point", point, "--impulse", impulse, "--radius-m", "0.03", "--degree", "50"];
         let document = fixture.ok("shatter", &[&strike[..], &["--out", out.to_str().unwrap()]].concat());
-        check_glb(&closed(&out), document["fragments"].as_array().unwrap().len(), number(&baked, "lattice_volume_m3"));
+        assert_eq!(baked["surface"]["kind"], "exact");
+        check_glb(&closed_file(&out), document["fragments"].as_array().unwrap().len(), volume_m3(&fixture));
         println!("{file}: daemon {:.0} MB", fixture.daemon_memory_bytes().unwrap() as f64 / 1e6);
     }
 }

@@ -7,6 +7,7 @@ use shatter_fracture::fragment::{RigidProperties, closed};
 use shatter_fracture::surface::shapes::{self, write_obj};
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis};
 use shatter_tests::fixture::Fixture;
+use shatter_tests::glb::closed_file;
 use shatter_tests::model::{Element, elements};
 use shatter_tests::{glb, peers};
 use std::collections::{BTreeMap, BTreeSet};
@@ -22,10 +23,14 @@ const VOLUME: f64 = 1e-6;
 
 /// A test folder with `mesh` on a lattice of this spacing, and the daemon running.
 fn with(mesh: &RawMesh, spacing: &str) -> Fixture {
+    with_surface(mesh, spacing, "exact")
+}
+
+fn with_surface(mesh: &RawMesh, spacing: &str, surface: &str) -> Fixture {
     let mut fixture = Fixture::new();
     let file = fixture.path("thing.obj");
     write_obj(mesh, &file).unwrap();
-    let spacings = ["--crack-spacing", spacing, "--elastic-spacing", "0.08"];
+    let spacings = ["--crack-spacing", spacing, "--elastic-spacing", "0.08", "--surface", surface];
     fixture.bake_once(&file, "thing", &[&["--material", "ceramic"][..], &spacings].concat());
     fixture.serve(&[]);
     fixture
@@ -96,7 +101,7 @@ fn a_glb_has_inertias_and_is_watertight_for_other_tools() {
     let fixture = with(&shapes::arch(), "0.035");
     let file = fixture.path("pieces.glb");
     let document = prefracture(&fixture, 16, &file, &[]);
-    let file = file.with_extension("closed.glb");
+    let file = closed_file(&file);
     let read = glb::read(&file).unwrap();
     assert_eq!(read.len(), rows(&document).len());
     for (fragment, row) in read.iter().zip(rows(&document)) {
@@ -200,7 +205,7 @@ fn blender_makes_rigid_bodies_of_a_glb() {
     let fixture = with(&shapes::arch(), "0.035");
     let file = fixture.path("pieces.glb");
     let document = prefracture(&fixture, 16, &file, &[]);
-    let Some(seen) = peers::blender(&file.with_extension("closed.glb"), "72") else { return };
+    let Some(seen) = peers::blender(&closed_file(&file), "72") else { return };
     let pieces = seen["pieces"].as_array().unwrap();
     assert_eq!(pieces.len(), rows(&document).len());
     for (piece, row) in pieces.iter().zip(rows(&document)) {
@@ -254,7 +259,7 @@ fn only_files_of_an_earlier_export_are_removed() {
 
 #[test]
 fn a_glb_never_lies_beside_files_of_another_result() {
-    let fixture = with(&shapes::cuboid([0.3, 0.1, 0.1]), "0.04");
+    let fixture = with_surface(&shapes::cuboid([0.3, 0.1, 0.1]), "0.04", "lattice");
     let (file, more) = (fixture.path("pieces.glb"), ["--enable", "hulls"]);
     prefracture(&fixture, 4, &file, &more);
     let [closed, hulls] = ["closed.glb", "hulls.glb"].map(|ending| file.with_extension(ending));
@@ -339,7 +344,7 @@ fn mujoco_models_match_the_result_and_step() {
     let fixture = with(&shapes::arch(), "0.035");
     let glb_file = fixture.path("pieces.glb");
     prefracture(&fixture, 16, &glb_file, &[]);
-    let pieces = glb::read(&glb_file.with_extension("closed.glb")).unwrap();
+    let pieces = glb::read(&closed_file(&glb_file)).unwrap();
     let folder = fixture.path("models");
     let document = prefracture(&fixture, 16, &folder, &["--format", "mjcf"]);
     let file = folder.join("thing.xml");

@@ -3,6 +3,7 @@
 use serde_json::Value;
 use shatter_fracture::surface::{self, LengthUnit, UpAxis, shapes};
 use shatter_tests::fixture::Fixture;
+use shatter_tests::glb::closed_file;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -94,7 +95,15 @@ fn downwards(v: f64) -> f64 {
 /// Bakes a mesh file, divides the object, and checks all files.
 #[track_caller]
 fn check_files(fixture: &Fixture, mesh: &Path, name: &str) {
-    let bake = ["bake", mesh.to_str().unwrap(), "--name", name, "--material", "ceramic"];
+    for (surface, error) in [("exact", SKIN), ("lattice", LATTICE)] {
+        check_files_of(fixture, mesh, name, surface, error);
+    }
+}
+
+/// As [`check_files`], with this surface, whose closed meshes have this error.
+#[track_caller]
+fn check_files_of(fixture: &Fixture, mesh: &Path, name: &str, surface: &str, error: f64) {
+    let bake = ["bake", mesh.to_str().unwrap(), "--name", name, "--material", "ceramic", "--surface", surface];
     fixture.ok("shatterd", &[&bake[..], &["--crack-spacing", "0.03", "--elastic-spacing", "0.06"]].concat());
     let mut served = Fixture::new();
     std::fs::create_dir_all(served.databases()).unwrap();
@@ -107,12 +116,12 @@ fn check_files(fixture: &Fixture, mesh: &Path, name: &str) {
         served.ok("shatter", &[&own[..], more].concat())
     };
     divide(&file, &[]);
-    check("glb", &in_glb(&file.with_extension("closed.glb")), downwards, LATTICE);
+    check("glb", &in_glb(&closed_file(&file)), downwards, error);
     check("skin", &in_glb(&file), downwards, SKIN);
     divide(&folder, &["--format", "obj"]);
     let pieces = (0..8).map(|piece| folder.join(format!("fragment_{piece:03}.obj"))).filter(|piece| piece.is_file());
     let corners: Vec<_> = pieces.flat_map(|piece| in_obj(&piece)).collect();
-    check("obj", &corners, upwards, LATTICE);
+    check("obj", &corners, upwards, error);
 }
 
 #[test]

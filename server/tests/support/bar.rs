@@ -2,6 +2,7 @@
 
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, save};
+use shatter_fracture::pipeline::SurfaceKind;
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
 use std::collections::BTreeMap;
@@ -21,6 +22,7 @@ fn baked(crack_spacing: f64) -> Vec<u8> {
         elastic_spacing: Some(0.12),
         crack_spacing: Some(crack_spacing),
         seed: 1,
+        surface: SurfaceKind::Lattice,
         ..BakeRequest::new("bar", "glass", glass)
     };
     let prepared = bake(shapes::cuboid([0.4, 0.2, 0.2]), &request, &CancelToken::default(), &mut |_| {}).unwrap();

@@ -66,6 +66,11 @@ pub use split_surface::SurfacePlace;
 /// Longest edge of the surface after the split, relative to the spacing.
 const EDGE_LENGTH_MAX: f64 = 0.7;
 
+/// Approximate number of boundary triangles of a mesh of this surface with interior points at `spacing`.
+pub(crate) fn boundary_count(positions: &[Point3<f64>], triangles: &[[u32; 3]], spacing: f64) -> usize {
+    split_surface::split_count(positions, triangles, spacing * EDGE_LENGTH_MAX) as usize
+}
+
 /// Default limit of the steps. A step takes 10 to 500 ns.
 const STEPS_MAX: u64 = 300_000_000;
 

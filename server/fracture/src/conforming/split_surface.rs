@@ -229,6 +229,19 @@ impl SplitSurface {
     }
 }
 
+/// Approximate number of triangles after edges longer than `length_max` are split, from the size of each triangle.
+pub(super) fn split_count(positions: &[Point3<f64>], triangles: &[[u32; 3]], length_max: f64) -> f64 {
+    // Edges are halved, so the number of their parts is a power of two.
+    let parts = |length: f64| (length / length_max).log2().ceil().max(0.0).exp2();
+    let of = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
+        let longest = [b - a, c - b, a - c].iter().map(Vector3::norm).fold(0.0, f64::max);
+        let height = (b - a).cross(&(c - a)).norm() / longest;
+        parts(longest) * if height > 0.0 { parts(height) } else { 1.0 }
+    };
+    triangles.iter().map(of).sum()
+}
+
 /// Vertices of an edge in ascending order.
 pub(super) fn ascending([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]

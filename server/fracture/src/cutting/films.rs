@@ -3,16 +3,21 @@
 //! Based on: G. Barequet, M. Sharir, *Filling gaps in the boundary of a polyhedron* (1995): least area by dynamic
 //! programming.
 
+use super::slits::close_slits;
 use crate::lattice::area_vector;
 use crate::surface::Surface;
-use nalgebra::Point3;
-use std::collections::HashMap;
+use nalgebra::{Point3, Vector3};
+use std::collections::{BTreeMap, HashMap};
+use std::f64::consts::TAU;
 
 /// Largest number of vertices of a rim. The work grows with its third power.
 const RIM_MAX: usize = 512;
 
 /// Largest area of a film, as a share of the surface's area: a box may lack a side.
 const AREA_MAX: f64 = 0.25;
+
+/// Angle at the end of a slit by which its sides may overlap.
+const SLIT_ANGLE: f64 = 0.05;
 
 /// A surface whose holes are closed.
 #[derive(Debug)]
@@ -27,8 +32,8 @@ pub(super) struct FilledSurface {
 
 /// `surface` with films over its holes; `None` if it has no hole that a film can close.
 pub(super) fn filled(surface: &Surface) -> Option<FilledSurface> {
-    let sides = Sides::new(&surface.triangles);
-    let rims = sides.rims();
+    let sides = Sides::new(surface);
+    let rims = sides.rims(&surface.positions);
     if rims.is_empty() {
         return None;
     }
@@ -45,6 +50,7 @@ pub(super) fn filled(surface: &Surface) -> Option<FilledSurface> {
         filled.area += area;
         filled.places.push(surface.positions[rim.vertices[0] as usize]);
     }
+    close_slits(&mut filled.surface, surface.triangles.len());
     (!filled.places.is_empty()).then_some(filled)
 }
 
@@ -77,38 +83,50 @@ struct Rim {
 /// Triangles by their directed edges.
 struct Sides {
     triangles: HashMap<[u32; 2], u32>,
-    corners: Vec<[u32; 3]>,
+    /// Sum of the area vectors of the triangles around each vertex.
+    normals: HashMap<u32, Vector3<f64>>,
 }
 
 impl Sides {
-    fn new(triangles: &[[u32; 3]]) -> Self {
+    fn new(surface: &Surface) -> Self {
         let sides = |(own, &[a, b, c]): (u32, &[u32; 3])| [[a, b], [b, c], [c, a]].map(|edge| (edge, own));
-        Self { triangles: (0..).zip(triangles).flat_map(sides).collect(), corners: triangles.to_vec() }
+        let mut normals: HashMap<u32, Vector3<f64>> = HashMap::new();
+        for own in 0..surface.triangles.len() {
+            let area = area_vector(&surface.corners(own));
+            surface.triangles[own].iter().for_each(|&vertex| *normals.entry(vertex).or_default() += area);
+        }
+        Self { triangles: (0..).zip(&surface.triangles).flat_map(sides).collect(), normals }
     }
 
     fn is_open(&self, [a, b]: [u32; 2]) -> bool {
         !self.triangles.contains_key(&[b, a])
     }
 
-    /// The open edge that follows `edge` around its end, through the triangles there.
-    fn next(&self, [a, b]: [u32; 2]) -> Option<[u32; 2]> {
-        let mut edge = [a, b];
-        for _ in 0..self.corners.len() {
-            let corners = self.corners[*self.triangles.get(&edge)? as usize];
-            let own = corners.iter().position(|&corner| corner == b)?;
-            let onward = [b, corners[(own + 1) % 3]];
-            if self.is_open(onward) {
-                return Some(onward);
-            }
-            edge = [onward[1], b];
+    /// The open edge that follows `edge` around the hole. Several may begin at its end: the first in the sense in which one
+    /// turns from the edge back over the hole follows.
+    fn next(&self, [a, b]: [u32; 2], open: &BTreeMap<u32, Vec<u32>>, positions: &[Point3<f64>]) -> Option<[u32; 2]> {
+        let onward = open.get(&b)?;
+        if let [only] = onward[..] {
+            return Some([b, only]);
         }
-        None
+        let at = |vertex: u32| positions[vertex as usize];
+        let normal = self.normals.get(&b)?.try_normalize(0.0)?;
+        let back = at(a) - at(b);
+        let angle = |&vertex: &u32| {
+            let own = at(vertex) - at(b);
+            let angle = normal.dot(&back.cross(&own)).atan2(back.dot(&own) - normal.dot(&back) * normal.dot(&own));
+            // A slit has no width, or a negative one.
+            if angle > -SLIT_ANGLE { angle } else { angle + TAU }
+        };
+        onward.iter().min_by(|one, other| angle(one).total_cmp(&angle(other))).map(|&vertex| [b, vertex])
     }
 
     /// All closed loops of open edges, by their lowest edge.
-    fn rims(&self) -> Vec<Rim> {
+    fn rims(&self, positions: &[Point3<f64>]) -> Vec<Rim> {
         let mut open: Vec<[u32; 2]> = self.triangles.keys().copied().filter(|edge| self.is_open(*edge)).collect();
         open.sort_unstable();
+        let mut onward: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        open.iter().for_each(|[from, to]| onward.entry(*from).or_default().push(*to));
         let mut is_done: HashMap<[u32; 2], bool> = open.iter().map(|edge| (*edge, false)).collect();
         let mut rims = Vec::new();
         for first in open {
@@ -118,7 +136,7 @@ impl Sides {
                 && is_done.insert(own, true) == Some(false)
             {
                 vertices.push(own[0]);
-                edge = self.next(own);
+                edge = self.next(own, &onward, positions);
             }
             if edge == Some(first) && vertices.len() > 2 {
                 vertices.reverse();

@@ -8,6 +8,9 @@ use std::collections::HashMap;
 /// Normal and texture coordinates at a corner of a triangle.
 pub(super) type CornerAttributes = ([f32; 3], [f32; 2]);
 
+/// Coordinates below this are zero to the mesher, local: the signs of its predicates are exact for no smaller ones.
+const COORDINATE_MIN: f64 = 1e-40;
+
 /// Triangles whose corners have attributes of the input.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct MeshedSurface {
@@ -26,7 +29,7 @@ impl MeshedSurface {
     pub fn new(surface: &Surface, has_attributes: bool) -> Self {
         let corners = if has_attributes { surface_corners(surface) } else { Vec::new() };
         Self {
-            positions: surface.positions.clone(),
+            positions: surface.positions.iter().map(|at| at.map(flushed)).collect(),
             triangles: surface.triangles.clone(),
             corners: corners.iter().map(|own| own.map(|corner| (corner.normal, corner.uv))).collect(),
             sources: (0..surface.triangles.len() as u32).collect(),
@@ -64,4 +67,9 @@ impl MeshedSurface {
         self.triangles.iter_mut().flatten().for_each(|vertex| *vertex = names[*vertex as usize]);
         self
     }
+}
+
+/// `x`, or zero where that is much smaller than any length of the object.
+fn flushed(x: f64) -> f64 {
+    if x.abs() < COORDINATE_MIN { 0.0 } else { x }
 }

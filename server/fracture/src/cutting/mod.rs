@@ -8,7 +8,7 @@
 //! |---|---|
 //! | `build` | mesh of one body from the input surface and the nodes of its crack lattice |
 //! | `edge_defects` | count and places of edges that keep a surface from being closed |
-//! | `films` | closes the holes of the surface |
+//! | `films`, `slits` | close the holes of the surface |
 //! | `short_edges` | collapses edges that single precision cannot represent |
 //! | `united` | unites parts that intersect or contain one another |
 //! | `separated` | moves parts apart that touch in a vertex |
@@ -28,6 +28,7 @@ mod outer_corners;
 mod repair_tests;
 mod separated;
 mod short_edges;
+mod slits;
 mod surface_repair;
 #[cfg(test)]
 mod tests;

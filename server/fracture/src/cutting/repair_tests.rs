@@ -85,6 +85,43 @@ fn holes_are_closed_by_films() {
     check(without_side, 1.0, &[RepairKind::FilledHoles]);
 }
 
+/// `mesh` with one of its edges divided in one of its triangles, at a point `beside_m` off the edge.
+fn with_t_junctions(mut mesh: RawMesh, every: usize, beside_m: f64) -> RawMesh {
+    for own in (0..mesh.triangles.len()).step_by(every) {
+        let [a, b, c] = mesh.triangles[own];
+        let [from, to, apex] = [a, b, c].map(|vertex| mesh.positions_m[vertex as usize]);
+        let middle = mesh.positions_m.len() as u32;
+        mesh.positions_m.push(from + (to - from) * 0.375 + (apex - from).normalize() * beside_m);
+        mesh.triangles[own] = [a, middle, c];
+        mesh.triangles.push([middle, b, c]);
+    }
+    mesh
+}
+
+#[test]
+fn t_junctions_are_closed() {
+    for beside_m in [0.0, 1e-3] {
+        for (mesh, every) in [(cube([0.0; 3]), 5), (shapes::sphere(0.5, 2), 9)] {
+            let volume_m3 = Surface::repair(mesh.clone()).unwrap();
+            let volume_m3 = volume_m3.signed_volume() * volume_m3.frame.diagonal_m.powi(3);
+            let prepared = baked(with_t_junctions(mesh, every, beside_m));
+            let report = &prepared.report.surface;
+            assert_eq!((report.kind, &report.reason), (SurfaceKind::Exact, &None), "{beside_m}");
+            let found = prepared.report.input_volume_m3;
+            assert!((found / volume_m3 - 1.0).abs() < 1e-3, "{beside_m}: {found} m³ instead of {volume_m3} m³");
+        }
+    }
+}
+
+#[test]
+fn many_holes_are_closed() {
+    let mut mesh = shapes::sphere(0.5, 3);
+    let kept = mesh.triangles.iter().enumerate().filter(|(own, _)| own * 7919 % 10 > 1);
+    mesh.triangles = kept.map(|(_, own)| *own).collect();
+    let report = baked(mesh).report.surface;
+    assert_eq!((report.kind, &report.reason), (SurfaceKind::Exact, &None), "{report:?}");
+}
+
 #[test]
 fn large_holes_stay_open() {
     let mut sheet = cube([0.0; 3]);

@@ -19,7 +19,10 @@ use manifold_rust::types::{OpType, WindingRule};
 use nalgebra::Point3;
 
 /// Largest number of crossing pairs of triangles that are resolved. Each takes exact arithmetic.
-const PAIRS_MAX: usize = 20_000;
+const PAIRS_MAX: usize = 5_000;
+
+/// Steps per unit of the grid on which the arrangement is computed: exact arithmetic is fast on small integers.
+const GRID: f64 = (1_u64 << 40) as f64;
 
 /// A united surface, and what was done.
 pub(super) struct UnitedSurface {
@@ -44,11 +47,11 @@ pub(super) fn united(surface: &MeshedSurface, token: &CancelToken) -> Result<Opt
         return Ok(None);
     }
     token.check()?;
-    let exact = |vertex: u32| {
-        let at = surface.positions[vertex as usize];
+    let on_grid = |vertex: u32| {
+        let at = (surface.positions[vertex as usize] * GRID).map(f64::round);
         Vec3::new(at.x, at.y, at.z)
     };
-    let triangles: Vec<[Vec3; 3]> = surface.triangles.iter().map(|own| own.map(exact)).collect();
+    let triangles: Vec<[Vec3; 3]> = surface.triangles.iter().map(|own| own.map(on_grid)).collect();
     let graph = build_graph(&triangles, &[]);
     token.check()?;
     let complex = build_cells(&graph);
@@ -58,7 +61,16 @@ pub(super) fn united(surface: &MeshedSurface, token: &CancelToken) -> Result<Opt
     let corners: Vec<[u32; 3]> = pieces.iter().map(|piece| piece.vi).collect();
     let tables = VertTables { verts: &graph.verts, verts_f64: &graph.verts_f64 };
     let copies = plan_vertex_splits(&corners, tables);
-    let positions: Vec<Point3<f64>> = graph.verts_f64.iter().map(|at| Point3::new(at.x, at.y, at.z)).collect();
+    let mut positions: Vec<Point3<f64>> =
+        graph.verts_f64.iter().map(|at| Point3::new(at.x, at.y, at.z) / GRID).collect();
+    // Vertices of the input keep their places.
+    for piece in &pieces {
+        for vertex in surface.triangles[piece.tri] {
+            let at = on_grid(vertex);
+            let known = piece.vi.iter().find(|own| graph.verts_f64[**own as usize] == at);
+            known.iter().for_each(|own| positions[**own as usize] = surface.positions[vertex as usize]);
+        }
+    }
     let attributes = match surface.corners.is_empty() {
         true => Vec::new(),
         false => pieces.iter().map(|piece| attributes(surface, piece, &positions)).collect(),

@@ -1,6 +1,7 @@
 //! Steps of a bake, and estimates of its remaining cost once the lattices are known.
 
 use super::{BakeRequest, lost_parts};
+use crate::conforming::boundary_count;
 use crate::lattice::Lattice;
 use crate::pipeline::{BakeParameters, ElasticModel, SurfaceKind};
 use crate::surface::Surface;
@@ -102,7 +103,10 @@ impl BakeSize {
             examples: request.examples,
             factor_bytes: solids().map(|solid| solid.elasticity.factor_bytes() as u64).sum(),
             skin_triangles: if request.tables().skin { triangles } else { 0 },
-            exact_triangles: if request.surface == SurfaceKind::Exact { surface.triangles.len() } else { 0 },
+            exact_triangles: match request.surface {
+                SurfaceKind::Exact => boundary_count(&surface.positions, &surface.triangles, parameters.crack_spacing),
+                SurfaceKind::Lattice => 0,
+            },
         }
     }
 

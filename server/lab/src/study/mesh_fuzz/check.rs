@@ -4,7 +4,7 @@ use shatter_fracture::fragment::{OpenMesh, closed};
 use shatter_fracture::pipeline::{FractureMeshes, FractureOutcome, PreparedObject};
 use std::hash::{DefaultHasher, Hasher};
 
-/// Relative tolerance of the sum of fragment volumes against the lattice's volume.
+/// Relative tolerance of the sum of fragment volumes against the object's volume.
 const VOLUME_TOLERANCE: f64 = 1e-6;
 
 /// Failure of a mutant: the engine neither returned a valid result nor an error.
@@ -55,13 +55,13 @@ pub enum FuzzFault {
         /// Mass, kg.
         mass_kg: f64,
     },
-    /// The fragments' volumes do not add up to the lattice's.
-    #[error("the fragments have {fragments_m3} m³, the lattice {lattice_m3} m³")]
+    /// The fragments' volumes do not add up to the object's.
+    #[error("the fragments have {fragments_m3} m³, the object {object_m3} m³")]
     VolumeSum {
         /// Sum over the fragments, m³.
         fragments_m3: f64,
-        /// Sum over the crack lattices, m³.
-        lattice_m3: f64,
+        /// Volume of the object, m³.
+        object_m3: f64,
     },
     /// Another number of threads gave another result.
     #[error("another result on another number of threads: {0}")]
@@ -79,7 +79,7 @@ pub(super) fn check(prepared: &PreparedObject, outcome: &FractureOutcome) -> Res
     let Some(pieces) = &outcome.meshes() else {
         return Err(FuzzFault::Strike("the object stayed whole, although a number of sites was requested".to_owned()));
     };
-    rows(pieces, report.lattice_volume_m3)?;
+    rows(pieces, prepared.volume_m3())?;
     meshes(pieces)
 }
 
@@ -88,7 +88,7 @@ fn finite(what: &'static str, numbers: &[f64]) -> Result<(), FuzzFault> {
 }
 
 /// Checks masses, centers and inertias, and the sum of the volumes.
-fn rows(pieces: &FractureMeshes, lattice_m3: f64) -> Result<(), FuzzFault> {
+fn rows(pieces: &FractureMeshes, object_m3: f64) -> Result<(), FuzzFault> {
     for row in &pieces.fragments {
         finite("a center", &row.center_m)?;
         finite("an inertia", &row.inertia_kg_m2)?;
@@ -99,10 +99,10 @@ fn rows(pieces: &FractureMeshes, lattice_m3: f64) -> Result<(), FuzzFault> {
         }
     }
     let fragments_m3: f64 = pieces.fragments.iter().map(|row| row.volume_m3).sum();
-    if (fragments_m3 / lattice_m3 - 1.0).abs() <= VOLUME_TOLERANCE {
+    if (fragments_m3 / object_m3 - 1.0).abs() <= VOLUME_TOLERANCE {
         Ok(())
     } else {
-        Err(FuzzFault::VolumeSum { fragments_m3, lattice_m3 })
+        Err(FuzzFault::VolumeSum { fragments_m3, object_m3 })
     }
 }
 

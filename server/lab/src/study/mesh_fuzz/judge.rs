@@ -30,6 +30,8 @@ pub enum FuzzVerdict {
         geometry: u64,
         /// Volume inside the input surface, as the engine computed it, m³.
         volume_m3: f64,
+        /// Why the fragments have the lattice's surface; `None` if they have the input's.
+        reason: Option<String>,
     },
     /// Refused with an error.
     Refused {
@@ -87,7 +89,8 @@ impl Judge {
         let outcome =
             pipeline::strike(pipeline::RequestContext::new(&prepared, &strike, token, &()), &mut Workspace::default())?;
         let geometry = check(&prepared, &outcome)?;
-        Ok(FuzzVerdict::Checked { geometry, volume_m3: prepared.report.input_volume_m3 })
+        let report = prepared.report;
+        Ok(FuzzVerdict::Checked { geometry, volume_m3: report.input_volume_m3, reason: report.surface.reason })
     }
 
     fn request(&self) -> BakeRequest {

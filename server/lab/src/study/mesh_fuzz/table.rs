@@ -8,10 +8,13 @@ use std::fmt;
 impl fmt::Display for FuzzTally {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (title, rows) in [("defect", &self.per_defect), ("mesh", &self.per_mesh)] {
-            writeln!(f, "{title:<22} tried checked refused unjustified failed  accepted  of must-accept")?;
+            writeln!(f, "{title:<22} tried checked  exact refused unjustified failed  accepted  of must-accept")?;
             rows.iter().try_for_each(|row| line(f, row))?;
         }
         line(f, &NamedCounts { name: "all".to_owned(), all: self.all, must_accept: self.must_accept })?;
+        for (reason, count) in &self.lattice_reasons {
+            writeln!(f, "the lattice's surface, {count} times: {reason}")?;
+        }
         for reported in &self.unjustified {
             writeln!(f, "unjustified: {}: {}", reported.mutant, reported.message)?;
         }
@@ -23,7 +26,7 @@ impl fmt::Display for FuzzTally {
 }
 
 fn line(f: &mut fmt::Formatter<'_>, NamedCounts { name, all, must_accept }: &NamedCounts) -> fmt::Result {
-    let counts = format!("{:>5} {:>7} {:>7}", all.tried, all.checked, all.refused);
+    let counts = format!("{:>5} {:>7} {:>6} {:>7}", all.tried, all.checked, all.exact, all.refused);
     let rate = |of: &FuzzCounts, none: &str| match of.tried {
         0 => none.to_owned(),
         _ => format!("{:.1} %", 100.0 * of.accept_rate()),

@@ -2,6 +2,7 @@
 
 use super::{FuzzDefect, FuzzVerdict, Mutant};
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// Counts by outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -10,6 +11,8 @@ pub struct FuzzCounts {
     pub tried: u64,
     /// Number with a result that passed all checks.
     pub checked: u64,
+    /// Number of these whose fragments end on the input surface.
+    pub exact: u64,
     /// Number refused with an error.
     pub refused: u64,
     /// Number refused that should have been accepted.
@@ -27,7 +30,10 @@ impl FuzzCounts {
     fn add(&mut self, verdict: &FuzzVerdict) {
         self.tried += 1;
         match verdict {
-            FuzzVerdict::Checked { .. } => self.checked += 1,
+            FuzzVerdict::Checked { reason, .. } => {
+                self.checked += 1;
+                self.exact += u64::from(reason.is_none());
+            }
             FuzzVerdict::Refused { justified, .. } => {
                 self.refused += 1;
                 self.unjustified += u64::from(!justified);
@@ -70,6 +76,8 @@ pub struct FuzzTally {
     pub per_mesh: Vec<NamedCounts>,
     /// Counts by defect, in the order of [`FuzzDefect::ALL`].
     pub per_defect: Vec<NamedCounts>,
+    /// Number of mutants with the lattice's surface, by the beginning of the reason.
+    pub lattice_reasons: BTreeMap<String, u64>,
     /// All failures.
     pub failures: Vec<FuzzReport>,
     /// All unjustified errors.
@@ -85,6 +93,7 @@ impl FuzzTally {
             must_accept_rate: 1.0,
             per_mesh: meshes.map(|name| named(name.to_owned())).collect(),
             per_defect: FuzzDefect::ALL.iter().map(|defect| named(defect.to_string())).collect(),
+            lattice_reasons: BTreeMap::new(),
             failures: Vec::new(),
             unjustified: Vec::new(),
         }
@@ -109,7 +118,13 @@ impl FuzzTally {
             FuzzVerdict::Refused { message, justified: false, .. } => {
                 self.unjustified.push(FuzzReport { mutant, message: message.clone() });
             }
-            FuzzVerdict::Checked { .. } | FuzzVerdict::Refused { .. } => {}
+            FuzzVerdict::Checked { reason: Some(reason), .. } => {
+                let kind = reason.split([';', ',', ':', '(']).next().unwrap_or(reason);
+                let kind = kind.split(" near").next().and_then(|kind| kind.split(" at ").next()).unwrap_or(kind);
+                let kind = kind.trim_end_matches(|c: char| c.is_ascii_digit());
+                *self.lattice_reasons.entry(kind.trim().to_owned()).or_default() += 1;
+            }
+            FuzzVerdict::Checked { reason: None, .. } | FuzzVerdict::Refused { .. } => {}
         }
     }
 }
