@@ -1,7 +1,8 @@
 //! Time of a request through the real service, for each preset: `cargo bench --bench frame` bakes a generated statue of about
 //! 100,000 triangles with examples; `SHATTER_BENCH_MESH` names another mesh file, `SHATTER_BENCH_FOLDER` a folder in which its databases
 //! are kept from one run to the next (the sizes of the presets differ, so there is one for each), `SHATTER_BENCH_EXAMPLES` how many
-//! impacts they learn from (200), `SHATTER_BENCH_PRESETS` which presets (draft,game,film).
+//! impacts they learn from (200), `SHATTER_BENCH_PRESETS` which presets (draft,game,film), `SHATTER_BENCH_SURFACE` which surface the
+//! fragments have (lattice).
 //!
 //! One client strikes, waits, and strikes elsewhere. The floor is what the results' own stages do not account for: the way there and
 //! back, the admission, and the writing of a result without computation.
@@ -39,13 +40,10 @@ fn database(folder: &Path, quality: Preset) -> PreparedObject {
     }
     let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let examples = std::env::var("SHATTER_BENCH_EXAMPLES").ok().and_then(|text| text.parse().ok()).unwrap_or(200);
+    let surface = std::env::var("SHATTER_BENCH_SURFACE").unwrap_or_else(|_| "lattice".to_owned());
+    let surface = SurfaceKind::ALL.into_iter().find(|kind| kind.name() == surface).unwrap();
     let material = materials.get("ceramic").unwrap().clone();
-    let request = BakeRequest {
-        examples,
-        quality,
-        surface: SurfaceKind::Lattice,
-        ..BakeRequest::new(quality.name(), "ceramic", material)
-    };
+    let request = BakeRequest { examples, quality, surface, ..BakeRequest::new(quality.name(), "ceramic", material) };
     save(&bake(mesh(), &request, &CancelToken::default(), &mut |_| {}).unwrap(), &file).unwrap();
     load(&file).unwrap()
 }

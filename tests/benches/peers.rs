@@ -1,6 +1,6 @@
 //! A request beside the exact-boolean method, on the same mesh and with the same number of sites, in one run: `cargo bench --bench peers`.
 //!
-//! Ours is a request of the preset `game` in this process, result written out, in the interior lift and with straight distances. Theirs is
+//! Ours is a request of the preset `game` in this process, on the input surface, result written out, in the interior lift and with straight distances. Theirs is
 //! `tests/peers/booleans.py`, every Euclidean Voronoi cell intersected with the mesh, if Python has `manifold3d`. They take turns.
 //! `SHATTER_BENCH_MESH` names a mesh instead of a generated statue of about 100,000 triangles, `SHATTER_BENCH_DATABASE` a database of that
 //! mesh, `SHATTER_BENCH_EXAMPLES` the number of impacts to learn from (100) without a database, `SHATTER_PYTHON` the interpreter.
@@ -10,7 +10,7 @@ use serde_json::json;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load};
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{FractureRequest, PreparedObject};
+use shatter_fracture::pipeline::{FractureRequest, PreparedObject, SurfaceKind};
 use shatter_fracture::surface::RawMesh;
 use shatter_fracture::tessellation::components;
 use shatter_tests::statistics::median;
@@ -34,7 +34,7 @@ fn prepared(mesh: RawMesh) -> PreparedObject {
         return load(path.as_ref()).unwrap();
     }
     let examples = std::env::var("SHATTER_BENCH_EXAMPLES").map_or(100, |text| text.parse().unwrap());
-    let request = BakeRequest { examples, ..real::request("peers", "ceramic") };
+    let request = BakeRequest { examples, surface: SurfaceKind::Exact, ..real::request("peers", "ceramic") };
     bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 

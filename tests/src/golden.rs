@@ -53,7 +53,7 @@ const ROWS: [&str; 3] = ["summary", "stages", "effects"];
 /// Names of sections at the golden commit, and now.
 const RENAMED: [[&str; 2]; 1] = [["looks", "outer_attributes"]];
 
-/// What later commits changed on purpose, by the command of a request: keys, and a section whose hash covers them.
+/// Values that later commits changed on purpose, by the command of a request: keys, and a section whose hash covers them.
 ///
 /// A division without an impact computes its impulse from the object's volume. That volume is the sum of the fragments' since 8dcc8353,
 /// which moves the energies of the cells by their last bits. Since 67e3269e it states no radius and no E_1/γ.

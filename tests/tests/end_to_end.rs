@@ -9,7 +9,7 @@ use shatter_tests::fixture::Fixture;
 use shatter_tests::glb::closed_file;
 use shatter_tests::{glb, json_keys, real};
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// A test folder with a small arch, and the daemon running.
 fn with_arch(arguments: &[&str]) -> Fixture {

@@ -21,7 +21,7 @@ const EXACT: [&str; 3] = ["cheburashka.obj", "fandisk.obj", "spot.obj"];
 const REPAIRED: [(&str, &[RepairKind]); 5] = [
     ("cow.obj", &[RepairKind::UnitedParts, RepairKind::HiddenTriangles, RepairKind::DividedVertices]),
     ("horse.ply", &[RepairKind::UnitedParts, RepairKind::HiddenTriangles]),
-    ("stanford-bunny.obj", &[RepairKind::FilledHoles, RepairKind::UnitedParts]),
+    ("stanford-bunny.obj", &[RepairKind::FilledHoles, RepairKind::UnitedParts, RepairKind::HiddenTriangles]),
     ("suzanne.obj", &[RepairKind::FilledHoles, RepairKind::UnitedParts, RepairKind::HiddenTriangles]),
     ("teapot.obj", &[RepairKind::FilledHoles, RepairKind::UnitedParts, RepairKind::HiddenTriangles]),
 ];
