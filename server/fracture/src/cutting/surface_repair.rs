@@ -30,14 +30,16 @@ pub struct SurfaceRepair {
     pub count: u64,
     /// Area that was added, m².
     pub area_m2: f64,
-    /// The first places, m.
+    /// The first places that differ, m.
     pub places_m: Vec<Point3<f64>>,
 }
 
 impl SurfaceRepair {
     /// A repair at these local places.
     pub(super) fn new(kind: RepairKind, area: f64, places: &[Point3<f64>], frame: &LocalFrame) -> Self {
-        let places_m = places.iter().take(LISTED_MAX).map(|place| frame.to_meters(place)).collect();
+        let mut different = places.to_vec();
+        different.dedup();
+        let places_m = different.iter().take(LISTED_MAX).map(|place| frame.to_meters(place)).collect();
         Self { kind, count: places.len() as u64, area_m2: area * frame.diagonal_m * frame.diagonal_m, places_m }
     }
 }

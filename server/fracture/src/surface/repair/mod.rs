@@ -79,8 +79,8 @@ impl Surface {
         let crossings = intersect::intersections(&positions, &triangles);
         if let Some(first) = crossings.first {
             let action = match crossings.complete {
-                true => "not repaired: the inside of both parts counts",
-                false => "not repaired: the inside of both parts counts; counting stopped early",
+                true => "the inside of both parts counts",
+                false => "the inside of both parts counts; counting stopped early",
             };
             defects.push(Defect::new(DefectKind::SelfIntersection, crossings.count, face(first), action));
         }
