@@ -237,7 +237,7 @@ enum ShatterDegree
     /// The calibrated closed form.
     SHATTER_DEGREE_CLOSED_FORM = 1,
     /// The full optimization.
-    SHATTER_DEGREE_OPTIMISED = 2,
+    SHATTER_DEGREE_OPTIMIZED = 2,
     /// `degree_sites`; breaks the object whatever γ is.
     SHATTER_DEGREE_SITES = 3,
     /// The inferred number, corrected until the criterion holds.

@@ -5,7 +5,7 @@ use shatter_export::contact::MergedContact;
 use shatter_proto::convention::Convention;
 use shatter_proto::effect::{Effect, Effects};
 use shatter_proto::request::{
-    Contact, DegreeRule, DisplacementSource, Lift, Purpose, Quality, Request, RetainedFragment,
+    Contact, DegreeRule, DisplacementSource, Lift, Purpose, Quality, Request, RequestedSurface, RetainedFragment,
 };
 use std::time::Duration;
 
@@ -59,6 +59,13 @@ impl Impact {
     /// Sets the source of displacements; by default the preset says.
     pub fn elastic(mut self, elastic: DisplacementSource) -> Self {
         self.0.elastic = elastic;
+        self
+    }
+
+    /// Outer surface of the fragments; by default the input's own, if the object has a mesh of it. The lattice's has fewer triangles, for a
+    /// lower level of detail. The fragments of a fragment keep its surface.
+    pub fn surface(mut self, surface: RequestedSurface) -> Self {
+        self.0.surface = surface;
         self
     }
 

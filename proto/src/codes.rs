@@ -63,7 +63,7 @@ codes! {
         /// The object's examples, made to hold.
         3 Verified "verified";
         /// The full optimization.
-        4 Optimised "optimised";
+        4 Optimized "optimised";
         /// The request.
         5 Forced "forced";
     }
@@ -75,7 +75,7 @@ codes! {
         /// The calibrated closed form.
         1 ClosedForm "closed_form";
         /// The full optimization.
-        2 Optimised "optimised";
+        2 Optimized "optimised";
         /// The number in the request.
         3 Sites "sites";
         /// The object's examples, made to hold.

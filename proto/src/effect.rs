@@ -77,7 +77,7 @@ effects! {
         "bake: eigenpairs; load: lift; strike: a longer lift in stage `centroidal`";
     /// The degree from the object's examples. Off: from the closed form.
     3 Examples "examples" Physics true None,
-        "bake: optimised examples; load: network; strike: microseconds in stage `degree`";
+        "bake: optimized examples; load: network; strike: microseconds in stage `degree`";
     /// Slivers become part of the neighbor that they share most with.
     4 Slivers "slivers" Physics true None,
         "strike: areas of cracks, and a second tessellation where there is a sliver";

@@ -13,7 +13,7 @@ mod ray;
 mod settings;
 
 pub use ray::squarable;
-pub use settings::{ERROR_MAX, ITERATIONS_MAX, Lift, Quality, TIME_MS_MAX};
+pub use settings::{ERROR_MAX, ITERATIONS_MAX, Lift, Quality, RequestedSurface, TIME_MS_MAX};
 
 /// First bytes of every request.
 pub const REQUEST_MAGIC: u32 = u32::from_le_bytes(*b"SHTq");
@@ -61,7 +61,7 @@ pub struct RequestWire {
     pub listener: [u8; 16],
     /// Bytes of `object` that count.
     pub object_length: u32,
-    /// 0: the preset's. 1: closed form. 2: optimised. 3: `degree_sites`. 4: verified. 5: inferred.
+    /// 0: the preset's. 1: closed form. 2: optimized. 3: `degree_sites`. 4: verified. 5: inferred.
     pub degree: u32,
     /// Number of sites under degree 3, else zero.
     pub degree_sites: u32,
@@ -97,6 +97,8 @@ pub struct RequestWire {
     pub contacts: [ContactWire; CONTACTS_MAX],
     /// Source of displacements. 0: the preset says. 1: the solve. 2: the reduced basis, where it is exact enough.
     pub elastic: u64,
+    /// Outer surface of the fragments. 0: the input's own, if the object has a mesh of it. 1: that of the lattice.
+    pub surface: u64,
     /// Time from the daemon's admission within which the result is of use, ns; 0: any.
     pub deadline_ns: u64,
     /// Results of earlier requests that the client holds, as it counts them.
@@ -110,7 +112,7 @@ pub struct RequestWire {
     /// 0: the preset's. Else one more than the iterations of a diagram at most, of which there may be [`ITERATIONS_MAX`].
     pub iterations: u32,
     /// Zero.
-    pub reserved: [u64; 11],
+    pub reserved: [u64; 10],
 }
 
 const _: () = assert!(size_of::<ContactWire>() == 88);
@@ -141,7 +143,7 @@ pub enum DegreeRule {
     /// The calibrated closed form.
     ClosedForm,
     /// The full optimization.
-    Optimised,
+    Optimized,
     /// This many, at least 1.
     Sites(u32),
 }
@@ -193,6 +195,8 @@ pub struct Request {
     pub lift: Option<Lift>,
     /// Source of displacements.
     pub elastic: DisplacementSource,
+    /// Outer surface of the fragments, of the object's surfaces; those of a fragment that is struck again keep its surface.
+    pub surface: RequestedSurface,
     /// Preset of the settings that are not given; `None`: the object's.
     pub quality: Option<Quality>,
     /// Largest estimated relative error: elastic energy and diagram are refined until it is met. `None`: the preset decides.
@@ -255,7 +259,7 @@ impl Request {
             DegreeRule::Inferred => (5, 0),
             DegreeRule::Verified => (4, 0),
             DegreeRule::ClosedForm => (1, 0),
-            DegreeRule::Optimised => (2, 0),
+            DegreeRule::Optimized => (2, 0),
             DegreeRule::Sites(sites) => (3, sites),
         };
         wire.elastic = match self.elastic {
@@ -332,6 +336,7 @@ impl RequestWire {
             gamma_j_m2: self.gamma()?,
             lift: self.lift()?,
             elastic: self.elastic()?,
+            surface: self.surface()?,
             quality: self.quality()?,
             error_max: self.error_max()?,
             time_ms_max: self.time_ms_max()?,
@@ -390,7 +395,7 @@ impl RequestWire {
             (5, 0) => Ok(DegreeRule::Inferred),
             (1, 0) => Ok(DegreeRule::ClosedForm),
             (4, 0) => Ok(DegreeRule::Verified),
-            (2, 0) => Ok(DegreeRule::Optimised),
+            (2, 0) => Ok(DegreeRule::Optimized),
             (3, 0) => Err(Error::new(
                 ErrorKind::Degree,
                 "0",

@@ -165,7 +165,7 @@ fn saturated(here: &TestDirectory, served: &EngineObject, lanes: &[ThreadPool]) 
     let (mut ratios, mut through, mut fair) = (Vec::new(), Vec::new(), Vec::new());
     for round in 0..ROUNDS {
         let with = || loaded(here, CLIENTS, &["--closed", "--seed", &round.to_string()]);
-        // By turns the one and the other first: a machine that slows down favours neither.
+        // By turns the one and the other first: a machine that slows down favors neither.
         let ((rate, bytes, each), report) = match round % 2 {
             0 => (in_process(served, lanes), with()),
             _ => {

@@ -209,10 +209,10 @@ fn without_time_the_start_is_the_result_and_with_enough_nothing_changes() {
     assert!(rough.iterations < usual.summary().iterations);
     // The limit of the basis under `game`, and the limit that a requested error sets.
     assert_eq!((usual.summary().reduced_error_max, rough.reduced_error_max), (0.1, 0.2));
-    let late = strike(&base_impact(50.0).degree(DegreeRule::Optimised).time_ms(1e-3)).summary();
+    let late = strike(&base_impact(50.0).degree(DegreeRule::Optimized).time_ms(1e-3)).summary();
     assert_eq!(
         (late.stop_criterion, late.degree_method, late.degree_origin),
-        (StopCriterion::Time, DegreeMethod::Optimised, DegreeOrigin::ClosedForm)
+        (StopCriterion::Time, DegreeMethod::Optimized, DegreeOrigin::ClosedForm)
     );
     let with_error_target = strike(&base_impact(50.0).degree(DegreeRule::Verified).error(0.2)).summary();
     assert_eq!(

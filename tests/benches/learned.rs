@@ -101,7 +101,7 @@ fn learned(criterion: &mut Criterion) {
         })
     });
     let mut cells = centroidal::DiagramWorkspace::default();
-    criterion.bench_function("degree: optimised", |bencher| {
+    criterion.bench_function("degree: optimized", |bencher| {
         bencher.iter(|| {
             let mut curve = EnergyCurve::new(&field, CurveOptions::default());
             curve.extend(black_box(&field), gamma, &mut cells, &token).unwrap();

@@ -225,7 +225,7 @@ fn exact_figures_disable_the_energy_bound() {
     let request = times(&request, 0.01 * factor_at_threshold(&prepared, &request));
     let default = EffectSet::default();
     for degree in
-        [DegreeRequest::Inferred, DegreeRequest::ClosedForm, DegreeRequest::Verified, DegreeRequest::Optimised]
+        [DegreeRequest::Inferred, DegreeRequest::ClosedForm, DegreeRequest::Verified, DegreeRequest::Optimized]
     {
         check(&prepared, &FractureRequest { degree, ..request.clone() }, true);
     }

@@ -181,7 +181,7 @@ fn a_search_that_was_asked_for_ends_with_its_time() {
         &CancelToken::default(),
     );
     for (degree, source) in
-        [(DegreeRequest::Verified, DegreeSource::Verified), (DegreeRequest::Optimised, DegreeSource::Optimised)]
+        [(DegreeRequest::Verified, DegreeSource::Verified), (DegreeRequest::Optimized, DegreeSource::Optimized)]
     {
         let searching = searching(prepared, degree);
         let late = struck(prepared, &searching, &token_with_polls(0.0, 0.0));
@@ -205,7 +205,7 @@ fn a_search_that_was_asked_for_ends_with_its_time() {
 #[test]
 fn a_search_ends_its_diagrams_at_the_error() {
     let prepared = arch(60);
-    for degree in [DegreeRequest::Verified, DegreeRequest::Optimised] {
+    for degree in [DegreeRequest::Verified, DegreeRequest::Optimized] {
         let free = FractureRequest { budget: None, ..searching(prepared, degree) };
         let iterations = |error_max: f64| {
             let outcome = struck(prepared, &free.clone().to_the_error(error_max), &CancelToken::default());

@@ -329,7 +329,7 @@ fn weaker_materials_break_into_more_pieces() {
 }
 
 #[test]
-fn the_optimised_degree_never_falls_with_gamma() {
+fn the_optimized_degree_never_falls_with_gamma() {
     let Some(horse) = horse() else { return };
     let (point, inward) = struck::surface_point(horse, HEAD);
     let just =
@@ -337,7 +337,7 @@ fn the_optimised_degree_never_falls_with_gamma() {
     let mut last = 0;
     for times in [0.5, 0.99, 1.01, 2.0, 3.0, 5.0, 8.0] {
         let mut strike = FractureRequest::at(point, inward * (just * times)).seeded(1);
-        strike.degree = DegreeRequest::Optimised;
+        strike.degree = DegreeRequest::Optimized;
         let outcome = struck::outcome(horse, &strike).unwrap();
         println!(
             "{times} × threshold: E_1/γ = {:.3}, n = {}",

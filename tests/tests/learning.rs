@@ -106,14 +106,14 @@ fn excess(outcome: &FractureOutcome) -> f64 {
 }
 
 #[test]
-fn a_verified_degree_holds_and_is_near_the_optimised_one() {
+fn a_verified_degree_holds_and_is_near_the_optimized_one() {
     let prepared = &*HORSESHOE;
     for times in [1.1, 3.0, 8.0, 20.0] {
         let of = |degree| struck(prepared, &request(prepared, times, degree));
-        let (verified, optimised) = (of(DegreeRequest::Verified), of(DegreeRequest::Optimised));
+        let (verified, optimized) = (of(DegreeRequest::Verified), of(DegreeRequest::Optimized));
         assert!(excess(&verified) <= 1.0 + 1e-12, "{times}: {}", excess(&verified));
-        let (found, wanted) = (f64::from(verified.fracture_degree()), f64::from(optimised.fracture_degree()));
-        println!("{times}: verified {found}, optimised {wanted}");
+        let (found, wanted) = (f64::from(verified.fracture_degree()), f64::from(optimized.fracture_degree()));
+        println!("{times}: verified {found}, optimized {wanted}");
         assert!((found - wanted).abs() <= (0.15 * wanted).max(1.0), "{times}: {found} against {wanted}");
     }
 }

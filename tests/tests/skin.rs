@@ -238,7 +238,9 @@ fn outer_faces_look_as_the_input() {
         let triangles = run.index_first as usize / 3..(run.index_first + run.index_count) as usize / 3;
         if run.crack {
             assert!(
-                pieces.attributes.vertices[vertices].iter().all(|look| *look == pipeline::VertexAttribute::default())
+                pieces.attributes.vertices[vertices]
+                    .iter()
+                    .all(|look| *look == pipeline::OuterVertexAttributes::default())
             );
             assert!(pieces.attributes.materials[triangles].iter().all(|material| *material == NO_MATERIAL));
             continue;

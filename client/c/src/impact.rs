@@ -72,6 +72,8 @@ pub struct Impact {
     pub from_handle: u64,
     /// Fragment of that result; 0 without a handle.
     pub from_fragment: u32,
+    /// Outer surface of the fragments, a `ShatterSurface`. The fragments of a fragment keep its surface.
+    pub surface: u32,
     /// True if the service keeps the result for a while, so that its fragments can be struck.
     pub keep: bool,
     /// Always zero.
@@ -90,7 +92,7 @@ macro_rules! choices {
     };
 }
 
-choices! { Purpose Degree Lift Elastic Quality }
+choices! { Purpose Degree Lift Elastic Surface Quality }
 
 /// Purpose of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,7 +117,7 @@ pub enum Degree {
     /// The calibrated closed form.
     ClosedForm = 1,
     /// The full optimization.
-    Optimised = 2,
+    Optimized = 2,
     /// `degree_sites`; breaks the object whatever γ is.
     Sites = 3,
     /// The inferred number, corrected until the criterion holds.
@@ -126,7 +128,7 @@ pub enum Degree {
 
 impl Degree {
     const ALL: [Self; 6] =
-        [Self::Preset, Self::ClosedForm, Self::Optimised, Self::Sites, Self::Verified, Self::Inferred];
+        [Self::Preset, Self::ClosedForm, Self::Optimized, Self::Sites, Self::Verified, Self::Inferred];
 }
 
 /// Space in which the cells are straight.
@@ -161,6 +163,20 @@ pub enum Elastic {
 
 impl Elastic {
     const ALL: [Self; 3] = [Self::Preset, Self::Solve, Self::Reduced];
+}
+
+/// Outer surface of the fragments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Surface {
+    /// The input surface itself, if the object has a mesh of it; else the lattice's.
+    Exact = 0,
+    /// The lattice's, with fewer triangles.
+    Lattice = 1,
+}
+
+impl Surface {
+    const ALL: [Self; 2] = [Self::Exact, Self::Lattice];
 }
 
 /// A preset of the settings that an impact does not set.
@@ -277,6 +293,10 @@ impl Impact {
             Elastic::Solve => shatter_client::DisplacementSource::Solve,
             Elastic::Reduced => shatter_client::DisplacementSource::Reduced,
         });
+        let impact = impact.surface(match Surface::of(ErrorKind::Budget, "impact.surface", self.surface)? {
+            Surface::Exact => shatter_client::RequestedSurface::Exact,
+            Surface::Lattice => shatter_client::RequestedSurface::Lattice,
+        });
         let impact = match Lift::of(ErrorKind::Lift, "impact.lift", self.lift)? {
             Lift::Object => impact,
             Lift::Euclidean => impact.lift(shatter_client::Lift::Euclidean),
@@ -310,7 +330,7 @@ impl Impact {
         Ok(match degree {
             Degree::Preset => shatter_client::DegreeRule::Preset,
             Degree::ClosedForm => shatter_client::DegreeRule::ClosedForm,
-            Degree::Optimised => shatter_client::DegreeRule::Optimised,
+            Degree::Optimized => shatter_client::DegreeRule::Optimized,
             Degree::Sites => shatter_client::DegreeRule::Sites(self.degree_sites),
             Degree::Verified => shatter_client::DegreeRule::Verified,
             Degree::Inferred => shatter_client::DegreeRule::Inferred,

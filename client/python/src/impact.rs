@@ -6,7 +6,7 @@ use crate::result::FragmentOfResult;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-use shatter_client::{DisplacementSource, Effect, Impact, Lift, Quality};
+use shatter_client::{DisplacementSource, Effect, Impact, Lift, Quality, RequestedSurface};
 use shatter_proto::name::{nearest, suggestion};
 use shatter_proto::text::quoted;
 use std::time::Duration;
@@ -124,6 +124,7 @@ pub struct Wish<'a> {
     pub gamma_j_m2: Option<f64>,
     pub lift: Option<&'a str>,
     pub elastic: Option<&'a str>,
+    pub surface: Option<&'a str>,
     pub seed: u64,
     pub keep: bool,
     pub origin: Option<FragmentOfResult>,
@@ -149,6 +150,9 @@ impl Wish<'_> {
         if let Some(name) = self.elastic {
             impact = impact.elastic(elastic(name)?);
         }
+        if let Some(name) = self.surface {
+            impact = impact.surface(surface(name)?);
+        }
         for name in &self.enable {
             impact = impact.enable(effect(name)?);
         }
@@ -169,8 +173,8 @@ impl Wish<'_> {
 
 /// Rules for the number of sites, by name.
 const RULES: [(&str, shatter_client::DegreeRule); 4] = {
-    use shatter_client::DegreeRule::{ClosedForm, Inferred, Optimised, Verified};
-    [("closed_form", ClosedForm), ("inferred", Inferred), ("verified", Verified), ("optimised", Optimised)]
+    use shatter_client::DegreeRule::{ClosedForm, Inferred, Optimized, Verified};
+    [("closed_form", ClosedForm), ("inferred", Inferred), ("verified", Verified), ("optimised", Optimized)]
 };
 
 fn quality(name: &str) -> PyResult<Quality> {
@@ -185,6 +189,10 @@ fn lift(name: &str) -> PyResult<Lift> {
 
 fn elastic(name: &str) -> PyResult<DisplacementSource> {
     named("elastic", name, &[("reduced", DisplacementSource::Reduced), ("solve", DisplacementSource::Solve)])
+}
+
+fn surface(name: &str) -> PyResult<RequestedSurface> {
+    named("surface", name, &RequestedSurface::ALL.map(|surface| (surface.name(), surface)))
 }
 
 fn named<T: Copy>(key: &str, name: &str, choices: &[(&str, T)]) -> PyResult<T> {

@@ -190,7 +190,7 @@ impl Object {
     /// names of effects, such as ``["normals", "hulls"]``, or one name. ``origin``: handle of a kept result and id of its fragment, which is
     /// struck instead of the object.
     #[pyo3(signature = (*contacts, degree = None, quality = None, error = None, time_ms = None, iterations = None,
-        enable = None, disable = None, gamma_j_m2 = None, lift = None, elastic = None, seed = 0, keep = false,
+        enable = None, disable = None, gamma_j_m2 = None, lift = None, elastic = None, surface = None, seed = 0, keep = false,
         origin = None, deadline_s = None, fragments_max = None, bytes_max = None))]
     #[expect(clippy::too_many_arguments, reason = "keywords of a call in Python")]
     fn strike(
@@ -206,6 +206,7 @@ impl Object {
         gamma_j_m2: Option<f64>,
         lift: Option<&str>,
         elastic: Option<&str>,
+        surface: Option<&str>,
         #[pyo3(from_py_with = argument::seed)] seed: u64,
         keep: bool,
         #[pyo3(from_py_with = argument::struck_fragment)] origin: Option<FragmentOfResult>,
@@ -225,6 +226,7 @@ impl Object {
             gamma_j_m2,
             lift,
             elastic,
+            surface,
             seed,
             keep,
             origin,

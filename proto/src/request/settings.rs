@@ -25,6 +25,29 @@ pub enum Lift {
     SurfaceDiffusion,
 }
 
+/// Outer surface that the fragments of a request get.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RequestedSurface {
+    /// The input surface itself, if the object has a mesh of it; else that of the lattice.
+    #[default]
+    Exact,
+    /// That of the lattice, which has fewer triangles.
+    Lattice,
+}
+
+impl RequestedSurface {
+    /// All of them; the wire counts them from 0.
+    pub const ALL: [Self; 2] = [Self::Exact, Self::Lattice];
+
+    /// The name used on command lines.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Lattice => "lattice",
+        }
+    }
+}
+
 /// A preset: a bundle of numbers, which the result reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
@@ -89,6 +112,7 @@ impl RequestWire {
             Some(Lift::Interior) => 2,
             Some(Lift::SurfaceDiffusion) => 3,
         };
+        self.surface = request.surface as u64;
         self.quality = request.quality.map_or(0, Quality::number);
         self.error_max = given(request.error_max, error)?;
         self.time_ms_max = given(request.time_ms_max, time)?;
@@ -107,6 +131,11 @@ impl RequestWire {
             3 => Ok(Some(Lift::SurfaceDiffusion)),
             other => Err(Error::new(ErrorKind::Lift, other.to_string(), "lift must be 0 to 3")),
         }
+    }
+
+    pub(super) fn surface(&self) -> Result<RequestedSurface, Error> {
+        let unknown = || Error::new(ErrorKind::Budget, "surface", format!("surface {}: must be 0 or 1", self.surface));
+        RequestedSurface::ALL.into_iter().find(|own| *own as u64 == self.surface).ok_or_else(unknown)
     }
 
     pub(super) fn quality(&self) -> Result<Option<Quality>, Error> {

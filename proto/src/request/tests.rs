@@ -34,9 +34,9 @@ fn check(change: impl FnOnce(&mut RequestWire), kind: ErrorKind, at: &str) {
 #[test]
 fn a_request_round_trips() {
     assert_eq!(wire().validate().unwrap(), strike());
-    let optimised = Request {
+    let optimized = Request {
         purpose: Purpose::Threshold,
-        degree: DegreeRule::Optimised,
+        degree: DegreeRule::Optimized,
         fragments_max: Some(9),
         bytes_max: Some(1 << 20),
         deadline: Some(Duration::from_millis(12)),
@@ -49,22 +49,26 @@ fn a_request_round_trips() {
         ..strike()
     };
     for quality in Quality::ALL {
-        let strike = Request { quality: Some(quality), elastic: DisplacementSource::Reduced, ..optimised.clone() };
+        let strike = Request { quality: Some(quality), elastic: DisplacementSource::Reduced, ..optimized.clone() };
         assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
         assert_eq!(Quality::by_name(quality.name()), Ok(quality));
     }
     for degree in
         [DegreeRule::Preset, DegreeRule::Inferred, DegreeRule::Verified, DegreeRule::ClosedForm, DegreeRule::Sites(7)]
     {
-        let strike = Request { degree, ..optimised.clone() };
+        let strike = Request { degree, ..optimized.clone() };
         assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
     }
     for (_, convention) in Convention::NAMED {
-        let strike = Request { convention, ..optimised.clone() };
+        let strike = Request { convention, ..optimized.clone() };
+        assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
+    }
+    for surface in RequestedSurface::ALL {
+        let strike = Request { surface, ..optimized.clone() };
         assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
     }
     for lift in [Lift::Euclidean, Lift::Interior, Lift::SurfaceDiffusion] {
-        let strike = Request { lift: Some(lift), ..optimised.clone() };
+        let strike = Request { lift: Some(lift), ..optimized.clone() };
         assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
     }
 }
@@ -120,6 +124,7 @@ fn every_validation_error_names_the_field() {
     check(|w| w.degree = 6, ErrorKind::Degree, "6");
     check(|w| w.degree_sites = 5, ErrorKind::Degree, "5");
     check(|w| w.lift = 4, ErrorKind::Lift, "4");
+    check(|w| w.surface = 2, ErrorKind::Budget, "surface");
     check(|w| w.effects_on = 1 << 40, ErrorKind::UnknownEffect, "40");
     check(|w| w.effects_off = 1 << 63 | 4, ErrorKind::UnknownEffect, "63");
     check(|w| w.error_max = f64::NAN, ErrorKind::Budget, "error_max");

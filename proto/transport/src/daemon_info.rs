@@ -37,7 +37,7 @@ impl DaemonInfo {
 
     /// The file's contents.
     pub fn to_json(&self) -> String {
-        // A struct of numbers and strings always serialises.
+        // A struct of numbers and strings always serializes.
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
 

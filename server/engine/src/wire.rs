@@ -34,7 +34,7 @@ use shatter_proto::convention::Convention;
 use shatter_proto::effect;
 use shatter_proto::layout::{Layout, SectionCounts, SectionsMut};
 use shatter_proto::name::OBJECT_NAME_MAX;
-use shatter_proto::request::{Lift, Purpose, Quality, Request, SEED_DEFAULT};
+use shatter_proto::request::{Lift, Purpose, Quality, Request, RequestedSurface, SEED_DEFAULT};
 use shatter_proto::result::{
     DegreeOrigin, EnergySource, FragmentSurface, HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, OverrunCause, StageCost,
     SummaryWire, WORLD,
@@ -309,7 +309,10 @@ impl EngineObject {
                 Lift::SurfaceDiffusion => LiftKind::SurfaceDiffusion,
                 Lift::Interior => LiftKind::Interior,
             },
-            surface: SurfaceKind::Exact,
+            surface: match strike.surface {
+                RequestedSurface::Exact => SurfaceKind::Exact,
+                RequestedSurface::Lattice => SurfaceKind::Lattice,
+            },
             effects: EffectSet::of(both.filter(|(_, wire)| on.has(*wire)).map(|(effect, _)| effect)),
             volume_min_m3: self.terms.volume_min_m3,
             tolerance: preset.tolerance,
@@ -411,7 +414,7 @@ fn degree_origin(source: DegreeSource) -> DegreeOrigin {
         DegreeSource::ClosedForm => DegreeOrigin::ClosedForm,
         DegreeSource::Inferred => DegreeOrigin::Inferred,
         DegreeSource::Verified => DegreeOrigin::Verified,
-        DegreeSource::Optimised => DegreeOrigin::Optimised,
+        DegreeSource::Optimized => DegreeOrigin::Optimized,
         DegreeSource::Forced => DegreeOrigin::Forced,
     }
 }
@@ -447,7 +450,7 @@ mod tests {
             DegreeSource::ClosedForm,
             DegreeSource::Inferred,
             DegreeSource::Verified,
-            DegreeSource::Optimised,
+            DegreeSource::Optimized,
             DegreeSource::Forced,
         ] {
             assert_eq!(serde_json::json!(source), degree_origin(source).name());

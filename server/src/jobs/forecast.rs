@@ -25,7 +25,7 @@ pub struct WorkKind {
     rule: u32,
     /// Effects that are switched on and off, lift, source of displacements, whether a fragment is struck, preset, iterations; error and
     /// time by their orders of magnitude.
-    how: [u64; 9],
+    how: [u64; 10],
 }
 
 impl WorkKind {
@@ -36,7 +36,7 @@ impl WorkKind {
             (Purpose::Aim, _) => u32::MAX,
             (_, DegreeRule::Preset | DegreeRule::Inferred | DegreeRule::ClosedForm) => 1,
             (_, DegreeRule::Verified) => 2,
-            (_, DegreeRule::Optimised) => 3,
+            (_, DegreeRule::Optimized) => 3,
             (_, DegreeRule::Sites(sites)) => 4 + sites.max(1).ilog2(),
         };
         let lift = strike.lift.map_or(0, |lift| 1 + lift as u64);
@@ -47,6 +47,7 @@ impl WorkKind {
             strike.disable.bits(),
             lift,
             strike.elastic as u64,
+            strike.surface as u64,
             again,
             strike.quality.map_or(0, |quality| quality.number().into()),
             strike.iterations_max.map_or(0, |count| 1 + u64::from(count)),
@@ -124,7 +125,7 @@ mod tests {
         for other in [
             work("statue", DegreeRule::Sites(20)),
             work("vase", DegreeRule::Sites(512)),
-            work("vase", DegreeRule::Optimised),
+            work("vase", DegreeRule::Optimized),
         ] {
             assert_eq!(forecast.of(&other), None);
         }

@@ -45,7 +45,7 @@ fn every_field_reaches_the_client() {
     check(Impact { purpose: 1, ..zero(1) }, say().threshold_only());
     for (degree, wanted) in [
         (Degree::ClosedForm, shatter_client::DegreeRule::ClosedForm),
-        (Degree::Optimised, shatter_client::DegreeRule::Optimised),
+        (Degree::Optimized, shatter_client::DegreeRule::Optimized),
         (Degree::Verified, shatter_client::DegreeRule::Verified),
         (Degree::Inferred, shatter_client::DegreeRule::Inferred),
     ] {
@@ -61,6 +61,7 @@ fn every_field_reaches_the_client() {
     }
     check(Impact { elastic: 1, ..zero(1) }, say().elastic(shatter_client::DisplacementSource::Solve));
     check(Impact { elastic: 2, ..zero(1) }, say().elastic(shatter_client::DisplacementSource::Reduced));
+    check(Impact { surface: 1, ..zero(1) }, say().surface(shatter_client::RequestedSurface::Lattice));
     for (i, quality) in shatter_client::Quality::ALL.into_iter().enumerate() {
         check(Impact { quality: 1 + i as u32, ..zero(1) }, say().quality(quality));
     }

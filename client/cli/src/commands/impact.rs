@@ -2,7 +2,7 @@
 
 use super::files::{FileFormat, OutputTarget, WrittenFiles};
 use super::parse::{
-    NamedConvention, convention, degree, effect, elastic, lift, milliseconds, origin, quality, ray, vector,
+    NamedConvention, convention, degree, effect, elastic, lift, milliseconds, origin, quality, ray, surface, vector,
 };
 use super::result_text::{preset, screen};
 use super::{
@@ -11,8 +11,8 @@ use super::{
 use serde_json::{Value, json};
 use shatter_client::{
     Bond, Contact, Deadline, DebrisPoint, DegreeRule, DisplacementSource, Effect, EnergySource, Error, ErrorKind,
-    FractureResult, Fragment, Hit, HullMesh, Impact, Lift, NO_MATERIAL, Quality, Ray, RetainedFragment, SEED_DEFAULT,
-    Summary,
+    FractureResult, Fragment, Hit, HullMesh, Impact, Lift, NO_MATERIAL, Quality, Ray, RequestedSurface,
+    RetainedFragment, SEED_DEFAULT, Summary,
 };
 use shatter_proto::text::number;
 use std::collections::BTreeMap;
@@ -45,7 +45,7 @@ pub struct Args {
     radius_m: Option<f64>,
     /// Number of sites, or a rule for it: `inferred` from the object's examples (the closed form where they do not reach), `verified`,
     /// `closed_form`, `optimised` [default: the preset's]
-    #[arg(long, value_name = "N|inferred|verified|closed_form|optimised", value_parser = degree, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N|inferred|verified|closed_form|optimized", value_parser = degree, allow_negative_numbers = true)]
     degree: Option<DegreeRule>,
     /// Fracture threshold γ, J·m² [default: the object's]
     #[arg(long, value_name = "G", allow_negative_numbers = true)]
@@ -56,6 +56,10 @@ pub struct Args {
     /// Source of the displacements: `reduced`, from the object's examples where that is accurate enough, or `solve` [default: the preset's]
     #[arg(long, value_name = "reduced|solve", value_parser = elastic)]
     elastic: Option<DisplacementSource>,
+    /// Outer surface of the fragments: `exact`, the input's own, if the object has a mesh of it (the default), or `lattice`, with fewer
+    /// triangles. The fragments of a fragment keep its surface
+    #[arg(long, value_name = "exact|lattice", value_parser = surface)]
+    surface: Option<RequestedSurface>,
     /// Preset of the options that are not given; the JSON document contains its numbers [default: the object's]
     #[arg(long, value_name = "draft|game|film|reference", value_parser = quality)]
     quality: Option<Quality>,
@@ -204,6 +208,7 @@ fn impact(args: &Args) -> Impact {
     let impact = impact.seed(args.seed);
     let impact = args.degree.map_or(impact.clone(), |degree| impact.degree(degree));
     let impact = args.elastic.map_or(impact.clone(), |elastic| impact.elastic(elastic));
+    let impact = args.surface.map_or(impact.clone(), |surface| impact.surface(surface));
     let impact = args.quality.map_or(impact.clone(), |quality| impact.quality(quality));
     let impact = args.error.map_or(impact.clone(), |error_max| impact.error(error_max));
     let impact = args.time_ms.map_or(impact.clone(), |time_ms| impact.time_ms(time_ms));

@@ -1,7 +1,9 @@
 //! Parsers for the values of options.
 
 use shatter_cli_common::choice;
-use shatter_client::{Convention, DegreeRule, DisplacementSource, Effect, Error, Lift, Quality, Ray, RetainedFragment};
+use shatter_client::{
+    Convention, DegreeRule, DisplacementSource, Effect, Error, Lift, Quality, Ray, RequestedSurface, RetainedFragment,
+};
 use shatter_proto::text::quoted;
 
 /// Parses numbers separated by commas.
@@ -61,7 +63,7 @@ pub fn degree(text: &str) -> Result<DegreeRule, String> {
             ("inferred", DegreeRule::Inferred),
             ("verified", DegreeRule::Verified),
             ("closed_form", DegreeRule::ClosedForm),
-            ("optimised", DegreeRule::Optimised),
+            ("optimised", DegreeRule::Optimized),
         ],
     )
     .map_err(|error| format!("{error}, or a whole number"))
@@ -83,6 +85,11 @@ pub fn lift(text: &str) -> Result<Lift, String> {
 /// Parses a source of displacements.
 pub fn elastic(text: &str) -> Result<DisplacementSource, String> {
     choice(text, &[("reduced", DisplacementSource::Reduced), ("solve", DisplacementSource::Solve)])
+}
+
+/// Parses a kind of surface.
+pub fn surface(text: &str) -> Result<RequestedSurface, String> {
+    choice(text, &RequestedSurface::ALL.map(|surface| (surface.name(), surface)))
 }
 
 /// Parses the name of a preset.

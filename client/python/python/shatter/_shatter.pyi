@@ -235,6 +235,7 @@ class Object:
         gamma_j_m2: float | None = None,
         lift: Literal["euclidean", "interior", "surface_diffusion"] | None = None,
         elastic: Literal["reduced", "solve"] | None = None,
+        surface: Literal["exact", "lattice"] | None = None,
         seed: int = 0,
         keep: bool = False,
         origin: tuple[int, int] | None = None,

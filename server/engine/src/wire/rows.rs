@@ -3,8 +3,8 @@
 use super::engine_error;
 use nalgebra::Vector3;
 use shatter_fracture::pipeline::{
-    self, BondRow, DebrisRow, FractureMeshes, FragmentRow, HullRow, ReleaseVelocity, RunRow, SkinRow, SkinVertexRow,
-    StageObserver, VertexAttribute,
+    self, BondRow, DebrisRow, FractureMeshes, FragmentRow, HullRow, OuterVertexAttributes, ReleaseVelocity, RunRow,
+    SkinRow, SkinVertexRow, StageObserver,
 };
 use shatter_fracture::scene::EffectKind;
 use shatter_fracture::tessellation::HostFrame;
@@ -200,7 +200,7 @@ fn hull(own: &HullRow, to: &Convention) -> HullWire {
     HullWire { vertex_first, vertex_count, index_first, index_count, coverage, margin_m: to.length(margin_m) }
 }
 
-fn outer_attributes(own: &VertexAttribute, to: &Convention) -> OuterAttributes {
+fn outer_attributes(own: &OuterVertexAttributes, to: &Convention) -> OuterAttributes {
     OuterAttributes { normal: to.direction(own.normal), uv: own.uv }
 }
 

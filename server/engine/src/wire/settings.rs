@@ -36,7 +36,7 @@ pub(super) fn given(request: pipeline::FractureRequest, asked: &Request) -> pipe
             DegreeRule::Inferred => DegreeRequest::Inferred,
             DegreeRule::Verified => DegreeRequest::Verified,
             DegreeRule::ClosedForm => DegreeRequest::ClosedForm,
-            DegreeRule::Optimised => DegreeRequest::Optimised,
+            DegreeRule::Optimized => DegreeRequest::Optimized,
             DegreeRule::Sites(sites) => DegreeRequest::Sites(sites),
         },
         iterations_max: asked.iterations_max.map_or(request.iterations_max, |count| count as usize),
@@ -140,7 +140,7 @@ fn degree_method(request: DegreeRequest) -> DegreeMethod {
         DegreeRequest::ClosedForm => DegreeMethod::ClosedForm,
         DegreeRequest::Inferred => DegreeMethod::Inferred,
         DegreeRequest::Verified => DegreeMethod::Verified,
-        DegreeRequest::Optimised => DegreeMethod::Optimised,
+        DegreeRequest::Optimized => DegreeMethod::Optimized,
     }
 }
 

@@ -101,7 +101,7 @@ fn distinct(samples: &[TrainingSample]) -> (Vec<TrainingSample>, Vec<usize>) {
 fn trained(samples: &[TrainingSample], seed: u64) -> Option<TrainedNetwork> {
     let columns = samples.first()?.descriptor.len();
     let (mean, spread) = moments(samples, columns);
-    let known: Vec<f64> = samples.iter().flat_map(|sample| standardised(&sample.descriptor, &mean, &spread)).collect();
+    let known: Vec<f64> = samples.iter().flat_map(|sample| standardized(&sample.descriptor, &mean, &spread)).collect();
     let targets = DVector::from_iterator(samples.len(), samples.iter().map(|sample| sample.target));
     let examples: Vec<usize> = samples.iter().map(|sample| sample.example).collect();
     if examples.chunk_by(|a, b| a == b).count() < EXAMPLES_MIN {
@@ -145,14 +145,14 @@ impl PoseNetwork {
     pub fn with_reach_of(mut self, samples: &[TrainingSample]) -> Self {
         let firsts = distinct(samples).0;
         self.known =
-            firsts.iter().flat_map(|sample| standardised(&sample.descriptor, &self.mean, &self.spread)).collect();
+            firsts.iter().flat_map(|sample| standardized(&sample.descriptor, &self.mean, &self.spread)).collect();
         self
     }
 
     /// The prediction for `descriptor`.
     pub fn predict(&self, descriptor: &[f64]) -> Prediction {
         let columns = self.mean.len();
-        let place = standardised(descriptor, &self.mean, &self.spread);
+        let place = standardized(descriptor, &self.mean, &self.spread);
         let row = design(&place, columns, &self.centers, self.width);
         let value = row.row(0).iter().zip(&self.weights).map(|(basis, weight)| basis * weight).sum();
         let nearest = self.known.chunks(columns).map(|known| squared(known, &place)).fold(f64::INFINITY, f64::min);
@@ -174,7 +174,7 @@ fn moments(samples: &[TrainingSample], columns: usize) -> (Vec<f64>, Vec<f64>) {
     (means, spreads)
 }
 
-fn standardised(descriptor: &[f64], mean: &[f64], spread: &[f64]) -> Vec<f64> {
+fn standardized(descriptor: &[f64], mean: &[f64], spread: &[f64]) -> Vec<f64> {
     descriptor.iter().zip(mean).zip(spread).map(|((x, mean), spread)| (x - mean) / spread).collect()
 }
 
@@ -327,7 +327,7 @@ mod tests {
         let samples = samples(curved);
         let (mean, spread) = moments(&samples, 2);
         let rows = |samples: &[TrainingSample]| -> Vec<f64> {
-            samples.iter().flat_map(|sample| standardised(&sample.descriptor, &mean, &spread)).collect()
+            samples.iter().flat_map(|sample| standardized(&sample.descriptor, &mean, &spread)).collect()
         };
         let targets =
             |samples: &[TrainingSample]| DVector::from_iterator(samples.len(), samples.iter().map(|l| l.target));

@@ -102,7 +102,7 @@ fn below_the_threshold_nothing_is_divided_and_above_it_something_is() {
 }
 
 #[test]
-fn the_diagram_of_an_optimised_degree_passes() {
+fn the_diagram_of_an_optimized_degree_passes() {
     let mut case = Case::point_load(&block([6, 5, 4], 0.2), [0.6, 0.5, 0.4], 0.15);
     let energy = first_moment(&case.field());
     for fraction in [0.3, 0.1, 0.03, 0.01] {

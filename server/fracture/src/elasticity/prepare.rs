@@ -163,7 +163,7 @@ impl Elasticity {
             elements[tet].stiffness(i, j, lame)
         })?;
         token.check()?;
-        let symbolic = SymbolicFactor::analyse(&stiffness)?;
+        let symbolic = SymbolicFactor::analyze(&stiffness)?;
         token.check()?;
         let (boundary, spacing) = (Arc::new(BoundaryNodes::new(lattice)), mean_edge_length(lattice));
         let tets = lattice.tets.len();

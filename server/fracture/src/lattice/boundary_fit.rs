@@ -11,7 +11,7 @@
 //! moves does not matter.
 
 use super::adjacency::NodeStars;
-use super::crossing::put_back;
+use super::crossing_repair::put_back;
 use super::grid::finite;
 use super::level::{VOLUME_TOLERANCE, stuff};
 use super::measure::DihedralRange;

@@ -4,7 +4,7 @@ mod adjacency;
 mod block;
 mod boundary_fit;
 mod crack_slot;
-mod crossing;
+mod crossing_repair;
 mod cut;
 mod energy_transfer;
 mod error;

@@ -25,7 +25,7 @@ pub use output::retained::RetainedFragments;
 pub use output::rows::{BondRow, BulkCounts, FragmentRow, OUTER, RunRow, WORLD};
 pub use output::skins::{FragmentSkins, SkinRow, SkinVertexRow};
 pub use output::slivers::SLIVER_CUBES;
-pub use output::vertex_attributes::{VertexAttribute, VertexAttributes};
+pub use output::vertex_attributes::{OuterVertexAttributes, VertexAttributes};
 pub use prepared::anchored::{AnchorError, AnchorNodes, AnchoredBody, AnchoredObject};
 pub use prepared::energy_bound::EnergyUpperBound;
 pub use prepared::example::{DegreeCurvePoint, TrainingExample};

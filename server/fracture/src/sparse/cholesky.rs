@@ -90,7 +90,7 @@ impl SymbolicFactor {
     ///
     /// # Errors
     /// [`SparseError::Empty`], [`SparseError::TooLarge`].
-    pub fn analyse<const B: usize>(matrix: &SymmetricMatrix<B>) -> Result<Self, SparseError> {
+    pub fn analyze<const B: usize>(matrix: &SymmetricMatrix<B>) -> Result<Self, SparseError> {
         Self::of(matrix, &Lower::new(matrix))
     }
 
@@ -183,7 +183,7 @@ impl Cholesky {
     /// Orders and factors `matrix`.
     ///
     /// # Errors
-    /// As [`SymbolicFactor::analyse`] and [`SymbolicFactor::factor`].
+    /// As [`SymbolicFactor::analyze`] and [`SymbolicFactor::factor`].
     pub fn factor<const B: usize>(matrix: &SymmetricMatrix<B>) -> Result<Self, SparseError> {
         let lower = Lower::new(matrix);
         SymbolicFactor::of(matrix, &lower)?.double(&lower)

@@ -74,7 +74,7 @@ fn a_scratch_serves_factors_of_any_size_and_columns_do_not_disturb_each_other() 
 #[test]
 fn negative_eigenvalues_are_counted() {
     for matrix in [dominant(60, 2), dominant(400, 3)] {
-        let (size, symbolic) = (matrix.size(), SymbolicFactor::analyse(&matrix).unwrap());
+        let (size, symbolic) = (matrix.size(), SymbolicFactor::analyze(&matrix).unwrap());
         let mut dense = nalgebra::DMatrix::<f64>::zeros(size, size);
         for row in 0..size {
             let (columns, blocks) = matrix.row(row);

@@ -18,7 +18,7 @@ pub const TET_CODE: u8 = 10;
 /// With these rules, the part of every label in every tetrahedron is positive for any positions of the points inside
 /// their simplices. Other splits of quadrilaterals can invert a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Split {
+pub enum PolygonSplit {
     /// A triangle; the last corner repeats the first.
     Triangle,
     /// A quadrilateral, split along either diagonal.
@@ -44,17 +44,17 @@ pub struct Polygon {
     /// second.
     pub corners: [u8; 4],
     /// Split into triangles.
-    pub split: Split,
+    pub split: PolygonSplit,
 }
 
 /// The polygons of one pattern.
 #[derive(Clone, Copy, Debug)]
-pub struct Pattern {
+pub struct LabelPattern {
     polygons: [Polygon; 6],
     count: usize,
 }
 
-impl Pattern {
+impl LabelPattern {
     /// All polygons.
     pub fn polygons(&self) -> &[Polygon] {
         &self.polygons[..self.count]
@@ -96,7 +96,7 @@ const fn edges_at(node: usize) -> u8 {
 }
 
 /// Patterns by [`mask`]. Only the fifteen masks of possible labelings have polygons.
-pub static PATTERNS: [Pattern; 64] = {
+pub static PATTERNS: [LabelPattern; 64] = {
     let mut patterns = [EMPTY; 64];
     let mut mask = 0;
     while mask < 64 {
@@ -106,8 +106,8 @@ pub static PATTERNS: [Pattern; 64] = {
     patterns
 };
 
-const EMPTY: Pattern =
-    Pattern { polygons: [Polygon { edge: 0, corners: [0; 4], split: Split::Triangle }; 6], count: 0 };
+const EMPTY: LabelPattern =
+    LabelPattern { polygons: [Polygon { edge: 0, corners: [0; 4], split: PolygonSplit::Triangle }; 6], count: 0 };
 
 const fn edge_between(a: usize, b: usize) -> usize {
     let mut edge = 0;
@@ -136,13 +136,13 @@ const fn complete(a: usize, b: usize) -> (usize, usize) {
     (face[(k + 1) % 3], face[(k + 2) % 3])
 }
 
-impl Pattern {
+impl LabelPattern {
     /// Adds a polygon whose normal points from the label of node `from` to that of node `to`.
-    const fn with(mut self, from: usize, to: usize, corners: [u8; 4], split: Split) -> Self {
+    const fn with(mut self, from: usize, to: usize, corners: [u8; 4], split: PolygonSplit) -> Self {
         let [p, q, r, s] = corners;
         let corners = match (from < to, split) {
             (true, _) => corners,
-            (false, Split::Triangle) => [p, r, q, p],
+            (false, PolygonSplit::Triangle) => [p, r, q, p],
             (false, _) => [p, s, r, q],
         };
         self.polygons[self.count] = Polygon { edge: edge_code(from, to), corners, split };
@@ -151,11 +151,11 @@ impl Pattern {
     }
 
     const fn triangle(self, from: usize, to: usize, [p, q, r]: [u8; 3]) -> Self {
-        self.with(from, to, [p, q, r, p], Split::Triangle)
+        self.with(from, to, [p, q, r, p], PolygonSplit::Triangle)
     }
 }
 
-const fn pattern(mask: u8) -> Pattern {
+const fn pattern(mask: u8) -> LabelPattern {
     match mask.count_ones() {
         3 => one_against_three(mask),
         4 => two_against_two(mask),
@@ -165,7 +165,7 @@ const fn pattern(mask: u8) -> Pattern {
     }
 }
 
-const fn one_against_three(mask: u8) -> Pattern {
+const fn one_against_three(mask: u8) -> LabelPattern {
     let mut a = 0;
     while a < 4 {
         if mask == edges_at(a) {
@@ -177,20 +177,20 @@ const fn one_against_three(mask: u8) -> Pattern {
     EMPTY
 }
 
-const fn two_against_two(mask: u8) -> Pattern {
+const fn two_against_two(mask: u8) -> LabelPattern {
     let (a, mut b) = (0, 1);
     while b < 4 {
         let (c, d) = complete(a, b);
         if mask >> edge_between(a, b) & 1 == 0 && mask >> edge_between(c, d) & 1 == 0 {
             let corners = [edge_code(a, c), edge_code(a, d), edge_code(b, d), edge_code(b, c)];
-            return EMPTY.with(a, c, corners, Split::Either);
+            return EMPTY.with(a, c, corners, PolygonSplit::Either);
         }
         b += 1;
     }
     EMPTY
 }
 
-const fn two_and_one_and_one(mask: u8) -> Pattern {
+const fn two_and_one_and_one(mask: u8) -> LabelPattern {
     let mut edge = 0;
     while mask >> edge & 1 == 1 {
         edge += 1;
@@ -199,17 +199,17 @@ const fn two_and_one_and_one(mask: u8) -> Pattern {
     let (c, d) = complete(a, b);
     let (near_a, near_b) = (face_code(b), face_code(a)); // the three-label faces (a, c, d) and (b, c, d)
     EMPTY
-        .with(a, c, [near_a, near_b, edge_code(b, c), edge_code(a, c)], Split::Joint)
-        .with(a, d, [edge_code(b, d), near_b, near_a, edge_code(a, d)], Split::Joint)
+        .with(a, c, [near_a, near_b, edge_code(b, c), edge_code(a, c)], PolygonSplit::Joint)
+        .with(a, d, [edge_code(b, d), near_b, near_a, edge_code(a, d)], PolygonSplit::Joint)
         .triangle(c, d, [edge_code(c, d), near_a, near_b])
 }
 
-const fn all_different() -> Pattern {
+const fn all_different() -> LabelPattern {
     let (mut pattern, mut edge) = (EMPTY, 0);
     while edge < 6 {
         let [a, b] = EDGES[edge];
         let (c, d) = complete(a, b);
-        pattern = pattern.with(a, b, [edge as u8, face_code(d), TET_CODE, face_code(c)], Split::First);
+        pattern = pattern.with(a, b, [edge as u8, face_code(d), TET_CODE, face_code(c)], PolygonSplit::First);
         edge += 1;
     }
     pattern
@@ -263,7 +263,7 @@ mod tests {
                 let mut half_edges = Vec::new();
                 for polygon in pattern.polygons() {
                     let [from, to] = EDGES[polygon.edge as usize].map(|node| labels[node]);
-                    let size = if polygon.split == Split::Triangle { 3 } else { 4 };
+                    let size = if polygon.split == PolygonSplit::Triangle { 3 } else { 4 };
                     for k in 0..size {
                         let (p, q) = (polygon.corners[k], polygon.corners[(k + 1) % size]);
                         half_edges.extend((from == own).then_some((p, q)));
@@ -283,7 +283,7 @@ mod tests {
     fn joint_diagonals_share_a_face_point() {
         for pattern in PATTERNS {
             let quads: Vec<[u8; 4]> =
-                pattern.polygons().iter().filter(|p| p.split == Split::Joint).map(|p| p.corners).collect();
+                pattern.polygons().iter().filter(|p| p.split == PolygonSplit::Joint).map(|p| p.corners).collect();
             assert!(quads.is_empty() || quads.len() == 2);
             for (i, j) in [(0, 2), (1, 3)] {
                 let ends: Vec<[u8; 2]> = quads.iter().map(|corners| [corners[i], corners[j]]).collect();

@@ -3,7 +3,7 @@
 //! Polygons are computed in lattice order, which keeps memory accesses local, in parallel over parts of the lattice.
 //! Each part counts its triangles of each sheet and writes them into its own range of the sheet.
 
-use super::pattern::{FACE_CODE, PATTERNS, Split, TET_CODE};
+use super::pattern::{FACE_CODE, PATTERNS, PolygonSplit, TET_CODE};
 use super::rank::{Input, Ranks};
 use crate::lattice::EDGES;
 use nalgebra::Point3;
@@ -171,13 +171,13 @@ fn crack_polygons(input: Input<'_>, ranks: &Ranks, tet: usize, found: &mut Part)
         let [from, to] = EDGES[polygon.edge as usize].map(|node| labels[node]);
         let [p, q, r] = [rank(0), rank(1), rank(2)];
         let second = match polygon.split {
-            Split::Triangle => {
+            PolygonSplit::Triangle => {
                 found.triangle(sheet, if from < to { [p, q, r] } else { [p, r, q] });
                 continue;
             }
-            Split::First => false,
-            Split::Either => corners.second_is_shorter(&[polygon.corners]),
-            Split::Joint => joint,
+            PolygonSplit::First => false,
+            PolygonSplit::Either => corners.second_is_shorter(&[polygon.corners]),
+            PolygonSplit::Joint => joint,
         };
         let [p, q, r, s] = rotated([p, q, r, rank(3)], second);
         found.quadrilateral(sheet, if from < to { [p, q, r, s] } else { [p, s, r, q] });

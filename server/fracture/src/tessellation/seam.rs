@@ -15,7 +15,7 @@
 
 use super::barycentric::{MARGIN, on_edge, on_face};
 use super::cut::NONE;
-use super::pattern::{ALL_CUT, FACE_CODE, PATTERNS, Polygon, Split, TET_CODE, mask};
+use super::pattern::{ALL_CUT, FACE_CODE, PATTERNS, Polygon, PolygonSplit, TET_CODE, mask};
 use super::{BisectorSites, FixedPoints, Topology};
 use crate::lattice::{EDGES, Lattice};
 use nalgebra::{Point3, Vector3};
@@ -220,7 +220,7 @@ impl Corners {
     /// The cracks of a pattern between the nodes `inside` and the others; normals point away from the former.
     fn patch(&self, mask: u8, inside: [usize; 2], base: Point3<f64>) -> Option<Patch> {
         let polygons = PATTERNS[mask as usize].polygons();
-        let joint = polygons.iter().filter(|polygon| polygon.split == Split::Joint);
+        let joint = polygons.iter().filter(|polygon| polygon.split == PolygonSplit::Joint);
         let mut totals = [0.0; 2];
         for polygon in joint {
             for (k, total) in totals.iter_mut().enumerate() {
@@ -233,11 +233,12 @@ impl Corners {
             if ends[0] == ends[1] {
                 continue;
             }
-            let turn = usize::from(polygon.split == Split::Joint && totals[1] < totals[0]);
+            let turn = usize::from(polygon.split == PolygonSplit::Joint && totals[1] < totals[0]);
             let sign = if ends[0] { 1.0 } else { -1.0 };
             let corner = |k: usize| Some(self.corner_position(polygon, (k + turn) % 4)? - base);
             let [p, q, r, s] = [corner(0)?, corner(1)?, corner(2)?, corner(3)?];
-            let halves = if polygon.split == Split::Triangle { &[[p, q, r]][..] } else { &[[p, q, r], [r, s, p]] };
+            let halves =
+                if polygon.split == PolygonSplit::Triangle { &[[p, q, r]][..] } else { &[[p, q, r], [r, s, p]] };
             for [p, q, r] in halves {
                 patch.volume += sign * p.dot(&q.cross(r)) / 6.0;
                 patch.area += (q - p).cross(&(r - p)) * (0.5 * sign);

@@ -59,7 +59,7 @@ pub struct Ramp {
 
 /// Color map from pale ivory through amber and crimson to deep violet.
 ///
-/// Lightness falls monotonically, so the map works in greyscale and with any color vision; its pale end shows the shape where values are
+/// Lightness falls monotonically, so the map works in grayscale and with any color vision; its pale end shows the shape where values are
 /// small.
 pub const ENERGY: Ramp = Ramp {
     anchors: &[

@@ -36,7 +36,7 @@ const ARROW: f64 = 0.05;
 
 /// Label of an example, and its predictions without that example.
 struct ExampleRow {
-    optimised: f64,
+    optimized: f64,
     network: f64,
     closed_form: f64,
 }
@@ -64,7 +64,7 @@ fn rows(prepared: &PreparedObject) -> Option<Vec<ExampleRow>> {
     let trained = degree::train(&samples, prepared.parameters.seed)?;
     let labels = prepared.examples.iter().flat_map(|example| example.labels());
     let one = |((_, estimate, sites), left_out): ((f64, f64, u32), &f64)| ExampleRow {
-        optimised: f64::from(sites),
+        optimized: f64::from(sites),
         network: degree::sites(*left_out, estimate).max(2.0),
         closed_form: (prepared.kappa * estimate).max(2.0),
     };
@@ -101,26 +101,26 @@ fn facts(prepared: &PreparedObject, learned: &LearnedModel) -> Vec<Fact> {
 }
 
 fn against(rows: &[ExampleRow]) -> Result<Section, PlotError> {
-    let points = |of: fn(&ExampleRow) -> f64| rows.iter().map(|rows| (rows.optimised, of(rows))).collect();
-    let most = rows.iter().map(|rows| rows.optimised).fold(2.0, f64::max);
+    let points = |of: fn(&ExampleRow) -> f64| rows.iter().map(|rows| (rows.optimized, of(rows))).collect();
+    let most = rows.iter().map(|rows| rows.optimized).fold(2.0, f64::max);
     let lines = [
         PlotLine { name: "closed form".into(), points: points(|rows| rows.closed_form), mark: PlotMark::Dots },
         PlotLine { name: "network".into(), points: points(|rows| rows.network), mark: PlotMark::Dots },
         PlotLine { name: "ideal".into(), points: vec![(2.0, 2.0), (most, most)], mark: PlotMark::Line },
     ];
-    let axes = Axes { x: "optimised degree".into(), y: "predicted degree".into(), log_x: true, log_y: true };
+    let axes = Axes { x: "optimized degree".into(), y: "predicted degree".into(), log_x: true, log_y: true };
     Ok(Section {
-        heading: "Predicted against optimised".to_owned(),
+        heading: "Predicted against optimized".to_owned(),
         plots: vec![(svg(&axes, &lines)?, "One dot per label.".to_owned())],
         ..Section::default()
     })
 }
 
 fn spread(rows: &[ExampleRow]) -> Result<Section, PlotError> {
-    let counted: Vec<&ExampleRow> = rows.iter().filter(|rows| rows.optimised >= SITES_MIN as f64).collect();
+    let counted: Vec<&ExampleRow> = rows.iter().filter(|rows| rows.optimized >= SITES_MIN as f64).collect();
     let line = |name: &str, of: fn(&ExampleRow) -> f64| PlotLine {
         name: name.to_owned(),
-        points: histogram(counted.iter().map(|rows| of(rows) / rows.optimised - 1.0)),
+        points: histogram(counted.iter().map(|rows| of(rows) / rows.optimized - 1.0)),
         mark: PlotMark::Line,
     };
     let lines = [line("closed form", |rows| rows.closed_form), line("network", |rows| rows.network)];

@@ -2,7 +2,7 @@
 //! seam on a mesh of the input surface.
 
 use super::cut_domain::cutting;
-use super::vertex_attributes::VertexAttribute;
+use super::vertex_attributes::OuterVertexAttributes;
 use crate::cutting::OuterCorners;
 use crate::lattice::Lattice;
 use crate::pipeline::error::FractureError;
@@ -24,7 +24,7 @@ const NONE: u32 = u32::MAX;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(in crate::pipeline) struct OuterRunAttributes {
     /// Attributes of its vertices.
-    pub vertices: Vec<VertexAttribute>,
+    pub vertices: Vec<OuterVertexAttributes>,
     /// Materials of its triangles; empty if the input has none.
     pub materials: Vec<u32>,
 }
@@ -74,7 +74,7 @@ impl<'a> AttributedBoundary<'a> {
     }
 
     /// The attributes of a vertex on boundary face `face`.
-    fn at(&self, origin: &OuterVertex, face: usize) -> VertexAttribute {
+    fn at(&self, origin: &OuterVertex, face: usize) -> OuterVertexAttributes {
         let place = |node: u32| self.mesh.nodes[node as usize];
         match *origin {
             OuterVertex::Node(node) => self.mean(face, [node], [1.0]),
@@ -91,12 +91,12 @@ impl<'a> AttributedBoundary<'a> {
         }
     }
 
-    fn mean<const N: usize>(&self, face: usize, nodes: [u32; N], weights: [f64; N]) -> VertexAttribute {
+    fn mean<const N: usize>(&self, face: usize, nodes: [u32; N], weights: [f64; N]) -> OuterVertexAttributes {
         let corners = nodes.map(|node| self.corner(face, node) as usize);
         let none = [0.0; 2];
         let attributes = corners.map(|corner| (self.normals[corner], *self.uvs.get(corner).unwrap_or(&none)));
         let (normal, uv) = blended(attributes, weights);
-        VertexAttribute { normal, uv }
+        OuterVertexAttributes { normal, uv }
     }
 }
 
@@ -136,7 +136,7 @@ fn of_fragment(
     if !boundary.materials.is_empty() {
         attributes.materials = sources.iter().map(|&face| boundary.materials[face as usize]).collect();
     }
-    attributes.vertices.resize(origins.len(), VertexAttribute::default());
+    attributes.vertices.resize(origins.len(), OuterVertexAttributes::default());
     let mut first = vec![[NONE; 2]; origins.len()];
     let mut others: HashMap<(u32, [u32; 2]), u32> = HashMap::new();
     for (triangle, (vertices, &face)) in tessellation.run_triangles(run).zip(sources).enumerate() {

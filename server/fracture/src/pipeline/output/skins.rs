@@ -1,7 +1,7 @@
 //! Skins of the fragments, with the effect `skin`: the input's triangles, cut along the boundaries of cells.
 
 use super::outer_attributes::OuterRunAttributes;
-use super::vertex_attributes::VertexAttribute;
+use super::vertex_attributes::OuterVertexAttributes;
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
 use crate::skin::{BlendedVertex, ClippedSurface, Skin, SkinPoint, clip};
@@ -111,7 +111,7 @@ impl FragmentSkins {
                 let runs = &pieces.tessellation.runs()[range.runs.clone()];
                 if let Some(run) = runs.first().filter(|run| !run.crack) {
                     let places = pieces.tessellation.run_vertices(run).iter().zip(&own.vertices);
-                    skins.vertices.extend(places.map(|(place, VertexAttribute { normal, uv })| {
+                    skins.vertices.extend(places.map(|(place, OuterVertexAttributes { normal, uv })| {
                         let position_m = ((place - center) * meter).map(|x| x as f32).into();
                         SkinVertexRow { position_m, normal: *normal, uv: *uv }
                     }));

@@ -6,7 +6,7 @@ use crate::surface::NO_MATERIAL;
 
 /// Attributes of a vertex of an outer face; zero on crack faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct VertexAttribute {
+pub struct OuterVertexAttributes {
     /// Unit normal.
     pub normal: [f32; 3],
     /// Texture coordinates of the input; zero if it has none.
@@ -17,7 +17,7 @@ pub struct VertexAttribute {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VertexAttributes {
     /// Attributes, one per vertex of the result.
-    pub vertices: Vec<VertexAttribute>,
+    pub vertices: Vec<OuterVertexAttributes>,
     /// Material of the input, or [`NO_MATERIAL`], for each triangle of the result; empty if the input has none.
     pub materials: Vec<u32>,
 }
@@ -35,7 +35,9 @@ impl VertexAttributes {
                     attributes.materials.extend_from_slice(&own.materials);
                     continue;
                 }
-                attributes.vertices.resize(attributes.vertices.len() + run.vertices.len(), VertexAttribute::default());
+                attributes
+                    .vertices
+                    .resize(attributes.vertices.len() + run.vertices.len(), OuterVertexAttributes::default());
                 if has_materials {
                     attributes.materials.resize(attributes.materials.len() + run.triangles.len(), NO_MATERIAL);
                 }

@@ -47,7 +47,7 @@ impl TimeBudget {
     pub(in crate::pipeline) fn allows_search(&self, rule: DegreeRequest, sites: u32, remaining_s: f64) -> bool {
         let cost = &self.cost;
         let search_s = match rule {
-            DegreeRequest::Optimised => cost.optimize_s(sites),
+            DegreeRequest::Optimized => cost.optimize_s(sites),
             _ => cost.verify_s(sites),
         };
         !self.degree_falls || remaining_s >= search_s + cost.rest_s(sites)

@@ -28,7 +28,7 @@ pub enum DegreeRequest {
     /// The inferred number, corrected to the smallest one near it that passes γ.
     Verified,
     /// Full optimization: the first n at which the running minimum of E_max(n) passes γ.
-    Optimised,
+    Optimized,
 }
 
 /// An impact with its options.

@@ -35,7 +35,8 @@ pub enum DegreeSource {
     /// An estimate corrected by diagrams to the smallest number near it that passes γ.
     Verified,
     /// Full optimization.
-    Optimised,
+    #[serde(rename = "optimised")]
+    Optimized,
     /// The number given in the request.
     Forced,
 }
@@ -92,7 +93,7 @@ pub(in crate::pipeline) fn divide(
         let _degree = observer.stage(Stage::Degree);
         guesses(context, threshold, fields)
     };
-    if matches!(request.degree, DegreeRequest::Optimised | DegreeRequest::Verified) {
+    if matches!(request.degree, DegreeRequest::Optimized | DegreeRequest::Verified) {
         let sites = guesses.iter().map(|guess| guess.sites).sum();
         let remaining_s = cancel.remaining_s();
         if budget.is_none_or(|budget| budget.allows_search(request.degree, sites, remaining_s)) {

@@ -34,7 +34,7 @@ pub(in crate::pipeline) fn search(
 ) -> Result<Division, FractureError> {
     let RequestContext { request, cancel, observer, .. } = context;
     let verified = request.degree == DegreeRequest::Verified;
-    let source = if verified { DegreeSource::Verified } else { DegreeSource::Optimised };
+    let source = if verified { DegreeSource::Verified } else { DegreeSource::Optimized };
     let mut division = Division { source, degree: 0, capped: false, confidence: 1.0, ending: None, cells: Vec::new() };
     if verified {
         observe(guesses, observer);

@@ -1,7 +1,7 @@
 //! Settings that keep the crack lattice and the lift.
 
 use super::subject::{SOLID, energy, rebaked, timed};
-use super::truth::{Truth, Truths, diagram, optimised, solve};
+use super::truth::{Truth, Truths, diagram, optimized, solve};
 use super::{AccuracyFindings, AccuracyPlan, Measure, PointErrors, StudyError, StudyPoint};
 use serde_json::{Value, json};
 use shatter_fracture::accuracy::{degree_error, density_error, energy_error};
@@ -25,11 +25,11 @@ const SOURCES: [(&str, DegreeRequest); 4] = [
     ("closed_form", DegreeRequest::ClosedForm),
     ("inferred", DegreeRequest::Inferred),
     ("verified", DegreeRequest::Verified),
-    ("optimised", DegreeRequest::Optimised),
+    ("optimised", DegreeRequest::Optimized),
 ];
 
 /// Timed requests per impact for settings whose requests take as long as a hundred others.
-const RUNS_OPTIMISED: usize = 2;
+const RUNS_OPTIMIZED: usize = 2;
 
 /// State shared by the measurements of all settings.
 pub(super) struct Bench<'a> {
@@ -223,7 +223,7 @@ impl Bench<'_> {
     pub(super) fn degrees(&mut self) {
         let factors = spread(self.strikes.len());
         let wanted = self.truths.impacts.iter().zip(&factors);
-        let wanted = wanted.map(|(truth, factor)| optimised(&self.base, truth, *factor));
+        let wanted = wanted.map(|(truth, factor)| optimized(&self.base, truth, *factor));
         let wanted: Vec<f64> = match wanted.collect() {
             Ok(wanted) => wanted,
             Err(error) => return self.findings.left_out.push(["degree".to_owned(), StudyError::to_string(&error)]),
@@ -244,7 +244,7 @@ impl Bench<'_> {
                     let error = degree_error(f64::from(found.fracture_degree()), *wanted);
                     all.push(PointErrors::default().with(Measure::Degree, error));
                 }
-                let runs = bench.plan.runs.min(RUNS_OPTIMISED);
+                let runs = bench.plan.runs.min(RUNS_OPTIMIZED);
                 Ok((timed(&bench.base, &strikes, runs)?, PointErrors::medians(&all)))
             });
         }

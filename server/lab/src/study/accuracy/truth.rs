@@ -24,7 +24,7 @@ const FINER_MIN: usize = 2;
 const ELASTIC: [Measure; 3] = [Measure::Energy, Measure::Density, Measure::Degree];
 
 /// Number of optimizations whose median is the reference of a degree.
-const OPTIMISED: u64 = 3;
+const OPTIMIZED: u64 = 3;
 
 /// References of one impact.
 pub(super) struct Truth {
@@ -195,12 +195,12 @@ pub(super) fn pieces(prepared: &PreparedObject, body: usize, labels: &[u32]) -> 
 }
 
 /// Fracture degree of an impact: median of several full optimizations with seeds that no request uses. `factor` scales its impulse.
-pub(super) fn optimised(base: &PreparedObject, truth: &Truth, factor: f64) -> Result<f64, StudyError> {
+pub(super) fn optimized(base: &PreparedObject, truth: &Truth, factor: f64) -> Result<f64, StudyError> {
     let own = &truth.own;
     let body = &base.bodies[own.body];
     let gamma = base.gamma_j_m2 / own.unit_j_m2(base.frame.diagonal_m) / (factor * factor);
     let mut degrees = Vec::new();
-    for number in 0..OPTIMISED {
+    for number in 0..OPTIMIZED {
         let mut mass = own.shares.clone();
         let field = EnergyField::new(base.lift(own.body, LiftKind::Interior)?, &body.volumes, &mut mass)?;
         let options = CurveOptions { seed: SEED_FIRST + number, ..CurveOptions::default() };

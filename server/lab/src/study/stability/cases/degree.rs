@@ -85,7 +85,7 @@ fn breaking_request(prepared: &PreparedObject) -> Result<FractureRequest, TrialF
 /// Largest decrease of the optimized degree while γ decreases.
 pub fn monotone() -> Result<f64, TrialFault> {
     let (prepared, mut strike, factor) = threshold()?;
-    strike.degree = DegreeRequest::Optimised;
+    strike.degree = DegreeRequest::Optimized;
     let (mut last, mut worst) = (0, 0.0f64);
     for times in [0.9, 1.1, 1.3, 1.6, 2.0, 2.5] {
         let own = degree(&prepared, &strike, factor * times)?;
@@ -96,13 +96,13 @@ pub fn monotone() -> Result<f64, TrialFault> {
 }
 
 /// Closed-form degree over the optimized one for an impact that breaks the object into a dozen fragments or more.
-fn closed_over_optimised(mesh: RawMesh, outward: [f64; 3]) -> Result<f64, TrialFault> {
+fn closed_over_optimized(mesh: RawMesh, outward: [f64; 3]) -> Result<f64, TrialFault> {
     let prepared = baked(mesh, &coarse_for_thin()?)?;
     let strike = FractureRequest { degree: DegreeRequest::ClosedForm, ..at(&prepared, outward) };
     let factor = struck(&prepared, &strike)?.impulse_factor;
     let closed = degree(&prepared, &strike, factor * 6.0)?;
-    let optimised = degree(&prepared, &FractureRequest { degree: DegreeRequest::Optimised, ..strike }, factor * 6.0)?;
-    Ok(f64::from(closed) / f64::from(optimised))
+    let optimized = degree(&prepared, &FractureRequest { degree: DegreeRequest::Optimized, ..strike }, factor * 6.0)?;
+    Ok(f64::from(closed) / f64::from(optimized))
 }
 
 fn coarse_for_thin() -> Result<shatter_fracture::database::BakeRequest, TrialFault> {
@@ -112,9 +112,9 @@ fn coarse_for_thin() -> Result<shatter_fracture::database::BakeRequest, TrialFau
 }
 
 pub fn of_a_plate() -> Result<f64, TrialFault> {
-    closed_over_optimised(shapes::cuboid([1.0, 1.0, 0.04]), [0.2, 0.1, 1.0])
+    closed_over_optimized(shapes::cuboid([1.0, 1.0, 0.04]), [0.2, 0.1, 1.0])
 }
 
 pub fn of_a_rod() -> Result<f64, TrialFault> {
-    closed_over_optimised(shapes::cuboid([1.0, 0.04, 0.04]), [0.1, 1.0, 0.2])
+    closed_over_optimized(shapes::cuboid([1.0, 0.04, 0.04]), [0.1, 1.0, 0.2])
 }
