@@ -65,9 +65,9 @@ pub struct BakeArgs {
     /// more where walls are thin]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub crack_spacing: Option<f64>,
-    /// Surface of the fragments: `exact` is the input surface, if the mesh is closed and does not intersect itself, and else the
-    /// lattice's, with a warning that gives the reason; `lattice` approximates the input, in less time and memory [default: exact, or
-    /// lattice with --cracks]
+    /// Surface of the fragments: `exact` is the input surface, after small holes are closed and parts that intersect are united. If
+    /// that fails, it is the lattice's, with a warning that gives the reason. `lattice` approximates the input, in less time and memory
+    /// [default: exact, or lattice with --cracks]
     #[arg(long, value_name = "exact|lattice", value_parser = surface)]
     pub surface: Option<SurfaceKind>,
     /// Number of impacts from which the object learns its fracture degree; 0: the closed form decides

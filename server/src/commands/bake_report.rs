@@ -235,7 +235,7 @@ pub fn screen(prepared: &PreparedObject, file: &Path) -> String {
             defect.kind,
             defect.counted(),
             defect.first(),
-            defect.action
+            one_line(&defect.action)
         );
     }
     for absent in &report.unprepared {
@@ -249,6 +249,9 @@ fn repair_line(SurfaceRepair { kind, count, area_m2, places_m }: &SurfaceRepair)
     let several = |one: &str, more: &str| format!("{count} {}", if *count == 1 { one } else { more });
     let done = match kind {
         RepairKind::FilledHoles => format!("{} closed by films of {area_m2:.3e} m²", several("hole", "holes")),
+        RepairKind::DividedEdges => {
+            format!("{} closed: edges divided at the vertices on them (T-junctions)", several("slit", "slits"))
+        }
         RepairKind::UnitedParts => {
             format!("parts united where {} others", several("triangle crosses", "triangles cross"))
         }
@@ -258,6 +261,11 @@ fn repair_line(SurfaceRepair { kind, count, area_m2, places_m }: &SurfaceRepair)
     let shown: Vec<String> = places_m.iter().map(|at| format!("({:.4}, {:.4}, {:.4})", at.x, at.y, at.z)).collect();
     let more = if *count > shown.len() as u64 { " and others" } else { "" };
     format!("  repaired         {done}, near {}{more} m\n", shown.join(", "))
+}
+
+/// `text` of a file without line breaks, which could pass for lines of the report.
+fn one_line(text: &str) -> String {
+    text.replace(['\n', '\r'], " ")
 }
 
 /// The line about the surface of the fragments.
@@ -282,7 +290,9 @@ fn surface(report: &BakeReport) -> String {
             line
         }
         (SurfaceKind::Lattice, Some(reason)) => {
-            format!("  surface          that of the lattice: {reason}\n")
+            let mut line = format!("  surface          that of the lattice: {}\n", one_line(reason));
+            repairs.iter().for_each(|repair| line.push_str(&repair_line(repair)));
+            line
         }
         (SurfaceKind::Lattice, None) => "  surface          that of the lattice\n".to_owned(),
     }

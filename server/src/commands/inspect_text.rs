@@ -55,7 +55,7 @@ pub fn screen(prepared: &PreparedObject, file: &Path, document: &Value) -> Strin
         let share = |key: &str| percent(&normals[key]);
         let (faces, smooth, carried) = (share("faces"), share("smooth"), share("carried"));
         line(
-            "normals",
+            "lattice normals",
             format!("within 10° of the mesh's: faces {faces}, smooth {smooth}, carried {carried} of the area"),
         );
     }

@@ -1,19 +1,19 @@
 //! Cutting meshes of all bodies, from the input surface and the interior nodes of the crack lattices.
 
 use super::edge_defects::EdgeDefects;
-use super::films::filled;
+use super::films::FilledSurface;
 use super::meshed_surface::MeshedSurface;
 use super::outer_corners::SurfaceAttributes;
 use super::short_edges::{LENGTH_MIN, collapse};
 use super::surface_repair::{RepairKind, SurfaceRepair};
-use super::united::{UnitedSurface, united};
+use super::united::{PAIRS_MAX, UnitedSurface, united};
 use super::{CuttingMesh, carriers};
 use crate::cancel_token::{CancelToken, Canceled};
 use crate::conforming::{
     ConformingError, ConformingMesh, ConformingOptions, ConformingStep, conforming_mesh, hilbert_order,
 };
 use crate::lattice::{Lattice, NonManifold, check_manifold};
-use crate::surface::{InsideTest, LocalFrame, Surface};
+use crate::surface::{InsideTest, LocalFrame};
 use crate::tessellation::Topology;
 use nalgebra::Point3;
 use std::mem::take;
@@ -39,6 +39,14 @@ pub enum CuttingError {
     /// The surface is not closed.
     #[error("the mesh is not closed, at {} places", .0.groups)]
     NotClosed(EdgeDefects),
+    /// More triangles of the surface cross than are resolved.
+    #[error(
+        "{pairs} pairs of triangles cross, and at most {PAIRS_MAX} are resolved; unite the parts of the mesh and bake again"
+    )]
+    Crossings {
+        /// Number of pairs.
+        pairs: usize,
+    },
     /// The surface has other parts than the crack lattices.
     #[error("the surface and the lattice fall into different numbers of parts: {parts} and {bodies}")]
     Parts {
@@ -126,25 +134,21 @@ pub struct CuttingMeshes {
     pub repairs: Vec<SurfaceRepair>,
 }
 
-/// Cutting meshes of the bodies whose crack lattices are `cracks`, in the same order. `spacing`: that of the lattices,
-/// local. `has_attributes`: whether the attributes of the surface are added.
+/// Cutting meshes of the bodies whose crack lattices are `cracks`, in the same order, which end on the surface `filled`.
+/// `spacing`: that of the lattices, local. `has_attributes`: whether the attributes of the surface are added.
 ///
 /// # Errors
 /// [`CuttingError`] if the surface does not conform or `token` cancels. The fragments then have the lattice's surface.
 pub fn cutting_meshes(
-    surface: &Surface,
+    filled: &FilledSurface,
     cracks: &[&Lattice],
     spacing: f64,
     has_attributes: bool,
     token: &CancelToken,
     progress: &mut dyn FnMut(ConformingStep),
 ) -> Result<CuttingMeshes, CuttingError> {
-    let mut repairs = Vec::new();
-    let filled = filled(surface);
-    if let Some(filled) = &filled {
-        repairs.push(SurfaceRepair::new(RepairKind::FilledHoles, filled.area, &filled.places, &surface.frame));
-    }
-    let surface = filled.as_ref().map_or(surface, |filled| &filled.surface);
+    let FilledSurface { surface, repairs, input_triangles } = filled;
+    let mut repairs = repairs.clone();
     let inside = InsideTest::new(surface);
     let interior = InteriorNodes::of(&inside, cracks, spacing);
     let options = ConformingOptions { spacing, ..ConformingOptions::default() };
@@ -157,6 +161,11 @@ pub fn cutting_meshes(
         Err(ConformingError::Canceled(canceled)) => return Err(canceled.into()),
         Err(error) => match repaired(&meshed, &mut mesh, token)? {
             Some((UnitedSurface { meshed, crossings, hidden, divided }, conforming, more)) => {
+                let is_film = |source: &u32| *source as usize >= *input_triangles;
+                if !meshed.sources.iter().any(is_film) {
+                    repairs.retain(|repair| repair.kind != RepairKind::FilledHoles);
+                }
+                let hidden = hidden.iter().filter(|(source, _)| !is_film(source)).map(|(_, place)| *place).collect();
                 let found = [
                     (RepairKind::UnitedParts, crossings),
                     (RepairKind::HiddenTriangles, hidden),
@@ -207,15 +216,15 @@ fn repaired(
     meshed: &MeshedSurface,
     mesh: &mut impl FnMut(&MeshedSurface) -> Result<ConformingMesh, ConformingError>,
     token: &CancelToken,
-) -> Result<Option<(UnitedSurface, ConformingMesh, u64)>, Canceled> {
+) -> Result<Option<(UnitedSurface, ConformingMesh, u64)>, CuttingError> {
     if !meshed.is_balanced() {
         return Ok(None);
     }
-    let Some(united) = united(meshed, token)? else { return Ok(None) };
+    let united = united(meshed, token)?;
     let (meshed, count) = collapse(united.meshed);
     match mesh(&meshed) {
         Ok(conforming) => Ok(Some((UnitedSurface { meshed, ..united }, conforming, count))),
-        Err(ConformingError::Canceled(canceled)) => Err(canceled),
+        Err(ConformingError::Canceled(canceled)) => Err(canceled.into()),
         Err(_) => Ok(None),
     }
 }

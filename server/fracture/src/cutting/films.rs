@@ -3,9 +3,10 @@
 //! Based on: G. Barequet, M. Sharir, *Filling gaps in the boundary of a polyhedron* (1995): least area by dynamic
 //! programming.
 
-use super::slits::close_slits;
+use super::slits::{close_slits, is_slit};
+use super::surface_repair::{RepairKind, SurfaceRepair};
 use crate::lattice::area_vector;
-use crate::surface::Surface;
+use crate::surface::{DefectKind, Surface};
 use nalgebra::{Point3, Vector3};
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::TAU;
@@ -19,39 +20,72 @@ const AREA_MAX: f64 = 0.25;
 /// Angle at the end of a slit by which its sides may overlap.
 const SLIT_ANGLE: f64 = 0.05;
 
-/// A surface whose holes are closed.
+/// A surface whose holes are closed by films, as far as these are small enough.
 #[derive(Debug)]
-pub(super) struct FilledSurface {
+pub struct FilledSurface {
     /// The surface, followed by the triangles of the films. These have the attributes of the triangle at the rim.
     pub surface: Surface,
-    /// Area of the films, local.
-    pub area: f64,
-    /// A vertex of each film, local.
-    pub places: Vec<Point3<f64>>,
+    /// What was done; empty if the surface has no hole that a film can close.
+    pub repairs: Vec<SurfaceRepair>,
+    /// Number of triangles before the films.
+    pub(super) input_triangles: usize,
 }
 
-/// `surface` with films over its holes; `None` if it has no hole that a film can close.
-pub(super) fn filled(surface: &Surface) -> Option<FilledSurface> {
-    let sides = Sides::new(surface);
-    let rims = sides.rims(&surface.positions);
-    if rims.is_empty() {
-        return None;
+impl FilledSurface {
+    /// The surface itself.
+    pub fn unchanged(surface: Surface) -> Self {
+        let input_triangles = surface.triangles.len();
+        Self { surface, repairs: Vec::new(), input_triangles }
     }
-    let total: f64 = (0..surface.triangles.len()).map(|own| area_vector(&surface.corners(own)).norm()).sum();
-    let mut filled = FilledSurface { surface: surface.clone(), area: 0.0, places: Vec::new() };
-    for rim in rims {
-        let Some(film) = film(&rim.vertices, &surface.positions, &sides) else { continue };
-        let corners = |own: &[u32; 3]| own.map(|vertex| surface.positions[vertex as usize]);
-        let area: f64 = film.iter().map(|own| area_vector(&corners(own)).norm()).sum();
-        if area > AREA_MAX * total {
-            continue;
+
+    /// `surface` with films over its holes.
+    pub fn new(surface: Surface) -> Self {
+        let sides = Sides::new(&surface);
+        let rims = sides.rims(&surface.positions);
+        let mut filled = Self::unchanged(surface);
+        if !rims.is_empty() {
+            filled.fill(&rims, &sides);
         }
-        film.iter().for_each(|own| push(&mut filled.surface, *own, rim.triangle));
-        filled.area += area;
-        filled.places.push(surface.positions[rim.vertices[0] as usize]);
+        filled
     }
-    close_slits(&mut filled.surface, surface.triangles.len());
-    (!filled.places.is_empty()).then_some(filled)
+
+    fn fill(&mut self, rims: &[Rim], sides: &Sides) {
+        let surface = &mut self.surface;
+        let total: f64 = (0..surface.triangles.len()).map(|own| area_vector(&surface.corners(own)).norm()).sum();
+        let (mut added, mut holes, mut slits) = (0.0, Vec::new(), Vec::new());
+        for rim in rims {
+            let Some(film) = film(&rim.vertices, &surface.positions, sides) else { continue };
+            let corners = |own: &[u32; 3]| own.map(|vertex| surface.positions[vertex as usize]);
+            let area: f64 = film.iter().map(|own| area_vector(&corners(own)).norm()).sum();
+            if area > AREA_MAX * total {
+                continue;
+            }
+            let place = surface.positions[rim.vertices[0] as usize];
+            let is_slit = film.iter().all(|own| is_slit(&corners(own)));
+            (if is_slit { &mut slits } else { &mut holes }).push(place);
+            film.iter().for_each(|own| push(surface, *own, rim.triangle));
+            added += area;
+        }
+        if holes.is_empty() && slits.is_empty() {
+            return;
+        }
+        close_slits(surface, self.input_triangles);
+        surface.closed = surface.is_balanced();
+        let closed = (holes.len() + slits.len()) as u64;
+        for defect in surface.defects.iter_mut().filter(|defect| defect.kind == DefectKind::Holes) {
+            defect.action = match (slits.is_empty(), closed < defect.count) {
+                (true, false) => "closed by films of least area",
+                (false, false) => "closed by films of least area; slits by dividing the triangle beyond",
+                _ => "closed by films where these are small, else where the winding number is one half",
+            }
+            .to_owned();
+        }
+        for (kind, area, places) in [(RepairKind::FilledHoles, added, holes), (RepairKind::DividedEdges, 0.0, slits)] {
+            if !places.is_empty() {
+                self.repairs.push(SurfaceRepair::new(kind, area, &places, &surface.frame));
+            }
+        }
+    }
 }
 
 /// Adds a triangle with the attributes of triangle `like`, flat.

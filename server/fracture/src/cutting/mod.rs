@@ -37,7 +37,9 @@ mod united;
 pub use build::{CuttingError, CuttingMeshes, cutting_meshes};
 pub use carriers::Carrier;
 pub use edge_defects::{EdgeDefectKind, EdgeDefects};
+pub use films::FilledSurface;
 pub use outer_corners::OuterCorners;
+pub(crate) use surface_repair::LISTED_MAX;
 pub use surface_repair::{RepairKind, SurfaceRepair};
 
 use crate::lattice::Lattice;

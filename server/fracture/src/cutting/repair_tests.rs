@@ -1,6 +1,6 @@
 //! Tests of the repairs that make a surface conform.
 
-use super::films::filled;
+use super::FilledSurface;
 use super::meshed_surface::MeshedSurface;
 use super::united::{UnitedSurface, united};
 use super::{RepairKind, SurfaceRepair};
@@ -10,7 +10,7 @@ use crate::database::BakeRequest;
 use crate::fragment::closed;
 use crate::pipeline::{DegreeRequest, FractureOutcome, FractureRequest, PreparedObject, SurfaceKind};
 use crate::scene::Material;
-use crate::surface::{RawMesh, Surface, shapes};
+use crate::surface::{DefectKind, RawMesh, Surface, shapes};
 use nalgebra::{Point3, Rotation3, Vector3};
 use proptest::prelude::*;
 
@@ -109,6 +109,12 @@ fn t_junctions_are_closed() {
             assert_eq!((report.kind, &report.reason), (SurfaceKind::Exact, &None), "{beside_m}");
             let found = prepared.report.input_volume_m3;
             assert!((found / volume_m3 - 1.0).abs() < 1e-3, "{beside_m}: {found} m³ instead of {volume_m3} m³");
+            let kinds: Vec<RepairKind> = report.repairs.iter().map(|own| own.kind).collect();
+            let wanted = if beside_m == 0.0 { RepairKind::DividedEdges } else { RepairKind::FilledHoles };
+            assert!(
+                kinds.contains(&wanted) && (beside_m > 0.0 || !kinds.contains(&RepairKind::FilledHoles)),
+                "{kinds:?}"
+            );
         }
     }
 }
@@ -122,13 +128,30 @@ fn many_holes_are_closed() {
     assert_eq!((report.kind, &report.reason), (SurfaceKind::Exact, &None), "{report:?}");
 }
 
+/// Elasticity is solved on the solid that the fragments come from.
+#[test]
+fn the_lattice_has_the_volume_of_the_closed_surface() {
+    let mut tube = cube([0.0; 3]);
+    let is_end = |own: &[u32; 3]| {
+        let [a, b, c] = own.map(|vertex| tube.positions_m[vertex as usize].y);
+        a == b && b == c
+    };
+    tube.triangles = tube.triangles.iter().filter(|own| !is_end(own)).copied().collect();
+    let report = baked(tube).report;
+    assert_eq!(report.surface.kind, SurfaceKind::Exact);
+    assert!(report.volume_error().abs() < 0.01, "{}", report.volume_error());
+    let holes = report.defects.iter().find(|own| own.kind == DefectKind::Holes).unwrap();
+    assert_eq!(holes.action, "closed by films of least area");
+}
+
 #[test]
 fn large_holes_stay_open() {
     let mut sheet = cube([0.0; 3]);
     let bottom = |own: &[u32; 3]| own.iter().all(|&vertex| sheet.positions_m[vertex as usize].y < 0.0);
     sheet.triangles = sheet.triangles.iter().filter(|own| bottom(own)).copied().collect();
-    assert!(filled(&Surface::repair(sheet).unwrap()).is_none());
-    assert!(filled(&Surface::repair(cube([0.0; 3])).unwrap()).is_none(), "there is no hole");
+    for mesh in [sheet, cube([0.0; 3])] {
+        assert_eq!(FilledSurface::new(Surface::repair(mesh).unwrap()).repairs, []);
+    }
 }
 
 #[test]
@@ -139,7 +162,7 @@ fn films_have_the_attributes_of_their_rim() {
     open.attributes.materials = vec![1; open.triangles.len()];
     open.attributes.names = vec!["a".to_owned(), "b".to_owned()];
     let surface = Surface::repair(open).unwrap();
-    let filled = filled(&surface).unwrap().surface;
+    let filled = FilledSurface::new(surface).surface;
     let count = filled.triangles.len();
     assert_eq!(count, 12);
     assert_eq!(
@@ -185,7 +208,7 @@ fn parts_that_touch_in_a_vertex_are_moved_apart() {
     }
     let surface = Surface::repair(hourglass).unwrap();
     let meshed = MeshedSurface::new(&surface, true);
-    let united = united(&meshed, &CancelToken::default()).unwrap().unwrap();
+    let united = united(&meshed, &CancelToken::default()).unwrap();
     assert_eq!((united.crossings.len(), united.hidden.len(), united.divided.len()), (0, 0, 1));
     assert_eq!(united.meshed.positions.len(), meshed.positions.len() + 1);
     let options = ConformingOptions { spacing: 0.1, ..ConformingOptions::default() };
@@ -208,7 +231,7 @@ proptest! {
     ) {
         let other = moved(shapes::cuboid(size), angles, offset_m);
         let surface = Surface::repair(joined(cube([0.0; 3]), &other)).unwrap();
-        let united = united(&MeshedSurface::new(&surface, false), &CancelToken::default()).unwrap().unwrap();
+        let united = united(&MeshedSurface::new(&surface, false), &CancelToken::default()).unwrap();
         let MeshedSurface { positions, triangles, .. } = &united.meshed;
         let options = ConformingOptions { spacing: 0.2, ..ConformingOptions::default() };
         let mesh = conforming_mesh(positions, triangles, &[], &options, &CancelToken::default(), &mut |_| ());

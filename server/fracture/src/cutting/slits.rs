@@ -6,6 +6,12 @@ use crate::surface::Surface;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 
+/// True if the height of a triangle is below [`LENGTH_MIN`].
+pub(super) fn is_slit(corners: &[Point3<f64>; 3]) -> bool {
+    let longest = (0..3).map(|k| (corners[(k + 1) % 3] - corners[k]).norm()).fold(0.0, f64::max);
+    2.0 * area_vector(corners).norm() < LENGTH_MIN * longest
+}
+
 /// Replaces triangles from number `first` on whose height is below [`LENGTH_MIN`]: their longest side is divided at the
 /// opposite vertex in the triangle beyond it. Returns the number of replaced triangles.
 pub(super) fn close_slits(surface: &mut Surface, first: usize) -> usize {

@@ -5,7 +5,7 @@ use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
 /// Largest number of places that a repair lists.
-const LISTED_MAX: usize = 5;
+pub(crate) const LISTED_MAX: usize = 5;
 
 /// Kind of a repair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -13,6 +13,8 @@ const LISTED_MAX: usize = 5;
 pub enum RepairKind {
     /// Holes were closed by films.
     FilledHoles,
+    /// Edges with a vertex of other triangles on them (T-junctions) were divided there.
+    DividedEdges,
     /// Parts that intersect or contain one another were united. Triangles that cross a later one are counted.
     UnitedParts,
     /// Triangles inside the solid were left out.

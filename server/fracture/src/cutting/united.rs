@@ -6,9 +6,10 @@
 //!
 //! Based on: Q. Zhou, E. Grinspun, D. Zorin, A. Jacobson, *Mesh arrangements for solid geometry* (2016).
 
+use super::build::CuttingError;
 use super::meshed_surface::{CornerAttributes, MeshedSurface};
 use super::separated::separated;
-use crate::cancel_token::{CancelToken, Canceled};
+use crate::cancel_token::CancelToken;
 use crate::skin::blended;
 use crate::surface::{barycentric, crossings};
 use manifold_rust::linalg::Vec3;
@@ -19,7 +20,7 @@ use manifold_rust::types::{OpType, WindingRule};
 use nalgebra::Point3;
 
 /// Largest number of crossing pairs of triangles that are resolved. Each takes exact arithmetic.
-const PAIRS_MAX: usize = 5_000;
+pub(super) const PAIRS_MAX: usize = 5_000;
 
 /// Steps per unit of the grid on which the arrangement is computed: exact arithmetic is fast on small integers.
 const GRID: f64 = (1_u64 << 40) as f64;
@@ -30,21 +31,21 @@ pub(super) struct UnitedSurface {
     pub meshed: MeshedSurface,
     /// A vertex of each triangle that crosses one with a higher number, local.
     pub crossings: Vec<Point3<f64>>,
-    /// A vertex of each triangle that is inside the solid, local.
-    pub hidden: Vec<Point3<f64>>,
+    /// Source of each triangle that is inside the solid, and a vertex of it, local.
+    pub hidden: Vec<(u32, Point3<f64>)>,
     /// Vertices where parts touched, which are now apart; local.
     pub divided: Vec<Point3<f64>>,
 }
 
-/// The boundary of the solid that `surface` encloses, or `None` if too many triangles cross.
+/// The boundary of the solid that `surface` encloses.
 ///
 /// # Errors
-/// [`Canceled`].
-pub(super) fn united(surface: &MeshedSurface, token: &CancelToken) -> Result<Option<UnitedSurface>, Canceled> {
+/// [`CuttingError::Crossings`] if too many triangles cross, and [`CuttingError::Canceled`].
+pub(super) fn united(surface: &MeshedSurface, token: &CancelToken) -> Result<UnitedSurface, CuttingError> {
     let all: Vec<u32> = (0..surface.triangles.len() as u32).collect();
     let pairs = crossings(&surface.positions, &surface.triangles, &all);
     if pairs.len() / 2 > PAIRS_MAX {
-        return Ok(None);
+        return Err(CuttingError::Crossings { pairs: pairs.len() / 2 });
     }
     token.check()?;
     let on_grid = |vertex: u32| {
@@ -89,12 +90,12 @@ pub(super) fn united(surface: &MeshedSurface, token: &CancelToken) -> Result<Opt
     let mut is_left = vec![false; surface.triangles.len()];
     pieces.iter().for_each(|piece| is_left[piece.tri] = true);
     let hidden = (0..surface.triangles.len() as u32).filter(|own| !is_left[*own as usize]);
-    Ok(Some(UnitedSurface {
+    Ok(UnitedSurface {
         meshed: meshed.compact(),
         crossings: crossing.iter().map(place).collect(),
-        hidden: hidden.map(|own| place(&own)).collect(),
+        hidden: hidden.map(|own| (surface.sources[own as usize], place(&own))).collect(),
         divided,
-    }))
+    })
 }
 
 /// Attributes at the corners of a piece of a triangle.

@@ -4,11 +4,12 @@ use super::Tables;
 use super::bake_error::BakeError;
 use super::bake_request::{BakeRequest, check, gamma};
 use super::bake_step::{BakeSize, BakeStep};
+use super::hash::input_hash;
 use super::share::{BakeShare, PartialBake};
 use super::stored_values::{self, PlausibleRange};
 use super::stuffed::lattices;
 use crate::cancel_token::{CancelToken, Canceled};
-use crate::cutting::{CuttingError, CuttingMesh, CuttingMeshes, cutting_meshes};
+use crate::cutting::{CuttingError, CuttingMesh, CuttingMeshes, FilledSurface, cutting_meshes};
 use crate::degree;
 use crate::lattice::{BodyLattice, Lattice};
 use crate::lift::{self, Extension, LiftError, LiftKind, LiftedLattice};
@@ -55,10 +56,15 @@ pub(super) fn whole(
     progress(BakeStep::Surface);
     let surface = Surface::repair(raw)?;
     token.check()?;
-    let (parameters, levels, mut report) = lattices(request, &surface, token, progress)?;
+    let is_exact = request.surface == SurfaceKind::Exact && request.cracks.is_none();
+    let input = is_exact.then(|| input_hash(&surface, None));
+    let filled = if is_exact { FilledSurface::new(surface) } else { FilledSurface::unchanged(surface) };
+    let surface = &filled.surface;
+    let (parameters, levels, mut report) = lattices(request, surface, token, progress)?;
+    report.input_hash = input.unwrap_or(report.input_hash);
     let tables = request.tables();
     let assembled = assembled(levels.bodies, &parameters, tables, token)?;
-    progress(BakeStep::Sized(BakeSize::of(&assembled, &surface, &parameters, request)));
+    progress(BakeStep::Sized(BakeSize::of(&assembled, surface, &parameters, request)));
     let mut bodies = Vec::with_capacity(assembled.len());
     for (index, (crack, solid)) in assembled.into_iter().enumerate() {
         progress(BakeStep::Lift(index));
@@ -83,16 +89,12 @@ pub(super) fn whole(
         return Err(BakeError::Unusual { key, over, value });
     }
     let name = request.name.clone();
-    if request.surface == SurfaceKind::Exact {
-        match request.cracks {
-            None => {
-                let spacing = parameters.crack_spacing;
-                exact_surface(&surface, &mut bodies, spacing, tables, &mut report, token, progress)?;
-            }
-            Some(_) => report.surface.reason = Some("existing cracks are slots of the lattice".to_owned()),
-        }
+    if is_exact {
+        exact_surface(&filled, &mut bodies, parameters.crack_spacing, tables, &mut report, token, progress)?;
+    } else if request.surface == SurfaceKind::Exact {
+        report.surface.reason = Some("existing cracks are slots of the lattice".to_owned());
     }
-    let skin = skin_of(&surface, &mut bodies, parameters.crack_spacing, tables, request.cracks.is_some());
+    let skin = skin_of(surface, &mut bodies, parameters.crack_spacing, tables, request.cracks.is_some());
     Ok(PreparedObject {
         name,
         frame: surface.frame,
@@ -112,7 +114,7 @@ pub(super) fn whole(
 
 /// Adds the meshes of the input surface to the bodies, or the reason why there are none to the report.
 fn exact_surface(
-    surface: &Surface,
+    filled: &FilledSurface,
     bodies: &mut [PreparedBody],
     spacing: f64,
     tables: Tables,
@@ -122,20 +124,22 @@ fn exact_surface(
 ) -> Result<(), BakeError> {
     let cracks: Vec<&Lattice> = bodies.iter().map(|body| &body.crack).collect();
     let has_attributes = tables.attributes || tables.skin;
-    let meshes = cutting_meshes(surface, &cracks, spacing, has_attributes, token, &mut |step| {
+    let frame = filled.surface.frame;
+    let meshes = cutting_meshes(filled, &cracks, spacing, has_attributes, token, &mut |step| {
         progress(BakeStep::ExactSurface { round: step.round() });
     });
     let CuttingMeshes { meshes, deviation, collapsed_edges, repairs } = match meshes {
         Ok(meshes) => meshes,
         Err(CuttingError::Canceled(canceled)) => return Err(canceled.into()),
         Err(error) => {
-            report.surface.reason = Some(error.reason(&surface.frame));
+            report.surface.reason = Some(error.reason(&frame));
+            report.surface.repairs.clone_from(&filled.repairs);
             return Ok(());
         }
     };
     if !repairs.is_empty() {
         let volume: f64 = meshes.iter().flat_map(|own| &own.volumes).sum();
-        report.input_volume_m3 = volume * surface.frame.diagonal_m.powi(3);
+        report.input_volume_m3 = volume * frame.diagonal_m.powi(3);
     }
     let sum = |of: fn(&CuttingMesh) -> usize| meshes.iter().map(of).sum::<usize>() as u64;
     report.surface = SurfaceReport {

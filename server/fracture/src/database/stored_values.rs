@@ -4,10 +4,14 @@
 
 use super::DatabaseError;
 use super::object_name::is_object_name;
+use crate::cutting::{CuttingMesh, LISTED_MAX};
 use crate::degree;
 use crate::lattice::{EnergyTransfer, Lattice};
 use crate::lift::MODES_MAX;
-use crate::pipeline::{BakeParameters, BakeReport, LearnedErrors, PreparedBody, PreparedObject, ReductionErrors};
+use crate::pipeline::{
+    BakeParameters, BakeReport, LearnedErrors, PreparedBody, PreparedObject, ReductionErrors, SurfaceKind,
+    SurfaceReport,
+};
 use crate::surface::{DIAGONAL_RANGE_M, LocalFrame, UV_MAX};
 use std::ops::RangeInclusive;
 
@@ -272,11 +276,36 @@ pub(super) fn report(own: &BakeReport, frame: &LocalFrame, bodies: &[PreparedBod
     let local: f64 = bodies.iter().map(|body| body.crack.volume()).sum();
     let found = local * frame.diagonal_m.powi(3);
     cut_volume(own, frame, bodies)?;
+    surface(&own.surface, bodies)?;
     if (found - own.lattice_volume_m3).abs() <= VOLUME_TOLERANCE * own.lattice_volume_m3 {
         return Ok(());
     }
     let reason = format!("lattice_volume_m3 is {:e}, the lattices hold {found:e}", own.lattice_volume_m3);
     Err(metadata("report", reason))
+}
+
+/// Checks what a report says of the surface against the meshes of the input surface.
+fn surface(own: &SurfaceReport, bodies: &[PreparedBody]) -> Result<(), DatabaseError> {
+    let meshes: Vec<&CuttingMesh> = bodies.iter().filter_map(|body| body.cutting.as_ref()).collect();
+    let sum = |of: fn(&CuttingMesh) -> usize| meshes.iter().map(|mesh| of(mesh) as u64).sum::<u64>();
+    let found = [sum(|own| own.mesh.nodes.len()), sum(|own| own.mesh.tets.len()), sum(CuttingMesh::anchored_count)];
+    let stated = [own.nodes, own.tets, own.anchored_nodes];
+    if (own.kind == SurfaceKind::Exact) == meshes.is_empty() || found != stated {
+        let reason = format!(
+            "surface is {} of {stated:?} nodes, tetrahedra and anchored nodes, the file has {found:?}",
+            own.kind.name()
+        );
+        return Err(metadata("report", reason));
+    }
+    numbers("report", &[("surface.deviation", own.deviation, 0.0..=COORDINATE_MAX)])?;
+    for repair in &own.repairs {
+        numbers("report", &[("surface.repairs.area_m2", repair.area_m2, 0.0..=f64::MAX)])?;
+        if repair.places_m.is_empty() || repair.places_m.len() as u64 > repair.count.min(LISTED_MAX as u64) {
+            let reason = format!("surface.repairs has {} places of {}", repair.places_m.len(), repair.count);
+            return Err(metadata("report", reason));
+        }
+    }
+    Ok(())
 }
 
 /// Checks that the meshes of the input surface, if there are any, have the volume of the input.

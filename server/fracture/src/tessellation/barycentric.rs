@@ -17,10 +17,10 @@ pub const MARGIN: f64 = 0.02;
 /// Smallest local distance of a crack point from the nodes of its edge.
 ///
 /// Large enough for distinct positions in f32, small enough that bisectors stay flat to 1e-5 of the diagonal.
-pub(super) const EDGE_DISTANCE: f64 = 2e-6;
+const EDGE_DISTANCE: f64 = 2e-6;
 
 /// Smallest distance of a crack point from the nodes of its edge, over the edge's length.
-const EDGE_MARGIN: f64 = 1e-4;
+pub(super) const EDGE_MARGIN: f64 = 1e-4;
 
 /// Largest margin in a short edge, over its length.
 const EDGE_MARGIN_MAX: f64 = 0.4;
@@ -42,39 +42,11 @@ pub fn simplex_margin(height: f64) -> f64 {
     (EDGE_DISTANCE / height).clamp(MARGIN, SIMPLEX_MARGIN_MAX)
 }
 
-/// Smallest height below which a tetrahedron counts as flat, local.
-///
-/// A triple line passes through two of its faces in almost the same point. Their crack points, and its own, are
-/// therefore [`scattered`] around the barycenters.
-pub const FLAT_HEIGHT: f64 = 1e-5;
-
 /// Smallest height of a tetrahedron.
 pub fn smallest_height([a, b, c, d]: &[Point3<f64>; 4]) -> f64 {
     let volume = (b - a).cross(&(c - a)).dot(&(d - a)).abs();
     let area = |p: &Point3<f64>, q: &Point3<f64>, r: &Point3<f64>| (q - p).cross(&(r - p)).norm();
     volume / area(b, c, d).max(area(a, c, d)).max(area(a, b, d)).max(area(a, b, c))
-}
-
-/// Coordinates near those of the barycenter, different for each simplex of nodes.
-///
-/// For crack points of almost flat faces and tetrahedra. At their barycenters, points of two of them would have one
-/// position in symmetric inputs.
-///
-/// Based on: G. L. Steele, D. Lea, C. H. Flood, *Fast splittable pseudorandom number generators* (OOPSLA 2014).
-pub fn scattered<const N: usize>(nodes: [u32; N]) -> [f64; N] {
-    let mixed = |bits: u64| {
-        let bits = bits.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        bits ^ (bits >> 31)
-    };
-    let mut bits = nodes.iter().fold(0, |bits, node| mixed(bits ^ u64::from(*node)));
-    let weights = nodes.map(|_| {
-        bits = mixed(bits);
-        0.8 + 0.4 * (bits as f64 / u64::MAX as f64)
-    });
-    let sum: f64 = weights.iter().sum();
-    weights.map(|weight| weight / sum)
 }
 
 /// Relative magnitude below which a determinant counts as zero, over the sum of its terms' magnitudes.
@@ -175,19 +147,6 @@ mod tests {
     fn check_inside<const N: usize>(point: [f64; N]) {
         assert!(point.iter().all(|&x| x >= MARGIN), "{point:?}");
         assert!((point.iter().sum::<f64>() - 1.0).abs() < 1e-14, "{point:?}");
-    }
-
-    #[test]
-    fn scattered_points_of_symmetric_faces_differ() {
-        // The second and third corners of each face are opposite corners of one square.
-        let at = |node: u32| [0.3, 1.0, 0.0, 1.0, 0.0][node as usize] + [0.9, 1.0, 0.0, 0.0, 1.0][node as usize] * 10.0;
-        let point = |nodes: [u32; 3]| -> f64 { nodes.iter().zip(scattered(nodes)).map(|(n, w)| at(*n) * w).sum() };
-        assert!((point([0, 1, 2]) - point([0, 3, 4])).abs() > 1e-3);
-        for first in 0..1000 {
-            let weights = scattered([first, first + 1, 2 * first + 5, 9]);
-            assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-15);
-            assert!(weights.iter().all(|weight| (0.16..0.36).contains(weight)), "{weights:?}");
-        }
     }
 
     #[test]

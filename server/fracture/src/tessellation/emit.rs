@@ -113,7 +113,8 @@ impl Tessellation {
     ) -> Result<(), TessellationError> {
         self.check_sizes(centers.len(), positions.len(), indices.len(), merges.len())?;
         let writer = Writer { tessellation: self, centers, transform, host };
-        writer.runs(&self.runs, Sections { positions, indices, merges });
+        writer.runs(&self.runs, Sections { positions: &mut *positions, indices, merges });
+        self.make_distinct(positions);
         Ok(())
     }
 

@@ -9,7 +9,8 @@
 //! that the lattice's own boundary is a 2-manifold.
 //!
 //! - The connectivity depends only on the labels.
-//! - No two crack points coincide, because each stays inside its simplex by [`MARGIN`].
+//! - No two crack points coincide, because each stays inside its simplex by a margin. Positions that single precision
+//!   would make equal are separated when they are written.
 //! - Quadrilaterals are split so that, in each tetrahedron, the volume of each label is positive for any positions of
 //!   its crack points.
 //! - Each crack polygon is computed once for both of its fragments, so the fragments' volumes add up to the
@@ -17,10 +18,10 @@
 //!
 //! The guarantee does not cover positions that the caller supplies as fixed points.
 
-mod avoided;
 mod barycentric;
 mod components;
 mod cut;
+mod distinct;
 mod emit;
 mod error;
 mod index_selection;
@@ -82,6 +83,8 @@ pub struct Tessellation {
     triangles: Vec<[u32; 3]>,
     vertex_offsets: Vec<usize>,
     triangle_offsets: Vec<usize>,
+    /// Vertices that can have the position of another point in single precision, ascending.
+    close_vertices: Vec<u32>,
 }
 
 impl Tessellation {
@@ -108,12 +111,13 @@ impl Tessellation {
         ranks.count(input);
         prefix_sums(&ranks.vertices, &mut self.vertex_offsets);
         self.vertices.resize(total(&self.vertex_offsets), Point3::origin());
-        let (vertex_offsets, vertices) = (&self.vertex_offsets, &mut self.vertices);
+        let (vertex_offsets, vertices, close) = (&self.vertex_offsets, &mut self.vertices, &mut self.close_vertices);
         // The two tasks are independent.
         rayon::join(
             || polygons.find(input, ranks),
             || {
                 ranks.write_vertices(input, vertex_offsets, vertices);
+                ranks.list_close_vertices(input, vertex_offsets, close);
                 ranks.list_merges(input, listed, counts);
             },
         );

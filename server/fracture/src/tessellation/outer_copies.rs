@@ -37,11 +37,17 @@ impl Tessellation {
     fn copy_vertices(&mut self, copies: &[OuterCopies]) {
         let mut vertices =
             Vec::with_capacity(self.vertices.len() + copies.iter().map(|own| own.vertices.len()).sum::<usize>());
-        let mut offsets = vec![0];
+        let (mut offsets, mut close) = (vec![0], Vec::new());
         for (sheet, range) in self.vertex_offsets.windows(2).enumerate() {
             let own = &self.vertices[range[0]..range[1]];
+            let is_close = |vertex: u32| self.close_vertices.binary_search(&(range[0] as u32 + vertex)).is_ok();
+            close.extend(
+                (0..own.len() as u32).filter(|vertex| is_close(*vertex)).map(|vertex| vertices.len() as u32 + vertex),
+            );
             vertices.extend_from_slice(own);
             if let Some(copies) = copies.get(sheet) {
+                let close_copies = (0..).zip(&copies.vertices).filter(|(_, vertex)| is_close(**vertex));
+                close.extend(close_copies.map(|(copy, _): (u32, _)| vertices.len() as u32 + copy));
                 vertices.extend(copies.vertices.iter().map(|&vertex| own[vertex as usize]));
                 let first = self.triangle_offsets[sheet];
                 for &(triangle, corner, copy) in &copies.corners {
@@ -50,7 +56,7 @@ impl Tessellation {
             }
             offsets.push(vertices.len());
         }
-        (self.vertices, self.vertex_offsets) = (vertices, offsets);
+        (self.vertices, self.vertex_offsets, self.close_vertices) = (vertices, offsets, close);
     }
 
     /// Adds a merge pair for each copy before those of the fragment, and moves the vertices of its later runs.

@@ -4,10 +4,7 @@
 //! Levine & Whitaker, *Lattice cleaving* (IEEE TVCG 20, 2014) for one point per cut edge, face and tetrahedron. The
 //! margin is ours ([`MARGIN`](super::MARGIN)).
 
-use super::avoided::ShiftedEdge;
-use super::barycentric::{
-    FLAT_HEIGHT, edge_margin, in_tet, on_edge, on_face, preference, scattered, simplex_margin, smallest_height,
-};
+use super::barycentric::{edge_margin, in_tet, on_edge, on_face, preference, simplex_margin, smallest_height};
 use super::cut::{CutSimplices, GRAIN};
 use super::index_selection::IndexSet;
 use super::pattern::{ALL_CUT, FACE_MASKS, mask};
@@ -31,9 +28,6 @@ const MANY: [bool; 64] = {
     }
     many
 };
-
-/// Largest shift on an edge, over its length.
-const SHIFT_MAX: f64 = 0.1;
 
 /// The diagram whose bisectors contain the crack points.
 #[derive(Clone, Copy, Debug)]
@@ -158,42 +152,11 @@ impl CrackPoints {
         self.edges.locate_in_chunks(&|first, simplices, out| {
             widest(EdgePoints { finder: &finder, topology, simplices, sides: &sides[first..], out });
         });
-        self.move_off_avoided_places(lattice, topology);
-        self.faces.locate(|face| finder.face(topology.faces[face], topology.is_flat(face)));
+        self.faces.locate(|face| finder.face(topology.faces[face]));
         self.tets.locate(|tet| finder.tet(lattice.tets[tet]));
         self.edges.fix(&fixed.edges).map_err(|edge| TessellationError::FixedEdge { edge })?;
         self.faces.fix(&fixed.faces).map_err(|face| TessellationError::FixedFace { face })?;
         self.tets.fix(&fixed.tets).map_err(|tet| TessellationError::FixedTet { tet })
-    }
-
-    /// Moves edge points from the places of other points of almost flat tetrahedra.
-    fn move_off_avoided_places(&mut self, lattice: &Lattice, topology: &Topology) {
-        for &ShiftedEdge { edge, distance } in &topology.shifted {
-            self.move_on_edge(lattice, topology, edge, |t, length| {
-                let shift = (distance / length).min(SHIFT_MAX);
-                Some(if t < 0.5 { t + shift } else { t - shift })
-            });
-        }
-        for interval in &topology.avoided {
-            self.move_on_edge(lattice, topology, interval.edge, |t, length| interval.end_near(t, edge_margin(length)));
-        }
-    }
-
-    /// Sets the second barycentric coordinate of the point on `edge`, if there is one, to `moved` of it and the edge's
-    /// length.
-    fn move_on_edge(
-        &mut self,
-        lattice: &Lattice,
-        topology: &Topology,
-        edge: u32,
-        moved: impl Fn(f64, f64) -> Option<f64>,
-    ) {
-        let Some(place) = self.edges.places.get_mut(self.edges.slots[edge as usize] as usize) else { return };
-        let [from, to] = topology.edges[edge as usize].map(|node| lattice.nodes[node as usize]);
-        let length = (to - from).norm();
-        if let Some(t) = moved((*place - from).dot(&(to - from)) / (length * length), length) {
-            *place = from + (to - from) * t;
-        }
     }
 
     /// All points, for a later tessellation that must keep them.
@@ -318,7 +281,7 @@ impl Finder<'_> {
         self.combine(nodes, weights)
     }
 
-    fn face(&self, nodes: [u32; 3], is_flat: bool) -> Point3<f64> {
+    fn face(&self, nodes: [u32; 3]) -> Point3<f64> {
         let [a, b, c] = nodes.map(|node| self.lattice.nodes[node as usize]);
         let longest = (b - a).norm_squared().max((c - a).norm_squared()).max((c - b).norm_squared()).sqrt();
         let margin = simplex_margin((b - a).cross(&(c - a)).norm() / longest);
@@ -326,7 +289,7 @@ impl Finder<'_> {
             let [a, b, c] = self.sites_of(&sites, nodes);
             on_face([b, c].map(|other| sites.preferences(nodes, [a, other])), margin)
         };
-        let weights = if is_flat { scattered(nodes) } else { self.sites.map_or([1.0 / 3.0; 3], solve) };
+        let weights = self.sites.map_or([1.0 / 3.0; 3], solve);
         self.combine(nodes, weights)
     }
 
@@ -336,7 +299,7 @@ impl Finder<'_> {
             let [a, b, c, d] = self.sites_of(&sites, nodes);
             in_tet([b, c, d].map(|other| sites.preferences(nodes, [a, other])), simplex_margin(height))
         };
-        let weights = if height < FLAT_HEIGHT { scattered(nodes) } else { self.sites.map_or([0.25; 4], solve) };
+        let weights = self.sites.map_or([0.25; 4], solve);
         self.combine(nodes, weights)
     }
 

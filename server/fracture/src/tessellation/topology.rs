@@ -1,8 +1,7 @@
 //! Incidences of a lattice, prepared once per body for all of its tessellations.
 
 use super::TessellationError;
-use super::avoided::{AvoidedInterval, ShiftedEdge, avoided, shifted};
-use super::barycentric::{FLAT_HEIGHT, smallest_height};
+use super::distinct::node_heights;
 use crate::lattice::{BoundaryFace, EDGES, FACES, Lattice};
 use crate::memory::held;
 
@@ -45,12 +44,8 @@ pub struct Topology {
     pub boundary_edge: Vec<bool>,
     /// True for faces on the boundary; length `faces`.
     pub boundary_face: Vec<bool>,
-    /// Faces of tetrahedra that are almost flat, ascending; none in a lattice.
-    flat_faces: Vec<u32>,
-    /// Parts of edges without crack points.
-    pub(super) avoided: Vec<AvoidedInterval>,
-    /// Edges whose crack points are shifted.
-    pub(super) shifted: Vec<ShiftedEdge>,
+    /// Smallest height of the tetrahedra around each node, local.
+    heights: Vec<f32>,
     neighbor_offsets: Vec<u32>,
     neighbors: Vec<u32>,
 }
@@ -90,13 +85,10 @@ impl Topology {
             tet_faces,
             neighbor_offsets,
             neighbors,
+            heights: node_heights(lattice),
             ..Self::default()
         };
         topology.mark_boundary(&lattice.boundary(), &finder);
-        let flat = flat_tets(lattice);
-        topology.avoided = avoided(lattice, &topology, &flat);
-        topology.flat_faces = flat_faces(&flat, &topology.tet_faces);
-        topology.shifted = shifted(lattice, &topology);
         topology
     }
 
@@ -111,16 +103,19 @@ impl Topology {
             + held(&self.boundary_nodes)
             + held(&self.boundary_edge)
             + held(&self.boundary_face)
-            + held(&self.avoided)
-            + held(&self.shifted)
-            + held(&self.flat_faces)
+            + held(&self.heights)
             + held(&self.neighbor_offsets)
             + held(&self.neighbors)
     }
 
-    /// True if a tetrahedron of `face` is almost flat.
-    pub(super) fn is_flat(&self, face: usize) -> bool {
-        !self.flat_faces.is_empty() && self.flat_faces.binary_search(&(face as u32)).is_ok()
+    /// Lower bound of the heights of all tetrahedra around a simplex with these nodes, local.
+    pub(super) fn height<const N: usize>(&self, nodes: [u32; N]) -> f64 {
+        nodes.iter().map(|&node| f64::from(self.heights[node as usize])).fold(0.0, f64::max)
+    }
+
+    /// True for nodes on the boundary.
+    pub(super) fn is_boundary_node(&self, node: u32) -> bool {
+        self.boundary_nodes.binary_search(&node).is_ok()
     }
 
     /// Nodes that share an edge with `node`, ascending.
@@ -143,19 +138,6 @@ impl Topology {
         }
         self.boundary_nodes = (0..self.nodes as u32).filter(|&node| on_boundary[node as usize]).collect();
     }
-}
-
-/// Tetrahedra that are almost flat, ascending; none in a BCC lattice.
-fn flat_tets(lattice: &Lattice) -> Vec<usize> {
-    (0..lattice.tets.len()).filter(|tet| smallest_height(&lattice.corners(*tet)) < FLAT_HEIGHT).collect()
-}
-
-/// Faces of the tetrahedra `flat`, ascending.
-fn flat_faces(flat: &[usize], tet_faces: &[[u32; 4]]) -> Vec<u32> {
-    let mut faces: Vec<u32> = flat.iter().flat_map(|&tet| tet_faces[tet]).collect();
-    faces.sort_unstable();
-    faces.dedup();
-    faces
 }
 
 /// Index of the first edge of each lower node.

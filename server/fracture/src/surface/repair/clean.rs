@@ -131,10 +131,26 @@ fn weld(raw: &RawMesh, frame: &LocalFrame, defects: &mut Vec<Defect>) -> (Vec<Po
     (positions, welded)
 }
 
+/// Choice of one triangle from each group of equal ones.
+struct OneOfEach {
+    /// Whether each triangle is kept.
+    keep: Vec<bool>,
+    /// Number of triangles that form walls, of which none is kept.
+    walls: usize,
+}
+
+impl OneOfEach {
+    /// The kept triangles of `mesh`.
+    fn triangles(&self, mesh: &CleanMesh) -> Vec<[u32; 3]> {
+        mesh.triangles.iter().zip(&self.keep).filter(|(_, keep)| **keep).map(|(own, _)| *own).collect()
+    }
+}
+
 impl CleanMesh {
     /// Keeps one of several triangles with the same corners.
     ///
-    /// Keeps none of them where they form a wall between two sides that are closed without it.
+    /// Keeps none of them where they form a wall between two sides that are closed without it, and all that face the same way
+    /// where the surface is closed with them only: solids that overlap share them.
     fn drop_duplicates(&mut self, raw: &RawMesh, defects: &mut Vec<Defect>) {
         let mut sorted: Vec<([u32; 3], u32)> = Vec::with_capacity(self.triangles.len());
         for (triangle, corners) in self.triangles.iter().enumerate() {
@@ -143,29 +159,58 @@ impl CleanMesh {
             sorted.push((key, triangle as u32));
         }
         sorted.sort_unstable();
+        let groups = || sorted.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() > 1);
         let mut repeated = DefectTally::default();
-        let mut keep = vec![true; self.triangles.len()];
-        let mut doubled = vec![false; self.triangles.len()];
-        for same in sorted.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() > 1) {
-            doubled[same[0].1 as usize] = true;
-            for &(_, triangle) in &same[1..] {
-                keep[triangle as usize] = false;
-                repeated.note(raw.face(self.source[triangle as usize] as usize));
-            }
+        for (_, triangle) in groups().flat_map(|same| &same[1..]) {
+            repeated.note(raw.face(self.source[*triangle as usize] as usize));
         }
         if repeated.count() == 0 {
             return;
         }
-        let doubled: Vec<bool> = (0..keep.len()).filter(|&t| keep[t]).map(|t| doubled[t]).collect();
-        self.retain(&keep);
-        let walls = Edges::new(&self.triangles).walls(&doubled);
-        let wall_count = walls.iter().filter(|wall| **wall).count();
-        self.retain(&walls.iter().map(|wall| !wall).collect::<Vec<_>>());
-        let action = match wall_count {
-            0 => "one copy kept".to_owned(),
-            _ => format!("one copy kept; {wall_count} inner walls dropped"),
+        let one_each = self.with_one_of_each(groups());
+        let is_needed = Edges::new(&self.triangles).balanced() && !Edges::new(&one_each.triangles(self)).balanced();
+        let (kept, keep, walls) = match is_needed {
+            true => {
+                let keep = self.without_opposite_pairs(groups());
+                let dropped = keep.iter().filter(|keep| !**keep).count();
+                ("kept: solids that overlap share them", keep, dropped)
+            }
+            false => ("one copy kept", one_each.keep, one_each.walls),
         };
+        self.retain(&keep);
+        let action = if walls == 0 { kept.to_owned() } else { format!("{kept}; {walls} inner walls dropped") };
         repeated.report(DefectKind::DuplicateTriangles, action, defects);
+    }
+
+    /// One triangle of each group of equal ones, and none of those that form walls.
+    fn with_one_of_each<'a>(&self, groups: impl Iterator<Item = &'a [([u32; 3], u32)]>) -> OneOfEach {
+        let mut keep = vec![true; self.triangles.len()];
+        let mut doubled = vec![false; self.triangles.len()];
+        for same in groups {
+            doubled[same[0].1 as usize] = true;
+            same[1..].iter().for_each(|(_, triangle)| keep[*triangle as usize] = false);
+        }
+        let kept: Vec<usize> = (0..keep.len()).filter(|&triangle| keep[triangle]).collect();
+        let triangles: Vec<[u32; 3]> = kept.iter().map(|&triangle| self.triangles[triangle]).collect();
+        let doubled: Vec<bool> = kept.iter().map(|&triangle| doubled[triangle]).collect();
+        let is_wall = Edges::new(&triangles).walls(&doubled);
+        kept.iter().zip(&is_wall).filter(|(_, wall)| **wall).for_each(|(&triangle, _)| keep[triangle] = false);
+        OneOfEach { keep, walls: is_wall.iter().filter(|wall| **wall).count() }
+    }
+
+    /// All triangles but pairs of equal ones that face opposite ways.
+    fn without_opposite_pairs<'a>(&self, groups: impl Iterator<Item = &'a [([u32; 3], u32)]>) -> Vec<bool> {
+        let mut keep = vec![true; self.triangles.len()];
+        for same in groups {
+            let is_forward = |triangle: u32| {
+                let [a, b, c] = self.triangles[triangle as usize];
+                (a < b) ^ (b < c) ^ (c < a)
+            };
+            let (forward, backward): (Vec<u32>, Vec<u32>) =
+                same.iter().map(|(_, triangle)| *triangle).partition(|triangle| is_forward(*triangle));
+            forward.iter().zip(&backward).flat_map(|(a, b)| [a, b]).for_each(|own| keep[*own as usize] = false);
+        }
+        keep
     }
 
     /// Drops triangles without area that have an open edge, and returns the number kept.

@@ -98,6 +98,11 @@ impl Surface {
         Ok(Self { frame, positions, triangles, faces, attributes, parts, outliers, defects, closed, simple })
     }
 
+    /// True if every edge is passed equally often in both directions.
+    pub(crate) fn is_balanced(&self) -> bool {
+        Edges::new(&self.triangles).balanced()
+    }
+
     /// The three corners of a triangle, local.
     pub fn corners(&self, triangle: usize) -> [Point3<f64>; 3] {
         self.triangles[triangle].map(|vertex| self.positions[vertex as usize])

@@ -193,6 +193,45 @@ fn loose_inverted_panels_are_turned_together() {
     assert!(surface.signed_volume() > 0.0);
 }
 
+/// A box of unit cells, whose triangles two boxes on one grid share where they overlap.
+fn cells(from: [u32; 3], to: [u32; 3]) -> RawMesh {
+    let mut mesh = RawMesh::new(Vec::new(), Vec::new());
+    let mut quad = |corners: [[u32; 3]; 4]| {
+        let first = mesh.positions_m.len() as u32;
+        mesh.positions_m.extend(corners.map(|corner| Point3::from(corner.map(f64::from))));
+        mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    };
+    for axis in 0..3 {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        for (i, j) in (from[u]..to[u]).flat_map(|i| (from[v]..to[v]).map(move |j| (i, j))) {
+            let corner = |side: u32, di: u32, dj: u32| {
+                let mut corner = [0; 3];
+                (corner[axis], corner[u], corner[v]) = (side, i + di, j + dj);
+                corner
+            };
+            quad([[0, 0], [1, 0], [1, 1], [0, 1]].map(|[di, dj]| corner(to[axis], di, dj)));
+            // The same diagonal as on the opposite side.
+            quad([[0, 0], [0, 1], [1, 1], [1, 0]].map(|[di, dj]| corner(from[axis], di, dj)));
+        }
+    }
+    mesh
+}
+
+#[test]
+fn overlapping_solids_on_one_grid_keep_the_triangles_that_they_share() {
+    let overlapping = both(cells([0; 3], [2; 3]), &cells([1, 0, 0], [3, 2, 2]), [0.0; 3]);
+    let surface = Surface::repair(overlapping).unwrap();
+    assert!(surface.closed);
+    assert_close(volume_m3(&surface), 16.0);
+    let duplicates = surface.defects.iter().find(|own| own.kind == DefectKind::DuplicateTriangles).unwrap();
+    assert_eq!((duplicates.count, duplicates.action.as_str()), (16, "kept: solids that overlap share them"));
+    let beside = both(cells([0; 3], [2; 3]), &cells([2, 0, 0], [4, 2, 2]), [0.0; 3]);
+    let surface = Surface::repair(beside).unwrap();
+    assert_close(volume_m3(&surface), 16.0);
+    let duplicates = surface.defects.iter().find(|own| own.kind == DefectKind::DuplicateTriangles).unwrap();
+    assert_eq!(duplicates.action, "one copy kept; 8 inner walls dropped");
+}
+
 #[test]
 fn duplicates_are_dropped_but_for_one() {
     let mut mesh = cube();
