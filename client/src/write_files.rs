@@ -2,13 +2,24 @@
 
 use crate::fragment::fragments;
 use crate::visible::{Appearance, VisibleMesh};
-use crate::{Error, ErrorKind, FractureResult, Fragment, FragmentSkin, HullMesh};
+use crate::{Effect, Error, ErrorKind, FractureResult, Fragment, FragmentSkin, HullMesh};
 use shatter_export::{
-    ExportError, FragmentView, HullView, ObjectView, RunView, WriteReport, write_glb, write_mjcf, write_obj,
+    ExportError, FragmentView, HullView, ObjectView, RunView, SourceMaterials, WriteReport, write_glb, write_glb_with,
+    write_mjcf, write_obj,
 };
 use shatter_proto::result::{Bond, FragmentSurface};
 use shatter_proto::view::ResultView;
 use std::path::Path;
+
+/// Reads the materials and textures of the mesh file (`.glb`, `.gltf`) that an object was baked from, for
+/// [`FractureResult::write_glb_with`].
+///
+/// # Errors
+/// `output`: the file, or one beside it that it names, cannot be read, is malformed, or requires an extension that a file of fragments
+/// cannot have.
+pub fn read_materials(path: &Path) -> Result<SourceMaterials, Error> {
+    SourceMaterials::read(path).map_err(|error| failed(path, &error))
+}
 
 impl FractureResult {
     /// Writes the fragments to a `.glb` file, whole or not at all.
@@ -18,6 +29,16 @@ impl FractureResult {
     /// (the fragments make no valid file).
     pub fn write_glb(&self, path: &Path) -> Result<WriteReport, Error> {
         self.with_views(|views| write_glb(path, views)).map_err(|error| failed(path, &error))
+    }
+
+    /// As [`Self::write_glb`], with the materials and textures of the mesh file that the object was baked from. The request needs the
+    /// effect `attributes`.
+    ///
+    /// # Errors
+    /// Those of [`Self::write_glb`]; `effect` if the fragments have no materials, `output` if they have materials that the file does not
+    /// have.
+    pub fn write_glb_with(&self, path: &Path, materials: &SourceMaterials) -> Result<WriteReport, Error> {
+        self.with_views(|views| write_glb_with(path, views, materials)).map_err(|error| failed(path, &error))
     }
 
     /// Writes the hulls of the fragments to a `.glb` file as [`Self::write_glb`] does the fragments: nodes of the same names at the
@@ -35,7 +56,17 @@ impl FractureResult {
     /// # Errors
     /// Those of [`Self::write_glb`]; `output` as well without skins.
     pub fn write_skins_glb(&self, path: &Path) -> Result<WriteReport, Error> {
-        skins_glb(self.metric().raw_view(), path).map_err(|error| failed(path, &error))
+        with_skins(self.metric().raw_view(), |views| write_glb(path, views)).map_err(|error| failed(path, &error))
+    }
+
+    /// As [`Self::write_skins_glb`], with the materials and textures of the mesh file that the object was baked from.
+    ///
+    /// # Errors
+    /// Those of [`Self::write_skins_glb`]; `effect` if the skins have no materials, `output` if they have materials that the file does
+    /// not have.
+    pub fn write_skins_glb_with(&self, path: &Path, materials: &SourceMaterials) -> Result<WriteReport, Error> {
+        with_skins(self.metric().raw_view(), |views| write_glb_with(path, views, materials))
+            .map_err(|error| failed(path, &error))
     }
 
     /// Writes the fragments as OBJ files into `folder`, which is made if it is not there: see [`write_obj`].
@@ -82,13 +113,15 @@ fn hulls_glb(view: ResultView<'_>, path: &Path) -> Result<WriteReport, ExportErr
             positions: hull.positions,
             indices: hull.indices,
             merges: &[],
+            materials: &[],
             ..fragment_view(fragment, runs, &plain)
         })
         .collect();
     write_glb(path, &views)
 }
 
-fn skins_glb(view: ResultView<'_>, path: &Path) -> Result<WriteReport, ExportError> {
+/// Calls `read` with the visible surfaces of the fragments that have one.
+fn with_skins<R>(view: ResultView<'_>, read: impl FnOnce(&[FragmentView<'_>]) -> R) -> R {
     let skinned: Vec<(Fragment<'_>, FragmentSkin<'_>)> =
         fragments(view).filter_map(|fragment| Some((fragment, fragment.skin()?))).collect();
     let meshes = VisibleMesh::all(&skinned, FragmentSurface::from_code(view.summary.surface));
@@ -98,10 +131,11 @@ fn skins_glb(view: ResultView<'_>, path: &Path) -> Result<WriteReport, ExportErr
             positions: &mesh.positions,
             indices: &mesh.indices,
             merges: &mesh.merges,
+            materials: &mesh.materials,
             ..fragment_view(fragment, &mesh.runs, &mesh.appearance)
         })
         .collect();
-    write_glb(path, &views)
+    read(&views)
 }
 
 fn with_object<R>(view: ResultView<'_>, read: impl FnOnce(&ObjectView<'_>) -> R) -> R {
@@ -140,6 +174,7 @@ fn fragment_view<'a>(fragment: &Fragment<'a>, runs: &'a [RunView], appearance: &
         positions: fragment.positions(),
         normals: &appearance.normals,
         uvs: &appearance.uvs,
+        materials: fragment.materials(),
         indices: fragment.indices(),
         runs,
         merges: fragment.merges(),
@@ -151,9 +186,13 @@ fn fragment_view<'a>(fragment: &Fragment<'a>, runs: &'a [RunView], appearance: &
 }
 
 fn failed(path: &Path, error: &ExportError) -> Error {
+    let message = error.to_string();
+    if matches!(error, ExportError::NoMaterials { .. }) {
+        return Error::new(ErrorKind::Effect, Effect::Attributes.name(), message);
+    }
     let is_output = error.path().is_some() || matches!(error, ExportError::NoFragments);
-    let kind = if is_output { ErrorKind::Output } else { ErrorKind::BadResult };
-    Error::new(kind, path.display().to_string(), error.to_string())
+    let kind = if is_output || error.materials_file().is_some() { ErrorKind::Output } else { ErrorKind::BadResult };
+    Error::new(kind, error.materials_file().unwrap_or(path).display().to_string(), message)
 }
 
 #[cfg(test)]

@@ -35,6 +35,7 @@ fn file(cut: f32, place_m: [f64; 3]) -> Result<Vec<u8>, ExportError> {
         .map(|(id, (positions, indices, runs, merges))| FragmentView {
             normals: &[],
             uvs: &[],
+            materials: &[],
             id: id as u32,
             body: 0,
             positions,
@@ -118,6 +119,7 @@ fn attributes_round_trip_through_glb() {
                 positions,
                 normals,
                 uvs,
+                materials: &[],
                 indices,
                 runs,
                 merges,

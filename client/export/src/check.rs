@@ -1,6 +1,7 @@
 //! Validity checks of fragments before writing, and the test for a closed surface.
 
-use super::{ExportError, FragmentView, ObjectView};
+use super::{ExportError, FragmentView, ObjectView, SourceMaterials};
+use shatter_proto::result::NO_MATERIAL;
 
 /// Refuses an object without fragments, or with hulls or bonds that do not fit its fragments.
 pub(super) fn object(view: &ObjectView<'_>) -> Result<(), ExportError> {
@@ -34,6 +35,23 @@ pub(super) fn all(fragments: &[FragmentView<'_>]) -> Result<(), ExportError> {
     fragments.iter().try_for_each(valid)
 }
 
+/// Refuses fragments whose outer triangles have materials that the mesh file does not have. The fragments have been checked.
+pub(super) fn source(fragments: &[FragmentView<'_>], source: &SourceMaterials) -> Result<(), ExportError> {
+    let materials = source.count();
+    if materials > 0 && fragments.iter().all(|fragment| fragment.materials.is_empty()) {
+        return Err(ExportError::NoMaterials { path: source.path().to_owned() });
+    }
+    for fragment in fragments {
+        let mut outer = fragment.materials.iter().take(fragment.outer_indices() / 3);
+        let is_unknown = |material: &&u32| **material != NO_MATERIAL && **material as usize >= materials;
+        if let Some(&material) = outer.find(is_unknown) {
+            let path = source.path().to_owned();
+            return Err(ExportError::MaterialOutOfRange { fragment: fragment.id, material, path, materials });
+        }
+    }
+    Ok(())
+}
+
 /// Refuses a fragment that would make a file that readers reject.
 fn valid(view: &FragmentView<'_>) -> Result<(), ExportError> {
     finite(view)?;
@@ -43,6 +61,10 @@ fn valid(view: &FragmentView<'_>) -> Result<(), ExportError> {
         return Err(ExportError::IndexOutOfRange { fragment: view.id, position, vertex, vertices });
     }
     runs(view)?;
+    let (materials, triangles) = (view.materials.len(), view.indices.len() / 3);
+    if materials > 0 && materials != triangles {
+        return Err(ExportError::MaterialCount { fragment: view.id, materials, triangles });
+    }
     merges(view)
 }
 

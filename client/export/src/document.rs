@@ -1,18 +1,19 @@
 //! The glTF document: accessors, meshes, nodes, and the buffer that they refer to.
 
 use super::check::{closed, merged};
+use super::material_groups::{by_material, has_plain_triangles};
 use super::normals::smooth_normals;
 use super::placement::{ExactSingles, Placement};
-use super::{ExportError, FragmentView};
+use super::{ExportError, FragmentView, SourceMaterials};
 use gltf_json::accessor::{self, Accessor, ComponentType, GenericComponentType, IndexComponentType, Type};
 use gltf_json::buffer::{self, Buffer, Stride, Target, View};
 use gltf_json::material::{EmissiveFactor, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
 use gltf_json::mesh::{Mesh, Mode, Primitive, Semantic};
 use gltf_json::validation::{Checked::Valid, USize64};
-use gltf_json::{Asset, Index, Material, Node, Root, Scene, extensions};
+use gltf_json::{Asset, Extras, Index, Material, Node, Root, Scene, extensions};
 use serde::Serialize;
 use serde_json::value::to_raw_value;
-use serde_json::{Map, Serializer, json};
+use serde_json::{Map, Serializer, Value, json};
 
 /// Name of the parent of all nodes, in the file of an object far from the origin.
 const PARENT: &str = "object";
@@ -22,29 +23,104 @@ const VECTOR_BYTES: usize = 12;
 const UV_BYTES: usize = 8;
 const SCALAR_BYTES: usize = 4;
 
+/// Images start at multiples of this number of bytes in the buffer.
+const IMAGE_ALIGNMENT: usize = 4;
+
 /// Base colors, linear: weathered stone outside, paler and warmer on cracks.
 pub(super) const OUTER_COLOR: [f32; 4] = [0.36, 0.39, 0.43, 1.0];
 pub(super) const CRACK_COLOR: [f32; 4] = [0.78, 0.64, 0.47, 1.0];
 
 /// A document with the contents of its one buffer.
-pub(super) struct Document {
-    pub root: Root,
+pub(super) struct Document<'a> {
+    root: Root,
     pub binary: Vec<u8>,
     /// Number of meshes with the manifold extension.
     pub closed: usize,
     /// True if the nodes have a common parent.
     has_parent: bool,
+    /// Lists of the mesh file, if its materials are written.
+    source: Option<SourceLists<'a>>,
 }
 
-impl Document {
+impl Document<'_> {
     /// The document as JSON.
     pub(super) fn json(&self) -> Result<Vec<u8>, serde_json::Error> {
+        match &self.source {
+            Some(source) => self.serialized(&WithSource { root: &self.root, source }),
+            None => self.serialized(&self.root),
+        }
+    }
+
+    fn serialized(&self, content: &impl Serialize) -> Result<Vec<u8>, serde_json::Error> {
         if !self.has_parent {
-            return self.root.to_vec();
+            return serde_json::to_vec(content);
         }
         let mut json = Vec::new();
-        self.root.serialize(&mut Serializer::with_formatter(&mut json, ExactSingles))?;
+        content.serialize(&mut Serializer::with_formatter(&mut json, ExactSingles))?;
         Ok(json)
+    }
+}
+
+/// A document whose materials, textures, samplers and images are those of `source`; the lists of `root` are empty.
+#[derive(Serialize)]
+struct WithSource<'a> {
+    #[serde(flatten)]
+    root: &'a Root,
+    #[serde(flatten)]
+    source: &'a SourceLists<'a>,
+}
+
+/// Lists of the mesh file, as they are there. glTF allows no empty list.
+#[derive(Serialize)]
+struct SourceLists<'a> {
+    materials: Vec<Slot<'a>>,
+    #[serde(skip_serializing_if = "<[Value]>::is_empty")]
+    textures: &'a [Value],
+    #[serde(skip_serializing_if = "<[Value]>::is_empty")]
+    samplers: &'a [Value],
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    images: Vec<Value>,
+}
+
+/// A material of the file.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Slot<'a> {
+    /// Of the mesh file.
+    Source(&'a Value),
+    /// Of this module.
+    Own(Box<Material>),
+}
+
+/// Indices of the materials in the file.
+#[derive(Clone, Copy)]
+struct Slots {
+    /// True if those of the mesh file come first, with their own indices.
+    has_source: bool,
+    outer: Index<Material>,
+    crack: Index<Material>,
+}
+
+impl Slots {
+    /// Adds the materials `outer` and `crack` after those of the mesh file. With the latter, `outer` is left out if it is not needed.
+    fn new(root: &mut Root, fragments: &[FragmentView<'_>], source: Option<&SourceMaterials>) -> Self {
+        let first = source.map_or(0, SourceMaterials::count) as u32;
+        if source.is_none() || fragments.iter().any(has_plain_triangles) {
+            root.push(material("outer", OUTER_COLOR, 0.75));
+        }
+        let crack = root.push(material("crack", CRACK_COLOR, 0.95)).value() as u32;
+        Self { has_source: source.is_some(), outer: Index::new(first), crack: Index::new(first + crack) }
+    }
+
+    /// The material of outer triangles that have this one in the mesh file.
+    fn of_outer(&self, material: Option<u32>) -> Index<Material> {
+        material.filter(|_| self.has_source).map_or(self.outer, Index::new)
+    }
+
+    /// Extra data of a primitive: the material in the mesh file, if it is not that of the primitive.
+    fn extras(&self, material: Option<u32>) -> Result<Extras, ExportError> {
+        let unnamed = material.filter(|_| !self.has_source);
+        Ok(unnamed.map(|material| to_raw_value(&json!({ "material": material }))).transpose()?)
     }
 }
 
@@ -74,8 +150,11 @@ pub(super) fn fragment_name(id: u32, of: usize) -> String {
     format!("fragment_{id:0width$}")
 }
 
-/// Builds the document. The fragments have been checked.
-pub(super) fn build(fragments: &[FragmentView<'_>]) -> Result<Document, ExportError> {
+/// Builds the document, with the materials of the mesh file if they are given. Both have been checked.
+pub(super) fn build<'a>(
+    fragments: &[FragmentView<'_>],
+    source: Option<&'a SourceMaterials>,
+) -> Result<Document<'a>, ExportError> {
     // An empty view is not written.
     let textured = u32::from(fragments.iter().any(|fragment| !fragment.uvs.is_empty()));
     let [positions, normals, indices, uvs, merges] = [0, 1, 2, 3, 3 + textured].map(Index::new);
@@ -86,14 +165,11 @@ pub(super) fn build(fragments: &[FragmentView<'_>]) -> Result<Document, ExportEr
         closed: 0,
     };
     let placement = Placement::of(fragments);
-    let materials = [
-        writer.root.push(material("outer", OUTER_COLOR, 0.75)),
-        writer.root.push(material("crack", CRACK_COLOR, 0.95)),
-    ];
+    let slots = Slots::new(&mut writer.root, fragments, source);
     let mut nodes = Vec::with_capacity(fragments.len());
     for fragment in fragments {
         let name = fragment_name(fragment.id, fragments.len());
-        let mesh = writer.mesh(fragment, &name, materials);
+        let mesh = writer.mesh(fragment, &name, slots)?;
         let mesh = writer.root.push(mesh);
         nodes.push(writer.root.push(node(fragment, &placement, name, mesh)?));
     }
@@ -104,7 +180,7 @@ pub(super) fn build(fragments: &[FragmentView<'_>]) -> Result<Document, ExportEr
     }
     let scene = Scene { extensions: None, extras: None, name: Some("fragments".to_owned()), nodes };
     writer.root.scene = Some(writer.root.push(scene));
-    Ok(writer.finish(placement.origin_m.is_some()))
+    Ok(writer.finish(placement.origin_m.is_some(), source))
 }
 
 struct Writer {
@@ -115,21 +191,26 @@ struct Writer {
 }
 
 impl Writer {
-    fn mesh(&mut self, fragment: &FragmentView<'_>, name: &str, materials: [Index<Material>; 2]) -> Mesh {
+    fn mesh(&mut self, fragment: &FragmentView<'_>, name: &str, slots: Slots) -> Result<Mesh, ExportError> {
         let vertices = self.vertices(fragment);
         let base = self.sections.indices.len();
-        self.sections.indices.extend(fragment.indices.iter().flat_map(|index| index.to_le_bytes()));
-        let outer = fragment.outer_indices();
-        let spans = [(0, outer), (outer, fragment.indices.len() - outer)];
-        let mut primitives = Vec::with_capacity(2);
-        for ((first, count), material) in spans.into_iter().zip(materials) {
-            if count > 0 {
-                let indices = self.root.push(self.indices(base + first * SCALAR_BYTES, count));
-                primitives.push(primitive(&vertices, indices, Some(material)));
-            }
+        let (indices, groups) = by_material(fragment);
+        self.sections.indices.extend(indices.iter().flat_map(|index| index.to_le_bytes()));
+        let mut primitives = Vec::with_capacity(groups.len() + 1);
+        let mut first = 0;
+        for group in groups {
+            let accessor = self.root.push(self.indices(base + first * SCALAR_BYTES, group.index_count));
+            let mut outer = primitive(&vertices, accessor, Some(slots.of_outer(group.material)));
+            outer.extras = slots.extras(group.material)?;
+            primitives.push(outer);
+            first += group.index_count;
         }
-        let extensions = self.manifold(fragment, &vertices[..1], base);
-        Mesh { extensions, extras: None, name: Some(name.to_owned()), primitives, weights: None }
+        if first < indices.len() {
+            let accessor = self.root.push(self.indices(base + first * SCALAR_BYTES, indices.len() - first));
+            primitives.push(primitive(&vertices, accessor, Some(slots.crack)));
+        }
+        let extensions = self.manifold(fragment, &indices, &vertices[..1], base);
+        Ok(Mesh { extensions, extras: None, name: Some(name.to_owned()), primitives, weights: None })
     }
 
     /// Adds accessors of positions and normals, and of texture coordinates if there are any.
@@ -162,25 +243,26 @@ impl Writer {
         accessor(self.views.indices, offset, count, ComponentType::U32, Type::Scalar)
     }
 
-    /// Adds the extension if its claim holds: all triangles, with the indices of merged vertices replaced sparsely.
+    /// Adds the extension if its claim holds: all triangles in the written order, with the indices of merged vertices replaced sparsely.
     fn manifold(
         &mut self,
         fragment: &FragmentView<'_>,
+        written: &[u32],
         position: &[(Semantic, Index<Accessor>)],
         base: usize,
     ) -> Option<extensions::mesh::Mesh> {
         let point = merged(fragment);
-        if !closed(fragment.indices, &point) {
+        if !closed(written, &point) {
             return None;
         }
         self.closed += 1;
         let moved: Vec<(u32, u32)> = (0_u32..)
-            .zip(fragment.indices)
+            .zip(written)
             .map(|(place, &vertex)| (place, vertex, point[vertex as usize]))
             .filter(|&(_, vertex, merged)| vertex != merged)
             .map(|(place, _, merged)| (place, merged))
             .collect();
-        let mut indices = self.indices(base, fragment.indices.len());
+        let mut indices = self.indices(base, written.len());
         let mut extension = Map::new();
         if !moved.is_empty() {
             let offsets = self.merges(&moved);
@@ -208,7 +290,7 @@ impl Writer {
         [places, values]
     }
 
-    fn finish(mut self, has_parent: bool) -> Document {
+    fn finish<'a>(mut self, has_parent: bool, source: Option<&'a SourceMaterials>) -> Document<'a> {
         let sections = self.sections;
         let vertices = |stride: usize| (Some(Target::ArrayBuffer), Some(Stride(stride)));
         let mut binary = Vec::new();
@@ -225,6 +307,7 @@ impl Writer {
                 binary.extend_from_slice(&bytes);
             }
         }
+        let source = source.map(|source| embedded(&mut self.root, &mut binary, source));
         self.root.push(Buffer {
             byte_length: USize64::from(binary.len()),
             name: None,
@@ -237,8 +320,27 @@ impl Writer {
         if self.closed > 0 {
             self.root.extensions_used.push(MANIFOLD.to_owned());
         }
-        Document { root: self.root, binary, closed: self.closed, has_parent }
+        Document { root: self.root, binary, closed: self.closed, has_parent, source }
     }
+}
+
+/// Appends the images of the mesh file to the buffer. Returns the lists of the document that come from that file; the materials of `root`
+/// move there.
+fn embedded<'a>(root: &mut Root, binary: &mut Vec<u8>, source: &'a SourceMaterials) -> SourceLists<'a> {
+    let images = source.images.iter().map(|image| {
+        binary.resize(binary.len().next_multiple_of(IMAGE_ALIGNMENT), 0);
+        let bytes = root.push(view(Index::new(0), binary.len(), image.bytes.len(), None, None));
+        binary.extend_from_slice(&image.bytes);
+        let mut members = image.members.clone();
+        members.insert("bufferView".to_owned(), json!(bytes.value()));
+        Value::Object(members)
+    });
+    let images = images.collect();
+    root.extensions_used.clone_from(&source.extensions_used);
+    root.extensions_required.clone_from(&source.extensions_required);
+    let own = std::mem::take(&mut root.materials).into_iter().map(|own| Slot::Own(Box::new(own)));
+    let materials = source.materials.iter().map(Slot::Source).chain(own).collect();
+    SourceLists { materials, textures: &source.textures, samplers: &source.samplers, images }
 }
 
 fn view(

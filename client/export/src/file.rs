@@ -1,6 +1,6 @@
 //! Atomic writes of files: to a temporary file in the same folder, then renamed.
 
-use super::{ExportError, FragmentView, WriteReport, glb_bytes};
+use super::{ExportError, FragmentView, SourceMaterials, WriteReport, glb_bytes, glb_bytes_with};
 use std::fs::Permissions;
 use std::io::{self, Write};
 use std::os::unix::fs::{FileTypeExt, PermissionsExt};
@@ -15,6 +15,20 @@ const FILE_MODE: u32 = 0o666;
 /// [`ExportError`] by the figure that makes no valid file, or by the file that cannot be written.
 pub fn write_glb(path: &Path, fragments: &[FragmentView<'_>]) -> Result<WriteReport, ExportError> {
     let (bytes, written) = glb_bytes(fragments)?;
+    write_whole(path, &bytes)?;
+    Ok(WriteReport { files: vec![path.to_owned()], ..written })
+}
+
+/// As [`write_glb`], with the materials and textures of the mesh file.
+///
+/// # Errors
+/// Those of [`write_glb`]; fragments whose materials are not those of the file.
+pub fn write_glb_with(
+    path: &Path,
+    fragments: &[FragmentView<'_>],
+    materials: &SourceMaterials,
+) -> Result<WriteReport, ExportError> {
+    let (bytes, written) = glb_bytes_with(fragments, materials)?;
     write_whole(path, &bytes)?;
     Ok(WriteReport { files: vec![path.to_owned()], ..written })
 }

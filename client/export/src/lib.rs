@@ -5,6 +5,9 @@
 //! fragment from the inside has no outer faces. All primitives of a mesh share their vertex accessors and one buffer view of
 //! indices.
 //!
+//! The outer triangles of a fragment with materials make one primitive per material. [`write_glb_with`] gives the primitives the
+//! materials and textures of a glTF file ([`SourceMaterials`]), so that the fragments look like the whole model.
+//!
 //! glTF stores translations in single precision. If that would displace fragments noticeably, because the object lies far from the
 //! origin, their nodes are children of one node `object`. Its translation is the center of the fragments.
 //!
@@ -25,19 +28,22 @@ mod document;
 mod file;
 mod folder_lock;
 mod inertia;
+mod material_groups;
 mod mjcf;
 mod normals;
 mod obj;
 mod obj_folder;
 mod placement;
+mod source_materials;
 mod stale;
 
 pub use check::is_closed;
-pub use file::{make_folder, write_glb, write_whole};
+pub use file::{make_folder, write_glb, write_glb_with, write_whole};
 pub use inertia::{PrincipalInertia, principal};
 pub use mjcf::{MjcfModel, mjcf, write_mjcf};
 pub use normals::smooth_normals;
 pub use obj_folder::write_obj;
+pub use source_materials::SourceMaterials;
 
 use shatter_proto::result::Bond;
 use std::io;
@@ -56,6 +62,9 @@ pub struct FragmentView<'a> {
     pub normals: &'a [[f32; 3]],
     /// Texture coordinates, one per vertex, v upwards; may be empty.
     pub uvs: &'a [[f32; 2]],
+    /// Materials, one per triangle, as indices in the list of the mesh file; [`NO_MATERIAL`](shatter_proto::result::NO_MATERIAL) for
+    /// none. Those of crack triangles are not read. Empty without materials.
+    pub materials: &'a [u32],
     /// Indices of vertices, three per triangle, counter-clockwise seen from outside.
     pub indices: &'a [u32],
     /// Consecutive ranges of `indices`, the outer one first; together they cover all of it.
@@ -171,6 +180,77 @@ pub enum ExportError {
         /// Position in `merges`.
         pair: usize,
     },
+    /// A list of materials that does not have one entry per triangle.
+    #[error("fragment {fragment}: it has {materials} materials for {triangles} triangles")]
+    MaterialCount {
+        /// Id of the fragment.
+        fragment: u32,
+        /// Number of materials.
+        materials: usize,
+        /// Number of triangles.
+        triangles: usize,
+    },
+    /// Fragments without materials, for which a file of materials was given.
+    #[error(
+        "the fragments have no materials for those of {}: switch on the effect `attributes`, and bake the object from that file",
+        .path.display()
+    )]
+    NoMaterials {
+        /// The file of materials.
+        path: PathBuf,
+    },
+    /// A material that the file of materials does not have.
+    #[error(
+        "fragment {fragment} has the material {material}, but {} has {}: the object was baked from another file; give the one that it \
+         was baked from",
+        .path.display(),
+        counted_materials(materials)
+    )]
+    MaterialOutOfRange {
+        /// Id of the fragment.
+        fragment: u32,
+        /// Index of the material.
+        material: u32,
+        /// The file of materials.
+        path: PathBuf,
+        /// Number of materials in the file.
+        materials: usize,
+    },
+    /// A file of materials, or a file that it names, that cannot be read.
+    #[error(
+        "cannot read {}: {source}; materials need the .glb or .gltf file that the object was baked from, and the files beside it \
+         that it names",
+        .unreadable.display()
+    )]
+    ReadMaterials {
+        /// The file of materials.
+        path: PathBuf,
+        /// The file that cannot be read.
+        unreadable: PathBuf,
+        /// Reason of the system.
+        source: io::Error,
+    },
+    /// A file of materials that is no valid glTF file.
+    #[error("malformed glTF file {}, {place}: {reason}", .path.display())]
+    MalformedMaterials {
+        /// The file of materials.
+        path: PathBuf,
+        /// Part of the document.
+        place: String,
+        /// Defect, in words.
+        reason: String,
+    },
+    /// A file of materials with a required extension that a file of fragments cannot have.
+    #[error(
+        "{} requires the extension `{extension}`, which cannot be written into a file of fragments; export the model without it",
+        .path.display()
+    )]
+    RequiredExtension {
+        /// The file of materials.
+        path: PathBuf,
+        /// Name of the extension.
+        extension: String,
+    },
     /// More bytes than a binary glTF file can hold (4 GiB).
     #[error(
         "the fragments need {bytes} bytes, but a .glb file holds less than 4 GiB; write OBJ files or fewer fragments"
@@ -259,11 +339,32 @@ impl ExportError {
             _ => None,
         }
     }
+
+    /// The file of materials that does not fit or cannot be used; `None` for other errors.
+    pub fn materials_file(&self) -> Option<&Path> {
+        match self {
+            Self::NoMaterials { path }
+            | Self::MaterialOutOfRange { path, .. }
+            | Self::ReadMaterials { path, .. }
+            | Self::MalformedMaterials { path, .. }
+            | Self::RequiredExtension { path, .. } => Some(path),
+            _ => None,
+        }
+    }
 }
 
 /// Beginning of the message for a `part` of the path of `folder` that is no folder.
 fn purpose(folder: &Path, part: &Path) -> String {
     if folder == part { String::new() } else { format!("cannot make the folder {}: ", folder.display()) }
+}
+
+/// A number of materials, in words; materials have the indices below it.
+fn counted_materials(materials: &usize) -> String {
+    match materials {
+        0 => "none".to_owned(),
+        1 => "only the material 0".to_owned(),
+        _ => format!("the materials 0 to {}", materials - 1),
+    }
 }
 
 /// Makes a `.glb` file of these fragments in memory; returns its bytes and a summary.
@@ -272,10 +373,27 @@ fn purpose(folder: &Path, part: &Path) -> String {
 /// [`ExportError`] by the figure that makes no valid file.
 pub fn glb_bytes(fragments: &[FragmentView<'_>]) -> Result<(Vec<u8>, WriteReport), ExportError> {
     check::all(fragments)?;
-    let document = document::build(fragments)?;
+    framed(document::build(fragments, None)?, fragments.len())
+}
+
+/// As [`glb_bytes`], with the materials and textures of the mesh file. The materials of the file are its own in their order, then
+/// `outer` if an outer triangle has no material, then `crack`.
+///
+/// # Errors
+/// Those of [`glb_bytes`]; fragments whose materials are not those of the file.
+pub fn glb_bytes_with(
+    fragments: &[FragmentView<'_>],
+    materials: &SourceMaterials,
+) -> Result<(Vec<u8>, WriteReport), ExportError> {
+    check::all(fragments)?;
+    check::source(fragments, materials)?;
+    framed(document::build(fragments, Some(materials))?, fragments.len())
+}
+
+/// The file of a document, and its summary.
+fn framed(document: document::Document<'_>, fragments: usize) -> Result<(Vec<u8>, WriteReport), ExportError> {
     let bytes = container::frame(&document.json()?, &document.binary)?;
-    let written =
-        WriteReport { fragments: fragments.len(), closed: document.closed, bytes: bytes.len(), files: Vec::new() };
+    let written = WriteReport { fragments, closed: document.closed, bytes: bytes.len(), files: Vec::new() };
     Ok((bytes, written))
 }
 

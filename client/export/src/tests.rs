@@ -1,6 +1,7 @@
 //! Tests of the file against the rules of the formats, read by hand; `shatter-tests` reads it with an independent library.
 
 mod folders;
+mod materials;
 
 use super::*;
 use serde_json::Value;
@@ -31,6 +32,7 @@ fn view(sample: &Sample, id: u32) -> FragmentView<'_> {
     FragmentView {
         normals: &[],
         uvs: &[],
+        materials: &[],
         id,
         body: 0,
         positions: &sample.positions,

@@ -37,6 +37,7 @@ arguments! {
     deadline_s("deadline_s"): Option<Duration> = optional_seconds;
     output_file("path"): PathBuf = path;
     output_folder("folder"): PathBuf = path;
+    materials_file("materials"): Option<PathBuf> = optional_path;
 }
 
 /// Mass (kg), radius (m), Young's modulus (Pa) and Poisson's ratio.
@@ -117,6 +118,13 @@ fn path(name: &str, value: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
         return Err(wrong(format!("{name} is empty; it must name the output")));
     }
     Ok(path)
+}
+
+/// Reads a path of an input file, which may be `None`. An empty one names no file, which its reader reports.
+fn optional_path(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<PathBuf>> {
+    optional(name, value, |name, value| {
+        value.extract().map_err(|_| refused(name, "a str, or an os.PathLike of one", value))
+    })
 }
 
 /// The duration of a checked number of seconds. Signatures of Python show a default as a number alone.

@@ -134,15 +134,25 @@ impl FractureResult {
         rows(py, &self.held()?, |result| Some(result.positions()))
     }
 
-    /// Writes a binary glTF file (.glb), whole or not at all.
-    fn write_glb(&self, py: Python<'_>, #[pyo3(from_py_with = argument::output_file)] path: PathBuf) -> PyResult<()> {
+    /// Writes a binary glTF file (.glb), whole or not at all; with the materials and textures of the mesh file ``materials`` (.glb,
+    /// .gltf) that the object was baked from. They need the effect ``attributes``.
+    #[pyo3(signature = (path, materials = None))]
+    fn write_glb(
+        &self,
+        py: Python<'_>,
+        #[pyo3(from_py_with = argument::output_file)] path: PathBuf,
+        #[pyo3(from_py_with = argument::materials_file)] materials: Option<PathBuf>,
+    ) -> PyResult<()> {
         if !path.extension().is_some_and(|own| own.eq_ignore_ascii_case("glb")) {
             let shown = quoted(&path.display().to_string());
             return Err(wrong(format!(
                 "path: write_glb writes .glb files, not `{shown}`; see also write_obj and write_mjcf"
             )));
         }
-        self.write(py, |result| result.write_glb(&path).map(|_| ()))
+        self.write(py, |result| match &materials {
+            Some(file) => result.write_glb_with(&path, &shatter_client::read_materials(file)?).map(|_| ()),
+            None => result.write_glb(&path).map(|_| ()),
+        })
     }
 
     /// Writes a folder of OBJ files with a table.

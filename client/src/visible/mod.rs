@@ -3,6 +3,7 @@
 mod boundary_edges;
 mod nearby_skin;
 
+use crate::NO_MATERIAL;
 use crate::fragment::{Fragment, FragmentSkin, Run};
 use nalgebra::Vector3;
 use nearby_skin::NearbySkin;
@@ -102,6 +103,8 @@ pub(crate) struct VisibleMesh {
     pub indices: Vec<u32>,
     pub runs: Vec<RunView>,
     pub merges: Vec<[u32; 2]>,
+    /// One per triangle; empty if the skin has no triangles or no materials.
+    pub materials: Vec<u32>,
     pub appearance: Appearance,
 }
 
@@ -133,7 +136,11 @@ impl VisibleMesh {
         let welded = boundary_edges::welded(&positions);
         let merges = (0..).zip(welded).filter(|(vertex, first)| vertex != first).map(|(vertex, first)| [vertex, first]);
         let merges = merges.collect();
-        Self { positions, indices, runs, merges, appearance: Appearance { normals, uvs: unless_zero(uvs) } }
+        let mut materials = skin.materials.to_vec();
+        if !materials.is_empty() {
+            materials.resize(indices.len() / 3, NO_MATERIAL);
+        }
+        Self { positions, indices, runs, merges, materials, appearance: Appearance { normals, uvs: unless_zero(uvs) } }
     }
 }
 

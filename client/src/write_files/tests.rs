@@ -240,7 +240,7 @@ fn check(shapes: &[Shape], ran: Ran) {
     let hulls = ran.hulls && shapes.iter().any(|shape| shape.hull);
     assert_eq!(hulls_glb(view, &file("hulls.glb")).is_ok(), hulls, "{shown}");
     let seen = shapes.iter().filter(|shape| shape.outer.is_some()).count();
-    let written = skins_glb(view, &file("skins.glb"));
+    let written = with_skins(view, |views| write_glb(&file("skins.glb"), views));
     match ran.skin && seen > 0 {
         true => assert_eq!(written.unwrap().fragments, seen, "{shown}"),
         false => assert!(matches!(written, Err(ExportError::NoFragments)), "{shown}"),
@@ -260,6 +260,36 @@ fn results_with_missing_sections_do_not_panic() {
         let [normals, uv, bonds, hulls, attributes, skin, materials] = bits;
         check(&shapes, Ran { normals, uv, bonds, hulls, attributes, skin, materials });
     }
+}
+
+/// The materials of fragments and skins are those of the result, and the errors of a file of materials name it.
+#[test]
+fn materials_of_fragments_and_skins_are_written_with_their_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mesh, file) = (folder.path().join("mesh.gltf"), folder.path().join("a.glb"));
+    let write = |count: usize, materials: bool, has_skin: bool| {
+        let list = vec![r#"{"name":"glaze"}"#; count].join(",");
+        std::fs::write(&mesh, format!(r#"{{"asset":{{"version":"2.0"}},"materials":[{list}]}}"#)).unwrap();
+        let source = read_materials(&mesh).unwrap();
+        let ran =
+            Ran { normals: false, uv: false, bonds: false, hulls: false, attributes: true, skin: true, materials };
+        let shapes = [0, 2].map(|outer| Shape { outer: Some(outer), hull: false });
+        let (payload, checked) = Made::new(&shapes, ran).sent();
+        let view = checked.view(&payload).unwrap();
+        let write = |views: &[FragmentView<'_>]| write_glb_with(&file, views, &source);
+        let written = if has_skin { with_skins(view, write) } else { with_views(view, write) };
+        written.map_err(|error| failed(&file, &error))
+    };
+    for has_skin in [false, true] {
+        assert_eq!(write(1, true, has_skin).unwrap().fragments, 2);
+        let text = String::from_utf8_lossy(&std::fs::read(&file).unwrap()).into_owned();
+        assert!(text.contains("glaze") && !text.contains(r#""outer""#), "{text}");
+        let error = write(1, false, has_skin).unwrap_err();
+        assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Effect, "attributes"));
+    }
+    assert!(write(0, true, false).unwrap_err().message.contains("has none"));
+    let error = read_materials(&folder.path().join("none.glb")).unwrap_err();
+    assert!(error.kind == ErrorKind::Output && error.at.ends_with("none.glb"), "{error}");
 }
 
 /// The defect that was found: a fragment that lies wholly inside, with a skin and without `uv`.

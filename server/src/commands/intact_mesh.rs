@@ -51,6 +51,7 @@ fn view<'a>(body: usize, own: &'a IntactBody, sections: &'a Sections) -> Fragmen
     FragmentView {
         normals: &[],
         uvs: &[],
+        materials: &[],
         id: body as u32,
         body: body as u32,
         positions: &sections.positions,

@@ -2,7 +2,10 @@
 
 use super::{CliError, note};
 use shatter_cli_common::cli_error::size;
-use shatter_client::{Deadline, Effect, Error, ErrorKind, FractureResult, FragmentSurface, Impact, Object};
+use shatter_client::{
+    Deadline, Effect, Error, ErrorKind, FractureResult, FragmentSurface, Impact, Object, SourceMaterials,
+    read_materials,
+};
 use shatter_export::{WriteReport, make_folder};
 use shatter_proto::name::nearest;
 use std::borrow::Cow;
@@ -20,7 +23,7 @@ pub enum FileFormat {
     Mjcf,
 }
 
-/// Output target: the options `--out` and `--format`.
+/// Output target: the options `--out`, `--format` and `--materials`.
 #[derive(Debug, PartialEq, Eq)]
 pub struct OutputTarget {
     format: FileFormat,
@@ -28,6 +31,8 @@ pub struct OutputTarget {
     path: PathBuf,
     /// Folder to create if it does not exist.
     folder: Option<PathBuf>,
+    /// Materials for the `.glb` file.
+    materials: Option<SourceMaterials>,
 }
 
 /// Files that a command wrote.
@@ -86,11 +91,25 @@ impl OutputTarget {
             (None, FileFormat::Glb) => in_folder(format!("{object}.glb")),
             (None, FileFormat::Mjcf) => in_folder(format!("{object}.xml")),
         };
-        Ok(Self { format, path, folder })
+        Ok(Self { format, path, folder, materials: None })
+    }
+
+    /// Reads the materials for the file from the mesh file `materials`, if there is one. `disable` are the effects to switch off.
+    pub fn with_materials(self, materials: Option<&Path>, disable: &[Effect]) -> Result<Self, CliError> {
+        let Some(materials) = materials else { return Ok(self) };
+        if self.format != FileFormat::Glb {
+            let message = "--materials is for .glb files; use --out FILE.glb";
+            return Err(CliError::Usage(message.to_owned()));
+        }
+        if disable.contains(&Effect::Attributes) {
+            let message = "--materials needs the effect `attributes`, which --disable names; leave one of them out";
+            return Err(CliError::Usage(message.to_owned()));
+        }
+        Ok(Self { materials: Some(read_materials(materials)?), ..self })
     }
 
     /// Strikes `object` with the effects that the format needs: bonds and hulls for a MuJoCo model, skins for a `.glb` file, except those
-    /// in `disable`. A skin that `enable` does not name is left out if the object has none.
+    /// in `disable`; and attributes for materials. A skin that `enable` does not name is left out if the object has none.
     pub fn strike(
         &self,
         object: &Object,
@@ -98,6 +117,10 @@ impl OutputTarget {
         [enable, disable]: [&[Effect]; 2],
         deadline: impl Fn() -> Deadline,
     ) -> Result<FractureResult, CliError> {
+        let impact = &match self.materials {
+            Some(_) => impact.clone().enable(Effect::Attributes),
+            None => impact.clone(),
+        };
         let shown: &[Effect] = match self.format {
             FileFormat::Glb => &[Effect::Skin],
             FileFormat::Mjcf => &[Effect::Bonds, Effect::Hulls],
@@ -138,7 +161,7 @@ impl OutputTarget {
             })?;
         }
         let all = match self.format {
-            FileFormat::Glb => glb(&self.path, result)?,
+            FileFormat::Glb => glb(&self.path, result, self.materials.as_ref())?,
             FileFormat::Obj => wrote(&self.path, "", result.write_obj(&self.path).map_err(some_stay)?),
             FileFormat::Mjcf => {
                 wrote(&self.path, ", with its meshes", result.write_mjcf(&self.path).map_err(some_stay)?)
@@ -173,11 +196,11 @@ fn is_skin_error(error: &Error) -> bool {
 }
 
 /// Writes the visible surfaces of the fragments, or without skins the fragments themselves. Beside them it writes the closed meshes, if
-/// these are others, and the hulls, if there are any. Returns the files.
+/// these are others, and the hulls, if there are any. `materials` are for `file` alone. Returns the files.
 ///
 /// With files beside it, an earlier `file` is removed first, and the new one is written last. It therefore never lies beside files of
 /// another result, even if the process is killed.
-fn glb(file: &Path, result: &FractureResult) -> Result<Vec<PathBuf>, Error> {
+fn glb(file: &Path, result: &FractureResult, materials: Option<&SourceMaterials>) -> Result<Vec<PathBuf>, Error> {
     let (closed, hulls) = (file.with_extension("closed.glb"), file.with_extension("hulls.glb"));
     let has_skins = result.fragments().any(|fragment| fragment.skin().is_some());
     let has_hulls = result.fragments().any(|fragment| fragment.hull().is_some());
@@ -195,7 +218,12 @@ fn glb(file: &Path, result: &FractureResult) -> Result<Vec<PathBuf>, Error> {
         true => beside.extend(wrote(&hulls, ", hulls", result.write_hulls_glb(&hulls)?)),
         false => warn_of_earlier_files(&hulls),
     }
-    let report = if has_skins { result.write_skins_glb(file)? } else { result.write_glb(file)? };
+    let report = match (has_skins, materials) {
+        (true, Some(materials)) => result.write_skins_glb_with(file, materials)?,
+        (true, None) => result.write_skins_glb(file)?,
+        (false, Some(materials)) => result.write_glb_with(file, materials)?,
+        (false, None) => result.write_glb(file)?,
+    };
     let mut files = wrote(file, if has_closed { ", skin for rendering, not closed" } else { "" }, report);
     files.append(&mut beside);
     Ok(files)
@@ -247,6 +275,7 @@ mod tests {
             format,
             path: path.into(),
             folder: folder.map(PathBuf::from),
+            materials: None,
         });
         assert_eq!(found, wanted, "{out}");
     }
@@ -257,6 +286,24 @@ mod tests {
         assert_eq!(files("j.glb"), ["j.glb", "j.closed.glb", "j.hulls.glb"].map(PathBuf::from));
         assert_eq!(files("j.GLB"), ["j.GLB", "j.closed.glb", "j.hulls.glb"].map(PathBuf::from));
         assert_eq!(files("j.xml"), ["j.xml"].map(PathBuf::from));
+    }
+
+    #[test]
+    fn materials_need_a_glb_file_the_effect_and_a_readable_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let mesh = folder.path().join("mug.gltf");
+        std::fs::write(&mesh, r#"{"asset":{"version":"2.0"}}"#).unwrap();
+        let with = |out: &str, mesh: &Path, disable: &[Effect]| {
+            OutputTarget::new(Path::new(out), None, "vase")
+                .and_then(|target| target.with_materials(Some(mesh), disable))
+        };
+        assert!(with("a.glb", &mesh, &[Effect::Skin]).is_ok_and(|target| target.materials.is_some()));
+        assert!(with("pieces", &mesh, &[]).is_ok());
+        let usage = |found: Result<OutputTarget, CliError>| matches!(found, Err(CliError::Usage(_)));
+        assert!(usage(with("a.xml", &mesh, &[])));
+        assert!(usage(with("a.glb", &mesh, &[Effect::Attributes])));
+        let missing = with("a.glb", &folder.path().join("none.glb"), &[]);
+        assert!(matches!(missing, Err(CliError::Refused(error)) if error.kind == ErrorKind::Output));
     }
 
     #[test]

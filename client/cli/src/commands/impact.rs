@@ -16,7 +16,7 @@ use shatter_client::{
 };
 use shatter_proto::text::number;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Arguments of `shatter impact`.
@@ -108,6 +108,10 @@ pub struct Args {
     /// Format of files in a folder: `glb` (the default), `obj` (one file per fragment, fragments.mtl, fragments.json), or `mjcf`
     #[arg(long, value_enum, requires = "out")]
     format: Option<FileFormat>,
+    /// Mesh file (.glb, .gltf) whose materials and textures the written .glb gets; needs the effect `attributes`, which is then on. Give
+    /// the file that the object was baked from
+    #[arg(long, value_name = "FILE.glb|FILE.gltf", requires = "out")]
+    materials: Option<PathBuf>,
     /// Print one JSON document on stdout
     #[arg(long)]
     json: bool,
@@ -140,13 +144,18 @@ fn paired(args: &Args) -> Result<(), CliError> {
     )))
 }
 
+/// The target of the files, with the materials for them.
+fn output(out: &Path, args: &Args) -> Result<OutputTarget, CliError> {
+    OutputTarget::new(out, args.format, &args.object)?.with_materials(args.materials.as_deref(), &args.disable)
+}
+
 /// Strikes an object and prints the result.
 pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     paired(args)?;
     // A deadline bounds the whole command, whatever the daemon does.
     let within =
         |usual: Deadline| args.deadline_ms.map_or(usual, |ms| usual.min(Deadline::ms(ms.saturating_add(SLACK_MS))));
-    let target = args.out.as_ref().map(|out| OutputTarget::new(out, args.format, &args.object)).transpose()?;
+    let target = args.out.as_ref().map(|out| output(out, args)).transpose()?;
     let impact = impact(args);
     let object = wait::object(service, &args.object, args.convention.convention, args.wait, || within(reply()))?;
     let deadline = || within(Deadline::after(RESULT_TIMEOUT));

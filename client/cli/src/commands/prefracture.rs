@@ -40,6 +40,10 @@ pub struct Args {
     /// Format of files in a folder: `glb` (the default), `obj` (one file per fragment, fragments.mtl, fragments.json), or `mjcf`
     #[arg(long, value_enum)]
     format: Option<FileFormat>,
+    /// Mesh file (.glb, .gltf) whose materials and textures the written .glb gets; needs the effect `attributes`, which is then on. Give
+    /// the file that the object was baked from
+    #[arg(long, value_name = "FILE.glb|FILE.gltf")]
+    materials: Option<PathBuf>,
     /// Print one JSON document on stdout, as of an impact
     #[arg(long)]
     json: bool,
@@ -47,7 +51,8 @@ pub struct Args {
 
 /// Divides an object evenly and prints the result.
 pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
-    let target = OutputTarget::new(&args.out, args.format, &args.object)?;
+    let target = OutputTarget::new(&args.out, args.format, &args.object)?
+        .with_materials(args.materials.as_deref(), &args.disable)?;
     let object = Client::connect(service, reply())?.object(&args.object, reply())?;
     let load = object.even(args.degree, Deadline::after(RESULT_TIMEOUT))?.seed(args.seed);
     let load = args.lift.map_or(load.clone(), |lift| load.lift(lift));

@@ -30,6 +30,7 @@ fn fragment(id: u32) -> FragmentView<'static> {
         positions: &CORNERS,
         normals: &[],
         uvs: &[],
+        materials: &[],
         indices: &FACES,
         runs: &[RUN],
         merges: &[],

@@ -313,8 +313,9 @@ class FractureResult:
     def debris(self) -> list[Debris]:
         """Points on cracks from which dust and chips come; empty unless ``debris`` is on."""
 
-    def write_glb(self, path: str | os.PathLike[str]) -> None:
-        """Writes a binary glTF file (.glb), whole or not at all."""
+    def write_glb(self, path: str | os.PathLike[str], materials: str | os.PathLike[str] | None = None) -> None:
+        """Writes a binary glTF file (.glb), whole or not at all; with the materials and textures of the mesh file ``materials`` (.glb,
+        .gltf) that the object was baked from. They need the effect ``attributes``."""
 
     def write_obj(self, folder: str | os.PathLike[str]) -> None:
         """Writes a folder of OBJ files with a table."""

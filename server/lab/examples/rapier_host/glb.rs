@@ -109,6 +109,7 @@ fn is_closed(positions: &[[f32; 3]], indices: &[u32]) -> bool {
         positions,
         normals: &[],
         uvs: &[],
+        materials: &[],
         indices,
         runs: &[],
         merges: &[],

@@ -19,6 +19,7 @@ pub fn exploded(
     let view = |row: &FragmentRow| FragmentView {
         normals: &[],
         uvs: &[],
+        materials: &[],
         id: row.id,
         body: row.body,
         positions: &positions[row.vertex_first as usize..][..row.vertex_count as usize],
