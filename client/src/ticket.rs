@@ -68,7 +68,7 @@ enum State {
 
 impl Ticket {
     pub(crate) fn send(connection: Arc<Connection>, request: &Request) -> Result<Self, Error> {
-        let wire = request.wire(connection.listener(), 0)?;
+        let wire = request.wire(connection.listener())?;
         let sent = Instant::now();
         let (pending, sequence) = connection.send(wire)?;
         let (progress, progress_request, liveness) = (Progress::Waiting, None, LivenessCheck::now());

@@ -234,11 +234,11 @@ pub struct RetainedFragment {
 }
 
 impl Request {
-    /// The request as it travels.
+    /// The request as it travels, of the client with that listener. The connection that sends it sets `sequence` and `held`.
     ///
     /// # Errors
     /// Those of [`RequestWire::validate`], as the daemon would find them.
-    pub fn wire(&self, listener: [u8; 16], sequence: u64) -> Result<RequestWire, Error> {
+    pub fn wire(&self, listener: [u8; 16]) -> Result<RequestWire, Error> {
         if self.contacts.is_empty() || self.contacts.len() > CONTACTS_MAX {
             return Err(contact_count(self.contacts.len()));
         }
@@ -251,7 +251,7 @@ impl Request {
             Purpose::Aim => 3,
         };
         wire.contact_count = self.contacts.len() as u32;
-        (wire.sequence, wire.seed, wire.listener) = (sequence, self.seed, listener);
+        (wire.seed, wire.listener) = (self.seed, listener);
         object_name(&self.object)?;
         wire.object_length = text::put(&mut wire.object, &self.object);
         (wire.degree, wire.degree_sites) = match self.degree {

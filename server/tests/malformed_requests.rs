@@ -51,7 +51,7 @@ fn good(sequence: u64) -> RequestWire {
         degree: DegreeRule::Sites(3),
         ..Request::default()
     };
-    Request { seed: sequence / 3, ..strike }.wire([7; 16], sequence).unwrap()
+    RequestWire { sequence, ..Request { seed: sequence / 3, ..strike }.wire([7; 16]).unwrap() }
 }
 
 /// A valid request with one to four words or bytes changed.

@@ -8,7 +8,7 @@ use shatter_client::{
 };
 use shatter_proto::control::ControlRequest;
 use shatter_proto::request::Contact;
-use shatter_proto::request::Request;
+use shatter_proto::request::{Request, RequestWire};
 use std::sync::LazyLock;
 use support::{Child, InProcess, RawPeer, TestDirectory, bar, eventually, shatter, shatterd, timeout};
 
@@ -240,7 +240,7 @@ fn a_release_waits_for_the_strike_that_it_follows() {
     let contact = Contact { point_m: [0.0; 3], impulse_ns: [1.0; 3], duration_s: None, radius_m: None, ray: None };
     let strike = Request { object: "bar".into(), contacts: vec![contact], ..Request::default() };
     let strike = Request { from: Some(RetainedFragment { handle, fragment }), ..strike };
-    let sent = peer.send(strike.wire(listener, 1).unwrap());
+    let sent = peer.send(RequestWire { sequence: 1, ..strike.wire(listener).unwrap() });
     assert_ne!(peer.outcome(&sent).err().flatten(), Some(ErrorKind::UnknownHandle));
     eventually(|| "the release has a reply", || peer.reply(&asked) == Some(Ok(())));
     assert_eq!(refused(&bar, &impact.from(handle, fragment)).kind, ErrorKind::UnknownHandle);

@@ -53,7 +53,8 @@ impl ContactWire {
         // The square is what the energy is made of: it must neither vanish nor overflow.
         let square: f64 = self.impulse_ns.iter().map(|x| x * x).sum();
         if !square.is_finite() || (square == 0.0 && purpose != Purpose::Aim) {
-            let what = if square == 0.0 { "zero, or its square is" } else { "not finite, or its square is not" };
+            let what =
+                if square == 0.0 { "zero or too small to be squared" } else { "not finite or too large to be squared" };
             let at = format!("contacts[{i}].impulse_ns");
             let message = format!("contact {i}: the impulse is {what}; pass a finite impulse other than 0, in N·s");
             return Err(Error::new(ErrorKind::Impulse, at, message));

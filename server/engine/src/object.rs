@@ -1,11 +1,12 @@
 //! Interface of served objects, implemented by the engine adapter [`crate::wire`] and by test doubles.
 
+use crate::stage_profiler::StageProfiler;
 use shatter_fracture::cancel_token::CancelToken;
-use shatter_fracture::pipeline::{RetainedFragments, StageObserver, Workspace};
+use shatter_fracture::pipeline::{RetainedFragments, Stage, StageObserver, Workspace};
 use shatter_proto::control::ObjectRow;
 use shatter_proto::layout::{SectionCounts, SectionsMut};
 use shatter_proto::request::Request;
-use shatter_proto::result::{OverrunCause, StageCost};
+use shatter_proto::result::{EnergySource, OverrunCause, StageCost};
 use shatter_proto::{Error, ErrorKind};
 use std::path::Path;
 use std::sync::Arc;
@@ -74,6 +75,11 @@ pub trait EngineResult {
         None
     }
 
+    /// Source of its energy; `None` if it only aimed.
+    fn energy_source(&self) -> Option<EnergySource> {
+        None
+    }
+
     /// Records the time from the start of the computation until the result was written, and its stages.
     fn took(&self, _time: Duration, _stages: &[StageCost]) {}
 
@@ -82,6 +88,28 @@ pub trait EngineResult {
     /// # Errors
     /// `failed` if the sections do not fit the result.
     fn write(&self, sections: &mut SectionsMut<'_>, observer: &dyn StageObserver) -> Result<(), Error>;
+}
+
+/// Writes `result` into its sections as part of the last stage, whose output has `bytes` bytes, and then the costs that `profiler`
+/// measured.
+///
+/// # Errors
+/// Those of [`EngineResult::write`].
+pub fn write_profiled(
+    result: &dyn EngineResult,
+    sections: &mut SectionsMut<'_>,
+    bytes: u64,
+    profiler: &StageProfiler,
+) -> Result<(), Error> {
+    let observer: &dyn StageObserver = profiler;
+    // An object that stays whole has no fragments, so the stage does not run.
+    let stage = (!sections.fragments.is_empty()).then(|| observer.stage(Stage::Fragments));
+    result.write(sections, observer)?;
+    if let Some(stage) = stage {
+        stage.produced_bytes(bytes);
+    }
+    profiler.write_costs(sections);
+    Ok(())
 }
 
 /// Loads the database at a path; with a scene, as the scene object of the given name. The error describes the defect of the database.

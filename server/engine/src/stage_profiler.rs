@@ -1,13 +1,11 @@
 //! Profiler of a request: times and tracing spans per stage. The simulation itself reads no clock.
 
-use crate::object::EngineResult;
 use shatter_fracture::pipeline::{Stage, StageObserver};
 use shatter_fracture::scene::EffectKind;
-use shatter_proto::Error;
 use shatter_proto::effect::Effect;
 use shatter_proto::layout::SectionsMut;
-use shatter_proto::result::{EffectCost, EffectWire, EnergySource, StageCost, StageKind, StageWire};
-use std::cell::{Cell, RefCell};
+use shatter_proto::result::{EffectCost, EffectWire, StageCost, StageKind, StageWire};
+use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
@@ -20,8 +18,6 @@ pub type CurrentStage = Arc<AtomicU32>;
 pub struct StageProfiler {
     shown: CurrentStage,
     times: RefCell<Times>,
-    /// Source of the energy, once the result is written.
-    energy: Cell<Option<EnergySource>>,
 }
 
 /// Measurements of a request.
@@ -46,31 +42,13 @@ impl StageProfiler {
         let stages = std::array::from_fn(|stage| StageCost::idle(StageKind::ALL[stage]));
         let effects = Effect::ALL.map(EffectCost::idle);
         let times = Times { stages, effects, entered: None, begun: None, others: Duration::ZERO };
-        Self { shown, times: RefCell::new(times), energy: Cell::new(None) }
+        Self { shown, times: RefCell::new(times) }
     }
 
-    /// Writes a result into its sections as part of the last stage, whose output has `bytes` bytes, then the rows of all stages and
-    /// effects.
-    ///
-    /// # Errors
-    /// Those of the result.
-    pub fn write(&self, result: &dyn EngineResult, sections: &mut SectionsMut<'_>, bytes: u64) -> Result<(), Error> {
-        let observer: &dyn StageObserver = self;
-        // An object that stays whole has no fragments, so the stage does not run.
-        let stage = (!sections.fragments.is_empty()).then(|| observer.stage(Stage::Fragments));
-        result.write(sections, observer)?;
-        if let Some(stage) = stage {
-            stage.produced_bytes(bytes);
-        }
-        self.energy.set(Some(EnergySource::from_code(sections.summary.elastic)));
+    /// Writes the rows of all stages and effects.
+    pub fn write_costs(&self, sections: &mut SectionsMut<'_>) {
         sections.stages.copy_from_slice(&self.stages().each_ref().map(StageWire::from));
         sections.effects.copy_from_slice(&self.effects().each_ref().map(EffectWire::from));
-        Ok(())
-    }
-
-    /// Source of the energy; `None` before the result is written.
-    pub fn energy(&self) -> Option<EnergySource> {
-        self.energy.get()
     }
 
     /// Cost of each effect, including those that did not run.

@@ -201,12 +201,12 @@ impl ServedObject for EngineObject {
         if strike.purpose == Purpose::Aim {
             return Ok(Box::new(AimResult::new(strike, hit)));
         }
-        let request = self.request(&ray::pointed(strike, &hit))?;
-        tables::check(&self.prepared, &request)?;
-        let context = RequestContext::new(&self.prepared, &request, token, observer);
+        let resolved = self.resolved(&ray::pointed(strike, &hit))?;
+        tables::check(&self.prepared, &resolved.request)?;
+        let context = RequestContext::new(&self.prepared, &resolved.request, token, observer);
         let result = pipeline::strike(context, workspace);
         let result = result.map_err(|error| of_object(engine_error_in(error, &strike.convention)))?;
-        self.struck(strike, (&request, hit), Some(self.costs.clone()), result)
+        self.struck(strike, (&resolved, hit), Some(self.costs.clone()), result)
     }
 
     fn strike_again(
@@ -221,12 +221,12 @@ impl ServedObject for EngineObject {
         if strike.purpose == Purpose::Aim {
             return Ok(Box::new(AimResult::new(strike, hit)));
         }
-        let request = self.request(&ray::pointed(strike, &hit))?;
-        let context = RequestContext::new(&self.prepared, &request, token, observer);
+        let resolved = self.resolved(&ray::pointed(strike, &hit))?;
+        let context = RequestContext::new(&self.prepared, &resolved.request, token, observer);
         let result = pipeline::strike_again(context, from, workspace);
         let result = result.map_err(|error| of_fragment(engine_error_in(error, &strike.convention), from.1))?;
         // The times of a fragment tell nothing about the object.
-        self.struck(strike, (&request, hit), None, result)
+        self.struck(strike, (&resolved, hit), None, result)
     }
 }
 
@@ -252,19 +252,18 @@ impl EngineObject {
     fn struck(
         &self,
         strike: &Request,
-        (request, hit): (&pipeline::FractureRequest, HitWire),
+        (resolved, hit): (&ResolvedRequest, HitWire),
         costs: Option<Arc<ObjectCosts>>,
         result: FractureOutcome,
     ) -> Result<Box<dyn EngineResult>, Error> {
+        let ResolvedRequest { request, effects, quality } = resolved;
         let deformed = request.effects.has(EffectKind::Elastic);
-        let on = self.terms.effects(strike)?;
-        let mut used =
-            EffectiveSettings::of(&self.prepared, on, self.quality(strike), request, result.threshold().rank_max);
+        let mut used = EffectiveSettings::of(&self.prepared, *effects, *quality, request, result.threshold().rank_max);
         // Bases are those of the whole object.
         used.is_reducible &= strike.from.is_none();
         let (object, seed, convention) = (strike.object.clone(), strike.seed, strike.convention);
         let struck = RequestedResult { object, seed, convention, hit, deformed, used, costs, result };
-        self.fits(&struck.counts())?;
+        self.check_scene_limits(&struck.counts())?;
         Ok(Box::new(struck))
     }
 
@@ -275,7 +274,7 @@ impl EngineObject {
     }
 
     /// Refuses a result beyond the scene's limits.
-    fn fits(&self, counts: &SectionCounts) -> Result<(), Error> {
+    fn check_scene_limits(&self, counts: &SectionCounts) -> Result<(), Error> {
         let exceeded = |key: &str, found: u64, what: &str, cap: u64| {
             Error::new(ErrorKind::CapExceeded, key, format!("{found} {what}, but the scene allows {cap}"))
         };
@@ -294,8 +293,17 @@ impl EngineObject {
     /// # Errors
     /// `effect`, as of [`ObjectPolicy::effects`]; `contact_radius` for a contact that is larger than the object.
     pub fn request(&self, strike: &Request) -> Result<pipeline::FractureRequest, Error> {
-        let on = self.terms.effects(strike)?;
-        let preset = settings::preset(self.quality(strike)).solver_settings();
+        Ok(self.resolved(strike)?.request)
+    }
+
+    /// `strike` with every default filled in: the object's policy, then the preset, then what the request gives, then its limits of
+    /// error and time.
+    ///
+    /// # Errors
+    /// Those of [`Self::request`].
+    fn resolved(&self, strike: &Request) -> Result<ResolvedRequest, Error> {
+        let (effects, quality) = (self.terms.effects(strike)?, self.quality(strike));
+        let preset = settings::preset(quality).solver_settings();
         let both = EffectKind::ALL.into_iter().zip(effect::Effect::ALL);
         let request = pipeline::FractureRequest {
             contacts: strike.contacts.iter().map(|contact| rows::contact(contact, &strike.convention)).collect(),
@@ -313,7 +321,7 @@ impl EngineObject {
                 RequestedSurface::Exact => SurfaceKind::Exact,
                 RequestedSurface::Lattice => SurfaceKind::Lattice,
             },
-            effects: EffectSet::of(both.filter(|(_, wire)| on.has(*wire)).map(|(effect, _)| effect)),
+            effects: EffectSet::of(both.filter(|(_, wire)| effects.has(*wire)).map(|(effect, _)| effect)),
             volume_min_m3: self.terms.volume_min_m3,
             tolerance: preset.tolerance,
             iterations_max: preset.iterations_max,
@@ -326,8 +334,18 @@ impl EngineObject {
         radius::check(&self.prepared, &request)?;
         let request = settings::given(request, strike);
         let solved = !settings::is_reducible(&self.prepared, &request);
-        Ok(settings::bounded(request, strike, self.costs.of(on, solved)))
+        let request = settings::bounded(request, strike, self.costs.of(effects, solved));
+        Ok(ResolvedRequest { request, effects, quality })
     }
+}
+
+/// A request with every default filled in.
+struct ResolvedRequest {
+    /// As the engine takes it.
+    request: pipeline::FractureRequest,
+    /// Effects that are on.
+    effects: effect::Effects,
+    quality: Quality,
 }
 
 /// Result of the engine, with the data of its request.
@@ -361,6 +379,10 @@ impl EngineResult for RequestedResult {
         solved.then_some(if self.used.is_reducible { OverrunCause::ReducedError } else { OverrunCause::NoReducedBasis })
     }
 
+    fn energy_source(&self) -> Option<EnergySource> {
+        Some(self.source_of_energy())
+    }
+
     fn took(&self, time: Duration, stages: &[StageCost]) {
         let (Some(costs), Some(fracture)) = (&self.costs, self.result.fracture()) else { return };
         let solved = fracture.threshold.reduced_error.is_none();
@@ -375,14 +397,18 @@ impl EngineResult for RequestedResult {
 }
 
 impl RequestedResult {
-    fn summary(&self) -> SummaryWire {
-        let (result, threshold) = (&self.result, self.result.threshold());
-        let energy_source = match (self.deformed, threshold.reduced_error) {
+    fn source_of_energy(&self) -> EnergySource {
+        let threshold = self.result.threshold();
+        match (self.deformed, threshold.reduced_error) {
             _ if threshold.is_bound => EnergySource::Bounded,
             (false, _) => EnergySource::Falloff,
             (true, Some(_)) => EnergySource::Reduced,
             (true, None) => EnergySource::Solve,
-        };
+        }
+    }
+
+    fn summary(&self) -> SummaryWire {
+        let (result, threshold) = (&self.result, self.result.threshold());
         let exact = result.meshes().is_some_and(FractureMeshes::has_exact_surface);
         let surface = if exact { FragmentSurface::Exact } else { FragmentSurface::Lattice };
         let mut summary = SummaryWire {
@@ -397,7 +423,7 @@ impl RequestedResult {
             confidence: result.confidence(),
             seed: self.seed,
             radius_m: self.convention.length(threshold.radius_m),
-            elastic: energy_source.code(),
+            elastic: self.source_of_energy().code(),
             energy_error: threshold.reduced_error.unwrap_or(0.0),
             hit: self.hit,
             ..SummaryWire::zeroed()

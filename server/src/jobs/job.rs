@@ -9,7 +9,7 @@ use shatter_engine::object::ServedObject;
 use shatter_engine::stage_profiler::CurrentStage;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::pipeline::RetainedFragments;
-use shatter_proto::request::{Purpose, Request};
+use shatter_proto::request::Request;
 use shatter_proto::result::{AlignedBlock, ResultHeader};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::workarounds::response_pool::is_awaited;
@@ -61,8 +61,6 @@ pub struct Job {
     stage: CurrentStage,
     /// Kind of work; set after validation.
     work: WorkKind,
-    /// Whether it only aims; set after validation.
-    only_aims: bool,
     /// Reason for stopping it while it computed.
     stopped: OnceLock<StopCause>,
 }
@@ -78,7 +76,6 @@ impl Job {
             arrived: Instant::now(),
             stage: CurrentStage::default(),
             work: WorkKind::default(),
-            only_aims: false,
             stopped: OnceLock::new(),
         }
     }
@@ -86,7 +83,6 @@ impl Job {
     /// Sets the work, after validation.
     pub(super) fn set_work(&mut self, strike: Request, (object, kept): RetainedTarget) {
         self.work = WorkKind::of(&strike);
-        self.only_aims = strike.purpose == Purpose::Aim;
         self.payload = Mutex::new(Some(JobPayload { strike, object, kept }));
     }
 
@@ -104,11 +100,6 @@ impl Job {
     /// Kind of work.
     pub(super) fn work(&self) -> &WorkKind {
         &self.work
-    }
-
-    /// Whether it only aims, so that its result has no energy.
-    pub(super) fn only_aims(&self) -> bool {
-        self.only_aims
     }
 
     /// Cancellation token, polled by the stages.

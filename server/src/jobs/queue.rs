@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn a_newcomer_is_neither_favoured_nor_made_to_wait_for_the_past() {
+    fn a_newcomer_is_neither_favored_nor_made_to_wait_for_the_past() {
         let (mut queue, mut now) = strict(99);
         (0..40).for_each(|n| _ = queue.push(now, key(1, None), n));
         (0..20).for_each(|_| {

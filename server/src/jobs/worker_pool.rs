@@ -9,7 +9,7 @@ use crate::metrics::JobEnd;
 use crate::panics;
 use crate::retained::{EvictedResults, RetainedResults, RetainedTarget};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use shatter_engine::object::{EngineResult, ServedObject};
+use shatter_engine::object::{EngineResult, ServedObject, write_profiled};
 use shatter_engine::stage_profiler::StageProfiler;
 use shatter_fracture::pipeline::Workspace;
 use shatter_proto::error::ErrorWire;
@@ -176,7 +176,7 @@ impl WorkerPool {
                 _ => error,
             });
             let end = match &result {
-                Ok(()) => JobEnd::Completed,
+                Ok(_) => JobEnd::Completed,
                 Err(error) => {
                     if error.kind.fault() == Fault::Caller {
                         tracing::debug!(kind = error.kind.name(), at = error.at, "request failed: {error}");
@@ -187,7 +187,7 @@ impl WorkerPool {
                     JobEnd::of(error)
                 }
             };
-            let energy = profiler.energy().filter(|_| !job.only_aims());
+            let energy = result.ok().flatten();
             let (stages, effects) = (Box::new(profiler.stages()), Box::new(profiler.effects()));
             WorkerEvent::Completed { job, end, energy, stages, effects }
         });
@@ -265,8 +265,9 @@ impl WorkerPool {
         self.waker.wake(listener);
     }
 
-    /// Computes and sends the result. Drops the object at the end: the worker thread that uses a replaced version last frees it.
-    fn respond(&self, job: &Job, profiler: &StageProfiler) -> Result<(), Error> {
+    /// Computes and sends the result; returns the source of its energy. Drops the object at the end: the worker thread that uses a
+    /// replaced version last frees it.
+    fn respond(&self, job: &Job, profiler: &StageProfiler) -> Result<Option<EnergySource>, Error> {
         let JobPayload { strike, object, kept } = job.unload()?;
         let _span =
             tracing::info_span!("strike", object = strike.object, client = job.client(), sequence = job.key().1)
@@ -288,7 +289,7 @@ impl WorkerPool {
         if job.stopped() == Some(StopCause::Late) {
             return Err(StopCause::Late.error());
         }
-        let layout = fit(&strike, outcome.as_ref())?;
+        let layout = layout_within_request(&strike, outcome.as_ref())?;
         let mut buffer = self.loan(job, layout.blocks())?;
         self.populated.ensure(buffer.payload_mut())?;
         *buffer.user_header_mut() = layout.header(job.key().1);
@@ -306,7 +307,7 @@ impl WorkerPool {
         // Before the outcome is dropped, which takes as long again.
         self.waker.wake(job.key().0);
         outcome.took(took, &profiler.stages());
-        Ok(())
+        Ok(outcome.energy_source())
     }
 
     /// Loans memory for a result. Retries, so that a computed result is not lost because a client died a moment ago.
@@ -331,7 +332,7 @@ fn remaining_s(due: Instant) -> f64 {
 }
 
 /// Computes the layout of the result and checks it against the caller's caps.
-fn fit(strike: &Request, outcome: &dyn EngineResult) -> Result<Layout, Error> {
+fn layout_within_request(strike: &Request, outcome: &dyn EngineResult) -> Result<Layout, Error> {
     let counts = outcome.counts();
     if let Some(cap) = strike.fragments_max.filter(|cap| counts.fragments > *cap as usize) {
         let message = format!("{} fragments, but the request allows {cap}; raise fragments_max", counts.fragments);
@@ -375,7 +376,7 @@ fn write(
     let payload: &mut [AlignedBlock] = unsafe { &mut *(raw as *mut [AlignedBlock]) };
     let unfit = || Error::new(ErrorKind::Failed, "layout", "the loaned memory is shorter than the layout");
     let mut sections = layout.split(payload).ok_or_else(unfit)?;
-    profiler.write(outcome, &mut sections, layout.base_bytes())?;
+    write_profiled(outcome, &mut sections, layout.base_bytes(), profiler)?;
     let took = timing.arrived.elapsed();
     sections.summary.handle = timing.handle;
     sections.summary.time_ns = u64::try_from(took.as_nanos()).unwrap_or(u64::MAX);

@@ -17,7 +17,7 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
     let contact =
         Contact { point_m: [0.0, 0.1, 0.0], ray: None, impulse_ns: [-1.0, 0.0, 0.0], duration_s: None, radius_m: None };
     let strike = Request { object: "vase".to_owned(), contacts: vec![contact], ..Request::default() };
-    let strike = strike.wire(LISTENER, 1).expect("a valid strike");
+    let strike = RequestWire { sequence: 1, ..strike.wire(LISTENER).expect("a valid strike") };
     let mut payload = vec![AlignedBlock::zeroed(); control::blocks::<ObjectRow>(2)];
     let mut row = ObjectRow::zeroed();
     row.set_name("vase");
@@ -88,7 +88,7 @@ pub(super) fn run(input: &[u8]) -> bool {
 
 fn strike(wire: &RequestWire) -> bool {
     wire.validate().is_ok_and(|strike| {
-        let again = strike.wire(wire.listener, wire.sequence).expect("what the daemon accepts can be sent");
+        let again = strike.wire(wire.listener).expect("what the daemon accepts can be sent");
         assert_eq!(again.validate().expect("it was understood"), strike);
         true
     })

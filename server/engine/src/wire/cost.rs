@@ -1,7 +1,7 @@
 //! Measurement of request times of an object, for the prediction of costs.
 
 use super::EngineObject;
-use crate::object::ServedObject;
+use crate::object::{ServedObject, write_profiled};
 use crate::stage_profiler::StageProfiler;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::pipeline::{CostSample, ElasticRequest, ImpactSampler, RequestCost, Workspace};
@@ -140,7 +140,7 @@ impl EngineObject {
         if let Some(layout) = Layout::new(&outcome.counts()) {
             payload.resize(payload.len().max(layout.blocks()), AlignedBlock { bytes: [0; 64] });
             if let Some(mut sections) = layout.split(payload) {
-                profiler.write(outcome.as_ref(), &mut sections, layout.base_bytes())?;
+                write_profiled(outcome.as_ref(), &mut sections, layout.base_bytes(), &profiler)?;
             }
         }
         let iterations = strike.iterations_max.unwrap_or(0) as usize;

@@ -26,6 +26,7 @@ mod solve;
 mod strain;
 #[cfg(test)]
 mod tests;
+mod workspace;
 
 pub use boundary::{BoundaryNodes, NearestBoundaryPoint};
 pub use eigenvalue_bound::EigenvalueLowerBound;
@@ -37,19 +38,4 @@ pub use ray::{ClosestApproach, RayHit};
 pub use reduced::{ErrorEstimate, ReducedBasis};
 pub use rigid_support::{PinnedNodes, Support};
 pub use solve::{NARROW_RESIDUAL_MAX, ROUNDING_MAX, SolveReport};
-
-use crate::sparse::SolveScratch;
-
-/// Working memory of an impact's stages, reused between impacts.
-///
-/// After the first impact on the largest body, no memory that grows with the lattice is allocated.
-#[derive(Default)]
-pub struct ElasticWorkspace {
-    scratch: SolveScratch,
-    residual: Vec<f64>,
-    front: load_front::LoadFront,
-    weights: Vec<(u32, f64)>,
-    narrow: Vec<[f32; reduced::SIDE]>,
-    pulled: residual::Sums,
-    gathered: Vec<f64>,
-}
+pub use workspace::ElasticWorkspace;

@@ -48,7 +48,7 @@ impl PreparedObject {
 
 /// Runs all stages of a planned request that had `begun_s` seconds left at its start.
 ///
-/// `cut` builds fragments from the cells.
+/// `cut` makes meshes of the cells: [`FractureMeshes::new`] for an object, or those of a fragment's children.
 pub(in crate::pipeline) fn walk(
     context: RequestContext<'_>,
     begun_s: f64,

@@ -8,7 +8,7 @@ use crate::report::{ReportFigure, ReportTable, Section, Study};
 use bytemuck::Zeroable;
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
-use shatter_engine::object::ServedObject;
+use shatter_engine::object::{ServedObject, write_profiled};
 use shatter_engine::scene::{ObjectPolicy, Scene};
 use shatter_engine::stage_profiler::StageProfiler;
 use shatter_engine::wire::EngineObject;
@@ -144,7 +144,7 @@ fn costs(prepared: &Arc<PreparedObject>, terms: ObjectPolicy) -> Result<Vec<Medi
         let layout = Layout::new(&outcome.counts()).ok_or_else(too_large)?;
         payload.resize(payload.len().max(layout.blocks()), AlignedBlock::zeroed());
         let mut sections = layout.split(&mut payload[..layout.blocks()]).ok_or_else(too_large)?;
-        clock.write(outcome.as_ref(), &mut sections, layout.base_bytes())?;
+        write_profiled(outcome.as_ref(), &mut sections, layout.base_bytes(), &clock)?;
         runs.push(clock);
     }
     let stages = (0..StageKind::ALL.len()).map(|k| {

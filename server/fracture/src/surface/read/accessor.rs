@@ -3,7 +3,8 @@
 //! Only the `gltf` crate's description of an accessor is used. Its readers panic or wrap on empty accessors, on ranges
 //! that overflow, on strides below the element size, and on short sparse values.
 
-use super::{LIMIT, SurfaceError, malformed};
+use super::common::{LIMIT, malformed};
+use crate::surface::SurfaceError;
 use gltf::accessor::sparse::IndexType;
 use gltf::accessor::{Accessor, DataType, Dimensions};
 use gltf::buffer::View;

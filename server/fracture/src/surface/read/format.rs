@@ -1,6 +1,7 @@
 //! Detection of the format of a mesh file from its contents, for files with the extension of another format.
 
-use super::{SurfaceError, malformed};
+use super::common::malformed;
+use crate::surface::SurfaceError;
 
 /// Number of bytes that are examined.
 const EXAMINED: usize = 4096;

@@ -5,9 +5,10 @@
 //! (such as compression) is an error.
 
 use super::accessor::BufferBytes;
-use super::{RawMesh, SurfaceError, load, malformed, within_limit};
+use super::common::{load, malformed, within_limit};
 use crate::scene::brief;
 use crate::surface::{DOUBLE, NO_MATERIAL, SINGLE, TriangleAttributes};
+use crate::surface::{RawMesh, SurfaceError};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gltf::mesh::{Mode, Primitive, Semantic};

@@ -1,6 +1,7 @@
 //! Readers of mesh files: OBJ, PLY, STL, glTF and GLB.
 
 mod accessor;
+mod common;
 mod format;
 mod gltf;
 mod obj;
@@ -17,15 +18,8 @@ mod tests;
 pub use painted::read_painted;
 
 use super::{LengthUnit, RawMesh, SurfaceError, UpAxis};
-use crate::scene::brief;
-use std::fmt::Display;
+use common::{PLY_EXPECTED, load};
 use std::path::Path;
-
-/// Description of a valid PLY file.
-const PLY_EXPECTED: &str = "a PLY file has the elements `vertex` and `face`";
-
-/// Largest accepted number of vertices, and of triangles.
-const LIMIT: usize = 1 << 26;
 
 /// Parser of the bytes of a mesh file that lies in a folder.
 type Parser = fn(&[u8], &Path) -> Result<RawMesh, SurfaceError>;
@@ -57,22 +51,4 @@ pub fn read(path: &Path, unit: LengthUnit, up: UpAxis) -> Result<RawMesh, Surfac
         mesh.check_expected(expected).map(|()| mesh)
     });
     checked.map_err(|error| format::misnamed(&bytes, &extension).unwrap_or(error))
-}
-
-fn load(path: &Path) -> Result<Vec<u8>, SurfaceError> {
-    let unreadable = |source| SurfaceError::Unreadable { path: path.to_owned(), source };
-    // Devices and pipes may never end.
-    if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
-        return Err(unreadable(std::io::Error::other("not a regular file")));
-    }
-    std::fs::read(path).map_err(unreadable)
-}
-
-fn malformed(format: &'static str, place: impl Display, reason: impl Display) -> SurfaceError {
-    SurfaceError::Malformed { format, place: brief(&place.to_string()), reason: brief(&reason.to_string()) }
-}
-
-/// Fails if `count` exceeds [`LIMIT`].
-fn within_limit(count: usize) -> Result<(), SurfaceError> {
-    if count <= LIMIT { Ok(()) } else { Err(SurfaceError::TooLarge { limit: LIMIT as u64 }) }
 }

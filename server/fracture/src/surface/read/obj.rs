@@ -4,9 +4,11 @@
 //! after a backslash. So it receives only complete `v` and `f` statements. Each vertex is followed by a point face of
 //! its own, which keeps the file's numbering. If `tobj` fails, bisection finds the statement that it rejects.
 
+use super::common::{malformed, within_limit};
+use super::obj_attributes;
 use super::polygon::FacePolygons;
-use super::{RawMesh, SurfaceError, malformed, obj_attributes, within_limit};
 use crate::surface::DOUBLE;
+use crate::surface::{RawMesh, SurfaceError};
 use nalgebra::Point3;
 use std::borrow::Cow;
 use tobj::{LoadError, LoadOptions, Mesh};

@@ -1,8 +1,10 @@
 //! Vertex properties of a PLY file as scalar fields, such as painted weights.
 
+use super::common::{PLY_EXPECTED, load, malformed};
 use super::ply::{Meaning, PlyRow, check_size, meaning, one_line, scalar};
 use super::ply_ascii::Rows;
-use super::{PLY_EXPECTED, SurfaceError, load, malformed, ply_header};
+use super::ply_header;
+use crate::surface::SurfaceError;
 use nalgebra::Point3;
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{DefaultElement, ElementDef, Encoding, Header, Property, PropertyType, ScalarType};

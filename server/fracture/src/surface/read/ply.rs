@@ -2,10 +2,12 @@
 //!
 //! `ply-rs-bw` reads headers, through [`super::ply_header`], and binary bodies. [`super::ply_ascii`] reads ASCII bodies.
 
+use super::common::{malformed, within_limit};
 use super::ply_ascii::Rows;
+use super::ply_header;
 use super::polygon::{FacePolygons, FaceTriangles};
-use super::{RawMesh, SurfaceError, malformed, ply_header, within_limit};
 use crate::surface::{DOUBLE, SINGLE, TriangleAttributes};
+use crate::surface::{RawMesh, SurfaceError};
 use nalgebra::Point3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{

@@ -3,8 +3,9 @@
 //! `ply-rs-bw` does not read them, because its grammar rejects `.5`, `5.` and `nan`: it fails on valid files and hides
 //! the fault of invalid ones.
 
+use super::common::malformed;
 use super::ply::{Meaning, PlyRow, meaning};
-use super::{SurfaceError, malformed};
+use crate::surface::SurfaceError;
 use ply_rs_bw::ply::{ElementDef, PropertyType};
 
 /// Unread lines of a body.

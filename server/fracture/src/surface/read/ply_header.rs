@@ -1,8 +1,9 @@
 //! Reader of PLY headers, whose errors name the line and the rule that it breaks.
 
+use super::common::malformed;
 use super::ply::{Meaning, meaning, one_line};
-use super::{SurfaceError, malformed};
 use crate::scene::brief;
+use crate::surface::SurfaceError;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{Header, PropertyAccess, PropertyDef, PropertyType, ScalarType};
 use std::collections::HashSet;

@@ -3,7 +3,8 @@
 //! Based on: G. H. Meisters, *Polygons have ears* (1975). While more than three corners are left, it cuts off an ear: a
 //! convex corner whose triangle contains no other corner. Newell's normal orients a spatial polygon.
 
-use super::{SurfaceError, within_limit};
+use super::common::within_limit;
+use crate::surface::SurfaceError;
 use nalgebra::{Point3, Vector3};
 
 /// Largest number of corners for ear clipping, whose cost is cubic in the worst case. Larger polygons are cut as fans.

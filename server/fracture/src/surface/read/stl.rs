@@ -4,8 +4,9 @@
 //! with "solid " for ASCII, stops after the first solid, requires a name and accepts only small letters. So binary
 //! files lose their header first, and ASCII solids are passed one by one in small letters.
 
-use super::{RawMesh, SurfaceError, malformed, within_limit};
+use super::common::{malformed, within_limit};
 use crate::surface::SINGLE;
+use crate::surface::{RawMesh, SurfaceError};
 use nalgebra::Point3;
 use std::collections::HashMap;
 use std::io::Cursor;

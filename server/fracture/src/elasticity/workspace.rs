@@ -1,0 +1,20 @@
+//! Working memory of the stages of an impact.
+
+use super::load_front::LoadFront;
+use super::reduced::SIDE;
+use super::residual::Sums;
+use crate::sparse::SolveScratch;
+
+/// Working memory of an impact's stages, reused between impacts.
+///
+/// After the first impact on the largest body, no memory that grows with the lattice is allocated.
+#[derive(Default)]
+pub struct ElasticWorkspace {
+    pub(super) scratch: SolveScratch,
+    pub(super) residual: Vec<f64>,
+    pub(super) front: LoadFront,
+    pub(super) weights: Vec<(u32, f64)>,
+    pub(super) narrow: Vec<[f32; SIDE]>,
+    pub(super) pulled: Sums,
+    pub(super) gathered: Vec<f64>,
+}
