@@ -99,7 +99,11 @@ pub const COMMAND_ERRORS: [(&str, &str, &str); 54] = [
         "Use the spacing that the message names; if no spacing is fine enough, make the walls thicker.",
     ),
     ("unfinished_share", "A share has no result yet.", "Finish its bake with `--resume`."),
-    ("unknown_format", "The format of the file is not known.", "Use OBJ, PLY, STL, glTF or GLB."),
+    (
+        "unknown_format",
+        "The format of the file is not known.",
+        "Use OBJ, PLY, STL, glTF or GLB; for tetrahedral meshes Gmsh, VTK or Medit.",
+    ),
     ("unknown_material", "The table has no such material.", "Use a name of the message, or `--materials`."),
     ("unknown_mesh", "No mesh of the study has this name.", "Name one that the study lists."),
     ("unreadable_file", "The file cannot be read.", "Check the path and its permissions."),

@@ -11,7 +11,7 @@
 //! use shatter_fracture::{BakeRequest, FractureRequest, Material, Preset, surface::shapes};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let mesh = shapes::cuboid([0.3, 0.1, 0.15]); // m; `surface::read` reads OBJ, PLY, STL and glTF files
+//! let mesh = shapes::cuboid([0.3, 0.1, 0.15]); // m; `surface::read` reads OBJ, PLY, STL, glTF and other files
 //! let material = Material::named("ceramic")?; // or `Material { young_pa: 70e9, .. }`
 //! let request = BakeRequest { quality: Preset::Draft, ..BakeRequest::new("brick", "ceramic", material) };
 //! let brick = request.bake(mesh)?;

@@ -16,7 +16,7 @@ use std::time::Instant;
 /// Arguments of `shatterd bake`.
 #[derive(Args, Debug)]
 pub struct BakeArgs {
-    /// Mesh file: .obj, .ply, .stl, .gltf, .glb
+    /// Mesh file: .obj, .ply, .stl, .gltf, .glb, .msh, .vtk, .mesh
     #[arg(required_unless_present_any = ["scene", "shape"])]
     pub mesh: Option<PathBuf>,
     /// Generated shape to bake instead of a mesh file, in meters, +Y up

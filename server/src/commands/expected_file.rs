@@ -8,7 +8,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Extensions of mesh files.
-const MESHES: [&str; 5] = ["obj", "ply", "stl", "gltf", "glb"];
+const MESHES: [&str; 8] = ["obj", "ply", "stl", "gltf", "glb", "msh", "vtk", "mesh"];
 
 /// Maximum number of names that a message lists.
 const LISTED_MAX: usize = 5;
@@ -29,7 +29,7 @@ pub enum ExpectedFile {
 impl ExpectedFile {
     fn name(self) -> &'static str {
         match self {
-            Self::Mesh => "mesh (.obj, .ply, .stl, .gltf or .glb)",
+            Self::Mesh => "mesh (.obj, .ply, .stl, .gltf, .glb, .msh, .vtk or .mesh)",
             Self::Database => "database (.shatter) or share of one",
             Self::Scene => "scene (a TOML file with a table [objects.NAME] for each object)",
             Self::Configuration => "configuration (a TOML file like `config/shatterd.toml` of the project)",

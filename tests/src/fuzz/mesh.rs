@@ -4,7 +4,7 @@ use super::{choice, seed};
 use shatter_fracture::surface::{InsideTest, LengthUnit, RawMesh, Surface, UpAxis, read, read_painted};
 
 /// File formats, by the input's first byte.
-const FORMATS: [&str; 5] = ["obj", "ply", "stl", "gltf", "glb"];
+const FORMATS: [&str; 8] = ["obj", "ply", "stl", "gltf", "glb", "msh", "vtk", "mesh"];
 
 /// Largest number of triangles of a mesh that is repaired: more would spend the time on crossings instead of reading.
 const MENDED_MAX: usize = 512;
@@ -17,6 +17,22 @@ const OBJ: &str = "mtllib a.mtl\no tetra\nv 0 0 0\nv 1 0 0 1\nv 0 1 0 0.5 0.5 0.
                    usemtl clay\ng a b\ns 1\nf 1/1/1 3/2/1 2/1/1\nf 1//1 2//1 4//1\nusemtl glaze\nf -4 -1 -2\nf 2/1 3/2 4/1\n\
                    # quad\nv 2 0 0\nv 3 0 0\nv 3 1 0\nv 2 1 0\nf 5 6 7 8\nl 1 2\np 1\n";
 
+const MSH: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n0 1 0\n\
+                   0 0 1\n$EndNodes\n$Elements\n2 2 1 2\n2 1 2 1\n1 1 2 3\n3 1 4 1\n2 1 2 3 4\n$EndElements\n";
+
+const MSH_2: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n\
+                     $Elements\n1\n1 4 2 0 1 1 2 3 4\n$EndElements\n";
+
+const VTK: &str = "# vtk DataFile Version 3.0\nseed\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0\n\
+                   0 1 0 0 0 1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n";
+
+const VTK_5: &str = "# vtk DataFile Version 5.1\nseed\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0\n\
+                     0 1 0 0 0 1\nCELLS 2 4\nOFFSETS vtktypeint64\n0 4\nCONNECTIVITY vtktypeint64\n0 1 2 3\n\
+                     CELL_TYPES 1\n10\n";
+
+const MEDIT: &str = "MeshVersionFormatted 2\nDimension 3\nVertices 4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n\
+                     Tetrahedra 1\n1 2 3 4 0 # all\nEnd\n";
+
 pub(super) fn seeds() -> Vec<Vec<u8>> {
     vec![
         seed(0, OBJ),
@@ -27,6 +43,11 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
         seed(2, binary_stl()),
         seed(3, gltf(Some(&data_uri()))),
         seed(4, glb()),
+        seed(5, MSH),
+        seed(5, MSH_2),
+        seed(6, VTK),
+        seed(6, VTK_5),
+        seed(7, MEDIT),
     ]
 }
 

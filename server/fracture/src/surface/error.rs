@@ -31,7 +31,7 @@ pub enum SurfaceError {
         source: std::io::Error,
     },
     /// The file name has none of the known extensions.
-    #[error("{path}: unknown mesh format '{extension}'; export the mesh as obj, ply, stl, gltf or glb", path = .path.display())]
+    #[error("{path}: unknown mesh format '{extension}'; export the mesh as obj, ply, stl, gltf or glb, or a tetrahedral mesh as msh, vtk or mesh", path = .path.display())]
     UnknownFormat {
         /// Path of the file.
         path: PathBuf,

@@ -1,6 +1,7 @@
 //! Detection of the format of a mesh file from its contents, for files with the extension of another format.
 
 use super::common::malformed;
+use super::{medit, vtk};
 use crate::surface::SurfaceError;
 
 /// Number of bytes that are examined.
@@ -22,10 +23,16 @@ fn detect(start: &[u8]) -> Option<(&'static str, &'static [&'static str])> {
         return Some(("glb", &["gltf"]));
     }
     let text = String::from_utf8_lossy(start);
+    // Lines that begin with # are skipped below.
+    if text.trim_start().starts_with(vtk::MAGIC) {
+        return Some(("vtk", &[]));
+    }
     let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
     let first = lines.next()?;
     match first.split_whitespace().next()? {
         "ply" => Some(("ply", &[])),
+        "$MeshFormat" => Some(("msh", &[])),
+        medit::MAGIC => Some(("mesh", &[])),
         "solid" if text.contains("facet") => Some(("stl", &[])),
         word if OBJ_WORDS.contains(&word) => Some(("obj", &[])),
         word if word.starts_with('{') && text.contains("\"asset\"") => Some(("gltf", &["glb"])),
@@ -56,6 +63,10 @@ mod tests {
         check(b"glTF\x02\0\0\0", "obj", Some(".glb"));
         check(b"glTF\x02\0\0\0", "gltf", None);
         check(b"{\"asset\": {}}", "ply", Some(".gltf"));
+        check(b"$MeshFormat\n4.1 0 8\n", "mesh", Some("rename it to end in .msh"));
+        check(b"# vtk DataFile Version 3.0\nv\nASCII\n", "obj", Some("rename it to end in .vtk"));
+        check(b"# vtk DataFile Version 3.0\nv\nASCII\n", "vtk", None);
+        check(b"# made by hand\nMeshVersionFormatted 2\n", "msh", Some("rename it to end in .mesh"));
         for unknown in [&b"\0\x01\x02"[..], b"", b"hello"] {
             check(unknown, "ply", None);
         }

@@ -1,9 +1,11 @@
-//! Readers of mesh files: OBJ, PLY, STL, glTF and GLB.
+//! Readers of mesh files: OBJ, PLY, STL, glTF and GLB; of tetrahedral meshes: Gmsh, VTK and Medit.
 
 mod accessor;
 mod common;
 mod format;
 mod gltf;
+mod medit;
+mod msh;
 mod obj;
 mod obj_attributes;
 mod painted;
@@ -14,6 +16,9 @@ mod polygon;
 mod stl;
 #[cfg(test)]
 mod tests;
+mod tetrahedral;
+mod vtk;
+mod words;
 
 pub use painted::read_painted;
 
@@ -27,8 +32,9 @@ type Parser = fn(&[u8], &Path) -> Result<RawMesh, SurfaceError>;
 /// Reads a mesh file. The extension, in upper or lower case, selects the format.
 ///
 /// Polygons are cut into triangles, which keep the file's normals, texture coordinates and materials. Points and lines
-/// are dropped. Every node of a glTF scene is transformed to scene coordinates. Nothing is repaired. Buffers of a
-/// `.gltf` are read only from its own folder and below; other URIs are rejected.
+/// are dropped. Every node of a glTF scene is transformed to scene coordinates. Of a tetrahedral mesh (Gmsh, VTK, Medit;
+/// ASCII) the boundary is read, with the vertices that it uses. Nothing is repaired. Buffers of a `.gltf` are read only
+/// from its own folder and below; other URIs are rejected.
 ///
 /// # Errors
 /// Unreadable or unknown files, malformed ones (with line, byte or element), empty meshes, coordinates that are not finite or
@@ -42,6 +48,9 @@ pub fn read(path: &Path, unit: LengthUnit, up: UpAxis) -> Result<RawMesh, Surfac
         "ply" => (|bytes, _| ply::parse(bytes), PLY_EXPECTED),
         "stl" => (|bytes, _| stl::parse(bytes), "an STL file has facets of three vertices"),
         "gltf" | "glb" => (gltf::parse, "a glTF file has meshes of triangles in its scene"),
+        "msh" => (|bytes, _| msh::parse(bytes), "a Gmsh file has nodes, and tetrahedra or triangles"),
+        "vtk" => (|bytes, _| vtk::parse(bytes), "a VTK file has points, and cells that are tetrahedra or triangles"),
+        "mesh" => (|bytes, _| medit::parse(bytes), "a Medit file has `Vertices`, and `Tetrahedra` or `Triangles`"),
         _ => return Err(SurfaceError::UnknownFormat { path: path.to_owned(), extension }),
     };
     let bytes = load(path)?;

@@ -3,6 +3,8 @@ use crate::surface::{SINGLE, Surface, shapes};
 use nalgebra::Point3;
 use proptest::prelude::*;
 
+mod attributes;
+
 /// Writes a file of this name and reads it.
 fn read_bytes(name: &str, bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     let folder = tempfile::tempdir().unwrap();
@@ -364,6 +366,29 @@ fn a_far_translation_in_gltf_loses_nothing() {
     assert_eq!(Surface::repair(mesh).unwrap().defects, []);
 }
 
+const MSH: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n0 1 0\n\
+    0 0 1\n$EndNodes\n$Elements\n2 2 1 2\n2 1 2 1\n1 1 2 3\n3 1 4 1\n2 1 2 3 4\n$EndElements\n";
+const MSH_2: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n\
+    $Elements\n1\n1 4 2 0 1 1 2 3 4\n$EndElements\n";
+const VTK: &str = "# vtk DataFile Version 3.0\na part\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0\n\
+    0 1 0 0 0 1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n";
+const VTK_5: &str = "# vtk DataFile Version 5.1\na part\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0\n\
+    0 1 0 0 0 1\nCELLS 2 4\nOFFSETS vtktypeint64\n0 4\nCONNECTIVITY vtktypeint64\n0 1 2 3\nCELL_TYPES 1\n10\n";
+const MEDIT: &str = "MeshVersionFormatted 2\nDimension 3\nVertices 4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n\
+    Tetrahedra 1\n1 2 3 4 0 # all\nEnd\n";
+
+#[test]
+fn tetrahedral_meshes_are_read_as_their_boundary() {
+    for (name, text) in [("a.msh", MSH), ("a.MSH", MSH_2), ("a.vtk", VTK), ("a.vtk", VTK_5), ("a.mesh", MEDIT)] {
+        assert!(check(name, text.as_bytes()).rounding < SINGLE);
+        let none = read_bytes(name, &text.as_bytes()[..text.len() / 9]).unwrap_err().to_string();
+        assert!(none.starts_with("malformed "), "{none}");
+    }
+    let bare = MEDIT.replace("Tetrahedra 1\n1 2 3 4 0", "Edges 1\n1 2 0");
+    let bare = read_bytes("a.mesh", bare.as_bytes()).unwrap_err().to_string();
+    assert!(bare.starts_with("no faces were found; a Medit file has `Vertices`, and `Tetrahedra`"), "{bare}");
+}
+
 #[test]
 fn units_and_axes_are_applied() {
     let folder = tempfile::tempdir().unwrap();
@@ -395,9 +420,16 @@ fn other_files_are_refused() {
 /// Checks that the readers return for any bytes, and that repair accepts or rejects every mesh they return.
 fn survive(bytes: &[u8]) {
     let folder = Path::new("no such folder");
-    for mesh in
-        [obj::parse(bytes), ply::parse(bytes), stl::parse(bytes), gltf::parse(bytes, folder)].into_iter().flatten()
-    {
+    let meshes = [
+        obj::parse(bytes),
+        ply::parse(bytes),
+        stl::parse(bytes),
+        gltf::parse(bytes, folder),
+        msh::parse(bytes),
+        vtk::parse(bytes),
+        medit::parse(bytes),
+    ];
+    for mesh in meshes.into_iter().flatten() {
         let _ = Surface::repair(mesh);
     }
 }
@@ -415,6 +447,9 @@ fn good_files() -> Vec<Vec<u8>> {
         format!("solid\n{}endsolid\n", TRIANGLES.map(stl_facet).concat()).into_bytes(),
         glb(&gltf_text(NODE, 4, &LIST, ""), gltf_buffer(&LIST)),
         gltf_text(NODE, 5, &LIST, r#","uri":"data:;base64,AAAA""#).into_bytes(),
+        MSH.as_bytes().to_vec(),
+        VTK.as_bytes().to_vec(),
+        MEDIT.as_bytes().to_vec(),
     ]
 }
 
@@ -435,7 +470,7 @@ proptest! {
 
     #[test]
     fn damaged_files_never_panic(
-        which in 0..7usize,
+        which in 0..10usize,
         changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
         digits in any::<bool>(),
     ) {
@@ -455,46 +490,4 @@ fn a_generated_shape_survives_every_text_format() {
     let path = folder.path().join("torus.obj");
     shapes::write_obj(&shape, &path).unwrap();
     assert_eq!(read(&path, LengthUnit::M, UpAxis::Y).unwrap().triangles, shape.triangles);
-}
-
-#[test]
-fn obj_looks_are_read_by_corner() {
-    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 2\nusemtl red brick\n\
-        f 1/1/1 2/2/1 3/3/1 4/4/1\nusemtl moss\nf 1/-4/-1 3/-2/-1 \\\n 4/-1/-1\nusemtl red brick\nf 1/1/1 2/2/1 4/4/1\n";
-    let attributes = read_bytes("a.obj", text.as_bytes()).unwrap().attributes;
-    assert_eq!(
-        (attributes.materials, attributes.names),
-        (vec![0, 0, 1, 0], vec!["red brick".to_owned(), "moss".to_owned()])
-    );
-    assert_eq!(attributes.normals, [[[0.0, 0.0, 1.0]; 3]; 4]);
-    let corner = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
-    let mesh = read_bytes("a.obj", text.as_bytes()).unwrap();
-    for (triangle, uvs) in mesh.triangles.iter().zip(&attributes.uvs) {
-        assert_eq!(*uvs, triangle.map(|vertex| corner[vertex as usize]));
-    }
-    for (from, to) in [("vn 0 0 2", "vn 0 0 0"), ("3/-2/-1", "3/-2/-9"), ("3/-2/-1", "3/-2")] {
-        let attributes = read_bytes("a.obj", text.replace(from, to).as_bytes()).unwrap().attributes;
-        assert!(attributes.normals.is_empty() && attributes.uvs.len() == 4, "{to}");
-    }
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("a.obj"), text).unwrap();
-    let attributes = read(&folder.path().join("a.obj"), LengthUnit::Cm, UpAxis::Z).unwrap().attributes;
-    assert_eq!(attributes.normals[0][0], [0.0, 1.0, 0.0]);
-}
-
-#[test]
-fn ply_looks_are_read_by_vertex() {
-    let rows = |extra: [&str; 3]| {
-        format!(
-            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
-             property float nx\nproperty float ny\nproperty float nz\nproperty float s\nproperty float t\n\
-             element face 1\nproperty list uchar int vertex_indices\nend_header\n\
-             0 0 0 {}\n1 0 0 {}\n0 1 0 {}\n3 0 1 2\n",
-            extra[0], extra[1], extra[2]
-        )
-    };
-    let good = read_bytes("a.ply", rows(["0 0 1 0 0", "0 0 1 1 0", "0 0 1 0 .5"]).as_bytes()).unwrap().attributes;
-    assert_eq!((good.normals, good.uvs), (vec![[[0.0, 0.0, 1.0]; 3]], vec![[[0.0, 0.0], [1.0, 0.0], [0.0, 0.5]]]));
-    let damaged = read_bytes("a.ply", rows(["0 0 1 0 0", "what 0 1 1 0", "0 0 1 0 1"]).as_bytes()).unwrap().attributes;
-    assert!(damaged.normals.is_empty() && damaged.uvs.len() == 1);
 }

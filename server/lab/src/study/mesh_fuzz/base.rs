@@ -76,7 +76,7 @@ pub fn from_folder(folder: &Path) -> Result<Vec<BaseMesh>, FolderError> {
 }
 
 fn is_mesh(path: &Path) -> bool {
-    let known = ["obj", "ply", "stl", "gltf", "glb"];
+    let known = ["obj", "ply", "stl", "gltf", "glb", "msh", "vtk", "mesh"];
     path.extension().and_then(|extension| extension.to_str()).is_some_and(|extension| known.contains(&extension))
 }
 
