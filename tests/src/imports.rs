@@ -1,5 +1,4 @@
-//! Imports between the files of a crate, from their `use` declarations and the paths in their code; re-exports are followed to the file
-//! that defines the name.
+//! Imports between the files of a crate, from their `use` declarations; re-exports are followed to the file that defines the name.
 
 use crate::sources::{code, shipped};
 use std::collections::{BTreeMap, BTreeSet};
@@ -40,7 +39,6 @@ impl Imports {
                     }
                 }
             }
-            imports.extend(paths(&text).filter_map(|path| absolute(&module, path, &known)));
             (module, Module { file, imports, exports })
         });
         Self { modules: modules.collect() }
@@ -107,13 +105,6 @@ fn declarations(text: &str) -> Vec<(bool, String)> {
         }
     });
     items.collect()
-}
-
-/// Paths of lower-case modules in code, such as `super::a::f` and `a::B`.
-fn paths(text: &str) -> impl Iterator<Item = &str> {
-    let is_part = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == ':';
-    let words = text.split(move |letter: char| !is_part(letter));
-    words.filter(|word| word.contains("::") && word.starts_with(|letter: char| letter.is_ascii_lowercase()))
 }
 
 /// Paths of a `use` tree: `a::{b, c::{d}}` is `a::b` and `a::c::d`.

@@ -11,8 +11,9 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::scene::EffectKind;
-use shatter_fracture::surface::{InsideTest, RawMesh, Surface};
+use shatter_fracture::surface::{InsideTest, RawMesh, Surface, shapes};
 use shatter_tests::real;
+use std::f64::consts::{PI, TAU};
 
 /// Meshes of `SHATTER_MESHES` that conform.
 const EXACT: [&str; 3] = ["cheburashka.obj", "fandisk.obj", "spot.obj"];
@@ -21,7 +22,7 @@ const EXACT: [&str; 3] = ["cheburashka.obj", "fandisk.obj", "spot.obj"];
 const REPAIRED: [(&str, &[RepairKind]); 5] = [
     ("cow.obj", &[RepairKind::UnitedParts, RepairKind::HiddenTriangles, RepairKind::DividedVertices]),
     ("horse.ply", &[RepairKind::UnitedParts, RepairKind::HiddenTriangles]),
-    ("stanford-bunny.obj", &[RepairKind::FilledHoles, RepairKind::UnitedParts, RepairKind::HiddenTriangles]),
+    ("stanford-bunny.obj", &[RepairKind::FilledHoles, RepairKind::UnitedParts]),
     ("suzanne.obj", &[RepairKind::FilledHoles, RepairKind::UnitedParts, RepairKind::HiddenTriangles]),
     ("teapot.obj", &[RepairKind::FilledHoles, RepairKind::UnitedParts, RepairKind::HiddenTriangles]),
 ];
@@ -187,6 +188,86 @@ fn real_meshes_that_do_not_conform_keep_the_lattice_and_say_why() {
         assert!(surface.reason.as_ref().is_some_and(|found| found.starts_with(reason)), "{name}: {surface:?}");
         assert!(prepared.bodies.iter().all(|body| body.cutting.is_none()), "{name}");
     }
+}
+
+/// A torus with texture coordinates that turn once around its hole: every triangle has its own at a seam.
+fn textured() -> RawMesh {
+    let mut mesh = shapes::torus(0.3, 0.1, [48, 24]);
+    let uvs = mesh.triangles.iter().map(|own| {
+        let points = own.map(|vertex| mesh.positions_m[vertex as usize]);
+        let angles = points.map(|point| point.z.atan2(point.x));
+        let turn = |angle: f64| {
+            if angles[0] - angle > PI {
+                angle + TAU
+            } else if angle - angles[0] > PI {
+                angle - TAU
+            } else {
+                angle
+            }
+        };
+        [0, 1, 2].map(|k| [(turn(angles[k]) / TAU) as f32, (5.0 * points[k].y) as f32])
+    });
+    mesh.attributes.uvs = uvs.collect();
+    mesh
+}
+
+/// Texture coordinates of the input at points of its triangles, by a nearest triangle.
+fn uv_error(mesh: &RawMesh, point: Point3<f64>, uv: [f64; 2]) -> f64 {
+    let mut best = f64::INFINITY;
+    for (triangle, uvs) in mesh.triangles.iter().zip(&mesh.attributes.uvs) {
+        let [a, b, c] = triangle.map(|vertex| mesh.positions_m[vertex as usize]);
+        let normal = (b - a).cross(&(c - a));
+        let weight =
+            |p: &Point3<f64>, q: &Point3<f64>| (q - p).cross(&(point - p)).dot(&normal) / normal.norm_squared();
+        let weights = [weight(&b, &c), weight(&c, &a), weight(&a, &b)];
+        let is_on =
+            (point - a).dot(&normal).abs() < 1e-7 * normal.norm() && weights.iter().all(|weight| *weight > -1e-6);
+        if is_on {
+            let mean = |axis: usize| (0..3).map(|k| f64::from(uvs[k][axis]) * weights[k]).sum::<f64>();
+            best = best.min((mean(0) - uv[0]).abs().max((mean(1) - uv[1]).abs()));
+        }
+    }
+    best
+}
+
+#[test]
+fn textures_at_random_points_are_those_of_the_input() {
+    let mesh = textured();
+    let prepared = request("torus").bake(mesh.clone()).unwrap();
+    assert_eq!(prepared.report.surface.reason, None);
+    let mut stream = RandomStream::new(11, 0);
+    let (mut checked, mut worst) = (0, 0.0f64);
+    for number in 0..5 {
+        let fracture = fracture(&prepared, &strike(&prepared, number));
+        let emitted = fracture.meshes.emitted().unwrap();
+        let mut outer = Vec::new();
+        for fragment in emitted.fragments() {
+            let runs = &fracture.meshes.runs[fragment.row.run_first as usize..][..fragment.row.run_count as usize];
+            for run in runs.iter().filter(|run| !run.crack) {
+                let first = (run.index_first - fragment.row.index_first) as usize;
+                let corner = |&vertex: &u32| {
+                    let uv = fracture.meshes.attributes.vertices[(fragment.row.vertex_first + vertex) as usize].uv;
+                    let at = Point3::from(fragment.positions[vertex as usize]).cast::<f64>();
+                    (at + Vector3::from(fragment.row.center_m), uv.map(f64::from))
+                };
+                let corners: Vec<_> =
+                    fragment.indices[first..][..run.index_count as usize].iter().map(corner).collect();
+                outer.extend(corners.as_chunks::<3>().0.to_vec());
+            }
+        }
+        for _ in 0..2000 {
+            let [(a, p), (b, q), (c, r)] = outer[stream.bits() as usize % outer.len()];
+            let (s, t) = (stream.uniform().sqrt(), stream.uniform());
+            let weights = [1.0 - s, s * (1.0 - t), s * t];
+            let point = Point3::from(a.coords * weights[0] + b.coords * weights[1] + c.coords * weights[2]);
+            let uv = [0, 1].map(|axis| p[axis] * weights[0] + q[axis] * weights[1] + r[axis] * weights[2]);
+            let error = uv_error(&mesh, point, uv);
+            checked += usize::from(error.is_finite());
+            worst = if error.is_finite() { worst.max(error) } else { worst };
+        }
+    }
+    println!("{checked} of 10000 points, largest error {worst:e}");
+    assert!(checked > 9_900 && worst < 1e-5, "{checked} points, {worst}");
 }
 
 #[test]

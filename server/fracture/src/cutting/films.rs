@@ -25,7 +25,7 @@ const SLIT_ANGLE: f64 = 0.05;
 pub struct FilledSurface {
     /// The surface, followed by the triangles of the films. These have the attributes of the triangle at the rim.
     pub surface: Surface,
-    /// What was done; empty if the surface has no hole that a film can close.
+    /// Repairs; empty if the surface has no hole that a film can close.
     pub repairs: Vec<SurfaceRepair>,
     /// Number of triangles before the films.
     pub(super) input_triangles: usize,

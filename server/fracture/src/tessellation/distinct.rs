@@ -9,6 +9,7 @@
 //! and is 0 outside the open star of s. So every point q outside the star, or on a simplex that lacks a node of s, is at
 //! a distance of at least m·h. Points on simplices that contain s are at this distance by their own m and h.
 
+use super::barycentric::{EDGE_MARGIN, MARGIN, smallest_height};
 use super::rank::{Input, Ranks};
 use super::{RunRange, Tessellation};
 use crate::lattice::Lattice;
@@ -22,7 +23,7 @@ const DISTANCE_MIN: f64 = 8.0 * f32::EPSILON as f64 / 2.0;
 pub(super) fn node_heights(lattice: &Lattice) -> Vec<f32> {
     let mut heights = vec![f32::INFINITY; lattice.nodes.len()];
     for (tet, nodes) in lattice.tets.iter().enumerate() {
-        let height = super::barycentric::smallest_height(&lattice.corners(tet)) as f32;
+        let height = smallest_height(&lattice.corners(tet)) as f32;
         for &node in nodes {
             let own = &mut heights[node as usize];
             *own = own.min(height);
@@ -36,6 +37,9 @@ impl Ranks {
     pub fn list_close_vertices(&self, input: Input<'_>, offsets: &[usize], close: &mut Vec<u32>) {
         close.clear();
         let Input { topology, points, .. } = input;
+        if !is_close(EDGE_MARGIN, topology.height_min()) {
+            return;
+        }
         let mut list = CloseVertices { ranks: self, input, offsets, close };
         for &node in &topology.boundary_nodes {
             if is_close(1.0, topology.height([node])) {
@@ -49,17 +53,17 @@ impl Ranks {
                 let [from, to] = nodes.map(|node| input.lattice.nodes[node as usize]);
                 (place - from).norm().min((place - to).norm()) / (to - from).norm()
             };
-            if is_close(super::barycentric::EDGE_MARGIN, height) && is_close(margin(), height) {
+            if is_close(EDGE_MARGIN, height) && is_close(margin(), height) {
                 list.edge_with_nodes(slot, edge);
             }
         }
         for (slot, &face) in points.faces.simplices.iter().enumerate() {
-            if is_close(super::MARGIN, topology.height(topology.faces[face as usize])) {
+            if is_close(MARGIN, topology.height(topology.faces[face as usize])) {
                 list.face_with_edges(slot, face);
             }
         }
         for (slot, &tet) in points.tets.simplices.iter().enumerate() {
-            if is_close(super::MARGIN, topology.height(input.lattice.tets[tet as usize])) {
+            if is_close(MARGIN, topology.height(input.lattice.tets[tet as usize])) {
                 list.tet_with_faces(slot, tet);
             }
         }

@@ -113,6 +113,11 @@ impl Topology {
         nodes.iter().map(|&node| f64::from(self.heights[node as usize])).fold(0.0, f64::max)
     }
 
+    /// Smallest height of all tetrahedra, local.
+    pub(super) fn height_min(&self) -> f64 {
+        self.heights.iter().copied().fold(f32::INFINITY, f32::min).into()
+    }
+
     /// True for nodes on the boundary.
     pub(super) fn is_boundary_node(&self, node: u32) -> bool {
         self.boundary_nodes.binary_search(&node).is_ok()

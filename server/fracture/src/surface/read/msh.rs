@@ -116,7 +116,7 @@ impl Nodes {
     fn read_four(&mut self, words: &mut Words) -> Result<(), SurfaceError> {
         let blocks = words.count("entity blocks")?;
         let total = self.positions.len() + words.count("nodes")?;
-        words.to_line_end();
+        words.rest_of_line();
         for _ in 0..blocks {
             for name in ["entity dimension", "entity tag", "parametric flag"] {
                 words.number::<i64>(name)?;
@@ -189,7 +189,7 @@ impl ElementReader<'_> {
     fn read_four(&mut self, words: &mut Words) -> Result<(), SurfaceError> {
         let blocks = words.count("entity blocks")?;
         let total = words.count("elements")?;
-        words.to_line_end();
+        words.rest_of_line();
         let mut read = 0;
         for _ in 0..blocks {
             words.number::<i64>("entity dimension")?;

@@ -28,7 +28,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
             // The grid precedes its data.
             "CELL_DATA" | "POINT_DATA" => break,
             _ => {
-                words.to_line_end();
+                words.rest_of_line();
             }
         }
     }
@@ -38,7 +38,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
 /// Reads the lines before the grid. The second line is any text.
 fn read_header(words: &mut Words) -> Result<(), SurfaceError> {
     let begins = words.next_row().is_some_and(|mut row| {
-        let start = row.to_line_end();
+        let start = row.rest_of_line();
         start.get(..MAGIC.len()).is_some_and(|start| start.eq_ignore_ascii_case(MAGIC))
     });
     if !begins {

@@ -86,7 +86,7 @@ impl<'a> Words<'a> {
     /// Next line with a word, or the rest of the present one, as words of their own.
     pub fn next_row(&mut self) -> Option<Self> {
         self.skip_blank().then(|| {
-            let row = self.to_line_end();
+            let row = self.rest_of_line();
             Self { rest: row, is_row: true, ..*self }
         })
     }
@@ -97,7 +97,7 @@ impl<'a> Words<'a> {
     }
 
     /// Skips to the end of the present line, and returns what was skipped.
-    pub fn to_line_end(&mut self) -> &'a str {
+    pub fn rest_of_line(&mut self) -> &'a str {
         let end = self.rest.find('\n').unwrap_or(self.rest.len());
         let (skipped, rest) = self.rest.split_at(end);
         self.rest = rest;
@@ -106,11 +106,11 @@ impl<'a> Words<'a> {
 
     /// Skips to the end of the next line, which may be blank.
     pub fn skip_next_line(&mut self) {
-        self.to_line_end();
+        self.rest_of_line();
         if let Some(rest) = self.rest.strip_prefix('\n') {
             self.rest = rest;
             self.line += 1;
-            self.to_line_end();
+            self.rest_of_line();
         }
     }
 
@@ -123,7 +123,7 @@ impl<'a> Words<'a> {
             ahead.line += blank.bytes().filter(|&byte| byte == b'\n').count();
             ahead.rest = text;
             if self.has_comments && text.starts_with('#') {
-                ahead.to_line_end();
+                ahead.rest_of_line();
                 continue;
             }
             if !text.is_empty() {

@@ -1,4 +1,4 @@
-//! Close-up of a contact: the input, and the fragments of the same impact on the lattices of each preset.
+//! Close-up of a contact: the input, and the fragments of the same impact on the input surface, with the lattices of each preset.
 
 use super::settings::Bench;
 use super::subject::ResultBuffers;

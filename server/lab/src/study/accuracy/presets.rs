@@ -11,7 +11,9 @@ use shatter_fracture::centroidal::DiagramOptions;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::lattice::Lattice;
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{ElasticRequest, FractureRequest, LatticeSettings, PreparedObject, Preset, reduce};
+use shatter_fracture::pipeline::{
+    ElasticRequest, FractureRequest, LatticeSettings, PreparedObject, Preset, SurfaceKind, reduce,
+};
 
 /// Object on the lattices of a preset, with the error of its tessellation.
 struct Baked {
@@ -44,7 +46,8 @@ impl Bench<'_> {
     fn seen(&mut self, quality: Preset, baked: Option<&Baked>) -> Result<(), StudyError> {
         let shown = [Preset::Draft, Preset::Game, Preset::Film].contains(&quality);
         let (Some(own), Some(strike)) = (baked.filter(|_| shown), self.strikes.first()) else { return Ok(()) };
-        let strike = FractureRequest { degree: strike.degree, ..strike.clone().of_quality(quality) };
+        let (degree, surface) = (strike.degree, SurfaceKind::Exact);
+        let strike = FractureRequest { degree, surface, ..strike.clone().of_quality(quality) };
         self.look(quality.name(), &own.prepared, &strike)
     }
 
@@ -93,6 +96,8 @@ impl Bench<'_> {
             kappa: Some(self.base.kappa),
             examples: 0,
             tables: DRESSED,
+            // For the close-up; what is measured has the lattice's surface.
+            surface: SurfaceKind::Exact,
             ..request(self.plan)?
         };
         let token = CancelToken::default();

@@ -69,6 +69,7 @@ pub(super) fn strikes(plan: &AccuracyPlan, base: &PreparedObject) -> Result<Vec<
         let mut strike = FractureRequest {
             degree: DegreeRequest::Sites(plan.sites),
             seed: number,
+            surface: SurfaceKind::Lattice,
             ..FractureRequest::at(base.frame.to_meters(&point), inward)
         };
         let energy = energy(base, &strike, &mut workspace)?;
