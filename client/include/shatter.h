@@ -297,6 +297,25 @@ typedef uint32_t ShatterElastic;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
+/// Outer surface of the fragments.
+enum ShatterSurface
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /// The input surface itself, if the object has a mesh of it; else the lattice's.
+    SHATTER_SURFACE_EXACT = 0,
+    /// The lattice's, with fewer triangles.
+    SHATTER_SURFACE_LATTICE = 1,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum ShatterSurface ShatterSurface;
+#else
+typedef uint32_t ShatterSurface;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
 /// A preset of the settings that an impact does not set.
 enum ShatterQuality
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -637,6 +656,8 @@ typedef struct ShatterImpact {
     uint64_t from_handle;
     /// Fragment of that result; 0 without a handle.
     uint32_t from_fragment;
+    /// Outer surface of the fragments, a `ShatterSurface`. The fragments of a fragment keep its surface.
+    uint32_t surface;
     /// True if the service keeps the result for a while, so that its fragments can be struck.
     bool keep;
     /// Always zero.
