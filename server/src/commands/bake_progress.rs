@@ -83,11 +83,12 @@ fn cost(size: &BakeSize, threads: usize) -> String {
     let BakeSize { elastic_nodes, crack_nodes, examples, exact_triangles, .. } = size;
     let [least, most] = size.seconds(threads).map(|seconds| seconds.round().max(1.0) as u64);
     let seconds = if least == most { format!("{most} s") } else { format!("{least} to {most} s") };
-    let hard = if *exact_triangles > 0 { " (up to a minute more if the input surface is hard to mesh)" } else { "" };
+    let hard =
+        if *exact_triangles > 0 { ". An input surface that is hard to mesh takes up to a minute more" } else { "" };
     let [peak, held] = [size.peak_bytes(), size.held_bytes()].map(|bytes| super::size::rounded(bytes as f64 / 1e6));
     format!(
-        "{elastic_nodes} elastic and {crack_nodes} crack nodes, {examples} examples: about {seconds} left{hard}, {peak} MB at most; a \
-         daemon will hold about {held} MB for it"
+        "{elastic_nodes} elastic and {crack_nodes} crack nodes, {examples} examples: about {seconds} left, {peak} MB at most; a \
+         daemon will hold about {held} MB for it{hard}"
     )
 }
 

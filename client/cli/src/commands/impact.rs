@@ -45,7 +45,7 @@ pub struct Args {
     radius_m: Option<f64>,
     /// Number of sites, or a rule for it: `inferred` from the object's examples (the closed form where they do not reach), `verified`,
     /// `closed_form`, `optimised` [default: the preset's]
-    #[arg(long, value_name = "N|inferred|verified|closed_form|optimized", value_parser = degree, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N|inferred|verified|closed_form|optimised", value_parser = degree, allow_negative_numbers = true)]
     degree: Option<DegreeRule>,
     /// Fracture threshold γ, J·m² [default: the object's]
     #[arg(long, value_name = "G", allow_negative_numbers = true)]

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 /// Beginnings of the names of extensions that concern materials only.
 const OF_MATERIALS: [&str; 3] = ["KHR_materials_", "EXT_materials_", "ADOBE_materials_"];
 
-/// Extensions that need nothing but textures and images.
+/// Extensions that need only textures and images.
 const OF_TEXTURES: [&str; 5] =
     ["KHR_texture_transform", "KHR_texture_basisu", "EXT_texture_webp", "EXT_texture_avif", "MSFT_texture_dds"];
 

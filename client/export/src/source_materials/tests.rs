@@ -20,7 +20,7 @@ fn read(folder: &Path, members: &Value) -> Result<SourceMaterials, ExportError> 
     SourceMaterials::read(&path)
 }
 
-/// Message of the refusal of a document.
+/// Message of the error for a document.
 #[track_caller]
 fn refusal(members: &Value) -> String {
     read(tempfile::tempdir().unwrap().path(), members).map(drop).unwrap_err().to_string()

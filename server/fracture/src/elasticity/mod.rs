@@ -13,6 +13,7 @@ mod eigenvalue_bound;
 mod element;
 mod energy;
 mod error;
+mod force_sums;
 mod inertia;
 mod load;
 mod load_front;

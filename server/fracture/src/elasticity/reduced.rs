@@ -8,7 +8,9 @@
 //! result is about proportional to the true one over impacts of one body (a residual estimator: R. Verfürth, *A Review
 //! of A Posteriori Error Estimation*, 1996). The fitted proportion is our own.
 
-use super::residual::{self, ResidualForm, Sums};
+use super::force_sums::ForceSums;
+use super::residual::{self, ResidualForm};
+use super::workspace::SIDE;
 use super::{ElasticWorkspace, Elasticity, NodalLoad};
 use crate::memory::held;
 use crate::simd::widest;
@@ -38,9 +40,6 @@ pub struct ErrorEstimate {
     /// Exponent, positive; 1 if missing energy and residual are proportional.
     pub power: f64,
 }
-
-/// Products that are summed in parallel lanes.
-pub(super) const SIDE: usize = 16;
 
 /// Rows of a basis per parallel task.
 const ROWS: usize = 1024;
@@ -225,7 +224,7 @@ impl ReducedBasis {
     /// # Panics
     /// If `body`, the load or the coordinates are another body's.
     pub fn residual(&self, body: &Elasticity, load: &NodalLoad, q: &[f64], workspace: &mut ElasticWorkspace) -> f64 {
-        let gather = |forces: &Sums, gathered: &mut [f64]| self.gather(forces.iter(), gathered);
+        let gather = |forces: &ForceSums, gathered: &mut [f64]| self.gather(forces.iter(), gathered);
         let missed = self.residual.energy(body, load, q, gather, workspace);
         missed / (0.5 * q.iter().map(|q| q * q).sum::<f64>())
     }

@@ -8,6 +8,7 @@
 //! Here the norm is that of D⁻¹, with D the diagonal of K. Forces are a few applied ones less the inertial ones of a
 //! rigid acceleration: f'D⁻¹f − 2 f'D⁻¹KB q + q'(B'KD⁻¹KB) q.
 
+use super::force_sums::ForceSums;
 use super::{ElasticWorkspace, Elasticity, NodalLoad};
 use crate::memory::held;
 use faer::linalg::matmul::matmul;
@@ -109,7 +110,7 @@ impl ResidualForm {
         body: &Elasticity,
         load: &NodalLoad,
         coordinates: &[f64],
-        gather: impl Fn(&Sums, &mut [f64]),
+        gather: impl Fn(&ForceSums, &mut [f64]),
         workspace: &mut ElasticWorkspace,
     ) -> f64 {
         let acceleration = Vector6::from_iterator(load.acceleration.iter().flatten().copied());
@@ -136,40 +137,6 @@ impl ResidualForm {
         let displacement: f64 = rows.map(|(row, q)| q * dot(row, coordinates)).sum();
         // Rounding may leave a negative value for balanced forces.
         0.5 * (forces - 2.0 * cross + displacement).max(0.0)
-    }
-}
-
-/// Sparse sums over a few nodes of a body.
-#[derive(Default)]
-pub(super) struct Sums {
-    /// Sum of each node; zero outside `nodes`.
-    sums: Vec<Vector3<f64>>,
-    /// Membership of each node in `nodes`.
-    among: Vec<bool>,
-    /// Nodes with a sum, in order of arrival.
-    nodes: Vec<u32>,
-}
-
-impl Sums {
-    /// Clears all sums and resizes to `count` nodes.
-    fn begin(&mut self, count: usize) {
-        for node in self.nodes.drain(..) {
-            (self.sums[node as usize], self.among[node as usize]) = (Vector3::zeros(), false);
-        }
-        self.sums.resize(count, Vector3::zeros());
-        self.among.resize(count, false);
-    }
-
-    fn add(&mut self, node: u32, more: Vector3<f64>) {
-        if !std::mem::replace(&mut self.among[node as usize], true) {
-            self.nodes.push(node);
-        }
-        self.sums[node as usize] += more;
-    }
-
-    /// Nodes with their sums, in order of arrival.
-    pub(super) fn iter(&self) -> impl Iterator<Item = (usize, Vector3<f64>)> {
-        self.nodes.iter().map(|node| (*node as usize, self.sums[*node as usize]))
     }
 }
 

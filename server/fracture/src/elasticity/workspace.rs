@@ -1,9 +1,11 @@
 //! Working memory of the stages of an impact.
 
+use super::force_sums::ForceSums;
 use super::load_front::LoadFront;
-use super::reduced::SIDE;
-use super::residual::Sums;
 use crate::sparse::SolveScratch;
+
+/// Products of a reduced basis that are summed in parallel lanes.
+pub(super) const SIDE: usize = 16;
 
 /// Working memory of an impact's stages, reused between impacts.
 ///
@@ -15,6 +17,6 @@ pub struct ElasticWorkspace {
     pub(super) front: LoadFront,
     pub(super) weights: Vec<(u32, f64)>,
     pub(super) narrow: Vec<[f32; SIDE]>,
-    pub(super) pulled: Sums,
+    pub(super) pulled: ForceSums,
     pub(super) gathered: Vec<f64>,
 }

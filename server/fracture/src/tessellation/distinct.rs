@@ -9,28 +9,14 @@
 //! and is 0 outside the open star of s. So every point q outside the star, or on a simplex that lacks a node of s, is at
 //! a distance of at least m·h. Points on simplices that contain s are at this distance by their own m and h.
 
-use super::barycentric::{EDGE_MARGIN, MARGIN, smallest_height};
+use super::barycentric::{EDGE_MARGIN, MARGIN};
 use super::rank::{Input, Ranks};
 use super::{RunRange, Tessellation};
-use crate::lattice::Lattice;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 /// Distance above which two points have different positions, local: eight times the spacing of single precision.
 const DISTANCE_MIN: f64 = 8.0 * f32::EPSILON as f64 / 2.0;
-
-/// Smallest height of the tetrahedra around each node, local.
-pub(super) fn node_heights(lattice: &Lattice) -> Vec<f32> {
-    let mut heights = vec![f32::INFINITY; lattice.nodes.len()];
-    for (tet, nodes) in lattice.tets.iter().enumerate() {
-        let height = smallest_height(&lattice.corners(tet)) as f32;
-        for &node in nodes {
-            let own = &mut heights[node as usize];
-            *own = own.min(height);
-        }
-    }
-    heights
-}
 
 impl Ranks {
     /// Lists the close vertices, ascending; sheet s begins at `offsets[s]`.

@@ -1,7 +1,7 @@
 //! Incidences of a lattice, prepared once per body for all of its tessellations.
 
 use super::TessellationError;
-use super::distinct::node_heights;
+use super::barycentric::smallest_height;
 use crate::lattice::{BoundaryFace, EDGES, FACES, Lattice};
 use crate::memory::held;
 
@@ -143,6 +143,19 @@ impl Topology {
         }
         self.boundary_nodes = (0..self.nodes as u32).filter(|&node| on_boundary[node as usize]).collect();
     }
+}
+
+/// Smallest height of the tetrahedra around each node, local.
+fn node_heights(lattice: &Lattice) -> Vec<f32> {
+    let mut heights = vec![f32::INFINITY; lattice.nodes.len()];
+    for (tet, nodes) in lattice.tets.iter().enumerate() {
+        let height = smallest_height(&lattice.corners(tet)) as f32;
+        for &node in nodes {
+            let own = &mut heights[node as usize];
+            *own = own.min(height);
+        }
+    }
+    heights
 }
 
 /// Index of the first edge of each lower node.
