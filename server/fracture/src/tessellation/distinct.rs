@@ -9,59 +9,40 @@
 //! and is 0 outside the open star of s. So every point q outside the star, or on a simplex that lacks a node of s, is at
 //! a distance of at least m·h. Points on simplices that contain s are at this distance by their own m and h.
 
-use super::barycentric::{EDGE_MARGIN, MARGIN};
+use super::cut::NONE;
+use super::flat_simplices::is_close;
 use super::rank::{Input, Ranks};
 use super::{RunRange, Tessellation};
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
-
-/// Distance above which two points have different positions, local: eight times the spacing of single precision.
-const DISTANCE_MIN: f64 = 8.0 * f32::EPSILON as f64 / 2.0;
 
 impl Ranks {
     /// Lists the close vertices, ascending; sheet s begins at `offsets[s]`.
     pub fn list_close_vertices(&self, input: Input<'_>, offsets: &[usize], close: &mut Vec<u32>) {
         close.clear();
         let Input { topology, points, .. } = input;
-        if !is_close(EDGE_MARGIN, topology.height_min()) {
-            return;
-        }
+        let flat = &topology.flat;
         let mut list = CloseVertices { ranks: self, input, offsets, close };
-        for &node in &topology.boundary_nodes {
-            if is_close(1.0, topology.height([node])) {
-                list.node(node);
+        flat.nodes.iter().filter(|node| topology.is_boundary_node(**node)).for_each(|&node| list.node(node));
+        let slot = |slots: &[u32], simplex: u32| Some(slots[simplex as usize]).filter(|slot| *slot != NONE);
+        for &edge in &flat.edges {
+            let Some(slot) = slot(&points.edges.slots, edge) else { continue };
+            let (place, nodes) = (points.edges.places[slot as usize], topology.edges[edge as usize]);
+            let [from, to] = nodes.map(|node| input.lattice.nodes[node as usize]);
+            let margin = (place - from).norm().min((place - to).norm()) / (to - from).norm();
+            if is_close(margin, flat.height(nodes)) {
+                list.edge_with_nodes(slot as usize, edge);
             }
         }
-        for (slot, (&edge, place)) in points.edges.simplices.iter().zip(&points.edges.places).enumerate() {
-            let nodes = topology.edges[edge as usize];
-            let height = topology.height(nodes);
-            let margin = || {
-                let [from, to] = nodes.map(|node| input.lattice.nodes[node as usize]);
-                (place - from).norm().min((place - to).norm()) / (to - from).norm()
-            };
-            if is_close(EDGE_MARGIN, height) && is_close(margin(), height) {
-                list.edge_with_nodes(slot, edge);
-            }
+        for &face in &flat.faces {
+            slot(&points.faces.slots, face).into_iter().for_each(|slot| list.face_with_edges(slot as usize, face));
         }
-        for (slot, &face) in points.faces.simplices.iter().enumerate() {
-            if is_close(MARGIN, topology.height(topology.faces[face as usize])) {
-                list.face_with_edges(slot, face);
-            }
-        }
-        for (slot, &tet) in points.tets.simplices.iter().enumerate() {
-            if is_close(MARGIN, topology.height(input.lattice.tets[tet as usize])) {
-                list.tet_with_faces(slot, tet);
-            }
+        for &tet in &flat.tets {
+            slot(&points.tets.slots, tet).into_iter().for_each(|slot| list.tet_with_faces(slot as usize, tet));
         }
         close.sort_unstable();
         close.dedup();
     }
-}
-
-/// True if points of a simplex can be close to others. `margin`: least barycentric coordinate; `height`: that of the tetrahedra
-/// around the simplex.
-fn is_close(margin: f64, height: f64) -> bool {
-    margin * height < DISTANCE_MIN
 }
 
 /// List of close vertices. With a point, the points on the boundary of its simplex are listed.

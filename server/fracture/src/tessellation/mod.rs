@@ -24,6 +24,7 @@ mod cut;
 mod distinct;
 mod emit;
 mod error;
+mod flat_simplices;
 mod index_selection;
 mod outer;
 mod outer_copies;

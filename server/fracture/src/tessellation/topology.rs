@@ -1,7 +1,7 @@
 //! Incidences of a lattice, prepared once per body for all of its tessellations.
 
 use super::TessellationError;
-use super::barycentric::smallest_height;
+use super::flat_simplices::FlatSimplices;
 use crate::lattice::{BoundaryFace, EDGES, FACES, Lattice};
 use crate::memory::held;
 
@@ -44,8 +44,8 @@ pub struct Topology {
     pub boundary_edge: Vec<bool>,
     /// True for faces on the boundary; length `faces`.
     pub boundary_face: Vec<bool>,
-    /// Smallest height of the tetrahedra around each node, local.
-    heights: Vec<f32>,
+    /// Simplices whose points can be close to others.
+    pub(super) flat: FlatSimplices,
     neighbor_offsets: Vec<u32>,
     neighbors: Vec<u32>,
 }
@@ -85,10 +85,10 @@ impl Topology {
             tet_faces,
             neighbor_offsets,
             neighbors,
-            heights: node_heights(lattice),
             ..Self::default()
         };
         topology.mark_boundary(&lattice.boundary(), &finder);
+        topology.flat = FlatSimplices::new(lattice, &topology.edges, &topology.faces);
         topology
     }
 
@@ -103,19 +103,9 @@ impl Topology {
             + held(&self.boundary_nodes)
             + held(&self.boundary_edge)
             + held(&self.boundary_face)
-            + held(&self.heights)
+            + self.flat.bytes()
             + held(&self.neighbor_offsets)
             + held(&self.neighbors)
-    }
-
-    /// Lower bound of the heights of all tetrahedra around a simplex with these nodes, local.
-    pub(super) fn height<const N: usize>(&self, nodes: [u32; N]) -> f64 {
-        nodes.iter().map(|&node| f64::from(self.heights[node as usize])).fold(0.0, f64::max)
-    }
-
-    /// Smallest height of all tetrahedra, local.
-    pub(super) fn height_min(&self) -> f64 {
-        self.heights.iter().copied().fold(f32::INFINITY, f32::min).into()
     }
 
     /// True for nodes on the boundary.
@@ -143,19 +133,6 @@ impl Topology {
         }
         self.boundary_nodes = (0..self.nodes as u32).filter(|&node| on_boundary[node as usize]).collect();
     }
-}
-
-/// Smallest height of the tetrahedra around each node, local.
-fn node_heights(lattice: &Lattice) -> Vec<f32> {
-    let mut heights = vec![f32::INFINITY; lattice.nodes.len()];
-    for (tet, nodes) in lattice.tets.iter().enumerate() {
-        let height = smallest_height(&lattice.corners(tet)) as f32;
-        for &node in nodes {
-            let own = &mut heights[node as usize];
-            *own = own.min(height);
-        }
-    }
-    heights
 }
 
 /// Index of the first edge of each lower node.
