@@ -81,7 +81,7 @@ pub use shatter_proto::request::{
     CONTACTS_MAX, Contact, DegreeRule, DisplacementSource, Lift, Quality, RequestedSurface, RetainedFragment,
     SEED_DEFAULT,
 };
-pub use shatter_proto::{Error, ErrorKind, Fault, exit};
+pub use shatter_proto::{Error, ErrorKind, FaultParty, exit};
 pub use shatter_transport::paths::ServicePaths;
 pub use status::Status;
 pub use ticket::{Poll, Progress, Ticket};

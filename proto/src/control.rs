@@ -45,11 +45,11 @@ pub struct ControlRequestWire {
     pub magic: u32,
     /// [`PROTOCOL_VERSION`].
     pub version: u32,
-    /// 1: list. 2: status. 3: verdict. 4: progress. 5: release.
+    /// 1: list. 2: status. 3: error of a request. 4: progress. 5: release.
     pub kind: u32,
     /// First row of a list, else zero.
     pub first: u32,
-    /// Sequence of the request that a verdict or progress is about, or the handle to release; else zero.
+    /// Sequence of the request that an error or progress is about, or the handle to release; else zero.
     pub sequence: u64,
     /// The client's listener: woken with the reply, and the owner of the request.
     pub listener: [u8; 16],

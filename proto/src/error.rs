@@ -7,7 +7,7 @@ use std::time::Duration;
 
 /// Party at fault for an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
+pub enum FaultParty {
     /// The request is wrong; sending it again changes nothing.
     Caller,
     /// The service could not do what it should, or not now.
@@ -16,7 +16,7 @@ pub enum Fault {
     Environment,
 }
 
-impl Fault {
+impl FaultParty {
     /// The word used in JSON.
     pub fn name(self) -> &'static str {
         match self {
@@ -78,9 +78,9 @@ macro_rules! kinds {
             }
 
             /// Party at fault.
-            pub fn fault(self) -> Fault {
+            pub fn fault(self) -> FaultParty {
                 match self {
-                    $(Self::$kind => Fault::$fault,)*
+                    $(Self::$kind => FaultParty::$fault,)*
                 }
             }
 

@@ -34,7 +34,7 @@ pub mod text;
 pub mod view;
 mod zero_copy;
 
-pub use error::{Error, ErrorKind, Fault, exit};
+pub use error::{Error, ErrorKind, FaultParty, exit};
 
 /// Version of everything in this crate that travels. Any change of size or meaning raises it.
 pub const PROTOCOL_VERSION: u32 = 7;

@@ -176,7 +176,7 @@ pub struct Contact {
     pub radius_m: Option<f64>,
 }
 
-/// A validated request.
+/// A request as plain types. [`RequestWire::validate`] returns a valid one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Request {
     /// Name of the object.

@@ -1,7 +1,7 @@
 //! Events that wake the daemon's loop: client wake-ups, worker events, timers, signals, inquiries from the operations port.
 
 use crate::config::Config;
-use crate::http_endpoints::{LoopInquiry, OperationsPort};
+use crate::http_endpoints::{DaemonInquiry, OperationsPort};
 use crate::ipc::WakeSocket;
 use crate::jobs::{WorkerEvent, no_thread};
 use shatter_proto::{Error, ErrorKind};
@@ -32,7 +32,7 @@ pub enum WakeEvent {
     /// SIGHUP.
     Reload,
     /// Inquiry from the operations port.
-    Inquiry(LoopInquiry),
+    Inquiry(DaemonInquiry),
     /// SIGINT, SIGTERM, or the stop notification of the caller.
     End,
 }

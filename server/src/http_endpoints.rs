@@ -40,7 +40,7 @@ const TEXT: HeaderValue = HeaderValue::from_static("text/plain; charset=utf-8");
 
 /// State of the daemon, reported by its event loop.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LoopReport {
+pub struct DaemonReport {
     /// Whether the daemon accepts requests.
     pub ready: bool,
     /// Summary in one line.
@@ -50,14 +50,14 @@ pub struct LoopReport {
 }
 
 /// Inquiry to the daemon's event loop.
-pub type LoopInquiry = oneshot::Sender<LoopReport>;
+pub type DaemonInquiry = oneshot::Sender<DaemonReport>;
 
 /// Loopback HTTP port; dropping it closes the port.
 pub struct OperationsPort {
     task: Option<JoinHandle<()>>,
-    inquiries: mpsc::Receiver<LoopInquiry>,
+    inquiries: mpsc::Receiver<DaemonInquiry>,
     /// Keeps the channel open if there is no port.
-    _inquiry_sender: mpsc::Sender<LoopInquiry>,
+    _inquiry_sender: mpsc::Sender<DaemonInquiry>,
 }
 
 impl OperationsPort {
@@ -85,7 +85,7 @@ impl OperationsPort {
     }
 
     /// Next inquiry. Waits without end if there is none.
-    pub async fn next(&mut self) -> LoopInquiry {
+    pub async fn next(&mut self) -> DaemonInquiry {
         match self.inquiries.recv().await {
             Some(inquiry) => inquiry,
             // Unreachable while `_inquiry_sender` lives; a closed port waits without end.
@@ -135,7 +135,7 @@ impl Drop for Connections {
 }
 
 /// Accepts connections, a bounded number at once.
-async fn listen(listener: TcpListener, inquiry_sender: mpsc::Sender<LoopInquiry>) {
+async fn listen(listener: TcpListener, inquiry_sender: mpsc::Sender<DaemonInquiry>) {
     let mut connections = Connections::default();
     loop {
         match listener.accept().await {
@@ -156,7 +156,7 @@ async fn listen(listener: TcpListener, inquiry_sender: mpsc::Sender<LoopInquiry>
 }
 
 /// Serves one connection with one request.
-async fn serve(stream: TcpStream, inquiry_sender: mpsc::Sender<LoopInquiry>, has_request: Arc<AtomicBool>) {
+async fn serve(stream: TcpStream, inquiry_sender: mpsc::Sender<DaemonInquiry>, has_request: Arc<AtomicBool>) {
     let service = service_fn(|request| {
         has_request.store(true, Ordering::Relaxed);
         reply(request, &inquiry_sender)
@@ -172,7 +172,7 @@ async fn serve(stream: TcpStream, inquiry_sender: mpsc::Sender<LoopInquiry>, has
 
 async fn reply(
     request: Request<Incoming>,
-    inquiry_sender: &mpsc::Sender<LoopInquiry>,
+    inquiry_sender: &mpsc::Sender<DaemonInquiry>,
 ) -> Result<Response<Full<Bytes>>, Infallible> {
     if !matches!(*request.method(), Method::GET | Method::HEAD) {
         let mut rejection = response(StatusCode::METHOD_NOT_ALLOWED, TEXT, "only GET and HEAD\n".to_owned());
@@ -198,7 +198,7 @@ async fn reply(
 }
 
 /// Asks the event loop for a report; `None` if it does not reply in time.
-async fn ask(inquiry_sender: &mpsc::Sender<LoopInquiry>) -> Option<LoopReport> {
+async fn ask(inquiry_sender: &mpsc::Sender<DaemonInquiry>) -> Option<DaemonReport> {
     let (inquiry, report) = oneshot::channel();
     inquiry_sender.try_send(inquiry).ok()?;
     timeout(TIMEOUT, report).await.ok()?.ok()

@@ -9,7 +9,7 @@ use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
 use prometheus_client::registry::{Registry, Unit};
 use shatter_proto::control::{Latency, ServiceStatusRow};
 use shatter_proto::result::{EffectCost, EnergySource, StageCost, StageKind};
-use shatter_proto::{Error, ErrorKind, Fault};
+use shatter_proto::{Error, ErrorKind, FaultParty};
 use std::time::Duration;
 
 /// End of a request.
@@ -38,7 +38,7 @@ impl JobEnd {
             (ErrorKind::Canceled, _) => Self::Canceled,
             (ErrorKind::Late, _) => Self::Late,
             (ErrorKind::Busy | ErrorKind::Stopping | ErrorKind::SharedMemory, _) => Self::Busy,
-            (_, Fault::Service) => Self::Failed,
+            (_, FaultParty::Service) => Self::Failed,
             _ => Self::Refused,
         }
     }

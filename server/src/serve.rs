@@ -5,7 +5,7 @@ use crate::catalog::{Catalog, RetiredVersions, unix_ns};
 use crate::config::Config;
 use crate::event_source::{EventSource, Signals, WakeEvent};
 use crate::hot_reloader::{DatabaseFolder, HotReloader};
-use crate::http_endpoints::{LoopInquiry, LoopReport, OperationsPort};
+use crate::http_endpoints::{DaemonInquiry, DaemonReport, OperationsPort};
 use crate::ipc::{ActiveControlRequest, DaemonPorts, RuntimeDirectory, WakeSocket};
 use crate::jobs::{Jobs, WorkerEvent, WorkerPool, lanes, threads};
 use crate::memory::ResidentMemory;
@@ -365,8 +365,8 @@ impl Daemon {
             }
             Ok(ControlRequest::Status) => send_rows(active, &[self.status()], 1, false),
             Ok(ControlRequest::RequestError(sequence)) => {
-                let verdict = self.worker_pool.collect_error((wire.listener, sequence));
-                send_rows(active, verdict.as_slice(), verdict.iter().len(), false)
+                let error = self.worker_pool.collect_error((wire.listener, sequence));
+                send_rows(active, error.as_slice(), error.iter().len(), false)
             }
             Ok(ControlRequest::Progress(sequence)) => {
                 let progress = self.jobs.progress((wire.listener, sequence));
@@ -408,7 +408,7 @@ impl Daemon {
     }
 
     /// Replies to the operations port, if the connection still waits.
-    fn report(&mut self, inquiry: LoopInquiry) {
+    fn report(&mut self, inquiry: DaemonInquiry) {
         let client_entry = self.check_client_entry();
         let metrics = self.metrics.text(&self.status());
         let mut summary = self.summary();
@@ -418,7 +418,7 @@ impl Daemon {
             summary +=
                 &format!("files that clients need to connect were restored {} times\n", self.client_entry.restored());
         }
-        let _ = inquiry.send(LoopReport { ready: !self.jobs.closed() && client_entry.is_ok(), summary, metrics });
+        let _ = inquiry.send(DaemonReport { ready: !self.jobs.closed() && client_entry.is_ok(), summary, metrics });
     }
 
     /// Ends in order: refuses new requests, lets accepted ones finish for a while (a second signal ends the wait), then refuses or

@@ -144,7 +144,7 @@ fn unknown_handles_are_rejected_by_name() {
     ] {
         let error = refused(&bar, &impact);
         assert_eq!((error.kind, &error.at), (kind, &at), "{error}");
-        assert!(!kind.retry() && kind.fault() == shatter_client::Fault::Caller);
+        assert!(!kind.retry() && kind.fault() == shatter_client::FaultParty::Caller);
     }
     let off = Impact::new([Contact::new([0.0, 3.0, 0.0]).impulse([0.0, -1.0, 0.0])]).from(handle, 0);
     let off = refused(&bar, &off);

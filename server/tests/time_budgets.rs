@@ -11,8 +11,8 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField};
 use shatter_fracture::database::{BakeRequest, bake, save};
 use shatter_fracture::pipeline::{
-    self, BodyEnergy, DegreeRequest, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, RequestContext,
-    SurfaceKind, Workspace, strain_energy,
+    self, BodyEnergy, DegreeRequest, DisplacementMethod, FractureRequest, ImpactSampler, PreparedObject,
+    RequestContext, SurfaceKind, Workspace, strain_energy,
 };
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
@@ -117,7 +117,7 @@ struct Truth<'a> {
 impl<'a> Truth<'a> {
     fn new(prepared: &'a PreparedObject, strike: &'a FractureRequest) -> Self {
         let mut workspaces: (Workspace, centroidal::DiagramWorkspace) = Default::default();
-        let deformed = [ElasticRequest::Reduced, ElasticRequest::Solve]
+        let deformed = [DisplacementMethod::Reduced, DisplacementMethod::Solve]
             .map(|elastic| deformed(prepared, strike, elastic, None, &mut workspaces.0));
         Self { prepared, strike, deformed, workspaces }
     }
@@ -150,7 +150,7 @@ impl<'a> Truth<'a> {
             let ([energy, gap], [end, _]) = (cells(measurement.iterations), cells(ENDED));
             let own = reduced.entry(measurement.rank).or_insert_with(|| {
                 let rank_max = Some(measurement.rank.max(1));
-                deformed(self.prepared, self.strike, ElasticRequest::Reduced, rank_max, &mut self.workspaces.0)
+                deformed(self.prepared, self.strike, DisplacementMethod::Reduced, rank_max, &mut self.workspaces.0)
             });
             (measurement.energy, measurement.true_gap) = (energy, energy / end - 1.0);
             let [whole, solved] = &self.deformed;
@@ -172,7 +172,7 @@ impl<'a> Truth<'a> {
 fn deformed(
     prepared: &PreparedObject,
     strike: &FractureRequest,
-    elastic: ElasticRequest,
+    elastic: DisplacementMethod,
     rank_max: Option<u32>,
     workspace: &mut Workspace,
 ) -> BodyEnergy {

@@ -9,8 +9,8 @@ use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::elasticity::{self, DrivingEnergy, Elasticity, NodalLoad};
 use shatter_fracture::lattice::{EnergyTransfer, Lattice};
 use shatter_fracture::pipeline::{
-    ContactSet, ElasticModel, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, RANK_MAX, RequestContext,
-    Workspace, reduce, strain_energy,
+    ContactSet, DisplacementMethod, ElasticModel, FractureRequest, ImpactSampler, PreparedObject, RANK_MAX,
+    RequestContext, Workspace, reduce, strain_energy,
 };
 use shatter_fracture::sparse::Precision;
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
@@ -46,7 +46,7 @@ fn request(prepared: &PreparedObject) -> FractureRequest {
         strike.contacts[0].radius_m = None;
         strike
     };
-    let mut strikes = (0..1000).map(|index| FractureRequest { elastic: ElasticRequest::Reduced, ..drawn(index) });
+    let mut strikes = (0..1000).map(|index| FractureRequest { elastic: DisplacementMethod::Reduced, ..drawn(index) });
     let reduced = |strike: &FractureRequest| {
         let impact = ContactSet::new(prepared, strike).unwrap();
         let energies =
@@ -80,10 +80,10 @@ fn whole(group: &mut Group, prepared: &PreparedObject, request: &FractureRequest
             })
         });
     };
-    run("load and elasticity: solve", ElasticRequest::Solve, None);
-    run("load and elasticity: reduced", ElasticRequest::Reduced, None);
+    run("load and elasticity: solve", DisplacementMethod::Solve, None);
+    run("load and elasticity: reduced", DisplacementMethod::Reduced, None);
     for rank in [32, 64] {
-        run(&format!("load and elasticity: rank {rank}"), ElasticRequest::Reduced, Some(rank));
+        run(&format!("load and elasticity: rank {rank}"), DisplacementMethod::Reduced, Some(rank));
     }
 }
 

@@ -9,7 +9,7 @@ use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::degree::{self, CurveOptions, EnergyCurve};
 use shatter_fracture::elasticity::{self, NodalLoad};
 use shatter_fracture::pipeline::{
-    ContactSet, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, RequestContext, Workspace,
+    ContactSet, DisplacementMethod, FractureRequest, ImpactSampler, PreparedObject, RequestContext, Workspace,
     strain_energy,
 };
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
@@ -36,7 +36,7 @@ fn prepared() -> PreparedObject {
 fn request(prepared: &PreparedObject) -> FractureRequest {
     let (sampler, mut workspace) = (ImpactSampler::new(prepared), Workspace::default());
     let drawn = |index| sampler.impact(!prepared.parameters.seed, index);
-    let mut strikes = (0..1000).map(|index| FractureRequest { elastic: ElasticRequest::Reduced, ..drawn(index) });
+    let mut strikes = (0..1000).map(|index| FractureRequest { elastic: DisplacementMethod::Reduced, ..drawn(index) });
     let reduced = |strike: &FractureRequest| {
         let impact = ContactSet::new(prepared, strike).unwrap();
         let energies =
@@ -53,8 +53,8 @@ fn learned(criterion: &mut Criterion) {
     let (body, token) = (&prepared.bodies[0], CancelToken::default());
     let solid = body.solid.as_ref().unwrap();
     let reduced = solid.reduced.as_ref().unwrap();
-    let solve = FractureRequest { elastic: ElasticRequest::Solve, ..request(&prepared) };
-    let requests = [solve.clone(), FractureRequest { elastic: ElasticRequest::Reduced, ..solve }];
+    let solve = FractureRequest { elastic: DisplacementMethod::Solve, ..request(&prepared) };
+    let requests = [solve.clone(), FractureRequest { elastic: DisplacementMethod::Reduced, ..solve }];
     let impacts = requests.each_ref().map(|request| ContactSet::new(&prepared, request).unwrap());
 
     let (mut load_, mut workspace, mut displacement) =

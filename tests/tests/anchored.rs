@@ -6,7 +6,7 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::elasticity::{DrivingEnergy, ElasticWorkspace, ElasticityError, NodalLoad};
 use shatter_fracture::pipeline::{
-    AnchorError, ContactSet, DegreeRequest, DegreeSource, ElasticRequest, FractureError, FractureRequest,
+    AnchorError, ContactSet, DegreeRequest, DegreeSource, DisplacementMethod, FractureError, FractureRequest,
     PreparedObject, RANK_MAX, WORLD, reduce,
 };
 use shatter_fracture::scene::{Anchors, EffectKind, EffectSet, Region};
@@ -173,7 +173,7 @@ fn an_anchored_body_uses_neither_basis_nor_examples() {
         elastic_spacing: Some(0.08),
         crack_spacing: Some(0.06),
         examples: 10,
-        elastic: ElasticRequest::Solve,
+        elastic: DisplacementMethod::Solve,
         ..real::request("arch", "ceramic")
     };
     let mut arch = bake(shapes::arch(), &request, &CancelToken::default(), &mut |_| ()).unwrap();

@@ -5,7 +5,7 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    DegreeRequest, ElasticRequest, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, RequestContext,
+    DegreeRequest, DisplacementMethod, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, RequestContext,
     Stage, StageObserver, Workspace, strike, strike_again,
 };
 use shatter_fracture::random::RandomStream;
@@ -51,7 +51,7 @@ fn factor_at_threshold(prepared: &PreparedObject, request: &FractureRequest) -> 
 
 /// An impact of the object's sampler, as a host sends it.
 fn sampled(prepared: &PreparedObject, index: u64) -> FractureRequest {
-    FractureRequest { elastic: ElasticRequest::Reduced, ..ImpactSampler::new(prepared).impact(7, index) }
+    FractureRequest { elastic: DisplacementMethod::Reduced, ..ImpactSampler::new(prepared).impact(7, index) }
 }
 
 /// Share of 25 sampled impacts that the bound ends, by their share of the threshold, percent.
@@ -231,7 +231,7 @@ fn exact_figures_disable_the_energy_bound() {
     }
     check(&prepared, &FractureRequest { effects: default.without(EffectKind::Interior), ..request.clone() }, true);
     check(&prepared, &FractureRequest { degree: DegreeRequest::Sites(2), ..request.clone() }, false);
-    check(&prepared, &FractureRequest { elastic: ElasticRequest::Solve, ..request.clone() }, false);
+    check(&prepared, &FractureRequest { elastic: DisplacementMethod::Solve, ..request.clone() }, false);
     check(&prepared, &FractureRequest { threshold_only: true, ..request.clone() }, false);
     check(&prepared, &FractureRequest { effects: default.without(EffectKind::Elastic), ..request.clone() }, false);
     // A stored bound, and a file without one.
@@ -271,7 +271,7 @@ fn an_object_that_is_to_be_solved_has_no_bound() {
         elastic_spacing: Some(0.08),
         crack_spacing: Some(0.06),
         kappa: Some(2.0),
-        elastic: ElasticRequest::Solve,
+        elastic: DisplacementMethod::Solve,
         ..real::request("arch", "ceramic")
     };
     let prepared = bake(shapes::arch(), &request, &CancelToken::default(), &mut |_| ()).unwrap();

@@ -5,7 +5,7 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField, GAP_CERTAIN, GAP_MIN, ITERATIONS_MAX};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::{
-    ContactSet, DEGRADED_RANK_MAX, DegreeRequest, DegreeSource, ElasticRequest, FractureOutcome, FractureRequest,
+    ContactSet, DEGRADED_RANK_MAX, DegreeRequest, DegreeSource, DisplacementMethod, FractureOutcome, FractureRequest,
     ImpactSampler, PreparedObject, Preset, RANK_MAX, RequestContext, RequestCost, StopReason, Termination, TimeBudget,
     Workspace, reduce, strain_energy, strike,
 };
@@ -133,7 +133,7 @@ fn cells(outcome: &FractureOutcome) -> Vec<(f64, f64)> {
 #[test]
 fn the_budget_degrades_the_solve_before_the_search() {
     let prepared = arch(60);
-    let solved = FractureRequest { elastic: ElasticRequest::Solve, budget: falling(), ..request(prepared) };
+    let solved = FractureRequest { elastic: DisplacementMethod::Solve, budget: falling(), ..request(prepared) };
     let reduced = |strike: &FractureRequest, seconds| {
         struck(prepared, strike, &token_with_polls(seconds, 0.0)).threshold().reduced_error.is_some()
     };

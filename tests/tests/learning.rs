@@ -7,7 +7,7 @@ use shatter_fracture::database::{BakeRequest, BakeShare, PartialBake, bake, load
 use shatter_fracture::degree::{self, SITES_MIN};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    ContactSet, DegreeRequest, DegreeSource, ElasticRequest, FractureOutcome, FractureRequest, ImpactContact,
+    ContactSet, DegreeRequest, DegreeSource, DisplacementMethod, FractureOutcome, FractureRequest, ImpactContact,
     ImpactSampler, PreparedObject, RequestContext, TrainingExample, Workspace, examples, sampled, strain_energy,
     strike,
 };
@@ -213,7 +213,7 @@ fn an_example_is_the_field_of_its_impact() {
     assert_eq!(all[..], prepared.examples[..all.len()]);
     let TrainingExample { impact, contacts, first_moment, body, .. } = &all[2];
     let at = FractureRequest::at(contacts[0].point_m, contacts[0].impulse_ns).seeded(1);
-    let again = FractureRequest { contacts: contacts.clone(), seed: *impact, elastic: ElasticRequest::Solve, ..at };
+    let again = FractureRequest { contacts: contacts.clone(), seed: *impact, elastic: DisplacementMethod::Solve, ..at };
     let impact = ContactSet::new(prepared, &again).unwrap();
     let mut energies = strain_energy(
         RequestContext::new(prepared, &again, &CancelToken::default(), &()),

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, BakeShare, PartialBake, bake, load, save};
 use shatter_fracture::pipeline::{
-    ContactSet, ElasticRequest, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, RANK_MAX,
+    ContactSet, DisplacementMethod, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, RANK_MAX,
     REDUCED_ERROR_MAX, RequestContext, Workspace, reduce, strain_energy, strike,
 };
 use shatter_fracture::surface::{RawMesh, shapes};
@@ -29,7 +29,7 @@ fn made(mesh: RawMesh, name: &str, impacts: u64, rank_max: usize) -> PreparedObj
 }
 
 /// Strikes the arch at the top.
-fn struck(prepared: &PreparedObject, elastic: ElasticRequest) -> FractureOutcome {
+fn struck(prepared: &PreparedObject, elastic: DisplacementMethod) -> FractureOutcome {
     let top = prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
     let point_m: Point3<f64> = prepared.frame.to_meters(top);
     let request = FractureRequest { elastic, ..FractureRequest::at(point_m, Vector3::new(1.0, -3.0, 0.5)).seeded(1) };
@@ -40,7 +40,7 @@ fn struck(prepared: &PreparedObject, elastic: ElasticRequest) -> FractureOutcome
 fn without_impacts_or_without_rank_there_is_no_basis() {
     for prepared in [arch(0, RANK_MAX), arch(60, 0)] {
         assert!(prepared.reduction.is_none() && prepared.bodies[0].reduced().is_none());
-        assert_eq!(struck(&prepared, ElasticRequest::Reduced).threshold().reduced_error, None);
+        assert_eq!(struck(&prepared, DisplacementMethod::Reduced).threshold().reduced_error, None);
     }
 }
 
@@ -50,7 +50,7 @@ fn an_object_that_is_to_be_solved_learns_degrees_and_has_no_basis() {
         elastic_spacing: Some(0.08),
         crack_spacing: Some(0.06),
         examples: 10,
-        elastic: ElasticRequest::Solve,
+        elastic: DisplacementMethod::Solve,
         ..real::request("arch", "ceramic")
     };
     let prepared = bake(shapes::arch(), &request, &CancelToken::default(), &mut |_| ()).unwrap();
@@ -61,7 +61,7 @@ fn an_object_that_is_to_be_solved_learns_degrees_and_has_no_basis() {
     let more = PartialBake::add(load(&file).unwrap(), 2, BakeShare::WHOLE).unwrap();
     let more = more.complete(&CancelToken::default(), &mut |_| ()).unwrap();
     assert!(more.examples.len() > prepared.examples.len() && more.reduction.is_none(), "it stays so");
-    assert_eq!(struck(&more, ElasticRequest::Reduced).threshold().reduced_error, None);
+    assert_eq!(struck(&more, DisplacementMethod::Reduced).threshold().reduced_error, None);
 }
 
 #[test]
@@ -70,13 +70,14 @@ fn a_reduced_strike_is_within_its_estimate_and_a_solve_is_the_same_with_a_basis(
     let reduction = prepared.reduction.clone().unwrap();
     println!("{reduction:?}");
     assert!(reduction.energy_error_median < 0.01 && reduction.density_error_median < 0.06, "{reduction:?}");
-    let [reduced, solved] = [ElasticRequest::Reduced, ElasticRequest::Solve].map(|elastic| struck(prepared, elastic));
+    let [reduced, solved] =
+        [DisplacementMethod::Reduced, DisplacementMethod::Solve].map(|elastic| struck(prepared, elastic));
     let error = (reduced.threshold().e1_over_gamma / solved.threshold().e1_over_gamma - 1.0).abs();
     println!("E_1 is {error:.2e} off, energy estimated {:?}", reduced.threshold().reduced_error);
     let estimate = reduced.threshold().reduced_error.expect("the basis is good enough");
     assert!(estimate <= REDUCED_ERROR_MAX && error <= 3.0 * estimate, "{error} against {estimate}");
     assert_eq!(solved.threshold().reduced_error, None);
-    let without = struck(&bare, ElasticRequest::Reduced);
+    let without = struck(&bare, DisplacementMethod::Reduced);
     assert_eq!(
         (solved.threshold().e1_over_gamma, solved.sites()),
         (without.threshold().e1_over_gamma, without.sites())
@@ -91,7 +92,7 @@ fn an_impact_with_the_default_radius_needs_no_solve() {
     prepared.impacts = 200;
     reduce(&mut prepared, RANK_MAX, &CancelToken::default()).unwrap();
     println!("{:?}", prepared.reduction);
-    let outcome = struck(&prepared, ElasticRequest::Reduced);
+    let outcome = struck(&prepared, DisplacementMethod::Reduced);
     assert!(
         outcome.threshold().radius_m < 1.01 * 0.04 * prepared.frame.diagonal_m,
         "the lattice resolves the default radius"
@@ -130,7 +131,8 @@ fn ratios(prepared: &PreparedObject, ranks: &[Option<u32>], impacts: std::ops::R
         assert_eq!(none, None);
         let mut last = f64::INFINITY;
         for (rank_max, ratios) in ranks.iter().zip(&mut ratios) {
-            let request = FractureRequest { elastic: ElasticRequest::Reduced, rank_max: *rank_max, ..request.clone() };
+            let request =
+                FractureRequest { elastic: DisplacementMethod::Reduced, rank_max: *rank_max, ..request.clone() };
             let (found, estimate) = energy(prepared, &request, &mut workspace).unwrap();
             let (Some(estimate), error) = (estimate, 1.0 - found / truth) else { continue };
             assert!(error <= last + 1e-5, "impact {number}, rank {rank_max:?}: {error} after {last}");
@@ -160,7 +162,7 @@ fn a_lower_rank_has_a_larger_reported_error() {
     }
     let request = ImpactSampler::new(prepared).impact(77, 0);
     let of = |rank_max| {
-        let request = FractureRequest { elastic: ElasticRequest::Reduced, rank_max, ..request.clone() };
+        let request = FractureRequest { elastic: DisplacementMethod::Reduced, rank_max, ..request.clone() };
         energy(prepared, &request, &mut Workspace::default())
     };
     assert_eq!(of(None), of(Some(u32::MAX)));
@@ -188,7 +190,7 @@ fn solved_at_the_default_radius(prepared: &PreparedObject) -> f64 {
         let mut request = sampler.impact(77, *number);
         request.contacts.truncate(1);
         request.contacts[0].radius_m = None;
-        let request = FractureRequest { elastic: ElasticRequest::Reduced, threshold_only: true, ..request };
+        let request = FractureRequest { elastic: DisplacementMethod::Reduced, threshold_only: true, ..request };
         let outcome =
             strike(RequestContext::new(prepared, &request, &CancelToken::default(), &()), &mut workspace).unwrap();
         outcome.threshold().reduced_error.is_none()

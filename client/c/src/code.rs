@@ -182,12 +182,12 @@ pub enum Fault {
     Environment = 3,
 }
 
-impl From<shatter_client::Fault> for Fault {
-    fn from(fault: shatter_client::Fault) -> Self {
+impl From<shatter_client::FaultParty> for Fault {
+    fn from(fault: shatter_client::FaultParty) -> Self {
         match fault {
-            shatter_client::Fault::Caller => Self::Caller,
-            shatter_client::Fault::Service => Self::Service,
-            shatter_client::Fault::Environment => Self::Environment,
+            shatter_client::FaultParty::Caller => Self::Caller,
+            shatter_client::FaultParty::Service => Self::Service,
+            shatter_client::FaultParty::Environment => Self::Environment,
         }
     }
 }

@@ -11,7 +11,7 @@ pub const PREFIX: &str = "s_";
 
 /// Strikes. The protocol's version is part of the name: another version is another service.
 pub const STRIKE_SERVICE: &str = "shatter/strike/v1";
-/// List, status, verdicts.
+/// List, status, errors of requests.
 pub const CONTROL_SERVICE: &str = "shatter/control/v1";
 /// Wakes the daemon after a request.
 pub const WAKE_DAEMON_SERVICE: &str = "shatter/wake-daemon/v1";

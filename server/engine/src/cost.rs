@@ -2,7 +2,7 @@
 //!
 //! The costs are not stored in databases, whose bytes must not depend on the machine that bakes them.
 
-use shatter_fracture::pipeline::{CostSample, ElasticRequest, RequestCost};
+use shatter_fracture::pipeline::{CostSample, DisplacementMethod, RequestCost};
 use shatter_proto::effect::Effects;
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -62,7 +62,7 @@ impl ObjectCosts {
     /// Corrects the costs by the times of one request.
     pub fn learn(&self, effects: Effects, took: &CostSample) {
         let mut known = self.known();
-        let elastic = if took.solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
+        let elastic = if took.solved { DisplacementMethod::Solve } else { DisplacementMethod::Reduced };
         let time_scale = known.cost.time_scale(elastic, took.front_s);
         let ratio = took.rest_s / (time_scale * known.cost.rest_s(took.sites));
         if !ratio.is_normal() {

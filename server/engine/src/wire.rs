@@ -222,6 +222,7 @@ impl ServedObject for EngineObject {
             return Ok(Box::new(AimResult::new(strike, hit)));
         }
         let resolved = self.resolved(&ray::pointed(strike, &hit))?;
+        // No check of tables: a fragment uses those with which its parent was made.
         let context = RequestContext::new(&self.prepared, &resolved.request, token, observer);
         let result = pipeline::strike_again(context, from, workspace);
         let result = result.map_err(|error| of_fragment(engine_error_in(error, &strike.convention), from.1))?;
@@ -258,8 +259,9 @@ impl EngineObject {
     ) -> Result<Box<dyn EngineResult>, Error> {
         let ResolvedRequest { request, effects, quality } = resolved;
         let deformed = request.effects.has(EffectKind::Elastic);
+        // The plan as asked for; the outcome says what a time budget changed: the rank here, the degree in its source.
         let mut used = EffectiveSettings::of(&self.prepared, *effects, *quality, request, result.threshold().rank_max);
-        // Bases are those of the whole object.
+        // Reduced bases are those of whole objects; fragments have none.
         used.is_reducible &= strike.from.is_none();
         let (object, seed, convention) = (strike.object.clone(), strike.seed, strike.convention);
         let struck = RequestedResult { object, seed, convention, hit, deformed, used, costs, result };
@@ -334,7 +336,7 @@ impl EngineObject {
         radius::check(&self.prepared, &request)?;
         let request = settings::given(request, strike);
         let solved = !settings::is_reducible(&self.prepared, &request);
-        let request = settings::bounded(request, strike, self.costs.of(effects, solved));
+        let request = settings::timed(request, strike, self.costs.of(effects, solved));
         Ok(ResolvedRequest { request, effects, quality })
     }
 }

@@ -6,7 +6,7 @@ use crate::config::data_folder;
 use clap::Args;
 use shatter_cli_common::choice;
 use shatter_fracture::database::{self, BakeError, BakeRequest, BakeShare, PartialBake, Tables};
-use shatter_fracture::pipeline::{ElasticRequest, PreparedObject, Preset, SurfaceKind};
+use shatter_fracture::pipeline::{DisplacementMethod, PreparedObject, Preset, SurfaceKind};
 use shatter_fracture::scene::{MATERIALS, Materials};
 use shatter_fracture::sparse::Precision;
 use shatter_fracture::surface::{CrackSheets, LengthUnit, RawMesh, Surface, UpAxis, shapes};
@@ -76,7 +76,7 @@ pub struct BakeArgs {
     /// Source of displacements: `reduced` builds a basis from the examples and uses it where it is accurate enough; `solve` always
     /// solves and builds no basis
     #[arg(long, value_name = "reduced|solve", default_value = "reduced", value_parser = elastic)]
-    pub elastic: ElasticRequest,
+    pub elastic: DisplacementMethod,
     /// Precision of the stored stiffness factor: `f32` halves the memory of `f64`; bodies for which it is too inaccurate keep `f64`
     #[arg(long, value_name = "f64|f32", default_value = "f64", value_parser = factor)]
     pub factor: Precision,
@@ -196,8 +196,8 @@ fn surface(text: &str) -> Result<SurfaceKind, String> {
     choice(text, &SurfaceKind::ALL.map(|kind| (kind.name(), kind)))
 }
 
-fn elastic(text: &str) -> Result<ElasticRequest, String> {
-    choice(text, &[("reduced", ElasticRequest::Reduced), ("solve", ElasticRequest::Solve)])
+fn elastic(text: &str) -> Result<DisplacementMethod, String> {
+    choice(text, &[("reduced", DisplacementMethod::Reduced), ("solve", DisplacementMethod::Solve)])
 }
 
 fn quality(text: &str) -> Result<Preset, String> {

@@ -16,7 +16,7 @@ use shatter_proto::error::ErrorWire;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Request, RetainedFragment};
 use shatter_proto::result::{AlignedBlock, EffectCost, EnergySource, StageCost};
-use shatter_proto::{Error, ErrorKind, Fault};
+use shatter_proto::{Error, ErrorKind, FaultParty};
 use shatter_transport::workarounds::populated_pages::PopulatedPages;
 use shatter_transport::workarounds::response_pool::LOANS_PER_REQUEST;
 use std::collections::HashSet;
@@ -178,7 +178,7 @@ impl WorkerPool {
             let end = match &result {
                 Ok(_) => JobEnd::Completed,
                 Err(error) => {
-                    if error.kind.fault() == Fault::Caller {
+                    if error.kind.fault() == FaultParty::Caller {
                         tracing::debug!(kind = error.kind.name(), at = error.at, "request failed: {error}");
                     } else {
                         tracing::warn!(kind = error.kind.name(), at = error.at, "request failed: {error}");

@@ -110,7 +110,7 @@ pub fn option<'a>(flag: &str, known: &[&'a str]) -> Option<&'a str> {
     let flag = flag.to_lowercase().replace('_', "-");
     let meant = OTHER_OPTIONS.iter().filter(|(_, words)| words.contains(&flag.as_str())).map(|(option, _)| *option);
     let exact = std::iter::once(flag.as_str()).chain(meant).find_map(|own| known.iter().find(|known| **known == own));
-    // An option of another command is no misspelt one of this command.
+    // An option of another command is no misspelled one of this command.
     let near = || nearest(&flag, known).first().copied().filter(|_| owner(&flag, known).is_none());
     exact.copied().or_else(near)
 }

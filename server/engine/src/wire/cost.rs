@@ -4,7 +4,7 @@ use super::EngineObject;
 use crate::object::{ServedObject, write_profiled};
 use crate::stage_profiler::StageProfiler;
 use shatter_fracture::cancel_token::CancelToken;
-use shatter_fracture::pipeline::{CostSample, ElasticRequest, ImpactSampler, RequestCost, Workspace};
+use shatter_fracture::pipeline::{CostSample, DisplacementMethod, ImpactSampler, RequestCost, Workspace};
 use shatter_proto::Error;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, DegreeRule, DisplacementSource, Request};
@@ -42,7 +42,7 @@ pub struct CostReport {
     pub cost: RequestCost,
     /// Number of requests compared with the prediction.
     pub strikes: usize,
-    /// Median of |log(expected/taken)|: 0.1 is ten per cent.
+    /// Median of |log(expected/taken)|: 0.1 is ten percent.
     pub error_median: f64,
     /// Ninth decile of the same error.
     pub error_p90: f64,
@@ -68,25 +68,21 @@ pub(super) fn sample(sites: u32, solved: bool, iterations: usize, took: Duration
 impl EngineObject {
     /// Measures the requests to which a prediction is fitted.
     ///
-    /// Errors: those of the requests.
-    ///
     /// # Errors
-    /// Those of the strikes.
+    /// Those of the requests.
     pub(super) fn timed(&self) -> Result<Vec<CostSample>, Error> {
         self.effective_cost(&FITTED)
     }
 
     /// Fits a prediction and judges it by other requests; `None` if no fit is possible.
     ///
-    /// Errors: those of the requests.
-    ///
     /// # Errors
-    /// Those of the strikes.
+    /// Those of the requests.
     pub fn timing(&self) -> Result<Option<CostReport>, Error> {
         let Some(cost) = RequestCost::fit(&self.timed()?) else { return Ok(None) };
         let judged = self.effective_cost(&JUDGED)?;
         let error = |own: &CostSample| {
-            let elastic = if own.solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
+            let elastic = if own.solved { DisplacementMethod::Solve } else { DisplacementMethod::Reduced };
             let took_s = own.front_s + own.diagram_s + own.rest_s;
             (cost.request_s(elastic, own.sites, own.iterations) / took_s).ln().abs()
         };

@@ -1,7 +1,7 @@
 //! Solver settings: accuracy and time of a request, and their values in its result.
 
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, ElasticRequest, FractureOutcome, PreparedObject, RequestCost, StopReason, TimeBudget,
+    self, DegreeRequest, DisplacementMethod, FractureOutcome, PreparedObject, RequestCost, StopReason, TimeBudget,
 };
 use shatter_fracture::scene::EffectKind;
 use shatter_proto::effect::Effects;
@@ -23,13 +23,17 @@ pub(super) fn of_lattices(quality: pipeline::Preset) -> Quality {
     Quality::ALL.into_iter().find(|own| preset(*own) == quality).unwrap_or_default()
 }
 
-/// `request`, which holds the settings of a preset, with the settings that `asked` gives.
+/// `request`, which holds the settings of a preset, with those of the error bound of `asked`, then with those that `asked` gives.
 pub(super) fn given(request: pipeline::FractureRequest, asked: &Request) -> pipeline::FractureRequest {
+    let request = match asked.error_max {
+        Some(error_max) => request.to_the_error(error_max),
+        None => request,
+    };
     pipeline::FractureRequest {
         elastic: match asked.elastic {
             DisplacementSource::Preset => request.elastic,
-            DisplacementSource::Reduced => ElasticRequest::Reduced,
-            DisplacementSource::Solve => ElasticRequest::Solve,
+            DisplacementSource::Reduced => DisplacementMethod::Reduced,
+            DisplacementSource::Solve => DisplacementMethod::Solve,
         },
         degree: match asked.degree {
             DegreeRule::Preset => request.degree,
@@ -44,26 +48,12 @@ pub(super) fn given(request: pipeline::FractureRequest, asked: &Request) -> pipe
     }
 }
 
-/// Applies the bounds of error and time of `asked` to `request`; explicit settings of `asked` stay.
-pub(super) fn bounded(
+/// Applies the time bound of `asked` to `request`, and marks which settings may be degraded for it.
+pub(super) fn timed(
     request: pipeline::FractureRequest,
     asked: &Request,
     cost: RequestCost,
 ) -> pipeline::FractureRequest {
-    let Some(error_max) = asked.error_max else { return timed(request, asked, cost) };
-    let (elastic, iterations_max) = (request.elastic, request.iterations_max);
-    let mut request = request.to_the_error(error_max);
-    if asked.elastic != DisplacementSource::Preset {
-        request.elastic = elastic;
-    }
-    if asked.iterations_max.is_some() {
-        request.iterations_max = iterations_max;
-    }
-    timed(request, asked, cost)
-}
-
-/// Applies the time bound of `asked` to `request`, and marks which settings may be degraded for it.
-fn timed(request: pipeline::FractureRequest, asked: &Request, cost: RequestCost) -> pipeline::FractureRequest {
     let elastic_falls = asked.elastic == DisplacementSource::Preset;
     let budget = TimeBudget { cost, elastic_falls, degree_falls: asked.degree == DegreeRule::Preset };
     pipeline::FractureRequest { budget: asked.time_ms_max.map(|_| budget), ..request }
@@ -129,7 +119,7 @@ impl EffectiveSettings {
 
 /// Whether the displacements of `request` on the whole object may be reduced ones. Bases are those of free bodies.
 pub(super) fn is_reducible(prepared: &PreparedObject, request: &pipeline::FractureRequest) -> bool {
-    request.elastic == ElasticRequest::Reduced
+    request.elastic == DisplacementMethod::Reduced
         && !request.effects.has(EffectKind::Anchored)
         && prepared.bodies.iter().any(|body| body.reduced().is_some())
 }
@@ -177,12 +167,12 @@ mod tests {
         let request = pipeline::FractureRequest::at(nalgebra::Point3::origin(), nalgebra::Vector3::x());
         let draft = request.clone().of_quality(pipeline::Preset::Draft);
         let degree = DegreeRequest::Sites(7);
-        let expected = pipeline::FractureRequest { elastic: ElasticRequest::Solve, degree, ..draft.clone() };
+        let expected = pipeline::FractureRequest { elastic: DisplacementMethod::Solve, degree, ..draft.clone() };
         assert_eq!(given(draft, &strike), expected);
         let few = Request { iterations_max: Some(3), elastic: DisplacementSource::Reduced, ..Request::default() };
         let film = request.of_quality(pipeline::Preset::Film);
         let expected =
-            pipeline::FractureRequest { iterations_max: 3, elastic: ElasticRequest::Reduced, ..film.clone() };
+            pipeline::FractureRequest { iterations_max: 3, elastic: DisplacementMethod::Reduced, ..film.clone() };
         assert_eq!(given(film, &few), expected);
     }
 }

@@ -14,7 +14,7 @@ use crate::degree;
 use crate::lattice::{BodyLattice, Lattice};
 use crate::lift::{self, Extension, LiftError, LiftKind, LiftedLattice};
 use crate::pipeline::{
-    self, BakeParameters, BakeReport, ElasticModel, ElasticRequest, MissingLift, PreparedBody, PreparedObject,
+    self, BakeParameters, BakeReport, DisplacementMethod, ElasticModel, MissingLift, PreparedBody, PreparedObject,
     SurfaceKind, SurfaceReport, calibrate,
 };
 use crate::skin::{BoundaryAttributes, Skin};
@@ -198,7 +198,7 @@ pub(super) fn finish(
     progress: &mut dyn FnMut(BakeStep),
 ) -> Result<(), BakeError> {
     prepared.bound(token)?;
-    if prepared.impacts > 0 && prepared.parameters.elastic == ElasticRequest::Reduced {
+    if prepared.impacts > 0 && prepared.parameters.elastic == DisplacementMethod::Reduced {
         progress(BakeStep::Reduction);
         let rank_max = prepared.parameters.quality.lattices().rank_max;
         pipeline::reduce(prepared, rank_max, token)?;

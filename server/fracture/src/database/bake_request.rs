@@ -4,7 +4,7 @@ use super::Tables;
 use super::bake_error::BakeError;
 use super::learned::EXAMPLES_MAX;
 use super::object_name::is_object_name;
-use crate::pipeline::{BakeParameters, ElasticRequest, Preset, SurfaceKind};
+use crate::pipeline::{BakeParameters, DisplacementMethod, Preset, SurfaceKind};
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::sparse::Precision;
 use crate::surface::{RawMesh, Surface};
@@ -36,7 +36,7 @@ pub struct BakeRequest {
     /// Number of impacts on which the degree is trained; with any, κ is fitted on them.
     pub examples: u64,
     /// Selects a reduced basis from these impacts, or solves only.
-    pub elastic: ElasticRequest,
+    pub elastic: DisplacementMethod,
     /// Precision of the stiffness factors. Single precision applies only to bodies for which it is accurate enough.
     pub factor: Precision,
     /// Surface of the fragments. The exact one is prepared if the mesh allows it.
@@ -68,7 +68,7 @@ impl BakeRequest {
             crack_spacing: None,
             kappa: None,
             examples: 0,
-            elastic: ElasticRequest::Reduced,
+            elastic: DisplacementMethod::Reduced,
             factor: Precision::F64,
             surface: SurfaceKind::Exact,
             tables: Tables::ALL,

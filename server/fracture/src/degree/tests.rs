@@ -169,7 +169,7 @@ fn the_largest_energy_falls_with_the_five_thirds_power_of_the_number_of_sites() 
 }
 
 #[test]
-fn one_factor_reconciles_the_closed_form_with_the_optimisation() {
+fn one_factor_reconciles_the_closed_form_with_the_optimization() {
     let lattice = block([10, 9, 11], 0.1);
     let shape = Slenderness::of(&lattice);
     let point_loads = [([0.5, 0.4, 0.5], 0.3), ([0.0, 0.4, 0.0], 0.2), ([0.5, 0.0, 0.0], 0.5), ([0.0, 0.0, 0.0], 10.0)];

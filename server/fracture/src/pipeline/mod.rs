@@ -34,7 +34,7 @@ pub use prepared::learned::{LearnedErrors, LearnedModel};
 pub use prepared::memory::MemoryRows;
 pub use prepared::object::{ElasticModel, PreparedBody, PreparedObject};
 pub use prepared::parameters::{
-    BakeParameters, BakeReport, ElasticRequest, ExistingCracks, MissingLift, RANK_MAX, SurfaceKind, SurfaceReport,
+    BakeParameters, BakeReport, DisplacementMethod, ExistingCracks, MissingLift, RANK_MAX, SurfaceKind, SurfaceReport,
 };
 pub use prepared::preset::{LatticeSettings, Preset};
 pub use prepared::reduction::ReductionErrors;

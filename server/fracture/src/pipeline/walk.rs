@@ -10,7 +10,7 @@ use super::request::context::RequestContext;
 use super::request::fracture_request::{DegreeRequest, FractureRequest};
 use super::request::stage::Stage;
 use super::result::{Fracture, FractureOutcome, ThresholdReport};
-use super::stages::cells::{Division, divide};
+use super::stages::cells::{CellPartition, divide};
 use super::stages::contact_set::ContactSet;
 use super::stages::energy::{BodyEnergy, apply, radius_m, strain_energy, strain_energy_applied};
 use super::stages::threshold::{self, ThresholdResult};
@@ -183,7 +183,7 @@ fn of_energies(request: &FractureRequest, threshold: &ThresholdResult, energies:
     ThresholdReport { reduced_error, ..report }
 }
 
-fn fracture(threshold: ThresholdReport, division: &Division, meshes: FractureMeshes) -> Fracture {
+fn fracture(threshold: ThresholdReport, division: &CellPartition, meshes: FractureMeshes) -> Fracture {
     let diagrams = || division.cells.iter().map(|cells| &cells.diagram);
     let sites: usize = diagrams().map(Diagram::count).sum();
     Fracture {

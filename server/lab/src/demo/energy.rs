@@ -8,7 +8,7 @@ use nalgebra::Point3;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    ContactSet, DEGREE_MAX, DegreeRequest, ElasticRequest, FractureRequest, ImpactContact, PreparedObject,
+    ContactSet, DEGREE_MAX, DegreeRequest, DisplacementMethod, FractureRequest, ImpactContact, PreparedObject,
     RequestContext, SurfaceKind, Workspace, strain_energy,
 };
 use shatter_fracture::scene::EffectSet;
@@ -44,7 +44,7 @@ impl SurfaceEnergy {
             degree: DegreeRequest::Inferred,
             degree_max: DEGREE_MAX,
             gamma_j_m2: None,
-            elastic: ElasticRequest::Solve,
+            elastic: DisplacementMethod::Solve,
             rank_max: None,
             lift: LiftKind::Interior,
             surface: SurfaceKind::Exact,

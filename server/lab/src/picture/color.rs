@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn white_and_grey_come_out_as_such() {
+    fn white_and_gray_come_out_as_such() {
         assert_eq!(Color::oklch(1.0, 0.0, 0.0).hex(), "#ffffff");
         let [r, g, b] = Color::oklch(0.5, 0.0, 0.0).srgb();
         assert!(r == g && g == b);

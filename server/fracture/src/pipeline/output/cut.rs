@@ -8,7 +8,7 @@ use crate::fragment::properties;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::request::stage::Stage;
-use crate::pipeline::stages::cells::{BodyCells, Division};
+use crate::pipeline::stages::cells::{BodyCells, CellPartition};
 use crate::pipeline::stages::energy::BodyEnergy;
 use crate::pipeline::workspace::body_meshes::{BodyMeshes, CutBuffers};
 use crate::pipeline::workspace::buffer_pool::BufferPool;
@@ -24,7 +24,7 @@ pub(in crate::pipeline) struct MeshSources<'a> {
     /// Energy densities of the struck bodies, without an artist's controls.
     pub fields: &'a [EnergyField<'a>],
     /// Degree and diagrams.
-    pub division: &'a Division,
+    pub division: &'a CellPartition,
     /// Pool of buffers.
     pub spare: &'a BufferPool,
 }
@@ -69,6 +69,7 @@ impl MeshSources<'_> {
         let merges = request.effects.has(EffectKind::Slivers) && cells.is_some();
         let mut cut = self.spare.take();
         let labels = observer.stage(Stage::Labels);
+        // Taken out, since it is borrowed beside `cut`; put back below.
         let mut carried = std::mem::take(&mut cut.carried);
         if cells.is_none() {
             carried.clear();

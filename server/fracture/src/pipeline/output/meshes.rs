@@ -18,6 +18,7 @@ use crate::scene::{EffectKind, EffectSet};
 use crate::skin::Skin;
 use crate::surface::LocalFrame;
 use crate::tessellation::{BisectorSites, HostFrame, LocalToMeters, MeterFrame, TessellationWorkspace};
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 /// Meshes of all bodies, ready to be emitted, with exactly known sizes.
@@ -66,17 +67,18 @@ impl FractureMeshes {
             let meshes = sources.cut(index, workspace)?;
             let held = held.filter(|held| held.body(index).is_some());
             let mesh = cut_mesh(body, request.surface);
-            let ties = |held| world_bonds::bonds(&meshes, mesh, held, &prepared.frame);
+            let found = OnceCell::new();
+            let ties = |held| found.get_or_init(|| world_bonds::bonds(&meshes, mesh, held, &prepared.frame));
             if let Some(held) = held.filter(|_| request.effects.has(EffectKind::Bonds)) {
                 let _bonds = observer.effect(EffectKind::Bonds);
-                let numbered = |bond: BondRow| BondRow { fragments: [first + bond.fragments[0], WORLD], ..bond };
-                world.extend(ties(held).into_iter().map(numbered));
+                let numbered = |bond: &BondRow| BondRow { fragments: [first + bond.fragments[0], WORLD], ..*bond };
+                world.extend(ties(held).iter().map(numbered));
             }
             if request.effects.has(EffectKind::Release) {
                 let release = observer.effect(EffectKind::Release);
                 let mut own = sources.velocities(index, &meshes);
-                let still = held.map_or(Vec::new(), ties);
-                still.iter().for_each(|bond| own[bond.fragments[0] as usize] = ReleaseVelocity::default());
+                let still = held.map(ties).into_iter().flatten();
+                still.for_each(|bond| own[bond.fragments[0] as usize] = ReleaseVelocity::default());
                 release.produced(&own);
                 velocities.extend(own);
             }
@@ -110,6 +112,7 @@ impl FractureMeshes {
         let effect = effect.filter(|effect| is_exact || *effect == EffectKind::Attributes);
         let span = effect.map(|effect| (effect, context.observer.effect(effect)));
         let mut outer = Vec::new();
+        // Copies vertices on seams, so it precedes the layout of the sections.
         if let Some((effect, _)) = &span {
             let of = |own: &mut BodyMeshes| {
                 let body = &prepared.bodies[own.body];

@@ -13,7 +13,7 @@
 //! so its energy is at most U.
 
 use super::object::{PreparedBody, PreparedObject};
-use super::parameters::ElasticRequest;
+use super::parameters::DisplacementMethod;
 use crate::cancel_token::{CancelToken, Canceled};
 use crate::degree;
 use crate::elasticity::{EigenvalueLowerBound, Elasticity, ElasticityError};
@@ -94,7 +94,7 @@ impl PreparedObject {
     /// # Errors
     /// [`Canceled`].
     pub fn bound(&mut self, token: &CancelToken) -> Result<(), Canceled> {
-        if self.parameters.elastic == ElasticRequest::Solve {
+        if self.parameters.elastic == DisplacementMethod::Solve {
             return Ok(());
         }
         for body in self.bodies.iter_mut().filter(|body| body.bound.is_none()) {

@@ -13,7 +13,7 @@ pub const RANK_MAX: usize = 256;
 /// Source of the displacements, of an object or of one request.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum ElasticRequest {
+pub enum DisplacementMethod {
     /// The reduced basis if there is one and its estimated error is small enough for the impact, else the solve.
     #[default]
     Reduced,
@@ -88,7 +88,7 @@ pub struct BakeParameters {
     /// Seed of all random numbers of the bake.
     pub seed: u64,
     /// True if the bake builds a reduced basis; without one, every request is solved.
-    pub elastic: ElasticRequest,
+    pub elastic: DisplacementMethod,
     /// Precision of the stiffness factors. Single precision applies only where it is accurate enough.
     pub factor: Precision,
     /// Preset of the bake.

@@ -11,7 +11,7 @@ use super::cost::RequestCost;
 use super::fracture_request::{DegreeRequest, FractureRequest};
 use crate::centroidal::ITERATIONS_MAX;
 use crate::pipeline::prepared::object::PreparedObject;
-use crate::pipeline::prepared::parameters::{ElasticRequest, RANK_MAX};
+use crate::pipeline::prepared::parameters::{DisplacementMethod, RANK_MAX};
 
 /// Expected cost of a request, and the parts that may be simplified.
 ///
@@ -38,7 +38,7 @@ pub const DEGRADED_RANK_MAX: u32 = RANK_MAX as u32 / 2;
 impl TimeBudget {
     /// The budget with the cost rescaled by the pace so far: the energies, solved for or not, took `front_s` seconds.
     pub(in crate::pipeline) fn rescaled(self, solved: bool, front_s: f64) -> Self {
-        let elastic = if solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
+        let elastic = if solved { DisplacementMethod::Solve } else { DisplacementMethod::Reduced };
         Self { cost: self.cost.scaled_by(self.cost.time_scale(elastic, front_s)), ..self }
     }
 
@@ -63,7 +63,7 @@ impl FractureRequest {
             _ => SITES_EXPECTED,
         };
         let [solve_s, reduced_s] =
-            [ElasticRequest::Solve, ElasticRequest::Reduced].map(|elastic| cost.request_s(elastic, sites, 0));
+            [DisplacementMethod::Solve, DisplacementMethod::Reduced].map(|elastic| cost.request_s(elastic, sites, 0));
         let basis = prepared.bodies.iter().any(|body| body.reduced().is_some());
         if !basis || remaining_s >= solve_s {
             return self;
@@ -71,7 +71,7 @@ impl FractureRequest {
         let reduced_error_max = self.reduced_error_max.max(DEGRADED_ERROR_MAX);
         let half = |rank_max: Option<u32>| Some(rank_max.map_or(DEGRADED_RANK_MAX, |most| most.min(DEGRADED_RANK_MAX)));
         let rank_max = if remaining_s < reduced_s { half(self.rank_max) } else { self.rank_max };
-        Self { elastic: ElasticRequest::Reduced, reduced_error_max, rank_max, ..self }
+        Self { elastic: DisplacementMethod::Reduced, reduced_error_max, rank_max, ..self }
     }
 
     /// The same request with settings for a given error.
@@ -81,7 +81,7 @@ impl FractureRequest {
     #[must_use]
     pub fn to_the_error(self, error_max: f64) -> Self {
         Self {
-            elastic: ElasticRequest::Reduced,
+            elastic: DisplacementMethod::Reduced,
             rank_max: None,
             reduced_error_max: error_max,
             gap_max: Some(error_max),

@@ -5,7 +5,7 @@
 //! with the cube root of n. A square root replaces it, because every fragment also has a constant cost.
 
 use crate::pipeline::prepared::object::PreparedObject;
-use crate::pipeline::prepared::parameters::ElasticRequest;
+use crate::pipeline::prepared::parameters::DisplacementMethod;
 
 /// Approximate number of iterations of an unlimited descent.
 const ITERATIONS_USUAL: f64 = 12.0;
@@ -92,10 +92,10 @@ impl RequestCost {
     }
 
     /// Time before the degree, s.
-    pub fn front_s(&self, elastic: ElasticRequest) -> f64 {
+    pub fn front_s(&self, elastic: DisplacementMethod) -> f64 {
         match elastic {
-            ElasticRequest::Reduced => self.reduced_s,
-            ElasticRequest::Solve => self.solve_s,
+            DisplacementMethod::Reduced => self.reduced_s,
+            DisplacementMethod::Solve => self.solve_s,
         }
     }
 
@@ -115,7 +115,7 @@ impl RequestCost {
     }
 
     /// Time of a whole request, s.
-    pub fn request_s(&self, elastic: ElasticRequest, sites: u32, iterations: usize) -> f64 {
+    pub fn request_s(&self, elastic: DisplacementMethod, sites: u32, iterations: usize) -> f64 {
         let diagram_s = self.start_s(sites) + iterations as f64 * self.iteration_s(sites);
         self.front_s(elastic) + diagram_s + self.rest_s(sites)
     }
@@ -139,7 +139,7 @@ impl RequestCost {
     ///
     /// It applies to later stages too, because a slow stage, such as with other programs on the same cores, is followed
     /// by slow ones. Over whole requests on a busy machine, the pace leaves a third of the spread.
-    pub fn time_scale(&self, elastic: ElasticRequest, front_s: f64) -> f64 {
+    pub fn time_scale(&self, elastic: DisplacementMethod, front_s: f64) -> f64 {
         let time_scale = front_s / self.front_s(elastic);
         if time_scale.is_normal() { time_scale.clamp(SCALE_RANGE[0], SCALE_RANGE[1]) } else { 1.0 }
     }
@@ -212,7 +212,7 @@ mod tests {
     };
 
     fn sample(sites: u32, iterations: usize, solved: bool) -> CostSample {
-        let elastic = if solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
+        let elastic = if solved { DisplacementMethod::Solve } else { DisplacementMethod::Reduced };
         let diagram_s = KNOWN.start_s(sites) + iterations as f64 * KNOWN.iteration_s(sites);
         CostSample {
             sites,
@@ -228,7 +228,7 @@ mod tests {
     fn check(samples: &[CostSample]) {
         let fitted = RequestCost::fit(samples).unwrap();
         for sites in [2, 17, 50, 300] {
-            for elastic in [ElasticRequest::Reduced, ElasticRequest::Solve] {
+            for elastic in [DisplacementMethod::Reduced, DisplacementMethod::Solve] {
                 let ratio = fitted.request_s(elastic, sites, 7) / KNOWN.request_s(elastic, sites, 7);
                 assert!((ratio - 1.0).abs() < 1e-9, "{sites} {elastic:?}: {ratio}");
             }
@@ -245,15 +245,17 @@ mod tests {
 
     #[test]
     fn a_slow_start_scales_the_expected_rest() {
-        for (elastic, front_s) in [(ElasticRequest::Reduced, KNOWN.reduced_s), (ElasticRequest::Solve, KNOWN.solve_s)] {
+        for (elastic, front_s) in
+            [(DisplacementMethod::Reduced, KNOWN.reduced_s), (DisplacementMethod::Solve, KNOWN.solve_s)]
+        {
             let slow = KNOWN.scaled_by(KNOWN.time_scale(elastic, 1.5 * front_s));
             let after_s = |cost: RequestCost| cost.request_s(elastic, 30, 4) - front_s;
             assert!((after_s(slow) / after_s(KNOWN) - 1.5).abs() < 1e-12 && slow.front_s(elastic) == front_s);
         }
         for nonsense in [0.0, f64::NAN, f64::INFINITY] {
-            assert_eq!(KNOWN.time_scale(ElasticRequest::Reduced, nonsense), 1.0);
+            assert_eq!(KNOWN.time_scale(DisplacementMethod::Reduced, nonsense), 1.0);
         }
-        assert_eq!(KNOWN.time_scale(ElasticRequest::Reduced, 1e9), SCALE_RANGE[1]);
+        assert_eq!(KNOWN.time_scale(DisplacementMethod::Reduced, 1e9), SCALE_RANGE[1]);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use crate::pipeline::DEGREE_MAX;
 use crate::pipeline::contact::ImpactContact;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::PreparedObject;
-use crate::pipeline::prepared::parameters::{ElasticRequest, SurfaceKind};
+use crate::pipeline::prepared::parameters::{DisplacementMethod, SurfaceKind};
 use crate::pipeline::prepared::warped_body::WarpedBody;
 use crate::scene::{EffectKind, EffectSet};
 use nalgebra::{Point3, Vector3};
@@ -43,7 +43,7 @@ pub struct FractureRequest {
     /// Threshold γ, J·m²; `None`: the object's own.
     pub gamma_j_m2: Option<f64>,
     /// Source of the displacements.
-    pub elastic: ElasticRequest,
+    pub elastic: DisplacementMethod,
     /// Number of displacements of the reduced basis to use, the most energetic first, at least one; `None`: all.
     ///
     /// The reported error includes the part that the unused displacements would have added, and may be large. This
@@ -86,7 +86,7 @@ impl FractureRequest {
             degree: DegreeRequest::Inferred,
             degree_max: DEGREE_MAX,
             gamma_j_m2: None,
-            elastic: ElasticRequest::Reduced,
+            elastic: DisplacementMethod::Reduced,
             rank_max: None,
             lift: LiftKind::Interior,
             surface: SurfaceKind::Exact,

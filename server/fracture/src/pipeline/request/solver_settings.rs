@@ -2,7 +2,7 @@
 
 use super::fracture_request::{DegreeRequest, FractureRequest};
 use crate::centroidal::{ITERATIONS_MAX, TOLERANCE};
-use crate::pipeline::prepared::parameters::{ElasticRequest, RANK_MAX};
+use crate::pipeline::prepared::parameters::{DisplacementMethod, RANK_MAX};
 use crate::pipeline::prepared::preset::Preset;
 
 /// Tolerance of [`Preset::Game`].
@@ -25,7 +25,7 @@ pub const REDUCED_ERROR_MAX: f64 = 0.02;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverSettings {
     /// Source of the displacements.
-    pub elastic: ElasticRequest,
+    pub elastic: DisplacementMethod,
     /// Largest number of displacements of a body's basis; `None`: all.
     pub rank_max: Option<u32>,
     /// Largest estimated relative error of the elastic energy at which a reduced displacement is accepted instead of a
@@ -43,7 +43,7 @@ impl Preset {
     /// The solver settings of this preset.
     pub fn solver_settings(self) -> SolverSettings {
         let game = SolverSettings {
-            elastic: ElasticRequest::Reduced,
+            elastic: DisplacementMethod::Reduced,
             rank_max: None,
             reduced_error_max: GAME_ERROR_MAX,
             tolerance: GAME_TOLERANCE,
@@ -62,7 +62,7 @@ impl Preset {
             Self::Game => game,
             Self::Film => film,
             Self::Reference => SolverSettings {
-                elastic: ElasticRequest::Solve,
+                elastic: DisplacementMethod::Solve,
                 tolerance: 1e-6,
                 degree: DegreeRequest::Verified,
                 ..film
@@ -93,7 +93,10 @@ mod tests {
             assert!(fine.tolerance < fast.tolerance && fine.iterations_max >= fast.iterations_max, "{pair:?}");
             let rank = |solver_settings: SolverSettings| solver_settings.rank_max.unwrap_or(u32::MAX);
             assert!(rank(fine) >= rank(fast), "{pair:?}");
-            assert!(fine.elastic == ElasticRequest::Solve || fast.elastic == ElasticRequest::Reduced, "{pair:?}");
+            assert!(
+                fine.elastic == DisplacementMethod::Solve || fast.elastic == DisplacementMethod::Reduced,
+                "{pair:?}"
+            );
             let [fast, fine] = [pair[0].lattices(), pair[1].lattices()];
             assert!(fine.crack_nodes >= fast.crack_nodes && fine.elastic_nodes >= fast.elastic_nodes, "{pair:?}");
         }

@@ -8,7 +8,7 @@ use crate::lattice::{EnergyTransfer, Lattice, NO_INDEX};
 use crate::lift::{self, LiftError, LiftKind};
 use crate::pipeline::error::{FractureError, SOLVED_NODES_MAX, TETS_MIN};
 use crate::pipeline::prepared::object::{ElasticModel, PreparedBody, PreparedObject};
-use crate::pipeline::prepared::parameters::{BakeParameters, BakeReport, ElasticRequest, SurfaceReport};
+use crate::pipeline::prepared::parameters::{BakeParameters, BakeReport, DisplacementMethod, SurfaceReport};
 use crate::pipeline::request::context::RequestContext;
 use crate::scene::EffectKind;
 use crate::sparse::Precision;
@@ -159,7 +159,7 @@ fn coarse(whole: &ElasticModel, representative: &[u32]) -> Option<(Lattice, Ener
 /// Its lattice ends up to one spacing within the fragment's surface. On the original surface it ends where the object's
 /// lattice does.
 fn alone(prepared: &PreparedObject, body: PreparedBody) -> PreparedObject {
-    let parameters = BakeParameters { elastic: ElasticRequest::Solve, ..prepared.parameters.clone() };
+    let parameters = BakeParameters { elastic: DisplacementMethod::Solve, ..prepared.parameters.clone() };
     let report = BakeReport {
         input_hash: String::new(),
         cracks: None,

@@ -52,7 +52,7 @@ pub struct BodyCells {
 
 /// Result of the degree and centroidal stages.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Division {
+pub struct CellPartition {
     /// Rule that chose the number of sites.
     pub source: DegreeSource,
     /// Fracture degree that the criterion chose.
@@ -78,7 +78,7 @@ pub(in crate::pipeline) fn divide(
     threshold: &ThresholdResult,
     fields: &[EnergyField],
     workspace: &mut Workspace,
-) -> Result<Division, FractureError> {
+) -> Result<CellPartition, FractureError> {
     let RequestContext { request, cancel, observer, .. } = context;
     if let DegreeRequest::Sites(count) = request.degree {
         let sites = {
@@ -87,7 +87,7 @@ pub(in crate::pipeline) fn divide(
         };
         let (cells, ending) = diagrams(context, budget, &sites, fields, workspace)?;
         let source = DegreeSource::Forced;
-        return Ok(Division { source, degree: count, capped: false, confidence: 1.0, ending, cells });
+        return Ok(CellPartition { source, degree: count, capped: false, confidence: 1.0, ending, cells });
     }
     let guesses = {
         let _degree = observer.stage(Stage::Degree);
@@ -103,15 +103,16 @@ pub(in crate::pipeline) fn divide(
             if !limit(&mut sites, request.degree_max) {
                 return Ok(found);
             }
+            // The bound holds for all bodies together, so it is known only now; their diagrams are computed anew.
             let (cells, ending) = diagrams(context, budget, &sites, fields, workspace)?;
-            return Ok(Division { degree: degree_of(&sites), capped: true, ending, cells, ..found });
+            return Ok(CellPartition { degree: degree_of(&sites), capped: true, ending, cells, ..found });
         }
     }
     observe(&guesses, observer);
     let mut sites: Vec<u32> = guesses.iter().map(|guess| if guess.sites > 1 { guess.sites } else { 0 }).collect();
     let is_limited = limit(&mut sites, request.degree_max);
     let (cells, ending) = diagrams(context, budget, &sites, fields, workspace)?;
-    Ok(Division {
+    Ok(CellPartition {
         source: source_of(&guesses),
         degree: degree_of(&sites),
         capped: is_limited || guesses.iter().any(|guess| guess.capped),

@@ -41,7 +41,7 @@ pub(in crate::pipeline) fn followed<'a>(
     energies.iter().zip(fields).zip(masses).map(follow).collect()
 }
 
-/// Assigns one label to each protected region of finished diagrams.
+/// Assigns one label to each protected region of finished diagrams. Sites and energies stay those of the optimization.
 pub(in crate::pipeline) fn guard(context: RequestContext<'_>, energies: &[BodyEnergy], cells: &mut [BodyCells]) {
     let RequestContext { prepared, request, observer, .. } = context;
     for BodyCells { struck, diagram } in cells {

@@ -10,7 +10,7 @@ use crate::elasticity::{DrivingEnergy, ElasticityError, NodalLoad, ReducedBasis}
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::anchored::AnchoredBody;
 use crate::pipeline::prepared::object::{ElasticModel, PreparedObject};
-use crate::pipeline::prepared::parameters::ElasticRequest;
+use crate::pipeline::prepared::parameters::DisplacementMethod;
 use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::pipeline::request::stage::Stage;
@@ -22,7 +22,8 @@ use crate::scene::EffectKind;
 pub struct BodyEnergy {
     /// Index of the body.
     pub body: usize,
-    /// Share of the body's strain energy on each node of the crack lattice; sum 1.
+    /// Share of the body's strain energy on each node of the crack lattice; sum 1. Empty once the threshold test has
+    /// moved them into an energy density field.
     pub shares: Vec<f64>,
     /// Strain energy of the body, J.
     pub energy_j: f64,
@@ -160,7 +161,7 @@ fn displace(
 ) -> Result<Option<f64>, ElasticityError> {
     let Workspace { loads, displacement, coordinates, elasticity, .. } = workspace;
     let load = &mut loads[place];
-    if let (ElasticRequest::Reduced, Some(reduced)) = (request.elastic, &solid.reduced) {
+    if let (DisplacementMethod::Reduced, Some(reduced)) = (request.elastic, &solid.reduced) {
         reduced.project(load, coordinates);
         let error = reduced.estimate().error(reduced.residual(&solid.elasticity, load, coordinates, elasticity));
         if error <= request.reduced_error_max {

@@ -1,6 +1,6 @@
 //! Search for the degree by diagrams, within the remaining time.
 
-use super::cells::{BodyCells, DegreeGuess, DegreeSource, Division, diagram_bytes, observe, source_of};
+use super::cells::{BodyCells, CellPartition, DegreeGuess, DegreeSource, diagram_bytes, observe, source_of};
 use super::convergence_monitor::ConvergenceMonitor;
 use super::threshold::ThresholdResult;
 use crate::cancel_token::Canceled;
@@ -31,11 +31,12 @@ pub(in crate::pipeline) fn search(
     fields: &[EnergyField],
     guesses: &[DegreeGuess],
     workspace: &mut Workspace,
-) -> Result<Division, FractureError> {
+) -> Result<CellPartition, FractureError> {
     let RequestContext { request, cancel, observer, .. } = context;
     let verified = request.degree == DegreeRequest::Verified;
     let source = if verified { DegreeSource::Verified } else { DegreeSource::Optimized };
-    let mut division = Division { source, degree: 0, capped: false, confidence: 1.0, ending: None, cells: Vec::new() };
+    let mut division =
+        CellPartition { source, degree: 0, capped: false, confidence: 1.0, ending: None, cells: Vec::new() };
     if verified {
         observe(guesses, observer);
     }
@@ -45,6 +46,8 @@ pub(in crate::pipeline) fn search(
             division.degree += 1;
             continue;
         }
+        // Each degree that is tried has a diagram: their time is the search's, and only the memory that stays is the
+        // next stage's.
         let degree = observer.stage(Stage::Degree);
         let mut monitor = ConvergenceMonitor::of_search(request, budget, guess.sites, cancel);
         let found = of_body(request, field, gamma, guess, &mut monitor, workspace)?;

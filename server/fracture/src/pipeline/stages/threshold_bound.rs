@@ -3,14 +3,14 @@
 use super::contact_set::ContactSet;
 use crate::elasticity::NodalLoad;
 use crate::pipeline::prepared::object::PreparedObject;
-use crate::pipeline::prepared::parameters::ElasticRequest;
+use crate::pipeline::prepared::parameters::DisplacementMethod;
 use crate::pipeline::request::fracture_request::{DegreeRequest, FractureRequest};
 use crate::scene::EffectKind;
 /// True if a bound may decide `strike`: the body is free, and neither exact figures nor a number of sites are
 /// requested.
 pub(in crate::pipeline) fn is_sufficient(strike: &FractureRequest) -> bool {
     let free = strike.effects.has(EffectKind::Elastic) && !strike.effects.has(EffectKind::Anchored);
-    let exact = strike.threshold_only || strike.elastic == ElasticRequest::Solve;
+    let exact = strike.threshold_only || strike.elastic == DisplacementMethod::Solve;
     free && !exact && !matches!(strike.degree, DegreeRequest::Sites(_))
 }
 

@@ -10,7 +10,7 @@ use crate::degree::{self, CurveOptions, EnergyCurve};
 use crate::lift::LiftKind;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::PreparedObject;
-use crate::pipeline::prepared::parameters::ElasticRequest;
+use crate::pipeline::prepared::parameters::DisplacementMethod;
 use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::pipeline::stages::contact_set::ContactSet;
@@ -36,7 +36,7 @@ pub fn calibrate(prepared: &PreparedObject, token: &CancelToken) -> Result<f64, 
     for sample in 0..IMPACTS {
         let (point, inward) = sampler.point(&mut stream);
         let request = FractureRequest::at(prepared.frame.to_meters(&point), inward).seeded(1);
-        let request = FractureRequest { elastic: ElasticRequest::Solve, ..request };
+        let request = FractureRequest { elastic: DisplacementMethod::Solve, ..request };
         let contacts = ContactSet::new(prepared, &request)?;
         let context = RequestContext::new(prepared, &request, token, &());
         for mut energy in strain_energy(context, &contacts, &mut workspace)? {

@@ -4,7 +4,7 @@
 
 use crate::pipeline::contact::ImpactContact;
 use crate::pipeline::prepared::object::{PreparedBody, PreparedObject};
-use crate::pipeline::prepared::parameters::ElasticRequest;
+use crate::pipeline::prepared::parameters::DisplacementMethod;
 use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::random::RandomStream;
 use crate::scene::DEFAULT_RADIUS_DIAGONALS;
@@ -62,7 +62,7 @@ impl<'a> ImpactSampler<'a> {
         let count = if stream.uniform() < TWO_CONTACTS { 2 } else { 1 };
         let contacts = (0..count).map(|_| self.contact(&mut stream)).collect::<Vec<_>>();
         let first = contacts[0];
-        let elastic = ElasticRequest::Solve;
+        let elastic = DisplacementMethod::Solve;
         FractureRequest { contacts, seed: index, elastic, ..FractureRequest::at(first.point_m, first.impulse_ns) }
     }
 

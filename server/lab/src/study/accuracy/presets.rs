@@ -12,7 +12,7 @@ use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::lattice::Lattice;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    ElasticRequest, FractureRequest, LatticeSettings, PreparedObject, Preset, SurfaceKind, reduce,
+    DisplacementMethod, FractureRequest, LatticeSettings, PreparedObject, Preset, SurfaceKind, reduce,
 };
 
 /// Object on the lattices of a preset, with the error of its tessellation.
@@ -106,7 +106,7 @@ impl Bench<'_> {
         if expected != found {
             return Err(StudyError::Bodies { expected, found });
         }
-        if quality.solver_settings().elastic == ElasticRequest::Reduced {
+        if quality.solver_settings().elastic == DisplacementMethod::Reduced {
             prepared.impacts = self.plan.snapshots;
             reduce(&mut prepared, quality.lattices().rank_max, &token)?;
         }

@@ -10,7 +10,7 @@ use shatter_fracture::centroidal::{self, Diagram, DiagramOptions, EnergyField};
 use shatter_fracture::degree::{CurveOptions, EnergyCurve};
 use shatter_fracture::lattice::{Lattice, Locator};
 use shatter_fracture::lift::{LiftKind, LiftedLattice};
-use shatter_fracture::pipeline::{BodyEnergy, ElasticRequest, FractureRequest, PreparedObject, Workspace};
+use shatter_fracture::pipeline::{BodyEnergy, DisplacementMethod, FractureRequest, PreparedObject, Workspace};
 use shatter_fracture::tessellation::components;
 
 /// First seed of the references' starts; no request uses one of these seeds.
@@ -129,7 +129,7 @@ impl Truth {
 
 /// Request that always solves for displacements.
 pub(super) fn solve(strike: &FractureRequest) -> FractureRequest {
-    FractureRequest { elastic: ElasticRequest::Solve, ..strike.clone() }
+    FractureRequest { elastic: DisplacementMethod::Solve, ..strike.clone() }
 }
 
 /// Sites of an impact on the finest lattice, and their exact diagram.
