@@ -192,7 +192,7 @@ pub enum ExportError {
     },
     /// Fragments without materials, for which a file of materials was given.
     #[error(
-        "the fragments have no materials for those of {}: switch on the effect `attributes`, and bake the object from that file",
+        "the fragments have no materials for those of {}: the object must be baked from that file, and the request needs the effect `attributes`",
         .path.display()
     )]
     NoMaterials {

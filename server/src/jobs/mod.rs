@@ -109,7 +109,7 @@ impl Jobs {
     /// Accepts a request or refuses it at once; returns its end if it was refused. `wire` is the only copy of the payload: the client
     /// can still write to the original.
     pub fn admit(&mut self, active: ActiveImpactRequest, wire: &RequestWire, catalog: &Catalog) -> Option<JobEnd> {
-        // The job exists before its request is valid, since it holds the address for a refusal.
+        // The job exists before its request is valid, since it holds the address to which an error is sent.
         let mut job = Job::new(active, wire.listener, wire.sequence);
         let placed = wire.validate().and_then(|strike| {
             self.open()?;

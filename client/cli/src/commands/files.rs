@@ -244,7 +244,10 @@ fn remove_earlier_file(file: &Path) -> Result<(), Error> {
 /// Names a file of an earlier command on stderr, which could be mistaken for a file of this one.
 fn warn_of_earlier_files(path: &Path) {
     if path.is_file() {
-        note(format_args!("{} is from an earlier command; remove it", path.display()));
+        note(format_args!(
+            "{} existed before and was not written: it has no fragments of this request",
+            path.display()
+        ));
     }
 }
 

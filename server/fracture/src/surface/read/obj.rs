@@ -138,6 +138,9 @@ fn refused(statements: &[Statement], error: &LoadError) -> SurfaceError {
         let middle = accepted.midpoint(refused);
         *(if load(statements, middle).is_ok() { &mut accepted } else { &mut refused }) = middle;
     }
+    // The first statement in order of ranks may break another rule than the one that the whole file met first.
+    let own = load(statements, refused).err();
+    let error = own.as_ref().unwrap_or(error);
     let found = statements.iter().find(|statement| statement.rank == accepted);
     let line = found.map_or(0, |statement| statement.line);
     malformed(

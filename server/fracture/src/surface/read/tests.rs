@@ -91,6 +91,10 @@ fn obj_errors_name_the_line_or_the_face() {
     assert!(matches!(huge, SurfaceError::VertexOutOfRange { vertex: 2, .. }), "{huge}");
     let message = "vertex 2 at (0, 1e200, 0) is out of range: coordinates must lie within ±1e36 m";
     assert!(huge.to_string().starts_with(message), "{huge}");
+    // Its first vertex with two numbers comes after a face with another defect: each rule is that of the line named.
+    let two = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3 -0.015\nv 5 5 5\nv 0 1\n";
+    let error = read_bytes("m.obj", two).unwrap_err().to_string();
+    assert!(error.contains("line 7") && error.contains("a vertex needs three numbers"), "{error}");
 }
 
 fn ply_header(format: &str, number: &str, list: &str) -> String {
