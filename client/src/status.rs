@@ -53,7 +53,7 @@ pub struct Status {
     pub buckets: u32,
     /// Size of a bucket, bytes.
     pub bucket_bytes: u64,
-    /// Most buckets that were held at once.
+    /// Most buckets that were held or prepared at once.
     pub buckets_used_max: u64,
     /// Shared memory of the buckets, bytes.
     pub buckets_bytes: u64,

@@ -33,7 +33,7 @@ fn note_one_piece(result: &FractureResult) {
     let merges = result.effects().any(|cost| cost.effect == Effect::Slivers && cost.has_run);
     if merges && sites > 1 && result.fragments().len() == 1 {
         note(format_args!(
-            "warning: the object is in one piece: all {sites} cells were too small for fragments of their own (effect `slivers`); pass --disable slivers, or bake it with a smaller --crack-spacing"
+            "warning: the object is in one piece: all {sites} cells were too small for fragments of their own (effect `slivers`); pass --disable slivers, bake it with a smaller --crack-spacing, or lower `volume_min_m3` if the scene has it"
         ));
     }
 }

@@ -158,7 +158,7 @@ fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&
         status.canceled
     );
     text += &format!(
-        "results: {} buckets of {:.1} MiB, {} unread; at most {} were held at once, {:.1} MiB exist; {} kept for later requests, {:.1} MiB\n",
+        "results: {} buckets of {:.1} MiB, {} unread; at most {} were held or prepared at once, {:.1} MiB exist; {} kept for later requests, {:.1} MiB\n",
         status.buckets,
         mib(status.bucket_bytes),
         status.unread,

@@ -119,17 +119,14 @@ class Contact:
 @final
 class Hit:
     """First hit of a ray on an object: on the boundary of its crack lattice, onto which contact points are projected."""
-
     @property
     def point(self) -> list[float]: ...
     @property
     def normal(self) -> list[float]:
         """Outward normal of the surface at the point, of length one."""
-
     @property
     def distance(self) -> float:
         """Distance from the origin of the ray to the point."""
-
     @property
     def body(self) -> int: ...
 
@@ -169,7 +166,6 @@ class Status:
 @final
 class Facts:
     """Facts of an object, always in meters and +Y up. If it is not ready, all but name, state and error is zero."""
-
     @property
     def name(self) -> str: ...
     @property
@@ -208,7 +204,6 @@ class Facts:
 
         The lattice's surface, which rays hit, can lie outside by part of its spacing.
         """
-
     @property
     def radius_m(self) -> float: ...
     @property
@@ -217,7 +212,6 @@ class Facts:
 @final
 class Object:
     """An object that can be struck."""
-
     @property
     def name(self) -> str: ...
     @property
@@ -271,7 +265,6 @@ class Ticket:
 
     def poll(self) -> FractureResult | None:
         """The result if there is one; never blocks. Once a frame is often enough."""
-
     @property
     def state(self) -> Literal["waiting", "computing", "ended"]:
         """State when last heard of: a call asks for the next one. After ``cancel`` it raises ``ServiceError``."""
@@ -284,7 +277,6 @@ class FractureResult:
     It holds memory of the service until it, its fragments and all arrays that refer to it are gone; ``del`` or ``with`` release it.
     Copy arrays that you keep for long (``array.copy()``).
     """
-
     @property
     def summary(self) -> Summary: ...
     @property
@@ -292,23 +284,18 @@ class FractureResult:
     @property
     def handle(self) -> int | None:
         """Handle of this result for later requests (``origin``); ``None`` if the service does not keep it."""
-
     @property
     def hit(self) -> Hit | None:
         """First hit of the request's ray on the object; ``None`` if it had no ray."""
-
     @property
     def output_hash(self) -> str:
         """Content hash: equal for identical results."""
-
     @property
     def positions(self) -> NDArray[np.float32]:
         """(all vertices, 3): the vertices of all fragments one after another, each relative to the center of its fragment."""
-
     @property
     def bonds(self) -> list[Bond]:
         """Contact areas between fragments; empty unless ``bonds`` is on."""
-
     @property
     def debris(self) -> list[Debris]:
         """Points on cracks from which dust and chips come; empty unless ``debris`` is on."""
@@ -335,7 +322,6 @@ class FractureResult:
 @final
 class Summary:
     """Summary of a result."""
-
     @property
     def object(self) -> str: ...
     @property
@@ -391,7 +377,6 @@ class Summary:
 @final
 class Fragment:
     """One fragment: a closed mesh, and the data of a rigid body. Arrays refer to shared memory and are read-only."""
-
     @property
     def id(self) -> int: ...
     @property
@@ -403,51 +388,40 @@ class Fragment:
     @property
     def center_m(self) -> NDArray[np.float64]:
         """(3,): center of mass."""
-
     @property
     def inertia_kg_m2(self) -> NDArray[np.float64]:
         """(3, 3): inertia tensor about the center of mass."""
-
     @property
     def linear_m_s(self) -> NDArray[np.float64] | None:
         """(3,): velocity in addition to the object's; None unless ``release`` is on."""
-
     @property
     def angular_rad_s(self) -> NDArray[np.float64] | None: ...
     @property
     def positions(self) -> NDArray[np.float32]:
         """(vertices, 3): positions relative to the center of mass."""
-
     @property
     def triangles(self) -> NDArray[np.uint32]:
         """(triangles, 3): rows of ``positions``, counter-clockwise from outside unless the convention is clockwise."""
-
     @property
     def merges(self) -> NDArray[np.uint32]:
         """(pairs, 2): vertices that are the same point; with them every edge has exactly one opposite."""
-
     @property
     def normals(self) -> NDArray[np.float32] | None:
         """(vertices, 3): normals, of length one; None unless ``normals`` is on."""
-
     @property
     def uvs(self) -> NDArray[np.float32] | None:
         """(vertices, 2): texture coordinates, m; None unless ``uv`` is on."""
-
     @property
     def outer_attributes(self) -> NDArray[np.float32] | None:
         """(vertices, 5): normal and texture coordinates of the input, zero on cracks; None unless ``attributes`` is on."""
-
     @property
     def materials(self) -> NDArray[np.uint32] | None:
         """(triangles,): the input's materials, 2³²−1 on cracks; None unless ``attributes`` is on and the input has any."""
-
     @property
     def runs(self) -> list[Run]: ...
     @property
     def hull(self) -> Hull | None:
         """Convex proxy for collisions; None unless ``hulls`` is on."""
-
     @property
     def skin(self) -> Skin | None:
         """The fragment's part of the input's own triangles; None unless ``skin`` is on."""
@@ -457,7 +431,6 @@ class Fragment:
 @final
 class Run:
     """Triangles of one fragment that face one neighbor; None: the outside, or a fragment of an earlier result."""
-
     @property
     def neighbor(self) -> int | None: ...
     @property
@@ -480,7 +453,6 @@ class Hull:
     @property
     def coverage(self) -> float:
         """Volume of the part of the fragment inside the hull, divided by the fragment's volume."""
-
     @property
     def margin_m(self) -> float:
         """Largest depth of any other fragment below the hull's surface."""
@@ -490,7 +462,6 @@ class Skin:
     @property
     def vertices(self) -> NDArray[np.float32]:
         """(vertices, 8): position, normal, texture coordinates."""
-
     @property
     def triangles(self) -> NDArray[np.uint32]: ...
     @property
@@ -501,7 +472,6 @@ class Bond:
     @property
     def fragments(self) -> tuple[int, int | None]:
         """Ids of the fragments, the lower first; None: the world."""
-
     @property
     def area_m2(self) -> float: ...
     @property

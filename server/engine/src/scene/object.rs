@@ -181,9 +181,10 @@ impl ObjectPolicy {
             _ if strike.enable.has(Effect::Interior) && !curved(strike.lift.unwrap_or(self.lift)) => {
                 Err(conflict(Effect::Interior, "interior distances are on, but the lift is `euclidean`; change one"))
             }
-            Some(true) if !on.has(Effect::Interior) => {
-                Err(conflict(Effect::Interior, "the lift needs interior distances, which are off; enable `interior`"))
-            }
+            Some(true) if !on.has(Effect::Interior) => Err(conflict(
+                Effect::Interior,
+                "the lift needs interior distances, which are off; bake it with `interior`, and enable that",
+            )),
             _ => Ok(on),
         }
     }
