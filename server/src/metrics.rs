@@ -79,7 +79,7 @@ const GAUGES: &[(&str, &str, Option<Unit>, GaugeReading)] = &[
     ("reloads", "Reloads of the databases", None, |row| row.reloads),
     ("pool_buckets", "Buckets for results", None, |row| row.buckets.into()),
     ("pool_buckets_unread", "Results that their clients have not read yet", None, |row| row.unread),
-    ("pool_buckets_used_max", "Maximum number of buckets held at once", None, |row| row.buckets_used_max),
+    ("pool_buckets_used_max", "Maximum number of buckets held or prepared at once", None, |row| row.buckets_used_max),
     ("pool", "Shared memory of the buckets", Some(Unit::Bytes), |row| row.buckets_bytes),
     ("restarts", "Daemons that served under this name before this one", None, |row| row.restarts),
     ("crashes", "Of these, those that crashed or were killed", None, |row| row.crashes),

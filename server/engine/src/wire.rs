@@ -222,7 +222,7 @@ impl ServedObject for EngineObject {
             return Ok(Box::new(AimResult::new(strike, hit)));
         }
         let resolved = self.resolved(&ray::pointed(strike, &hit))?;
-        // No check of tables: a fragment uses those with which its parent was made.
+        // No check of tables: the lift of a fragment is computed with it, and the stages name what else is missing.
         let context = RequestContext::new(&self.prepared, &resolved.request, token, observer);
         let result = pipeline::strike_again(context, from, workspace);
         let result = result.map_err(|error| of_fragment(engine_error_in(error, &strike.convention), from.1))?;

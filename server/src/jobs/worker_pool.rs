@@ -143,7 +143,7 @@ impl WorkerPool {
         self.all.current_num_threads()
     }
 
-    /// Maximum number of buckets held at once, and their shared memory in bytes.
+    /// Maximum number of buckets held or prepared at once, and their shared memory in bytes.
     pub fn pool_extent(&self) -> (u64, u64) {
         self.populated.extent()
     }

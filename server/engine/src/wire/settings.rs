@@ -175,4 +175,19 @@ mod tests {
             pipeline::FractureRequest { iterations_max: 3, elastic: DisplacementMethod::Reduced, ..film.clone() };
         assert_eq!(given(film, &few), expected);
     }
+
+    #[test]
+    fn explicit_settings_override_the_error_bound() {
+        let point = pipeline::FractureRequest::at(nalgebra::Point3::origin(), nalgebra::Vector3::x());
+        let game = point.of_quality(pipeline::Preset::Game);
+        let bounded = Request { error_max: Some(0.02), ..Request::default() };
+        assert_eq!(given(game.clone(), &bounded), game.clone().to_the_error(0.02));
+        let (elastic, iterations_max) = (DisplacementSource::Solve, Some(3));
+        let expected = pipeline::FractureRequest {
+            elastic: DisplacementMethod::Solve,
+            iterations_max: 3,
+            ..game.clone().to_the_error(0.02)
+        };
+        assert_eq!(given(game, &Request { elastic, iterations_max, ..bounded }), expected);
+    }
 }
