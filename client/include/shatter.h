@@ -783,6 +783,12 @@ typedef struct ShatterFragment {
     const float *uvs;
     /// Attributes of outer faces, one per vertex; NULL unless `attributes` is on.
     const struct ShatterVertexAttributes *attributes;
+    /// Second texture coordinates of the input on outer faces, two per vertex, v upwards, zero on cracks; NULL unless `attributes` is on
+    /// and the input has them.
+    const float *outer_uvs2;
+    /// Colors of the input on outer faces, four bytes per vertex: red, green, blue, alpha; white on cracks; NULL unless `attributes` is
+    /// on and the input has any.
+    const uint8_t *outer_colors;
     /// Number of vertices.
     size_t vertex_count;
     /// Indices of vertices, three per triangle, counter-clockwise from outside unless the convention is clockwise.
@@ -855,6 +861,10 @@ typedef struct ShatterSkin {
     size_t index_count;
     /// One per triangle: the index of a material in the mesh file, or `SHATTER_NONE`; NULL if the file has none.
     const uint32_t *materials;
+    /// Second texture coordinates, two per vertex, v upwards; NULL if the file has none.
+    const float *uvs2;
+    /// Colors, four bytes per vertex: red, green, blue, alpha; NULL if the file has none.
+    const uint8_t *colors;
 } ShatterSkin;
 
 /// Two fragments that touch; or one that an anchor of the scene holds, and the world.

@@ -64,6 +64,10 @@ pub struct FragmentSkin<'a> {
     /// One per triangle: the index of a material in the mesh file, or [`NO_MATERIAL`](crate::NO_MATERIAL); empty if the file has no
     /// materials.
     pub materials: &'a [u32],
+    /// Second texture coordinates, one per vertex, v upwards; empty if the file has none.
+    pub uvs2: &'a [[f32; 2]],
+    /// Red, green, blue and alpha, one per vertex; empty if the file has no colors.
+    pub colors: &'a [[u8; 4]],
 }
 
 /// The part of a slice that a table names. Checked when the result came; a part that no longer fits is empty.
@@ -124,6 +128,20 @@ impl<'a> Fragment<'a> {
         part(self.view.outer_attributes, self.row.vertex_first, self.row.vertex_count)
     }
 
+    /// The input's second texture coordinates (`TEXCOORD_1` of glTF) on outer faces, v upwards, one per position, zero on cracks;
+    /// empty unless `attributes` is on and the input has them.
+    #[must_use]
+    pub fn outer_uvs2(&self) -> &'a [[f32; 2]] {
+        part(self.view.outer_uvs2, self.row.vertex_first, self.row.vertex_count)
+    }
+
+    /// The input's colors on outer faces, red, green, blue and alpha, one per position, white on cracks; empty unless `attributes` is
+    /// on and the input has any. Colors of glTF are linear; those of PLY and OBJ are as in the file.
+    #[must_use]
+    pub fn outer_colors(&self) -> &'a [[u8; 4]] {
+        part(self.view.outer_colors, self.row.vertex_first, self.row.vertex_count)
+    }
+
     /// The input's materials, one per triangle, [`NO_MATERIAL`](crate::NO_MATERIAL) on cracks; empty unless
     /// `attributes` is on and the input has any.
     #[must_use]
@@ -139,6 +157,8 @@ impl<'a> Fragment<'a> {
             vertices: part(self.view.skin_vertices, row.vertex_first, row.vertex_count),
             indices: part(self.view.skin_indices, row.index_first, row.index_count),
             materials: part(self.view.skin_materials, row.index_first / 3, row.index_count / 3),
+            uvs2: part(self.view.skin_uvs2, row.vertex_first, row.vertex_count),
+            colors: part(self.view.skin_colors, row.vertex_first, row.vertex_count),
         })
     }
 

@@ -114,6 +114,8 @@ fn hulls_glb(view: ResultView<'_>, path: &Path) -> Result<WriteReport, ExportErr
             indices: hull.indices,
             merges: &[],
             materials: &[],
+            uvs2: &[],
+            colors: &[],
             ..fragment_view(fragment, runs, &plain)
         })
         .collect();
@@ -132,6 +134,8 @@ fn with_skins<R>(view: ResultView<'_>, read: impl FnOnce(&[FragmentView<'_>]) ->
             indices: &mesh.indices,
             merges: &mesh.merges,
             materials: &mesh.materials,
+            uvs2: &mesh.uvs2,
+            colors: &mesh.colors,
             ..fragment_view(fragment, &mesh.runs, &mesh.appearance)
         })
         .collect();
@@ -174,6 +178,8 @@ fn fragment_view<'a>(fragment: &Fragment<'a>, runs: &'a [RunView], appearance: &
         positions: fragment.positions(),
         normals: &appearance.normals,
         uvs: &appearance.uvs,
+        uvs2: fragment.outer_uvs2(),
+        colors: fragment.outer_colors(),
         materials: fragment.materials(),
         indices: fragment.indices(),
         runs,

@@ -108,9 +108,10 @@ effects! {
     /// An anchored body has weight.
     13 Gravity "gravity" Physics false Some(Self::Anchored),
         "load: one solve; strike: one pass over elastic nodes";
-    /// Outer faces look as the input does there: normals, texture coordinates, materials.
+    /// Outer faces look as the input does there: normals, texture coordinates, colors, materials.
     14 Attributes "attributes" Output false None,
-        "bake: the nearest point of the input; load: attributes; strike: 20 bytes per vertex, 4 per triangle";
+        "bake: the nearest point of the input; load: attributes; strike: 20 bytes per vertex, \
+         8 more with a second set of texture coordinates, 4 with colors, and 4 per triangle with materials";
     /// The input's own triangles, cut as the object is.
     15 Skin "skin" Output false None,
         "bake: where the input lies in the lattice; load: the input; strike: one pass over it";

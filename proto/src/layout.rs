@@ -93,7 +93,7 @@ mod tests {
     #[test]
     fn a_result_without_fragments_is_small() {
         let layout = Layout::new(&SectionCounts::default()).unwrap();
-        assert_eq!((layout.used_bytes(), layout.blocks()), (1472, 23));
+        assert_eq!((layout.used_bytes(), layout.blocks()), (1536, 24));
     }
 
     #[test]
@@ -116,9 +116,11 @@ mod tests {
             (hulls, hull_vertices, hull_indices) in (0usize..9, 0usize..99, 0usize..99),
             (outer_attributes, materials, skins) in (0usize..99, 0usize..99, 0usize..9),
             (skin_vertices, skin_indices, skin_materials) in (0usize..99, 0usize..99, 0usize..99),
+            (outer_uvs2, outer_colors, skin_uvs2, skin_colors) in (0usize..99, 0usize..99, 0usize..99, 0usize..99),
         ) {
             let extra = SectionCounts { hulls, hull_vertices, hull_indices, outer_attributes, materials, skins, ..SectionCounts::default() };
             let extra = SectionCounts { skin_vertices, skin_indices, skin_materials, ..extra };
+            let extra = SectionCounts { outer_uvs2, outer_colors, skin_uvs2, skin_colors, ..extra };
             let extra = SectionCounts { velocities, normals, uvs, bonds, debris, ..extra };
             let counts = SectionCounts { fragments, runs, merges, vertices, indices, ..extra };
             let layout = Layout::new(&counts).unwrap();

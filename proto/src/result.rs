@@ -161,4 +161,4 @@ const _: () = assert!(size_of::<StageWire>() == 24);
 const _: () = assert!(size_of::<RunWire>() == 32);
 const _: () = assert!(size_of::<FragmentWire>() == 144);
 const _: () = assert!(size_of::<EffectWire>() == 24);
-const _: () = assert!(crate::PROTOCOL_VERSION == 7, "sizes above are those of version 7");
+const _: () = assert!(crate::PROTOCOL_VERSION == 8, "sizes above are those of version 8");

@@ -49,6 +49,14 @@ pub struct SectionCounts {
     pub skin_indices: usize,
     /// Materials of skins: one per triangle, or none.
     pub skin_materials: usize,
+    /// Second texture coordinates of the input: one per vertex, or none.
+    pub outer_uvs2: usize,
+    /// Colors of the input: one per vertex, or none.
+    pub outer_colors: usize,
+    /// Second texture coordinates of skins: one per vertex of them, or none.
+    pub skin_uvs2: usize,
+    /// Colors of skins: one per vertex of them, or none.
+    pub skin_colors: usize,
 }
 
 /// Number, kind, name, element, the effect that a section belongs to, how many elements it has, and how its elements are converted from a
@@ -232,4 +240,12 @@ sections! {
     21 SkinIndices skin_indices: u32, Some(Effect::Skin), |counts| counts.skin_indices, triangles;
     /// One u32 per triangle of all skins, as `materials`; none if the input has no materials.
     22 SkinMaterials skin_materials: u32, Some(Effect::Skin), |counts| counts.skin_materials, same;
+    /// Two f32 per vertex, the second texture coordinates of the input, v upwards, zero on cracks; none if it has none.
+    23 OuterUvs2 outer_uvs2: [f32; 2], Some(Effect::Attributes), |counts| counts.outer_uvs2, same;
+    /// Four bytes per vertex: red, green, blue and alpha of the input, white on cracks; none if it has no colors.
+    24 OuterColors outer_colors: [u8; 4], Some(Effect::Attributes), |counts| counts.outer_colors, same;
+    /// Two f32 per vertex of a skin, as `outer_uvs2`; or none.
+    25 SkinUvs2 skin_uvs2: [f32; 2], Some(Effect::Skin), |counts| counts.skin_uvs2, same;
+    /// Four bytes per vertex of a skin, as `outer_colors`; or none.
+    26 SkinColors skin_colors: [u8; 4], Some(Effect::Skin), |counts| counts.skin_colors, same;
 }

@@ -104,8 +104,12 @@ fn contents(view: &ResultView<'_>) -> Result<(), Error> {
         ("hulls", view.hulls.len(), fragments),
         ("outer_attributes", view.outer_attributes.len(), vertices),
         ("materials", view.materials.len(), view.indices.len() / 3),
+        ("outer_uvs2", view.outer_uvs2.len(), vertices),
+        ("outer_colors", view.outer_colors.len(), vertices),
         ("skins", view.skins.len(), fragments),
         ("skin_materials", view.skin_materials.len(), view.skin_indices.len() / 3),
+        ("skin_uvs2", view.skin_uvs2.len(), view.skin_vertices.len()),
+        ("skin_colors", view.skin_colors.len(), view.skin_vertices.len()),
     ] {
         if length != 0 && length != whole {
             return Err(bad(name, format!("{length} of {whole}")));

@@ -190,31 +190,40 @@ fn real_meshes_that_do_not_conform_keep_the_lattice_and_say_why() {
     }
 }
 
-/// A torus with texture coordinates that turn once around its hole: every triangle has its own at a seam.
+/// A torus with texture coordinates that turn once around its hole: every triangle has its own at a seam. The second set has its
+/// seam elsewhere, and colors change at a third place.
 fn textured() -> RawMesh {
     let mut mesh = shapes::torus(0.3, 0.1, [48, 24]);
-    let uvs = mesh.triangles.iter().map(|own| {
-        let points = own.map(|vertex| mesh.positions_m[vertex as usize]);
-        let angles = points.map(|point| point.z.atan2(point.x));
-        let turn = |angle: f64| {
-            if angles[0] - angle > PI {
-                angle + TAU
-            } else if angle - angles[0] > PI {
-                angle - TAU
-            } else {
-                angle
-            }
-        };
-        [0, 1, 2].map(|k| [(turn(angles[k]) / TAU) as f32, (5.0 * points[k].y) as f32])
+    let corners = mesh.triangles.iter().map(|own| own.map(|vertex| mesh.positions_m[vertex as usize]));
+    let turned = |points: &[Point3<f64>; 3], angle: fn(&Point3<f64>) -> f64| {
+        let angles = points.each_ref().map(angle);
+        angles.map(|own| own + TAU * f64::from(i8::from(angles[0] - own > PI) - i8::from(own - angles[0] > PI)))
+    };
+    let uvs = corners.clone().map(|points| {
+        let angles = turned(&points, |point| point.z.atan2(point.x));
+        [0, 1, 2].map(|k| [(angles[k] / TAU) as f32, (5.0 * points[k].y) as f32])
     });
-    mesh.attributes.uvs = uvs.collect();
+    let uvs2 = corners.clone().map(|points| {
+        let angles = turned(&points, |point| point.x.atan2(point.z));
+        [0, 1, 2].map(|k| [(3.0 * points[k].y) as f32, (angles[k] / TAU) as f32])
+    });
+    let colors = corners.map(|points| {
+        let half = if points.iter().map(|point| point.x + point.z).sum::<f64>() > 0.0 { 0.9 } else { 0.1 };
+        points.map(|point| [0.5 + point.x, half, 0.5 + 4.0 * point.y, 0.5 - point.z].map(|x| x as f32))
+    });
+    (mesh.attributes.uvs, mesh.attributes.uvs2, mesh.attributes.colors) =
+        (uvs.collect(), uvs2.collect(), colors.collect());
     mesh
 }
 
-/// Texture coordinates of the input at points of its triangles, by a nearest triangle.
-fn uv_error(mesh: &RawMesh, point: Point3<f64>, uv: [f64; 2]) -> f64 {
-    let mut best = f64::INFINITY;
-    for (triangle, uvs) in mesh.triangles.iter().zip(&mesh.attributes.uvs) {
+/// Both sets of texture coordinates and the color at a point.
+type Values = [f64; 8];
+
+/// Largest errors of texture coordinates and of colors against the input's at points of its triangles, by a nearest triangle. Infinite
+/// where the point is on none.
+fn errors(mesh: &RawMesh, point: Point3<f64>, values: &Values) -> [f64; 2] {
+    let mut best = [f64::INFINITY; 2];
+    for (own, triangle) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = triangle.map(|vertex| mesh.positions_m[vertex as usize]);
         let normal = (b - a).cross(&(c - a));
         let weight =
@@ -223,11 +232,88 @@ fn uv_error(mesh: &RawMesh, point: Point3<f64>, uv: [f64; 2]) -> f64 {
         let is_on =
             (point - a).dot(&normal).abs() < 1e-7 * normal.norm() && weights.iter().all(|weight| *weight > -1e-6);
         if is_on {
-            let mean = |axis: usize| (0..3).map(|k| f64::from(uvs[k][axis]) * weights[k]).sum::<f64>();
-            best = best.min((mean(0) - uv[0]).abs().max((mean(1) - uv[1]).abs()));
+            let mean = |of: &dyn Fn(usize) -> f32| (0..3).map(|k| f64::from(of(k)) * weights[k]).sum::<f64>();
+            let sets = [&mesh.attributes.uvs[own], &mesh.attributes.uvs2[own]];
+            let uv = (0..4).map(|k| (mean(&|corner| sets[k / 2][corner][k % 2]) - values[k]).abs()).fold(0.0, f64::max);
+            let colors = &mesh.attributes.colors[own];
+            let color = (0..4).map(|k| (mean(&|corner| colors[corner][k]) - values[4 + k]).abs()).fold(0.0, f64::max);
+            if uv + color < best[0] + best[1] {
+                best = [uv, color];
+            }
         }
     }
     best
+}
+
+/// The values of a vertex of a result.
+fn values(uv: [f32; 2], uv2: [f32; 2], color: [u8; 4]) -> Values {
+    let [r, g, b, a] = color.map(|x| f64::from(x) / 255.0);
+    let [s, t, u, v] = [uv[0], uv[1], uv2[0], uv2[1]].map(f64::from);
+    [s, t, u, v, r, g, b, a]
+}
+
+/// A corner of a triangle in the coordinates of the object.
+type Corner = (Point3<f64>, Values);
+
+/// Triangles of the outer runs.
+fn outer_corners(fracture: &Fracture) -> Vec<[Corner; 3]> {
+    let (emitted, attributes) = (fracture.meshes.emitted().unwrap(), &fracture.meshes.attributes);
+    let mut outer = Vec::new();
+    for fragment in emitted.fragments() {
+        let runs = &fracture.meshes.runs[fragment.row.run_first as usize..][..fragment.row.run_count as usize];
+        for run in runs.iter().filter(|run| !run.crack) {
+            let first = (run.index_first - fragment.row.index_first) as usize;
+            let corner = |&vertex: &u32| {
+                let row = (fragment.row.vertex_first + vertex) as usize;
+                let at = Point3::from(fragment.positions[vertex as usize]).cast::<f64>();
+                let values = values(attributes.vertices[row].uv, attributes.uvs2[row], attributes.colors[row]);
+                (at + Vector3::from(fragment.row.center_m), values)
+            };
+            let corners: Vec<_> = fragment.indices[first..][..run.index_count as usize].iter().map(corner).collect();
+            outer.extend(corners.as_chunks::<3>().0.to_vec());
+        }
+    }
+    outer
+}
+
+/// Triangles of the skins.
+fn skin_corners(fracture: &Fracture) -> Vec<[Corner; 3]> {
+    let skins = &fracture.meshes.skins;
+    let mut all = Vec::new();
+    for (row, fragment) in skins.rows.iter().zip(&fracture.meshes.fragments) {
+        let corner = |&index: &u32| {
+            let vertex = (row.vertex_first + index) as usize;
+            let at = Point3::from(skins.vertices[vertex].position_m).cast::<f64>() + Vector3::from(fragment.center_m);
+            (at, values(skins.vertices[vertex].uv, skins.uvs2[vertex], skins.colors[vertex]))
+        };
+        let own = &skins.indices[row.index_first as usize..][..row.index_count as usize];
+        let corners: Vec<_> = own.iter().map(corner).collect();
+        all.extend(corners.as_chunks::<3>().0.to_vec());
+    }
+    all
+}
+
+/// Checks both sets of texture coordinates and the colors at random points. Colors are rounded in the database and in the result.
+fn check_random_points(what: &str, mesh: &RawMesh, results: &[Vec<[Corner; 3]>]) {
+    let mut stream = RandomStream::new(11, 0);
+    let (mut checked, mut worst) = (0, [0.0f64; 2]);
+    for outer in results {
+        for _ in 0..2000 {
+            let [(a, p), (b, q), (c, r)] = outer[stream.bits() as usize % outer.len()];
+            let (s, t) = (stream.uniform().sqrt(), stream.uniform());
+            let weights = [1.0 - s, s * (1.0 - t), s * t];
+            let point = Point3::from(a.coords * weights[0] + b.coords * weights[1] + c.coords * weights[2]);
+            let mixed = std::array::from_fn(|k| p[k] * weights[0] + q[k] * weights[1] + r[k] * weights[2]);
+            let found = errors(mesh, point, &mixed);
+            if found[0].is_finite() {
+                checked += 1;
+                worst = [0, 1].map(|k| worst[k].max(found[k]));
+            }
+        }
+    }
+    println!("{what}: {checked} of {} points, largest errors {worst:?}", 2000 * results.len());
+    assert!(checked > 1980 * results.len() && worst[0] < 1e-5, "{what}: {checked} points, {worst:?}");
+    assert!(worst[1] < 1.01 / 255.0, "{what}: {worst:?}");
 }
 
 #[test]
@@ -235,39 +321,34 @@ fn textures_at_random_points_are_those_of_the_input() {
     let mesh = textured();
     let prepared = request("torus").bake(mesh.clone()).unwrap();
     assert_eq!(prepared.report.surface.reason, None);
-    let mut stream = RandomStream::new(11, 0);
-    let (mut checked, mut worst) = (0, 0.0f64);
-    for number in 0..5 {
-        let fracture = fracture(&prepared, &strike(&prepared, number));
+    let exact: Vec<_> = (0..5).map(|number| outer_corners(&fracture(&prepared, &strike(&prepared, number)))).collect();
+    check_random_points("outer faces", &mesh, &exact);
+    let lattice = |number| FractureRequest { surface: SurfaceKind::Lattice, ..strike(&prepared, number) };
+    let skins: Vec<_> = (0..5).map(|number| skin_corners(&fracture(&prepared, &lattice(number)))).collect();
+    check_random_points("skins", &mesh, &skins);
+}
+
+/// A seam of one attribute alone: vertices on it are copied, and no others. Normals are smooth.
+#[test]
+fn seams_of_the_second_set_and_of_colors_are_copied() {
+    let all = textured();
+    let vertices = |keep: fn(&mut RawMesh, &RawMesh)| {
+        let mut mesh = shapes::torus(0.3, 0.1, [48, 24]);
+        keep(&mut mesh, &all);
+        let prepared = request("torus").bake(mesh).unwrap();
+        let fracture = fracture(&prepared, &strike(&prepared, 0));
         let emitted = fracture.meshes.emitted().unwrap();
-        let mut outer = Vec::new();
-        for fragment in emitted.fragments() {
-            let runs = &fracture.meshes.runs[fragment.row.run_first as usize..][..fragment.row.run_count as usize];
-            for run in runs.iter().filter(|run| !run.crack) {
-                let first = (run.index_first - fragment.row.index_first) as usize;
-                let corner = |&vertex: &u32| {
-                    let uv = fracture.meshes.attributes.vertices[(fragment.row.vertex_first + vertex) as usize].uv;
-                    let at = Point3::from(fragment.positions[vertex as usize]).cast::<f64>();
-                    (at + Vector3::from(fragment.row.center_m), uv.map(f64::from))
-                };
-                let corners: Vec<_> =
-                    fragment.indices[first..][..run.index_count as usize].iter().map(corner).collect();
-                outer.extend(corners.as_chunks::<3>().0.to_vec());
-            }
-        }
-        for _ in 0..2000 {
-            let [(a, p), (b, q), (c, r)] = outer[stream.bits() as usize % outer.len()];
-            let (s, t) = (stream.uniform().sqrt(), stream.uniform());
-            let weights = [1.0 - s, s * (1.0 - t), s * t];
-            let point = Point3::from(a.coords * weights[0] + b.coords * weights[1] + c.coords * weights[2]);
-            let uv = [0, 1].map(|axis| p[axis] * weights[0] + q[axis] * weights[1] + r[axis] * weights[2]);
-            let error = uv_error(&mesh, point, uv);
-            checked += usize::from(error.is_finite());
-            worst = if error.is_finite() { worst.max(error) } else { worst };
-        }
-    }
-    println!("{checked} of 10000 points, largest error {worst:e}");
-    assert!(checked > 9_900 && worst < 1e-5, "{checked} points, {worst}");
+        emitted.fragments().for_each(|fragment| closed(fragment.positions, fragment.indices).unwrap());
+        let attributes = &fracture.meshes.attributes;
+        let has = [attributes.uvs2.is_empty(), attributes.colors.is_empty()].map(|is_empty| !is_empty);
+        (attributes.vertices.len(), has)
+    };
+    let (plain, none) = vertices(|_, _| ());
+    assert_eq!(none, [false; 2]);
+    let (second, has) = vertices(|mesh, all| mesh.attributes.uvs2.clone_from(&all.attributes.uvs2));
+    assert!(has == [true, false] && second > plain && second < plain + plain / 10, "{second} of {plain}");
+    let (colored, has) = vertices(|mesh, all| mesh.attributes.colors.clone_from(&all.attributes.colors));
+    assert!(has == [false, true] && colored > plain && colored < plain + plain / 10, "{colored} of {plain}");
 }
 
 #[test]

@@ -35,6 +35,8 @@ fn file(cut: f32, place_m: [f64; 3]) -> Result<Vec<u8>, ExportError> {
         .map(|(id, (positions, indices, runs, merges))| FragmentView {
             normals: &[],
             uvs: &[],
+            uvs2: &[],
+            colors: &[],
             materials: &[],
             id: id as u32,
             body: 0,
@@ -119,6 +121,8 @@ fn attributes_round_trip_through_glb() {
                 positions,
                 normals,
                 uvs,
+                uvs2: &[],
+                colors: &[],
                 materials: &[],
                 indices,
                 runs,

@@ -215,7 +215,7 @@ fn painted() -> RawMesh {
     let uvs = mesh.triangles.iter().map(|own| points(own).map(|point| [point.x as f32, point.y as f32])).collect();
     let materials = normals.iter().map(|own| u32::from(own[0][1] > 0.5)).collect();
     let names = vec!["sides".into(), "top".into()];
-    mesh.attributes = TriangleAttributes { normals, uvs, materials, names, lost: Vec::new() };
+    mesh.attributes = TriangleAttributes { normals, uvs, materials, names, ..TriangleAttributes::default() };
     mesh
 }
 

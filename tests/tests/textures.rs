@@ -18,6 +18,16 @@ fn painted(point: [f64; 3]) -> [f64; 2] {
     [point[0] + 0.25, 2.0 * point[1] + 0.4]
 }
 
+/// Second texture coordinates at a point of the glTF input, v upwards.
+fn painted_second(point: [f64; 3]) -> [f64; 2] {
+    [point[2] - 0.1, 3.0 * point[0] + 0.3]
+}
+
+/// Red, green and blue at a point of the glTF input, from 0 to 1.
+fn colored(point: [f64; 3]) -> [f64; 3] {
+    [0.5 + point[0], 0.5 + 2.0 * point[1], 0.5 - point[2]]
+}
+
 /// Writes a block as an OBJ file with those coordinates.
 fn block(path: &Path) {
     let mesh = shapes::cuboid([0.3, 0.2, 0.1]);
@@ -49,6 +59,38 @@ fn in_glb(path: &Path) -> Vec<([f64; 3], [f64; 2])> {
         }
     }
     found
+}
+
+/// Checks second texture coordinates and colors of the material `outer` in a `.glb` file, and that cracks have none.
+#[track_caller]
+fn check_second_and_colors(path: &Path, error: f64) {
+    let file = gltf::Gltf::from_slice(&std::fs::read(path).unwrap()).unwrap();
+    let (blob, mut checked) = (file.blob.as_deref().unwrap(), 0);
+    for node in file.document.nodes() {
+        let center = node.transform().decomposed().0.map(f64::from);
+        for primitive in node.mesh().unwrap().primitives() {
+            let reader = primitive.reader(|_| Some(blob));
+            if primitive.material().name() == Some("crack") {
+                assert!(reader.read_tex_coords(1).is_none() && reader.read_colors(0).is_none());
+                continue;
+            }
+            let points: Vec<[f32; 3]> = reader.read_positions().unwrap().collect();
+            let uvs: Vec<[f32; 2]> = reader.read_tex_coords(1).unwrap().into_f32().collect();
+            let colors: Vec<[u8; 4]> = reader.read_colors(0).unwrap().into_rgba_u8().collect();
+            assert_eq!((uvs.len(), colors.len()), (points.len(), points.len()));
+            for vertex in reader.read_indices().unwrap().into_u32().map(|vertex| vertex as usize) {
+                let point = [0, 1, 2].map(|k| center[k] + f64::from(points[vertex][k]));
+                let ([u, v], color) = (painted_second(point), colored(point));
+                let [s, t] = uvs[vertex].map(f64::from);
+                assert!((s - u).abs() < error && (t - downwards(v)).abs() < error, "{:?} at {point:?}", uvs[vertex]);
+                let off = [0, 1, 2].map(|k| (f64::from(colors[vertex][k]) / 255.0 - color[k]).abs());
+                assert!(off.iter().all(|off| *off < 1.01 / 255.0 + error), "{:?} at {point:?}", colors[vertex]);
+                assert_eq!(colors[vertex][3], 255);
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 30, "{checked} corners");
 }
 
 /// The same of an OBJ file.
@@ -118,6 +160,10 @@ fn check_files_of(fixture: &Fixture, mesh: &Path, name: &str, surface: &str, err
     divide(&file, &[]);
     check("glb", &in_glb(&closed_file(&file)), downwards, error);
     check("skin", &in_glb(&file), downwards, SKIN);
+    if mesh.extension().is_some_and(|extension| extension == "glb") {
+        check_second_and_colors(&closed_file(&file), error);
+        check_second_and_colors(&file, SKIN);
+    }
     divide(&folder, &["--format", "obj"]);
     let pieces = (0..8).map(|piece| folder.join(format!("fragment_{piece:03}.obj"))).filter(|piece| piece.is_file());
     let corners: Vec<_> = pieces.flat_map(|piece| in_obj(&piece)).collect();
@@ -139,7 +185,7 @@ fn textures_of_gltf_inputs_lie_the_right_way_up() {
     let mesh = fixture.path("again.glb");
     std::fs::write(&mesh, block_glb()).unwrap();
     let attributes = surface::read(&mesh, LengthUnit::M, UpAxis::Y).unwrap().attributes;
-    assert_eq!(attributes.uvs.len(), 12);
+    assert_eq!((attributes.uvs.len(), attributes.uvs2.len(), attributes.colors.len()), (12, 12, 12));
     check_files(&fixture, &mesh, "again");
 }
 
@@ -154,21 +200,33 @@ fn block_glb() -> Vec<u8> {
         let [u, v] = painted((*point).into());
         put(&[u, 1.0 - v]);
     }
+    for point in &mesh.positions_m {
+        let [u, v] = painted_second((*point).into());
+        put(&[u, 1.0 - v]);
+    }
+    mesh.positions_m.iter().for_each(|point| put(&colored((*point).into())));
     buffer.extend(mesh.triangles.as_flattened().iter().flat_map(|index| index.to_le_bytes()));
     let indices = 3 * mesh.triangles.len();
     let json = format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
-        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"TEXCOORD_0":1}},"indices":2}}]}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"TEXCOORD_0":1,"TEXCOORD_1":3,"COLOR_0":4}},"indices":2}}]}}],
         "accessors":[{{"bufferView":0,"componentType":5126,"count":{count},"type":"VEC3","min":[-1,-1,-1],"max":[1,1,1]}},
         {{"bufferView":1,"componentType":5126,"count":{count},"type":"VEC2"}},
-        {{"bufferView":2,"componentType":5125,"count":{indices},"type":"SCALAR"}}],
+        {{"bufferView":2,"componentType":5125,"count":{indices},"type":"SCALAR"}},
+        {{"bufferView":3,"componentType":5126,"count":{count},"type":"VEC2"}},
+        {{"bufferView":4,"componentType":5126,"count":{count},"type":"VEC3"}}],
         "bufferViews":[{{"buffer":0,"byteLength":{}}},{{"buffer":0,"byteOffset":{},"byteLength":{}}},
+        {{"buffer":0,"byteOffset":{},"byteLength":{}}},{{"buffer":0,"byteOffset":{},"byteLength":{}}},
         {{"buffer":0,"byteOffset":{},"byteLength":{}}}],"buffers":[{{"byteLength":{}}}]}}"#,
         12 * count,
         12 * count,
         8 * count,
-        20 * count,
+        40 * count,
         4 * indices,
+        20 * count,
+        8 * count,
+        28 * count,
+        12 * count,
         buffer.len()
     );
     let json = format!("{json:<width$}", width = json.len().next_multiple_of(4));

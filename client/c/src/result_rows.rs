@@ -165,6 +165,12 @@ pub struct Fragment {
     pub uvs: *const f32,
     /// Attributes of outer faces, one per vertex; NULL unless `attributes` is on.
     pub attributes: *const VertexAttributes,
+    /// Second texture coordinates of the input on outer faces, two per vertex, v upwards, zero on cracks; NULL unless `attributes` is on
+    /// and the input has them.
+    pub outer_uvs2: *const f32,
+    /// Colors of the input on outer faces, four bytes per vertex: red, green, blue, alpha; white on cracks; NULL unless `attributes` is
+    /// on and the input has any.
+    pub outer_colors: *const u8,
     /// Number of vertices.
     pub vertex_count: usize,
     /// Indices of vertices, three per triangle, counter-clockwise from outside unless the convention is clockwise.
@@ -197,6 +203,8 @@ impl From<&shatter_client::Fragment<'_>> for Fragment {
             normals: start(fragment.normals()),
             uvs: start(fragment.uvs()),
             attributes: start(fragment.outer_attributes()),
+            outer_uvs2: start(fragment.outer_uvs2()),
+            outer_colors: start(fragment.outer_colors()),
             vertex_count: fragment.positions().len(),
             indices: start(fragment.indices()),
             index_count: fragment.indices().len(),
@@ -283,15 +291,28 @@ pub struct Skin {
     pub index_count: usize,
     /// One per triangle: the index of a material in the mesh file, or `SHATTER_NONE`; NULL if the file has none.
     pub materials: *const u32,
+    /// Second texture coordinates, two per vertex, v upwards; NULL if the file has none.
+    pub uvs2: *const f32,
+    /// Colors, four bytes per vertex: red, green, blue, alpha; NULL if the file has none.
+    pub colors: *const u8,
 }
 
 impl From<Option<shatter_client::FragmentSkin<'_>>> for Skin {
     fn from(skin: Option<shatter_client::FragmentSkin<'_>>) -> Self {
-        let (vertices, indices, materials) =
-            skin.map_or((&[][..], &[][..], &[][..]), |skin| (skin.vertices, skin.indices, skin.materials));
-        let (vertex_count, index_count) = (vertices.len(), indices.len());
-        let (indices, materials) = (start(indices), start(materials));
-        Self { vertices: start(vertices), vertex_count, indices, index_count, materials }
+        let Some(skin) = skin else {
+            let (vertices, indices, materials) = (ptr::null(), ptr::null(), ptr::null());
+            let (uvs2, colors) = (ptr::null(), ptr::null());
+            return Self { vertices, vertex_count: 0, indices, index_count: 0, materials, uvs2, colors };
+        };
+        Self {
+            vertices: start(skin.vertices),
+            vertex_count: skin.vertices.len(),
+            indices: start(skin.indices),
+            index_count: skin.indices.len(),
+            materials: start(skin.materials),
+            uvs2: start(skin.uvs2),
+            colors: start(skin.colors),
+        }
     }
 }
 

@@ -277,6 +277,7 @@ static void answers(const ShatterObject *object, const ShatterContact *contact)
     IS(UNKNOWN_FRAGMENT, shatter_result_fragment(result, UINT32_MAX, &fragment, NULL));
     IS(OK, shatter_result_fragment(result, 0, &fragment, NULL));
     HOLDS(fragment.normals == NULL && fragment.uvs == NULL && fragment.materials == NULL);
+    HOLDS(fragment.outer_uvs2 == NULL && fragment.outer_colors == NULL);
     HOLDS(fragment.positions != NULL && fragment.merges != NULL && fragment.linear_m_s[0] == 0.0);
     IS(ARGUMENT, shatter_result_run(result, 0, fragment.run_count, &run, NULL));
     IS(ARGUMENT, shatter_result_run(result, 0, SIZE_MAX, &run, NULL));

@@ -21,6 +21,7 @@ const PARENT: &str = "object";
 const MANIFOLD: &str = "EXT_mesh_manifold";
 const VECTOR_BYTES: usize = 12;
 const UV_BYTES: usize = 8;
+const COLOR_BYTES: usize = 4;
 const SCALAR_BYTES: usize = 4;
 
 /// Images start at multiples of this number of bytes in the buffer.
@@ -106,7 +107,9 @@ impl Slots {
     fn new(root: &mut Root, fragments: &[FragmentView<'_>], source: Option<&SourceMaterials>) -> Self {
         let first = source.map_or(0, SourceMaterials::count) as u32;
         if source.is_none() || fragments.iter().any(has_plain_triangles) {
-            root.push(material("outer", OUTER_COLOR, 0.75));
+            // Renderers multiply it by the colors of vertices.
+            let has_colors = fragments.iter().any(|fragment| !fragment.colors.is_empty());
+            root.push(material("outer", if has_colors { [1.0; 4] } else { OUTER_COLOR }, 0.75));
         }
         let crack = root.push(material("crack", CRACK_COLOR, 0.95)).value() as u32;
         Self { has_source: source.is_some(), outer: Index::new(first), crack: Index::new(first + crack) }
@@ -131,6 +134,8 @@ struct Sections {
     normals: Vec<u8>,
     indices: Vec<u8>,
     uvs: Vec<u8>,
+    uvs2: Vec<u8>,
+    colors: Vec<u8>,
     merges: Vec<u8>,
 }
 
@@ -141,6 +146,8 @@ struct Views {
     normals: Index<View>,
     indices: Index<View>,
     uvs: Index<View>,
+    uvs2: Index<View>,
+    colors: Index<View>,
     merges: Index<View>,
 }
 
@@ -156,12 +163,15 @@ pub(super) fn build<'a>(
     source: Option<&'a SourceMaterials>,
 ) -> Result<Document<'a>, ExportError> {
     // An empty view is not written.
-    let textured = u32::from(fragments.iter().any(|fragment| !fragment.uvs.is_empty()));
-    let [positions, normals, indices, uvs, merges] = [0, 1, 2, 3, 3 + textured].map(Index::new);
+    let any = |has: &dyn Fn(&FragmentView<'_>) -> bool| u32::from(fragments.iter().any(has));
+    let second = 3 + any(&|fragment| !fragment.uvs.is_empty());
+    let third = second + any(&|fragment| !fragment.of_outer(fragment.uvs2).is_empty());
+    let last = third + any(&|fragment| !fragment.of_outer(fragment.colors).is_empty());
+    let [positions, normals, indices, uvs, uvs2, colors, merges] = [0, 1, 2, 3, second, third, last].map(Index::new);
     let mut writer = Writer {
         root: Root::default(),
         sections: Sections::default(),
-        views: Views { positions, normals, indices, uvs, merges },
+        views: Views { positions, normals, indices, uvs, uvs2, colors, merges },
         closed: 0,
     };
     let placement = Placement::of(fragments);
@@ -193,6 +203,7 @@ struct Writer {
 impl Writer {
     fn mesh(&mut self, fragment: &FragmentView<'_>, name: &str, slots: Slots) -> Result<Mesh, ExportError> {
         let vertices = self.vertices(fragment);
+        let outer_vertices = [&vertices[..], &self.outer_vertices(fragment)].concat();
         let base = self.sections.indices.len();
         let (indices, groups) = by_material(fragment);
         self.sections.indices.extend(indices.iter().flat_map(|index| index.to_le_bytes()));
@@ -200,7 +211,7 @@ impl Writer {
         let mut first = 0;
         for group in groups {
             let accessor = self.root.push(self.indices(base + first * SCALAR_BYTES, group.index_count));
-            let mut outer = primitive(&vertices, accessor, Some(slots.of_outer(group.material)));
+            let mut outer = primitive(&outer_vertices, accessor, Some(slots.of_outer(group.material)));
             outer.extras = slots.extras(group.material)?;
             primitives.push(outer);
             first += group.index_count;
@@ -235,6 +246,26 @@ impl Writer {
             let down = fragment.uvs.iter().flat_map(|[u, v]| [*u, 1.0 - v]);
             self.sections.uvs.extend(down.flat_map(|x| x.to_le_bytes()));
             all.push((Semantic::TexCoords(0), self.root.push(uvs)));
+        }
+        all
+    }
+
+    /// Adds accessors of what outer faces alone have: second texture coordinates and colors, if there are any.
+    fn outer_vertices(&mut self, fragment: &FragmentView<'_>) -> Vec<(Semantic, Index<Accessor>)> {
+        let mut all = Vec::new();
+        let (uvs, colors) = (fragment.of_outer(fragment.uvs2), fragment.of_outer(fragment.colors));
+        if !uvs.is_empty() {
+            let (view, first) = (self.views.uvs2, self.sections.uvs2.len());
+            let down = uvs.iter().flat_map(|[u, v]| [*u, 1.0 - v]);
+            self.sections.uvs2.extend(down.flat_map(|x| x.to_le_bytes()));
+            let uvs = accessor(view, first, uvs.len(), ComponentType::F32, Type::Vec2);
+            all.push((Semantic::TexCoords(1), self.root.push(uvs)));
+        }
+        if !colors.is_empty() {
+            let (view, first) = (self.views.colors, self.sections.colors.len());
+            self.sections.colors.extend_from_slice(colors.as_flattened());
+            let colors = accessor(view, first, colors.len(), ComponentType::U8, Type::Vec4);
+            all.push((Semantic::Colors(0), self.root.push(Accessor { normalized: true, ..colors })));
         }
         all
     }
@@ -300,6 +331,8 @@ impl Writer {
             (sections.normals, vertices(VECTOR_BYTES)),
             (sections.indices, (Some(Target::ElementArrayBuffer), None)),
             (sections.uvs, vertices(UV_BYTES)),
+            (sections.uvs2, vertices(UV_BYTES)),
+            (sections.colors, vertices(COLOR_BYTES)),
             (sections.merges, (None, None)),
         ] {
             if !bytes.is_empty() {

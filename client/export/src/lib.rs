@@ -5,6 +5,9 @@
 //! fragment from the inside has no outer faces. All primitives of a mesh share their vertex accessors and one buffer view of
 //! indices.
 //!
+//! Second texture coordinates and colors of the input are attributes of the primitives of outer faces (`TEXCOORD_1`, `COLOR_0`).
+//! The material `outer` is then white.
+//!
 //! The outer triangles of a fragment with materials make one primitive per material. [`write_glb_with`] gives the primitives the
 //! materials and textures of a glTF file ([`SourceMaterials`]), so that the fragments look like the whole model.
 //!
@@ -62,6 +65,10 @@ pub struct FragmentView<'a> {
     pub normals: &'a [[f32; 3]],
     /// Texture coordinates, one per vertex, v upwards; may be empty.
     pub uvs: &'a [[f32; 2]],
+    /// Second texture coordinates of outer faces, one per vertex, v upwards; may be empty. Those of cracks are not written.
+    pub uvs2: &'a [[f32; 2]],
+    /// Linear colors of outer faces, red, green, blue and alpha, one per vertex; may be empty. Those of cracks are not written.
+    pub colors: &'a [[u8; 4]],
     /// Materials, one per triangle, as indices in the list of the mesh file; [`NO_MATERIAL`](shatter_proto::result::NO_MATERIAL) for
     /// none. Those of crack triangles are not read. Empty without materials.
     pub materials: &'a [u32],
@@ -85,6 +92,11 @@ impl FragmentView<'_> {
     /// Number of indices of outer triangles, which come before those of cracks.
     pub(crate) fn outer_indices(&self) -> usize {
         self.runs.iter().filter(|run| !run.crack).map(|run| run.index_count as usize).sum()
+    }
+
+    /// Values of vertices that are written for outer faces alone; none for a fragment without such faces.
+    pub(crate) fn of_outer<'a, T>(&self, values: &'a [T]) -> &'a [T] {
+        if self.outer_indices() == 0 { &[] } else { values }
     }
 }
 

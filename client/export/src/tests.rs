@@ -32,6 +32,8 @@ fn view(sample: &Sample, id: u32) -> FragmentView<'_> {
     FragmentView {
         normals: &[],
         uvs: &[],
+        uvs2: &[],
+        colors: &[],
         materials: &[],
         id,
         body: 0,

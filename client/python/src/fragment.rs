@@ -134,6 +134,18 @@ impl Fragment {
         self.rows(py, |own| outer_attributes(own.outer_attributes()))
     }
 
+    /// (vertices, 2): second texture coordinates of the input, zero on cracks; None unless ``attributes`` is on and it has them.
+    #[getter]
+    fn outer_uvs2<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
+        self.rows(py, |own| own.outer_uvs2())
+    }
+
+    /// (vertices, 4): colors of the input, RGBA, white on cracks; None unless ``attributes`` is on and it has any.
+    #[getter]
+    fn outer_colors<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<u8>>>> {
+        self.rows(py, |own| own.outer_colors())
+    }
+
     /// (triangles,): the input's materials, 2³²−1 on cracks; None unless ``attributes`` is on and the input has any.
     #[getter]
     fn materials<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<u32>>>> {
@@ -195,6 +207,8 @@ impl Fragment {
                 result.fragment(self.id).and_then(|own| own.skin()).map(|skin| skin.materials)
             })?
             .unbind(),
+            uvs2: self.rows(py, |own| own.skin().map_or(&[], |skin| skin.uvs2))?.map(Bound::unbind),
+            colors: self.rows(py, |own| own.skin().map_or(&[], |skin| skin.colors))?.map(Bound::unbind),
         }))
     }
 
@@ -236,4 +250,6 @@ pub struct Skin {
     vertices: Py<PyArray2<f32>>,
     triangles: Py<PyArray2<u32>>,
     materials: Py<PyArray1<u32>>,
+    uvs2: Option<Py<PyArray2<f32>>>,
+    colors: Option<Py<PyArray2<u8>>>,
 }

@@ -113,7 +113,7 @@ def test_effects_bring_what_they_say(body):
     assert result.bonds and all(bond.area_m2 > 0 for bond in result.bonds)
     assert body.strike(contact_on(body), degree=8, enable="hulls").wait()[0].hull is not None
     plain = body.strike(contact_on(body), degree=8).wait()
-    assert plain[0].normals is None and plain[0].hull is None and not plain.bonds
+    assert plain[0].normals is plain[0].outer_uvs2 is plain[0].outer_colors is None and plain[0].hull is None and not plain.bonds
 
 
 def test_conventions_name_the_same_points_otherwise(body):

@@ -252,7 +252,7 @@ mod tests {
     fn faces_end_at_the_skin_boundary() {
         for (own, other, radius) in [(12, 12, 1.1), (12, 31, 0.9), (31, 12, 1.1), (24, 25, 1.0), (7, 200, 1.1)] {
             let (vertices, indices) = cone(other, radius);
-            let skin = FragmentSkin { vertices: &vertices, indices: &indices, materials: &[] };
+            let skin = FragmentSkin { vertices: &vertices, indices: &indices, materials: &[], uvs2: &[], colors: &[] };
             let mut cracks = disc(own, 1.0);
             assert!(open(&cracks, &vertices, &indices) > 0);
             let fitted = fit(&mut cracks, &skin);
@@ -266,7 +266,7 @@ mod tests {
     #[test]
     fn faces_far_from_the_skin_do_not_move() {
         let (vertices, indices) = cone(12, 20.0);
-        let skin = FragmentSkin { vertices: &vertices, indices: &indices, materials: &[] };
+        let skin = FragmentSkin { vertices: &vertices, indices: &indices, materials: &[], uvs2: &[], colors: &[] };
         let mut cracks = disc(12, 1.0);
         let fitted = fit(&mut cracks, &skin);
         assert_eq!((cracks, fitted), (disc(12, 1.0), vec![false; 13]));

@@ -48,6 +48,13 @@ fn unless_zero(uvs: Vec<[f32; 2]>) -> Vec<[f32; 2]> {
     if uvs.iter().any(|uv| *uv != [0.0; 2]) { uvs } else { Vec::new() }
 }
 
+/// The values of the first of `count` vertices, then `other`; empty without values.
+fn extended<T: Clone>(values: &[T], count: usize, other: T) -> Vec<T> {
+    let mut all = values.to_vec();
+    all.resize(if values.is_empty() { 0 } else { count }, other);
+    all
+}
+
 /// A mesh whose vertices have normals and texture coordinates.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Faces {
@@ -105,6 +112,10 @@ pub(crate) struct VisibleMesh {
     pub merges: Vec<[u32; 2]>,
     /// One per triangle; empty if the skin has no triangles or no materials.
     pub materials: Vec<u32>,
+    /// One per vertex, zero on cracks; empty if the input has no second set of texture coordinates.
+    pub uvs2: Vec<[f32; 2]>,
+    /// One per vertex, white on cracks; empty if the input has no colors.
+    pub colors: Vec<[u8; 4]>,
     pub appearance: Appearance,
 }
 
@@ -140,7 +151,10 @@ impl VisibleMesh {
         if !materials.is_empty() {
             materials.resize(indices.len() / 3, NO_MATERIAL);
         }
-        Self { positions, indices, runs, merges, materials, appearance: Appearance { normals, uvs: unless_zero(uvs) } }
+        let uvs2 = extended(skin.uvs2, positions.len(), [0.0; 2]);
+        let colors = extended(skin.colors, positions.len(), [u8::MAX; 4]);
+        let appearance = Appearance { normals, uvs: unless_zero(uvs) };
+        Self { positions, indices, runs, merges, materials, uvs2, colors, appearance }
     }
 }
 

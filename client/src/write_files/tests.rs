@@ -40,10 +40,14 @@ struct Made {
     skin_vertices: Vec<SkinVertex>,
     skin_indices: Vec<u32>,
     skin_materials: Vec<u32>,
+    outer_uvs2: Vec<[f32; 2]>,
+    outer_colors: Vec<[u8; 4]>,
+    skin_uvs2: Vec<[f32; 2]>,
+    skin_colors: Vec<[u8; 4]>,
 }
 
 /// Which effects ran.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Ran {
     normals: bool,
     uv: bool,
@@ -52,6 +56,8 @@ struct Ran {
     attributes: bool,
     skin: bool,
     materials: bool,
+    /// Second texture coordinates and colors.
+    colors: bool,
 }
 
 impl Made {
@@ -112,6 +118,10 @@ impl Made {
                 let normal = if crack { [0.0; 3] } else { [0.0, 1.0, 0.0] };
                 self.outer_attributes.push(OuterAttributes { normal, uv: [0.5; 2] });
             }
+            if ran.attributes && ran.colors {
+                self.outer_uvs2.push([0.75; 2]);
+                self.outer_colors.push([1, 2, 3, 4]);
+            }
         }
         if ran.attributes && ran.materials {
             self.materials.extend(faces.iter().map(|_| if crack { NO_MATERIAL } else { 0 }));
@@ -154,6 +164,10 @@ impl Made {
                 uv: if ran.materials { [0.1; 2] } else { [0.0; 2] },
             });
             self.skin_indices.push(place as u32);
+            if ran.colors {
+                self.skin_uvs2.push([0.25; 2]);
+                self.skin_colors.push([5, 6, 7, 8]);
+            }
         }
         if ran.materials {
             self.skin_materials.extend(std::iter::repeat_n(0, outer));
@@ -185,6 +199,10 @@ impl Made {
             skin_vertices: self.skin_vertices.len(),
             skin_indices: self.skin_indices.len(),
             skin_materials: self.skin_materials.len(),
+            outer_uvs2: self.outer_uvs2.len(),
+            outer_colors: self.outer_colors.len(),
+            skin_uvs2: self.skin_uvs2.len(),
+            skin_colors: self.skin_colors.len(),
             ..SectionCounts::default()
         };
         let layout = Layout::new(&counts).unwrap();
@@ -211,6 +229,10 @@ impl Made {
         sections.skin_vertices.copy_from_slice(&self.skin_vertices);
         sections.skin_indices.copy_from_slice(&self.skin_indices);
         sections.skin_materials.copy_from_slice(&self.skin_materials);
+        sections.outer_uvs2.copy_from_slice(&self.outer_uvs2);
+        sections.outer_colors.copy_from_slice(&self.outer_colors);
+        sections.skin_uvs2.copy_from_slice(&self.skin_uvs2);
+        sections.skin_colors.copy_from_slice(&self.skin_colors);
     }
 }
 
@@ -219,7 +241,9 @@ fn read(fragment: &Fragment<'_>) -> usize {
     let hull = fragment.hull().map_or(0, |hull| hull.positions.len() + hull.indices.len());
     let skin = fragment.skin().map_or(0, |skin| skin.vertices.len() + skin.indices.len() + skin.materials.len());
     let runs: usize = fragment.runs().map(|run| run.positions.len() + run.indices.len()).sum();
-    let own = fragment.positions().len()
+    let optional = fragment.outer_uvs2().len() + fragment.outer_colors().len();
+    let own = optional
+        + fragment.positions().len()
         + fragment.normals().len()
         + fragment.uvs().len()
         + fragment.outer_attributes().len();
@@ -256,9 +280,9 @@ fn results_with_missing_sections_do_not_panic() {
             Shape { outer, hull: random.bool() }
         };
         let shapes: Vec<Shape> = (0..=round % 4).map(|_| shape()).collect();
-        let bits: [bool; 7] = std::array::from_fn(|_| random.bool());
-        let [normals, uv, bonds, hulls, attributes, skin, materials] = bits;
-        check(&shapes, Ran { normals, uv, bonds, hulls, attributes, skin, materials });
+        let bits: [bool; 8] = std::array::from_fn(|_| random.bool());
+        let [normals, uv, bonds, hulls, attributes, skin, materials, colors] = bits;
+        check(&shapes, Ran { normals, uv, bonds, hulls, attributes, skin, materials, colors });
     }
 }
 
@@ -271,8 +295,7 @@ fn materials_of_fragments_and_skins_are_written_with_their_file() {
         let list = vec![r#"{"name":"glaze"}"#; count].join(",");
         std::fs::write(&mesh, format!(r#"{{"asset":{{"version":"2.0"}},"materials":[{list}]}}"#)).unwrap();
         let source = read_materials(&mesh).unwrap();
-        let ran =
-            Ran { normals: false, uv: false, bonds: false, hulls: false, attributes: true, skin: true, materials };
+        let ran = Ran { attributes: true, skin: true, materials, ..Ran::default() };
         let shapes = [0, 2].map(|outer| Shape { outer: Some(outer), hull: false });
         let (payload, checked) = Made::new(&shapes, ran).sent();
         let view = checked.view(&payload).unwrap();
@@ -296,7 +319,27 @@ fn materials_of_fragments_and_skins_are_written_with_their_file() {
 #[test]
 fn an_interior_fragment_is_written_with_the_skins() {
     let [inside, outside] = [0, 2].map(|outer| Shape { outer: Some(outer), hull: false });
-    let ran =
-        Ran { normals: false, uv: false, bonds: false, hulls: false, attributes: false, skin: true, materials: false };
+    let ran = Ran { skin: true, ..Ran::default() };
     check(&[inside, outside], ran);
+}
+
+/// Second texture coordinates and colors reach the views of fragments, and those of skins, whose cracks are white.
+#[test]
+fn second_textures_and_colors_are_handed_on() {
+    let shapes = [Shape { outer: Some(2), hull: false }];
+    let ran = Ran { attributes: true, skin: true, colors: true, ..Ran::default() };
+    let (payload, checked) = Made::new(&shapes, ran).sent();
+    let view = checked.view(&payload).unwrap();
+    with_views(view, |views| {
+        assert_eq!((views[0].uvs2, views[0].colors), (&[[0.75; 2]; 12][..], &[[1, 2, 3, 4]; 12][..]));
+    });
+    with_skins(view, |views| {
+        let outer = ([[0.25; 2]; 6], [[5, 6, 7, 8]; 6]);
+        assert_eq!((&views[0].uvs2[..6], &views[0].colors[..6]), (&outer.0[..], &outer.1[..]));
+        assert!(views[0].positions.len() == views[0].uvs2.len() && views[0].colors.len() == views[0].uvs2.len());
+        assert!(
+            views[0].uvs2[6..].iter().all(|uv| *uv == [0.0; 2])
+                && views[0].colors[6..].iter().all(|own| *own == [255; 4])
+        );
+    });
 }

@@ -24,6 +24,10 @@ const COUNTS: SectionCounts = SectionCounts {
     skin_vertices: 6,
     skin_indices: 6,
     skin_materials: 2,
+    outer_uvs2: 6,
+    outer_colors: 6,
+    skin_uvs2: 6,
+    skin_colors: 6,
 };
 
 /// Two fragments of one triangle each, one run each, one merge pair.
@@ -96,7 +100,7 @@ fn every_validation_error_names_the_field() {
     check(|h, _| h.sections = 6, "header");
     check(|h, _| h.used_bytes = u64::MAX, "used_bytes");
     check(|h, _| h.used_bytes = 100, "table");
-    check(|h, _| h.used_bytes -= 1, "section skin_materials");
+    check(|h, _| h.used_bytes -= 1, "section skin_colors");
     check(|_, p| table(p)[0].kind = 2, "section summary");
     check(|_, p| table(p)[2].element_bytes = 8, "section fragments");
     check(|_, p| table(p)[3].offset += 8, "section runs");
@@ -133,6 +137,10 @@ fn every_validation_error_names_the_field() {
     check(|_, p| section(p, |s| s.skins[0].index_first = 1), "skins[0]");
     check(|_, p| section(p, |s| s.skin_indices[4] = 3), "skins[1]");
     check(|_, p| table(p)[21].length -= 4, "skin_materials");
+    check(|_, p| table(p)[22].length -= 8, "outer_uvs2");
+    check(|_, p| table(p)[23].length -= 4, "outer_colors");
+    check(|_, p| table(p)[24].length -= 8, "skin_uvs2");
+    check(|_, p| table(p)[25].length -= 4, "skin_colors");
     check(|_, p| section(p, |s| s.hulls[1].index_first = u32::MAX), "hulls[1]");
     check(|_, p| section(p, |s| s.hull_indices[13] = 4), "hulls[1]");
     check(|_, p| section(p, |s| s.runs[0].neighbor = 2), "runs[0]");

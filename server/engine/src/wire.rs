@@ -52,6 +52,10 @@ const RESULT_BYTES_PER_TET: usize = 2 * (1024 + 256) + 512;
 /// Maximum bytes of a result per triangle of the skin: six parts of it, with their materials and twelve vertices.
 const RESULT_BYTES_PER_SKIN_TRIANGLE: usize = 6 * 16 + 12 * 32;
 
+/// More bytes of such results if the object has second texture coordinates or colors: at most 12 per vertex.
+const OPTIONAL_BYTES_PER_TET: usize = 512;
+const OPTIONAL_BYTES_PER_SKIN_TRIANGLE: usize = 12 * 12;
+
 // Every name that can be baked can be requested, and vice versa.
 const _: () = assert!(database::NAME_BYTES_MAX == OBJECT_NAME_MAX);
 
@@ -184,8 +188,13 @@ impl ServedObject for EngineObject {
 
     fn result_bytes_max(&self) -> usize {
         let skin_triangle_count = self.prepared.skin.as_ref().map_or(0, |skin| skin.triangles.len());
-        let most = self.prepared.cut_tets().saturating_mul(RESULT_BYTES_PER_TET);
-        let most = most.saturating_add(skin_triangle_count.saturating_mul(RESULT_BYTES_PER_SKIN_TRIANGLE));
+        let (mut per_tet, mut per_triangle) = (RESULT_BYTES_PER_TET, RESULT_BYTES_PER_SKIN_TRIANGLE);
+        if self.prepared.attribute_kinds().is_more_than_first_uvs() {
+            per_tet += OPTIONAL_BYTES_PER_TET;
+            per_triangle += OPTIONAL_BYTES_PER_SKIN_TRIANGLE;
+        }
+        let most = self.prepared.cut_tets().saturating_mul(per_tet);
+        let most = most.saturating_add(skin_triangle_count.saturating_mul(per_triangle));
         // Longer results are refused before a bucket is loaned.
         self.terms.bytes_max.and_then(|bytes| usize::try_from(bytes).ok()).map_or(most, |bytes| most.min(bytes))
     }

@@ -51,6 +51,8 @@ fn view<'a>(body: usize, own: &'a IntactBody, sections: &'a Sections) -> Fragmen
     FragmentView {
         normals: &[],
         uvs: &[],
+        uvs2: &[],
+        colors: &[],
         materials: &[],
         id: body as u32,
         body: body as u32,

@@ -30,6 +30,8 @@ fn fragment(id: u32) -> FragmentView<'static> {
         positions: &CORNERS,
         normals: &[],
         uvs: &[],
+        uvs2: &[],
+        colors: &[],
         materials: &[],
         indices: &FACES,
         runs: &[RUN],

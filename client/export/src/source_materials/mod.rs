@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 /// The materials of a `.glb` or `.gltf` file, with all that they need: textures, samplers and images.
 ///
-/// Textures must use the texture coordinates `TEXCOORD_0`: files of fragments have no others.
+/// Textures may use both sets of texture coordinates. Fragments have the second one if the object was baked with it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SourceMaterials {
     path: PathBuf,

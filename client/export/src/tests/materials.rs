@@ -170,6 +170,47 @@ fn an_independent_reader_finds_the_textures() {
     }
 }
 
+/// A material that uses the second set keeps its `texCoord`, and outer faces have that set.
+#[test]
+fn second_textures_and_colors_are_attributes_of_outer_faces() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.gltf");
+    let document = json!({
+        "asset": { "version": "2.0" },
+        "materials": [{ "name": "glaze", "occlusionTexture": { "index": 0, "texCoord": 1 } }, { "name": "clay" }],
+        "textures": [{ "source": 0 }],
+        "images": [{ "uri": "data:image/png;base64,cG5n" }],
+    });
+    std::fs::write(&path, document.to_string()).unwrap();
+    let source = SourceMaterials::read(&path).unwrap();
+    let (sample, inside) =
+        (sample(), Sample { runs: vec![RunView { crack: true, index_first: 0, index_count: 12 }], ..sample() });
+    let (uvs2, colors) = (vec![[0.5, 0.75]; 7], (0..7).map(|k| [k, 2, 3, 128]).collect::<Vec<[u8; 4]>>());
+    let of = |own, id, materials| FragmentView { uvs2: &uvs2, colors: &colors, ..textured(own, id, materials) };
+    let fragments = [of(&sample, 0, &MIXED), of(&inside, 1, &[NO_MATERIAL; 4]), of(&sample, 2, &MIXED)];
+    let (bytes, written) = glb_bytes_with(&fragments, &source).unwrap();
+    assert_eq!(written.closed, 3);
+    let (json, buffer) = parts(&bytes);
+    assert_eq!(json["materials"][0]["occlusionTexture"], json!({ "index": 0, "texCoord": 1 }));
+    check_manifold(&json, &buffer, &sample);
+    let file = gltf::Gltf::from_slice(&bytes).unwrap();
+    for mesh in file.document.meshes() {
+        for primitive in mesh.primitives() {
+            let reader = primitive.reader(|_| file.blob.as_deref());
+            let read = reader.read_tex_coords(1).map(|uvs| uvs.into_f32().collect::<Vec<_>>());
+            let read_colors = reader.read_colors(0).map(|colors| colors.into_rgba_u8().collect::<Vec<_>>());
+            match primitive.material().name() {
+                Some("crack") => assert_eq!((read, read_colors), (None, None)),
+                _ => assert_eq!((read, read_colors), (Some(vec![[0.5, 0.25]; 7]), Some(colors.clone()))),
+            }
+        }
+    }
+    assert_eq!(json["accessors"].as_array().unwrap().iter().filter(|own| own["normalized"] == true).count(), 2);
+    let (plain, _) = parts(&glb_bytes(&fragments).unwrap().0);
+    let base = |material: usize| plain["materials"][material]["pbrMetallicRoughness"]["baseColorFactor"].clone();
+    assert!(base(0).is_null() || base(0) == json!([1.0, 1.0, 1.0, 1.0]), "{}", base(0));
+}
+
 #[test]
 fn files_without_materials_have_the_same_bytes_as_before_and_equal_ones_equal_bytes() {
     let sample = sample();

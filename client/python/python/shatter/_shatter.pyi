@@ -200,10 +200,7 @@ class Facts:
     def center_m(self) -> list[float]: ...
     @property
     def bounds_m(self) -> list[list[float]]:
-        """Lowest and highest corner of the mesh, or of the lattice if the object is loaded without its skin.
-
-        The lattice's surface, which rays hit, can lie outside by part of its spacing.
-        """
+        """Lowest and highest corner of the mesh, or of the lattice without its skin, whose surface can lie outside by part of its spacing."""
     @property
     def radius_m(self) -> float: ...
     @property
@@ -346,11 +343,8 @@ class Summary:
     def e1_over_gamma(self) -> float: ...
     @property
     def threshold_impulse_factor(self) -> float:
-        """Factor on the impulses at which the object just breaks; a lower bound of it if ``elastic`` is ``bounded``.
-
-        With the effect ``gravity`` it is the factor on all loads, weight among them, except in a request for the threshold.
-        Without meaning for an even division.
-        """
+        """Factor on the impulses at which the object just breaks; a lower bound of it if ``elastic`` is ``bounded``. With ``gravity``, on
+        all loads, weight among them, except in a request for the threshold. Without meaning for an even division."""
     @property
     def confidence(self) -> float: ...
     @property
@@ -415,6 +409,12 @@ class Fragment:
     def outer_attributes(self) -> NDArray[np.float32] | None:
         """(vertices, 5): normal and texture coordinates of the input, zero on cracks; None unless ``attributes`` is on."""
     @property
+    def outer_uvs2(self) -> NDArray[np.float32] | None:
+        """(vertices, 2): second texture coordinates of the input, zero on cracks; None unless ``attributes`` is on and it has them."""
+    @property
+    def outer_colors(self) -> NDArray[np.uint8] | None:
+        """(vertices, 4): colors of the input, RGBA, white on cracks; None unless ``attributes`` is on and it has any."""
+    @property
     def materials(self) -> NDArray[np.uint32] | None:
         """(triangles,): the input's materials, 2³²−1 on cracks; None unless ``attributes`` is on and the input has any."""
     @property
@@ -466,6 +466,12 @@ class Skin:
     def triangles(self) -> NDArray[np.uint32]: ...
     @property
     def materials(self) -> NDArray[np.uint32]: ...
+    @property
+    def uvs2(self) -> NDArray[np.float32] | None:
+        """(vertices, 2): second texture coordinates; None if the input has none."""
+    @property
+    def colors(self) -> NDArray[np.uint8] | None:
+        """(vertices, 4): colors, RGBA; None if the input has none."""
 
 @final
 class Bond:

@@ -48,6 +48,10 @@ pub(super) fn counts(pieces: &FractureMeshes) -> SectionCounts {
         skin_vertices: pieces.skins.vertices.len(),
         skin_indices: pieces.skins.indices.len(),
         skin_materials: pieces.skins.materials.len(),
+        outer_uvs2: pieces.attributes.uvs2.len(),
+        outer_colors: pieces.attributes.colors.len(),
+        skin_uvs2: pieces.skins.uvs2.len(),
+        skin_colors: pieces.skins.colors.len(),
     }
 }
 
@@ -106,6 +110,8 @@ impl Writer<'_> {
         fill(sections.hull_positions, &pieces.hulls.positions, |own| to.vector_f32(*own));
         self.triangles(sections.hull_indices, &pieces.hulls.indices);
         fill(sections.outer_attributes, &pieces.attributes.vertices, |own| outer_attributes(own, to));
+        fill(sections.outer_uvs2, &pieces.attributes.uvs2, |own| *own);
+        fill(sections.outer_colors, &pieces.attributes.colors, |own| *own);
         fill(sections.materials, &pieces.attributes.materials, |own| *own);
         fill(sections.skins, &pieces.skins.rows, skin);
         fill(sections.skin_vertices, &pieces.skins.vertices, |own| skin_vertex(own, to));
@@ -114,6 +120,8 @@ impl Writer<'_> {
         }
         self.triangles(sections.skin_indices, &pieces.skins.indices);
         fill(sections.skin_materials, &pieces.skins.materials, |own| *own);
+        fill(sections.skin_uvs2, &pieces.skins.uvs2, |own| *own);
+        fill(sections.skin_colors, &pieces.skins.colors, |own| *own);
     }
 
     /// Gives the vertices of skins on the input surface exactly the positions of the outer runs, which come first.

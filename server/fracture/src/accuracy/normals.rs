@@ -44,12 +44,12 @@ impl NormalShares {
     /// Computes the shares of a prepared object against the triangles of its skin; `None` without a skin or its triangles.
     pub fn of(prepared: &PreparedObject, degrees: f64) -> Option<Self> {
         let skin = prepared.skin.as_ref().filter(|skin| !skin.triangles.is_empty())?;
-        let normal = |vertex: u32| Vector3::from(skin.vertices[vertex as usize].normal).cast();
+        let normal = |vertex: u32| Vector3::from(skin.attributes.normals[vertex as usize]).cast();
         let lit = |triangle: usize| (skin.corners(triangle), skin.triangles[triangle].map(normal));
         let input: Vec<ShadedTriangle> = (0..skin.triangles.len()).map(lit).collect();
         let shaded = |body: &crate::pipeline::PreparedBody| {
             let mut normals = vec![Vector3::zeros(); body.crack.nodes.len()];
-            for (&node, normal) in body.topology.boundary_nodes.iter().zip(&body.outer.as_ref()?.normals) {
+            for (&node, normal) in body.topology.boundary_nodes.iter().zip(&body.outer.as_ref()?.points.normals) {
                 normals[node as usize] = Vector3::from(*normal).cast();
             }
             Some(normals)

@@ -96,8 +96,13 @@ fn push(surface: &mut Surface, triangle: [u32; 3], like: usize) {
     if !attributes.normals.is_empty() {
         attributes.normals.push([normal.into(); 3]);
     }
-    if let Some(&uvs) = attributes.uvs.get(like) {
-        attributes.uvs.push([uvs[0]; 3]);
+    for set in [&mut attributes.uvs, &mut attributes.uvs2] {
+        if let Some(&uvs) = set.get(like) {
+            set.push([uvs[0]; 3]);
+        }
+    }
+    if let Some(&colors) = attributes.colors.get(like) {
+        attributes.colors.push([colors[0]; 3]);
     }
     if let Some(&material) = attributes.materials.get(like) {
         attributes.materials.push(material);

@@ -1,12 +1,9 @@
 //! The surface that is meshed: the input's, or what is left of it after repairs.
 
-use crate::skin::surface_corners;
+use crate::skin::{PointAttributes, surface_corners};
 use crate::surface::Surface;
 use nalgebra::Point3;
 use std::collections::HashMap;
-
-/// Normal and texture coordinates at a corner of a triangle.
-pub(super) type CornerAttributes = ([f32; 3], [f32; 2]);
 
 /// Coordinates below this are zero to the mesher, local: the signs of its predicates are exact for no smaller ones.
 const COORDINATE_MIN: f64 = 1e-40;
@@ -19,7 +16,7 @@ pub(super) struct MeshedSurface {
     /// Triangles, outward.
     pub triangles: Vec<[u32; 3]>,
     /// Attributes of each triangle; empty if they were not selected.
-    pub corners: Vec<[CornerAttributes; 3]>,
+    pub corners: Vec<[PointAttributes; 3]>,
     /// Triangle of the input that contains each triangle.
     pub sources: Vec<u32>,
 }
@@ -31,7 +28,7 @@ impl MeshedSurface {
         Self {
             positions: surface.positions.iter().map(|at| at.map(flushed)).collect(),
             triangles: surface.triangles.clone(),
-            corners: corners.iter().map(|own| own.map(|corner| (corner.normal, corner.uv))).collect(),
+            corners: corners.iter().map(|own| own.map(|corner| corner.attributes)).collect(),
             sources: (0..surface.triangles.len() as u32).collect(),
         }
     }

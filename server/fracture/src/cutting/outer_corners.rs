@@ -1,21 +1,19 @@
 //! Attributes of the input at the corners of a cutting mesh's boundary. On a seam, a node has one set for each side.
 
-use super::meshed_surface::{CornerAttributes, MeshedSurface};
+use super::meshed_surface::MeshedSurface;
 use crate::conforming::{ConformingMesh, SurfacePlace};
 use crate::memory::held;
-use crate::skin::blended;
+use crate::skin::{AttributeKinds, PointAttributeLists, PointAttributes, blended};
 use crate::surface::Surface;
 use crate::tessellation::OuterFace;
 use std::collections::HashMap;
 
-/// Normals, texture coordinates and materials of the boundary of one body's cutting mesh.
+/// Attributes and materials of the boundary of one body's cutting mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OuterCorners {
-    /// Unit normals.
-    pub normals: Vec<[f32; 3]>,
-    /// Texture coordinates, one per normal; empty if the input has none.
-    pub uvs: Vec<[f32; 2]>,
-    /// Index of the normal at each corner of [`Topology::boundary`](crate::tessellation::Topology::boundary).
+    /// Attributes of points, without duplicates at a node.
+    pub points: PointAttributeLists,
+    /// Index of the attributes at each corner of [`Topology::boundary`](crate::tessellation::Topology::boundary).
     pub corners: Vec<[u32; 3]>,
     /// Material of each triangle of the boundary; empty if the input has none.
     pub materials: Vec<u32>,
@@ -24,8 +22,8 @@ pub struct OuterCorners {
 impl OuterCorners {
     /// Memory, bytes.
     pub fn bytes(&self) -> usize {
-        let Self { normals, uvs, corners, materials } = self;
-        held(normals) + held(uvs) + held(corners) + held(materials)
+        let Self { points, corners, materials } = self;
+        points.bytes() + held(corners) + held(materials)
     }
 }
 
@@ -48,21 +46,18 @@ impl<'a> SurfaceAttributes<'a> {
 
     /// The attributes of a body's boundary. `names`: node of the conforming mesh for each node of the body's mesh.
     pub fn of(&self, boundary: &[OuterFace], names: &[u32]) -> OuterCorners {
-        let (materials, uvs) = (&self.surface.attributes.materials, &self.surface.attributes.uvs);
+        let (materials, kinds) = (&self.surface.attributes.materials, AttributeKinds::of(&self.surface.attributes));
         let mut outer = OuterCorners::default();
-        let mut known: HashMap<(u32, [u32; 3], [u32; 2]), u32> = HashMap::new();
+        let mut known: HashMap<(u32, [u32; 8]), u32> = HashMap::new();
         for face in boundary {
             let nodes = face.nodes.map(|node| names[node as usize]);
             let Some(&triangle) = self.meshed_triangles.get(&ascending(nodes)) else { continue };
             let source = self.meshed.sources[triangle as usize];
             let corner = |node: u32| {
-                let (normal, uv) = self.at(node, triangle as usize);
-                *known.entry((node, normal.map(f32::to_bits), uv.map(f32::to_bits))).or_insert_with(|| {
-                    outer.normals.push(normal);
-                    if !uvs.is_empty() {
-                        outer.uvs.push(uv);
-                    }
-                    outer.normals.len() as u32 - 1
+                let attributes = self.at(node, triangle as usize);
+                *known.entry((node, attributes.bits())).or_insert_with(|| {
+                    outer.points.push(&attributes, kinds);
+                    outer.points.len() as u32 - 1
                 })
             };
             outer.corners.push(nodes.map(corner));
@@ -71,8 +66,8 @@ impl<'a> SurfaceAttributes<'a> {
         outer
     }
 
-    /// Normal and texture coordinates of a triangle at a boundary node.
-    fn at(&self, node: u32, triangle: usize) -> CornerAttributes {
+    /// Attributes of a triangle at a boundary node.
+    fn at(&self, node: u32, triangle: usize) -> PointAttributes {
         let place = &self.places[node as usize];
         let weight = |vertex: u32| {
             let own = place.vertices.iter().zip(place.weights).filter(|(other, _)| **other == vertex);

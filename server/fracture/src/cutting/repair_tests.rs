@@ -159,6 +159,8 @@ fn films_have_the_attributes_of_their_rim() {
     let mut open = cube([0.0; 3]);
     open.triangles.truncate(open.triangles.len() - 2);
     open.attributes.uvs = (0..open.triangles.len()).map(|own| [[own as f32, 0.5]; 3]).collect();
+    open.attributes.uvs2 = vec![[[0.25, 0.75]; 3]; open.triangles.len()];
+    open.attributes.colors = vec![[[0.5; 4]; 3]; open.triangles.len()];
     open.attributes.materials = vec![1; open.triangles.len()];
     open.attributes.names = vec!["a".to_owned(), "b".to_owned()];
     let surface = Surface::repair(open).unwrap();
@@ -171,6 +173,11 @@ fn films_have_the_attributes_of_their_rim() {
     );
     assert_eq!(filled.attributes.materials[count - 1], 1);
     assert_eq!(filled.attributes.uvs[count - 1][0][1], 0.5);
+    assert_eq!((filled.attributes.uvs2.len(), filled.attributes.colors.len()), (count, count));
+    assert_eq!(
+        (filled.attributes.uvs2[count - 1][0], filled.attributes.colors[count - 1][0]),
+        ([0.25, 0.75], [0.5; 4])
+    );
 }
 
 #[test]

@@ -56,12 +56,24 @@ fn longest_side(surface: &Surface, own: usize) -> Option<([u32; 3], f64)> {
     Some((corners, height)).filter(|_| height.is_finite())
 }
 
+/// Corners of a triangle from corner `turn` on.
+fn turned<T: Copy>(corners: [T; 3], turn: usize) -> [T; 3] {
+    [0, 1, 2].map(|k| corners[(turn + k) % 3])
+}
+
+/// Divides the values of a triangle as [`divide`] does the triangle. `t`: place of the new vertex on the side, from 0 to 1.
+fn divide_values<const N: usize>(values: &mut Vec<[[f32; N]; 3]>, own: usize, turn: usize, t: f64) {
+    if !values.is_empty() {
+        let [b, a, x] = turned(values[own], turn);
+        let mixed = std::array::from_fn(|k| (f64::from(b[k]) * (1.0 - t) + f64::from(a[k]) * t) as f32);
+        values[own] = [b, mixed, x];
+        values.push([mixed, a, x]);
+    }
+}
+
 /// Divides a triangle at vertex `m` of the side that begins at corner `turn`: it keeps the beginning, and the rest is added.
 fn divide(surface: &mut Surface, own: usize, turn: usize, m: u32) {
-    fn at<T: Copy>(corners: [T; 3], turn: usize) -> [T; 3] {
-        [0, 1, 2].map(|k| corners[(turn + k) % 3])
-    }
-    let [b, a, x] = at(surface.triangles[own], turn);
+    let [b, a, x] = turned(surface.triangles[own], turn);
     surface.triangles[own] = [b, m, x];
     surface.triangles.push([m, a, x]);
     surface.faces.push(surface.faces[own]);
@@ -69,18 +81,16 @@ fn divide(surface: &mut Surface, own: usize, turn: usize, m: u32) {
     let t = (middle - from).dot(&(to - from)) / (to - from).norm_squared();
     let attributes = &mut surface.attributes;
     if !attributes.normals.is_empty() {
-        let [b, a, x] = at(attributes.normals[own], turn);
+        let [b, a, x] = turned(attributes.normals[own], turn);
         let mixed = Vector3::from(b).lerp(&Vector3::from(a), t as f32);
         let normal = mixed.try_normalize(0.0).map_or(b, Into::into);
         attributes.normals[own] = [b, normal, x];
         attributes.normals.push([normal, a, x]);
     }
-    if !attributes.uvs.is_empty() {
-        let [b, a, x] = at(attributes.uvs[own], turn);
-        let mixed = [0, 1].map(|k| (f64::from(b[k]) * (1.0 - t) + f64::from(a[k]) * t) as f32);
-        attributes.uvs[own] = [b, mixed, x];
-        attributes.uvs.push([mixed, a, x]);
+    for set in [&mut attributes.uvs, &mut attributes.uvs2] {
+        divide_values(set, own, turn, t);
     }
+    divide_values(&mut attributes.colors, own, turn, t);
     if !attributes.materials.is_empty() {
         attributes.materials.push(attributes.materials[own]);
     }
@@ -96,5 +106,7 @@ fn keep(surface: &mut Surface, is_closed: &[bool]) {
     drop_closed(&mut surface.faces, is_closed);
     drop_closed(&mut surface.attributes.normals, is_closed);
     drop_closed(&mut surface.attributes.uvs, is_closed);
+    drop_closed(&mut surface.attributes.uvs2, is_closed);
+    drop_closed(&mut surface.attributes.colors, is_closed);
     drop_closed(&mut surface.attributes.materials, is_closed);
 }

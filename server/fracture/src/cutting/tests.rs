@@ -224,9 +224,16 @@ fn painted() -> RawMesh {
     mesh.attributes.materials = mesh.triangles.iter().map(|own| side(own) as u32).collect();
     let names = ["left", "right", "bottom", "top", "back", "front"];
     mesh.attributes.names = names.map(str::to_owned).to_vec();
+    mesh.attributes.colors = mesh.triangles.iter().map(|own| [color(side(own)); 3]).collect();
     let uv = |own: &[u32; 3]| own.map(|vertex| painted_uv(side(own), &mesh.positions_m[vertex as usize]));
     mesh.attributes.uvs = mesh.triangles.iter().map(uv).collect();
+    mesh.attributes.uvs2 = mesh.attributes.uvs.iter().map(|own| own.map(|[u, v]| [-v, u + 1.0])).collect();
     mesh
+}
+
+/// Color of a side of the painted box.
+fn color(side: usize) -> [f32; 4] {
+    [side as f32 / 5.0, 0.2, 1.0, 0.8]
 }
 
 /// Side of the box on which a triangle lies.
@@ -265,6 +272,12 @@ fn check_paint(meshes: &FractureMeshes) {
                     let skinned = meshes.skins.vertices[skin.vertex_first as usize + *vertex as usize];
                     assert_eq!((skinned.uv, skinned.normal), (found.uv, found.normal));
                     assert_eq!(skinned.position_m, fragment.positions[*vertex as usize]);
+                    let second = meshes.attributes.uvs2[first + *vertex as usize];
+                    assert!((0..2).all(|k| (second[k] - [-found.uv[1], found.uv[0] + 1.0][k]).abs() < 1e-5));
+                    let painted = color(side).map(|x| (x * 255.0).round() as u8);
+                    assert_eq!(meshes.attributes.colors[first + *vertex as usize], painted);
+                    let skinned = skin.vertex_first as usize + *vertex as usize;
+                    assert_eq!((meshes.skins.uvs2[skinned], meshes.skins.colors[skinned]), (second, painted));
                     let wanted = painted_uv(side, &corner);
                     assert!((0..2).all(|k| (found.uv[k] - wanted[k]).abs() < 1e-5), "{:?} {wanted:?}", found.uv);
                     let outward = if side % 2 == 1 { 1.0 } else { -1.0 };
@@ -301,6 +314,8 @@ fn attributes_are_those_of_the_input_on_both_sides_of_a_seam() {
     save(&prepared, &file).unwrap();
     let loaded = load(&file).unwrap();
     assert_eq!(loaded.bodies[0].cutting, prepared.bodies[0].cutting);
+    assert_eq!((&loaded.bodies[0].outer, &loaded.skin), (&prepared.bodies[0].outer, &prepared.skin));
+    assert!(loaded.attribute_kinds().is_more_than_first_uvs());
     for number in 0..3 {
         let request = strike(&loaded, number);
         let effects = request.effects.with(EffectKind::Skin).with(EffectKind::Attributes);

@@ -7,10 +7,10 @@
 //! Based on: Q. Zhou, E. Grinspun, D. Zorin, A. Jacobson, *Mesh arrangements for solid geometry* (2016).
 
 use super::build::CuttingError;
-use super::meshed_surface::{CornerAttributes, MeshedSurface};
+use super::meshed_surface::MeshedSurface;
 use super::separated::separated;
 use crate::cancel_token::CancelToken;
-use crate::skin::blended;
+use crate::skin::{PointAttributes, blended};
 use crate::surface::{barycentric, crossings};
 use manifold_rust::linalg::Vec3;
 use manifold_rust::robust::cells::{VertTables, build_cells, extract, windings};
@@ -99,7 +99,7 @@ pub(super) fn united(surface: &MeshedSurface, token: &CancelToken) -> Result<Uni
 }
 
 /// Attributes at the corners of a piece of a triangle.
-fn attributes(surface: &MeshedSurface, piece: &Piece, positions: &[Point3<f64>]) -> [CornerAttributes; 3] {
+fn attributes(surface: &MeshedSurface, piece: &Piece, positions: &[Point3<f64>]) -> [PointAttributes; 3] {
     let (vertices, corners) = (surface.triangles[piece.tri], surface.corners[piece.tri]);
     let at = vertices.map(|vertex| surface.positions[vertex as usize]);
     piece.vi.map(|vertex| {

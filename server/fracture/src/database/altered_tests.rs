@@ -70,12 +70,15 @@ impl File {
     }
 }
 
-/// A box with texture coordinates and two materials.
+/// A box with both sets of texture coordinates, colors and two materials.
 fn mesh() -> RawMesh {
     let mut mesh = shapes::cuboid([0.5, 0.3, 0.2]);
     let corners = |triangle: &[u32; 3]| triangle.map(|vertex| mesh.positions_m[vertex as usize]);
     mesh.attributes.uvs =
         mesh.triangles.iter().map(|own| corners(own).map(|point| [point.x as f32, point.y as f32])).collect();
+    mesh.attributes.uvs2 = mesh.attributes.uvs.iter().map(|own| own.map(|[u, v]| [v, 2.0 * u])).collect();
+    mesh.attributes.colors =
+        mesh.attributes.uvs.iter().map(|own| own.map(|[u, v]| [u + 0.5, v + 0.5, 0.5, 1.0])).collect();
     mesh.attributes.materials = (0..mesh.triangles.len() as u32).map(|triangle| triangle % 2).collect();
     mesh.attributes.names = vec!["front".into(), "back".into()];
     mesh
@@ -214,7 +217,11 @@ fn check_pieces(pieces: &FractureMeshes, whole_kg: f64, what: &str) {
 }
 
 fn width(dtype: &str) -> usize {
-    if dtype == "F64" { 8 } else { 4 }
+    match dtype {
+        "F64" => 8,
+        "U8" => 1,
+        _ => 4,
+    }
 }
 
 /// Altered values of an entry.
@@ -223,6 +230,8 @@ fn others(dtype: &str, own: &[u8]) -> Vec<(&'static str, Vec<u8>)> {
         (name, if dtype == "F64" { value.to_le_bytes().to_vec() } else { (value as f32).to_le_bytes().to_vec() })
     };
     match dtype {
+        // Any color is valid.
+        "U8" => vec![("zero", vec![0]), ("one more", vec![own[0].wrapping_add(1)]), ("full", vec![u8::MAX])],
         "U32" => {
             let value = u32::from_le_bytes(own.try_into().unwrap());
             [("zero", 0), ("one more", value.wrapping_add(1)), ("one less", value.wrapping_sub(1)), ("huge", u32::MAX)]
@@ -261,9 +270,15 @@ fn altered_tensors_are_rejected_by_name_or_harmless() {
     assert_eq!(trial.served, 1);
     for part in [
         "skin.uvs",
+        "skin.uvs2",
+        "skin.colors",
         "skin.materials",
         "body0.cutting.outer.uvs",
         "body0.outer.uvs",
+        "body0.outer.uvs2",
+        "body0.outer.colors",
+        "body0.cutting.outer.uvs2",
+        "body0.cutting.outer.colors",
         "reduced0.gram",
         "body0.transfer.shares",
         "network.mean",
@@ -300,6 +315,36 @@ fn altered_tensors_are_rejected_by_name_or_harmless() {
     println!("{} refused, {} served", trial.refused, trial.served);
     assert!(trial.wrong.is_empty(), "{:#?}", trial.wrong);
     assert!(trial.refused + trial.served > 250);
+}
+
+#[test]
+fn second_textures_and_colors_of_a_wrong_length_or_value_are_refused() {
+    let trial = Trial::new();
+    let path = trial.folder.path().join("altered.shatter");
+    let refused = |file: &File, name: &str| {
+        file.write(&path);
+        let error = load(&path).err().unwrap_or_else(|| panic!("{name} was read")).to_string();
+        assert!(error.contains(name), "{name}: {error}");
+    };
+    for name in ["skin", "body0.outer", "body0.cutting.outer"] {
+        for (part, columns) in [("uvs2", 2), ("colors", 4)] {
+            let tensor = format!("{name}.{part}");
+            let (dtype, shape, bytes) = trial.file.tensors[&tensor].clone();
+            assert_eq!((shape.len(), shape[1], bytes.len() % shape[0]), (2, columns, 0), "{tensor}");
+            let mut file = trial.file.clone();
+            let short = bytes[..bytes.len() - bytes.len() / shape[0]].to_vec();
+            file.tensors.insert(tensor.clone(), (dtype.clone(), vec![shape[0] - 1, columns], short));
+            refused(&file, &tensor);
+            file.tensors.insert(tensor.clone(), (dtype, vec![shape[0] * columns, 1], bytes));
+            refused(&file, &tensor);
+        }
+        for value in [f32::NAN, f32::INFINITY, 1e30] {
+            let tensor = format!("{name}.uvs2");
+            let mut file = trial.file.clone();
+            file.tensors.get_mut(&tensor).unwrap().2[4..8].copy_from_slice(&value.to_le_bytes());
+            refused(&file, &tensor);
+        }
+    }
 }
 
 /// A function that returns the document with another value in one place.

@@ -51,6 +51,11 @@ impl Tensors {
     pub fn u32(&mut self, name: String, shape: &[usize], values: &[u32]) {
         self.0.insert(name, (Dtype::U32, shape.to_vec(), little_endian(values, u32::to_le_bytes)));
     }
+
+    /// Adds bytes of the given shape.
+    pub fn u8(&mut self, name: String, shape: &[usize], values: &[u8]) {
+        self.0.insert(name, (Dtype::U8, shape.to_vec(), values.to_vec()));
+    }
 }
 
 fn little_endian<T: Copy, const N: usize>(values: &[T], bytes: fn(T) -> [u8; N]) -> Vec<u8> {
@@ -311,6 +316,11 @@ impl ContainerContents {
             }),
             None => Ok(values),
         }
+    }
+
+    /// Bytes in `rows` rows of `columns` columns.
+    pub fn u8(&self, name: &str, rows: usize, columns: usize) -> Result<Vec<u8>, DatabaseError> {
+        self.typed(name, Dtype::U8, Some(rows), columns, u8::from_le_bytes)
     }
 
     fn typed<T, const N: usize>(

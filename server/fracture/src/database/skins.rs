@@ -7,7 +7,7 @@ use super::{DatabaseError, stored_values};
 use crate::cutting::OuterCorners;
 use crate::lattice::LatticePoint;
 use crate::pipeline::{PreparedBody, PreparedObject};
-use crate::skin::{BoundaryAttributes, Skin, SkinCorner, SkinPoint};
+use crate::skin::{BoundaryAttributes, PointAttributeLists, Skin, SkinPoint};
 use crate::surface::NO_MATERIAL;
 
 /// Limit that allows any 32-bit number.
@@ -19,12 +19,9 @@ pub(super) fn put(tensors: &mut Tensors, prepared: &PreparedObject) {
         put_skin(tensors, skin);
     }
     for (index, body) in prepared.bodies.iter().enumerate() {
-        let Some(BoundaryAttributes { normals, uvs, materials }) = &body.outer else { continue };
+        let Some(BoundaryAttributes { points, materials }) = &body.outer else { continue };
         let name = |part: &str| format!("body{index}.outer.{part}");
-        tensors.f32(name("normals"), &[normals.len(), 3], normals.as_flattened());
-        if !uvs.is_empty() {
-            tensors.f32(name("uvs"), &[uvs.len(), 2], uvs.as_flattened());
-        }
+        put_points(tensors, &name, points);
         if !materials.is_empty() {
             tensors.u32(name("materials"), &[materials.len()], materials);
         }
@@ -33,16 +30,47 @@ pub(super) fn put(tensors: &mut Tensors, prepared: &PreparedObject) {
 
 /// Adds the tensors of the attributes at the corners of a cutting mesh, whose tensors begin with `mesh`.
 pub(super) fn put_corners(tensors: &mut Tensors, mesh: &str, outer: &OuterCorners) {
-    let OuterCorners { normals, uvs, corners, materials } = outer;
+    let OuterCorners { points, corners, materials } = outer;
     let name = |part: &str| format!("{mesh}.outer.{part}");
-    tensors.f32(name("normals"), &[normals.len(), 3], normals.as_flattened());
-    if !uvs.is_empty() {
-        tensors.f32(name("uvs"), &[uvs.len(), 2], uvs.as_flattened());
-    }
+    put_points(tensors, &name, points);
     tensors.u32(name("corners"), &[corners.len(), 3], corners.as_flattened());
     if !materials.is_empty() {
         tensors.u32(name("materials"), &[materials.len()], materials);
     }
+}
+
+/// Names of the tensors of both sets of texture coordinates.
+const UVS: [&str; 2] = ["uvs", "uvs2"];
+
+/// Adds the tensors of the attributes of points. `name` returns the name of a tensor.
+fn put_points(tensors: &mut Tensors, name: &dyn Fn(&str) -> String, points: &PointAttributeLists) {
+    let PointAttributeLists { normals, uvs, colors } = points;
+    tensors.f32(name("normals"), &[normals.len(), 3], normals.as_flattened());
+    for (part, uvs) in UVS.into_iter().zip(uvs).filter(|(_, uvs)| !uvs.is_empty()) {
+        tensors.f32(name(part), &[uvs.len(), 2], uvs.as_flattened());
+    }
+    if !colors.is_empty() {
+        tensors.u8(name("colors"), &[colors.len(), 4], colors.as_flattened());
+    }
+}
+
+/// The attributes of `rows` points.
+fn points(
+    contents: &ContainerContents,
+    name: &dyn Fn(&str) -> String,
+    rows: usize,
+) -> Result<PointAttributeLists, DatabaseError> {
+    let mut points =
+        PointAttributeLists { normals: vectors::<3>(contents, &name("normals"), rows)?, ..Default::default() };
+    stored_values::normals(&name("normals"), &points.normals)?;
+    for (part, uvs) in UVS.into_iter().zip(&mut points.uvs).filter(|(part, _)| contents.holds(&name(part))) {
+        *uvs = vectors::<2>(contents, &name(part), rows)?;
+        stored_values::uvs(&name(part), uvs)?;
+    }
+    if contents.holds(&name("colors")) {
+        points.colors = contents.u8(&name("colors"), rows, 4)?.as_chunks::<4>().0.to_vec();
+    }
+    Ok(points)
 }
 
 /// The attributes at the corners of a cutting mesh with this number of boundary faces; `None` if the file has none.
@@ -56,18 +84,14 @@ pub(super) fn corners(
     if !contents.holds(&name("normals")) {
         return Ok(None);
     }
-    let normals = vectors::<3>(contents, &name("normals"), contents.rows(&name("normals")))?;
-    stored_values::normals(&name("normals"), &normals)?;
-    let uvs =
-        if contents.holds(&name("uvs")) { vectors::<2>(contents, &name("uvs"), normals.len())? } else { Vec::new() };
-    stored_values::uvs(&name("uvs"), &uvs)?;
-    let corners = contents.u32(&name("corners"), Some(faces), 3, normals.len() as u64)?;
+    let points = points(contents, &name, contents.rows(&name("normals")))?;
+    let corners = contents.u32(&name("corners"), Some(faces), 3, points.len() as u64)?;
     let materials = materials(contents, &name("materials"), faces, names)?;
-    Ok(Some(OuterCorners { normals, uvs, corners: corners.as_chunks::<3>().0.to_vec(), materials }))
+    Ok(Some(OuterCorners { points, corners: corners.as_chunks::<3>().0.to_vec(), materials }))
 }
 
 fn put_skin(tensors: &mut Tensors, skin: &Skin) {
-    let Skin { points, spots, vertices, triangles, materials, textured } = skin;
+    let Skin { points, spots, vertices, attributes, triangles, materials } = skin;
     let name = |part: &str| format!("skin.{part}");
     let coordinates: Vec<f64> = points.iter().flat_map(|point| [point.x, point.y, point.z]).collect();
     tensors.f64(name("points"), &[points.len(), 3], &coordinates);
@@ -75,14 +99,8 @@ fn put_skin(tensors: &mut Tensors, skin: &Skin) {
     tensors.u32(name("spots"), &[spots.len(), 2], &spot);
     let weights: Vec<f64> = spots.iter().flat_map(|spot| spot.place.barycentric).collect();
     tensors.f64(name("weights"), &[spots.len(), 4], &weights);
-    let own: Vec<u32> = vertices.iter().map(|vertex| vertex.point).collect();
-    tensors.u32(name("vertices"), &[own.len()], &own);
-    let normals: Vec<f32> = vertices.iter().flat_map(|vertex| vertex.normal).collect();
-    tensors.f32(name("normals"), &[own.len(), 3], &normals);
-    if *textured {
-        let uvs: Vec<f32> = vertices.iter().flat_map(|vertex| vertex.uv).collect();
-        tensors.f32(name("uvs"), &[own.len(), 2], &uvs);
-    }
+    tensors.u32(name("vertices"), &[vertices.len()], vertices);
+    put_points(tensors, &name, attributes);
     tensors.u32(name("triangles"), &[triangles.len(), 3], triangles.as_flattened());
     if !materials.is_empty() {
         tensors.u32(name("materials"), &[materials.len()], materials);
@@ -100,23 +118,16 @@ pub(super) fn skin(
         return Ok(None);
     }
     let coordinates = contents.f64("skin.points", None, 3)?;
-    let (points, _) = coordinates.as_chunks::<3>();
-    stored_values::points("skin.points", points, spacing)?;
-    let spots = spots(contents, bodies, points.len())?;
-    let own = contents.u32("skin.vertices", None, FLAT, points.len() as u64)?;
-    let normals = vectors::<3>(contents, "skin.normals", own.len())?;
-    stored_values::normals("skin.normals", &normals)?;
-    let textured = contents.holds("skin.uvs");
-    let uvs = if textured { vectors::<2>(contents, "skin.uvs", own.len())? } else { vec![[0.0; 2]; own.len()] };
-    stored_values::uvs("skin.uvs", &uvs)?;
-    let attributes = normals.into_iter().zip(uvs);
-    let vertices: Vec<SkinCorner> =
-        own.into_iter().zip(attributes).map(|(point, (normal, uv))| SkinCorner { point, normal, uv }).collect();
+    let (places, _) = coordinates.as_chunks::<3>();
+    stored_values::points("skin.points", places, spacing)?;
+    let spots = spots(contents, bodies, places.len())?;
+    let vertices = contents.u32("skin.vertices", None, FLAT, places.len() as u64)?;
+    let attributes = points(contents, &|part| format!("skin.{part}"), vertices.len())?;
     let indices = contents.u32("skin.triangles", None, 3, vertices.len() as u64)?;
     let triangles = indices.as_chunks::<3>().0.to_vec();
     let materials = materials(contents, "skin.materials", triangles.len(), names)?;
-    let points = points.iter().map(|point| (*point).into()).collect();
-    Ok(Some(Skin { points, spots, vertices, triangles, materials, textured }))
+    let points = places.iter().map(|place| (*place).into()).collect();
+    Ok(Some(Skin { points, spots, vertices, attributes, triangles, materials }))
 }
 
 fn spots(
@@ -151,13 +162,9 @@ pub(super) fn outer(
     if !contents.holds(&name("normals")) {
         return Ok(None);
     }
-    let nodes = body.topology.boundary_nodes.len();
-    let normals = vectors::<3>(contents, &name("normals"), nodes)?;
-    stored_values::normals(&name("normals"), &normals)?;
-    let uvs = if contents.holds(&name("uvs")) { vectors::<2>(contents, &name("uvs"), nodes)? } else { Vec::new() };
-    stored_values::uvs(&name("uvs"), &uvs)?;
+    let points = points(contents, &name, body.topology.boundary_nodes.len())?;
     let materials = materials(contents, &name("materials"), body.topology.boundary.len(), names)?;
-    Ok(Some(BoundaryAttributes { normals, uvs, materials }))
+    Ok(Some(BoundaryAttributes { points, materials }))
 }
 
 fn materials(contents: &ContainerContents, name: &str, rows: usize, names: usize) -> Result<Vec<u32>, DatabaseError> {

@@ -1,8 +1,8 @@
 //! Attributes of the input on the boundary of a lattice. Each boundary node and triangle takes those of the nearest
 //! input point.
 
-use super::Skin;
 use super::walls::APART;
+use super::{AttributeKinds, PointAttributeLists, PointAttributes, Skin, blended};
 use crate::lattice::{Lattice, area_vector};
 use crate::memory::held;
 use crate::surface::{NO_MATERIAL, NearestTriangles};
@@ -13,10 +13,8 @@ use rayon::prelude::*;
 /// Attributes of the boundary of one body's lattice.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BoundaryAttributes {
-    /// Unit normals of [`Topology::boundary_nodes`].
-    pub normals: Vec<[f32; 3]>,
-    /// Texture coordinates of the same nodes; empty if the file has none.
-    pub uvs: Vec<[f32; 2]>,
+    /// Attributes of [`Topology::boundary_nodes`].
+    pub points: PointAttributeLists,
     /// Materials of [`Topology::boundary`]; empty if the file has none.
     pub materials: Vec<u32>,
 }
@@ -26,17 +24,18 @@ impl BoundaryAttributes {
     pub fn of(skin: &Skin, bodies: &[(&Lattice, &Topology)], spacing: f64) -> Vec<Self> {
         let corners: Vec<[Point3<f64>; 3]> = (0..skin.triangles.len()).map(|triangle| skin.corners(triangle)).collect();
         let nearest = NearestTriangles::new(&corners);
+        let kinds: AttributeKinds = skin.attributes.kinds();
         let look = |lattice: &Lattice, topology: &Topology| {
             let normals = own_normals(lattice, topology);
             let node = |node: &u32| {
                 let place = &lattice.nodes[*node as usize];
                 match nearest.distance(place) > APART * spacing {
                     // The wall of an existing crack has no counterpart in the input.
-                    true => (normals[*node as usize], [0.0; 2]),
+                    true => PointAttributes::plain(normals[*node as usize]),
                     false => look(skin, nearest.to(place)),
                 }
             };
-            let attributes: Vec<([f32; 3], [f32; 2])> = topology.boundary_nodes.par_iter().map(node).collect();
+            let attributes: Vec<PointAttributes> = topology.boundary_nodes.par_iter().map(node).collect();
             let face = |nodes: [u32; 3]| {
                 let middle = nodes.iter().map(|&node| lattice.nodes[node as usize].coords).sum::<Vector3<f64>>() / 3.0;
                 let middle = Point3::from(middle);
@@ -50,16 +49,17 @@ impl BoundaryAttributes {
                 true => Vec::new(),
                 false => topology.boundary.par_iter().map(|outer| face(outer.nodes)).collect(),
             };
-            let (normals, uvs): (Vec<_>, Vec<_>) = attributes.into_iter().unzip();
-            Self { normals, uvs: if skin.textured { uvs } else { Vec::new() }, materials }
+            let mut points = PointAttributeLists::default();
+            attributes.iter().for_each(|own| points.push(own, kinds));
+            Self { points, materials }
         };
         bodies.iter().map(|(lattice, topology)| look(lattice, topology)).collect()
     }
 
     /// Memory, bytes.
     pub fn bytes(&self) -> usize {
-        let Self { normals, uvs, materials } = self;
-        held(normals) + held(uvs) + held(materials)
+        let Self { points, materials } = self;
+        points.bytes() + held(materials)
     }
 }
 
@@ -73,11 +73,11 @@ fn own_normals(lattice: &Lattice, topology: &Topology) -> Vec<[f32; 3]> {
     sums.iter().map(|sum| sum.try_normalize(0.0).unwrap_or(Vector3::z()).map(|x| x as f32).into()).collect()
 }
 
-/// Normal and texture coordinates at a point of a triangle.
-fn look(skin: &Skin, (triangle, weights): (usize, [f64; 3])) -> ([f32; 3], [f32; 2]) {
-    let corners = skin.triangles[triangle].map(|vertex| &skin.vertices[vertex as usize]);
+/// Attributes at a point of a triangle.
+fn look(skin: &Skin, (triangle, weights): (usize, [f64; 3])) -> PointAttributes {
+    let corners = skin.triangles[triangle].map(|vertex| skin.attributes.get(vertex as usize));
     let mean = |of: &dyn Fn(usize) -> f32| (0..3).map(|k| f64::from(of(k)) * weights[k]).sum::<f64>();
     let normal = Vector3::from([0, 1, 2].map(|axis| mean(&|k| corners[k].normal[axis])));
     let normal = normal.try_normalize(0.0).unwrap_or(Vector3::z()).map(|x| x as f32);
-    (normal.into(), [0, 1].map(|axis| mean(&|k| corners[k].uv[axis]) as f32))
+    PointAttributes { normal: normal.into(), ..blended(corners, weights) }
 }

@@ -4,7 +4,7 @@
 //! triangles: one point on every edge between two fragments, and one in every triangle between three. The parts tile a
 //! triangle for any positions of these points, so areas add up.
 
-use super::Skin;
+use super::{PointAttributes, Skin, blended};
 use crate::memory::held;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
@@ -24,15 +24,15 @@ pub struct BlendedVertex {
 }
 
 impl BlendedVertex {
-    /// Position in `skin`, local, unit normal, and texture coordinates.
-    pub fn of(&self, skin: &Skin) -> (Point3<f64>, [f32; 3], [f32; 2]) {
-        let own = self.of.map(|vertex| &skin.vertices[vertex as usize]);
+    /// Position in `skin`, local, and attributes.
+    pub fn of(&self, skin: &Skin) -> (Point3<f64>, PointAttributes) {
+        let points = self.of.map(|vertex| skin.points[skin.vertices[vertex as usize] as usize]);
+        let own = self.of.map(|vertex| skin.attributes.get(vertex as usize));
         let mean = |of: &dyn Fn(usize) -> Vector3<f64>| (0..3).map(|k| of(k) * self.weights[k]).sum::<Vector3<f64>>();
-        let base = skin.points[own[0].point as usize];
-        let place = base + mean(&|k| skin.points[own[k].point as usize] - base);
+        let place = points[0] + mean(&|k| points[k] - points[0]);
         let normal = mean(&|k| Vector3::from(own[k].normal).cast()).try_normalize(0.0);
-        let uv = |axis: usize| (0..3).map(|k| f64::from(own[k].uv[axis]) * self.weights[k]).sum::<f64>() as f32;
-        (place, normal.map_or(own[0].normal, |normal| normal.map(|x| x as f32).into()), [uv(0), uv(1)])
+        let normal = normal.map_or(own[0].normal, |normal| normal.map(|x| x as f32).into());
+        (place, PointAttributes { normal, ..blended(own, self.weights) })
     }
 
     /// The given vertex of the skin.
@@ -139,7 +139,7 @@ impl<F: Fn(u32, u32, u32) -> f64> Cutter<'_, F> {
     }
 
     fn point(&self, vertex: u32) -> u32 {
-        self.skin.vertices[vertex as usize].point
+        self.skin.vertices[vertex as usize]
     }
 
     fn put<const N: usize>(&mut self, label: u32, source: usize, triangles: [[u32; 3]; N]) {

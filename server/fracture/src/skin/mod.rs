@@ -8,6 +8,7 @@
 mod boundary_attributes;
 mod clipped_surface;
 mod normals;
+mod point_attributes;
 mod refine;
 mod walls;
 
@@ -16,11 +17,13 @@ mod tests;
 
 pub use boundary_attributes::BoundaryAttributes;
 pub use clipped_surface::{BlendedVertex, ClippedSurface, clip};
+pub(crate) use point_attributes::blended;
+pub use point_attributes::{AttributeKinds, PointAttributeLists, PointAttributes};
 
 use crate::lattice::{Lattice, LatticePoint, Locator, area_vector};
 use crate::memory::held;
 use crate::surface::Surface;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use rayon::prelude::*;
 pub(crate) use refine::RefinedCorner;
 use std::collections::HashMap;
@@ -41,17 +44,6 @@ pub struct SkinPoint {
     pub place: LatticePoint,
 }
 
-/// A point with its attributes in some of its triangles.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SkinCorner {
-    /// Index into [`Skin::points`].
-    pub point: u32,
-    /// Unit normal.
-    pub normal: [f32; 3],
-    /// Texture coordinates; zero if the file has none.
-    pub uv: [f32; 2],
-}
-
 /// Surface of the input with its attributes, repaired and facing outward, local.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Skin {
@@ -59,14 +51,14 @@ pub struct Skin {
     pub points: Vec<Point3<f64>>,
     /// Position of each point in the crack lattices.
     pub spots: Vec<SkinPoint>,
-    /// Points with attributes.
-    pub vertices: Vec<SkinCorner>,
+    /// Index into `points` of each vertex: a point with its attributes in some of its triangles.
+    pub vertices: Vec<u32>,
+    /// Attributes of the vertices.
+    pub attributes: PointAttributeLists,
     /// Indices into `vertices`, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
     /// Material of each triangle; empty if the file has none.
     pub materials: Vec<u32>,
-    /// True if the file has texture coordinates.
-    pub textured: bool,
 }
 
 impl Skin {
@@ -82,14 +74,15 @@ impl Skin {
             true => Vec::new(),
             false => sources.iter().map(|&triangle| attributes.materials[triangle as usize]).collect(),
         };
-        let (vertices, triangles) = shared(&corners);
         let spots = spots(&points, lattices);
-        Self { points, spots, vertices, triangles, materials, textured: !attributes.uvs.is_empty() }
+        let mut skin = Self { points, spots, materials, ..Self::default() };
+        skin.share(&corners, AttributeKinds::of(attributes));
+        skin
     }
 
     /// The three corners of triangle `triangle`, local.
     pub fn corners(&self, triangle: usize) -> [Point3<f64>; 3] {
-        self.triangles[triangle].map(|vertex| self.points[self.vertices[vertex as usize].point as usize])
+        self.triangles[triangle].map(|vertex| self.points[self.vertices[vertex as usize] as usize])
     }
 
     /// The part of one fragment as a separate skin.
@@ -97,12 +90,14 @@ impl Skin {
     /// Each of its vertices is a point. Points on the boundary take the lattice position of a neighboring point of the
     /// same fragment.
     pub fn part(&self, clipped: &ClippedSurface) -> Self {
-        let mut part = Self { textured: self.textured, triangles: clipped.triangles.clone(), ..Self::default() };
+        let mut part = Self { triangles: clipped.triangles.clone(), ..Self::default() };
+        let kinds = self.attributes.kinds();
         for (point, blend) in clipped.vertices.iter().enumerate() {
-            let (place, normal, uv) = blend.of(self);
+            let (place, attributes) = blend.of(self);
             part.points.push(place);
-            part.spots.push(self.spots[self.vertices[blend.own_vertex as usize].point as usize]);
-            part.vertices.push(SkinCorner { point: point as u32, normal, uv });
+            part.spots.push(self.spots[self.vertices[blend.own_vertex as usize] as usize]);
+            part.vertices.push(point as u32);
+            part.attributes.push(&attributes, kinds);
         }
         if !self.materials.is_empty() {
             part.materials = clipped.sources.iter().map(|&source| self.materials[source as usize]).collect();
@@ -112,8 +107,23 @@ impl Skin {
 
     /// Memory, bytes.
     pub fn bytes(&self) -> usize {
-        let Self { points, spots, vertices, triangles, materials, textured: _ } = self;
-        held(points) + held(spots) + held(vertices) + held(triangles) + held(materials)
+        let Self { points, spots, vertices, attributes, triangles, materials } = self;
+        held(points) + held(spots) + held(vertices) + attributes.bytes() + held(triangles) + held(materials)
+    }
+
+    /// Merges corners with equal points and attributes into one vertex.
+    fn share(&mut self, corners: &[[RefinedCorner; 3]], kinds: AttributeKinds) {
+        let mut places: HashMap<(u32, [u32; 8]), u32> = HashMap::new();
+        for own in corners {
+            let place = |RefinedCorner { point, attributes }: RefinedCorner| {
+                *places.entry((point, attributes.bits())).or_insert_with(|| {
+                    self.vertices.push(point);
+                    self.attributes.push(&attributes, kinds);
+                    self.vertices.len() as u32 - 1
+                })
+            };
+            self.triangles.push(own.map(place));
+        }
     }
 }
 
@@ -125,9 +135,17 @@ pub(crate) fn surface_corners(surface: &Surface) -> Vec<[RefinedCorner; 3]> {
     let creased = if attributes.normals.is_empty() { normals::creased(surface) } else { Vec::new() };
     let of = |triangle: usize| {
         let normals = if creased.is_empty() { outward(surface, triangle) } else { creased[triangle] };
-        let uvs = attributes.uvs.get(triangle).copied().unwrap_or([[0.0; 2]; 3]);
+        let uvs = [&attributes.uvs, &attributes.uvs2].map(|set| set.get(triangle).copied().unwrap_or_default());
+        let colors = attributes.colors.get(triangle);
         let points = surface.triangles[triangle];
-        [0, 1, 2].map(|k| RefinedCorner { point: points[k], normal: normals[k], uv: uvs[k] })
+        [0, 1, 2].map(|k| {
+            let plain = PointAttributes::plain(normals[k]);
+            let color = colors.map_or(plain.color, |colors| colors[k]);
+            RefinedCorner {
+                point: points[k],
+                attributes: PointAttributes { uvs: uvs.map(|set| set[k]), color, ..plain },
+            }
+        })
     };
     (0..surface.triangles.len()).map(of).collect()
 }
@@ -138,32 +156,6 @@ fn outward(surface: &Surface, triangle: usize) -> [[f32; 3]; 3] {
     let own = surface.attributes.normals[triangle];
     let along: f64 = own.iter().map(|normal| (0..3).map(|k| f64::from(normal[k]) * area[k]).sum::<f64>()).sum();
     if along < 0.0 { own.map(|normal| normal.map(|x| -x)) } else { own }
-}
-
-/// Weighted mean of normals, made unit again, and of texture coordinates. Opposite normals yield the first.
-pub(crate) fn blended<const N: usize>(
-    attributes: [([f32; 3], [f32; 2]); N],
-    weights: [f64; N],
-) -> ([f32; 3], [f32; 2]) {
-    let sum = |of: &dyn Fn(usize) -> f32| -> f64 { (0..N).map(|k| f64::from(of(k)) * weights[k]).sum() };
-    let normal = Vector3::from([0, 1, 2].map(|axis| sum(&|k| attributes[k].0[axis])));
-    let normal = normal.try_normalize(0.0).map_or(attributes[0].0, |normal| normal.map(|x| x as f32).into());
-    (normal, [0, 1].map(|axis| sum(&|k| attributes[k].1[axis]) as f32))
-}
-
-/// Merges corners with equal points and attributes into one vertex.
-fn shared(corners: &[[RefinedCorner; 3]]) -> (Vec<SkinCorner>, Vec<[u32; 3]>) {
-    let mut vertices: Vec<SkinCorner> = Vec::new();
-    let mut places: HashMap<(u32, [u32; 3], [u32; 2]), u32> = HashMap::new();
-    let mut place = |corner: &RefinedCorner| {
-        let RefinedCorner { point, normal, uv } = *corner;
-        *places.entry((point, normal.map(f32::to_bits), uv.map(f32::to_bits))).or_insert_with(|| {
-            vertices.push(SkinCorner { point, normal, uv });
-            vertices.len() as u32 - 1
-        })
-    };
-    let triangles = corners.iter().map(|own| own.each_ref().map(&mut place)).collect();
-    (vertices, triangles)
 }
 
 /// Positions of the points: in the first body that contains them, else on the nearest body's boundary.

@@ -2,6 +2,7 @@
 //!
 //! Ours. Every edge that is too long is halved, in all of its triangles, until none is left.
 
+use super::PointAttributes;
 use crate::surface::Surface;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
@@ -14,10 +15,8 @@ const TRIANGLES_MAX: usize = 1 << 21;
 pub(crate) struct RefinedCorner {
     /// Point of the surface.
     pub point: u32,
-    /// Unit normal.
-    pub normal: [f32; 3],
-    /// Texture coordinates; zero if the file has none.
-    pub uv: [f32; 2],
+    /// Attributes in this triangle.
+    pub attributes: PointAttributes,
 }
 
 /// Refined points, triangles, and the triangle of `surface` that contains each.
@@ -91,7 +90,12 @@ fn divide(triangle: &[RefinedCorner; 3], middles: &HashMap<[u32; 2], u32>, out: 
 
 /// Midpoint of two corners of a triangle.
 fn between(a: &RefinedCorner, b: &RefinedCorner, point: u32) -> RefinedCorner {
+    let (a, b) = (&a.attributes, &b.attributes);
     let sum = Vector3::from(a.normal) + Vector3::from(b.normal);
-    let normal = sum.try_normalize(0.0).map_or(a.normal, Into::into);
-    RefinedCorner { point, normal, uv: [0, 1].map(|k| 0.5 * (a.uv[k] + b.uv[k])) }
+    let attributes = PointAttributes {
+        normal: sum.try_normalize(0.0).map_or(a.normal, Into::into),
+        uvs: [0, 1].map(|set| [0, 1].map(|k| 0.5 * (a.uvs[set][k] + b.uvs[set][k]))),
+        color: [0, 1, 2, 3].map(|k| 0.5 * (a.color[k] + b.color[k])),
+    };
+    RefinedCorner { point, attributes }
 }

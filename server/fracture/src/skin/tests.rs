@@ -19,7 +19,7 @@ fn area([a, b, c]: [Point3<f64>; 3]) -> f64 {
 }
 
 fn place(skin: &Skin, blend: &BlendedVertex) -> Point3<f64> {
-    let own = blend.of.map(|vertex| skin.points[skin.vertices[vertex as usize].point as usize].coords);
+    let own = blend.of.map(|vertex| skin.points[skin.vertices[vertex as usize] as usize].coords);
     Point3::from((0..3).map(|k| own[k] * blend.weights[k]).sum::<Vector3<f64>>())
 }
 
@@ -58,16 +58,16 @@ fn long_edges_are_halved_without_gaps_and_the_area_stays() {
 #[test]
 fn normals_are_smooth_on_a_sphere_and_sharp_on_a_block() {
     let ball = skin(shapes::sphere(1.0, 3), 1.0);
-    for vertex in &ball.vertices {
-        let outward = ball.points[vertex.point as usize].coords.normalize();
-        assert!(Vector3::from(vertex.normal).cast::<f64>().dot(&outward) > 0.999);
+    for (&point, &normal) in ball.vertices.iter().zip(&ball.attributes.normals) {
+        let outward = ball.points[point as usize].coords.normalize();
+        assert!(Vector3::from(normal).cast::<f64>().dot(&outward) > 0.999);
     }
     let block = skin(shapes::cuboid([1.0, 0.5, 0.2]), 0.1);
     for triangle in 0..block.triangles.len() {
         let [a, b, c] = block.corners(triangle);
         let flat = (b - a).cross(&(c - a)).normalize();
         for vertex in block.triangles[triangle] {
-            let normal = Vector3::from(block.vertices[vertex as usize].normal).cast::<f64>();
+            let normal = Vector3::from(block.attributes.normals[vertex as usize]).cast::<f64>();
             assert!((normal - flat).norm() < 1e-6, "{normal:?} instead of {flat:?}");
         }
     }
@@ -98,7 +98,7 @@ fn parts_tile_the_skin_for_any_labels() {
             assert_eq!(part.triangles.len(), part.sources.len());
             let own = part.vertices.iter().filter(|blend| blend.weights[0] == 1.0);
             own.for_each(|blend| {
-                assert_eq!(labels[skin.vertices[blend.of[0] as usize].point as usize], label as u32);
+                assert_eq!(labels[skin.vertices[blend.of[0] as usize] as usize], label as u32);
             });
             let mut keys: Vec<_> =
                 part.vertices.iter().map(|blend| (blend.of, blend.weights.map(f64::to_bits))).collect();

@@ -37,5 +37,6 @@ pub use raw::{DOUBLE, LengthUnit, RawMesh, SINGLE, UnknownUnit, UnknownUpAxis, U
 pub use read::{read, read_painted};
 pub(crate) use repair::{DisjointSets, crossings, meet};
 pub use repair::{ShellPart, Surface};
+use triangle_attributes::VertexLists;
 pub use triangle_attributes::{NO_MATERIAL, TriangleAttributes, UV_MAX};
 pub use width::{Width, WidthSide, Widths};

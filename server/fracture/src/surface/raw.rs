@@ -118,7 +118,7 @@ pub struct RawMesh {
     pub faces: Vec<u32>,
     /// Relative rounding error of the stored coordinates: [`SINGLE`] or [`DOUBLE`].
     pub rounding: f64,
-    /// Normals, texture coordinates and materials of the triangles.
+    /// Normals, texture coordinates, colors and materials of the triangles.
     pub attributes: TriangleAttributes,
 }
 

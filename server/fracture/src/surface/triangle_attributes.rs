@@ -1,4 +1,4 @@
-//! Attributes of mesh triangles: normals, texture coordinates and materials.
+//! Attributes of mesh triangles: normals, texture coordinates, colors and materials.
 
 use crate::scene::brief;
 
@@ -8,7 +8,7 @@ pub const NO_MATERIAL: u32 = u32::MAX;
 /// Largest accepted texture coordinate. Interpolation between larger ones would overflow single precision.
 pub const UV_MAX: f32 = 1e9;
 
-/// Normals, texture coordinates and materials per triangle.
+/// Normals, texture coordinates, colors and materials per triangle.
 ///
 /// A list is empty if the file lacks the attribute for any triangle.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,6 +17,11 @@ pub struct TriangleAttributes {
     pub normals: Vec<[[f32; 3]; 3]>,
     /// Texture coordinates of the three corners, v up: as in OBJ and PLY files, and (u, 1 − v) of glTF's.
     pub uvs: Vec<[[f32; 2]; 3]>,
+    /// Second texture coordinates of the three corners, v up: (u, 1 − v) of glTF's `TEXCOORD_1`.
+    pub uvs2: Vec<[[f32; 2]; 3]>,
+    /// Red, green, blue and alpha of the three corners, from 0 to 1: linear in glTF files, and as they are in OBJ and PLY
+    /// files. Alpha is 1 if the file has none.
+    pub colors: Vec<[[f32; 4]; 3]>,
     /// Index of each triangle's material in `names`, or [`NO_MATERIAL`].
     pub materials: Vec<u32>,
     /// Names of the materials, in the file's order.
@@ -27,15 +32,21 @@ pub struct TriangleAttributes {
 
 impl TriangleAttributes {
     /// Attributes of triangles from attributes of their vertices. Drops those that some vertex lacks.
-    pub(super) fn of_vertices(triangles: &[[u32; 3]], normals: &[[f32; 3]], uvs: &[[f32; 2]]) -> Self {
+    pub(super) fn of_vertices(triangles: &[[u32; 3]], of: &VertexLists) -> Self {
         fn corners<T: Copy>(triangles: &[[u32; 3]], of: &[T]) -> Vec<[T; 3]> {
             let known = triangles.iter().flatten().all(|&vertex| (vertex as usize) < of.len());
             if known { triangles.iter().map(|own| own.map(|vertex| of[vertex as usize])).collect() } else { Vec::new() }
         }
-        Self { normals: corners(triangles, normals), uvs: corners(triangles, uvs), ..Self::default() }
+        Self {
+            normals: corners(triangles, &of.normals),
+            uvs: corners(triangles, &of.uvs),
+            uvs2: corners(triangles, &of.uvs2),
+            colors: corners(triangles, &of.colors),
+            ..Self::default()
+        }
     }
 
-    /// Drops the lists that are not valid for each of `triangles` triangles, and normalizes the normals.
+    /// Drops the lists that are not valid for each of `triangles` triangles, normalizes the normals, and clamps the colors.
     #[must_use]
     pub fn fitting(mut self, triangles: usize) -> Self {
         let length = |normal: &[f32; 3]| normal.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
@@ -48,10 +59,18 @@ impl TriangleAttributes {
             let length = length(normal);
             *normal = normal.map(|x| (f64::from(x) / length) as f32);
         }
-        if let Some(first) = unfit(&self.uvs, triangles, |own| own.iter().flatten().all(|x| x.abs() <= UV_MAX)) {
-            self.uvs.clear();
-            self.lost.push(("texture coordinates", first));
+        let sets = [("texture coordinates", &mut self.uvs), ("second texture coordinates", &mut self.uvs2)];
+        for (name, uvs) in sets {
+            if let Some(first) = unfit(uvs, triangles, |own| own.iter().flatten().all(|x| x.abs() <= UV_MAX)) {
+                uvs.clear();
+                self.lost.push((name, first));
+            }
         }
+        if let Some(first) = unfit(&self.colors, triangles, |own| own.iter().flatten().all(|x| x.is_finite())) {
+            self.colors.clear();
+            self.lost.push(("colors", first));
+        }
+        self.colors.as_flattened_mut().as_flattened_mut().iter_mut().for_each(|x| *x = x.clamp(0.0, 1.0));
         self.names.iter_mut().for_each(|name| *name = brief(name));
         let names = self.names.len() as u32;
         let is_known = |material: &u32| *material < names || *material == NO_MATERIAL;
@@ -79,11 +98,26 @@ impl TriangleAttributes {
         Self {
             normals: pick(&self.normals, source, turned),
             uvs: pick(&self.uvs, source, turned),
+            uvs2: pick(&self.uvs2, source, turned),
+            colors: pick(&self.colors, source, turned),
             materials,
             names: self.names.clone(),
             lost: self.lost.clone(),
         }
     }
+}
+
+/// Attributes of the vertices of a file; a list is empty if it has none.
+#[derive(Debug, Default)]
+pub(super) struct VertexLists {
+    /// Normals of any length.
+    pub normals: Vec<[f32; 3]>,
+    /// Texture coordinates, v up.
+    pub uvs: Vec<[f32; 2]>,
+    /// Second texture coordinates, v up.
+    pub uvs2: Vec<[f32; 2]>,
+    /// Red, green, blue and alpha, from 0 to 1.
+    pub colors: Vec<[f32; 4]>,
 }
 
 /// First of `triangles` triangles whose entry is missing or invalid. `None` for an empty list.
@@ -101,15 +135,18 @@ mod tests {
         let normals = vec![[[0.0, 0.0, 2.0]; 3], [[3.0, 0.0, 0.0]; 3]];
         let uvs = vec![[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]; 2];
         let names = vec!["a".into(), "b".into()];
-        TriangleAttributes { normals, uvs, materials: vec![1, NO_MATERIAL], names, lost: Vec::new() }
+        let (uvs2, colors) = (vec![[[0.5; 2]; 3]; 2], vec![[[0.1; 4], [0.5; 4], [1.5; 4]]; 2]);
+        TriangleAttributes { normals, uvs, uvs2, colors, materials: vec![1, NO_MATERIAL], names, lost: Vec::new() }
     }
 
     #[test]
     fn attributes_of_only_some_triangles_are_dropped() {
         let fitting = full().fitting(2);
         assert_eq!(fitting.normals[1], [[1.0, 0.0, 0.0]; 3]);
-        assert_eq!((fitting.uvs.len(), fitting.materials.len()), (2, 2));
-        let lost = vec![("normals", 2), ("texture coordinates", 2), ("materials", 2)];
+        assert_eq!((fitting.uvs.len(), fitting.uvs2.len(), fitting.materials.len()), (2, 2, 2));
+        assert_eq!(fitting.colors[0], [[0.1; 4], [0.5; 4], [1.0; 4]]);
+        let lost = ["normals", "texture coordinates", "second texture coordinates", "colors", "materials"];
+        let lost = lost.map(|name| (name, 2)).to_vec();
         assert_eq!(full().fitting(3), TriangleAttributes { lost, ..TriangleAttributes::default() });
         let damaged = |damage: fn(&mut TriangleAttributes)| {
             let mut attributes = full();
@@ -120,6 +157,9 @@ mod tests {
         assert_eq!(damaged(|attributes| attributes.normals[1][2] = [0.0; 3]).lost, [("normals", 1)]);
         assert!(damaged(|attributes| attributes.uvs[0][0][1] = f32::NAN).uvs.is_empty());
         assert!(damaged(|attributes| attributes.uvs[0][0][1] = 1e38).uvs.is_empty());
+        let second = damaged(|attributes| attributes.uvs2[1][0][1] = f32::NAN);
+        assert_eq!((second.uvs.len(), second.uvs2.len(), second.lost), (2, 0, vec![("second texture coordinates", 1)]));
+        assert_eq!(damaged(|attributes| attributes.colors[0][2][3] = f32::NAN).lost, [("colors", 0)]);
         assert!(damaged(|attributes| attributes.materials[0] = 2).names.is_empty());
     }
 
@@ -128,6 +168,7 @@ mod tests {
         let taken = full().of(&[1, 0, 1], &[false, true, false]);
         assert_eq!(taken.materials, [NO_MATERIAL, 1, NO_MATERIAL]);
         assert_eq!(taken.uvs[1], [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0]]);
+        assert_eq!(taken.colors[1], [[0.1; 4], [1.5; 4], [0.5; 4]]);
         assert_eq!(TriangleAttributes::default().of(&[0], &[true]), TriangleAttributes::default());
     }
 }

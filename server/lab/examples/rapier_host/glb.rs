@@ -109,6 +109,8 @@ fn is_closed(positions: &[[f32; 3]], indices: &[u32]) -> bool {
         positions,
         normals: &[],
         uvs: &[],
+        uvs2: &[],
+        colors: &[],
         materials: &[],
         indices,
         runs: &[],

@@ -19,6 +19,8 @@ pub fn exploded(
     let view = |row: &FragmentRow| FragmentView {
         normals: &[],
         uvs: &[],
+        uvs2: &[],
+        colors: &[],
         materials: &[],
         id: row.id,
         body: row.body,

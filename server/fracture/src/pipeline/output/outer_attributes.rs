@@ -2,7 +2,6 @@
 //! seam on a mesh of the input surface.
 
 use super::cut_domain::cutting;
-use super::vertex_attributes::OuterVertexAttributes;
 use crate::cutting::OuterCorners;
 use crate::lattice::Lattice;
 use crate::pipeline::error::FractureError;
@@ -10,7 +9,7 @@ use crate::pipeline::prepared::object::PreparedBody;
 use crate::pipeline::prepared::parameters::SurfaceKind;
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
 use crate::scene::EffectKind;
-use crate::skin::{BoundaryAttributes, blended};
+use crate::skin::{AttributeKinds, BoundaryAttributes, PointAttributeLists, PointAttributes, blended};
 use crate::surface::barycentric;
 use crate::tessellation::{OuterCopies, OuterVertex, Tessellation, Topology, outer_sources, outer_vertices};
 use rayon::prelude::*;
@@ -24,7 +23,7 @@ const NONE: u32 = u32::MAX;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(in crate::pipeline) struct OuterRunAttributes {
     /// Attributes of its vertices.
-    pub vertices: Vec<OuterVertexAttributes>,
+    pub vertices: PointAttributeLists,
     /// Materials of its triangles; empty if the input has none.
     pub materials: Vec<u32>,
 }
@@ -33,8 +32,8 @@ pub(in crate::pipeline) struct OuterRunAttributes {
 struct AttributedBoundary<'a> {
     mesh: &'a Lattice,
     topology: &'a Topology,
-    normals: &'a [[f32; 3]],
-    uvs: &'a [[f32; 2]],
+    points: &'a PointAttributeLists,
+    kinds: AttributeKinds,
     materials: &'a [u32],
     /// Index of the attributes at each corner of [`Topology::boundary`].
     corners: Cow<'a, [[u32; 3]]>,
@@ -43,18 +42,19 @@ struct AttributedBoundary<'a> {
 impl<'a> AttributedBoundary<'a> {
     fn of(body: &'a PreparedBody, surface: SurfaceKind) -> Option<Self> {
         if let Some(cutting) = cutting(body, surface) {
-            let OuterCorners { normals, uvs, corners, materials } = cutting.outer.as_ref()?;
+            let OuterCorners { points, corners, materials } = cutting.outer.as_ref()?;
             let (mesh, topology, corners) = (&cutting.mesh, &cutting.topology, Cow::Borrowed(corners.as_slice()));
-            return Some(Self { mesh, topology, normals, uvs, materials, corners });
+            return Some(Self { mesh, topology, points, kinds: points.kinds(), materials, corners });
         }
-        let BoundaryAttributes { normals, uvs, materials } = body.outer.as_ref()?;
+        let BoundaryAttributes { points, materials } = body.outer.as_ref()?;
         let topology = &body.topology;
         let mut places = vec![NONE; topology.nodes];
         for (place, &node) in topology.boundary_nodes.iter().enumerate() {
             places[node as usize] = place as u32;
         }
         let corners = topology.boundary.iter().map(|face| face.nodes.map(|node| places[node as usize])).collect();
-        Some(Self { mesh: &body.crack, topology, normals, uvs, materials, corners: Cow::Owned(corners) })
+        let (mesh, kinds, corners) = (&body.crack, points.kinds(), Cow::Owned(corners));
+        Some(Self { mesh, topology, points, kinds, materials, corners })
     }
 
     /// Index of the attributes at a node of boundary face `face`; [`NONE`] if it is no corner of it.
@@ -74,7 +74,7 @@ impl<'a> AttributedBoundary<'a> {
     }
 
     /// The attributes of a vertex on boundary face `face`.
-    fn at(&self, origin: &OuterVertex, face: usize) -> OuterVertexAttributes {
+    fn at(&self, origin: &OuterVertex, face: usize) -> PointAttributes {
         let place = |node: u32| self.mesh.nodes[node as usize];
         match *origin {
             OuterVertex::Node(node) => self.mean(face, [node], [1.0]),
@@ -91,12 +91,8 @@ impl<'a> AttributedBoundary<'a> {
         }
     }
 
-    fn mean<const N: usize>(&self, face: usize, nodes: [u32; N], weights: [f64; N]) -> OuterVertexAttributes {
-        let corners = nodes.map(|node| self.corner(face, node) as usize);
-        let none = [0.0; 2];
-        let attributes = corners.map(|corner| (self.normals[corner], *self.uvs.get(corner).unwrap_or(&none)));
-        let (normal, uv) = blended(attributes, weights);
-        OuterVertexAttributes { normal, uv }
+    fn mean<const N: usize>(&self, face: usize, nodes: [u32; N], weights: [f64; N]) -> PointAttributes {
+        blended(nodes.map(|node| self.points.get(self.corner(face, node) as usize)), weights)
     }
 }
 
@@ -136,7 +132,7 @@ fn of_fragment(
     if !boundary.materials.is_empty() {
         attributes.materials = sources.iter().map(|&face| boundary.materials[face as usize]).collect();
     }
-    attributes.vertices.resize(origins.len(), OuterVertexAttributes::default());
+    let mut points = vec![PointAttributes::default(); origins.len()];
     let mut first = vec![[NONE; 2]; origins.len()];
     let mut others: HashMap<(u32, [u32; 2]), u32> = HashMap::new();
     for (triangle, (vertices, &face)) in tessellation.run_triangles(run).zip(sources).enumerate() {
@@ -146,16 +142,17 @@ fn of_fragment(
             let known = &mut first[vertex as usize];
             if *known == [NONE; 2] {
                 *known = side;
-                attributes.vertices[vertex as usize] = boundary.at(origin, face as usize);
+                points[vertex as usize] = boundary.at(origin, face as usize);
             } else if *known != side {
                 let copy = *others.entry((vertex, side)).or_insert_with(|| {
                     copies.vertices.push(vertex);
-                    attributes.vertices.push(boundary.at(origin, face as usize));
-                    attributes.vertices.len() as u32 - 1
+                    points.push(boundary.at(origin, face as usize));
+                    points.len() as u32 - 1
                 });
                 copies.corners.push((triangle as u32, corner as u8, copy));
             }
         }
     }
+    points.iter().for_each(|own| attributes.vertices.push(own, boundary.kinds));
     (attributes, copies)
 }

@@ -1,12 +1,12 @@
 //! Skins of the fragments, with the effect `skin`: the input's triangles, cut along the boundaries of cells.
 
 use super::outer_attributes::OuterRunAttributes;
-use super::vertex_attributes::OuterVertexAttributes;
+use super::vertex_attributes::outer_kinds;
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
-use crate::skin::{BlendedVertex, ClippedSurface, Skin, SkinPoint, clip};
+use crate::skin::{AttributeKinds, ClippedSurface, PointAttributes, Skin, SkinPoint, clip};
 use crate::tessellation::BisectorSites;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -41,6 +41,10 @@ pub struct FragmentSkins {
     pub rows: Vec<SkinRow>,
     /// Vertices, by fragment.
     pub vertices: Vec<SkinVertexRow>,
+    /// Second texture coordinates of the input, one per vertex; empty if it has none.
+    pub uvs2: Vec<[f32; 2]>,
+    /// Red, green, blue and alpha of the input, one per vertex; empty if it has none.
+    pub colors: Vec<[u8; 4]>,
     /// Vertex indices relative to the fragment's first vertex, counter-clockwise seen from outside.
     pub indices: Vec<u32>,
     /// Material of the input for each triangle; empty if it has none.
@@ -70,9 +74,10 @@ impl SkinCut {
 impl FragmentSkins {
     /// Size of the tables in bytes.
     pub(in crate::pipeline) fn bytes(&self) -> usize {
-        let Self { rows, vertices, indices, materials, cut: _ } = self;
+        let Self { rows, vertices, uvs2, colors, indices, materials, cut: _ } = self;
         let tables = size_of_val(rows.as_slice()) + size_of_val(vertices.as_slice());
-        tables + size_of_val(indices.as_slice()) + size_of_val(materials.as_slice())
+        let optional = size_of_val(uvs2.as_slice()) + size_of_val(colors.as_slice());
+        tables + optional + size_of_val(indices.as_slice()) + size_of_val(materials.as_slice())
     }
 }
 
@@ -104,17 +109,15 @@ impl FragmentSkins {
         outer: &[Vec<OuterRunAttributes>],
         meter: f64,
     ) -> Self {
-        let mut skins = Self::default();
+        let (mut skins, kinds) = (Self::default(), outer_kinds(outer));
         for (pieces, outer) in bodies.iter().zip(outer) {
             for ((range, own), center) in pieces.tessellation.fragments().iter().zip(outer).zip(&pieces.centers) {
                 let (vertex_first, index_first) = (skins.vertices.len() as u32, skins.indices.len() as u32);
                 let runs = &pieces.tessellation.runs()[range.runs.clone()];
                 if let Some(run) = runs.first().filter(|run| !run.crack) {
-                    let places = pieces.tessellation.run_vertices(run).iter().zip(&own.vertices);
-                    skins.vertices.extend(places.map(|(place, OuterVertexAttributes { normal, uv })| {
-                        let position_m = ((place - center) * meter).map(|x| x as f32).into();
-                        SkinVertexRow { position_m, normal: *normal, uv: *uv }
-                    }));
+                    for (vertex, place) in pieces.tessellation.run_vertices(run).iter().enumerate() {
+                        skins.add((place - center) * meter, &own.vertices.get(vertex), kinds);
+                    }
                     skins.indices.extend(pieces.tessellation.run_triangles(run).flatten());
                     skins.materials.extend_from_slice(&own.materials);
                 }
@@ -133,17 +136,24 @@ impl FragmentSkins {
             index_first: self.indices.len() as u32,
             index_count: 3 * part.triangles.len() as u32,
         });
-        self.vertices.extend(part.vertices.iter().map(|blend| vertex(blend, skin, center, meter)));
+        let kinds = skin.attributes.kinds();
+        for blend in &part.vertices {
+            let (place, attributes) = blend.of(skin);
+            self.add((place - center) * meter, &attributes, kinds);
+        }
         self.indices.extend_from_slice(part.triangles.as_flattened());
         if !skin.materials.is_empty() {
             self.materials.extend(part.sources.iter().map(|&source| skin.materials[source as usize]));
         }
     }
-}
 
-fn vertex(blend: &BlendedVertex, skin: &Skin, center: &Point3<f64>, meter: f64) -> SkinVertexRow {
-    let (place, normal, uv) = blend.of(skin);
-    SkinVertexRow { position_m: ((place - center) * meter).map(|x| x as f32).into(), normal, uv }
+    /// Adds a vertex. `offset_m`: from the fragment's center of mass, m.
+    fn add(&mut self, offset_m: Vector3<f64>, point: &PointAttributes, kinds: AttributeKinds) {
+        let position_m = offset_m.map(|x| x as f32).into();
+        self.vertices.push(SkinVertexRow { position_m, normal: point.normal, uv: point.uvs[0] });
+        self.uvs2.extend(kinds.uvs[1].then_some(point.uvs[1]));
+        self.colors.extend(kinds.colors.then(|| point.color_bytes()));
+    }
 }
 
 /// Assignment of skin points to fragments.

@@ -15,7 +15,7 @@ use crate::elasticity::{BoundaryNodes, Elasticity, ElasticityError, ReducedBasis
 use crate::lattice::{EnergyTransfer, Lattice};
 use crate::lift::{LiftKind, LiftedLattice};
 use crate::pipeline::error::FractureError;
-use crate::skin::{BoundaryAttributes, Skin};
+use crate::skin::{AttributeKinds, BoundaryAttributes, Skin};
 use crate::sparse::Precision;
 use crate::surface::LocalFrame;
 use crate::tessellation::Topology;
@@ -206,6 +206,14 @@ impl PreparedObject {
     pub fn cut_tets(&self) -> usize {
         let tets = |body: &PreparedBody| body.cutting.as_ref().map_or(0, |cutting| cutting.mesh.tets.len());
         self.bodies.iter().map(|body| tets(body).max(body.crack.tets.len())).sum()
+    }
+
+    /// Kinds of attributes of the input that requests can return.
+    pub fn attribute_kinds(&self) -> AttributeKinds {
+        let skin = self.skin.iter().map(|skin| skin.attributes.kinds());
+        let lattices = self.bodies.iter().filter_map(|body| Some(body.outer.as_ref()?.points.kinds()));
+        let exact = self.bodies.iter().filter_map(|body| Some(body.cutting.as_ref()?.outer.as_ref()?.points.kinds()));
+        skin.chain(lattices).chain(exact).fold(AttributeKinds::default(), AttributeKinds::or)
     }
 
     /// Total number of tetrahedra of the crack lattices.

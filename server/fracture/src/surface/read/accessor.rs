@@ -46,6 +46,25 @@ impl BufferBytes {
         self.read(accessor, 8, |bytes| [number(bytes, 0), 1.0 - number(bytes, 1)])
     }
 
+    /// Reads colors: three or four floats, or bytes or 16-bit numbers that stand for 0 to 1. Missing alpha is 1.
+    pub fn colors(&self, accessor: &Accessor) -> Result<Vec<[f32; 4]>, SurfaceError> {
+        let channels = match accessor.dimensions() {
+            Dimensions::Vec3 => 3,
+            Dimensions::Vec4 => 4,
+            _ => return Err(wrong(accessor, "colors have neither three nor four channels")),
+        };
+        let (size, number): (usize, fn(u32) -> f32) = match (accessor.data_type(), accessor.normalized()) {
+            (DataType::F32, _) => (4, f32::from_bits),
+            (DataType::U8, true) => (1, |bits| bits as f32 / f32::from(u8::MAX)),
+            (DataType::U16, true) => (2, |bits| bits as f32 / f32::from(u16::MAX)),
+            _ => return Err(wrong(accessor, "colors are neither floats nor normalized bytes or 16-bit numbers")),
+        };
+        let channel = |bytes: &[u8], k: usize| number(little(&bytes[size * k..size * (k + 1)]));
+        self.read(accessor, size * channels, |bytes| {
+            [0, 1, 2, 3].map(|k| if k < channels { channel(bytes, k) } else { 1.0 })
+        })
+    }
+
     /// Reads vertex indices: unsigned scalars.
     pub fn indices(&self, accessor: &Accessor) -> Result<Vec<u32>, SurfaceError> {
         let size = match (accessor.data_type(), accessor.dimensions()) {

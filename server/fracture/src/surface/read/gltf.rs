@@ -7,7 +7,7 @@
 use super::accessor::BufferBytes;
 use super::common::{load, malformed, within_limit};
 use crate::scene::brief;
-use crate::surface::{DOUBLE, NO_MATERIAL, SINGLE, TriangleAttributes};
+use crate::surface::{DOUBLE, NO_MATERIAL, SINGLE, TriangleAttributes, VertexLists};
 use crate::surface::{RawMesh, SurfaceError};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -26,7 +26,7 @@ pub(super) fn parse(bytes: &[u8], folder: &Path) -> Result<RawMesh, SurfaceError
         Gltf::from_slice_without_validation(bytes).map_err(|error| malformed("gltf", "document", error))?;
     let document = validated(document)?;
     let buffers = buffers(&document, blob, folder)?;
-    let mut builder = Builder { buffers, mesh: RawMesh::new(Vec::new(), Vec::new()), own_max: 0.0, given: [false; 2] };
+    let mut builder = Builder { buffers, mesh: RawMesh::new(Vec::new(), Vec::new()), own_max: 0.0, given: [false; 4] };
     let name = |material: gltf::Material<'_>| {
         material.name().map_or_else(|| format!("material {}", material.index().unwrap_or(0)), str::to_owned)
     };
@@ -190,13 +190,17 @@ fn placed_nodes(document: &Document) -> Result<Vec<(Node<'_>, Matrix4<f64>)>, Su
     Ok(placed)
 }
 
+/// Attributes that are read beside positions.
+const SEMANTICS: [Semantic; 4] =
+    [Semantic::Normals, Semantic::TexCoords(0), Semantic::TexCoords(1), Semantic::Colors(0)];
+
 struct Builder {
     buffers: BufferBytes,
     mesh: RawMesh,
     /// Largest coordinate before translation; f32 rounding is relative to it.
     own_max: f64,
-    /// Presence of normals, and of texture coordinates, in any primitive.
-    given: [bool; 2],
+    /// Presence of each of [`SEMANTICS`] in any primitive.
+    given: [bool; 4],
 }
 
 impl Builder {
@@ -245,21 +249,25 @@ impl Builder {
     /// Reads the attributes of the triangles from `added` on, whose vertices start at index
     /// `first`. Drops unreadable attributes.
     fn look(&mut self, primitive: &Primitive, first: usize, added: usize, linear: &Matrix3<f64>) {
-        let given = |semantic| primitive.get(&semantic).is_some();
-        self.given = [self.given[0] || given(Semantic::Normals), self.given[1] || given(Semantic::TexCoords(0))];
-        let vectors = |semantic| primitive.get(&semantic).and_then(|accessor| self.buffers.positions(&accessor).ok());
+        let [normals, uvs, uvs2, colors] = SEMANTICS.map(|semantic| primitive.get(&semantic));
+        let given = [&normals, &uvs, &uvs2, &colors].map(Option::is_some);
+        self.given = [0, 1, 2, 3].map(|k| self.given[k] || given[k]);
         let turn = linear.try_inverse().unwrap_or_else(Matrix3::identity).transpose();
         let turned =
             |normal: [f32; 3]| (turn * nalgebra::Vector3::from(normal.map(f64::from))).map(|x| x as f32).into();
-        let normals: Vec<[f32; 3]> = vectors(Semantic::Normals).into_iter().flatten().map(turned).collect();
-        let uvs = primitive.get(&Semantic::TexCoords(0)).and_then(|accessor| self.buffers.uvs(&accessor).ok());
+        let normals = normals.and_then(|accessor| self.buffers.positions(&accessor).ok()).unwrap_or_default();
+        let [uvs, uvs2] =
+            [uvs, uvs2].map(|set| set.and_then(|accessor| self.buffers.uvs(&accessor).ok()).unwrap_or_default());
+        let colors = colors.and_then(|accessor| self.buffers.colors(&accessor).ok()).unwrap_or_default();
+        let lists = VertexLists { normals: normals.into_iter().map(turned).collect(), uvs, uvs2, colors };
         let own: Vec<[u32; 3]> =
             self.mesh.triangles[added..].iter().map(|triangle| triangle.map(|index| index - first as u32)).collect();
-        let attributes = TriangleAttributes::of_vertices(&own, &normals, &uvs.unwrap_or_default());
-        let filled = attributes.normals.is_empty().then_some([[f32::NAN; 3]; 3]);
-        self.mesh.attributes.normals.extend(own.iter().filter_map(|_| filled).chain(attributes.normals));
-        let filled = attributes.uvs.is_empty().then_some([[f32::NAN; 2]; 3]);
-        self.mesh.attributes.uvs.extend(own.iter().filter_map(|_| filled).chain(attributes.uvs));
+        let attributes = TriangleAttributes::of_vertices(&own, &lists);
+        let all = &mut self.mesh.attributes;
+        extend(&mut all.normals, attributes.normals, own.len());
+        extend(&mut all.uvs, attributes.uvs, own.len());
+        extend(&mut all.uvs2, attributes.uvs2, own.len());
+        extend(&mut all.colors, attributes.colors, own.len());
         let material = primitive.material().index().map_or(NO_MATERIAL, |index| index as u32);
         self.mesh.attributes.materials.extend(own.iter().map(|_| material));
     }
@@ -268,14 +276,12 @@ impl Builder {
         let placed_max = self.mesh.positions_m.iter().map(|point| point.coords.amax()).fold(0.0, f64::max);
         let rounding = SINGLE * self.own_max / placed_max;
         let mut attributes = std::mem::take(&mut self.mesh.attributes);
-        let [normals, uvs] = self.given;
+        let [normals, uvs, uvs2, colors] = self.given;
         // An attribute that no primitive has is not reported as lost.
-        if !normals {
-            attributes.normals.clear();
-        }
-        if !uvs {
-            attributes.uvs.clear();
-        }
+        clear_unless(normals, &mut attributes.normals);
+        clear_unless(uvs, &mut attributes.uvs);
+        clear_unless(uvs2, &mut attributes.uvs2);
+        clear_unless(colors, &mut attributes.colors);
         if attributes.names.is_empty() {
             attributes.materials.clear();
         }
@@ -283,6 +289,20 @@ impl Builder {
         self.mesh.rounding = if rounding.is_finite() { rounding.clamp(DOUBLE, SINGLE) } else { SINGLE };
         self.mesh
     }
+}
+
+/// Empties a list that is not given.
+fn clear_unless<T>(is_given: bool, list: &mut Vec<T>) {
+    if !is_given {
+        list.clear();
+    }
+}
+
+/// Appends the values of a primitive's triangles; not a number, which is dropped later, if it has none.
+fn extend<const N: usize>(all: &mut Vec<[[f32; N]; 3]>, own: Vec<[[f32; N]; 3]>, triangles: usize) {
+    let filled = if own.is_empty() { triangles } else { 0 };
+    all.extend(own);
+    all.resize(all.len() + filled, [[f32::NAN; N]; 3]);
 }
 
 /// Triangles of a primitive (glTF 2.0, section 3.7.2.1): strips flip every other triangle,

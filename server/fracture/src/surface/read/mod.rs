@@ -31,7 +31,7 @@ type Parser = fn(&[u8], &Path) -> Result<RawMesh, SurfaceError>;
 
 /// Reads a mesh file. The extension, in upper or lower case, selects the format.
 ///
-/// Polygons are cut into triangles, which keep the file's normals, texture coordinates and materials. Points and lines
+/// Polygons are cut into triangles, which keep the file's attributes and materials. Points and lines
 /// are dropped. Every node of a glTF scene is transformed to scene coordinates. Of a tetrahedral mesh (Gmsh, VTK, Medit;
 /// ASCII) the boundary is read, with the vertices that it uses. Nothing is repaired. Buffers of a `.gltf` are read only
 /// from its own folder and below; other URIs are rejected.

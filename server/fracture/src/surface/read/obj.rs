@@ -37,7 +37,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
         start = end;
     }
     let cut = polygons.triangles(&positions)?;
-    let attributes = obj_attributes::attributes(text, &cut);
+    let attributes = obj_attributes::attributes(text, positions.len(), &cut);
     Ok(RawMesh { positions_m: positions, triangles: cut.triangles, faces: cut.faces, rounding: DOUBLE, attributes })
 }
 

@@ -1,8 +1,9 @@
-//! Attributes of the faces of an OBJ file: `vt`, `vn`, `usemtl`, and the references of faces.
+//! Attributes of the faces of an OBJ file: `vt`, `vn`, `usemtl`, the references of faces, and colors after the
+//! coordinates of vertices.
 
 use super::obj::lines;
 use super::polygon::FaceTriangles;
-use crate::surface::{NO_MATERIAL, TriangleAttributes};
+use crate::surface::{NO_MATERIAL, TriangleAttributes, VertexLists};
 use std::collections::HashMap;
 
 /// Reference of a corner that has none.
@@ -16,6 +17,8 @@ const BAD: usize = usize::MAX - 1;
 struct Lists {
     uvs: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
+    /// Colors of the vertices; not a number for those without one.
+    colors: Vec<[f32; 4]>,
     corners: Vec<[usize; 2]>,
     /// Material of each face.
     materials: Vec<u32>,
@@ -24,8 +27,8 @@ struct Lists {
     material: Option<u32>,
 }
 
-/// Attributes of the triangles that the faces of `text` were cut into.
-pub(super) fn attributes(text: &str, cut: &FaceTriangles) -> TriangleAttributes {
+/// Attributes of the triangles that the faces of `text`, with this number of vertices, were cut into.
+pub(super) fn attributes(text: &str, vertices: usize, cut: &FaceTriangles) -> TriangleAttributes {
     let mut lists = Lists::default();
     for (_, line) in lines(text) {
         lists.take(&line);
@@ -34,7 +37,11 @@ pub(super) fn attributes(text: &str, cut: &FaceTriangles) -> TriangleAttributes 
     let normals = corner_values(&lists, cut, 1, |index| lists.normals.get(index).copied(), [f32::NAN; 3]);
     let material = |face: &u32| lists.materials.get(*face as usize).copied();
     let materials = if lists.names.is_empty() { Vec::new() } else { cut.faces.iter().filter_map(material).collect() };
-    TriangleAttributes { normals, uvs, materials, names: lists.names, lost: Vec::new() }.fitting(cut.triangles.len())
+    let has_colors = lists.colors.len() == vertices && lists.colors.iter().any(|color| !color[0].is_nan());
+    let colors = if has_colors { lists.colors } else { Vec::new() };
+    let of_vertices = VertexLists { colors, ..VertexLists::default() };
+    let colored = TriangleAttributes::of_vertices(&cut.triangles, &of_vertices);
+    TriangleAttributes { normals, uvs, materials, names: lists.names, ..colored }.fitting(cut.triangles.len())
 }
 
 /// Values of one list for the corners of all triangles; `nothing` for missing entries. Empty
@@ -57,6 +64,7 @@ impl Lists {
     fn take(&mut self, line: &str) {
         let mut words = line.split('#').next().unwrap_or_default().split_whitespace();
         match words.next() {
+            Some("v") => self.colors.push(color(words)),
             Some("vt") => self.uvs.push(numbers(words)),
             Some("vn") => self.normals.push(numbers(words)),
             Some("usemtl") => {
@@ -80,6 +88,16 @@ impl Lists {
             }
             _ => {}
         }
+    }
+}
+
+/// Color of a vertex: three or four numbers after its coordinates. A single one is a weight.
+fn color<'a>(words: impl Iterator<Item = &'a str>) -> [f32; 4] {
+    let given: Vec<f32> = words.skip(3).map(|word| word.parse().unwrap_or(f32::NAN)).collect();
+    match given[..] {
+        [r, g, b] => [r, g, b, 1.0],
+        [r, g, b, a] => [r, g, b, a],
+        _ => [f32::NAN; 4],
     }
 }
 

@@ -6,7 +6,7 @@ use super::common::{malformed, within_limit};
 use super::ply_ascii::Rows;
 use super::ply_header;
 use super::polygon::{FacePolygons, FaceTriangles};
-use crate::surface::{DOUBLE, SINGLE, TriangleAttributes};
+use crate::surface::{DOUBLE, SINGLE, TriangleAttributes, VertexLists};
 use crate::surface::{RawMesh, SurfaceError};
 use nalgebra::Point3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
@@ -24,6 +24,8 @@ pub(super) struct PlyRow {
     pub normal: [f64; 3],
     /// Texture coordinates of a vertex.
     pub uv: [f64; 2],
+    /// Red, green, blue and alpha of a vertex, from 0 to 1.
+    pub color: [f64; 4],
     /// Vertex indices of a face or strip.
     pub indices: Vec<i64>,
     /// Value of the property that a painted field names.
@@ -36,6 +38,7 @@ pub(super) enum Meaning {
     Axis(usize),
     Normal(usize),
     Uv(usize),
+    Color(usize),
     Indices,
     Value,
     Nothing,
@@ -52,6 +55,10 @@ pub(super) fn meaning(name: &str) -> Meaning {
         "nz" => Meaning::Normal(2),
         "u" | "s" | "texture_u" => Meaning::Uv(0),
         "v" | "t" | "texture_v" => Meaning::Uv(1),
+        "red" => Meaning::Color(0),
+        "green" => Meaning::Color(1),
+        "blue" => Meaning::Color(2),
+        "alpha" => Meaning::Color(3),
         "vertex_indices" | "vertex_index" => Meaning::Indices,
         _ => Meaning::Nothing,
     }
@@ -113,8 +120,7 @@ pub(super) fn check_size(element: &ElementDef, bytes: usize) -> Result<(), Surfa
 #[derive(Default)]
 struct Body {
     positions: Vec<Point3<f64>>,
-    normals: Vec<[f32; 3]>,
-    uvs: Vec<[f32; 2]>,
+    lists: VertexLists,
     polygons: FacePolygons,
 }
 
@@ -133,10 +139,15 @@ impl Body {
                     wanted.iter().all(|wanted| meanings.contains(wanted))
                 };
                 if has(&[0, 1, 2].map(Meaning::Normal)) {
-                    self.normals.extend(rows.iter().map(|row| row.normal.map(|x| x as f32)));
+                    self.lists.normals.extend(rows.iter().map(|row| row.normal.map(|x| x as f32)));
                 }
                 if has(&[0, 1].map(Meaning::Uv)) {
-                    self.uvs.extend(rows.iter().map(|row| row.uv.map(|x| x as f32)));
+                    self.lists.uvs.extend(rows.iter().map(|row| row.uv.map(|x| x as f32)));
+                }
+                if has(&[0, 1, 2].map(Meaning::Color)) {
+                    let has_alpha = has(&[Meaning::Color(3)]);
+                    let color = |[r, g, b, a]: [f64; 4]| [r, g, b, if has_alpha { a } else { 1.0 }].map(|x| x as f32);
+                    self.lists.colors.extend(rows.iter().map(|row| color(row.color)));
                 }
             }
             "face" => {
@@ -169,7 +180,7 @@ impl Body {
 
     fn finish(self, header: &Header) -> Result<RawMesh, SurfaceError> {
         let FaceTriangles { triangles, faces, .. } = self.polygons.triangles(&self.positions)?;
-        let attributes = TriangleAttributes::of_vertices(&triangles, &self.normals, &self.uvs).fitting(triangles.len());
+        let attributes = TriangleAttributes::of_vertices(&triangles, &self.lists).fitting(triangles.len());
         let is_double = |element: &ElementDef| {
             let kind = element.properties.get("x").map(|x| &x.data_type);
             kind != Some(&PropertyType::Scalar(ScalarType::Float))
@@ -189,10 +200,29 @@ impl PropertyAccess for PlyRow {
             Meaning::Axis(axis) => self.point[axis] = scalar(&value),
             Meaning::Normal(axis) => self.normal[axis] = scalar(&value),
             Meaning::Uv(axis) => self.uv[axis] = scalar(&value),
+            Meaning::Color(channel) => self.color[channel] = scalar(&value) / color_max(&value),
             Meaning::Indices => self.indices = list(value),
             Meaning::Value | Meaning::Nothing => return PropertyAccessResult::Ignored,
         }
         PropertyAccessResult::Set
+    }
+}
+
+/// Value of a color channel that stands for 1: the largest one of unsigned bytes and 16-bit numbers, and 1 of floats.
+fn color_max(value: &Property) -> f64 {
+    match value {
+        Property::UChar(_) => color_max_of(&ScalarType::UChar),
+        Property::UShort(_) => color_max_of(&ScalarType::UShort),
+        _ => 1.0,
+    }
+}
+
+/// As [`color_max`], of the type of a property.
+pub(super) fn color_max_of(kind: &ScalarType) -> f64 {
+    match kind {
+        ScalarType::UChar => u8::MAX.into(),
+        ScalarType::UShort => u16::MAX.into(),
+        _ => 1.0,
     }
 }
 

@@ -4,7 +4,7 @@
 //! the fault of invalid ones.
 
 use super::common::malformed;
-use super::ply::{Meaning, PlyRow, meaning};
+use super::ply::{Meaning, PlyRow, color_max_of, meaning};
 use crate::surface::SurfaceError;
 use ply_rs_bw::ply::{ElementDef, PropertyType};
 
@@ -84,7 +84,7 @@ fn row<'a>(mut words: impl Iterator<Item = &'a str>, meanings: &[(Meaning, &Prop
     let mut next = || words.next().ok_or("the row is too short");
     for (meaning, kind) in meanings {
         match kind {
-            PropertyType::Scalar(_) => {
+            PropertyType::Scalar(kind) => {
                 let word = next()?;
                 match *meaning {
                     Meaning::Axis(axis) => {
@@ -94,6 +94,9 @@ fn row<'a>(mut words: impl Iterator<Item = &'a str>, meanings: &[(Meaning, &Prop
                     // Invalid attributes do not invalidate the mesh; they are dropped later.
                     Meaning::Normal(axis) => row.normal[axis] = word.parse().unwrap_or(f64::NAN),
                     Meaning::Uv(axis) => row.uv[axis] = word.parse().unwrap_or(f64::NAN),
+                    Meaning::Color(channel) => {
+                        row.color[channel] = word.parse().map_or(f64::NAN, |x: f64| x / color_max_of(kind));
+                    }
                     Meaning::Indices | Meaning::Nothing => {}
                 }
             }
