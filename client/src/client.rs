@@ -151,7 +151,8 @@ impl Client {
     /// All objects, ready or not, by name.
     ///
     /// # Errors
-    /// `no_daemon`, `lost`, `busy`, `shared_memory` or `transport` if the connection fails, `late` after the deadline.
+    /// `no_daemon`, `lost`, `busy` (at once: this connection has as many requests under way as it may), `shared_memory` or `transport`
+    /// if the connection fails, `late` after the deadline.
     pub fn objects(&self, deadline: Deadline) -> Result<Vec<ObjectFacts>, Error> {
         self.session.call(|connection| control::objects(&connection, deadline))
     }

@@ -138,7 +138,8 @@ pub unsafe extern "C" fn shatter_service_objects(
 
 /// Finds an object by name, ready to be struck. `object` is NULL after a failure. Free it with `shatter_object_free`.
 ///
-/// Codes: `unknown_object`, `corrupt_object`, `loading`, and those of a lost connection.
+/// Codes: `unknown_object`, `corrupt_object`, `loading`; `busy`, at once, if the connection has too many requests under way; and those of a
+/// lost connection.
 ///
 /// # Safety
 /// `name` points to `length` bytes, or to text that ends with a zero if `length` is `SHATTER_UP_TO_ZERO`.
@@ -178,7 +179,8 @@ pub extern "C" fn shatter_service_wait(
 
 /// Releases the result that the service keeps under `handle` (`ShatterSummary.handle`): its fragments cannot be struck any more.
 ///
-/// Codes: `unknown_handle` if the service keeps no result under it.
+/// Codes: `unknown_handle` if the service keeps no result under it; `busy`, at once, if the connection has too many requests under way; and
+/// those of a lost connection.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_service_release(
     service: Option<&Service>,

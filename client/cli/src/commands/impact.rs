@@ -2,7 +2,8 @@
 
 use super::files::{FileFormat, OutputTarget, WrittenFiles};
 use super::parse::{
-    NamedConvention, convention, degree, effect, elastic, lift, milliseconds, origin, quality, ray, surface, vector,
+    NamedConvention, convention, degree, effect, elastic, iterations, lift, milliseconds, origin, quality, ray,
+    surface, vector,
 };
 use super::result_text::{preset, screen};
 use super::{
@@ -70,7 +71,7 @@ pub struct Args {
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     time_ms: Option<f64>,
     /// Largest number of iterations of the diagram; the number of a request that ran out of time repeats its result, if only iterations were left out
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = iterations, allow_negative_numbers = true)]
     iterations: Option<u32>,
     /// Effects to switch on, separated by commas
     #[arg(long, value_name = "EFFECT,..", value_delimiter = ',', value_parser = effect)]

@@ -4,6 +4,7 @@ use shatter_cli_common::choice;
 use shatter_client::{
     Convention, DegreeRule, DisplacementSource, Effect, Error, Lift, Quality, Ray, RequestedSurface, RetainedFragment,
 };
+use shatter_proto::request::ITERATIONS_MAX;
 use shatter_proto::text::quoted;
 
 /// Parses numbers separated by commas.
@@ -67,6 +68,11 @@ pub fn degree(text: &str) -> Result<DegreeRule, String> {
         ],
     )
     .map_err(|error| format!("{error}, or a whole number"))
+}
+
+/// Parses a number of iterations. The daemon decides whether it is allowed.
+pub fn iterations(text: &str) -> Result<u32, String> {
+    text.parse().map_err(|_| format!("must be a whole number, 0 to {ITERATIONS_MAX}"))
 }
 
 /// Parses a deadline, ms.
@@ -152,6 +158,10 @@ mod tests {
         for odd in ["-3", "2.5", "1e30", "NaN", "99999999999"] {
             assert_eq!(degree(odd).unwrap_err(), "must be a whole number, 1 to 512");
         }
+        for odd in ["-3", "2.5", "4294967296"] {
+            assert_eq!(iterations(odd).unwrap_err(), "must be a whole number, 0 to 10000");
+        }
+        assert_eq!(iterations("10001"), Ok(10_001), "refused by the daemon, which names its limit");
         assert!(degree("closedform").unwrap_err().contains("did you mean `closed_form`?"));
     }
 }

@@ -89,7 +89,9 @@ impl Scene {
             };
             Ok((name.clone(), SceneObject::read(name, table, &materials, folder)?))
         };
-        Ok(Self { title, objects: objects.iter().map(object).collect::<Result<_, Error>>()? })
+        let objects = objects.iter().map(object).collect::<Result<_, Error>>()?;
+        recipe::check_unused_keys(&objects)?;
+        Ok(Self { title, objects })
     }
 
     /// Names of the databases by object name.

@@ -115,6 +115,25 @@ impl Scene {
     }
 }
 
+/// Refuses keys that set how a database is baked if no object that uses the database has a shape: they would change nothing.
+pub(super) fn check_unused_keys(objects: &BTreeMap<String, SceneObject>) -> Result<(), Error> {
+    let has_shape = |of: &SceneObject| objects.values().any(|own| own.database == of.database && own.shape.is_some());
+    for (name, object) in objects.iter().filter(|(_, object)| !has_shape(object)) {
+        for (key, option, is_given) in [
+            ("elastic_spacing", "--elastic-spacing", object.elastic_spacing.is_some()),
+            ("crack_spacing", "--crack-spacing", object.crack_spacing.is_some()),
+            ("surface", "--surface", object.surface.is_some()),
+            ("examples", "--examples", object.examples.is_some()),
+        ] {
+            if is_given {
+                let why = format!("needs `shape`; for a mesh of your own, remove it and bake with `{option}`");
+                return Err(invalid(format!("objects.{name}.{key}"), why));
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Value that the objects give under `key`; refuses different values.
 fn stated<T: PartialEq>(
     all: &[(&str, &SceneObject)],

@@ -47,6 +47,10 @@ fn unknown_keys_are_rejected_with_a_suggestion() {
     check("bytes_max = -1", "objects.vase.bytes_max", "is -1; it must be a whole number, 1 or more");
     check("examples = 2000000", "objects.vase.examples", "is 2000000; it must be a whole number from 0 to 1048576");
     check("elastic_spacing = 7", "objects.vase.elastic_spacing", "is 7; it must be a number from 0.002 to 0.25");
+    for own in ["elastic_spacing = 0.05", "crack_spacing = 0.03", "surface = \"exact\"", "examples = 0"] {
+        let key = format!("objects.vase.{}", own.split(' ').next().unwrap());
+        check(own, &key, "needs `shape`; for a mesh of your own, remove it and bake with `--");
+    }
     check("surface = \"exakt\"", "objects.vase.surface", "`exact`");
     check("effects = \"hulls\"", "objects.vase.effects", "is \"hulls\"; it must be a list");
     check("sites_max = \"many\"", "objects.vase.sites_max", "is \"many\"; it must be a whole number");

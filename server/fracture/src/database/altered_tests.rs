@@ -347,6 +347,17 @@ fn second_textures_and_colors_of_a_wrong_length_or_value_are_refused() {
     }
 }
 
+#[test]
+fn the_expected_shape_of_a_list_has_one_axis() {
+    let trial = Trial::new();
+    let path = trial.folder.path().join("altered.shatter");
+    let mut file = trial.file.clone();
+    file.tensors.get_mut("skin.vertices").unwrap().1.push(1);
+    file.write(&path);
+    let error = load(&path).err().unwrap().to_string();
+    assert!(error.contains("\"skin.vertices\": U32 [") && error.ends_with(", 1] instead of U32 [any]"), "{error}");
+}
+
 /// A function that returns the document with another value in one place.
 type Put<'a> = dyn Fn(Value) -> Value + 'a;
 

@@ -341,10 +341,12 @@ impl ContainerContents {
             }
             && rows.is_none_or(|rows| shape[0] == rows);
         if !fits {
+            let rows = rows.map_or("any".to_owned(), |rows| rows.to_string());
+            let wanted = if columns == FLAT { rows } else { format!("{rows}, {columns}") };
             return Err(DatabaseError::Shape {
                 tensor: name.to_owned(),
                 found: format!("{:?} {shape:?}", info.dtype),
-                wanted: format!("{dtype:?} [{}, {columns}]", rows.map_or("any".to_owned(), |rows| rows.to_string())),
+                wanted: format!("{dtype:?} [{wanted}]"),
             });
         }
         let (chunks, _) = bytes.as_chunks::<N>();

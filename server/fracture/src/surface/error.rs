@@ -127,7 +127,7 @@ pub enum SurfaceError {
         /// True if the surface is closed around a volume.
         encloses: bool,
     },
-    /// The mesh encloses a volume, but is too thin in two directions for every possible lattice.
+    /// The mesh is closed, but too thin in two directions for every possible lattice.
     #[error(
         "the mesh is a needle, thin in two directions: its extents are {}, so it is {:.0} times as long as thick, which no lattice \
          resolves; make it {thickness_min_m:.3e} m thick or more, or bake it in shorter parts",

@@ -69,7 +69,7 @@ impl Surface {
         let extents_m = self.extents().map(|extent| extent * self.frame.diagonal_m);
         let encloses = self.closed && self.signed_volume() > VOLUME_MIN;
         let thickness_min_m = thickness_min * self.frame.diagonal_m;
-        if encloses && extents_m[1] < thickness_min_m {
+        if self.closed && extents_m[1] < thickness_min_m && extents_m[2] > 0.0 {
             return Some(SurfaceError::Needle { extents_m, thickness_min_m });
         }
         (extents_m[2] <= FLAT * extents_m[0]).then_some(SurfaceError::Flat { extents_m, encloses })
@@ -120,6 +120,11 @@ mod tests {
         let needle = cause([1000.0, 1.0, 1.0]).unwrap();
         assert!(needle.contains("1.000e3 × 1.000e0 × 1.000e0 m, so it is 1000 times as long as thick"), "{needle}");
         assert!(needle.contains("make it 2.500e0 m thick or more"), "{needle}");
+        // Its volume is lost in rounding, so it is as if it enclosed none.
+        let far = [[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 1e9]].map(Point3::from);
+        let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let spike = refused(RawMesh::new(far.to_vec(), faces)).to_string();
+        assert!(spike.contains("needle, thin in two directions") && !spike.contains("flat"), "{spike}");
         let plate = cause([1.0, 1.0, 1e-5]).unwrap();
         assert!(plate.contains("flat: its extents") && !plate.contains("encloses no volume"), "{plate}");
         assert_eq!(cause([1.0, 0.01, 0.01]), None);

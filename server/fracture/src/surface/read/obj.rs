@@ -54,7 +54,8 @@ struct Statement {
 /// Logical lines of `text`, joined where a backslash ends a line, each with the number of
 /// its last physical line, from 1.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
-    let mut parts = text.lines().enumerate();
+    let end = if text.contains('\n') { '\n' } else { '\r' };
+    let mut parts = text.split_terminator(end).map(|line| line.strip_suffix('\r').unwrap_or(line)).enumerate();
     std::iter::from_fn(move || {
         let (mut number, first) = parts.next()?;
         let Some(first) = first.strip_suffix('\\') else { return Some((number + 1, Cow::Borrowed(first))) };
