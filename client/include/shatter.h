@@ -969,7 +969,8 @@ ShatterCode shatter_service_objects(const struct ShatterService *service,
 
 /// Finds an object by name, ready to be struck. `object` is NULL after a failure. Free it with `shatter_object_free`.
 ///
-/// Codes: `unknown_object`, `corrupt_object`, `loading`, and those of a lost connection.
+/// Codes: `unknown_object`, `corrupt_object`, `loading`; `busy`, at once, if the connection has too many requests under way; and those of a
+/// lost connection.
 ///
 /// # Safety
 /// `name` points to `length` bytes, or to text that ends with a zero if `length` is `SHATTER_UP_TO_ZERO`.
@@ -988,7 +989,8 @@ ShatterCode shatter_service_wait(const struct ShatterService *service,
 
 /// Releases the result that the service keeps under `handle` (`ShatterSummary.handle`): its fragments cannot be struck any more.
 ///
-/// Codes: `unknown_handle` if the service keeps no result under it.
+/// Codes: `unknown_handle` if the service keeps no result under it; `busy`, at once, if the connection has too many requests under way; and
+/// those of a lost connection.
 ShatterCode shatter_service_release(const struct ShatterService *service,
                                     uint64_t handle,
                                     uint64_t timeout_ms,
