@@ -223,13 +223,15 @@ impl MissedTime {
     pub fn explanation(&self) -> &'static str {
         match self.cause {
             OverrunCause::Queue => "waited in the queue",
-            OverrunCause::NoReducedBasis => "no reduced basis: the request was solved for",
+            OverrunCause::NoReducedBasis => "no reduced basis: the displacements were solved for",
             OverrunCause::ReducedError => {
-                "the estimated error of the reduced displacements was too large: the request was solved for"
+                "the estimated error of the reduced displacements was too large: the displacements were solved for"
             }
             OverrunCause::Degree => "energy and fracture degree took most of the time",
             OverrunCause::Cells => "the cells took most of the time, without any refinement",
-            OverrunCause::AfterCells => "the stages after the cells took most of the time",
+            OverrunCause::AfterCells => {
+                "what follows the cells (tessellation, fragments, effects) took most of the time"
+            }
             OverrunCause::Unknown => "of a reason that this client does not know",
         }
     }

@@ -5,7 +5,7 @@ use crate::sources::root;
 use std::collections::BTreeSet;
 
 /// Kind, cause and remedy. A new kind needs a line here.
-pub const COMMAND_ERRORS: [(&str, &str, &str); 54] = [
+pub const COMMAND_ERRORS: [(&str, &str, &str); 55] = [
     ("all_degenerate", "Every triangle of the mesh has no area.", "Export a mesh with an inside."),
     ("calibration", "The bake failed inside the engine.", "Report it with the mesh."),
     ("corrupt_database", "A file is damaged or cut off, or is no database.", "Bake the object again."),
@@ -49,7 +49,7 @@ pub const COMMAND_ERRORS: [(&str, &str, &str); 54] = [
         "The file breaks the rules of its format.",
         "Correct the place that the message names, or export again.",
     ),
-    ("material_number", "A number of a material is not above zero.", "Correct the key that the message names."),
+    ("material_number", "A number of a material is out of its range.", "Correct the key that the message names."),
     ("material_table", "The table of materials is no valid TOML.", "Correct the place that the message names."),
     ("no_examples", "The database has no examples.", "Bake it with `--examples`."),
     (
@@ -74,6 +74,11 @@ pub const COMMAND_ERRORS: [(&str, &str, &str); 54] = [
     ("other_work", "A share belongs to another bake.", "Join only shares of one bake."),
     ("out_of_range", "A number is outside its range.", "Use a number of the range in the message."),
     ("page", "The page of `inspect --out` cannot be written.", "Report it with the database."),
+    (
+        "required_extension",
+        "A glTF file requires an extension that Shatter does not read.",
+        "Export the mesh without it.",
+    ),
     (
         "severed_parts",
         "The preset would separate parts of the object.",

@@ -2,6 +2,7 @@
 
 use super::{ExportError, FragmentView, ObjectView, SourceMaterials};
 use shatter_proto::result::NO_MATERIAL;
+use std::collections::BTreeSet;
 
 /// Refuses an object without fragments, or with hulls or bonds that do not fit its fragments.
 pub(super) fn object(view: &ObjectView<'_>) -> Result<(), ExportError> {
@@ -35,7 +36,8 @@ pub(super) fn all(fragments: &[FragmentView<'_>]) -> Result<(), ExportError> {
     fragments.iter().try_for_each(valid)
 }
 
-/// Refuses fragments whose outer triangles have materials that the mesh file does not have. The fragments have been checked.
+/// Refuses fragments whose outer triangles have materials that the mesh file does not have, or lack texture coordinates of theirs. The
+/// fragments have been checked.
 pub(super) fn source(fragments: &[FragmentView<'_>], source: &SourceMaterials) -> Result<(), ExportError> {
     let materials = source.count();
     if materials > 0 && fragments.iter().all(|fragment| fragment.materials.is_empty()) {
@@ -47,6 +49,14 @@ pub(super) fn source(fragments: &[FragmentView<'_>], source: &SourceMaterials) -
         if let Some(&material) = outer.find(is_unknown) {
             let path = source.path().to_owned();
             return Err(ExportError::MaterialOutOfRange { fragment: fragment.id, material, path, materials });
+        }
+        let has = [!fragment.uvs.is_empty(), !fragment.uvs2.is_empty()];
+        let used = BTreeSet::from_iter(fragment.materials.iter().take(fragment.outer_indices() / 3));
+        for &material in used.into_iter().filter(|material| **material != NO_MATERIAL) {
+            let sets = source.texture_sets(material as usize);
+            if let Some(set) = sets.into_iter().find(|set| !has.get(*set).is_some_and(|has| *has)) {
+                return Err(ExportError::NoTextureCoordinates { path: source.path().to_owned(), material, set });
+            }
         }
     }
     Ok(())

@@ -211,6 +211,20 @@ pub enum ExportError {
         /// The file of materials.
         path: PathBuf,
     },
+    /// A material whose texture uses a set of texture coordinates that the fragments do not have.
+    #[error(
+        "material {material} of {} has a texture with the coordinates TEXCOORD_{set}, which the fragments do not have: {}",
+        .path.display(),
+        if *set < 2 { "bake the object from a mesh whose every corner has them" } else { "they have two sets at most, 0 and 1" }
+    )]
+    NoTextureCoordinates {
+        /// The file of materials.
+        path: PathBuf,
+        /// Index of the material.
+        material: u32,
+        /// The set, from 0.
+        set: usize,
+    },
     /// A material that the file of materials does not have.
     #[error(
         "fragment {fragment} has the material {material}, but {} has {}: the object was baked from another file; give the one that it \
@@ -357,6 +371,7 @@ impl ExportError {
         match self {
             Self::NoMaterials { path }
             | Self::MaterialOutOfRange { path, .. }
+            | Self::NoTextureCoordinates { path, .. }
             | Self::ReadMaterials { path, .. }
             | Self::MalformedMaterials { path, .. }
             | Self::RequiredExtension { path, .. } => Some(path),

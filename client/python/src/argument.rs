@@ -3,6 +3,7 @@
 use crate::error::wrong;
 use crate::result::FragmentOfResult;
 use pyo3::prelude::*;
+use shatter_proto::request::ITERATIONS_MAX;
 use shatter_proto::text::quoted;
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -26,7 +27,7 @@ arguments! {
     seed("seed"): u64 = whole;
     handle("handle"): u64 = whole;
     pieces("pieces"): u32 = whole;
-    iterations("iterations"): Option<u32> = optional_whole;
+    iterations("iterations"): Option<u32> = optional_iterations;
     fragments_max("fragments_max"): Option<u32> = optional_whole;
     bytes_max("bytes_max"): Option<u64> = optional_whole;
     struck_fragment("origin"): Option<FragmentOfResult> = optional_fragment;
@@ -86,6 +87,14 @@ fn whole<T: Whole>(name: &str, value: &Bound<'_, PyAny>) -> PyResult<T> {
 
 fn optional_whole<T: Whole>(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<T>> {
     optional(name, value, whole)
+}
+
+/// A number of iterations. The daemon decides whether it is allowed.
+fn optional_iterations(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<u32>> {
+    let read = |name: &str, value: &Bound<'_, PyAny>| {
+        value.extract().map_err(|_| refused(name, format!("a whole number from 0 to {ITERATIONS_MAX}"), value))
+    };
+    optional(name, value, read)
 }
 
 fn optional_fragment(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<FragmentOfResult>> {

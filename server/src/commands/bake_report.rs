@@ -45,7 +45,7 @@ pub fn warning(text: &str) {
 
 /// Warnings of a bake: the surface that was not asked for, a lattice too coarse for the shape, which loses or thickens parts of
 /// about its spacing, parts that the lattice severs, fragments smaller than its cells, and cracks smaller than their slots.
-fn warnings(prepared: &PreparedObject) -> Vec<String> {
+pub fn warnings(prepared: &PreparedObject) -> Vec<String> {
     let reason = prepared.report.surface.reason.iter();
     let mut warnings: Vec<String> =
         reason.map(|reason| format!("the fragments have the lattice's surface, not the exact one: {reason}")).collect();

@@ -1,6 +1,7 @@
 //! `shatterd bake --scene`: bakes the databases of a scene whose shapes are generated.
 
 use super::bake_progress::BakeProgress;
+use super::command_error::scene_keys;
 use super::expected_file::{self, ExpectedFile};
 use super::{CommandError, bake, bake_report, check, interrupt, output};
 use serde_json::{Value, json};
@@ -69,14 +70,14 @@ pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), CommandErro
 fn provide(name: &str, recipe: &BakeRecipe, file: &Path, token: &CancelToken) -> Result<State, CommandError> {
     let Some((mesh, request)) = recipe.bake(name) else { return Ok(State::NoShape) };
     let bar = BakeProgress::new(name, request.examples);
-    let failed = |error| CommandError::from(error).of_file(file);
+    let failed = |error| CommandError::from(error).with_scene_keys().of_file(file);
     let stored = database::stored(file, mesh.clone(), &request, token, &mut |step| bar.show(step)).map_err(failed)?;
     if stored.is_some() {
         bar.finish();
         return Ok(State::Kept);
     }
     if let Some(text) = bake::large_fragments(&mesh, &request) {
-        bake_report::warning(&text);
+        bake_report::warning(&scene_keys(&text));
     }
     let prepared = database::bake(mesh, &request, token, &mut |step| bar.show(step)).map_err(failed)?;
     bar.show_step("write");
@@ -84,7 +85,7 @@ fn provide(name: &str, recipe: &BakeRecipe, file: &Path, token: &CancelToken) ->
     database::save(&prepared, file).map_err(|error| CommandError::database(file, &error))?;
     drop(writing);
     bar.finish();
-    bake_report::warn(&prepared);
+    bake_report::warnings(&prepared).iter().for_each(|text| bake_report::warning(&scene_keys(text)));
     Ok(State::Baked)
 }
 

@@ -95,6 +95,11 @@ impl CommandError {
         self
     }
 
+    /// Names keys of a scene instead of options of `bake`.
+    pub fn with_scene_keys(self) -> Self {
+        Self { message: scene_keys(&self.message), at: scene_keys(&self.at), ..self }
+    }
+
     /// Internal error.
     pub fn ours(kind: &'static str, message: impl Into<String>) -> Self {
         Self { fault: "service", exit_code: exit::OURS, ..Self::refused(kind, "", message) }
@@ -198,7 +203,7 @@ impl From<MaterialError> for CommandError {
     fn from(error: MaterialError) -> Self {
         let (kind, at) = match &error {
             MaterialError::Unreadable(_) => ("material_table", String::new()),
-            MaterialError::NotPositive { material, key, .. } => ("material_number", format!("{material}.{key}")),
+            MaterialError::OutOfRange { material, key, .. } => ("material_number", format!("{material}.{key}")),
             MaterialError::Unknown { name, .. } => ("unknown_material", name.clone()),
         };
         Self::refused(kind, at, error.to_string())
@@ -211,6 +216,7 @@ impl From<SurfaceError> for CommandError {
             SurfaceError::Unreadable { path, .. } => ("unreadable_file", path.display().to_string()),
             SurfaceError::UnknownFormat { path, .. } => ("unknown_format", path.display().to_string()),
             SurfaceError::Malformed { place, .. } => ("malformed_file", place.clone()),
+            SurfaceError::RequiredExtension { extension } => ("required_extension", extension.clone()),
             SurfaceError::TooLarge { .. } => ("too_large", String::new()),
             SurfaceError::Empty { .. } => ("empty_mesh", String::new()),
             SurfaceError::NonFiniteVertex { vertex, .. } => ("non_finite_vertex", format!("vertex {vertex}")),
@@ -230,6 +236,20 @@ impl From<SurfaceError> for CommandError {
         };
         Self::refused(kind, at, error.to_string())
     }
+}
+
+/// A text about options of `bake`, with the keys of a scene in their place.
+pub fn scene_keys(text: &str) -> String {
+    let keys = [
+        ("--elastic-spacing", "elastic_spacing"),
+        ("--crack-spacing", "crack_spacing"),
+        ("--fragment-size", "fragment_size_m"),
+        ("--gamma", "gamma_j_m2"),
+        ("--examples", "examples"),
+        ("--quality ", "quality = "),
+        ("--surface ", "surface = "),
+    ];
+    keys.iter().fold(text.to_owned(), |text, (option, key)| text.replace(option, key))
 }
 
 impl From<LatticeError> for CommandError {
@@ -257,7 +277,6 @@ impl From<LatticeError> for CommandError {
             | LatticeError::VolumeNotPositive { .. }
             | LatticeError::DistanceNotFinite { .. } => return Self::ours("lattice", error.to_string()),
         };
-        // Scenes have keys of the same names, with underscores.
         Self::refused(kind, at, error.to_string()).advised(&advice)
     }
 }

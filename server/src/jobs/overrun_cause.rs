@@ -4,10 +4,12 @@ use shatter_proto::result::{OverrunCause, StageCost, StageKind};
 use std::time::Duration;
 
 /// Cause of exceeding a time budget by `over`: the queue if the request would have kept its budget without waiting (`waited`), else
-/// the slowest part. `solved` holds the reason if displacements were solved for; `stages` holds the time of each stage.
+/// the slowest part. `ran`: time since then, all of which follows the cells but for the stages up to them, whose times `stages` holds.
+/// `solved` holds the reason if displacements were solved for.
 pub(super) fn reason(
     over: Duration,
     waited: Duration,
+    ran: Duration,
     solved: Option<OverrunCause>,
     stages: &[StageCost],
 ) -> OverrunCause {
@@ -21,7 +23,8 @@ pub(super) fn reason(
     };
     let front = sum(StageKind::Load..StageKind::Centroidal);
     let cells = sum(StageKind::Centroidal..StageKind::Tessellation);
-    let after = sum(StageKind::Tessellation..StageKind::Unknown);
+    // Effects have times of their own, so the stages after the cells are not all.
+    let after = ran.saturating_sub(front + cells);
     if front >= cells.max(after) {
         solved.unwrap_or(OverrunCause::Degree)
     } else if cells >= after {
@@ -38,20 +41,21 @@ mod tests {
     #[test]
     fn the_reason_is_the_queue_or_what_took_longest() {
         let ms = Duration::from_millis;
-        let stages = |front: u64, cells: u64, after: u64| {
-            let times =
-                [(StageKind::Elasticity, front), (StageKind::Centroidal, cells), (StageKind::Tessellation, after)];
-            times.map(|(stage, ns)| {
+        let stages = |front: u64, cells: u64| {
+            [(StageKind::Elasticity, front), (StageKind::Centroidal, cells)].map(|(stage, ns)| {
                 let mut cost = StageCost::idle(stage);
                 cost.add(Duration::from_nanos(ns), 0);
                 cost
             })
         };
-        let of = |waited, solved, stages: [StageCost; 3]| reason(ms(10), ms(waited), solved, &stages);
-        assert_eq!(of(10, None, stages(9, 1, 1)), OverrunCause::Queue);
-        assert_eq!(of(9, Some(OverrunCause::NoReducedBasis), stages(9, 1, 1)), OverrunCause::NoReducedBasis);
-        assert_eq!(of(9, Some(OverrunCause::ReducedError), stages(9, 10, 1)), OverrunCause::Cells);
-        assert_eq!(of(0, None, stages(9, 1, 1)), OverrunCause::Degree);
-        assert_eq!(of(0, None, stages(9, 10, 11)), OverrunCause::AfterCells);
+        let of = |waited, solved, stages: [StageCost; 2], ran_ns| {
+            reason(ms(10), ms(waited), Duration::from_nanos(ran_ns), solved, &stages)
+        };
+        assert_eq!(of(10, None, stages(9, 1), 11), OverrunCause::Queue);
+        assert_eq!(of(9, Some(OverrunCause::NoReducedBasis), stages(9, 1), 19), OverrunCause::NoReducedBasis);
+        assert_eq!(of(9, Some(OverrunCause::NoReducedBasis), stages(9, 1), 20), OverrunCause::AfterCells, "hulls");
+        assert_eq!(of(9, Some(OverrunCause::ReducedError), stages(9, 10), 20), OverrunCause::Cells);
+        assert_eq!(of(0, None, stages(9, 1), 11), OverrunCause::Degree);
+        assert_eq!(of(0, None, stages(9, 10), 30), OverrunCause::AfterCells);
     }
 }

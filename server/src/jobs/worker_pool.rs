@@ -382,7 +382,7 @@ fn write(
     sections.summary.time_ns = u64::try_from(took.as_nanos()).unwrap_or(u64::MAX);
     if let Some(over) = timing.time_ms_max.and_then(|ms| took.checked_sub(Duration::from_secs_f64(1e-3 * ms))) {
         let waited = timing.begun.saturating_duration_since(timing.arrived);
-        let reason = overrun_cause::reason(over, waited, outcome.solved(), &profiler.stages());
+        let reason = overrun_cause::reason(over, waited, timing.begun.elapsed(), outcome.solved(), &profiler.stages());
         sections.summary.overrun = reason as u32;
         sections.summary.overrun_ns = u64::try_from(over.as_nanos()).unwrap_or(u64::MAX).max(1);
     }

@@ -12,6 +12,7 @@ use super::ExportError;
 use buffers::Buffers;
 use serde_json::{Map, Value};
 use shatter_proto::text::quoted;
+use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -72,6 +73,13 @@ impl SourceMaterials {
     /// Number of materials.
     pub fn count(&self) -> usize {
         self.materials.len()
+    }
+
+    /// Sets of texture coordinates that a material uses, which must exist.
+    pub(super) fn texture_sets(&self, material: usize) -> BTreeSet<usize> {
+        let mut sets = BTreeSet::new();
+        references::texture_sets(&self.materials[material], &mut sets);
+        sets
     }
 
     /// The file that was read.

@@ -2,6 +2,10 @@
 
 use super::{Defect, whole};
 use serde_json::Value;
+use std::collections::BTreeSet;
+
+/// Place of a transformation, which can name another set of texture coordinates.
+const TRANSFORM: &str = "/extensions/KHR_texture_transform";
 
 /// Refuses references to textures, samplers and images that do not exist.
 pub(super) fn check(materials: &[Value], textures: &[Value], samplers: usize, images: usize) -> Result<(), Defect> {
@@ -23,11 +27,28 @@ fn of_material(value: &Value, textures: usize, place: &str) -> Result<(), Defect
     let Some(members) = value.as_object() else { return Ok(()) };
     for (key, member) in members.iter().filter(|(key, _)| *key != "extras") {
         if key.ends_with("Texture") {
-            exists(member, "index", textures, &format!("{place}, {key}"))?;
+            let place = format!("{place}, {key}");
+            exists(member, "index", textures, &place)?;
+            whole(member, "texCoord", &place)?;
+            if let Some(transform) = member.pointer(TRANSFORM) {
+                whole(transform, "texCoord", &place)?;
+            }
         }
         of_material(member, textures, place)?;
     }
     Ok(())
+}
+
+/// Adds the sets of texture coordinates of a material and of its extensions. The material has been checked.
+pub(super) fn texture_sets(value: &Value, sets: &mut BTreeSet<usize>) {
+    for (key, member) in value.as_object().into_iter().flatten().filter(|(key, _)| *key != "extras") {
+        if key.ends_with("Texture") {
+            let own = member.pointer(TRANSFORM).and_then(|transform| transform.get("texCoord"));
+            let set = own.or_else(|| member.get("texCoord")).and_then(Value::as_u64).unwrap_or(0);
+            sets.insert(usize::try_from(set).unwrap_or(usize::MAX));
+        }
+        texture_sets(member, sets);
+    }
 }
 
 /// Refuses an index beyond a list of so many elements.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const MIXED: [u32; 4] = [1, 0, 1, NO_MATERIAL];
 
 fn textured<'a>(sample: &'a Sample, id: u32, materials: &'a [u32]) -> FragmentView<'a> {
-    FragmentView { materials, ..view(sample, id) }
+    FragmentView { materials, uvs: &[[0.5; 2]; 7], ..view(sample, id) }
 }
 
 /// A `.glb` file of this document and buffer.
@@ -209,6 +209,31 @@ fn second_textures_and_colors_are_attributes_of_outer_faces() {
     let (plain, _) = parts(&glb_bytes(&fragments).unwrap().0);
     let base = |material: usize| plain["materials"][material]["pbrMetallicRoughness"]["baseColorFactor"].clone();
     assert!(base(0).is_null() || base(0) == json!([1.0, 1.0, 1.0, 1.0]), "{}", base(0));
+}
+
+#[test]
+fn textures_without_their_coordinates_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.gltf");
+    let refused = |texture: Value, uvs2: &[[f32; 2]]| {
+        let document = json!({
+            "asset": { "version": "2.0" },
+            "materials": [{ "name": "plain" }, { "extensions": { "KHR_materials_sheen": { "sheenColorTexture": texture } } }],
+            "textures": [{ "source": 0 }],
+            "images": [{ "uri": "data:image/png;base64,cG5n" }],
+        });
+        std::fs::write(&path, document.to_string()).unwrap();
+        let sample = sample();
+        let fragment = FragmentView { uvs2, ..textured(&sample, 0, &MIXED) };
+        glb_bytes_with(&[fragment], &SourceMaterials::read(&path).unwrap()).err().map(|error| error.to_string())
+    };
+    let second = json!({ "index": 0, "texCoord": 1 });
+    let message = refused(second.clone(), &[]).unwrap();
+    assert!(message.contains("material 1 of ") && message.contains("TEXCOORD_1, which"), "{message}");
+    assert_eq!(refused(second, &[[0.5; 2]; 7]), None);
+    let moved = json!({ "index": 0, "texCoord": 0, "extensions": { "KHR_texture_transform": { "texCoord": 2 } } });
+    let message = refused(moved, &[[0.5; 2]; 7]).unwrap();
+    assert!(message.contains("TEXCOORD_2, which") && message.contains("two sets at most"), "{message}");
 }
 
 #[test]

@@ -281,7 +281,14 @@ impl Values {
             Some((value, false)) => Some(unsuitable(format!("{path}.{key}"), &value, range)),
             _ => None,
         });
-        wrong.map_or(Ok(()), Err)
+        wrong.map_or(Ok(()), Err)?;
+        match (self.elastic_spacing, self.crack_spacing) {
+            (Some(elastic), Some(crack)) if crack > elastic => {
+                let range = format!("{}, the value of `elastic_spacing`, or less", number(elastic));
+                Err(unsuitable(format!("{path}.crack_spacing"), &number(crack), &range))
+            }
+            _ => Ok(()),
+        }
     }
 }
 

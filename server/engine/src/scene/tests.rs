@@ -52,6 +52,8 @@ fn unknown_keys_are_rejected_with_a_suggestion() {
         check(own, &key, "needs `shape`; for a mesh of your own, remove it and bake with `--");
     }
     check("surface = \"exakt\"", "objects.vase.surface", "`exact`");
+    let coarse = "elastic_spacing = 0.03\ncrack_spacing = 0.05";
+    check(coarse, "objects.vase.crack_spacing", "is 0.05; it must be 0.03, the value of `elastic_spacing`, or less");
     check("effects = \"hulls\"", "objects.vase.effects", "is \"hulls\"; it must be a list");
     check("sites_max = \"many\"", "objects.vase.sites_max", "is \"many\"; it must be a whole number");
     let held = |anchor: &str| format!("allow = [\"anchored\"]\nanchors = [{anchor}]");

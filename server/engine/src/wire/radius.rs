@@ -17,6 +17,9 @@ pub(super) fn check(prepared: &PreparedObject, request: &FractureRequest) -> Res
     let Some((contact, radius_m)) = larger.filter(|_| request.effects.has(EffectKind::Elastic)) else { return Ok(()) };
     let default_m = DEFAULT_RADIUS_DIAGONALS * diagonal_m;
     let [radius, diagonal, default] = [radius_m, diagonal_m, default_m].map(length);
+    // Where four decimals show no difference, all are shown.
+    let [radius, diagonal] =
+        if radius == diagonal { [radius_m, diagonal_m].map(|x| x.to_string()) } else { [radius, diagonal] };
     let message = format!(
         "contact {contact}: the radius of {radius} m is larger than the object, whose bounding box has a diagonal of {diagonal} m; \
          give a smaller radius, or none for the default of {default} m"

@@ -230,7 +230,6 @@ pub(super) fn parameters(name: &str, own: &BakeParameters) -> Result<(), Databas
         return Err(metadata("parameters", format!("material.{key} is {value:e}")));
     }
     let all = [
-        ("material.poisson", own.material.poisson, -1.0..=0.5),
         ("fragment_size_m", own.fragment_size_m, POSITIVE),
         ("elastic_spacing", own.elastic_spacing, f64::MIN_POSITIVE..=COORDINATE_MAX),
         ("crack_spacing", own.crack_spacing, f64::MIN_POSITIVE..=COORDINATE_MAX),

@@ -1,6 +1,7 @@
 //! Materials: constants that relate impulse, strain energy and threshold.
 
 use super::names::{brief, nearest, toml_error};
+use crate::elasticity::POISSON_MAX;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -42,7 +43,9 @@ impl Material {
     pub fn check(&self) -> Result<(), (&'static str, f64)> {
         let numbers =
             [("young_pa", self.young_pa), ("density_kg_m3", self.density_kg_m3), ("strength_pa", self.strength_pa)];
-        numbers.into_iter().find(|(_, value)| !POSSIBLE.contains(value)).map_or(Ok(()), Err)
+        let wrong = numbers.into_iter().find(|(_, value)| !POSSIBLE.contains(value));
+        let is_solid = self.poisson > -1.0 && self.poisson <= POISSON_MAX;
+        wrong.or((!is_solid).then_some(("poisson", self.poisson))).map_or(Ok(()), Err)
     }
 }
 
@@ -53,8 +56,8 @@ pub enum MaterialError {
     #[error("materials cannot be read: {0}")]
     Unreadable(String),
     /// A number is outside its range.
-    #[error("material \"{material}\": {key} must be positive, 1e-9 to 1e18, got {value:e}")]
-    NotPositive {
+    #[error("material \"{material}\": {key} must be {}, got {value:e}", possible(key))]
+    OutOfRange {
         /// Name of the material.
         material: String,
         /// The offending key.
@@ -74,6 +77,14 @@ pub enum MaterialError {
     },
 }
 
+/// Possible values of a number, in words.
+fn possible(key: &str) -> String {
+    match key {
+        "poisson" => format!("above -1, and at most {POISSON_MAX}, since linear tetrahedra are too stiff beyond"),
+        _ => "positive, 1e-9 to 1e18".to_owned(),
+    }
+}
+
 /// Materials by name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Materials(BTreeMap<String, Material>);
@@ -87,7 +98,7 @@ impl Materials {
         let unreadable = |error| MaterialError::Unreadable(toml_error(text, &error));
         let table: BTreeMap<String, Material> = toml::from_str(text).map_err(unreadable)?;
         for (name, material) in &table {
-            let wrong = |(key, value)| MaterialError::NotPositive { material: brief(name), key, value };
+            let wrong = |(key, value)| MaterialError::OutOfRange { material: brief(name), key, value };
             material.check().map_err(wrong)?;
         }
         Ok(Self(table))
@@ -137,6 +148,11 @@ mod tests {
         let text = "[x]\nyoung_pa = -1.0\npoisson = 0.2\ndensity_kg_m3 = 1.0\nstrength_pa = 1.0\nsource = \"\"\n";
         let error = Materials::parse(text).unwrap_err().to_string();
         assert!(error.contains("young_pa") && error.contains("\"x\""), "{error}");
+        for poisson in ["0.46", "0.5", "-1.0", "nan"] {
+            let text = text.replace("-1.0", "1.0").replace("poisson = 0.2", &format!("poisson = {poisson}"));
+            let error = Materials::parse(&text).unwrap_err().to_string();
+            assert!(error.contains("\"x\": poisson must be above -1, and at most 0.45"), "{error}");
+        }
         let error = Materials::parse(&format!("{text}color = 1\n")).unwrap_err().to_string();
         assert!(error.contains("color"), "{error}");
     }

@@ -149,7 +149,8 @@ fn possible(wanted: &str) -> String {
         "i32" => whole(&i32::MIN, &i32::MAX),
         "u64" | "usize" => "a whole number, 0 or more".to_owned(),
         // An integer that no type of TOML holds.
-        "i64" | "any valid TOML value" => whole(&i64::MIN, &i64::MAX),
+        "i64" => whole(&i64::MIN, &i64::MAX),
+        "any valid TOML value" => "a whole number that TOML can hold, in the range of its key".to_owned(),
         "f64" => "a number".to_owned(),
         "a boolean" => "true or false".to_owned(),
         "a sequence" => "a list".to_owned(),
@@ -254,7 +255,9 @@ mod tests {
         let text = "[a]\nport = 99999999999999999999";
         let message = toml_error(text, &text.parse::<toml::Table>().unwrap_err());
         assert!(
-            message.starts_with("line 2, column 8: `port` is 99999999999999999999; it must be a whole"),
+            message.starts_with(
+                "line 2, column 8: `port` is 99999999999999999999; it must be a whole number that TOML can hold"
+            ),
             "{message}"
         );
         let message = toml_error("count = 08", &"count = 08".parse::<toml::Table>().unwrap_err());

@@ -48,6 +48,14 @@ pub enum SurfaceError {
         /// Fault at that place.
         reason: String,
     },
+    /// A glTF file requires an extension that this reader does not know.
+    #[error(
+        "the glTF file requires the extension {extension}, which Shatter does not read; export the mesh without it"
+    )]
+    RequiredExtension {
+        /// Name of the extension.
+        extension: String,
+    },
     /// The mesh has too many vertices or triangles.
     #[error("too many vertices or triangles: at most {limit} of each are accepted")]
     TooLarge {

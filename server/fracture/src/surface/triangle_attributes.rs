@@ -8,6 +8,11 @@ pub const NO_MATERIAL: u32 = u32::MAX;
 /// Largest accepted texture coordinate. Interpolation between larger ones would overflow single precision.
 pub const UV_MAX: f32 = 1e9;
 
+/// Largest distance of a channel of a color from the range 0 to 1 that is rounding.
+const COLOR_ROUNDING: f32 = 1e-3;
+
+const _: () = assert!(UV_MAX == 1e9, "`TriangleAttributes::range` says so");
+
 /// Normals, texture coordinates, colors and materials per triangle.
 ///
 /// A list is empty if the file lacks the attribute for any triangle.
@@ -46,6 +51,16 @@ impl TriangleAttributes {
         }
     }
 
+    /// What the values of a kind of [`Self::lost`] must be, as the end of a sentence.
+    pub(super) fn range(kind: &str) -> &'static str {
+        match kind {
+            "normals" => ", finite and not zero",
+            "texture coordinates" | "second texture coordinates" => " from -1e9 to 1e9",
+            "colors" => " from 0 to 1",
+            _ => "",
+        }
+    }
+
     /// Drops the lists that are not valid for each of `triangles` triangles, normalizes the normals, and clamps the colors.
     #[must_use]
     pub fn fitting(mut self, triangles: usize) -> Self {
@@ -59,6 +74,7 @@ impl TriangleAttributes {
             let length = length(normal);
             *normal = normal.map(|x| (f64::from(x) / length) as f32);
         }
+        let is_channel = |x: &f32| (-COLOR_ROUNDING..=1.0 + COLOR_ROUNDING).contains(x);
         let sets = [("texture coordinates", &mut self.uvs), ("second texture coordinates", &mut self.uvs2)];
         for (name, uvs) in sets {
             if let Some(first) = unfit(uvs, triangles, |own| own.iter().flatten().all(|x| x.abs() <= UV_MAX)) {
@@ -66,7 +82,7 @@ impl TriangleAttributes {
                 self.lost.push((name, first));
             }
         }
-        if let Some(first) = unfit(&self.colors, triangles, |own| own.iter().flatten().all(|x| x.is_finite())) {
+        if let Some(first) = unfit(&self.colors, triangles, |own| own.iter().flatten().all(is_channel)) {
             self.colors.clear();
             self.lost.push(("colors", first));
         }
@@ -135,7 +151,7 @@ mod tests {
         let normals = vec![[[0.0, 0.0, 2.0]; 3], [[3.0, 0.0, 0.0]; 3]];
         let uvs = vec![[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]; 2];
         let names = vec!["a".into(), "b".into()];
-        let (uvs2, colors) = (vec![[[0.5; 2]; 3]; 2], vec![[[0.1; 4], [0.5; 4], [1.5; 4]]; 2]);
+        let (uvs2, colors) = (vec![[[0.5; 2]; 3]; 2], vec![[[0.1; 4], [0.5; 4], [1.0005; 4]]; 2]);
         TriangleAttributes { normals, uvs, uvs2, colors, materials: vec![1, NO_MATERIAL], names, lost: Vec::new() }
     }
 
@@ -159,7 +175,11 @@ mod tests {
         assert!(damaged(|attributes| attributes.uvs[0][0][1] = 1e38).uvs.is_empty());
         let second = damaged(|attributes| attributes.uvs2[1][0][1] = f32::NAN);
         assert_eq!((second.uvs.len(), second.uvs2.len(), second.lost), (2, 0, vec![("second texture coordinates", 1)]));
-        assert_eq!(damaged(|attributes| attributes.colors[0][2][3] = f32::NAN).lost, [("colors", 0)]);
+        for value in [f32::NAN, 1.01, -0.01, 255.0] {
+            let mut attributes = full();
+            attributes.colors[0][2][3] = value;
+            assert_eq!(attributes.fitting(2).lost, [("colors", 0)], "{value}");
+        }
         assert!(damaged(|attributes| attributes.materials[0] = 2).names.is_empty());
     }
 
@@ -168,7 +188,7 @@ mod tests {
         let taken = full().of(&[1, 0, 1], &[false, true, false]);
         assert_eq!(taken.materials, [NO_MATERIAL, 1, NO_MATERIAL]);
         assert_eq!(taken.uvs[1], [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0]]);
-        assert_eq!(taken.colors[1], [[0.1; 4], [1.5; 4], [0.5; 4]]);
+        assert_eq!(taken.colors[1], [[0.1; 4], [1.0005; 4], [0.5; 4]]);
         assert_eq!(TriangleAttributes::default().of(&[0], &[true]), TriangleAttributes::default());
     }
 }

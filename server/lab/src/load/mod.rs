@@ -71,7 +71,7 @@ pub struct LoadArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     degree: Option<u32>,
     /// Deadline of every request in milliseconds
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u64).range(1..))]
     deadline_ms: Option<u64>,
     /// TOML file with the mix of requests: `[[strike]]` tables with `object` and optionally `weight` [default: 1] and `degree`
     /// [default: 20]

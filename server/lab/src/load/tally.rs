@@ -174,7 +174,8 @@ impl LoadTally {
 
     /// Line of a table for people.
     pub fn line(&self, rate: Option<f64>) -> String {
-        let rate = rate.map_or("closed".to_owned(), |rate| format!("{rate:.1}"));
+        let rate = rate
+            .map_or("closed".to_owned(), |rate| if rate < 1.0 { format!("{rate:.2e}") } else { format!("{rate:.1}") });
         let [ok, busy, late, failed] = self.counts;
         let ms = |us: u64| us as f64 * 1e-3;
         let Times { p50, p90, p99, max } = self.latency;

@@ -27,6 +27,26 @@ impl<'a> Window<'a> {
     }
 }
 
+/// Numbers that are floats, or unsigned whole numbers that stand for 0 to 1.
+struct Shares {
+    /// Bytes of a number.
+    size: usize,
+    /// The number with these bits.
+    number: fn(u32) -> f32,
+}
+
+impl Shares {
+    fn of(accessor: &Accessor) -> Result<Self, SurfaceError> {
+        let (size, number): (usize, fn(u32) -> f32) = match (accessor.data_type(), accessor.normalized()) {
+            (DataType::F32, _) => (4, f32::from_bits),
+            (DataType::U8, true) => (1, |bits| bits as f32 / f32::from(u8::MAX)),
+            (DataType::U16, true) => (2, |bits| bits as f32 / f32::from(u16::MAX)),
+            _ => return Err(wrong(accessor, "its numbers are neither floats nor normalized bytes or 16-bit numbers")),
+        };
+        Ok(Self { size, number })
+    }
+}
+
 impl BufferBytes {
     /// Reads positions: three f32 each.
     pub fn positions(&self, accessor: &Accessor) -> Result<Vec<[f32; 3]>, SurfaceError> {
@@ -37,13 +57,15 @@ impl BufferBytes {
         self.read(accessor, 12, |bytes| [0, 1, 2].map(|k| number(bytes, k)))
     }
 
-    /// Reads texture coordinates: two f32 each, converted from v down (glTF) to v up.
+    /// Reads texture coordinates, converted from v down (glTF) to v up: two floats each, or bytes or 16-bit numbers that stand for
+    /// 0 to 1.
     pub fn uvs(&self, accessor: &Accessor) -> Result<Vec<[f32; 2]>, SurfaceError> {
-        if (accessor.data_type(), accessor.dimensions()) != (DataType::F32, Dimensions::Vec2) {
-            return Err(wrong(accessor, "texture coordinates are not two floats"));
+        if accessor.dimensions() != Dimensions::Vec2 {
+            return Err(wrong(accessor, "texture coordinates are not two numbers"));
         }
-        let number = |bytes: &[u8], k: usize| f32::from_bits(little(&bytes[4 * k..4 * k + 4]));
-        self.read(accessor, 8, |bytes| [number(bytes, 0), 1.0 - number(bytes, 1)])
+        let Shares { size, number } = Shares::of(accessor)?;
+        let number = |bytes: &[u8], k: usize| number(little(&bytes[size * k..size * (k + 1)]));
+        self.read(accessor, 2 * size, |bytes| [number(bytes, 0), 1.0 - number(bytes, 1)])
     }
 
     /// Reads colors: three or four floats, or bytes or 16-bit numbers that stand for 0 to 1. Missing alpha is 1.
@@ -53,12 +75,7 @@ impl BufferBytes {
             Dimensions::Vec4 => 4,
             _ => return Err(wrong(accessor, "colors have neither three nor four channels")),
         };
-        let (size, number): (usize, fn(u32) -> f32) = match (accessor.data_type(), accessor.normalized()) {
-            (DataType::F32, _) => (4, f32::from_bits),
-            (DataType::U8, true) => (1, |bits| bits as f32 / f32::from(u8::MAX)),
-            (DataType::U16, true) => (2, |bits| bits as f32 / f32::from(u16::MAX)),
-            _ => return Err(wrong(accessor, "colors are neither floats nor normalized bytes or 16-bit numbers")),
-        };
+        let Shares { size, number } = Shares::of(accessor)?;
         let channel = |bytes: &[u8], k: usize| number(little(&bytes[size * k..size * (k + 1)]));
         self.read(accessor, size * channels, |bytes| {
             [0, 1, 2, 3].map(|k| if k < channels { channel(bytes, k) } else { 1.0 })

@@ -2,7 +2,7 @@
 //!
 //! The `gltf` crate parses and validates the document. Buffers and accessors are read with checked ranges.
 //! Skins, morph targets and animations are ignored. A required extension that the crate does not know
-//! (such as compression) is an error.
+//! (such as compression) is an error, unless it concerns materials or textures alone.
 
 use super::accessor::BufferBytes;
 use super::common::{load, malformed, within_limit};
@@ -11,6 +11,7 @@ use crate::surface::{DOUBLE, NO_MATERIAL, SINGLE, TriangleAttributes, VertexList
 use crate::surface::{RawMesh, SurfaceError};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use gltf::json::extensions::ENABLED_EXTENSIONS;
 use gltf::mesh::{Mode, Primitive, Semantic};
 use gltf::{Document, Gltf, Node};
 use nalgebra::{Matrix3, Matrix4, Point3};
@@ -47,7 +48,11 @@ const TRANSFORM_ERROR_MAX: f32 = 1e-3;
 /// The crate's validation uses the accessor of positions before it checks that the accessor exists. It checks neither
 /// `minVersion` nor the transforms of nodes.
 fn validated(document: Document) -> Result<Document, SurfaceError> {
-    let json = document.into_json();
+    let mut json = document.into_json();
+    json.extensions_required.retain(|name| !is_of_materials(name));
+    if let Some(name) = json.extensions_required.iter().find(|name| !ENABLED_EXTENSIONS.contains(&name.as_str())) {
+        return Err(SurfaceError::RequiredExtension { extension: brief(name) });
+    }
     let needed = json.asset.min_version.as_ref().map(|version| ("asset.minVersion", version, [2, 0]));
     // Later versions of the major version 2 add only what readers may ignore.
     let stated = Some(("asset.version", &json.asset.version, [2, u32::MAX]));
@@ -68,6 +73,11 @@ fn validated(document: Document) -> Result<Document, SurfaceError> {
         }
     }
     Document::from_json(json).map_err(|error| malformed("gltf", "document", error))
+}
+
+/// True for extensions of materials and textures, which do not change the shape.
+fn is_of_materials(extension: &str) -> bool {
+    ["_materials_", "_texture_"].iter().any(|part| extension.contains(part))
 }
 
 /// Major and minor number of a version.

@@ -208,21 +208,22 @@ impl PropertyAccess for PlyRow {
     }
 }
 
-/// Value of a color channel that stands for 1: the largest one of unsigned bytes and 16-bit numbers, and 1 of floats.
+/// Value of a color channel that stands for 1: 65,535 of unsigned 16-bit numbers, 255 of other whole numbers, and 1 of floats.
 fn color_max(value: &Property) -> f64 {
     match value {
-        Property::UChar(_) => color_max_of(&ScalarType::UChar),
         Property::UShort(_) => color_max_of(&ScalarType::UShort),
-        _ => 1.0,
+        Property::Float(_) => color_max_of(&ScalarType::Float),
+        Property::Double(_) => color_max_of(&ScalarType::Double),
+        _ => color_max_of(&ScalarType::Int),
     }
 }
 
 /// As [`color_max`], of the type of a property.
 pub(super) fn color_max_of(kind: &ScalarType) -> f64 {
     match kind {
-        ScalarType::UChar => u8::MAX.into(),
         ScalarType::UShort => u16::MAX.into(),
-        _ => 1.0,
+        ScalarType::Float | ScalarType::Double => 1.0,
+        _ => u8::MAX.into(),
     }
 }
 

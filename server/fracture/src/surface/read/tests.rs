@@ -4,6 +4,7 @@ use nalgebra::Point3;
 use proptest::prelude::*;
 
 mod attributes;
+mod line_ends;
 
 /// Writes a file of this name and reads it.
 fn read_bytes(name: &str, bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
@@ -85,14 +86,6 @@ fn obj_errors_name_the_line_or_the_face() {
     assert!(joined.to_string().starts_with("vertex 1, counted from 0, in line 5 has a coordinate"), "{joined}");
     assert!(matches!(read_bytes("a.obj", b""), Err(SurfaceError::Empty { .. })));
     assert!(matches!(read_bytes("a.obj", b"v 0 0 0\n"), Err(SurfaceError::Empty { .. })));
-    let [unix, mac, dos] = ["\n", "\r", "\r\n"].map(|end| {
-        let lines = ["# it", "v 0 0 0", "v 1 \\", "0 0", "v 0 1 0", "vt 0 1", "f 1/1 2/1 3/1"]
-            .map(|line| line.to_owned() + end);
-        read_bytes("a.obj", lines.concat().as_bytes()).unwrap()
-    });
-    assert_eq!((unix.triangles.len(), unix.attributes.uvs.len()), (1, 1));
-    assert!(mac == unix && dos == unix);
-    check_malformed("a.obj", b"v 0 0 0\rv 1 0\r", "line 2");
     let prose = read_bytes("a.obj", b"# Shatter\nA daemon that breaks things.\n").unwrap_err().to_string();
     assert!(prose.starts_with("no vertices were found; an OBJ file has vertices, lines `v X Y Z`"), "{prose}");
     let huge = read_bytes("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1e200 0\nf 1 2 3\n").unwrap_err();

@@ -89,7 +89,7 @@ impl Surface {
         let faces = (0..triangles.len() as u32).map(face).collect();
         let turned: Vec<bool> = wound.iter().zip(&triangles).map(|(before, after)| before != after).collect();
         for (what, triangle) in &raw.attributes.lost {
-            let action = format!("{what} left out: not every triangle has them in finite numbers");
+            let action = format!("{what} left out: not every triangle has them{}", TriangleAttributes::range(what));
             defects.push(Defect::new(DefectKind::LostAttributes, 1, raw.face(*triangle as usize), action));
         }
         defects.sort_by_key(|defect| defect.kind);

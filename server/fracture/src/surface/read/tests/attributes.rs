@@ -73,6 +73,11 @@ fn ply_colors_are_scaled_by_their_type() {
     assert_eq!(colored_ply("ascii", "uchar", &RGBA, bytes).colors, [wanted]);
     let floats = b"0 0 0 1 0 0.2 0.4\n1 0 0 0 0 0 0\n0 1 0 0 0 0 1\n3 0 1 2\n";
     assert_eq!(colored_ply("ascii", "float", &RGBA, floats).colors, [wanted]);
+    for kind in ["int", "uint", "short"] {
+        assert_eq!(colored_ply("ascii", kind, &RGBA, bytes).colors, [wanted]);
+    }
+    let large = colored_ply("ascii", "float", &RGBA, bytes);
+    assert_eq!((large.colors, large.lost), (Vec::new(), vec![("colors", 0)]));
     let mut binary = Vec::new();
     for (point, color) in [([0.0f32, 0.0], [65535u16, 0, 13107]), ([1.0, 0.0], [0; 3]), ([0.0, 1.0], [0; 3])] {
         binary.extend([point[0], point[1], 0.0].iter().flat_map(|x| x.to_le_bytes()));
@@ -92,7 +97,7 @@ fn ply_colors_are_scaled_by_their_type() {
 }
 
 /// The unit tetrahedron with second texture coordinates, and colors of this type in elements of eight or more bytes.
-fn colored_glb(kind: u32, shape: &str, colors: &[u8]) -> TriangleAttributes {
+fn colored_glb(semantic: &str, kind: u32, shape: &str, colors: &[u8]) -> TriangleAttributes {
     let (json, mut buffer) = (gltf_text(NODE, 4, &LIST, ""), gltf_buffer(&LIST));
     let first = buffer.len();
     for [u, v] in [[0.0f32, 1.0], [0.5, 1.0], [0.0, 0.5], [2.0, -1.0]] {
@@ -112,7 +117,7 @@ fn colored_glb(kind: u32, shape: &str, colors: &[u8]) -> TriangleAttributes {
         colors.len()
     );
     let json = json
-        .replace(r#""POSITION":0"#, r#""POSITION":0,"TEXCOORD_1":2,"COLOR_0":3"#)
+        .replace(r#""POSITION":0"#, &format!(r#""POSITION":0,"TEXCOORD_1":2,"{semantic}":3"#))
         .replace(r#""bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"}]"#, &accessors)
         .replace(r#""byteOffset":48,"byteLength":24}]"#, &views)
         .replace(&format!(r#"[{{"byteLength":{first}}}]"#), &format!(r#"[{{"byteLength":{}}}]"#, buffer.len()));
@@ -132,7 +137,7 @@ fn gltf_has_second_texture_coordinates_and_colors_of_three_types() {
     for (kind, shape, colors, alpha) in
         [(5126, "VEC3", &floats, 1.0), (5123, "VEC4", &words, 0.4), (5121, "VEC3", &bytes, 1.0)]
     {
-        let attributes = colored_glb(kind, shape, colors);
+        let attributes = colored_glb("COLOR_0", kind, shape, colors);
         assert!(attributes.uvs.is_empty() && attributes.lost.is_empty(), "{:?}", attributes.lost);
         let uvs2 = [[0.0, 0.0], [0.5, 0.0], [0.0, 0.5], [2.0, 2.0]];
         for ((triangle, uvs), colors) in TRIANGLES.iter().zip(&attributes.uvs2).zip(&attributes.colors) {
@@ -145,5 +150,14 @@ fn gltf_has_second_texture_coordinates_and_colors_of_three_types() {
         }
         assert_eq!((attributes.uvs2.len(), attributes.colors.len()), (4, 4));
     }
-    assert_eq!(colored_glb(5123, "VEC2", &words[..16]).lost, [("colors", 0)]);
+    assert_eq!(colored_glb("COLOR_0", 5123, "VEC2", &words[..16]).lost, [("colors", 0)]);
+    // Texture coordinates are stored in the same types; v is turned.
+    let shares: Vec<u8> = [0u16, 65535, 13107, 0, 65535, 26214, 0, 0].map(u16::to_le_bytes).concat();
+    let uvs = colored_glb("TEXCOORD_0", 5123, "VEC2", &shares).uvs;
+    let wanted = [[0.0, 0.0], [0.2, 1.0], [1.0, 0.6], [0.0, 1.0]];
+    for (triangle, uvs) in TRIANGLES.iter().zip(&uvs) {
+        let off = |k: usize| [0, 1].map(|axis| uvs[k][axis] - wanted[triangle[k] as usize][axis]);
+        assert!((0..3).flat_map(off).all(|off: f32| off.abs() < 1e-6), "{uvs:?}");
+    }
+    assert_eq!(uvs.len(), 4);
 }
