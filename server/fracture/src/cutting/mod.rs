@@ -64,8 +64,8 @@ pub struct CuttingMesh {
     pub carriers: Vec<Carrier>,
     /// Attributes of the boundary, if they were selected.
     pub outer: Option<OuterCorners>,
-    /// Tetrahedron of each carrier, for requests: most nodes need no more.
-    carrier_tets: Vec<u32>,
+    /// Corners of the carrier's tetrahedron at each node, for requests: most nodes need no more.
+    carrier_corners: Vec<[u32; 4]>,
     /// Node that represents each node of the crack lattice.
     representatives: Vec<u32>,
     /// Nodes on edges too short to be cut, each with the lowest node of its group.
@@ -84,7 +84,7 @@ impl CuttingMesh {
             representatives: carriers::representatives(crack, &carriers),
             groups: short_edges::groups(&mesh.nodes, &topology.edges),
             carriers,
-            carrier_tets: tets.to_vec(),
+            carrier_corners: tets.iter().map(|&tet| crack.tets[tet as usize]).collect(),
             topology,
             mesh,
             outer: None,
@@ -120,10 +120,10 @@ impl CuttingMesh {
     /// `lift` is carried to this mesh, `sites` are coordinates in it, and `labels` are the sites of the lattice's nodes.
     /// Equal labels at all corners need no distance, because cells are convex in a carrier, where the lift is linear.
     /// The ends of a short edge have one site, so that no crack point lies between them.
-    pub fn label(&self, crack: &Lattice, lift: &LiftedLattice, sites: &[f64], labels: &[u32], out: &mut Vec<u32>) {
+    pub fn label(&self, lift: &LiftedLattice, sites: &[f64], labels: &[u32], out: &mut Vec<u32>) {
         let site = |label: u32| &sites[label as usize * lift.dimension..][..lift.dimension];
-        let nearest = |(node, tet): (usize, &u32)| {
-            let corners = crack.tets[*tet as usize].map(|corner| labels[corner as usize]);
+        let nearest = |(node, corners): (usize, &[u32; 4])| {
+            let corners = corners.map(|corner| labels[corner as usize]);
             let nearer = |best: u32, other: u32| {
                 if other == best {
                     return best;
@@ -133,7 +133,7 @@ impl CuttingMesh {
             };
             corners[1..].iter().fold(corners[0], |best, &other| nearer(best, other))
         };
-        self.carrier_tets.par_iter().enumerate().with_min_len(GRAIN).map(nearest).collect_into_vec(out);
+        self.carrier_corners.par_iter().enumerate().with_min_len(GRAIN).map(nearest).collect_into_vec(out);
         self.join_short_edges(out);
     }
 
@@ -154,9 +154,9 @@ impl CuttingMesh {
 
     /// Memory, bytes.
     pub fn bytes(&self) -> usize {
-        let Self { mesh, topology, volumes, carriers, carrier_tets, outer, representatives, groups, lifts } = self;
+        let Self { mesh, topology, volumes, carriers, carrier_corners, outer, representatives, groups, lifts } = self;
         let lifts = lifts.iter().map(|lift| held(&lift.coordinates)).sum::<usize>() + held(lifts);
-        let nodes = held(volumes) + held(carriers) + held(carrier_tets) + held(representatives) + held(groups);
+        let nodes = held(volumes) + held(carriers) + held(carrier_corners) + held(representatives) + held(groups);
         let outer = outer.as_ref().map_or(0, OuterCorners::bytes);
         held(&mesh.nodes) + held(&mesh.tets) + topology.bytes() + nodes + lifts + outer
     }

@@ -5,8 +5,10 @@
 //! of 1, x_i and x_i x_j into sums over triangles, exact for polyhedra. The sums are over signed cones from a point
 //! near the body, so that the body's distance from the origin costs no precision.
 
+use crate::simd::{SimdLanes, widest};
 use crate::tessellation::{FragmentRange, Tessellation};
 use nalgebra::{Matrix3, Point3, Vector3};
+use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
 /// A fragment as a rigid body of unit density, in local coordinates.
@@ -40,37 +42,52 @@ pub enum NotRigid {
     Moments,
 }
 
-/// Sums over triangles relative to a reference point: 6 V, 24 ∫x, 120 ∫xxᵀ.
+/// Sums over triangles relative to a reference point.
 #[derive(Clone, Copy)]
 struct Sums {
-    volume: f64,
-    first: Vector3<f64>,
-    /// Second moments: xx, yy, zz, xy, xz, yz.
-    second: [f64; 6],
+    /// 24 ∫x, 24 ∫y, 24 ∫z, 6 V.
+    first: SimdLanes<4>,
+    /// 120 ∫xx, ∫yy, ∫zz.
+    squares: SimdLanes<4>,
+    /// 120 ∫xy, ∫yz, ∫zx.
+    mixed: SimdLanes<4>,
+}
+
+/// A point relative to the reference point; the last lane is 0.
+type Offset = SimdLanes<4>;
+
+/// The coordinates y, z, x.
+#[inline(always)]
+fn turned([x, y, z, _]: [f64; 4]) -> Offset {
+    SimdLanes([y, z, x, 0.0])
 }
 
 impl Sums {
-    const ZERO: Self = Self { volume: 0.0, first: Vector3::new(0.0, 0.0, 0.0), second: [0.0; 6] };
+    const ZERO: Self = Self { first: SimdLanes([0.0; 4]), squares: SimdLanes([0.0; 4]), mixed: SimdLanes([0.0; 4]) };
 
     /// Adds the cone over triangle (a, b, c), counter-clockwise seen from outside.
-    fn add(&mut self, a: Vector3<f64>, b: Vector3<f64>, c: Vector3<f64>) {
-        let volume = a.dot(&b.cross(&c));
-        let sum = a + b + c;
-        let product = |i: usize, j: usize| sum[i] * sum[j] + a[i] * a[j] + b[i] * b[j] + c[i] * c[j];
-        self.volume += volume;
-        self.first += sum * volume;
-        for (k, (i, j)) in [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].into_iter().enumerate() {
-            self.second[k] += volume * product(i, j);
-        }
+    #[inline(always)]
+    fn add(&mut self, a: Offset, b: Offset, c: Offset) {
+        let [next_a, next_b, next_c] = [a, b, c].map(|own| turned(own.0));
+        let [last_b, last_c] = [next_b, next_c].map(|own| turned(own.0));
+        let [x, y, z, _] = (a * (next_b * last_c - last_b * next_c)).0;
+        let volume = SimdLanes::all(x + y + z);
+        let mut sum = a + b + c;
+        let next_sum = turned(sum.0);
+        self.squares = self.squares + volume * (sum * sum + a * a + b * b + c * c);
+        self.mixed = self.mixed + volume * (sum * next_sum + a * next_a + b * next_b + c * next_c);
+        sum.0[3] = 1.0;
+        self.first = self.first + sum * volume;
     }
 
     fn finish(&self, reference: Point3<f64>) -> RigidProperties {
-        let volume = self.volume / 6.0;
+        let [x, y, z, volume] = self.first.0;
+        let volume = volume / 6.0;
         if volume == 0.0 {
             return RigidProperties { volume, center: reference, inertia: Matrix3::zeros() };
         }
-        let offset = self.first / (24.0 * volume);
-        let [xx, yy, zz, xy, xz, yz] = self.second.map(|sum| sum / 120.0);
+        let offset = Vector3::new(x, y, z) / (24.0 * volume);
+        let [[xx, yy, zz, _], [xy, yz, xz, _]] = [self.squares, self.mixed].map(|sums| sums.0.map(|sum| sum / 120.0));
         let second = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - offset * offset.transpose() * volume;
         let inertia = Matrix3::identity() * second.trace() - second;
         RigidProperties { volume, center: reference + offset, inertia }
@@ -82,9 +99,7 @@ impl RigidProperties {
     /// from outside.
     pub fn of_surface(vertices: &[Point3<f64>], triangles: impl IntoIterator<Item = [u32; 3]>) -> Self {
         let reference = vertices.first().copied().unwrap_or(Point3::origin());
-        let mut sums = Sums::ZERO;
-        add_surface(&mut sums, reference, vertices, triangles);
-        sums.finish(reference)
+        widest(Cones { reference, surfaces: std::iter::once((vertices, triangles)) }).finish(reference)
     }
 
     /// Properties of one fragment; zero volume without runs.
@@ -92,11 +107,8 @@ impl RigidProperties {
         let runs = &tessellation.runs()[fragment.runs.clone()];
         let first = runs.first().and_then(|run| tessellation.run_vertices(run).first());
         let reference = first.copied().unwrap_or(Point3::origin());
-        let mut sums = Sums::ZERO;
-        for run in runs {
-            add_surface(&mut sums, reference, tessellation.run_vertices(run), tessellation.run_triangles(run));
-        }
-        sums.finish(reference)
+        let surfaces = runs.iter().map(|run| (tessellation.run_vertices(run), tessellation.run_triangles(run)));
+        widest(Cones { reference, surfaces }).finish(reference)
     }
 
     /// Checks that a physics engine can simulate the body: finite, positive volume, and a positive definite inertia
@@ -125,18 +137,34 @@ pub fn properties(tessellation: &Tessellation, out: &mut Vec<RigidProperties>) {
     tessellation
         .fragments()
         .par_iter()
+        // Sizes differ much.
+        .with_max_len(1)
         .map(|fragment| RigidProperties::of_fragment(tessellation, fragment))
         .collect_into_vec(out);
 }
 
-fn add_surface(
-    sums: &mut Sums,
+/// Sums of the cones over triangles. `surfaces`: vertices, and triangles as indices into them.
+struct Cones<S> {
     reference: Point3<f64>,
-    vertices: &[Point3<f64>],
-    triangles: impl IntoIterator<Item = [u32; 3]>,
-) {
-    for triangle in triangles {
-        let [a, b, c] = triangle.map(|vertex| vertices[vertex as usize] - reference);
-        sums.add(a, b, c);
+    surfaces: S,
+}
+
+impl<'a, S: Iterator<Item = (&'a [Point3<f64>], T)>, T: IntoIterator<Item = [u32; 3]>> NullaryFnOnce for Cones<S> {
+    type Output = Sums;
+
+    #[inline(always)]
+    fn call(self) -> Sums {
+        let Self { reference, surfaces } = self;
+        let mut sums = Sums::ZERO;
+        for (vertices, triangles) in surfaces {
+            let offset = |vertex: u32| {
+                let place = &vertices[vertex as usize];
+                SimdLanes([place.x - reference.x, place.y - reference.y, place.z - reference.z, 0.0])
+            };
+            for [a, b, c] in triangles {
+                sums.add(offset(a), offset(b), offset(c));
+            }
+        }
+        sums
     }
 }

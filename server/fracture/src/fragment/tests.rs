@@ -196,3 +196,8 @@ fn every_kind_of_open_mesh_is_reported() {
     let order: Vec<u32> = (0..soup.len() as u32).collect();
     assert!(matches!(closed(&soup, &order), Err(OpenMesh::Edge { .. })));
 }
+
+#[test]
+fn wide_instructions_do_not_change_a_bit() {
+    crate::simd::tests::same_on_every_path(|| ball(4).moved(&Isometry3::translation(0.3, -2.0, 0.7)).properties());
+}

@@ -25,6 +25,8 @@ pub struct Components {
     found: Vec<u32>,
     /// Edges from each part of the nodes to lower parts.
     across: Vec<Vec<[u32; 2]>>,
+    /// Roots of the trees that the first edges make, ascending.
+    roots: Vec<u32>,
     /// Number of nodes in the tree of each root.
     sizes: Vec<u32>,
     /// Root of the largest tree of each site.
@@ -97,17 +99,22 @@ impl Components {
     fn find_outside(&mut self, site_labels: &[u32]) {
         self.sizes.clear();
         self.sizes.resize(site_labels.len(), 0);
+        self.roots.clear();
         for node in 0..site_labels.len() {
             let root = self.labels[self.labels[node] as usize];
             self.labels[node] = root;
             self.sizes[root as usize] += 1;
+            if root as usize == node {
+                self.roots.push(root);
+            }
         }
-        let sites = site_labels.iter().max().map_or(0, |&site| site as usize + 1);
+        let site = |root: u32| site_labels[root as usize] as usize;
+        let sites = self.roots.iter().map(|&root| site(root) + 1).max().unwrap_or(0);
         self.largest.clear();
         self.largest.resize(sites, NONE);
-        for (node, (&root, &site)) in self.labels.iter().zip(site_labels).enumerate() {
-            let largest = &mut self.largest[site as usize];
-            if root == node as u32 && (*largest == NONE || self.sizes[node] > self.sizes[*largest as usize]) {
+        for &root in &self.roots {
+            let largest = &mut self.largest[site(root)];
+            if *largest == NONE || self.sizes[root as usize] > self.sizes[*largest as usize] {
                 *largest = root;
             }
         }

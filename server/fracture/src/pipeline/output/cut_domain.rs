@@ -21,7 +21,6 @@ pub(in crate::pipeline) struct CutDomain<'a> {
     pub volumes: &'a [f64],
     /// Lift of the request at the nodes.
     pub lift: Cow<'a, LiftedLattice>,
-    body: &'a PreparedBody,
     cutting: Option<&'a CuttingMesh>,
 }
 
@@ -46,7 +45,7 @@ impl<'a> CutDomain<'a> {
         let lift = request.lift_of(prepared, index)?;
         let Some(cutting) = cutting(body, request.surface) else {
             let (mesh, topology, volumes) = (&body.crack, &body.topology, &body.volumes);
-            return Ok(Self { mesh, topology, volumes, lift: Cow::Borrowed(lift), body, cutting: None });
+            return Ok(Self { mesh, topology, volumes, lift: Cow::Borrowed(lift), cutting: None });
         };
         let is_bent = body.lift(request.lift).is_some_and(|own| !std::ptr::eq(own, lift));
         let lift = match cutting.lift(lift.kind).filter(|_| !is_bent) {
@@ -54,14 +53,14 @@ impl<'a> CutDomain<'a> {
             None => Cow::Owned(cutting.carried(&body.crack, lift)),
         };
         let CuttingMesh { mesh, topology, volumes, .. } = cutting;
-        Ok(Self { mesh, topology, volumes, lift, body, cutting: Some(cutting) })
+        Ok(Self { mesh, topology, volumes, lift, cutting: Some(cutting) })
     }
 
     /// Sites of the nodes of this domain. `carried` is memory for those of a mesh of the input surface.
     pub fn sites<'b>(&self, cells: &'b BodyCells, carried: &'b mut Vec<u32>) -> &'b [u32] {
         let labels = &cells.diagram.labels;
         let Some(cutting) = self.cutting else { return labels };
-        cutting.label(&self.body.crack, &self.lift, &cells.diagram.sites, labels, carried);
+        cutting.label(&self.lift, &cells.diagram.sites, labels, carried);
         carried
     }
 }
