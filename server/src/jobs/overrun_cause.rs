@@ -4,7 +4,7 @@ use shatter_proto::result::{OverrunCause, StageCost, StageKind};
 use std::time::Duration;
 
 /// Cause of exceeding a time budget by `over`: the queue if the request would have kept its budget without waiting (`waited`), else
-/// the slowest part. `ran`: time since then, all of which follows the cells but for the stages up to them, whose times `stages` holds.
+/// what took most of the time. `ran`: time since then, all of which follows the cells but for the stages up to them, whose times `stages` holds.
 /// `solved` holds the reason if displacements were solved for.
 pub(super) fn reason(
     over: Duration,
@@ -25,7 +25,9 @@ pub(super) fn reason(
     let cells = sum(StageKind::Centroidal..StageKind::Tessellation);
     // Effects have times of their own, so the stages after the cells are not all.
     let after = ran.saturating_sub(front + cells);
-    if front >= cells.max(after) {
+    if waited > front.max(cells).max(after) {
+        OverrunCause::Queue
+    } else if front >= cells.max(after) {
         solved.unwrap_or(OverrunCause::Degree)
     } else if cells >= after {
         OverrunCause::Cells
@@ -52,9 +54,14 @@ mod tests {
             reason(ms(10), ms(waited), Duration::from_nanos(ran_ns), solved, &stages)
         };
         assert_eq!(of(10, None, stages(9, 1), 11), OverrunCause::Queue);
-        assert_eq!(of(9, Some(OverrunCause::NoReducedBasis), stages(9, 1), 19), OverrunCause::NoReducedBasis);
-        assert_eq!(of(9, Some(OverrunCause::NoReducedBasis), stages(9, 1), 20), OverrunCause::AfterCells, "hulls");
-        assert_eq!(of(9, Some(OverrunCause::ReducedError), stages(9, 10), 20), OverrunCause::Cells);
+        assert_eq!(
+            of(9, Some(OverrunCause::NoReducedBasis), stages(9, 1), 19),
+            OverrunCause::Queue,
+            "the longest wait"
+        );
+        assert_eq!(of(0, Some(OverrunCause::NoReducedBasis), stages(9, 1), 19), OverrunCause::NoReducedBasis);
+        assert_eq!(of(0, Some(OverrunCause::NoReducedBasis), stages(9, 1), 20), OverrunCause::AfterCells, "hulls");
+        assert_eq!(of(0, Some(OverrunCause::ReducedError), stages(9, 10), 20), OverrunCause::Cells);
         assert_eq!(of(0, None, stages(9, 1), 11), OverrunCause::Degree);
         assert_eq!(of(0, None, stages(9, 10), 30), OverrunCause::AfterCells);
     }

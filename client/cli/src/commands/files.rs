@@ -105,6 +105,13 @@ impl OutputTarget {
             let message = "--materials needs the effect `attributes`, which --disable names; leave one of them out";
             return Err(CliError::Usage(message.to_owned()));
         }
+        let is_replaced = |own: &PathBuf| {
+            own.canonicalize().is_ok_and(|own| materials.canonicalize().is_ok_and(|other| own == other))
+        };
+        if self.files_of_a_result().iter().any(is_replaced) {
+            let message = "--out would replace the file of --materials; use another name";
+            return Err(CliError::Usage(message.to_owned()));
+        }
         Ok(Self { materials: Some(read_materials(materials)?), ..self })
     }
 
@@ -224,7 +231,7 @@ fn glb(file: &Path, result: &FractureResult, materials: Option<&SourceMaterials>
         (false, Some(materials)) => result.write_glb_with(file, materials)?,
         (false, None) => result.write_glb(file)?,
     };
-    let mut files = wrote(file, if has_closed { ", skin for rendering, not closed" } else { "" }, report);
+    let mut files = wrote(file, if has_closed { ", skin for rendering" } else { "" }, report);
     files.append(&mut beside);
     Ok(files)
 }
@@ -305,6 +312,13 @@ mod tests {
         let usage = |found: Result<OutputTarget, CliError>| matches!(found, Err(CliError::Usage(_)));
         assert!(usage(with("a.xml", &mesh, &[])));
         assert!(usage(with("a.glb", &mesh, &[Effect::Attributes])));
+        // The user's model stays.
+        let model = folder.path().join("model.glb");
+        std::fs::copy(&mesh, &model).unwrap();
+        assert!(usage(with(model.to_str().unwrap(), &model, &[])));
+        std::fs::rename(&model, folder.path().join("new.closed.glb")).unwrap();
+        let out = folder.path().join("new.glb");
+        assert!(usage(with(out.to_str().unwrap(), &out.with_extension("closed.glb"), &[])));
         let missing = with("a.glb", &folder.path().join("none.glb"), &[]);
         assert!(matches!(missing, Err(CliError::Refused(error)) if error.kind == ErrorKind::Output));
     }

@@ -54,9 +54,7 @@ const DEGREE_MAX: u32 = 512;
 /// Parses a number of sites, or a rule for it.
 pub fn degree(text: &str) -> Result<DegreeRule, String> {
     if text.parse::<f64>().is_ok() {
-        // The daemon decides whether a number is allowed, 0 included.
-        let wrong = || format!("must be a whole number, 1 to {DEGREE_MAX}");
-        return text.parse().ok().map(DegreeRule::Sites).ok_or_else(wrong);
+        return sites(text).map(DegreeRule::Sites);
     }
     choice(
         text,
@@ -70,6 +68,11 @@ pub fn degree(text: &str) -> Result<DegreeRule, String> {
     .map_err(|error| format!("{error}, or a whole number"))
 }
 
+/// Parses a number of sites. The daemon decides whether it is allowed, 0 included.
+pub fn sites(text: &str) -> Result<u32, String> {
+    text.parse().map_err(|_| format!("must be a whole number, 1 to {DEGREE_MAX}"))
+}
+
 /// Parses a number of iterations. The daemon decides whether it is allowed.
 pub fn iterations(text: &str) -> Result<u32, String> {
     text.parse().map_err(|_| format!("must be a whole number, 0 to {ITERATIONS_MAX}"))
@@ -77,8 +80,8 @@ pub fn iterations(text: &str) -> Result<u32, String> {
 
 /// Parses a deadline, ms.
 pub fn milliseconds(text: &str) -> Result<u64, String> {
-    let wrong = "must be a whole number of milliseconds, 1 or more: 0 leaves no time for a result";
-    text.parse().ok().filter(|ms| *ms > 0).ok_or_else(|| wrong.to_owned())
+    let wrong = || format!("must be a whole number of milliseconds, 1 to {}: 0 leaves no time for a result", u64::MAX);
+    text.parse().ok().filter(|ms| *ms > 0).ok_or_else(wrong)
 }
 
 /// Parses the name of a lift.

@@ -2,7 +2,7 @@
 
 use super::files::{FileFormat, OutputTarget};
 use super::impact::{RequestEcho, to_json};
-use super::parse::{effect, lift, quality};
+use super::parse::{effect, lift, quality, sites};
 use super::result_text::screen;
 use super::{CliError, RESULT_TIMEOUT, document, note_one_piece, reply};
 use shatter_client::{Client, Deadline, Effect, Lift, Quality, SEED_DEFAULT};
@@ -14,7 +14,7 @@ pub struct Args {
     /// Object to divide
     object: String,
     /// Number of fragments; a cell that falls apart adds one, one that is too small (`slivers`) removes one, and every body makes at least one
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = sites, allow_negative_numbers = true)]
     degree: u32,
     /// Lift: `euclidean`, `interior` (the default) or `surface_diffusion`
     #[arg(long, value_name = "euclidean|interior|surface_diffusion", value_parser = lift)]
