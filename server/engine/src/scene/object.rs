@@ -53,7 +53,7 @@ const NAMES: &str =
     "use the name of a file in the database folder, without folders, without `.shatter` and without a leading dot";
 
 /// Names of the generated shapes.
-pub const SHAPES: [&str; 6] = shapes::NAMES;
+pub const SHAPES: [&str; 7] = shapes::NAMES;
 
 /// Object of a scene.
 #[derive(Clone, Debug, PartialEq)]

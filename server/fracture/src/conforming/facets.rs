@@ -56,6 +56,10 @@ impl Recovery<'_, '_> {
             }
             let crossing = self.crossing_edges(facet);
             if self.limit.is_exceeded(self.mesh) || !self.remove_one(crossing.all(), &target, depth) {
+                // A search without a gain changes the mesh, too.
+                if constrain_facet(self.mesh, facet) {
+                    return Ok(true);
+                }
                 return match self.vertex_on(facet) {
                     Some(vertex) => Err(ConformingError::PointOnSurface { at: *self.mesh.point(vertex) }),
                     None => Ok(false),

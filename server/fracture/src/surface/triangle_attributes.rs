@@ -51,7 +51,7 @@ impl TriangleAttributes {
         }
     }
 
-    /// What the values of a kind of [`Self::lost`] must be, as the end of a sentence.
+    /// Requirement on the values of a kind of [`Self::lost`], as the end of a sentence.
     pub(super) fn range(kind: &str) -> &'static str {
         match kind {
             "normals" => ", finite and not zero",

@@ -2,6 +2,7 @@
 //!
 //! Every body is one closed surface, consistently wound, facing outward, without self-intersections.
 
+mod head;
 mod implicit;
 mod objects;
 mod solids;
@@ -9,6 +10,7 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
+pub use head::head;
 pub use implicit::implicit;
 pub use objects::{arch, dumbbell, horseshoe, mug, scanned_statue, statue, statue_on, vase};
 pub use solids::{cuboid, ellipsoid, sphere, torus};
@@ -17,13 +19,14 @@ use super::RawMesh;
 use std::path::Path;
 
 /// Names of the shapes that [`by_name`] generates.
-pub const NAMES: [&str; 6] = ["arch", "dumbbell", "horseshoe", "mug", "statue", "vase"];
+pub const NAMES: [&str; 7] = ["arch", "dumbbell", "head", "horseshoe", "mug", "statue", "vase"];
 
 /// Generates the shape of that name; `None` for a name outside [`NAMES`].
 pub fn by_name(name: &str) -> Option<RawMesh> {
     match name {
         "arch" => Some(arch()),
         "dumbbell" => Some(dumbbell()),
+        "head" => Some(head()),
         "horseshoe" => Some(horseshoe()),
         "mug" => Some(mug()),
         "statue" => Some(statue()),

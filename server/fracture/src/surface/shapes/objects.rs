@@ -122,7 +122,7 @@ pub fn statue_on(spacing_m: f64) -> RawMesh {
 }
 
 /// Distance from a capsule whose radius changes linearly along its axis; negative inside.
-fn capsule(p: &Point3<f64>, from: [f64; 3], to: [f64; 3], start: f64, end: f64) -> f64 {
+pub(super) fn capsule(p: &Point3<f64>, from: [f64; 3], to: [f64; 3], start: f64, end: f64) -> f64 {
     let (from, to) = (Point3::from(from), Point3::from(to));
     let axis: Vector3<f64> = to - from;
     let share = ((p - from).dot(&axis) / axis.norm_squared()).clamp(0.0, 1.0);
@@ -130,7 +130,7 @@ fn capsule(p: &Point3<f64>, from: [f64; 3], to: [f64; 3], start: f64, end: f64) 
 }
 
 /// Smaller of two heights, rounded where they differ by less than `width` (I. Quilez's polynomial minimum).
-fn blend(a: f64, b: f64, width: f64) -> f64 {
+pub(super) fn blend(a: f64, b: f64, width: f64) -> f64 {
     let overlap = (width - (a - b).abs()).max(0.0);
     a.min(b) - overlap * overlap / (4.0 * width)
 }

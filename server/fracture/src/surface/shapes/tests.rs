@@ -47,6 +47,16 @@ fn the_scanned_statue_has_as_many_triangles_as_it_says() {
 }
 
 #[test]
+fn the_head_has_as_many_triangles_as_it_says_and_a_face() {
+    let mesh = head();
+    assert_near(mesh.triangles.len() as f64, 100_000.0, 0.02);
+    // The tip of the nose is the foremost point.
+    let nose = mesh.positions_m.iter().max_by(|a, b| a.z.total_cmp(&b.z)).unwrap();
+    assert!(nose.x.abs() < 0.003 && (0.12..0.14).contains(&nose.y), "{nose}");
+    assert_near(check(mesh), 4.9e-3, 0.05);
+}
+
+#[test]
 fn an_implicit_sphere_is_a_sphere() {
     let corner = nalgebra::Point3::new(1.21, 1.21, 1.21);
     let mesh = implicit(-corner, corner, 0.1, |point| point.coords.norm() - 1.0);
