@@ -26,7 +26,7 @@ arguments! {
     direction("direction"): [f64; 3] = vector;
     seed("seed"): u64 = whole;
     handle("handle"): u64 = whole;
-    pieces("pieces"): u32 = whole;
+    pieces("pieces"): u32 = count;
     iterations("iterations"): Option<u32> = optional_iterations;
     fragments_max("fragments_max"): Option<u32> = optional_whole;
     bytes_max("bytes_max"): Option<u64> = optional_whole;
@@ -87,6 +87,11 @@ fn whole<T: Whole>(name: &str, value: &Bound<'_, PyAny>) -> PyResult<T> {
 
 fn optional_whole<T: Whole>(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<T>> {
     optional(name, value, whole)
+}
+
+/// A number of pieces. The daemon decides whether it is allowed.
+fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<u32> {
+    value.extract().map_err(|_| refused(name, "a whole number, 1 or more", value))
 }
 
 /// A number of iterations. The daemon decides whether it is allowed.

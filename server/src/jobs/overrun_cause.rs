@@ -21,19 +21,19 @@ pub(super) fn reason(
         let times = stages.iter().filter(|cost| part.contains(&cost.stage.code())).map(|cost| cost.time);
         times.fold(Duration::ZERO, Duration::saturating_add)
     };
-    let front = sum(StageKind::Load..StageKind::Centroidal);
+    let solve = sum(StageKind::Load..StageKind::Degree);
+    let degree = sum(StageKind::Degree..StageKind::Centroidal);
     let cells = sum(StageKind::Centroidal..StageKind::Tessellation);
     // Effects have times of their own, so the stages after the cells are not all.
-    let after = ran.saturating_sub(front + cells);
-    if waited > front.max(cells).max(after) {
-        OverrunCause::Queue
-    } else if front >= cells.max(after) {
-        solved.unwrap_or(OverrunCause::Degree)
-    } else if cells >= after {
-        OverrunCause::Cells
-    } else {
-        OverrunCause::AfterCells
-    }
+    let after = ran.saturating_sub(solve + degree + cells);
+    let parts = [
+        (solve, solved.unwrap_or(OverrunCause::Degree)),
+        (degree, OverrunCause::Degree),
+        (cells, OverrunCause::Cells),
+        (after, OverrunCause::AfterCells),
+    ];
+    let longest = parts.into_iter().reduce(|longest, part| if part.0 > longest.0 { part } else { longest });
+    longest.filter(|(time, _)| *time >= waited).map_or(OverrunCause::Queue, |(_, cause)| cause)
 }
 
 #[cfg(test)]
@@ -43,26 +43,32 @@ mod tests {
     #[test]
     fn the_reason_is_the_queue_or_what_took_longest() {
         let ms = Duration::from_millis;
-        let stages = |front: u64, cells: u64| {
-            [(StageKind::Elasticity, front), (StageKind::Centroidal, cells)].map(|(stage, ns)| {
+        let parts = |solve: u64, degree: u64, cells: u64| {
+            let times = [(StageKind::Elasticity, solve), (StageKind::Degree, degree), (StageKind::Centroidal, cells)];
+            times.map(|(stage, ns)| {
                 let mut cost = StageCost::idle(stage);
                 cost.add(Duration::from_nanos(ns), 0);
                 cost
             })
         };
-        let of = |waited, solved, stages: [StageCost; 2], ran_ns| {
+        let of = |waited, solved, stages: [StageCost; 3], ran_ns| {
             reason(ms(10), ms(waited), Duration::from_nanos(ran_ns), solved, &stages)
         };
-        assert_eq!(of(10, None, stages(9, 1), 11), OverrunCause::Queue);
+        assert_eq!(of(10, None, parts(9, 0, 1), 11), OverrunCause::Queue);
         assert_eq!(
-            of(9, Some(OverrunCause::NoReducedBasis), stages(9, 1), 19),
+            of(9, Some(OverrunCause::NoReducedBasis), parts(9, 0, 1), 19),
             OverrunCause::Queue,
             "the longest wait"
         );
-        assert_eq!(of(0, Some(OverrunCause::NoReducedBasis), stages(9, 1), 19), OverrunCause::NoReducedBasis);
-        assert_eq!(of(0, Some(OverrunCause::NoReducedBasis), stages(9, 1), 20), OverrunCause::AfterCells, "hulls");
-        assert_eq!(of(0, Some(OverrunCause::ReducedError), stages(9, 10), 20), OverrunCause::Cells);
-        assert_eq!(of(0, None, stages(9, 1), 11), OverrunCause::Degree);
-        assert_eq!(of(0, None, stages(9, 10), 30), OverrunCause::AfterCells);
+        assert_eq!(of(0, Some(OverrunCause::NoReducedBasis), parts(9, 0, 1), 19), OverrunCause::NoReducedBasis);
+        assert_eq!(of(0, Some(OverrunCause::NoReducedBasis), parts(9, 0, 1), 20), OverrunCause::AfterCells, "hulls");
+        assert_eq!(of(0, Some(OverrunCause::ReducedError), parts(9, 0, 10), 20), OverrunCause::Cells);
+        assert_eq!(of(0, None, parts(9, 0, 1), 11), OverrunCause::Degree);
+        assert_eq!(of(0, None, parts(9, 0, 10), 30), OverrunCause::AfterCells);
+        assert_eq!(
+            of(0, Some(OverrunCause::NoReducedBasis), parts(7, 9, 1), 17),
+            OverrunCause::Degree,
+            "many diagrams"
+        );
     }
 }

@@ -71,7 +71,7 @@ pub struct LoadArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     degree: Option<u32>,
     /// Deadline of every request in milliseconds
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "T", value_parser = milliseconds, allow_negative_numbers = true)]
     deadline_ms: Option<u64>,
     /// TOML file with the mix of requests: `[[strike]]` tables with `object` and optionally `weight` [default: 1] and `degree`
     /// [default: 20]
@@ -90,6 +90,11 @@ pub struct LoadArgs {
 
 fn rate(text: &str) -> Result<f64, String> {
     within(text, RATES)
+}
+
+fn milliseconds(text: &str) -> Result<u64, String> {
+    let wrong = || format!("must be a whole number of milliseconds, 1 to {}: 0 leaves no time for a result", u64::MAX);
+    text.parse().ok().filter(|ms| *ms > 0).ok_or_else(wrong)
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

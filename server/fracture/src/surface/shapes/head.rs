@@ -7,7 +7,7 @@ use nalgebra::{Point3, Vector3};
 
 /// Head of a person on a socle, 0.29 m high, with the face towards +z; about 100,000 triangles.
 pub fn head() -> RawMesh {
-    implicit(Point3::new(-0.1013, -0.0027, -0.1303), Point3::new(0.1013, 0.2953, 0.1183), 0.00392, height)
+    implicit(Point3::new(-0.1013, -0.0027, -0.1303), Point3::new(0.1013, 0.2953, 0.1183), 0.00387, height)
 }
 
 /// Height of the socle's lower side in the coordinates of the parts, m.

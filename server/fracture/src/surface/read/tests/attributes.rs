@@ -45,10 +45,10 @@ fn ply_looks_are_read_by_vertex() {
 
 #[test]
 fn obj_colors_follow_coordinates_and_are_dropped_with_a_gap() {
-    let text = "v 0 0 0 1 0 .5\nv 1 0 0 0 1 0 .25\nv 0 1 0 0 0 2\nf 1 2 3\n";
+    let text = "v 0 0 0 1 0 .5\nv 1 0 0 0 1 0 .25\nv 0 1 0 0 0 1\nf 1 2 3\n";
     let attributes = read_bytes("a.obj", text.as_bytes()).unwrap().attributes;
     assert_eq!(attributes.colors, [[[1.0, 0.0, 0.5, 1.0], [0.0, 1.0, 0.0, 0.25], [0.0, 0.0, 1.0, 1.0]]]);
-    let gap = read_bytes("a.obj", text.replace(" 0 0 2", "").as_bytes()).unwrap().attributes;
+    let gap = read_bytes("a.obj", text.replace(" 0 0 1\n", "\n").as_bytes()).unwrap().attributes;
     assert_eq!((gap.colors, gap.lost), (Vec::new(), vec![("colors", 0)]));
     // A fourth coordinate is a weight.
     let weights = read_bytes("a.obj", b"v 0 0 0 1\nv 1 0 0 1\nv 0 1 0 1\nf 1 2 3\n").unwrap().attributes;
