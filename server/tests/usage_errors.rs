@@ -79,7 +79,7 @@ fn unknown_commands_and_options_suggest_existing_ones() {
         ("shatter impact mug --point 0,nan,0 --impulse 1,0,0", "`nan` is not finite"),
         (
             "shatter impact mug --point 0,0,0 --impulse 1,0,0 --deadline-ms 0",
-            "must be a whole number of milliseconds, 1 or more",
+            "must be a whole number of milliseconds, 1 to 18446744073709551615",
         ),
         ("shatter impact mug --enable hulls bonds", "a list is one word: names with commas"),
         ("shatter impact", "`shatter list` shows the names of the objects"),
