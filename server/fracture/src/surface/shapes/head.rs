@@ -70,7 +70,7 @@ fn ear(p: &Point3<f64>) -> f64 {
     carve(shell, ellipsoid(p, [0.085, 0.264, 0.001], [0.0075, 0.020, 0.0115]), 0.005)
 }
 
-/// Cap with locks that turn about the crown, above the ears and the forehead.
+/// Hair: an ellipsoid with spiral grooves, which ends above the ears and the forehead.
 fn hair(p: &Point3<f64>) -> f64 {
     let (angle, up) = ((p.z + 0.012).atan2(p.x), p.y - 0.3);
     let lock = (9.0 * angle + 45.0 * up + 2.2 * (70.0 * up + 3.0 * angle).sin()).sin();
