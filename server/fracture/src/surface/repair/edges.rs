@@ -80,6 +80,11 @@ impl Edges {
 
     /// Returns true if every edge is passed equally often in both directions: the surface has no boundary as a chain.
     pub fn balanced(&self) -> bool {
-        self.groups().all(|group| 2 * group.iter().filter(|side| side.forward).count() == group.len())
+        self.groups().all(Self::is_balanced)
+    }
+
+    /// Returns true if the sides of one edge run equally often in both directions.
+    pub fn is_balanced(group: &[HalfEdge]) -> bool {
+        2 * group.iter().filter(|side| side.forward).count() == group.len()
     }
 }

@@ -5,6 +5,7 @@ mod disjoint_sets;
 mod edges;
 mod intersect;
 mod orient;
+mod radial;
 mod shells;
 pub(super) use clean::is_flat;
 pub(crate) use disjoint_sets::DisjointSets;
@@ -68,10 +69,11 @@ impl Surface {
         let patches = orient::orient(&positions, &mut triangles, &edges, face);
         patches.turned.report(DefectKind::MixedWinding, "turned to agree with their neighbors", &mut defects);
         patches.twisted.report(DefectKind::NonOrientable, "not repaired: the surface is one-sided here", &mut defects);
-        let shells = shells::face_outward(&positions, &mut triangles, &patches.members, face);
+        let members = radial::join_patches(&positions, &triangles, &Edges::new(&triangles), patches.members);
+        let shells = shells::face_outward(&positions, &mut triangles, &members, face);
         report_shells(&shells, &mut defects);
-        if let [_, second, ..] = &patches.members[..] {
-            let count = patches.members.len() as u64;
+        if let [_, second, ..] = &members[..] {
+            let count = members.len() as u64;
             defects.push(Defect::new(DefectKind::SeveralShells, count, face(second[0]), "merged into one object"));
         }
         let edges = Edges::new(&triangles);

@@ -16,6 +16,9 @@ const OPEN: f64 = 0.45;
 /// Shift of the reference point, over the root of the area, that must not change the sign of a valid volume.
 const SHIFT: f64 = 0.1;
 
+/// Distance of a patch's sample from the patch, over the root of its largest triangle's area.
+const DEPTH: f64 = 1e-6;
+
 /// Result of orienting the shells.
 #[derive(Default)]
 pub(super) struct Shells {
@@ -97,7 +100,7 @@ struct Measure {
     vector: Vector3<f64>,
     volume: f64,
     bounds: BoundingBox,
-    /// Point on the patch.
+    /// Point just inside the patch, near the center of its largest triangle: also where the patch touches another one.
     sample: Point3<f64>,
 }
 
@@ -106,7 +109,7 @@ impl Measure {
         let corners = |t: u32| triangles[t as usize].map(|vertex| positions[vertex as usize]);
         let center_of = |[a, b, c]: [Point3<f64>; 3]| (a.coords + b.coords + c.coords) / 3.0;
         let (mut area, mut vector, mut weighted) = (0.0, Vector3::zeros(), Vector3::zeros());
-        let (mut bounds, mut largest, mut sample) = (BoundingBox::EMPTY, -1.0, Point3::origin());
+        let (mut bounds, mut largest, mut widest) = (BoundingBox::EMPTY, Vector3::zeros(), None);
         for &triangle in members {
             let part = area_vector(positions, &triangles[triangle as usize]);
             let size = part.norm();
@@ -115,16 +118,19 @@ impl Measure {
             vector += part;
             weighted += center * size;
             bounds = corners(triangle).iter().fold(bounds, |bounds, corner| bounds.with(corner));
-            if size > largest {
-                (largest, sample) = (size, Point3::from(center));
+            if widest.is_none() || size > largest.norm() {
+                (largest, widest) = (part, Some(center));
             }
         }
-        let reference = if area > 0.0 { weighted / area } else { sample.coords };
+        let widest = widest.unwrap_or_default();
+        let reference = if area > 0.0 { weighted / area } else { widest };
         let cone = |t: u32| {
             let [a, b, c] = corners(t).map(|corner| corner.coords - reference);
             a.dot(&b.cross(&c)) / 6.0
         };
-        let volume = members.iter().map(|&triangle| cone(triangle)).sum();
+        let volume: f64 = members.iter().map(|&triangle| cone(triangle)).sum();
+        let outward = largest.try_normalize(0.0).unwrap_or_default() * volume.signum();
+        let sample = Point3::from(widest - outward * DEPTH * largest.norm().sqrt());
         Self { area, vector, volume, bounds, sample }
     }
 
