@@ -21,6 +21,8 @@ pub struct DrawnMesh {
     pub triangles: Vec<[u32; 3]>,
     /// Normals and colors, one triple per triangle.
     pub corners: Vec<[DrawnCorner; 3]>,
+    /// Coordinates on a checkerboard of unit fields, which covers the colors, by triangle. Triangles beyond the end have none.
+    pub checkers: Vec<Option<[[f32; 2]; 3]>>,
 }
 
 impl DrawnMesh {
@@ -42,7 +44,7 @@ impl DrawnMesh {
                 [0, 1, 2].map(|k| DrawnCorner { normal: normals[k], color: paint(t, triangle[k]) })
             })
             .collect();
-        Self { positions, triangles, corners }
+        Self { positions, triangles, corners, checkers: Vec::new() }
     }
 
     /// Translates the mesh.
@@ -54,6 +56,10 @@ impl DrawnMesh {
     /// Appends another mesh.
     pub fn append(&mut self, other: Self) {
         let first = self.positions.len() as u32;
+        if !other.checkers.is_empty() {
+            self.checkers.resize(self.triangles.len(), None);
+            self.checkers.extend(other.checkers);
+        }
         self.positions.extend(other.positions);
         self.triangles.extend(other.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + first)));
         self.corners.extend(other.corners);

@@ -27,7 +27,7 @@ const KEY_SPREAD: f32 = 0.11;
 /// Appearance of a triangle of the mesh, by its number, at a point given by its weights of the corners.
 pub type Texture<'a> = &'a (dyn Fn(usize, [f32; 3]) -> Finish + Sync);
 
-/// Draws `mesh` in its own colors as seen by `camera`. `ground` is the height of the plane that receives the shadow, if any.
+/// Draws `mesh` in its own colors and checkerboards as seen by `camera`. `ground` is the height of the plane that receives the shadow, if any.
 pub fn draw(
     mesh: &DrawnMesh,
     camera: &Camera,
@@ -38,10 +38,21 @@ pub fn draw(
 ) -> Image {
     let own = |triangle: usize, share: [f32; 3]| {
         let corners = &mesh.corners[triangle];
-        let color = Color([0, 1, 2].map(|k| (0..3).map(|c| corners[c].color.0[k] * share[c]).sum()));
+        let color = match mesh.checkers.get(triangle).copied().flatten() {
+            Some(checkers) => checker([0, 1].map(|axis| (0..3).map(|c| checkers[c][axis] * share[c]).sum())),
+            None => Color([0, 1, 2].map(|k| (0..3).map(|c| corners[c].color.0[k] * share[c]).sum())),
+        };
         Finish { color, reflectance: 0.0 }
     };
     draw_textured(mesh, &own, camera, size, style, ground, backdrop)
+}
+
+/// Color of a checkerboard of unit fields.
+fn checker([x, y]: [f32; 2]) -> Color {
+    match (x.floor() + y.floor()).rem_euclid(2.0) > 0.5 {
+        true => Color::oklch(0.45, 0.09, 250.0),
+        false => Color::oklch(0.93, 0.02, 90.0),
+    }
 }
 
 /// Draws `mesh` like [`draw`], with `texture` instead of its colors.

@@ -134,24 +134,16 @@ pub fn uvs(result: &GalleryResult) -> DrawnMesh {
     let mut mesh = result.mesh(SPREAD);
     let mut own = vec![[0.0; 2]; result.pieces.counts.vertices];
     result.pieces.uvs(&mut own);
-    for (corners, triangle) in mesh.corners.iter_mut().zip(&mesh.triangles) {
-        let at = triangle.map(|vertex| own[vertex as usize]);
-        if at.iter().all(|uv| *uv == [0.0; 2]) {
-            continue;
-        }
-        let color = board(at, FIELD_M);
-        corners.iter_mut().for_each(|corner| corner.color = color);
-    }
+    let at = |triangle: &[u32; 3]| triangle.map(|vertex| own[vertex as usize]);
+    let has_own = |uvs: &[[f32; 2]; 3]| uvs.iter().any(|uv| *uv != [0.0; 2]);
+    mesh.checkers =
+        mesh.triangles.iter().map(|own| Some(at(own)).filter(has_own).map(|uvs| board(uvs, FIELD_M))).collect();
     mesh
 }
 
-/// Color of the checkerboard field at the center of a triangle.
-fn board(uvs: [[f32; 2]; 3], field: f32) -> Color {
-    let middle = [0, 1].map(|k| uvs.iter().map(|uv| uv[k]).sum::<f32>() / 3.0 / field);
-    match (middle[0].floor() + middle[1].floor()).rem_euclid(2.0) > 0.5 {
-        true => Color::oklch(0.45, 0.09, 250.0),
-        false => Color::oklch(0.93, 0.02, 90.0),
-    }
+/// Texture coordinates in fields of size `field`.
+fn board(uvs: [[f32; 2]; 3], field: f32) -> [[f32; 2]; 3] {
+    uvs.map(|uv| uv.map(|x| x / field))
 }
 
 /// Outer faces with a checkerboard in the input's texture coordinates, lit by its normals.
@@ -160,12 +152,10 @@ pub fn attributes(result: &GalleryResult) -> DrawnMesh {
     let attributes = &result.pieces.attributes.vertices;
     for (corners, triangle) in mesh.corners.iter_mut().zip(&mesh.triangles) {
         let own = triangle.map(|vertex| &attributes[vertex as usize]);
-        if own.iter().any(|look| look.normal == [0.0; 3]) {
-            continue;
-        }
-        let color = board(own.map(|look| look.uv), TILE_M);
-        for (corner, look) in corners.iter_mut().zip(own) {
-            (corner.color, corner.normal) = (color, Vector3::from(look.normal));
+        let is_crack = own.iter().any(|look| look.normal == [0.0; 3]);
+        mesh.checkers.push((!is_crack).then(|| board(own.map(|look| look.uv), TILE_M)));
+        for (corner, look) in corners.iter_mut().zip(own).filter(|_| !is_crack) {
+            corner.normal = look.normal.into();
         }
     }
     mesh
@@ -187,14 +177,14 @@ pub fn skin(result: &GalleryResult) -> DrawnMesh {
         let own = &skins.vertices[row.vertex_first as usize..][..row.vertex_count as usize];
         let indices = &skins.indices[row.index_first as usize..][..row.index_count as usize];
         let triangles: Vec<[u32; 3]> = indices.as_chunks::<3>().0.to_vec();
-        let corners = triangles.iter().map(|triangle| {
-            let seen = triangle.map(|vertex| &own[vertex as usize]);
-            let color = board(seen.map(|vertex| vertex.uv), TILE_M);
-            seen.map(|vertex| DrawnCorner { normal: Vector3::from(vertex.normal), color })
-        });
-        let corners = corners.collect();
+        let color = fragment_color(fragment as u32);
+        let corner = |vertex: u32| DrawnCorner { normal: own[vertex as usize].normal.into(), color };
+        let corners = triangles.iter().map(|triangle| triangle.map(corner)).collect();
+        let uvs = |triangle: &[u32; 3]| triangle.map(|vertex| own[vertex as usize].uv);
+        let checkers = triangles.iter().map(|triangle| Some(board(uvs(triangle), TILE_M))).collect();
         let positions = own.iter().map(|vertex| Point3::from(vertex.position_m)).collect();
-        mesh.append(DrawnMesh { positions, triangles, corners }.moved(result.offset(fragment as u32, SPREAD)));
+        let skin = DrawnMesh { positions, triangles, corners, checkers };
+        mesh.append(skin.moved(result.offset(fragment as u32, SPREAD)));
     }
     mesh
 }
