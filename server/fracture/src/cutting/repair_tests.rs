@@ -181,6 +181,34 @@ fn films_have_the_attributes_of_their_rim() {
 }
 
 #[test]
+fn divided_triangles_keep_their_attributes() {
+    let mut mesh = with_t_junctions(cube([0.0; 3]), 5, 0.0);
+    let map = |at: &Point3<f64>| [at.x + 0.5 * at.y - at.z, at.z - 0.25 * at.x].map(|x| x as f32);
+    let second = |[u, v]: [f32; 2]| [v, -u];
+    let color = |[u, v]: [f32; 2]| [u, v, u + v, 1.0].map(|x| 0.25 + 0.125 * x);
+    let uvs: Vec<[[f32; 2]; 3]> =
+        mesh.triangles.iter().map(|own| own.map(|vertex| map(&mesh.positions_m[vertex as usize]))).collect();
+    mesh.attributes.uvs2 = uvs.iter().map(|own| own.map(second)).collect();
+    mesh.attributes.colors = uvs.iter().map(|own| own.map(color)).collect();
+    mesh.attributes.uvs = uvs;
+    let count = mesh.triangles.len();
+    let filled = FilledSurface::new(Surface::repair(mesh).unwrap()).surface;
+    assert!(filled.triangles.len() > count);
+    let attributes = &filled.attributes;
+    for (own, triangle) in filled.triangles.iter().enumerate() {
+        for (corner, &vertex) in triangle.iter().enumerate() {
+            let wanted = map(&filled.frame.to_meters(&filled.positions[vertex as usize]));
+            let found = [attributes.uvs[own][corner], attributes.uvs2[own][corner]];
+            for (found, wanted) in found.as_flattened().iter().zip([wanted, second(wanted)].as_flattened()) {
+                assert!((found - wanted).abs() < 1e-6, "{own}, {corner}: {found} instead of {wanted}");
+            }
+            let colors = attributes.colors[own][corner].into_iter().zip(color(wanted));
+            colors.for_each(|(found, wanted)| assert!((found - wanted).abs() < 1e-6, "{own}, {corner}"));
+        }
+    }
+}
+
+#[test]
 fn parts_that_cross_are_united() {
     let tilted = moved(shapes::cuboid([1.0; 3]), [0.0; 3], [0.5, 0.25, 0.125]);
     let volume_m3 = 2.0 - 0.5 * 0.75 * 0.875;
