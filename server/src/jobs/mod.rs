@@ -1,6 +1,7 @@
 //! Requests in progress: a bounded queue by urgency, a few that compute, and the bookkeeping between the event-loop thread and the
 //! worker threads.
 
+mod awake_threads;
 mod forecast;
 mod job;
 mod overrun_cause;

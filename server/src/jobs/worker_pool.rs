@@ -1,5 +1,6 @@
 //! Worker threads and their shared state.
 
+use super::awake_threads::AwakeThreads;
 use super::job::{JobPayload, StopCause, WrittenResult};
 use super::{Job, overrun_cause};
 use crate::error_mailbox::{ErrorMailbox, RequestKey};
@@ -165,6 +166,7 @@ impl WorkerPool {
     /// Computes a request in a slot. A panic fails only this request.
     pub(super) fn run(self: &Arc<Self>, job: Arc<Job>, slot: WorkerSlot) {
         self.spawn(slot, move |worker_pool| {
+            let _awake = (slot == WorkerSlot::All).then(AwakeThreads::new);
             let profiler = StageProfiler::showing(job.stage().clone());
             let result = catch_unwind(AssertUnwindSafe(|| worker_pool.respond(&job, &profiler)));
             let result = result.unwrap_or_else(|panic| {
