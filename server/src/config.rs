@@ -149,7 +149,7 @@ impl Config {
     /// `configuration` at the key that is unknown or whose value cannot be used.
     pub fn parse(text: &str, at: &str) -> Result<Self, Error> {
         let refuse = |text: &str, error: toml::de::Error| {
-            Error::new(ErrorKind::Configuration, at, format!("{at}: {}", toml_error(text, &error)))
+            Error::new(ErrorKind::Configuration, at, format!("{at}: {}", toml_error(text, &error, &RANGES)))
         };
         let placed = |(key, why): (String, String)| Error::new(ErrorKind::Configuration, key, format!("{at}: {why}"));
         let mut table: toml::Table = DEFAULT.parse().map_err(|error| refuse(DEFAULT, error))?;
@@ -378,6 +378,11 @@ mod tests {
         check("[operations]\nport = 80000", "`operations.port` is 80000; it must be a whole number from 0 to 65535");
         check("[compute]\nthreads = 2.5", "`compute.threads` is 2.5; it must be a whole number from 0 to 1024");
         check("service = 3", "`service` is 3; it must be a table");
+        for value in ["9223372036854775808", "18446744073709551616"] {
+            let wanted =
+                format!("line 2, column 15: `clients_max` is {value}; it must be a whole number from 1 to 128");
+            check(&format!("[service]\nclients_max = {value}"), &wanted);
+        }
         // Each value is checked against the range of its own key.
         for (key, range) in RANGES {
             let (table, name) = key.split_once('.').unwrap();

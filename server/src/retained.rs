@@ -13,6 +13,7 @@
 use shatter_engine::object::ServedObject;
 use shatter_fracture::pipeline::RetainedFragments;
 use shatter_proto::request::{RetainedFragment, unknown_handle};
+use shatter_proto::text::counted;
 use shatter_proto::{Error, ErrorKind};
 use std::collections::VecDeque;
 use std::hash::{BuildHasher, RandomState};
@@ -101,8 +102,10 @@ impl RetainedResults {
         }
         let count = entry.kept.fragments();
         if fragment >= count {
-            let message =
-                format!("fragment {fragment} does not exist: the result has {count} fragments, counted from 0");
+            let message = format!(
+                "fragment {fragment} does not exist: the result has {}, counted from 0",
+                counted(count.into(), "fragment")
+            );
             return Err(Error::new(ErrorKind::UnknownFragment, fragment.to_string(), message));
         }
         Ok((entry.object.clone(), Some(entry.kept.clone())))

@@ -20,7 +20,7 @@ use shatter_engine::object::Loader;
 use shatter_proto::control::{self, ControlReplyHeader, ControlRequest, ROWS_MAX, ReplyRow, ServiceStatusRow};
 use shatter_proto::error::ErrorWire;
 use shatter_proto::result::{AlignedBlock, BLOCK_BYTES};
-use shatter_proto::{Error, ErrorKind};
+use shatter_proto::{Error, ErrorKind, text};
 use shatter_transport::failed;
 use shatter_transport::paths::ServicePaths;
 use shatter_transport::workarounds::client_entry::ClientEntryCheck;
@@ -415,8 +415,8 @@ impl Daemon {
         if let Err(error) = &client_entry {
             summary += &format!("not ready: {error}\n");
         } else if self.client_entry.restored() > 0 {
-            summary +=
-                &format!("files that clients need to connect were restored {} times\n", self.client_entry.restored());
+            let times = text::counted(self.client_entry.restored(), "time");
+            summary += &format!("files that clients need to connect were restored {times}\n");
         }
         let _ = inquiry.send(DaemonReport { ready: !self.jobs.closed() && client_entry.is_ok(), summary, metrics });
     }

@@ -203,7 +203,7 @@ fn status_shows_what_is_loaded_its_memory_and_since_when() {
     let screen = shatter(&here, &["status"]).1;
     let line = screen.lines().find(|line| line.starts_with("vase")).unwrap();
     assert!(line.contains(" 2.9 ") && line.ends_with(" UTC"), "{screen}");
-    assert!(screen.contains("1 reloads") && screen.contains("worn.shatter: checksum"), "{screen}");
+    assert!(screen.contains(", 1 reload; ") && screen.contains("worn.shatter: checksum"), "{screen}");
 }
 
 /// A database that is being loaded is listed, and requests for it get `loading`.

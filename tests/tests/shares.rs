@@ -245,6 +245,7 @@ fn shares_are_baked_and_merged_by_commands() {
     };
     let (code, missing) = merge(&[&files[0]]);
     assert_eq!((code, missing["error"]["at"].as_str()), (3, Some("1/2")), "{missing}");
+    assert!(!merged.exists(), "a refused merge leaves an empty folder");
     assert_eq!(merge(&[&files[1], &files[0]]).0, 0);
     assert!(std::fs::read(merged.join("wedge.shatter")).unwrap() == whole);
     let (code, usage) = bake_fixture.bake(&["--examples", "40", "--shard", "2/2"]);

@@ -5,6 +5,7 @@ use crate::error::ErrorRecord;
 use crate::ffi_boundary::{Failure, bytes, end, ffi_boundary, given, wrong};
 use crate::result_rows::{Bond, Counter, Debris, Fragment, Hash, Hull, Run, Skin, Summary, start};
 use shatter_client::ErrorKind;
+use shatter_proto::text::counted;
 use shatter_proto::view::ResultView;
 use std::ffi::{OsStr, c_char};
 use std::mem::MaybeUninit;
@@ -31,7 +32,8 @@ pub enum Content {
 fn fragment(result: Option<&FractureResult>, id: u32) -> Result<shatter_client::Fragment<'_>, Failure> {
     let result = &given("result", result)?.0;
     let unknown = || {
-        let message = format!("fragment {id} does not exist; the result has {} fragments", result.fragments().len());
+        let fragments = counted(result.fragments().len() as u64, "fragment");
+        let message = format!("fragment {id} does not exist; the result has {fragments}");
         shatter_client::Error::new(ErrorKind::UnknownFragment, id.to_string(), message)
     };
     Ok(result.fragment(id).ok_or_else(unknown)?)

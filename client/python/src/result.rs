@@ -175,7 +175,13 @@ impl FractureResult {
         let others = place.as_ref().map_or(0, |held| Arc::strong_count(held) - 1);
         if others > 0 {
             return Err(PyBufferError::new_err(format!(
-                "{others} fragments or arrays refer to the result; delete them first"
+                "{} to the result; delete {} first",
+                if others == 1 {
+                    "a fragment or an array refers".to_owned()
+                } else {
+                    format!("{others} fragments or arrays refer")
+                },
+                if others == 1 { "it" } else { "them" }
             )));
         }
         *place = None;

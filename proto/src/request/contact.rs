@@ -38,6 +38,9 @@ impl Contact {
     }
 }
 
+/// The impulses whose squares neither vanish nor overflow.
+const IMPULSE: &str = "pass an impulse of 1e-161 to 1e154 N·s";
+
 impl ContactWire {
     /// Validates contact `i` of a request.
     ///
@@ -53,10 +56,13 @@ impl ContactWire {
         // The square is what the energy is made of: it must neither vanish nor overflow.
         let square: f64 = self.impulse_ns.iter().map(|x| x * x).sum();
         if !square.is_finite() || (square == 0.0 && purpose != Purpose::Aim) {
-            let what =
-                if square == 0.0 { "zero or too small to be squared" } else { "not finite or too large to be squared" };
+            let what = match square {
+                0.0 => "zero or too small to be squared",
+                _ if self.impulse_ns.iter().all(|x| x.is_finite()) => "too large to be squared",
+                _ => "not finite",
+            };
             let at = format!("contacts[{i}].impulse_ns");
-            let message = format!("contact {i}: the impulse is {what}; pass a finite impulse other than 0, in N·s");
+            let message = format!("contact {i}: the impulse is {what}; {IMPULSE}");
             return Err(Error::new(ErrorKind::Impulse, at, message));
         }
         Ok(Contact {

@@ -27,6 +27,12 @@ mod tests {
     fn errors_print_as_sentences() {
         let error = FractureError::ContactCount(0);
         assert_eq!(format!("{error:?}"), "the request has 0 contacts; pass 1 to 8");
+        let unknown = |count| FractureError::UnknownFragment { fragment: 7, count }.to_string();
+        assert_eq!(unknown(1), "fragment 7 does not exist; the result has 1 fragment, counted from 0");
+        assert_eq!(unknown(2), "fragment 7 does not exist; the result has 2 fragments, counted from 0");
+        let absent = |vertices| SurfaceError::VertexOutOfBounds { face: 3, index: 9, vertices }.to_string();
+        assert_eq!(absent(1), "face 3 refers to vertex 9, but the mesh has 1 vertex");
+        assert_eq!(absent(8), "face 3 refers to vertex 9, but the mesh has 8 vertices");
         let wrapped = BakeError::Surface(SurfaceError::NothingInside);
         assert_eq!(format!("{wrapped:?}"), wrapped.to_string());
     }

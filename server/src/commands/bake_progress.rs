@@ -2,6 +2,7 @@
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use shatter_fracture::database::{BakeSize, BakeStep};
+use shatter_proto::text::counted;
 use std::cell::RefCell;
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
@@ -83,11 +84,12 @@ fn cost(size: &BakeSize, threads: usize) -> String {
     let BakeSize { elastic_nodes, crack_nodes, examples, exact_triangles, .. } = size;
     let [least, most] = size.seconds(threads).map(|seconds| seconds.round().max(1.0) as u64);
     let seconds = if least == most { format!("{most} s") } else { format!("{least} to {most} s") };
+    let examples = counted(*examples, "example");
     let hard =
         if *exact_triangles > 0 { ". An input surface that is hard to mesh takes up to a minute more" } else { "" };
     let [peak, held] = [size.peak_bytes(), size.held_bytes()].map(|bytes| super::size::rounded(bytes as f64 / 1e6));
     format!(
-        "{elastic_nodes} elastic and {crack_nodes} crack nodes, {examples} examples: about {seconds} left, {peak} MB at most; a \
+        "{elastic_nodes} elastic and {crack_nodes} crack nodes, {examples}: about {seconds} left, {peak} MB at most; a \
          daemon will hold about {held} MB for it{hard}"
     )
 }
@@ -249,6 +251,8 @@ mod tests {
             "{reported}"
         );
         assert!(reported.ends_with("a daemon will hold about 61 MB for it"), "{reported}");
+        let one = cost(&BakeSize { examples: 1, ..size }, 2);
+        assert!(one.starts_with("4645 elastic and 9576 crack nodes, 1 example: about "), "{one}");
         assert!(
             cost(&BakeSize { examples: 0, ..size }, 1).contains("about 2 s"),
             "{}",

@@ -9,6 +9,7 @@ use shatter_fracture::pipeline::{
     BakeParameters, BakeReport, ExistingCracks, LearnedModel, PreparedObject, SurfaceKind, SurfaceReport,
 };
 use shatter_fracture::surface::{Defect, DefectKind};
+use shatter_proto::text::counted;
 use std::fmt::Write;
 use std::path::Path;
 use std::time::Duration;
@@ -194,13 +195,7 @@ pub fn screen(prepared: &PreparedObject, file: &Path) -> String {
         prepared.gamma_j_m2, parameters.material_name, parameters.fragment_size_m, prepared.kappa
     );
     let _ = writeln!(text, "  bodies           {}", prepared.bodies.len());
-    if let Some(cracks) = &report.cracks {
-        let _ = writeln!(
-            text,
-            "  cracks           {} triangles, {:.4e} m²; slots of {:.4} m (elastic lattice {:.4} m) take {:.4e} m³",
-            cracks.triangles, cracks.area_m2, cracks.width_m, cracks.elastic_width_m, cracks.volume_m3
-        );
-    }
+    text.extend(report.cracks.as_ref().map(cracks_line));
     if let Some(LearnedModel { quality, .. }) = &prepared.learned {
         let percent = |share: f64| 100.0 * share;
         let _ = writeln!(
@@ -216,9 +211,9 @@ pub fn screen(prepared: &PreparedObject, file: &Path) -> String {
     if let Some(reduction) = &prepared.reduction {
         let _ = writeln!(
             text,
-            "  reduced          rank {}; median error over {} other impacts: energy {:.2} %, density {:.1} %; {:.0} % of them were solved",
+            "  reduced          rank {}; median error over {}: energy {:.2} %, density {:.1} %; {:.0} % of them were solved",
             reduction.rank.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
-            reduction.holdout,
+            counted(reduction.holdout as u64, "other impact"),
             100.0 * reduction.energy_error_median,
             100.0 * reduction.density_error_median,
             100.0 * reduction.solved
@@ -242,6 +237,18 @@ pub fn screen(prepared: &PreparedObject, file: &Path) -> String {
         let _ = writeln!(text, "  not prepared     lift {} of body {}: {}", absent.lift, absent.body, absent.reason);
     }
     text
+}
+
+/// The line about existing cracks.
+fn cracks_line(cracks: &ExistingCracks) -> String {
+    format!(
+        "  cracks           {}, {:.4e} m²; slots of {:.4} m (elastic lattice {:.4} m) take {:.4e} m³\n",
+        counted(cracks.triangles, "triangle"),
+        cracks.area_m2,
+        cracks.width_m,
+        cracks.elastic_width_m,
+        cracks.volume_m3
+    )
 }
 
 /// The line about a repair of the surface, with its places.
@@ -279,11 +286,14 @@ fn surface(report: &BakeReport) -> String {
                 report.input_volume_m3
             );
             if *collapsed_edges > 0 {
-                let _ = write!(line, "; {collapsed_edges} edges too short for single precision were collapsed");
+                let (edges, verb) =
+                    (counted(*collapsed_edges, "edge"), if *collapsed_edges == 1 { "was" } else { "were" });
+                let _ = write!(line, "; {edges} too short for single precision {verb} collapsed");
             }
             if *anchored_nodes > 0 {
-                let _ =
-                    write!(line, "; {anchored_nodes} nodes in details that the lattice lacks follow its nearest point");
+                let (nodes, verb) =
+                    (counted(*anchored_nodes, "node"), if *anchored_nodes == 1 { "follows" } else { "follow" });
+                let _ = write!(line, "; {nodes} in details that the lattice lacks {verb} its nearest point");
             }
             line.push('\n');
             repairs.iter().for_each(|repair| line.push_str(&repair_line(repair)));
@@ -319,6 +329,8 @@ mod tests {
             |area_m2| ExistingCracks { triangles: 2, area_m2, width_m: 0.0077, elastic_width_m: 0.01, volume_m3: 1e-8 };
         assert_eq!(small_cracks(&cracks(1e-3), 0.02), None);
         let small = small_cracks(&cracks(1e-8), 0.02).unwrap();
+        let one = cracks_line(&ExistingCracks { triangles: 1, ..cracks(1e-3) });
+        assert!(one.starts_with("  cracks           1 triangle, 1.0000e-3 m²; slots of 0.0077 m"), "{one}");
         assert!(small.contains("1.00e-4 m large") && small.contains("7.70e-3 m wide"), "{small}");
     }
 }

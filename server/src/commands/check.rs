@@ -11,6 +11,7 @@ use shatter_fracture::database::{self, EXTENSION, Tables};
 use shatter_fracture::scene::{Anchors, WarpControls};
 use shatter_proto::effect::{Class, Effect};
 use shatter_proto::name::nearest;
+use shatter_proto::text::counted;
 use shatter_proto::{Error, ErrorKind};
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -225,7 +226,7 @@ fn screen(title: &str, objects: &[Value]) -> String {
             let _ = writeln!(text, "  table     {:<18} {state}{size}", word(&table, "name"));
         }
         for anchor in list(&object["anchors"]) {
-            let nodes = anchor["nodes"].as_u64().map_or(String::new(), |nodes| format!(", {nodes} nodes"));
+            let nodes = anchor["nodes"].as_u64().map_or(String::new(), |nodes| format!(", {}", counted(nodes, "node")));
             let _ = writeln!(text, "  anchor    {}{nodes}", word(&anchor, "region"));
         }
         for effect in list(&object["effects"]) {

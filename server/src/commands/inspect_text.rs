@@ -5,6 +5,7 @@ use super::inspect_memory::memory_lines;
 use serde_json::Value;
 use shatter_fracture::pipeline::PreparedObject;
 use shatter_fracture::sparse::Precision;
+use shatter_proto::text::counted;
 use std::path::Path;
 
 /// Lines about the object of the database `file`; `document` is what `--json` prints.
@@ -22,11 +23,11 @@ pub fn screen(prepared: &PreparedObject, file: &Path, document: &Value) -> Strin
     line(
         "bake",
         format!(
-            "quality {}, seed {}, {} examples of {} impacts, stiffness factor {}{}",
+            "quality {}, seed {}, {} of {}, stiffness factor {}{}",
             parameters.quality.name(),
             parameters.seed,
-            prepared.examples.len(),
-            prepared.impacts,
+            counted(prepared.examples.len() as u64, "example"),
+            counted(prepared.impacts, "impact"),
             word(&document["parameters"]["factor"]),
             if parameters.factor == Precision::F32 { ", or f64 where that is too inaccurate" } else { "" }
         ),
@@ -34,8 +35,8 @@ pub fn screen(prepared: &PreparedObject, file: &Path, document: &Value) -> Strin
     let learned = &document["learned"];
     if learned.is_object() {
         let (median, most) = (percent(&learned["median_relative_error"]), percent(&learned["p90_relative_error"]));
-        let (few, count) = (percent(&learned["few_within_one"]), &learned["holdout"]);
-        let errors = format!("median error {median}, 90 % have at most {most} ({count} left-out impacts)");
+        let (few, count) = (percent(&learned["few_within_one"]), left_out(&learned["holdout"]));
+        let errors = format!("median error {median}, 90 % have at most {most} ({count})");
         line("learned degree", format!("{errors}; degrees below 8 are off by at most one in {few}"));
     }
     line(
@@ -43,7 +44,10 @@ pub fn screen(prepared: &PreparedObject, file: &Path, document: &Value) -> Strin
         format!("dimensions per body: interior {}, surface {}", lifts(prepared, true), lifts(prepared, false)),
     );
     if let Some(skin) = &prepared.skin {
-        line("skin", format!("{} triangles: those of the mesh file, long ones divided", skin.triangles.len()));
+        line(
+            "skin",
+            format!("{}: those of the mesh file, long ones divided", counted(skin.triangles.len() as u64, "triangle")),
+        );
     }
     let materials = &prepared.report.materials;
     if !materials.is_empty() {
@@ -95,6 +99,11 @@ fn time_lines(time: &Value) -> String {
     shown
         .map(|(key, label, unit)| format!("time: {label:<44} {} {unit}", time[*key]).trim_end().to_owned() + "\n")
         .collect()
+}
+
+/// Number of impacts without which the object learned its degree.
+fn left_out(count: &Value) -> String {
+    counted(count.as_u64().unwrap_or_default(), "left-out impact")
 }
 
 /// Dimensions of a lift, per body.

@@ -29,6 +29,7 @@ pub struct MergeArgs {
 pub fn run(args: &MergeArgs) -> Result<(), CommandError> {
     let begun = Instant::now();
     args.files.iter().try_for_each(|file| expected_file::check(file, ExpectedFile::Database))?;
+    let _made = output::EmptyFolders::before(&args.out);
     output::folder(&args.out)?;
     let token = interrupt::token();
     let bar = BakeProgress::new("merge", 0);

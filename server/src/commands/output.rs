@@ -5,7 +5,7 @@ use shatter_cli_common as program;
 use shatter_export::{ExportError, make_folder, write_whole};
 use shatter_proto::{Error, ErrorKind, text};
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Writes `text` to stdout.
 ///
@@ -52,9 +52,44 @@ pub fn folder(folder: &Path) -> Result<(), CommandError> {
     })
 }
 
+/// Folders that do not exist yet. When this is dropped, those that were made since and are empty are removed.
+pub struct EmptyFolders(Vec<PathBuf>);
+
+impl EmptyFolders {
+    /// `folder` and those above it, as far as they do not exist.
+    pub fn before(folder: &Path) -> Self {
+        let is_named = |own: &&Path| !own.as_os_str().is_empty();
+        Self(folder.ancestors().filter(is_named).take_while(|own| !own.exists()).map(Path::to_owned).collect())
+    }
+}
+
+impl Drop for EmptyFolders {
+    fn drop(&mut self) {
+        // Only empty folders can be removed.
+        self.0.iter().all(|folder| std::fs::remove_dir(folder).is_ok());
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn folders_that_stay_empty_are_removed() {
+        let place = tempfile::tempdir().unwrap();
+        let (outer, inner) = (place.path().join("new"), place.path().join("new/er"));
+        let made = EmptyFolders::before(&inner);
+        folder(&inner).unwrap();
+        drop(made);
+        assert!(!outer.exists() && place.path().exists());
+        let made = EmptyFolders::before(&inner);
+        folder(&inner).unwrap();
+        std::fs::write(outer.join("file"), "").unwrap();
+        drop(made);
+        assert!(outer.join("file").exists() && !inner.exists());
+        drop(EmptyFolders::before(&outer));
+        assert!(outer.exists());
+    }
 
     #[test]
     fn output_folders_are_checked_before_the_work() {

@@ -8,7 +8,7 @@ use serde_json::json;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, BakeError, BakeRequest, BakeShare, PartialBake, ShareError};
 use shatter_fracture::surface::RawMesh;
-use shatter_proto::text::quoted;
+use shatter_proto::text::{counted, quoted};
 use std::env::{VarError, var};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -121,8 +121,10 @@ pub fn nothing_kept(file: &Path) -> Result<(), CommandError> {
     let task = database::load_task(file)
         .map_err(|error| CommandError::database(file, &error).advised("remove it, or discard it with --restart"))?;
     let (done, of, shown) = (task.done, task.impacts().len(), file.display());
-    let message =
-        format!("{done} of {of} impacts are kept in {shown}; continue with --resume, or discard them with --restart");
+    let message = format!(
+        "{}; continue with --resume, or discard them with --restart",
+        kept_impacts(done, of, &shown.to_string())
+    );
     Err(CommandError::refused("kept_share", shown.to_string(), message))
 }
 
@@ -195,7 +197,13 @@ pub fn work(
 fn interrupted(partial: &PartialBake, file: &Path) -> CommandError {
     let (done, of) = (partial.task.done, partial.task.impacts().len());
     let file = file.display();
-    CommandError::interrupted(format!("{done} of {of} impacts are kept in {file}; continue with --resume"))
+    CommandError::interrupted(format!("{}; continue with --resume", kept_impacts(done, of, &file.to_string())))
+}
+
+/// The part of the impacts that a checkpoint keeps.
+fn kept_impacts(done: u64, of: usize, file: &str) -> String {
+    let verb = if done == 1 { "is" } else { "are" };
+    format!("{done} of {} {verb} kept in {file}", counted(of as u64, "impact"))
 }
 
 /// Removes the checkpoint of a complete bake.
@@ -221,7 +229,8 @@ pub fn resume_message(partial: &PartialBake, file: &Path, as_json: bool) -> Stri
         return format!("{document}\n");
     }
     format!(
-        "{object}: share {share} with {impacts} impacts in {}; join all shares with `shatterd merge`\n",
+        "{object}: share {share} with {} in {}; join all shares with `shatterd merge`\n",
+        counted(impacts as u64, "impact"),
         file.display()
     )
 }
@@ -240,6 +249,12 @@ mod tests {
                 format!("SHATTER_SHARDS is `{text}`; it must be a whole number from 0 to 18446744073709551615");
             assert_eq!((error.kind(), error.message()), ("shard", wanted.as_str()));
         }
+    }
+
+    #[test]
+    fn kept_impacts_are_counted_in_words() {
+        assert_eq!(kept_impacts(1, 1, "a.share"), "1 of 1 impact is kept in a.share");
+        assert_eq!(kept_impacts(0, 40, "a.share"), "0 of 40 impacts are kept in a.share");
     }
 
     fn check(variables: &[(&'static str, u64)], wanted: Result<Option<&str>, &str>) {

@@ -20,6 +20,7 @@ use job::StopCause;
 use queue::{ClientId, Queue, QueueKey};
 use shatter_proto::control::ProgressRow;
 use shatter_proto::request::RequestWire;
+use shatter_proto::text::counted;
 use shatter_proto::{Error, ErrorKind};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -148,7 +149,8 @@ impl Jobs {
         if held < self.held_max as u64 {
             return Ok(());
         }
-        let message = format!("this client holds {held} results, and a client may hold {}; drop some", self.held_max);
+        let held = counted(held, "result");
+        let message = format!("this client holds {held}, and a client may hold {}; drop some", self.held_max);
         Err(Error::new(ErrorKind::Busy, "share", message))
     }
 
@@ -188,11 +190,10 @@ impl Jobs {
     /// Error for a request of this client that the queue does not accept.
     fn full(&self, client: &ClientId) -> Error {
         let (all, own) = (self.waiting.len(), self.waiting.held(client));
+        let all = counted(all as u64, "request");
         let (at, message) = match self.waiting.is_full() {
-            true => ("queue", format!("the queue is full with {all} requests; retry later")),
-            false => {
-                ("share", format!("of {all} requests, {own} are this client's; the rest of the queue is for others"))
-            }
+            true => ("queue", format!("the queue is full with {all}; retry later")),
+            false => ("share", format!("of {all}, {own} are this client's; the rest of the queue is for others")),
         };
         Error::new(ErrorKind::Busy, at, message).after(self.wait(None))
     }
@@ -300,7 +301,8 @@ impl Jobs {
     /// Error for a request that would exceed the number of buckets of its client.
     fn unread(&self, job: &Job) -> Error {
         let held = self.buckets().get(&job.key().0).copied().unwrap_or(0);
-        let message = format!("{held} results of this client are unread, as many as a client may hold; read some");
+        let (held, verb) = (counted(held as u64, "result"), if held == 1 { "is" } else { "are" });
+        let message = format!("{held} of this client {verb} unread, as many as a client may hold; read some");
         Error::new(ErrorKind::Busy, "share", message)
     }
 

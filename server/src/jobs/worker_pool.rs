@@ -17,6 +17,7 @@ use shatter_proto::error::ErrorWire;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Request, RetainedFragment};
 use shatter_proto::result::{AlignedBlock, EffectCost, EnergySource, StageCost};
+use shatter_proto::text::counted;
 use shatter_proto::{Error, ErrorKind, FaultParty};
 use shatter_transport::workarounds::populated_pages::PopulatedPages;
 use shatter_transport::workarounds::response_pool::LOANS_PER_REQUEST;
@@ -337,7 +338,8 @@ fn remaining_s(due: Instant) -> f64 {
 fn layout_within_request(strike: &Request, outcome: &dyn EngineResult) -> Result<Layout, Error> {
     let counts = outcome.counts();
     if let Some(cap) = strike.fragments_max.filter(|cap| counts.fragments > *cap as usize) {
-        let message = format!("{} fragments, but the request allows {cap}; raise fragments_max", counts.fragments);
+        let made = counted(counts.fragments as u64, "fragment");
+        let message = format!("{made}, but the request allows {cap}; raise fragments_max");
         return Err(Error::new(ErrorKind::CapExceeded, "fragments_max", message));
     }
     let layout = Layout::new(&counts).ok_or_else(|| {

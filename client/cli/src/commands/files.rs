@@ -8,6 +8,7 @@ use shatter_client::{
 };
 use shatter_export::{WriteReport, make_folder};
 use shatter_proto::name::nearest;
+use shatter_proto::text::counted;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -261,7 +262,8 @@ fn warn_of_earlier_files(path: &Path) {
 /// Names a file that was written, or for OBJ a folder, and every file that belongs to it: a line per folder. Returns the files.
 fn wrote(path: &Path, what: &str, written: WriteReport) -> Vec<PathBuf> {
     let size = size(written.bytes as u64);
-    note(format_args!("wrote {} ({} fragments{what}, {size})", path.display(), written.fragments));
+    let fragments = counted(written.fragments as u64, "fragment");
+    note(format_args!("wrote {} ({fragments}{what}, {size})", path.display()));
     let mut others: BTreeMap<&Path, Vec<Cow<'_, str>>> = BTreeMap::new();
     for file in written.files.iter().filter(|file| *file != path) {
         if let (Some(folder), Some(name)) = (file.parent(), file.file_name()) {

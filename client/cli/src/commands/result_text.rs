@@ -96,9 +96,9 @@ pub(super) fn screen(result: &FractureResult) -> Result<(), CliError> {
         .collect();
     out(format_args!("  ms: {}\n", times.join(", ")))?;
     out(format_args!(
-        "  quality: {}, {} iterations ({}), gap of the cells {:.2} % (estimated); {:.2} ms from admission to sending\n",
+        "  quality: {}, {} ({}), gap of the cells {:.2} % (estimated); {:.2} ms from admission to sending\n",
         preset(&summary),
-        summary.iterations,
+        counted(summary.iterations.into(), "iteration"),
         summary.stop_criterion,
         100.0 * summary.cvd_gap,
         summary.time.as_secs_f64() * 1e3

@@ -158,8 +158,8 @@ fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&
         status.canceled
     );
     text += &format!(
-        "results: {} buckets of {:.1} MiB, {} unread; at most {} were held or prepared at once, {:.1} MiB exist; {} kept for later requests, {:.1} MiB\n",
-        status.buckets,
+        "results: {} of {:.1} MiB, {} unread; at most {} were held or prepared at once, {:.1} MiB exist; {} kept for later requests, {:.1} MiB\n",
+        counted(status.buckets.into(), "bucket"),
         mib(status.bucket_bytes),
         status.unread,
         status.buckets_used_max,
@@ -174,12 +174,12 @@ fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&
         text += &format!("{name:14} {:8} {p50:9.3} {p90:9.3} {p99:9.3} {max:9.3}\n", times.count);
     }
     text += &format!(
-        "databases: read {}, {} reloads; {:.1} MiB of memory, {:.1} MiB more in {} replaced or removed objects still in use\n",
+        "databases: read {}, {}; {:.1} MiB of memory, {:.1} MiB more in {} still in use\n",
         utc(status.read_unix),
-        status.reloads,
+        counted(status.reloads, "reload"),
         mib(status.memory_bytes),
         mib(status.retired_bytes),
-        status.retired
+        counted(status.retired, "replaced or removed object")
     );
     text + &objects::table(loaded)
 }

@@ -65,7 +65,9 @@ impl Scene {
     /// # Errors
     /// Those of [`Self::load`].
     pub fn parse(text: &str, folder: &Path) -> Result<Self, Error> {
-        let wrong = |error: toml::de::Error| Error::new(ErrorKind::Configuration, "", toml_error(text, &error));
+        let wrong = |error: toml::de::Error| {
+            Error::new(ErrorKind::Configuration, "", toml_error(text, &error, &object::RANGES))
+        };
         let table: toml::Table = text.parse().map_err(wrong)?;
         known("", table.keys(), &["title", "objects"])?;
         let title = match table.get("title") {

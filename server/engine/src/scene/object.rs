@@ -169,9 +169,15 @@ impl ObjectPolicy {
                 _ if SCENIC.contains(&effect) => ", with the key `anchors`",
                 _ => "",
             };
+            let bake = match effect {
+                Effect::Elastic | Effect::Interior | Effect::Attributes | Effect::Skin => {
+                    ", bake the object anew by `shatterd bake` if its database has no such table"
+                }
+                _ => "",
+            };
             let message = format!(
-                "the effect `{name}` is not prepared: add \"{name}\" to `effects` or `allow` of [objects.{object}] in a scene{key}, and \
-                 serve it by `shatterd serve --scene FILE`"
+                "the effect `{name}` is not prepared: add \"{name}\" to `effects` or `allow` of [objects.{object}] in a scene{key}{bake}, \
+                 and serve it by `shatterd serve --scene FILE`"
             );
             return Err(conflict(effect, message));
         }
@@ -236,7 +242,7 @@ struct Values {
 }
 
 /// Possible values of the numbers, by key.
-const RANGES: [(&str, &str); 9] = [
+pub(super) const RANGES: [(&str, &str); 9] = [
     ("fragment_size_m", "a number of meters from 1e-9 to 1e9, without quotes or unit, as in 0.02"),
     ("gamma_j_m2", "a number from 1e-30 to 1e30"),
     ("elastic_spacing", SPACING),
@@ -245,7 +251,7 @@ const RANGES: [(&str, &str); 9] = [
     ("examples", "a whole number from 0 to 1048576"),
     ("sites_max", SITES),
     ("fragments_max", COUNT),
-    ("bytes_max", "a whole number, 1 or more"),
+    ("bytes_max", "a whole number from 1 to 9223372036854775807"),
 ];
 
 const POSITIVE: &str = "a finite number above 0";

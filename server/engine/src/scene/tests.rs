@@ -44,7 +44,7 @@ fn unknown_keys_are_rejected_with_a_suggestion() {
         let reason = format!("is {sites}; it must be a whole number from 1 to 512");
         check(&format!("sites_max = {sites}"), "objects.vase.sites_max", &reason);
     }
-    check("bytes_max = -1", "objects.vase.bytes_max", "is -1; it must be a whole number, 1 or more");
+    check("bytes_max = -1", "objects.vase.bytes_max", "is -1; it must be a whole number from 1 to 9223372036854775807");
     check("examples = 2000000", "objects.vase.examples", "is 2000000; it must be a whole number from 0 to 1048576");
     check("elastic_spacing = 7", "objects.vase.elastic_spacing", "is 7; it must be a number from 0.002 to 0.25");
     for own in ["elastic_spacing = 0.05", "crack_spacing = 0.03", "surface = \"exact\"", "examples = 0"] {
@@ -144,6 +144,22 @@ fn an_objects_quality_is_a_preset() {
 }
 
 #[test]
+fn numbers_that_toml_cannot_hold_are_refused_with_key_and_range() {
+    for (key, range) in [
+        ("bytes_max", "a whole number from 1 to 9223372036854775807"),
+        ("sites_max", "a whole number from 1 to 512"),
+        ("fragments_max", "a whole number from 1 to 4294967295"),
+        ("fragment_size_m", "a number of meters from 1e-9 to 1e9, without quotes or unit, as in 0.02"),
+    ] {
+        for value in ["9223372036854775808", "18446744073709551615", "99999999999999999999"] {
+            let error = object(&format!("{key} = {value}")).unwrap_err();
+            let column = key.len() + 4;
+            assert_eq!(error.message, format!("line 2, column {column}: `{key}` is {value}; it must be {range}"));
+        }
+    }
+}
+
+#[test]
 fn only_tables_of_allowed_effects_are_loaded() {
     let tables = |text: &str| object(text).unwrap().terms.tables();
     let none = Tables::NONE;
@@ -170,7 +186,24 @@ fn request_effects_stay_within_the_scene() {
     assert_eq!(on(&strike(&[], &[])), Effects::of([Effect::Elastic, Effect::Bonds]));
     assert_eq!(on(&strike(&[], &[Effect::Bonds])), Effects::of([Effect::Elastic]));
     assert!(on(&strike(&[Effect::Interior], &[])).has(Effect::Interior));
-    assert_eq!(terms.effects(&strike(&[Effect::Debris], &[])).unwrap_err().at, "debris");
+    let refused = |effect: Effect| terms.effects(&strike(&[effect], &[])).unwrap_err();
+    assert_eq!(refused(Effect::Debris).at, "debris");
+    assert_eq!(
+        refused(Effect::Debris).message,
+        "the effect `debris` is not prepared: add \"debris\" to `effects` or `allow` of [objects.] in a scene, and serve it by `shatterd \
+         serve --scene FILE`"
+    );
+    // Tables of effects are made by a bake.
+    for effect in [Effect::Skin, Effect::Attributes] {
+        let name = effect.name();
+        assert_eq!(
+            refused(effect).message,
+            format!(
+                "the effect `{name}` is not prepared: add \"{name}\" to `effects` or `allow` of [objects.] in a scene, bake the object \
+                 anew by `shatterd bake` if its database has no such table, and serve it by `shatterd serve --scene FILE`"
+            )
+        );
+    }
     let lift = Request { lift: Some(Lift::Interior), ..strike(&[], &[]) };
     assert_eq!(terms.effects(&lift).unwrap_err().at, "interior");
 }

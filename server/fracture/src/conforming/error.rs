@@ -1,6 +1,7 @@
 //! Errors of the conforming mesher.
 
 use crate::cancel_token::Canceled;
+use crate::surface::meeting_point;
 use nalgebra::Point3;
 
 /// Kind of a constraint of the surface.
@@ -125,12 +126,16 @@ impl ConformingError {
     pub fn location(&self, positions: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Point3<f64>> {
         let vertex = |vertex: u32| positions.get(vertex as usize).copied();
         let first = |triangle: u32| vertex(triangles.get(triangle as usize)?[0]);
+        let corners = |triangle: u32| {
+            let own = *triangles.get(triangle as usize)?;
+            Some((own, [vertex(own[0])?, vertex(own[1])?, vertex(own[2])?]))
+        };
         match self {
             Self::InvalidPoint { point } => positions.get(*point).copied(),
             Self::DegenerateTriangle { triangle } => first(*triangle),
             Self::OpenEdge { edge } => vertex(edge[0]),
             Self::NonManifoldVertex { vertex: own } => vertex(*own),
-            Self::SelfIntersection { first: own, .. } => first(*own),
+            Self::SelfIntersection { first, second } => meeting_point(corners(*first)?, corners(*second)?),
             Self::DuplicatePoint { at }
             | Self::PointOnSurface { at }
             | Self::WrongOrientation { at, .. }

@@ -267,7 +267,15 @@ fn surfaces_that_intersect_or_fold_are_refused() {
     let Err(ConformingError::SelfIntersection { first, second }) = mesh(&two, &[], 1.0) else { panic!() };
     assert!(first < count && second >= count);
     let touching = cuboid([1.0; 3]).and(&cuboid([1.0; 3]).map(|point| point + Vector3::new(1.0, 0.25, 0.25)));
-    assert!(matches!(mesh(&touching, &[], 1.0), Err(ConformingError::SelfIntersection { .. })));
+    let location = |shape: &Shape| match mesh(shape, &[], 1.0) {
+        Err(error @ ConformingError::SelfIntersection { .. }) => error.location(&shape.positions, &shape.triangles),
+        other => panic!("{other:?}"),
+    };
+    let contact = location(&touching).unwrap();
+    assert!(contact.x == 1.0 && contact.y >= 0.25 && contact.z >= 0.25, "{contact}");
+    let crossing = location(&two).unwrap();
+    let of_other = crossing - Vector3::new(1.0, 0.1, 0.2);
+    assert!((crossing.coords.norm() - of_other.coords.norm()).abs() < 0.1, "{crossing}");
     let fold = |x: f64| {
         let at = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [x, x, 0.0]].map(Point3::from).to_vec();
         mesh(&Shape { positions: at, triangles: vec![[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]] }, &[], 1.0)

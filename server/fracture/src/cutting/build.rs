@@ -13,6 +13,7 @@ use crate::conforming::{
     ConformingError, ConformingMesh, ConformingOptions, ConformingStep, conforming_mesh, hilbert_order,
 };
 use crate::lattice::{Lattice, NonManifold, check_manifold};
+use crate::scene::counted;
 use crate::surface::{InsideTest, LocalFrame};
 use crate::tessellation::Topology;
 use nalgebra::Point3;
@@ -37,7 +38,7 @@ pub enum CuttingError {
         at: Option<Point3<f64>>,
     },
     /// The surface is not closed.
-    #[error("the mesh is not closed, at {} places", .0.groups)]
+    #[error("the mesh is not closed, at {}", counted(.0.groups as u64, "place"))]
     NotClosed(EdgeDefects),
     /// More triangles of the surface cross than are resolved.
     #[error(

@@ -213,7 +213,29 @@ fn parts_that_cross_are_united() {
     let tilted = moved(shapes::cuboid([1.0; 3]), [0.0; 3], [0.5, 0.25, 0.125]);
     let volume_m3 = 2.0 - 0.5 * 0.75 * 0.875;
     let prepared = check(joined(cube([0.0; 3]), &tilted), volume_m3, &[RepairKind::UnitedParts]);
-    assert!(prepared.report.surface.repairs[0].count > 0);
+    let repair = &prepared.report.surface.repairs[0];
+    assert!(repair.count > repair.places_m.len() as u64 && repair.places_m.len() > 1, "{repair:?}");
+    // The places lie on both boundaries.
+    for place in &repair.places_m {
+        for center in [[0.0; 3], [0.5, 0.25, 0.125]] {
+            let offset = (place - Point3::from(center)).amax();
+            assert!((offset - 0.5).abs() < 1e-9, "{place} is not on the cube at {center:?}");
+        }
+    }
+}
+
+/// A plate, and a pyramid that stands on its tip at (0.13, 0.125, 0.07), far from all corners of the plate.
+#[test]
+fn the_reason_names_the_point_in_which_parts_touch() {
+    let at = |x: f64, y: f64, z: f64| Point3::new(x, y, z);
+    let corners =
+        [at(0.13, 0.125, 0.07), at(-0.1, 0.5, -0.2), at(0.4, 0.5, -0.2), at(0.4, 0.5, 0.3), at(-0.1, 0.5, 0.3)];
+    let mut triangles: Vec<[u32; 3]> = (0..4).map(|k| [0, 1 + k, 1 + (k + 1) % 4]).collect();
+    triangles.extend([[1, 3, 2], [1, 4, 3]]);
+    let plate = shapes::cuboid([1.0, 0.25, 1.0]);
+    let report = baked(joined(plate, &RawMesh::new(corners.to_vec(), triangles))).report.surface;
+    let wanted = "triangles of the mesh intersect near (0.1300, 0.1250, 0.0700) m; mend the mesh there and bake again";
+    assert_eq!(report.reason.as_deref(), Some(wanted));
 }
 
 #[test]

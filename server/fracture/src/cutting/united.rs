@@ -11,7 +11,7 @@ use super::meshed_surface::MeshedSurface;
 use super::separated::separated;
 use crate::cancel_token::CancelToken;
 use crate::skin::{PointAttributes, blended};
-use crate::surface::{barycentric, crossings};
+use crate::surface::{barycentric, crossings, meeting_point};
 use manifold_rust::linalg::Vec3;
 use manifold_rust::robust::cells::{VertTables, build_cells, extract, windings};
 use manifold_rust::robust::intersection_graph::{Piece, build_graph};
@@ -29,7 +29,7 @@ const GRID: f64 = (1_u64 << 40) as f64;
 pub(super) struct UnitedSurface {
     /// The surface.
     pub meshed: MeshedSurface,
-    /// A vertex of each triangle that crosses one with a higher number, local.
+    /// A point on the crossing of each triangle that crosses one with a higher number, local.
     pub crossings: Vec<Point3<f64>>,
     /// Source of each triangle that is inside the solid, and a vertex of it, local.
     pub hidden: Vec<(u32, Point3<f64>)>,
@@ -84,18 +84,27 @@ pub(super) fn united(surface: &MeshedSurface, token: &CancelToken) -> Result<Uni
     };
     let (meshed, divided) = separated(meshed, copies.as_deref());
     let place = |own: &u32| surface.positions[surface.triangles[*own as usize][0] as usize];
-    let mut crossing: Vec<u32> = pairs.iter().map(|[own, other]| *own.min(other)).collect();
-    crossing.sort_unstable();
-    crossing.dedup();
     let mut is_left = vec![false; surface.triangles.len()];
     pieces.iter().for_each(|piece| is_left[piece.tri] = true);
     let hidden = (0..surface.triangles.len() as u32).filter(|own| !is_left[*own as usize]);
     Ok(UnitedSurface {
         meshed: meshed.compact(),
-        crossings: crossing.iter().map(place).collect(),
+        crossings: crossing_points(surface, &pairs),
         hidden: hidden.map(|own| (surface.sources[own as usize], place(&own))).collect(),
         divided,
     })
+}
+
+/// A point on the crossing of each triangle with the first of those with a higher number.
+fn crossing_points(surface: &MeshedSurface, pairs: &[[u32; 2]]) -> Vec<Point3<f64>> {
+    let mut ordered: Vec<[u32; 2]> = pairs.iter().map(|[own, other]| [*own.min(other), *own.max(other)]).collect();
+    ordered.sort_unstable();
+    ordered.dedup_by_key(|[own, _]| *own);
+    let corners = |triangle: u32| {
+        let own = surface.triangles[triangle as usize];
+        (own, own.map(|vertex| surface.positions[vertex as usize]))
+    };
+    ordered.iter().filter_map(|[own, other]| meeting_point(corners(*own), corners(*other))).collect()
 }
 
 /// Attributes at the corners of a piece of a triangle.

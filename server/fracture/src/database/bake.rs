@@ -8,6 +8,7 @@ use super::hash::input_hash;
 use super::share::{BakeShare, PartialBake};
 use super::stored_values::{self, PlausibleRange};
 use super::stuffed::lattices;
+use super::thin::report_kept;
 use crate::cancel_token::{CancelToken, Canceled};
 use crate::cutting::{CuttingError, CuttingMesh, CuttingMeshes, FilledSurface, cutting_meshes};
 use crate::degree;
@@ -152,6 +153,7 @@ fn exact_surface(
         anchored_nodes: sum(CuttingMesh::anchored_count),
         repairs,
     };
+    report_kept(&mut report.defects);
     bodies.iter_mut().zip(meshes).for_each(|(body, mesh)| body.set_cutting(mesh));
     Ok(())
 }

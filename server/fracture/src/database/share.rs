@@ -11,7 +11,7 @@ use super::bake_step::BakeStep;
 use super::object::BASE;
 use crate::cancel_token::CancelToken;
 use crate::pipeline::{PreparedObject, TrainingExample, sampled};
-use crate::scene::brief;
+use crate::scene::{brief, counted};
 use crate::surface::RawMesh;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -91,7 +91,7 @@ pub enum ShareError {
         count: u64,
     },
     /// The index is not below the number of shares.
-    #[error("{index} is too large for {count} shares: they are counted from 0, the last is {}/{count}", count - 1)]
+    #[error("{index} is too large for {}: they are counted from 0, the last is {}/{count}", counted(*count, "share"), count - 1)]
     Index {
         /// Index of the share.
         index: u64,
@@ -282,7 +282,7 @@ pub enum JoinError {
         tensor: String,
     },
     /// A share is not complete.
-    #[error("{path}: {done} of {of} impacts are done; finish it with --resume", path = .path.display())]
+    #[error("{path}: {done} of {} done; finish it with --resume", counted(*of, "impact"), path = .path.display())]
     Unfinished {
         /// Path of the file.
         path: PathBuf,

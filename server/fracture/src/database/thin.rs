@@ -85,6 +85,12 @@ fn too_thin(thickness: f64, spacing: f64, thickness_needed: Option<f64>, frame: 
     }
 }
 
+/// Beginning of the action for walls that the lattice lacks, and so do the fragments.
+const LOST: &str = "lost: too thin for the lattice";
+
+/// Beginning of the action for gaps that the lattice closes, as in the fragments.
+const CLOSED: &str = "closed: too narrow for the lattice";
+
 /// Reports the walls that the crack lattice lost and the gaps that it closed.
 ///
 /// Fails if the walls of [`SHARE`] of the surface are lost.
@@ -120,9 +126,23 @@ pub(super) fn lost(
         let action = format!("{what}: {percent:.2} % of the surface, {width_m:.3e} m at the narrowest");
         Some(Defect::new(kind, samples.len() as u64, first.face, action))
     };
-    let walls = named(DefectKind::ThinWall, &gone, share, "lost: too thin for the lattice");
-    let gaps = named(DefectKind::NarrowGap, &closed, closed_share, "closed: too narrow for the lattice");
+    let walls = named(DefectKind::ThinWall, &gone, share, LOST);
+    let gaps = named(DefectKind::NarrowGap, &closed, closed_share, CLOSED);
     Ok(walls.into_iter().chain(gaps).collect())
+}
+
+/// Says of the walls and gaps that the lattice lacks that the exact surface keeps them.
+pub(super) fn report_kept(defects: &mut [Defect]) {
+    for defect in defects {
+        let kept = match defect.kind {
+            DefectKind::ThinWall => defect.action.replacen(LOST, "lost in the lattice, kept by the exact surface", 1),
+            DefectKind::NarrowGap => {
+                defect.action.replacen(CLOSED, "closed in the lattice, kept by the exact surface", 1)
+            }
+            _ => continue,
+        };
+        defect.action = kept;
+    }
 }
 
 /// The samples accepted by `choose`, narrowest first.
@@ -135,12 +155,12 @@ fn pick(widths: &Widths, choose: impl Fn(&Width) -> bool + Sync) -> Vec<Width> {
 mod tests {
     use super::*;
     use crate::database::{Tables, bake};
-    use crate::pipeline::PreparedObject;
+    use crate::pipeline::{PreparedObject, SurfaceKind};
     use crate::scene::Material;
     use crate::surface::{RawMesh, SurfaceError, shapes};
 
     /// Lattices alone: no table decides what they keep. The hard cases of the lab bake and strike a plate and a needle of 1:100 whole.
-    fn baked(mesh: RawMesh, crack_spacing: Option<f64>) -> Result<PreparedObject, BakeError> {
+    fn request(crack_spacing: Option<f64>) -> BakeRequest {
         let material = Material {
             young_pa: 7e10,
             poisson: 0.22,
@@ -148,9 +168,11 @@ mod tests {
             strength_pa: 4.5e7,
             source: String::new(),
         };
-        let request =
-            BakeRequest { crack_spacing, tables: Tables::NONE, ..BakeRequest::new("thin", "glass", material) };
-        bake(mesh, &request, &CancelToken::default(), &mut |_| ())
+        BakeRequest { crack_spacing, tables: Tables::NONE, ..BakeRequest::new("thin", "glass", material) }
+    }
+
+    fn baked(mesh: RawMesh, crack_spacing: Option<f64>) -> Result<PreparedObject, BakeError> {
+        bake(mesh, &request(crack_spacing), &CancelToken::default(), &mut |_| ())
     }
 
     /// Expects one body with the input's volume and without losses, at default spacings.
@@ -192,6 +214,37 @@ mod tests {
             panic!("{vase}")
         };
         assert!((thickness_m / 0.006 - 1.0).abs() < 0.1 && spacing == 0.035 && spacing_needed < 0.02, "{thickness_m}");
+    }
+
+    #[test]
+    fn the_exact_surface_keeps_a_gap_that_the_lattice_closes() {
+        // A block with a slot of 0.004 in its top.
+        let profile = [
+            [-0.5, 0.0],
+            [0.5, 0.0],
+            [0.5, 1.0],
+            [0.002, 1.0],
+            [0.002, 0.4],
+            [-0.002, 0.4],
+            [-0.002, 1.0],
+            [-0.5, 1.0],
+        ];
+        let positions = [0.5, -0.5].iter().flat_map(|z| profile.map(|[x, y]| nalgebra::Point3::new(x, y, *z)));
+        let front = [[0, 1, 4], [0, 4, 5], [1, 2, 3], [1, 3, 4], [0, 5, 6], [0, 6, 7]];
+        let back = front.map(|[a, b, c]: [u32; 3]| [a + 8, c + 8, b + 8]);
+        let sides = (0..8).flat_map(|k| [[k, k + 8, (k + 1) % 8 + 8], [k, (k + 1) % 8 + 8, (k + 1) % 8]]);
+        let block = RawMesh::new(positions.collect(), front.into_iter().chain(back).chain(sides).collect());
+        for (surface, wanted) in [
+            (SurfaceKind::Exact, "closed in the lattice, kept by the exact surface: "),
+            (SurfaceKind::Lattice, "closed: too narrow for the lattice: "),
+        ] {
+            let request = BakeRequest { surface, ..request(None) };
+            let report = bake(block.clone(), &request, &CancelToken::default(), &mut |_| ()).unwrap().report;
+            assert_eq!(report.surface.kind, surface);
+            let gap = report.defects.iter().find(|own| own.kind == DefectKind::NarrowGap).unwrap();
+            let action = gap.action.strip_prefix(wanted).unwrap_or_else(|| panic!("{}", gap.action));
+            assert!(action.ends_with(" m at the narrowest"), "{action}");
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::centroidal::FieldError;
 use crate::elasticity::ElasticityError;
 use crate::lattice::BODY_TETS_MIN;
 use crate::lift::{LiftError, LiftKind};
-use crate::scene::{EffectKind, fixed, number};
+use crate::scene::{EffectKind, counted, fixed, number};
 use crate::tessellation::TessellationError;
 use nalgebra::Point3;
 
@@ -142,7 +142,7 @@ pub enum FractureError {
         lift: LiftKind,
     },
     /// The result has no such fragment.
-    #[error("fragment {fragment} does not exist; the result has {count} fragments, counted from 0")]
+    #[error("fragment {fragment} does not exist; the result has {}, counted from 0", counted((*.count).into(), "fragment"))]
     UnknownFragment {
         /// Requested fragment.
         fragment: u32,

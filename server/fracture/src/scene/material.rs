@@ -95,7 +95,7 @@ impl Materials {
     /// # Errors
     /// [`MaterialError`]: a text that is no such table, or an impossible number.
     pub fn parse(text: &str) -> Result<Self, MaterialError> {
-        let unreadable = |error| MaterialError::Unreadable(toml_error(text, &error));
+        let unreadable = |error| MaterialError::Unreadable(toml_error(text, &error, &[]));
         let table: BTreeMap<String, Material> = toml::from_str(text).map_err(unreadable)?;
         for (name, material) in &table {
             let wrong = |(key, value)| MaterialError::OutOfRange { material: brief(name), key, value };

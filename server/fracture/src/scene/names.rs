@@ -14,6 +14,11 @@ pub fn brief(text: &str) -> String {
     }
 }
 
+/// A number of things of this name, such as "1 object" and "2 objects".
+pub fn counted(number: u64, name: &str) -> String {
+    if number == 1 { format!("1 {name}") } else { format!("{number} {name}s") }
+}
+
 /// A number as a message shows it: in exponent form if it is below 1e-4 or above 1e9, and not 0.
 pub fn number(value: f64) -> String {
     let is_long = value != 0.0 && !(1e-4..=1e9).contains(&value.abs());
@@ -73,21 +78,52 @@ pub fn nearest<'a>(name: &str, all: impl IntoIterator<Item = &'a str>) -> Option
 
 /// One-line description of an error in the TOML `text`: position, cause in plain words, and the nearest known key to an unknown one.
 ///
-/// Quotes no more than the offending value.
-pub fn toml_error(text: &str, error: &toml::de::Error) -> String {
+/// Quotes no more than the offending value. `ranges` as in [`table_error`].
+pub fn toml_error(text: &str, error: &toml::de::Error, ranges: &[(&str, &str)]) -> String {
     let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
     let line = before.rsplit('\n').next().unwrap_or_default();
     let place = format!("line {}, column {}", before.matches('\n').count() + 1, line.chars().count() + 1);
-    match mismatch(error.message()) {
+    let found_and_wanted = match error.message() {
+        TOO_LARGE => {
+            Some((brief(error.span().and_then(|span| text.get(span)).unwrap_or_default()), NUMBERS.to_owned()))
+        }
+        message => mismatch(message),
+    };
+    match found_and_wanted {
         Some((found, wanted)) => {
-            // The key stands before the equals sign, in an inline table after a brace or a comma.
-            let key = line.rsplit_once('=').and_then(|(left, _)| left.rsplit(['{', ',']).next()).map(str::trim);
-            let key =
-                key.filter(|key| !key.is_empty()).map_or("the value".to_owned(), |key| format!("`{}`", brief(key)));
-            format!("{place}: {key} is {found}; it must be {wanted}")
+            let key = key_before(line);
+            let range = key.and_then(|key| range_of(&path_in(before, key), ranges)).map(str::to_owned);
+            let key = key.map_or("the value".to_owned(), |key| format!("`{}`", brief(key)));
+            format!("{place}: {key} is {found}; it must be {}", range.unwrap_or(wanted))
         }
         None => format!("{place}: {}", cause(error)),
     }
+}
+
+/// Message of the parser for a whole number that TOML cannot hold, although 64 bits can.
+const TOO_LARGE: &str = "u64 value was too large";
+
+/// The numbers that TOML can hold.
+const NUMBERS: &str =
+    "a whole number from -9223372036854775808 to 9223372036854775807, or one with a decimal point or an exponent";
+
+/// The key of a value that begins after `line`: it stands before the equals sign, in an inline table after a brace or a comma.
+fn key_before(line: &str) -> Option<&str> {
+    let key = line.rsplit_once('=').and_then(|(left, _)| left.rsplit(['{', ',']).next()).map(str::trim);
+    key.filter(|key| !key.is_empty())
+}
+
+/// `key` with the path of the table whose header is the last in the text `before`.
+fn path_in(before: &str, key: &str) -> String {
+    let mut headers = before.lines().rev().map(str::trim);
+    let header = headers.find(|line| line.starts_with('[')).map_or("", |line| line.trim_matches(['[', ']']));
+    if header.is_empty() { key.to_owned() } else { format!("{header}.{key}") }
+}
+
+/// The possible values of the key at `path`, whose last parts are a key of `ranges`.
+fn range_of<'a>(path: &str, ranges: &[(&str, &'a str)]) -> Option<&'a str> {
+    let is_end = |own: &str| path.strip_suffix(own).is_some_and(|left| left.is_empty() || left.ends_with('.'));
+    ranges.iter().find(|(own, _)| is_end(own)).map(|(_, range)| *range)
 }
 
 /// Offending key and one-line description of an error in the values of a TOML table that was parsed before.
@@ -150,7 +186,7 @@ fn possible(wanted: &str) -> String {
         "u64" | "usize" => "a whole number, 0 or more".to_owned(),
         // An integer that no type of TOML holds.
         "i64" => whole(&i64::MIN, &i64::MAX),
-        "any valid TOML value" => "a whole number that TOML can hold, in the range of its key".to_owned(),
+        "any valid TOML value" => NUMBERS.to_owned(),
         "f64" => "a number".to_owned(),
         "a boolean" => "true or false".to_owned(),
         "a sequence" => "a list".to_owned(),
@@ -249,19 +285,43 @@ mod tests {
             let error = toml::Value::Table(table).try_into::<Own>().unwrap_err();
             let (key, message) = table_error("t", &error, &ranges);
             assert!(message == own && message.contains(&format!("`{key}`")), "{text}: {key}: {message}");
-            let message = toml_error(text, &toml::from_str::<Own>(text).unwrap_err());
+            let message = toml_error(text, &toml::from_str::<Own>(text).unwrap_err(), &[]);
             assert!(message.starts_with("line 1, column ") && message.contains(wanted), "{text}: {message}");
         }
-        let text = "[a]\nport = 99999999999999999999";
-        let message = toml_error(text, &text.parse::<toml::Table>().unwrap_err());
-        assert!(
-            message.starts_with(
-                "line 2, column 8: `port` is 99999999999999999999; it must be a whole number that TOML can hold"
-            ),
-            "{message}"
-        );
-        let message = toml_error("count = 08", &"count = 08".parse::<toml::Table>().unwrap_err());
+        let message = toml_error("count = 08", &"count = 08".parse::<toml::Table>().unwrap_err(), &[]);
         assert!(!message.contains("nothing"), "{message}");
+    }
+
+    #[test]
+    fn numbers_that_toml_cannot_hold_are_named_with_their_key_and_range() {
+        let ranges = [("count", "a whole number from 1 to 8"), ("b.size", "a number from 1 to 2")];
+        let message = |text: &str| toml_error(text, &text.parse::<toml::Table>().unwrap_err(), &ranges);
+        for number in ["9223372036854775808", "18446744073709551615", "99999999999999999999"] {
+            for (text, wanted) in [
+                (
+                    format!("[a]\ncount = {number}"),
+                    format!("line 2, column 9: `count` is {number}; it must be a whole number from 1 to 8"),
+                ),
+                (
+                    format!("a = {{ count = {number} }}"),
+                    format!("line 1, column 15: `count` is {number}; it must be a whole number from 1 to 8"),
+                ),
+                (
+                    format!("[a]\n\n[b]\nsize = {number}"),
+                    format!("line 4, column 8: `size` is {number}; it must be a number from 1 to 2"),
+                ),
+                (
+                    format!("[a]\nsize = {number}"),
+                    format!("line 2, column 8: `size` is {number}; it must be {NUMBERS}"),
+                ),
+                (
+                    format!("account = {number}"),
+                    format!("line 1, column 11: `account` is {number}; it must be {NUMBERS}"),
+                ),
+            ] {
+                assert_eq!(message(&text), wanted);
+            }
+        }
     }
 
     #[test]
@@ -275,11 +335,11 @@ mod tests {
         let long = "x".repeat(5_000_000);
         for text in [format!("a = 1\nb = {long} y\n"), format!("{long} = 1"), format!("gravity_m_s2 = \"{long}\"")] {
             let error = toml::from_str::<Own>(&text).unwrap_err();
-            let message = toml_error(&text, &error);
+            let message = toml_error(&text, &error, &[]);
             assert!(message.starts_with("line ") && message.len() < 600 && !message.contains('\n'), "{message}");
         }
         let text = "gravity = 9.81\n";
-        let message = toml_error(text, &toml::from_str::<Own>(text).unwrap_err());
+        let message = toml_error(text, &toml::from_str::<Own>(text).unwrap_err(), &[]);
         assert!(
             message.starts_with("line 1, column 1: ") && message.ends_with("the nearest is `gravity_m_s2`"),
             "{message}"

@@ -92,7 +92,7 @@ pub enum SurfaceError {
         limit_m: f64,
     },
     /// A face refers to a vertex that does not exist.
-    #[error("face {face} refers to vertex {index}, but the mesh has {vertices} vertices")]
+    #[error("face {face} refers to vertex {index}, but the mesh has {vertices} {}", if *.vertices == 1 { "vertex" } else { "vertices" })]
     VertexOutOfBounds {
         /// Face of the file, counted from 0.
         face: u64,

@@ -35,7 +35,7 @@ pub(crate) use nearest::barycentric;
 pub use nearest::{NearestPoints, NearestTriangles};
 pub use raw::{DOUBLE, LengthUnit, RawMesh, SINGLE, UnknownUnit, UnknownUpAxis, UpAxis};
 pub use read::{read, read_painted};
-pub(crate) use repair::{DisjointSets, crossings, meet};
+pub(crate) use repair::{DisjointSets, crossings, meet, meeting_point};
 pub use repair::{ShellPart, Surface};
 use triangle_attributes::VertexLists;
 pub use triangle_attributes::{NO_MATERIAL, TriangleAttributes, UV_MAX};

@@ -6,6 +6,7 @@ use crate::report::{StageTime, significant};
 use nalgebra::Vector3;
 use shatter_client::{Contact, Deadline, FractureResult, Fragment, Impact, Object, StageCost, Summary};
 use shatter_export::WriteReport;
+use shatter_proto::text::counted;
 use shatter_server::commands::interrupt;
 use std::path::Path;
 
@@ -106,9 +107,9 @@ impl DemoImpact {
     /// Line for people.
     pub fn line(&self) -> String {
         format!(
-            "{}  {} fragments at {} times the impulse that just breaks the mug ({} N·s)",
+            "{}  {} at {} times the impulse that just breaks the mug ({} N·s)",
             self.file,
-            self.written.fragments,
+            counted(self.written.fragments as u64, "fragment"),
             self.factor,
             significant(self.impulse_ns.norm(), 3)
         )

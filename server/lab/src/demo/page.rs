@@ -8,6 +8,7 @@ use super::{DemoError, views};
 use crate::picture::ENERGY;
 use crate::report::{Fact, ImpactReport, Page, ReportFigure, Scale, bytes, grouped, nanoseconds, share, significant};
 use shatter_client::EnergySource;
+use shatter_proto::text::counted;
 use std::time::Duration;
 
 /// Decades of strain energy density that the colors span, below the largest value of all requests.
@@ -40,7 +41,8 @@ pub(super) fn page(
 
 /// Fragments of one request, for the top of the page.
 fn opening(demo_impact: &DemoImpact) -> ReportFigure {
-    let caption = format!("{} × the breaking impulse: {} pieces", demo_impact.factor, demo_impact.written.fragments);
+    let pieces = counted(demo_impact.written.fragments as u64, "piece");
+    let caption = format!("{} × the breaking impulse: {pieces}", demo_impact.factor);
     ReportFigure { png: demo_impact.picture.clone(), caption, scale: None }
 }
 
@@ -92,17 +94,15 @@ fn strike(
                 .to_owned(),
         scale: Some(scale.clone()),
     };
+    let fragments = counted(demo_impact.written.fragments as u64, "fragment");
     let fragments_figure = ReportFigure {
         png: demo_impact.picture.clone(),
-        caption: format!(
-            "The {} fragments, moved apart. Outer faces have a color per fragment, cracks are pale.",
-            demo_impact.written.fragments
-        ),
+        caption: format!("The {fragments}, moved apart. Outer faces have a color per fragment, cracks are pale."),
         scale: None,
     };
     let impulse = significant(demo_impact.impulse_ns.norm(), 3);
     Ok(ImpactReport {
-        heading: format!("{} × the breaking impulse: {} fragments", demo_impact.factor, demo_impact.written.fragments),
+        heading: format!("{} × the breaking impulse: {fragments}", demo_impact.factor),
         lead: format!("{impulse} N·s at the outer wall; {} of strain energy at the peak.", joules(energy.energy_j)),
         figures: vec![fragments_figure, intact],
         facts: impact_facts(target, demo_impact, &impulse),

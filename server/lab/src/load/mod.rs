@@ -17,6 +17,7 @@ use serde_json::{Value, json};
 use shatter_cli_common::cli_error::{CliError, document, note, out, size};
 use shatter_client::{Client, Deadline, Error, ErrorKind};
 use shatter_export::make_folder;
+use shatter_proto::text::counted;
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -156,7 +157,11 @@ fn all_failed<'a>(records: impl Iterator<Item = &'a RequestRecord>) -> Option<Er
     }
     let (code, _) = kinds.into_iter().max_by_key(|(_, count)| *count)?;
     let kind = ErrorKind::from_code(code).unwrap_or(ErrorKind::Failed);
-    Some(Error::new(kind, "strikes", format!("none of {sent} requests succeeded; most ended with `{}`", kind.name())))
+    Some(Error::new(
+        kind,
+        "strikes",
+        format!("none of {} succeeded; most ended with `{}`", counted(sent, "request"), kind.name()),
+    ))
 }
 
 /// Error for runs in which client processes ended without a report.

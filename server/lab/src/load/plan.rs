@@ -3,6 +3,7 @@
 use super::tally::RequestRecord;
 use serde::{Deserialize, Serialize};
 use shatter_client::{Error, ErrorKind};
+use shatter_fracture::scene::toml_error;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
@@ -65,9 +66,21 @@ pub enum ClientReport {
 /// Possible weights; their sum is finite, and adding the smallest to the largest changes it.
 const WEIGHTS: RangeInclusive<f64> = 1e-6..=1e6;
 
+/// Possible values of the keys of a mix file, in words.
+const RANGES: [(&str, &str); 3] = [
+    ("object", "the name of an object, in quotes"),
+    ("weight", "a number from 1e-6 to 1e6"),
+    ("degree", "a whole number from 1 to 4294967295"),
+];
+
+/// Error for a mix file without targets.
+const EMPTY: &str = "has no targets; add a table [[strike]] for each object, with the key `object`, and optionally `weight` (1 without it) \
+                     and `degree` (20 without it)";
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Mix {
+    #[serde(default)]
     strike: Vec<LoadTarget>,
 }
 
@@ -87,14 +100,14 @@ pub fn mix(file: &Path) -> Result<Vec<LoadTarget>, Error> {
 }
 
 fn parse(text: &str) -> Result<Vec<LoadTarget>, String> {
-    let Mix { strike } = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned())?;
+    let Mix { strike } = toml::from_str(text).map_err(|error| toml_error(text, &error, &RANGES))?;
     let wrong = |target: &&LoadTarget| !WEIGHTS.contains(&target.weight) || target.degree == 0;
     match strike.iter().find(wrong) {
         Some(target) => {
             let [low, high] = [WEIGHTS.start(), WEIGHTS.end()];
             Err(format!("`{}`: weight must be from {low:e} to {high:e}, and degree at least 1", target.object))
         }
-        None if strike.is_empty() => Err("no table [[strike]]".to_owned()),
+        None if strike.is_empty() => Err(EMPTY.to_owned()),
         None => Ok(strike),
     }
 }
@@ -118,5 +131,15 @@ mod tests {
         ] {
             assert!(parse(wrong).is_err(), "{wrong}");
         }
+        let empty = "has no targets; add a table [[strike]] for each object, with the key `object`, and optionally `weight` (1 without it) \
+                     and `degree` (20 without it)";
+        for text in ["", "# nothing", "strike = []"] {
+            assert_eq!(parse(text).unwrap_err(), empty);
+        }
+        let huge = "[[strike]]\nobject = \"a\"\ndegree = 9223372036854775808";
+        assert_eq!(
+            parse(huge).unwrap_err(),
+            "line 3, column 10: `degree` is 9223372036854775808; it must be a whole number from 1 to 4294967295"
+        );
     }
 }

@@ -5,6 +5,7 @@ use proptest::prelude::*;
 
 mod attributes;
 mod line_ends;
+mod required_extensions;
 
 /// Writes a file of this name and reads it.
 fn read_bytes(name: &str, bytes: &[u8]) -> Result<RawMesh, SurfaceError> {

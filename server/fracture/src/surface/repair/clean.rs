@@ -4,6 +4,7 @@ use super::super::defect::DefectTally;
 use super::super::tree::BoundingBox;
 use super::super::{DIAGONAL_RANGE_M, Defect, DefectKind, LocalFrame, RawMesh, SurfaceError};
 use super::edges::Edges;
+use crate::scene::counted;
 use nalgebra::Point3;
 use robust::{Coord, orient2d};
 use std::collections::HashMap;
@@ -131,6 +132,25 @@ fn weld(raw: &RawMesh, frame: &LocalFrame, defects: &mut Vec<Defect>) -> (Vec<Po
     (positions, welded)
 }
 
+/// Action for equal triangles of which pairs that face opposite ways were dropped, and others kept if they are shared.
+fn pairs_action(pairs: u64, is_shared: bool) -> String {
+    let dropped = format!("{} that face opposite ways dropped: they enclose nothing", counted(pairs, "pair"));
+    match (pairs, is_shared) {
+        (0, _) => "kept: solids that overlap share them".to_owned(),
+        (_, true) => format!("kept: solids that overlap share them; {dropped}"),
+        (_, false) => dropped,
+    }
+}
+
+/// Action for groups of equal triangles of which one was kept, but none in as many as form walls.
+fn walls_action(walls: usize, groups: usize) -> String {
+    match walls {
+        0 => "one copy kept".to_owned(),
+        _ if walls == groups => "no copy kept: the surface is closed there without them".to_owned(),
+        _ => format!("one copy kept, but no copy of {walls}: the surface is closed there without them"),
+    }
+}
+
 /// Choice of one triangle from each group of equal ones.
 struct OneOfEach {
     /// Whether each triangle is kept.
@@ -169,16 +189,20 @@ impl CleanMesh {
         }
         let one_each = self.with_one_of_each(groups());
         let is_needed = Edges::new(&self.triangles).balanced() && !Edges::new(&one_each.triangles(self)).balanced();
-        let (kept, keep, walls) = match is_needed {
+        let (keep, action) = match is_needed {
             true => {
                 let keep = self.without_opposite_pairs(groups());
-                let dropped = keep.iter().filter(|keep| !**keep).count();
-                ("kept: solids that overlap share them", keep, dropped)
+                let pairs = keep.iter().filter(|keep| !**keep).count() as u64 / 2;
+                let kept_count = |same: &[([u32; 3], u32)]| same.iter().filter(|own| keep[own.1 as usize]).count();
+                let action = pairs_action(pairs, groups().any(|same| kept_count(same) > 1));
+                (keep, action)
             }
-            false => ("one copy kept", one_each.keep, one_each.walls),
+            false => {
+                let action = walls_action(one_each.walls, groups().count());
+                (one_each.keep, action)
+            }
         };
         self.retain(&keep);
-        let action = if walls == 0 { kept.to_owned() } else { format!("{kept}; {walls} inner walls dropped") };
         repeated.report(DefectKind::DuplicateTriangles, action, defects);
     }
 

@@ -108,7 +108,8 @@ fn lower(a: Option<u32>, b: Option<u32>) -> Option<u32> {
     a.into_iter().chain(b).min()
 }
 
-type Triangle = [Point3<f64>; 3];
+/// Corners of a triangle.
+pub(super) type Triangle = [Point3<f64>; 3];
 
 /// Returns true if two triangles with areas have a common point; exact.
 fn intersect(one: &Triangle, two: &Triangle) -> bool {
@@ -126,7 +127,7 @@ fn intersect(one: &Triangle, two: &Triangle) -> bool {
 }
 
 /// Side of a triangle's plane on which a point lies, as the sign of its height.
-fn side([a, b, c]: &Triangle, point: &Point3<f64>) -> f64 {
+pub(super) fn side([a, b, c]: &Triangle, point: &Point3<f64>) -> f64 {
     orient3d(coord(a), coord(b), coord(c), coord(point))
 }
 
@@ -139,7 +140,7 @@ fn apart(sides: &[f64; 3]) -> bool {
 }
 
 /// Returns true if the segment p q meets the triangle. `side_p` and `side_q` are the sides of its ends.
-fn segment_meets(p: &Point3<f64>, q: &Point3<f64>, side_p: f64, side_q: f64, triangle: &Triangle) -> bool {
+pub(super) fn segment_meets(p: &Point3<f64>, q: &Point3<f64>, side_p: f64, side_q: f64, triangle: &Triangle) -> bool {
     if side_p == 0.0 && side_q == 0.0 {
         return coplanar_segment_meets(p, q, triangle);
     }
@@ -154,7 +155,6 @@ fn segment_meets(p: &Point3<f64>, q: &Point3<f64>, side_p: f64, side_q: f64, tri
 ///
 /// Both are projected along an axis along which the triangle keeps an area.
 fn coplanar_segment_meets(p: &Point3<f64>, q: &Point3<f64>, triangle: &Triangle) -> bool {
-    let flatten = |point: &Point3<f64>, axis: usize| Coord { x: point[(axis + 1) % 3], y: point[(axis + 2) % 3] };
     for axis in 0..3 {
         let [a, b, c] = [0, 1, 2].map(|k| flatten(&triangle[k], axis));
         if orient2d(a, b, c) == 0.0 {
@@ -166,7 +166,13 @@ fn coplanar_segment_meets(p: &Point3<f64>, q: &Point3<f64>, triangle: &Triangle)
     false
 }
 
-fn inside_flat(p: Coord<f64>, [a, b, c]: [Coord<f64>; 3]) -> bool {
+/// A point projected along an axis.
+pub(super) fn flatten(point: &Point3<f64>, axis: usize) -> Coord<f64> {
+    Coord { x: point[(axis + 1) % 3], y: point[(axis + 2) % 3] }
+}
+
+/// Returns true if a point in the plane lies in a triangle with an area, or on its edges.
+pub(super) fn inside_flat(p: Coord<f64>, [a, b, c]: [Coord<f64>; 3]) -> bool {
     let turns = [orient2d(a, b, p), orient2d(b, c, p), orient2d(c, a, p)];
     turns.iter().all(|turn| *turn >= 0.0) || turns.iter().all(|turn| *turn <= 0.0)
 }

@@ -4,12 +4,14 @@ mod clean;
 mod disjoint_sets;
 mod edges;
 mod intersect;
+mod meeting;
 mod orient;
 mod radial;
 mod shells;
 pub(super) use clean::is_flat;
 pub(crate) use disjoint_sets::DisjointSets;
 pub(crate) use intersect::{crossings, meet};
+pub(crate) use meeting::meeting_point;
 pub use shells::ShellPart;
 
 #[cfg(test)]
@@ -127,8 +129,10 @@ fn report_shells(shells: &Shells, defects: &mut Vec<Defect>) {
     nested.merge(&shells.cavities);
     nested.merge(&shells.solids);
     let action = match (cavities, solids) {
+        (1, 0) => "kept as a cavity".to_owned(),
         (_, 0) => "kept as cavities".to_owned(),
         (0, _) => "kept as solid".to_owned(),
+        (1, _) => format!("1 kept as a cavity, {solids} as solid"),
         _ => format!("{cavities} kept as cavities, {solids} as solid"),
     };
     nested.report(DefectKind::NestedShells, action, defects);

@@ -229,7 +229,47 @@ fn overlapping_solids_on_one_grid_keep_the_triangles_that_they_share() {
     let surface = Surface::repair(beside).unwrap();
     assert_close(volume_m3(&surface), 16.0);
     let duplicates = surface.defects.iter().find(|own| own.kind == DefectKind::DuplicateTriangles).unwrap();
-    assert_eq!(duplicates.action, "one copy kept; 8 inner walls dropped");
+    assert_eq!(duplicates.action, "no copy kept: the surface is closed there without them");
+}
+
+/// The action for the duplicate triangles of a mesh, whose repaired surface has the volume of a cube of 8 m³.
+fn action_for_duplicates(mesh: RawMesh) -> String {
+    let surface = Surface::repair(mesh).unwrap();
+    assert_close(volume_m3(&surface), 8.0);
+    let mut duplicates = surface.defects.into_iter().filter(|own| own.kind == DefectKind::DuplicateTriangles);
+    duplicates.next().unwrap().action
+}
+
+/// `mesh` with a two-sided sheet of two triangles through these points.
+fn with_sheet(mut mesh: RawMesh, points: [[f64; 3]; 4]) -> RawMesh {
+    let first = mesh.positions_m.len() as u32;
+    mesh.positions_m.extend(points.map(Point3::from));
+    let sheet = [[0, 1, 2], [0, 2, 3], [2, 1, 0], [3, 2, 0]];
+    mesh.triangles.extend(sheet.map(|own: [u32; 3]| own.map(|vertex| first + vertex)));
+    mesh
+}
+
+#[test]
+fn two_sided_sheets_are_no_walls() {
+    let sheet = |y: f64| [[-0.5, y, -0.5], [0.5, y, -0.5], [0.5, y + 0.5, 0.5], [-0.5, y + 0.5, 0.5]];
+    let pairs = "2 pairs that face opposite ways dropped: they enclose nothing";
+    assert_eq!(action_for_duplicates(with_sheet(cube(), sheet(1.0))), pairs);
+    assert_eq!(action_for_duplicates(with_sheet(cube(), sheet(-0.25))), pairs);
+    // Along an edge of the cube.
+    let fin = with_sheet(cube(), [[1.0, 1.0, -1.0], [1.0, 1.0, 1.0], [2.0, 2.0, 1.0], [2.0, 2.0, -1.0]]);
+    let unneeded = "no copy kept: the surface is closed there without them";
+    assert_eq!(action_for_duplicates(fin.clone()), unneeded);
+    let mut copied = fin;
+    let is_opposite = |own: &&[u32; 3]| own.iter().all(|&vertex| copied.positions_m[vertex as usize].x == -1.0);
+    let again = *copied.triangles.iter().find(is_opposite).unwrap();
+    copied.triangles.push(again);
+    let mixed = "one copy kept, but no copy of 2: the surface is closed there without them";
+    assert_eq!(action_for_duplicates(copied), mixed);
+    let overlapping = both(cells([0; 3], [2; 3]), &cells([1, 0, 0], [3, 2, 2]), [0.0; 3]);
+    let apart = [[8.0, 0.0, 0.0], [9.0, 0.0, 0.0], [9.0, 1.0, 0.0], [8.0, 1.0, 0.0]];
+    let surface = Surface::repair(with_sheet(overlapping, apart)).unwrap();
+    let duplicates = surface.defects.iter().find(|own| own.kind == DefectKind::DuplicateTriangles).unwrap();
+    assert_eq!(duplicates.action, format!("kept: solids that overlap share them; {pairs}"));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use super::FuzzCounts;
 use super::FuzzTally;
 use super::tally::NamedCounts;
+use shatter_proto::text::counted;
 use std::fmt;
 
 impl fmt::Display for FuzzTally {
@@ -13,7 +14,7 @@ impl fmt::Display for FuzzTally {
         }
         line(f, &NamedCounts { name: "all".to_owned(), all: self.all, must_accept: self.must_accept })?;
         for (reason, count) in &self.lattice_reasons {
-            writeln!(f, "the lattice's surface, {count} times: {reason}")?;
+            writeln!(f, "the lattice's surface, {}: {reason}", counted(*count, "time"))?;
         }
         for reported in &self.unjustified {
             writeln!(f, "unjustified: {}: {}", reported.mutant, reported.message)?;

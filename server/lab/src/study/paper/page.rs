@@ -2,6 +2,7 @@
 
 use super::{Panel, PaperFigure, PaperPlan};
 use crate::report::{Fact, ReportFigure, ReportTable, Section, Study, significant};
+use shatter_proto::text::counted;
 
 /// Builds the page.
 pub fn page(plan: &PaperPlan, drawn: &[PaperFigure]) -> Study {
@@ -18,8 +19,11 @@ pub fn page(plan: &PaperPlan, drawn: &[PaperFigure]) -> Study {
 }
 
 fn section(drawn: &PaperFigure) -> Section {
-    let reported: Vec<String> =
-        drawn.panels.iter().map(|own| format!("{} ({} pieces)", own.caption, own.fragments)).collect();
+    let reported: Vec<String> = drawn
+        .panels
+        .iter()
+        .map(|own| format!("{} ({})", own.caption, counted(own.fragments as u64, "piece")))
+        .collect();
     let caption = format!("From the left: {}.", reported.join("; "));
     let head = [
         "",

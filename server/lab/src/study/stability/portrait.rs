@@ -8,6 +8,7 @@ use crate::study::exploded::exploded;
 use crate::study::mesh_fuzz::{FuzzDefect, generated};
 use nalgebra::Vector3;
 use shatter_fracture::pipeline::PreparedObject;
+use shatter_proto::text::counted;
 
 const SIZE: PictureSize = PictureSize { width: 520, height: 420 };
 
@@ -48,10 +49,11 @@ pub fn damaged_statues() -> Result<Vec<ReportFigure>, TrialFault> {
             sound(&prepared, &result)?;
             let found = prepared.report.defects.len();
             let named = if found == 1 { "one line of defects" } else { "lines of defects" };
+            let fragments = counted(result.rows.len() as u64, "fragment");
             let caption = match found {
-                0 => format!("{defect}: harmless, nothing to repair; {} fragments", result.rows.len()),
-                1 => format!("{defect}: {named}, {} fragments", result.rows.len()),
-                _ => format!("{defect}: {found} {named}, {} fragments", result.rows.len()),
+                0 => format!("{defect}: harmless, nothing to repair; {fragments}"),
+                1 => format!("{defect}: {named}, {fragments}"),
+                _ => format!("{defect}: {found} {named}, {fragments}"),
             };
             portrait(&prepared, &result, caption)
         })

@@ -6,6 +6,7 @@ use super::trial::{at, baked, fine, sound, struck};
 use super::{CaseRow, Expect};
 use crate::report::ReportFigure;
 use shatter_fracture::surface::{self, LengthUnit, UpAxis};
+use shatter_proto::text::counted;
 use std::path::Path;
 
 /// Files of the usual test collection that must bake and break.
@@ -30,7 +31,11 @@ pub fn real(folder: &Path, file: &str, is_drawn: bool) -> (CaseRow, Option<Repor
         let result = struck(&prepared, &at(&prepared, [1.0, 0.4, 0.3]))?;
         let figure = sound(&prepared, &result)?;
         if is_drawn {
-            picture = Some(portrait(&prepared, &result, format!("{file}, {} fragments", result.rows.len()))?);
+            picture = Some(portrait(
+                &prepared,
+                &result,
+                format!("{file}, {}", counted(result.rows.len() as u64, "fragment")),
+            )?);
         }
         Ok(figure)
     });

@@ -6,6 +6,7 @@ use crate::report::ReportFigure;
 use nalgebra::Vector3;
 use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, PreparedObject};
 use shatter_fracture::surface::shapes;
+use shatter_proto::text::counted;
 
 /// Result of one impulse on a dumbbell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +69,11 @@ pub fn neck_portraits() -> Result<Vec<ReportFigure>, TrialFault> {
         let own =
             FractureRequest::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (factor * times)).seeded(1);
         let result = struck(&prepared, &own)?;
-        portrait(&prepared, &result, format!("{times} × the breaking impulse: {} fragments", result.rows.len()))
+        portrait(
+            &prepared,
+            &result,
+            format!("{times} × the breaking impulse: {}", counted(result.rows.len() as u64, "fragment")),
+        )
     };
     [1.01, 5.0, 12.0].into_iter().map(picture).collect()
 }
