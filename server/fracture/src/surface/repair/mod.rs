@@ -3,6 +3,7 @@
 mod clean;
 mod disjoint_sets;
 mod edges;
+mod given_windings;
 mod intersect;
 mod meeting;
 mod orient;
@@ -21,6 +22,7 @@ use super::defect::DefectTally;
 use super::shape::Outliers;
 use super::{Defect, DefectKind, LocalFrame, RawMesh, SurfaceError, TriangleAttributes};
 use edges::{Edges, HalfEdge};
+use given_windings::given_windings;
 use nalgebra::Point3;
 use shells::Shells;
 
@@ -57,7 +59,7 @@ impl Surface {
     /// Repairs a mesh and lists all its defects.
     ///
     /// Welds bitwise-equal positions, drops duplicate triangles and those without area, makes the winding consistent,
-    /// and turns inverted shells outward. Cavities are kept.
+    /// and turns inverted shells outward, unless the windings are already those of a solid. Cavities are kept.
     ///
     /// # Errors
     /// [`RawMesh::check`]'s, and meshes without extent or area.
@@ -71,8 +73,12 @@ impl Surface {
         let patches = orient::orient(&positions, &mut triangles, &edges, face);
         patches.turned.report(DefectKind::MixedWinding, "turned to agree with their neighbors", &mut defects);
         patches.twisted.report(DefectKind::NonOrientable, "not repaired: the surface is one-sided here", &mut defects);
-        let members = radial::join_patches(&positions, &triangles, &Edges::new(&triangles), patches.members);
-        let shells = shells::face_outward(&positions, &mut triangles, &members, face);
+        let given = given_windings(&positions, &triangles, &patches.members);
+        let members = match given {
+            Some(_) => radial::join_patches(&positions, &triangles, &Edges::new(&triangles), patches.members),
+            None => patches.members,
+        };
+        let shells = shells::face_outward(&positions, &mut triangles, &members, given, face);
         report_shells(&shells, &mut defects);
         if let [_, second, ..] = &members[..] {
             let count = members.len() as u64;

@@ -9,7 +9,7 @@ use nalgebra::{Point3, Vector3};
 
 /// Joins patches into shells: the triangles of each, ascending.
 ///
-/// The windings say where the solid is, so patches are joined only where all edges that connect them are passed equally often in
+/// The windings must say where the solid is. Patches are joined only where all edges that connect them are passed equally often in
 /// both directions. Other patches stay apart.
 pub(super) fn join_patches(
     positions: &[Point3<f64>],

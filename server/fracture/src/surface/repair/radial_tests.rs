@@ -1,6 +1,6 @@
 use super::super::{RawMesh, Surface};
-use crate::surface::DefectKind;
-use nalgebra::Point3;
+use crate::surface::{DefectKind, shapes};
+use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 
 /// Length of one side of the grid.
@@ -56,14 +56,11 @@ fn cavities_that_touch_along_all_their_edges_stay() {
 
 #[test]
 fn a_cavity_that_touches_the_outer_surface_stays() {
-    let hollow = |corners: [f64; 3]| {
-        let mut mesh = crate::surface::shapes::cuboid([1.0; 3]);
-        let mut cavity = crate::surface::shapes::cuboid([0.5; 3]);
+    let hollow = |offset: [f64; 3]| {
+        let mut cavity = shapes::cuboid([0.5; 3]);
         cavity.triangles.iter_mut().for_each(|corners| corners.swap(0, 1));
-        let first = mesh.positions_m.len() as u32;
-        mesh.positions_m.extend(cavity.positions_m.iter().map(|point| point + nalgebra::Vector3::from(corners)));
-        mesh.triangles.extend(cavity.triangles.iter().map(|corners| corners.map(|vertex| vertex + first)));
-        Surface::repair(mesh).unwrap()
+        cavity.positions_m.iter_mut().for_each(|point| *point += Vector3::from(offset));
+        Surface::repair(joined(shapes::cuboid([1.0; 3]), &cavity)).unwrap()
     };
     for axis in 0..3 {
         for side in [-0.25, 0.25] {
@@ -75,6 +72,54 @@ fn a_cavity_that_touches_the_outer_surface_stays() {
             assert!((volume_m3(&hollow(offset)) - 1.125).abs() < 1e-12, "{offset:?}");
         }
     }
+}
+
+/// A box whose faces are divided into squares, `counts` along each axis, without the vertices of its neighbors' edges.
+fn divided(low: [f64; 3], high: [f64; 3], counts: [u32; 3], is_inverted: bool) -> RawMesh {
+    let mut mesh = RawMesh::new(Vec::new(), Vec::new());
+    for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, 1)]) {
+        let (u, v, count) = ((axis + 1) % 3, (axis + 2) % 3, counts[axis]);
+        for (i, j) in (0..count).flat_map(|i| (0..count).map(move |j| (i, j))) {
+            let corner = |[a, b]: [u32; 2]| {
+                let mut at = if side == 1 { high } else { low };
+                let share = |step: u32| f64::from(step) / f64::from(count);
+                at[u] = low[u] + (high[u] - low[u]) * share(i + a);
+                at[v] = low[v] + (high[v] - low[v]) * share(j + b);
+                Point3::from(at)
+            };
+            let first = mesh.positions_m.len() as u32;
+            let is_forward = (side == 1) != is_inverted;
+            let corners = if is_forward { [[0, 0], [1, 0], [1, 1], [0, 1]] } else { [[0, 0], [0, 1], [1, 1], [1, 0]] };
+            mesh.positions_m.extend(corners.map(corner));
+            mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        }
+    }
+    mesh
+}
+
+fn joined(mut one: RawMesh, other: &RawMesh) -> RawMesh {
+    let first = one.positions_m.len() as u32;
+    one.positions_m.extend(&other.positions_m);
+    one.triangles.extend(other.triangles.iter().map(|corners| corners.map(|vertex| vertex + first)));
+    one
+}
+
+#[test]
+fn cavities_of_divided_faces_stay() {
+    let solid = divided([0.0; 3], [6.0; 3], [1, 2, 3], false);
+    let cavity = divided([3.0, 3.0, 4.0], [4.0, 4.0, 6.0], [2, 3, 1], true);
+    let surface = Surface::repair(joined(solid, &cavity)).unwrap();
+    assert!(surface.defects.iter().all(|defect| defect.kind != DefectKind::FlippedShell), "{:?}", surface.defects);
+    assert!((volume_m3(&surface) - 214.0).abs() < 1e-9, "{}", volume_m3(&surface));
+}
+
+#[test]
+fn an_inverted_part_that_shares_an_edge_with_another_is_turned() {
+    let one = divided([3.0, 5.0, 4.0], [6.0, 8.0, 8.0], [1; 3], false);
+    let other = divided([3.0, 1.0, 5.0], [6.0, 5.0, 8.0], [1; 3], true);
+    let surface = Surface::repair(joined(one, &other)).unwrap();
+    assert!(surface.defects.iter().any(|defect| defect.kind == DefectKind::FlippedShell));
+    assert!((volume_m3(&surface) - 72.0).abs() < 1e-9, "{}", volume_m3(&surface));
 }
 
 proptest! {

@@ -1,12 +1,14 @@
 //! Outward orientation of patches.
 //!
-//! The signed volume decides for a patch that is closed or nearly so. Negative in empty space means inside out, and the
-//! patch is turned. Negative inside another patch means a cavity, and it stays. If the outermost patch was inside out,
-//! the patches inside it are turned with it. Panels too open to have a volume of their own are judged together.
+//! Windings that are already those of a solid stay. Else the signed volume decides for a patch that is closed or nearly so.
+//! Negative in empty space means inside out, and the patch is turned. Negative inside another patch means a cavity, and it
+//! stays. If the outermost patch was inside out, the patches inside it are turned with it. Panels too open to have a volume of
+//! their own are judged together.
 
 use super::super::defect::DefectTally;
 use super::super::tree::{BoundingBox, TriangleTree};
 use super::super::winding::WindingMoments;
+use super::given_windings::GivenWindings;
 use super::orient::area_vector;
 use nalgebra::{Point3, Vector3};
 
@@ -47,11 +49,12 @@ pub struct ShellPart {
     pub face: u64,
 }
 
-/// Turns patches outward. `face` maps a triangle to its face in the report.
+/// Turns patches outward. `given` says which windings are those of a solid; `face` maps a triangle to its face in the report.
 pub(super) fn face_outward(
     positions: &[Point3<f64>],
     triangles: &mut [[u32; 3]],
     patches: &[Vec<u32>],
+    given: Option<GivenWindings>,
     face: impl Fn(u32) -> u64,
 ) -> Shells {
     let measures: Vec<Measure> = patches.iter().map(|members| Measure::of(positions, triangles, members)).collect();
@@ -61,7 +64,7 @@ pub(super) fn face_outward(
     if !panels.is_empty() {
         let members: Vec<u32> = panels.iter().flat_map(|&p| patches[p].iter().copied()).collect();
         let measure = Measure::of(positions, triangles, &members);
-        let inward = measure.has_sign() && measure.volume < 0.0;
+        let inward = given.map_or(measure.has_sign() && measure.volume < 0.0, |given| given == GivenWindings::Inward);
         panels.iter().for_each(|&panel| turn[panel] = inward);
         shells.simple = false;
     }
@@ -71,9 +74,12 @@ pub(super) fn face_outward(
     for (rank, &patch) in solid.iter().enumerate() {
         let containers = nest.containers(rank);
         let sign = |p: usize, turn: &[bool]| if (measures[p].volume < 0.0) != turn[p] { -1 } else { 1 };
-        turn[patch] = containers.first().is_some_and(|&outermost| turn[outermost]);
+        turn[patch] = match given {
+            Some(given) => given == GivenWindings::Inward,
+            None => containers.first().is_some_and(|&outermost| turn[outermost]),
+        };
         let surrounding: i32 = containers.iter().map(|&p| sign(p, &turn)).sum();
-        if surrounding <= 0 && sign(patch, &turn) < 0 {
+        if given.is_none() && surrounding <= 0 && sign(patch, &turn) < 0 {
             turn[patch] = !turn[patch];
         }
         let own = sign(patch, &turn);
