@@ -399,7 +399,7 @@ impl RequestWire {
             (3, 0) => Err(Error::new(
                 ErrorKind::Degree,
                 "0",
-                "degree 0 is out of range; pass a whole number of sites, 1 or more",
+                "degree 0 is out of range; pass a whole number of sites, 1 to 512",
             )),
             (3, sites) => Ok(DegreeRule::Sites(sites)),
             (0..=2 | 4 | 5, sites) => {

@@ -42,7 +42,9 @@ const SHARED_MEMORY_SPARE: usize = 4 * MIB;
 const GRACE: Duration = Duration::from_secs(3);
 
 /// Time for which an ending daemon stays reachable, so that refused clients can collect their errors.
-const FINAL_REPLIES_TIME: Duration = Duration::from_millis(100);
+///
+/// Clients on a busy machine took over 100 ms.
+const FINAL_REPLIES_TIME: Duration = Duration::from_millis(250);
 
 /// Options of a daemon.
 pub struct ServeOptions {
@@ -438,8 +440,12 @@ impl Daemon {
             self.metrics.ended(JobEnd::Busy);
         }
         self.jobs.cancel();
-        let begun = Instant::now();
-        while begun.elapsed() < FINAL_REPLIES_TIME || self.jobs.running() > 0 && begun.elapsed() < GRACE {
+        let canceled = Instant::now();
+        while self.jobs.running() > 0 && canceled.elapsed() < GRACE {
+            self.turn(&mut event_source).await;
+        }
+        let replied = Instant::now();
+        while replied.elapsed() < FINAL_REPLIES_TIME {
             self.turn(&mut event_source).await;
         }
         self.write_metrics();

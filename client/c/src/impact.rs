@@ -343,8 +343,9 @@ impl Impact {
         if self.deadline_ms == 0.0 {
             return Ok(impact);
         }
-        let deadline = Duration::try_from_secs_f64(1e-3 * self.deadline_ms)
-            .map_err(|error| wrong("impact.deadline_ms", format!("a deadline of {} ms: {error}", self.deadline_ms)))?;
+        let deadline = Duration::try_from_secs_f64(1e-3 * self.deadline_ms).map_err(|error| {
+            wrong("impact.deadline_ms", format!("a deadline of {:e} ms: {error}", self.deadline_ms))
+        })?;
         Ok(impact.deadline(deadline))
     }
 

@@ -91,7 +91,7 @@ fn optional_whole<T: Whole>(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Op
 
 /// A number of pieces. The daemon decides whether it is allowed.
 fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<u32> {
-    value.extract().map_err(|_| refused(name, "a whole number, 1 or more", value))
+    value.extract().map_err(|_| refused(name, "a whole number from 1 to 512", value))
 }
 
 /// A number of iterations. The daemon decides whether it is allowed.

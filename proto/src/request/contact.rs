@@ -38,9 +38,6 @@ impl Contact {
     }
 }
 
-/// The impulses whose squares neither vanish nor overflow.
-const IMPULSE: &str = "pass an impulse of 1e-161 to 1e154 N·s";
-
 impl ContactWire {
     /// Validates contact `i` of a request.
     ///
@@ -57,12 +54,12 @@ impl ContactWire {
         let square: f64 = self.impulse_ns.iter().map(|x| x * x).sum();
         if !square.is_finite() || (square == 0.0 && purpose != Purpose::Aim) {
             let what = match square {
-                0.0 => "zero or too small to be squared",
-                _ if self.impulse_ns.iter().all(|x| x.is_finite()) => "too large to be squared",
-                _ => "not finite",
+                0.0 => "zero or too small to be squared; pass a larger one",
+                _ if self.impulse_ns.iter().all(|x| x.is_finite()) => "too large to be squared; pass a smaller one",
+                _ => "not finite; pass a finite one",
             };
             let at = format!("contacts[{i}].impulse_ns");
-            let message = format!("contact {i}: the impulse is {what}; {IMPULSE}");
+            let message = format!("contact {i}: the impulse is {what}");
             return Err(Error::new(ErrorKind::Impulse, at, message));
         }
         Ok(Contact {

@@ -117,15 +117,15 @@ fn every_validation_error_names_the_field() {
     check(|w| w.contacts[0].impulse_ns[0] = f64::INFINITY, ErrorKind::Impulse, "contacts[0].impulse_ns");
     check(|w| w.contacts[0].impulse_ns[0] = 1e300, ErrorKind::Impulse, "contacts[0].impulse_ns");
     for (impulse_ns, why) in [
-        (1e300, "too large to be squared"),
-        (f64::NAN, "not finite"),
-        (0.0, "zero or too small to be squared"),
-        (1e-300, "zero or too small to be squared"),
+        (1e300, "too large to be squared; pass a smaller one"),
+        (f64::NAN, "not finite; pass a finite one"),
+        (0.0, "zero or too small to be squared; pass a larger one"),
+        (1e-300, "zero or too small to be squared; pass a larger one"),
     ] {
         let mut wire = wire();
         wire.contacts[0].impulse_ns = [impulse_ns, 0.0, 0.0];
         let message = wire.validate().unwrap_err().message;
-        assert_eq!(message, format!("contact 0: the impulse is {why}; pass an impulse of 1e-161 to 1e154 N·s"));
+        assert_eq!(message, format!("contact 0: the impulse is {why}"));
     }
     for impulse_ns in [1e-161, 1e154] {
         let mut wire = wire();
