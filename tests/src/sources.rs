@@ -102,15 +102,16 @@ pub fn code(line: &str) -> &str {
 }
 
 /// The crates, and the crates that each of them may use.
-pub const CRATES: [(&str, &[&str]); 13] = [
+pub const CRATES: [(&str, &[&str]); 14] = [
     ("proto", &[]),
     ("proto/transport", &["proto"]),
     ("client", &["export", "proto", "transport"]),
     ("client/c", &["client", "export", "proto"]),
-    ("client/cli", &["cli-common", "client", "export", "proto"]),
+    ("client/cli", &["cli-common", "client", "export", "proto", "view"]),
     ("client/cli/common", &["proto"]),
     ("client/export", &["proto"]),
     ("client/python", &["client", "export", "proto"]),
+    ("client/view", &["client", "export", "proto"]),
     ("server", &["cli-common", "engine", "export", "fracture", "proto", "transport"]),
     ("server/engine", &["fracture", "proto"]),
     ("server/fracture", &[]),

@@ -3,7 +3,7 @@
 mod commands;
 
 use clap::{Parser, Subcommand};
-use commands::{impact, list, prefracture, status, threshold};
+use commands::{impact, list, prefracture, status, threshold, view};
 use shatter_cli_common::cli_error::{CliError, ended, usage};
 use shatter_cli_common::lab::ForwardedArgs;
 use shatter_cli_common::manuals::ManualsArgs;
@@ -32,6 +32,8 @@ enum Command {
     Prefracture(prefracture::Args),
     /// Print the impulse that just breaks an object
     Threshold(threshold::Args),
+    /// Open a page on this machine in which the objects are struck with the mouse
+    View(view::Args),
     /// Measure the service under many impacts from many processes
     #[command(disable_help_flag = true)]
     Load(ForwardedArgs),
@@ -53,6 +55,7 @@ fn main() -> ExitCode {
         Command::Impact(args) => impact::run(&cli.service, args),
         Command::Prefracture(args) => prefracture::run(&cli.service, args),
         Command::Threshold(args) => threshold::run(&cli.service, args),
+        Command::View(args) => view::run(&cli.service, args),
         Command::Load(arguments) => {
             Err(CliError::Refused(arguments.run("shatter", "load", &[("SHATTER_SERVICE", &cli.service)])))
         }

@@ -10,6 +10,7 @@ mod result_text;
 pub mod status;
 pub mod threshold;
 mod time_of_day;
+pub mod view;
 mod wait;
 
 use shatter_cli_common::cli_error::{CliError, document, note, out};

@@ -1,0 +1,357 @@
+// The page: states of the object, strikes, and what is shown of them.
+
+import * as THREE from "three";
+import { type Connection, ServiceError } from "./connection";
+import { painter, rampStyle, valuesOf } from "./colors";
+import { element } from "./dom";
+import { digits } from "./format";
+import { History, type Layer, type State } from "./history";
+import { type ColorMode, type PieceUniforms, uniformsOf } from "./material";
+import * as panel from "./panel";
+import { Pieces, type Pick } from "./pieces";
+import type { ResultMessage, Vector } from "./result";
+import { Stage } from "./stage";
+import * as strength from "./strength";
+import { EFFECTS, impactOf, type RayContact, type Settings, type Strike } from "./strike";
+
+/** Facts of an object of the service. */
+export interface ObjectFacts {
+  name: string;
+  state: string;
+  error: string | null;
+  material: string;
+  bounds_m: [Vector, Vector];
+  diagonal_m: number;
+  radius_m: number;
+  volume_m3: number;
+  density_kg_m3: number;
+}
+
+/** A contact that the user points at. */
+export interface Aim {
+  layer: Layer;
+  pick: Pick;
+  ray: RayContact;
+  thresholdNs?: number;
+}
+
+/** Explode factor after the first strike: wide enough to see between the pieces. */
+const EXPLODE_FIRST = 0.22;
+
+/** Time in which pieces move apart, ms. */
+const APART_MS = 480;
+
+/** The page. */
+export class App {
+  readonly history = new History();
+  readonly stage: Stage;
+  object: ObjectFacts | undefined;
+  aim: Aim | undefined;
+  private uniforms: PieceUniforms | undefined;
+  private roughness = 1;
+  private center: Vector = [0, 0, 0];
+  private effects = EFFECTS;
+  private readonly handles = new WeakMap<Strike, string>();
+  private readonly hulls = new WeakMap<Strike, ResultMessage>();
+  private live: { isBusy: boolean; wants: boolean } = { isBusy: false, wants: false };
+  private marked: Pieces | undefined;
+  /** Called after the shown state has changed. */
+  onState: () => void = () => undefined;
+
+  constructor(
+    canvas: HTMLCanvasElement,
+    readonly connection: Connection,
+  ) {
+    this.stage = new Stage(canvas, (isLost) => {
+      if (isLost) panel.message("The browser lost the graphics context; it comes back by itself.");
+      else panel.message(undefined);
+    });
+  }
+
+  /** Shows an object of the service, whole. */
+  async show(object: ObjectFacts): Promise<void> {
+    const result = await this.withEffects((effects) =>
+      this.connection.askResult({ op: "intact", object: object.name, enable: effects }),
+    );
+    this.showIntact(object, result);
+  }
+
+  /** Shows an object of which the result is known. */
+  showIntact(object: ObjectFacts, result: ResultMessage): void {
+    const old = this.history.pieces();
+    this.history.clear();
+    this.dispose(old);
+    this.object = object;
+    this.aim = undefined;
+    const [low, high] = object.bounds_m.map((corner) => new THREE.Vector3(...corner)) as [THREE.Vector3, THREE.Vector3];
+    const center = low.clone().add(high).multiplyScalar(0.5);
+    this.center = center.toArray();
+    const look = uniformsOf(object.material, low.y - center.y, Math.max(high.y - low.y, 1e-9), low.distanceTo(high));
+    [this.uniforms, this.roughness] = [look.uniforms, look.roughness];
+    this.setExplode(0);
+    this.stage.frame(low.sub(center), high.sub(center));
+    this.history.push({ layers: [this.layer(result, undefined)], last: undefined });
+    this.refresh();
+    panel.hint("Click to break it");
+  }
+
+  private layer(result: ResultMessage, strike: Strike | undefined): Layer {
+    const { uniforms } = this;
+    if (!uniforms) throw new Error("no object is shown");
+    return { pieces: new Pieces(result, this.center, uniforms, this.roughness), strike, replaced: new Set() };
+  }
+
+  /** What a point of the page shows: the first piece there. */
+  pick(x: number, y: number): Aim | undefined {
+    const ray = this.stage.ray(x, y);
+    let best: Aim | undefined;
+    for (const layer of this.history.now?.layers ?? []) {
+      const pick = layer.pieces.pick(ray);
+      if (pick && (!best || pick.distance < best.pick.distance)) {
+        const origin = ray.origin.clone().sub(pick.offset).add(new THREE.Vector3(...this.center));
+        best = { layer, pick, ray: { originM: origin.toArray(), direction: ray.direction.toArray() } };
+      }
+    }
+    return best;
+  }
+
+  /** Points at a place of the object, or away from it. */
+  point(aim: Aim | undefined): void {
+    if (aim) this.aim = aim;
+    const radiusM = this.object?.radius_m ?? 0.01;
+    this.stage.showContact(aim && { point: aim.pick.shown, normal: aim.pick.normal, radiusM });
+    if (this.marked && this.marked !== aim?.layer.pieces) this.marked.mark(undefined);
+    const isMany = (this.history.now?.layers.length ?? 0) > 1 || (aim?.layer.pieces.result.fragments.length ?? 0) > 1;
+    if (aim) aim.layer.pieces.mark(isMany ? aim.pick.fragment : undefined);
+    this.marked = aim?.layer.pieces;
+  }
+
+  /** Strikes what the user points at. */
+  async strikeAt(aim: Aim, settings: Settings): Promise<void> {
+    const base = this.history.now;
+    if (!base || !this.object) return;
+    this.aim = aim;
+    await this.guarded(async () => {
+      const thresholdNs = await this.threshold(aim, settings);
+      const strike = this.strikeOf(aim, thresholdNs, settings);
+      await this.send(strike, aim, base, false);
+    });
+  }
+
+  /** Repeats the last strike with the present settings, if it is live. Only one request is under way; the latest settings win. */
+  async again(settings: () => Settings): Promise<void> {
+    if (!this.aim || !this.base || this.live.isBusy) {
+      this.live.wants = true;
+      return;
+    }
+    this.live = { isBusy: true, wants: false };
+    const [aim, base] = [this.aim, this.base];
+    await this.guarded(async () => {
+      const thresholdNs = await this.threshold(aim, settings());
+      await this.send(this.strikeOf(aim, thresholdNs, settings()), aim, base, true);
+    });
+    this.live.isBusy = false;
+    if (this.live.wants) await this.again(settings);
+  }
+
+  /** State before the last strike. */
+  private base: State | undefined;
+
+  private strikeOf(aim: Aim, thresholdNs: number, settings: Settings): Strike {
+    const { strike } = aim.layer;
+    // Four digits: enough for anyone, and short in the copied code.
+    const impulseNs = Number((thresholdNs * strength.factor()).toPrecision(4));
+    return {
+      object: this.object?.name ?? "",
+      ray: aim.ray,
+      impulseNs,
+      settings,
+      ...(strike ? { parent: { strike, fragment: aim.pick.fragment } } : {}),
+    };
+  }
+
+  /** Sends a strike and shows its result: as a new state, or in place of the present one. */
+  private async send(strike: Strike, aim: Aim, base: State, isLive: boolean): Promise<void> {
+    const begun = performance.now();
+    const result = await this.request(strike, (effects) => effects);
+    if (result.isWhole) {
+      const whole: State = { layers: base.layers, last: { strike, result, pictureMs: performance.now() - begun } };
+      this.base = base;
+      this.history.replace(whole);
+      if (!isLive) panel.hint("It stays whole: strike harder");
+      this.refresh();
+      return;
+    }
+    const replaced = new Set(aim.layer.replaced).add(aim.pick.fragment);
+    const isAll = replaced.size === aim.layer.pieces.result.fragments.length;
+    const rest = base.layers.map((layer) => (layer === aim.layer ? { ...layer, replaced } : layer));
+    const layers = isAll ? rest.filter((layer) => layer.pieces !== aim.layer.pieces) : rest;
+    const state: State = {
+      layers: [...layers, this.layer(result, strike)],
+      last: { strike, result, pictureMs: performance.now() - begun },
+    };
+    const old = this.history.pieces();
+    const isFirst = !isLive && base.last === undefined && base.layers.length === 1 && !base.layers[0]!.strike;
+    const isReplaced = this.base === base && this.history.now !== base;
+    if (isLive && isReplaced) this.history.replace(state);
+    else this.history.push(state);
+    this.base = base;
+    this.dispose(old);
+    if (isFirst && this.explode() === 0) this.moveApart(EXPLODE_FIRST);
+    if (!isLive) panel.hint(isFirst ? "Click a piece to break it again" : undefined);
+    this.refresh();
+  }
+
+  /** The impulse that just breaks what `aim` points at, N·s. */
+  async threshold(aim: Aim, settings: Settings): Promise<number> {
+    if (aim.thresholdNs !== undefined) return aim.thresholdNs;
+    const probe = { ...this.strikeOf(aim, 1, settings), impulseNs: 1 };
+    const reply = await this.withHandle(probe, (handle) =>
+      this.connection.ask({ op: "threshold", object: probe.object, impact: { ...impactOf(probe, [], handle), keep: false } }),
+    );
+    aim.thresholdNs = Number(reply["factor"]);
+    return aim.thresholdNs;
+  }
+
+  /** Asks for the result of a strike. */
+  async request(strike: Strike, choose: (effects: string[]) => string[]): Promise<ResultMessage> {
+    const result = await this.withEffects((effects) =>
+      this.withHandle(strike, (handle) =>
+        this.connection.askResult({ op: "strike", object: strike.object, impact: impactOf(strike, choose(effects), handle) }),
+      ),
+    );
+    if (result.head.handle) this.handles.set(strike, result.head.handle);
+    return result;
+  }
+
+  /** Calls `ask` with the effects that the service allows. */
+  private async withEffects<T>(ask: (effects: string[]) => Promise<T>): Promise<T> {
+    try {
+      return await ask(this.effects);
+    } catch (error) {
+      const at = error instanceof ServiceError && error.kind === "effect" ? error.at : "";
+      if (!this.effects.includes(at)) throw error;
+      this.effects = this.effects.filter((effect) => effect !== at);
+      return this.withEffects(ask);
+    }
+  }
+
+  /** Calls `ask` with the handle of the struck fragment's result. Repeats that strike if the service has forgotten it. */
+  async withHandle<T>(strike: Strike, ask: (handle: string | undefined) => Promise<T>): Promise<T> {
+    const parent = strike.parent?.strike;
+    if (!parent) return ask(undefined);
+    try {
+      const handle = this.handles.get(parent);
+      if (handle) return await ask(handle);
+    } catch (error) {
+      if (!(error instanceof ServiceError && error.kind === "unknown_handle")) throw error;
+    }
+    await this.request(parent, (effects) => effects);
+    return ask(this.handles.get(parent));
+  }
+
+  /** Runs `work`, and shows its error. */
+  async guarded(work: () => Promise<void>): Promise<void> {
+    try {
+      await work();
+      panel.message(undefined);
+    } catch (error) {
+      panel.message(error instanceof Error ? error.message : String(error));
+    }
+  }
+
+  private dispose(old: Set<Pieces>): void {
+    const kept = this.history.pieces();
+    for (const pieces of old) if (!kept.has(pieces)) pieces.dispose();
+  }
+
+  /** Moves in the history. */
+  go(by: number): void {
+    if (by === -Infinity ? this.history.first() : this.history.move(by)) {
+      this.base = undefined;
+      this.refresh();
+    }
+  }
+
+  /** Shows the present state again. */
+  refresh(): void {
+    const state = this.history.now;
+    if (!state) return;
+    this.stage.group.clear();
+    for (const layer of state.layers) {
+      layer.pieces.result.fragments.forEach((_, id) => layer.pieces.setVisible(id, !layer.replaced.has(id)));
+      this.stage.group.add(layer.pieces.mesh);
+    }
+    this.point(undefined);
+    this.recolor();
+    panel.facts(state, this.object);
+    this.onState();
+    this.stage.changed();
+  }
+
+  /** Colors the pieces as the panel says. */
+  recolor(): void {
+    const [state, uniforms] = [this.history.now, this.uniforms];
+    if (!state || !uniforms) return;
+    const mode = panel.colorMode();
+    const modes: ColorMode[] = ["surface", "pieces", "energy", "bonds"];
+    uniforms.uMode.value = modes.indexOf(mode);
+    uniforms.uCracksOnly.value = panel.isOn("cracks") ? 1 : 0;
+    const all = state.layers.map((layer) => valuesOf(layer.pieces.result, mode));
+    const shown = state.layers.flatMap((layer, at) => all[at]?.of.filter((_, id) => !layer.replaced.has(id)) ?? []);
+    const range: [number, number] = [Math.min(...shown), Math.max(...shown)];
+    state.layers.forEach((layer, at) => {
+      layer.pieces.paint(painter(all[at], range));
+      layer.pieces.setXray(panel.isOn("xray"));
+      layer.pieces.setHulls(undefined);
+    });
+    const first = all.find((values) => values !== undefined);
+    panel.legend(first && { low: digits(range[0]), high: `${digits(range[1])} ${first.unit}`, label: first.label, style: rampStyle() });
+    if (panel.isOn("hulls")) void this.showHulls(state);
+    this.stage.changed();
+  }
+
+  /** Fetches hulls where they are missing, and shows them. */
+  private async showHulls(state: State): Promise<void> {
+    await this.guarded(async () => {
+      for (const layer of state.layers) {
+        if (!layer.strike) continue;
+        const known = this.hulls.get(layer.strike);
+        const result = known ?? (await this.request(layer.strike, () => ["hulls"]));
+        this.hulls.set(layer.strike, result);
+        if (this.history.now === state && panel.isOn("hulls")) layer.pieces.setHulls(result);
+      }
+      this.stage.changed();
+    });
+  }
+
+  /** Share by which pieces are moved apart. */
+  explode(): number {
+    return this.uniforms?.uExplode.value ?? 0;
+  }
+
+  /** Moves the pieces apart by a share of their distance from the center. */
+  setExplode(share: number): void {
+    if (this.uniforms) this.uniforms.uExplode.value = share;
+    element<HTMLInputElement>("explode").value = String(Math.round(100 * Math.sqrt(share / 2)));
+    if (panel.isOn("hulls")) this.recolor();
+    this.stage.changed();
+  }
+
+  /** Moves the pieces apart smoothly, unless the user wants less motion. */
+  moveApart(share: number): void {
+    const from = this.explode();
+    if (matchMedia("(prefers-reduced-motion: reduce)").matches) {
+      this.setExplode(share);
+      return;
+    }
+    let begun: number | undefined;
+    this.stage.animate((now) => {
+      begun ??= now;
+      const part = Math.min(1, (now - begun) / APART_MS);
+      if (this.uniforms) this.uniforms.uExplode.value = from + (share - from) * (1 - (1 - part) ** 3);
+      if (part === 1) this.setExplode(share);
+      return part < 1;
+    });
+  }
+}

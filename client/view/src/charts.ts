@@ -1,0 +1,55 @@
+// Small charts of the panel: a histogram of volumes, and bars of stages.
+
+import { time, volume } from "./format";
+import type { ResultHead } from "./result";
+
+const SVG = "http://www.w3.org/2000/svg";
+
+/** Number of bars of a histogram. */
+const BINS = 18;
+
+function svg(name: string, attributes: Record<string, string | number>, text = ""): SVGElement {
+  const element = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, String(value));
+  element.textContent = text;
+  return element;
+}
+
+/** Draws a histogram of volumes on a logarithmic axis. */
+export function histogram(into: HTMLElement, volumesM3: number[]): void {
+  const positive = volumesM3.filter((value) => value > 0);
+  into.replaceChildren();
+  if (positive.length === 0) return;
+  const [least, most] = [Math.min(...positive), Math.max(...positive)];
+  const [low, high] = [Math.log(least) - 1e-9, Math.log(most) + 1e-9];
+  const bins = new Array<number>(BINS).fill(0);
+  for (const value of positive) bins[Math.min(BINS - 1, Math.floor((BINS * (Math.log(value) - low)) / (high - low)))]! += 1;
+  const tallest = Math.max(...bins);
+  const [width, height] = [280, 54];
+  const label = `Histogram of ${positive.length} volumes, ${volume(least)} to ${volume(most)}`;
+  const root = svg("svg", { viewBox: `0 0 ${width} ${height + 16}`, role: "img", "aria-label": label });
+  bins.forEach((count, at) => {
+    const [x, h] = [(at * width) / BINS, (height * count) / tallest];
+    root.append(svg("rect", { x: x + 1, y: height - h, width: width / BINS - 2, height: h, rx: 1.5, fill: "var(--bar)" }));
+  });
+  root.append(svg("line", { x1: 0, x2: width, y1: height + 0.5, y2: height + 0.5, stroke: "var(--line)" }));
+  const text = { y: height + 13, "font-size": 11, fill: "var(--soft)" };
+  root.append(svg("text", { ...text, x: 0 }, volume(least)), svg("text", { ...text, x: width, "text-anchor": "end" }, volume(most)));
+  into.append(root);
+}
+
+/** Draws the times of the stages and effects that ran. */
+export function stageBars(into: HTMLElement, head: ResultHead): void {
+  const rows = [...head.stages, ...head.effects.filter((effect) => effect.ns > 0)].filter((row) => row.ran);
+  const most = Math.max(1, ...rows.map((row) => row.ns));
+  const grid = document.createElement("div");
+  grid.className = "bars";
+  for (const row of rows) {
+    const [name, bar, value] = [document.createElement("span"), document.createElement("i"), document.createElement("b")];
+    name.textContent = row.name;
+    bar.style.width = `${(100 * row.ns) / most}%`;
+    value.textContent = time(row.ns);
+    grid.append(name, bar, value);
+  }
+  into.replaceChildren(grid);
+}

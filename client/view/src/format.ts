@@ -1,0 +1,43 @@
+// Numbers with units, for people.
+
+/** A number with three significant digits. */
+export function digits(value: number, count = 3): string {
+  if (value === 0 || !Number.isFinite(value)) return String(value);
+  if (Math.abs(value) >= 1e5 || Math.abs(value) < 1e-4) return value.toExponential(count - 1).replace("e", "·10^").replace("^+", "^");
+  return Number(value.toPrecision(count)).toLocaleString("en-US", { maximumFractionDigits: 8 });
+}
+
+/** A value with the prefix that makes it short. */
+export function withUnit(value: number, unit: string): string {
+  for (const [factor, prefix] of [[1, ""], [1e-3, "m"], [1e-6, "µ"]] as const) {
+    if (Math.abs(value) >= factor) return `${digits(value / factor)} ${prefix}${unit}`;
+  }
+  return `${digits(value)} ${unit}`;
+}
+
+/** A length, m. */
+export function length(valueM: number): string {
+  if (valueM >= 1) return `${digits(valueM)} m`;
+  return valueM >= 0.01 ? `${digits(valueM * 100)} cm` : `${digits(valueM * 1000)} mm`;
+}
+
+/** A volume, m³. */
+export function volume(valueM3: number): string {
+  if (valueM3 >= 1e-3) return `${digits(valueM3 * 1e3)} L`;
+  return valueM3 >= 1e-7 ? `${digits(valueM3 * 1e6)} cm³` : `${digits(valueM3 * 1e9)} mm³`;
+}
+
+/** A time, ns. */
+export function time(ns: number): string {
+  return ns >= 1e9 ? `${digits(ns / 1e9)} s` : `${digits(ns / 1e6)} ms`;
+}
+
+/** A share. */
+export function percent(share: number): string {
+  return `${digits(100 * share, 2)} %`;
+}
+
+/** A number of things. */
+export function counted(count: number, one: string): string {
+  return `${count.toLocaleString("en-US")} ${count === 1 ? one : `${one}s`}`;
+}

@@ -1,0 +1,96 @@
+// States of the object, for back and forward: results are kept in the page, up to a limit.
+
+import type { Pieces } from "./pieces";
+import type { ResultMessage } from "./result";
+import type { Strike } from "./strike";
+
+/** Pieces of one result; some of them may have been struck again, and are shown by another layer. */
+export interface Layer {
+  pieces: Pieces;
+  /** The strike that made them; `undefined`: the object as it was. */
+  strike: Strike | undefined;
+  /** Pieces that later layers replace. */
+  replaced: Set<number>;
+}
+
+/** One state. */
+export interface State {
+  layers: Layer[];
+  /** The last strike, its result, and time from the request to the drawn picture. */
+  last: { strike: Strike; result: ResultMessage; pictureMs: number } | undefined;
+}
+
+/** Most states that are kept, and most bytes of their results. */
+const STATES_MAX = 24;
+const BYTES_MAX = 384 << 20;
+
+/** The states, the oldest first. */
+export class History {
+  private states: State[] = [];
+  private at = -1;
+
+  /** The state that is shown. */
+  get now(): State | undefined {
+    return this.states[this.at];
+  }
+
+  get canGoBack(): boolean {
+    return this.at > 0;
+  }
+
+  get canGoForward(): boolean {
+    return this.at + 1 < this.states.length;
+  }
+
+  /** Number of states that are kept. */
+  get count(): number {
+    return this.states.length;
+  }
+
+  /** Adds a state after the present one; later ones are forgotten. */
+  push(state: State): void {
+    this.states.splice(this.at + 1);
+    this.states.push(state);
+    this.at++;
+    // The first state is the whole object: it stays.
+    while (this.states.length > 2 && (this.states.length > STATES_MAX || this.bytes() > BYTES_MAX)) {
+      this.states.splice(1, 1);
+      this.at--;
+    }
+  }
+
+  /** Replaces the present state. */
+  replace(state: State): void {
+    this.states[this.at] = state;
+  }
+
+  /** Moves by so many states, if there are any. */
+  move(by: number): boolean {
+    const next = this.at + by;
+    if (next < 0 || next >= this.states.length) return false;
+    this.at = next;
+    return true;
+  }
+
+  /** Moves to the whole object. */
+  first(): boolean {
+    return this.move(-this.at);
+  }
+
+  /** Forgets everything. */
+  clear(): void {
+    this.states = [];
+    this.at = -1;
+  }
+
+  /** All pieces of all states, each once. */
+  pieces(): Set<Pieces> {
+    return new Set(this.states.flatMap((state) => state.layers.map((layer) => layer.pieces)));
+  }
+
+  private bytes(): number {
+    let sum = 0;
+    for (const pieces of this.pieces()) sum += pieces.result.bytes;
+    return sum;
+  }
+}

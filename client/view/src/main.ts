@@ -1,0 +1,226 @@
+// Wires the page: pointer, keys, panel.
+
+import { App, type Aim, type ObjectFacts } from "./app";
+import { Connection } from "./connection";
+import { choose, chosen, element, onClick, onInput, save } from "./dom";
+import { length } from "./format";
+import { bindKeys } from "./keys";
+import * as panel from "./panel";
+import type { ResultMessage, Vector } from "./result";
+import * as strength from "./strength";
+import { codeOf, impactOf, type Language, type Settings } from "./strike";
+
+/** Farthest that a pointer moves in a click, pixels. */
+const CLICK_PX = 6;
+
+/** Time for which the pointer rests before the threshold is asked for, ms. */
+const REST_MS = 140;
+
+const canvas = element<HTMLCanvasElement>("canvas");
+const connection = new Connection();
+const app = new App(canvas, connection);
+let objects: ObjectFacts[] = [];
+
+/** Settings of the panel. */
+export function settings(): Settings {
+  const text = (id: string) => element<HTMLSelectElement>(id).value;
+  return { quality: text("quality"), lift: text("lift"), seed: Math.max(0, Math.floor(Number(text("seed")) || 0)) };
+}
+
+function showStrength(): void {
+  strength.show(app.aim?.thresholdNs);
+}
+
+/** Asks for the threshold where the pointer rests. */
+async function showThreshold(aim: Aim): Promise<void> {
+  try {
+    await app.threshold(aim, settings());
+  } catch {
+    // The strike itself reports the error.
+    return;
+  }
+  if (app.aim === aim) {
+    showStrength();
+    showTooltip(aim);
+  }
+}
+
+function showTooltip(aim: Aim | undefined): void {
+  const box = element("tooltip");
+  box.hidden = aim === undefined;
+  if (!aim || !app.object) return;
+  const at = aim.pick.shown.clone().sub(aim.pick.offset);
+  const point = ([at.x, at.y, at.z] as Vector).map((x) => (1000 * x).toFixed(0)).join(", ");
+  const breaks = aim.thresholdNs === undefined ? "" : ` · breaks at ${strength.quantity(aim.thresholdNs)}`;
+  box.textContent = `${point} mm · radius ${length(app.object.radius_m)}${breaks}`;
+}
+
+function bindPointer(): void {
+  let [down, rest] = [undefined as { x: number; y: number } | undefined, undefined as number | undefined];
+  const isClick = (event: PointerEvent) => down && Math.hypot(event.clientX - down.x, event.clientY - down.y) < CLICK_PX;
+  canvas.addEventListener("pointerdown", (event) => (down = event.isPrimary ? { x: event.clientX, y: event.clientY } : undefined));
+  canvas.addEventListener("pointermove", (event) => {
+    clearTimeout(rest);
+    if (event.buttons !== 0 || event.pointerType === "touch") return;
+    const aim = app.pick(event.clientX, event.clientY);
+    app.point(aim);
+    showTooltip(aim);
+    Object.assign(element("tooltip").style, { left: `${event.clientX + 16}px`, top: `${event.clientY + 14}px` });
+    if (aim) rest = window.setTimeout(() => void showThreshold(aim), REST_MS);
+  });
+  canvas.addEventListener("pointerleave", () => {
+    clearTimeout(rest);
+    app.point(undefined);
+    showTooltip(undefined);
+  });
+  canvas.addEventListener("pointerup", (event) => {
+    if (isClick(event) && event.button === 0) void strikeAt(event.clientX, event.clientY);
+    down = undefined;
+  });
+}
+
+/** Strikes what a point of the page shows; with a tool of art direction, uses that instead. */
+async function strikeAt(x: number, y: number): Promise<void> {
+  const aim = app.pick(x, y);
+  if (!aim) return;
+  showTooltip(undefined);
+  await app.strikeAt(aim, settings());
+  showStrength();
+}
+
+function bindStrike(): void {
+  const again = () => {
+    showStrength();
+    void app.again(settings).then(showStrength);
+  };
+  onInput("impulse", again);
+  for (const id of ["by", "ball"]) onInput(id, showStrength);
+  for (const id of ["quality", "lift", "seed"]) {
+    onInput(id, () => {
+      if (app.aim) delete app.aim.thresholdNs;
+      again();
+    });
+  }
+  onClick("reseed", () => {
+    element<HTMLInputElement>("seed").value = String(Math.floor(Math.random() * 1e6));
+    again();
+  });
+}
+
+function bindView(): void {
+  onInput("explode", () => app.setExplode(2 * (Number(element<HTMLInputElement>("explode").value) / 100) ** 2));
+  for (const id of ["colors", "xray", "hulls", "cracks"]) onInput(id, () => app.recolor());
+  onClick("back", () => app.go(-1));
+  onClick("forward", () => app.go(1));
+  onClick("reset", () => app.go(-Infinity));
+  onClick("help", () => element<HTMLDialogElement>("keys").showModal());
+  onClick("fold", fold);
+  element("message").querySelector("button")!.addEventListener("click", () => panel.message(undefined));
+  app.onState = () => {
+    element<HTMLButtonElement>("back").disabled = element<HTMLButtonElement>("reset").disabled = !app.history.canGoBack;
+    element<HTMLButtonElement>("forward").disabled = !app.history.canGoForward;
+  };
+}
+
+function fold(): void {
+  const isFolded = document.body.classList.toggle("folded");
+  element("fold").textContent = isFolded ? "‹" : "›";
+  element("fold").setAttribute("aria-expanded", String(!isFolded));
+}
+
+function bindAway(): void {
+  for (const button of document.querySelectorAll<HTMLButtonElement>("[data-format]")) {
+    button.addEventListener("click", () => void download(button.dataset["format"]!));
+  }
+  for (const button of document.querySelectorAll<HTMLButtonElement>("[data-language]")) {
+    button.addEventListener("click", () => void copy(button));
+  }
+}
+
+async function download(format: string): Promise<void> {
+  const last = app.history.now?.last;
+  if (!last) return;
+  await app.guarded(async () => {
+    const effects = format === "mjcf" ? ["hulls", "bonds"] : ["normals"];
+    const file = await app.withHandle(last.strike, (handle) =>
+      connection.askResult({
+        op: "download",
+        format,
+        object: last.strike.object,
+        impact: { ...impactOf(last.strike, effects, handle), keep: false },
+      }),
+    );
+    save(file.head.name ?? "broken", file.raw("file"), format === "glb" ? "model/gltf-binary" : "application/zip");
+  });
+}
+
+async function copy(button: HTMLButtonElement): Promise<void> {
+  const last = app.history.now?.last;
+  if (!last) return;
+  const code = codeOf(last.strike, button.dataset["language"] as Language);
+  const name = button.textContent;
+  try {
+    await navigator.clipboard.writeText(code);
+    button.textContent = "Copied";
+  } catch {
+    save(`strike.${{ shell: "sh", rust: "rs", python: "py", c: "c" }[button.dataset["language"] as Language]}`, code, "text/plain");
+    button.textContent = "Saved";
+  }
+  setTimeout(() => (button.textContent = name), 1500);
+}
+
+/** Lists the objects of the service and shows one of them. */
+export async function loadObjects(wanted?: string): Promise<void> {
+  const reply = await connection.ask({ op: "objects" });
+  objects = reply["objects"] as ObjectFacts[];
+  const select = element<HTMLSelectElement>("object");
+  select.replaceChildren(...objects.map((object) => new Option(object.name, object.name)));
+  const ready = objects.filter((object) => object.state === "ready");
+  const first = ready.find((object) => object.name === wanted) ?? ready[0];
+  if (!first) {
+    const loading = objects.find((object) => object.state === "loading");
+    if (!loading) throw new Error(objects[0]?.error ?? "The service has no objects. Open a mesh, or drop one here.");
+    await new Promise((resolve) => setTimeout(resolve, 200));
+    return loadObjects(wanted);
+  }
+  select.value = first.name;
+  await app.show(first);
+  showStrength();
+}
+
+function start(): void {
+  strength.begin();
+  bindPointer();
+  bindStrike();
+  bindView();
+  bindAway();
+  bindKeys(app, {
+    strikeCenter: () => {
+      const box = canvas.getBoundingClientRect();
+      void strikeAt(box.left + box.width / 2, box.top + box.height / 2);
+    },
+    fold,
+    strengthen: (by) => {
+      strength.setFactor(strength.factor() * by);
+      element("impulse").dispatchEvent(new Event("input"));
+    },
+    nextColor: () => {
+      const names = ["surface", "pieces", "energy", "bonds"];
+      choose("color", names[(names.indexOf(chosen("color")) + 1) % names.length]!);
+      app.recolor();
+    },
+  });
+  onInput("object", () => void app.guarded(() => loadObjects(element<HTMLSelectElement>("object").value)));
+  connection.onState = (isOpen) => {
+    if (!isOpen) panel.message("shatter view does not run any more. Start it again, and open the address that it prints.");
+    else panel.message(undefined);
+  };
+  void app.guarded(() => loadObjects());
+  // For tests and scripts.
+  Object.assign(globalThis, { shatterView: { app, connection, settings, objects: () => objects } });
+}
+
+/** Type of what the page shows to tests. */
+export type TestHandle = { app: App; connection: Connection; result?: ResultMessage };
+
+start();

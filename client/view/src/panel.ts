@@ -1,0 +1,112 @@
+// The panel: facts of the result, choices of the view.
+
+import type { ObjectFacts } from "./app";
+import { histogram, stageBars } from "./charts";
+import { countClosed } from "./closed";
+import { chosen, element, textElement } from "./dom";
+import { counted, digits, percent, time } from "./format";
+import type { State } from "./history";
+import type { ColorMode } from "./material";
+import type { ResultHead } from "./result";
+
+/** Time for which a hint stays, ms. */
+const HINT_MS = 6000;
+
+let hintTimer: number | undefined;
+
+/** Shows a hint over the object; the first one stays until something happens. */
+export function hint(text: string | undefined): void {
+  clearTimeout(hintTimer);
+  element("hint").replaceChildren(...(text ? [textElement("span", text)] : []));
+  if (text && text !== "Click to break it") hintTimer = window.setTimeout(() => hint(undefined), HINT_MS);
+}
+
+/** Shows an error; `undefined` removes it. */
+export function message(text: string | undefined): void {
+  const box = element("message");
+  box.hidden = text === undefined;
+  box.querySelector("span")!.textContent = text ?? "";
+}
+
+/** Whether a check box is on. */
+export function isOn(id: string): boolean {
+  return element<HTMLInputElement>(id).checked;
+}
+
+/** What the pieces are colored by. */
+export function colorMode(): ColorMode {
+  return chosen("color") as ColorMode;
+}
+
+/** Shows the meaning of the colors. */
+export function legend(values: { low: string; high: string; label: string; style: string } | undefined): void {
+  const box = element("legend");
+  box.hidden = values === undefined;
+  if (!values) return;
+  const [low, bar, high] = box.children as unknown as [HTMLElement, HTMLElement, HTMLElement];
+  low.textContent = values.low;
+  high.textContent = values.high;
+  bar.style.background = values.style;
+  box.title = values.label;
+}
+
+/** Surface of the fragments, in words; the reason is known of meshes that this page baked. */
+const reasons = new Map<string, string>();
+
+/** Remembers why the fragments of an object have the lattice's surface. */
+export function setReason(object: string, reason: string | null): void {
+  if (reason) reasons.set(object, reason);
+  else reasons.delete(object);
+}
+
+function surface(head: ResultHead): string {
+  if (head.surface === "exact") return "the input's own (exact)";
+  return `the lattice's: ${reasons.get(head.object) ?? "the object has no mesh of its own surface; `shatterd inspect` says why"}`;
+}
+
+/** Shows the facts of a state. */
+export function facts(state: State, object: ObjectFacts | undefined): void {
+  const last = state.last;
+  element("result").hidden = element("away").hidden = last === undefined;
+  if (!last) return;
+  const { head } = last.result;
+  const { fragments } = last.result;
+  element("pieces").textContent = last.result.isWhole ? "stays whole" : counted(fragments.length, "piece");
+  element("took").textContent = `in ${time(head.time_ns)}`;
+  const rows: [string, string][] = [
+    ["Round trip, to the picture", `${time(head.round_trip_ns)}, ${digits(last.pictureMs)} ms`],
+    ["E₁/γ (breaks above 1)", digits(head.e1_over_gamma)],
+    ["Threshold γ", `${digits(head.gamma_j_m2)} J·m²`],
+    ["Displacements", head.elastic],
+    ["Error of the energy", head.energy_error === null ? "not estimated" : `≤ ${percent(head.energy_error)} (est.)`],
+  ];
+  if (!last.result.isWhole) {
+    const massKg = fragments.reduce((sum, fragment) => sum + fragment.massKg, 0);
+    rows.unshift(["Closed", "…"]);
+    rows.push(
+      ["Gap of the cells", head.cvd_gap === null ? "none" : `${percent(head.cvd_gap)} (est.)`],
+      ["Sites", `${head.sites} (${head.degree_source.replace("_", " ")}${head.capped ? ", capped" : ""})`],
+      ["Stopped", head.stop_reason.replace("_", " ")],
+      ["Mass", `${digits(massKg)} kg`],
+      ["Surface", surface(head)],
+      ["Size", `${digits(head.response_bytes / 1e6)} MB`],
+    );
+  }
+  if (object) rows.push(["Material", object.material]);
+  element("facts").replaceChildren(...rows.flatMap(([name, value]) => [textElement("dt", name), textElement("dd", value)]));
+  const shown = state.layers.flatMap((layer) =>
+    layer.pieces.result.fragments.filter((fragment) => !layer.replaced.has(fragment.id)).map((fragment) => fragment.volumeM3),
+  );
+  histogram(element("volumes"), shown);
+  stageBars(element("stages"), head);
+  if (!last.result.isWhole) void showClosed(state);
+}
+
+/** Counts closed pieces once the picture is drawn. */
+async function showClosed(state: State): Promise<void> {
+  const result = state.last!.result;
+  await new Promise((resolve) => setTimeout(resolve, 60));
+  const closed = await countClosed(result);
+  const row = element("facts").querySelector("dd");
+  if (row && row.textContent === "…") row.textContent = `${closed} of ${result.fragments.length}`;
+}

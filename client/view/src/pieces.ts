@@ -1,0 +1,248 @@
+// The pieces of one result as one mesh, and where rays meet them.
+
+import * as THREE from "three";
+import { COLUMNS, type PieceUniforms, shadowMaterial, solidMaterial, xrayMaterial } from "./material";
+import type { ResultMessage, Vector } from "./result";
+
+/** Where a ray meets a piece. */
+export interface Pick {
+  /** Fragment in its result. */
+  fragment: number;
+  /** From the origin of the ray, m. */
+  distance: number;
+  /** The point as it is shown, relative to the center of the object, m. */
+  shown: THREE.Vector3;
+  /** Outward normal of the triangle. */
+  normal: THREE.Vector3;
+  /** By how much the piece is moved from its place in the object, m. */
+  offset: THREE.Vector3;
+}
+
+/** Pieces of one result, relative to the center of the object. */
+export class Pieces {
+  readonly mesh: THREE.Mesh;
+  private readonly geometry = new THREE.BufferGeometry();
+  private readonly places: THREE.DataTexture;
+  private readonly colors: THREE.DataTexture;
+  private readonly solid: THREE.Material;
+  private readonly xray: THREE.Material;
+  private readonly shadow: THREE.Material;
+  private readonly radii: number[];
+  private hullLines: THREE.LineSegments | undefined;
+
+  constructor(
+    readonly result: ResultMessage,
+    readonly centerM: Vector,
+    private readonly uniforms: PieceUniforms,
+    roughness: number,
+  ) {
+    const count = result.fragments.length;
+    const rows = Math.max(1, Math.ceil(count / COLUMNS));
+    const table = () => {
+      const texture = new THREE.DataTexture(new Float32Array(4 * COLUMNS * rows), COLUMNS, rows, THREE.RGBAFormat, THREE.FloatType);
+      texture.needsUpdate = true;
+      return texture;
+    };
+    this.places = table();
+    this.colors = table();
+    this.fill();
+    this.radii = result.fragments.map((fragment) => this.radiusOf(fragment.vertexFirst, fragment.vertexCount));
+    this.solid = solidMaterial(uniforms, roughness, this.places, this.colors);
+    this.xray = xrayMaterial(uniforms, this.places, this.colors);
+    this.shadow = shadowMaterial(uniforms, this.places, this.colors);
+    this.mesh = new THREE.Mesh(this.geometry, this.solid);
+    this.mesh.customDepthMaterial = this.shadow;
+    this.mesh.castShadow = true;
+    this.mesh.receiveShadow = true;
+    this.mesh.frustumCulled = false;
+  }
+
+  private fill(): void {
+    const { result } = this;
+    const positions = result.floats("positions");
+    const vertexCount = positions.length / 3;
+    const piece = new Float32Array(vertexCount);
+    const crack = new Float32Array(vertexCount);
+    const given = result.integers("indices");
+    const indices = new Uint32Array(given.length);
+    const places = this.places.image.data as Float32Array;
+    result.fragments.forEach((fragment, id) => {
+      piece.fill(id, fragment.vertexFirst, fragment.vertexFirst + fragment.vertexCount);
+      const end = fragment.indexFirst + fragment.indexCount;
+      for (let at = fragment.indexFirst; at < end; at++) indices[at] = given[at]! + fragment.vertexFirst;
+      for (let axis = 0; axis < 3; axis++) places[4 * id + axis] = fragment.centerM[axis]! - this.centerM[axis]!;
+      places[4 * id + 3] = 1;
+    });
+    for (const run of result.runs()) if (run.isCrack) crack.fill(1, run.vertexFirst, run.vertexFirst + run.vertexCount);
+    this.geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
+    this.geometry.setAttribute("piece", new THREE.BufferAttribute(piece, 1));
+    this.geometry.setAttribute("crack", new THREE.BufferAttribute(crack, 1));
+    this.geometry.setIndex(new THREE.BufferAttribute(indices, 1));
+    this.setNormals(vertexCount);
+    this.places.needsUpdate = true;
+  }
+
+  /** Normals of the input outside, of the result on cracks; computed if the result has none. */
+  private setNormals(vertexCount: number): void {
+    const cracks = this.result.floats("normals");
+    const outer = this.result.floats("outer_attributes");
+    if (cracks.length === 0) {
+      this.geometry.computeVertexNormals();
+      return;
+    }
+    const normals = new Float32Array(cracks);
+    for (let vertex = 0; outer.length > 0 && vertex < vertexCount; vertex++) {
+      const [x, y, z] = [outer[5 * vertex]!, outer[5 * vertex + 1]!, outer[5 * vertex + 2]!];
+      if (x !== 0 || y !== 0 || z !== 0) normals.set([x, y, z], 3 * vertex);
+    }
+    this.geometry.setAttribute("normal", new THREE.BufferAttribute(normals, 3));
+  }
+
+  private radiusOf(first: number, count: number): number {
+    const positions = this.result.floats("positions");
+    let square = 0;
+    for (let at = 3 * first; at < 3 * (first + count); at += 3) {
+      square = Math.max(square, positions[at]! ** 2 + positions[at + 1]! ** 2 + positions[at + 2]! ** 2);
+    }
+    return Math.sqrt(square);
+  }
+
+  /** Shows or hides a piece. */
+  setVisible(fragment: number, isVisible: boolean): void {
+    (this.places.image.data as Float32Array)[4 * fragment + 3] = isVisible ? 1 : 0;
+    this.places.needsUpdate = true;
+  }
+
+  /** Whether a piece is shown. */
+  isVisible(fragment: number): boolean {
+    return (this.places.image.data as Float32Array)[4 * fragment + 3]! > 0.5;
+  }
+
+  /** Colors the pieces. */
+  paint(color: (fragment: number) => THREE.Color): void {
+    const data = this.colors.image.data as Float32Array;
+    this.result.fragments.forEach((_, id) => color(id).toArray(data, 4 * id));
+    this.colors.needsUpdate = true;
+  }
+
+  /** Marks one piece, or none. */
+  mark(fragment: number | undefined): void {
+    const data = this.colors.image.data as Float32Array;
+    for (let id = 0; id < this.result.fragments.length; id++) data[4 * id + 3] = id === fragment ? 1 : 0;
+    this.colors.needsUpdate = true;
+  }
+
+  /** Switches between the solid look and the one that shows the inside. */
+  setXray(isOn: boolean): void {
+    this.mesh.material = isOn ? this.xray : this.solid;
+    this.mesh.castShadow = !isOn;
+  }
+
+  /** Shows the hulls of `source`, a result of the same pieces with hulls; `undefined` hides them. */
+  setHulls(source: ResultMessage | undefined): void {
+    if (this.hullLines) {
+      this.mesh.remove(this.hullLines);
+      this.hullLines.geometry.dispose();
+      (this.hullLines.material as THREE.Material).dispose();
+      this.hullLines = undefined;
+    }
+    if (!source) return;
+    const [positions, indices, lines] = [source.floats("hull_positions"), source.integers("hull_indices"), [] as number[]];
+    const factor = 1 + this.uniforms.uExplode.value;
+    source.hulls().forEach((hull, id) => {
+      if (!this.isVisible(id)) return;
+      const center = source.fragments[id]!.centerM;
+      const corner = (index: number) =>
+        [0, 1, 2].map((axis) => positions[3 * (hull.vertexFirst + index) + axis]! + (center[axis]! - this.centerM[axis]!) * factor);
+      for (let at = hull.indexFirst; at < hull.indexFirst + hull.indexCount; at += 3) {
+        for (let k = 0; k < 3; k++) {
+          const [a, b] = [indices[at + k]!, indices[at + ((k + 1) % 3)]!];
+          if (a < b) lines.push(...corner(a), ...corner(b));
+        }
+      }
+    });
+    const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(lines, 3));
+    this.hullLines = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: "#e0562d", transparent: true, opacity: 0.85 }));
+    this.mesh.add(this.hullLines);
+  }
+
+  /** First piece that a ray meets; origin and direction are relative to the center of the object. */
+  pick(ray: THREE.Ray): Pick | undefined {
+    const factor = 1 + this.uniforms.uExplode.value;
+    const [center, sphere] = [new THREE.Vector3(), new THREE.Sphere()];
+    const candidates: { id: number; distance: number }[] = [];
+    this.result.fragments.forEach((_, id) => {
+      if (!this.isVisible(id)) return;
+      sphere.set(this.placeOf(id, center).multiplyScalar(factor), this.radii[id]!);
+      if (ray.intersectsSphere(sphere)) candidates.push({ id, distance: center.distanceTo(ray.origin) - this.radii[id]! });
+    });
+    candidates.sort((a, b) => a.distance - b.distance);
+    let best: Pick | undefined;
+    for (const { id, distance } of candidates) {
+      if (best && distance > best.distance) break;
+      best = this.pickPiece(id, ray, factor, best);
+    }
+    return best;
+  }
+
+  private placeOf(id: number, into: THREE.Vector3): THREE.Vector3 {
+    return into.fromArray(this.places.image.data as Float32Array, 4 * id);
+  }
+
+  private pickPiece(id: number, ray: THREE.Ray, factor: number, best: Pick | undefined): Pick | undefined {
+    const fragment = this.result.fragments[id]!;
+    const place = this.placeOf(id, new THREE.Vector3());
+    const shownCenter = place.clone().multiplyScalar(factor);
+    const own = new THREE.Ray(ray.origin.clone().sub(shownCenter), ray.direction);
+    const found = firstTriangle(own, this.result.floats("positions"), this.geometry.index!.array as Uint32Array, fragment.indexFirst, fragment.indexCount);
+    if (!found || (best && found.distance >= best.distance)) return best;
+    return {
+      fragment: id,
+      distance: found.distance,
+      shown: ray.at(found.distance, new THREE.Vector3()),
+      normal: found.normal,
+      offset: shownCenter.sub(place),
+    };
+  }
+
+  /** Frees the memory of the GPU. */
+  dispose(): void {
+    this.setHulls(undefined);
+    for (const part of [this.geometry, this.places, this.colors, this.solid, this.xray, this.shadow]) part.dispose();
+  }
+}
+
+/** First triangle that a ray meets (Möller and Trumbore 1997), from either side. */
+function firstTriangle(
+  ray: THREE.Ray,
+  p: Float32Array,
+  indices: Uint32Array,
+  first: number,
+  count: number,
+): { distance: number; normal: THREE.Vector3 } | undefined {
+  const { x: ox, y: oy, z: oz } = ray.origin;
+  const { x: dx, y: dy, z: dz } = ray.direction;
+  let [distance, at] = [Infinity, -1];
+  for (let i = first; i < first + count; i += 3) {
+    const [a, b, c] = [3 * indices[i]!, 3 * indices[i + 1]!, 3 * indices[i + 2]!];
+    const [ax, ay, az] = [p[a]!, p[a + 1]!, p[a + 2]!];
+    const [e1x, e1y, e1z] = [p[b]! - ax, p[b + 1]! - ay, p[b + 2]! - az];
+    const [e2x, e2y, e2z] = [p[c]! - ax, p[c + 1]! - ay, p[c + 2]! - az];
+    const [hx, hy, hz] = [dy * e2z - dz * e2y, dz * e2x - dx * e2z, dx * e2y - dy * e2x];
+    const det = e1x * hx + e1y * hy + e1z * hz;
+    if (det === 0) continue;
+    const f = 1 / det;
+    const [sx, sy, sz] = [ox - ax, oy - ay, oz - az];
+    const u = f * (sx * hx + sy * hy + sz * hz);
+    if (u < 0 || u > 1) continue;
+    const [qx, qy, qz] = [sy * e1z - sz * e1y, sz * e1x - sx * e1z, sx * e1y - sy * e1x];
+    const v = f * (dx * qx + dy * qy + dz * qz);
+    if (v < 0 || u + v > 1) continue;
+    const t = f * (e2x * qx + e2y * qy + e2z * qz);
+    if (t > 0 && t < distance) [distance, at] = [t, i];
+  }
+  if (at < 0) return undefined;
+  const corner = (k: number) => new THREE.Vector3().fromArray(p, 3 * indices[at + k]!);
+  const [a, b, c] = [corner(0), corner(1), corner(2)];
+  return { distance, normal: b.sub(a).cross(c.sub(a)).normalize() };
+}

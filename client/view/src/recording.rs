@@ -1,0 +1,121 @@
+//! The strikes of a run, written as one page that replays them without a service.
+
+use crate::page_files::PageFiles;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use serde_json::Value;
+use shatter_proto::{Error, ErrorKind};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Most bytes of results of a recording; later strikes are left out.
+const BYTES_MAX: usize = 256 << 20;
+
+/// One strike: its request as JSON, and the message with its result.
+struct RecordedStrike {
+    request: String,
+    message: Vec<u8>,
+}
+
+/// A recording under way.
+pub struct Recording {
+    file: PathBuf,
+    page: PageFiles,
+    strikes: Mutex<Vec<RecordedStrike>>,
+}
+
+impl Recording {
+    /// A recording for `file`, replayed by `page`.
+    #[must_use]
+    pub fn new(file: &Path, page: PageFiles) -> Self {
+        Self { file: file.to_owned(), page, strikes: Mutex::default() }
+    }
+
+    fn strikes(&self) -> MutexGuard<'_, Vec<RecordedStrike>> {
+        self.strikes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Adds a strike, unless the recording is too large.
+    pub(crate) fn add(&self, request: &Value, message: &[u8]) {
+        let mut strikes = self.strikes();
+        let bytes: usize = strikes.iter().map(|strike| strike.message.len()).sum();
+        if bytes + message.len() <= BYTES_MAX {
+            strikes.push(RecordedStrike { request: request.to_string(), message: message.to_vec() });
+        }
+    }
+
+    /// Whether no strike was made.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.strikes().is_empty()
+    }
+
+    /// Writes the page, and returns its path.
+    ///
+    /// # Errors
+    /// `output` if the file cannot be written, `failed` if the page has no place for the recording.
+    pub fn write(&self) -> Result<PathBuf, Error> {
+        let html = self.html()?;
+        shatter_export::write_whole(&self.file, html.as_bytes())
+            .map_err(|error| Error::new(ErrorKind::Output, self.file.display().to_string(), error.to_string()))?;
+        Ok(self.file.clone())
+    }
+
+    /// The page with its script, its style and the strikes in one text.
+    fn html(&self) -> Result<String, Error> {
+        let text = |path: &str| {
+            let file = self.page.file(path).and_then(|file| std::str::from_utf8(file.bytes).ok());
+            file.ok_or_else(|| Error::new(ErrorKind::Failed, path, format!("the page has no file `{path}`")))
+        };
+        let style = format!("<style>{}</style>", text("view.css")?);
+        let strikes = self.strikes();
+        let rows: Vec<Value> = strikes
+            .iter()
+            .map(|strike| serde_json::json!({ "request": strike.request, "message": STANDARD.encode(&strike.message) }))
+            .collect();
+        let data = Value::Array(rows).to_string().replace('<', "\\u003c");
+        // A closing tag inside the script would end it.
+        let script = text("view.js")?.replace("</script", "<\\/script");
+        let script = format!(
+            "<script type=\"application/json\" id=\"recording\">{data}</script>\n<script type=\"module\">{script}</script>"
+        );
+        let page = text("")?;
+        let (marks, parts) = (["<!--style-->", "<!--script-->"], [style, script]);
+        let mut html = String::new();
+        let mut rest = page;
+        for (mark, part) in marks.iter().zip(parts) {
+            let (before, after) = rest.split_once(mark).ok_or_else(|| {
+                Error::new(ErrorKind::Failed, "page", format!("the page has no place `{mark}` for the recording"))
+            })?;
+            // The line of the mark names the separate file.
+            let after = after.split_once('\n').map_or("", |(_, after)| after);
+            html.push_str(before);
+            html.push_str(&part);
+            html.push('\n');
+            rest = after;
+        }
+        Ok(html + rest)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::page_files::PageFile;
+
+    #[test]
+    fn a_recording_is_one_page() {
+        let file = |path, bytes: &'static [u8]| PageFile { path, media_type: "text/plain", bytes };
+        let files = Box::leak(Box::new([
+            file("", b"<head>\n<!--style--><link>\n</head><body>\n<!--script--><script src></script>\n</body>"),
+            file("view.css", b"body{}"),
+            file("view.js", b"let a = '</script>';"),
+        ]));
+        let recording = Recording::new(Path::new("a.html"), PageFiles(files));
+        recording.add(&serde_json::json!({"op": "</script>"}), &[1, 2, 3]);
+        let html = recording.html().unwrap();
+        assert!(html.contains("<style>body{}</style>") && html.contains("AQID"), "{html}");
+        assert!(!html.contains("<link>") && !html.contains("<script src>"), "{html}");
+        assert_eq!(html.matches("</script>").count(), 2, "{html}");
+    }
+}

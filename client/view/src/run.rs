@@ -1,0 +1,66 @@
+//! The whole command: daemon, server, signals.
+
+use crate::page_files::PageFiles;
+use crate::recording::Recording;
+use crate::server::{ViewOptions, ViewServer};
+use crate::start::prepare;
+use shatter_proto::{Error, ErrorKind};
+use std::path::PathBuf;
+use std::sync::Arc;
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::Notify;
+
+/// Arguments of `shatter view`.
+pub struct ViewArguments {
+    /// Name of the service.
+    pub service: String,
+    /// Databases and mesh files; none: the objects of the service.
+    pub files: Vec<PathBuf>,
+    /// Port of 127.0.0.1; 0: any free one.
+    pub port: u16,
+    /// File that receives the strikes as a page of its own.
+    pub record: Option<PathBuf>,
+    /// Files of the page.
+    pub page: PageFiles,
+}
+
+/// Serves the page until SIGINT or SIGTERM. Calls `announce` with its address once it can be opened. Returns the recording that was
+/// written.
+///
+/// # Errors
+/// Those of [`prepare`], [`ViewServer::open`], [`Recording::write`] and `announce`.
+pub fn run<E: From<Error>>(
+    arguments: ViewArguments,
+    announce: impl FnOnce(&str) -> Result<(), E>,
+) -> Result<Option<PathBuf>, E> {
+    let (daemon, folder) = prepare(&arguments.service, &arguments.files)?.into_parts();
+    let recording = arguments.record.map(|file| Arc::new(Recording::new(&file, arguments.page)));
+    let options = ViewOptions {
+        port: arguments.port,
+        page: arguments.page,
+        daemon: Arc::new(daemon),
+        recording: recording.clone(),
+    };
+    let failed = |error: std::io::Error| Error::new(ErrorKind::Failed, "runtime", format!("cannot start: {error}"));
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
+    runtime.block_on(async {
+        let server = ViewServer::open(options).await?;
+        let stop = Arc::new(Notify::new());
+        for kind in [SignalKind::interrupt(), SignalKind::terminate()] {
+            let mut signals = signal(kind).map_err(failed)?;
+            let stop = stop.clone();
+            tokio::spawn(async move {
+                signals.recv().await;
+                stop.notify_one();
+            });
+        }
+        announce(&server.address())?;
+        server.serve(&stop).await;
+        Ok::<(), E>(())
+    })?;
+    // Ends the workers, and with them their hold on the daemon, before the folder goes.
+    drop(runtime);
+    let written = recording.filter(|recording| !recording.is_empty()).map(|recording| recording.write()).transpose()?;
+    drop(folder);
+    Ok(written)
+}

@@ -1,0 +1,57 @@
+// Strength of a strike: a multiple of the impulse that just breaks the object at the contact, shown as an impulse, a height or a speed.
+
+import { chosen, element } from "./dom";
+import { digits, length, withUnit } from "./format";
+
+/** Multiples of the breaking impulse at both ends of the slider. */
+const LEAST = 0.2;
+const MOST = 100;
+
+/** Multiple at the beginning: some dozen pieces of most objects. */
+const BEGIN = 6;
+
+/** Standard acceleration of free fall, m/s² (ISO 80000-3). */
+const GRAVITY = 9.80665;
+
+const slider = () => element<HTMLInputElement>("impulse");
+
+/** The multiple of the breaking impulse that the slider says. */
+export function factor(): number {
+  return LEAST * (MOST / LEAST) ** (Number(slider().value) / Number(slider().max));
+}
+
+/** Moves the slider to a multiple. */
+export function setFactor(value: number): void {
+  slider().value = String((Number(slider().max) * Math.log(value / LEAST)) / Math.log(MOST / LEAST));
+}
+
+/** Places the mark of the threshold, and the slider at its beginning. */
+export function begin(): void {
+  const share = Math.log(1 / LEAST) / Math.log(MOST / LEAST);
+  element("threshold").style.left = `calc(8px + ${share} * (100% - 16px))`;
+  setFactor(BEGIN);
+}
+
+/** An impulse as the chosen quantity: of a ball that falls, or flies, and stops at the object. */
+export function quantity(impulseNs: number): string {
+  const massKg = Number(element<HTMLSelectElement>("ball").value);
+  const speed = impulseNs / massKg;
+  switch (chosen("by")) {
+    case "drop":
+      return length((speed * speed) / (2 * GRAVITY));
+    case "speed":
+      return `${digits(speed)} m/s`;
+    default:
+      return withUnit(impulseNs, "N·s");
+  }
+}
+
+/** Shows the strength, beside the threshold at the contact if that is known. */
+export function show(thresholdNs: number | undefined): void {
+  element("ball-row").hidden = chosen("by") === "impulse";
+  const value = factor();
+  const times = `${digits(value, 2)} × what just breaks it`;
+  element("strength").textContent = thresholdNs === undefined ? times : quantity(thresholdNs * value);
+  element("breaks").textContent =
+    thresholdNs === undefined ? "Point at the object to see what breaks it there." : `${times}: ${quantity(thresholdNs)} here`;
+}

@@ -1,0 +1,268 @@
+//! The thread that serves one page: it takes requests in their order and replies to each.
+
+use crate::baking::{self, BakeJob};
+use crate::daemon::ViewDaemon;
+use crate::download;
+use crate::impact_request::{effects, impact, invalid};
+use crate::recording::Recording;
+use crate::result_message::ResultMessage;
+use crate::scene_check;
+use serde_json::{Value, json};
+use shatter_client::{Client, Deadline, FractureResult, Impact, Object, ObjectFacts};
+use shatter_proto::{Error, ErrorKind};
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::mpsc::{Receiver, Sender};
+
+/// Timeout of a reply of the service.
+const REPLY_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// Timeout of the result of a request.
+const RESULT_TIMEOUT: Duration = Duration::from_secs(120);
+
+/// Longest time for a new daemon to load its objects.
+const LOAD_TIMEOUT: Duration = Duration::from_secs(20);
+
+/// A message of the page.
+pub(crate) enum PageMessage {
+    /// A request as JSON.
+    Text(String),
+    /// A file: its length of head (four bytes, little-endian), the head as JSON, the contents.
+    Binary(Vec<u8>),
+}
+
+/// A message to the page.
+pub(crate) enum Reply {
+    /// JSON.
+    Text(String),
+    /// See [`ResultMessage`].
+    Binary(Vec<u8>),
+}
+
+/// Parts that the workers of all pages share.
+#[derive(Clone)]
+pub(crate) struct WorkerSetup {
+    pub daemon: Arc<ViewDaemon>,
+    pub recording: Option<Arc<Recording>>,
+}
+
+/// Message for a page that cannot be served.
+pub(crate) fn too_many_pages(most: usize) -> String {
+    let message = format!("{most} pages are open already; close one of them, then load this page again");
+    failure(0, &Error::new(ErrorKind::Busy, "pages", message)).to_string()
+}
+
+/// Message for a page that sends too many requests.
+pub(crate) fn too_many_requests(most: usize) -> String {
+    let message = format!("{most} requests of this page wait already; this one is refused");
+    failure(0, &Error::new(ErrorKind::Busy, "requests", message)).to_string()
+}
+
+/// Starts the worker of a page. It ends when the page goes away.
+pub(crate) fn start(setup: WorkerSetup, mut requests: Receiver<PageMessage>, replies: Sender<Reply>) {
+    std::thread::spawn(move || {
+        let mut worker = Worker { setup, client: None, replies, bake: None };
+        while let Some(message) = requests.blocking_recv() {
+            if !worker.handle(message) {
+                return;
+            }
+        }
+    });
+}
+
+struct Worker {
+    setup: WorkerSetup,
+    client: Option<Client>,
+    replies: Sender<Reply>,
+    bake: Option<BakeJob>,
+}
+
+/// The document of an error, in reply to request `id`.
+fn failure(id: u64, error: &Error) -> Value {
+    let mut document = error.document();
+    document["id"] = json!(id);
+    document
+}
+
+impl Worker {
+    /// Serves one message. False if the page is gone.
+    fn handle(&mut self, message: PageMessage) -> bool {
+        let (id, outcome) = match message {
+            PageMessage::Binary(bytes) => match file(&bytes) {
+                Ok((head, contents)) => (id(&head), self.upload(&head, contents)),
+                Err(error) => (0, Err(error)),
+            },
+            PageMessage::Text(text) => match serde_json::from_str::<Value>(&text) {
+                Ok(request) => (id(&request), self.serve(&request)),
+                Err(error) => (0, Err(invalid("request", format!("no JSON: {error}")))),
+            },
+        };
+        let reply = outcome.unwrap_or_else(|error| Some(Reply::Text(failure(id, &error).to_string())));
+        reply.is_none_or(|reply| self.replies.blocking_send(reply).is_ok())
+    }
+
+    fn serve(&mut self, request: &Value) -> Result<Option<Reply>, Error> {
+        let id = id(request);
+        let text = |mut value: Value| {
+            value["id"] = json!(id);
+            Ok(Some(Reply::Text(value.to_string())))
+        };
+        match request["op"].as_str() {
+            Some("objects") => {
+                let listed = self.objects()?;
+                text(json!({
+                    "reply": "objects",
+                    "service": self.setup.daemon.service(),
+                    "records": self.setup.recording.is_some(),
+                    "objects": listed.iter().map(facts).collect::<Vec<_>>(),
+                }))
+            }
+            Some("strike") => self.strike(id, request),
+            Some("intact") => self.intact(id, request),
+            Some("threshold") => {
+                let result = self.result(request, &impact(&request["impact"])?.threshold_only())?;
+                let summary = result.summary();
+                text(json!({
+                    "reply": "threshold",
+                    "factor": summary.threshold_impulse_factor,
+                    "radius_m": summary.radius_m,
+                    "round_trip_ns": u64::try_from(result.round_trip().as_nanos()).unwrap_or(u64::MAX),
+                }))
+            }
+            Some("download") => {
+                let format = download::Format::by_name(request["format"].as_str().unwrap_or_default())?;
+                let result = self.result(request, &impact(&request["impact"])?)?;
+                let (name, bytes) = download::file(&result, format)?;
+                let head = json!({ "id": id, "reply": "file", "name": name });
+                Ok(Some(Reply::Binary(ResultMessage::new(head, &[("file", &bytes)]).into_bytes())))
+            }
+            Some("check_scene") => text(scene_check::check(request["scene"].as_str().unwrap_or_default())?),
+            Some("cancel_bake") => {
+                self.bake = None;
+                text(json!({ "reply": "canceled" }))
+            }
+            Some("save_recording") => {
+                let recording = self.setup.recording.as_ref();
+                let saved = recording.map(|recording| recording.write()).transpose()?;
+                text(json!({ "reply": "saved", "file": saved.map(|file| file.display().to_string()) }))
+            }
+            _ => Err(invalid("op", "unknown; load the page again")),
+        }
+    }
+
+    /// The object in one piece, as the service would send its fragments.
+    fn intact(&mut self, id: u64, request: &Value) -> Result<Option<Reply>, Error> {
+        let name = name(request)?;
+        let enabled = effects(request, "enable")?;
+        let result = self.with_client(|client| {
+            let object = ready(client, name)?;
+            let impact = object.even(1, Deadline::after(RESULT_TIMEOUT))?;
+            let impact = enabled.iter().fold(impact, |impact, effect| impact.enable(*effect));
+            object.strike(&impact)?.wait(Deadline::after(RESULT_TIMEOUT))
+        })?;
+        Ok(Some(self.message(id, request, &result)))
+    }
+
+    fn strike(&mut self, id: u64, request: &Value) -> Result<Option<Reply>, Error> {
+        let result = self.result(request, &impact(&request["impact"])?)?;
+        Ok(Some(self.message(id, request, &result)))
+    }
+
+    /// The message of a result, which is also recorded.
+    fn message(&self, id: u64, request: &Value, result: &FractureResult) -> Reply {
+        let message = ResultMessage::of_result(id, result).into_bytes();
+        if let Some(recording) = &self.setup.recording {
+            recording.add(request, &message);
+        }
+        Reply::Binary(message)
+    }
+
+    /// Begins the bake of a mesh file of the page.
+    fn upload(&mut self, head: &Value, contents: &[u8]) -> Result<Option<Reply>, Error> {
+        let folder = self.setup.daemon.databases();
+        self.bake = Some(baking::start(id(head), head, contents, folder, self.replies.clone())?);
+        Ok(None)
+    }
+
+    fn objects(&mut self) -> Result<Vec<ObjectFacts>, Error> {
+        self.with_client(|client| client.objects(Deadline::after(REPLY_TIMEOUT)))
+    }
+
+    fn result(&mut self, request: &Value, impact: &Impact) -> Result<FractureResult, Error> {
+        let name = name(request)?;
+        self.with_client(|client| {
+            let object = ready(client, name)?;
+            object.strike(impact)?.wait(Deadline::after(RESULT_TIMEOUT))
+        })
+    }
+
+    /// Calls `call` with a connection. If the daemon is ours and ended, starts it again and repeats the call.
+    fn with_client<T>(&mut self, call: impl Fn(&Client) -> Result<T, Error>) -> Result<T, Error> {
+        match self.client().and_then(|client| call(&client)) {
+            Err(error) if matches!(error.kind, ErrorKind::NoDaemon | ErrorKind::Lost) => {
+                self.client = None;
+                if self.setup.daemon.revive()? { self.client().and_then(|client| call(&client)) } else { Err(error) }
+            }
+            outcome => outcome,
+        }
+    }
+
+    fn client(&mut self) -> Result<Client, Error> {
+        if let Some(client) = &self.client {
+            return Ok(client.clone());
+        }
+        let client = Client::connect(self.setup.daemon.service(), Deadline::after(REPLY_TIMEOUT))?;
+        Ok(self.client.insert(client).clone())
+    }
+}
+
+/// The object `name`; waits while it is being loaded.
+fn ready(client: &Client, name: &str) -> Result<Object, Error> {
+    let deadline = Deadline::after(LOAD_TIMEOUT);
+    loop {
+        match client.object(name, Deadline::after(REPLY_TIMEOUT)) {
+            Err(error) if error.kind == ErrorKind::Loading && !deadline.passed() => {
+                std::thread::sleep(Duration::from_millis(20));
+            }
+            outcome => return outcome,
+        }
+    }
+}
+
+/// The object of a request.
+fn name(request: &Value) -> Result<&str, Error> {
+    request["object"].as_str().ok_or_else(|| invalid("object", "must be a name"))
+}
+
+fn id(request: &Value) -> u64 {
+    request["id"].as_u64().unwrap_or(0)
+}
+
+/// Head and contents of a file of the page.
+fn file(bytes: &[u8]) -> Result<(Value, &[u8]), Error> {
+    let malformed = || invalid("file", "the message has no head");
+    let (length, rest) = bytes.split_first_chunk::<4>().ok_or_else(malformed)?;
+    let (head, contents) = rest.split_at_checked(u32::from_le_bytes(*length) as usize).ok_or_else(malformed)?;
+    Ok((serde_json::from_slice(head).map_err(|_| malformed())?, contents))
+}
+
+fn facts(facts: &ObjectFacts) -> Value {
+    json!({
+        "name": facts.name,
+        "state": facts.state.name(),
+        "error": facts.error.as_ref().map(|error| error.message.clone()),
+        "material": facts.material,
+        "bodies": facts.bodies,
+        "young_pa": facts.young_pa,
+        "poisson": facts.poisson,
+        "density_kg_m3": facts.density_kg_m3,
+        "volume_m3": facts.volume_m3,
+        "diagonal_m": facts.diagonal_m,
+        "bounds_m": facts.bounds_m,
+        "radius_m": facts.radius_m,
+        "duration_s": facts.duration_s,
+        "gamma_j_m2": facts.gamma_j_m2,
+        "crack_nodes": facts.crack_nodes,
+        "generation": facts.generation,
+    })
+}
