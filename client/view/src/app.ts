@@ -50,7 +50,8 @@ export class App {
   private uniforms: PieceUniforms | undefined;
   private roughness = 1;
   private center: Vector = [0, 0, 0];
-  private effects = EFFECTS;
+  /** Effects of all requests: those that the page needs and the service allows. */
+  effects = EFFECTS;
   private readonly handles = new WeakMap<Strike, string>();
   private readonly hulls = new WeakMap<Strike, ResultMessage>();
   private live: { isBusy: boolean; wants: boolean } = { isBusy: false, wants: false };
@@ -67,6 +68,28 @@ export class App {
       else panel.message(undefined);
     });
   }
+
+  /** Shows a mesh that is not an object of the service yet; `map` is its texture. */
+  preview(shown: THREE.Object3D, map: THREE.Texture | undefined): void {
+    const old = this.history.pieces();
+    this.history.clear();
+    this.dispose(old);
+    this.object = undefined;
+    this.previewMap = map;
+    this.stage.group.clear();
+    this.stage.group.add(shown);
+    this.stage.framePart(shown);
+    this.point(undefined);
+    this.onState();
+  }
+
+  /** Keeps the texture of the previewed mesh for the object that was baked from it. */
+  keepMap(object: string): void {
+    if (this.previewMap) this.maps.set(object, this.previewMap);
+  }
+
+  private previewMap: THREE.Texture | undefined;
+  private readonly maps = new Map<string, THREE.Texture>();
 
   /** Shows an object of the service, whole. */
   async show(object: ObjectFacts): Promise<void> {
@@ -88,6 +111,9 @@ export class App {
     this.center = center.toArray();
     const look = uniformsOf(object.material, low.y - center.y, Math.max(high.y - low.y, 1e-9), low.distanceTo(high));
     [this.uniforms, this.roughness] = [look.uniforms, look.roughness];
+    const map = this.maps.get(object.name);
+    [look.uniforms.uMap.value, look.uniforms.uHasMap.value] = [map ?? null, map ? 1 : 0];
+    this.stage.marks.clear();
     this.setExplode(0);
     this.stage.frame(low.sub(center), high.sub(center));
     this.history.push({ layers: [this.layer(result, undefined)], last: undefined });
@@ -200,6 +226,39 @@ export class App {
     if (isFirst && this.explode() === 0) this.moveApart(EXPLODE_FIRST);
     if (!isLive) panel.hint(isFirst ? "Click a piece to break it again" : undefined);
     this.refresh();
+  }
+
+  /** Adds a strike of a recording as a state. */
+  showRecorded(strike: Strike, result: ResultMessage): void {
+    let base = this.history.now;
+    const { parent } = strike;
+    const whole = (state: State) => state.layers.length === 1 && !state.layers[0]!.strike;
+    // A strike on the object itself begins again from the whole object.
+    if (!parent) while (base && !whole(base) && this.history.move(-1)) base = this.history.now;
+    const layer = base?.layers.find((own) => own.strike === parent?.strike);
+    if (!base || !layer || result.isWhole) return;
+    const replaced = new Set(layer.replaced).add(parent?.fragment ?? 0);
+    const rest = parent ? base.layers.map((own) => (own === layer ? { ...layer, replaced } : own)) : [];
+    const state = { layers: [...rest, this.layer(result, strike)], last: { strike, result, pictureMs: 0 } };
+    this.history.append(state);
+    if (this.explode() === 0) this.setExplode(EXPLODE_FIRST);
+  }
+
+  /** A picture of another result of the last strike, in place of its pieces. */
+  pictureOf(result: ResultMessage, strike: Strike, width: number, height: number): string {
+    const state = this.history.now;
+    if (!state) return "";
+    const rest = state.layers.filter((layer) => layer.strike !== state.last?.strike);
+    const intact = this.history.intact;
+    const own = this.layer(result.isWhole && intact ? intact : result, strike);
+    this.stage.group.clear();
+    for (const layer of rest) this.stage.group.add(layer.pieces.mesh);
+    this.stage.group.add(own.pieces.mesh);
+    own.pieces.paint(painter(valuesOf(own.pieces.result, panel.colorMode()), [0, 0]));
+    const picture = this.stage.picture(width, height);
+    own.pieces.dispose();
+    this.refresh();
+    return picture;
   }
 
   /** The impulse that just breaks what `aim` points at, N·s. */

@@ -34,13 +34,19 @@ struct OwnDaemon {
 }
 
 impl ViewDaemon {
+    /// The daemon of another process that serves `service`, whether or not it runs yet.
+    #[must_use]
+    pub fn of_service(service: &str) -> Self {
+        Self { service: service.to_owned(), own: None }
+    }
+
     /// The daemon that serves `service` already.
     ///
     /// # Errors
     /// Those of [`Client::connect`]; `no_daemon` if none runs.
     pub fn running(service: &str) -> Result<Self, Error> {
         Client::connect(service, Deadline::after(REPLY_TIMEOUT))?;
-        Ok(Self { service: service.to_owned(), own: None })
+        Ok(Self::of_service(service))
     }
 
     /// Starts a daemon for the databases of a folder, and waits until it serves. Dropping the value ends it.

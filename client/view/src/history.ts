@@ -47,6 +47,17 @@ export class History {
     return this.states.length;
   }
 
+  /** The result of the whole object. */
+  get intact(): ResultMessage | undefined {
+    return this.states[0]?.layers[0]?.pieces.result;
+  }
+
+  /** Adds a state at the end, and moves to it. */
+  append(state: State): void {
+    this.states.push(state);
+    this.at = this.states.length - 1;
+  }
+
   /** Adds a state after the present one; later ones are forgotten. */
   push(state: State): void {
     this.states.splice(this.at + 1);

@@ -4,9 +4,13 @@ import { App, type Aim, type ObjectFacts } from "./app";
 import { Connection } from "./connection";
 import { choose, chosen, element, onClick, onInput, save } from "./dom";
 import { length } from "./format";
+import { ArtDirection } from "./art";
+import { bindCompare } from "./compare";
 import { bindKeys } from "./keys";
+import { bindOwnMesh } from "./own_mesh";
 import * as panel from "./panel";
-import type { ResultMessage, Vector } from "./result";
+import { recordingOf, replay } from "./replay";
+import type { Vector } from "./result";
 import * as strength from "./strength";
 import { codeOf, impactOf, type Language, type Settings } from "./strike";
 
@@ -19,6 +23,7 @@ const REST_MS = 140;
 const canvas = element<HTMLCanvasElement>("canvas");
 const connection = new Connection();
 const app = new App(canvas, connection);
+const art = new ArtDirection(app);
 let objects: ObjectFacts[] = [];
 
 /** Settings of the panel. */
@@ -83,6 +88,11 @@ function bindPointer(): void {
 async function strikeAt(x: number, y: number): Promise<void> {
   const aim = app.pick(x, y);
   if (!aim) return;
+  const tool = art.tool();
+  if (tool !== "strike") {
+    art.place(aim, tool);
+    return;
+  }
   showTooltip(undefined);
   await app.strikeAt(aim, settings());
   showStrength();
@@ -157,7 +167,7 @@ async function download(format: string): Promise<void> {
 async function copy(button: HTMLButtonElement): Promise<void> {
   const last = app.history.now?.last;
   if (!last) return;
-  const code = codeOf(last.strike, button.dataset["language"] as Language);
+  const code = codeOf(last.strike, button.dataset["language"] as Language, app.effects);
   const name = button.textContent;
   try {
     await navigator.clipboard.writeText(code);
@@ -184,11 +194,14 @@ export async function loadObjects(wanted?: string): Promise<void> {
     return loadObjects(wanted);
   }
   select.value = first.name;
+  art.clear();
   await app.show(first);
   showStrength();
 }
 
 function start(): void {
+  // For tests and scripts.
+  Object.assign(globalThis, { shatterView: { app, connection, settings, art, impactOf, codeOf, objects: () => objects } });
   strength.begin();
   bindPointer();
   bindStrike();
@@ -211,16 +224,18 @@ function start(): void {
     },
   });
   onInput("object", () => void app.guarded(() => loadObjects(element<HTMLSelectElement>("object").value)));
+  bindOwnMesh(app, loadObjects);
+  bindCompare(app);
+  const recording = recordingOf(document);
+  if (recording) {
+    void app.guarded(() => replay(app, recording));
+    return;
+  }
   connection.onState = (isOpen) => {
     if (!isOpen) panel.message("shatter view does not run any more. Start it again, and open the address that it prints.");
     else panel.message(undefined);
   };
   void app.guarded(() => loadObjects());
-  // For tests and scripts.
-  Object.assign(globalThis, { shatterView: { app, connection, settings, objects: () => objects } });
 }
-
-/** Type of what the page shows to tests. */
-export type TestHandle = { app: App; connection: Connection; result?: ResultMessage };
 
 start();

@@ -44,6 +44,9 @@ export interface PieceUniforms {
   uDipHeight: { value: number };
   uSpeckle: { value: number };
   uVein: { value: number };
+  /** Texture of base colors of the input, and whether there is one. */
+  uMap: { value: THREE.Texture | null };
+  uHasMap: { value: number };
   /** Height of the lowest point and of the object, m, and the length of its diagonal. */
   uBounds: { value: THREE.Vector3 };
 }
@@ -61,6 +64,8 @@ export function uniformsOf(material: string, low: number, height: number, diagon
     uDipHeight: { value: look.dipHeight },
     uSpeckle: { value: look.speckle },
     uVein: { value: look.vein },
+    uMap: { value: null },
+    uHasMap: { value: 0 },
     uBounds: { value: new THREE.Vector3(low, height, diagonal) },
   };
   return { uniforms, roughness: look.roughness };
@@ -69,6 +74,8 @@ export function uniformsOf(material: string, low: number, height: number, diagon
 const VERTEX_HEAD = /* glsl */ `
 attribute float piece;
 attribute float crack;
+attribute vec2 skinUv;
+varying vec2 vSkinUv;
 uniform sampler2D uPlaces;
 uniform sampler2D uColors;
 uniform float uExplode;
@@ -85,6 +92,7 @@ const VERTEX_PLACE = /* glsl */ `
 vec4 place = placeOf(uPlaces);
 vPiece = placeOf(uColors);
 vCrack = crack;
+vSkinUv = skinUv;
 vPlace = position + place.xyz;
 vec3 transformed = place.w > 0.5 ? position + place.xyz * (1.0 + uExplode) : vec3(0.0);
 `;
@@ -98,6 +106,9 @@ uniform vec3 uCrack;
 uniform float uDipHeight;
 uniform float uSpeckle;
 uniform float uVein;
+uniform sampler2D uMap;
+uniform float uHasMap;
+varying vec2 vSkinUv;
 uniform vec3 uBounds;
 varying float vCrack;
 varying vec3 vPlace;
@@ -118,6 +129,8 @@ float noise3(vec3 p) {
 vec3 surfaceColor() {
   vec3 p = vPlace / uBounds.z;
   if (vCrack > 0.5) return uCrack * (0.88 + 0.24 * noise3(p * 90.0));
+  // The v axis of glTF points down, that of sections up.
+  if (uHasMap > 0.5) return texture2D(uMap, vec2(vSkinUv.x, 1.0 - vSkinUv.y)).rgb;
   float grain = noise3(p * 160.0);
   float height = (vPlace.y - uBounds.x) / uBounds.y;
   float edge = uDipHeight + 0.035 * (noise3(p * 9.0) - 0.5) + 0.012 * (noise3(p * 31.0) - 0.5);

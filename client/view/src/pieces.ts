@@ -91,10 +91,14 @@ export class Pieces {
       return;
     }
     const normals = new Float32Array(cracks);
+    const uvs = new Float32Array(outer.length > 0 ? 2 * vertexCount : 0);
     for (let vertex = 0; outer.length > 0 && vertex < vertexCount; vertex++) {
       const [x, y, z] = [outer[5 * vertex]!, outer[5 * vertex + 1]!, outer[5 * vertex + 2]!];
       if (x !== 0 || y !== 0 || z !== 0) normals.set([x, y, z], 3 * vertex);
+      uvs[2 * vertex] = outer[5 * vertex + 3]!;
+      uvs[2 * vertex + 1] = outer[5 * vertex + 4]!;
     }
+    if (uvs.length > 0) this.geometry.setAttribute("skinUv", new THREE.BufferAttribute(uvs, 2));
     this.geometry.setAttribute("normal", new THREE.BufferAttribute(normals, 3));
   }
 

@@ -32,6 +32,7 @@ export interface ResultHead {
   output_hash: string;
   sections: { name: string; offset: number; bytes: number }[];
   name?: string;
+  material?: string;
 }
 
 /** Three numbers. */

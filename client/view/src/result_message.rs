@@ -16,9 +16,9 @@ const ALIGNMENT: usize = 8;
 pub struct ResultMessage(Vec<u8>);
 
 impl ResultMessage {
-    /// The message of a result, in reply to request `id`.
+    /// The message of a result of an object of `material`, in reply to request `id`.
     #[must_use]
-    pub fn of_result(id: u64, result: &FractureResult) -> Self {
+    pub fn of_result(id: u64, result: &FractureResult, material: &str) -> Self {
         let view = result.raw_view();
         let sections: Vec<(&str, &[u8])> = SectionKind::ALL
             .into_iter()
@@ -28,6 +28,7 @@ impl ResultMessage {
         let mut head = facts(result);
         head["id"] = json!(id);
         head["reply"] = json!("result");
+        head["material"] = json!(material);
         Self::new(head, &sections)
     }
 

@@ -27,6 +27,8 @@ export class Stage {
   private readonly ground: THREE.Mesh;
   private readonly ring: THREE.Mesh;
   private readonly dot: THREE.Mesh;
+  /** By how much a previewed mesh is moved, in its unit. */
+  readonly previewOffset = new THREE.Vector3();
   private diagonal = 1;
   private scale = 1;
   private pending = false;
@@ -118,6 +120,30 @@ export class Stage {
     box.updateProjectionMatrix();
     this.key.shadow.normalBias = 0.002 * diagonal;
     this.changed();
+  }
+
+  /** Length of the diagonal of what is shown, m. */
+  size(): number {
+    return this.diagonal;
+  }
+
+  /** Frames a part that is not an object of the service: moves it to the center. */
+  framePart(part: THREE.Object3D): void {
+    const box = new THREE.Box3().setFromObject(part);
+    const center = box.getCenter(new THREE.Vector3());
+    this.previewOffset.copy(center).negate();
+    part.position.add(this.previewOffset);
+    this.frame(box.min.sub(center), box.max.sub(center));
+  }
+
+  /** Looks at a place from outside. */
+  lookFrom(place: THREE.Vector3): void {
+    const distance = this.camera.position.distanceTo(this.controls.target);
+    const direction = place.lengthSq() > 0 ? place.clone().normalize() : new THREE.Vector3(0, 0, 1);
+    direction.y += 0.25;
+    this.camera.position.copy(direction.normalize().multiplyScalar(distance));
+    this.controls.update();
+    this.moved();
   }
 
   /** Turns the camera about the object, by angles in radians, and moves it closer by a factor. */

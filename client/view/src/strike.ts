@@ -50,18 +50,18 @@ export function chain(strike: Strike): Strike[] {
 /** Languages of [`codeOf`]. */
 export type Language = "shell" | "rust" | "python" | "c";
 
-/** A program that repeats a strike exactly. */
-export function codeOf(strike: Strike, language: Language): string {
+/** A program that repeats a strike exactly, with the same effects: `attributes` divides vertices at seams of the input. */
+export function codeOf(strike: Strike, language: Language, effects: string[] = EFFECTS): string {
   const strikes = chain(strike);
   switch (language) {
     case "shell":
-      return shell(strikes);
+      return shell(strikes, effects);
     case "rust":
-      return rust(strikes);
+      return rust(strikes, effects);
     case "python":
-      return python(strikes);
+      return python(strikes, effects);
     case "c":
-      return c(strikes);
+      return c(strikes, effects);
   }
 }
 
@@ -80,7 +80,7 @@ function impulse(strike: Strike): Vector {
   return strike.ray.direction.map((x) => (strike.impulseNs * x) / length) as Vector;
 }
 
-function shell(strikes: Strike[]): string {
+function shell(strikes: Strike[], effects: string[]): string {
   const quoted = (name: string) => (/^[\w-]+$/.test(name) ? name : `'${name.replaceAll("'", "'\\''")}'`);
   return strikes
     .map((strike, at) => {
@@ -91,6 +91,7 @@ function shell(strikes: Strike[]): string {
         ...(settings.quality ? [`--quality ${settings.quality}`] : []),
         ...(settings.lift ? [`--lift ${settings.lift}`] : []),
         `--seed ${settings.seed}`,
+        ...(effects.length > 0 ? [`--enable ${effects.join(",")}`] : []),
         ...(strike.parent ? [`--from "$handle/${strike.parent.fragment}"`] : []),
         ...(at + 1 < strikes.length ? ["--keep"] : ["--out broken.glb"]),
         "--json",
@@ -102,7 +103,7 @@ function shell(strikes: Strike[]): string {
     .join("\n");
 }
 
-function rust(strikes: Strike[]): string {
+function rust(strikes: Strike[], effects: string[]): string {
   const name = JSON.stringify(strikes[0]!.object);
   const body = strikes.map((strike, at) => {
     const { settings } = strike;
@@ -110,16 +111,17 @@ function rust(strikes: Strike[]): string {
     const lift = settings.lift ? `.lift(Lift::${settings.lift.split("_").map(capital).join("")})` : "";
     const from = strike.parent ? `.from(handle, ${strike.parent.fragment})` : "";
     const keep = at + 1 < strikes.length ? ".keep()" : "";
+    const enabled = effects.map((effect) => `.enable(Effect::${capital(effect)})`).join("");
     return [
       `let contact = Contact::new([${reals(strike.ray.originM)}])`,
       `    .ray([${reals(strike.ray.direction)}])`,
       `    .impulse_along_ray(${real(strike.impulseNs)});`,
-      `let impact = Impact::new([contact]).seed(${settings.seed})${quality}${lift}${from}${keep};`,
+      `let impact = Impact::new([contact]).seed(${settings.seed})${quality}${lift}${enabled}${from}${keep};`,
       "let result = object.strike(&impact)?.wait(Deadline::ms(10_000))?;",
       ...(keep ? ['let handle = result.handle().expect("the service keeps results");'] : []),
     ].join("\n");
   });
-  return `use shatter_client::{Client, Contact, Deadline, Impact, Lift, Quality};
+  return `use shatter_client::{Client, Contact, Deadline, Effect, Impact, Lift, Quality};
 
 let service = Client::connect("default", Deadline::ms(1000))?;
 let object = service.object(${name}, Deadline::ms(1000))?;
@@ -131,11 +133,12 @@ function capital(name: string): string {
   return name.charAt(0).toUpperCase() + name.slice(1);
 }
 
-function python(strikes: Strike[]): string {
+function python(strikes: Strike[], effects: string[]): string {
   const body = strikes.map((strike, at) => {
     const { settings } = strike;
     const options = [
       `seed=${settings.seed}`,
+      ...(effects.length > 0 ? [`enable=${JSON.stringify(effects)}`] : []),
       ...(settings.quality ? [`quality="${settings.quality}"`] : []),
       ...(settings.lift ? [`lift="${settings.lift}"`] : []),
       ...(strike.parent ? [`origin=(result.handle, ${strike.parent.fragment})`] : []),
@@ -153,16 +156,18 @@ ${body.join("\n")}
 result.write_glb("broken.glb")`;
 }
 
-function c(strikes: Strike[]): string {
+function c(strikes: Strike[], effects: string[]): string {
   const quality = (name: string) => (name ? `.quality = SHATTER_QUALITY_${name.toUpperCase()}, ` : "");
   const lift = (name: string) => (name ? `.lift = SHATTER_LIFT_${name.toUpperCase()}, ` : "");
+  const names = effects.map((effect) => `SHATTER_EFFECT_${effect.toUpperCase()}`);
+  const enabled = names.length > 0 ? `.enable = ${names.join(" | ")}, ` : "";
   const body = strikes.map((strike, at) => {
     const { settings } = strike;
     const from = strike.parent ? `.from_handle = summary.handle, .from_fragment = ${strike.parent.fragment}, ` : "";
     const keep = at + 1 < strikes.length;
     return [
       `contact = (ShatterContact){{${reals(strike.ray.originM)}}, {${reals(impulse(strike))}}, 0.0, 0.0, {${reals(strike.ray.direction)}}};`,
-      `impact = (ShatterImpact){.contacts = &contact, .contact_count = 1, ${quality(settings.quality)}${lift(settings.lift)}${from}${keep ? ".keep = true, " : ""}.seed = ${settings.seed}};`,
+      `impact = (ShatterImpact){.contacts = &contact, .contact_count = 1, ${quality(settings.quality)}${lift(settings.lift)}${from}${keep ? ".keep = true, " : ""}${enabled}.seed = ${settings.seed}};`,
       "if (shatter_object_strike(object, &impact, &ticket, NULL)) return 3;",
       "if (shatter_ticket_wait(ticket, 10000, &result, NULL)) return 5;",
       ...(keep ? ["if (shatter_result_summary(result, &summary, NULL)) return 3;"] : []),

@@ -136,7 +136,10 @@ impl Worker {
                 let head = json!({ "id": id, "reply": "file", "name": name });
                 Ok(Some(Reply::Binary(ResultMessage::new(head, &[("file", &bytes)]).into_bytes())))
             }
-            Some("check_scene") => text(scene_check::check(request["scene"].as_str().unwrap_or_default())?),
+            Some("check_scene") => {
+                let scene = request["scene"].as_str().ok_or_else(|| invalid("scene", "must be a text"))?;
+                text(scene_check::check(scene, request["paint"].as_str(), self.setup.daemon.databases())?)
+            }
             Some("cancel_bake") => {
                 self.bake = None;
                 text(json!({ "reply": "canceled" }))
@@ -154,23 +157,24 @@ impl Worker {
     fn intact(&mut self, id: u64, request: &Value) -> Result<Option<Reply>, Error> {
         let name = name(request)?;
         let enabled = effects(request, "enable")?;
-        let result = self.with_client(|client| {
+        let (result, material) = self.with_client(|client| {
             let object = ready(client, name)?;
             let impact = object.even(1, Deadline::after(RESULT_TIMEOUT))?;
             let impact = enabled.iter().fold(impact, |impact, effect| impact.enable(*effect));
-            object.strike(&impact)?.wait(Deadline::after(RESULT_TIMEOUT))
+            let result = object.strike(&impact)?.wait(Deadline::after(RESULT_TIMEOUT))?;
+            Ok((result, object.facts().material.clone()))
         })?;
-        Ok(Some(self.message(id, request, &result)))
+        Ok(Some(self.message(id, request, &result, &material)))
     }
 
     fn strike(&mut self, id: u64, request: &Value) -> Result<Option<Reply>, Error> {
-        let result = self.result(request, &impact(&request["impact"])?)?;
-        Ok(Some(self.message(id, request, &result)))
+        let (result, material) = self.struck(request, &impact(&request["impact"])?)?;
+        Ok(Some(self.message(id, request, &result, &material)))
     }
 
     /// The message of a result, which is also recorded.
-    fn message(&self, id: u64, request: &Value, result: &FractureResult) -> Reply {
-        let message = ResultMessage::of_result(id, result).into_bytes();
+    fn message(&self, id: u64, request: &Value, result: &FractureResult, material: &str) -> Reply {
+        let message = ResultMessage::of_result(id, result, material).into_bytes();
         if let Some(recording) = &self.setup.recording {
             recording.add(request, &message);
         }
@@ -189,10 +193,16 @@ impl Worker {
     }
 
     fn result(&mut self, request: &Value, impact: &Impact) -> Result<FractureResult, Error> {
+        self.struck(request, impact).map(|(result, _)| result)
+    }
+
+    /// The result of an impact, and the object's material.
+    fn struck(&mut self, request: &Value, impact: &Impact) -> Result<(FractureResult, String), Error> {
         let name = name(request)?;
         self.with_client(|client| {
             let object = ready(client, name)?;
-            object.strike(impact)?.wait(Deadline::after(RESULT_TIMEOUT))
+            let result = object.strike(impact)?.wait(Deadline::after(RESULT_TIMEOUT))?;
+            Ok((result, object.facts().material.clone()))
         })
     }
 

@@ -1,0 +1,66 @@
+// Presets and lifts side by side: the last strike with each of them, with error and time.
+
+import type { App } from "./app";
+import { element, onClick, textElement } from "./dom";
+import { counted, percent, time } from "./format";
+import type { ResultMessage } from "./result";
+import type { Settings, Strike } from "./strike";
+
+/** Size of a picture, pixels. */
+const PICTURE = { width: 260, height: 220 };
+
+/** What is compared. */
+const VARIANTS: { name: string; change: Partial<Settings> }[] = [
+  { name: "draft", change: { quality: "draft" } },
+  { name: "game", change: { quality: "game" } },
+  { name: "film", change: { quality: "film" } },
+  { name: "reference", change: { quality: "reference" } },
+  { name: "interior lift", change: { lift: "interior" } },
+  { name: "euclidean lift", change: { lift: "euclidean" } },
+  { name: "surface diffusion", change: { lift: "surface_diffusion" } },
+];
+
+/** Binds the comparison. */
+export function bindCompare(app: App): void {
+  onClick("run-compare", () => void compare(app));
+}
+
+async function compare(app: App): Promise<void> {
+  const last = app.history.now?.last;
+  const into = element("compared");
+  if (!last) {
+    into.replaceChildren(textElement("span", "Strike the object first."));
+    return;
+  }
+  into.replaceChildren();
+  const button = element<HTMLButtonElement>("run-compare");
+  button.disabled = true;
+  for (const { name, change } of VARIANTS) {
+    const strike: Strike = { ...last.strike, settings: { ...last.strike.settings, ...change } };
+    const figure = document.createElement("figure");
+    figure.append(textElement("b", name));
+    into.append(figure);
+    try {
+      const result = await app.request(strike, (effects) => effects);
+      describe(figure, result);
+      const picture = document.createElement("img");
+      [picture.width, picture.height] = [PICTURE.width, PICTURE.height];
+      picture.alt = `${name}: ${counted(result.fragments.length, "piece")}`;
+      picture.src = app.pictureOf(result, strike, PICTURE.width, PICTURE.height);
+      figure.prepend(picture);
+    } catch (error) {
+      figure.append(textElement("span", error instanceof Error ? error.message : String(error)));
+    }
+  }
+  button.disabled = false;
+}
+
+function describe(figure: HTMLElement, result: ResultMessage): void {
+  const { head } = result;
+  const energy = head.energy_error === null ? "" : `energy ≤ ${percent(head.energy_error)}`;
+  const gap = head.cvd_gap === null ? "" : `cells ${percent(head.cvd_gap)}`;
+  figure.append(
+    textElement("span", result.isWhole ? "stays whole" : `${counted(result.fragments.length, "piece")} in ${time(head.time_ns)}`),
+    textElement("span", [energy, gap].filter(Boolean).join(", ")),
+  );
+}

@@ -1,0 +1,88 @@
+// A mesh file of the user: read in the page for the preview, then baked by the service.
+
+import * as THREE from "three";
+import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
+import { OBJLoader } from "three/examples/jsm/loaders/OBJLoader.js";
+import { PLYLoader } from "three/examples/jsm/loaders/PLYLoader.js";
+import { STLLoader } from "three/examples/jsm/loaders/STLLoader.js";
+import type { TriangleMesh } from "./defects";
+
+/** A mesh file as it is shown. */
+export interface Preview {
+  shown: THREE.Object3D;
+  mesh: TriangleMesh;
+  /** The texture of base colors, if the whole mesh has one. */
+  map: THREE.Texture | undefined;
+}
+
+/** Reads a mesh file; `undefined` for formats that only the service reads. */
+export async function readMesh(name: string, contents: ArrayBuffer): Promise<Preview | undefined> {
+  const ending = name.split(".").pop()?.toLowerCase();
+  const shown = await parse(ending, contents);
+  if (!shown) return undefined;
+  shown.updateMatrixWorld(true);
+  const mesh = triangles(shown);
+  if (mesh.indices.length === 0) throw new Error(`${name} has no triangles`);
+  return { shown, mesh, map: onlyMap(shown) };
+}
+
+async function parse(ending: string | undefined, contents: ArrayBuffer): Promise<THREE.Object3D | undefined> {
+  const clay = () => new THREE.MeshStandardMaterial({ color: "#d9d4ca", roughness: 0.8, side: THREE.DoubleSide });
+  const plain = (geometry: THREE.BufferGeometry) => {
+    if (!geometry.getAttribute("normal")) geometry.computeVertexNormals();
+    const material = clay();
+    material.vertexColors = geometry.hasAttribute("color");
+    return new THREE.Mesh(geometry, material);
+  };
+  switch (ending) {
+    case "stl":
+      return plain(new STLLoader().parse(contents));
+    case "ply":
+      return plain(new PLYLoader().parse(contents));
+    case "obj": {
+      const group = new OBJLoader().parse(new TextDecoder().decode(contents));
+      group.traverse((part) => {
+        if (part instanceof THREE.Mesh) part.material = clay();
+      });
+      return group;
+    }
+    case "glb":
+    case "gltf":
+      return (await new GLTFLoader().parseAsync(contents, "")).scene;
+    default:
+      return undefined;
+  }
+}
+
+function meshes(shown: THREE.Object3D): THREE.Mesh[] {
+  const found: THREE.Mesh[] = [];
+  shown.traverse((part) => {
+    if (part instanceof THREE.Mesh) found.push(part);
+  });
+  return found;
+}
+
+/** All triangles, in the axes of the file. */
+function triangles(shown: THREE.Object3D): TriangleMesh {
+  const [positions, indices]: [number[], number[]] = [[], []];
+  const point = new THREE.Vector3();
+  for (const part of meshes(shown)) {
+    const geometry = part.geometry as THREE.BufferGeometry;
+    const given = geometry.getAttribute("position");
+    const first = positions.length / 3;
+    for (let at = 0; at < given.count; at++) {
+      point.fromBufferAttribute(given, at).applyMatrix4(part.matrixWorld);
+      positions.push(point.x, point.y, point.z);
+    }
+    const order = geometry.getIndex();
+    for (let at = 0; at < (order?.count ?? given.count); at++) indices.push(first + (order ? order.getX(at) : at));
+  }
+  return { positions: new Float32Array(positions), indices: new Uint32Array(indices) };
+}
+
+function onlyMap(shown: THREE.Object3D): THREE.Texture | undefined {
+  const maps = new Set<THREE.Texture | null | undefined>();
+  for (const part of meshes(shown)) maps.add((part.material as THREE.MeshStandardMaterial).map);
+  const [first] = maps;
+  return maps.size === 1 ? (first ?? undefined) : undefined;
+}
