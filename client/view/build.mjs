@@ -4,7 +4,7 @@ import { copyFile, mkdir, readFile, writeFile } from "node:fs/promises";
 
 await mkdir("dist", { recursive: true });
 await build({
-  entryPoints: ["src/main.ts"],
+  entryPoints: ["page/main.ts"],
   bundle: true,
   minify: true,
   format: "esm",
@@ -13,7 +13,7 @@ await build({
   legalComments: "none",
   banner: { js: "/* Contains three.js, Copyright 2010-2026 three.js authors, MIT license: see licenses.txt */" },
 });
-await copyFile("src/index.html", "dist/index.html");
-await copyFile("src/view.css", "dist/view.css");
+await copyFile("page/index.html", "dist/index.html");
+await copyFile("page/view.css", "dist/view.css");
 const three = await readFile("node_modules/three/LICENSE", "utf8");
 await writeFile("dist/licenses.txt", `three.js\n\n${three}`);

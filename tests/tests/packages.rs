@@ -11,7 +11,7 @@ use std::process::Command;
 const PRIVATE: [&str; 2] = ["server/lab", "tests"];
 
 /// Files that a package may hold beside its sources.
-const EXTRAS: [&str; 13] = [
+const EXTRAS: [&str; 15] = [
     "Cargo.lock",
     "Cargo.toml",
     "Cargo.toml.orig",
@@ -19,7 +19,9 @@ const EXTRAS: [&str; 13] = [
     "LICENSE-APACHE",
     "LICENSE-MIT",
     "README.md",
+    "build.rs",
     "cbindgen.toml",
+    "dist/",
     "include/shatter.h",
     "materials.toml",
     "pyproject.toml",

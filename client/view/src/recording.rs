@@ -11,7 +11,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// Most bytes of results of a recording; later strikes are left out.
 const BYTES_MAX: usize = 256 << 20;
 
-/// One strike: its request as JSON, and the message with its result.
+/// A request as JSON, and the message with its result.
 struct RecordedStrike {
     request: String,
     message: Vec<u8>,
@@ -35,7 +35,7 @@ impl Recording {
         self.strikes.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Adds a strike, unless the recording is too large.
+    /// Adds a request, unless the recording is too large.
     pub(crate) fn add(&self, request: &Value, message: &[u8]) {
         let mut strikes = self.strikes();
         let bytes: usize = strikes.iter().map(|strike| strike.message.len()).sum();

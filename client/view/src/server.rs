@@ -32,7 +32,7 @@ const HEADER_BYTES_MAX: usize = 16 << 10;
 /// Pause after a connection could not be accepted.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// What the page may load: itself alone. Textures of dropped meshes are blobs of the page.
+/// Sources that the page may load: itself alone. Textures of dropped meshes are blobs of the page.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self' blob: data:; \
                       worker-src 'self' blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 

@@ -101,6 +101,8 @@ export class ArtDirection {
     let text = `title = ${JSON.stringify(`Art direction of ${name}`)}\n\n[objects.${quoted}]\n`;
     text += `effects = ${JSON.stringify(effects)}\nallow = ["normals", "uv", "bonds", "hulls", "attributes", "skin", "release", "debris"]\n`;
     if (material) text += `material = ${JSON.stringify(material)}\n`;
+    const database = this.otherDatabase();
+    if (database) text += `database = ${JSON.stringify(database)}\n`;
     if (sizeMm > 0) text += `fragment_size_m = ${sizeMm / 1000}\n`;
     if (anchors) text += `anchors = [\n${anchors}]\n`;
     if (isWarped) text += `\n[objects.${quoted}.warp]\n`;
@@ -108,6 +110,13 @@ export class ArtDirection {
     if (sites.length > 0) text += `sites = [${sites.map((mark) => list(mark.centerM)).join(", ")}]\n`;
     if (paint.length > 0) text += `paint = { file = "paint.ply", attribute = "red", least = ${PAINT.least.toFixed(1)}, most = ${PAINT.most.toFixed(1)} }\n`;
     return text;
+  }
+
+  /** Name of the database for a material that the present one was not baked with; `undefined` if it fits. */
+  private otherDatabase(): string | undefined {
+    const material = element<HTMLSelectElement>("material").value;
+    const { object } = this.app;
+    return object && material && material !== object.material ? `${object.name}-${material}` : undefined;
   }
 
   /** The painted vertices as a PLY file: red is 255 at the middle of a stroke, and 0 beyond its radius. */
@@ -146,7 +155,11 @@ export class ArtDirection {
       }
       save("scene.toml", scene, "application/toml");
       if (paint) save("paint.ply", paint, "application/octet-stream");
-      note.textContent = `Accepted by shatterd check. Serve it: shatterd serve --scene scene.toml${paint ? " (keep paint.ply beside it)" : ""}`;
+      const database = this.otherDatabase();
+      const bake = database
+        ? ` Bake its database first: shatterd bake MESH --name ${database} --material ${element<HTMLSelectElement>("material").value}.`
+        : "";
+      note.textContent = `Accepted by shatterd check.${bake} Serve it: shatterd serve --scene scene.toml${paint ? " (keep paint.ply beside it)" : ""}`;
     } catch (error) {
       note.textContent = error instanceof Error ? error.message : String(error);
     }

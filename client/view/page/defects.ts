@@ -72,10 +72,9 @@ export function findDefects(mesh: TriangleMesh): Defect[] {
   for (const [kind, edges] of [["edge", crowded], ["winding", twisted]] as const) {
     all.push(...loops(edges).map((own) => defect(kind, own, mesh.positions)));
   }
-  for (let at = 0; at < flat.length; at += 4) {
-    const pairs: [number, number][] = [[flat[at]!, flat[at + 1]!], [flat[at + 2]!, flat[at + 3]!]];
-    all.push({ ...defect("flat", pairs, mesh.positions), count: 1 });
-  }
+  const pairs: [number, number][] = [];
+  for (let at = 0; at < flat.length; at += 2) pairs.push([flat[at]!, flat[at + 1]!]);
+  for (const group of loops(pairs)) all.push({ ...defect("flat", group, mesh.positions), count: group.length / 2 });
   return all.sort((a, b) => b.count - a.count);
 }
 

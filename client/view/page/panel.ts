@@ -64,6 +64,12 @@ function surface(head: ResultHead): string {
   return `the lattice's: ${reasons.get(head.object) ?? "the object has no mesh of its own surface; `shatterd inspect` says why"}`;
 }
 
+/** Estimated error of the elastic energy, in words. */
+function energyError(head: ResultHead): string {
+  if (head.energy_error === null) return "not estimated";
+  return head.energy_error === 0 ? "none: solved" : `${percent(head.energy_error)} (est.)`;
+}
+
 /** Shows the facts of a state. */
 export function facts(state: State, object: ObjectFacts | undefined): void {
   const last = state.last;
@@ -74,11 +80,12 @@ export function facts(state: State, object: ObjectFacts | undefined): void {
   element("pieces").textContent = last.result.isWhole ? "stays whole" : counted(fragments.length, "piece");
   element("took").textContent = `in ${time(head.time_ns)}`;
   const rows: [string, string][] = [
-    ["Round trip, to the picture", `${time(head.round_trip_ns)}, ${digits(last.pictureMs)} ms`],
+    ["Round trip", time(head.round_trip_ns)],
+    ["Picture ready after", `${digits(last.pictureMs)} ms`],
     ["E₁/γ (breaks above 1)", digits(head.e1_over_gamma)],
     ["Threshold γ", `${digits(head.gamma_j_m2)} J·m²`],
     ["Displacements", head.elastic],
-    ["Error of the energy", head.energy_error === null ? "not estimated" : `≤ ${percent(head.energy_error)} (est.)`],
+    ["Error of the energy", energyError(head)],
   ];
   if (!last.result.isWhole) {
     const massKg = fragments.reduce((sum, fragment) => sum + fragment.massKg, 0);

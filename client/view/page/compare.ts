@@ -57,7 +57,7 @@ async function compare(app: App): Promise<void> {
 
 function describe(figure: HTMLElement, result: ResultMessage): void {
   const { head } = result;
-  const energy = head.energy_error === null ? "" : `energy ≤ ${percent(head.energy_error)}`;
+  const energy = head.energy_error === null ? "" : head.energy_error === 0 ? "energy solved" : `energy ${percent(head.energy_error)}`;
   const gap = head.cvd_gap === null ? "" : `cells ${percent(head.cvd_gap)}`;
   figure.append(
     textElement("span", result.isWhole ? "stays whole" : `${counted(result.fragments.length, "piece")} in ${time(head.time_ns)}`),

@@ -85,7 +85,7 @@ async function open(app: App, chosen: File): Promise<OwnFile> {
     mark(app, defects);
     list(app, defects);
   }
-  details.scrollIntoView({ block: "end" });
+  details.scrollIntoView({ block: "nearest" });
   panel.hint(defects.length > 0 ? "Its defects are marked; the bake repairs them" : "Bake it to strike it");
   return { name: chosen.name, contents };
 }

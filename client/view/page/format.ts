@@ -3,8 +3,12 @@
 /** A number with three significant digits. */
 export function digits(value: number, count = 3): string {
   if (value === 0 || !Number.isFinite(value)) return String(value);
-  if (Math.abs(value) >= 1e5 || Math.abs(value) < 1e-4) return value.toExponential(count - 1).replace("e", "·10^").replace("^+", "^");
+  if (Math.abs(value) >= 1e5 || Math.abs(value) < 1e-4) return value.toExponential(count - 1).replace(/e\+?(-?\d+)/, (_, power: string) => `·10${superscript(power)}`);
   return Number(value.toPrecision(count)).toLocaleString("en-US", { maximumFractionDigits: 8 });
+}
+
+function superscript(power: string): string {
+  return [...power].map((letter) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(letter)] ?? "⁻").join("");
 }
 
 /** A value with the prefix that makes it short. */

@@ -1,0 +1,164 @@
+// A mesh of the user: defects marked with their places, bake with progress, errors of broken files.
+import assert from "node:assert/strict";
+import { writeFile } from "node:fs/promises";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { bake, browser, nextState, onObject, open, pieces, program, skip, view, whole, world } from "./harness.mjs";
+
+let own, chrome, server, page, notes;
+
+/** A ball as OBJ, without the faces around two of its vertices. */
+function ball(rows, columns) {
+  const lines = [];
+  for (let i = 0; i <= rows; i++) {
+    for (let j = 0; j < columns; j++) {
+      const [u, v] = [(2 * Math.PI * j) / columns, (Math.PI * i) / rows];
+      lines.push(`v ${(0.1 * Math.sin(v) * Math.cos(u)).toFixed(6)} ${(0.1 * Math.cos(v)).toFixed(6)} ${(0.1 * Math.sin(v) * Math.sin(u)).toFixed(6)}`);
+    }
+  }
+  const at = (i, j) => i * columns + (j % columns) + 1;
+  const holes = new Set([at(rows / 2, 3), at(rows / 2, columns / 2)]);
+  for (let i = 0; i < rows; i++) {
+    for (let j = 0; j < columns; j++) {
+      for (const face of [[at(i, j), at(i, j + 1), at(i + 1, j)], [at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)]]) {
+        if (!face.some((corner) => holes.has(corner))) lines.push(`f ${face.join(" ")}`);
+      }
+    }
+  }
+  return lines.join("\n") + "\n";
+}
+
+before(async () => {
+  if (skip) return;
+  own = await world();
+  const database = await bake(own, "dumbbell", ["--quality", "draft", "--surface", "lattice"]);
+  server = await view(own, [database]);
+  chrome = await browser();
+  ({ page, notes } = await open(chrome, server.address));
+});
+
+after(async () => {
+  await chrome?.close();
+  await server?.end();
+  await own?.end();
+});
+
+test("holes of a dropped mesh are marked, it is baked with progress, and breaks", { skip }, async () => {
+  const file = join(own.folder, "ball with holes.obj");
+  await writeFile(file, ball(24, 32));
+  await page.setInputFiles("#file", file);
+  await page.waitForFunction(() => document.querySelectorAll("#defects li").length > 1);
+  const listed = await page.locator("#defects li").allTextContents();
+  assert.equal(listed.filter((text) => /^hole of 6 edges at/.test(text)).length, 2, listed.join("; "));
+  assert.ok((await page.evaluate(() => globalThis.shatterView.app.stage.marks.children.length)) >= 3);
+  const seen = new Set();
+  await page.exposeFunction("noteProgress", (text) => seen.add(text));
+  await page.evaluate(() => {
+    const line = document.getElementById("progress-line");
+    new MutationObserver(() => globalThis.noteProgress(line.textContent)).observe(line, { childList: true });
+  });
+  await nextState(page, () => page.click("#bake"));
+  await page.waitForFunction(() => globalThis.shatterView.app.object?.name === "ball-with-holes", null, { timeout: 60_000 });
+  assert.ok(seen.size > 3, [...seen].join("; "));
+  const actions = (await page.locator("#defects li").allTextContents()).join("; ");
+  assert.match(actions, /hole/);
+  const at = await onObject(page);
+  await nextState(page, () => page.mouse.click(at.x, at.y));
+  assert.ok((await pieces(page)) > 1);
+  assert.match(await page.textContent("#facts"), /Surface/);
+});
+
+test("a broken file is refused with its name, and the page goes on", { skip }, async () => {
+  const file = join(own.folder, "broken.stl");
+  await writeFile(file, "this is no mesh");
+  await page.setInputFiles("#file", file);
+  await page.waitForFunction(() => !document.getElementById("message").hidden);
+  assert.match(await page.textContent("#message"), /broken\.stl/);
+  const vtk = join(own.folder, "broken.vtk");
+  await writeFile(vtk, "this is no mesh");
+  await page.setInputFiles("#file", vtk);
+  await page.waitForFunction(() => document.getElementById("mesh-name").textContent.includes("broken.vtk"));
+  await page.click("#bake");
+  await page.waitForFunction(() => !document.getElementById("message").hidden && document.getElementById("progress").hidden, null, { timeout: 20_000 });
+  await page.selectOption("#object", "dumbbell");
+  await page.waitForFunction(() => globalThis.shatterView.app.object?.name === "dumbbell");
+  const at = await onObject(page);
+  await nextState(page, () => page.mouse.click(at.x, at.y));
+  assert.ok((await pieces(page)) > 1);
+});
+
+test("art direction becomes a scene that `shatterd check` accepts", { skip }, async () => {
+  await whole(page);
+  await page.evaluate(() => (document.getElementById("art").open = true));
+  const at = await onObject(page);
+  for (const tool of ["anchor", "protect", "site", "paint", "site"]) {
+    await page.click(`input[value=${tool}] + span`);
+    await page.mouse.click(at.x, at.y);
+  }
+  assert.equal(await page.locator("#art-list li").count(), 5);
+  await page.click("#undo");
+  assert.equal(await page.locator("#art-list li").count(), 4);
+  await page.selectOption("#material", "plaster");
+  await page.fill("#size", "12");
+  const saved = [];
+  page.on("download", (download) => saved.push(download));
+  await page.click("#save-scene");
+  await page.waitForFunction(() => document.getElementById("scene-note").textContent !== "", null, { timeout: 20_000 });
+  assert.match(await page.textContent("#scene-note"), /Accepted.*--name dumbbell-plaster --material plaster/);
+  for (let i = 0; i < 40 && saved.length < 2; i++) await page.waitForTimeout(100);
+  const names = saved.map((download) => download.suggestedFilename());
+  assert.deepEqual(names.sort(), ["paint.ply", "scene.toml"]);
+  for (const download of saved) await download.saveAs(join(own.folder, download.suggestedFilename()));
+  const databases = join(own.folder, "databases");
+  const checked = JSON.parse(await program(own, "shatterd", ["check", join(own.folder, "scene.toml"), "--databases", databases, "--json"]));
+  assert.equal(checked.objects[0].object, "dumbbell");
+  await page.click("input[value=strike] + span");
+});
+
+test("presets and lifts stand side by side", { skip }, async () => {
+  const at = await onObject(page);
+  await nextState(page, () => page.mouse.click(at.x, at.y));
+  await page.evaluate(() => (document.getElementById("compare").open = true));
+  await page.click("#run-compare");
+  await page.waitForFunction(() => document.querySelectorAll("#compared figure").length === 7 && !document.getElementById("run-compare").disabled, null, { timeout: 90_000 });
+  const texts = await page.locator("#compared figure").allTextContents();
+  assert.ok(texts.filter((text) => /pieces? in .*ms/.test(text)).length >= 5, texts.join(" | "));
+  assert.ok((await page.locator("#compared img").count()) >= 5);
+});
+
+test("200 strikes take no more memory", { skip, timeout: 400_000 }, async () => {
+  await whole(page);
+  const strikes = async (count) => {
+    for (let i = 0; i < count; i++) {
+      await page.evaluate(async (i) => {
+        const { app, settings } = globalThis.shatterView;
+        app.go(-Infinity);
+        const box = document.getElementById("canvas").getBoundingClientRect();
+        let aim;
+        for (let k = 0; !aim && k < 50; k++) {
+          const [u, v] = [((i + k) * 0.754877) % 1, ((i + k) * 0.56984) % 1];
+          aim = app.pick(box.left + (0.3 + 0.4 * u) * box.width, box.top + (0.3 + 0.4 * v) * box.height);
+        }
+        await app.strikeAt(aim, { ...settings(), seed: i });
+      }, i);
+    }
+    return page.evaluate(async () => {
+      globalThis.shatterView.app.go(-Infinity);
+      for (let i = 0; i < 3; i++) {
+        globalThis.gc?.();
+        await new Promise((resolve) => setTimeout(resolve, 200));
+      }
+      const { geometries, textures } = globalThis.shatterView.app.stage.memory();
+      return { bytes: performance.memory.usedJSHeapSize, geometries, textures };
+    });
+  };
+  const before = await strikes(20);
+  const after = await strikes(200);
+  assert.ok(after.bytes <= 1.1 * before.bytes, `${before.bytes} bytes, then ${after.bytes}`);
+  assert.ok(after.geometries <= before.geometries + 2 && after.textures <= before.textures + 4, JSON.stringify([before, after]));
+});
+
+test("no error was reported, and nothing was loaded from elsewhere", { skip }, async () => {
+  assert.deepEqual(notes.foreign, []);
+  assert.deepEqual(notes.errors, []);
+});
