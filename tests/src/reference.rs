@@ -225,7 +225,7 @@ fn scenes() -> String {
 }
 
 /// Every command that has its own `--help`.
-const COMMANDS: [&str; 17] = [
+const COMMANDS: [&str; 18] = [
     "shatterd",
     "shatterd demo",
     "shatterd bake",
@@ -243,6 +243,7 @@ const COMMANDS: [&str; 17] = [
     "shatter impact",
     "shatter prefracture",
     "shatter threshold",
+    "shatter view",
 ];
 
 /// Commands that the help of the program itself lists.

@@ -4,19 +4,20 @@ use shatter_proto::name::nearest;
 
 /// Commands of each program.
 pub const COMMANDS: [(&str, &[&str]); 2] = [
-    ("shatter", &["list", "status", "impact", "prefracture", "threshold", "load"]),
+    ("shatter", &["list", "status", "impact", "prefracture", "threshold", "view", "load"]),
     ("shatterd", &["demo", "bake", "merge", "inspect", "check", "serve", "study"]),
 ];
 
 /// Other words for commands, with the commands that they mean.
-const OTHER_COMMANDS: [(&str, &[&str]); 9] = [
+const OTHER_COMMANDS: [(&str, &[&str]); 10] = [
     ("impact", &["strike", "hit", "break", "fracture", "smash", "shatter", "shoot"]),
     ("list", &["ls", "objects", "show"]),
     ("status", &["stat", "info", "ps", "top", "health", "ping"]),
     ("load", &["bench", "benchmark", "stress"]),
     ("serve", &["start", "run", "server", "daemon", "up"]),
     ("bake", &["convert", "import", "build", "prepare", "add", "create"]),
-    ("inspect", &["view", "dump", "verify"]),
+    ("inspect", &["dump", "verify"]),
+    ("view", &["browser", "gui", "web", "window", "viewer"]),
     ("check", &["validate", "lint", "plan"]),
     ("merge", &["join"]),
 ];

@@ -1,0 +1,51 @@
+// A recording: one file that replays the requests without a service and without a network.
+import assert from "node:assert/strict";
+import { join } from "node:path";
+import { pathToFileURL } from "node:url";
+import { stat } from "node:fs/promises";
+import { after, before, test } from "node:test";
+import { bake, browser, nextState, onObject, open, pieces, skip, view, whole, world } from "./harness.mjs";
+
+let own, chrome;
+
+before(async () => {
+  if (skip) return;
+  own = await world();
+  chrome = await browser();
+});
+
+after(async () => {
+  await chrome?.close();
+  await own?.end();
+});
+
+test("a recording replays what was struck", { skip }, async () => {
+  const database = await bake(own, "dumbbell", ["--quality", "draft", "--surface", "lattice"]);
+  const file = join(own.folder, "requests.html");
+  const server = await view(own, [database, "--record", file]);
+  const { page, context } = await open(chrome, server.address);
+  const at = await onObject(page);
+  await nextState(page, () => page.mouse.click(at.x, at.y));
+  const first = await pieces(page);
+  await page.waitForTimeout(800);
+  const again = await onObject(page);
+  await nextState(page, () => page.mouse.click(again.x, again.y));
+  const second = await pieces(page);
+  const hashes = await page.evaluate(() => globalThis.shatterView.app.history.now.layers.map((layer) => layer.pieces.result.head.output_hash));
+  await context.close();
+  await server.end();
+  assert.ok((await stat(file)).size > 10_000);
+  const replayed = await open(chrome, pathToFileURL(file).href, { offline: true });
+  await replayed.page.waitForFunction(() => globalThis.shatterView.app.history.count === 3, null, { timeout: 20_000 });
+  assert.equal(await pieces(replayed.page), 1);
+  await replayed.page.click("#forward");
+  assert.equal(await pieces(replayed.page), first);
+  await replayed.page.click("#forward");
+  assert.equal(await pieces(replayed.page), second);
+  const shown = await replayed.page.evaluate(() => globalThis.shatterView.app.history.now.layers.map((layer) => layer.pieces.result.head.output_hash));
+  assert.deepEqual(shown, hashes);
+  await replayed.page.screenshot({ path: join(own.folder, "replay.png") });
+  assert.deepEqual(replayed.notes.foreign, []);
+  assert.deepEqual(replayed.notes.errors, []);
+  await whole(replayed.page);
+});
