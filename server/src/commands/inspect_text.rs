@@ -3,7 +3,7 @@
 use super::bake_report;
 use super::inspect_memory::memory_lines;
 use serde_json::Value;
-use shatter_fracture::pipeline::PreparedObject;
+use shatter_fracture::pipeline::{PreparedObject, SurfaceKind};
 use shatter_fracture::sparse::Precision;
 use shatter_proto::text::counted;
 use std::path::Path;
@@ -44,10 +44,12 @@ pub fn screen(prepared: &PreparedObject, file: &Path, document: &Value) -> Strin
         format!("dimensions per body: interior {}, surface {}", lifts(prepared, true), lifts(prepared, false)),
     );
     if let Some(skin) = &prepared.skin {
-        line(
-            "skin",
-            format!("{}: those of the mesh file, long ones divided", counted(skin.triangles.len() as u64, "triangle")),
-        );
+        let use_of = match prepared.report.surface.kind {
+            SurfaceKind::Exact => "; for results with the lattice's surface",
+            SurfaceKind::Lattice => "",
+        };
+        let triangles = counted(skin.triangles.len() as u64, "triangle");
+        line("skin", format!("{triangles}: those of the mesh file, long ones divided{use_of}"));
     }
     let materials = &prepared.report.materials;
     if !materials.is_empty() {

@@ -31,9 +31,9 @@ pub struct Args {
     /// Seed of all random choices
     #[arg(long, default_value_t = SEED_DEFAULT)]
     seed: u64,
-    /// File for the fragments, or folder for OBJECT.glb. FILE.glb contains the triangles of the mesh file if the object has them (`skin` is
-    /// then on unless --disable names it), and FILE.closed.glb beside it the closed meshes for simulators; without skin FILE.glb contains
-    /// these. Hulls, if they are on, go to FILE.hulls.glb. FILE.xml is a model for MuJoCo, with its meshes in FILE_assets beside it;
+    /// File for the fragments, or folder for OBJECT.glb. FILE.glb contains closed meshes, which end on the triangles of the mesh file if
+    /// the surface is exact. If it is the lattice's and the object has a skin, FILE.glb contains that for rendering (`skin` is then on
+    /// unless --disable names it), and FILE.closed.glb the closed meshes. Hulls, if they are on, go to FILE.hulls.glb. FILE.xml is a model for MuJoCo, with its meshes in FILE_assets beside it;
     /// `bonds` and `hulls` are then on unless --disable names them
     #[arg(long, value_name = "FILE.glb|FILE.xml|DIR")]
     out: PathBuf,

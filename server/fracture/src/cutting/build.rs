@@ -49,7 +49,9 @@ pub enum CuttingError {
         pairs: usize,
     },
     /// The surface has other parts than the crack lattices.
-    #[error("the surface and the lattice fall into different numbers of parts: {parts} and {bodies}")]
+    #[error(
+        "the surface and the lattice fall into different numbers of parts: {parts} and {bodies}; a finer preset may keep them together"
+    )]
     Parts {
         /// Separate parts of the mesh.
         parts: usize,

@@ -8,9 +8,9 @@ use super::hash::input_hash;
 use super::share::{BakeShare, PartialBake};
 use super::stored_values::{self, PlausibleRange};
 use super::stuffed::lattices;
-use super::thin::report_kept;
+use super::thin::report_exact;
 use crate::cancel_token::{CancelToken, Canceled};
-use crate::cutting::{CuttingError, CuttingMesh, CuttingMeshes, FilledSurface, cutting_meshes};
+use crate::cutting::{CuttingError, CuttingMesh, CuttingMeshes, FilledSurface, RepairKind, cutting_meshes};
 use crate::degree;
 use crate::lattice::{BodyLattice, Lattice};
 use crate::lift::{self, Extension, LiftError, LiftKind, LiftedLattice};
@@ -153,7 +153,8 @@ fn exact_surface(
         anchored_nodes: sum(CuttingMesh::anchored_count),
         repairs,
     };
-    report_kept(&mut report.defects);
+    let is_divided = report.surface.repairs.iter().any(|repair| repair.kind == RepairKind::DividedVertices);
+    report_exact(&mut report.defects, is_divided);
     bodies.iter_mut().zip(meshes).for_each(|(body, mesh)| body.set_cutting(mesh));
     Ok(())
 }

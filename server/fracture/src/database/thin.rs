@@ -131,17 +131,19 @@ pub(super) fn lost(
     Ok(walls.into_iter().chain(gaps).collect())
 }
 
-/// Says of the walls and gaps that the lattice lacks that the exact surface keeps them.
-pub(super) fn report_kept(defects: &mut [Defect]) {
+/// Says of the walls and gaps that the lattice lacks that the exact surface keeps them, and of vertices in which parts touch, if
+/// they were divided.
+pub(super) fn report_exact(defects: &mut [Defect], is_divided: bool) {
     for defect in defects {
-        let kept = match defect.kind {
+        let action = match defect.kind {
+            DefectKind::NonManifoldVertex if is_divided => "divided for the exact surface".to_owned(),
             DefectKind::ThinWall => defect.action.replacen(LOST, "lost in the lattice, kept by the exact surface", 1),
             DefectKind::NarrowGap => {
                 defect.action.replacen(CLOSED, "closed in the lattice, kept by the exact surface", 1)
             }
             _ => continue,
         };
-        defect.action = kept;
+        defect.action = action;
     }
 }
 
