@@ -24,7 +24,10 @@ const REPAIRED: [(&str, &[RepairKind]); 5] = [
     ("horse.ply", &[RepairKind::UnitedParts, RepairKind::HiddenTriangles]),
     ("stanford-bunny.obj", &[RepairKind::FilledHoles, RepairKind::UnitedParts]),
     ("suzanne.obj", &[RepairKind::FilledHoles, RepairKind::UnitedParts, RepairKind::HiddenTriangles]),
-    ("teapot.obj", &[RepairKind::FilledHoles, RepairKind::UnitedParts, RepairKind::HiddenTriangles]),
+    (
+        "teapot.obj",
+        &[RepairKind::FilledHoles, RepairKind::UnitedParts, RepairKind::HiddenTriangles, RepairKind::CollapsedEdges],
+    ),
 ];
 
 /// Meshes that do not, with a part of the reason.

@@ -264,6 +264,7 @@ fn repair_line(SurfaceRepair { kind, count, area_m2, places_m }: &SurfaceRepair)
         }
         RepairKind::HiddenTriangles => format!("{} inside the solid left out", several("triangle", "triangles")),
         RepairKind::DividedVertices => format!("{} divided, where parts touch", several("vertex", "vertices")),
+        RepairKind::CollapsedEdges => format!("{} too short for single precision collapsed", several("edge", "edges")),
     };
     let shown: Vec<String> = places_m.iter().map(|at| format!("({:.4}, {:.4}, {:.4})", at.x, at.y, at.z)).collect();
     let more = if *count > shown.len() as u64 { " and others" } else { "" };
@@ -277,19 +278,13 @@ fn one_line(text: &str) -> String {
 
 /// The line about the surface of the fragments.
 fn surface(report: &BakeReport) -> String {
-    let SurfaceReport { kind, reason, nodes, tets, deviation, collapsed_edges, anchored_nodes, repairs } =
-        &report.surface;
+    let SurfaceReport { kind, reason, nodes, tets, deviation, anchored_nodes, repairs, .. } = &report.surface;
     match (kind, reason) {
         (SurfaceKind::Exact, _) => {
             let mut line = format!(
                 "  surface          exact: {nodes} nodes, {tets} tetrahedra; {:.6e} m³, deviation {deviation:.1e} of the diagonal",
                 report.input_volume_m3
             );
-            if *collapsed_edges > 0 {
-                let (edges, verb) =
-                    (counted(*collapsed_edges, "edge"), if *collapsed_edges == 1 { "was" } else { "were" });
-                let _ = write!(line, "; {edges} too short for single precision {verb} collapsed");
-            }
             if *anchored_nodes > 0 {
                 let (nodes, verb) =
                     (counted(*anchored_nodes, "node"), if *anchored_nodes == 1 { "follows" } else { "follow" });

@@ -158,9 +158,9 @@ pub fn cutting_meshes(
     let mut mesh = |meshed: &MeshedSurface| {
         conforming_mesh(&meshed.positions, &meshed.triangles, &interior.points, &options, token, progress)
     };
-    let (meshed, count) = collapse(MeshedSurface::new(surface, has_attributes));
+    let (meshed, mut collapsed) = collapse(MeshedSurface::new(surface, has_attributes));
     let repaired = match mesh(&meshed) {
-        Ok(conforming) => Ok((meshed, conforming, count)),
+        Ok(conforming) => Ok((meshed, conforming)),
         Err(ConformingError::Canceled(canceled)) => return Err(canceled.into()),
         Err(error) => match repaired(&meshed, &mut mesh, token)? {
             Some((UnitedSurface { meshed, crossings, hidden, divided }, conforming, more)) => {
@@ -177,7 +177,8 @@ pub fn cutting_meshes(
                 for (kind, places) in found.iter().filter(|(_, places)| !places.is_empty()) {
                     repairs.push(SurfaceRepair::new(*kind, 0.0, places, &surface.frame));
                 }
-                Ok((meshed, conforming, count + more))
+                collapsed.extend(more);
+                Ok((meshed, conforming))
             }
             None => Err(match EdgeDefects::find(&meshed.positions, &meshed.triangles) {
                 Some(edges) => CuttingError::NotClosed(edges),
@@ -185,7 +186,10 @@ pub fn cutting_meshes(
             }),
         },
     };
-    let (meshed, mut conforming, count) = repaired?;
+    let (meshed, mut conforming) = repaired?;
+    if !collapsed.is_empty() {
+        repairs.push(SurfaceRepair::new(RepairKind::CollapsedEdges, 0.0, &collapsed, &surface.frame));
+    }
     let whole = Lattice { nodes: take(&mut conforming.nodes), tets: take(&mut conforming.tets) };
     let ConformingMesh { interior_sources, places, deviation, .. } = &conforming;
     let on_surface = places.len();
@@ -210,23 +214,23 @@ pub fn cutting_meshes(
     }
     let missing = |body: usize, mesh: Option<CuttingMesh>| mesh.ok_or(CuttingError::Unreached { body });
     let meshes = meshes.into_iter().enumerate().map(|(body, mesh)| missing(body, mesh)).collect::<Result<_, _>>()?;
-    let moved = if count > 0 { LENGTH_MIN } else { 0.0 };
-    Ok(CuttingMeshes { meshes, deviation: *deviation + moved, collapsed_edges: count, repairs })
+    let moved = if collapsed.is_empty() { 0.0 } else { LENGTH_MIN };
+    Ok(CuttingMeshes { meshes, deviation: *deviation + moved, collapsed_edges: collapsed.len() as u64, repairs })
 }
 
-/// The surface after its parts were united, its mesh, and the number of edges collapsed then; `None` if that helps not.
+/// The surface after its parts were united, its mesh, and the places of edges collapsed then; `None` if that helps not.
 fn repaired(
     meshed: &MeshedSurface,
     mesh: &mut impl FnMut(&MeshedSurface) -> Result<ConformingMesh, ConformingError>,
     token: &CancelToken,
-) -> Result<Option<(UnitedSurface, ConformingMesh, u64)>, CuttingError> {
+) -> Result<Option<(UnitedSurface, ConformingMesh, Vec<Point3<f64>>)>, CuttingError> {
     if !meshed.is_balanced() {
         return Ok(None);
     }
     let united = united(meshed, token)?;
-    let (meshed, count) = collapse(united.meshed);
+    let (meshed, collapsed) = collapse(united.meshed);
     match mesh(&meshed) {
-        Ok(conforming) => Ok(Some((UnitedSurface { meshed, ..united }, conforming, count))),
+        Ok(conforming) => Ok(Some((UnitedSurface { meshed, ..united }, conforming, collapsed))),
         Err(ConformingError::Canceled(canceled)) => Err(canceled.into()),
         Err(_) => Ok(None),
     }

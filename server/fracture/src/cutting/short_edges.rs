@@ -10,34 +10,34 @@ pub(super) const LENGTH_MIN: f64 = 1.0 / (1 << 23) as f64;
 /// Length below which an edge is not cut, local: crack points keep half of it from its ends.
 const CUT_LENGTH_MIN: f64 = 4e-6;
 
-/// Collapses each edge of less than [`LENGTH_MIN`] into its lower vertex, where the surface stays a manifold. Returns the
-/// number of these edges, too. What is left keeps its order and its positions.
+/// Collapses each edge of less than [`LENGTH_MIN`] into its lower vertex, where the surface stays a manifold. Returns these
+/// vertices of the edges, too. What is left keeps its order and its positions.
 ///
 /// Based on: T. K. Dey, H. Edelsbrunner, S. Guha, D. V. Nekhayev, *Topology preserving edge contraction* (1999), the
 /// link condition.
-pub(super) fn collapse(mut surface: MeshedSurface) -> (MeshedSurface, u64) {
+pub(super) fn collapse(mut surface: MeshedSurface) -> (MeshedSurface, Vec<Point3<f64>>) {
     let MeshedSurface { positions, triangles, .. } = &mut surface;
     let is_short = |[a, b]: [u32; 2]| (positions[a as usize] - positions[b as usize]).norm() < LENGTH_MIN;
     let sides = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]];
     let mut short: Vec<[u32; 2]> = triangles.iter().flat_map(|own| sides(*own)).filter(|[a, b]| a < b).collect();
     short.retain(|edge| is_short(*edge));
     if short.is_empty() {
-        return (surface, 0);
+        return (surface, Vec::new());
     }
     let mut around = vec![Vec::new(); positions.len()];
     for (index, triangle) in triangles.iter().enumerate() {
         triangle.iter().for_each(|&vertex| around[vertex as usize].push(index as u32));
     }
     let mut merged: Vec<u32> = (0..positions.len() as u32).collect();
-    let mut count = 0;
+    let mut places = Vec::new();
     for edge in short {
         let [a, b] = edge.map(|vertex| root(&merged, vertex));
         if a != b && is_short([a, b]) && contract(triangles, &mut around, a.min(b), a.max(b)) {
             merged[a.max(b) as usize] = a.min(b);
-            count += 1;
+            places.push(positions[a.min(b) as usize]);
         }
     }
-    (surface.compact(), count)
+    (surface.compact(), places)
 }
 
 /// Nodes that edges too short to be cut join, each with the lowest node of its group; ascending, without that node itself.
@@ -98,7 +98,7 @@ mod tests {
         };
         let (mut positions, mut triangles) = (mesh.positions_m, mesh.triangles);
         let whole = meshed(&positions, &triangles);
-        assert_eq!(collapse(whole.clone()), (whole.clone(), 0));
+        assert_eq!(collapse(whole.clone()), (whole.clone(), Vec::new()));
         // The first triangle gets a vertex very near its first corner.
         let [a, b, c] = triangles[0];
         let near = positions[a as usize]
@@ -108,8 +108,8 @@ mod tests {
         positions.push(near);
         triangles[0] = [a, b, added];
         triangles.extend([[b, c, added], [c, a, added]]);
-        let (collapsed, count) = collapse(meshed(&positions, &triangles));
-        assert_eq!(count, 1);
+        let (collapsed, places) = collapse(meshed(&positions, &triangles));
+        assert_eq!(places, [positions[a as usize]]);
         assert_eq!(collapsed.positions, positions[..added as usize]);
         assert_eq!(collapsed.triangles.len(), whole.triangles.len());
         let mut sides: Vec<[u32; 2]> =

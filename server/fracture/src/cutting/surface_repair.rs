@@ -21,6 +21,8 @@ pub enum RepairKind {
     HiddenTriangles,
     /// Vertices in which parts touch were divided.
     DividedVertices,
+    /// Edges too short for single precision were collapsed.
+    CollapsedEdges,
 }
 
 /// A repair of the surface that fragments end on.
