@@ -4,6 +4,7 @@ use super::super::defect::DefectTally;
 use super::super::tree::BoundingBox;
 use super::super::{DIAGONAL_RANGE_M, Defect, DefectKind, LocalFrame, RawMesh, SurfaceError};
 use super::edges::Edges;
+use super::given_windings::separates_inverted;
 use crate::scene::counted;
 use nalgebra::Point3;
 use robust::{Coord, orient2d};
@@ -188,7 +189,10 @@ impl CleanMesh {
             return;
         }
         let one_each = self.with_one_of_each(groups());
-        let is_needed = Edges::new(&self.triangles).balanced() && !Edges::new(&one_each.triangles(self)).balanced();
+        let tried: Vec<u32> = groups().map(|same| same[0].1).collect();
+        let is_needed = Edges::new(&self.triangles).balanced()
+            && !Edges::new(&one_each.triangles(self)).balanced()
+            && !separates_inverted(&self.positions, &self.triangles, &tried);
         let (keep, action) = match is_needed {
             true => {
                 let keep = self.without_opposite_pairs(groups());

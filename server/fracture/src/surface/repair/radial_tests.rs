@@ -114,6 +114,17 @@ fn cavities_of_divided_faces_stay() {
 }
 
 #[test]
+fn an_inverted_part_that_shares_a_face_with_another_is_turned() {
+    let one = divided([0.0; 3], [1.0; 3], [1; 3], false);
+    for is_inverted in [false, true] {
+        let other = divided([1.0, 0.0, 0.0], [2.0, 1.0, 1.0], [1; 3], is_inverted);
+        let surface = Surface::repair(joined(one.clone(), &other)).unwrap();
+        assert!(surface.simple, "{:?}", surface.defects);
+        assert!((volume_m3(&surface) - 2.0).abs() < 1e-12, "{}", volume_m3(&surface));
+    }
+}
+
+#[test]
 fn an_inverted_part_that_shares_an_edge_with_another_is_turned() {
     let one = divided([3.0, 5.0, 4.0], [6.0, 8.0, 8.0], [1; 3], false);
     let other = divided([3.0, 1.0, 5.0], [6.0, 5.0, 8.0], [1; 3], true);
