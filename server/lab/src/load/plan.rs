@@ -3,6 +3,7 @@
 use super::tally::RequestRecord;
 use serde::{Deserialize, Serialize};
 use shatter_client::{Error, ErrorKind};
+use shatter_fracture::pipeline::DEGREE_MAX;
 use shatter_fracture::scene::toml_error;
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -70,7 +71,7 @@ const WEIGHTS: RangeInclusive<f64> = 1e-6..=1e6;
 const RANGES: [(&str, &str); 3] = [
     ("object", "the name of an object, in quotes"),
     ("weight", "a number from 1e-6 to 1e6"),
-    ("degree", "a whole number from 1 to 4294967295"),
+    ("degree", "a whole number from 1 to 512"),
 ];
 
 /// Error for a mix file without targets.
@@ -101,11 +102,14 @@ pub fn mix(file: &Path) -> Result<Vec<LoadTarget>, Error> {
 
 fn parse(text: &str) -> Result<Vec<LoadTarget>, String> {
     let Mix { strike } = toml::from_str(text).map_err(|error| toml_error(text, &error, &RANGES))?;
-    let wrong = |target: &&LoadTarget| !WEIGHTS.contains(&target.weight) || target.degree == 0;
+    let wrong = |target: &&LoadTarget| !WEIGHTS.contains(&target.weight) || !(1..=DEGREE_MAX).contains(&target.degree);
     match strike.iter().find(wrong) {
         Some(target) => {
             let [low, high] = [WEIGHTS.start(), WEIGHTS.end()];
-            Err(format!("`{}`: weight must be from {low:e} to {high:e}, and degree at least 1", target.object))
+            Err(format!(
+                "`{}`: weight must be from {low:e} to {high:e}, and degree from 1 to {DEGREE_MAX}",
+                target.object
+            ))
         }
         None if strike.is_empty() => Err(EMPTY.to_owned()),
         None => Ok(strike),
@@ -127,6 +131,7 @@ mod tests {
             "strike = []",
             "[[strike]]\nobject = \"a\"\nweight = 0",
             "[[strike]]\nobject = \"a\"\nweight = 1e308",
+            "[[strike]]\nobject = \"a\"\ndegree = 513",
             "[[strike]]\nobject = \"a\"\nspeed = 1",
         ] {
             assert!(parse(wrong).is_err(), "{wrong}");
@@ -139,7 +144,7 @@ mod tests {
         let huge = "[[strike]]\nobject = \"a\"\ndegree = 9223372036854775808";
         assert_eq!(
             parse(huge).unwrap_err(),
-            "line 3, column 10: `degree` is 9223372036854775808; it must be a whole number from 1 to 4294967295"
+            "line 3, column 10: `degree` is 9223372036854775808; it must be a whole number from 1 to 512"
         );
     }
 }
