@@ -12,6 +12,7 @@ pub mod hot_reloader;
 pub mod http_endpoints;
 pub mod ipc;
 pub mod jobs;
+mod loaded_databases;
 pub mod memory;
 pub mod metrics;
 pub mod panics;

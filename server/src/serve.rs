@@ -4,17 +4,16 @@ use crate::buckets;
 use crate::catalog::{Catalog, RetiredVersions, unix_ns};
 use crate::config::Config;
 use crate::event_source::{EventSource, Signals, WakeEvent};
-use crate::hot_reloader::{DatabaseFolder, HotReloader};
+use crate::hot_reloader::HotReloader;
 use crate::http_endpoints::{DaemonInquiry, DaemonReport, OperationsPort};
 use crate::ipc::{ActiveControlRequest, DaemonPorts, RuntimeDirectory, WakeSocket};
-use crate::jobs::{Jobs, WorkerEvent, WorkerPool, lanes, threads};
-use crate::memory::ResidentMemory;
+use crate::jobs::{Jobs, WorkerEvent, WorkerPool, lanes};
+use crate::loaded_databases::LoadedDatabases;
 use crate::metrics::{JobEnd, Metrics};
 use crate::pending_arrivals::PendingArrivals;
 use crate::pending_list_requests::PendingListRequests;
 use crate::retained::RetainedResults;
 use bytemuck::Zeroable;
-use rayon::ThreadPool;
 use sd_notify::NotifyState;
 use shatter_engine::object::Loader;
 use shatter_proto::control::{self, ControlReplyHeader, ControlRequest, ROWS_MAX, ReplyRow, ServiceStatusRow};
@@ -78,7 +77,7 @@ async fn serve(options: ServeOptions) -> Result<(), Error> {
     let directory = RuntimeDirectory::take(&paths)?;
     let (operations, directory) = or_close(OperationsPort::open(config.operations.port).await, directory)?;
     let settings = config.clone();
-    let Some(loaded) = signals.unless_ended(&stop, move || Loaded::of(&settings, loader, only)).await? else {
+    let Some(loaded) = signals.unless_ended(&stop, move || LoadedDatabases::of(&settings, loader, only)).await? else {
         tracing::info!("stopped while the databases were loaded");
         return directory.close();
     };
@@ -136,9 +135,9 @@ impl Daemon {
     fn start(
         directory: RuntimeDirectory,
         config: Config,
-        loaded: Loaded,
+        loaded: LoadedDatabases,
     ) -> Result<(Self, WakeSocket, UnboundedReceiver<WorkerEvent>), Error> {
-        let Loaded { folder, loader, threads, catalog } = loaded;
+        let LoadedDatabases { folder, loader, threads, catalog } = loaded;
         let lanes = lanes(config.requests_at_once(), config.compute.nice)?;
         let pool = buckets::size(&config, &catalog)?;
         let rehearsed =
@@ -455,44 +454,6 @@ impl Daemon {
         if let Err(error) = directory.close() {
             tracing::warn!(%error, "cannot remove the files of this daemon");
         }
-    }
-}
-
-/// Databases at start-up, with their loader and the worker threads.
-struct Loaded {
-    folder: DatabaseFolder,
-    loader: Loader,
-    threads: ThreadPool,
-    catalog: Catalog,
-}
-
-impl Loaded {
-    fn of(config: &Config, loader: Loader, only: Option<BTreeMap<String, String>>) -> Result<Self, Error> {
-        let begun = Instant::now();
-        let folder = folder(config, only)?;
-        let threads = threads(config.threads(), config.compute.nice)?;
-        let catalog =
-            threads.install(|| folder.scan().map(|snapshot| Catalog::default().renewed(snapshot, &loader)))?;
-        announce(&catalog, &folder, begun);
-        Ok(Self { folder, loader, threads, catalog })
-    }
-}
-
-/// Database folder. The platform's default folder may not exist yet; a configured one must.
-fn folder(config: &Config, only: Option<BTreeMap<String, String>>) -> Result<DatabaseFolder, Error> {
-    let required = !config.databases.folder.as_os_str().is_empty();
-    let folder = DatabaseFolder { path: config.databases()?, required, only };
-    folder.complete()?;
-    Ok(folder)
-}
-
-fn announce(catalog: &Catalog, folder: &DatabaseFolder, begun: Instant) {
-    let (ready, entries, bytes) = (catalog.ready(), catalog.len(), catalog.memory_bytes());
-    let resident_bytes = ResidentMemory::now().map_or(0, |resident| resident.total());
-    let ms = begun.elapsed().as_millis() as u64;
-    tracing::info!(ready, entries, bytes, resident_bytes, ms, "databases loaded");
-    if entries == 0 {
-        tracing::warn!(folder = %folder.path.display(), "this folder holds no database, so no object can be struck; bake into it (`shatterd bake MESH --name NAME --out FOLDER`), or serve another (--databases)");
     }
 }
 

@@ -163,7 +163,8 @@ pub fn cutting_meshes(
         Ok(conforming) => Ok((meshed, conforming)),
         Err(ConformingError::Canceled(canceled)) => return Err(canceled.into()),
         Err(error) => match repaired(&meshed, &mut mesh, token)? {
-            Some((UnitedSurface { meshed, crossings, hidden, divided }, conforming, more)) => {
+            Some(RepairedSurface { united, conforming, collapsed: more }) => {
+                let UnitedSurface { meshed, crossings, hidden, divided } = united;
                 let is_film = |source: &u32| *source as usize >= *input_triangles;
                 if !meshed.sources.iter().any(is_film) {
                     repairs.retain(|repair| repair.kind != RepairKind::FilledHoles);
@@ -218,19 +219,29 @@ pub fn cutting_meshes(
     Ok(CuttingMeshes { meshes, deviation: *deviation + moved, collapsed_edges: collapsed.len() as u64, repairs })
 }
 
-/// The surface after its parts were united, its mesh, and the places of edges collapsed then; `None` if that helps not.
+/// A surface after its parts were united.
+struct RepairedSurface {
+    united: UnitedSurface,
+    conforming: ConformingMesh,
+    /// Places of the edges that were collapsed then, local.
+    collapsed: Vec<Point3<f64>>,
+}
+
+/// The surface after its parts were united, and its mesh; `None` if that helps not.
 fn repaired(
     meshed: &MeshedSurface,
     mesh: &mut impl FnMut(&MeshedSurface) -> Result<ConformingMesh, ConformingError>,
     token: &CancelToken,
-) -> Result<Option<(UnitedSurface, ConformingMesh, Vec<Point3<f64>>)>, CuttingError> {
+) -> Result<Option<RepairedSurface>, CuttingError> {
     if !meshed.is_balanced() {
         return Ok(None);
     }
     let united = united(meshed, token)?;
     let (meshed, collapsed) = collapse(united.meshed);
     match mesh(&meshed) {
-        Ok(conforming) => Ok(Some((UnitedSurface { meshed, ..united }, conforming, collapsed))),
+        Ok(conforming) => {
+            Ok(Some(RepairedSurface { united: UnitedSurface { meshed, ..united }, conforming, collapsed }))
+        }
         Err(ConformingError::Canceled(canceled)) => Err(canceled.into()),
         Err(_) => Ok(None),
     }
