@@ -186,7 +186,7 @@ export function solidMaterial(
   places: THREE.DataTexture,
   colors: THREE.DataTexture,
 ): THREE.MeshStandardMaterial {
-  const material = new THREE.MeshStandardMaterial({ roughness, metalness: 0, side: THREE.DoubleSide, shadowSide: THREE.DoubleSide });
+  const material = new THREE.MeshStandardMaterial({ roughness, side: THREE.DoubleSide, shadowSide: THREE.DoubleSide });
   patched(material, uniforms, places, colors, true);
   return material;
 }
