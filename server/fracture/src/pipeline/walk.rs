@@ -87,8 +87,7 @@ pub(in crate::pipeline) fn walk(
     let budget = request.budget.map(|budget| budget.rescaled(solved, begun_s - cancel.remaining_s()));
     let masses = controls::repainted(prepared, request, &energies, &fields);
     let followed = controls::followed(prepared, request, &energies, &fields, &masses)?;
-    let mut division = divide(context, budget, &threshold, &followed, workspace)?;
-    controls::guard(context, &energies, &mut division.cells);
+    let division = divide(context, budget, &threshold, &followed, workspace)?;
     let Workspace { tessellation, spare, .. } = workspace;
     let sources = MeshSources { context, energies: &energies, fields: &fields, division: &division, spare };
     let meshes = cut(sources, tessellation)?;

@@ -40,7 +40,8 @@ pub struct WarpControls {
     pub waves: Option<Waves>,
     /// Local density of fragments.
     pub paint: Option<Paint>,
-    /// Regions that cracks do not cross.
+    /// Regions that cracks do not cross. Where no natural crack is farther away, cracks lie on the boundary of the region: of
+    /// a ball of r crack spacings, about 0.3/r spacings outside; of a box, up to 0.8.
     pub protected: Vec<Region>,
     /// Fixed sites, each the center of a fragment, coordinates of the mesh file, m.
     pub sites_m: Vec<Point3<f64>>,

@@ -30,11 +30,18 @@ impl Region {
 
     /// Distance of `point_m` from the region, m; 0 inside.
     pub fn distance_m(&self, point_m: &Point3<f64>) -> f64 {
+        self.signed_distance_m(point_m).max(0.0)
+    }
+
+    /// Distance of `point_m` from the region's boundary, m; negative inside.
+    pub fn signed_distance_m(&self, point_m: &Point3<f64>) -> f64 {
         match self {
-            Self::Ball { center_m, radius_m } => ((point_m - center_m).norm() - radius_m).max(0.0),
+            Self::Ball { center_m, radius_m } => (point_m - center_m).norm() - radius_m,
             Self::Cuboid { min_m, max_m } => {
-                let outside = |k: usize| (min_m[k] - point_m[k]).max(point_m[k] - max_m[k]).max(0.0);
-                (0..3).map(|k| outside(k).powi(2)).sum::<f64>().sqrt()
+                let outside = [0, 1, 2].map(|k| (min_m[k] - point_m[k]).max(point_m[k] - max_m[k]));
+                let largest = outside.into_iter().fold(f64::NEG_INFINITY, f64::max);
+                let distance = || outside.iter().map(|own| own.max(0.0).powi(2)).sum::<f64>().sqrt();
+                if largest < 0.0 { largest } else { distance() }
             }
         }
     }
@@ -63,5 +70,7 @@ mod tests {
         assert_eq!(cube.distance_m(&at(0.9, -0.9, 0.0)), 0.0);
         assert_eq!(cube.distance_m(&at(4.0, 5.0, 0.5)), 5.0);
         assert!(cube.holds(&at(1.0, 1.0, -1.0)) && !cube.holds(&at(1.0, 1.0, -1.1)));
+        assert_eq!([at(1.0, 0.0, 0.0), at(1.5, 0.0, 0.0)].map(|point| ball.signed_distance_m(&point)), [-0.5, 0.0]);
+        assert_eq!([at(0.5, -0.75, 0.0), at(1.0, 2.0, 0.0)].map(|point| cube.signed_distance_m(&point)), [-0.25, 1.0]);
     }
 }

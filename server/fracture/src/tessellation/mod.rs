@@ -41,7 +41,7 @@ mod topology;
 #[cfg(test)]
 mod tests;
 
-pub use barycentric::{MARGIN, preference};
+pub use barycentric::{MARGIN, edge_margin, preference};
 pub use components::{Components, components};
 pub use emit::{HostFrame, LocalToMeters, MeterFrame};
 pub use error::TessellationError;
@@ -50,7 +50,7 @@ pub use outer_copies::OuterCopies;
 pub use points::{BisectorSites, CrackPoints, FixedPoints, crack_points};
 use runs::Laid;
 pub use runs::{FragmentRange, RunRange};
-pub use seam::{EarlierCracks, seam};
+pub use seam::{EarlierCracks, seam, seam_among};
 pub use topology::{FACE_EDGES, OuterFace, Topology};
 
 use crate::lattice::Lattice;

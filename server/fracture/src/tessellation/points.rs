@@ -62,9 +62,15 @@ impl BisectorSites<'_> {
         at_nodes.iter().zip(weights).map(|(own, weight)| own * weight).sum()
     }
 
+    /// Distance of the sites of two fragments.
+    pub fn distance(&self, a: u32, b: u32) -> f64 {
+        let [a, b] = [a, b].map(|fragment| self.at(self.of_fragment[fragment as usize]));
+        a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+    }
+
     /// f_a − f_b of two sites at each of `nodes`.
     #[inline(always)]
-    pub(super) fn preferences<const N: usize>(&self, nodes: [u32; N], [a, b]: [u32; 2]) -> [f64; N] {
+    pub fn preferences<const N: usize>(&self, nodes: [u32; N], [a, b]: [u32; 2]) -> [f64; N] {
         let (a, b) = (self.at(a), self.at(b));
         nodes.map(|node| preference(self.lift.at(node as usize), a, b))
     }

@@ -50,18 +50,30 @@ pub fn seam(
     labels: &[u32],
     sites: BisectorSites<'_>,
 ) -> FixedPoints {
-    let [edges, faces] = [(topology.edges.len(), &old.points.edges), (topology.faces.len(), &old.points.faces)]
+    let (faces, tets) = (0..topology.faces.len() as u32, 0..lattice.tets.len() as u32);
+    seam_among(lattice, topology, (faces, tets), old, labels, sites)
+}
+
+/// As [`seam`], on these faces and tetrahedra, if earlier cracks divide no others.
+pub fn seam_among(
+    lattice: &Lattice,
+    topology: &Topology,
+    (faces, tets): (impl IntoIterator<Item = u32>, impl IntoIterator<Item = u32>),
+    old: EarlierCracks<'_>,
+    labels: &[u32],
+    sites: BisectorSites<'_>,
+) -> FixedPoints {
+    let [of_edges, of_faces] = [(topology.edges.len(), &old.points.edges), (topology.faces.len(), &old.points.faces)]
         .map(|(count, fixed)| slots(count, fixed));
     let mut fixed = old.points.clone();
-    let seam = Seam { lattice, topology, old, labels, sites, edges, faces };
-    for face in 0..topology.faces.len() {
-        fixed.faces.extend(seam.face(face).map(|place| (face as u32, place)));
+    let seam = Seam { lattice, topology, old, labels, sites, edges: of_edges, faces: of_faces };
+    for face in faces {
+        fixed.faces.extend(seam.face(face as usize).map(|place| (face, place)));
     }
-    let faces = slots(topology.faces.len(), &fixed.faces);
-    let complete = Seam { faces, ..seam };
-    for tet in 0..lattice.tets.len() {
-        let place = complete.tet(tet, &fixed);
-        fixed.tets.extend(place.map(|place| (tet as u32, place)));
+    let complete = Seam { faces: slots(topology.faces.len(), &fixed.faces), ..seam };
+    for tet in tets {
+        let place = complete.tet(tet as usize, &fixed);
+        fixed.tets.extend(place.map(|place| (tet, place)));
     }
     fixed
 }

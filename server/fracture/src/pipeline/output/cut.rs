@@ -29,6 +29,16 @@ pub(in crate::pipeline) struct MeshSources<'a> {
     pub spare: &'a BufferPool,
 }
 
+/// Diagram of a body on the mesh on which it is cut.
+#[derive(Clone, Copy)]
+struct NodeSites<'a> {
+    cells: &'a BodyCells,
+    /// Site of each node.
+    of_node: &'a [u32],
+    /// Crack points on the boundaries of protected regions.
+    fixed: &'a FixedPoints,
+}
+
 impl MeshSources<'_> {
     /// Release velocities of the fragments of one body.
     pub(super) fn velocities(&self, index: usize, pieces: &BodyMeshes) -> Vec<ReleaseVelocity> {
@@ -75,10 +85,12 @@ impl MeshSources<'_> {
             carried.clear();
             carried.resize(domain.mesh.nodes.len(), 0);
         }
+        let fixed = cells.and_then(|cells| self.enclose(&domain, cells, &mut carried));
         let sites = match cells {
-            Some(cells) => domain.sites(cells, &mut carried),
-            None => &carried,
+            Some(cells) if fixed.is_none() => domain.sites(cells, &mut carried),
+            _ => &carried,
         };
+        let fixed = &fixed.unwrap_or_default();
         cut.components.split(domain.topology, sites);
         labels.produced(&cut.components.labels);
         let tessellation = observer.stage(Stage::Tessellation);
@@ -86,7 +98,7 @@ impl MeshSources<'_> {
             let _slivers = observer.effect(EffectKind::Slivers);
             self.merge_small(&domain, &mut cut);
         }
-        let diagram = cells.map(|cells| (cells, sites));
+        let diagram = cells.map(|cells| NodeSites { cells, of_node: sites, fixed });
         self.tessellate(&domain, diagram, &mut cut, workspace)?;
         tessellation.produced(cut.tessellation.runs());
         let fragments = observer.stage(Stage::Fragments);
@@ -98,6 +110,22 @@ impl MeshSources<'_> {
         fragments.produced(&cut.measured);
         cut.carried = carried;
         Ok(cut.into_pieces(index, self.spare, |site| cells.map_or(0.0, |cells| self.energy_j_m2(cells, site))))
+    }
+
+    /// Applies an artist's protected regions: writes the sites of the nodes to `carried`, and returns the crack points on
+    /// the regions' boundaries. `None` without regions.
+    fn enclose(&self, domain: &CutDomain<'_>, cells: &BodyCells, carried: &mut Vec<u32>) -> Option<FixedPoints> {
+        let RequestContext { prepared, request, observer, .. } = self.context;
+        let index = self.energies[cells.struck].body;
+        let warped = request.controls_of(prepared, index)?;
+        let effect = observer.effect(EffectKind::Warp);
+        let fixed = domain.boundary.map(|boundary| {
+            let (diagram, volumes) = (&cells.diagram, &prepared.bodies[index].volumes);
+            let of_group = warped.protecting_labels(&diagram.labels, volumes, diagram.count());
+            domain.enclosed_sites(boundary, &of_group, cells, carried)
+        });
+        effect.produced_bytes(warped.bytes() as u64);
+        fixed
     }
 
     /// Distance-weighted energy of a cell, J·m².
@@ -118,7 +146,7 @@ impl MeshSources<'_> {
     fn merge_slivers(
         &self,
         domain: &CutDomain<'_>,
-        diagram: Option<(&BodyCells, &[u32])>,
+        diagram: Option<NodeSites<'_>>,
         cut: &mut CutBuffers,
         workspace: &mut TessellationWorkspace,
     ) -> Result<u64, FractureError> {
@@ -132,22 +160,24 @@ impl MeshSources<'_> {
     }
 
     /// Computes the crack points of the components, at the diagram's positions even between merged cells, and builds
-    /// the fragments. `diagram`: the cells, and the site of each node.
+    /// the fragments.
     fn tessellate(
         &self,
         domain: &CutDomain<'_>,
-        diagram: Option<(&BodyCells, &[u32])>,
+        diagram: Option<NodeSites<'_>>,
         cut: &mut CutBuffers,
         workspace: &mut TessellationWorkspace,
     ) -> Result<(), FractureError> {
         let CutBuffers { components, points, tessellation, .. } = cut;
-        let sites = diagram.map(|(cells, of_node)| BisectorSites {
+        let sites = diagram.map(|NodeSites { cells, of_node, .. }| BisectorSites {
             lift: &domain.lift,
             coordinates: &cells.diagram.sites,
             of_fragment: &components.sites,
             of_node: Some(of_node),
         });
-        points.find(domain.mesh, domain.topology, &components.labels, sites, &FixedPoints::default())?;
+        let none = FixedPoints::default();
+        let fixed = diagram.map_or(&none, |diagram| diagram.fixed);
+        points.find(domain.mesh, domain.topology, &components.labels, sites, fixed)?;
         Ok(tessellation.build(domain.mesh, domain.topology, &components.labels, points, workspace)?)
     }
 }

@@ -168,7 +168,7 @@ impl FractureMeshes {
             FragmentSkins::of_outer_runs(&self.bodies, &self.outer, self.transform.meters_per_unit)
         } else {
             let skin = skin.ok_or(FractureError::AttributesUnprepared { effect: EffectKind::Skin })?;
-            FragmentSkins::clip(&self.bodies, skin, context.prepared, sites)
+            FragmentSkins::clip(&self.bodies, skin, context, sites)
         };
         effect.produced_bytes(self.skins.bytes() as u64);
         Ok(self)

@@ -11,6 +11,7 @@ pub(super) mod outer_attributes;
 pub(super) mod release_velocity;
 pub(super) mod retained;
 pub(super) mod rows;
+mod skin_regions;
 pub(super) mod skins;
 pub(super) mod slivers;
 pub(super) mod vertex_attributes;

@@ -1,8 +1,10 @@
 //! Skins of the fragments, with the effect `skin`: the input's triangles, cut along the boundaries of cells.
 
 use super::outer_attributes::OuterRunAttributes;
+use super::skin_regions::SkinRegions;
 use super::vertex_attributes::outer_kinds;
 use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
 use crate::skin::{AttributeKinds, ClippedSurface, PointAttributes, Skin, SkinPoint, clip};
 use crate::tessellation::BisectorSites;
@@ -86,11 +88,11 @@ impl FragmentSkins {
     pub(in crate::pipeline) fn clip(
         bodies: &[BodyMeshes],
         skin: &Arc<Skin>,
-        prepared: &PreparedObject,
+        context: RequestContext<'_>,
         sites: &[Option<BisectorSites<'_>>],
     ) -> Self {
-        let mut skins = Self::default();
-        let parts = SkinAssigner::new(bodies, skin, prepared, sites).cut();
+        let (mut skins, prepared) = (Self::default(), context.prepared);
+        let parts = SkinAssigner::new(bodies, skin, context, sites).cut();
         let centers = bodies.iter().flat_map(|pieces| &pieces.properties).map(|own| own.center);
         for (part, center) in parts.iter().zip(centers) {
             skins.push(part, skin, &center, prepared.frame.diagonal_m);
@@ -167,22 +169,30 @@ struct SkinAssigner<'a> {
     firsts: Vec<u32>,
     /// Index in the result of each body of the object.
     places: Vec<usize>,
+    /// Protected regions of each body of the result, if the request uses them.
+    regions: Vec<Option<SkinRegions<'a>>>,
 }
 
 impl<'a> SkinAssigner<'a> {
     fn new(
         pieces: &'a [BodyMeshes],
         skin: &'a Skin,
-        prepared: &'a PreparedObject,
+        context: RequestContext<'a>,
         sites: &'a [Option<BisectorSites<'a>>],
     ) -> Self {
+        let RequestContext { prepared, request, .. } = context;
         let (mut firsts, mut first, mut places) = (Vec::new(), 0, vec![0; prepared.bodies.len()]);
         for (place, own) in pieces.iter().enumerate() {
             firsts.push(first);
             first += own.properties.len() as u32;
             places[own.body] = place;
         }
-        Self { pieces, skin, prepared, sites, firsts, places }
+        let regions = |own: &'a BodyMeshes| {
+            let boundary = request.controls_of(prepared, own.body)?.boundary.as_ref()?;
+            Some(SkinRegions::new(boundary, own))
+        };
+        let regions = pieces.iter().map(regions).collect();
+        Self { pieces, skin, prepared, sites, firsts, places, regions }
     }
 
     fn cut(&self) -> Vec<ClippedSurface> {
@@ -199,17 +209,29 @@ impl<'a> SkinAssigner<'a> {
     fn around(&self, point: u32) -> (usize, [Option<u32>; 4], [f64; 4]) {
         let SkinPoint { body, place } = &self.skin.spots[point as usize];
         let own = self.places[*body as usize];
-        let pieces = &self.pieces[own];
-        let nodes = self.prepared.bodies[*body as usize].crack.tets[place.tet as usize];
+        let (pieces, nodes) = (&self.pieces[own], self.nodes(point));
         let is_kept = |label: &u32| (*label as usize) < pieces.properties.len();
         let fragments = nodes.map(|node| Some(pieces.labels[node as usize]).filter(is_kept));
         let weights = [0, 1, 2, 3].map(|k| if fragments[k].is_some() { place.barycentric[k] } else { 0.0 });
         (own, fragments.map(|label| Some(self.firsts[own] + label?)), weights)
     }
 
-    /// The fragment of a point: among those at the corners of its tetrahedron, the one whose cell contains the point.
+    /// Corner nodes of the tetrahedron around a point.
+    fn nodes(&self, point: u32) -> [u32; 4] {
+        let SkinPoint { body, place } = &self.skin.spots[point as usize];
+        self.prepared.bodies[*body as usize].crack.tets[place.tet as usize]
+    }
+
+    /// The fragment of a point: that of the protected region around it, or, among those at the corners of its
+    /// tetrahedron, the one whose cell contains the point.
     fn label(&self, point: u32) -> u32 {
         let (body, fragments, _) = self.around(point);
+        let enclosing = self.regions[body]
+            .as_ref()
+            .and_then(|regions| regions.fragment(&self.skin.points[point as usize], self.nodes(point)));
+        if let Some(enclosing) = enclosing {
+            return self.firsts[body] + enclosing;
+        }
         let nearer = |best: u32, other: u32| {
             let rival = if other == best { 0.0 } else { self.rival(point, other, best) };
             if rival < 0.0 || (rival == 0.0 && other < best) { other } else { best }
@@ -224,11 +246,11 @@ impl<'a> SkinAssigner<'a> {
             let local = fragment.checked_sub(self.firsts[body])?;
             ((local as usize) < self.pieces[body].properties.len()).then_some(local)
         };
-        let spot = &self.skin.spots[point as usize];
-        let nodes = self.prepared.bodies[spot.body as usize].crack.tets[spot.place.tet as usize];
-        match (self.sites[body], own(a), own(b)) {
-            (Some(sites), Some(a), Some(b)) => sites.rivalry(nodes, weights, a, b),
-            _ => f64::NAN,
+        let (Some(sites), Some(a), Some(b)) = (self.sites[body], own(a), own(b)) else { return f64::NAN };
+        let natural = sites.rivalry(self.nodes(point), weights, a, b);
+        match &self.regions[body] {
+            Some(regions) => regions.rivalry(&self.skin.points[point as usize], [a, b], natural, &sites),
+            None => natural,
         }
     }
 }

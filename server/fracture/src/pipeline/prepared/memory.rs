@@ -5,6 +5,7 @@ use super::energy_bound::EnergyUpperBound;
 use super::example::TrainingExample;
 use super::learned::LearnedModel;
 use super::object::{ElasticModel, PreparedBody, PreparedObject};
+use super::region_boundary::RegionBoundary;
 use super::warped_body::WarpedBody;
 use crate::cutting::CuttingMesh;
 use crate::elasticity::ReducedBasis;
@@ -87,8 +88,9 @@ impl PreparedBody {
 impl WarpedBody {
     /// Memory, bytes.
     pub fn bytes(&self) -> usize {
-        let Self { lifts, protected, pins, factors, alike: _ } = self;
-        let protected = protected.iter().map(held).sum::<usize>() + held(protected);
+        let Self { lifts, protected, boundary, cutting_boundary, pins, factors, alike: _ } = self;
+        let boundaries = [boundary, cutting_boundary].into_iter().flatten().map(RegionBoundary::bytes).sum::<usize>();
+        let protected = protected.iter().map(held).sum::<usize>() + held(protected) + boundaries;
         lifts.iter().map(lift).sum::<usize>() + held(lifts) + protected + held(pins) + held(factors)
     }
 }

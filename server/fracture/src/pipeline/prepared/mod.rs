@@ -11,5 +11,6 @@ pub(super) mod object;
 pub(super) mod parameters;
 pub(super) mod preset;
 pub(super) mod reduction;
+pub(super) mod region_boundary;
 pub(super) mod warp;
 pub(super) mod warped_body;

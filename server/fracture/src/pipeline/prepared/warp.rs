@@ -5,12 +5,14 @@
 //! Gersho, *Asymptotically optimal block quantization* (1979): the density of sites is the energy density to the power
 //! 3/5, so f times as many sites need f^(5/3) times the energy.
 
-use super::object::PreparedObject;
+use super::object::{PreparedBody, PreparedObject};
+use super::region_boundary::RegionBoundary;
 use super::warped_body::{WarpError, WarpedBody};
 use crate::cancel_token::CancelToken;
+use crate::cutting::CuttingMesh;
 use crate::lattice::Lattice;
 use crate::lift::{self, Extension, LiftError, LiftKind, LiftedLattice, SpaceWarp};
-use crate::scene::{Grain, Paint, WarpControls, Waves};
+use crate::scene::{Grain, Paint, Region, WarpControls, Waves};
 use crate::surface::{LocalFrame, NearestPoints};
 use nalgebra::{Point3, Unit, Vector3};
 use std::collections::BTreeSet;
@@ -108,31 +110,34 @@ impl PreparedObject {
         lifts.into_iter().map(or_without_lift).collect()
     }
 
-    /// Finds the nodes of protected regions: those inside, and those within one edge length of them.
+    /// Finds the nodes of protected regions: those inside, and those within one edge length of them; and the boundaries of
+    /// the regions on the meshes.
     ///
-    /// Regions that share a node are merged.
+    /// Regions that share a node form one group.
     fn protect(&mut self, controls: &WarpControls) -> Result<(), WarpError> {
-        let meter = self.frame.diagonal_m;
         let frame = self.frame;
         let mut found = vec![false; controls.protected.len()];
         for body in &mut self.bodies {
-            let reach_m = longest_edge(&body.crack) * meter;
-            let mut sets: Vec<BTreeSet<u32>> = Vec::new();
+            let reach_m = longest_edge(&body.crack) * frame.diagonal_m;
+            let mut groups: Vec<(BTreeSet<u32>, Vec<Region>)> = Vec::new();
             for (region, found) in controls.protected.iter().zip(&mut found) {
                 let near = |node: &Point3<f64>| region.distance_m(&frame.to_meters(node)) <= reach_m;
                 let nodes = body.crack.nodes.iter().enumerate().filter(|(_, node)| near(node));
-                let mut own: BTreeSet<u32> = nodes.map(|(node, _)| node as u32).collect();
-                *found |= !own.is_empty();
+                let mut own = (nodes.map(|(node, _)| node as u32).collect::<BTreeSet<_>>(), vec![*region]);
+                if own.0.is_empty() {
+                    continue;
+                }
+                *found = true;
                 let (sharing, others): (Vec<_>, Vec<_>) =
-                    std::mem::take(&mut sets).into_iter().partition(|set| !set.is_disjoint(&own));
-                sharing.into_iter().for_each(|set| own.extend(set));
-                sets = others;
-                sets.push(own);
+                    std::mem::take(&mut groups).into_iter().partition(|(nodes, _)| !nodes.is_disjoint(&own.0));
+                for (nodes, regions) in sharing {
+                    own.0.extend(nodes);
+                    own.1.extend(regions);
+                }
+                groups = others;
+                groups.push(own);
             }
-            sets.retain(|set| !set.is_empty());
-            if let Some(warped) = &mut body.warped {
-                warped.protected = sets.into_iter().map(|set| set.into_iter().collect()).collect();
-            }
+            body.protect(groups, frame);
         }
         match found.iter().position(|found| !found) {
             Some(region) => Err(WarpError::Region { region }),
@@ -162,6 +167,21 @@ impl PreparedObject {
             }
         }
         Ok(())
+    }
+}
+
+impl PreparedBody {
+    /// Sets the nodes and boundaries of groups of protected regions, if there are any.
+    fn protect(&mut self, groups: Vec<(BTreeSet<u32>, Vec<Region>)>, frame: LocalFrame) {
+        let Some(warped) = self.warped.as_mut().filter(|_| !groups.is_empty()) else { return };
+        let (nodes, regions): (Vec<_>, Vec<_>) = groups.into_iter().unzip();
+        warped.protected = nodes.into_iter().map(|own| own.into_iter().collect()).collect();
+        warped.boundary = Some(RegionBoundary::new((&self.crack, &self.topology), &regions, frame, |_| {}));
+        let of_cutting = |cutting: &CuttingMesh| {
+            let mesh = (&cutting.mesh, &cutting.topology);
+            RegionBoundary::new(mesh, &regions, frame, |groups| cutting.join_short_edges(groups))
+        };
+        warped.cutting_boundary = self.cutting.as_ref().map(of_cutting);
     }
 }
 

@@ -1,5 +1,6 @@
 //! Results of an artist's controls on one body.
 
+use super::region_boundary::RegionBoundary;
 use crate::cancel_token::Canceled;
 use crate::lift::{LiftError, LiftKind, LiftedLattice};
 /// Errors of applying an artist's controls to an object.
@@ -72,8 +73,12 @@ fn advice(slope: Option<f64>) -> String {
 pub struct WarpedBody {
     /// Lifts in the warped space, of the kinds that the body has; empty if the warp is the identity.
     pub(in crate::pipeline) lifts: Vec<LiftedLattice>,
-    /// Nodes of each protected region, disjoint.
+    /// Nodes in and near each group of protected regions, disjoint.
     pub(in crate::pipeline) protected: Vec<Vec<u32>>,
+    /// Boundaries of those groups on the crack lattice; `None` without protected regions.
+    pub(in crate::pipeline) boundary: Option<RegionBoundary>,
+    /// Boundaries of those groups on the mesh of the input surface, if the body has one.
+    pub(in crate::pipeline) cutting_boundary: Option<RegionBoundary>,
     /// Nodes of the fixed sites, all different.
     pub(in crate::pipeline) pins: Vec<u32>,
     /// Factor on the energy in the placement of sites, by node; empty: 1.
@@ -88,15 +93,15 @@ impl WarpedBody {
         self.lifts.iter().find(|lift| lift.kind == kind)
     }
 
-    /// Assigns each protected region the label that covers most of its volume; ties go to the lowest label.
-    pub(in crate::pipeline) fn keep_whole(&self, labels: &mut [u32], volumes: &[f64], sites: usize) {
-        for region in &self.protected {
+    /// The label of each group of protected regions: the one that covers most of its volume; ties go to the lowest.
+    ///
+    /// `labels` and `volumes` are those of the crack lattice's nodes.
+    pub(in crate::pipeline) fn protecting_labels(&self, labels: &[u32], volumes: &[f64], sites: usize) -> Vec<u32> {
+        let most = |nodes: &Vec<u32>| {
             let mut shares = vec![0.0; sites];
-            region.iter().for_each(|&node| shares[labels[node as usize] as usize] += volumes[node as usize]);
-            let most = (0..sites).rev().max_by(|&a, &b| shares[a].total_cmp(&shares[b]));
-            if let Some(label) = most {
-                region.iter().for_each(|&node| labels[node as usize] = label as u32);
-            }
-        }
+            nodes.iter().for_each(|&node| shares[labels[node as usize] as usize] += volumes[node as usize]);
+            (0..sites).rev().max_by(|&a, &b| shares[a].total_cmp(&shares[b])).unwrap_or(0) as u32
+        };
+        self.protected.iter().map(most).collect()
     }
 }

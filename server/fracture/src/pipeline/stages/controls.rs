@@ -1,13 +1,11 @@
 //! Application of an artist's controls to the division of a body.
 
-use super::cells::BodyCells;
 use super::energy::BodyEnergy;
 use crate::centroidal::EnergyField;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::PreparedObject;
-use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::request::fracture_request::FractureRequest;
-use crate::scene::EffectKind;
+
 /// Masses of the fields after painting, with unchanged totals; `None` for a body without paint.
 pub(in crate::pipeline) fn repainted(
     prepared: &PreparedObject,
@@ -39,18 +37,4 @@ pub(in crate::pipeline) fn followed<'a>(
         Ok(strike.controls_of(prepared, energy.body).map_or(field, |warped| field.pinned(&warped.pins)))
     };
     energies.iter().zip(fields).zip(masses).map(follow).collect()
-}
-
-/// Assigns one label to each protected region of finished diagrams. Sites and energies stay those of the optimization.
-pub(in crate::pipeline) fn guard(context: RequestContext<'_>, energies: &[BodyEnergy], cells: &mut [BodyCells]) {
-    let RequestContext { prepared, request, observer, .. } = context;
-    for BodyCells { struck, diagram } in cells {
-        let body = energies[*struck].body;
-        if let Some(warped) = request.controls_of(prepared, body) {
-            let effect = observer.effect(EffectKind::Warp);
-            let sites = diagram.count();
-            warped.keep_whole(&mut diagram.labels, &prepared.bodies[body].volumes, sites);
-            effect.produced_bytes(warped.bytes() as u64);
-        }
-    }
 }
