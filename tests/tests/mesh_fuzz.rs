@@ -1,8 +1,8 @@
 //! Bad meshes at scale: every mutant ends in a checked result or in an error that names the reason.
 
 use shatter_lab::study::mesh_fuzz::{
-    BaseMesh, FuzzPlan, FuzzTally, FuzzVerdict, Judge, MUST_ACCEPT_RATE_MIN, Mutant, REGRESSIONS, from_folder,
-    generated, run,
+    BaseMesh, FuzzPlan, FuzzTally, FuzzVerdict, Judge, MUST_ACCEPT_RATE_MIN, MeshSize, Mutant, REGRESSIONS,
+    from_folder, generated, run,
 };
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -20,7 +20,7 @@ const DEADLINE: Duration = Duration::from_secs(60);
 /// The real meshes, if there are any.
 fn real() -> Vec<BaseMesh> {
     match std::env::var_os("SHATTER_MESHES") {
-        Some(folder) => from_folder(Path::new(&folder)).unwrap(),
+        Some(folder) => from_folder(Path::new(&folder), MeshSize::Small).unwrap(),
         None => {
             println!("skipped: SHATTER_MESHES is not set (mutants of real meshes)");
             Vec::new()
@@ -31,7 +31,7 @@ fn real() -> Vec<BaseMesh> {
 /// Checks that every mutant has a result or an error with a reason, and that those that must be accepted have a result.
 fn check(meshes: Vec<BaseMesh>, count: usize) {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let judge = Judge::new(DEADLINE).unwrap();
+    let judge = Judge::new(MeshSize::Small, DEADLINE).unwrap();
     let plan = FuzzPlan { count, seed: 1, meshes, judge, repeat_every: 13, threads };
     let begun = Instant::now();
     let tally: FuzzTally = run(&plan, &mut |_, _| ());
@@ -44,7 +44,7 @@ fn check(meshes: Vec<BaseMesh>, count: usize) {
 }
 
 fn check_all([of_generated, of_real]: [usize; 2]) {
-    check(generated(), of_generated);
+    check(generated(MeshSize::Small), of_generated);
     let real = real();
     if !real.is_empty() {
         check(real, of_real);
@@ -65,7 +65,8 @@ fn a_thousand_damaged_meshes_are_baked_or_rejected() {
 
 #[test]
 fn fixed_mesh_regressions_stay_fixed() {
-    let (meshes, judge) = ([generated(), real()].concat(), Judge::new(DEADLINE).unwrap());
+    let (meshes, judge) =
+        ([generated(MeshSize::Small), real()].concat(), Judge::new(MeshSize::Small, DEADLINE).unwrap());
     for id in REGRESSIONS {
         let mutant: Mutant = id.parse().unwrap();
         let Some(base) = meshes.iter().find(|base| base.name == mutant.mesh) else {

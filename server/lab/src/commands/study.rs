@@ -2,7 +2,7 @@
 
 use crate::report::{self, ReportFigure};
 use crate::study::accuracy::StudyError;
-use crate::study::mesh_fuzz::{self, FuzzPlan, FuzzTally, FuzzVerdict, Judge, Mutant};
+use crate::study::mesh_fuzz::{self, FuzzPlan, FuzzTally, FuzzVerdict, Judge, MeshSize, Mutant};
 use crate::study::paper::PaperError;
 use crate::study::stability::{
     CASES, CaseOutcome, CaseRow, REAL, StabilityFindings, TrialFault, bending_deficits, damaged_statues, judge,
@@ -93,6 +93,10 @@ struct Stability {
     /// Seed of the bad meshes
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Damage meshes of full size and bake them with the preset game, instead of small ones on coarse lattices; takes several
+    /// times as long
+    #[arg(long)]
+    full_size: bool,
     /// Folder of further real meshes
     #[arg(long, value_name = "DIR", env = "SHATTER_MESHES")]
     meshes: Option<PathBuf>,
@@ -107,8 +111,21 @@ struct Stability {
     json: bool,
 }
 
+impl Stability {
+    fn size(&self) -> MeshSize {
+        if self.full_size { MeshSize::Full } else { MeshSize::Small }
+    }
+
+    fn deadline(&self) -> Duration {
+        if self.full_size { FULL_SIZE_DEADLINE } else { DEADLINE }
+    }
+}
+
 /// Time limit for a bad mesh. Most take well below a second, so one that takes this long hangs.
 const DEADLINE: Duration = Duration::from_secs(60);
+
+/// Time limit for a bad mesh of full size. Lattices are refined until parts are connected, which takes minutes on one thread.
+const FULL_SIZE_DEADLINE: Duration = Duration::from_secs(900);
 
 /// One bad mesh of this many is judged a second time, on another number of threads.
 const REPEAT_EVERY: usize = 13;
@@ -368,18 +385,18 @@ fn rows(files: &[(&Path, &str)], progress: &mut StudyProgress) -> (Vec<CaseRow>,
 }
 
 fn meshes(args: &Stability) -> Result<Vec<mesh_fuzz::BaseMesh>, CommandError> {
-    let mut meshes = mesh_fuzz::generated();
+    let mut meshes = mesh_fuzz::generated(args.size());
     if let Some(folder) = &args.meshes {
         let refused = |error: mesh_fuzz::FolderError| {
             CommandError::refused("unreadable_file", folder.display().to_string(), error.to_string())
         };
-        meshes.extend(mesh_fuzz::from_folder(folder).map_err(refused)?);
+        meshes.extend(mesh_fuzz::from_folder(folder, args.size()).map_err(refused)?);
     }
     Ok(meshes)
 }
 
-fn judge_of() -> Result<Judge, CommandError> {
-    Judge::new(DEADLINE).map_err(CommandError::from)
+fn judge_of(args: &Stability) -> Result<Judge, CommandError> {
+    Judge::new(args.size(), args.deadline()).map_err(CommandError::from)
 }
 
 fn tally(args: &Stability) -> Result<FuzzTally, CommandError> {
@@ -388,7 +405,7 @@ fn tally(args: &Stability) -> Result<FuzzTally, CommandError> {
         count: args.mutants,
         seed: args.seed,
         meshes: meshes(args)?,
-        judge: judge_of()?,
+        judge: judge_of(args)?,
         repeat_every: REPEAT_EVERY,
         threads,
     };
@@ -406,7 +423,7 @@ fn tally(args: &Stability) -> Result<FuzzTally, CommandError> {
 
 /// Judges one bad mesh; reduces it if it fails.
 fn shrink(args: &Stability, mutant: &Mutant) -> Result<bool, CommandError> {
-    let (meshes, judge) = (meshes(args)?, judge_of()?);
+    let (meshes, judge) = (meshes(args)?, judge_of(args)?);
     let base = meshes.iter().find(|base| base.name == mutant.mesh).ok_or_else(|| {
         let names: Vec<&str> = meshes.iter().map(|base| base.name.as_str()).collect();
         CommandError::refused(

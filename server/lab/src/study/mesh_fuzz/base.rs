@@ -8,12 +8,21 @@ use std::path::{Path, PathBuf};
 /// Maximum number of triangles of a base mesh, so that a mutant takes some tens of milliseconds.
 pub const TRIANGLES_MAX: usize = 3000;
 
+/// Size of base meshes and of the lattices in their mutants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshSize {
+    /// Meshes simplified to [`TRIANGLES_MAX`] triangles, on coarse lattices.
+    Small,
+    /// Meshes as they are, on the lattices of the preset `game`.
+    Full,
+}
+
 /// Named mesh.
 #[derive(Clone, Debug)]
 pub struct BaseMesh {
     /// Name without a slash; part of each mutant's name.
     pub name: String,
-    /// Mesh of at most [`TRIANGLES_MAX`] triangles.
+    /// The mesh.
     pub mesh: RawMesh,
 }
 
@@ -39,28 +48,32 @@ pub enum FolderError {
 }
 
 impl BaseMesh {
-    /// Creates a base mesh, simplified to [`TRIANGLES_MAX`] triangles.
-    pub fn new(name: impl Into<String>, mesh: &RawMesh) -> Self {
-        Self { name: name.into(), mesh: clustered(mesh, TRIANGLES_MAX) }
+    fn new(name: impl Into<String>, mesh: RawMesh, size: MeshSize) -> Self {
+        let mesh = match size {
+            MeshSize::Small => clustered(&mesh, TRIANGLES_MAX),
+            MeshSize::Full => mesh,
+        };
+        Self { name: name.into(), mesh }
     }
 }
 
-/// Generated shapes at a coarse resolution.
-pub fn generated() -> Vec<BaseMesh> {
+/// Generated shapes.
+pub fn generated(size: MeshSize) -> Vec<BaseMesh> {
+    let base = |name: &str, mesh| BaseMesh::new(name, mesh, size);
     vec![
-        BaseMesh::new("sphere", &shapes::sphere(0.5, 3)),
-        BaseMesh::new("cuboid", &quartered(&quartered(&shapes::cuboid([0.6, 0.4, 0.3])))),
-        BaseMesh::new("ellipsoid", &shapes::ellipsoid([0.5, 0.25, 0.2], 3)),
-        BaseMesh::new("torus", &shapes::torus(0.4, 0.15, [36, 18])),
-        BaseMesh::new("dumbbell", &shapes::dumbbell()),
-        BaseMesh::new("arch", &shapes::arch()),
-        BaseMesh::new("horseshoe", &shapes::horseshoe()),
-        BaseMesh::new("statue", &shapes::statue()),
+        base("sphere", shapes::sphere(0.5, 3)),
+        base("cuboid", quartered(&quartered(&shapes::cuboid([0.6, 0.4, 0.3])))),
+        base("ellipsoid", shapes::ellipsoid([0.5, 0.25, 0.2], 3)),
+        base("torus", shapes::torus(0.4, 0.15, [36, 18])),
+        base("dumbbell", shapes::dumbbell()),
+        base("arch", shapes::arch()),
+        base("horseshoe", shapes::horseshoe()),
+        base("statue", shapes::statue()),
     ]
 }
 
 /// Meshes of a folder, sorted by name; ignores other files.
-pub fn from_folder(folder: &Path) -> Result<Vec<BaseMesh>, FolderError> {
+pub fn from_folder(folder: &Path, size: MeshSize) -> Result<Vec<BaseMesh>, FolderError> {
     let unreadable = |source| FolderError::Unreadable { path: folder.to_owned(), source };
     let entries = std::fs::read_dir(folder).and_then(Iterator::collect::<Result<Vec<_>, _>>).map_err(unreadable)?;
     let mut paths: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).filter(|path| is_mesh(path)).collect();
@@ -68,7 +81,7 @@ pub fn from_folder(folder: &Path) -> Result<Vec<BaseMesh>, FolderError> {
     let base = |path: PathBuf| {
         let name = path.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         match surface::read(&path, LengthUnit::M, UpAxis::Y) {
-            Ok(mesh) => Ok(BaseMesh::new(name, &mesh)),
+            Ok(mesh) => Ok(BaseMesh::new(name, mesh, size)),
             Err(source) => Err(FolderError::Mesh { path, source }),
         }
     };
@@ -103,7 +116,7 @@ mod tests {
 
     #[test]
     fn generated_meshes_are_small_sound_and_named_once() {
-        let all = generated();
+        let all = generated(MeshSize::Small);
         for base in &all {
             assert!(base.mesh.triangles.len() <= TRIANGLES_MAX && base.mesh.check().is_ok(), "{}", base.name);
             assert_eq!(all.iter().filter(|other| other.name == base.name).count(), 1);
@@ -112,7 +125,7 @@ mod tests {
 
     #[test]
     fn a_folder_that_is_not_there_is_named() {
-        let error = from_folder(Path::new("nowhere")).unwrap_err();
+        let error = from_folder(Path::new("nowhere"), MeshSize::Full).unwrap_err();
         assert!(error.to_string().contains("nowhere"));
     }
 }

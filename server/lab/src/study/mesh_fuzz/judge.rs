@@ -2,7 +2,7 @@
 
 use super::check::{FuzzFault, check};
 use super::inside::clearly_has_inside;
-use super::{Mutant, kinds};
+use super::{MeshSize, Mutant, kinds};
 use rayon::ThreadPoolBuilder;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeError, BakeRequest, bake};
@@ -14,7 +14,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
-/// Spacings over the diagonal, coarse for speed.
+/// Spacings over the diagonal on small meshes, coarse for speed.
 const ELASTIC_SPACING: f64 = 0.1;
 const CRACK_SPACING: f64 = 1.0 / 16.0;
 
@@ -50,6 +50,7 @@ pub enum FuzzVerdict {
 #[derive(Clone, Debug)]
 pub struct Judge {
     pub(super) material: Material,
+    pub(super) size: MeshSize,
     /// Time limit for a mesh.
     pub deadline: Duration,
     /// Number of worker threads, at least one.
@@ -57,12 +58,12 @@ pub struct Judge {
 }
 
 impl Judge {
-    /// Creates a judge with one thread, the material glass and a time limit. Errors: the built-in table of materials has no glass.
+    /// Creates a judge with one thread, the material glass and a time limit.
     ///
     /// # Errors
     /// The program's own table of materials has no glass.
-    pub fn new(deadline: Duration) -> Result<Self, MaterialError> {
-        Ok(Self { material: Material::named("glass")?, deadline, threads: 1 })
+    pub fn new(size: MeshSize, deadline: Duration) -> Result<Self, MaterialError> {
+        Ok(Self { material: Material::named("glass")?, size, deadline, threads: 1 })
     }
 
     /// Judges a mutant of `mesh`.
@@ -94,9 +95,10 @@ impl Judge {
     }
 
     fn request(&self) -> BakeRequest {
+        let is_small = self.size == MeshSize::Small;
         BakeRequest {
-            elastic_spacing: Some(ELASTIC_SPACING),
-            crack_spacing: Some(CRACK_SPACING),
+            elastic_spacing: is_small.then_some(ELASTIC_SPACING),
+            crack_spacing: is_small.then_some(CRACK_SPACING),
             // Fitting κ would take most of the time, and does not matter when the number of sites is given.
             kappa: Some(2.0),
             ..BakeRequest::new("mutant", "glass", self.material.clone())

@@ -23,7 +23,7 @@ mod tally;
 /// lattice of a mutant is coarse.
 pub const MUST_ACCEPT_RATE_MIN: f64 = 0.95;
 
-pub use base::{BaseMesh, FolderError, TRIANGLES_MAX, from_folder, generated};
+pub use base::{BaseMesh, FolderError, MeshSize, TRIANGLES_MAX, from_folder, generated};
 pub use check::FuzzFault;
 pub use defects::{FuzzDefect, UnknownDefect};
 pub use id::{Mutant, MutantIdError};

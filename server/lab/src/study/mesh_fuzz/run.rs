@@ -94,14 +94,14 @@ fn work(plan: &FuzzPlan, next: &AtomicUsize, sender: &Sender<(usize, FuzzVerdict
 
 #[cfg(test)]
 mod tests {
-    use super::super::generated;
+    use super::super::{MeshSize, generated};
     use super::*;
     use std::collections::BTreeSet;
     use std::time::Duration;
 
     fn plan(count: usize, threads: usize) -> FuzzPlan {
-        let judge = Judge::new(Duration::from_secs(60)).unwrap();
-        let meshes = generated().into_iter().take(2).collect();
+        let judge = Judge::new(MeshSize::Small, Duration::from_secs(60)).unwrap();
+        let meshes = generated(MeshSize::Small).into_iter().take(2).collect();
         FuzzPlan { count, seed: 5, meshes, judge, repeat_every: 8, threads }
     }
 

@@ -49,11 +49,13 @@ impl StabilityFindings {
             "mutants": {
                 "tried": all.tried,
                 "checked": all.checked,
+                "exact": all.exact,
                 "refused": all.refused,
                 "failed": all.failed,
                 "must_accept_rate": self.must_accept_rate(),
                 "per_mesh": self.mutants.per_mesh,
                 "per_defect": self.mutants.per_defect,
+                "lattice_reasons": self.mutants.lattice_reasons,
                 "failures": self.mutants.failures,
                 "unjustified": self.mutants.unjustified,
             },
@@ -173,10 +175,24 @@ impl StabilityFindings {
 
     fn bad_meshes(&self) -> Section {
         let table = |title: &str, rows: &[NamedCounts]| ReportTable {
-            head: [title, "tried", "checked", "refused", "unjustified errors", "failed", "must-accept accepted"]
-                .map(str::to_owned)
-                .to_vec(),
+            head: [
+                title,
+                "tried",
+                "checked",
+                "exact",
+                "refused",
+                "unjustified errors",
+                "failed",
+                "must-accept accepted",
+            ]
+            .map(str::to_owned)
+            .to_vec(),
             rows: rows.iter().map(counts).collect(),
+        };
+        let reasons = self.mutants.lattice_reasons.iter();
+        let reasons = ReportTable {
+            head: ["reason for the lattice's surface", "times"].map(str::to_owned).to_vec(),
+            rows: reasons.map(|(reason, count)| ("", vec![reason.clone(), count.to_string()])).collect(),
         };
         Section {
             heading: format!("{} bad meshes", self.mutants.all.tried),
@@ -188,7 +204,11 @@ impl StabilityFindings {
                     .to_owned(),
             ],
             figures: self.damaged.clone(),
-            tables: vec![table("defect", &self.mutants.per_defect), table("mesh", &self.mutants.per_mesh)],
+            tables: vec![
+                table("defect", &self.mutants.per_defect),
+                table("mesh", &self.mutants.per_mesh),
+                reasons,
+            ],
             ..Section::default()
         }
     }
@@ -199,7 +219,7 @@ fn counts(row: &NamedCounts) -> (&'static str, Vec<String>) {
         0 => "–".to_owned(),
         _ => format!("{:.1} %", 100.0 * row.must_accept.accept_rate()),
     };
-    let numbers = [row.all.tried, row.all.checked, row.all.refused, row.all.unjustified, row.all.failed];
+    let numbers = [row.all.tried, row.all.checked, row.all.exact, row.all.refused, row.all.unjustified, row.all.failed];
     let cells = std::iter::once(row.name.clone()).chain(numbers.iter().map(u64::to_string)).chain([must]);
     (if row.all.failed > 0 { "failed" } else { "" }, cells.collect())
 }

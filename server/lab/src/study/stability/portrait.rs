@@ -5,7 +5,7 @@ use super::trial::{TrialResult, at, baked, coarse, sound, struck};
 use crate::picture::{Backdrop, Camera, PictureError, PictureSize, Projection, RenderStyle, Spread, draw};
 use crate::report::ReportFigure;
 use crate::study::exploded::exploded;
-use crate::study::mesh_fuzz::{FuzzDefect, generated};
+use crate::study::mesh_fuzz::{FuzzDefect, MeshSize, generated};
 use nalgebra::Vector3;
 use shatter_fracture::pipeline::PreparedObject;
 use shatter_proto::text::counted;
@@ -38,7 +38,7 @@ pub fn portrait(prepared: &PreparedObject, result: &TrialResult, caption: String
 
 /// Pictures of the statue under every defect that must be accepted, each with the same impact.
 pub fn damaged_statues() -> Result<Vec<ReportFigure>, TrialFault> {
-    let bases = generated();
+    let bases = generated(MeshSize::Small);
     let statue = bases.iter().find(|base| base.name == "statue");
     let statue = statue.ok_or_else(|| TrialFault::ours("picture", "there is no mesh `statue`"))?;
     let defects = FuzzDefect::ALL.iter().filter(|defect| defect.must_accept());
