@@ -89,13 +89,14 @@ impl WindingMoments {
 /// Winding number by summing over all triangles; the reference for [`WindingMoments`].
 #[cfg(test)]
 pub(super) fn brute_force(triangles: &[[Point3<f64>; 3]], point: &Point3<f64>) -> f64 {
-    let mut sum = 0.0;
-    for triangle in triangles {
-        let [a, b, c] = triangle.map(|corner| corner - point);
-        let (cosine, sine) = half_solid_angle(&a, &b, &c);
-        sum += sine.atan2(cosine) / TAU;
-    }
-    sum
+    triangles.iter().map(|triangle| triangle_winding(triangle, point)).sum()
+}
+
+/// Part of the winding number that one triangle adds.
+pub(super) fn triangle_winding(triangle: &[Point3<f64>; 3], point: &Point3<f64>) -> f64 {
+    let [a, b, c] = triangle.map(|corner| corner - point);
+    let (cosine, sine) = half_solid_angle(&a, &b, &c);
+    sine.atan2(cosine) / TAU
 }
 
 impl Moments {

@@ -5,6 +5,7 @@ use super::super::tree::BoundingBox;
 use super::super::{DIAGONAL_RANGE_M, Defect, DefectKind, LocalFrame, RawMesh, SurfaceError};
 use super::edges::Edges;
 use super::given_windings::separates_inverted;
+use super::inverted_parts::turn_inverted_parts;
 use crate::scene::counted;
 use nalgebra::Point3;
 use robust::{Coord, orient2d};
@@ -26,15 +27,21 @@ pub(super) struct CleanMesh {
     pub triangles: Vec<[u32; 3]>,
     /// Triangle of the raw mesh that each triangle came from.
     pub source: Vec<u32>,
+    /// Whether the winding of each triangle is not that of the raw mesh.
+    pub is_turned: Vec<bool>,
+    /// Parts that were turned outward.
+    pub turned_parts: DefectTally,
 }
 
 /// Welds equal positions and drops triangles that repeat a vertex, have no area or duplicate another triangle.
+///
+/// Turns inverted parts first, because triangles that they share with others would be taken for duplicates.
 pub(super) fn clean(raw: &RawMesh, defects: &mut Vec<Defect>) -> Result<CleanMesh, SurfaceError> {
     let flat: Vec<bool> = raw.triangles.iter().map(|corners| is_flat(&raw.positions_m, corners)).collect();
     let frame = frame(raw, &flat)?;
     report_precision(raw, &frame, defects);
     let (positions, welded) = weld(raw, &frame, defects);
-    let mut clean = CleanMesh { frame, positions, triangles: Vec::new(), source: Vec::new() };
+    let mut clean = CleanMesh::new(frame, positions);
     let mut degenerate = DefectTally::default();
     for (triangle, corners) in raw.triangles.iter().enumerate() {
         let [a, b, c] = corners.map(|vertex| welded[vertex as usize]);
@@ -46,6 +53,7 @@ pub(super) fn clean(raw: &RawMesh, defects: &mut Vec<Defect>) -> Result<CleanMes
         }
     }
     let repeated = degenerate.count() > 0;
+    clean.turn_inverted_parts(raw);
     clean.drop_duplicates(raw, defects);
     let sewn = clean.drop_flat(&flat, raw, &mut degenerate);
     let action = match (repeated || degenerate.count() > sewn, sewn) {
@@ -168,6 +176,22 @@ impl OneOfEach {
 }
 
 impl CleanMesh {
+    /// A mesh without triangles.
+    fn new(frame: LocalFrame, positions: Vec<Point3<f64>>) -> Self {
+        let (triangles, source, is_turned) = (Vec::new(), Vec::new(), Vec::new());
+        Self { frame, positions, triangles, source, is_turned, turned_parts: DefectTally::default() }
+    }
+
+    /// Turns parts that are inside out beside others.
+    fn turn_inverted_parts(&mut self, raw: &RawMesh) {
+        let turned = turn_inverted_parts(&self.positions, &mut self.triangles);
+        for triangle in turned.parts {
+            self.turned_parts.note(raw.face(self.source[triangle as usize] as usize));
+        }
+        self.is_turned = turned.is_turned;
+        self.is_turned.resize(self.triangles.len(), false);
+    }
+
     /// Keeps one of several triangles with the same corners.
     ///
     /// Keeps none of them where they form a wall between two sides that are closed without it, and all that face the same way
@@ -264,10 +288,9 @@ impl CleanMesh {
     }
 
     fn retain(&mut self, keep: &[bool]) {
-        let mut kept = keep.iter();
-        self.triangles.retain(|_| kept.next().is_some_and(|keep| *keep));
-        let mut kept = keep.iter();
-        self.source.retain(|_| kept.next().is_some_and(|keep| *keep));
+        retain(&mut self.triangles, keep);
+        retain(&mut self.source, keep);
+        retain(&mut self.is_turned, keep);
     }
 
     /// Removes vertices that no triangle uses.
@@ -284,4 +307,10 @@ impl CleanMesh {
         }
         self.positions = positions;
     }
+}
+
+/// Keeps the items that `keep` marks.
+fn retain<T>(items: &mut Vec<T>, keep: &[bool]) {
+    let mut kept = keep.iter();
+    items.retain(|_| kept.next().is_some_and(|keep| *keep));
 }

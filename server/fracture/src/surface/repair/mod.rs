@@ -5,6 +5,7 @@ mod disjoint_sets;
 mod edges;
 mod given_windings;
 mod intersect;
+mod inverted_parts;
 mod meeting;
 mod orient;
 mod radial;
@@ -66,7 +67,8 @@ impl Surface {
     pub fn repair(raw: RawMesh) -> Result<Self, SurfaceError> {
         raw.check()?;
         let mut defects = Vec::new();
-        let clean::CleanMesh { frame, positions, mut triangles, source } = clean::clean(&raw, &mut defects)?;
+        let clean::CleanMesh { frame, positions, mut triangles, source, is_turned, turned_parts } =
+            clean::clean(&raw, &mut defects)?;
         let face = |triangle: u32| raw.face(source[triangle as usize] as usize);
         let wound = triangles.clone();
         let edges = Edges::new(&triangles);
@@ -78,7 +80,8 @@ impl Surface {
             Some(_) => radial::join_patches(&positions, &triangles, &Edges::new(&triangles), patches.members),
             None => patches.members,
         };
-        let shells = shells::face_outward(&positions, &mut triangles, &members, given, face);
+        let mut shells = shells::face_outward(&positions, &mut triangles, &members, given, face);
+        shells.flipped.merge(&turned_parts);
         report_shells(&shells, &mut defects);
         if let [_, second, ..] = &members[..] {
             let count = members.len() as u64;
@@ -97,7 +100,8 @@ impl Surface {
         let closed = edges.balanced();
         let simple = closed && crossings.complete && crossings.count == 0 && shells.simple;
         let faces = (0..triangles.len() as u32).map(face).collect();
-        let turned: Vec<bool> = wound.iter().zip(&triangles).map(|(before, after)| before != after).collect();
+        let changed = wound.iter().zip(&triangles).map(|(before, after)| before != after);
+        let turned: Vec<bool> = changed.zip(is_turned).map(|(changed, earlier)| changed != earlier).collect();
         for (what, triangle) in &raw.attributes.lost {
             let action = format!("{what} left out: not every triangle has them{}", TriangleAttributes::range(what));
             defects.push(Defect::new(DefectKind::LostAttributes, 1, raw.face(*triangle as usize), action));

@@ -6,6 +6,10 @@
 use super::disjoint_sets::DisjointSets;
 use super::edges::{Edges, HalfEdge};
 use nalgebra::{Point3, Vector3};
+use std::f64::consts::TAU;
+
+/// Angles around an edge that are distinguished: faces in one plane stay so when their coordinates are rounded to 32 bits.
+const STEPS: i64 = 1 << 22;
 
 /// Joins patches into shells: the triangles of each, ascending.
 ///
@@ -65,8 +69,10 @@ fn pair_around(
     group: &[HalfEdge],
     mut pair: impl FnMut(&HalfEdge, &HalfEdge),
 ) {
-    let mut around: Vec<(f64, &HalfEdge)> = angles(positions, triangles, group).into_iter().zip(group).collect();
-    around.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(b.1)));
+    let steps = angles(positions, triangles, group).into_iter().map(step);
+    let mut around: Vec<(i64, &HalfEdge)> = steps.zip(group).collect();
+    // Where solids touch along a face, one ends before the next begins.
+    around.sort_by_key(|(step, half)| (*step, !half.forward, *half));
     let mut open: Vec<&HalfEdge> = Vec::new();
     // The second round closes the solids that began in the first one.
     let mut paired = vec![false; around.len()];
@@ -84,6 +90,11 @@ fn pair_around(
             paired[place] = true;
         }
     }
+}
+
+/// An angle in steps from 0 to [`STEPS`] - 1, so that triangles in one plane have equal ones.
+fn step(angle: f64) -> i64 {
+    (angle / TAU * STEPS as f64).round().rem_euclid(STEPS as f64) as i64
 }
 
 /// Angle of each triangle around the edge of `group`, in the order of the group.
