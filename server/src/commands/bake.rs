@@ -4,8 +4,8 @@ use super::bake_progress::BakeProgress;
 use super::{CommandError, bake_report, bake_scene, interrupt, mesh_file, output, shares, size};
 use crate::config::data_folder;
 use clap::Args;
-use shatter_cli_common::choice;
-use shatter_fracture::database::{self, BakeError, BakeRequest, BakeShare, PartialBake, Tables};
+use shatter_cli_common::{choice, whole_number};
+use shatter_fracture::database::{self, BakeError, BakeRequest, BakeShare, EXAMPLES_MAX, PartialBake, Tables};
 use shatter_fracture::pipeline::{DisplacementMethod, PreparedObject, Preset, SurfaceKind};
 use shatter_fracture::scene::{MATERIALS, Materials};
 use shatter_fracture::sparse::Precision;
@@ -71,7 +71,7 @@ pub struct BakeArgs {
     #[arg(long, value_name = "exact|lattice", value_parser = surface)]
     pub surface: Option<SurfaceKind>,
     /// Number of impacts from which the object learns its fracture degree; 0: the closed form decides
-    #[arg(long, value_name = "K", default_value_t = 0)]
+    #[arg(long, value_name = "K", default_value_t = 0, value_parser = whole_number::<u64>(0..=EXAMPLES_MAX as u64))]
     pub examples: u64,
     /// Source of displacements: `reduced` builds a basis from the examples and uses it where it is accurate enough; `solve` always
     /// solves and builds no basis
@@ -81,7 +81,7 @@ pub struct BakeArgs {
     #[arg(long, value_name = "f64|f32", default_value = "f64", value_parser = factor)]
     pub factor: Precision,
     /// Add K impacts to the examples of the existing database; everything else stays as baked
-    #[arg(long, value_name = "K", conflicts_with_all = [
+    #[arg(long, value_name = "K", value_parser = whole_number::<u64>(0..=EXAMPLES_MAX as u64), conflicts_with_all = [
         "examples", "elastic", "factor", "quality", "surface", "material", "materials", "fragment_size", "gamma", "elastic_spacing", "crack_spacing", "seed",
     ])]
     pub add: Option<u64>,

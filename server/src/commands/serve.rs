@@ -5,7 +5,7 @@ use super::expected_file::{self, ExpectedFile};
 use super::log::LineWriter;
 use crate::config::{Config, LogFormat};
 use crate::serve::{ServeOptions, run as serve};
-use shatter_cli_common::{self as program, StdoutError};
+use shatter_cli_common::{self as program, StdoutError, whole_number};
 use shatter_engine::scene::Scene;
 use shatter_engine::wire::loader;
 use shatter_proto::name::ServiceName;
@@ -34,7 +34,7 @@ pub struct ServeArgs {
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
     /// Worker threads, at most 1024; 0: one per core
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole_number::<usize>(0..=1024))]
     threads: Option<usize>,
     /// Log filter: error, warn, info, debug, trace, off, or tracing directives
     #[arg(long, value_name = "FILTER")]

@@ -12,7 +12,9 @@ pub use stdout::{StdoutError, is_closed, print};
 pub use usage::{arguments, usage_message, usage_text};
 
 use shatter_proto::name::{nearest, suggestion};
+use std::fmt::Display;
 use std::io::IsTerminal;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// Makes writes beyond the limit of the size of files (`ulimit -f`) fail with an error; else the system ends the process without a message.
@@ -44,6 +46,21 @@ pub fn choice<T: Copy>(name: &str, choices: &[(&str, T)]) -> Result<T, String> {
             false => format!("{} Possible: {all}", suggestion(name, &names)),
         }
     })
+}
+
+/// Parser of an option that takes a whole number of `range`; its message names both limits.
+pub fn whole_number<T: TryFrom<u64>>(
+    range: RangeInclusive<u64>,
+) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static {
+    move |text| {
+        let found = text.parse().ok().filter(|number| range.contains(number));
+        found.and_then(|number| T::try_from(number).ok()).ok_or_else(|| whole_number_wanted(range.start(), range.end()))
+    }
+}
+
+/// Message for a value that is no whole number from `low` to `high`.
+fn whole_number_wanted(low: &dyn Display, high: &dyn Display) -> String {
+    format!("must be a whole number, {low} to {high}")
 }
 
 #[cfg(test)]

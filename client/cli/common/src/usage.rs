@@ -1,10 +1,11 @@
 //! Parsing of arguments, and the messages of usage errors.
 
 use super::lab::CALLED_AS;
-use super::mistakes;
+use super::{mistakes, whole_number_wanted};
 use clap::error::{self, ContextKind, ContextValue};
 use clap::{Command, CommandFactory, FromArgMatches};
 use shatter_proto::text::quoted;
+use std::any::TypeId;
 use std::ffi::OsString;
 
 /// Parses the arguments of this process as `C`.
@@ -61,7 +62,7 @@ fn explained(mut error: clap::Error, command: &Command, words: &[OsString]) -> c
             Some(ContextValue::Strings(names)) => mistakes::missing(names).map(str::to_owned),
             _ => None,
         },
-        error::ErrorKind::ValueValidation => return reworded(error, command),
+        error::ErrorKind::ValueValidation => return reworded(error, command, used(command, words)),
         _ => None,
     };
     if let Some(tip) = tip {
@@ -143,25 +144,43 @@ fn not_a_command(error: &mut clap::Error, command: &Command, words: &[OsString])
     Some(format!("the commands of `{}` are {}", path(own), all.join(", ")))
 }
 
-/// Explains a number that is refused.
-fn reworded(error: clap::Error, command: &Command) -> clap::Error {
+/// Explains a number that an option of the command `own` refuses.
+fn reworded(error: clap::Error, command: &Command, own: &Command) -> clap::Error {
     let part = |kind| text(&error, kind).unwrap_or_default();
     let why = match source(&error) {
-        why if negative(&error) && is_whole(&why) => "must be a whole number, 0 or more",
-        why if why.contains("invalid digit") => "must be a whole number",
+        why if is_whole(&why) => match limits(&why, own, part(ContextKind::InvalidArg)) {
+            Some([low, high]) => whole_number_wanted(&low, &high),
+            None => "must be a whole number".to_owned(),
+        },
         why if why.contains("invalid float literal") && part(ContextKind::InvalidValue).contains(',') => {
-            "must be one number, not a vector"
+            "must be one number, not a vector".to_owned()
         }
         why if why.contains("invalid float literal") && in_meters(part(ContextKind::InvalidArg)) => {
-            "must be a number of meters, without a unit"
+            "must be a number of meters, without a unit".to_owned()
         }
-        why if why.contains("invalid float literal") => "must be a number, without a unit",
-        why if why.contains("too large to fit") => "is larger than any that is accepted",
+        why if why.contains("invalid float literal") => "must be a number, without a unit".to_owned(),
         _ => return error,
     };
     let (word, value) = (part(ContextKind::InvalidArg), quoted(part(ContextKind::InvalidValue)));
     let message = format!("invalid value '{value}' for '{word}': {why}\n");
     clap::Error::raw(error::ErrorKind::ValueValidation, message).with_cmd(command)
+}
+
+/// Smallest and largest number that the option `word` accepts: those of the parser's message `why`, or of its type.
+fn limits(why: &str, own: &Command, word: &str) -> Option<[String; 2]> {
+    if let Some((low, high)) = why.split_once(" is not in ").and_then(|(_, range)| range.split_once("..=")) {
+        return Some([low.to_owned(), high.to_owned()]);
+    }
+    let name = word.strip_prefix("--")?.split([' ', '=']).next();
+    let own = own.get_arguments().find(|arg| arg.get_long() == name)?.get_value_parser().type_id();
+    let types = [
+        (TypeId::of::<u16>(), u16::MAX.into()),
+        (TypeId::of::<u32>(), u32::MAX.into()),
+        (TypeId::of::<usize>(), usize::MAX as u64),
+        (TypeId::of::<u64>(), u64::MAX),
+    ];
+    let (_, high) = types.into_iter().find(|(id, _)| own == *id)?;
+    Some(["0".to_owned(), high.to_string()])
 }
 
 /// True if the option, with the name of its value, takes a length.
@@ -176,13 +195,9 @@ fn text(error: &clap::Error, kind: ContextKind) -> Option<&str> {
     }
 }
 
-fn negative(error: &clap::Error) -> bool {
-    text(error, ContextKind::InvalidValue).is_some_and(|value| value.starts_with('-') && value.parse::<f64>().is_ok())
-}
-
-/// True if the parser expected a whole number without a sign.
+/// True if the parser expected a whole number of a range.
 fn is_whole(why: &str) -> bool {
-    why.contains("invalid digit") || why.contains("is not in 0..")
+    ["invalid digit", " is not in ", "too large to fit", "too small to fit"].iter().any(|part| why.contains(part))
 }
 
 /// Message of the parser of the value.
@@ -239,6 +254,7 @@ pub fn usage_message(error: &clap::Error) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::whole_number;
     use super::*;
     use clap::Parser;
 
@@ -264,7 +280,7 @@ mod tests {
             clients: Option<u32>,
             #[arg(long)]
             radius_m: Option<f64>,
-            #[arg(long)]
+            #[arg(long, value_parser = whole_number::<u32>(1..=8))]
             examples: Option<u32>,
             #[arg(long)]
             point: Option<String>,
@@ -328,9 +344,16 @@ mod tests {
         check(&["--ouput", "x"], "a similar argument exists: '--out'");
         check(&["--ouput=x"], "a similar argument exists: '--out'");
         check(&["--sevice", "x"], "--service");
-        check(&["--seed", "-1"], "'--seed <SEED>': must be a whole number, 0 or more");
-        check(&["--clients", "-2"], "'--clients <CLIENTS>': must be a whole number, 0 or more");
-        check(&["--seed", "x"], "must be a whole number");
+        for odd in ["-1", "18446744073709551616", "x", "2.5"] {
+            check(&["--seed", odd], "'--seed <SEED>': must be a whole number, 0 to 18446744073709551615");
+            check(&["--examples", odd], "'--examples <EXAMPLES>': must be a whole number, 1 to 8");
+        }
+        for odd in ["-2", "4294967296"] {
+            check(&["--clients", odd], "'--clients <CLIENTS>': must be a whole number, 0 to 4294967295");
+        }
+        for odd in ["0", "9"] {
+            check(&["--examples", odd], "'--examples <EXAMPLES>': must be a whole number, 1 to 8");
+        }
         check(&["--radius-m", "5cm"], "must be a number of meters, without a unit");
         check(&["--point", "1", "2", "3"], "numbers with commas and without spaces");
         check(&["--seed"], "a value is required");

@@ -15,8 +15,10 @@ pub use worker::run as work;
 use plan::{ClientPlan, LoadTarget};
 use serde_json::{Value, json};
 use shatter_cli_common::cli_error::{CliError, document, note, out, size};
+use shatter_cli_common::whole_number;
 use shatter_client::{Client, Deadline, Error, ErrorKind};
 use shatter_export::make_folder;
+use shatter_fracture::pipeline::DEGREE_MAX;
 use shatter_proto::text::counted;
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
@@ -57,7 +59,7 @@ pub struct LoadArgs {
     /// Objects to strike, in equal parts [default: all that are ready]
     objects: Vec<String>,
     /// Number of client processes
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = whole_number::<u16>(1..=256))]
     clients: u16,
     /// Requests per second of all clients together; several rates, separated by commas, are run one after the other. Required without --closed
     #[arg(long, value_name = "PER_SECOND_TOTAL", value_delimiter = ',', required_unless_present = "closed", value_parser = rate)]
@@ -69,7 +71,7 @@ pub struct LoadArgs {
     #[arg(long, value_name = "S", default_value = "10", value_parser = seconds)]
     seconds: f64,
     /// Number of sites of every request [default: 20]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole_number::<u32>(1..=DEGREE_MAX.into()))]
     degree: Option<u32>,
     /// Deadline of every request in milliseconds
     #[arg(long, value_name = "T", value_parser = milliseconds, allow_negative_numbers = true)]
