@@ -79,6 +79,10 @@ fn rays_are_in_the_coordinates_of_the_connection() {
     assert!((hit.distance_m - 100.0 * ours.distance_m).abs() < 1e-9);
     let far = refused(&unreal, &impact(Contact::new(to.vector([0.5, 0.03, 0.02]))));
     near(nearest(&far), to.vector([0.2, 0.03, 0.02]), 100.0 * DEVIATION_M);
+    let beside = ray(to.vector([1.0, 0.15, 0.0]), to.direction([-1.0, 0.0, 0.0]));
+    for error in [far, unreal.aim(beside, timeout()).unwrap_err()] {
+        assert!(error.message.contains(" cm") && !error.message.contains(" m "), "{error}");
+    }
 }
 
 /// The nearest surface point that a message names, m.

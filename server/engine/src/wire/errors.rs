@@ -7,15 +7,18 @@ use shatter_proto::convention::Convention;
 use shatter_proto::text::number;
 use shatter_proto::{Error, ErrorKind};
 
-/// Converts an engine error, with its points in the coordinates of the request.
+/// Converts an engine error in meters, with its points and lengths in the coordinates and the unit of the request.
 pub(crate) fn engine_error_in(error: FractureError, convention: &Convention) -> Error {
-    let own = |point: Point3<f64>| Point3::from(convention.vector(point.coords.into()));
+    let point = |point: Point3<f64>| Point3::from(convention.vector(point.coords.into()));
+    let (length, unit_m) = (|meters| convention.length(meters), convention.meters_per_unit);
     engine_error(match error {
-        FractureError::TooFar { contact, distance_m, limit_m, surface_m } => {
-            FractureError::TooFar { contact, distance_m, limit_m, surface_m: own(surface_m) }
+        FractureError::TooFar { contact, distance, limit, surface, .. } => {
+            let (distance, limit, surface) = (length(distance), length(limit), point(surface));
+            FractureError::TooFar { contact, distance, limit, surface, unit_m }
         }
-        FractureError::RayMissed { ray_m, surface_m, distance_m } => {
-            FractureError::RayMissed { ray_m: own(ray_m), surface_m: own(surface_m), distance_m }
+        FractureError::RayMissed { ray, surface, distance, .. } => {
+            let (ray, surface, distance) = (point(ray), point(surface), length(distance));
+            FractureError::RayMissed { ray, surface, distance, unit_m }
         }
         error => error,
     })
@@ -72,7 +75,9 @@ const FAR_M: f64 = 1e9;
 /// Message for a point that is too far away for a meaningful distance, or for a degree above the limit of a scene.
 fn explained(error: &FractureError) -> Option<String> {
     match error {
-        FractureError::TooFar { contact, distance_m, .. } if distance_m.is_nan() || *distance_m >= FAR_M => {
+        FractureError::TooFar { contact, distance, unit_m, .. }
+            if (distance * unit_m).is_nan() || distance * unit_m >= FAR_M =>
+        {
             let advice = "`shatter list` prints the bounds of the object";
             Some(format!("contact {contact}: the point is more than {FAR_M:e} m from the object; {advice}"))
         }
@@ -88,14 +93,12 @@ mod tests {
 
     #[test]
     fn engine_errors_name_the_field() {
-        let surface_m = Point3::new(0.1, 0.2, -0.3);
-        let far = FractureError::TooFar { contact: 2, distance_m: 1.0, limit_m: 0.5, surface_m };
-        let error = engine_error_in(far, &Convention::UNREAL);
-        assert!(error.message.contains("10.000000,-30.000000,20.000000"), "{}", error.message);
+        let surface = Point3::new(0.1, 0.2, -0.3);
+        let far = |distance| FractureError::TooFar { contact: 2, distance, limit: 0.5, surface, unit_m: 1.0 };
+        let error = engine_error_in(far(1.0), &Convention::UNREAL);
         assert_eq!((error.kind, error.at.as_str()), (ErrorKind::ContactTooFar, "contacts[2].point_m"));
-        for distance_m in [f64::INFINITY, f64::NAN, 1e200] {
-            let message =
-                super::engine_error(FractureError::TooFar { contact: 0, distance_m, limit_m: 0.5, surface_m }).message;
+        for distance in [f64::INFINITY, f64::NAN, 1e200] {
+            let message = engine_error_in(far(distance), &Convention::UNREAL).message;
             assert!(message.contains("more than 1e9 m") && message.len() < 150, "{message}");
         }
         let many = |cap| super::engine_error(FractureError::Degree { degree: 5000, cap }).message;
@@ -114,5 +117,50 @@ mod tests {
         assert_eq!((unprepared.kind, unprepared.at.as_str()), (ErrorKind::Lift, "surface_diffusion"));
         let canceled = FractureError::Canceled(shatter_fracture::cancel_token::Canceled);
         assert_eq!(super::engine_error(canceled).kind, ErrorKind::Canceled);
+    }
+    #[test]
+    fn all_lengths_of_a_message_are_in_the_unit_of_the_request() {
+        let surface = Point3::new(0.1, 0.2, -0.3);
+        let far = || FractureError::TooFar { contact: 2, distance: 1.0, limit: 0.5, surface, unit_m: 1.0 };
+        let missed = || FractureError::RayMissed { ray: Point3::origin(), surface, distance: 0.25, unit_m: 1.0 };
+        let halves = Convention { meters_per_unit: 0.5, ..Convention::GLTF };
+        for (error, convention, parts) in [
+            (
+                far(),
+                Convention::GLTF,
+                ["is 1.000000 m from", "at most 0.500000 m", "in m in the request's coordinates: 0.1"],
+            ),
+            (
+                far(),
+                Convention::UNREAL,
+                [
+                    "is 100.000000 cm from",
+                    "at most 50.000000 cm",
+                    "in cm in the request's coordinates: 10.000000,-30.000000,20.000000",
+                ],
+            ),
+            (
+                missed(),
+                Convention::GLTF,
+                ["by 0.250000 m;", "0.000000,0.000000,0.000000 m is", "0.100000,0.200000,-0.300000 m."],
+            ),
+            (
+                missed(),
+                Convention::UNREAL,
+                ["by 25.000000 cm;", "0.000000 cm is", "10.000000,-30.000000,20.000000 cm."],
+            ),
+            (
+                missed(),
+                halves,
+                [
+                    "by 0.500000 units of 0.5 m;",
+                    "0.000000 units of 0.5 m is",
+                    "0.200000,0.400000,-0.600000 units of 0.5 m.",
+                ],
+            ),
+        ] {
+            let message = engine_error_in(error, &convention).message;
+            assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+        }
     }
 }

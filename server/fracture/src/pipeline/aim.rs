@@ -111,9 +111,10 @@ fn first<'a>(
 fn missed(frame: &LocalFrame, approaches: impl Iterator<Item = ClosestApproach>) -> FractureError {
     match approaches.min_by(|a, b| a.distance.total_cmp(&b.distance)) {
         Some(ClosestApproach { on_ray, on_boundary, distance }) => FractureError::RayMissed {
-            ray_m: frame.to_meters(&on_ray),
-            surface_m: frame.to_meters(&on_boundary),
-            distance_m: distance * frame.diagonal_m,
+            ray: frame.to_meters(&on_ray),
+            surface: frame.to_meters(&on_boundary),
+            distance: distance * frame.diagonal_m,
+            unit_m: 1.0,
         },
         None => FractureError::OtherObject,
     }

@@ -7,6 +7,7 @@ use crate::elasticity::ElasticityError;
 use crate::lattice::BODY_TETS_MIN;
 use crate::lift::{LiftError, LiftKind};
 use crate::scene::{EffectKind, counted, fixed, number};
+use crate::surface::LengthUnit;
 use crate::tessellation::TessellationError;
 use nalgebra::Point3;
 
@@ -72,19 +73,21 @@ pub enum FractureError {
     },
     /// The contact point is farther from the body than its radius and a lattice spacing.
     #[error(
-        "contact {contact} is {} m from the surface; at most {} m (radius + lattice spacing) is allowed. Nearest surface point, in the request's coordinates: {}",
-        length(.distance_m), length(.limit_m),
-        point(.surface_m)
+        "contact {contact} is {} {unit} from the surface; at most {} {unit} (radius + lattice spacing) is allowed. Nearest surface point, in {unit} in the request's coordinates: {}",
+        length(.distance), length(.limit),
+        point(.surface), unit = unit(.unit_m)
     )]
     TooFar {
         /// Index of the contact.
         contact: usize,
-        /// Distance to the nearest body, m.
-        distance_m: f64,
-        /// Largest allowed distance, m.
-        limit_m: f64,
-        /// Nearest point of a body, m.
-        surface_m: Point3<f64>,
+        /// Distance to the nearest body, in units.
+        distance: f64,
+        /// Largest allowed distance, in units.
+        limit: f64,
+        /// Nearest point of a body, in units.
+        surface: Point3<f64>,
+        /// Unit of length, m.
+        unit_m: f64,
     },
     /// A ray whose direction is zero or not finite.
     #[error("the direction of the ray is zero or not finite; pass a finite one of any length above zero")]
@@ -96,16 +99,18 @@ pub enum FractureError {
     RayOrigin,
     /// The ray misses the object.
     #[error(
-        "the ray misses the object by {} m; its point {} is the closest, to the surface point {}. Aim past this point, into the object, or reverse a ray that points away.",
-        length(.distance_m), point(.ray_m), point(.surface_m)
+        "the ray misses the object by {} {unit}; its point {} {unit} is the closest, to the surface point {} {unit}. Aim past this point, into the object, or reverse a ray that points away.",
+        length(.distance), point(.ray), point(.surface), unit = unit(.unit_m)
     )]
     RayMissed {
-        /// Point of the ray closest to the object, m.
-        ray_m: Point3<f64>,
-        /// Point of the surface closest to the ray, m.
-        surface_m: Point3<f64>,
-        /// Distance between the two, m.
-        distance_m: f64,
+        /// Point of the ray closest to the object, in units.
+        ray: Point3<f64>,
+        /// Point of the surface closest to the ray, in units.
+        surface: Point3<f64>,
+        /// Distance between the two, in units.
+        distance: f64,
+        /// Unit of length, m.
+        unit_m: f64,
     },
     /// The object has no elasticity tables.
     #[error("body {body} has no elasticity tables; strike without `elastic`, enable it in the scene, or bake it again")]
@@ -216,11 +221,17 @@ pub enum FractureError {
     Canceled(#[from] Canceled),
 }
 
-/// A point in the form that command lines accept, m.
-fn length(meters: &f64) -> String {
-    fixed(&[*meters])
+fn length(length: &f64) -> String {
+    fixed(&[*length])
 }
 
+/// Name of a unit of length, m.
+fn unit(meters: &f64) -> String {
+    let named = LengthUnit::ALL.iter().find(|own| own.meters() == *meters);
+    named.map_or_else(|| format!("units of {} m", number(*meters)), ToString::to_string)
+}
+
+/// A point in the form that command lines accept.
 fn point(point: &Point3<f64>) -> String {
     fixed(point.coords.as_slice())
 }

@@ -116,9 +116,10 @@ fn locate(
     if distance > limit {
         return Err(FractureError::TooFar {
             contact: index,
-            distance_m: distance * prepared.frame.diagonal_m,
-            limit_m: limit * prepared.frame.diagonal_m,
-            surface_m: prepared.frame.to_meters(&surface),
+            distance: distance * prepared.frame.diagonal_m,
+            limit: limit * prepared.frame.diagonal_m,
+            surface: prepared.frame.to_meters(&surface),
+            unit_m: 1.0,
         });
     }
     let impulse = relative.map(|x| (x / FORCE_STEP).round() * FORCE_STEP);
