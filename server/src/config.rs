@@ -3,6 +3,7 @@
 use serde::Deserialize;
 use shatter_fracture::scene::{brief, table_error, toml_error};
 use shatter_proto::name::nearest;
+use shatter_proto::text::number;
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::CLIENTS_MAX;
 use std::path::{Path, PathBuf};
@@ -194,9 +195,9 @@ impl Config {
             (results.prefault_mib.to_string(), results.prefault_mib <= 1024),
             (times.tick_ms.to_string(), (1..=1000).contains(&times.tick_ms)),
             (times.cleanup_ms.to_string(), (10..=60_000).contains(&times.cleanup_ms)),
-            (times.kept_s.to_string(), (0.01..=86_400.0).contains(&times.kept_s)),
+            (number(times.kept_s), (0.01..=86_400.0).contains(&times.kept_s)),
             (times.metrics_s.to_string(), (1..=3600).contains(&times.metrics_s)),
-            (times.drain_s.to_string(), (0.0..=3600.0).contains(&times.drain_s)),
+            (number(times.drain_s), (0.0..=3600.0).contains(&times.drain_s)),
             (operations.port.to_string(), true),
         ]
     }
@@ -383,6 +384,12 @@ mod tests {
                 format!("line 2, column 15: `clients_max` is {value}; it must be a whole number from 1 to 128");
             check(&format!("[service]\nclients_max = {value}"), &wanted);
         }
+        for value in ["1e300", "-1e300", "1e-300"] {
+            let range = "a number from 0.01 to 86400";
+            check(&format!("[times]\nkept_s = {value}"), &format!("`times.kept_s` is {value}; it must be {range}"));
+        }
+        check("[times]\ndrain_s = 1e300", "`times.drain_s` is 1e300; it must be a number from 0 to 3600");
+        check("[times]\ntick_ms = 1e300", "`times.tick_ms` is 1e300; it must be a whole number from 1 to 1000");
         // Each value is checked against the range of its own key.
         for (key, range) in RANGES {
             let (table, name) = key.split_once('.').unwrap();

@@ -93,7 +93,7 @@ fn grain(path: &str, values: &GrainValues) -> Result<Grain, Error> {
     }
     if !(1.0 / RATIO_MAX..=RATIO_MAX).contains(&values.ratio) {
         let range = format!("a number from {} to {RATIO_MAX}", 1.0 / RATIO_MAX);
-        return Err(unsuitable(format!("{path}.ratio"), &values.ratio.to_string(), &range));
+        return Err(unsuitable(format!("{path}.ratio"), &number(values.ratio), &range));
     }
     Ok(Grain { axis: axis / length, ratio: values.ratio })
 }
@@ -117,7 +117,7 @@ fn paint(path: &str, values: &PaintValues, folder: &Path) -> Result<Paint, Error
         [("least", least), ("most", most)].into_iter().find(|(_, value)| !factor.contains(value))
     {
         let range = format!("a number from {} to {FACTOR_MAX}", 1.0 / FACTOR_MAX);
-        return Err(unsuitable(format!("{path}.{key}"), &value.to_string(), &range));
+        return Err(unsuitable(format!("{path}.{key}"), &number(*value), &range));
     }
     let file = folder.join(file);
     let (points_m, values) = read_painted(&file, attribute).map_err(|error| match error {

@@ -1,13 +1,14 @@
 //! Errors of lattice construction from a signed distance.
 
 use crate::cancel_token::Canceled;
+use crate::scene::number;
 use nalgebra::Point3;
 
 /// Error of lattice construction.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum LatticeError {
     /// The spacing is outside [`super::SPACING_RANGE`], or not a number.
-    #[error("{level} spacing {spacing} is outside {spacing_min} to {spacing_max} of the bounding-box diagonal")]
+    #[error("{level} spacing {} is outside {spacing_min} to {spacing_max} of the bounding-box diagonal", number(*.spacing))]
     SpacingOutOfRange {
         /// Name of the level: "elastic" or "crack", or "lattice" for a lattice by itself.
         level: &'static str,

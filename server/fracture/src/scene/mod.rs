@@ -11,7 +11,7 @@ pub use anchors::{Anchors, DEFAULT_GRAVITY_M_S2};
 pub use controls::{Grain, Paint, WarpControls, Waves};
 pub use effect::{EffectKind, EffectSet};
 pub use material::{MATERIALS, Material, MaterialError, Materials};
-pub use names::{brief, counted, fixed, is_invisible, nearest, number, table_error, toml_error};
+pub use names::{brief, counted, fixed, is_invisible, nearest, number, rounded, table_error, toml_error};
 pub use region::Region;
 
 /// Default contact duration, s: about that of a hard ball of a few centimeters on a stiff body.

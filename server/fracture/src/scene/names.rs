@@ -25,6 +25,12 @@ pub fn number(value: f64) -> String {
     if is_long { format!("{value:e}") } else { value.to_string() }
 }
 
+/// A measured number as a message shows it: with four decimals, or in exponent form if it is very small or large.
+pub fn rounded(value: f64) -> String {
+    let is_long = value != 0.0 && !(1e-4..=1e9).contains(&value.abs());
+    if is_long { format!("{value:.3e}") } else { format!("{value:.4}") }
+}
+
 /// Decimal texts of lengths or coordinates, m, separated by commas: micrometers, or finer where all are below 0.1.
 pub fn fixed(values: &[f64]) -> String {
     let largest = values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
@@ -169,10 +175,12 @@ fn mismatch(message: &str) -> Option<(String, String)> {
         (Some("sequence"), _) => "a list".to_owned(),
         (Some("map"), _) => "a table".to_owned(),
         (Some(text), _) if text.starts_with("string ") => brief(text.trim_start_matches("string ")),
-        (Some(text), _) => brief(text.split('`').nth(1).unwrap_or(text)),
+        (Some(text), _) => text.split('`').nth(1).unwrap_or(text).to_owned(),
         (None, found) => format!("a list of {} values", found.strip_prefix("invalid length ")?),
     };
-    Some((found, possible(wanted)))
+    // The parser writes all digits of a number such as 1e300.
+    let long = found.parse::<f64>().ok().filter(|_| found.contains('.'));
+    Some((long.map_or_else(|| brief(&found), number), possible(wanted)))
 }
 
 /// The values of a type that the parser names, in plain words.
@@ -267,6 +275,8 @@ mod tests {
                 "`t.count` is -1; it must be a whole number from 1 to 8",
                 "must be a whole number, 0 or more",
             ),
+            ("count = 1e300", "`t.count` is 1e300; it must be a whole number from 1 to 8", "`count` is 1e300; it must"),
+            ("name = 1e-300", "`t.name` is 1e-300; it must be a string", "`name` is 1e-300; it must"),
             ("size = \"large, expected\"", "`t.size` is \"large, expected\"; it must be a number", "`size` is \"large"),
             ("name = 3", "`t.name` is 3; it must be a string", "`name` is 3; it must be a string"),
             ("on = 1", "`t.on` is 1; it must be true or false", "`on` is 1"),

@@ -1,5 +1,6 @@
 //! Regions of space in scenes.
 
+use super::number;
 use nalgebra::Point3;
 use std::fmt::{Display, Formatter, Result};
 
@@ -49,9 +50,11 @@ impl Region {
 
 impl Display for Region {
     fn fmt(&self, out: &mut Formatter<'_>) -> Result {
-        let point = |point: &Point3<f64>| format!("({}, {}, {})", point.x, point.y, point.z);
+        let point = |point: &Point3<f64>| format!("({}, {}, {})", number(point.x), number(point.y), number(point.z));
         match self {
-            Self::Ball { center_m, radius_m } => write!(out, "the ball of {radius_m} m around {}", point(center_m)),
+            Self::Ball { center_m, radius_m } => {
+                write!(out, "the ball of {} m around {}", number(*radius_m), point(center_m))
+            }
             Self::Cuboid { min_m, max_m } => write!(out, "the box from {} to {} m", point(min_m), point(max_m)),
         }
     }
@@ -60,6 +63,12 @@ impl Display for Region {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn huge_and_tiny_numbers_are_short() {
+        let ball = Region::Ball { center_m: Point3::new(1e300, -0.5, 0.0), radius_m: 1e-300 };
+        assert_eq!(ball.to_string(), "the ball of 1e-300 m around (1e300, -0.5, 0)");
+    }
 
     #[test]
     fn distances_are_those_of_geometry() {

@@ -1,5 +1,6 @@
 //! Errors of reading and checking meshes.
 
+use crate::scene::number;
 use std::path::PathBuf;
 
 /// Formats a vertex with its position. Exponents are used for very small and very large coordinates.
@@ -114,7 +115,7 @@ pub enum SurfaceError {
     #[error("the bounding box is a point: all vertices coincide")]
     ZeroExtent,
     /// The bounding box is too small or too large for fragments with single-precision vertices in meters.
-    #[error("the bounding-box diagonal, {diagonal_m} m, is out of range: 1e-30 to 1e36 m")]
+    #[error("the bounding-box diagonal, {} m, is out of range: 1e-30 to 1e36 m", number(*.diagonal_m))]
     ExtentOutOfRange {
         /// Diagonal of the bounding box, m.
         diagonal_m: f64,

@@ -3,14 +3,16 @@
 use super::region_boundary::RegionBoundary;
 use crate::cancel_token::Canceled;
 use crate::lift::{LiftError, LiftKind, LiftedLattice};
+use crate::scene::{number, rounded};
+
 /// Errors of applying an artist's controls to an object.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WarpError {
     /// The waves are too steep: the warped space folds.
     #[error(
-        "waves: space folds in body {body} near ({x:.4}, {y:.4}, {z:.4}); {}",
-        advice(*.slope), x = .at_m[0], y = .at_m[1], z = .at_m[2]
+        "waves: space folds in body {body} near ({}); {}",
+        .at_m.map(rounded).join(", "), advice(*.slope)
     )]
     Folds {
         /// Index of the body.
@@ -21,7 +23,10 @@ pub enum WarpError {
         slope: Option<f64>,
     },
     /// The waves are too short for the crack lattice to represent.
-    #[error("waves: the length {length_m} m is below two spacings of the crack lattice; use at least {least_m:.4} m")]
+    #[error(
+        "waves: the length {} m is below two spacings of the crack lattice; use at least {} m",
+        number(*.length_m), rounded(*.least_m)
+    )]
     Short {
         /// Given length, m.
         length_m: f64,
@@ -45,7 +50,7 @@ pub enum WarpError {
         region: usize,
     },
     /// A site lies outside the object.
-    #[error("sites[{site}] is {distance_m:.4} m from the object; move it into the object")]
+    #[error("sites[{site}] is {} m from the object; move it into the object", rounded(*.distance_m))]
     Site {
         /// Index of the site, from 0.
         site: usize,
@@ -103,5 +108,20 @@ impl WarpedBody {
             (0..sites).rev().max_by(|&a, &b| shares[a].total_cmp(&shares[b])).unwrap_or(0) as u32
         };
         self.protected.iter().map(most).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_write_huge_and_tiny_numbers_shortly() {
+        let site = WarpError::Site { site: 2, distance_m: 1.25e300 };
+        assert_eq!(site.to_string(), "sites[2] is 1.250e300 m from the object; move it into the object");
+        let short = WarpError::Short { length_m: 1e-300, least_m: 0.125 };
+        assert!(short.to_string().contains("the length 1e-300 m is below") && short.to_string().ends_with("0.1250 m"));
+        let folds = WarpError::Folds { body: 0, at_m: [0.0, 0.5, -1e30], slope: None };
+        assert!(folds.to_string().contains("near (0.0000, 0.5000, -1.000e30); "), "{folds}");
     }
 }
