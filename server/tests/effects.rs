@@ -279,6 +279,9 @@ fn a_result_of_one_piece_and_a_long_contact_are_warned_of() {
     let warning = reported(&[]);
     assert!(warning.contains("in one piece: all 8 cells") && warning.contains("--disable slivers"), "{warning}");
     assert_eq!(reported(&["--disable", "slivers"]), "");
+    assert_eq!(reported(&["--disable", "slivers", "--surface", "lattice"]), "");
+    let other = reported(&["--disable", "slivers", "--surface", "exact"]);
+    assert!(other.contains("lattice's surface") && other.contains("`shatterd inspect bar` prints why"), "{other}");
     let whole = ["impact", "bar", "--point", "0.2,0,0", "--impulse=-1e-3,0,0", "--duration-s", "2"];
     let output = shatter_program(&daemon.here).args(whole).output().unwrap();
     let (result, warning) = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap()).into();

@@ -279,6 +279,46 @@ fn sizes_defects_and_files_are_told_and_databases_found_by_name() {
     assert!(String::from_utf8(output.stderr).unwrap().contains(&format!("wrote {}", intact.display())));
 }
 
+/// Films and hidden triangles above a twentieth of the surface.
+#[test]
+fn large_repairs_of_the_surface_are_warned_of() {
+    let fixture = Fixture::new();
+    let mesh = fixture.path("own.obj");
+    let warned = |raw: &RawMesh| {
+        write_obj(raw, &mesh).unwrap();
+        let baked = bake(&fixture, &mesh, &COARSE);
+        let shown = fixture.run("shatterd", &["inspect", "own", "--json"]);
+        let [baked_lines, shown_lines] = [&baked, &shown].map(|output| {
+            let text = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(output.status.success(), "{text}");
+            let lines = text.lines().filter(|line| line.starts_with("warning: ") && line.contains(" % of the "));
+            lines.map(str::to_owned).collect::<Vec<_>>()
+        });
+        assert_eq!(baked_lines, shown_lines);
+        let document: Value = serde_json::from_slice(&shown.stdout).unwrap();
+        assert_eq!(document["warnings"].as_array().unwrap().len(), shown_lines.len(), "{document}");
+        shown_lines.join("\n")
+    };
+    let cube = |size: f64| shapes::cuboid([size; 3]);
+    let mut open = cube(1.0);
+    open.triangles.truncate(10);
+    let open = warned(&open);
+    let wanted = ["17 % of the exact surface are films that close", "hole", "`shatterd inspect own --mesh FILE.glb`"];
+    assert!(wanted.iter().all(|part| open.contains(part)), "{open}");
+    let mut small = shapes::sphere(0.5, 3);
+    small.triangles.pop();
+    assert_eq!(warned(&small), "", "a small film");
+    // A ball across a side of a cube: half of its triangles are inside.
+    let mut crossing = cube(1.0);
+    let (first, inner) = (crossing.positions_m.len() as u32, shapes::sphere(0.3, 3));
+    let moved = inner.positions_m.iter().map(|point| Point3::new(point.x + 0.51, point.y + 0.01, point.z + 0.02));
+    crossing.positions_m.extend(moved);
+    crossing.triangles.extend(inner.triangles.iter().map(|own| own.map(|vertex| vertex + first)));
+    let crossing = warned(&crossing);
+    let wanted = ["inside the solid, ", " % of the mesh's area, left out", "--mesh FILE.glb`"];
+    assert!(wanted.iter().all(|part| crossing.contains(part)), "{crossing}");
+}
+
 #[test]
 fn a_preset_that_severs_is_refused_unless_it_is_named() {
     let fixture = Fixture::new();

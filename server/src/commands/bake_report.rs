@@ -14,6 +14,9 @@ use std::fmt::Write;
 use std::path::Path;
 use std::time::Duration;
 
+/// Share of the surface above which films or hidden triangles are warned about.
+const REPAIRED_SHARE_REPORTED: f64 = 0.05;
+
 /// Relative volume error above which a bake warns.
 const VOLUME_ERROR_REPORTED: f64 = 0.03;
 
@@ -50,6 +53,7 @@ pub fn warnings(prepared: &PreparedObject) -> Vec<String> {
     let reason = prepared.report.surface.reason.iter();
     let mut warnings: Vec<String> =
         reason.map(|reason| format!("the fragments have the lattice's surface, not the exact one: {reason}")).collect();
+    warnings.extend(repaired(prepared));
     let report = &prepared.report;
     let error = report.volume_error();
     if error.abs() > VOLUME_ERROR_REPORTED {
@@ -78,6 +82,32 @@ pub fn warnings(prepared: &PreparedObject) -> Vec<String> {
     }
     warnings.extend(report.cracks.as_ref().and_then(|cracks| small_cracks(cracks, *crack_spacing)));
     warnings
+}
+
+/// Warnings about repairs that changed a large part of the exact surface.
+pub fn repaired(prepared: &PreparedObject) -> Vec<String> {
+    let SurfaceReport { kind, repairs, .. } = &prepared.report.surface;
+    let is_large = |own: &&SurfaceRepair| *kind == SurfaceKind::Exact && own.area_share > REPAIRED_SHARE_REPORTED;
+    repairs.iter().filter(is_large).filter_map(|own| repaired_share(own, &prepared.name)).collect()
+}
+
+/// Warning about the share of the surface that a repair changed.
+fn repaired_share(SurfaceRepair { kind, count, area_share, .. }: &SurfaceRepair, name: &str) -> Option<String> {
+    let percent = 100.0 * area_share;
+    let look = format!("`shatterd inspect {name} --mesh FILE.glb` writes the surface to look at");
+    match kind {
+        RepairKind::FilledHoles => Some(format!(
+            "{percent:.0} % of the exact surface are films that close {}; where these are not meant, close them in the mesh and bake \
+             again. {look}",
+            counted(*count, "hole")
+        )),
+        RepairKind::HiddenTriangles => Some(format!(
+            "{} inside the solid, {percent:.0} % of the mesh's area, left out; where they are meant to bound a hollow, take away what \
+             covers them in the mesh, or turn their shell, and bake again. {look}",
+            counted(*count, "triangle")
+        )),
+        _ => None,
+    }
 }
 
 /// Warning about fragments that are larger than the object; most likely their size was given in another unit than meters. Needs no
@@ -252,7 +282,7 @@ fn cracks_line(cracks: &ExistingCracks) -> String {
 }
 
 /// The line about a repair of the surface, with its places.
-fn repair_line(SurfaceRepair { kind, count, area_m2, places_m }: &SurfaceRepair) -> String {
+fn repair_line(SurfaceRepair { kind, count, area_m2, places_m, .. }: &SurfaceRepair) -> String {
     let several = |one: &str, more: &str| format!("{count} {}", if *count == 1 { one } else { more });
     let done = match kind {
         RepairKind::FilledHoles => format!("{} closed by films of {area_m2:.3e} m²", several("hole", "holes")),

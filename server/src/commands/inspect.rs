@@ -59,6 +59,8 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
         draw_examples(&file, folder)?;
     }
     args.mesh.as_ref().map_or(Ok(()), |mesh| intact_mesh::write(prepared, mesh))?;
+    let warnings = bake_report::repaired(prepared);
+    warnings.iter().for_each(|text| bake_report::warning(text));
     let bytes = std::fs::metadata(&file).map_or(0, |metadata| metadata.len());
     let document = json!({
         "object": prepared.name,
@@ -95,6 +97,7 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
         "skin_triangles": prepared.skin.as_ref().map(|skin| skin.triangles.len()),
         "cracks": prepared.report.cracks,
         "defects": bake_report::defects(&prepared.report.defects),
+        "warnings": warnings,
         "unprepared": prepared.report.unprepared,
         "time": timing(&served, args.time)?,
         "memory": memory,

@@ -7,7 +7,8 @@ use super::parse::{
 };
 use super::result_text::{preset, screen};
 use super::{
-    CliError, RESULT_TIMEOUT, document, note, note_long_contact, note_one_piece, out, reply, wait, with_options,
+    CliError, RESULT_TIMEOUT, document, note, note_long_contact, note_one_piece, note_other_surface, out, reply, wait,
+    with_options,
 };
 use serde_json::{Value, json};
 use shatter_client::{
@@ -171,6 +172,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     }
     note_one_piece(&result);
     note_long_contact(args.duration_s, &result);
+    note_other_surface(args.surface, args.from.is_some(), &result);
     if args.json {
         let Args { error: error_max, time_ms: time_ms_max, .. } = *args;
         let asked = RequestEcho { convention: &args.convention.name, has_impact: true, error_max, time_ms_max };

@@ -14,7 +14,8 @@ pub mod view;
 mod wait;
 
 use shatter_cli_common::cli_error::{CliError, document, note, out};
-use shatter_client::{Contact, Deadline, Effect, FractureResult};
+use shatter_client::{Contact, Deadline, Effect, FractureResult, FragmentSurface, RequestedSurface};
+use shatter_proto::text::{number, quoted};
 use std::time::Duration;
 
 /// Timeout of a reply of the service.
@@ -39,6 +40,20 @@ fn note_one_piece(result: &FractureResult) {
     }
 }
 
+/// Warns of fragments with the lattice's surface where the exact one was asked for.
+fn note_other_surface(asked: Option<RequestedSurface>, is_of_fragment: bool, result: &FractureResult) {
+    let summary = result.summary();
+    if asked != Some(RequestedSurface::Exact) || summary.surface == FragmentSurface::Exact || result.is_whole() {
+        return;
+    }
+    let object = quoted(&summary.object);
+    let why = match is_of_fragment {
+        true => "the struck fragment has it, and its fragments keep it".to_owned(),
+        false => format!("`{object}` has no exact surface; `shatterd inspect {object}` prints why"),
+    };
+    note(format_args!("warning: the fragments have the lattice's surface, not the exact one: {why}"));
+}
+
 /// Contact duration above which a duration in milliseconds is more likely, s: hard objects touch for less.
 const LONG_CONTACT_S: f64 = 0.1;
 
@@ -46,7 +61,8 @@ const LONG_CONTACT_S: f64 = 0.1;
 fn note_long_contact(duration_s: Option<f64>, result: &FractureResult) {
     if let Some(duration_s) = duration_s.filter(|duration_s| *duration_s >= LONG_CONTACT_S && result.is_whole()) {
         note(format_args!(
-            "warning: a contact of {duration_s} s spreads the impulse over a long time, so the force is small; --duration-s takes seconds (2 ms are 0.002)"
+            "warning: a contact of {} s spreads the impulse over a long time, so the force is small; --duration-s takes seconds (2 ms are 0.002)",
+            number(duration_s)
         ));
     }
 }

@@ -169,14 +169,18 @@ pub fn cutting_meshes(
                 if !meshed.sources.iter().any(is_film) {
                     repairs.retain(|repair| repair.kind != RepairKind::FilledHoles);
                 }
-                let hidden = hidden.iter().filter(|(source, _)| !is_film(source)).map(|(_, place)| *place).collect();
+                let (hidden, areas): (Vec<Point3<f64>>, Vec<f64>) =
+                    hidden.iter().filter(|own| !is_film(&own.source)).map(|own| (own.place, own.area)).unzip();
+                let hidden_area: f64 = areas.iter().sum();
                 let found = [
                     (RepairKind::UnitedParts, crossings),
                     (RepairKind::HiddenTriangles, hidden),
                     (RepairKind::DividedVertices, divided),
                 ];
                 for (kind, places) in found.iter().filter(|(_, places)| !places.is_empty()) {
-                    repairs.push(SurfaceRepair::new(*kind, 0.0, places, &surface.frame));
+                    let area = if *kind == RepairKind::HiddenTriangles { hidden_area } else { 0.0 };
+                    let repair = SurfaceRepair::new(*kind, places, &surface.frame);
+                    repairs.push(repair.of_area(area, surface.area(*input_triangles), &surface.frame));
                 }
                 collapsed.extend(more);
                 Ok((meshed, conforming))
@@ -189,7 +193,7 @@ pub fn cutting_meshes(
     };
     let (meshed, mut conforming) = repaired?;
     if !collapsed.is_empty() {
-        repairs.push(SurfaceRepair::new(RepairKind::CollapsedEdges, 0.0, &collapsed, &surface.frame));
+        repairs.push(SurfaceRepair::new(RepairKind::CollapsedEdges, &collapsed, &surface.frame));
     }
     let whole = Lattice { nodes: take(&mut conforming.nodes), tets: take(&mut conforming.tets) };
     let ConformingMesh { interior_sources, places, deviation, .. } = &conforming;

@@ -51,7 +51,7 @@ impl FilledSurface {
 
     fn fill(&mut self, rims: &[Rim], sides: &Sides) {
         let surface = &mut self.surface;
-        let total: f64 = (0..surface.triangles.len()).map(|own| area_vector(&surface.corners(own)).norm()).sum();
+        let total = surface.area(self.input_triangles);
         let (mut added, mut holes, mut slits) = (0.0, Vec::new(), Vec::new());
         for rim in rims {
             let Some(film) = film(&rim.vertices, &surface.positions, sides) else { continue };
@@ -82,7 +82,8 @@ impl FilledSurface {
         }
         for (kind, area, places) in [(RepairKind::FilledHoles, added, holes), (RepairKind::DividedEdges, 0.0, slits)] {
             if !places.is_empty() {
-                self.repairs.push(SurfaceRepair::new(kind, area, &places, &surface.frame));
+                let repair = SurfaceRepair::new(kind, &places, &surface.frame);
+                self.repairs.push(repair.of_area(area, total + added, &surface.frame));
             }
         }
     }

@@ -73,9 +73,9 @@ fn holes_are_closed_by_films() {
     let mut open = cube([0.0; 3]);
     open.triangles.truncate(open.triangles.len() - 1);
     let prepared = check(open, 1.0, &[RepairKind::FilledHoles]);
-    let SurfaceRepair { count, area_m2, places_m, .. } = &prepared.report.surface.repairs[0];
+    let SurfaceRepair { count, area_m2, area_share, places_m, .. } = &prepared.report.surface.repairs[0];
     assert_eq!((*count, places_m.len()), (1, 1));
-    assert!((area_m2 - 0.5).abs() < 1e-12, "{area_m2}");
+    assert!((area_m2 - 0.5).abs() < 1e-12 && (area_share - 0.5 / 6.0).abs() < 1e-12, "{area_m2}, {area_share}");
     // Of a rim of four vertices, the film of least area is the flat one.
     let mut without_side = cube([0.0; 3]);
     let top = |own: &[u32; 3]| own.iter().all(|&vertex| without_side.positions_m[vertex as usize].y > 0.0);

@@ -32,18 +32,27 @@ pub struct SurfaceRepair {
     pub kind: RepairKind,
     /// Number of places.
     pub count: u64,
-    /// Area that was added, m².
+    /// Area of films that were added, or of triangles that were left out, m²; 0 for other repairs.
     pub area_m2: f64,
+    /// This area over that of the surface with it.
+    #[serde(default)]
+    pub area_share: f64,
     /// The first places that differ, m.
     pub places_m: Vec<Point3<f64>>,
 }
 
 impl SurfaceRepair {
-    /// A repair at these local places.
-    pub(super) fn new(kind: RepairKind, area: f64, places: &[Point3<f64>], frame: &LocalFrame) -> Self {
+    /// A repair at these local places, without area.
+    pub(super) fn new(kind: RepairKind, places: &[Point3<f64>], frame: &LocalFrame) -> Self {
         let mut different = places.to_vec();
         different.dedup();
         let places_m = different.iter().take(LISTED_MAX).map(|place| frame.to_meters(place)).collect();
-        Self { kind, count: places.len() as u64, area_m2: area * frame.diagonal_m * frame.diagonal_m, places_m }
+        Self { kind, count: places.len() as u64, area_m2: 0.0, area_share: 0.0, places_m }
+    }
+
+    /// The repair with the area that it adds to a surface or leaves out of it; `whole` is that of the surface with it. Local.
+    pub(super) fn of_area(self, area: f64, whole: f64, frame: &LocalFrame) -> Self {
+        let area_share = if area > 0.0 { (area / whole).min(1.0) } else { 0.0 };
+        Self { area_m2: area * frame.diagonal_m * frame.diagonal_m, area_share, ..self }
     }
 }

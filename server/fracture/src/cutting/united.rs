@@ -31,10 +31,20 @@ pub(super) struct UnitedSurface {
     pub meshed: MeshedSurface,
     /// A point on the crossing of each triangle that crosses one with a higher number, local.
     pub crossings: Vec<Point3<f64>>,
-    /// Source of each triangle that is inside the solid, and a vertex of it, local.
-    pub hidden: Vec<(u32, Point3<f64>)>,
+    /// Triangles inside the solid.
+    pub hidden: Vec<HiddenTriangle>,
     /// Vertices where parts touched, which are now apart; local.
     pub divided: Vec<Point3<f64>>,
+}
+
+/// Triangle inside the solid; local.
+pub(super) struct HiddenTriangle {
+    /// Its source.
+    pub source: u32,
+    /// One of its vertices.
+    pub place: Point3<f64>,
+    /// Its area.
+    pub area: f64,
 }
 
 /// The boundary of the solid that `surface` encloses.
@@ -83,14 +93,18 @@ pub(super) fn united(surface: &MeshedSurface, token: &CancelToken) -> Result<Uni
         sources: pieces.iter().map(|piece| surface.sources[piece.tri]).collect(),
     };
     let (meshed, divided) = separated(meshed, copies.as_deref());
-    let place = |own: &u32| surface.positions[surface.triangles[*own as usize][0] as usize];
+    let hidden_triangle = |own: u32| {
+        let [a, b, c] = surface.triangles[own as usize].map(|vertex| surface.positions[vertex as usize]);
+        let area = 0.5 * (b - a).cross(&(c - a)).norm();
+        HiddenTriangle { source: surface.sources[own as usize], place: a, area }
+    };
     let mut is_left = vec![false; surface.triangles.len()];
     pieces.iter().for_each(|piece| is_left[piece.tri] = true);
     let hidden = (0..surface.triangles.len() as u32).filter(|own| !is_left[*own as usize]);
     Ok(UnitedSurface {
         meshed: meshed.compact(),
         crossings: crossing_points(surface, &pairs),
-        hidden: hidden.map(|own| (surface.sources[own as usize], place(&own))).collect(),
+        hidden: hidden.map(hidden_triangle).collect(),
         divided,
     })
 }

@@ -299,6 +299,7 @@ fn surface(own: &SurfaceReport, bodies: &[PreparedBody]) -> Result<(), DatabaseE
     numbers("report", &[("surface.deviation", own.deviation, 0.0..=COORDINATE_MAX)])?;
     for repair in &own.repairs {
         numbers("report", &[("surface.repairs.area_m2", repair.area_m2, 0.0..=f64::MAX)])?;
+        numbers("report", &[("surface.repairs.area_share", repair.area_share, 0.0..=1.0)])?;
         if repair.places_m.is_empty() || repair.places_m.len() as u64 > repair.count.min(LISTED_MAX as u64) {
             let reason = format!("surface.repairs has {} places of {}", repair.places_m.len(), repair.count);
             return Err(metadata("report", reason));

@@ -122,6 +122,11 @@ impl Surface {
         self.triangles[triangle].map(|vertex| self.positions[vertex as usize])
     }
 
+    /// Area of the first `count` triangles, local.
+    pub(crate) fn area(&self, count: usize) -> f64 {
+        self.triangles[..count].iter().map(|corners| orient::area_vector(&self.positions, corners).norm()).sum()
+    }
+
     /// Integral of the winding number over space, by the divergence theorem; local. The
     /// volume if the surface is closed.
     pub fn signed_volume(&self) -> f64 {
