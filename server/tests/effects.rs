@@ -15,7 +15,7 @@ use support::{InProcess, TestDirectory, bar, shatter_program, timeout};
 /// Database of a bar, baked once for all tests: the bytes of the file.
 static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.05));
 
-/// Effects that change only their own section of the result.
+/// Effects that change only their own section of the result. Two of them also copy vertices on seams, which the bar does not have.
 const OUTPUTS: [Effect; 8] = [
     Effect::Release,
     Effect::Normals,

@@ -4,10 +4,14 @@ use nalgebra::{Point3, Vector3};
 use serde_json::Value;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, Tables, bake};
-use shatter_fracture::surface::shapes;
+use shatter_fracture::pipeline::{
+    DegreeRequest, FractureOutcome, FractureRequest, FragmentRow, PreparedObject, SurfaceKind,
+};
+use shatter_fracture::scene::EffectKind;
+use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_tests::fixture::Fixture;
 use shatter_tests::{glb, real};
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 const SIDES: [f64; 3] = [0.3, 0.2, 0.2];
@@ -17,18 +21,24 @@ const SPACING: f64 = 0.045;
 
 /// A served block with these tables.
 fn block(tables: Tables) -> Fixture {
+    served(shapes::cuboid(SIDES), tables, SurfaceKind::Lattice).0
+}
+
+/// `mesh`, served as `block`, and the prepared object.
+fn served(mesh: RawMesh, tables: Tables, surface: SurfaceKind) -> (Fixture, PreparedObject) {
     let mut fixture = Fixture::new();
     let request = database::BakeRequest {
         crack_spacing: Some(SPACING),
         elastic_spacing: Some(2.0 * SPACING),
         tables,
+        surface,
         ..real::request("block", "stone")
     };
-    let prepared = bake(shapes::cuboid(SIDES), &request, &CancelToken::default(), &mut |_| {}).unwrap();
+    let prepared = bake(mesh, &request, &CancelToken::default(), &mut |_| {}).unwrap();
     std::fs::create_dir_all(fixture.databases()).unwrap();
     database::save(&prepared, &fixture.databases().join("block.shatter")).unwrap();
     fixture.serve(&[]);
-    fixture
+    (fixture, prepared)
 }
 
 /// Strikes the block; returns exit code, document, stderr.
@@ -113,6 +123,65 @@ fn a_glb_shows_the_input_and_the_closed_meshes_lie_beside_it() {
     assert!(!plain.with_extension("closed.glb").exists());
     glb::read(&plain).unwrap().iter().for_each(|fragment| fragment.check_closed().unwrap());
     assert!(std::fs::read(&plain).unwrap() == std::fs::read(&closed).unwrap(), "the same meshes");
+}
+
+/// The block with texture coordinates of its own for each triangle: every edge is a seam.
+fn seamed() -> RawMesh {
+    let mut mesh = shapes::cuboid(SIDES);
+    let own = |triangle: usize| [0, 1, 2].map(|corner| [triangle as f32, corner as f32]);
+    mesh.attributes.uvs = (0..mesh.triangles.len()).map(own).collect();
+    mesh
+}
+
+/// Sections that hold vertices, or offsets into them.
+const OF_VERTICES: [&str; 7] = ["fragments", "runs", "positions", "indices", "merges", "normals", "uvs"];
+
+/// Invariant 19: on the input's surface, two effects copy the vertices on its seams. All else stays.
+#[test]
+fn attributes_and_skin_copy_vertices_on_seams_and_change_nothing_else() {
+    let tables = Tables { elastic: true, interior: true, attributes: true, skin: true, ..Tables::NONE };
+    let (fixture, prepared) = served(seamed(), tables, SurfaceKind::Exact);
+    let usual = "release,normals,uv,bonds,debris,hulls";
+    let sections = |more: &str| -> BTreeMap<String, String> {
+        let (code, document, stderr) = strike(&fixture, &["--enable", &format!("{usual}{more}")]);
+        assert_eq!((code, document["surface"].as_str()), (0, Some("exact")), "{stderr}");
+        let of = |key: &str, own: &Value| own[key].as_str().unwrap().to_owned();
+        let sections = document["sections"].as_array().unwrap().iter().map(|own| (of("name", own), of("hash", own)));
+        // These two report what ran, and how many bytes it made.
+        sections.filter(|(name, _)| !["effects", "stages"].contains(&name.as_str())).collect()
+    };
+    let plain = sections("");
+    for more in [",attributes", ",skin", ",attributes,skin"] {
+        let found = sections(more);
+        let changed: BTreeSet<&str> = plain
+            .iter()
+            .filter(|(name, hash)| found.get(*name) != Some(*hash))
+            .map(|(name, _)| name.as_str())
+            .collect();
+        assert_eq!(changed, BTreeSet::from(OF_VERTICES), "{more}");
+    }
+    let point_m = Point3::new(0.15, 0.02, 0.01);
+    let request = FractureRequest { degree: DegreeRequest::Sites(60), ..FractureRequest::at(point_m, -Vector3::x()) };
+    let pieces = |effects: &[EffectKind]| {
+        let effects = effects.iter().fold(request.effects, |effects, effect| effects.with(*effect));
+        let outcome = prepared.strike(&FractureRequest { effects, ..request.clone() }).unwrap();
+        let FractureOutcome::Fractured(fracture) = outcome else { panic!("intact") };
+        let emitted = fracture.meshes.emitted().unwrap();
+        let points = emitted.fragments().flat_map(|own| own.indices.iter().map(|at| own.positions[*at as usize]));
+        let points: Vec<[f32; 3]> = points.collect();
+        let bare = |row: &FragmentRow| FragmentRow {
+            vertex_first: 0,
+            vertex_count: 0,
+            merge_first: 0,
+            merge_count: 0,
+            ..*row
+        };
+        (points, fracture.meshes.fragments.iter().map(bare).collect::<Vec<_>>(), emitted.positions.len())
+    };
+    let [(points, rows, count), (copied_points, copied_rows, copied_count)] =
+        [pieces(&[]), pieces(&[EffectKind::Attributes])];
+    assert!(points == copied_points && rows == copied_rows, "the same triangles");
+    assert!(copied_count > count && copied_count < count + count / 4, "{copied_count} of {count} vertices");
 }
 
 #[test]
