@@ -4,12 +4,12 @@ mod support;
 
 use rustix::process::Signal;
 use serde_json::Value;
-use shatter_client::{Client, Contact, Effect, ErrorKind, Impact};
+use shatter_client::{Client, Contact, Deadline, Effect, ErrorKind, Impact};
 use shatter_proto::result::StageKind;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::time::Duration;
-use support::{Child, TestDirectory, play, role, shatter, shatter_program, shatterd, timeout};
+use support::{Child, TestDirectory, eventually, play, role, shatter, shatter_program, shatterd, timeout};
 
 /// Runs the process of another role for the tests below; does nothing by itself.
 #[test]
@@ -92,6 +92,23 @@ fn a_daemon_with_a_closed_stderr_keeps_serving() {
     }
     assert_eq!(service.status(timeout()).unwrap().pid, daemon.id());
     assert_eq!(daemon.terminate().code(), Some(0));
+}
+
+#[test]
+fn a_daemon_ends_with_its_standard_input_if_that_is_wanted() {
+    let here = TestDirectory::new("stdin");
+    let mut free = Child::start(shatterd(&here).stdin(Stdio::piped()));
+    free.close_stdin();
+    std::thread::sleep(Duration::from_millis(200));
+    assert_eq!(connect(Some(&here)).status(timeout()).unwrap().pid, free.id());
+    assert_eq!(free.terminate().code(), Some(0));
+    let mut tied = Child::start(shatterd(&here).arg("--end-with-stdin").stdin(Stdio::piped()));
+    std::thread::sleep(Duration::from_millis(200));
+    assert_eq!(connect(Some(&here)).status(timeout()).unwrap().pid, tied.id());
+    tied.close_stdin();
+    eventually(|| "the daemon goes on", || Client::connect_at(&here.place, Deadline::ms(100)).is_err());
+    tied.finish();
+    assert_eq!(here.shared_memory(), Vec::<std::path::PathBuf>::new());
 }
 
 #[test]

@@ -7,12 +7,16 @@ use shatter_proto::{Error, ErrorKind};
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// Time for a daemon to start.
 const START_TIMEOUT: Duration = Duration::from_secs(60);
+
+/// Longest time after which a daemon that starts notices that it is not wanted any more.
+const END_PAUSE: Duration = Duration::from_millis(20);
 
 /// Longest wait for a reply of the service.
 const REPLY_TIMEOUT: Duration = Duration::from_secs(5);
@@ -26,10 +30,12 @@ pub struct ViewDaemon {
     own: Option<OwnDaemon>,
 }
 
-/// A daemon that this process started.
+/// A daemon that this process started. It ends with this process, however that ends: its standard input is a pipe of this process.
 struct OwnDaemon {
     folder: tempfile::TempDir,
     databases: PathBuf,
+    /// Whether it is not to be started again.
+    is_ended: AtomicBool,
     process: Mutex<Option<ChildProcess>>,
 }
 
@@ -49,7 +55,7 @@ impl ViewDaemon {
         Ok(Self::of_service(service))
     }
 
-    /// Starts a daemon for the databases of a folder, and waits until it serves. Dropping the value ends it.
+    /// Starts a daemon for the databases of a folder, and waits until it serves. [`Self::end`] or dropping the value ends it.
     ///
     /// # Errors
     /// `configuration` if the program cannot be started, `failed` if it ends, or does not serve in time.
@@ -58,7 +64,12 @@ impl ViewDaemon {
         let folder = folder.map_err(|error| {
             Error::new(ErrorKind::Output, "daemon", format!("cannot make a temporary folder: {error}; check TMPDIR"))
         })?;
-        let own = OwnDaemon { folder, databases: databases.to_owned(), process: Mutex::new(None) };
+        let own = OwnDaemon {
+            folder,
+            databases: databases.to_owned(),
+            is_ended: AtomicBool::new(false),
+            process: Mutex::new(None),
+        };
         *own.lock() = Some(own.launch(service)?);
         Ok(Self { service: service.to_owned(), own: Some(own) })
     }
@@ -75,13 +86,24 @@ impl ViewDaemon {
         self.own.as_ref().map(|own| own.databases.as_path())
     }
 
-    /// Starts an own daemon again if it ended. Returns whether it did.
+    /// Ends an own daemon for good, whether or not workers still use it; another daemon goes on.
+    pub fn end(&self) {
+        let Some(own) = &self.own else { return };
+        // A start under way holds the lock until it reads this.
+        own.is_ended.store(true, Ordering::Relaxed);
+        drop(own.lock().take());
+    }
+
+    /// Starts an own daemon again if it ended by itself. Returns whether it did.
     ///
     /// # Errors
     /// Those of [`Self::start`].
     pub fn revive(&self) -> Result<bool, Error> {
         let Some(own) = &self.own else { return Ok(false) };
         let mut process = own.lock();
+        if own.is_ended.load(Ordering::Relaxed) {
+            return Ok(false);
+        }
         if process.as_mut().is_some_and(|process| process.ended().is_none()) {
             return Ok(false);
         }
@@ -104,15 +126,17 @@ impl OwnDaemon {
             Error::new(ErrorKind::Output, configuration.display().to_string(), message)
         })?;
         let mut command = daemon_program();
-        command.args(["serve", "--log", "warn", "--service", service, "--databases"]).arg(&self.databases);
-        command.arg("--config").arg(&configuration).stdin(Stdio::null()).stdout(Stdio::piped());
+        command
+            .args(["serve", "--end-with-stdin", "--log", "warn", "--service", service, "--databases"])
+            .arg(&self.databases);
+        command.arg("--config").arg(&configuration).stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut process = ChildProcess::start(&mut command).map_err(|error| absent(&error))?;
-        wait_until_ready(&mut process)?;
+        wait_until_ready(&mut process, &self.is_ended)?;
         Ok(process)
     }
 }
 
-fn wait_until_ready(process: &mut ChildProcess) -> Result<(), Error> {
+fn wait_until_ready(process: &mut ChildProcess, is_ended: &AtomicBool) -> Result<(), Error> {
     let failed = |what: String| Err(Error::new(ErrorKind::Failed, "daemon", what));
     let Some(stdout) = process.child().stdout.take() else { return failed("the daemon has no output".to_owned()) };
     let (sender, lines) = channel();
@@ -125,9 +149,13 @@ fn wait_until_ready(process: &mut ChildProcess) -> Result<(), Error> {
     });
     let deadline = Deadline::after(START_TIMEOUT);
     loop {
-        match lines.recv_timeout(deadline.left()) {
+        match lines.recv_timeout(deadline.left().min(END_PAUSE)) {
             Ok(line) if line.trim() == "ready" => return Ok(()),
             Ok(_) => {}
+            Err(RecvTimeoutError::Timeout) if is_ended.load(Ordering::Relaxed) => {
+                return failed("the command ended before the daemon served".to_owned());
+            }
+            Err(RecvTimeoutError::Timeout) if !deadline.passed() => {}
             Err(RecvTimeoutError::Timeout) => {
                 return failed(format!("the daemon did not serve within {} s", START_TIMEOUT.as_secs()));
             }

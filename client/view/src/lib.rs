@@ -4,7 +4,7 @@
 //! token, and one WebSocket to that page. Requests arrive there as JSON. Results leave as the sections that they are in shared memory:
 //! one binary message each, a JSON head and then the bytes of the sections ([`ResultMessage`]).
 //!
-//! [`ViewDaemon`] finds a running daemon, or starts one and ends it when it is dropped.
+//! [`ViewDaemon`] finds a running daemon, or starts one, which ends with the command.
 //!
 //! The feature `page` embeds the page that `npm run build` writes to `dist`. Without it the crate serves the files that it is given.
 

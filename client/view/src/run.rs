@@ -34,17 +34,27 @@ pub fn run<E: From<Error>>(
     announce: impl FnOnce(&str) -> Result<(), E>,
 ) -> Result<Option<PathBuf>, E> {
     let (daemon, folder) = prepare(&arguments.service, &arguments.files)?.into_parts();
+    let daemon = Arc::new(daemon);
     let recording = arguments.record.map(|file| Arc::new(Recording::new(&file, arguments.page)));
     let options = ViewOptions {
         port: arguments.port,
         page: arguments.page,
-        daemon: Arc::new(daemon),
+        daemon: daemon.clone(),
         recording: recording.clone(),
     };
+    let served = serve(options, announce);
+    // The thread of a page may be in the middle of a request, and uses the daemon until that fails.
+    daemon.end();
+    drop(folder);
+    served?;
+    Ok(recording.filter(|recording| !recording.is_empty()).map(|recording| recording.write()).transpose()?)
+}
+
+/// Serves until SIGINT or SIGTERM.
+fn serve<E: From<Error>>(options: ViewOptions, announce: impl FnOnce(&str) -> Result<(), E>) -> Result<(), E> {
     let failed = |error: std::io::Error| Error::new(ErrorKind::Failed, "runtime", format!("cannot start: {error}"));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
     runtime.block_on(async {
-        let server = ViewServer::open(options).await?;
         let stop = Arc::new(Notify::new());
         for kind in [SignalKind::interrupt(), SignalKind::terminate()] {
             let mut signals = signal(kind).map_err(failed)?;
@@ -54,13 +64,9 @@ pub fn run<E: From<Error>>(
                 stop.notify_one();
             });
         }
+        let server = ViewServer::open(options).await?;
         announce(&server.address())?;
         server.serve(&stop).await;
-        Ok::<(), E>(())
-    })?;
-    // Ends the workers, and with them their hold on the daemon, before the folder goes.
-    drop(runtime);
-    let written = recording.filter(|recording| !recording.is_empty()).map(|recording| recording.write()).transpose()?;
-    drop(folder);
-    Ok(written)
+        Ok(())
+    })
 }

@@ -1,7 +1,8 @@
 // What the tests share: programs, databases, a running `shatter view`, and Chromium.
 import { spawn, execFile } from "node:child_process";
 import { existsSync } from "node:fs";
-import { mkdtemp, mkdir, rm } from "node:fs/promises";
+import { mkdtemp, mkdir, readFile, readdir, rm } from "node:fs/promises";
+import { request } from "node:http";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { promisify } from "node:util";
@@ -15,21 +16,47 @@ export const programs = process.env.SHATTER_PROGRAMS ?? resolve(import.meta.dirn
 /** Path of Chromium; `undefined` if there is none. */
 export const browserPath = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(existsSync);
 
-/** A reason to skip, or false. */
-export const skip = !browserPath ? "no Chromium" : !existsSync(join(programs, "shatterd")) ? "no shatterd" : false;
+/** A reason to skip what needs the programs alone, or false. */
+export const skipPrograms = existsSync(join(programs, "shatterd")) ? false : "no shatterd";
+
+/** A reason to skip what needs a browser, or false. */
+export const skip = browserPath ? skipPrograms : "no Chromium";
+
+/** Time after which the tests of a file end, whatever still runs, ms. */
+const FILE_TIMEOUT_MS = 900_000;
+
+/** Processes that this file started and that have not ended. */
+const started = new Set();
+
+/** Kills what is left by its ids. */
+function killStarted() {
+  for (const child of started) child.kill("SIGKILL");
+}
+
+process.on("exit", killStarted);
+setTimeout(() => {
+  console.error(`the tests of this file did not end within ${FILE_TIMEOUT_MS / 1000} s`);
+  process.exit(1);
+}, FILE_TIMEOUT_MS).unref();
 
 /** A folder of this run, with an environment that keeps it apart from other services. */
 export async function world() {
   const folder = await mkdtemp(join(tmpdir(), "shatter-view-test-"));
-  const env = { ...process.env, XDG_RUNTIME_DIR: join(folder, "run"), XDG_DATA_HOME: join(folder, "data"), SHATTER_SERVICE: `view-test-${process.pid}` };
+  const env = { ...process.env, XDG_RUNTIME_DIR: join(folder, "run"), XDG_DATA_HOME: join(folder, "data"), TMPDIR: join(folder, "temporary"), SHATTER_SERVICE: `view-test-${process.pid}` };
   await mkdir(env.XDG_RUNTIME_DIR, { mode: 0o700 });
+  await mkdir(env.TMPDIR);
   return { folder, env, end: () => rm(folder, { recursive: true, force: true }) };
 }
 
 /** Runs a program to its end, and returns what it prints. */
 export async function program(world, name, args) {
-  const { stdout } = await run(join(programs, name), args, { env: world.env, maxBuffer: 1 << 28 });
-  return stdout;
+  const running = run(join(programs, name), args, { env: world.env, maxBuffer: 1 << 28 });
+  started.add(running.child);
+  try {
+    return (await running).stdout;
+  } finally {
+    started.delete(running.child);
+  }
 }
 
 /** Bakes a generated shape; returns the path of its database. */
@@ -38,22 +65,73 @@ export async function bake(world, shape, args = []) {
   return join(world.folder, "databases", `${shape}.shatter`);
 }
 
-/** Starts `shatter view`, and waits for the address that it prints. */
-export async function view(world, args) {
+/** Starts `shatter view`; `address` is the promise of what it prints. */
+export function begin(world, args) {
   const child = spawn(join(programs, "shatter"), ["view", ...args], { env: world.env, stdio: ["ignore", "pipe", "pipe"] });
+  started.add(child);
   let text = "";
   child.stderr.on("data", (data) => (text += data));
-  const address = await new Promise((found, failed) => {
-    child.stdout.on("data", (data) => found(String(data).split("\n")[0]));
-    child.on("exit", (code) => failed(new Error(`shatter view ended with ${code}: ${text}`)));
+  const ended = new Promise((resolve) => child.on("exit", resolve)).then(() => {
+    started.delete(child);
+    // A process that it left behind may hold the other ends.
+    child.stdout.destroy();
+    child.stderr.destroy();
   });
-  const end = () =>
-    new Promise((ended) => {
-      child.removeAllListeners("exit");
-      child.on("exit", ended);
-      child.kill("SIGTERM");
-    });
+  const address = new Promise((found, failed) => {
+    child.stdout.on("data", (data) => found(String(data).split("\n")[0]));
+    void ended.then(() => failed(new Error(`shatter view ended with ${child.exitCode ?? child.signalCode}: ${text}`)));
+  });
+  address.catch(() => undefined);
+  const end = (signal = "SIGTERM") => {
+    child.kill(signal);
+    return ended;
+  };
   return { address, end, pid: child.pid };
+}
+
+/** Starts `shatter view`, and waits for the address that it prints. */
+export async function view(world, args) {
+  const server = begin(world, args);
+  return { ...server, address: await server.address };
+}
+
+/** Ids of the processes whose command line names the folder of `world`. */
+export async function processesOf(world) {
+  const ids = (await readdir("/proc")).filter((name) => /^\d+$/.test(name));
+  const lines = await Promise.all(ids.map((id) => readFile(`/proc/${id}/cmdline`, "latin1").catch(() => "")));
+  return ids.filter((_, at) => lines[at].includes(world.folder));
+}
+
+/** The reply to a GET: its head, and the connection if it became a WebSocket. */
+function get(url, headers) {
+  return new Promise((resolve, reject) => {
+    const sent = request(url, { headers, agent: false });
+    sent.on("response", (response) => {
+      response.resume();
+      resolve(response);
+    });
+    sent.on("upgrade", (_, socket) => resolve(socket));
+    sent.on("error", reject);
+    sent.end();
+  });
+}
+
+/** Opens the WebSocket of the page without a browser; `send` sends a request, whose reply is not read. */
+export async function socketOf(address) {
+  const { headers } = await get(address, {});
+  const upgrade = { Connection: "Upgrade", Upgrade: "websocket", "Sec-WebSocket-Version": "13", "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==" };
+  const cookie = headers["set-cookie"][0].split(";")[0];
+  const { origin } = new URL(address);
+  const socket = await get(new URL("socket", origin + headers.location), { ...upgrade, Cookie: cookie, Origin: origin });
+  socket.on("error", () => undefined);
+  socket.resume();
+  const send = (document) => {
+    const text = Buffer.from(JSON.stringify(document));
+    // A mask of zeros.
+    const head = Buffer.from([0x81, 0x80 | 126, text.length >> 8, text.length & 255, 0, 0, 0, 0]);
+    socket.write(Buffer.concat([head, text]));
+  };
+  return { send, end: () => socket.destroy() };
 }
 
 /** Starts Chromium with a software renderer. */

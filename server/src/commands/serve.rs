@@ -4,6 +4,7 @@ use super::CommandError;
 use super::expected_file::{self, ExpectedFile};
 use super::log::LineWriter;
 use crate::config::{Config, LogFormat};
+use crate::jobs::no_thread;
 use crate::serve::{ServeOptions, run as serve};
 use shatter_cli_common::{self as program, StdoutError, whole_number};
 use shatter_engine::scene::Scene;
@@ -39,9 +40,12 @@ pub struct ServeArgs {
     /// Log filter: error, warn, info, debug, trace, off, or tracing directives
     #[arg(long, value_name = "FILTER")]
     log: Option<String>,
+    /// End when standard input ends, as at SIGTERM: for a program that starts a daemon of its own and holds the other end of a pipe
+    #[arg(long)]
+    end_with_stdin: bool,
 }
 
-/// Serves until SIGINT or SIGTERM.
+/// Serves until SIGINT or SIGTERM, or until standard input ends if that is wanted.
 ///
 /// # Errors
 /// [`CommandError`] for a configuration, scene, folder or transport that cannot be used.
@@ -65,7 +69,23 @@ pub fn run(args: &ServeArgs) -> Result<(), CommandError> {
     });
     let scene = args.scene.as_deref().map(Scene::load).transpose()?;
     let only = scene.as_ref().map(Scene::databases);
-    serve(ServeOptions { paths, config, loader: loader(scene), only, ready, stop: Arc::new(Notify::new()) })?;
+    let stop = Arc::new(Notify::new());
+    if args.end_with_stdin {
+        notify_at_end_of_stdin(stop.clone())?;
+    }
+    serve(ServeOptions { paths, config, loader: loader(scene), only, ready, stop })?;
+    Ok(())
+}
+
+/// Starts a thread that notifies `stop` once standard input ends, or cannot be read.
+fn notify_at_end_of_stdin(stop: Arc<Notify>) -> Result<(), Error> {
+    let wait = move || {
+        // A descriptor that cannot be read has no other end that could keep the daemon.
+        let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
+        stop.notify_one();
+    };
+    let started = std::thread::Builder::new().name("stdin".to_owned()).spawn(wait);
+    started.map_err(|error| no_thread(&error))?;
     Ok(())
 }
 

@@ -135,6 +135,11 @@ impl Child {
         Self(command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap(), None)
     }
 
+    /// Closes this end of a piped standard input.
+    pub fn close_stdin(&mut self) {
+        drop(self.0.stdin.take());
+    }
+
     /// Sends a signal to the process.
     pub fn signal(&self, signal: rustix::process::Signal) {
         let pid = rustix::process::Pid::from_child(&self.0);
