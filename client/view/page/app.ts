@@ -47,6 +47,8 @@ export class App {
   readonly stage: Stage;
   object: ObjectFacts | undefined;
   aim: Aim | undefined;
+  /** Name of the service. */
+  service: string | undefined;
   private uniforms: PieceUniforms | undefined;
   private roughness = 1;
   private center: Vector = [0, 0, 0];
@@ -362,6 +364,7 @@ export class App {
     state.layers.forEach((layer, at) => {
       layer.pieces.paint(painter(all[at], range));
       layer.pieces.setXray(panel.isOn("xray"));
+      layer.pieces.setCracksOnly(panel.isOn("cracks"));
       layer.pieces.setHulls(undefined);
     });
     const first = all.find((values) => values !== undefined);

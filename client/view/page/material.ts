@@ -74,6 +74,7 @@ export function uniformsOf(material: string, low: number, height: number, diagon
 const VERTEX_HEAD = /* glsl */ `
 attribute float piece;
 attribute float crack;
+attribute vec3 outerNormal;
 attribute vec2 skinUv;
 varying vec2 vSkinUv;
 uniform sampler2D uPlaces;
@@ -86,6 +87,11 @@ vec4 placeOf(sampler2D table) {
   int index = int(piece + 0.5);
   return texelFetch(table, ivec2(index % ${COLUMNS}, index / ${COLUMNS}), 0);
 }
+`;
+
+/** Normals of the input outside, of the result on cracks, where the input has none. */
+const VERTEX_NORMAL = /* glsl */ `
+vec3 objectNormal = dot(outerNormal, outerNormal) > 0.0 ? outerNormal : normal;
 `;
 
 const VERTEX_PLACE = /* glsl */ `
@@ -162,6 +168,7 @@ function patched(
     Object.assign(shader.uniforms, uniforms, { uPlaces: { value: places }, uColors: { value: colors } });
     shader.vertexShader = shader.vertexShader
       .replace("#include <common>", `#include <common>\n${VERTEX_HEAD}`)
+      .replace("#include <beginnormal_vertex>", VERTEX_NORMAL)
       .replace("#include <begin_vertex>", VERTEX_PLACE);
     if (!hasColors) return;
     shader.fragmentShader = shader.fragmentShader
@@ -186,7 +193,8 @@ export function solidMaterial(
   places: THREE.DataTexture,
   colors: THREE.DataTexture,
 ): THREE.MeshStandardMaterial {
-  const material = new THREE.MeshStandardMaterial({ roughness, side: THREE.DoubleSide, shadowSide: THREE.DoubleSide });
+  // Pieces are closed: their insides are never seen.
+  const material = new THREE.MeshStandardMaterial({ roughness, side: THREE.FrontSide, shadowSide: THREE.DoubleSide });
   patched(material, uniforms, places, colors, true);
   return material;
 }

@@ -4,6 +4,9 @@ import * as THREE from "three";
 import { COLUMNS, type PieceUniforms, shadowMaterial, solidMaterial, xrayMaterial } from "./material";
 import type { ResultMessage, Vector } from "./result";
 
+/** Numbers per row of the section of outer attributes: normal, texture coordinates. */
+const OUTER_FLOATS = 5;
+
 /** Where a ray meets a piece. */
 export interface Pick {
   /** Fragment in its result. */
@@ -27,7 +30,7 @@ export class Pieces {
   private readonly solid: THREE.Material;
   private readonly xray: THREE.Material;
   private readonly shadow: THREE.Material;
-  private readonly radii: number[];
+  private knownRadii: Float32Array | undefined;
   private hullLines: THREE.LineSegments | undefined;
 
   constructor(
@@ -46,7 +49,6 @@ export class Pieces {
     this.places = table();
     this.colors = table();
     this.fill();
-    this.radii = result.fragments.map((fragment) => this.radiusOf(fragment.vertexFirst, fragment.vertexCount));
     this.solid = solidMaterial(uniforms, roughness, this.places, this.colors);
     this.xray = xrayMaterial(uniforms, this.places, this.colors);
     this.shadow = shadowMaterial(uniforms, this.places, this.colors);
@@ -78,37 +80,37 @@ export class Pieces {
     this.geometry.setAttribute("piece", new THREE.BufferAttribute(piece, 1));
     this.geometry.setAttribute("crack", new THREE.BufferAttribute(crack, 1));
     this.geometry.setIndex(new THREE.BufferAttribute(indices, 1));
-    this.setNormals(vertexCount);
+    this.setNormals();
     this.places.needsUpdate = true;
   }
 
-  /** Normals of the input outside, of the result on cracks; computed if the result has none. */
-  private setNormals(vertexCount: number): void {
+  /** Normals and texture coordinates, as they lie in the result; normals are computed if it has none. */
+  private setNormals(): void {
     const cracks = this.result.floats("normals");
     const outer = this.result.floats("outer_attributes");
     if (cracks.length === 0) {
       this.geometry.computeVertexNormals();
       return;
     }
-    const normals = new Float32Array(cracks);
-    const uvs = new Float32Array(outer.length > 0 ? 2 * vertexCount : 0);
-    for (let vertex = 0; outer.length > 0 && vertex < vertexCount; vertex++) {
-      const [x, y, z] = [outer[5 * vertex]!, outer[5 * vertex + 1]!, outer[5 * vertex + 2]!];
-      if (x !== 0 || y !== 0 || z !== 0) normals.set([x, y, z], 3 * vertex);
-      uvs[2 * vertex] = outer[5 * vertex + 3]!;
-      uvs[2 * vertex + 1] = outer[5 * vertex + 4]!;
-    }
-    if (uvs.length > 0) this.geometry.setAttribute("skinUv", new THREE.BufferAttribute(uvs, 2));
-    this.geometry.setAttribute("normal", new THREE.BufferAttribute(normals, 3));
+    this.geometry.setAttribute("normal", new THREE.BufferAttribute(cracks, 3));
+    if (outer.length === 0) return;
+    const rows = new THREE.InterleavedBuffer(outer, OUTER_FLOATS);
+    this.geometry.setAttribute("outerNormal", new THREE.InterleavedBufferAttribute(rows, 3, 0));
+    this.geometry.setAttribute("skinUv", new THREE.InterleavedBufferAttribute(rows, 2, 3));
   }
 
-  private radiusOf(first: number, count: number): number {
-    const positions = this.result.floats("positions");
-    let square = 0;
-    for (let at = 3 * first; at < 3 * (first + count); at += 3) {
-      square = Math.max(square, positions[at]! ** 2 + positions[at + 1]! ** 2 + positions[at + 2]! ** 2);
-    }
-    return Math.sqrt(square);
+  /** Distance of the farthest vertex of each piece from its center, m: known once something points at the pieces. */
+  private radii(): Float32Array {
+    this.knownRadii ??= Float32Array.from(this.result.fragments, (fragment) => {
+      const positions = this.result.floats("positions");
+      let square = 0;
+      for (let at = 3 * fragment.vertexFirst; at < 3 * (fragment.vertexFirst + fragment.vertexCount); at += 3) {
+        const [x, y, z] = [positions[at]!, positions[at + 1]!, positions[at + 2]!];
+        square = Math.max(square, x * x + y * y + z * z);
+      }
+      return Math.sqrt(square);
+    });
+    return this.knownRadii;
   }
 
   /** Shows or hides a piece. */
@@ -140,6 +142,14 @@ export class Pieces {
   setXray(isOn: boolean): void {
     this.mesh.material = isOn ? this.xray : this.solid;
     this.mesh.castShadow = !isOn;
+  }
+
+  /** Whether crack faces alone are drawn: then both sides of them are seen. */
+  setCracksOnly(isOn: boolean): void {
+    const side = isOn ? THREE.DoubleSide : THREE.FrontSide;
+    if (this.solid.side === side) return;
+    this.solid.side = side;
+    this.solid.needsUpdate = true;
   }
 
   /** Shows the hulls of `source`, a result of the same pieces with hulls; `undefined` hides them. */
@@ -174,11 +184,12 @@ export class Pieces {
   pick(ray: THREE.Ray): Pick | undefined {
     const factor = 1 + this.uniforms.uExplode.value;
     const [center, sphere] = [new THREE.Vector3(), new THREE.Sphere()];
+    const radii = this.radii();
     const candidates: { id: number; distance: number }[] = [];
     this.result.fragments.forEach((_, id) => {
       if (!this.isVisible(id)) return;
-      sphere.set(this.placeOf(id, center).multiplyScalar(factor), this.radii[id]!);
-      if (ray.intersectsSphere(sphere)) candidates.push({ id, distance: center.distanceTo(ray.origin) - this.radii[id]! });
+      sphere.set(this.placeOf(id, center).multiplyScalar(factor), radii[id]!);
+      if (ray.intersectsSphere(sphere)) candidates.push({ id, distance: center.distanceTo(ray.origin) - radii[id]! });
     });
     candidates.sort((a, b) => a.distance - b.distance);
     let best: Pick | undefined;

@@ -28,8 +28,9 @@ export interface ResultHead {
   hit: { point_m: Vector; normal: Vector; distance_m: number } | null;
   stages: { name: string; ran: boolean; ns: number }[];
   effects: { name: string; ran: boolean; ns: number }[];
-  hashes: { name: string; hash: string }[];
-  output_hash: string;
+  /** Hashes of the sections and of all together, if the request asked for them. */
+  hashes?: { name: string; hash: string }[];
+  output_hash?: string;
   sections: { name: string; offset: number; bytes: number }[];
   name?: string;
   material?: string;

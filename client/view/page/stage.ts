@@ -4,14 +4,15 @@ import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment.js";
 
-/** Longest time of a frame for full resolution while the camera moves, ms. */
-const FRAME_MS = 34;
+/** Longest time between two frames for full resolution while the camera moves, ms. */
+const FRAME_MS = 45;
 
 /** Least share of the resolution. */
-const SCALE_MIN = 0.5;
+const SCALE_MIN = 0.4;
 
-/** Pause after the last movement before a frame of full resolution, ms. */
+/** Pause after the last movement before a frame of full resolution, ms; at least two frames, so that slow ones do not end a movement. */
 const REST_MS = 180;
+const REST_MAX_MS = 1500;
 
 /** Everything that is drawn, in meters relative to the center of the object. */
 export class Stage {
@@ -35,8 +36,10 @@ export class Stage {
   private isMoving = false;
   private restTimer: number | undefined;
   private tick: ((now: number) => boolean) | undefined;
-  /** Time of the last frame, ms. */
-  frameMs = 0;
+  /** Time at which the last frame of a movement began, ms; `undefined` at rest. */
+  private lastFrame: number | undefined;
+  /** Time between the last two frames of a movement, ms. */
+  private frameMs = 0;
   /** Frames drawn. */
   frames = 0;
 
@@ -232,24 +235,29 @@ export class Stage {
     this.restTimer = window.setTimeout(() => {
       this.isMoving = false;
       this.redraw();
-    }, REST_MS);
+    }, THREE.MathUtils.clamp(2 * this.frameMs, REST_MS, REST_MAX_MS));
     this.redraw();
   }
 
   private draw(now: number): void {
     this.pending = false;
-    const begun = performance.now();
     const goesOn = this.tick?.(now) ?? false;
     if (!goesOn) this.tick = undefined;
     else this.renderer.shadowMap.needsUpdate = true;
     const isBusy = this.isMoving || goesOn;
+    if (isBusy) this.adapt(now);
+    this.lastFrame = isBusy ? now : undefined;
     this.setScale(isBusy ? this.scale : 1);
     this.renderer.render(this.scene, this.camera);
     this.frames++;
-    // Software renderers work inside this call; others only queue.
-    this.frameMs = performance.now() - begun;
-    if (isBusy) this.scale = THREE.MathUtils.clamp(this.scale * (this.frameMs > FRAME_MS ? 0.85 : 1.08), SCALE_MIN, 1);
     if (goesOn) this.redraw();
+  }
+
+  /** Adapts the resolution to the time between frames: the browser draws after `render` returns, and asks for frames as it gets on. */
+  private adapt(now: number): void {
+    if (this.lastFrame === undefined) return;
+    this.frameMs = now - this.lastFrame;
+    this.scale = THREE.MathUtils.clamp(this.scale * (this.frameMs > FRAME_MS ? 0.8 : 1.05), SCALE_MIN, 1);
   }
 
   private setScale(scale: number): void {

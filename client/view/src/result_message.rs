@@ -5,7 +5,7 @@
 //! empty, with `offset` and `bytes`.
 
 use serde_json::{Value, json};
-use shatter_client::{EffectCost, EnergySource, FractureResult, Quality, StageCost};
+use shatter_client::{EffectCost, EnergySource, FractureResult, Quality, SectionDigest, StageCost};
 use shatter_proto::result::SectionKind;
 
 /// Alignment of sections: that of the widest number.
@@ -16,9 +16,10 @@ const ALIGNMENT: usize = 8;
 pub struct ResultMessage(Vec<u8>);
 
 impl ResultMessage {
-    /// The message of a result of an object of `material`, in reply to request `id`.
+    /// The message of a result of an object of `material`, in reply to request `id`. With `has_hashes`, its head has the hashes of the
+    /// sections; they take longer than all else here.
     #[must_use]
-    pub fn of_result(id: u64, result: &FractureResult, material: &str) -> Self {
+    pub fn of_result(id: u64, result: &FractureResult, material: &str, has_hashes: bool) -> Self {
         let view = result.raw_view();
         let sections: Vec<(&str, &[u8])> = SectionKind::ALL
             .into_iter()
@@ -29,6 +30,12 @@ impl ResultMessage {
         head["id"] = json!(id);
         head["reply"] = json!("result");
         head["material"] = json!(material);
+        if has_hashes {
+            let digest = result.digest();
+            let row = |own: &SectionDigest| json!({ "name": own.name, "hash": own.hash });
+            head["hashes"] = digest.sections.iter().map(row).collect();
+            head["output_hash"] = json!(digest.output_hash);
+        }
         Self::new(head, &sections)
     }
 
@@ -68,7 +75,6 @@ impl ResultMessage {
 /// Facts of a result, as the page shows them.
 fn facts(result: &FractureResult) -> Value {
     let summary = result.summary();
-    let digest = result.digest();
     let nanoseconds = |time: std::time::Duration| u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
     let stage =
         |cost: StageCost| json!({ "name": cost.stage.name(), "ran": cost.has_run, "ns": nanoseconds(cost.time) });
@@ -103,8 +109,6 @@ fn facts(result: &FractureResult) -> Value {
         "hit": hit,
         "stages": result.stages().map(stage).collect::<Vec<_>>(),
         "effects": result.effects().map(effect).collect::<Vec<_>>(),
-        "hashes": digest.sections.iter().map(|own| json!({ "name": own.name, "hash": own.hash })).collect::<Vec<_>>(),
-        "output_hash": digest.output_hash,
     })
 }
 

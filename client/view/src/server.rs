@@ -101,6 +101,8 @@ impl ViewServer {
             };
             match accepted {
                 Ok((stream, _)) if connections.free_slot() => {
+                    // A connection without it serves the page, too, but later.
+                    let _ = stream.set_nodelay(true);
                     let is_trusted = Arc::new(AtomicBool::new(false));
                     let task = tokio::spawn(connection(stream, self.shared.clone(), is_trusted.clone()));
                     connections.add(task, is_trusted);

@@ -14,6 +14,8 @@ use tokio::sync::mpsc;
 use tokio::sync::mpsc::error::TrySendError;
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::handshake::derive_accept_key;
+use tokio_tungstenite::tungstenite::protocol::frame::Frame;
+use tokio_tungstenite::tungstenite::protocol::frame::coding::{Data, OpCode};
 use tokio_tungstenite::tungstenite::protocol::{Role, WebSocketConfig};
 use tokio_tungstenite::tungstenite::{Error as SocketError, Message};
 
@@ -22,6 +24,10 @@ pub(crate) const SOCKETS_MAX: usize = 4;
 
 /// Largest message of the page, bytes: a mesh file. A longer one is refused by the length that its header announces.
 const MESSAGE_BYTES_MAX: usize = 64 << 20;
+
+/// Largest frame of a message to the page, bytes. tungstenite 0.30 moves the rest of a frame after each write of the system: for one
+/// frame of 10 MB that takes longer than the writes.
+const FRAME_BYTES_MAX: usize = 256 << 10;
 
 /// Requests of a page that wait for its worker. Further ones are refused.
 const WAITING_MAX: usize = 16;
@@ -97,15 +103,29 @@ async fn exchange(
             },
             reply = replies.recv() => {
                 let Some(reply) = reply else { return Ok(()) };
-                let message = match reply {
-                    Reply::Text(text) => Message::text(text),
-                    Reply::Binary(bytes) => Message::binary(bytes),
-                };
-                match tokio::time::timeout(SEND_TIMEOUT, stream.send(message)).await {
+                match tokio::time::timeout(SEND_TIMEOUT, send(stream, reply)).await {
                     Ok(sent) => sent?,
                     Err(_) => return Ok(()),
                 }
             }
         }
     }
+}
+
+/// Sends a reply, a long one in several frames.
+async fn send(
+    stream: &mut WebSocketStream<TokioIo<hyper::upgrade::Upgraded>>,
+    reply: Reply,
+) -> Result<(), SocketError> {
+    let mut rest = match reply {
+        Reply::Text(text) => return stream.send(Message::text(text)).await,
+        Reply::Binary(bytes) => Bytes::from(bytes),
+    };
+    let mut kind = Data::Binary;
+    while rest.len() > FRAME_BYTES_MAX {
+        let part = rest.split_to(FRAME_BYTES_MAX);
+        stream.feed(Message::Frame(Frame::message(part, OpCode::Data(kind), false))).await?;
+        kind = Data::Continue;
+    }
+    stream.send(Message::Frame(Frame::message(rest, OpCode::Data(kind), true))).await
 }

@@ -174,7 +174,8 @@ impl Worker {
 
     /// The message of a result, which is also recorded.
     fn message(&self, id: u64, request: &Value, result: &FractureResult, material: &str) -> Reply {
-        let message = ResultMessage::of_result(id, result, material).into_bytes();
+        let has_hashes = request["hashes"].as_bool() == Some(true);
+        let message = ResultMessage::of_result(id, result, material, has_hashes).into_bytes();
         if let Some(recording) = &self.setup.recording {
             recording.add(request, &message);
         }

@@ -86,7 +86,7 @@ test("20 random rays give the bytes of `shatter impact`", { skip }, async () => 
         const strike = { object: "mug", ray: { originM: origin, direction }, impulseNs: impulse, settings: { quality: "", lift: "", seed } };
         const { app, impactOf } = globalThis.shatterView;
         const impact = impactOf(strike, ["normals", "attributes", "bonds"], undefined);
-        return app.connection.askResult({ op: "strike", object: "mug", impact }).then(
+        return app.connection.askResult({ op: "strike", object: "mug", impact, hashes: true }).then(
           (result) => ({ hashes: result.head.hashes, output: result.head.output_hash }),
           (error) => ({ error: error.kind }),
         );
@@ -142,7 +142,7 @@ test("the keyboard alone strikes, turns and goes back", { skip }, async () => {
   assert.equal(await pieces(page), 1);
 });
 
-test("downloads and copied code", { skip }, async () => {
+test("downloads", { skip }, async () => {
   await page.click("#forward");
   for (const [format, start, ending] of [["glb", "glTF", "glb"], ["obj", "PK", "zip"], ["mjcf", "PK", "zip"]]) {
     const [download] = await Promise.all([page.waitForEvent("download"), page.click(`[data-format=${format}]`)]);
@@ -151,11 +151,6 @@ test("downloads and copied code", { skip }, async () => {
     assert.ok(download.suggestedFilename().endsWith(ending));
     assert.equal(bytes.subarray(0, start.length).toString("latin1"), start);
   }
-  const code = await page.evaluate(() => globalThis.shatterView.codeOf(globalThis.shatterView.app.history.now.last.strike, "shell"));
-  const expected = await page.evaluate(() => globalThis.shatterView.app.history.now.last.result.head.hashes.find((own) => own.name === "positions").hash);
-  const args = code.replace(/ --out broken.glb/, "").split(" ").slice(1);
-  const result = JSON.parse(await program(own, "shatter", args));
-  assert.equal(result.sections.find((section) => section.name === "positions").hash, expected, code);
 });
 
 test("a lost graphics context comes back", { skip }, async () => {

@@ -1,0 +1,167 @@
+// Measures the page and prints what it finds: the parts of the time from a request to its picture, and frames per second. Times depend
+// on the machine: no time is asserted.
+import assert from "node:assert/strict";
+import { readFile, readdir } from "node:fs/promises";
+import { after, before, test } from "node:test";
+import { bake, browser, open, skip, view, world } from "./harness.mjs";
+
+/** Requests of a measurement, after a few that are not counted. */
+const REQUESTS = 15;
+
+/** Size of the large result. */
+const LARGE = { fragments: 300, triangles: 100_000 };
+
+let own, chrome, server, page;
+
+before(async () => {
+  if (skip) return;
+  own = await world();
+  const mug = await bake(own, "mug", ["--material", "ceramic", "--fragment-size", "0.018"]);
+  const head = await bake(own, "head", ["--material", "ceramic"]);
+  server = await view(own, [mug, head]);
+  chrome = await browser();
+  ({ page } = await open(chrome, server.address));
+});
+
+after(async () => {
+  await chrome?.close();
+  await server?.end();
+  await own?.end();
+});
+
+/** Shows an object of the service. */
+async function show(name) {
+  await page.selectOption("#object", name);
+  await page.waitForFunction((name) => globalThis.shatterView.app.object?.name === name, name);
+}
+
+/** Times of the parts of each request, ms; the order of the parts is that of time. */
+async function partsOf(count) {
+  return page.evaluate(async (count) => {
+    const { app, settings } = globalThis.shatterView;
+    app.go(-Infinity);
+    const box = document.getElementById("canvas").getBoundingClientRect();
+    const aim = app.pick(box.left + 0.42 * box.width, box.top + 0.55 * box.height) ?? app.pick(box.left + 0.5 * box.width, box.top + 0.5 * box.height);
+    const thresholdNs = await app.threshold(aim, settings());
+    const base = app.history.now;
+    let arrived, parsed;
+    app.connection.receive = function (data) {
+      arrived = performance.now();
+      Object.getPrototypeOf(this).receive.call(this, data);
+      parsed = performance.now();
+    };
+    const draw = () => {
+      app.stage.renderer.render(app.stage.scene, app.stage.camera);
+      // Waits for the picture.
+      app.stage.renderer.getContext().readPixels(0, 0, 1, 1, 6408, 5121, new Uint8Array(4));
+    };
+    const rows = [];
+    for (let at = 0; at < count + 4; at++) {
+      const strike = { ...app.strikeOf(aim, thresholdNs, { ...settings(), seed: at }) };
+      const begun = performance.now();
+      const result = await app.request(strike, (effects) => effects);
+      const asked = performance.now();
+      const layer = app.layer(result, strike);
+      const built = performance.now();
+      app.go(-Infinity);
+      const before = performance.now();
+      app.history.push({ layers: [layer], last: { strike, result, pictureMs: 0 } });
+      app.refresh();
+      const ready = performance.now();
+      if (at >= count) draw();
+      const drawn = performance.now();
+      const serviceMs = result.head.round_trip_ns / 1e6;
+      rows.push({
+        service: serviceMs,
+        "message, socket": arrived - begun - serviceMs,
+        parse: parsed - arrived,
+        "reply to request": asked - parsed,
+        pieces: built - asked,
+        "panel, colors": ready - before,
+        "request to picture": built - begun + (ready - before),
+        "first frame": at >= count ? drawn - ready : undefined,
+        fragments: result.fragments.length,
+        triangles: result.integers("indices").length / 3,
+        megabytes: result.bytes / 1e6,
+      });
+      layer.pieces.dispose();
+      app.go(-Infinity);
+      app.history.push(base);
+      app.go(-Infinity);
+      await new Promise((resolve) => setTimeout(resolve, 150));
+    }
+    delete app.connection.receive;
+    return rows.slice(4);
+  }, count);
+}
+
+const median = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
+
+test("the parts from a request to its picture", { skip }, async (context) => {
+  await show("mug");
+  const rows = await partsOf(REQUESTS);
+  for (const name of Object.keys(rows[0])) {
+    const values = rows.map((row) => row[name]).filter((value) => value !== undefined);
+    context.diagnostic(`${name}: median ${median(values).toFixed(1)}, least ${Math.min(...values).toFixed(1)}`);
+  }
+  assert.ok(rows.every((row) => row.fragments > 1));
+});
+
+/** Clock ticks per second of /proc. */
+const TICKS = 100;
+
+/** CPU time of the process in which the browser of this file draws, s. */
+async function drawingSeconds() {
+  const text = (id, name) => readFile(`/proc/${id}/${name}`, "latin1").catch(() => "");
+  const stat = async (id) => (await text(id, "stat")).replace(/^.*\) /, "").split(" ");
+  const isOurs = async (id) => id === process.pid || (id > 1 && isOurs(Number((await stat(id))[1])));
+  for (const id of (await readdir("/proc")).filter((name) => /^\d+$/.test(name))) {
+    if (!(await text(id, "cmdline")).includes("--type=gpu-process") || !(await isOurs(Number(id)))) continue;
+    const own = await stat(id);
+    return (Number(own[11]) + Number(own[12])) / TICKS;
+  }
+  return NaN;
+}
+
+test("frames per second of a large result that is turned", { skip }, async (context) => {
+  await show("head");
+  let drawing = 0;
+  await page.exposeFunction("noteDrawing", async () => {
+    drawing = await drawingSeconds();
+  });
+  const found = await page.evaluate(async (wanted) => {
+    const { app, connection, impactOf, settings } = globalThis.shatterView;
+    const { stage } = app;
+    const strike = { object: "head", ray: { originM: [0, 0, 10], direction: [0, 0, -1] }, impulseNs: 1, settings: settings() };
+    const impact = { ...impactOf(strike, app.effects, undefined), degree: wanted.fragments, gamma_j_m2: 1e-9, surface: "lattice" };
+    const result = await connection.askResult({ op: "strike", object: "head", impact });
+    const layer = app.layer(result, strike);
+    app.history.push({ layers: [layer], last: { strike, result, pictureMs: 0 } });
+    app.setExplode(0.22);
+    app.refresh();
+    const gl = stage.renderer.getContext();
+    const turn = async () => {
+      stage.orbit(0.05, 0);
+      await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+      // Waits for the picture.
+      gl.readPixels(0, 0, 1, 1, 6408, 5121, new Uint8Array(4));
+    };
+    for (let at = 0; at < 8; at++) await turn();
+    await globalThis.noteDrawing();
+    const [frames, begun] = [stage.frames, performance.now()];
+    for (let at = 0; at < 20; at++) await turn();
+    const seconds = (performance.now() - begun) / 1000;
+    return {
+      fragments: result.fragments.length,
+      triangles: result.integers("indices").length / 3,
+      perSecond: (stage.frames - frames) / seconds,
+      frames: stage.frames - frames,
+      scale: stage.renderer.getPixelRatio(),
+      calls: stage.renderer.info.render.calls,
+    };
+  }, LARGE);
+  const cpuMs = (1000 * (await drawingSeconds() - drawing)) / found.frames;
+  context.diagnostic(`${JSON.stringify(found)}, ${cpuMs.toFixed(0)} ms of CPU time per frame`);
+  assert.ok(found.fragments >= LARGE.fragments / 2 && found.triangles >= LARGE.triangles, JSON.stringify(found));
+  assert.ok(found.frames >= 15, `${found.frames} frames`);
+});
