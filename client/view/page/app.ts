@@ -54,7 +54,7 @@ export class App {
   private center: Vector = [0, 0, 0];
   /** Effects of all requests: those that the page needs and the service allows. */
   effects = EFFECTS;
-  private readonly handles = new WeakMap<Strike, string>();
+  private handles = new WeakMap<Strike, string>();
   private readonly hulls = new WeakMap<Strike, ResultMessage>();
   private live: { isBusy: boolean; wants: boolean } = { isBusy: false, wants: false };
   private marked: Pieces | undefined;
@@ -121,6 +121,7 @@ export class App {
     this.history.push({ layers: [this.layer(result, undefined)], last: undefined });
     this.refresh();
     panel.hint("Click to break it");
+    element("panel").scrollTop = 0;
   }
 
   private layer(result: ResultMessage, strike: Strike | undefined): Layer {
@@ -309,6 +310,26 @@ export class App {
     }
     await this.request(parent, (effects) => effects);
     return ask(this.handles.get(parent));
+  }
+
+  /** A file with all pieces that are shown. The service repeats the requests that it has forgotten. */
+  async shownAs(format: string, enable: string[]): Promise<ResultMessage> {
+    const ask = async () => {
+      const layers = [];
+      for (const { pieces, strike, replaced } of this.history.now?.layers ?? []) {
+        const ids = pieces.result.fragments.map(({ id }) => id).filter((id) => !replaced.has(id));
+        const impact = strike && (await this.withHandle(strike, async (handle) => ({ ...impactOf(strike, enable, handle), keep: false })));
+        layers.push({ pieces: ids, ...(impact ? { impact } : {}) });
+      }
+      return this.connection.askResult({ op: "download", format, object: this.object?.name, layers, enable });
+    };
+    try {
+      return await ask();
+    } catch (error) {
+      if (!(error instanceof ServiceError && error.kind === "unknown_handle")) throw error;
+      this.handles = new WeakMap();
+      return ask();
+    }
   }
 
   /** Runs `work`, and shows its error. */

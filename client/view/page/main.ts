@@ -147,19 +147,10 @@ function bindAway(): void {
   }
 }
 
+/** Lets the browser save all pieces that are shown. */
 async function download(format: string): Promise<void> {
-  const last = app.history.now?.last;
-  if (!last) return;
   await app.guarded(async () => {
-    const effects = format === "mjcf" ? ["hulls", "bonds"] : ["normals"];
-    const file = await app.withHandle(last.strike, (handle) =>
-      connection.askResult({
-        op: "download",
-        format,
-        object: last.strike.object,
-        impact: { ...impactOf(last.strike, effects, handle), keep: false },
-      }),
-    );
+    const file = await app.shownAs(format, format === "mjcf" ? ["hulls", "bonds"] : ["normals"]);
     save(file.head.name ?? "broken", file.raw("file"), format === "glb" ? "model/gltf-binary" : "application/zip");
   });
 }
@@ -167,7 +158,7 @@ async function download(format: string): Promise<void> {
 async function copy(button: HTMLButtonElement): Promise<void> {
   const last = app.history.now?.last;
   if (!last) return;
-  const code = codeOf(last.strike, button.dataset["language"] as Language, app.effects);
+  const code = codeOf(last.strike, button.dataset["language"] as Language, app.effects, app.service);
   const name = button.textContent;
   try {
     await navigator.clipboard.writeText(code);
@@ -183,6 +174,7 @@ async function copy(button: HTMLButtonElement): Promise<void> {
 export async function loadObjects(wanted?: string): Promise<void> {
   const reply = await connection.ask({ op: "objects" });
   objects = reply["objects"] as ObjectFacts[];
+  app.service = String(reply["service"]);
   const select = element<HTMLSelectElement>("object");
   select.replaceChildren(...objects.map((object) => new Option(object.name, object.name)));
   const ready = objects.filter((object) => object.state === "ready");

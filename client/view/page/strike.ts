@@ -50,18 +50,24 @@ export function chain(strike: Strike): Strike[] {
 /** Languages of [`codeOf`]. */
 export type Language = "shell" | "rust" | "python" | "c";
 
-/** A program that repeats a strike exactly, with the same effects: `attributes` divides vertices at seams of the input. */
-export function codeOf(strike: Strike, language: Language, effects: string[] = EFFECTS): string {
+/** The service that programs connect to if they name none. */
+const DEFAULT_SERVICE = "default";
+
+/**
+ * A program that repeats a strike exactly, at the same service and with the same effects: `attributes` divides vertices at seams of the
+ * input.
+ */
+export function codeOf(strike: Strike, language: Language, effects: string[] = EFFECTS, service = DEFAULT_SERVICE): string {
   const strikes = chain(strike);
   switch (language) {
     case "shell":
-      return shell(strikes, effects);
+      return shell(strikes, effects, service);
     case "rust":
-      return rust(strikes, effects);
+      return rust(strikes, effects, service);
     case "python":
-      return python(strikes, effects);
+      return python(strikes, effects, service);
     case "c":
-      return c(strikes, effects);
+      return c(strikes, effects, service);
   }
 }
 
@@ -80,8 +86,9 @@ function impulse(strike: Strike): Vector {
   return strike.ray.direction.map((x) => (strike.impulseNs * x) / length) as Vector;
 }
 
-function shell(strikes: Strike[], effects: string[]): string {
+function shell(strikes: Strike[], effects: string[], service: string): string {
   const quoted = (name: string) => (/^[\w-]+$/.test(name) ? name : `'${name.replaceAll("'", "'\\''")}'`);
+  const named = service === DEFAULT_SERVICE ? "" : ` --service ${quoted(service)}`;
   return strikes
     .map((strike, at) => {
       const { settings } = strike;
@@ -96,14 +103,14 @@ function shell(strikes: Strike[], effects: string[]): string {
         ...(at + 1 < strikes.length ? ["--keep"] : ["--out broken.glb"]),
         "--json",
       ];
-      const command = `shatter impact ${quoted(strike.object)} ${options.join(" ")}`;
+      const command = `shatter${named} impact ${quoted(strike.object)} ${options.join(" ")}`;
       const read = "python3 -c 'import json, sys; print(json.load(sys.stdin)[\"handle\"])'";
       return at + 1 < strikes.length ? `handle=$(${command} | ${read})` : command;
     })
     .join("\n");
 }
 
-function rust(strikes: Strike[], effects: string[]): string {
+function rust(strikes: Strike[], effects: string[], service: string): string {
   const name = JSON.stringify(strikes[0]!.object);
   const body = strikes.map((strike, at) => {
     const { settings } = strike;
@@ -123,7 +130,7 @@ function rust(strikes: Strike[], effects: string[]): string {
   });
   return `use shatter_client::{Client, Contact, Deadline, Effect, Impact, Lift, Quality};
 
-let service = Client::connect("default", Deadline::ms(1000))?;
+let service = Client::connect(${JSON.stringify(service)}, Deadline::ms(1000))?;
 let object = service.object(${name}, Deadline::ms(1000))?;
 ${body.join("\n")}
 result.write_glb("broken.glb".as_ref())?;`;
@@ -133,7 +140,7 @@ function capital(name: string): string {
   return name.charAt(0).toUpperCase() + name.slice(1);
 }
 
-function python(strikes: Strike[], effects: string[]): string {
+function python(strikes: Strike[], effects: string[], service: string): string {
   const body = strikes.map((strike, at) => {
     const { settings } = strike;
     const options = [
@@ -151,12 +158,12 @@ function python(strikes: Strike[], effects: string[]): string {
   });
   return `import shatter
 
-thing = shatter.connect().object(${JSON.stringify(strikes[0]!.object)})
+thing = shatter.connect(${service === DEFAULT_SERVICE ? "" : JSON.stringify(service)}).object(${JSON.stringify(strikes[0]!.object)})
 ${body.join("\n")}
 result.write_glb("broken.glb")`;
 }
 
-function c(strikes: Strike[], effects: string[]): string {
+function c(strikes: Strike[], effects: string[], service: string): string {
   const quality = (name: string) => (name ? `.quality = SHATTER_QUALITY_${name.toUpperCase()}, ` : "");
   const lift = (name: string) => (name ? `.lift = SHATTER_LIFT_${name.toUpperCase()}, ` : "");
   const names = effects.map((effect) => `SHATTER_EFFECT_${effect.toUpperCase()}`);
@@ -177,7 +184,7 @@ function c(strikes: Strike[], effects: string[]): string {
 
 ShatterService *service; ShatterObject *object; ShatterTicket *ticket; ShatterResult *result;
 ShatterContact contact; ShatterImpact impact; ShatterSummary summary;
-if (shatter_connect("default", SHATTER_UP_TO_ZERO, 1000, &service, NULL)) return 4;
+if (shatter_connect(${JSON.stringify(service)}, SHATTER_UP_TO_ZERO, 1000, &service, NULL)) return 4;
 if (shatter_service_object(service, ${JSON.stringify(strikes[0]!.object)}, SHATTER_UP_TO_ZERO, 1000, &object, NULL)) return 3;
 ${body.join("\n")}
 shatter_result_free(result);`;

@@ -1,8 +1,9 @@
-//! A result as one file for the browser to save.
+//! The shown pieces as one file for the browser to save.
 
 use crate::impact_request::invalid;
+use crate::shown_pieces::{ShownPieces, with_object};
 use crate::zip::ZipArchive;
-use shatter_client::{FractureResult, export};
+use shatter_client::export::{self, ExportError};
 use shatter_proto::{Error, ErrorKind};
 use std::path::Path;
 
@@ -32,15 +33,14 @@ impl Format {
     }
 }
 
-/// Name and contents of the file.
+/// Name and contents of the file with the pieces `shown` of `object`.
 ///
 /// # Errors
-/// Those of the writers of the client, `output` if a temporary folder cannot be used.
-pub(crate) fn file(result: &FractureResult, format: Format) -> Result<(String, Vec<u8>), Error> {
-    let object = result.summary().object;
+/// `bad_result` for pieces that make no valid file, `output` if a temporary folder cannot be used.
+pub(crate) fn file(object: &str, shown: &[ShownPieces], format: Format) -> Result<(String, Vec<u8>), Error> {
+    let wrong = |error: ExportError| Error::new(ErrorKind::BadResult, "download", error.to_string());
     if format == Format::Glb {
-        let bytes = result.with_views(export::glb_bytes);
-        let (bytes, _) = bytes.map_err(|error| Error::new(ErrorKind::BadResult, "glb", error.to_string()))?;
+        let (bytes, _) = with_object(object, shown, &mut |view| export::glb_bytes(view.fragments)).map_err(wrong)?;
         return Ok((format!("{object}-broken.glb"), bytes));
     }
     let failed = |error: std::io::Error| {
@@ -48,10 +48,11 @@ pub(crate) fn file(result: &FractureResult, format: Format) -> Result<(String, V
     };
     let folder = tempfile::Builder::new().prefix("shatter-view-").tempdir().map_err(failed)?;
     let name = format!("{object}-broken-{}.zip", if format == Format::Obj { "obj" } else { "mjcf" });
-    match format {
-        Format::Obj => drop(result.write_obj(&folder.path().join(&object))?),
-        _ => drop(result.write_mjcf(&folder.path().join(format!("{object}.xml")))?),
-    }
+    let mut write = |view: &export::ObjectView<'_>| match format {
+        Format::Obj => export::write_obj(&folder.path().join(object), view),
+        _ => export::write_mjcf(&folder.path().join(format!("{object}.xml")), view),
+    };
+    with_object(object, shown, &mut write).map_err(wrong)?;
     let mut archive = ZipArchive::default();
     add(&mut archive, folder.path(), "").map_err(failed)?;
     Ok((name, archive.finish()))

@@ -22,6 +22,7 @@ mod result_message;
 mod run;
 mod scene_check;
 mod server;
+mod shown_pieces;
 mod socket;
 mod start;
 mod worker;

@@ -7,8 +7,9 @@ use crate::impact_request::{effects, impact, invalid};
 use crate::recording::Recording;
 use crate::result_message::ResultMessage;
 use crate::scene_check;
+use crate::shown_pieces::ShownPieces;
 use serde_json::{Value, json};
-use shatter_client::{Client, Deadline, FractureResult, Impact, Object, ObjectFacts};
+use shatter_client::{Client, Deadline, Effect, FractureResult, Impact, Object, ObjectFacts};
 use shatter_proto::{Error, ErrorKind};
 use std::sync::Arc;
 use std::time::Duration;
@@ -131,8 +132,8 @@ impl Worker {
             }
             Some("download") => {
                 let format = download::Format::by_name(request["format"].as_str().unwrap_or_default())?;
-                let result = self.result(request, &impact(&request["impact"])?)?;
-                let (name, bytes) = download::file(&result, format)?;
+                let shown = self.shown(request)?;
+                let (name, bytes) = download::file(name(request)?, &shown, format)?;
                 let head = json!({ "id": id, "reply": "file", "name": name });
                 Ok(Some(Reply::Binary(ResultMessage::new(head, &[("file", &bytes)]).into_bytes())))
             }
@@ -155,16 +156,38 @@ impl Worker {
 
     /// The object in one piece, as the service would send its fragments.
     fn intact(&mut self, id: u64, request: &Value) -> Result<Option<Reply>, Error> {
-        let name = name(request)?;
         let enabled = effects(request, "enable")?;
-        let (result, material) = self.with_client(|client| {
+        let (result, material) = self.whole(request, &enabled)?;
+        Ok(Some(self.message(id, request, &result, &material)))
+    }
+
+    /// The object in one piece, and its material.
+    fn whole(&mut self, request: &Value, enabled: &[Effect]) -> Result<(FractureResult, String), Error> {
+        let name = name(request)?;
+        self.with_client(|client| {
             let object = ready(client, name)?;
             let impact = object.even(1, Deadline::after(RESULT_TIMEOUT))?;
             let impact = enabled.iter().fold(impact, |impact, effect| impact.enable(*effect));
             let result = object.strike(&impact)?.wait(Deadline::after(RESULT_TIMEOUT))?;
             Ok((result, object.facts().material.clone()))
-        })?;
-        Ok(Some(self.message(id, request, &result, &material)))
+        })
+    }
+
+    /// The results of the impacts in `layers`, each with the pieces that are shown of it. A layer without an impact is the whole object.
+    fn shown(&mut self, request: &Value) -> Result<Vec<ShownPieces>, Error> {
+        let layers = request["layers"].as_array().ok_or_else(|| invalid("layers", "must be a list"))?;
+        let enabled = effects(request, "enable")?;
+        let mut shown = Vec::new();
+        for layer in layers {
+            let result = match &layer["impact"] {
+                Value::Null => self.whole(request, &enabled)?.0,
+                given => self.result(request, &impact(given)?)?,
+            };
+            let ids = serde_json::from_value(layer["pieces"].clone());
+            let ids = ids.map_err(|error| invalid("pieces", format!("must be a list of ids: {error}")))?;
+            shown.push(ShownPieces { result, ids });
+        }
+        Ok(shown)
     }
 
     fn strike(&mut self, id: u64, request: &Value) -> Result<Option<Reply>, Error> {

@@ -1,5 +1,6 @@
 // The page in Chromium, over a real daemon.
 import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
 import { after, before, test } from "node:test";
 import { bake, browser, nextState, onObject, open, pieces, program, skip, view, whole, world } from "./harness.mjs";
 
@@ -142,15 +143,33 @@ test("the keyboard alone strikes, turns and goes back", { skip }, async () => {
   assert.equal(await pieces(page), 1);
 });
 
-test("downloads", { skip }, async () => {
+test("downloads hold all pieces that are shown, of several requests", { skip }, async () => {
   await page.click("#forward");
-  for (const [format, start, ending] of [["glb", "glTF", "glb"], ["obj", "PK", "zip"], ["mjcf", "PK", "zip"]]) {
-    const [download] = await Promise.all([page.waitForEvent("download"), page.click(`[data-format=${format}]`)]);
-    const { readFile } = await import("node:fs/promises");
-    const bytes = await readFile(await download.path());
-    assert.ok(download.suggestedFilename().endsWith(ending));
-    assert.equal(bytes.subarray(0, start.length).toString("latin1"), start);
+  await page.waitForTimeout(800);
+  const at = await onObject(page);
+  await nextState(page, () => page.mouse.click(at.x, at.y));
+  const shown = await pieces(page);
+  const layers = await page.evaluate(() => globalThis.shatterView.app.history.now.layers.length);
+  assert.ok(layers > 1, "pieces of two results");
+  // The daemon forgets results in time: then the page repeats the requests.
+  for (const forgets of [false, true]) {
+    for (const [format, start, ending] of [["glb", "glTF", "glb"], ["obj", "PK", "zip"], ["mjcf", "PK", "zip"]]) {
+      if (forgets) {
+        await page.evaluate(() => {
+          const { app } = globalThis.shatterView;
+          for (const { strike } of app.history.now.layers) if (strike) app.handles.set(strike, "999999999");
+        });
+      }
+      const [download] = await Promise.all([page.waitForEvent("download"), page.click(`[data-format=${format}]`)]);
+      const bytes = await readFile(await download.path());
+      assert.ok(download.suggestedFilename().endsWith(ending));
+      assert.equal(bytes.subarray(0, start.length).toString("latin1"), start);
+      const text = bytes.toString("latin1");
+      if (format === "glb") assert.equal(JSON.parse(text.slice(20, 20 + bytes.readUInt32LE(12))).meshes.length, shown);
+      if (format === "mjcf") assert.equal(text.match(/<body /g).length, shown);
+    }
   }
+  assert.ok(await page.locator("#message").isHidden());
 });
 
 test("a lost graphics context comes back", { skip }, async () => {

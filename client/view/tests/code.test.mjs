@@ -1,0 +1,99 @@
+// Copied code: it compiles, runs, and gives the bytes of the request that it repeats.
+import assert from "node:assert/strict";
+import { execFile } from "node:child_process";
+import { copyFile, mkdir, readdir, writeFile } from "node:fs/promises";
+import { join, resolve } from "node:path";
+import { after, before, test } from "node:test";
+import { promisify } from "node:util";
+import { build } from "esbuild";
+import { bake, program, programs, skipPrograms as skip, view, world } from "./harness.mjs";
+
+const run = promisify(execFile);
+const client = resolve(import.meta.dirname, "../..");
+
+/** Effects that the page asks for. */
+const EFFECTS = ["normals", "attributes", "bonds"];
+
+let own, server, codeOf, service, request, expected;
+
+before(async () => {
+  if (skip) return;
+  own = await world();
+  // Not the name that programs connect to if they name none.
+  service = own.env.SHATTER_SERVICE;
+  server = await view(own, [await bake(own, "dumbbell", ["--quality", "draft"])]);
+  const file = join(own.folder, "strike.mjs");
+  await build({ entryPoints: [join(client, "view/page/strike.ts")], bundle: true, format: "esm", outfile: file });
+  ({ codeOf } = await import(file));
+  delete own.env.SHATTER_SERVICE;
+  const first = {
+    object: "dumbbell",
+    ray: { originM: [1, 0.0125, 0.004], direction: [-1, 0.003, 0] },
+    impulseNs: 9.5,
+    settings: { quality: "draft", lift: "euclidean", seed: 7 },
+  };
+  const [, piece] = JSON.parse(await shell(first)).fragments;
+  const [x, y, z] = piece.center_m;
+  const again = { ...first, ray: { originM: [x - 1, y, z], direction: [2, 0, 0] }, impulseNs: 40, settings: { quality: "", lift: "", seed: 123456789012 } };
+  request = { ...again, parent: { strike: first, fragment: 1 } };
+  expected = JSON.parse(await shell(request)).output_hash;
+});
+
+after(async () => {
+  await server?.end();
+  await own?.end();
+});
+
+/** Runs the copied command lines. Writing a file adds the effects that its format needs: the hash is that without a file. */
+async function shell(request, hasFile = false) {
+  const code = codeOf(request, "shell", EFFECTS, service);
+  const env = { ...own.env, PATH: `${programs}:${own.env.PATH}` };
+  const { stdout } = await run("sh", ["-ec", hasFile ? code : code.replace(" --out broken.glb", "")], { env, cwd: own.folder, maxBuffer: 1 << 26 });
+  return stdout;
+}
+
+test("the command line repeats both strikes", { skip }, async () => {
+  assert.match(expected, /^[0-9a-f]{16}$/);
+  const written = JSON.parse(await shell(request, true));
+  assert.equal(written.fragments.length, JSON.parse(await shell(request)).fragments.length);
+  assert.ok((await readdir(own.folder)).includes("broken.glb"));
+  const other = { ...request, settings: { ...request.settings, seed: 1 } };
+  assert.notEqual(JSON.parse(await shell(other)).output_hash, expected, "the seed is part of the code");
+});
+
+test("the C code gives the same bytes", { skip }, async (context) => {
+  const code = codeOf(request, "c", EFFECTS, service);
+  const [head, ...rest] = code.split("\n");
+  const print = "ShatterHash hash; if (shatter_result_hash(result, &hash, NULL)) return 6; puts(hash.text);";
+  const body = rest.join("\n").replace("shatter_result_free(result);", `${print}\nshatter_result_free(result);`);
+  const [source, out] = [join(own.folder, "copied.c"), join(own.folder, "copied")];
+  await writeFile(source, `#include <stdio.h>\n${head}\nint main(void) {\n${body}\nreturn 0;\n}\n`);
+  const flags = ["-std=c11", "-Wall", "-Werror", "-I", join(client, "c/include"), source, "-o", out];
+  const link = ["-L", programs, "-lshatter", `-Wl,-rpath,${resolve(programs)}`, "-lm"];
+  try {
+    await run("cc", ["--version"]);
+  } catch {
+    return context.skip("no C compiler");
+  }
+  await run("cc", [...flags, ...link]);
+  const { stdout } = await run(out, [], { env: own.env });
+  assert.equal(stdout.trim(), expected);
+});
+
+test("the Python code gives the same bytes", { skip }, async (context) => {
+  const python = process.env.SHATTER_PYTHON ?? "python3";
+  try {
+    await run(python, ["-c", "import numpy"]);
+  } catch {
+    return context.skip("no Python with numpy");
+  }
+  const site = join(own.folder, "site/shatter");
+  await mkdir(site, { recursive: true });
+  const sources = join(client, "python/python/shatter");
+  for (const name of await readdir(sources)) if (name.endsWith(".py")) await copyFile(join(sources, name), join(site, name));
+  await copyFile(join(programs, "lib_shatter.so"), join(site, "_shatter.abi3.so"));
+  const code = `${codeOf(request, "python", EFFECTS, service)}\nprint(result.output_hash)\n`;
+  const env = { ...own.env, PYTHONPATH: join(own.folder, "site") };
+  const { stdout } = await run(python, ["-c", code], { env, cwd: own.folder });
+  assert.equal(stdout.trim(), expected);
+});
