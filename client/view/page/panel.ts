@@ -81,7 +81,8 @@ export function facts(state: State, object: ObjectFacts | undefined): void {
   element("took").textContent = `in ${time(head.time_ns)}`;
   const rows: [string, string][] = [
     ["Round trip", time(head.round_trip_ns)],
-    ["Picture ready after", `${digits(last.pictureMs)} ms`],
+    // A recording has no such time.
+    ...(last.pictureMs > 0 ? ([["Picture ready after", `${digits(last.pictureMs)} ms`]] as [string, string][]) : []),
     ["E₁/γ (breaks above 1)", digits(head.e1_over_gamma)],
     ["Threshold γ", `${digits(head.gamma_j_m2)} J·m²`],
     ["Displacements", head.elastic],

@@ -58,9 +58,10 @@ export async function replay(app: App, recording: RecordedStrike[]): Promise<voi
   panel.hint("A recording: → shows the next strike");
 }
 
+/** The message of a strike: gzip as base64. */
 async function bytes(base64: string): Promise<ArrayBuffer> {
   const reply = await fetch(`data:application/octet-stream;base64,${base64}`);
-  return reply.arrayBuffer();
+  return new Response(reply.body!.pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
 }
 
 /** Facts of an object, from its result in one piece: a recording has no others. */

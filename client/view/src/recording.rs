@@ -3,8 +3,11 @@
 use crate::page_files::PageFiles;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use serde_json::Value;
 use shatter_proto::{Error, ErrorKind};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -71,7 +74,7 @@ impl Recording {
         let strikes = self.strikes();
         let rows: Vec<Value> = strikes
             .iter()
-            .map(|strike| serde_json::json!({ "request": strike.request, "message": STANDARD.encode(&strike.message) }))
+            .map(|strike| serde_json::json!({ "request": strike.request, "message": STANDARD.encode(compressed(&strike.message)) }))
             .collect();
         let data = Value::Array(rows).to_string().replace('<', "\\u003c");
         // A closing tag inside the script would end it.
@@ -98,6 +101,14 @@ impl Recording {
     }
 }
 
+/// `message` as gzip, which browsers read by themselves.
+fn compressed(message: &[u8]) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+    // Writing to memory does not fail.
+    let _ = encoder.write_all(message);
+    encoder.finish().unwrap_or_default()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -114,7 +125,7 @@ mod tests {
         let recording = Recording::new(Path::new("a.html"), PageFiles(files));
         recording.add(&serde_json::json!({"op": "</script>"}), &[1, 2, 3]);
         let html = recording.html().unwrap();
-        assert!(html.contains("<style>body{}</style>") && html.contains("AQID"), "{html}");
+        assert!(html.contains("<style>body{}</style>") && html.contains("\"message\":\"H4sI"), "{html}");
         assert!(!html.contains("<link>") && !html.contains("<script src>"), "{html}");
         assert_eq!(html.matches("</script>").count(), 2, "{html}");
     }
