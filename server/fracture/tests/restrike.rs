@@ -10,7 +10,7 @@ use shatter_fracture::lattice::{EnergyTransfer, NO_INDEX, block};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
     self, DegreeRequest, FractureError, FractureMeshes, FractureOutcome, FractureRequest, OUTER, PreparedObject,
-    RequestContext, RetainedFragments, Workspace, strike_again,
+    RequestContext, RetainedFragments, SurfaceKind, Workspace, strike_again,
 };
 use shatter_fracture::scene::{EffectKind, EffectSet, Materials};
 use shatter_fracture::surface::{RawMesh, shapes};
@@ -163,7 +163,7 @@ fn child_fragments_fill_their_parent() {
         for (sites, towards) in [(2, Vector3::y()), (9, Vector3::new(0.3, -1.0, 0.4)), (40, Vector3::x())] {
             let strike = request(&own.points, towards, sites);
             match again(&HORSESHOE, &pieces.keep(), fragment as u32, &strike) {
-                Err(FractureError::FragmentSmall { .. }) => {}
+                Err(FractureError::FragmentUndivided { .. }) => {}
                 _ => {
                     check(&HORSESHOE, &pieces, fragment as u32, &strike);
                     struck += 1;
@@ -320,7 +320,8 @@ fn invalid_repeated_requests_are_rejected_by_name() {
         assert!(error.to_string().contains(words), "{error}");
         assert_eq!(error.is_callers(), words != "belong to another object", "{error}");
     }
-    let many = first(&HORSESHOE, &FractureRequest { degree: DegreeRequest::Sites(512), ..strike });
+    let surface = SurfaceKind::Lattice;
+    let many = first(&HORSESHOE, &FractureRequest { degree: DegreeRequest::Sites(512), surface, ..strike });
     let smallest = many.fragments.iter().min_by(|a, b| a.volume_m3.total_cmp(&b.volume_m3)).unwrap().id;
     let point = &shown(&many)[smallest as usize].points;
     let error = again(&HORSESHOE, &many.keep(), smallest, &request(point, Vector3::y(), 4)).err().unwrap();

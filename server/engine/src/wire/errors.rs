@@ -56,9 +56,9 @@ pub fn engine_error(error: FractureError) -> Error {
             (kind, format!("body {body}"))
         }
         FractureError::UnknownFragment { fragment, .. } => (ErrorKind::UnknownFragment, fragment.to_string()),
-        FractureError::FragmentSmall { fragment } | FractureError::FragmentLarge { fragment, .. } => {
-            (ErrorKind::FragmentSize, fragment.to_string())
-        }
+        FractureError::FragmentSmall { fragment }
+        | FractureError::FragmentUndivided { fragment }
+        | FractureError::FragmentLarge { fragment, .. } => (ErrorKind::FragmentSize, fragment.to_string()),
         FractureError::FragmentLiftKind { lift, .. } => (ErrorKind::Lift, lift.to_string()),
         FractureError::FragmentLift { fragment, .. } => (ErrorKind::Unsolvable, format!("fragment {fragment}")),
         FractureError::OtherObject => (ErrorKind::Failed, "kept".to_owned()),

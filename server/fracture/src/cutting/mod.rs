@@ -142,6 +142,12 @@ impl CuttingMesh {
         self.groups.iter().for_each(|&[node, lowest]| sites[node as usize] = sites[lowest as usize]);
     }
 
+    /// Number of parts into which `nodes`, ascending, can be divided: nodes on one short edge stay together.
+    pub fn group_count(&self, nodes: &[u32]) -> usize {
+        let joined = self.groups.iter().filter(|[node, _]| nodes.binary_search(node).is_ok());
+        nodes.len() - joined.count()
+    }
+
     /// Labels of the crack lattice's nodes: those of the nodes that represent them.
     pub fn lattice_labels(&self, labels: &[u32]) -> Vec<u32> {
         self.representatives.iter().map(|&node| labels[node as usize]).collect()

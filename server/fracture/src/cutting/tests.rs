@@ -347,7 +347,7 @@ fn a_fragment_can_be_struck_again() {
         let token = CancelToken::default();
         let context = RequestContext::new(&prepared, &again, &token, &());
         let outcome = match strike_again(context, (&kept, row.id), &mut Workspace::default()) {
-            Err(FractureError::FragmentSmall { .. }) => continue,
+            Err(FractureError::FragmentUndivided { .. }) => continue,
             outcome => outcome.unwrap(),
         };
         let FractureOutcome::Fractured(fracture) = outcome else { panic!("intact") };

@@ -71,6 +71,20 @@ impl EnergyTransfer {
         Self::normalized(&entries, lattice.tets.len(), lattice.nodes.len())
     }
 
+    /// Operator by which each node takes the energy density of one tetrahedron, or none. Not conservative.
+    ///
+    /// `sources`: the tetrahedron of each node, and the node's volume over that of the tetrahedron, which may exceed 1.
+    pub(crate) fn of_densities(sources: impl Iterator<Item = Option<(u32, f64)>>) -> Self {
+        let mut transfer = Self { offsets: vec![0], ..Self::default() };
+        for source in sources {
+            let (tet, share) = source.unzip();
+            transfer.tets.extend(tet);
+            transfer.shares.extend(share);
+            transfer.offsets.push(transfer.tets.len() as u32);
+        }
+        transfer
+    }
+
     /// Restricts the operator to a part of the body.
     ///
     /// `nodes` and `tets` hold the new index of each crack node and elastic tetrahedron, [`NO_INDEX`] outside

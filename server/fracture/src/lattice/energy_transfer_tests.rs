@@ -118,3 +118,20 @@ fn identity_gives_each_corner_a_quarter() {
     transfer.apply(&volumes, &mut nodes);
     assert!(nodes.iter().zip(lattice.node_volumes()).all(|(a, b)| (a - b).abs() < 1e-15));
 }
+
+#[test]
+fn nodes_take_the_density_of_one_tetrahedron() {
+    let lattice = block([2, 2, 2], 0.1);
+    let [density, volumes] = [7.0, 0.3].map(|scale| move |node: usize| scale * (1.0 + node as f64));
+    let energies: Vec<f64> = (0..lattice.tets.len()).map(|tet| density(tet) * lattice.tet_volume(tet)).collect();
+    let sources = [Some(3), None, Some(0), Some(3)];
+    let source =
+        |(node, tet): (usize, Option<usize>)| tet.map(|tet| (tet as u32, volumes(node) / lattice.tet_volume(tet)));
+    let transfer = EnergyTransfer::of_densities(sources.into_iter().enumerate().map(source));
+    let mut found = Vec::new();
+    transfer.apply(&energies, &mut found);
+    for ((node, tet), found) in sources.into_iter().enumerate().zip(found) {
+        let wanted = tet.map_or(0.0, |tet| density(tet) * volumes(node));
+        assert!((found - wanted).abs() <= 1e-12 * wanted, "node {node}: {found} for {wanted}");
+    }
+}

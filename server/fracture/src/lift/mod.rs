@@ -107,6 +107,26 @@ impl LiftedLattice {
         Self::scaled(LiftKind::Euclidean, lattice, 3, coordinates)
     }
 
+    /// The lift at these nodes only, in this order.
+    pub(crate) fn of_nodes(&self, nodes: &[u32]) -> Self {
+        let rows = |values: &[f64]| {
+            nodes
+                .iter()
+                .flat_map(|&node| &values[node as usize * self.dimension..][..self.dimension])
+                .copied()
+                .collect()
+        };
+        let entries = |values: &[f64]| nodes.iter().map(|&node| values[node as usize]).collect();
+        Self {
+            kind: self.kind,
+            dimension: self.dimension,
+            coordinates: rows(&self.coordinates),
+            first_moment: rows(&self.first_moment),
+            second_moment: entries(&self.second_moment),
+            density: entries(&self.density),
+        }
+    }
+
     /// Lifted coordinates X of node `node`, length `dimension`.
     pub fn at(&self, node: usize) -> &[f64] {
         &self.coordinates[node * self.dimension..][..self.dimension]

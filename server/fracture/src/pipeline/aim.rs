@@ -4,9 +4,10 @@
 //! far from it.
 
 use super::error::{FractureError, RAY_ORIGIN_MAX_M};
-use super::output::cut_domain::{cut_mesh, lattice_labels};
+use super::output::cut_domain::{cut_mesh, cutting, lattice_labels};
 use super::output::retained::RetainedFragments;
 use super::prepared::object::{PreparedBody, PreparedObject};
+use super::restrike::node_fragment::FragmentRim;
 use super::restrike::parent::inner;
 use crate::elasticity::{BoundaryNodes, ClosestApproach, RayHit};
 use crate::surface::LocalFrame;
@@ -59,7 +60,11 @@ pub fn aim_again(
     let fits = |body: &&PreparedBody| cut_mesh(body, kept.surface()).nodes.len() == old.labels.len();
     let body = prepared.bodies.get(old.body).filter(fits).ok_or(FractureError::OtherObject)?;
     let labels = lattice_labels(body, kept.surface(), &old.labels);
-    let (lattice, _) = inner(&body.crack, &labels, label).ok_or(FractureError::FragmentSmall { fragment })?;
+    let lattice = match (inner(&body.crack, &labels, label), cutting(body, kept.surface())) {
+        (Some((lattice, _)), _) => lattice,
+        (None, Some(cutting)) => FragmentRim::of(&cutting.mesh, &old.labels, label).lattice,
+        (None, None) => return Err(FractureError::FragmentSmall { fragment }),
+    };
     first(&prepared.frame, std::iter::once((old.body, &BoundaryNodes::new(&lattice))), ray)
 }
 

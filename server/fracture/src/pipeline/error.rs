@@ -14,6 +14,9 @@ use nalgebra::Point3;
 /// Smallest number of whole tetrahedra of a fragment that can be struck again.
 pub const TETS_MIN: usize = BODY_TETS_MIN;
 
+/// Smallest number of nodes of a fragment that can be divided, counting nodes on one short edge as one.
+pub const NODES_MIN: usize = 2;
+
 /// Largest distance of the origin of a ray from the center of the object, m. From farther away, rounding moves the hit.
 pub const RAY_ORIGIN_MAX_M: f64 = 1e9;
 
@@ -154,9 +157,17 @@ pub enum FractureError {
         /// Number of fragments.
         count: u32,
     },
-    /// The fragment has fewer than [`TETS_MIN`] whole tetrahedra and cannot be struck again.
-    #[error("fragment {fragment} is too small to be struck: it has fewer than {TETS_MIN} whole tetrahedra")]
+    /// The fragment has fewer than [`TETS_MIN`] whole tetrahedra and cannot be struck again. Fragments with an exact surface can.
+    #[error(
+        "fragment {fragment} is too small to be struck: it has fewer than {TETS_MIN} whole tetrahedra of the lattice; fragments with an exact surface have no such limit"
+    )]
     FragmentSmall {
+        /// Index of the fragment.
+        fragment: u32,
+    },
+    /// The fragment has fewer than [`NODES_MIN`] nodes that may get different labels, so it cannot be divided.
+    #[error("fragment {fragment} is too small to be divided: a single node of the object's mesh is inside")]
+    FragmentUndivided {
         /// Index of the fragment.
         fragment: u32,
     },

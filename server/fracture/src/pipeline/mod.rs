@@ -15,7 +15,7 @@ mod workspace;
 
 pub use aim::{AimRay, SurfaceHit, aim, aim_again};
 pub use contact::ImpactContact;
-pub use error::{CONTACTS_MAX, FractureError, RAY_ORIGIN_MAX_M, SOLVED_NODES_MAX, TETS_MIN};
+pub use error::{CONTACTS_MAX, FractureError, NODES_MIN, RAY_ORIGIN_MAX_M, SOLVED_NODES_MAX, TETS_MIN};
 pub use output::emitted_effects::*;
 pub use output::emitted_meshes::{EmittedMeshes, FragmentMesh};
 pub use output::hulls::{FragmentHulls, HULL_COVERAGE, HullRow};

@@ -42,15 +42,14 @@ impl<'a> ChildDomain<'a> {
     pub fn of(fragment: StruckFragment<'a>, own: &LiftedLattice, cells: &BodyCells) -> Self {
         let StruckFragment { body, cutting, parent, .. } = fragment;
         let Some(cutting) = cutting else {
-            let (mut lift, mut sites) = empty(own, body.crack.nodes.len());
-            for (node, &representative) in parent.representative.iter().enumerate() {
-                if representative != NO_REPRESENTATIVE {
-                    lift.at_mut(node).copy_from_slice(own.at(representative as usize));
-                    sites[node] = cells.diagram.labels[representative as usize];
-                }
-            }
+            let (lift, sites) = represented(parent, own, cells);
             return Self { mesh: &body.crack, topology: &body.topology, lift, sites };
         };
+        if parent.is_of_nodes {
+            let (lift, mut sites) = represented(parent, own, cells);
+            cutting.join_short_edges(&mut sites);
+            return Self { mesh: &cutting.mesh, topology: &cutting.topology, lift, sites };
+        }
         let (mut lift, mut sites) = empty(own, cutting.mesh.nodes.len());
         let carried = CarriedFragment { fragment, cutting, own, cells };
         let mut front = VecDeque::new();
@@ -64,6 +63,18 @@ impl<'a> ChildDomain<'a> {
         cutting.join_short_edges(&mut sites);
         Self { mesh: &cutting.mesh, topology: &cutting.topology, lift, sites }
     }
+}
+
+/// The lift `own` and the sites of `cells` at the nodes of the fragment, from those that represent them.
+fn represented(parent: &ParentFragment, own: &LiftedLattice, cells: &BodyCells) -> (LiftedLattice, Vec<u32>) {
+    let (mut lift, mut sites) = empty(own, parent.representative.len());
+    for (node, &representative) in parent.representative.iter().enumerate() {
+        if representative != NO_REPRESENTATIVE {
+            lift.at_mut(node).copy_from_slice(own.at(representative as usize));
+            sites[node] = cells.diagram.labels[representative as usize];
+        }
+    }
+    (lift, sites)
 }
 
 /// A lift of the kind of `own` with zeros at all nodes, and no sites.

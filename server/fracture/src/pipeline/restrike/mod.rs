@@ -6,6 +6,8 @@
 //!   it, up to the labels.
 //! - The labels are transferred to the whole lattice of the body. A node of the fragment that belongs to none of
 //!   these tetrahedra gets the label of the nearest node that does. Nodes of other fragments keep their labels.
+//! - With exact surfaces, a fragment with too few such tetrahedra is divided by its nodes in the mesh of the input surface
+//!   (`node_fragment`).
 //! - Points of earlier cracks do not move, so the volumes of the new fragments add up to that of the struck one.
 //!
 //! Cost, in addition to that of a first request on an object with as many nodes:
@@ -15,10 +17,12 @@
 //! - one tessellation of the body's whole lattice.
 
 mod child_domain;
+pub(super) mod node_fragment;
 pub(super) mod parent;
 pub(super) mod volume_correction;
 
 use crate::fragment::properties;
+use crate::lift::LiftKind;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::output::cut::MeshSources;
 use crate::pipeline::output::cut_domain::{cut_mesh, cutting, lattice_labels};
@@ -41,7 +45,8 @@ use crate::scene::EffectKind;
 use crate::skin::Skin;
 use crate::tessellation::{BisectorSites, EarlierCracks, FixedPoints, TessellationWorkspace, seam};
 use child_domain::{ChildDomain, StruckFragment};
-use parent::{NO_REPRESENTATIVE, ParentFragment};
+use parent::{NO_REPRESENTATIVE, ParentFragment, StruckLabels};
+use std::borrow::Cow;
 use std::sync::Arc;
 use volume_correction::correct_volume;
 
@@ -49,7 +54,9 @@ use volume_correction::correct_volume;
 const VOLUME_ERROR: f64 = 1e-9;
 
 /// Largest number of tessellations to reach it. One is enough unless earlier cracks are bent.
-const TESSELLATIONS_MAX: usize = 3;
+///
+/// Fragments of a few nodes, which earlier cracks bound on all sides, took up to four on an ear of the bunny.
+const TESSELLATIONS_MAX: usize = 8;
 
 /// Strikes fragment `fragment` of the retained result `kept`; otherwise as [`super::strike`].
 ///
@@ -59,7 +66,8 @@ const TESSELLATIONS_MAX: usize = 3;
 ///
 /// # Errors
 /// Those of [`strike`](super::strike), and [`FractureError::UnknownFragment`], [`FractureError::FragmentSmall`],
-/// [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`], [`FractureError::FragmentLiftKind`], [`FractureError::OtherObject`].
+/// [`FractureError::FragmentUndivided`], [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`],
+/// [`FractureError::FragmentLiftKind`], [`FractureError::OtherObject`].
 pub fn strike_again(
     context: RequestContext<'_>,
     (kept, fragment): (&RetainedFragments, u32),
@@ -79,9 +87,14 @@ pub fn strike_again(
     let lattice_labels = lattice_labels(body, surface, &old.labels);
     let parent = {
         let _load = observer.stage(Stage::Load);
-        ParentFragment::new((old.body, &lattice_labels, label, fragment), context.with_request(&plan))?
+        let (lattice_labels, cut_labels) = (&*lattice_labels, &*old.labels);
+        let labels = StruckLabels { body: old.body, fragment, label, lattice_labels, cut_labels };
+        ParentFragment::new(labels, context.with_request(&plan))?
     };
     let parent = &parent;
+    // Distances between nodes without a lattice are straight.
+    let lift = if parent.is_of_nodes { LiftKind::Euclidean } else { plan.lift };
+    let plan = FractureRequest { lift, ..plan };
     let begun_s = cancel.remaining_s();
     let plan = plan.degrade_for_budget(&parent.prepared, begun_s);
     let context = RequestContext { prepared: &parent.prepared, request: &plan, ..context };
@@ -158,8 +171,11 @@ impl Children<'_> {
     fn velocities(&self, children: &BodyMeshes) -> Vec<ReleaseVelocity> {
         let StruckFragment { body, parent, .. } = self.struck;
         let own = &parent.prepared.bodies[0].crack;
-        let of_lattice = lattice_labels(body, self.sources.context.request.surface, &children.labels);
-        let labels: Vec<u32> = parent.nodes.iter().map(|&node| of_lattice[node as usize]).collect();
+        let of_nodes = match parent.is_of_nodes {
+            true => Cow::Borrowed(children.labels.as_slice()),
+            false => lattice_labels(body, self.sources.context.request.surface, &children.labels),
+        };
+        let labels: Vec<u32> = parent.nodes.iter().map(|&node| of_nodes[node as usize]).collect();
         let (field, energy_j) = (self.sources.fields.first(), self.sources.energies[0].energy_j);
         let density = self.prepared.parameters.material.density_kg_m3;
         release_velocity::velocities(&children.properties, &labels, own, field, energy_j, density, &self.prepared.frame)

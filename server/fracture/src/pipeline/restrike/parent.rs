@@ -7,6 +7,7 @@ use crate::cancel_token::CancelToken;
 use crate::lattice::{EnergyTransfer, Lattice, NO_INDEX};
 use crate::lift::{self, LiftError, LiftKind};
 use crate::pipeline::error::{FractureError, SOLVED_NODES_MAX, TETS_MIN};
+use crate::pipeline::output::cut_domain::cutting;
 use crate::pipeline::prepared::object::{ElasticModel, PreparedBody, PreparedObject};
 use crate::pipeline::prepared::parameters::{BakeParameters, BakeReport, DisplacementMethod, SurfaceReport};
 use crate::pipeline::request::context::RequestContext;
@@ -21,33 +22,51 @@ pub(in crate::pipeline) const NO_REPRESENTATIVE: u32 = NO_INDEX;
 pub(in crate::pipeline) struct ParentFragment {
     /// The fragment as an object, in the frame and with the material of the object that it was part of.
     pub prepared: PreparedObject,
-    /// Node of the body's lattice, for each node of the fragment's lattice.
+    /// Node of the body's lattice, for each node of the fragment's lattice. With [`Self::is_of_nodes`], node of the mesh
+    /// of the input surface.
     pub nodes: Vec<u32>,
-    /// Representative in the fragment's lattice, for each node of the body's lattice.
+    /// Representative in the fragment's lattice, for each node of the body's lattice, or of that mesh.
     ///
     /// Nodes of the fragment's lattice represent themselves. Nodes of the fragment without a whole tetrahedron have the
     /// nearest one along edges. [`NO_REPRESENTATIVE`] marks nodes outside the fragment.
     pub representative: Vec<u32>,
+    /// True if the fragment has too few whole tetrahedra, so that its points are nodes of the mesh of the input surface.
+    pub is_of_nodes: bool,
+}
+
+/// A fragment in the labels of an earlier result.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::pipeline) struct StruckLabels<'a> {
+    /// Index of the body.
+    pub body: usize,
+    /// Index of the fragment, for errors.
+    pub fragment: u32,
+    /// Its label.
+    pub label: u32,
+    /// Labels of the nodes of the body's lattice.
+    pub lattice_labels: &'a [u32],
+    /// Labels of the nodes on which the body was cut.
+    pub cut_labels: &'a [u32],
 }
 
 impl ParentFragment {
-    /// Prepares the fragment `label` of body `index` for the request; `fragment` is its index in errors. `labels` are those
-    /// of the nodes of the body's lattice.
+    /// Prepares a fragment for the request.
     ///
     /// # Errors
-    /// [`FractureError::FragmentSmall`], [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`],
-    /// [`FractureError::FragmentLiftKind`], [`FractureError::ElasticityUnprepared`], [`FractureError::Elasticity`],
-    /// [`FractureError::Canceled`].
-    pub fn new(
-        (index, labels, label, fragment): (usize, &[u32], u32, u32),
-        context: RequestContext<'_>,
-    ) -> Result<Self, FractureError> {
+    /// [`FractureError::FragmentSmall`], [`FractureError::FragmentUndivided`], [`FractureError::FragmentLarge`],
+    /// [`FractureError::FragmentLift`], [`FractureError::FragmentLiftKind`], [`FractureError::ElasticityUnprepared`],
+    /// [`FractureError::Elasticity`], [`FractureError::Canceled`].
+    pub fn new(struck: StruckLabels<'_>, context: RequestContext<'_>) -> Result<Self, FractureError> {
         let RequestContext { request, cancel, observer, .. } = context;
         let prepared = context.prepared;
+        let StruckLabels { body: index, fragment, label, lattice_labels: labels, .. } = struck;
         let whole = &prepared.bodies[index];
-        let (lattice, nodes) = inner(&whole.crack, labels, label)
-            .filter(|(lattice, _)| lattice.tets.len() >= TETS_MIN)
-            .ok_or(FractureError::FragmentSmall { fragment })?;
+        let inside = inner(&whole.crack, labels, label).filter(|(lattice, _)| lattice.tets.len() >= TETS_MIN);
+        let (lattice, nodes) = match (inside, cutting(whole, request.surface)) {
+            (Some(inside), _) => inside,
+            (None, Some(cutting)) => return Self::of_nodes(struck, cutting, context),
+            (None, None) => return Err(FractureError::FragmentSmall { fragment }),
+        };
         let representative = representatives(whole, labels, label, &nodes);
         cancel.check()?;
         let mut body = PreparedBody::new(lattice);
@@ -61,7 +80,7 @@ impl ParentFragment {
             let poisson = prepared.parameters.material.poisson;
             body.solid = Some(solid(prepared.solid(index)?, &body.crack, &representative, poisson, fragment, cancel)?);
         }
-        Ok(Self { prepared: alone(prepared, body), nodes, representative })
+        Ok(Self { prepared: alone(prepared, body), nodes, representative, is_of_nodes: false })
     }
 }
 
@@ -75,7 +94,7 @@ pub(in crate::pipeline) fn inner(lattice: &Lattice, labels: &[u32], label: u32) 
 }
 
 /// The tetrahedra of the largest face-connected part of those tetrahedra of `lattice` that are `inside`.
-fn largest(lattice: &Lattice, inside: impl Fn(usize) -> bool) -> Option<Vec<u32>> {
+pub(super) fn largest(lattice: &Lattice, inside: impl Fn(usize) -> bool) -> Option<Vec<u32>> {
     let own: Vec<u32> = (0..lattice.tets.len() as u32).filter(|&tet| inside(tet as usize)).collect();
     let parts = lattice.part(&own).components();
     let largest = parts.into_iter().reduce(|best, next| if next.len() > best.len() { next } else { best })?;
@@ -158,7 +177,7 @@ fn coarse(whole: &ElasticModel, representative: &[u32]) -> Option<(Lattice, Ener
 ///
 /// Its lattice ends up to one spacing within the fragment's surface. On the original surface it ends where the object's
 /// lattice does.
-fn alone(prepared: &PreparedObject, body: PreparedBody) -> PreparedObject {
+pub(super) fn alone(prepared: &PreparedObject, body: PreparedBody) -> PreparedObject {
     let parameters = BakeParameters { elastic: DisplacementMethod::Solve, ..prepared.parameters.clone() };
     let report = BakeReport {
         input_hash: String::new(),
