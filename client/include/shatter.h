@@ -540,8 +540,8 @@ typedef struct ShatterFacts {
     double diagonal_m;
     /// Center of the bounding box, m.
     double center_m[3];
-    /// Lowest corner of the mesh, m, or of the lattice if it is loaded without its skin. The lattice's surface, which rays hit, can lie
-    /// outside by part of its spacing.
+    /// Lowest corner of the mesh, m, or of the lattice if it is loaded without its skin. Without an exact surface, rays hit the lattice's,
+    /// which can lie outside by part of its spacing.
     double low_m[3];
     /// Highest corner of the mesh, m.
     double high_m[3];
@@ -664,7 +664,7 @@ typedef struct ShatterImpact {
     uint64_t reserved[8];
 } ShatterImpact;
 
-/// First hit of a ray on an object. The surface is the boundary of the crack lattice, onto which contact points are projected.
+/// First hit of a ray on an object. The surface is the one onto which contact points are projected: that of the fragments that the request asks for.
 typedef struct ShatterHit {
     /// Point of the hit, m.
     double point_m[3];

@@ -2,7 +2,7 @@
 
 use crate::{Deadline, FractureResult, Impact, Object};
 use shatter_proto::request::Contact;
-use shatter_proto::result::HitWire;
+use shatter_proto::result::{FragmentSurface, HitWire};
 use shatter_proto::{Error, ErrorKind};
 
 /// A ray, in the coordinates of the connection: those of the mesh file unless it has a convention.
@@ -23,8 +23,7 @@ impl From<Ray> for Contact {
 
 /// First intersection of a ray with an object, in the coordinates of the connection.
 ///
-/// The surface is the boundary of the object's crack lattice, which stands for the input surface to within its spacing: the
-/// same surface that the service projects contact points on.
+/// The surface is the one that the service projects contact points on: that of the fragments which the request asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Hit {
@@ -36,13 +35,15 @@ pub struct Hit {
     pub distance_m: f64,
     /// Body (component of the object) that it lies on.
     pub body: u32,
+    /// Surface that the ray hit: the input's own, or the boundary of the crack lattice, which approximates it.
+    pub surface: FragmentSurface,
 }
 
 impl Hit {
     /// Of its row, if the request had a ray.
     fn of(row: &HitWire) -> Option<Self> {
-        let HitWire { point_m, normal, distance_m, body, present } = *row;
-        (present != 0).then_some(Self { point_m, normal, distance_m, body })
+        let HitWire { point_m, normal, distance_m, body, surface: _ } = *row;
+        row.hit_surface().map(|surface| Self { point_m, normal, distance_m, body, surface })
     }
 }
 
@@ -65,8 +66,8 @@ impl Object {
         self.first_hit(&Impact::aim(ray), deadline)
     }
 
-    /// Returns the first intersection of `ray` with fragment `fragment` of the result that the service keeps under `handle`: on the whole
-    /// tetrahedra that a request on it loads, up to a spacing of the crack lattice within its surface.
+    /// Returns the first intersection of `ray` with fragment `fragment` of the result that the service keeps under `handle`. A
+    /// fragment with the lattice's surface is hit on its whole tetrahedra, up to a spacing of the crack lattice within its surface.
     ///
     /// # Errors
     /// Those of [`Object::aim`], and `unknown_handle`, `unknown_fragment`, `fragment_size`.

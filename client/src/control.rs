@@ -49,8 +49,8 @@ pub struct ObjectFacts {
     pub diagonal_m: f64,
     /// Center of the bounding box, m.
     pub center_m: [f64; 3],
-    /// Lowest and highest corner of the mesh, m, or of the lattice if it is loaded without its skin. The lattice's surface, which rays hit,
-    /// can lie outside by part of its spacing.
+    /// Lowest and highest corner of the mesh, m, or of the lattice if it is loaded without its skin. Without an exact surface, rays
+    /// hit the lattice's, which can lie outside by part of its spacing.
     pub bounds_m: [[f64; 3]; 2],
     /// Default contact radius, m.
     pub radius_m: f64,

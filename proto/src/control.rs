@@ -142,7 +142,8 @@ pub struct ObjectRow {
     pub diagonal_m: f64,
     /// Center of the bounding box, m.
     pub center_m: [f64; 3],
-    /// Lowest and highest corner of the mesh, m. The lattice's surface, which rays hit, can lie outside by part of its spacing.
+    /// Lowest and highest corner of the mesh, m. Without an exact surface, rays hit the lattice's, which can lie outside by part of
+    /// its spacing.
     pub bounds_m: [[f64; 3]; 2],
     /// Default contact radius, m.
     pub radius_m: f64,

@@ -1,5 +1,6 @@
 //! Rows that effects add to results: as they lie in shared memory, and as hosts read them.
 
+use crate::codes::FragmentSurface;
 use crate::convention::Convention;
 use crate::in_meters::InMeters;
 use bytemuck::{Pod, Zeroable};
@@ -33,8 +34,22 @@ pub struct HitWire {
     pub distance_m: f64,
     /// Body (component of the object) that it lies on.
     pub body: u32,
-    /// 1 if the request had a ray; else 0, and everything else is zero.
-    pub present: u32,
+    /// Surface that the ray hit: 1 more than its code. 0 if the request had no ray, and everything else is zero.
+    pub surface: u32,
+}
+
+impl HitWire {
+    /// [`Self::surface`] of a hit on `surface`.
+    #[must_use]
+    pub fn code_of(surface: FragmentSurface) -> u32 {
+        surface.code() + 1
+    }
+
+    /// The surface that the ray hit; `None` without a ray.
+    #[must_use]
+    pub fn hit_surface(&self) -> Option<FragmentSurface> {
+        Some(FragmentSurface::from_code(self.surface.checked_sub(1)?))
+    }
 }
 
 /// Second fragment of a bond that ties the first to the world: no fragment.

@@ -43,8 +43,8 @@ pub struct Facts {
     pub diagonal_m: f64,
     /// Center of the bounding box, m.
     pub center_m: [f64; 3],
-    /// Lowest corner of the mesh, m, or of the lattice if it is loaded without its skin. The lattice's surface, which rays hit, can lie
-    /// outside by part of its spacing.
+    /// Lowest corner of the mesh, m, or of the lattice if it is loaded without its skin. Without an exact surface, rays hit the lattice's,
+    /// which can lie outside by part of its spacing.
     pub low_m: [f64; 3],
     /// Highest corner of the mesh, m.
     pub high_m: [f64; 3],

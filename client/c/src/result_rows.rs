@@ -12,7 +12,7 @@ use std::time::Duration;
 /// of a triangle without one.
 pub const NONE: u32 = u32::MAX;
 
-/// First hit of a ray on an object. The surface is the boundary of the crack lattice, onto which contact points are projected.
+/// First hit of a ray on an object. The surface is the one onto which contact points are projected: that of the fragments that the request asks for.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Hit {

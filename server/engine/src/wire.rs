@@ -126,6 +126,13 @@ impl EngineObject {
     }
 }
 
+fn surface_kind(requested: RequestedSurface) -> SurfaceKind {
+    match requested {
+        RequestedSurface::Exact => SurfaceKind::Exact,
+        RequestedSurface::Lattice => SurfaceKind::Lattice,
+    }
+}
+
 /// Lowest and highest corner of the mesh, m; of the lattice's surface if neither the skin nor an exact surface is loaded.
 fn bounds_m(prepared: &PreparedObject) -> [Point3<f64>; 2] {
     let exact = prepared.bodies.iter().map(|body| body.cutting.as_ref().map(|cutting| &cutting.mesh.nodes));
@@ -206,7 +213,7 @@ impl ServedObject for EngineObject {
         token: &CancelToken,
         observer: &dyn StageObserver,
     ) -> Result<Box<dyn EngineResult>, Error> {
-        let hit = ray::first_hit(strike, |ray| pipeline::aim(&self.prepared, ray))?;
+        let hit = ray::first_hit(strike, |ray| pipeline::aim(&self.prepared, surface_kind(strike.surface), ray))?;
         if strike.purpose == Purpose::Aim {
             return Ok(Box::new(AimResult::new(strike, hit)));
         }
@@ -328,10 +335,7 @@ impl EngineObject {
                 Lift::SurfaceDiffusion => LiftKind::SurfaceDiffusion,
                 Lift::Interior => LiftKind::Interior,
             },
-            surface: match strike.surface {
-                RequestedSurface::Exact => SurfaceKind::Exact,
-                RequestedSurface::Lattice => SurfaceKind::Lattice,
-            },
+            surface: surface_kind(strike.surface),
             effects: EffectSet::of(both.filter(|(_, wire)| effects.has(*wire)).map(|(effect, _)| effect)),
             volume_min_m3: self.terms.volume_min_m3,
             tolerance: preset.tolerance,

@@ -26,7 +26,7 @@ pub struct InspectArgs {
     /// Folder for NAME.html, a page that shows what the object has learned
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Mesh file to write: the intact object (its exact surface if the database has one, else the boundary of its lattice; rays hit the latter), coordinates of the object: meters, +Y up
+    /// Mesh file to write: the intact object (its exact surface if the database has one, else the boundary of its lattice; rays hit the same), coordinates of the object: meters, +Y up
     #[arg(long, value_name = "FILE.obj|FILE.glb")]
     pub mesh: Option<PathBuf>,
     /// Strike the object a few dozen times, and report the expected time per number of sites and its error

@@ -248,7 +248,7 @@ pub(super) fn hit(hit: Hit) -> Value {
         "normal": hit.normal,
         "distance_m": hit.distance_m,
         "body": hit.body,
-        "surface": "lattice",
+        "surface": hit.surface.name(),
     })
 }
 

@@ -4,12 +4,12 @@ use super::engine_error_in;
 use crate::object::EngineResult;
 use bytemuck::Zeroable;
 use nalgebra::Vector3;
-use shatter_fracture::pipeline::{AimRay, FractureError, StageObserver, SurfaceHit};
+use shatter_fracture::pipeline::{AimRay, FractureError, StageObserver, SurfaceHit, SurfaceKind};
 use shatter_proto::Error;
 use shatter_proto::convention::Convention;
 use shatter_proto::layout::{SectionCounts, SectionsMut};
 use shatter_proto::request::{Contact, Request, squarable};
-use shatter_proto::result::{HitWire, SummaryWire};
+use shatter_proto::result::{FragmentSurface, HitWire, SummaryWire};
 
 /// First hit of the ray of `strike`; zeroed without a ray.
 pub(super) fn first_hit(
@@ -26,7 +26,7 @@ pub(super) fn first_hit(
 /// Copy of `strike` with the contact at the point that its ray hit.
 pub(super) fn pointed(strike: &Request, hit: &HitWire) -> Request {
     let mut strike = strike.clone();
-    if let Some(contact) = strike.contacts.first_mut().filter(|_| hit.present != 0) {
+    if let Some(contact) = strike.contacts.first_mut().filter(|_| hit.surface != 0) {
         (contact.point_m, contact.ray) = (hit.point_m, None);
     }
     strike
@@ -43,7 +43,14 @@ fn written(hit: &SurfaceHit, to: &Convention) -> HitWire {
         normal: to.direction(hit.normal.into()),
         distance_m: to.length(hit.distance_m),
         body: hit.body as u32,
-        present: 1,
+        surface: HitWire::code_of(fragment_surface(hit.surface)),
+    }
+}
+
+fn fragment_surface(kind: SurfaceKind) -> FragmentSurface {
+    match kind {
+        SurfaceKind::Exact => FragmentSurface::Exact,
+        SurfaceKind::Lattice => FragmentSurface::Lattice,
     }
 }
 

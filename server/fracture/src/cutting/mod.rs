@@ -14,12 +14,14 @@
 //! | `separated` | moves parts apart that touch in a vertex |
 //! | `meshed_surface`, `surface_repair` | the surface after these steps; a step for the report |
 //! | `carriers` | tetrahedron of the crack lattice that carries each node |
+//! | `contact_surface` | the boundary as the surface that contacts and rays meet |
 //! | `outer_corners` | attributes of the input at the corners of the boundary |
 //!
 //! The idea is ours. The mesher is [`conforming_mesh`](crate::conforming::conforming_mesh).
 
 mod build;
 mod carriers;
+mod contact_surface;
 mod edge_defects;
 mod films;
 mod meshed_surface;
@@ -42,6 +44,7 @@ pub use outer_corners::OuterCorners;
 pub(crate) use surface_repair::LISTED_MAX;
 pub use surface_repair::{RepairKind, SurfaceRepair};
 
+use crate::elasticity::FaceBoxes;
 use crate::lattice::Lattice;
 use crate::lift::{LiftKind, LiftedLattice};
 use crate::memory::held;
@@ -72,6 +75,8 @@ pub struct CuttingMesh {
     groups: Vec<[u32; 2]>,
     /// Carried coordinates of the lifts that the body has.
     lifts: Vec<LiftedLattice>,
+    /// Boxes of the boundary's faces.
+    boxes: FaceBoxes,
 }
 
 impl CuttingMesh {
@@ -79,6 +84,8 @@ impl CuttingMesh {
     pub fn new(mesh: Lattice, crack: &Lattice, tets: &[u32]) -> Self {
         let carriers = carriers::weights(&mesh, crack, tets);
         let topology = Topology::new(&mesh);
+        let corners = |face: usize| topology.boundary[face].nodes.map(|node| mesh.nodes[node as usize]);
+        let boxes = FaceBoxes::new(topology.boundary.len(), corners);
         Self {
             volumes: mesh.node_volumes(),
             representatives: carriers::representatives(crack, &carriers),
@@ -89,6 +96,7 @@ impl CuttingMesh {
             mesh,
             outer: None,
             lifts: Vec::new(),
+            boxes,
         }
     }
 
@@ -160,10 +168,11 @@ impl CuttingMesh {
 
     /// Memory, bytes.
     pub fn bytes(&self) -> usize {
-        let Self { mesh, topology, volumes, carriers, carrier_corners, outer, representatives, groups, lifts } = self;
+        let Self { mesh, topology, volumes, carriers, carrier_corners, outer, representatives, groups, .. } = self;
+        let Self { lifts, boxes, .. } = self;
         let lifts = lifts.iter().map(|lift| held(&lift.coordinates)).sum::<usize>() + held(lifts);
         let nodes = held(volumes) + held(carriers) + held(carrier_corners) + held(representatives) + held(groups);
         let outer = outer.as_ref().map_or(0, OuterCorners::bytes);
-        held(&mesh.nodes) + held(&mesh.tets) + topology.bytes() + nodes + lifts + outer
+        held(&mesh.nodes) + held(&mesh.tets) + topology.bytes() + boxes.bytes() + nodes + lifts + outer
     }
 }

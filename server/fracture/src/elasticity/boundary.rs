@@ -1,8 +1,8 @@
 //! Boundary of a lattice as a triangle mesh of its own, for contacts and rays.
 
+use super::face_search::{FaceBoxes, FaceSearch, NearestBoundaryPoint, SurfaceFaces};
 use crate::lattice::Lattice;
 use crate::memory::held;
-use crate::triangle::closest_point;
 use nalgebra::Point3;
 
 /// Boundary nodes, numbered consecutively, and their faces.
@@ -20,27 +20,8 @@ pub struct BoundaryNodes {
     starts: Vec<u32>,
     /// Faces around each node, node after node.
     incident: Vec<u32>,
-    /// Bounding box of every [`GROUP`] consecutive faces: low and high corner.
-    ///
-    /// Lattices number their tetrahedra row by row, so consecutive faces are near each other.
-    boxes: Vec<[Point3<f64>; 2]>,
-}
-
-/// Number of faces per box.
-const GROUP: usize = 32;
-
-/// Relative rounding error by which a box may seem too far.
-const SLACK: f64 = 1e-9;
-
-/// Nearest boundary point to a given point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NearestBoundaryPoint {
-    /// Face that contains it.
-    pub face: usize,
-    /// Position, local.
-    pub place: Point3<f64>,
-    /// Distance from the given point, local.
-    pub distance: f64,
+    /// Boxes of the faces.
+    boxes: FaceBoxes,
 }
 
 impl BoundaryNodes {
@@ -60,20 +41,14 @@ impl BoundaryNodes {
             let third = (b - a).cross(&(c - a)).norm() / 6.0;
             face.iter().for_each(|&node| areas[node as usize] += third);
         }
-        let boxes = faces.chunks(GROUP).map(|faces| around_faces(&positions, faces)).collect();
+        let boxes = FaceBoxes::new(faces.len(), |face| faces[face].map(|node| positions[node as usize]));
         Self { nodes, positions, areas, faces, starts, incident, boxes }
     }
 
     /// Bytes of memory that it holds.
     pub fn bytes(&self) -> usize {
         let Self { nodes, positions, areas, faces, starts, incident, boxes } = self;
-        held(nodes) + held(positions) + held(areas) + held(faces) + held(starts) + held(incident) + held(boxes)
-    }
-
-    /// Each box with the range of its faces.
-    pub(super) fn groups(&self) -> impl Iterator<Item = (std::ops::Range<usize>, &[Point3<f64>; 2])> {
-        let faces = |group: usize| group * GROUP..(group * GROUP + GROUP).min(self.faces.len());
-        self.boxes.iter().enumerate().map(move |(group, bounds)| (faces(group), bounds))
+        held(nodes) + held(positions) + held(areas) + held(faces) + held(starts) + held(incident) + boxes.bytes()
     }
 
     /// Faces around boundary node `node`.
@@ -81,58 +56,25 @@ impl BoundaryNodes {
         &self.incident[self.starts[node as usize] as usize..self.starts[node as usize + 1] as usize]
     }
 
-    /// Corner positions of face `face`, local.
-    pub fn corners(&self, face: usize) -> [Point3<f64>; 3] {
-        self.faces[face].map(|node| self.positions[node as usize])
+    /// The faces, to be searched.
+    pub fn search(&self) -> FaceSearch<'_> {
+        FaceSearch { faces: self, boxes: &self.boxes }
     }
 
     /// Nearest boundary point to `point`; the lowest face wins ties. `None` if there are no faces.
     pub fn nearest(&self, point: &Point3<f64>) -> Option<NearestBoundaryPoint> {
-        let bounds = || self.boxes.iter().map(|bounds| distance_squared(point, bounds));
-        let (likely, _) = bounds().enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let mut best = self.nearest_in(point, likely, None);
-        for (group, bound) in bounds().enumerate() {
-            // The comparison is false for NaN, so a box at an unknown distance is searched.
-            let farther = best.is_some_and(|best| bound * (1.0 - SLACK) > best.distance * best.distance);
-            if group != likely && !farther {
-                best = self.nearest_in(point, group, best);
-            }
-        }
-        best
-    }
-
-    /// Nearer of `best` and the nearest point on the faces of one box.
-    fn nearest_in(
-        &self,
-        point: &Point3<f64>,
-        group: usize,
-        mut best: Option<NearestBoundaryPoint>,
-    ) -> Option<NearestBoundaryPoint> {
-        for face in group * GROUP..(group * GROUP + GROUP).min(self.faces.len()) {
-            let place = closest_point(&self.corners(face), point);
-            // Overflow far outside yields NaN, which counts as infinitely far.
-            let distance = (place - point).norm().min(f64::INFINITY);
-            if best.is_none_or(|best| (distance, face) < (best.distance, best.face)) {
-                best = Some(NearestBoundaryPoint { face, place, distance });
-            }
-        }
-        best
+        self.search().nearest(point)
     }
 }
 
-/// Bounding box of faces.
-fn around_faces(positions: &[Point3<f64>], faces: &[[u32; 3]]) -> [Point3<f64>; 2] {
-    let mut bounds = [f64::INFINITY, f64::NEG_INFINITY].map(|end| Point3::new(end, end, end));
-    for corner in faces.iter().flatten().map(|node| &positions[*node as usize]) {
-        bounds = [bounds[0].inf(corner), bounds[1].sup(corner)];
+impl SurfaceFaces for BoundaryNodes {
+    fn count(&self) -> usize {
+        self.faces.len()
     }
-    bounds
-}
 
-/// Squared distance from `point` to a box; 0 inside.
-fn distance_squared(point: &Point3<f64>, [low, high]: &[Point3<f64>; 2]) -> f64 {
-    let clamped = point.coords.sup(&low.coords).inf(&high.coords);
-    (point.coords - clamped).norm_squared()
+    fn corners(&self, face: usize) -> [Point3<f64>; 3] {
+        self.faces[face].map(|node| self.positions[node as usize])
+    }
 }
 
 fn around(nodes: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
@@ -146,6 +88,7 @@ fn around(nodes: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::triangle::closest_point;
 
     /// Compares with a search of every face.
     fn check(boundary: &BoundaryNodes, point: Point3<f64>) {
@@ -163,7 +106,7 @@ mod tests {
     #[test]
     fn the_tree_finds_the_same_face_as_brute_force() {
         let boundary = BoundaryNodes::new(&crate::lattice::block([5, 4, 6], 0.1));
-        assert!(boundary.faces.len() > 4 * GROUP);
+        assert!(boundary.faces.len() > 200);
         boundary.positions.iter().for_each(|corner| check(&boundary, *corner));
         for scale in [0.1, 1.0, 30.0] {
             let mut stream = crate::random::RandomStream::new(8, 0);

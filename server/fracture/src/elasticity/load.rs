@@ -1,6 +1,6 @@
 //! Nodal forces of contacts.
 
-use super::{ElasticWorkspace, Elasticity, ElasticityError, Support};
+use super::{ElasticWorkspace, Elasticity, ElasticityError, Support, SurfaceFaces};
 use nalgebra::{Point3, Vector3};
 
 /// Smallest contact radius in spacings (mean edge length of the lattice). Smaller radii are raised to it.

@@ -6,7 +6,7 @@
 //! node before both corners that its distance comes from, so distances are corrected as long as they improve. Exact
 //! within a plane; never longer than along edges.
 
-use super::boundary::{BoundaryNodes, NearestBoundaryPoint};
+use super::{BoundaryNodes, NearestBoundaryPoint};
 use nalgebra::Point3;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

@@ -4,7 +4,7 @@
 //! ray-box intersection algorithm* (JCGT 7, 2018), for the slab test; C. Ericson, *Real-Time Collision Detection*
 //! (2005), section 5.1.9, for the closest points of two lines.
 
-use super::BoundaryNodes;
+use super::FaceSearch;
 use nalgebra::{Point3, Vector3};
 
 /// Tolerance outside a triangle, in barycentric coordinates, so that no ray passes between two neighbors.
@@ -35,7 +35,7 @@ pub struct ClosestApproach {
     pub distance: f64,
 }
 
-impl BoundaryNodes {
+impl FaceSearch<'_> {
     /// First hit of the ray from `origin` along `direction` on a face, from either side. The lowest face wins ties.
     pub fn first_hit(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<RayHit> {
         let mut best: Option<RayHit> = None;
@@ -44,7 +44,7 @@ impl BoundaryNodes {
                 continue;
             }
             for face in first {
-                let Some(distance) = meets(origin, direction, self.corners(face)) else { continue };
+                let Some(distance) = meets(origin, direction, self.faces.corners(face)) else { continue };
                 if best.is_none_or(|best| (distance, face) < (best.distance, best.face)) {
                     best = Some(RayHit { face, place: origin + direction * distance, distance });
                 }
@@ -59,12 +59,17 @@ impl BoundaryNodes {
     pub fn closest_approach(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<ClosestApproach> {
         let nearest = self.nearest(origin)?;
         let mut best = ClosestApproach { on_ray: *origin, on_boundary: nearest.place, distance: nearest.distance };
-        for face in 0..self.faces.len() {
-            let [a, b, c] = self.corners(face);
-            for (from, to) in [(a, b), (b, c), (c, a)] {
-                let found = between(origin, direction, &from, &to);
-                if found.distance < best.distance {
-                    best = found;
+        for (faces, bounds) in self.groups() {
+            if distance_min(origin, direction, bounds) > best.distance {
+                continue;
+            }
+            for face in faces {
+                let [a, b, c] = self.faces.corners(face);
+                for (from, to) in [(a, b), (b, c), (c, a)] {
+                    let found = between(origin, direction, &from, &to);
+                    if found.distance < best.distance {
+                        best = found;
+                    }
                 }
             }
         }
@@ -73,9 +78,18 @@ impl BoundaryNodes {
 
     /// Outward unit normal of face `face`.
     pub fn normal(&self, face: usize) -> Vector3<f64> {
-        let [a, b, c] = self.corners(face);
+        let [a, b, c] = self.faces.corners(face);
         (b - a).cross(&(c - a)).normalize()
     }
+}
+
+/// Lower bound of the distance between a ray, whose direction has length one, and a box: that of the box's center, less
+/// half the diagonal.
+fn distance_min(origin: &Point3<f64>, direction: &Vector3<f64>, [low, high]: &[Point3<f64>; 2]) -> f64 {
+    let offset = nalgebra::center(low, high) - origin;
+    let nearest = direction * direction.dot(&offset).max(0.0);
+    let reach = (offset - nearest).norm() * (1.0 - SLACK) - SLACK * offset.norm();
+    reach - 0.5 * (high - low).norm() * (1.0 + SLACK)
 }
 
 /// Returns true if the ray meets a box before `limit`.
@@ -126,6 +140,7 @@ fn between(origin: &Point3<f64>, direction: &Vector3<f64>, from: &Point3<f64>, t
 
 #[cfg(test)]
 mod tests {
+    use super::super::{BoundaryNodes, SurfaceFaces};
     use super::*;
     use crate::random::RandomStream;
 
@@ -145,7 +160,7 @@ mod tests {
             let (origin, direction) = (Point3::from(random(&mut stream, 2.0)), random(&mut stream, 1.0));
             let all = (0..boundary.faces.len()).filter_map(|face| meets(&origin, &direction, boundary.corners(face)));
             let plain = all.min_by(f64::total_cmp);
-            let found = boundary.first_hit(&origin, &direction);
+            let found = boundary.search().first_hit(&origin, &direction);
             assert_eq!(found.map(|hit| hit.distance), plain, "{origin} {direction}");
             hits += usize::from(found.is_some());
         }
@@ -163,13 +178,13 @@ mod tests {
         for axis in 0..3 {
             for sign in [-1.0, 1.0] {
                 let direction = Vector3::ith(axis, sign);
-                let hit = boundary.first_hit(&(center - direction * 3.0), &direction).unwrap();
-                assert!(boundary.normal(hit.face).dot(&direction) < 0.0, "{axis} {sign}");
+                let hit = boundary.search().first_hit(&(center - direction * 3.0), &direction).unwrap();
+                assert!(boundary.search().normal(hit.face).dot(&direction) < 0.0, "{axis} {sign}");
             }
         }
         for corner in &boundary.positions {
             let from = corner + (corner - center) * 2.0;
-            let hit = boundary.first_hit(&from, &(center - from));
+            let hit = boundary.search().first_hit(&from, &(center - from));
             assert!(hit.is_some_and(|hit| (hit.place - corner).norm() < 1e-6), "{corner}");
         }
     }
@@ -179,11 +194,11 @@ mod tests {
         let (boundary, mut stream, mut misses) = (block(), RandomStream::new(9, 0), 0);
         while misses < 20 {
             let (origin, direction) = (Point3::from(random(&mut stream, 3.0)), random(&mut stream, 1.0).normalize());
-            if boundary.first_hit(&origin, &direction).is_some() {
+            if boundary.search().first_hit(&origin, &direction).is_some() {
                 continue;
             }
             misses += 1;
-            let found = boundary.closest_approach(&origin, &direction).unwrap();
+            let found = boundary.search().closest_approach(&origin, &direction).unwrap();
             let along = (0..4000).map(|k| origin + direction * (f64::from(k) * 1e-3));
             let sampled = along.map(|point| boundary.nearest(&point).unwrap().distance).fold(f64::INFINITY, f64::min);
             assert!(found.distance <= sampled + 1e-12 && sampled <= found.distance + 1e-3, "{found:?} {sampled}");

@@ -1,16 +1,18 @@
 //! First hit of a ray on an object or on a retained fragment.
 //!
-//! The surface is the boundary of the crack lattice, onto which contacts are projected; a hit is therefore never too
-//! far from it.
+//! The surface is the one onto which contacts are projected, so a hit is never too far from it: the input surface where
+//! fragments have that, else the boundary of the crack lattice.
 
 use super::error::{FractureError, RAY_ORIGIN_MAX_M};
-use super::output::cut_domain::{cut_mesh, cutting, lattice_labels};
+use super::output::cut_domain::{cut_mesh, cutting};
 use super::output::retained::RetainedFragments;
+use super::prepared::fragment_surface::FragmentSurface;
 use super::prepared::object::{PreparedBody, PreparedObject};
-use super::restrike::node_fragment::FragmentRim;
+use super::prepared::parameters::SurfaceKind;
 use super::restrike::parent::inner;
-use crate::elasticity::{BoundaryNodes, ClosestApproach, RayHit};
+use crate::elasticity::{BoundaryNodes, ClosestApproach, FaceSearch, RayHit};
 use crate::surface::LocalFrame;
+use crate::tessellation::{EarlierCracks, fragment_faces};
 use nalgebra::{Point3, Vector3};
 
 /// A ray, in the coordinates of the mesh file.
@@ -27,6 +29,8 @@ pub struct AimRay {
 pub struct SurfaceHit {
     /// Index of the body that the ray hits.
     pub body: usize,
+    /// Surface that it hits.
+    pub surface: SurfaceKind,
     /// Hit point, m.
     pub point_m: Point3<f64>,
     /// Outward unit normal at the point.
@@ -35,19 +39,22 @@ pub struct SurfaceHit {
     pub distance_m: f64,
 }
 
-/// The first hit of `ray` on the object.
+/// The first hit of `ray` on the object, whose fragments have the surface `kind` if it has that.
 ///
 /// # Errors
 /// [`FractureError::RayDirection`], [`FractureError::RayOrigin`], [`FractureError::RayMissed`].
-pub fn aim(prepared: &PreparedObject, ray: &AimRay) -> Result<SurfaceHit, FractureError> {
-    let bodies = prepared.bodies.iter().enumerate().map(|(index, body)| (index, &body.boundary));
-    first(&prepared.frame, bodies, ray)
+pub fn aim(prepared: &PreparedObject, kind: SurfaceKind, ray: &AimRay) -> Result<SurfaceHit, FractureError> {
+    let bodies = prepared.bodies.iter().enumerate().map(|(index, body)| (index, body.contact_surface(kind)));
+    let hit = first(&prepared.frame, bodies, ray)?;
+    let is_exact = kind == SurfaceKind::Exact && prepared.bodies[hit.body].cutting.is_some();
+    Ok(if is_exact { SurfaceHit { surface: SurfaceKind::Exact, ..hit } } else { hit })
 }
 
 /// The first hit of `ray` on fragment `fragment` of the retained result `kept`.
 ///
-/// The surface is that of the fragment's whole tetrahedra, which a request on the fragment loads. It lies up to one
-/// spacing of the crack lattice within the fragment's surface.
+/// With an exact surface, the surface is that of the fragment, cracks included. Else it is that of the fragment's whole
+/// tetrahedra, which a request on the fragment loads. It lies up to one spacing of the crack lattice within the
+/// fragment's surface.
 ///
 /// # Errors
 /// As [`aim`], and [`FractureError::UnknownFragment`], [`FractureError::FragmentSmall`], [`FractureError::OtherObject`].
@@ -59,13 +66,14 @@ pub fn aim_again(
     let (old, label) = kept.find(fragment)?;
     let fits = |body: &&PreparedBody| cut_mesh(body, kept.surface()).nodes.len() == old.labels.len();
     let body = prepared.bodies.get(old.body).filter(fits).ok_or(FractureError::OtherObject)?;
-    let labels = lattice_labels(body, kept.surface(), &old.labels);
-    let lattice = match (inner(&body.crack, &labels, label), cutting(body, kept.surface())) {
-        (Some((lattice, _)), _) => lattice,
-        (None, Some(cutting)) => FragmentRim::of(&cutting.mesh, &old.labels, label).lattice,
-        (None, None) => return Err(FractureError::FragmentSmall { fragment }),
-    };
-    first(&prepared.frame, std::iter::once((old.body, &BoundaryNodes::new(&lattice))), ray)
+    let cracks = EarlierCracks { labels: &old.labels, points: &old.points };
+    if let Some(cutting) = cutting(body, kept.surface()) {
+        let surface = FragmentSurface::new(fragment_faces(&cutting.mesh, &cutting.topology, cracks, label));
+        let hit = first(&prepared.frame, std::iter::once((old.body, surface.search())), ray)?;
+        return Ok(SurfaceHit { surface: SurfaceKind::Exact, ..hit });
+    }
+    let (lattice, _) = inner(&body.crack, &old.labels, label).ok_or(FractureError::FragmentSmall { fragment })?;
+    first(&prepared.frame, std::iter::once((old.body, BoundaryNodes::new(&lattice).search())), ray)
 }
 
 impl PreparedObject {
@@ -76,7 +84,7 @@ impl PreparedObject {
         volumes.flatten().sum::<f64>() * self.frame.diagonal_m.powi(3)
     }
 
-    /// Lowest and highest corner of the bounding box of the surface onto which contacts are projected, m.
+    /// Lowest and highest corner of the bounding box of the crack lattices, m.
     pub fn bounds_m(&self) -> [Point3<f64>; 2] {
         let corners =
             self.bodies.iter().flat_map(|body| &body.boundary.positions).map(|local| self.frame.to_meters(local));
@@ -87,7 +95,7 @@ impl PreparedObject {
 
 fn first<'a>(
     frame: &LocalFrame,
-    surfaces: impl Iterator<Item = (usize, &'a BoundaryNodes)> + Clone,
+    surfaces: impl Iterator<Item = (usize, FaceSearch<'a>)> + Clone,
     ray: &AimRay,
 ) -> Result<SurfaceHit, FractureError> {
     let direction = ray.direction.try_normalize(0.0).filter(|unit| unit.iter().all(|x| x.is_finite()));
@@ -99,12 +107,13 @@ fn first<'a>(
     let origin = frame.to_local(&ray.origin_m);
     let hits =
         surfaces.clone().filter_map(|(body, surface)| Some((body, surface, surface.first_hit(&origin, &direction)?)));
-    let nearer = |a: &(usize, &BoundaryNodes, RayHit), b: &(usize, &BoundaryNodes, RayHit)| {
+    let nearer = |a: &(usize, FaceSearch<'a>, RayHit), b: &(usize, FaceSearch<'a>, RayHit)| {
         a.2.distance.total_cmp(&b.2.distance)
     };
     match hits.min_by(nearer) {
         Some((body, surface, hit)) => Ok(SurfaceHit {
             body,
+            surface: SurfaceKind::Lattice,
             point_m: frame.to_meters(&hit.place),
             normal: surface.normal(hit.face),
             distance_m: hit.distance * frame.diagonal_m,

@@ -3,6 +3,7 @@
 use super::anchored::AnchoredObject;
 use super::energy_bound::EnergyUpperBound;
 use super::example::TrainingExample;
+use super::fragment_surface::FragmentSurface;
 use super::learned::LearnedModel;
 use super::object::{ElasticModel, PreparedBody, PreparedObject};
 use super::region_boundary::RegionBoundary;
@@ -71,7 +72,7 @@ impl PreparedBody {
     /// Adds the body's tables. All fields are destructured, so the compiler reports a field that is not counted.
     fn count(&self, rows: &mut MemoryRows) {
         let Self { crack, solid, interior, surface_diffusion, euclidean, volumes, topology, clusters, .. } = self;
-        let Self { slenderness: _, boundary, warped, outer, bound, cutting, .. } = self;
+        let Self { slenderness: _, boundary, fragment_surface, warped, outer, bound, cutting, .. } = self;
         if let Some(solid) = solid {
             solid.count(rows);
         }
@@ -79,6 +80,7 @@ impl PreparedBody {
         rows.add("lifts", lifts + warped.as_ref().map_or(0, WarpedBody::bytes));
         rows.add("edges and faces of the crack lattice", topology.bytes());
         rows.add("crack lattice", lattice(crack) + held(volumes) + boundary.bytes() + clusters.bytes());
+        rows.add("mesh of the input surface", fragment_surface.as_ref().map_or(0, FragmentSurface::bytes));
         rows.add("appearance of the input", outer.as_ref().map_or(0, BoundaryAttributes::bytes));
         rows.add("mesh of the input surface", cutting.as_ref().map_or(0, CuttingMesh::bytes));
         rows.add("elastic lattice", bound.as_ref().map_or(0, EnergyUpperBound::bytes));

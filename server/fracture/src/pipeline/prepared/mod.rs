@@ -4,6 +4,7 @@ pub(super) mod anchor;
 pub(super) mod anchored;
 pub(super) mod energy_bound;
 pub(super) mod example;
+pub(super) mod fragment_surface;
 pub(super) mod intact_body;
 pub(super) mod learned;
 pub(super) mod memory;

@@ -3,15 +3,16 @@
 use super::anchored::AnchoredObject;
 use super::energy_bound::EnergyUpperBound;
 use super::example::TrainingExample;
+use super::fragment_surface::FragmentSurface;
 use super::learned::LearnedModel;
-use super::parameters::{BakeParameters, BakeReport};
+use super::parameters::{BakeParameters, BakeReport, SurfaceKind};
 use super::reduction::ReductionErrors;
 use super::warped_body::WarpedBody;
 use crate::cancel_token::CancelToken;
 use crate::centroidal::Clusters;
 use crate::cutting::CuttingMesh;
 use crate::degree::Slenderness;
-use crate::elasticity::{BoundaryNodes, Elasticity, ElasticityError, ReducedBasis};
+use crate::elasticity::{BoundaryNodes, Elasticity, ElasticityError, FaceSearch, NearestBoundaryPoint, ReducedBasis};
 use crate::lattice::{EnergyTransfer, Lattice};
 use crate::lift::{LiftKind, LiftedLattice};
 use crate::pipeline::error::FractureError;
@@ -19,6 +20,7 @@ use crate::skin::{AttributeKinds, BoundaryAttributes, Skin};
 use crate::sparse::Precision;
 use crate::surface::LocalFrame;
 use crate::tessellation::Topology;
+use nalgebra::Point3;
 use std::sync::Arc;
 
 /// Elasticity tables of a body. Objects whose requests need no deformation do without them.
@@ -72,6 +74,8 @@ pub struct PreparedBody {
     pub slenderness: Slenderness,
     /// Boundary of the crack lattice, to find the body nearest to a contact.
     pub boundary: BoundaryNodes,
+    /// Surface of a fragment that was cut on the mesh of the input surface; `None` for other bodies.
+    pub fragment_surface: Option<FragmentSurface>,
     /// Results of an artist's controls, if there are any.
     pub warped: Option<WarpedBody>,
     /// Appearance of the input on the crack lattice's boundary; `None`: not prepared.
@@ -93,6 +97,7 @@ impl PreparedBody {
             topology,
             slenderness: Slenderness::of(&crack),
             boundary: BoundaryNodes::new(&crack),
+            fragment_surface: None,
             solid: None,
             interior: None,
             surface_diffusion: None,
@@ -118,6 +123,26 @@ impl PreparedBody {
         let lifts = [Some(&self.euclidean), self.interior.as_ref(), self.surface_diffusion.as_ref()];
         cutting.carry_lifts(&self.crack, lifts.into_iter().flatten());
         self.cutting = Some(cutting);
+    }
+
+    /// The surface onto which contacts are projected, and which rays hit.
+    pub fn contact_surface(&self, kind: SurfaceKind) -> FaceSearch<'_> {
+        match (&self.fragment_surface, &self.cutting) {
+            (Some(own), _) => own.search(),
+            (None, Some(cutting)) if kind == SurfaceKind::Exact => cutting.surface(),
+            (None, _) => self.boundary.search(),
+        }
+    }
+
+    /// Position at which a contact at `point` loads the body; `nearest` is the nearest point of [`Self::contact_surface`].
+    ///
+    /// On the lattice's surface, the load is projected when it is applied.
+    pub fn load_place(&self, kind: SurfaceKind, point: Point3<f64>, nearest: &NearestBoundaryPoint) -> Point3<f64> {
+        match (&self.fragment_surface, &self.cutting) {
+            (Some(_), _) => nearest.place,
+            (None, Some(cutting)) if kind == SurfaceKind::Exact => cutting.load_place(&self.crack, nearest),
+            (None, _) => point,
+        }
     }
 
     /// The reduced basis, if the body has one.

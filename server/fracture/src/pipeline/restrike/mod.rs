@@ -17,7 +17,7 @@
 //! - one tessellation of the body's whole lattice.
 
 mod child_domain;
-pub(super) mod node_fragment;
+mod node_fragment;
 pub(super) mod parent;
 pub(super) mod volume_correction;
 
@@ -87,8 +87,8 @@ pub fn strike_again(
     let lattice_labels = lattice_labels(body, surface, &old.labels);
     let parent = {
         let _load = observer.stage(Stage::Load);
-        let (lattice_labels, cut_labels) = (&*lattice_labels, &*old.labels);
-        let labels = StruckLabels { body: old.body, fragment, label, lattice_labels, cut_labels };
+        let cracks = EarlierCracks { labels: &old.labels, points: &old.points };
+        let labels = StruckLabels { body: old.body, fragment, label, lattice_labels: &lattice_labels, old: cracks };
         ParentFragment::new(labels, context.with_request(&plan))?
     };
     let parent = &parent;

@@ -22,7 +22,7 @@ use crate::sparse::Precision;
 use crate::tessellation::Topology;
 
 /// The tetrahedra of the mesh around one of its fragments, as a lattice: those with a node of the fragment.
-pub(in crate::pipeline) struct FragmentRim {
+struct FragmentRim {
     /// Nodes and tetrahedra, local.
     pub lattice: Lattice,
     /// Nodes of the fragment in the mesh, ascending.
@@ -58,16 +58,17 @@ impl ParentFragment {
         context: RequestContext<'_>,
     ) -> Result<Self, FractureError> {
         let RequestContext { prepared, request, cancel, .. } = context;
-        let StruckLabels { body, fragment, label, cut_labels, .. } = struck;
+        let StruckLabels { body, fragment, label, old, .. } = struck;
         if request.lift == LiftKind::SurfaceDiffusion {
             return Err(FractureError::FragmentLiftKind { fragment, lift: request.lift });
         }
-        let rim = FragmentRim::of(&cutting.mesh, cut_labels, label);
+        let rim = FragmentRim::of(&cutting.mesh, old.labels, label);
         if cutting.group_count(&rim.nodes) < NODES_MIN {
             return Err(FractureError::FragmentUndivided { fragment });
         }
         cancel.check()?;
         let mut own = point_body(&rim, cutting);
+        own.fragment_surface = struck.surface(Some(cutting));
         if request.effects.has(EffectKind::Elastic) {
             prepared.solid(body)?;
             let cells = SurroundingCells::of(&prepared.bodies[body].crack, cutting, &rim.nodes);
@@ -97,6 +98,7 @@ fn point_body(rim: &FragmentRim, cutting: &CuttingMesh) -> PreparedBody {
         volumes: rim.nodes.iter().map(|&node| cutting.volumes[node as usize]).collect(),
         slenderness: Slenderness::of(&rim.lattice),
         boundary: BoundaryNodes::new(&rim.lattice),
+        fragment_surface: None,
         topology: Topology::default(),
         clusters: Clusters::default(),
         solid: None,

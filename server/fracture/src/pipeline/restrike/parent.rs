@@ -4,15 +4,18 @@
 //! the lattice has no tetrahedron that a crack crosses, so neither distances nor displacements pass through a crack.
 
 use crate::cancel_token::CancelToken;
+use crate::cutting::CuttingMesh;
 use crate::lattice::{EnergyTransfer, Lattice, NO_INDEX};
 use crate::lift::{self, LiftError, LiftKind};
 use crate::pipeline::error::{FractureError, SOLVED_NODES_MAX, TETS_MIN};
 use crate::pipeline::output::cut_domain::cutting;
+use crate::pipeline::prepared::fragment_surface::FragmentSurface;
 use crate::pipeline::prepared::object::{ElasticModel, PreparedBody, PreparedObject};
 use crate::pipeline::prepared::parameters::{BakeParameters, BakeReport, DisplacementMethod, SurfaceReport};
 use crate::pipeline::request::context::RequestContext;
 use crate::scene::EffectKind;
 use crate::sparse::Precision;
+use crate::tessellation::{EarlierCracks, fragment_faces};
 use std::collections::VecDeque;
 
 /// Marks a node outside the fragment.
@@ -45,8 +48,8 @@ pub(in crate::pipeline) struct StruckLabels<'a> {
     pub label: u32,
     /// Labels of the nodes of the body's lattice.
     pub lattice_labels: &'a [u32],
-    /// Labels of the nodes on which the body was cut.
-    pub cut_labels: &'a [u32],
+    /// Labels of the nodes on which the body was cut, and all crack points.
+    pub old: EarlierCracks<'a>,
 }
 
 impl ParentFragment {
@@ -62,7 +65,8 @@ impl ParentFragment {
         let StruckLabels { body: index, fragment, label, lattice_labels: labels, .. } = struck;
         let whole = &prepared.bodies[index];
         let inside = inner(&whole.crack, labels, label).filter(|(lattice, _)| lattice.tets.len() >= TETS_MIN);
-        let (lattice, nodes) = match (inside, cutting(whole, request.surface)) {
+        let cutting = cutting(whole, request.surface);
+        let (lattice, nodes) = match (inside, cutting) {
             (Some(inside), _) => inside,
             (None, Some(cutting)) => return Self::of_nodes(struck, cutting, context),
             (None, None) => return Err(FractureError::FragmentSmall { fragment }),
@@ -70,6 +74,7 @@ impl ParentFragment {
         let representative = representatives(whole, labels, label, &nodes);
         cancel.check()?;
         let mut body = PreparedBody::new(lattice);
+        body.fragment_surface = struck.surface(cutting);
         cancel.check()?;
         if request.lift != LiftKind::Euclidean {
             let interior = observer.effect(EffectKind::Interior);
@@ -81,6 +86,14 @@ impl ParentFragment {
             body.solid = Some(solid(prepared.solid(index)?, &body.crack, &representative, poisson, fragment, cancel)?);
         }
         Ok(Self { prepared: alone(prepared, body), nodes, representative, is_of_nodes: false })
+    }
+}
+
+impl StruckLabels<'_> {
+    /// The fragment's surface, if it was cut on a mesh of the input surface.
+    pub fn surface(&self, cutting: Option<&CuttingMesh>) -> Option<FragmentSurface> {
+        let of = |own: &CuttingMesh| fragment_faces(&own.mesh, &own.topology, self.old, self.label);
+        cutting.map(of).map(FragmentSurface::new)
     }
 }
 

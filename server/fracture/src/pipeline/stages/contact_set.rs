@@ -4,10 +4,11 @@
 //! Based on: Hertz impact as a half-sine pulse (Johnson, *Contact Mechanics*, 1985, section 11.4): peak force F =
 //! (π/2)·J/τ.
 
-use crate::elasticity;
+use crate::elasticity::{self, NearestBoundaryPoint};
 use crate::pipeline::contact::ImpactContact;
 use crate::pipeline::error::{CONTACTS_MAX, FractureError};
 use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::prepared::parameters::SurfaceKind;
 use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, EffectKind};
 use nalgebra::Vector3;
@@ -43,7 +44,8 @@ impl ContactSet {
         let peak_force_n = forces.iter().map(|force| force.norm()).fold(0.0, f64::max);
         let mut bodies: Vec<(usize, Vec<elasticity::ContactLoad>)> = Vec::new();
         for (index, (contact, force)) in strike.contacts.iter().zip(&forces).enumerate() {
-            let (body, mut local) = locate(prepared, index, contact, *force / peak_force_n)?;
+            let relative = *force / peak_force_n;
+            let (body, mut local) = locate((prepared, strike.surface), index, contact, relative)?;
             if strike.effects.has(EffectKind::Elastic) {
                 // The boundary of the coarser lattice may be farther away than the radius. The load is still spread
                 // from the nearest boundary point.
@@ -95,20 +97,21 @@ fn peak_force_n(contact: usize, given: &ImpactContact) -> Result<Vector3<f64>, F
 
 /// The nearest body, and the contact in its local units; an error if the surface is farther away than the radius and a lattice spacing.
 ///
-/// The crack lattice approximates the surface to within its spacing, because it rounds corners off.
+/// The surface is that of the fragments of kind `kind`. A crack lattice approximates it to within its spacing, because it rounds
+/// corners off.
 fn locate(
-    prepared: &PreparedObject,
+    (prepared, kind): (&PreparedObject, SurfaceKind),
     index: usize,
     contact: &ImpactContact,
     relative: Vector3<f64>,
 ) -> Result<(usize, elasticity::ContactLoad), FractureError> {
     let point = prepared.frame.to_local(&contact.point_m);
     let radius = contact.radius_m.map_or(DEFAULT_RADIUS_DIAGONALS, |radius_m| radius_m / prepared.frame.diagonal_m);
-    let nearest = prepared.bodies.iter().map(|body| body.boundary.nearest(&point));
+    let nearest = prepared.bodies.iter().map(|body| body.contact_surface(kind).nearest(&point));
     let nearest = nearest.enumerate().filter_map(|(body, nearest)| Some((body, nearest?)));
     let nearest = nearest.reduce(|best, next| if next.1.distance < best.1.distance { next } else { best });
-    let (body, distance, surface) =
-        nearest.map_or((0, f64::INFINITY, point), |(body, nearest)| (body, nearest.distance, nearest.place));
+    let Some((body, nearest)) = nearest else { return Err(FractureError::OtherObject) };
+    let NearestBoundaryPoint { place, distance, .. } = nearest;
     let lattice = prepared.report.surface_deviation.max(prepared.parameters.crack_spacing);
     // Far from the origin, the precision of a point is limited by the rounding of its coordinates.
     let rounding = f64::EPSILON * contact.point_m.coords.amax() / prepared.frame.diagonal_m;
@@ -118,10 +121,11 @@ fn locate(
             contact: index,
             distance: distance * prepared.frame.diagonal_m,
             limit: limit * prepared.frame.diagonal_m,
-            surface: prepared.frame.to_meters(&surface),
+            surface: prepared.frame.to_meters(&place),
             unit_m: 1.0,
         });
     }
     let impulse = relative.map(|x| (x / FORCE_STEP).round() * FORCE_STEP);
+    let point = prepared.bodies[body].load_place(kind, point, &nearest);
     Ok((body, elasticity::ContactLoad { point, impulse, radius }))
 }
