@@ -93,11 +93,11 @@ fn points_too_far_are_measured_from_the_input_surface() {
     let corner = Point3::new(0.3, -0.3, 0.25);
     let away = Vector3::new(1.0, -2.0, 2.0).normalize() * 0.2;
     let refused = FIN.strike(&FractureRequest::at(corner + away, -away)).err();
-    let Some(FractureError::TooFar { distance_m, surface_m, .. }) = refused else { panic!("{refused:?}") };
-    assert!((distance_m - 0.2).abs() < 1e-9 && (surface_m - corner).norm() < 1e-9, "{distance_m} {surface_m}");
+    let Some(FractureError::TooFar { distance, surface, unit_m: 1.0, .. }) = refused else { panic!("{refused:?}") };
+    assert!((distance - 0.2).abs() < 1e-9 && (surface - corner).norm() < 1e-9, "{distance} {surface}");
     let missed = aim(&FIN, SurfaceKind::Exact, &ray([1.0, 0.45, 0.0], [-1.0, 0.0, 0.0]));
-    let Err(FractureError::RayMissed { distance_m, surface_m, .. }) = missed else { panic!("{missed:?}") };
-    assert!((distance_m - 0.05).abs() < 1e-9 && (surface_m.y - 0.4).abs() < 1e-9, "{distance_m} {surface_m}");
+    let Err(FractureError::RayMissed { distance, surface, unit_m: 1.0, .. }) = missed else { panic!("{missed:?}") };
+    assert!((distance - 0.05).abs() < 1e-9 && (surface.y - 0.4).abs() < 1e-9, "{distance} {surface}");
 }
 
 /// The first hit of a ray on triangles in the coordinates of the file, by all of them.
