@@ -1,6 +1,7 @@
 //! The ports of one connection, shared by everything that came from it.
 
 use crate::Deadline;
+use crate::sent_requests::{SentRequest, SentRequests};
 use crate::waiters::Waiters;
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::pending_response::PendingResponse;
@@ -25,8 +26,8 @@ use shatter_transport::workarounds::{lost_wakeups, shared_memory};
 use shatter_transport::{
     CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_CLIENT_SERVICE, WAKE_DAEMON_SERVICE, client_config, failed, service_name,
 };
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Shared memory that a request may need beyond what exists, bytes.
@@ -99,8 +100,7 @@ impl ConnectionPorts {
 /// A connection to one daemon. Fields are dropped in this order: ports before the node.
 pub(crate) struct Connection {
     ports: OwnedByProcess<ConnectionPorts>,
-    /// Sequence of the request that was sent last.
-    sent: Mutex<u64>,
+    sent: SentRequests,
     waiters: Waiters,
     loans: Arc<AtomicU64>,
     /// Its daemon is known to have gone away.
@@ -127,7 +127,7 @@ impl Connection {
         shared_memory::populate_mapped(&instance.folder)?;
         Ok(Self {
             ports: OwnedByProcess::new(ports),
-            sent: Mutex::default(),
+            sent: SentRequests::default(),
             waiters: Waiters::default(),
             loans: Arc::default(),
             is_lost: AtomicBool::new(false),
@@ -137,13 +137,9 @@ impl Connection {
         })
     }
 
-    fn sent(&self) -> MutexGuard<'_, u64> {
-        self.sent.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Sequence of the request that was sent last; zero: none was.
-    pub(crate) fn last_sequence(&self) -> u64 {
-        *self.sent()
+    /// Sequence of the request after which a release has its turn; zero: none.
+    pub(crate) fn followed(&self) -> u64 {
+        self.sent.followed()
     }
 
     /// Counts one more result as held.
@@ -162,19 +158,16 @@ impl Connection {
         self.ports.listener.id().value().to_le_bytes()
     }
 
-    /// Sends a request; returns its sequence, too. Waits for other threads that send, and for nothing else.
-    ///
-    /// Sequences are in the order of sending, whichever threads send: the daemon tells by them what a release came after.
-    pub(crate) fn send(&self, request: RequestWire) -> Result<(PendingRequest, u64), Error> {
+    /// Sends a request. Waits for other threads that send, and for nothing else.
+    pub(crate) fn send(&self, request: RequestWire) -> Result<(PendingRequest, SentRequest), Error> {
         shared_memory::need(SEND_BYTES)?;
-        let mut sent = self.sent();
-        let (sequence, held) = (*sent + 1, self.loans.load(Ordering::Relaxed));
+        let next = self.sent.next();
+        let (sequence, held) = (next.sequence, self.loans.load(Ordering::Relaxed));
         let loan = self.ports.requests.loan_uninit().map_err(loan_failed)?;
         let pending = loan.write_payload(RequestWire { sequence, held, ..request }).send().map_err(send_failed)?;
-        *sent = sequence;
-        drop(sent);
+        let sent = next.sent();
         self.wake_daemon(pending.number_of_server_connections())?;
-        Ok((OwnedByProcess::new(pending), sequence))
+        Ok((OwnedByProcess::new(pending), sent))
     }
 
     /// Sends a request to the control service. Never blocks.

@@ -138,7 +138,7 @@ pub(crate) fn status(connection: &Connection, deadline: Deadline) -> Result<Stat
 }
 
 pub(crate) fn release(connection: &Connection, handle: u64, deadline: Deadline) -> Result<(), Error> {
-    let after = connection.last_sequence();
+    let after = connection.followed();
     ask::<ErrorWire>(connection, ControlRequest::Release { handle, after }, deadline).map(|_| ())
 }
 

@@ -50,6 +50,7 @@ mod prefracture;
 mod result;
 mod result_future;
 mod result_in_meters;
+mod sent_requests;
 mod session;
 mod status;
 mod ticket;

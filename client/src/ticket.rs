@@ -2,6 +2,7 @@
 
 use crate::connection::{Connection, LivenessCheck, PendingControlRequest, PendingRequest, receive_failed};
 use crate::control;
+use crate::sent_requests::SentRequest;
 use crate::{Deadline, FractureResult};
 use shatter_proto::control::{ControlRequest, ProgressRow};
 use shatter_proto::convention::Convention;
@@ -51,7 +52,7 @@ pub struct Ticket {
     progress_request: Option<PendingControlRequest>,
     connection: Arc<Connection>,
     convention: Convention,
-    sequence: u64,
+    request: SentRequest,
     sent: Instant,
     liveness: LivenessCheck,
     state: State,
@@ -70,10 +71,10 @@ impl Ticket {
     pub(crate) fn send(connection: Arc<Connection>, request: &Request) -> Result<Self, Error> {
         let wire = request.wire(connection.listener())?;
         let sent = Instant::now();
-        let (pending, sequence) = connection.send(wire)?;
+        let (pending, sent_request) = connection.send(wire)?;
         let (progress, progress_request, liveness) = (Progress::Waiting, None, LivenessCheck::now());
         let (convention, state) = (request.convention, State::Sent(pending));
-        Ok(Self { progress, progress_request, connection, convention, sequence, sent, liveness, state })
+        Ok(Self { progress, progress_request, connection, convention, request: sent_request, sent, liveness, state })
     }
 
     pub(crate) fn connection(&self) -> &Arc<Connection> {
@@ -91,9 +92,11 @@ impl Ticket {
         let found = match &mut self.state {
             State::Done => return Err(spent()),
             State::Sent(pending) => {
-                Self::receive(&self.connection, pending, (self.sequence, self.convention), self.sent)
+                Self::receive(&self.connection, pending, (self.request.sequence, self.convention), self.sent)
             }
-            State::Closed { since, reason } => Self::ask_reason(&self.connection, self.sequence, *since, reason),
+            State::Closed { since, reason } => {
+                Self::ask_reason(&self.connection, self.request.sequence, *since, reason)
+            }
         };
         match found {
             Ok(Found::Nothing) => match self.connection.check_alive(&mut self.liveness) {
@@ -104,10 +107,12 @@ impl Ticket {
                 }
             },
             Ok(Found::Result(result)) => {
+                self.request.note_arrival();
                 self.state = State::Done;
                 Ok(Poll::Ready(result))
             }
             Ok(Found::Closed) => {
+                self.request.note_arrival();
                 self.state = State::Closed { since: Instant::now(), reason: None };
                 self.poll()
             }
@@ -128,7 +133,7 @@ impl Ticket {
             return Progress::Ended;
         }
         match self.progress_request.take() {
-            None => self.progress_request = self.connection.ask(ControlRequest::Progress(self.sequence)).ok(),
+            None => self.progress_request = self.connection.ask(ControlRequest::Progress(self.request.sequence)).ok(),
             Some(request) => match control::poll::<ProgressRow>(&self.connection, &request) {
                 Ok(None) => self.progress_request = Some(request),
                 Ok(Some((rows, _))) => self.progress = rows.first().map_or(Progress::Ended, progress),

@@ -4,12 +4,13 @@ mod support;
 
 use serde_json::Value;
 use shatter_client::{
-    Client, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Progress, RetainedFragment, Status,
+    Client, Deadline, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Progress, RetainedFragment, Status,
 };
 use shatter_proto::control::ControlRequest;
 use shatter_proto::request::Contact;
 use shatter_proto::request::{Request, RequestWire};
 use std::sync::LazyLock;
+use std::time::Duration;
 use support::{Child, InProcess, RawPeer, TestDirectory, bar, eventually, shatter, shatterd, timeout};
 
 /// Database of a bar, baked once for all tests: the bytes of the file.
@@ -223,6 +224,22 @@ fn a_release_overtakes_no_strike_of_the_same_client() {
             assert!(ticket.wait(timeout()).is_ok(), "round {round}");
         }
         assert_eq!(refused(&bar, &impact).kind, ErrorKind::UnknownHandle);
+    }
+}
+
+/// With real processes: a request that is canceled before the daemon looks for it never arrives, and no release waits for it.
+#[test]
+fn a_release_waits_for_no_canceled_strike() {
+    let here = place("canceled");
+    let _daemon = Child::start(&mut shatterd(&here));
+    let service = Client::connect_at(&here.place, timeout()).unwrap();
+    let bar = service.object("bar", timeout()).unwrap();
+    // Less than the daemon waits for a request that never arrives.
+    let deadline = || Deadline::after(Duration::from_secs(4));
+    for round in 0..3 {
+        let before = strike(&bar, &base_impact().keep());
+        drop(bar.strike(&base_impact()).unwrap());
+        assert_eq!(service.release(before.handle().unwrap(), deadline()), Ok(()), "round {round}");
     }
 }
 

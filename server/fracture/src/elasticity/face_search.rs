@@ -11,7 +11,7 @@ const GROUP: usize = 32;
 /// Relative rounding error by which a box may seem too far.
 const SLACK: f64 = 1e-9;
 
-/// Bounding boxes of [`GROUP`] consecutive faces each: low and high corner.
+/// Bounding boxes of 32 consecutive faces each: low and high corner.
 ///
 /// Lattices number their tetrahedra row by row, and meshes of the input surface along a curve, so consecutive faces are
 /// near each other.

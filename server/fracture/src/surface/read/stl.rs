@@ -45,6 +45,14 @@ fn parse_binary(bytes: &[u8], facets: usize) -> Result<RawMesh, SurfaceError> {
             format!("ends after {whole} of {facets} facets"),
         ));
     }
+    // Another tail is no facet: some programs write notes there.
+    if whole > facets && (bytes.len() - HEADER).is_multiple_of(FACET) {
+        return Err(malformed(
+            "stl",
+            "byte 80",
+            format!("counts {facets} facets, but {whole} follow; export the mesh again"),
+        ));
+    }
     let mut builder = Builder::default();
     builder.add([vec![0; 80], bytes[80..].to_vec()].concat())?;
     Ok(builder.mesh)

@@ -258,6 +258,8 @@ fn stl_errors_name_the_place() {
     let mut many = binary;
     many[80..84].copy_from_slice(&[255; 4]);
     check_malformed("a.stl", &many, "byte 284");
+    many[80..84].copy_from_slice(&3u32.to_le_bytes());
+    check_malformed("a.stl", &many, "byte 80");
 }
 
 /// glTF document with the unit tetrahedron as mesh 0. `nodes` is JSON; `uri` holds further members of the buffer.
