@@ -136,7 +136,7 @@ fn start_errors_name_their_cause() {
     check(&["--databases", "/nowhere/ä b"], 3, "/nowhere/ä b");
     assert_eq!(here.shared_memory(), Vec::<std::path::PathBuf>::new(), "a start that fails leaves nothing");
     check(&["--config", "/nowhere.toml"], 3, "/nowhere.toml");
-    check(&["--threads", "100000"], 3, "compute.threads");
+    check(&["--threads", "100000"], 2, "0 to 1024");
     let config = here.file("color.toml", "[compute]\ncolor = 3");
     check(&["--config", config.to_str().unwrap()], 3, "color");
     check(&["--log", "a=b=c"], 3, "log.filter");

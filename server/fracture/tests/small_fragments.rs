@@ -5,11 +5,11 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, Tables};
 use shatter_fracture::fragment::closed;
 use shatter_fracture::pipeline::{
-    DegreeRequest, FractureError, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject, RequestContext,
-    RetainedFragments, Stage, StageObserver, SurfaceKind, Workspace, strike_again,
+    DegreeRequest, FractureError, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject, Preset,
+    RequestContext, RetainedFragments, Stage, StageObserver, SurfaceKind, Workspace, strike_again,
 };
 use shatter_fracture::scene::{EffectKind, EffectSet, MATERIALS, Materials};
-use shatter_fracture::surface::{LengthUnit, RawMesh, UpAxis, read};
+use shatter_fracture::surface::{LengthUnit, RawMesh, UpAxis, read, shapes};
 use std::cell::Cell;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -164,6 +164,32 @@ fn generations(prepared: &PreparedObject, before: &FractureMeshes, generation: u
             generations(prepared, &children, generation + 1, struck);
         }
     }
+}
+
+/// A crack between nodes beside an earlier crack can leave a piece without volume, and so without mass.
+#[test]
+fn pieces_of_pieces_have_mass() {
+    let material = Materials::parse(MATERIALS).unwrap().get("ceramic").unwrap().clone();
+    let tables = Tables { interior: true, elastic: true, ..Tables::NONE };
+    let bake = BakeRequest {
+        quality: Preset::Draft,
+        kappa: Some(1.0),
+        tables,
+        ..BakeRequest::new("mug", "ceramic", material)
+    };
+    let prepared = bake.bake(shapes::mug()).unwrap();
+    let spacing_m = prepared.parameters.crack_spacing * prepared.frame.diagonal_m;
+    let before = first(&prepared, &request(Point3::new(0.0, 0.05, 0.04), 120).seeded(0));
+    let kept = before.keep();
+    let (mut children, mut least) = (0, f64::INFINITY);
+    for row in &before.fragments {
+        let Ok((outcome, _)) = again(&prepared, (&kept, row.id), &request(row.center_m.into(), 30)) else { continue };
+        let pieces = outcome.into_meshes().unwrap().fragments;
+        children += pieces.len();
+        least = pieces.iter().map(|own| own.volume_m3 / spacing_m.powi(3)).fold(least, f64::min);
+    }
+    println!("{children} pieces of pieces, the smallest of {least:e} cells");
+    assert!(children > 2000 && least > 1e-10, "{children} pieces, {least:e} cells");
 }
 
 #[track_caller]

@@ -290,7 +290,8 @@ fn repair_line(SurfaceRepair { kind, count, area_m2, places_m, .. }: &SurfaceRep
             format!("{} closed: edges divided at the vertices on them (T-junctions)", several("slit", "slits"))
         }
         RepairKind::UnitedParts => {
-            format!("parts united where {} others", several("triangle crosses", "triangles cross"))
+            let crossing = several("triangle crosses", "triangles cross");
+            format!("parts united where {crossing} others; {area_m2:.3e} m² of these are inside and left out")
         }
         RepairKind::HiddenTriangles => format!("{} inside the solid left out", several("triangle", "triangles")),
         RepairKind::DividedVertices => format!("{} divided, where parts touch", several("vertex", "vertices")),

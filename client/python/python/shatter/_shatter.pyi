@@ -118,7 +118,7 @@ class Contact:
 
 @final
 class Hit:
-    """First hit of a ray on an object: on the boundary of its crack lattice, onto which contact points are projected."""
+    """First hit of a ray on an object: on the surface that fragments end on (with ``surface="lattice"``, the boundary of the crack lattice), onto which contact points are projected."""
     @property
     def point(self) -> list[float]: ...
     @property

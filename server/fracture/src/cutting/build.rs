@@ -164,6 +164,7 @@ pub fn cutting_meshes(
         Err(ConformingError::Canceled(canceled)) => return Err(canceled.into()),
         Err(error) => match repaired(&meshed, &mut mesh, token)? {
             Some(RepairedSurface { united, conforming, collapsed: more }) => {
+                let before = meshed;
                 let UnitedSurface { meshed, crossings, hidden, divided } = united;
                 let is_film = |source: &u32| *source as usize >= *input_triangles;
                 if !meshed.sources.iter().any(is_film) {
@@ -172,15 +173,16 @@ pub fn cutting_meshes(
                 let (hidden, areas): (Vec<Point3<f64>>, Vec<f64>) =
                     hidden.iter().filter(|own| !is_film(&own.source)).map(|own| (own.place, own.area)).unzip();
                 let hidden_area: f64 = areas.iter().sum();
+                let [whole, left] = [&before, &meshed].map(|own| own.area(|source| !is_film(source)));
+                let cut_area = (whole - left - hidden_area).max(0.0);
                 let found = [
-                    (RepairKind::UnitedParts, crossings),
-                    (RepairKind::HiddenTriangles, hidden),
-                    (RepairKind::DividedVertices, divided),
+                    (RepairKind::UnitedParts, crossings, cut_area),
+                    (RepairKind::HiddenTriangles, hidden, hidden_area),
+                    (RepairKind::DividedVertices, divided, 0.0),
                 ];
-                for (kind, places) in found.iter().filter(|(_, places)| !places.is_empty()) {
-                    let area = if *kind == RepairKind::HiddenTriangles { hidden_area } else { 0.0 };
+                for (kind, places, area) in found.iter().filter(|(_, places, _)| !places.is_empty()) {
                     let repair = SurfaceRepair::new(*kind, places, &surface.frame);
-                    repairs.push(repair.of_area(area, surface.area(*input_triangles), &surface.frame));
+                    repairs.push(repair.of_area(*area, surface.area(*input_triangles), &surface.frame));
                 }
                 collapsed.extend(more);
                 Ok((meshed, conforming))

@@ -33,6 +33,16 @@ impl MeshedSurface {
         }
     }
 
+    /// Area of the triangles whose source is to be counted.
+    pub fn area(&self, is_counted: impl Fn(&u32) -> bool) -> f64 {
+        let counted = self.triangles.iter().zip(&self.sources).filter(|(_, source)| is_counted(source));
+        let area = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|vertex| self.positions[vertex as usize]);
+            0.5 * (b - a).cross(&(c - a)).norm()
+        };
+        counted.map(|(corners, _)| area(corners)).sum()
+    }
+
     /// True if triangles run through every edge equally often in both directions.
     pub fn is_balanced(&self) -> bool {
         let mut balance: HashMap<[u32; 2], i32> = HashMap::new();

@@ -215,6 +215,10 @@ fn parts_that_cross_are_united() {
     let prepared = check(joined(cube([0.0; 3]), &tilted), volume_m3, &[RepairKind::UnitedParts]);
     let repair = &prepared.report.surface.repairs[0];
     assert!(repair.count > repair.places_m.len() as u64 && repair.places_m.len() > 1, "{repair:?}");
+    // The surface of the common part, of that of both cubes.
+    let common_m2 = 2.0 * (0.5 * 0.75 + 0.5 * 0.875 + 0.75 * 0.875);
+    assert!((repair.area_m2 - common_m2).abs() < 1e-6, "{repair:?}");
+    assert!((repair.area_share - common_m2 / 12.0).abs() < 1e-6, "{repair:?}");
     // The places lie on both boundaries.
     for place in &repair.places_m {
         for center in [[0.0; 3], [0.5, 0.25, 0.125]] {

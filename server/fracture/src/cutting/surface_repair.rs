@@ -32,7 +32,7 @@ pub struct SurfaceRepair {
     pub kind: RepairKind,
     /// Number of places.
     pub count: u64,
-    /// Area of films that were added, or of triangles that were left out, m²; 0 for other repairs.
+    /// Area of films that were added, or of triangles, or parts of crossing ones, that were left out, m²; 0 for other repairs.
     pub area_m2: f64,
     /// This area over that of the surface with it.
     #[serde(default)]

@@ -1,6 +1,7 @@
 //! Slivers: fragments too small for a body of their own, merged into the neighbor with the largest common area.
 
 use crate::fragment::RigidProperties;
+use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::request::context::RequestContext;
 use crate::tessellation::{Components, RunRange, Tessellation, Topology};
 use std::collections::BTreeMap;
@@ -10,6 +11,17 @@ use std::collections::BTreeMap;
 /// Such a fragment has about four nodes, so the lattice determines its shape rather than the diagram. A share of the
 /// mean volume would also remove small fragments around a contact, which are intended.
 pub const SLIVER_CUBES: f64 = 2.0;
+
+/// Volume below which a fragment of an exact surface is flat up to rounding, in cubed spacings of the crack lattice.
+///
+/// Pieces of pieces can be: a crack between two nodes that are as near the earlier crack as rounding allows. Without mass
+/// nothing can be simulated, so they are merged without the effect, too.
+const FLAT_CUBES: f64 = 1e-9;
+
+/// The volume below which a fragment is flat, local.
+pub(in crate::pipeline) fn flat_volume(prepared: &PreparedObject) -> f64 {
+    FLAT_CUBES * prepared.parameters.crack_spacing.powi(3)
+}
 
 /// The volume below which a fragment is a sliver, local: [`SLIVER_CUBES`] or that of the request, whichever is larger.
 pub(in crate::pipeline) fn least_volume(context: RequestContext<'_>) -> f64 {

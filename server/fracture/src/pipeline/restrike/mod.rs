@@ -143,7 +143,10 @@ impl Children<'_> {
         let fragments = observer.stage(Stage::Fragments);
         if request.effects.has(EffectKind::Slivers) {
             let slivers = observer.effect(EffectKind::Slivers);
-            slivers.produced_bytes(self.merge_slivers(&mut cut, workspace)?);
+            let least = slivers::least_volume(context);
+            slivers.produced_bytes(self.merge_slivers(least, &mut cut, workspace)?);
+        } else {
+            self.merge_slivers(slivers::flat_volume(self.prepared), &mut cut, workspace)?;
         }
         fragments.produced(&cut.measured);
         let meshes = cut.into_pieces(*body, self.sources.spare, |site| self.sources.energy_j_m2(self.cells, site));
@@ -222,10 +225,14 @@ impl Children<'_> {
         Ok(())
     }
 
-    /// Merges slivers among the children and tessellates again if there were any. Returns the size of the new labels in
+    /// Merges children smaller than `least` and tessellates again if there were any. Returns the size of the new labels in
     /// bytes.
-    fn merge_slivers(&self, cut: &mut CutBuffers, workspace: &mut TessellationWorkspace) -> Result<u64, FractureError> {
-        let least = slivers::least_volume(RequestContext { prepared: self.prepared, ..self.sources.context });
+    fn merge_slivers(
+        &self,
+        least: f64,
+        cut: &mut CutBuffers,
+        workspace: &mut TessellationWorkspace,
+    ) -> Result<u64, FractureError> {
         let before = cut.components.sites.len();
         if !slivers::merge(&mut cut.components, &cut.tessellation, &cut.measured, least) {
             return Ok(0);
