@@ -92,7 +92,6 @@ fn unknown_commands_and_options_suggest_existing_ones() {
         ("shatterd bake --shape mug --seed=-1", "must be a whole number, 0 to 18446744073709551615"),
         ("shatterd serve --threads=-1", "must be a whole number, 0 to 1024"),
         ("shatterd serve --threads 1025", "must be a whole number, 0 to 1024"),
-        ("shatterd study stability --mutants=-1", "must be a whole number, 0 to 18446744073709551615"),
         ("shatter impact mug --enable hulls bonds", "a list is one word: names with commas"),
         ("shatter impact", "`shatter list` shows the names of the objects"),
         ("shatter list mug", "`shatter list` takes only options"),
