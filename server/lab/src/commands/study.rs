@@ -115,10 +115,6 @@ impl Stability {
     fn size(&self) -> MeshSize {
         if self.full_size { MeshSize::Full } else { MeshSize::Small }
     }
-
-    fn deadline(&self) -> Duration {
-        if self.full_size { FULL_SIZE_DEADLINE } else { DEADLINE }
-    }
 }
 
 /// Time limit for a bad mesh. Most take well below a second, so one that takes this long hangs.
@@ -396,7 +392,7 @@ fn meshes(args: &Stability) -> Result<Vec<mesh_fuzz::BaseMesh>, CommandError> {
 }
 
 fn judge_of(args: &Stability) -> Result<Judge, CommandError> {
-    Judge::new(args.size(), args.deadline()).map_err(CommandError::from)
+    Judge::new(args.size(), if args.full_size { FULL_SIZE_DEADLINE } else { DEADLINE }).map_err(CommandError::from)
 }
 
 fn tally(args: &Stability) -> Result<FuzzTally, CommandError> {

@@ -255,11 +255,10 @@ fn stl_errors_name_the_place() {
     let infinite = read_bytes("a.stl", text.as_bytes());
     let Err(SurfaceError::NonFiniteVertex { vertex, line: Some(found) }) = infinite else { panic!("{infinite:?}") };
     assert_eq!((found, vertex), (line, line as u64 - 4));
-    let mut many = binary;
-    many[80..84].copy_from_slice(&[255; 4]);
-    check_malformed("a.stl", &many, "byte 284");
-    many[80..84].copy_from_slice(&3u32.to_le_bytes());
-    check_malformed("a.stl", &many, "byte 80");
+    for (count, place) in [([255; 4], "byte 284"), ([3, 0, 0, 0], "byte 80")] {
+        let many = [&binary[..80], &count, &binary[84..]].concat();
+        check_malformed("a.stl", &many, place);
+    }
 }
 
 /// glTF document with the unit tetrahedron as mesh 0. `nodes` is JSON; `uri` holds further members of the buffer.
