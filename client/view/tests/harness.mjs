@@ -168,6 +168,18 @@ export async function nextState(page, change) {
   await page.waitForFunction(() => globalThis.shatterView.app.history.now !== globalThis.stateBefore, null, { timeout: 60_000 });
 }
 
+/** Clicks on places of the object until the page shows a new state: pieces can move away from a click, or stay whole. */
+export async function clickPiece(page) {
+  await page.evaluate(() => (globalThis.stateBefore = globalThis.shatterView.app.history.now));
+  for (let first = 0; first < 5; first++) {
+    const at = await onObject(page, first);
+    await page.mouse.click(at.x, at.y);
+    const isNew = () => globalThis.shatterView.app.history.now !== globalThis.stateBefore;
+    if (await page.waitForFunction(isNew, null, { timeout: 15_000 }).catch(() => undefined)) return;
+  }
+  throw new Error("no click on the object changed it");
+}
+
 /** Number of pieces that are shown. */
 export function pieces(page) {
   return page.evaluate(() =>
@@ -175,16 +187,17 @@ export function pieces(page) {
   );
 }
 
-/** A place of the canvas where the object is. */
-export async function onObject(page) {
-  return page.evaluate(() => {
+/** A place of the canvas where the object is. The search begins at candidate `first`. */
+export async function onObject(page, first = 0) {
+  return page.evaluate((first) => {
     const box = document.getElementById("canvas").getBoundingClientRect();
-    for (const [x, y] of [[0.42, 0.55], [0.5, 0.5], [0.46, 0.42], [0.4, 0.45], [0.44, 0.62]]) {
+    const candidates = [[0.42, 0.55], [0.5, 0.5], [0.46, 0.42], [0.4, 0.45], [0.44, 0.62]];
+    for (const [x, y] of [...candidates.slice(first), ...candidates.slice(0, first)]) {
       const at = { x: box.left + x * box.width, y: box.top + y * box.height };
       if (globalThis.shatterView.app.pick(at.x, at.y)) return at;
     }
     throw new Error("the object is nowhere");
-  });
+  }, first);
 }
 
 /** Goes back to the whole object. */

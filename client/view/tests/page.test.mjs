@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { after, before, test } from "node:test";
-import { bake, browser, nextState, onObject, open, pieces, program, skip, view, whole, world } from "./harness.mjs";
+import { bake, browser, clickPiece, nextState, onObject, open, pieces, program, skip, view, whole, world } from "./harness.mjs";
 
 let own, chrome, server, page, notes;
 
@@ -37,10 +37,7 @@ test("a click breaks the object, and a click on a piece breaks that", { skip }, 
   await page.waitForFunction(() => document.querySelector("#facts dd").textContent !== "…");
   assert.equal(await page.textContent("#facts dd"), `${first} of ${first}`, "all are closed");
   await page.waitForTimeout(700);
-  await nextState(page, async () => {
-    const again = await onObject(page);
-    await page.mouse.click(again.x, again.y);
-  });
+  await clickPiece(page);
   assert.ok((await pieces(page)) > first);
   await page.click("#back");
   assert.equal(await pieces(page), first);
@@ -146,8 +143,7 @@ test("the keyboard alone strikes, turns and goes back", { skip }, async () => {
 test("downloads hold all pieces that are shown, of several requests", { skip }, async () => {
   await page.click("#forward");
   await page.waitForTimeout(800);
-  const at = await onObject(page);
-  await nextState(page, () => page.mouse.click(at.x, at.y));
+  await clickPiece(page);
   const shown = await pieces(page);
   const layers = await page.evaluate(() => globalThis.shatterView.app.history.now.layers.length);
   assert.ok(layers > 1, "pieces of two results");
