@@ -32,11 +32,14 @@ before(async () => {
     impulseNs: 9.5,
     settings: { quality: "draft", lift: "euclidean", seed: 7 },
   };
-  const [, piece] = JSON.parse(await shell(first)).fragments;
+  const largest = (one, other) => (other.volume_m3 > one.volume_m3 ? other : one);
+  const piece = JSON.parse(await shell(first)).fragments.reduce(largest);
   const [x, y, z] = piece.center_m;
-  const again = { ...first, ray: { originM: [x - 1, y, z], direction: [2, 0, 0] }, impulseNs: 40, settings: { quality: "", lift: "", seed: 123456789012 } };
-  request = { ...again, parent: { strike: first, fragment: 1 } };
-  expected = JSON.parse(await shell(request)).output_hash;
+  const again = { ...first, ray: { originM: [x - 1, y, z], direction: [2, 0, 0] }, impulseNs: 400, settings: { quality: "", lift: "", seed: 123456789012 } };
+  request = { ...again, parent: { strike: first, fragment: piece.id } };
+  const broken = JSON.parse(await shell(request));
+  assert.ok(broken.fragments.length > 1, "the piece breaks");
+  expected = broken.output_hash;
 });
 
 after(async () => {
