@@ -42,9 +42,9 @@ pub(super) fn refine_until_connected(
     Ok(levels)
 }
 
-/// Number of bodies beyond the input's own parts.
+/// Number of bodies beyond the input's own solids.
 fn severed_count(surface: &Surface, levels: &LatticeLevels) -> usize {
-    levels.bodies.len().saturating_sub(surface.parts.len().max(1))
+    levels.bodies.len().saturating_sub(surface.solid_count.max(1))
 }
 
 /// Parts that the lattice severs from the rest.
@@ -52,9 +52,9 @@ fn severed_count(surface: &Surface, levels: &LatticeLevels) -> usize {
 pub struct SeveredParts {
     /// Number of bodies of the lattice.
     pub bodies: usize,
-    /// Number of parts of the input.
-    pub parts: usize,
-    /// Volumes of the bodies beyond the input's parts, m³, in descending order.
+    /// Number of solids of the input.
+    pub solids: usize,
+    /// Volumes of the bodies beyond the input's solids, m³, in descending order.
     pub volumes_m3: Vec<f64>,
     /// Preset that severs them; `None` if the spacing was given.
     pub quality: Option<Preset>,
@@ -82,7 +82,7 @@ pub(super) fn severed(
     let tried = |next: Preset| (!next.lattices().fitted).then(|| keeps(next)).transpose();
     Ok(Some(SeveredParts {
         bodies: levels.bodies.len(),
-        parts: surface.parts.len().max(1),
+        solids: surface.solid_count.max(1),
         volumes_m3: volumes_m3.split_off(levels.bodies.len() - more),
         quality,
         next: next.map(|next| Ok::<_, BakeError>((next, tried(next)?))).transpose()?,
@@ -140,7 +140,7 @@ impl std::fmt::Display for SeveredParts {
             f,
             "preset `{name}` severs {parts} of {sizes} from the object: {advice}; an explicit --quality {name} "
         )?;
-        write!(f, "makes {} bodies where the mesh has {}", self.bodies, self.parts)
+        write!(f, "makes {} bodies where the mesh has {}", self.bodies, self.solids)
     }
 }
 
@@ -257,18 +257,23 @@ mod tests {
             ..BakeRequest::new("dumbbell", "glass", materials.get("glass").unwrap().clone())
         };
         // Two blocks and a rod between them that the lattice of `draft` does not resolve.
-        let baked = |request: &BakeRequest| bake(limbs(), request, &CancelToken::default(), &mut |_| ());
-        let Err(BakeError::Severed(severed)) = baked(&request) else { panic!("it was baked") };
-        let message = severed.to_string();
-        println!("{message}");
-        assert!(
-            severed.parts == 1 && severed.bodies > 1 && severed.volumes_m3.len() == severed.bodies - 1,
-            "{message}"
-        );
-        assert_eq!(severed.next.map(|(next, _)| next), Some(Preset::Game));
-        assert!(message.contains("`draft`") && message.contains("--quality game"), "{message}");
-        let allowed = baked(&BakeRequest { allows_severed: true, ..request.clone() }).unwrap();
-        assert_eq!(allowed.bodies.len(), severed.bodies);
+        let baked = |mesh, request: &BakeRequest| bake(mesh, request, &CancelToken::default(), &mut |_| ());
+        for mesh in [limbs(), overlapping_limbs(0.01), overlapping_limbs(0.0)] {
+            let Err(BakeError::Severed(severed)) = baked(mesh, &request) else { panic!("it was baked") };
+            let message = severed.to_string();
+            println!("{message}");
+            assert_eq!((severed.solids, severed.volumes_m3.len()), (1, severed.bodies - 1), "{message}");
+            assert!(severed.bodies > 1 && severed.next.map(|(next, _)| next) == Some(Preset::Game), "{message}");
+            assert!(message.contains("`draft`") && message.contains("--quality game"), "{message}");
+        }
+        // Apart, or touching along an edge only, they are bodies of their own.
+        for shift in [[1.5, 0.0, 0.0], [1.0, 0.0, 1.0]] {
+            let blocks = joined(&[block([0.0; 3], [1.0; 3]), block(shift, shift.map(|x| x + 0.75))]);
+            assert_eq!(Surface::repair(blocks.clone()).unwrap().solid_count, 2);
+            assert_eq!(baked(blocks, &request).unwrap().bodies.len(), 2);
+        }
+        let allowed = baked(limbs(), &BakeRequest { allows_severed: true, ..request.clone() }).unwrap();
+        assert!(allowed.bodies.len() > 1);
         let line = allowed.report.defects.iter().find(|defect| defect.kind == DefectKind::SeveredPart).unwrap();
         assert!(
             line.counted().contains("part") && line.action.contains("m³") && line.action.contains("game"),
@@ -288,6 +293,29 @@ mod tests {
         let quads = (0..5).flat_map(side).chain([[3, 2, 1, 0], [20, 21, 22, 23]]);
         let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
         RawMesh::new(rings.into_iter().flat_map(corners).collect(), quads.flat_map(halves).collect())
+    }
+
+    /// The same in three shells: the rod reaches into the blocks by `depth` m, or touches them.
+    fn overlapping_limbs(depth: f64) -> RawMesh {
+        let blocks = [0.0, 2.0].map(|x| block([x, -0.5, -0.5], [x + 1.0, 0.5, 0.5]));
+        joined(&[blocks[0].clone(), block([1.0 - depth, -ROD, -ROD], [2.0 + depth, ROD, ROD]), blocks[1].clone()])
+    }
+
+    fn block(low: [f64; 3], high: [f64; 3]) -> RawMesh {
+        let mut mesh = shapes::cuboid([0, 1, 2].map(|axis| high[axis] - low[axis]));
+        let center = nalgebra::Vector3::from([0, 1, 2].map(|axis| (low[axis] + high[axis]) / 2.0));
+        mesh.positions_m.iter_mut().for_each(|point| *point += center);
+        mesh
+    }
+
+    fn joined(parts: &[RawMesh]) -> RawMesh {
+        let mut all = RawMesh::new(Vec::new(), Vec::new());
+        for part in parts {
+            let first = all.positions_m.len() as u32;
+            all.positions_m.extend(&part.positions_m);
+            all.triangles.extend(part.triangles.iter().map(|corners| corners.map(|vertex| vertex + first)));
+        }
+        all
     }
 
     /// Half the thickness of the rod, m.

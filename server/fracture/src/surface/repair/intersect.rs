@@ -24,10 +24,14 @@ pub(super) struct Crossings {
     pub first: Option<u32>,
     /// True if the search tested all pairs.
     pub complete: bool,
+    /// Pairs of shells that overlap or touch along a face, lower index first, sorted.
+    pub joined: Vec<[u32; 2]>,
 }
 
 /// Intersecting pairs of triangles that share no vertex. Triangles without area are skipped; touching counts.
-pub(super) fn intersections(positions: &[Point3<f64>], triangles: &[[u32; 3]]) -> Crossings {
+///
+/// `shell_of` is the shell of each triangle, which must face outward.
+pub(super) fn intersections(positions: &[Point3<f64>], triangles: &[[u32; 3]], shell_of: &[u32]) -> Crossings {
     let solid: Vec<u32> =
         (0..triangles.len() as u32).filter(|&t| !is_flat(positions, &triangles[t as usize])).collect();
     let corners = |&t: &u32| triangles[t as usize].map(|vertex| positions[vertex as usize]);
@@ -35,16 +39,22 @@ pub(super) fn intersections(positions: &[Point3<f64>], triangles: &[[u32; 3]]) -
     let original = |place: usize| solid[tree.order[place] as usize];
     let search = |place: usize| {
         let own = &triangles[original(place) as usize];
-        let (mut pairs, mut count, mut first) = (0, 0, None);
+        let (mut pairs, mut count, mut first, mut joined) = (0, 0, None, Vec::new());
         tree.overlapping(&BoundingBox::of(&tree.triangles[place]), place + 1, |other| {
             pairs += 1;
             let shares = triangles[original(other) as usize].iter().any(|vertex| own.contains(vertex));
             if !shares && intersect(&tree.triangles[place], &tree.triangles[other]) {
                 count += 1;
                 first = lower(first, Some(original(place).min(original(other))));
+                let [a, b] = [place, other].map(|place| shell_of[original(place) as usize]);
+                if a != b && share_space(&tree.triangles[place], &tree.triangles[other]) {
+                    joined.push([a.min(b), a.max(b)]);
+                }
             }
         });
-        (pairs, count, first)
+        joined.sort_unstable();
+        joined.dedup();
+        (pairs, count, first, joined)
     };
     let (mut crossings, mut pairs) = (Crossings { complete: true, ..Crossings::default() }, 0);
     for start in (0..solid.len()).step_by(BATCH) {
@@ -52,13 +62,15 @@ pub(super) fn intersections(positions: &[Point3<f64>], triangles: &[[u32; 3]]) -
             crossings.complete = false;
             break;
         }
-        let batch: Vec<(u64, u64, Option<u32>)> =
-            (start..solid.len().min(start + BATCH)).into_par_iter().map(search).collect();
-        for (looked_at, count, first) in batch {
+        let batch: Vec<_> = (start..solid.len().min(start + BATCH)).into_par_iter().map(search).collect();
+        for (looked_at, count, first, joined) in batch {
             pairs += looked_at;
             crossings.count += count;
             crossings.first = lower(crossings.first, first);
+            crossings.joined.extend(joined);
         }
+        crossings.joined.sort_unstable();
+        crossings.joined.dedup();
     }
     crossings
 }
@@ -133,6 +145,18 @@ pub(super) fn side([a, b, c]: &Triangle, point: &Point3<f64>) -> f64 {
 
 fn coord(point: &Point3<f64>) -> Coord3D<f64> {
     Coord3D { x: point.x, y: point.y, z: point.z }
+}
+
+/// Returns true if the solids behind two intersecting triangles overlap there or touch along a face; an edge or a corner that
+/// touches is not enough.
+fn share_space(one: &Triangle, two: &Triangle) -> bool {
+    let is_crossed = |sides: [f64; 3]| sides.iter().any(|side| *side > 0.0) && sides.iter().any(|side| *side < 0.0);
+    let above_one = two.map(|point| side(one, &point));
+    let normal = |[a, b, c]: &Triangle| (b - a).cross(&(c - a));
+    match above_one == [0.0; 3] {
+        true => normal(one).dot(&normal(two)) < 0.0,
+        false => is_crossed(above_one) && is_crossed(one.map(|point| side(two, &point))),
+    }
 }
 
 fn apart(sides: &[f64; 3]) -> bool {

@@ -44,6 +44,8 @@ pub struct Surface {
     pub attributes: TriangleAttributes,
     /// Outermost shells that enclose a volume.
     pub parts: Vec<ShellPart>,
+    /// Number of solids that these shells make together: those that overlap or touch along a face are one.
+    pub solid_count: usize,
     /// Vertices far from all others, if there are at most a few.
     pub(super) outliers: Option<Outliers>,
     /// Defects of the input, sorted by kind.
@@ -89,7 +91,8 @@ impl Surface {
         }
         let edges = Edges::new(&triangles);
         report_edges(&edges, &triangles, positions.len(), face, &mut defects);
-        let crossings = intersect::intersections(&positions, &triangles);
+        let crossings = intersect::intersections(&positions, &triangles, &shell_of(&members, triangles.len()));
+        let solid_count = shells.solid_count(members.len(), &crossings.joined);
         if let Some(first) = crossings.first {
             let action = match crossings.complete {
                 true => "the inside of both parts counts",
@@ -109,7 +112,19 @@ impl Surface {
         defects.sort_by_key(|defect| defect.kind);
         let attributes = raw.attributes.clone().fitting(raw.triangles.len()).of(&source, &turned);
         let (parts, outliers) = (shells.parts, Outliers::of(&raw));
-        Ok(Self { frame, positions, triangles, faces, attributes, parts, outliers, defects, closed, simple })
+        Ok(Self {
+            frame,
+            positions,
+            triangles,
+            faces,
+            attributes,
+            parts,
+            solid_count,
+            outliers,
+            defects,
+            closed,
+            simple,
+        })
     }
 
     /// True if every edge is passed equally often in both directions.
@@ -136,6 +151,15 @@ impl Surface {
         };
         (0..self.triangles.len()).map(cone).sum()
     }
+}
+
+/// Shell of each triangle.
+fn shell_of(members: &[Vec<u32>], triangle_count: usize) -> Vec<u32> {
+    let mut shell_of = vec![0; triangle_count];
+    for (shell, members) in members.iter().enumerate() {
+        members.iter().for_each(|&triangle| shell_of[triangle as usize] = shell as u32);
+    }
+    shell_of
 }
 
 fn report_shells(shells: &Shells, defects: &mut Vec<Defect>) {

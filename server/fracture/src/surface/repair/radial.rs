@@ -21,10 +21,7 @@ pub(super) fn join_patches(
     edges: &Edges,
     patches: Vec<Vec<u32>>,
 ) -> Vec<Vec<u32>> {
-    let mut patch_of = vec![0; triangles.len()];
-    for (patch, members) in patches.iter().enumerate() {
-        members.iter().for_each(|&triangle| patch_of[triangle as usize] = patch as u32);
-    }
+    let patch_of = super::shell_of(&patches, triangles.len());
     let patch = |half: &HalfEdge| patch_of[half.triangle as usize];
     let shared = || edges.groups().filter(|group| group.len() > 2);
     let mut connected = DisjointSets::new(patches.len());

@@ -8,6 +8,7 @@
 use super::super::defect::DefectTally;
 use super::super::tree::{BoundingBox, TriangleTree};
 use super::super::winding::WindingMoments;
+use super::disjoint_sets::DisjointSets;
 use super::given_windings::GivenWindings;
 use super::orient::area_vector;
 use nalgebra::{Point3, Vector3};
@@ -32,6 +33,8 @@ pub(super) struct Shells {
     pub solids: DefectTally,
     /// Outermost shells that enclose a volume.
     pub parts: Vec<ShellPart>,
+    /// Index of the patch of each of them.
+    pub part_patches: Vec<u32>,
     /// True if the winding number can only be 0 or 1, provided that the patches are closed and do not intersect.
     pub simple: bool,
 }
@@ -47,6 +50,18 @@ pub struct ShellPart {
     pub volume: f64,
     /// One of its faces in the input file, counted from 0.
     pub face: u64,
+}
+
+impl Shells {
+    /// Number of solids that the outermost shells make together, `joined` being the pairs of patches that overlap.
+    pub fn solid_count(&self, patch_count: usize, joined: &[[u32; 2]]) -> usize {
+        let mut sets = DisjointSets::new(patch_count);
+        joined.iter().for_each(|&[a, b]| sets.join(a, b));
+        let mut roots: Vec<u32> = self.part_patches.iter().map(|&patch| sets.root(patch)).collect();
+        roots.sort_unstable();
+        roots.dedup();
+        roots.len()
+    }
 }
 
 /// Turns patches outward. `given` says which windings are those of a solid; `face` maps a triangle to its face in the report.
@@ -88,6 +103,7 @@ pub(super) fn face_outward(
             let Measure { bounds, volume, .. } = &measures[patch];
             let (low, high, volume) = (bounds.low, bounds.high, volume.abs());
             shells.parts.push(ShellPart { low, high, volume, face: face(patches[patch][0]) });
+            shells.part_patches.push(patch as u32);
         } else {
             let tally = if own < 0 { &mut shells.cavities } else { &mut shells.solids };
             tally.note(face(patches[patch][0]));
