@@ -25,6 +25,18 @@ static int vector(const char *text, double v[3])
     return sscanf(text, "%lf,%lf,%lf", &v[0], &v[1], &v[2]) == 3;
 }
 
+/* Reads a number of sites. */
+static int sites(const char *text, uint32_t *value)
+{
+    char *end;
+    unsigned long number = strtoul(text, &end, 10);
+    if (text[0] < '0' || text[0] > '9' || *end != '\0' || number > UINT32_MAX) {
+        return 0;
+    }
+    *value = (uint32_t)number;
+    return 1;
+}
+
 /* Volume inside a closed mesh, from its triangles alone. */
 static double mesh_volume_m3(const ShatterFragment *fragment)
 {
@@ -105,13 +117,13 @@ int main(int count, char **words)
 {
     ShatterContact contact = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 0.0, 0.0}};
     ShatterImpact impact = {0};
-    if (count < 6 || !vector(words[3], contact.point_m) || !vector(words[4], contact.impulse_ns)) {
+    if (count < 6 || !vector(words[3], contact.point_m) || !vector(words[4], contact.impulse_ns)
+        || !sites(words[5], &impact.degree_sites)) {
         fprintf(stderr, "usage: %s SERVICE OBJECT X,Y,Z JX,JY,JZ DEGREE [OUT.glb]\n", words[0]);
         return 2;
     }
     impact.contacts = &contact;
     impact.contact_count = 1;
-    impact.degree_sites = (uint32_t)strtoul(words[5], NULL, 10);
     impact.degree = impact.degree_sites > 0 ? SHATTER_DEGREE_SITES : SHATTER_DEGREE_PRESET;
 
     ShatterError error;

@@ -3,6 +3,7 @@
 use crate::error::wrong;
 use crate::result::FragmentOfResult;
 use pyo3::prelude::*;
+use pyo3::types::PyBool;
 use shatter_proto::request::ITERATIONS_MAX;
 use shatter_proto::text::quoted;
 use std::fmt::Display;
@@ -68,6 +69,11 @@ fn optional_vector(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<[f64
     optional(name, value, vector)
 }
 
+/// Extracts a whole number. `True` and `False` are refused, although Python counts them as numbers.
+fn number<T: for<'a, 'py> FromPyObject<'a, 'py>>(value: &Bound<'_, PyAny>) -> Option<T> {
+    if value.is_instance_of::<PyBool>() { None } else { value.extract().ok() }
+}
+
 /// A whole number without a sign, with the largest one of its type.
 trait Whole: for<'a, 'py> FromPyObject<'a, 'py> + Display {
     const LARGEST: Self;
@@ -82,7 +88,7 @@ impl Whole for u64 {
 }
 
 fn whole<T: Whole>(name: &str, value: &Bound<'_, PyAny>) -> PyResult<T> {
-    value.extract::<T>().map_err(|_| refused(name, format!("a whole number from 0 to {}", T::LARGEST), value))
+    number(value).ok_or_else(|| refused(name, format!("a whole number from 0 to {}", T::LARGEST), value))
 }
 
 fn optional_whole<T: Whole>(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<T>> {
@@ -91,13 +97,13 @@ fn optional_whole<T: Whole>(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Op
 
 /// A number of pieces. The daemon decides whether it is allowed.
 fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<u32> {
-    value.extract().map_err(|_| refused(name, "a whole number from 1 to 512", value))
+    number(value).ok_or_else(|| refused(name, "a whole number from 1 to 512", value))
 }
 
 /// A number of iterations. The daemon decides whether it is allowed.
 fn optional_iterations(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<u32>> {
     let read = |name: &str, value: &Bound<'_, PyAny>| {
-        value.extract().map_err(|_| refused(name, format!("a whole number from 0 to {ITERATIONS_MAX}"), value))
+        number(value).ok_or_else(|| refused(name, format!("a whole number from 0 to {ITERATIONS_MAX}"), value))
     };
     optional(name, value, read)
 }

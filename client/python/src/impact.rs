@@ -5,7 +5,7 @@ use crate::error::{raised, wrong};
 use crate::result::FragmentOfResult;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyBool, PyDict, PyList, PyString, PyTuple};
 use shatter_client::{DisplacementSource, Effect, Impact, Lift, Quality, RequestedSurface};
 use shatter_proto::name::{nearest, suggestion};
 use shatter_proto::text::quoted;
@@ -54,12 +54,30 @@ fn no_argument(name: &str) -> PyErr {
 }
 
 /// An impact with these contacts.
-pub fn at<'a>(contacts: impl Iterator<Item = &'a Contact>) -> PyResult<Impact> {
-    let contacts: Vec<shatter_client::Contact> = contacts.map(shatter_client::Contact::from).collect();
+///
+/// # Errors
+/// `TypeError` for anything else than contacts, `ArgumentError` without any.
+pub fn at(contacts: &[Bound<'_, PyAny>]) -> PyResult<Impact> {
+    let read = |given: &Bound<'_, PyAny>| match given.cast::<Contact>() {
+        Ok(contact) => Ok(shatter_client::Contact::from(contact.get())),
+        Err(_) => Err(no_contact(given)),
+    };
+    let contacts: Vec<shatter_client::Contact> = contacts.iter().map(read).collect::<PyResult<_>>()?;
     match contacts.is_empty() {
         true => Err(wrong("an impact needs at least one Contact")),
         false => Ok(Impact::new(contacts)),
     }
+}
+
+/// Error for an argument that is not a contact.
+fn no_contact(given: &Bound<'_, PyAny>) -> PyErr {
+    let kind = given.get_type().name().map_or_else(|_| "object".to_owned(), |name| name.to_string());
+    let list = if given.is_instance_of::<PyList>() || given.is_instance_of::<PyTuple>() {
+        "; write an asterisk before a sequence of contacts: strike(*contacts)"
+    } else {
+        ""
+    };
+    PyTypeError::new_err(format!("contacts are of the type shatter.Contact, not {}{list}", quoted(&kind)))
 }
 
 impl From<&Contact> for shatter_client::Contact {
@@ -80,7 +98,7 @@ impl Degree {
     /// # Errors
     /// `ArgumentError` for anything else than a whole number or the name of a rule.
     pub fn of(value: &Bound<'_, PyAny>, sites_max: u32) -> PyResult<Self> {
-        if let Ok(sites) = value.extract::<u32>() {
+        if let (false, Ok(sites)) = (value.is_instance_of::<PyBool>(), value.extract::<u32>()) {
             // The service refuses 0 and numbers above the maximum.
             return Ok(Self(shatter_client::DegreeRule::Sites(sites)));
         }

@@ -2,7 +2,7 @@
 
 use crate::argument;
 use crate::error::raised;
-use crate::impact::{self, Contact, Wish};
+use crate::impact::{self, Wish};
 use crate::result::{FragmentOfResult, Hit};
 use crate::ticket::Ticket;
 use pyo3::prelude::*;
@@ -195,7 +195,7 @@ impl Object {
     #[expect(clippy::too_many_arguments, reason = "keywords of a call in Python")]
     fn strike(
         &self,
-        contacts: Vec<PyRef<'_, Contact>>,
+        contacts: Vec<Bound<'_, PyAny>>,
         degree: Option<Bound<'_, PyAny>>,
         quality: Option<&str>,
         error: Option<f64>,
@@ -234,7 +234,7 @@ impl Object {
             fragments_max,
             bytes_max,
         };
-        let impact = wish.describe(impact::at(contacts.iter().map(|contact| &**contact))?)?;
+        let impact = wish.describe(impact::at(&contacts)?)?;
         self.0.strike(&impact).map(Ticket::new).map_err(raised)
     }
 
@@ -275,10 +275,10 @@ impl Object {
     fn threshold_factor(
         &self,
         py: Python<'_>,
-        contacts: Vec<PyRef<'_, Contact>>,
+        contacts: Vec<Bound<'_, PyAny>>,
         #[pyo3(from_py_with = argument::timeout_s)] timeout_s: f64,
     ) -> PyResult<f64> {
-        let impact = impact::at(contacts.iter().map(|contact| &**contact))?.threshold_only();
+        let impact = impact::at(&contacts)?.threshold_only();
         let ticket = self.0.strike(&impact).map(Ticket::new).map_err(raised)?;
         Ok(ticket.wait(py, timeout_s)?.summary()?.threshold_impulse_factor)
     }

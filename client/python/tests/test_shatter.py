@@ -222,12 +222,14 @@ def test_wrong_arguments_are_named(body, service):
             body.even(wrong)
         with pytest.raises(shatter.ArgumentError, match="^handle must be a whole number"):
             service.release(wrong)
+    with pytest.raises(shatter.ArgumentError, match="^seed must be a whole number from 0 to [0-9]*, not True"):
+        body.strike(contact_on(body), seed=True)
     with pytest.raises(shatter.ArgumentError, match="^one must be 4 numbers: mass"):
         shatter.hertz(1.0, (1.0, 0.1, 70e9, 0.2), 1.0)
     assert len(body.strike(contact_on(body), degree=3, seed=np.int64(7), iterations=None).wait()) >= 3
     with pytest.raises(ValueError):
         body.strike()
-    for wrong in [-1, 2**32, 2.5, [3]]:
+    for wrong in [-1, 2**32, 2.5, [3], True]:
         with pytest.raises(ValueError, match=rf"^degree: .* is not a whole number from 1 to {body.facts.degree_max}, nor one of closed_form"):
             body.strike(contact_on(body), degree=wrong)
     for key in ["enable", "disable"]:
@@ -282,6 +284,8 @@ def test_names_that_do_not_exist_are_explained(service, body):
         (lambda: body.even(3, sead=1), "did you mean `seed`"),
         (lambda: shatter.connect(timeout=3), r"connect\(\) has no argument 'timeout'; did you mean `timeout_s`"),
         (lambda: shatter.Contact(top(), (0, -1, 0), raduis=1.0), r"Contact\(\) has no argument 'raduis'; did you mean `radius`"),
+        (lambda: body.strike([contact, contact]), r"not list; write an asterisk .*: strike\(\*contacts\)$"),
+        (lambda: body.strike(top()), "contacts are of the type shatter.Contact, not "),
         (lambda: shatter.Contact(top(), (0, -1, 0), color=1.0), "there are `point`, `impulse`, `duration_s`, `radius`, `ray`"),
     ]:
         with pytest.raises(TypeError, match=wanted):

@@ -229,6 +229,10 @@ pub fn input_hash(raw: RawMesh, request: &BakeRequest) -> Result<String, Command
 
 /// Loads the existing database, if it was baked from this mesh and these cracks.
 fn same_mesh(raw: RawMesh, request: &BakeRequest, file: &Path) -> Result<PreparedObject, CommandError> {
+    if !file.exists() {
+        let message = format!("there is no {} to add examples to; bake it without --add first", file.display());
+        return Err(CommandError::refused("database_file", file.display().to_string(), message));
+    }
     let prepared = database::load(file).map_err(|error| CommandError::database(file, &error))?;
     if prepared.report.input_hash == input_hash(raw, request)? {
         return Ok(prepared);

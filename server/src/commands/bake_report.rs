@@ -330,7 +330,7 @@ fn surface(report: &BakeReport) -> String {
             repairs.iter().for_each(|repair| line.push_str(&repair_line(repair)));
             line
         }
-        (SurfaceKind::Lattice, None) => "  surface          that of the lattice\n".to_owned(),
+        (SurfaceKind::Lattice, None) => "  surface          that of the lattice, as asked for\n".to_owned(),
     }
 }
 

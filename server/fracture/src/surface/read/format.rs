@@ -10,8 +10,15 @@ const EXAMINED: usize = 4096;
 /// Words that begin the lines of an OBJ file.
 const OBJ_WORDS: [&str; 8] = ["v", "vn", "vt", "f", "o", "g", "mtllib", "usemtl"];
 
-/// The error for a file with the extension of another format; `None` if the format is not recognized, or the extension is right.
+/// First bytes of a text in UTF-16, in either byte order.
+const UTF_16: [[u8; 2]; 2] = [[0xff, 0xfe], [0xfe, 0xff]];
+
+/// The error for a text in UTF-16, or a file with the extension of another format; `None` if the format is not recognized, or the
+/// extension is right.
 pub(super) fn misnamed(bytes: &[u8], extension: &str) -> Option<SurfaceError> {
+    if UTF_16.iter().any(|mark| bytes.starts_with(mark)) {
+        return Some(malformed("text", "beginning", "the file is in UTF-16; save it as UTF-8 or ASCII".to_owned()));
+    }
     let (found, others) = detect(&bytes[..bytes.len().min(EXAMINED)])?;
     let reason = format!("the file has the contents of .{found}; rename it to end in .{found}");
     (extension != found && !others.contains(&extension)).then(|| malformed(found, "beginning", reason))
@@ -67,6 +74,8 @@ mod tests {
         check(b"# vtk DataFile Version 3.0\nv\nASCII\n", "obj", Some("rename it to end in .vtk"));
         check(b"# vtk DataFile Version 3.0\nv\nASCII\n", "vtk", None);
         check(b"# made by hand\nMeshVersionFormatted 2\n", "msh", Some("rename it to end in .mesh"));
+        check(b"\xff\xfev\0 \x000\0", "obj", Some("save it as UTF-8"));
+        check(b"\xfe\xff\0v\0 \x000", "ply", Some("save it as UTF-8"));
         for unknown in [&b"\0\x01\x02"[..], b"", b"hello"] {
             check(unknown, "ply", None);
         }

@@ -1,6 +1,6 @@
 //! Base meshes of the mesh fuzzer.
 
-use super::cluster::clustered;
+use super::simplify::simplified;
 use nalgebra::Point3;
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, SurfaceError, UpAxis, shapes};
 use std::path::{Path, PathBuf};
@@ -50,7 +50,7 @@ pub enum FolderError {
 impl BaseMesh {
     fn new(name: impl Into<String>, mesh: RawMesh, size: MeshSize) -> Self {
         let mesh = match size {
-            MeshSize::Small => clustered(&mesh, TRIANGLES_MAX),
+            MeshSize::Small => simplified(&mesh, TRIANGLES_MAX),
             MeshSize::Full => mesh,
         };
         Self { name: name.into(), mesh }

@@ -1,4 +1,4 @@
-//! Simplification of base meshes.
+//! Simplification of base meshes that are open or not manifolds.
 //!
 //! Based on: J. Rossignac, P. Borrel, *Multi-resolution 3D approximations for rendering complex scenes* (1993): the vertices of
 //! each cell of a grid become their mean. The result has no guarantees: walls thinner than a cell fuse, which is acceptable for a mesh

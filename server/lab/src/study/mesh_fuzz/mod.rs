@@ -16,6 +16,7 @@ mod kinds;
 mod regressions;
 mod run;
 mod shrink;
+mod simplify;
 mod table;
 mod tally;
 
