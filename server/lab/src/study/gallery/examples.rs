@@ -9,7 +9,7 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, ImpactContact, PreparedObject};
+use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, ImpactContact, PreparedObject, SurfaceKind};
 use shatter_fracture::scene::{
     Anchors, DEFAULT_GRAVITY_M_S2, EffectKind, EffectSet, Grain, Material, Paint, Region, WarpControls, Waves,
 };
@@ -81,7 +81,9 @@ impl Stage {
             let corners = [[0.0, -0.2], [0.2, -0.2], [0.2, 0.2], [0.0, 0.2]].map(|[y, z]| Point3::new(0.0, y, z));
             RawMesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]])
         });
-        let request = BakeRequest { examples, cracks, ..BakeRequest::new("shown", name, material) };
+        // The exact surface has the input's texture without these effects.
+        let surface = if self == Self::Painted { SurfaceKind::Lattice } else { SurfaceKind::Exact };
+        let request = BakeRequest { examples, cracks, surface, ..BakeRequest::new("shown", name, material) };
         let token = CancelToken::default();
         let mut prepared = bake(self.mesh(), &request, &token, &mut |_| {})?.warped(controls, &token)?;
         if !anchors.regions.is_empty() {
