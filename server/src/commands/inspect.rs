@@ -121,7 +121,14 @@ fn normals(prepared: &PreparedObject) -> Value {
 /// Expected times of requests; `null` if `asked` is false or no fit is possible.
 fn timing(served: &EngineObject, asked: bool) -> Result<Value, CommandError> {
     let timing = if asked { served.timing()? } else { None };
-    let Some(CostReport { cost, strikes, error_median, error_p90 }) = timing else { return Ok(Value::Null) };
+    let Some(CostReport { cost, strikes, error_median, error_p90 }) = timing else {
+        if asked {
+            output::note(
+                "no times (--time): those of the trial requests vary too much; try again when the machine is idle",
+            );
+        }
+        return Ok(Value::Null);
+    };
     Ok(json!({
         "reduced_ms": 1e3 * cost.reduced_s,
         "solve_ms": 1e3 * cost.solve_s,

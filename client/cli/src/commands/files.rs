@@ -142,9 +142,12 @@ impl OutputTarget {
                 if self.format == FileFormat::Glb && !enable.contains(&Effect::Skin) && is_skin_error(&error) =>
             {
                 let (path, result) = (self.path.display(), strike(impact)?);
-                note(format_args!(
-                    "{path} will contain the surface of the lattice instead of the triangles of the mesh file: {error}"
-                ));
+                // An exact surface has the triangles of the file without a skin.
+                if result.summary().surface == FragmentSurface::Lattice {
+                    note(format_args!(
+                        "{path} will contain the surface of the lattice instead of the triangles of the mesh file: {error}"
+                    ));
+                }
                 Ok(result)
             }
             Err(error) if shown.clone().any(|effect| error.at == effect.name() && !enable.contains(effect)) => {

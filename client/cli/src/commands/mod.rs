@@ -29,13 +29,13 @@ fn reply() -> Deadline {
     Deadline::after(REPLY_TIMEOUT)
 }
 
-/// Warns of a result whose cells the effect `slivers` merged into one fragment, which is the whole object.
+/// Warns of a result whose cells were merged into one fragment, which is the whole object.
 fn note_one_piece(result: &FractureResult) {
     let sites = result.summary().sites;
     let merges = result.effects().any(|cost| cost.effect == Effect::Slivers && cost.has_run);
     if merges && sites > 1 && result.fragments().len() == 1 {
         note(format_args!(
-            "warning: the object is in one piece: all {sites} cells were too small for fragments of their own (effect `slivers`); pass --disable slivers, bake it with a smaller --crack-spacing, or lower `volume_min_m3` if the scene has it"
+            "warning: the object is in one piece: all {sites} cells lie in a protected region of the scene or were too small for fragments of their own (effect `slivers`); shrink the region, pass --disable slivers, bake it with a smaller --crack-spacing, or lower `volume_min_m3` if the scene has it"
         ));
     }
 }

@@ -109,6 +109,7 @@ fn push(surface: &mut Surface, triangle: [u32; 3], like: usize) {
         attributes.materials.push(material);
     }
     surface.faces.push(surface.faces[like]);
+    surface.solids.push(surface.solids[like]);
     surface.triangles.push(triangle);
 }
 

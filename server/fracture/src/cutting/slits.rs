@@ -77,6 +77,7 @@ fn divide(surface: &mut Surface, own: usize, turn: usize, m: u32) {
     surface.triangles[own] = [b, m, x];
     surface.triangles.push([m, a, x]);
     surface.faces.push(surface.faces[own]);
+    surface.solids.push(surface.solids[own]);
     let [from, to, middle] = [b, a, m].map(|vertex| -> Point3<f64> { surface.positions[vertex as usize] });
     let t = (middle - from).dot(&(to - from)) / (to - from).norm_squared();
     let attributes = &mut surface.attributes;
@@ -104,6 +105,7 @@ fn keep(surface: &mut Surface, is_closed: &[bool]) {
     }
     drop_closed(&mut surface.triangles, is_closed);
     drop_closed(&mut surface.faces, is_closed);
+    drop_closed(&mut surface.solids, is_closed);
     drop_closed(&mut surface.attributes.normals, is_closed);
     drop_closed(&mut surface.attributes.uvs, is_closed);
     drop_closed(&mut surface.attributes.uvs2, is_closed);

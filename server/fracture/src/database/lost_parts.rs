@@ -3,8 +3,9 @@
 use super::bake_error::BakeError;
 use crate::lattice::{CRACK_NODES_MAX, LatticeLevels, Spacings};
 use crate::pipeline::Preset;
-use crate::surface::{Defect, DefectKind, InsideTest, ShellPart, Surface};
+use crate::surface::{Defect, DefectKind, InsideTest, ShellPart, Solids, Surface};
 use nalgebra::Point3;
+use rayon::prelude::*;
 
 /// Factor on the crack spacing in each step of [`refine_until_connected`].
 const FINER: f64 = 0.96;
@@ -42,9 +43,28 @@ pub(super) fn refine_until_connected(
     Ok(levels)
 }
 
-/// Number of bodies beyond the input's own solids.
+/// Smallest number of a body's nodes in a solid, and their smallest share, for the body to be part of it: nodes near a gap may lie
+/// in the solid on its other side.
+const HELD_MIN: (usize, f64) = (4, 0.01);
+
+/// Number of bodies beyond the input's own solids: of each solid, all bodies but one.
 fn severed_count(surface: &Surface, levels: &LatticeLevels) -> usize {
-    levels.bodies.len().saturating_sub(surface.solid_count.max(1))
+    let bodies = levels.bodies.len();
+    if bodies < 2 || surface.solid_count < 2 {
+        return bodies.saturating_sub(1);
+    }
+    let solids = Solids::of(surface);
+    let mut parts = vec![0_usize; surface.solid_count];
+    for body in &levels.bodies {
+        let nodes = &body.crack.nodes;
+        let holding: Vec<usize> = nodes.par_iter().filter_map(|node| solids.holding(node)).collect();
+        let mut held = vec![0_usize; parts.len()];
+        holding.iter().for_each(|&solid| held[solid] += 1);
+        let most = held.iter().copied().max().unwrap_or(0);
+        let enough = most.min(HELD_MIN.0.max((HELD_MIN.1 * nodes.len() as f64) as usize)).max(1);
+        parts.iter_mut().zip(&held).filter(|(_, held)| **held >= enough).for_each(|(part, _)| *part += 1);
+    }
+    parts.iter().map(|&bodies| bodies.saturating_sub(1)).sum::<usize>().min(bodies - 1)
 }
 
 /// Parts that the lattice severs from the rest.
@@ -258,19 +278,34 @@ mod tests {
         };
         // Two blocks and a rod between them that the lattice of `draft` does not resolve.
         let baked = |mesh, request: &BakeRequest| bake(mesh, request, &CancelToken::default(), &mut |_| ());
-        for mesh in [limbs(), overlapping_limbs(0.01), overlapping_limbs(0.0)] {
+        let dust = || joined(&[limbs(), block([5.0; 3], [5.02; 3])]);
+        let meshes =
+            [limbs(), overlapping_limbs(0.01), overlapping_limbs(0.0), divided_rod(1.5), divided_rod(1.6), dust()];
+        for (mesh, solids) in meshes.into_iter().zip([1, 1, 1, 1, 1, 2]) {
             let Err(BakeError::Severed(severed)) = baked(mesh, &request) else { panic!("it was baked") };
             let message = severed.to_string();
             println!("{message}");
-            assert_eq!((severed.solids, severed.volumes_m3.len()), (1, severed.bodies - 1), "{message}");
-            assert!(severed.bodies > 1 && severed.next.map(|(next, _)| next) == Some(Preset::Game), "{message}");
+            assert_eq!((severed.solids, severed.bodies, severed.volumes_m3.len()), (solids, 2, 1), "{message}");
+            assert_eq!(severed.next.map(|(next, _)| next), Some(Preset::Game));
             assert!(message.contains("`draft`") && message.contains("--quality game"), "{message}");
         }
-        // Apart, or touching along an edge only, they are bodies of their own.
-        for shift in [[1.5, 0.0, 0.0], [1.0, 0.0, 1.0]] {
-            let blocks = joined(&[block([0.0; 3], [1.0; 3]), block(shift, shift.map(|x| x + 0.75))]);
-            assert_eq!(Surface::repair(blocks.clone()).unwrap().solid_count, 2);
-            assert_eq!(baked(blocks, &request).unwrap().bodies.len(), 2);
+        let box_to = |high: f64| block([0.0; 3], [high; 3]);
+        let inward = |mut mesh: RawMesh| {
+            mesh.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+            mesh
+        };
+        let cavity = inward(block([0.2; 3], [0.8; 3]));
+        // Apart, touching along an edge or a part of it, and one in a cavity of the other.
+        for (first, more) in [
+            (box_to(1.0), vec![block([1.5, 0.0, 0.0], [2.25, 0.75, 0.75])]),
+            (box_to(1.0), vec![block([1.0, 0.0, 1.0], [1.75, 0.75, 1.75])]),
+            (box_to(1.0), vec![block([1.0, 0.5, 1.0], [2.0, 1.5, 2.0])]),
+            (box_to(1.0), vec![cavity, block([0.35; 3], [0.65; 3])]),
+            (shapes::sphere(0.8, 3), vec![inward(shapes::sphere(0.6, 3)), shapes::sphere(0.35, 2)]),
+        ] {
+            let mesh = joined(&[vec![first], more].concat());
+            assert_eq!(Surface::repair(mesh.clone()).unwrap().solid_count, 2);
+            assert_eq!(baked(mesh, &request).unwrap().bodies.len(), 2);
         }
         let allowed = baked(limbs(), &BakeRequest { allows_severed: true, ..request.clone() }).unwrap();
         assert!(allowed.bodies.len() > 1);
@@ -299,6 +334,13 @@ mod tests {
     fn overlapping_limbs(depth: f64) -> RawMesh {
         let blocks = [0.0, 2.0].map(|x| block([x, -0.5, -0.5], [x + 1.0, 0.5, 0.5]));
         joined(&[blocks[0].clone(), block([1.0 - depth, -ROD, -ROD], [2.0 + depth, ROD, ROD]), blocks[1].clone()])
+    }
+
+    /// The same with a rod of two equal shells: the first begins in the first block, the second at 1.5 m, and the first ends at `end` m.
+    fn divided_rod(end: f64) -> RawMesh {
+        let blocks = [0.0, 2.0].map(|x| block([x, -0.5, -0.5], [x + 1.0, 0.5, 0.5]));
+        let rods = [(0.99, end), (1.5, 2.01)].map(|(from, to)| block([from, -ROD, -ROD], [to, ROD, ROD]));
+        joined(&[blocks, rods].concat())
     }
 
     fn block(low: [f64; 3], high: [f64; 3]) -> RawMesh {

@@ -16,6 +16,7 @@ mod read;
 mod repair;
 mod shape;
 pub mod shapes;
+mod solids;
 mod tree;
 mod triangle_attributes;
 mod volume;
@@ -37,6 +38,7 @@ pub use raw::{DOUBLE, LengthUnit, RawMesh, SINGLE, UnknownUnit, UnknownUpAxis, U
 pub use read::{read, read_painted};
 pub(crate) use repair::{DisjointSets, crossings, meet, meeting_point};
 pub use repair::{ShellPart, Surface};
+pub(crate) use solids::Solids;
 use triangle_attributes::VertexLists;
 pub use triangle_attributes::{NO_MATERIAL, TriangleAttributes, UV_MAX};
 pub use width::{Width, WidthSide, Widths};

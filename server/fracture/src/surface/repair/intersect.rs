@@ -6,6 +6,7 @@
 
 use super::super::tree::{BoundingBox, TriangleTree};
 use super::clean::is_flat;
+use super::shared_space::share_space;
 use nalgebra::Point3;
 use rayon::prelude::*;
 use robust::{Coord, Coord3D, orient2d, orient3d};
@@ -30,7 +31,7 @@ pub(super) struct Crossings {
 
 /// Intersecting pairs of triangles that share no vertex. Triangles without area are skipped; touching counts.
 ///
-/// `shell_of` is the shell of each triangle, which must face outward.
+/// `shell_of` is the shell of each triangle.
 pub(super) fn intersections(positions: &[Point3<f64>], triangles: &[[u32; 3]], shell_of: &[u32]) -> Crossings {
     let solid: Vec<u32> =
         (0..triangles.len() as u32).filter(|&t| !is_flat(positions, &triangles[t as usize])).collect();
@@ -42,14 +43,14 @@ pub(super) fn intersections(positions: &[Point3<f64>], triangles: &[[u32; 3]], s
         let (mut pairs, mut count, mut first, mut joined) = (0, 0, None, Vec::new());
         tree.overlapping(&BoundingBox::of(&tree.triangles[place]), place + 1, |other| {
             pairs += 1;
+            let [a, b] = [place, other].map(|place| shell_of[original(place) as usize]);
+            if a != b && share_space(&tree.triangles[place], &tree.triangles[other]) {
+                joined.push([a.min(b), a.max(b)]);
+            }
             let shares = triangles[original(other) as usize].iter().any(|vertex| own.contains(vertex));
             if !shares && intersect(&tree.triangles[place], &tree.triangles[other]) {
                 count += 1;
                 first = lower(first, Some(original(place).min(original(other))));
-                let [a, b] = [place, other].map(|place| shell_of[original(place) as usize]);
-                if a != b && share_space(&tree.triangles[place], &tree.triangles[other]) {
-                    joined.push([a.min(b), a.max(b)]);
-                }
             }
         });
         joined.sort_unstable();
@@ -145,18 +146,6 @@ pub(super) fn side([a, b, c]: &Triangle, point: &Point3<f64>) -> f64 {
 
 fn coord(point: &Point3<f64>) -> Coord3D<f64> {
     Coord3D { x: point.x, y: point.y, z: point.z }
-}
-
-/// Returns true if the solids behind two intersecting triangles overlap there or touch along a face; an edge or a corner that
-/// touches is not enough.
-fn share_space(one: &Triangle, two: &Triangle) -> bool {
-    let is_crossed = |sides: [f64; 3]| sides.iter().any(|side| *side > 0.0) && sides.iter().any(|side| *side < 0.0);
-    let above_one = two.map(|point| side(one, &point));
-    let normal = |[a, b, c]: &Triangle| (b - a).cross(&(c - a));
-    match above_one == [0.0; 3] {
-        true => normal(one).dot(&normal(two)) < 0.0,
-        false => is_crossed(above_one) && is_crossed(one.map(|point| side(two, &point))),
-    }
 }
 
 fn apart(sides: &[f64; 3]) -> bool {

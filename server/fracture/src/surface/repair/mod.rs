@@ -9,6 +9,7 @@ mod inverted_parts;
 mod meeting;
 mod orient;
 mod radial;
+mod shared_space;
 mod shells;
 pub(super) use clean::is_flat;
 pub(crate) use disjoint_sets::DisjointSets;
@@ -44,7 +45,9 @@ pub struct Surface {
     pub attributes: TriangleAttributes,
     /// Outermost shells that enclose a volume.
     pub parts: Vec<ShellPart>,
-    /// Number of solids that these shells make together: those that overlap or touch along a face are one.
+    /// Solid of each triangle, counted from 0. Shells that overlap or touch along a face are one solid, with their cavities.
+    pub solids: Vec<u32>,
+    /// Number of solids.
     pub solid_count: usize,
     /// Vertices far from all others, if there are at most a few.
     pub(super) outliers: Option<Outliers>,
@@ -91,8 +94,11 @@ impl Surface {
         }
         let edges = Edges::new(&triangles);
         report_edges(&edges, &triangles, positions.len(), face, &mut defects);
-        let crossings = intersect::intersections(&positions, &triangles, &shell_of(&members, triangles.len()));
-        let solid_count = shells.solid_count(members.len(), &crossings.joined);
+        let shell_of = shell_of(&members, triangles.len());
+        let crossings = intersect::intersections(&positions, &triangles, &shell_of);
+        let sharing: Vec<[u32; 2]> = crossings.joined.iter().copied().chain(divided(&edges, &shell_of)).collect();
+        let (solid_of_shell, solid_count) = shells.solids(members.len(), &sharing);
+        let solids = shell_of.iter().map(|&shell| solid_of_shell[shell as usize]).collect();
         if let Some(first) = crossings.first {
             let action = match crossings.complete {
                 true => "the inside of both parts counts",
@@ -119,6 +125,7 @@ impl Surface {
             faces,
             attributes,
             parts,
+            solids,
             solid_count,
             outliers,
             defects,
@@ -151,6 +158,16 @@ impl Surface {
         };
         (0..self.triangles.len()).map(cone).sum()
     }
+}
+
+/// Pairs of shells that bound a solid together: each is open along an edge that both have.
+fn divided<'a>(edges: &'a Edges, shell_of: &'a [u32]) -> impl Iterator<Item = [u32; 2]> + 'a {
+    edges.groups().filter(|group| group.len() > 2).flat_map(|group| {
+        let shell = |half: &HalfEdge| shell_of[half.triangle as usize];
+        let is_open = |of: u32| group.iter().filter(|half| shell(half) == of).count() % 2 == 1;
+        let open: Vec<u32> = group.iter().map(shell).filter(|&shell| is_open(shell)).collect();
+        open.windows(2).map(|pair| [pair[0], pair[1]]).collect::<Vec<_>>()
+    })
 }
 
 /// Shell of each triangle.

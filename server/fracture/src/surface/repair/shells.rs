@@ -33,8 +33,8 @@ pub(super) struct Shells {
     pub solids: DefectTally,
     /// Outermost shells that enclose a volume.
     pub parts: Vec<ShellPart>,
-    /// Index of the patch of each of them.
-    pub part_patches: Vec<u32>,
+    /// Pairs of patches that bound one solid: a cavity and the shell around it, shells within a solid, and open panels.
+    pub joined: Vec<[u32; 2]>,
     /// True if the winding number can only be 0 or 1, provided that the patches are closed and do not intersect.
     pub simple: bool,
 }
@@ -53,14 +53,16 @@ pub struct ShellPart {
 }
 
 impl Shells {
-    /// Number of solids that the outermost shells make together, `joined` being the pairs of patches that overlap.
-    pub fn solid_count(&self, patch_count: usize, joined: &[[u32; 2]]) -> usize {
+    /// The solid of each of `patch_count` patches, counted from 0, and the number of solids. `sharing` are the patches that share space.
+    pub fn solids(&self, patch_count: usize, sharing: &[[u32; 2]]) -> (Vec<u32>, usize) {
         let mut sets = DisjointSets::new(patch_count);
-        joined.iter().for_each(|&[a, b]| sets.join(a, b));
-        let mut roots: Vec<u32> = self.part_patches.iter().map(|&patch| sets.root(patch)).collect();
-        roots.sort_unstable();
-        roots.dedup();
-        roots.len()
+        self.joined.iter().chain(sharing).for_each(|&[a, b]| sets.join(a, b));
+        let roots: Vec<u32> = (0..patch_count as u32).map(|patch| sets.root(patch)).collect();
+        let mut distinct = roots.clone();
+        distinct.sort_unstable();
+        distinct.dedup();
+        let solid = |root: &u32| distinct.partition_point(|other| other < root) as u32;
+        (roots.iter().map(solid).collect(), distinct.len())
     }
 }
 
@@ -82,6 +84,7 @@ pub(super) fn face_outward(
         let inward = given.map_or(measure.has_sign() && measure.volume < 0.0, |given| given == GivenWindings::Inward);
         panels.iter().for_each(|&panel| turn[panel] = inward);
         shells.simple = false;
+        shells.joined.extend(panels.windows(2).map(|pair| [pair[0] as u32, pair[1] as u32]));
     }
     let mut solid: Vec<usize> = (0..patches.len()).filter(|&p| measures[p].is_nearly_closed()).collect();
     solid.sort_by(|&a, &b| measures[b].volume.abs().total_cmp(&measures[a].volume.abs()).then(a.cmp(&b)));
@@ -103,8 +106,10 @@ pub(super) fn face_outward(
             let Measure { bounds, volume, .. } = &measures[patch];
             let (low, high, volume) = (bounds.low, bounds.high, volume.abs());
             shells.parts.push(ShellPart { low, high, volume, face: face(patches[patch][0]) });
-            shells.part_patches.push(patch as u32);
         } else {
+            // A solid in a cavity is one of its own.
+            let around = containers.last().filter(|_| own < 0 || surrounding > 0);
+            shells.joined.extend(around.map(|&around| [around as u32, patch as u32]));
             let tally = if own < 0 { &mut shells.cavities } else { &mut shells.solids };
             tally.note(face(patches[patch][0]));
         }
