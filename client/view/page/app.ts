@@ -6,7 +6,7 @@ import { painter, rampStyle, valuesOf } from "./colors";
 import { element } from "./dom";
 import { digits } from "./format";
 import { History, type Layer, type State } from "./history";
-import { type ColorMode, type PieceUniforms, uniformsOf } from "./material";
+import { type ColorMode, lookOf, type PieceLook } from "./material";
 import * as panel from "./panel";
 import { Pieces, type Pick } from "./pieces";
 import type { ResultMessage, Vector } from "./result";
@@ -49,8 +49,7 @@ export class App {
   aim: Aim | undefined;
   /** Name of the service. */
   service: string | undefined;
-  private uniforms: PieceUniforms | undefined;
-  private roughness = 1;
+  private look: PieceLook | undefined;
   private center: Vector = [0, 0, 0];
   /** Effects of all requests: those that the page needs and the service allows. */
   effects = EFFECTS;
@@ -111,8 +110,8 @@ export class App {
     const [low, high] = object.bounds_m.map((corner) => new THREE.Vector3(...corner)) as [THREE.Vector3, THREE.Vector3];
     const center = low.clone().add(high).multiplyScalar(0.5);
     this.center = center.toArray();
-    const look = uniformsOf(object.material, low.y - center.y, Math.max(high.y - low.y, 1e-9), low.distanceTo(high));
-    [this.uniforms, this.roughness] = [look.uniforms, look.roughness];
+    const look = lookOf(object.material, low.y - center.y, Math.max(high.y - low.y, 1e-9), low.distanceTo(high), this.stage.light);
+    this.look = look;
     const map = this.maps.get(object.name);
     [look.uniforms.uMap.value, look.uniforms.uHasMap.value] = [map ?? null, map ? 1 : 0];
     this.stage.marks.clear();
@@ -125,9 +124,8 @@ export class App {
   }
 
   private layer(result: ResultMessage, strike: Strike | undefined): Layer {
-    const { uniforms } = this;
-    if (!uniforms) throw new Error("no object is shown");
-    return { pieces: new Pieces(result, this.center, uniforms, this.roughness), strike, replaced: new Set() };
+    if (!this.look) throw new Error("no object is shown");
+    return { pieces: new Pieces(result, this.center, this.look), strike, replaced: new Set() };
   }
 
   /** What a point of the page shows: the first piece there. */
@@ -365,6 +363,7 @@ export class App {
       this.stage.group.add(layer.pieces.mesh);
     }
     this.point(undefined);
+    this.moveBy(this.explode());
     this.recolor();
     panel.facts(state, this.object);
     this.onState();
@@ -373,7 +372,7 @@ export class App {
 
   /** Colors the pieces as the panel says. */
   recolor(): void {
-    const [state, uniforms] = [this.history.now, this.uniforms];
+    const [state, uniforms] = [this.history.now, this.look?.uniforms];
     if (!state || !uniforms) return;
     const mode = panel.colorMode();
     const modes: ColorMode[] = ["surface", "pieces", "energy", "bonds"];
@@ -410,15 +409,22 @@ export class App {
 
   /** Share by which pieces are moved apart. */
   explode(): number {
-    return this.uniforms?.uExplode.value ?? 0;
+    return this.look?.uniforms.uExplode.value ?? 0;
   }
 
   /** Moves the pieces apart by a share of their distance from the center. */
   setExplode(share: number): void {
-    if (this.uniforms) this.uniforms.uExplode.value = share;
+    this.moveBy(share);
     element<HTMLInputElement>("explode").value = String(Math.round(100 * Math.sqrt(share / 2)));
     if (panel.isOn("hulls")) this.recolor();
     this.stage.changed();
+  }
+
+  /** Moves the pieces, and the ground below them. */
+  private moveBy(share: number): void {
+    if (this.look) this.look.uniforms.uExplode.value = share;
+    const lowest = Math.min(0, ...(this.history.now?.layers ?? []).map((layer) => layer.pieces.lowestCenter()));
+    this.stage.lowerGround(-share * lowest);
   }
 
   /** Moves the pieces apart smoothly, unless the user wants less motion. */
@@ -432,7 +438,7 @@ export class App {
     this.stage.animate((now) => {
       begun ??= now;
       const part = Math.min(1, (now - begun) / APART_MS);
-      if (this.uniforms) this.uniforms.uExplode.value = from + (share - from) * (1 - (1 - part) ** 3);
+      this.moveBy(from + (share - from) * (1 - (1 - part) ** 3));
       if (part === 1) this.setExplode(share);
       return part < 1;
     });

@@ -1,9 +1,8 @@
-// Shading of pieces: one draw call for all pieces of a result. Each vertex names its piece; two textures hold what differs per piece.
+// Looks of pieces: one draw call for all pieces of a result.
 
 import * as THREE from "three";
-
-/** Columns of the textures of pieces. */
-export const COLUMNS = 256;
+import type { StageLight } from "./fast_material";
+import { FRAGMENT_COLOR, FRAGMENT_HEAD, VERTEX_HEAD, VERTEX_NORMAL, VERTEX_PLACE } from "./piece_shader";
 
 /** What is drawn. */
 export type ColorMode = "surface" | "pieces" | "energy" | "bonds";
@@ -51,8 +50,15 @@ export interface PieceUniforms {
   uBounds: { value: THREE.Vector3 };
 }
 
-/** The values of an object: `bounds` are relative to its center. */
-export function uniformsOf(material: string, low: number, height: number, diagonal: number): { uniforms: PieceUniforms; roughness: number } {
+/** How the pieces of an object look. */
+export interface PieceLook {
+  uniforms: PieceUniforms;
+  roughness: number;
+  light: StageLight;
+}
+
+/** The look of an object of `material`: `low` is its lowest height relative to its center. */
+export function lookOf(material: string, low: number, height: number, diagonal: number, light: StageLight): PieceLook {
   const look = LOOKS[material] ?? PLAIN;
   const uniforms = {
     uExplode: { value: 0 },
@@ -68,94 +74,8 @@ export function uniformsOf(material: string, low: number, height: number, diagon
     uHasMap: { value: 0 },
     uBounds: { value: new THREE.Vector3(low, height, diagonal) },
   };
-  return { uniforms, roughness: look.roughness };
+  return { uniforms, roughness: look.roughness, light };
 }
-
-const VERTEX_HEAD = /* glsl */ `
-attribute float piece;
-attribute float crack;
-attribute vec3 outerNormal;
-attribute vec2 skinUv;
-varying vec2 vSkinUv;
-uniform sampler2D uPlaces;
-uniform sampler2D uColors;
-uniform float uExplode;
-varying float vCrack;
-varying vec3 vPlace;
-varying vec4 vPiece;
-vec4 placeOf(sampler2D table) {
-  int index = int(piece + 0.5);
-  return texelFetch(table, ivec2(index % ${COLUMNS}, index / ${COLUMNS}), 0);
-}
-`;
-
-/** Normals of the input outside, of the result on cracks, where the input has none. */
-const VERTEX_NORMAL = /* glsl */ `
-vec3 objectNormal = dot(outerNormal, outerNormal) > 0.0 ? outerNormal : normal;
-`;
-
-const VERTEX_PLACE = /* glsl */ `
-vec4 place = placeOf(uPlaces);
-vPiece = placeOf(uColors);
-vCrack = crack;
-vSkinUv = skinUv;
-vPlace = position + place.xyz;
-vec3 transformed = place.w > 0.5 ? position + place.xyz * (1.0 + uExplode) : vec3(0.0);
-`;
-
-const FRAGMENT_HEAD = /* glsl */ `
-uniform float uMode;
-uniform float uCracksOnly;
-uniform vec3 uBase;
-uniform vec3 uDip;
-uniform vec3 uCrack;
-uniform float uDipHeight;
-uniform float uSpeckle;
-uniform float uVein;
-uniform sampler2D uMap;
-uniform float uHasMap;
-varying vec2 vSkinUv;
-uniform vec3 uBounds;
-varying float vCrack;
-varying vec3 vPlace;
-varying vec4 vPiece;
-float hash3(vec3 p) {
-  p = fract(p * vec3(0.1031, 0.1030, 0.0973));
-  p += dot(p, p.yxz + 33.33);
-  return fract((p.x + p.y) * p.z);
-}
-float noise3(vec3 p) {
-  vec3 i = floor(p), f = fract(p);
-  f = f * f * (3.0 - 2.0 * f);
-  vec2 e = vec2(0.0, 1.0);
-  return mix(
-    mix(mix(hash3(i), hash3(i + e.yxx), f.x), mix(hash3(i + e.xyx), hash3(i + e.yyx), f.x), f.y),
-    mix(mix(hash3(i + e.xxy), hash3(i + e.yxy), f.x), mix(hash3(i + e.xyy), hash3(i + e.yyy), f.x), f.y), f.z);
-}
-vec3 surfaceColor() {
-  vec3 p = vPlace / uBounds.z;
-  if (vCrack > 0.5) return uCrack * (0.88 + 0.24 * noise3(p * 90.0));
-  // The v axis of glTF points down, that of sections up.
-  if (uHasMap > 0.5) return texture2D(uMap, vec2(vSkinUv.x, 1.0 - vSkinUv.y)).rgb;
-  float grain = noise3(p * 160.0);
-  float height = (vPlace.y - uBounds.x) / uBounds.y;
-  float edge = uDipHeight + 0.035 * (noise3(p * 9.0) - 0.5) + 0.012 * (noise3(p * 31.0) - 0.5);
-  float dipped = uDipHeight > 0.0 ? 1.0 - smoothstep(edge - 0.006, edge + 0.006, height) : 0.0;
-  float rim = uDipHeight > 0.0 ? 1.0 - smoothstep(0.0, 0.028, abs(height - edge)) : 0.0;
-  vec3 color = mix(uBase, mix(uDip, uDip * 1.55 + 0.02, rim), dipped);
-  float dots = smoothstep(0.74, 0.86, grain) * (1.0 - dipped * 0.6);
-  color *= 1.0 - uSpeckle * 2.2 * dots;
-  color *= 1.0 - uSpeckle * 0.5 * (noise3(p * 40.0) - 0.5);
-  float vein = 1.0 - smoothstep(0.0, 0.09, abs(noise3(p * 7.0 + 1.6 * noise3(p * 13.0)) - 0.5));
-  return mix(color, color * 0.62, uVein * vein);
-}
-`;
-
-const FRAGMENT_COLOR = /* glsl */ `
-if (uCracksOnly > 0.5 && vCrack < 0.5) discard;
-vec3 ownColor = uMode < 0.5 ? surfaceColor() : vPiece.rgb * (vCrack > 0.5 ? 1.0 : 0.94);
-diffuseColor.rgb = mix(ownColor, vec3(1.0, 0.72, 0.3), 0.35 * vPiece.a);
-`;
 
 function patched(
   material: THREE.Material,
@@ -187,29 +107,24 @@ function patched(
 }
 
 /** The solid look of pieces. */
-export function solidMaterial(
-  uniforms: PieceUniforms,
-  roughness: number,
-  places: THREE.DataTexture,
-  colors: THREE.DataTexture,
-): THREE.MeshStandardMaterial {
+export function solidMaterial(look: PieceLook, places: THREE.DataTexture, colors: THREE.DataTexture): THREE.Material {
   // Pieces are closed: their insides are never seen.
-  const material = new THREE.MeshStandardMaterial({ roughness, side: THREE.FrontSide, shadowSide: THREE.DoubleSide });
-  patched(material, uniforms, places, colors, true);
+  const material = new THREE.MeshStandardMaterial({ roughness: look.roughness, side: THREE.FrontSide, shadowSide: THREE.DoubleSide });
+  patched(material, look.uniforms, places, colors, true);
   return material;
 }
 
 /** A look through which the inner cracks are seen. */
-export function xrayMaterial(uniforms: PieceUniforms, places: THREE.DataTexture, colors: THREE.DataTexture): THREE.Material {
+export function xrayMaterial(look: PieceLook, places: THREE.DataTexture, colors: THREE.DataTexture): THREE.Material {
   const material = new THREE.MeshLambertMaterial({ transparent: true, depthWrite: false, side: THREE.DoubleSide });
   material.userData["isXray"] = true;
-  patched(material, uniforms, places, colors, true);
+  patched(material, look.uniforms, places, colors, true);
   return material;
 }
 
 /** What casts the shadow of pieces. */
-export function shadowMaterial(uniforms: PieceUniforms, places: THREE.DataTexture, colors: THREE.DataTexture): THREE.Material {
+export function shadowMaterial(look: PieceLook, places: THREE.DataTexture, colors: THREE.DataTexture): THREE.Material {
   const material = new THREE.MeshDepthMaterial({ depthPacking: THREE.RGBADepthPacking });
-  patched(material, uniforms, places, colors, false);
+  patched(material, look.uniforms, places, colors, false);
   return material;
 }

@@ -1,7 +1,10 @@
 // The pieces of one result as one mesh, and where rays meet them.
 
 import * as THREE from "three";
-import { COLUMNS, type PieceUniforms, shadowMaterial, solidMaterial, xrayMaterial } from "./material";
+import { fastMaterial } from "./fast_material";
+import { DETAILED, FAST } from "./layers";
+import { type PieceLook, shadowMaterial, solidMaterial, xrayMaterial } from "./material";
+import { COLUMNS } from "./piece_shader";
 import type { ResultMessage, Vector } from "./result";
 
 /** Numbers per row of the section of outer attributes: normal, texture coordinates. */
@@ -30,14 +33,14 @@ export class Pieces {
   private readonly solid: THREE.Material;
   private readonly xray: THREE.Material;
   private readonly shadow: THREE.Material;
+  private readonly fast: THREE.Mesh<THREE.BufferGeometry, THREE.Material>;
   private knownRadii: Float32Array | undefined;
   private hullLines: THREE.LineSegments | undefined;
 
   constructor(
     readonly result: ResultMessage,
     readonly centerM: Vector,
-    private readonly uniforms: PieceUniforms,
-    roughness: number,
+    private readonly look: PieceLook,
   ) {
     const count = result.fragments.length;
     const rows = Math.max(1, Math.ceil(count / COLUMNS));
@@ -49,14 +52,19 @@ export class Pieces {
     this.places = table();
     this.colors = table();
     this.fill();
-    this.solid = solidMaterial(uniforms, roughness, this.places, this.colors);
-    this.xray = xrayMaterial(uniforms, this.places, this.colors);
-    this.shadow = shadowMaterial(uniforms, this.places, this.colors);
+    this.solid = solidMaterial(look, this.places, this.colors);
+    this.xray = xrayMaterial(look, this.places, this.colors);
+    this.shadow = shadowMaterial(look, this.places, this.colors);
     this.mesh = new THREE.Mesh(this.geometry, this.solid);
     this.mesh.customDepthMaterial = this.shadow;
     this.mesh.castShadow = true;
     this.mesh.receiveShadow = true;
     this.mesh.frustumCulled = false;
+    this.mesh.layers.set(DETAILED);
+    this.fast = new THREE.Mesh(this.geometry, fastMaterial(look, this.places, this.colors));
+    this.fast.frustumCulled = false;
+    this.fast.layers.set(FAST);
+    this.mesh.add(this.fast);
   }
 
   private fill(): void {
@@ -113,6 +121,11 @@ export class Pieces {
     return this.knownRadii;
   }
 
+  /** Height of the lowest center of a piece, relative to the center of the object, m. */
+  lowestCenter(): number {
+    return this.result.fragments.reduce((least, { centerM }) => Math.min(least, centerM[1] - this.centerM[1]), 0);
+  }
+
   /** Shows or hides a piece. */
   setVisible(fragment: number, isVisible: boolean): void {
     (this.places.image.data as Float32Array)[4 * fragment + 3] = isVisible ? 1 : 0;
@@ -142,14 +155,19 @@ export class Pieces {
   setXray(isOn: boolean): void {
     this.mesh.material = isOn ? this.xray : this.solid;
     this.mesh.castShadow = !isOn;
+    this.fast.visible = !isOn;
+    if (isOn) this.mesh.layers.enable(FAST);
+    else this.mesh.layers.disable(FAST);
   }
 
   /** Whether crack faces alone are drawn: then both sides of them are seen. */
   setCracksOnly(isOn: boolean): void {
     const side = isOn ? THREE.DoubleSide : THREE.FrontSide;
-    if (this.solid.side === side) return;
-    this.solid.side = side;
-    this.solid.needsUpdate = true;
+    for (const material of [this.solid, this.fast.material]) {
+      if (material.side === side) continue;
+      material.side = side;
+      material.needsUpdate = true;
+    }
   }
 
   /** Shows the hulls of `source`, a result of the same pieces with hulls; `undefined` hides them. */
@@ -162,7 +180,7 @@ export class Pieces {
     }
     if (!source) return;
     const [positions, indices, lines] = [source.floats("hull_positions"), source.integers("hull_indices"), [] as number[]];
-    const factor = 1 + this.uniforms.uExplode.value;
+    const factor = 1 + this.look.uniforms.uExplode.value;
     source.hulls().forEach((hull, id) => {
       if (!this.isVisible(id)) return;
       const center = source.fragments[id]!.centerM;
@@ -182,7 +200,7 @@ export class Pieces {
 
   /** First piece that a ray meets; origin and direction are relative to the center of the object. */
   pick(ray: THREE.Ray): Pick | undefined {
-    const factor = 1 + this.uniforms.uExplode.value;
+    const factor = 1 + this.look.uniforms.uExplode.value;
     const [center, sphere] = [new THREE.Vector3(), new THREE.Sphere()];
     const radii = this.radii();
     const candidates: { id: number; distance: number }[] = [];
@@ -223,7 +241,7 @@ export class Pieces {
   /** Frees the memory of the GPU. */
   dispose(): void {
     this.setHulls(undefined);
-    for (const part of [this.geometry, this.places, this.colors, this.solid, this.xray, this.shadow]) part.dispose();
+    for (const part of [this.geometry, this.places, this.colors, this.solid, this.xray, this.shadow, this.fast.material]) part.dispose();
   }
 }
 

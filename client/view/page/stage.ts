@@ -3,16 +3,16 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment.js";
+import type { StageLight } from "./fast_material";
+import { Ground } from "./ground";
+import { DETAILED, FAST } from "./layers";
+import { isSoftwareRenderer, Pace } from "./pace";
 
-/** Longest time between two frames for full resolution while the camera moves, ms. */
-const FRAME_MS = 45;
+/** Pixels per pixel of the page at rest, with a software renderer: smooth edges for less time than multisampling takes there. */
+const SOFTWARE_RATIO = 1.5;
 
-/** Least share of the resolution. */
-const SCALE_MIN = 0.4;
-
-/** Pause after the last movement before a frame of full resolution, ms; at least two frames, so that slow ones do not end a movement. */
-const REST_MS = 180;
-const REST_MAX_MS = 1500;
+/** Direction to the key light. */
+const KEY = new THREE.Vector3(0.75, 1.5, 0.65);
 
 /** Everything that is drawn, in meters relative to the center of the object. */
 export class Stage {
@@ -25,21 +25,26 @@ export class Stage {
   private readonly renderer: THREE.WebGLRenderer;
   private readonly controls: OrbitControls;
   private readonly key = new THREE.DirectionalLight("#fff4e6", 2.3);
-  private readonly ground: THREE.Mesh;
+  private readonly fill = new THREE.DirectionalLight("#cfe0ff", 0.5);
+  /** The same light for the fast look of pieces. */
+  readonly light: StageLight;
+  private readonly ground = new Ground(this.key);
   private readonly ring: THREE.Mesh;
   private readonly dot: THREE.Mesh;
   /** By how much a previewed mesh is moved, in its unit. */
   readonly previewOffset = new THREE.Vector3();
   private diagonal = 1;
-  private scale = 1;
+  private readonly isSoftware = isSoftwareRenderer();
+  private readonly pace = new Pace(this.isSoftware);
+  /** Height of the lowest point of the object, m. */
+  private low = 0;
+  private isShadowStale = true;
+  /** Whether no frame with all details was drawn in this context yet: fast frames use its shadow. */
+  private isFirst = true;
   private pending = false;
   private isMoving = false;
   private restTimer: number | undefined;
   private tick: ((now: number) => boolean) | undefined;
-  /** Time at which the last frame of a movement began, ms; `undefined` at rest. */
-  private lastFrame: number | undefined;
-  /** Time between the last two frames of a movement, ms. */
-  private frameMs = 0;
   /** Frames drawn. */
   frames = 0;
 
@@ -47,7 +52,7 @@ export class Stage {
     private readonly canvas: HTMLCanvasElement,
     onLost: (isLost: boolean) => void,
   ) {
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !this.isSoftware, alpha: true });
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.renderer.shadowMap.autoUpdate = false;
@@ -58,6 +63,7 @@ export class Stage {
     });
     canvas.addEventListener("webglcontextrestored", () => {
       this.setEnvironment();
+      this.isFirst = true;
       onLost(false);
       this.changed();
     });
@@ -65,9 +71,6 @@ export class Stage {
     this.controls.enablePan = true;
     this.controls.rotateSpeed = 0.8;
     this.controls.addEventListener("change", () => this.moved());
-    this.ground = new THREE.Mesh(new THREE.CircleGeometry(1, 48), new THREE.ShadowMaterial({ opacity: 0.26, depthWrite: false }));
-    this.ground.rotation.x = -Math.PI / 2;
-    this.ground.receiveShadow = true;
     const accent = new THREE.MeshBasicMaterial({ color: "#e0562d", transparent: true, opacity: 0.95, depthTest: false });
     this.ring = new THREE.Mesh(new THREE.RingGeometry(0.93, 1, 64), accent);
     this.dot = new THREE.Mesh(new THREE.CircleGeometry(0.07, 24), accent);
@@ -76,27 +79,40 @@ export class Stage {
     this.dot.renderOrder = 10;
     this.ring.visible = false;
     this.setLights();
-    this.scene.add(this.group, this.marks, this.ground, this.ring);
+    this.light = this.lightOf();
+    this.scene.add(this.group, this.marks, this.ground.group, this.ring);
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
   }
 
   private setLights(): void {
+    this.key.position.copy(KEY);
     this.key.castShadow = true;
-    this.key.shadow.mapSize.set(2048, 2048);
+    this.key.shadow.mapSize.setScalar(this.isSoftware ? 1024 : 2048);
     this.key.shadow.radius = 5;
     this.key.shadow.bias = -0.0004;
-    const fill = new THREE.DirectionalLight("#cfe0ff", 0.5);
-    fill.position.set(-2, 0.6, -1.2);
-    this.scene.add(this.key, this.key.target, fill);
+    this.fill.position.set(-2, 0.6, -1.2);
+    this.scene.add(this.key, this.key.target, this.fill);
+    this.scene.environmentIntensity = 0.55;
     this.setEnvironment();
+  }
+
+  private lightOf(): StageLight {
+    const direction = (light: THREE.Light) => ({ value: light.position.clone().normalize() });
+    const color = (light: THREE.Light) => ({ value: light.color.clone().multiplyScalar(light.intensity / Math.PI) });
+    return {
+      uKeyDirection: direction(this.key),
+      uKeyColor: color(this.key),
+      uFillDirection: direction(this.fill),
+      uFillColor: color(this.fill),
+      uAmbient: { value: this.scene.environmentIntensity },
+    };
   }
 
   private setEnvironment(): void {
     const maker = new THREE.PMREMGenerator(this.renderer);
     this.scene.environment?.dispose();
     this.scene.environment = maker.fromScene(new RoomEnvironment(), 0.04).texture;
-    this.scene.environmentIntensity = 0.55;
     maker.dispose();
   }
 
@@ -113,9 +129,10 @@ export class Stage {
     this.controls.maxDistance = 12 * diagonal;
     this.controls.update();
     this.camera.updateProjectionMatrix();
-    this.ground.position.y = low.y - 0.001 * diagonal;
-    this.ground.scale.setScalar(4 * diagonal);
-    this.key.position.set(0.75, 1.5, 0.65).multiplyScalar(2.2 * diagonal);
+    this.low = low.y - 0.001 * diagonal;
+    this.lowerGround(0);
+    this.ground.group.scale.setScalar(4 * diagonal);
+    this.key.position.copy(KEY).multiplyScalar(2.2 * diagonal);
     const box = this.key.shadow.camera;
     [box.left, box.right, box.bottom, box.top] = [-1.5, 1.5, -1.5, 1.5].map((x) => x * diagonal) as [number, number, number, number];
     box.near = 0.1 * diagonal;
@@ -123,6 +140,11 @@ export class Stage {
     box.updateProjectionMatrix();
     this.key.shadow.normalBias = 0.002 * diagonal;
     this.changed();
+  }
+
+  /** Moves the ground below where the object stands, by a length in m: pieces move apart. */
+  lowerGround(byM: number): void {
+    this.ground.group.position.y = this.low - byM;
   }
 
   /** Length of the diagonal of what is shown, m. */
@@ -181,7 +203,7 @@ export class Stage {
       this.ring.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), normal);
       this.ring.scale.setScalar(contact.radiusM);
     }
-    this.redraw();
+    this.update();
   }
 
   /** Calls `step` before each frame until it returns false. */
@@ -192,12 +214,17 @@ export class Stage {
 
   /** Draws again, with new shadows. */
   changed(): void {
-    this.renderer.shadowMap.needsUpdate = true;
-    this.redraw();
+    this.isShadowStale = true;
+    this.update();
   }
 
-  /** Draws again. */
-  redraw(): void {
+  /** Draws again: a fast frame first if others take long. */
+  private update(): void {
+    if (this.pace.isFast) this.moved();
+    else this.redraw();
+  }
+
+  private redraw(): void {
     if (this.pending) return;
     this.pending = true;
     requestAnimationFrame((now) => this.draw(now));
@@ -205,8 +232,8 @@ export class Stage {
 
   /** A picture of the stage as it is, as a data address. */
   picture(width: number, height: number): string {
-    this.renderer.shadowMap.needsUpdate = true;
-    this.renderer.render(this.scene, this.camera);
+    this.isShadowStale = true;
+    this.render(false);
     const copy = document.createElement("canvas");
     const source = this.canvas;
     [copy.width, copy.height] = [width, height];
@@ -235,7 +262,7 @@ export class Stage {
     this.restTimer = window.setTimeout(() => {
       this.isMoving = false;
       this.redraw();
-    }, THREE.MathUtils.clamp(2 * this.frameMs, REST_MS, REST_MAX_MS));
+    }, this.pace.restMs());
     this.redraw();
   }
 
@@ -243,21 +270,29 @@ export class Stage {
     this.pending = false;
     const goesOn = this.tick?.(now) ?? false;
     if (!goesOn) this.tick = undefined;
-    else this.renderer.shadowMap.needsUpdate = true;
     const isBusy = this.isMoving || goesOn;
-    if (isBusy) this.adapt(now);
-    this.lastFrame = isBusy ? now : undefined;
-    this.setScale(isBusy ? this.scale : 1);
-    this.renderer.render(this.scene, this.camera);
+    if (isBusy) this.pace.frame(now);
+    else this.pace.rest();
+    if (goesOn) this.isShadowStale = true;
+    this.setScale(isBusy ? this.pace.scale : this.restScale());
+    this.render(isBusy && this.pace.isFast && !this.isFirst);
     this.frames++;
     if (goesOn) this.redraw();
   }
 
-  /** Adapts the resolution to the time between frames: the browser draws after `render` returns, and asks for frames as it gets on. */
-  private adapt(now: number): void {
-    if (this.lastFrame === undefined) return;
-    this.frameMs = now - this.lastFrame;
-    this.scale = THREE.MathUtils.clamp(this.scale * (this.frameMs > FRAME_MS ? 0.8 : 1.05), SCALE_MIN, 1);
+  /** Draws a frame. Fast ones keep the shadow of the last one with all details. */
+  private render(isFast: boolean): void {
+    if (!isFast) {
+      this.renderer.shadowMap.needsUpdate = this.isShadowStale;
+      this.isShadowStale = this.isFirst = false;
+    }
+    this.camera.layers.set(0);
+    this.camera.layers.enable(isFast ? FAST : DETAILED);
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  private restScale(): number {
+    return this.isSoftware && window.devicePixelRatio < SOFTWARE_RATIO ? SOFTWARE_RATIO / window.devicePixelRatio : 1;
   }
 
   private setScale(scale: number): void {
