@@ -12,7 +12,7 @@ import { Pieces, type Pick } from "./pieces";
 import type { ResultMessage, Vector } from "./result";
 import { Stage } from "./stage";
 import * as strength from "./strength";
-import { EFFECTS, impactOf, type RayContact, type Settings, type Strike } from "./strike";
+import { EFFECTS, impactOf, TEXTURE_EFFECT, type RayContact, type Settings, type Strike } from "./strike";
 
 /** Facts of an object of the service. */
 export interface ObjectFacts {
@@ -51,8 +51,8 @@ export class App {
   service: string | undefined;
   private look: PieceLook | undefined;
   private center: Vector = [0, 0, 0];
-  /** Effects of all requests: those that the page needs and the service allows. */
-  effects = EFFECTS;
+  /** Effects that the service does not allow, each after its object and a slash. */
+  private readonly refused = new Set<string>();
   private handles = new WeakMap<Strike, string>();
   private readonly hulls = new WeakMap<Strike, ResultMessage>();
   private live: { isBusy: boolean; wants: boolean } = { isBusy: false, wants: false };
@@ -94,7 +94,7 @@ export class App {
 
   /** Shows an object of the service, whole. */
   async show(object: ObjectFacts): Promise<void> {
-    const result = await this.withEffects((effects) =>
+    const result = await this.withEffects(object.name, (effects) =>
       this.connection.askResult({ op: "intact", object: object.name, enable: effects }),
     );
     this.showIntact(object, result);
@@ -275,7 +275,7 @@ export class App {
 
   /** Asks for the result of a strike. */
   async request(strike: Strike, choose: (effects: string[]) => string[]): Promise<ResultMessage> {
-    const result = await this.withEffects((effects) =>
+    const result = await this.withEffects(strike.object, (effects) =>
       this.withHandle(strike, (handle) =>
         this.connection.askResult({ op: "strike", object: strike.object, impact: impactOf(strike, choose(effects), handle) }),
       ),
@@ -284,15 +284,22 @@ export class App {
     return result;
   }
 
-  /** Calls `ask` with the effects that the service allows. */
-  private async withEffects<T>(ask: (effects: string[]) => Promise<T>): Promise<T> {
+  /** Effects of the requests for an object: those that the page needs and the service allows. */
+  effectsOf(object: string): string[] {
+    const needed = this.maps.has(object) ? [...EFFECTS, TEXTURE_EFFECT] : EFFECTS;
+    return needed.filter((effect) => !this.refused.has(`${object}/${effect}`));
+  }
+
+  /** Calls `ask` with the effects for an object. */
+  private async withEffects<T>(object: string, ask: (effects: string[]) => Promise<T>): Promise<T> {
+    const effects = this.effectsOf(object);
     try {
-      return await ask(this.effects);
+      return await ask(effects);
     } catch (error) {
       const at = error instanceof ServiceError && error.kind === "effect" ? error.at : "";
-      if (!this.effects.includes(at)) throw error;
-      this.effects = this.effects.filter((effect) => effect !== at);
-      return this.withEffects(ask);
+      if (!effects.includes(at)) throw error;
+      this.refused.add(`${object}/${at}`);
+      return this.withEffects(object, ask);
     }
   }
 

@@ -158,7 +158,7 @@ async function download(format: string): Promise<void> {
 async function copy(button: HTMLButtonElement): Promise<void> {
   const last = app.history.now?.last;
   if (!last) return;
-  const code = codeOf(last.strike, button.dataset["language"] as Language, app.effects, app.service);
+  const code = codeOf(last.strike, button.dataset["language"] as Language, app.effectsOf(last.strike.object), app.service);
   const name = button.textContent;
   try {
     await navigator.clipboard.writeText(code);

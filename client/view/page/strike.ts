@@ -26,7 +26,10 @@ export interface Strike {
 }
 
 /** Effects that the page needs to draw, beyond those of the object. They change no fragment. */
-export const EFFECTS = ["normals", "attributes", "bonds"];
+export const EFFECTS = ["normals", "bonds"];
+
+/** Effect that a texture needs. It divides vertices at seams of the input, and takes longer than the others together. */
+export const TEXTURE_EFFECT = "attributes";
 
 /** The impact of a strike, as the server of the page reads it. */
 export function impactOf(strike: Strike, effects: string[], handle: string | undefined): Record<string, unknown> {
@@ -53,10 +56,7 @@ export type Language = "shell" | "rust" | "python" | "c";
 /** The service that programs connect to if they name none. */
 const DEFAULT_SERVICE = "default";
 
-/**
- * A program that repeats a strike exactly, at the same service and with the same effects: `attributes` divides vertices at seams of the
- * input.
- */
+/** A program that repeats a strike exactly, at the same service and with the same effects. */
 export function codeOf(strike: Strike, language: Language, effects: string[] = EFFECTS, service = DEFAULT_SERVICE): string {
   const strikes = chain(strike);
   switch (language) {
