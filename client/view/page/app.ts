@@ -70,13 +70,13 @@ export class App {
     });
   }
 
-  /** Shows a mesh that is not an object of the service yet; `map` is its texture. */
-  preview(shown: THREE.Object3D, map: THREE.Texture | undefined): void {
+  /** Shows a mesh that is not an object of the service yet. */
+  preview(shown: THREE.Object3D, textures: THREE.DataArrayTexture | undefined): void {
     const old = this.history.pieces();
     this.history.clear();
     this.dispose(old);
     this.object = undefined;
-    this.previewMap = map;
+    this.previewTextures = textures;
     this.stage.group.clear();
     this.stage.group.add(shown);
     this.stage.framePart(shown);
@@ -84,13 +84,16 @@ export class App {
     this.onState();
   }
 
-  /** Keeps the texture of the previewed mesh for the object that was baked from it. */
-  keepMap(object: string): void {
-    if (this.previewMap) this.maps.set(object, this.previewMap);
+  /** Keeps the textures of the previewed mesh for the object that was baked from it. */
+  keepTextures(object: string): void {
+    this.textures.get(object)?.dispose();
+    if (this.previewTextures) this.textures.set(object, this.previewTextures);
+    else this.textures.delete(object);
   }
 
-  private previewMap: THREE.Texture | undefined;
-  private readonly maps = new Map<string, THREE.Texture>();
+  private previewTextures: THREE.DataArrayTexture | undefined;
+  /** Base colors by material, of the objects that have some. */
+  private readonly textures = new Map<string, THREE.DataArrayTexture>();
 
   /** Shows an object of the service, whole. */
   async show(object: ObjectFacts): Promise<void> {
@@ -112,8 +115,8 @@ export class App {
     this.center = center.toArray();
     const look = lookOf(object.material, low.y - center.y, Math.max(high.y - low.y, 1e-9), low.distanceTo(high), this.stage.light);
     this.look = look;
-    const map = this.maps.get(object.name);
-    [look.uniforms.uMap.value, look.uniforms.uHasMap.value] = [map ?? null, map ? 1 : 0];
+    const textures = this.textures.get(object.name);
+    [look.uniforms.uTextures.value, look.uniforms.uHasTextures.value] = [textures ?? null, textures ? 1 : 0];
     this.stage.marks.clear();
     this.setExplode(0);
     this.stage.frame(low.sub(center), high.sub(center));
@@ -286,7 +289,7 @@ export class App {
 
   /** Effects of the requests for an object: those that the page needs and the service allows. */
   effectsOf(object: string): string[] {
-    const needed = this.maps.has(object) ? [...EFFECTS, TEXTURE_EFFECT] : EFFECTS;
+    const needed = this.textures.has(object) ? [...EFFECTS, TEXTURE_EFFECT] : EFFECTS;
     return needed.filter((effect) => !this.refused.has(`${object}/${effect}`));
   }
 

@@ -43,9 +43,9 @@ export interface PieceUniforms {
   uDipHeight: { value: number };
   uSpeckle: { value: number };
   uVein: { value: number };
-  /** Texture of base colors of the input, and whether there is one. */
-  uMap: { value: THREE.Texture | null };
-  uHasMap: { value: number };
+  /** Base colors of the input by material, and whether there are some. */
+  uTextures: { value: THREE.DataArrayTexture | null };
+  uHasTextures: { value: number };
   /** Height of the lowest point and of the object, m, and the length of its diagonal. */
   uBounds: { value: THREE.Vector3 };
 }
@@ -70,8 +70,8 @@ export function lookOf(material: string, low: number, height: number, diagonal: 
     uDipHeight: { value: look.dipHeight },
     uSpeckle: { value: look.speckle },
     uVein: { value: look.vein },
-    uMap: { value: null },
-    uHasMap: { value: 0 },
+    uTextures: { value: null },
+    uHasTextures: { value: 0 },
     uBounds: { value: new THREE.Vector3(low, height, diagonal) },
   };
   return { uniforms, roughness: look.roughness, light };

@@ -6,33 +6,41 @@ import { OBJLoader } from "three/examples/jsm/loaders/OBJLoader.js";
 import { PLYLoader } from "three/examples/jsm/loaders/PLYLoader.js";
 import { STLLoader } from "three/examples/jsm/loaders/STLLoader.js";
 import type { TriangleMesh } from "./defects";
+import { texturesOf } from "./textures";
 
 /** A mesh file as it is shown. */
 export interface Preview {
   shown: THREE.Object3D;
   mesh: TriangleMesh;
-  /** The texture of base colors, if the whole mesh has one. */
-  map: THREE.Texture | undefined;
+  /** Base colors by material, if the file has textures of them. */
+  textures: THREE.DataArrayTexture | undefined;
 }
 
 /** Reads a mesh file; `undefined` for formats that only the service reads. */
 export async function readMesh(name: string, contents: ArrayBuffer): Promise<Preview | undefined> {
   const ending = name.split(".").pop()?.toLowerCase();
-  const shown = await parse(ending, contents);
-  if (!shown) return undefined;
+  const parsed = await parse(ending, contents);
+  if (!parsed) return undefined;
+  const { shown, materials } = parsed;
   shown.updateMatrixWorld(true);
   const mesh = triangles(shown);
   if (mesh.indices.length === 0) throw new Error(`${name} has no triangles`);
-  return { shown, mesh, map: onlyMap(shown) };
+  return { shown, mesh, textures: texturesOf(materials) };
 }
 
-async function parse(ending: string | undefined, contents: ArrayBuffer): Promise<THREE.Object3D | undefined> {
+/** A mesh file, and the materials that its triangles use, by their numbers in the file. */
+interface ParsedFile {
+  shown: THREE.Object3D;
+  materials: (THREE.MeshStandardMaterial | undefined)[];
+}
+
+async function parse(ending: string | undefined, contents: ArrayBuffer): Promise<ParsedFile | undefined> {
   const clay = () => new THREE.MeshStandardMaterial({ color: "#d9d4ca", roughness: 0.8, side: THREE.DoubleSide });
   const plain = (geometry: THREE.BufferGeometry) => {
     if (!geometry.getAttribute("normal")) geometry.computeVertexNormals();
     const material = clay();
     material.vertexColors = geometry.hasAttribute("color");
-    return new THREE.Mesh(geometry, material);
+    return { shown: new THREE.Mesh(geometry, material), materials: [] };
   };
   switch (ending) {
     case "stl":
@@ -44,14 +52,26 @@ async function parse(ending: string | undefined, contents: ArrayBuffer): Promise
       group.traverse((part) => {
         if (part instanceof THREE.Mesh) part.material = clay();
       });
-      return group;
+      return { shown: group, materials: [] };
     }
     case "glb":
     case "gltf":
-      return (await new GLTFLoader().parseAsync(contents, "")).scene;
+      return gltf(contents);
     default:
       return undefined;
   }
+}
+
+async function gltf(contents: ArrayBuffer): Promise<ParsedFile> {
+  const { scene, parser } = await new GLTFLoader().parseAsync(contents, "");
+  const listed = (parser.json as { materials?: unknown[] }).materials ?? [];
+  const materials = new Array<THREE.MeshStandardMaterial | undefined>(listed.length).fill(undefined);
+  for (const part of meshes(scene)) {
+    const material = part.material as THREE.MeshStandardMaterial;
+    const number = parser.associations.get(material)?.materials;
+    if (number !== undefined) materials[number] = material;
+  }
+  return { shown: scene, materials };
 }
 
 function meshes(shown: THREE.Object3D): THREE.Mesh[] {
@@ -78,11 +98,4 @@ function triangles(shown: THREE.Object3D): TriangleMesh {
     for (let at = 0; at < (order?.count ?? given.count); at++) indices.push(first + (order ? order.getX(at) : at));
   }
   return { positions: new Float32Array(positions), indices: new Uint32Array(indices) };
-}
-
-function onlyMap(shown: THREE.Object3D): THREE.Texture | undefined {
-  const maps = new Set<THREE.Texture | null | undefined>();
-  for (const part of meshes(shown)) maps.add((part.material as THREE.MeshStandardMaterial).map);
-  const [first] = maps;
-  return maps.size === 1 ? (first ?? undefined) : undefined;
 }

@@ -81,7 +81,7 @@ async function open(app: App, chosen: File): Promise<OwnFile> {
     : `${chosen.name}: shown after the bake`;
   const defects = preview ? findDefects(preview.mesh) : [];
   if (preview) {
-    app.preview(preview.shown, preview.map);
+    app.preview(preview.shown, preview.textures);
     mark(app, defects);
     list(app, defects);
   }
@@ -168,7 +168,7 @@ async function bake(app: App, file: OwnFile, loadObjects: (name: string) => Prom
       const repaired = report.defects.map((defect) => textElement("li", `${defect.counted} (first at ${defect.first}): ${defect.action}`));
       if (repaired.length > 0) element("defects").replaceChildren(...repaired);
       await untilServed(app, name);
-      app.keepMap(name);
+      app.keepTextures(name);
       await loadObjects(name);
       panel.hint("Click to break it");
     } catch (error) {

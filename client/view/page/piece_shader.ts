@@ -9,7 +9,8 @@ attribute float piece;
 attribute float crack;
 attribute vec3 outerNormal;
 attribute vec2 skinUv;
-varying vec2 vSkinUv;
+attribute float layer;
+varying vec3 vSkin;
 uniform sampler2D uPlaces;
 uniform sampler2D uColors;
 uniform float uExplode;
@@ -33,7 +34,8 @@ export const VERTEX_PLACE = /* glsl */ `
 vec4 place = placeOf(uPlaces);
 vPiece = placeOf(uColors);
 vCrack = crack;
-vSkinUv = skinUv;
+// The v axis of glTF points down, that of sections up.
+vSkin = vec3(skinUv.x, 1.0 - skinUv.y, layer);
 vPlace = position + place.xyz;
 // What is not shown has no area.
 bool isShown = place.w > 0.5 && (uCracksOnly < 0.5 || crack > 0.5);
@@ -49,9 +51,9 @@ uniform vec3 uCrack;
 uniform float uDipHeight;
 uniform float uSpeckle;
 uniform float uVein;
-uniform sampler2D uMap;
-uniform float uHasMap;
-varying vec2 vSkinUv;
+uniform mediump sampler2DArray uTextures;
+uniform float uHasTextures;
+varying vec3 vSkin;
 uniform vec3 uBounds;
 varying float vCrack;
 varying vec3 vPlace;
@@ -72,8 +74,7 @@ float noise3(vec3 p) {
 vec3 surfaceColor() {
   vec3 p = vPlace / uBounds.z;
   if (vCrack > 0.5) return uCrack * (0.88 + 0.24 * noise3(p * 90.0));
-  // The v axis of glTF points down, that of sections up.
-  if (uHasMap > 0.5) return texture2D(uMap, vec2(vSkinUv.x, 1.0 - vSkinUv.y)).rgb;
+  if (uHasTextures > 0.5) return texture(uTextures, vSkin).rgb;
   float grain = noise3(p * 160.0);
   float height = (vPlace.y - uBounds.x) / uBounds.y;
   float edge = uDipHeight + 0.035 * (noise3(p * 9.0) - 0.5) + 0.012 * (noise3(p * 31.0) - 0.5);

@@ -4,6 +4,7 @@ import * as THREE from "three";
 import { fastMaterial } from "./fast_material";
 import { DETAILED, FAST } from "./layers";
 import { type PieceLook, shadowMaterial, solidMaterial, xrayMaterial } from "./material";
+import { setLayers } from "./piece_layers";
 import { COLUMNS } from "./piece_shader";
 import type { ResultMessage, Vector } from "./result";
 
@@ -89,6 +90,7 @@ export class Pieces {
     this.geometry.setAttribute("crack", new THREE.BufferAttribute(crack, 1));
     this.geometry.setIndex(new THREE.BufferAttribute(indices, 1));
     this.setNormals();
+    if (this.look.uniforms.uHasTextures.value > 0) setLayers(this.geometry, result.integers("materials"), this.look.uniforms.uTextures.value?.image.depth ?? 1);
     this.places.needsUpdate = true;
   }
 
@@ -227,7 +229,7 @@ export class Pieces {
     const place = this.placeOf(id, new THREE.Vector3());
     const shownCenter = place.clone().multiplyScalar(factor);
     const own = new THREE.Ray(ray.origin.clone().sub(shownCenter), ray.direction);
-    const found = firstTriangle(own, this.result.floats("positions"), this.geometry.index!.array as Uint32Array, fragment.indexFirst, fragment.indexCount);
+    const found = firstTriangle(own, this.geometry.getAttribute("position").array as Float32Array, this.geometry.index!.array as Uint32Array, fragment.indexFirst, fragment.indexCount);
     if (!found || (best && found.distance >= best.distance)) return best;
     return {
       fragment: id,

@@ -5,6 +5,7 @@ import { mkdtemp, mkdir, readFile, readdir, rm } from "node:fs/promises";
 import { request } from "node:http";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
+import { after, before } from "node:test";
 import { promisify } from "node:util";
 import { chromium } from "playwright-core";
 
@@ -159,6 +160,27 @@ export async function open(browser, address, options = {}) {
   await page.goto(address);
   await page.waitForFunction(() => globalThis.shatterView?.app.history.count > 0, null, { timeout: 60_000 });
   return { page, context, notes };
+}
+
+/**
+ * Sets up the tests of a file, and ends it all after them: a world, `shatter view` with a generated shape, Chromium, the page. `take`
+ * receives these parts before the first test.
+ */
+export function session(shape, args, take, options = {}) {
+  const parts = {};
+  before(async () => {
+    if (skip) return;
+    parts.own = await world();
+    parts.server = await view(parts.own, [await bake(parts.own, shape, args)]);
+    parts.chrome = await browser();
+    Object.assign(parts, await open(parts.chrome, parts.server.address, options));
+    await take(parts);
+  });
+  after(async () => {
+    await parts.chrome?.close();
+    await parts.server?.end();
+    await parts.own?.end();
+  });
 }
 
 /** Calls `change` and waits until the page shows a state that it has not shown before. */

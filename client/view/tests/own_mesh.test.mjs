@@ -2,10 +2,12 @@
 import assert from "node:assert/strict";
 import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { bake, browser, nextState, onObject, open, pieces, program, skip, view, whole, world } from "./harness.mjs";
+import { test } from "node:test";
+import { nextState, onObject, pieces, program, session, skip, whole } from "./harness.mjs";
 
-let own, chrome, server, page, notes;
+let own, page, notes;
+
+session("dumbbell", ["--quality", "draft", "--surface", "lattice"], (parts) => ({ own, page, notes } = parts));
 
 /** A ball as OBJ, without the faces around two of its vertices. */
 function ball(rows, columns) {
@@ -27,21 +29,6 @@ function ball(rows, columns) {
   }
   return lines.join("\n") + "\n";
 }
-
-before(async () => {
-  if (skip) return;
-  own = await world();
-  const database = await bake(own, "dumbbell", ["--quality", "draft", "--surface", "lattice"]);
-  server = await view(own, [database]);
-  chrome = await browser();
-  ({ page, notes } = await open(chrome, server.address));
-});
-
-after(async () => {
-  await chrome?.close();
-  await server?.end();
-  await own?.end();
-});
 
 test("holes of a dropped mesh are marked, it is baked with progress, and breaks", { skip }, async () => {
   const file = join(own.folder, "ball with holes.obj");

@@ -1,25 +1,12 @@
 // The page in Chromium, over a real daemon.
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
-import { after, before, test } from "node:test";
-import { bake, browser, clickPiece, nextState, onObject, open, pieces, program, skip, view, whole, world } from "./harness.mjs";
+import { test } from "node:test";
+import { clickPiece, nextState, onObject, pieces, program, session, skip, whole } from "./harness.mjs";
 
-let own, chrome, server, page, notes;
+let own, page, notes;
 
-before(async () => {
-  if (skip) return;
-  own = await world();
-  const database = await bake(own, "mug", ["--material", "ceramic", "--fragment-size", "0.018", "--quality", "draft"]);
-  server = await view(own, [database]);
-  chrome = await browser();
-  ({ page, notes } = await open(chrome, server.address));
-});
-
-after(async () => {
-  await chrome?.close();
-  await server?.end();
-  await own?.end();
-});
+session("mug", ["--material", "ceramic", "--fragment-size", "0.018", "--quality", "draft"], (parts) => ({ own, page, notes } = parts));
 
 test("hovering shows the contact, its radius and the threshold", { skip }, async () => {
   const at = await onObject(page);

@@ -2,8 +2,8 @@
 // on the machine: no time is asserted.
 import assert from "node:assert/strict";
 import { readFile, readdir } from "node:fs/promises";
-import { after, before, test } from "node:test";
-import { bake, browser, open, skip, view, world } from "./harness.mjs";
+import { test } from "node:test";
+import { session, skip } from "./harness.mjs";
 
 /** Requests of a measurement, after a few that are not counted. */
 const REQUESTS = 15;
@@ -14,22 +14,9 @@ const LARGE = { sites: 450, fragments: 300, triangles: 100_000 };
 /** Largest difference between the mean colors of a frame with all details and a fast one, of 255. */
 const COLOR_DIFFERENCE_MAX = 12;
 
-let own, chrome, server, page;
+let page;
 
-before(async () => {
-  if (skip) return;
-  own = await world();
-  const mug = await bake(own, "mug", ["--material", "ceramic", "--fragment-size", "0.018"]);
-  server = await view(own, [mug]);
-  chrome = await browser();
-  ({ page } = await open(chrome, server.address));
-});
-
-after(async () => {
-  await chrome?.close();
-  await server?.end();
-  await own?.end();
-});
+session("mug", ["--material", "ceramic", "--fragment-size", "0.018"], (parts) => ({ page } = parts));
 
 /** Times of the parts of each request, ms; the order of the parts is that of time. */
 async function partsOf(count) {

@@ -1,34 +1,26 @@
 // The page on a phone: a small screen, touched by one finger or two.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { bake, browser, nextState, onObject, open, pieces, skip, view, whole, world } from "./harness.mjs";
+import { test } from "node:test";
+import { nextState, onObject, pieces, session, skip, whole } from "./harness.mjs";
 
-let own, chrome, server, page, session, notes;
+const phone = { viewport: { width: 390, height: 780 }, hasTouch: true, isMobile: true };
+let page, touches, notes;
 
-before(async () => {
-  if (skip) return;
-  own = await world();
-  server = await view(own, [await bake(own, "dumbbell", ["--quality", "draft", "--surface", "lattice"])]);
-  chrome = await browser();
-  const phone = { viewport: { width: 390, height: 780 }, hasTouch: true, isMobile: true };
-  ({ page, notes } = await open(chrome, server.address, phone));
-  session = await page.context().newCDPSession(page);
-});
+const take = async (parts) => {
+  ({ page, notes } = parts);
+  touches = await page.context().newCDPSession(page);
+};
 
-after(async () => {
-  await chrome?.close();
-  await server?.end();
-  await own?.end();
-});
+session("dumbbell", ["--quality", "draft", "--surface", "lattice"], take, phone);
 
 /** Touches the screen with fingers that move along straight lines. */
 async function fingers(from, to, steps = 8) {
   const at = (share) => from.map(({ x, y }, k) => ({ x: x + share * (to[k].x - x), y: y + share * (to[k].y - y), id: k }));
-  await session.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: at(0) });
+  await touches.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: at(0) });
   for (let step = 1; step <= steps; step++) {
-    await session.send("Input.dispatchTouchEvent", { type: "touchMove", touchPoints: at(step / steps) });
+    await touches.send("Input.dispatchTouchEvent", { type: "touchMove", touchPoints: at(step / steps) });
   }
-  await session.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
+  await touches.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
 }
 
 /** Place of the camera, relative to what it looks at. */
