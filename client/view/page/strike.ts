@@ -128,7 +128,14 @@ function rust(strikes: Strike[], effects: string[], service: string): string {
       ...(keep ? ['let handle = result.handle().expect("the service keeps results");'] : []),
     ].join("\n");
   });
-  return `use shatter_client::{Client, Contact, Deadline, Effect, Impact, Lift, Quality};
+  const used = [
+    ...["Client", "Contact", "Deadline"],
+    ...(effects.length > 0 ? ["Effect"] : []),
+    "Impact",
+    ...(strikes.some((strike) => strike.settings.lift) ? ["Lift"] : []),
+    ...(strikes.some((strike) => strike.settings.quality) ? ["Quality"] : []),
+  ];
+  return `use shatter_client::{${used.join(", ")}};
 
 let service = Client::connect(${JSON.stringify(service)}, Deadline::ms(1000))?;
 let object = service.object(${name}, Deadline::ms(1000))?;

@@ -1,6 +1,7 @@
 // Copied code: it compiles, runs, and gives the bytes of the request that it repeats.
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
+import { existsSync } from "node:fs";
 import { copyFile, mkdir, readdir, writeFile } from "node:fs/promises";
 import { join, resolve } from "node:path";
 import { after, before, test } from "node:test";
@@ -98,5 +99,23 @@ test("the Python code gives the same bytes", { skip }, async (context) => {
   const code = `${codeOf(request, "python", EFFECTS, service)}\nprint(result.output_hash)\n`;
   const env = { ...own.env, PYTHONPATH: join(own.folder, "site") };
   const { stdout } = await run(python, ["-c", code], { env, cwd: own.folder });
+  assert.equal(stdout.trim(), expected);
+});
+
+test("the Rust code gives the same bytes", { skip }, async (context) => {
+  const library = join(programs, "libshatter_client.rlib");
+  if (!existsSync(library)) return context.skip("no Rust library beside the programs");
+  try {
+    await run("rustc", ["--version"]);
+  } catch {
+    return context.skip("no rustc");
+  }
+  const [head, ...rest] = codeOf(request, "rust", EFFECTS, service).split("\n");
+  const print = 'println!("{}", result.digest().output_hash);\nOk(())';
+  const [source, out] = [join(own.folder, "copied.rs"), join(own.folder, "copied-rust")];
+  await writeFile(source, `${head}\nfn main() -> Result<(), Box<dyn std::error::Error>> {\n${rest.join("\n")}\n${print}\n}\n`);
+  const crates = ["--extern", `shatter_client=${library}`, "-L", `dependency=${join(programs, "deps")}`];
+  await run("rustc", ["--edition=2024", "-D", "warnings", ...crates, "-o", out, source]);
+  const { stdout } = await run(out, [], { env: own.env, cwd: own.folder });
   assert.equal(stdout.trim(), expected);
 });
