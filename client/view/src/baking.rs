@@ -3,13 +3,13 @@
 use crate::child_process::ChildProcess;
 use crate::impact_request::invalid;
 use crate::programs::{absent, daemon_program};
-use crate::worker::Reply;
+use crate::worker::{Reply, WorkerSetup};
 use serde_json::{Value, json};
 use shatter_proto::{Error, ErrorKind};
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::process::{ChildStderr, ChildStdout, Command, Stdio};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 use tempfile::TempDir;
 use tokio::sync::mpsc::Sender;
 
@@ -19,36 +19,82 @@ const ENDINGS: [&str; 8] = ["obj", "ply", "stl", "glb", "gltf", "msh", "vtk", "m
 /// Longest report of a bake, bytes.
 const REPORT_BYTES_MAX: u64 = 16 << 20;
 
-/// A bake under way. Dropping it ends the process.
-pub(crate) struct BakeJob {
-    process: Arc<Mutex<Option<ChildProcess>>>,
+/// A bake under way: its process, then the folder of its mesh. Empty once it ended.
+type RunningBake = Mutex<Option<(ChildProcess, TempDir)>>;
+
+/// Ends a bake, if it still runs. Returns whether it did.
+fn end(bake: &RunningBake) -> bool {
+    let running = bake.lock().unwrap_or_else(PoisonError::into_inner).take();
+    // The process ends before its folder is removed.
+    running.map(|(process, folder)| (drop(process), drop(folder))).is_some()
 }
+
+/// A bake of a page. Dropping it ends the process.
+pub(crate) struct BakeJob(Arc<RunningBake>);
 
 impl Drop for BakeJob {
     fn drop(&mut self) {
-        drop(self.process.lock().unwrap_or_else(PoisonError::into_inner).take());
+        end(&self.0);
     }
 }
 
-/// Starts the bake of `contents` into `folder` (`None`: the platform's). Progress and the report go to `replies`.
+/// Bakes of all pages.
+pub(crate) struct Bakes {
+    /// `None` once all were ended: no other may start.
+    running: Mutex<Option<Vec<Weak<RunningBake>>>>,
+}
+
+impl Bakes {
+    /// Bakes that may start.
+    pub fn open() -> Self {
+        Self { running: Mutex::new(Some(Vec::new())) }
+    }
+
+    /// Ends all bakes, and lets no other start.
+    pub fn end(&self) {
+        let running = self.running.lock().unwrap_or_else(PoisonError::into_inner).take();
+        for bake in running.into_iter().flatten().filter_map(|bake| bake.upgrade()) {
+            end(&bake);
+        }
+    }
+
+    /// Starts `command`, which reads the mesh in `folder`.
+    fn start(&self, command: &mut Command, folder: TempDir) -> Result<(Arc<RunningBake>, BakeOutput), Error> {
+        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
+        let canceled = || Error::new(ErrorKind::Canceled, "bake", "shatter view is ending");
+        let running = running.as_mut().ok_or_else(canceled)?;
+        running.retain(|bake| bake.strong_count() > 0);
+        let mut process = ChildProcess::start(command).map_err(|error| absent(&error))?;
+        let output = BakeOutput { report: process.child().stdout.take(), progress: process.child().stderr.take() };
+        let bake = Arc::new(Mutex::new(Some((process, folder))));
+        running.push(Arc::downgrade(&bake));
+        Ok((bake, output))
+    }
+}
+
+/// What a bake prints.
+struct BakeOutput {
+    report: Option<ChildStdout>,
+    progress: Option<ChildStderr>,
+}
+
+/// Starts the bake of `contents` into the folder of the databases. Progress and the report go to `replies`.
 ///
 /// # Errors
 /// `unknown_request` for a name or an option that does not fit, `output` if the file cannot be written, `configuration` if the program
-/// cannot be started.
+/// cannot be started, `canceled` while the server ends.
 pub(crate) fn start(
     id: u64,
     head: &Value,
     contents: &[u8],
-    folder: Option<&Path>,
+    setup: &WorkerSetup,
     replies: Sender<Reply>,
 ) -> Result<BakeJob, Error> {
-    let (temporary, mut command) = command(head, contents, folder)?;
-    let mut process = ChildProcess::start(&mut command).map_err(|error| absent(&error))?;
-    let outputs = (process.child().stdout.take(), process.child().stderr.take());
-    let process = Arc::new(Mutex::new(Some(process)));
-    let shared = process.clone();
+    let (temporary, mut command) = command(head, contents, setup.daemon.databases())?;
+    let (bake, output) = setup.bakes.start(&mut command, temporary)?;
+    let shared = bake.clone();
     std::thread::spawn(move || {
-        let (Some(stdout), Some(stderr)) = outputs else { return };
+        let (Some(stdout), Some(stderr)) = (output.report, output.progress) else { return };
         let report = std::thread::spawn(move || {
             let mut text = String::new();
             // A report that cannot be read is empty.
@@ -64,11 +110,10 @@ pub(crate) fn start(
             }
         }
         let report = report.join().unwrap_or_default();
-        let was_canceled = shared.lock().unwrap_or_else(PoisonError::into_inner).take().is_none();
-        drop(temporary);
+        let was_canceled = !end(&shared);
         let _ = replies.blocking_send(Reply::Text(outcome(id, &report, was_canceled).to_string()));
     });
-    Ok(BakeJob { process })
+    Ok(BakeJob(bake))
 }
 
 /// The document for the page: the report of the bake, or its error.
@@ -109,7 +154,7 @@ fn command(head: &Value, contents: &[u8], folder: Option<&Path>) -> Result<(Temp
     let file = temporary.path().join(format!("mesh.{ending}"));
     std::fs::write(&file, contents).map_err(failed)?;
     let mut command = daemon_program();
-    command.arg("bake").arg(&file).args(["--json", "--restart"]);
+    command.arg("bake").arg(&file).args(["--json", "--restart", "--end-with-stdin"]);
     for (key, option) in [
         ("name", "--name"),
         ("material", "--material"),
@@ -128,6 +173,6 @@ fn command(head: &Value, contents: &[u8], folder: Option<&Path>) -> Result<(Temp
     if let Some(folder) = folder {
         command.arg("--out").arg(folder);
     }
-    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
     Ok((temporary, command))
 }

@@ -1,6 +1,7 @@
 //! The HTTP server of the page, on the loopback address.
 
 use crate::access::Access;
+use crate::baking::Bakes;
 use crate::connection_limit::OpenConnections;
 use crate::daemon::ViewDaemon;
 use crate::page_files::PageFiles;
@@ -79,7 +80,8 @@ impl ViewServer {
         };
         let listener = TcpListener::bind(address).await.map_err(taken)?;
         let port = listener.local_addr().map_err(taken)?.port();
-        let worker = WorkerSetup { daemon: options.daemon, recording: options.recording };
+        let bakes = Arc::new(Bakes::open());
+        let worker = WorkerSetup { daemon: options.daemon, recording: options.recording, bakes };
         let (access, page) = (Access::new(port)?, options.page);
         let sockets = Semaphore::new(SOCKETS_MAX);
         Ok(Self { listener, shared: Arc::new(Shared { access, page, sockets, worker }) })
@@ -91,8 +93,13 @@ impl ViewServer {
         self.shared.access.address()
     }
 
-    /// Serves until `stop` is notified.
+    /// Serves until `stop` is notified, then ends the bakes of its pages.
     pub async fn serve(&self, stop: &Notify) {
+        self.accept(stop).await;
+        self.shared.worker.bakes.end();
+    }
+
+    async fn accept(&self, stop: &Notify) {
         let mut connections = OpenConnections::default();
         loop {
             let accepted = tokio::select! {

@@ -87,9 +87,14 @@ fn add(folder: &Path, file: &Path) -> Result<(), Error> {
     bake(command, &at())
 }
 
-/// Runs a bake, whose progress goes to stderr.
+/// Runs a bake, whose progress goes to stderr. It ends with this process.
 fn bake(mut command: std::process::Command, at: &str) -> Result<(), Error> {
-    let status = command.stdin(Stdio::null()).stdout(Stdio::null()).status().map_err(|error| absent(&error))?;
+    command.arg("--end-with-stdin").stdin(Stdio::piped()).stdout(Stdio::null());
+    let mut child = command.spawn().map_err(|error| absent(&error))?;
+    // Waiting closes the pipe that the child still holds.
+    let pipe = child.stdin.take();
+    let status = child.wait().map_err(|error| absent(&error))?;
+    drop(pipe);
     if status.success() {
         return Ok(());
     }

@@ -1,6 +1,6 @@
 //! The thread that serves one page: it takes requests in their order and replies to each.
 
-use crate::baking::{self, BakeJob};
+use crate::baking::{self, BakeJob, Bakes};
 use crate::daemon::ViewDaemon;
 use crate::download;
 use crate::impact_request::{effects, impact, invalid};
@@ -45,6 +45,7 @@ pub(crate) enum Reply {
 pub(crate) struct WorkerSetup {
     pub daemon: Arc<ViewDaemon>,
     pub recording: Option<Arc<Recording>>,
+    pub bakes: Arc<Bakes>,
 }
 
 /// Message for a page that cannot be served.
@@ -207,8 +208,7 @@ impl Worker {
 
     /// Begins the bake of a mesh file of the page.
     fn upload(&mut self, head: &Value, contents: &[u8]) -> Result<Option<Reply>, Error> {
-        let folder = self.setup.daemon.databases();
-        self.bake = Some(baking::start(id(head), head, contents, folder, self.replies.clone())?);
+        self.bake = Some(baking::start(id(head), head, contents, &self.setup, self.replies.clone())?);
         Ok(None)
     }
 

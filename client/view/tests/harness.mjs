@@ -66,6 +66,27 @@ export async function bake(world, shape, args = []) {
   return join(world.folder, "databases", `${shape}.shatter`);
 }
 
+/** A ball as OBJ, without the faces around the vertices `holes`, each a row and a column. */
+export function ball(rows, columns, holes = []) {
+  const lines = [];
+  for (let i = 0; i <= rows; i++) {
+    for (let j = 0; j < columns; j++) {
+      const [u, v] = [(2 * Math.PI * j) / columns, (Math.PI * i) / rows];
+      lines.push(`v ${(0.1 * Math.sin(v) * Math.cos(u)).toFixed(6)} ${(0.1 * Math.cos(v)).toFixed(6)} ${(0.1 * Math.sin(v) * Math.sin(u)).toFixed(6)}`);
+    }
+  }
+  const at = (i, j) => i * columns + (j % columns) + 1;
+  const open = new Set(holes.map(([i, j]) => at(i, j)));
+  for (let i = 0; i < rows; i++) {
+    for (let j = 0; j < columns; j++) {
+      for (const face of [[at(i, j), at(i, j + 1), at(i + 1, j)], [at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)]]) {
+        if (!face.some((corner) => open.has(corner))) lines.push(`f ${face.join(" ")}`);
+      }
+    }
+  }
+  return lines.join("\n") + "\n";
+}
+
 /** Starts `shatter view`; `address` is the promise of what it prints. */
 export function begin(world, args) {
   const child = spawn(join(programs, "shatter"), ["view", ...args], { env: world.env, stdio: ["ignore", "pipe", "pipe"] });
@@ -117,7 +138,7 @@ function get(url, headers) {
   });
 }
 
-/** Opens the WebSocket of the page without a browser; `send` sends a request, whose reply is not read. */
+/** Opens the WebSocket of the page without a browser; `send` sends a request, and `sendFile` a file, whose replies are not read. */
 export async function socketOf(address) {
   const { headers } = await get(address, {});
   const upgrade = { Connection: "Upgrade", Upgrade: "websocket", "Sec-WebSocket-Version": "13", "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==" };
@@ -126,13 +147,15 @@ export async function socketOf(address) {
   const socket = await get(new URL("socket", origin + headers.location), { ...upgrade, Cookie: cookie, Origin: origin });
   socket.on("error", () => undefined);
   socket.resume();
-  const send = (document) => {
+  // One frame of less than 64 KiB, with a mask of zeros.
+  const frame = (kind, bytes) => socket.write(Buffer.concat([Buffer.from([0x80 | kind, 0x80 | 126, bytes.length >> 8, bytes.length & 255, 0, 0, 0, 0]), bytes]));
+  const send = (document) => frame(1, Buffer.from(JSON.stringify(document)));
+  const sendFile = (document, contents) => {
     const text = Buffer.from(JSON.stringify(document));
-    // A mask of zeros.
-    const head = Buffer.from([0x81, 0x80 | 126, text.length >> 8, text.length & 255, 0, 0, 0, 0]);
-    socket.write(Buffer.concat([head, text]));
+    const length = Buffer.from(new Uint32Array([text.length]).buffer);
+    frame(2, Buffer.concat([length, text, Buffer.from(contents)]));
   };
-  return { send, end: () => socket.destroy() };
+  return { send, sendFile, end: () => socket.destroy() };
 }
 
 /** Starts Chromium with a software renderer. */

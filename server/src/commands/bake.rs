@@ -1,7 +1,7 @@
 //! `shatterd bake`: turns a mesh file into a database.
 
 use super::bake_progress::BakeProgress;
-use super::{CommandError, bake_report, bake_scene, interrupt, mesh_file, output, shares, size};
+use super::{CommandError, bake_report, bake_scene, interrupt, mesh_file, output, shares, size, stdin};
 use crate::config::data_folder;
 use clap::Args;
 use shatter_cli_common::{choice, whole_number};
@@ -104,6 +104,9 @@ pub struct BakeArgs {
     /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,
+    /// End when standard input ends, as at SIGTERM: for a program that starts a bake and holds the other end of a pipe
+    #[arg(long)]
+    pub end_with_stdin: bool,
 }
 
 /// Bakes and prints a report. An existing database stays intact until the new one replaces it.
@@ -111,6 +114,9 @@ pub struct BakeArgs {
 /// # Errors
 /// [`CommandError`] by what is wrong with mesh, arguments or files.
 pub fn run(args: &BakeArgs) -> Result<(), CommandError> {
+    if args.end_with_stdin {
+        stdin::at_end(interrupt::terminate)?;
+    }
     let folder = args.out.clone().map_or_else(data_folder, Ok)?;
     if let Some(scene) = &args.scene {
         return bake_scene::run(scene, &folder, args.json);

@@ -83,6 +83,12 @@ pub fn exit_code() -> u8 {
     }
 }
 
+/// Ends the command as SIGTERM does.
+pub fn terminate() {
+    // A process can always signal itself.
+    let _ = kill_process(rustix::process::getpid(), Kill::TERM);
+}
+
 /// Marks that the command ends by itself. Does not return if the process is already ending.
 pub fn ending() {
     if IS_REPORTED.swap(true, Ordering::SeqCst) {

@@ -20,5 +20,6 @@ pub mod output;
 pub mod serve;
 mod shares;
 mod size;
+mod stdin;
 
 pub use command_error::CommandError;

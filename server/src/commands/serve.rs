@@ -3,8 +3,8 @@
 use super::CommandError;
 use super::expected_file::{self, ExpectedFile};
 use super::log::LineWriter;
+use super::stdin;
 use crate::config::{Config, LogFormat};
-use crate::jobs::no_thread;
 use crate::serve::{ServeOptions, run as serve};
 use shatter_cli_common::{self as program, StdoutError, whole_number};
 use shatter_engine::scene::Scene;
@@ -71,21 +71,10 @@ pub fn run(args: &ServeArgs) -> Result<(), CommandError> {
     let only = scene.as_ref().map(Scene::databases);
     let stop = Arc::new(Notify::new());
     if args.end_with_stdin {
-        notify_at_end_of_stdin(stop.clone())?;
+        let stop = stop.clone();
+        stdin::at_end(move || stop.notify_one())?;
     }
     serve(ServeOptions { paths, config, loader: loader(scene), only, ready, stop })?;
-    Ok(())
-}
-
-/// Starts a thread that notifies `stop` once standard input ends, or cannot be read.
-fn notify_at_end_of_stdin(stop: Arc<Notify>) -> Result<(), Error> {
-    let wait = move || {
-        // A descriptor that cannot be read has no other end that could keep the daemon.
-        let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
-        stop.notify_one();
-    };
-    let started = std::thread::Builder::new().name("stdin".to_owned()).spawn(wait);
-    started.map_err(|error| no_thread(&error))?;
     Ok(())
 }
 
