@@ -1,4 +1,4 @@
-// The page: states of the object, strikes, and what is shown of them.
+// The page: states of the object, requests, and what is shown of them.
 
 import * as THREE from "three";
 import { type Connection, ServiceError } from "./connection";
@@ -12,7 +12,7 @@ import { Pieces, type Pick } from "./pieces";
 import type { ResultMessage, Vector } from "./result";
 import { Stage } from "./stage";
 import * as strength from "./strength";
-import { EFFECTS, impactOf, TEXTURE_EFFECT, type RayContact, type Settings, type Strike } from "./strike";
+import { EFFECTS, impactOf, TEXTURE_EFFECT, type ImpactRequest, type RayContact, type Settings } from "./impact_request";
 
 /** Facts of an object of the service. */
 export interface ObjectFacts {
@@ -35,7 +35,7 @@ export interface Aim {
   thresholdNs?: number;
 }
 
-/** Explode factor after the first strike: wide enough to see between the pieces. */
+/** Explode factor after the first request: wide enough to see between the pieces. */
 const EXPLODE_FIRST = 0.22;
 
 /** Time in which pieces move apart, ms. */
@@ -53,8 +53,8 @@ export class App {
   private center: Vector = [0, 0, 0];
   /** Effects that the service does not allow, each after its object and a slash. */
   private readonly refused = new Set<string>();
-  private handles = new WeakMap<Strike, string>();
-  private readonly hulls = new WeakMap<Strike, ResultMessage>();
+  private handles = new WeakMap<ImpactRequest, string>();
+  private readonly hulls = new WeakMap<ImpactRequest, ResultMessage>();
   private live: { isBusy: boolean; wants: boolean } = { isBusy: false, wants: false };
   private marked: Pieces | undefined;
   /** Called after the shown state has changed. */
@@ -126,9 +126,9 @@ export class App {
     element("panel").scrollTop = 0;
   }
 
-  private layer(result: ResultMessage, strike: Strike | undefined): Layer {
+  private layer(result: ResultMessage, request: ImpactRequest | undefined): Layer {
     if (!this.look) throw new Error("no object is shown");
-    return { pieces: new Pieces(result, this.center, this.look), strike, replaced: new Set() };
+    return { pieces: new Pieces(result, this.center, this.look), request, replaced: new Set() };
   }
 
   /** What a point of the page shows: the first piece there. */
@@ -163,12 +163,12 @@ export class App {
     this.aim = aim;
     await this.guarded(async () => {
       const thresholdNs = await this.threshold(aim, settings);
-      const strike = this.strikeOf(aim, thresholdNs, settings);
-      await this.send(strike, aim, base, false);
+      const request = this.requestOf(aim, thresholdNs, settings);
+      await this.send(request, aim, base, false);
     });
   }
 
-  /** Repeats the last strike with the present settings, if it is live. Only one request is under way; the latest settings win. */
+  /** Repeats the last request with the present settings, if it is live. Only one request is under way; the latest settings win. */
   async again(settings: () => Settings): Promise<void> {
     if (!this.aim || !this.base || this.live.isBusy) {
       this.live.wants = true;
@@ -178,17 +178,17 @@ export class App {
     const [aim, base] = [this.aim, this.base];
     await this.guarded(async () => {
       const thresholdNs = await this.threshold(aim, settings());
-      await this.send(this.strikeOf(aim, thresholdNs, settings()), aim, base, true);
+      await this.send(this.requestOf(aim, thresholdNs, settings()), aim, base, true);
     });
     this.live.isBusy = false;
     if (this.live.wants) await this.again(settings);
   }
 
-  /** State before the last strike. */
+  /** State before the last request. */
   private base: State | undefined;
 
-  private strikeOf(aim: Aim, thresholdNs: number, settings: Settings): Strike {
-    const { strike } = aim.layer;
+  private requestOf(aim: Aim, thresholdNs: number, settings: Settings): ImpactRequest {
+    const { request } = aim.layer;
     // Four digits: enough for anyone, and short in the copied code.
     const impulseNs = Number((thresholdNs * strength.factor()).toPrecision(4));
     return {
@@ -196,16 +196,16 @@ export class App {
       ray: aim.ray,
       impulseNs,
       settings,
-      ...(strike ? { parent: { strike, fragment: aim.pick.fragment } } : {}),
+      ...(request ? { parent: { request, fragment: aim.pick.fragment } } : {}),
     };
   }
 
-  /** Sends a strike and shows its result: as a new state, or in place of the present one. */
-  private async send(strike: Strike, aim: Aim, base: State, isLive: boolean): Promise<void> {
+  /** Sends a request and shows its result: as a new state, or in place of the present one. */
+  private async send(request: ImpactRequest, aim: Aim, base: State, isLive: boolean): Promise<void> {
     const begun = performance.now();
-    const result = await this.request(strike, (effects) => effects);
+    const result = await this.resultOf(request, (effects) => effects);
     if (result.isWhole) {
-      const whole: State = { layers: base.layers, last: { strike, result, pictureMs: performance.now() - begun } };
+      const whole: State = { layers: base.layers, last: { request, result, pictureMs: performance.now() - begun } };
       this.base = base;
       this.history.replace(whole);
       if (!isLive) panel.hint("It stays whole: strike harder");
@@ -217,11 +217,11 @@ export class App {
     const rest = base.layers.map((layer) => (layer === aim.layer ? { ...layer, replaced } : layer));
     const layers = isAll ? rest.filter((layer) => layer.pieces !== aim.layer.pieces) : rest;
     const state: State = {
-      layers: [...layers, this.layer(result, strike)],
-      last: { strike, result, pictureMs: performance.now() - begun },
+      layers: [...layers, this.layer(result, request)],
+      last: { request, result, pictureMs: performance.now() - begun },
     };
     const old = this.history.pieces();
-    const isFirst = !isLive && base.last === undefined && base.layers.length === 1 && !base.layers[0]!.strike;
+    const isFirst = !isLive && base.last === undefined && base.layers.length === 1 && !base.layers[0]!.request;
     const isReplaced = this.base === base && this.history.now !== base;
     if (isLive && isReplaced) this.history.replace(state);
     else this.history.push(state);
@@ -232,29 +232,29 @@ export class App {
     this.refresh();
   }
 
-  /** Adds a strike of a recording as a state. */
-  showRecorded(strike: Strike, result: ResultMessage): void {
+  /** Adds a request of a recording as a state. */
+  showRecorded(request: ImpactRequest, result: ResultMessage): void {
     let base = this.history.now;
-    const { parent } = strike;
-    const whole = (state: State) => state.layers.length === 1 && !state.layers[0]!.strike;
-    // A strike on the object itself begins again from the whole object.
+    const { parent } = request;
+    const whole = (state: State) => state.layers.length === 1 && !state.layers[0]!.request;
+    // A request on the object itself begins again from the whole object.
     if (!parent) while (base && !whole(base) && this.history.move(-1)) base = this.history.now;
-    const layer = base?.layers.find((own) => own.strike === parent?.strike);
+    const layer = base?.layers.find((own) => own.request === parent?.request);
     if (!base || !layer || result.isWhole) return;
     const replaced = new Set(layer.replaced).add(parent?.fragment ?? 0);
     const rest = parent ? base.layers.map((own) => (own === layer ? { ...layer, replaced } : own)) : [];
-    const state = { layers: [...rest, this.layer(result, strike)], last: { strike, result, pictureMs: 0 } };
+    const state = { layers: [...rest, this.layer(result, request)], last: { request, result, pictureMs: 0 } };
     this.history.append(state);
     if (this.explode() === 0) this.setExplode(EXPLODE_FIRST);
   }
 
-  /** A picture of another result of the last strike, in place of its pieces. */
-  pictureOf(result: ResultMessage, strike: Strike, width: number, height: number): string {
+  /** A picture of another result of the last request, in place of its pieces. */
+  pictureOf(result: ResultMessage, request: ImpactRequest, width: number, height: number): string {
     const state = this.history.now;
     if (!state) return "";
-    const rest = state.layers.filter((layer) => layer.strike !== state.last?.strike);
+    const rest = state.layers.filter((layer) => layer.request !== state.last?.request);
     const intact = this.history.intact;
-    const own = this.layer(result.isWhole && intact ? intact : result, strike);
+    const own = this.layer(result.isWhole && intact ? intact : result, request);
     this.stage.group.clear();
     for (const layer of rest) this.stage.group.add(layer.pieces.mesh);
     this.stage.group.add(own.pieces.mesh);
@@ -268,7 +268,7 @@ export class App {
   /** The impulse that just breaks what `aim` points at, N·s. */
   async threshold(aim: Aim, settings: Settings): Promise<number> {
     if (aim.thresholdNs !== undefined) return aim.thresholdNs;
-    const probe = { ...this.strikeOf(aim, 1, settings), impulseNs: 1 };
+    const probe = { ...this.requestOf(aim, 1, settings), impulseNs: 1 };
     const reply = await this.withHandle(probe, (handle) =>
       this.connection.ask({ op: "threshold", object: probe.object, impact: { ...impactOf(probe, [], handle), keep: false } }),
     );
@@ -276,14 +276,14 @@ export class App {
     return aim.thresholdNs;
   }
 
-  /** Asks for the result of a strike. */
-  async request(strike: Strike, choose: (effects: string[]) => string[]): Promise<ResultMessage> {
-    const result = await this.withEffects(strike.object, (effects) =>
-      this.withHandle(strike, (handle) =>
-        this.connection.askResult({ op: "strike", object: strike.object, impact: impactOf(strike, choose(effects), handle) }),
+  /** Asks for the result of a request. */
+  async resultOf(request: ImpactRequest, choose: (effects: string[]) => string[]): Promise<ResultMessage> {
+    const result = await this.withEffects(request.object, (effects) =>
+      this.withHandle(request, (handle) =>
+        this.connection.askResult({ op: "strike", object: request.object, impact: impactOf(request, choose(effects), handle) }),
       ),
     );
-    if (result.head.handle) this.handles.set(strike, result.head.handle);
+    if (result.head.handle) this.handles.set(request, result.head.handle);
     return result;
   }
 
@@ -306,9 +306,9 @@ export class App {
     }
   }
 
-  /** Calls `ask` with the handle of the struck fragment's result. Repeats that strike if the service has forgotten it. */
-  async withHandle<T>(strike: Strike, ask: (handle: string | undefined) => Promise<T>): Promise<T> {
-    const parent = strike.parent?.strike;
+  /** Calls `ask` with the handle of the struck fragment's result. Repeats that request if the service has forgotten it. */
+  async withHandle<T>(request: ImpactRequest, ask: (handle: string | undefined) => Promise<T>): Promise<T> {
+    const parent = request.parent?.request;
     if (!parent) return ask(undefined);
     try {
       const handle = this.handles.get(parent);
@@ -316,7 +316,7 @@ export class App {
     } catch (error) {
       if (!(error instanceof ServiceError && error.kind === "unknown_handle")) throw error;
     }
-    await this.request(parent, (effects) => effects);
+    await this.resultOf(parent, (effects) => effects);
     return ask(this.handles.get(parent));
   }
 
@@ -324,9 +324,9 @@ export class App {
   async shownAs(format: string, enable: string[]): Promise<ResultMessage> {
     const ask = async () => {
       const layers = [];
-      for (const { pieces, strike, replaced } of this.history.now?.layers ?? []) {
+      for (const { pieces, request, replaced } of this.history.now?.layers ?? []) {
         const ids = pieces.result.fragments.map(({ id }) => id).filter((id) => !replaced.has(id));
-        const impact = strike && (await this.withHandle(strike, async (handle) => ({ ...impactOf(strike, enable, handle), keep: false })));
+        const impact = request && (await this.withHandle(request, async (handle) => ({ ...impactOf(request, enable, handle), keep: false })));
         layers.push({ pieces: ids, ...(impact ? { impact } : {}) });
       }
       return this.connection.askResult({ op: "download", format, object: this.object?.name, layers, enable });
@@ -407,10 +407,10 @@ export class App {
   private async showHulls(state: State): Promise<void> {
     await this.guarded(async () => {
       for (const layer of state.layers) {
-        if (!layer.strike) continue;
-        const known = this.hulls.get(layer.strike);
-        const result = known ?? (await this.request(layer.strike, () => ["hulls"]));
-        this.hulls.set(layer.strike, result);
+        if (!layer.request) continue;
+        const known = this.hulls.get(layer.request);
+        const result = known ?? (await this.resultOf(layer.request, () => ["hulls"]));
+        this.hulls.set(layer.request, result);
         if (this.history.now === state && panel.isOn("hulls")) layer.pieces.setHulls(result);
       }
       this.stage.changed();

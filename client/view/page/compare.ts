@@ -1,10 +1,10 @@
-// Presets and lifts side by side: the last strike with each of them, with error and time.
+// Presets and lifts side by side: the last request with each of them, with error and time.
 
 import type { App } from "./app";
 import { element, onClick, textElement } from "./dom";
 import { counted, percent, time } from "./format";
 import type { ResultMessage } from "./result";
-import type { Settings, Strike } from "./strike";
+import type { ImpactRequest, Settings } from "./impact_request";
 
 /** Size of a picture, pixels. */
 const PICTURE = { width: 260, height: 220 };
@@ -36,17 +36,17 @@ async function compare(app: App): Promise<void> {
   const button = element<HTMLButtonElement>("run-compare");
   button.disabled = true;
   for (const { name, change } of VARIANTS) {
-    const strike: Strike = { ...last.strike, settings: { ...last.strike.settings, ...change } };
+    const request: ImpactRequest = { ...last.request, settings: { ...last.request.settings, ...change } };
     const figure = document.createElement("figure");
     figure.append(textElement("b", name));
     into.append(figure);
     try {
-      const result = await app.request(strike, (effects) => effects);
+      const result = await app.resultOf(request, (effects) => effects);
       describe(figure, result);
       const picture = document.createElement("img");
       [picture.width, picture.height] = [PICTURE.width, PICTURE.height];
       picture.alt = `${name}: ${counted(result.fragments.length, "piece")}`;
-      picture.src = app.pictureOf(result, strike, PICTURE.width, PICTURE.height);
+      picture.src = app.pictureOf(result, request, PICTURE.width, PICTURE.height);
       figure.prepend(picture);
     } catch (error) {
       figure.append(textElement("span", error instanceof Error ? error.message : String(error)));

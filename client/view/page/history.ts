@@ -2,13 +2,13 @@
 
 import type { Pieces } from "./pieces";
 import type { ResultMessage } from "./result";
-import type { Strike } from "./strike";
+import type { ImpactRequest } from "./impact_request";
 
 /** Pieces of one result; some of them may have been struck again, and are shown by another layer. */
 export interface Layer {
   pieces: Pieces;
-  /** The strike that made them; `undefined`: the object as it was. */
-  strike: Strike | undefined;
+  /** The request that made them; `undefined`: the object as it was. */
+  request: ImpactRequest | undefined;
   /** Pieces that later layers replace. */
   replaced: Set<number>;
 }
@@ -16,8 +16,8 @@ export interface Layer {
 /** One state. */
 export interface State {
   layers: Layer[];
-  /** The last strike, its result, and time from the request to the drawn picture. */
-  last: { strike: Strike; result: ResultMessage; pictureMs: number } | undefined;
+  /** The last request, its result, and time from the request to the drawn picture. */
+  last: { request: ImpactRequest; result: ResultMessage; pictureMs: number } | undefined;
 }
 
 /** Most states that are kept, and most bytes of their results. */

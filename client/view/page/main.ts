@@ -12,7 +12,7 @@ import * as panel from "./panel";
 import { recordingOf, replay } from "./replay";
 import type { Vector } from "./result";
 import * as strength from "./strength";
-import { codeOf, impactOf, type Language, type Settings } from "./strike";
+import { codeOf, impactOf, type Language, type Settings } from "./impact_request";
 
 /** Farthest that a pointer moves in a click, pixels. */
 const CLICK_PX = 6;
@@ -41,7 +41,7 @@ async function showThreshold(aim: Aim): Promise<void> {
   try {
     await app.threshold(aim, settings());
   } catch {
-    // The strike itself reports the error.
+    // The request itself reports the error.
     return;
   }
   if (app.aim === aim) {
@@ -158,13 +158,13 @@ async function download(format: string): Promise<void> {
 async function copy(button: HTMLButtonElement): Promise<void> {
   const last = app.history.now?.last;
   if (!last) return;
-  const code = codeOf(last.strike, button.dataset["language"] as Language, app.effectsOf(last.strike.object), app.service);
+  const code = codeOf(last.request, button.dataset["language"] as Language, app.effectsOf(last.request.object), app.service);
   const name = button.textContent;
   try {
     await navigator.clipboard.writeText(code);
     button.textContent = "Copied";
   } catch {
-    save(`strike.${{ shell: "sh", rust: "rs", python: "py", c: "c" }[button.dataset["language"] as Language]}`, code, "text/plain");
+    save(`request.${{ shell: "sh", rust: "rs", python: "py", c: "c" }[button.dataset["language"] as Language]}`, code, "text/plain");
     button.textContent = "Saved";
   }
   setTimeout(() => (button.textContent = name), 1500);

@@ -43,11 +43,11 @@ export function legend(values: { low: string; high: string; label: string; style
   const box = element("legend");
   box.hidden = values === undefined;
   if (!values) return;
-  const [low, bar, high] = box.children as unknown as [HTMLElement, HTMLElement, HTMLElement];
+  const [label, low, bar, high] = box.children as unknown as [HTMLElement, HTMLElement, HTMLElement, HTMLElement];
+  label.textContent = values.label;
   low.textContent = values.low;
   high.textContent = values.high;
   bar.style.background = values.style;
-  box.title = values.label;
 }
 
 /** Surface of the fragments, in words; the reason is known of meshes that this page baked. */

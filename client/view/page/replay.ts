@@ -1,11 +1,11 @@
-// A recording: the page replays strikes that were made before, without a service.
+// A recording: the page replays requests that were made before, without a service.
 
 import type { App, ObjectFacts } from "./app";
 import * as panel from "./panel";
 import { decode, type ResultMessage, type Vector } from "./result";
-import type { Settings, Strike } from "./strike";
+import type { ImpactRequest, Settings } from "./impact_request";
 
-interface RecordedStrike {
+interface RecordedReply {
   request: string;
   message: string;
 }
@@ -23,17 +23,17 @@ interface RecordedRequest {
 }
 
 /** The recording in the page, if it is one. */
-export function recordingOf(page: Document): RecordedStrike[] | undefined {
+export function recordingOf(page: Document): RecordedReply[] | undefined {
   const text = page.getElementById("recording")?.textContent;
-  return text ? (JSON.parse(text) as RecordedStrike[]) : undefined;
+  return text ? (JSON.parse(text) as RecordedReply[]) : undefined;
 }
 
-/** Shows a recording: every strike becomes a state. */
-export async function replay(app: App, recording: RecordedStrike[]): Promise<void> {
+/** Shows a recording: every request becomes a state. */
+export async function replay(app: App, recording: RecordedReply[]): Promise<void> {
   document.body.classList.add("replay");
-  const byHandle = new Map<string, { strike: Strike; result: ResultMessage }>();
-  for (const { request, message } of recording) {
-    const asked = JSON.parse(request) as RecordedRequest;
+  const byHandle = new Map<string, { request: ImpactRequest; result: ResultMessage }>();
+  for (const { request: text, message } of recording) {
+    const asked = JSON.parse(text) as RecordedRequest;
     const result = decode(await bytes(message));
     if (asked.op === "intact") {
       app.showIntact(factsOf(asked.object, result), result);
@@ -44,21 +44,21 @@ export async function replay(app: App, recording: RecordedStrike[]): Promise<voi
     if (!impact || !contact || result.floats("normals").length === 0) continue;
     const settings: Settings = { quality: impact.quality ?? "", lift: impact.lift ?? "", seed: Number(impact.seed ?? 0) };
     const parent = impact.from && byHandle.get(impact.from[0]);
-    const strike: Strike = {
+    const request: ImpactRequest = {
       object: asked.object,
       ray: { originM: contact.point_m, direction: contact.ray },
       impulseNs: contact.impulse_along_ray_ns,
       settings,
-      ...(parent && impact.from ? { parent: { strike: parent.strike, fragment: impact.from[1] } } : {}),
+      ...(parent && impact.from ? { parent: { request: parent.request, fragment: impact.from[1] } } : {}),
     };
-    if (result.head.handle) byHandle.set(result.head.handle, { strike, result });
-    app.showRecorded(strike, result);
+    if (result.head.handle) byHandle.set(result.head.handle, { request, result });
+    app.showRecorded(request, result);
   }
   app.go(-Infinity);
-  panel.hint("A recording: → shows the next strike");
+  panel.hint("A recording: → shows the next result");
 }
 
-/** The message of a strike: gzip as base64. */
+/** The message of a request: gzip as base64. */
 async function bytes(base64: string): Promise<ArrayBuffer> {
   const reply = await fetch(`data:application/octet-stream;base64,${base64}`);
   return new Response(reply.body!.pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();

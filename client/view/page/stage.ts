@@ -123,7 +123,7 @@ export class Stage {
     const distance = (0.62 * diagonal) / Math.sin(THREE.MathUtils.degToRad(this.camera.fov / 2));
     this.camera.near = diagonal / 100;
     this.camera.far = diagonal * 60;
-    this.camera.position.set(0.42, 0.38, 0.82).normalize().multiplyScalar(distance * Math.max(1, 1 / this.camera.aspect));
+    this.camera.position.set(0.42, 0.38, 0.82).normalize().multiplyScalar(distance * this.margin());
     this.controls.target.set(0, 0, 0);
     this.controls.minDistance = 0.3 * diagonal;
     this.controls.maxDistance = 12 * diagonal;
@@ -300,12 +300,21 @@ export class Stage {
     if (Math.abs(this.renderer.getPixelRatio() - ratio) > 0.02) this.renderer.setPixelRatio(ratio);
   }
 
+  /** Distance of the camera that an upright picture needs, as a multiple of that of a square one. */
+  private margin(): number {
+    return Math.max(1, 1 / this.camera.aspect);
+  }
+
   private resize(): void {
     const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
     if (width === 0 || height === 0) return;
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
+    const before = this.margin();
     this.camera.aspect = width / height;
+    // What filled the picture fills it again.
+    const offset = this.camera.position.clone().sub(this.controls.target).multiplyScalar(this.margin() / before);
+    this.camera.position.copy(this.controls.target).add(offset);
     this.camera.updateProjectionMatrix();
     this.redraw();
   }

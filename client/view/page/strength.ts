@@ -1,4 +1,4 @@
-// Strength of a strike: a multiple of the impulse that just breaks the object at the contact, shown as an impulse, a height or a speed.
+// Strength of an impact: a multiple of the impulse that just breaks the object at the contact, shown as an impulse, a height or a speed.
 
 import { chosen, element } from "./dom";
 import { digits, length, withUnit } from "./format";
@@ -28,7 +28,7 @@ export function setFactor(value: number): void {
 /** Places the mark of the threshold, and the slider at its beginning. */
 export function begin(): void {
   const share = Math.log(1 / LEAST) / Math.log(MOST / LEAST);
-  element("threshold").style.left = `calc(8px + ${share} * (100% - 16px))`;
+  for (const id of ["threshold", "threshold-name"]) element(id).style.left = `calc(8px + ${share} * (100% - 16px))`;
   setFactor(BEGIN);
 }
 
@@ -50,8 +50,8 @@ export function quantity(impulseNs: number): string {
 export function show(thresholdNs: number | undefined): void {
   element("ball-row").hidden = chosen("by") === "impulse";
   const value = factor();
-  const times = `${digits(value, 2)} × what just breaks it`;
+  const times = `${digits(value, 2)} × the threshold`;
   element("strength").textContent = thresholdNs === undefined ? times : quantity(thresholdNs * value);
   element("breaks").textContent =
-    thresholdNs === undefined ? "Point at the object to see what breaks it there." : `${times}: ${quantity(thresholdNs)} here`;
+    thresholdNs === undefined ? "The threshold is what just breaks the object. Point at a place to see it there." : `${times}, which is ${quantity(thresholdNs)} here`;
 }

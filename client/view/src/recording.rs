@@ -1,4 +1,4 @@
-//! The strikes of a run, written as one page that replays them without a service.
+//! The requests of a run with their results, written as one page that replays them without a service.
 
 use crate::page_files::PageFiles;
 use base64::Engine;
@@ -11,11 +11,11 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Most bytes of results of a recording; later strikes are left out.
+/// Most bytes of results of a recording; later requests are left out.
 const BYTES_MAX: usize = 256 << 20;
 
 /// A request as JSON, and the message with its result.
-struct RecordedStrike {
+struct RecordedReply {
     request: String,
     message: Vec<u8>,
 }
@@ -24,33 +24,33 @@ struct RecordedStrike {
 pub struct Recording {
     file: PathBuf,
     page: PageFiles,
-    strikes: Mutex<Vec<RecordedStrike>>,
+    replies: Mutex<Vec<RecordedReply>>,
 }
 
 impl Recording {
     /// A recording for `file`, replayed by `page`.
     #[must_use]
     pub fn new(file: &Path, page: PageFiles) -> Self {
-        Self { file: file.to_owned(), page, strikes: Mutex::default() }
+        Self { file: file.to_owned(), page, replies: Mutex::default() }
     }
 
-    fn strikes(&self) -> MutexGuard<'_, Vec<RecordedStrike>> {
-        self.strikes.lock().unwrap_or_else(PoisonError::into_inner)
+    fn replies(&self) -> MutexGuard<'_, Vec<RecordedReply>> {
+        self.replies.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Adds a request, unless the recording is too large.
     pub(crate) fn add(&self, request: &Value, message: &[u8]) {
-        let mut strikes = self.strikes();
-        let bytes: usize = strikes.iter().map(|strike| strike.message.len()).sum();
+        let mut replies = self.replies();
+        let bytes: usize = replies.iter().map(|reply| reply.message.len()).sum();
         if bytes + message.len() <= BYTES_MAX {
-            strikes.push(RecordedStrike { request: request.to_string(), message: message.to_vec() });
+            replies.push(RecordedReply { request: request.to_string(), message: message.to_vec() });
         }
     }
 
-    /// Whether no strike was made.
+    /// Whether nothing was struck.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.strikes().is_empty()
+        self.replies().is_empty()
     }
 
     /// Writes the page, and returns its path.
@@ -64,17 +64,17 @@ impl Recording {
         Ok(self.file.clone())
     }
 
-    /// The page with its script, its style and the strikes in one text.
+    /// The page with its script, its style and the recorded replies in one text.
     fn html(&self) -> Result<String, Error> {
         let text = |path: &str| {
             let file = self.page.file(path).and_then(|file| std::str::from_utf8(file.bytes).ok());
             file.ok_or_else(|| Error::new(ErrorKind::Failed, path, format!("the page has no file `{path}`")))
         };
         let style = format!("<style>{}</style>", text("view.css")?);
-        let strikes = self.strikes();
-        let rows: Vec<Value> = strikes
+        let replies = self.replies();
+        let rows: Vec<Value> = replies
             .iter()
-            .map(|strike| serde_json::json!({ "request": strike.request, "message": STANDARD.encode(compressed(&strike.message)) }))
+            .map(|reply| serde_json::json!({ "request": reply.request, "message": STANDARD.encode(compressed(&reply.message)) }))
             .collect();
         let data = Value::Array(rows).to_string().replace('<', "\\u003c");
         // A closing tag inside the script would end it.

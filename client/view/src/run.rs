@@ -18,7 +18,7 @@ pub struct ViewArguments {
     pub files: Vec<PathBuf>,
     /// Port of 127.0.0.1; 0: any free one.
     pub port: u16,
-    /// File that receives the strikes as a page of its own.
+    /// File that receives the requests and their results as a page of its own.
     pub record: Option<PathBuf>,
     /// Files of the page.
     pub page: PageFiles,

@@ -49,7 +49,7 @@ pub struct ViewOptions {
     pub page: PageFiles,
     /// The daemon whose objects are struck.
     pub daemon: Arc<ViewDaemon>,
-    /// The strikes made, if they are recorded.
+    /// The requests and results, if they are recorded.
     pub recording: Option<Arc<Recording>>,
 }
 

@@ -23,8 +23,8 @@ before(async () => {
   // Not the name that programs connect to if they name none.
   service = own.env.SHATTER_SERVICE;
   server = await view(own, [await bake(own, "dumbbell", ["--quality", "draft"])]);
-  const file = join(own.folder, "strike.mjs");
-  await build({ entryPoints: [join(client, "view/page/strike.ts")], bundle: true, format: "esm", outfile: file });
+  const file = join(own.folder, "impact_request.mjs");
+  await build({ entryPoints: [join(client, "view/page/impact_request.ts")], bundle: true, format: "esm", outfile: file });
   ({ codeOf } = await import(file));
   delete own.env.SHATTER_SERVICE;
   const first = {
@@ -37,7 +37,7 @@ before(async () => {
   const piece = JSON.parse(await shell(first)).fragments.reduce(largest);
   const [x, y, z] = piece.center_m;
   const again = { ...first, ray: { originM: [x - 1, y, z], direction: [2, 0, 0] }, impulseNs: 400, settings: { quality: "", lift: "", seed: 123456789012 } };
-  request = { ...again, parent: { strike: first, fragment: piece.id } };
+  request = { ...again, parent: { request: first, fragment: piece.id } };
   const broken = JSON.parse(await shell(request));
   assert.ok(broken.fragments.length > 1, "the piece breaks");
   expected = broken.output_hash;
@@ -56,7 +56,7 @@ async function shell(request, hasFile = false) {
   return stdout;
 }
 
-test("the command line repeats both strikes", { skip }, async () => {
+test("the command line repeats both requests", { skip }, async () => {
   assert.match(expected, /^[0-9a-f]{16}$/);
   const written = JSON.parse(await shell(request, true));
   assert.equal(written.fragments.length, JSON.parse(await shell(request)).fragments.length);

@@ -31,7 +31,7 @@ async function noneIsLeft(what, timeoutMs = TIMEOUT_MS) {
   assert.deepEqual(left, [], `${what}: left running`);
 }
 
-const strike = {
+const request = {
   op: "strike",
   object: "dumbbell",
   impact: { contacts: [{ point_m: [1, 0, 0], ray: [-1, 0, 0], impulse_along_ray_ns: 40 }], quality: "reference", enable: ["normals", "bonds"] },
@@ -42,7 +42,7 @@ test("the daemon is gone when the command ends by SIGTERM in the middle of a req
     const server = await view(own, [database]);
     assert.equal((await processesOf(own)).length, 2, "the command and its daemon");
     const socket = await socketOf(server.address);
-    for (let id = 1; id < 12; id++) socket.send({ ...strike, id });
+    for (let id = 1; id < 12; id++) socket.send({ ...request, id });
     await pause(6 * run);
     await server.end();
     // Without a wait: the command ends after its daemon.
@@ -62,7 +62,7 @@ test("the daemon ends with a command that is ended while it starts, or killed", 
   }
   const server = await view(own, [database]);
   const socket = await socketOf(server.address);
-  socket.send({ ...strike, id: 1 });
+  socket.send({ ...request, id: 1 });
   await server.end("SIGKILL");
   await noneIsLeft("SIGKILL in the middle of a request");
 });
@@ -72,7 +72,7 @@ test("a killed daemon is not started again by a command that ends", { skip, time
     const server = await view(own, [database]);
     const [daemon] = (await processesOf(own)).filter((id) => Number(id) !== server.pid);
     const socket = await socketOf(server.address);
-    for (let id = 1; id < 12; id++) socket.send({ ...strike, id });
+    for (let id = 1; id < 12; id++) socket.send({ ...request, id });
     process.kill(Number(daemon), "SIGKILL");
     await pause(20 * run);
     await server.end();

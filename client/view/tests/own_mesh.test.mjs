@@ -115,9 +115,9 @@ test("presets and lifts stand side by side", { skip }, async () => {
   assert.ok((await page.locator("#compared img").count()) >= 5);
 });
 
-test("200 strikes take no more memory", { skip, timeout: 400_000 }, async () => {
+test("200 requests take no more memory", { skip, timeout: 400_000 }, async () => {
   await whole(page);
-  const strikes = async (count) => {
+  const request = async (count) => {
     for (let i = 0; i < count; i++) {
       await page.evaluate(async (i) => {
         const { app, settings } = globalThis.shatterView;
@@ -141,8 +141,8 @@ test("200 strikes take no more memory", { skip, timeout: 400_000 }, async () => 
       return { bytes: performance.memory.usedJSHeapSize, geometries, textures };
     });
   };
-  const before = await strikes(20);
-  const after = await strikes(200);
+  const before = await request(20);
+  const after = await request(200);
   assert.ok(after.bytes <= 1.1 * before.bytes, `${before.bytes} bytes, then ${after.bytes}`);
   assert.ok(after.geometries <= before.geometries + 2 && after.textures <= before.textures + 4, JSON.stringify([before, after]));
 });

@@ -68,9 +68,9 @@ test("20 random rays give the bytes of `shatter impact`", { skip }, async () => 
   for (const { origin, direction, impulse, seed } of rays) {
     const ours = await page.evaluate(
       async ([origin, direction, impulse, seed]) => {
-        const strike = { object: "mug", ray: { originM: origin, direction }, impulseNs: impulse, settings: { quality: "", lift: "", seed } };
+        const request = { object: "mug", ray: { originM: origin, direction }, impulseNs: impulse, settings: { quality: "", lift: "", seed } };
         const { app, impactOf } = globalThis.shatterView;
-        const impact = impactOf(strike, ["normals", "attributes", "bonds"], undefined);
+        const impact = impactOf(request, ["normals", "attributes", "bonds"], undefined);
         return app.connection.askResult({ op: "strike", object: "mug", impact, hashes: true }).then(
           (result) => ({ hashes: result.head.hashes, output: result.head.output_hash }),
           (error) => ({ error: error.kind }),
@@ -140,7 +140,7 @@ test("downloads hold all pieces that are shown, of several requests", { skip }, 
       if (forgets) {
         await page.evaluate(() => {
           const { app } = globalThis.shatterView;
-          for (const { strike } of app.history.now.layers) if (strike) app.handles.set(strike, "999999999");
+          for (const { request } of app.history.now.layers) if (request) app.handles.set(request, "999999999");
         });
       }
       const [download] = await Promise.all([page.waitForEvent("download"), page.click(`[data-format=${format}]`)]);

@@ -46,15 +46,15 @@ async function partsOf(count) {
     await rest();
     const rows = [];
     for (let at = 0; at < count + 4; at++) {
-      const strike = { ...app.strikeOf(aim, thresholdNs, { ...settings(), seed: at }) };
+      const request = { ...app.requestOf(aim, thresholdNs, { ...settings(), seed: at }) };
       const begun = performance.now();
-      const result = await app.request(strike, (effects) => effects);
+      const result = await app.resultOf(request, (effects) => effects);
       const asked = performance.now();
-      const layer = app.layer(result, strike);
+      const layer = app.layer(result, request);
       const built = performance.now();
       app.go(-Infinity);
       const before = performance.now();
-      app.history.push({ layers: [layer], last: { strike, result, pictureMs: 0 } });
+      app.history.push({ layers: [layer], last: { request, result, pictureMs: 0 } });
       app.refresh();
       const ready = performance.now();
       if (at >= count) draw();
@@ -119,12 +119,12 @@ test("frames per second of a large result that is turned", { skip }, async (cont
   const found = await page.evaluate(async (wanted) => {
     const { app, connection, impactOf, settings } = globalThis.shatterView;
     const { stage } = app;
-    const strike = { object: "mug", ray: { originM: [0, 0, 10], direction: [0, 0, -1] }, impulseNs: 1, settings: settings() };
-    const impact = { ...impactOf(strike, app.effectsOf("mug"), undefined), degree: wanted.sites, gamma_j_m2: 1e-9, surface: "lattice" };
+    const request = { object: "mug", ray: { originM: [0, 0, 10], direction: [0, 0, -1] }, impulseNs: 1, settings: settings() };
+    const impact = { ...impactOf(request, app.effectsOf("mug"), undefined), degree: wanted.sites, gamma_j_m2: 1e-9, surface: "lattice" };
     const result = await connection.askResult({ op: "strike", object: "mug", impact });
-    const layer = app.layer(result, strike);
+    const layer = app.layer(result, request);
     app.go(-Infinity);
-    app.history.push({ layers: [layer], last: { strike, result, pictureMs: 0 } });
+    app.history.push({ layers: [layer], last: { request, result, pictureMs: 0 } });
     app.setExplode(0.22);
     app.refresh();
     const gl = stage.renderer.getContext();

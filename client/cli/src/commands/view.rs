@@ -14,7 +14,7 @@ pub struct Args {
     /// Port of 127.0.0.1; 0: any free one
     #[arg(long, value_name = "N", default_value_t = 0)]
     port: u16,
-    /// File for a page that replays the strikes without a service; written when the command ends
+    /// File for a page that replays the results without a service; written when the command ends
     #[arg(long, value_name = "FILE.html")]
     record: Option<PathBuf>,
 }
