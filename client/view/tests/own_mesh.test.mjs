@@ -9,29 +9,6 @@ let own, page, notes;
 
 session("dumbbell", ["--quality", "draft", "--surface", "lattice"], (parts) => ({ own, page, notes } = parts));
 
-session("dumbbell", ["--quality", "draft", "--surface", "lattice"], (parts) => ({ own, page, notes } = parts));
-
-/** A ball as OBJ, without the faces around two of its vertices. */
-function ball(rows, columns) {
-  const lines = [];
-  for (let i = 0; i <= rows; i++) {
-    for (let j = 0; j < columns; j++) {
-      const [u, v] = [(2 * Math.PI * j) / columns, (Math.PI * i) / rows];
-      lines.push(`v ${(0.1 * Math.sin(v) * Math.cos(u)).toFixed(6)} ${(0.1 * Math.cos(v)).toFixed(6)} ${(0.1 * Math.sin(v) * Math.sin(u)).toFixed(6)}`);
-    }
-  }
-  const at = (i, j) => i * columns + (j % columns) + 1;
-  const holes = new Set([at(rows / 2, 3), at(rows / 2, columns / 2)]);
-  for (let i = 0; i < rows; i++) {
-    for (let j = 0; j < columns; j++) {
-      for (const face of [[at(i, j), at(i, j + 1), at(i + 1, j)], [at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)]]) {
-        if (!face.some((corner) => holes.has(corner))) lines.push(`f ${face.join(" ")}`);
-      }
-    }
-  }
-  return lines.join("\n") + "\n";
-}
-
 test("holes of a dropped mesh are marked, it is baked with progress, and breaks", { skip }, async () => {
   const file = join(own.folder, "ball with holes.obj");
   await writeFile(file, ball(24, 32, [[12, 3], [12, 16]]));
