@@ -10,11 +10,12 @@ use hyper::upgrade::OnUpgrade;
 use hyper::{Response, StatusCode};
 use hyper_util::rt::TokioIo;
 use std::time::Duration;
+use tokio::io::AsyncWriteExt;
 use tokio::sync::mpsc;
 use tokio::sync::mpsc::error::TrySendError;
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::handshake::derive_accept_key;
-use tokio_tungstenite::tungstenite::protocol::frame::Frame;
+use tokio_tungstenite::tungstenite::protocol::frame::FrameHeader;
 use tokio_tungstenite::tungstenite::protocol::frame::coding::{Data, OpCode};
 use tokio_tungstenite::tungstenite::protocol::{Role, WebSocketConfig};
 use tokio_tungstenite::tungstenite::{Error as SocketError, Message};
@@ -24,10 +25,6 @@ pub(crate) const SOCKETS_MAX: usize = 4;
 
 /// Largest message of the page, bytes: a mesh file. A longer one is refused by the length that its header announces.
 const MESSAGE_BYTES_MAX: usize = 64 << 20;
-
-/// Largest frame of a message to the page, bytes. tungstenite 0.30 moves the rest of a frame after each write of the system: for one
-/// frame of 10 MB that takes longer than the writes.
-const FRAME_BYTES_MAX: usize = 256 << 10;
 
 /// Requests of a page that wait for its worker. Further ones are refused.
 const WAITING_MAX: usize = 16;
@@ -112,20 +109,22 @@ async fn exchange(
     }
 }
 
-/// Sends a reply, a long one in several frames.
+/// Sends a reply. A binary one is a single frame that is written as it is: tungstenite 0.30 would copy it, and move the rest of it after
+/// each write of the system.
 async fn send(
     stream: &mut WebSocketStream<TokioIo<hyper::upgrade::Upgraded>>,
     reply: Reply,
 ) -> Result<(), SocketError> {
-    let mut rest = match reply {
+    let bytes = match reply {
         Reply::Text(text) => return stream.send(Message::text(text)).await,
-        Reply::Binary(bytes) => Bytes::from(bytes),
+        Reply::Binary(bytes) => bytes,
     };
-    let mut kind = Data::Binary;
-    while rest.len() > FRAME_BYTES_MAX {
-        let part = rest.split_to(FRAME_BYTES_MAX);
-        stream.feed(Message::Frame(Frame::message(part, OpCode::Data(kind), false))).await?;
-        kind = Data::Continue;
-    }
-    stream.send(Message::Frame(Frame::message(rest, OpCode::Data(kind), true))).await
+    let header = FrameHeader { is_final: true, opcode: OpCode::Data(Data::Binary), ..FrameHeader::default() };
+    let mut head = Vec::new();
+    header.format(bytes.len() as u64, &mut head)?;
+    stream.flush().await?;
+    let connection = stream.get_mut();
+    connection.write_all(&head).await?;
+    connection.write_all(&bytes).await?;
+    Ok(connection.flush().await?)
 }
