@@ -83,6 +83,24 @@ fn a_signal_ends_a_bake_early_with_its_own_code_and_leaves_nothing() {
 }
 
 #[test]
+fn a_bake_ends_with_its_standard_input_if_that_is_wanted() {
+    let fixture = Fixture::new();
+    let arguments = ["bake", "--shape", "vase", "--name", "own", "--quality", "film", "--end-with-stdin"];
+    let mut command = fixture.command("shatterd");
+    command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap());
+    let mut output = String::new();
+    while !output.contains("volume") {
+        assert!(lines.read_line(&mut output).unwrap() > 0, "the bake ended too early: {output}");
+    }
+    drop(child.stdin.take());
+    lines.read_to_string(&mut output).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(143), "{output}");
+    assert_eq!(left(&fixture.databases()), Vec::<String>::new());
+}
+
+#[test]
 fn a_signal_ends_every_command_and_leaves_no_half_file() {
     let fixture = Fixture::new();
     let out = fixture.path("out");

@@ -161,11 +161,12 @@ export class App {
     const base = this.history.now;
     if (!base || !this.object) return;
     this.aim = aim;
-    await this.guarded(async () => {
+    const ask = async () => {
       const thresholdNs = await this.threshold(aim, settings);
       const request = this.requestOf(aim, thresholdNs, settings);
       await this.send(request, aim, base, false);
-    });
+    };
+    await this.guarded(() => this.stage.hold(ask));
   }
 
   /** Repeats the last request with the present settings, if it is live. Only one request is under way; the latest settings win. */
@@ -176,10 +177,11 @@ export class App {
     }
     this.live = { isBusy: true, wants: false };
     const [aim, base] = [this.aim, this.base];
-    await this.guarded(async () => {
+    const ask = async () => {
       const thresholdNs = await this.threshold(aim, settings());
       await this.send(this.requestOf(aim, thresholdNs, settings()), aim, base, true);
-    });
+    };
+    await this.guarded(() => this.stage.hold(ask));
     this.live.isBusy = false;
     if (this.live.wants) await this.again(settings);
   }

@@ -7,7 +7,7 @@ const FRAME_MS = 60;
 const SCALE_MIN = 0.5;
 
 /** Pause after the last movement before a frame with all details, ms; at least two frames, so that slow ones do not end a movement. */
-const REST_MS = 180;
+const REST_MS = 240;
 const REST_MAX_MS = 1500;
 
 /** Names of renderers that draw without a graphics processor. */

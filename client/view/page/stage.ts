@@ -44,6 +44,7 @@ export class Stage {
   private pending = false;
   private isMoving = false;
   private restTimer: number | undefined;
+  private isHeld = false;
   private tick: ((now: number) => boolean) | undefined;
   /** Frames drawn. */
   frames = 0;
@@ -259,11 +260,29 @@ export class Stage {
   private moved(): void {
     this.isMoving = true;
     clearTimeout(this.restTimer);
+    this.restLater();
+    this.redraw();
+  }
+
+  private restLater(): void {
     this.restTimer = window.setTimeout(() => {
+      if (this.isHeld) {
+        this.restLater();
+        return;
+      }
       this.isMoving = false;
       this.redraw();
     }, this.pace.restMs());
-    this.redraw();
+  }
+
+  /** Runs `work`, and draws no frame at rest meanwhile: on a slow renderer it would take the processor from the service. */
+  async hold(work: () => Promise<void>): Promise<void> {
+    this.isHeld = true;
+    try {
+      await work();
+    } finally {
+      this.isHeld = false;
+    }
   }
 
   private draw(now: number): void {
