@@ -72,7 +72,7 @@ impl Bakes {
     }
 }
 
-/// What a bake prints.
+/// Output of a bake.
 struct BakeOutput {
     report: Option<ChildStdout>,
     progress: Option<ChildStderr>,
