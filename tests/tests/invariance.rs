@@ -92,9 +92,14 @@ fn turning_the_prepared_lattice_and_the_contact_keeps_the_fragments_to_rounding(
         let solid = body.solid.as_ref().unwrap();
         let elastic = solid.lattice.transformed(&turn);
         let poisson = own.parameters.material.poisson;
-        let solid =
-            ElasticModel::new(elastic, solid.transfer.clone(), poisson, Precision::F64, &CancelToken::default())
-                .unwrap();
+        let solid = ElasticModel::new(
+            elastic,
+            solid.transfer.clone(),
+            (poisson, Precision::F64),
+            solid.elasticity.order(),
+            &CancelToken::default(),
+        )
+        .unwrap();
         PreparedBody { solid: Some(solid), interior: Some(interior), ..PreparedBody::new(crack) }
     });
     let turned = PreparedObject {

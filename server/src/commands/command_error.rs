@@ -247,6 +247,7 @@ pub fn scene_keys(text: &str) -> String {
         ("--gamma", "gamma_j_m2"),
         ("--examples", "examples"),
         ("--quality ", "quality = "),
+        ("--elements ", "elements = "),
         ("--surface ", "surface = "),
     ];
     keys.iter().fold(text.to_owned(), |text, (option, key)| text.replace(option, key))

@@ -7,7 +7,7 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, EXAMPLES_MAX, Tables};
 use shatter_fracture::degree::reference_gamma;
 use shatter_fracture::lattice::SPACING_RANGE;
-use shatter_fracture::pipeline::{AnchorError, DEGREE_MAX, PreparedObject, SurfaceKind};
+use shatter_fracture::pipeline::{AnchorError, DEGREE_MAX, ElementChoice, PreparedObject, SurfaceKind};
 use shatter_fracture::scene::{Anchors, Material, Materials, WarpControls, brief};
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_proto::Error;
@@ -18,7 +18,7 @@ use shatter_proto::text::number;
 use std::path::Path;
 
 /// Keys of an object, in the order of the shipped scenes.
-pub const OBJECT_KEYS: [&str; 20] = [
+pub const OBJECT_KEYS: [&str; 21] = [
     "database",
     "shape",
     "material",
@@ -26,6 +26,7 @@ pub const OBJECT_KEYS: [&str; 20] = [
     "gamma_j_m2",
     "elastic_spacing",
     "crack_spacing",
+    "elements",
     "surface",
     "examples",
     "lift",
@@ -68,6 +69,8 @@ pub struct SceneObject {
     pub elastic_spacing: Option<f64>,
     /// Spacing of the crack lattice for baking, as a fraction of the diagonal.
     pub crack_spacing: Option<f64>,
+    /// Order of the elements for baking.
+    pub elements: Option<ElementChoice>,
     /// Surface of the fragments for baking.
     pub surface: Option<SurfaceKind>,
     /// Number of example impacts for baking.
@@ -223,6 +226,7 @@ struct Values {
     gamma_j_m2: Option<f64>,
     elastic_spacing: Option<f64>,
     crack_spacing: Option<f64>,
+    elements: Option<String>,
     surface: Option<String>,
     examples: Option<u64>,
     lift: Option<String>,
@@ -325,6 +329,8 @@ impl SceneObject {
         let lift = values.lift.map_or(Ok(Lift::Interior), |name| named(&at("lift"), "lift", &name, LIFTS))?;
         let qualities = Quality::ALL.map(|quality| (quality.name(), quality));
         let quality = values.quality.map(|name| named(&at("quality"), "quality", &name, qualities)).transpose()?;
+        let orders = ElementChoice::ALL.map(|kind| (kind.name(), kind));
+        let elements = values.elements.map(|name| named(&at("elements"), "elements", &name, orders)).transpose()?;
         let surfaces = SurfaceKind::ALL.map(|kind| (kind.name(), kind));
         let surface = values.surface.map(|name| named(&at("surface"), "surface", &name, surfaces)).transpose()?;
         let on = values.effects.map_or(Ok(Effects::usual()), |names| effects(&at("effects"), &names))?;
@@ -363,6 +369,7 @@ impl SceneObject {
             material: material.transpose()?,
             elastic_spacing: values.elastic_spacing,
             crack_spacing: values.crack_spacing,
+            elements,
             surface,
             examples: values.examples,
             terms,

@@ -3,7 +3,7 @@
 use super::{Scene, SceneObject, invalid};
 use crate::wire::preset;
 use shatter_fracture::database::{BakeRequest, Tables};
-use shatter_fracture::pipeline::{self, SurfaceKind};
+use shatter_fracture::pipeline::{self, ElementChoice, SurfaceKind};
 use shatter_fracture::scene::{MATERIALS, Material, Materials};
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_proto::Error;
@@ -18,6 +18,7 @@ pub struct BakeRecipe {
     material: Option<(String, Material)>,
     elastic_spacing: Option<f64>,
     crack_spacing: Option<f64>,
+    elements: ElementChoice,
     surface: SurfaceKind,
     quality: pipeline::Preset,
     /// Whether the scene names the preset; an unnamed preset must not sever parts.
@@ -37,6 +38,7 @@ impl BakeRecipe {
             material: object.material.clone(),
             elastic_spacing: object.elastic_spacing,
             crack_spacing: object.crack_spacing,
+            elements: object.elements.unwrap_or_default(),
             surface: object.surface.unwrap_or(SurfaceKind::Exact),
             quality: preset(object.terms.quality.unwrap_or_default()),
             named: object.terms.quality.is_some(),
@@ -57,6 +59,7 @@ impl BakeRecipe {
             material: stated(all, "material", |object| object.material.clone())?,
             elastic_spacing: stated(all, "elastic_spacing", |object| object.elastic_spacing)?,
             crack_spacing: stated(all, "crack_spacing", |object| object.crack_spacing)?,
+            elements: stated(all, "elements", |object| object.elements)?.unwrap_or_default(),
             surface: stated(all, "surface", |object| object.surface)?.unwrap_or(SurfaceKind::Exact),
             named: objects().any(|object| object.terms.quality.is_some()),
             // Finer lattices also serve requests of coarser presets.
@@ -78,6 +81,7 @@ impl BakeRecipe {
             elastic_spacing: self.elastic_spacing,
             crack_spacing: self.crack_spacing,
             quality: self.quality,
+            elements: self.elements,
             surface: self.surface,
             allows_severed: self.named,
             examples: self.examples,
@@ -122,6 +126,7 @@ pub(super) fn check_unused_keys(objects: &BTreeMap<String, SceneObject>) -> Resu
         for (key, option, is_given) in [
             ("elastic_spacing", "--elastic-spacing", object.elastic_spacing.is_some()),
             ("crack_spacing", "--crack-spacing", object.crack_spacing.is_some()),
+            ("elements", "--elements", object.elements.is_some()),
             ("surface", "--surface", object.surface.is_some()),
             ("examples", "--examples", object.examples.is_some()),
         ] {

@@ -1,7 +1,7 @@
 use super::*;
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::Tables;
-use shatter_fracture::pipeline::{self, SurfaceKind};
+use shatter_fracture::pipeline::{self, ElementChoice, SurfaceKind};
 use shatter_proto::effect::{Effect, Effects};
 use shatter_proto::request::{Lift, Quality, Request};
 
@@ -47,11 +47,14 @@ fn unknown_keys_are_rejected_with_a_suggestion() {
     check("bytes_max = -1", "objects.vase.bytes_max", "is -1; it must be a whole number from 1 to 9223372036854775807");
     check("examples = 2000000", "objects.vase.examples", "is 2000000; it must be a whole number from 0 to 1048576");
     check("elastic_spacing = 7", "objects.vase.elastic_spacing", "is 7; it must be a number from 0.002 to 0.25");
-    for own in ["elastic_spacing = 0.05", "crack_spacing = 0.03", "surface = \"exact\"", "examples = 0"] {
+    for own in
+        ["elastic_spacing = 0.05", "crack_spacing = 0.03", "elements = \"auto\"", "surface = \"exact\"", "examples = 0"]
+    {
         let key = format!("objects.vase.{}", own.split(' ').next().unwrap());
         check(own, &key, "needs `shape`; for a mesh of your own, remove it and bake with `--");
     }
     check("surface = \"exakt\"", "objects.vase.surface", "`exact`");
+    check("elements = \"quadric\"", "objects.vase.elements", "`quadratic`");
     let coarse = "elastic_spacing = 0.03\ncrack_spacing = 0.05";
     check(coarse, "objects.vase.crack_spacing", "is 0.05; it must be 0.03, the value of `elastic_spacing`, or less");
     check("effects = \"hulls\"", "objects.vase.effects", "is \"hulls\"; it must be a list");
@@ -110,6 +113,8 @@ fn a_database_is_baked_for_all_objects_that_are_made_of_it() {
     assert_eq!(request("elastic_spacing = 0.03\nmaterial = \"plaster\"").elastic_spacing, Some(0.03));
     let surfaces = ["", "surface = \"lattice\"", "surface = \"exact\""].map(|key| request(key).surface);
     assert_eq!(surfaces, [SurfaceKind::Exact, SurfaceKind::Lattice, SurfaceKind::Exact]);
+    let elements = ["", "elements = \"linear\""].map(|key| request(key).elements);
+    assert_eq!(elements, [ElementChoice::Auto, ElementChoice::Linear]);
     assert_eq!(request("quality = \"film\"").quality, pipeline::Preset::Film, "finer lattices serve coarser requests");
     let reversed = both(&format!("{STATUE}\neffects = []"), "").recipes().unwrap()["statue"].bake("statue").unwrap().1;
     assert_eq!(reversed.tables, alone.tables);
@@ -124,10 +129,13 @@ fn a_database_is_baked_for_all_objects_that_are_made_of_it() {
         ("material", "\"glass\""),
         ("elastic_spacing", "0.05"),
         ("crack_spacing", "0.03"),
+        ("elements", "\"linear\""),
         ("examples", "0"),
     ] {
         let error =
-            both(&format!("{STATUE}\nelastic_spacing = 0.04"), &format!("{key} = {value}")).recipes().unwrap_err();
+            both(&format!("{STATUE}\nelastic_spacing = 0.04\nelements = \"quadratic\""), &format!("{key} = {value}"))
+                .recipes()
+                .unwrap_err();
         assert_eq!(error.at, format!("objects.near.{key}"), "{error}");
         assert!(error.message.contains("objects.far") && error.message.contains("`statue`"), "{error}");
     }

@@ -64,7 +64,7 @@ pub(super) fn whole(
     let (parameters, levels, mut report) = lattices(request, surface, token, progress)?;
     report.input_hash = input.unwrap_or(report.input_hash);
     let tables = request.tables();
-    let assembled = assembled(levels.bodies, &parameters, tables, token)?;
+    let assembled = assembled(levels.bodies, &parameters, &report, tables, token)?;
     progress(BakeStep::Sized(BakeSize::of(&assembled, surface, &parameters, request)));
     let mut bodies = Vec::with_capacity(assembled.len());
     for (index, (crack, solid)) in assembled.into_iter().enumerate() {
@@ -163,11 +163,13 @@ fn exact_surface(
 fn assembled(
     bodies: Vec<BodyLattice>,
     parameters: &BakeParameters,
+    report: &BakeReport,
     tables: Tables,
     token: &CancelToken,
 ) -> Result<Vec<(Lattice, Option<ElasticModel>)>, BakeError> {
     let one = |(body, BodyLattice { elastic, crack, transfer })| {
-        let solid = || ElasticModel::new(elastic, transfer, parameters.material.poisson, parameters.factor, token);
+        let (law, order) = ((parameters.material.poisson, parameters.factor), report.order(body));
+        let solid = || ElasticModel::new(elastic, transfer, law, order, token);
         let failed = |source| BakeError::Elasticity { body, source };
         Ok((crack, tables.elastic.then(solid).transpose().map_err(failed)?))
     };

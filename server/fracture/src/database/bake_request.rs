@@ -4,7 +4,7 @@ use super::Tables;
 use super::bake_error::BakeError;
 use super::learned::EXAMPLES_MAX;
 use super::object_name::is_object_name;
-use crate::pipeline::{BakeParameters, DisplacementMethod, Preset, SurfaceKind};
+use crate::pipeline::{BakeParameters, DisplacementMethod, ElementChoice, Preset, SurfaceKind};
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::sparse::Precision;
 use crate::surface::{RawMesh, Surface};
@@ -42,6 +42,9 @@ pub struct BakeRequest {
     /// Surface of the fragments. The exact one is prepared if the mesh allows it.
     #[serde(default)]
     pub surface: SurfaceKind,
+    /// Order of the elements.
+    #[serde(default)]
+    pub elements: ElementChoice,
     /// Tables to prepare. Examples need elasticity and interior distances.
     pub tables: Tables,
     /// Seed of all random numbers of the bake.
@@ -71,6 +74,7 @@ impl BakeRequest {
             elastic: DisplacementMethod::Reduced,
             factor: Precision::F64,
             surface: SurfaceKind::Exact,
+            elements: ElementChoice::Auto,
             tables: Tables::ALL,
             seed: 0,
             allows_severed: true,
@@ -135,6 +139,7 @@ pub(super) fn parameters(
         factor: request.factor,
         quality: request.quality,
         surface: request.surface,
+        elements: request.elements,
     }
 }
 

@@ -6,6 +6,7 @@ mod bake;
 mod bake_error;
 mod bake_request;
 mod bake_step;
+mod cells;
 mod container;
 mod cracks;
 mod cutting;

@@ -7,6 +7,7 @@ use super::reduced::{self, REDUCTION_KEY};
 use super::share::{BakeShare, PartialBake, ShareRemainder, ShareTask};
 use super::{DatabaseError, FORMAT, Tables, bake_request, cutting, skins, stored_values};
 use crate::cancel_token::CancelToken;
+use crate::elasticity::ElementOrder;
 use crate::lattice::{EnergyTransfer, Lattice};
 use crate::lift::{LiftKind, LiftedLattice};
 use crate::pipeline::{
@@ -389,7 +390,10 @@ fn body(
     // Incomplete elasticity means a damaged file; the reader then names the missing tensor.
     let is_elastic = ELASTIC.iter().any(|part| contents.holds(&name(part)));
     let solid = match tables.elastic && is_elastic {
-        true => Some(solid(contents, index, &crack, parameters.material.poisson, parameters.factor)?),
+        true => {
+            let law = (parameters.material.poisson, parameters.factor);
+            Some(solid(contents, index, &crack, law, report.order(index))?)
+        }
         false => None,
     };
     let lift = |part: &str, kind, dimension: Option<usize>, is_wanted: bool| {
@@ -438,14 +442,14 @@ fn solid(
     contents: &ContainerContents,
     index: usize,
     crack: &Lattice,
-    poisson: f64,
-    factor: Precision,
+    law: (f64, Precision),
+    order: ElementOrder,
 ) -> Result<ElasticModel, DatabaseError> {
     let name = |part: &str| format!("{BASE}{index}.{part}");
     let elastic = lattice(contents, &name("elastic"))?;
     let transfer = transfer(contents, &name("transfer"), &elastic, crack)?;
     let failed = |source| DatabaseError::Elasticity { body: index, source };
-    ElasticModel::new(elastic, transfer, poisson, factor, &CancelToken::default()).map_err(failed)
+    ElasticModel::new(elastic, transfer, law, order, &CancelToken::default()).map_err(failed)
 }
 
 fn transfer(

@@ -2,7 +2,7 @@
 
 use super::container::{ContainerContents, FLAT, Tensors};
 use super::{DatabaseError, stored_values};
-use crate::elasticity::{Elasticity, ErrorEstimate, ReducedBasis};
+use crate::elasticity::{Elasticity, ElementOrder, ErrorEstimate, QuadraticTables, ReducedBasis};
 use crate::pipeline::{PreparedObject, RANK_MAX};
 
 /// Metadata key of the errors of all bases; absent without bases.
@@ -21,6 +21,11 @@ pub(super) fn put(tensors: &mut Tensors, prepared: &PreparedObject) {
             let shape = [solid.elasticity.size(), reduced.rank()];
             tensors.f32(name(index, "basis"), &shape, reduced.basis());
             tensors.f64(name(index, "gram"), &[reduced.rank(), reduced.rank()], reduced.gram());
+            if let Some(QuadraticTables { strains, weighted, inertial }) = reduced.quadratic() {
+                tensors.f32(name(index, "strains"), &[2 * shape[0], shape[1]], strains);
+                tensors.f32(name(index, "weighted"), &shape, weighted);
+                tensors.f64(name(index, "inertial"), &[QuadraticTables::INERTIAL, shape[1]], inertial);
+            }
             let ErrorEstimate { factor, power } = reduced.estimate();
             tensors.f64(name(index, "estimate"), &[2], &[factor, power]);
         }
@@ -50,5 +55,72 @@ pub(super) fn reduced(
     let estimate = ErrorEstimate { factor: fitted[0], power: fitted[1] };
     let gram = contents.f64(&name(index, "gram"), Some(rank), rank)?;
     stored_values::gram(&name(index, "gram"), rank, &gram)?;
-    Ok(Some(ReducedBasis::stored(elasticity, rank, entries, gram, estimate)))
+    if elasticity.order() == ElementOrder::Linear {
+        return Ok(Some(ReducedBasis::stored(elasticity, rank, entries, gram, estimate)));
+    }
+    let tables = quadratic(contents, index, elasticity.size(), rank)?;
+    Ok(Some(ReducedBasis::stored_quadratic(elasticity, entries, gram, tables, estimate)))
+}
+
+/// The tables of a basis of quadratic displacements of body `index`, which has `size` unknowns of nodes.
+fn quadratic(
+    contents: &ContainerContents,
+    index: usize,
+    size: usize,
+    rank: usize,
+) -> Result<QuadraticTables, DatabaseError> {
+    let rows = |part: &str, rows: usize| {
+        let tensor = name(index, part);
+        let (found, entries) = contents.f32(&tensor, rows)?;
+        if found != rank {
+            let (found, wanted) = (format!("{found} columns"), format!("{rank}, the rank of the basis"));
+            return Err(DatabaseError::Shape { tensor, found, wanted });
+        }
+        stored_values::basis(&tensor, &entries)?;
+        Ok(entries)
+    };
+    let (strains, weighted) = (rows("strains", 2 * size)?, rows("weighted", size)?);
+    let inertial = contents.f64(&name(index, "inertial"), Some(QuadraticTables::INERTIAL), rank)?;
+    Ok(QuadraticTables { strains, weighted, inertial })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::database::{BakeRequest, load, save};
+    use crate::elasticity::{ContactLoad, ElasticWorkspace, NodalLoad};
+    use crate::scene::Material;
+    use crate::surface::shapes;
+    use nalgebra::{Point3, Vector3};
+
+    #[test]
+    fn a_basis_of_quadratic_displacements_is_loaded_as_it_was_saved() {
+        let request = BakeRequest {
+            elastic_spacing: Some(0.05),
+            crack_spacing: Some(0.05),
+            examples: 8,
+            ..BakeRequest::new("plate", "glass", Material::named("glass").unwrap())
+        };
+        let plate = request.bake(shapes::cuboid([0.4, 0.3, 0.04])).unwrap();
+        let own = &plate.report.elastic[0];
+        assert!(own.order == ElementOrder::Quadratic && (own.elements_across - 1.6).abs() < 0.05, "{own:?}");
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("plate.shatter");
+        save(&plate, &file).unwrap();
+        let loaded = load(&file).unwrap();
+        assert_eq!(loaded.report, plate.report);
+        let [a, b] = [&plate, &loaded].map(|object| object.bodies[0].solid.as_ref().unwrap());
+        assert_eq!((a.elasticity.order(), b.elasticity.order()), (ElementOrder::Quadratic, ElementOrder::Quadratic));
+        assert!(a.reduced.is_some() && a.reduced == b.reduced);
+        // The basis holds most of the energy of a contact that is none of its own.
+        let reduced = b.reduced.as_ref().unwrap();
+        let point = plate.frame.to_local(&Point3::new(0.07, 0.05, 0.02));
+        let contact = ContactLoad { point, impulse: -Vector3::z(), radius: 0.1 };
+        let (mut load, mut workspace, mut displacement) =
+            (NodalLoad::default(), ElasticWorkspace::default(), Vec::new());
+        b.elasticity.load(&[contact], &mut load, &mut workspace).unwrap();
+        b.elasticity.solve(&load.forces, &mut displacement, &mut workspace, &Default::default()).unwrap();
+        let share = reduced.project(&load, &mut Vec::new()) / b.elasticity.elastic_energy(&load.forces, &displacement);
+        assert!((0.8..1.0 + 1e-4).contains(&share), "{share}");
+    }
 }

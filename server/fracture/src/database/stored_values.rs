@@ -9,7 +9,7 @@ use crate::degree;
 use crate::lattice::{EnergyTransfer, Lattice};
 use crate::lift::MODES_MAX;
 use crate::pipeline::{
-    BakeParameters, BakeReport, LearnedErrors, PreparedBody, PreparedObject, ReductionErrors, SurfaceKind,
+    BakeParameters, BakeReport, CELLS_MAX, LearnedErrors, PreparedBody, PreparedObject, ReductionErrors, SurfaceKind,
     SurfaceReport,
 };
 use crate::surface::{DIAGONAL_RANGE_M, LocalFrame, UV_MAX};
@@ -260,6 +260,15 @@ pub(super) fn report(own: &BakeReport, frame: &LocalFrame, bodies: &[PreparedBod
         ("lattice_volume_m3 over input_volume_m3", own.volume_error() + 1.0, VOLUME_RATIO),
     ];
     numbers("report", &all)?;
+    if ![0, bodies.len()].contains(&own.elastic.len()) {
+        return Err(metadata(
+            "report",
+            format!("elastic has {} entries, must have {}", own.elastic.len(), bodies.len()),
+        ));
+    }
+    for elastic in &own.elastic {
+        numbers("report", &[("elements_across", elastic.elements_across, f64::MIN_POSITIVE..=CELLS_MAX)])?;
+    }
     if let Some(cracks) = &own.cracks {
         let all = [
             ("cracks.area_m2", cracks.area_m2, COUNTED),

@@ -3,6 +3,7 @@
 use super::bake_error::{BakeError, GONE_MAX};
 use super::bake_request::{BakeRequest, parameters};
 use super::bake_step::BakeStep;
+use super::cells::Cells;
 use super::cracks::{UncrackedShape, elastic_spacing};
 use super::hash::input_hash;
 use super::lost_parts;
@@ -52,7 +53,10 @@ fn stuffed(
         elastic: parameters.elastic_spacing,
         crack: parameters.crack_spacing,
         refine: request.elastic_spacing.is_none(),
+        fits_elastic: false,
     };
+    let cells = Cells::measure(&inside, spacings.elastic, token)?;
+    spacings.fits_elastic = cells.are_few(request.elements, spacings.elastic);
     let stuffed = |quality: Preset, spacings, volume| {
         let levels = if quality.lattices().fitted { lattice::fitted_levels } else { lattice::levels };
         levels(&inside, spacings, volume, token).map_err(|error| thin::explain(error, &walls, surface))
@@ -60,7 +64,8 @@ fn stuffed(
     let stuffed_by = |quality: Preset| {
         let request = BakeRequest { quality, ..request.without_cracks() };
         let [elastic, crack] = thin::spacings(&request, volume, lost_parts::area(surface), &walls, &surface.frame)?;
-        let spacings = Spacings { elastic, crack, refine: request.elastic_spacing.is_none() };
+        let refine = request.elastic_spacing.is_none();
+        let spacings = Spacings { elastic, crack, refine, fits_elastic: false };
         lost_parts::keeps(surface, spacings, &|spacings| stuffed(quality, spacings, volume))
     };
     let follows = request.crack_spacing.is_none();
@@ -98,6 +103,7 @@ fn stuffed(
         levels = intact.slotted(sheets, &mut report, token)?;
     }
     parameters.elastic_spacing = elastic_spacing(&levels);
+    report.elastic = cells.elastic(request.elements, &levels);
     lost.extend(lost_parts::far(&inside, &levels));
     lost.extend(dropped_components.defect(&inside, surface, volume));
     report.defects.extend(lost);
@@ -130,6 +136,7 @@ fn report(
         cracks: None,
         unprepared: Vec::new(),
         surface: SurfaceReport::default(),
+        elastic: Vec::new(),
     }
 }
 

@@ -51,6 +51,12 @@ impl BoundaryNodes {
         held(nodes) + held(positions) + held(areas) + held(faces) + held(starts) + held(incident) + boxes.bytes()
     }
 
+    /// Area of face `face`, local.
+    pub fn area(&self, face: usize) -> f64 {
+        let [a, b, c] = self.corners(face);
+        0.5 * (b - a).cross(&(c - a)).norm()
+    }
+
     /// Faces around boundary node `node`.
     pub fn around(&self, node: u32) -> &[u32] {
         &self.incident[self.starts[node as usize] as usize..self.starts[node as usize + 1] as usize]

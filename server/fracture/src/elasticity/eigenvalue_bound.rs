@@ -20,7 +20,7 @@
 //! alone, a boundary node has the mass of half a spacing of depth. The energy bound would then grow as the lattice is
 //! refined. W therefore has an additional layer on the boundary, of depth [`LAYER`] · volume / area.
 
-use super::{ElasticWorkspace, Elasticity, ElasticityError, Support};
+use super::{ElasticWorkspace, Elasticity, ElasticityError, ElementOrder, Support};
 use crate::cancel_token::CancelToken;
 use crate::memory::held;
 use crate::random::RandomStream;
@@ -54,14 +54,15 @@ pub struct EigenvalueLowerBound {
 }
 
 impl EigenvalueLowerBound {
-    /// Computes the bound of `body`. `None` for an anchored body, and if no bound was found.
+    /// Computes the bound of `body`. `None` for an anchored body, for quadratic elements, which are softer than the
+    /// factored linear ones, and if no bound was found.
     ///
     /// Takes several solves and a factorization.
     ///
     /// # Errors
     /// Those of [`Elasticity::factor`] and [`Elasticity::solve`], [`ElasticityError::Canceled`].
     pub fn of(body: &Elasticity, token: &CancelToken) -> Result<Option<Self>, ElasticityError> {
-        if let Support::Anchored(_) = body.support() {
+        if matches!(body.support(), Support::Anchored(_)) || body.order() == ElementOrder::Quadratic {
             return Ok(None);
         }
         let weights = weights(body);

@@ -1,6 +1,7 @@
 //! Strain energy of tetrahedra.
 
 use super::element::{Element, Lame};
+use super::quadratic::{EdgeFunctions, QuadraticEnergies, StrainEnergies};
 use super::strain::Strain;
 use super::{Elasticity, ElasticityError};
 use crate::cancel_token::CancelToken;
@@ -12,7 +13,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Number of tetrahedra per SIMD block.
-const SIDE: usize = 4;
+pub(super) const SIDE: usize = 4;
 
 /// Number of tetrahedra between two checks of the token; a multiple of [`SIDE`].
 const CHUNK: usize = 2048;
@@ -31,19 +32,19 @@ pub enum DrivingEnergy {
 /// Gradients and volumes of all tetrahedra, computed once so that a request inverts no matrix.
 #[derive(Debug)]
 pub(super) struct Elements {
-    blocks: Vec<Block>,
+    pub(super) blocks: Vec<Block>,
 }
 
 /// Three vectors of each of [`SIDE`] tetrahedra.
-type Triple = [[SimdLanes<SIDE>; 3]; 3];
+pub(super) type Triple = [[SimdLanes<SIDE>; 3]; 3];
 
 /// Block of [`SIDE`] tetrahedra. Missing ones in the last block are zero.
 #[derive(Clone, Debug)]
-struct Block {
+pub(super) struct Block {
     /// ∇φ of the second, third and fourth node, in 1/local length. That of the first is minus their sum.
     gradients: Triple,
     /// Volumes, local.
-    volumes: SimdLanes<SIDE>,
+    pub(super) volumes: SimdLanes<SIDE>,
 }
 
 impl Elements {
@@ -67,6 +68,14 @@ impl Block {
         };
         let gradients = [1, 2, 3].map(|node| [0, 1, 2].map(|axis| lanes(&|element| element.gradients[node][axis])));
         Self { gradients, volumes: lanes(&|element| element.volume) }
+    }
+
+    /// ∇φ of all four nodes, in 1/local length.
+    #[inline(always)]
+    pub(super) fn all_gradients(&self) -> [[SimdLanes<SIDE>; 3]; 4] {
+        let [a, b, c] = self.gradients;
+        let first = std::array::from_fn(|axis| (a[axis] + b[axis] + c[axis]) * -1.0);
+        [first, a, b, c]
     }
 
     /// Strains ε of the tetrahedra `tets`.
@@ -134,7 +143,7 @@ impl NullaryFnOnce for Energies<'_> {
 impl Elasticity {
     /// Computes ∫ W over each tetrahedron.
     ///
-    /// `displacement` has length 3 · nodes. `energies` is resized to `lattice.tets.len()`. With
+    /// `displacement` has length [`Self::unknowns`]. `energies` is resized to `lattice.tets.len()`. With
     /// [`DrivingEnergy::Total`] the energies sum to ½ f·u.
     ///
     /// # Errors
@@ -153,11 +162,67 @@ impl Elasticity {
             return Err(ElasticityError::OtherLattice { what: "the lattice", expected, found });
         }
         energies.resize(found, 0.0);
+        if let Some(edges) = &self.edges {
+            return self.quadratic_energy(edges, displacement, driving, energies, token);
+        }
         let blocks = self.elements.blocks.par_chunks(CHUNK / SIDE);
         let chunks = lattice.tets.par_chunks(CHUNK).zip(energies.par_chunks_mut(CHUNK));
         blocks.zip(chunks).try_for_each(|(blocks, (tets, energies))| {
             token.check()?;
             widest(Energies { lame: self.lame, driving, blocks, tets, displacement, energies });
+            Ok(())
+        })
+    }
+
+    /// Computes ∫ W over each tetrahedron from strains at the nodes, six components each, in proportion to a whole energy.
+    ///
+    /// The sum of the energies of all parts is `whole`; with [`DrivingEnergy::Tensile`], that of the tensile parts is
+    /// their share of it.
+    ///
+    /// # Errors
+    /// [`ElasticityError::Canceled`].
+    pub(super) fn strain_energy(
+        &self,
+        lattice: &Lattice,
+        strains: &[f64],
+        (driving, whole): (DrivingEnergy, f64),
+        energies: &mut Vec<f64>,
+        token: &CancelToken,
+    ) -> Result<(), ElasticityError> {
+        energies.resize(lattice.tets.len(), 0.0);
+        let fill = |driving, energies: &mut [f64]| {
+            let chunks = lattice.tets.par_chunks(CHUNK).zip(energies.par_chunks_mut(CHUNK));
+            self.elements.blocks.par_chunks(CHUNK / SIDE).zip(chunks).try_for_each(|(blocks, (corners, energies))| {
+                token.check()?;
+                widest(StrainEnergies { lame: self.lame, driving, blocks, corners, strains, energies });
+                Ok::<_, ElasticityError>(())
+            })
+        };
+        fill(DrivingEnergy::Total, energies)?;
+        let sum: f64 = energies.iter().sum();
+        if driving == DrivingEnergy::Tensile {
+            fill(driving, energies)?;
+        }
+        if sum > 0.0 {
+            energies.iter_mut().for_each(|energy| *energy *= whole / sum);
+        }
+        Ok(())
+    }
+
+    fn quadratic_energy(
+        &self,
+        edges: &EdgeFunctions,
+        displacement: &[f64],
+        driving: DrivingEnergy,
+        energies: &mut [f64],
+        token: &CancelToken,
+    ) -> Result<(), ElasticityError> {
+        let (lame, displacement) = (self.lame, displacement.split_at(self.size()));
+        let blocks = self.elements.blocks.par_chunks(CHUNK / SIDE);
+        let places = edges.corners.par_chunks(CHUNK).zip(edges.tets.par_chunks(CHUNK));
+        blocks.zip(places.zip(energies.par_chunks_mut(CHUNK))).try_for_each(|(blocks, ((corners, edges), energies))| {
+            token.check()?;
+            widest(QuadraticEnergies { lame, driving, blocks, corners, edges, displacement, energies });
             Ok(())
         })
     }

@@ -83,7 +83,7 @@ impl Inertia {
     }
 
     /// Rigid acceleration, linear and angular, under a net force and torque.
-    fn acceleration(&self, (force, torque): (Vector3<f64>, Vector3<f64>)) -> [Vector3<f64>; 2] {
+    pub fn acceleration(&self, (force, torque): (Vector3<f64>, Vector3<f64>)) -> [Vector3<f64>; 2] {
         [force / self.volume, self.compliance * torque]
     }
 

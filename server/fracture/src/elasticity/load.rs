@@ -45,7 +45,7 @@ pub struct AppliedContact {
 /// Nodal forces of an impact.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NodalLoad {
-    /// Three components per node, in equilibrium if the body is free. Empty until [`Elasticity::balance`].
+    /// As many as [`Elasticity::unknowns`], in equilibrium if the body is free. Empty until [`Elasticity::balance`].
     pub forces: Vec<f64>,
     /// Applied contacts, one per contact of the impact.
     pub touches: Vec<AppliedContact>,
@@ -127,15 +127,27 @@ impl Elasticity {
         if let Support::Free(_) = self.support {
             self.inertia.balance(&load.acceleration, &mut load.forces);
         }
+        let Some(edges) = &self.edges else { return };
+        let nodes = load.forces.len();
+        load.forces.resize(self.unknowns(), 0.0);
+        edges.add_applied(&self.boundary, &load.applied, &mut load.forces[nodes..]);
+        if let Support::Free(_) = self.support {
+            edges.subtract_inertia(&load.acceleration, &mut load.forces[nodes..]);
+        }
     }
 
-    /// Subtracts from `forces` (length 3 · nodes) the inertial forces of the rigid acceleration that they cause.
+    /// Subtracts from `forces` (length [`Self::unknowns`]) the inertial forces of the rigid acceleration that they cause.
     ///
     /// # Panics
     /// If the length does not fit the body.
     pub fn relieve(&self, forces: &mut [f64]) {
-        assert_eq!(forces.len(), self.size(), "forces has three components per node");
-        self.inertia.relieve(forces);
+        assert_eq!(forces.len(), self.unknowns(), "forces fits the elements");
+        let (nodes, edge_part) = forces.split_at_mut(self.size());
+        let acceleration = self.inertia.acceleration(self.inertia.net(nodes));
+        self.inertia.balance(&acceleration, nodes);
+        if let Some(edges) = &self.edges {
+            edges.subtract_inertia(&acceleration, edge_part);
+        }
     }
 
     /// Distance from `point` to the boundary, local, inside or outside. It selects the body that a contact belongs to.

@@ -4,6 +4,7 @@ use super::boundary::BoundaryNodes;
 use super::element::{Element, Lame};
 use super::energy::Elements;
 use super::inertia::Inertia;
+use super::quadratic::{EdgeFunctions, ElementOrder};
 use super::rigid_support::check_anchors;
 use super::solve::probe;
 use super::{ElasticityError, NARROW_RESIDUAL_MAX, POISSON_MAX, PinnedNodes, RESIDUAL_MAX, Support};
@@ -40,6 +41,8 @@ pub struct Elasticity {
     pub(super) boundary: Arc<BoundaryNodes>,
     /// Mass distribution.
     pub(super) inertia: Arc<Inertia>,
+    /// Edge functions of quadratic elements; `None`: the elements are linear.
+    pub(super) edges: Option<Arc<EdgeFunctions>>,
     /// Mean edge length of the lattice, local.
     pub(super) spacing: f64,
     /// Number of tetrahedra.
@@ -81,6 +84,30 @@ impl Elasticity {
     #[must_use]
     pub fn of_precision(self, precision: Precision) -> Self {
         Self { precision, factor: OnceLock::new(), ..self }
+    }
+
+    /// Returns the same body with elements of this order on `lattice`, the lattice that it was made of.
+    ///
+    /// The factor remains that of the linear elements, which solves with quadratic ones use as a preconditioner.
+    ///
+    /// # Errors
+    /// [`ElasticityError::OtherLattice`], [`ElasticityError::DegenerateTet`].
+    pub fn of_order(self, order: ElementOrder, lattice: &Lattice) -> Result<Self, ElasticityError> {
+        let (expected, found) = (self.tets, lattice.tets.len());
+        if expected != found || lattice.nodes.len() * 3 != self.size() {
+            return Err(ElasticityError::OtherLattice { what: "the lattice", expected, found });
+        }
+        let made = || EdgeFunctions::new(lattice, self.lame, |node| self.inertia.arm(node));
+        let edges = match order {
+            ElementOrder::Linear => None,
+            ElementOrder::Quadratic => Some(Arc::new(made().ok_or(ElasticityError::DegenerateTet { tet: 0 })?)),
+        };
+        Ok(Self { edges, ..self })
+    }
+
+    /// Order of the elements.
+    pub fn order(&self) -> ElementOrder {
+        if self.edges.is_some() { ElementOrder::Quadratic } else { ElementOrder::Linear }
     }
 
     /// Precision of the factor: that of the existing factor, or until then the requested one.
@@ -131,6 +158,7 @@ impl Elasticity {
             elements: self.elements.clone(),
             boundary: self.boundary.clone(),
             inertia: self.inertia.clone(),
+            edges: self.edges.clone(),
             spacing: self.spacing,
             tets: self.tets,
         };
@@ -145,10 +173,13 @@ impl Elasticity {
         check_anchors(nodes, self.stiffness.nodes(), |node| self.inertia.arm(node))
     }
 
-    /// Forces (three per node) of the acceleration `gravity` on the body of unit density. Exact for linear tetrahedra.
+    /// Forces ([`Self::unknowns`]) of the acceleration `gravity` on the body of unit density, consistent with the elements.
     pub fn weight(&self, gravity: &Vector3<f64>) -> Vec<f64> {
         let acceleration = [*gravity, Vector3::zeros()];
-        (0..self.stiffness.nodes()).flat_map(|node| self.inertia.force(node, &acceleration).data.0[0]).collect()
+        let nodes = (0..self.stiffness.nodes()).map(|node| self.inertia.force(node, &acceleration));
+        let edges = self.edges.iter().flat_map(|edges| (0..edges.count()).map(move |edge| (edges, edge)));
+        let edge_part = edges.map(|(edges, edge)| edges.inertial_force(edge, &acceleration));
+        nodes.chain(edge_part).flat_map(|force| force.data.0[0]).collect()
     }
 
     fn build(
@@ -180,6 +211,7 @@ impl Elasticity {
             elements,
             boundary,
             inertia,
+            edges: None,
             spacing,
             tets,
         })
@@ -214,9 +246,14 @@ impl Elasticity {
         made.as_ref().map_err(|error| *error)
     }
 
-    /// Number of scalar unknowns, three per node.
+    /// Number of scalar unknowns of the nodes, three per node.
     pub fn size(&self) -> usize {
         self.stiffness.size()
+    }
+
+    /// Length of forces and displacements: three per node, then three per edge if the elements are quadratic.
+    pub fn unknowns(&self) -> usize {
+        self.size() + 3 * self.edges.as_ref().map_or(0, |edges| edges.count())
     }
 
     /// Mean edge length of the lattice, local: the unit of [`super::RADIUS_SPACINGS_MIN`].
@@ -236,7 +273,8 @@ impl Elasticity {
 
     /// Bytes of the data that depend on the lattice: gradients, boundary, inertia.
     pub fn lattice_bytes(&self) -> usize {
-        self.elements.bytes() + self.boundary.bytes() + self.inertia.bytes()
+        let edges = self.edges.as_ref().map_or(0, |edges| edges.bytes());
+        self.elements.bytes() + self.boundary.bytes() + self.inertia.bytes() + edges
     }
 
     /// Bytes of the factor in the requested precision, whether it exists or not.

@@ -11,7 +11,9 @@
 use super::force_sums::ForceSums;
 use super::residual::{self, ResidualForm};
 use super::workspace::SIDE;
-use super::{ElasticWorkspace, Elasticity, NodalLoad};
+use super::{DrivingEnergy, ElasticWorkspace, Elasticity, ElasticityError, NodalLoad};
+use crate::cancel_token::CancelToken;
+use crate::lattice::Lattice;
 use crate::memory::held;
 use crate::simd::widest;
 use nalgebra::Vector3;
@@ -28,6 +30,28 @@ pub struct ReducedBasis {
     residual: ResidualForm,
     /// B'f of the inertial forces of unit accelerations: linear x, y, z, angular x, y, z.
     inertial: [Vec<f64>; 6],
+    /// Strains and residuals of quadratic displacements; `None`: the elements are linear.
+    quadratic: Option<QuadraticTables>,
+}
+
+/// Data of a basis of quadratic displacements, whose own rows are their traces: the means that forces on nodes displace.
+#[derive(Clone, Debug, PartialEq)]
+pub struct QuadraticTables {
+    /// Strains at the nodes: one row of `rank` entries per component xx, yy, zz, xy, yz, xz of a node.
+    pub strains: Vec<f32>,
+    /// Trace of D⁻¹KB: one row of `rank` entries per component of a node.
+    pub weighted: Vec<f32>,
+    /// B'f of the inertial forces of six unit accelerations, then B'KD⁻¹f of them, `rank` entries each.
+    pub inertial: Vec<f64>,
+}
+
+impl QuadraticTables {
+    /// Number of vectors of [`Self::inertial`].
+    pub const INERTIAL: usize = 12;
+
+    fn bytes(&self) -> usize {
+        held(&self.strains) + held(&self.weighted) + held(&self.inertial)
+    }
 }
 
 /// Model of the relative energy error: factor · ρ^power, with the relative residual ρ of [`ReducedBasis::residual`].
@@ -135,7 +159,7 @@ impl ReducedBasis {
         assert_eq!(basis.len(), rank * body.size(), "the basis has one row per component");
         assert_eq!(gram.len(), rank * rank, "gram is rank × rank");
         let residual = ResidualForm::new(body, rank, &basis, gram);
-        let mut reduced = Self { rank, basis, estimate, residual, inertial: Default::default() };
+        let mut reduced = Self { rank, basis, estimate, residual, inertial: Default::default(), quadratic: None };
         reduced.inertial = std::array::from_fn(|axis| {
             let mut coordinates = vec![0.0; rank];
             let forces = (0..body.size() / 3).map(|node| (node, body.inertia.force(node, &residual::unit(axis))));
@@ -143,6 +167,33 @@ impl ReducedBasis {
             coordinates
         });
         reduced
+    }
+
+    /// Restores a basis of quadratic displacements of `body` from its parts.
+    ///
+    /// # Panics
+    /// If the length of a part does not fit the body and the rank.
+    pub fn stored_quadratic(
+        body: &Elasticity,
+        basis: Vec<f32>,
+        gram: Vec<f64>,
+        tables: QuadraticTables,
+        estimate: ErrorEstimate,
+    ) -> Self {
+        let rank = tables.inertial.len() / QuadraticTables::INERTIAL;
+        assert_eq!(basis.len(), rank * body.size(), "the basis has one row per component");
+        assert_eq!(tables.weighted.len(), rank * body.size(), "weighted has one row per component");
+        assert_eq!(tables.strains.len(), 2 * rank * body.size(), "strains has six rows per node");
+        assert_eq!(gram.len(), rank * rank, "gram is rank × rank");
+        let vector = |index: usize| tables.inertial[index * rank..][..rank].to_vec();
+        let (inertial, weighted) = (std::array::from_fn(vector), std::array::from_fn(|axis| vector(6 + axis)));
+        let residual = ResidualForm::quadratic(body, gram, weighted);
+        Self { rank, basis, estimate, residual, inertial, quadratic: Some(tables) }
+    }
+
+    /// Data of quadratic displacements; `None`: the elements are linear.
+    pub fn quadratic(&self) -> Option<&QuadraticTables> {
+        self.quadratic.as_ref()
     }
 
     /// B'KD⁻¹KB, `rank × rank`, with D the diagonal of K. The residual needs it in addition to the basis.
@@ -162,7 +213,8 @@ impl ReducedBasis {
 
     /// Bytes of memory that it holds.
     pub fn bytes(&self) -> usize {
-        held(&self.basis) + self.residual.bytes() + self.inertial.iter().map(held).sum::<usize>()
+        let quadratic = self.quadratic.as_ref().map_or(0, QuadraticTables::bytes);
+        held(&self.basis) + self.residual.bytes() + self.inertial.iter().map(held).sum::<usize>() + quadratic
     }
 
     /// Model of the energy error.
@@ -202,7 +254,8 @@ impl ReducedBasis {
         whole + (1.0 - whole) * square(&coordinates[used..]) / square(coordinates)
     }
 
-    /// Displacement with these coordinates, resized to the size of the body.
+    /// Displacement with these coordinates, resized to the size of the body; strains at its nodes if the elements are
+    /// quadratic.
     ///
     /// Fewer coordinates than the rank stand for the first displacements.
     pub fn expand(&self, coordinates: &[f64], displacement: &mut Vec<f64>, workspace: &mut ElasticWorkspace) {
@@ -210,11 +263,31 @@ impl ReducedBasis {
         narrow.clear();
         narrow.resize(coordinates.len().div_ceil(SIDE), [0.0; SIDE]);
         narrow.as_flattened_mut().iter_mut().zip(coordinates).for_each(|(narrow, q)| *narrow = *q as f32);
-        displacement.resize(self.basis.len() / self.rank, 0.0);
+        let rows = self.quadratic.as_ref().map_or(&self.basis, |tables| &tables.strains);
+        displacement.resize(rows.len() / self.rank, 0.0);
         displacement.par_chunks_mut(ROWS).enumerate().for_each(|(chunk, sums)| {
-            let basis = &self.basis[chunk * ROWS * self.rank..];
+            let basis = &rows[chunk * ROWS * self.rank..];
             widest(Products { rank: self.rank, basis, coordinates: narrow, sums });
         });
+    }
+
+    /// Computes ∫ W over each tetrahedron from [`Self::expand`] of the same `coordinates`.
+    ///
+    /// # Errors
+    /// Those of [`Elasticity::tet_energy`].
+    pub fn tet_energy(
+        &self,
+        (body, lattice): (&Elasticity, &Lattice),
+        (coordinates, expanded): (&[f64], &[f64]),
+        driving: DrivingEnergy,
+        energies: &mut Vec<f64>,
+        token: &CancelToken,
+    ) -> Result<(), ElasticityError> {
+        if self.quadratic.is_none() {
+            return body.tet_energy(lattice, expanded, driving, energies, token);
+        }
+        let whole = 0.5 * coordinates.iter().map(|q| q * q).sum::<f64>();
+        body.strain_energy(lattice, expanded, (driving, whole), energies, token)
     }
 
     /// Relative residual ρ = ½ r'D⁻¹r over ½|q|² of the displacement with coordinates `q` under `load`.
@@ -224,8 +297,20 @@ impl ReducedBasis {
     /// # Panics
     /// If `body`, the load or the coordinates are another body's.
     pub fn residual(&self, body: &Elasticity, load: &NodalLoad, q: &[f64], workspace: &mut ElasticWorkspace) -> f64 {
-        let gather = |forces: &ForceSums, gathered: &mut [f64]| self.gather(forces.iter(), gathered);
-        let missed = self.residual.energy(body, load, q, gather, workspace);
+        let missed = match (&self.quadratic, &body.edges) {
+            (Some(tables), Some(edges)) => {
+                let applied = load.applied.iter().map(|(node, force)| (*node as usize, *force));
+                let gather = |coordinates: &mut [f64]| {
+                    let (basis, forces) = (tables.weighted.as_slice(), applied.clone());
+                    widest(Gather { rank: self.rank, basis, forces, coordinates });
+                };
+                self.residual.quadratic_energy((body, edges), load, q, gather, workspace)
+            }
+            _ => {
+                let gather = |forces: &ForceSums, gathered: &mut [f64]| self.gather(forces.iter(), gathered);
+                self.residual.energy(body, load, q, gather, workspace)
+            }
+        };
         missed / (0.5 * q.iter().map(|q| q * q).sum::<f64>())
     }
 

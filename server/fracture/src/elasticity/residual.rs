@@ -9,6 +9,7 @@
 //! rigid acceleration: f'D⁻¹f − 2 f'D⁻¹KB q + q'(B'KD⁻¹KB) q.
 
 use super::force_sums::ForceSums;
+use super::quadratic::EdgeFunctions;
 use super::{ElasticWorkspace, Elasticity, NodalLoad};
 use crate::memory::held;
 use faer::linalg::matmul::matmul;
@@ -35,7 +36,7 @@ pub struct ResidualForm {
 /// B'KD⁻¹KB of a basis (one row of `rank` per component) of `body`, on all threads of the current pool.
 pub(super) fn gram(body: &Elasticity, rank: usize, basis: &[f32]) -> Vec<f64> {
     let nodes: Vec<usize> = (0..body.size() / 3).collect();
-    let inverse_diagonal = inverse_diagonal(body);
+    let inverse_diagonal = body.inverse_diagonal();
     let part = |nodes: &[usize]| {
         let mut rows = vec![0.0; 3 * nodes.len() * rank];
         for (own, node) in rows.chunks_exact_mut(3 * rank).zip(nodes) {
@@ -64,20 +65,12 @@ pub(super) fn gram(body: &Elasticity, rank: usize, basis: &[f32]) -> Vec<f64> {
     sum
 }
 
-fn inverse_diagonal(body: &Elasticity) -> Vec<f64> {
-    body.stiffness.diagonal().into_iter().map(|stiffness| 1.0 / stiffness).collect()
-}
-
 impl ResidualForm {
     /// Builds the form of a basis of `body` with this `gram`.
     pub(super) fn new(body: &Elasticity, rank: usize, basis: &[f32], gram: Vec<f64>) -> Self {
-        let inverse_diagonal = inverse_diagonal(body);
-        let nodes = body.size() / 3;
+        let inverse_diagonal = body.inverse_diagonal();
         // D⁻¹m, then K D⁻¹m.
-        let weighted: [Vec<f64>; 6] = std::array::from_fn(|axis| {
-            let forces = (0..nodes).flat_map(|node| body.inertia.force(node, &unit(axis)).data.0[0]);
-            forces.zip(&inverse_diagonal).map(|(force, inverse)| force * inverse).collect()
-        });
+        let weighted = weighted_inertia(body, &inverse_diagonal);
         let inertial = weighted.each_ref().map(|weighted| {
             let mut stiff = vec![0.0; body.size()];
             body.stiffness.multiply(weighted, &mut stiff);
@@ -87,10 +80,13 @@ impl ResidualForm {
             });
             sum
         });
-        let inertia = Matrix6::from_fn(|i, j| {
-            let forces = (0..nodes).flat_map(|node| body.inertia.force(node, &unit(i)).data.0[0]);
-            forces.zip(&weighted[j]).map(|(force, weighted)| force * weighted).sum()
-        });
+        Self { gram, inertial, inertia: inertia(body, &weighted), inverse_diagonal }
+    }
+
+    /// Builds the form of a basis of quadratic displacements of `body` from its stored `gram` and `inertial` products.
+    pub(super) fn quadratic(body: &Elasticity, gram: Vec<f64>, inertial: [Vec<f64>; 6]) -> Self {
+        let inverse_diagonal = body.inverse_diagonal();
+        let inertia = inertia(body, &weighted_inertia(body, &inverse_diagonal));
         Self { gram, inertial, inertia, inverse_diagonal }
     }
 
@@ -129,8 +125,44 @@ impl ResidualForm {
         gathered.clear();
         gathered.resize(coordinates.len(), 0.0);
         gather(pulled, gathered);
+        self.sum(forces, gathered, coordinates, &acceleration)
+    }
+
+    /// As [`Self::energy`] for quadratic elements. `gather` adds the products of forces on nodes with the trace of D⁻¹KB.
+    pub(super) fn quadratic_energy(
+        &self,
+        (body, edges): (&Elasticity, &EdgeFunctions),
+        load: &NodalLoad,
+        coordinates: &[f64],
+        gather: impl Fn(&mut [f64]),
+        workspace: &mut ElasticWorkspace,
+    ) -> f64 {
+        let acceleration = Vector6::from_iterator(load.acceleration.iter().flatten().copied());
+        let mut forces = acceleration.dot(&(self.inertia * acceleration));
+        let ElasticWorkspace { pulled, gathered, .. } = workspace;
+        let mut add = |place: usize, applied: &Vector3<f64>, inertial: &Vector3<f64>| {
+            let inverse = Vector3::from_column_slice(&self.inverse_diagonal[place..place + 3]);
+            let whole = applied - inertial;
+            forces += inverse.dot(&(whole.component_mul(&whole) - inertial.component_mul(inertial)));
+        };
+        pulled.begin(edges.count());
+        for (node, applied) in &load.applied {
+            add(3 * *node as usize, applied, &body.inertia.force(*node as usize, &load.acceleration));
+            edges.loaded(&body.boundary, *node, |edge, share| pulled.add(edge as u32, applied * share));
+        }
+        for (edge, applied) in pulled.iter() {
+            add(body.size() + 3 * edge, &applied, &edges.inertial_force(edge, &load.acceleration));
+        }
+        gathered.clear();
+        gathered.resize(coordinates.len(), 0.0);
+        gather(gathered);
+        self.sum(forces, gathered, coordinates, &acceleration)
+    }
+
+    /// Half of f'D⁻¹f − 2 f'D⁻¹KB q + q'(B'KD⁻¹KB) q, with the first part of the second term gathered.
+    fn sum(&self, forces: f64, gathered: &[f64], coordinates: &[f64], acceleration: &Vector6<f64>) -> f64 {
         let mut cross = dot(gathered, coordinates);
-        for (inertial, acceleration) in self.inertial.iter().zip(&acceleration) {
+        for (inertial, acceleration) in self.inertial.iter().zip(acceleration) {
             cross -= acceleration * dot(inertial, coordinates);
         }
         let rows = self.gram.chunks_exact(coordinates.len()).zip(coordinates);
@@ -138,6 +170,18 @@ impl ResidualForm {
         // Rounding may leave a negative value for balanced forces.
         0.5 * (forces - 2.0 * cross + displacement).max(0.0)
     }
+}
+
+/// D⁻¹m of the inertial forces of six unit accelerations.
+fn weighted_inertia(body: &Elasticity, inverse_diagonal: &[f64]) -> [Vec<f64>; 6] {
+    let weighted = |(force, inverse): (f64, &f64)| force * inverse;
+    std::array::from_fn(|axis| body.inertial_forces(axis).into_iter().zip(inverse_diagonal).map(weighted).collect())
+}
+
+/// m'D⁻¹m, 6 × 6.
+fn inertia(body: &Elasticity, weighted: &[Vec<f64>; 6]) -> Matrix6<f64> {
+    let product = |(force, weighted): (f64, &f64)| force * weighted;
+    Matrix6::from_fn(|i, j| body.inertial_forces(i).into_iter().zip(&weighted[j]).map(product).sum())
 }
 
 /// Lanes of a sum. They fix the order of summation and allow SIMD.

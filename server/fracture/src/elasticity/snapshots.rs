@@ -3,12 +3,14 @@
 //! Based on: L. Sirovich (Quarterly of Applied Mathematics 45, 1987). The eigenvectors of the snapshots' Gram matrix,
 //! here G_ij = u_i'Ku_j = u_i'f_j, weight the snapshots. Every snapshot is scaled to unit energy.
 
-use super::{ElasticWorkspace, Elasticity, ElasticityError, NodalLoad, ReducedBasis};
+use super::quadratic::{EdgeFunctions, SnapshotRows};
+use super::{ElasticWorkspace, Elasticity, ElasticityError, ErrorEstimate, NodalLoad, QuadraticTables, ReducedBasis};
 use crate::cancel_token::CancelToken;
 use crate::dense;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Right-hand sides per solve.
 const BLOCK: usize = 8;
@@ -27,22 +29,65 @@ impl Elasticity {
     /// # Errors
     /// [`ElasticityError::Residual`], [`ElasticityError::Canceled`], those of [`Self::factor`].
     pub fn solve_all(&self, loads: &[NodalLoad], token: &CancelToken) -> Result<Vec<f64>, ElasticityError> {
-        let (size, factor) = (self.size(), self.factor()?);
+        let size = self.unknowns();
         let mut columns = vec![0.0; size * loads.len()];
         columns.par_chunks_mut(size * BLOCK).zip(loads.par_chunks(BLOCK)).try_for_each_init(
             || (ElasticWorkspace::default(), Vec::new()),
-            |(workspace, single), (columns, loads)| {
-                token.check()?;
-                for (column, load) in columns.chunks_exact_mut(size).zip(loads) {
-                    column.copy_from_slice(&load.forces);
-                }
-                self.back_substitute(factor, columns, workspace);
-                for (column, load) in columns.chunks_exact_mut(size).zip(loads) {
-                    if !self.balances(&load.forces, column, workspace) {
-                        // Solved one by one, with refinement.
-                        self.solve(&load.forces, single, workspace, token)?;
-                        column.copy_from_slice(single);
-                    }
+            |(workspace, single), (columns, loads)| self.solve_block(loads, columns, single, workspace, token),
+        )?;
+        Ok(columns)
+    }
+
+    /// Fills `columns` with the displacements under a few loads.
+    fn solve_block(
+        &self,
+        loads: &[NodalLoad],
+        columns: &mut [f64],
+        single: &mut Vec<f64>,
+        workspace: &mut ElasticWorkspace,
+        token: &CancelToken,
+    ) -> Result<(), ElasticityError> {
+        let size = self.unknowns();
+        token.check()?;
+        for (column, load) in columns.chunks_exact_mut(size).zip(loads) {
+            column.copy_from_slice(&load.forces);
+        }
+        if let Some(edges) = &self.edges {
+            return self.iterate(edges, columns, workspace, token).map(|_| ());
+        }
+        self.back_substitute(self.factor()?, columns, workspace);
+        for (column, load) in columns.chunks_exact_mut(size).zip(loads) {
+            if !self.balances(&load.forces, column, workspace) {
+                // Solved one by one, with refinement.
+                self.solve(&load.forces, single, workspace, token)?;
+                column.copy_from_slice(single);
+            }
+        }
+        Ok(())
+    }
+
+    /// Bytes of one snapshot during [`Self::reduce`].
+    pub fn snapshot_bytes(&self) -> usize {
+        let quadratic = self.edges.as_ref().map(|_| SnapshotRows::new(self.size()).count());
+        size_of::<f64>() * quadratic.unwrap_or(self.size())
+    }
+
+    /// Restrictions ([`SnapshotRows`]) of the quadratic displacements under `loads`, column-major with one column per load.
+    fn restricted(
+        &self,
+        edges: &EdgeFunctions,
+        loads: &[NodalLoad],
+        token: &CancelToken,
+    ) -> Result<Vec<f64>, ElasticityError> {
+        let (size, rows) = (self.unknowns(), SnapshotRows::new(self.size()).count());
+        let mut columns = vec![0.0; rows * loads.len()];
+        columns.par_chunks_mut(rows * BLOCK).zip(loads.par_chunks(BLOCK)).try_for_each_init(
+            || (ElasticWorkspace::default(), Vec::new(), vec![0.0; size * BLOCK]),
+            |(workspace, single, solved), (columns, loads)| {
+                let solved = &mut solved[..size * loads.len()];
+                self.solve_block(loads, solved, single, workspace, token)?;
+                for ((rows, solved), load) in columns.chunks_exact_mut(rows).zip(solved.chunks_exact(size)).zip(loads) {
+                    self.restrict(edges, solved, &load.forces, rows);
                 }
                 Ok::<_, ElasticityError>(())
             },
@@ -61,29 +106,67 @@ impl Elasticity {
         rank_max: usize,
         token: &CancelToken,
     ) -> Result<Option<ReducedBasis>, ElasticityError> {
+        if let Some(edges) = &self.edges {
+            return self.reduce_quadratic(edges, loads, rank_max, token);
+        }
         let (size, count) = (self.size(), loads.len());
         let columns = self.solve_all(loads, token)?;
         let snapshots = MatRef::from_column_major_slice(&columns, size, count);
-        let mut gram = gram(snapshots, loads, token)?;
-        let scales: Vec<f64> = (0..count).map(|k| gram[(k, k)].max(0.0).sqrt()).map(inverse).collect();
-        for (i, j) in (0..count).flat_map(|i| (0..count).map(move |j| (i, j))) {
-            gram[(i, j)] *= scales[i] * scales[j];
-        }
-        let Ok(pairs) = dense::symmetric(gram.as_ref()) else { return Ok(None) };
-        token.check()?;
-        let greatest = pairs.values.last().copied().unwrap_or(0.0);
-        let kept = pairs.values.iter().rev().take_while(|value| **value > NOISE * greatest).take(rank_max);
-        let inverse_roots: Vec<f64> = kept.map(|value| 1.0 / value.sqrt()).collect();
-        let rank = inverse_roots.len();
-        if rank == 0 {
-            return Ok(None);
-        }
-        let weights = Mat::from_fn(count, rank, |row, column| {
-            scales[row] * pairs.vectors[(row, count - 1 - column)] * inverse_roots[column]
-        });
+        let gram = gram(snapshots, loads, |load| load.forces.clone(), token)?;
+        let Some(weights) = weights(gram, rank_max, token)? else { return Ok(None) };
         let basis = combined(snapshots, weights.as_ref());
-        Ok(Some(ReducedBasis::new(self, rank, basis)))
+        Ok(Some(ReducedBasis::new(self, weights.ncols(), basis)))
     }
+
+    /// As [`Self::reduce`] for quadratic elements.
+    ///
+    /// A snapshot solves K u = f, so KB are combinations of the loads.
+    fn reduce_quadratic(
+        &self,
+        edges: &EdgeFunctions,
+        loads: &[NodalLoad],
+        rank_max: usize,
+        token: &CancelToken,
+    ) -> Result<Option<ReducedBasis>, ElasticityError> {
+        let parts = SnapshotRows::new(self.size());
+        let columns = self.restricted(edges, loads, token)?;
+        let snapshots = MatRef::from_column_major_slice(&columns, parts.count(), loads.len());
+        let products = |first: usize| {
+            let rows = snapshots.subrows(first, self.size() + 6);
+            gram(rows, loads, |load| self.restricted_load(load), token)
+        };
+        let Some(weights) = weights(products(0)?, rank_max, token)? else { return Ok(None) };
+        let residual = weights.transpose() * products(parts.weighted().start)? * &weights;
+        let rank = weights.ncols();
+        let residual = (0..rank * rank).map(|at| residual[(at % rank, at / rank)]).collect();
+        let rows = combined(snapshots, weights.as_ref());
+        let part = |range: Range<usize>| rows[range.start * rank..range.end * rank].to_vec();
+        let wide = |range: Range<usize>| part(range).into_iter().map(f64::from);
+        let inertial = wide(parts.work()).chain(wide(parts.weighted_work())).collect();
+        let tables = QuadraticTables { strains: part(parts.strains()), weighted: part(parts.weighted()), inertial };
+        let estimate = ErrorEstimate::RAW;
+        Ok(Some(ReducedBasis::stored_quadratic(self, part(parts.trace()), residual, tables, estimate)))
+    }
+}
+
+/// Weights of the snapshots in a basis of at most `rank_max` displacements, from their products; `None` without energy.
+fn weights(mut gram: Mat<f64>, rank_max: usize, token: &CancelToken) -> Result<Option<Mat<f64>>, ElasticityError> {
+    let count = gram.ncols();
+    let scales: Vec<f64> = (0..count).map(|k| gram[(k, k)].max(0.0).sqrt()).map(inverse).collect();
+    for (i, j) in (0..count).flat_map(|i| (0..count).map(move |j| (i, j))) {
+        gram[(i, j)] *= scales[i] * scales[j];
+    }
+    let Ok(pairs) = dense::symmetric(gram.as_ref()) else { return Ok(None) };
+    token.check()?;
+    let greatest = pairs.values.last().copied().unwrap_or(0.0);
+    let kept = pairs.values.iter().rev().take_while(|value| **value > NOISE * greatest).take(rank_max);
+    let inverse_roots: Vec<f64> = kept.map(|value| 1.0 / value.sqrt()).collect();
+    if inverse_roots.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(Mat::from_fn(count, inverse_roots.len(), |row, column| {
+        scales[row] * pairs.vectors[(row, count - 1 - column)] * inverse_roots[column]
+    })))
 }
 
 fn inverse(value: f64) -> f64 {
@@ -91,12 +174,17 @@ fn inverse(value: f64) -> f64 {
 }
 
 /// u_i'f_j, symmetrized.
-fn gram(snapshots: MatRef<'_, f64>, loads: &[NodalLoad], token: &CancelToken) -> Result<Mat<f64>, ElasticityError> {
+fn gram(
+    snapshots: MatRef<'_, f64>,
+    loads: &[NodalLoad],
+    forces: impl Fn(&NodalLoad) -> Vec<f64> + Sync,
+    token: &CancelToken,
+) -> Result<Mat<f64>, ElasticityError> {
     let (size, count) = (snapshots.nrows(), loads.len());
     let mut products = vec![0.0; count * count];
     products.par_chunks_mut(count * BLOCK).zip(loads.par_chunks(BLOCK)).try_for_each(|(products, loads)| {
         token.check()?;
-        let forces: Vec<f64> = loads.iter().flat_map(|load| load.forces.iter().copied()).collect();
+        let forces: Vec<f64> = loads.iter().flat_map(&forces).collect();
         let forces = MatRef::from_column_major_slice(&forces, size, loads.len());
         let products = MatMut::from_column_major_slice_mut(products, count, loads.len());
         matmul(products, Accum::Replace, snapshots.transpose(), forces, 1.0, Par::Seq);

@@ -14,7 +14,7 @@ fn pair(spacing: f64) -> BodyLattice {
     let volume = 4.0 / 3.0 * std::f64::consts::PI * 0.3f64.powi(3);
     let mut both = levels(
         &ball(0.3),
-        Spacings { elastic: spacing, crack: 0.63 * spacing, refine: false },
+        Spacings { elastic: spacing, crack: 0.63 * spacing, refine: false, fits_elastic: false },
         volume,
         &CancelToken::default(),
     )

@@ -103,6 +103,8 @@ pub struct Spacings {
     pub crack: f64,
     /// Refines the elastic level, down to the crack level, until it contains thin limbs.
     pub refine: bool,
+    /// Fits the boundary of the elastic level to ridges and creases, so that walls keep their thickness.
+    pub fits_elastic: bool,
 }
 
 /// Fills a shape at two spacings, both to `volume` (local, positive), and pairs their bodies.
@@ -121,7 +123,7 @@ pub fn levels(
     token: &CancelToken,
 ) -> Result<LatticeLevels, LatticeError> {
     let crack = stuff(shape, spacings.crack, Some(volume), token)?;
-    levels_by(crack, &|spacing| stuff(shape, spacing, Some(volume), token), spacings, token)
+    levels_by(crack, &|spacing| elastic_level(shape, spacing, spacings, volume, token), spacings, token)
 }
 
 /// As [`levels`], with the boundary of the crack level fitted to ridges and creases.
@@ -138,7 +140,20 @@ pub fn fitted_levels(
     token: &CancelToken,
 ) -> Result<LatticeLevels, LatticeError> {
     let crack = stuff_fitted(shape, spacings.crack, volume, token)?;
-    levels_by(crack, &|spacing| stuff(shape, spacing, Some(volume), token), spacings, token)
+    levels_by(crack, &|spacing| elastic_level(shape, spacing, spacings, volume, token), spacings, token)
+}
+
+fn elastic_level(
+    shape: &dyn SignedDistance,
+    spacing: f64,
+    spacings: Spacings,
+    volume: f64,
+    token: &CancelToken,
+) -> Result<LatticeLevel, LatticeError> {
+    match spacings.fits_elastic {
+        true => stuff_fitted(shape, spacing, volume, token),
+        false => stuff(shape, spacing, Some(volume), token),
+    }
 }
 
 /// Pairs the bodies of a crack level with those that `stuffed` creates at the elastic spacing.

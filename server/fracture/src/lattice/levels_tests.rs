@@ -5,7 +5,13 @@ use crate::lattice::{block, check_manifold};
 fn made(list: &[([f64; 3], f64)], elastic: f64, crack: f64) -> LatticeLevels {
     let shape = balls(list.iter().map(|(center, radius)| (Point3::from(*center), *radius)).collect());
     let volume = list.iter().map(|(_, radius)| 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3)).sum();
-    let made = levels(&shape, Spacings { elastic, crack, refine: false }, volume, &CancelToken::default()).unwrap();
+    let made = levels(
+        &shape,
+        Spacings { elastic, crack, refine: false, fits_elastic: false },
+        volume,
+        &CancelToken::default(),
+    )
+    .unwrap();
     check(&made);
     made
 }
@@ -93,9 +99,13 @@ fn pairing_reports_fused_and_lost_bodies() {
 #[test]
 fn an_empty_coarse_level_is_no_error() {
     let shape = ball(0.04);
-    let levels =
-        levels(&shape, Spacings { elastic: 0.2, crack: 0.015, refine: false }, 2.6e-4, &CancelToken::default())
-            .unwrap();
+    let levels = levels(
+        &shape,
+        Spacings { elastic: 0.2, crack: 0.015, refine: false, fits_elastic: false },
+        2.6e-4,
+        &CancelToken::default(),
+    )
+    .unwrap();
     check(&levels);
     assert!(levels.elastic.is_none() && levels.replaced.len() == 1);
 }

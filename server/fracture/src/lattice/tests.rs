@@ -197,8 +197,13 @@ fn the_lattice_does_not_depend_on_the_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let shape = torus(0.3, 0.1);
         let both = pool.install(|| {
-            levels(&shape, Spacings { elastic: 0.08, crack: 0.05, refine: false }, 0.059, &CancelToken::default())
-                .unwrap()
+            levels(
+                &shape,
+                Spacings { elastic: 0.08, crack: 0.05, refine: false, fits_elastic: false },
+                0.059,
+                &CancelToken::default(),
+            )
+            .unwrap()
         });
         both.bodies.into_iter().map(|body| (body.elastic, body.crack, body.transfer)).collect::<Vec<_>>()
     };

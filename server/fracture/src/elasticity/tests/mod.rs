@@ -8,7 +8,10 @@ mod errors;
 mod invariance;
 mod patch;
 mod precision;
+mod quadratic;
+mod quadratic_reduced;
 mod reduced;
+mod walls;
 
 use super::*;
 use crate::cancel_token::CancelToken;

@@ -12,7 +12,9 @@ use crate::cancel_token::CancelToken;
 use crate::centroidal::Clusters;
 use crate::cutting::CuttingMesh;
 use crate::degree::Slenderness;
-use crate::elasticity::{BoundaryNodes, Elasticity, ElasticityError, FaceSearch, NearestBoundaryPoint, ReducedBasis};
+use crate::elasticity::{
+    BoundaryNodes, Elasticity, ElasticityError, ElementOrder, FaceSearch, NearestBoundaryPoint, ReducedBasis,
+};
 use crate::lattice::{EnergyTransfer, Lattice};
 use crate::lift::{LiftKind, LiftedLattice};
 use crate::pipeline::error::FractureError;
@@ -36,18 +38,19 @@ pub struct ElasticModel {
 }
 
 impl ElasticModel {
-    /// Assembles the stiffness, which is factored when first needed. The caller adds a reduced basis.
+    /// Assembles the stiffness for Poisson's ratio and a precision of the factor, which is factored when first needed. The caller adds a reduced basis.
     ///
     /// # Errors
     /// [`ElasticityError`] for a lattice without an assembly, or a canceled `token`.
     pub fn new(
         lattice: Lattice,
         transfer: EnergyTransfer,
-        poisson: f64,
-        factor: Precision,
+        (poisson, factor): (f64, Precision),
+        order: ElementOrder,
         token: &CancelToken,
     ) -> Result<Self, ElasticityError> {
-        let elasticity = Elasticity::assembled(&lattice, poisson, token)?.of_precision(factor);
+        let elasticity =
+            Elasticity::assembled(&lattice, poisson, token)?.of_precision(factor).of_order(order, &lattice)?;
         Ok(Self { lattice, transfer, elasticity, reduced: None })
     }
 }

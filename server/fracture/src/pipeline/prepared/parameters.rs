@@ -2,6 +2,7 @@
 
 use super::preset::Preset;
 use crate::cutting::SurfaceRepair;
+use crate::elasticity::ElementOrder;
 use crate::lift::LiftKind;
 use crate::scene::Material;
 use crate::sparse::Precision;
@@ -96,6 +97,9 @@ pub struct BakeParameters {
     /// Surface of the fragments that was asked for.
     #[serde(default)]
     pub surface: SurfaceKind,
+    /// Order of the elements that was asked for.
+    #[serde(default)]
+    pub elements: ElementChoice,
 }
 
 /// Figures of a bake about the mesh and the lattices.
@@ -123,7 +127,53 @@ pub struct BakeReport {
     /// Surface of the fragments.
     #[serde(default)]
     pub surface: SurfaceReport,
+    /// Elements of each body. Empty in databases of older versions, whose elements are linear.
+    #[serde(default)]
+    pub elastic: Vec<ElasticReport>,
 }
+
+/// Order of the elements of a bake.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ElementChoice {
+    /// Quadratic elements in bodies with few cells across their walls, linear ones in the others.
+    #[default]
+    Auto,
+    /// Linear elements.
+    Linear,
+    /// Quadratic elements, unless there are too many.
+    Quadratic,
+}
+
+impl ElementChoice {
+    /// All choices.
+    pub const ALL: [Self; 3] = [Self::Auto, Self::Linear, Self::Quadratic];
+
+    /// Its name on command lines and in scenes.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Linear => "linear",
+            Self::Quadratic => "quadratic",
+        }
+    }
+}
+
+/// Elements of one body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ElasticReport {
+    /// Order of the elements.
+    pub order: ElementOrder,
+    /// Cells of the elastic lattice across the walls: the thickness that the walls of a quarter of the body's surface do
+    /// not exceed, over the spacing. [`CELLS_MAX`] means as many or more.
+    pub elements_across: f64,
+    /// Why the order is not the usual one, which is linear; `None` if it is.
+    pub reason: Option<String>,
+}
+
+/// Largest number of cells across walls that is measured.
+pub const CELLS_MAX: f64 = 8.0;
 
 /// Existing cracks of an object: sheets without width, along which its lattices have slots.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -152,6 +202,16 @@ pub struct MissingLift {
 }
 
 impl BakeReport {
+    /// Order of the elements of body `body`.
+    pub fn order(&self, body: usize) -> ElementOrder {
+        self.elastic.get(body).map_or(ElementOrder::Linear, |own| own.order)
+    }
+
+    /// Fewest cells across the walls of any body; `None` in databases of older versions.
+    pub fn elements_across(&self) -> Option<f64> {
+        self.elastic.iter().map(|own| own.elements_across).reduce(f64::min)
+    }
+
     /// Signed volume error of the crack lattices, relative to the input's volume. Slots of existing cracks do not
     /// count.
     pub fn volume_error(&self) -> f64 {

@@ -11,7 +11,7 @@ use super::parent::{NO_REPRESENTATIVE, ParentFragment, StruckLabels, alone, larg
 use crate::centroidal::Clusters;
 use crate::cutting::CuttingMesh;
 use crate::degree::Slenderness;
-use crate::elasticity::BoundaryNodes;
+use crate::elasticity::{BoundaryNodes, ElementOrder};
 use crate::lattice::{EnergyTransfer, Lattice, NO_INDEX};
 use crate::lift::{LiftKind, LiftedLattice};
 use crate::pipeline::error::{FractureError, NODES_MIN, SOLVED_NODES_MAX};
@@ -78,7 +78,8 @@ impl ParentFragment {
             }
             let transfer = cells.transfer(cutting, &rim.nodes);
             let poisson = prepared.parameters.material.poisson;
-            let solid = ElasticModel::new(cells.lattice, transfer, poisson, Precision::F64, cancel);
+            let solid =
+                ElasticModel::new(cells.lattice, transfer, (poisson, Precision::F64), ElementOrder::Linear, cancel);
             own.solid = Some(solid.map_err(|source| FractureError::of_body(0, source))?);
         }
         let mut representative = vec![NO_REPRESENTATIVE; cutting.mesh.nodes.len()];

@@ -166,7 +166,7 @@ fn solid(
     } else {
         coarse(whole, representative).ok_or(FractureError::FragmentLarge { fragment, nodes })?
     };
-    ElasticModel::new(lattice, transfer, poisson, Precision::F64, token)
+    ElasticModel::new(lattice, transfer, (poisson, Precision::F64), whole.elasticity.order(), token)
         .map_err(|source| FractureError::of_body(0, source))
 }
 
@@ -202,6 +202,7 @@ pub(super) fn alone(prepared: &PreparedObject, body: PreparedBody) -> PreparedOb
         materials: Vec::new(),
         unprepared: Vec::new(),
         surface: SurfaceReport::default(),
+        elastic: Vec::new(),
     };
     PreparedObject {
         name: prepared.name.clone(),

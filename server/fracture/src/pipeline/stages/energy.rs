@@ -120,9 +120,15 @@ fn deformed(
         observer.part(EffectKind::Elastic, size_of_val(workspace.displacement.as_slice()) as u64);
         let tensile = request.effects.has(EffectKind::Tensile).then(|| observer.effect(EffectKind::Tensile));
         let driving = if tensile.is_some() { DrivingEnergy::Tensile } else { DrivingEnergy::Total };
-        elasticity
-            .tet_energy(&solid.lattice, &workspace.displacement, driving, &mut workspace.tet_energy, cancel)
-            .map_err(failed)?;
+        let Workspace { displacement, coordinates, tet_energy, .. } = workspace;
+        match solid.reduced.as_ref().filter(|_| reduced_error.is_some()) {
+            Some(reduced) => {
+                let used = &coordinates[..reduced.used(request.rank_max)];
+                reduced.tet_energy((elasticity, &solid.lattice), (used, displacement), driving, tet_energy, cancel)
+            }
+            None => elasticity.tet_energy(&solid.lattice, displacement, driving, tet_energy, cancel),
+        }
+        .map_err(failed)?;
         if let Some(tensile) = tensile {
             tensile.produced(&workspace.tet_energy);
         }

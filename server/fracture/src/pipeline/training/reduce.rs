@@ -81,8 +81,8 @@ fn basis(
     token: &CancelToken,
 ) -> Result<Option<ReducedBasis>, FractureError> {
     let solid = prepared.solid(index)?;
-    let column_bytes = size_of::<f64>() * solid.elasticity.size();
-    let rank_max = rank_max.min(BASIS_BYTES_MAX / (column_bytes / 2));
+    let rank_max = rank_max.min(BASIS_BYTES_MAX / (size_of::<f32>() * solid.elasticity.size()));
+    let column_bytes = solid.elasticity.snapshot_bytes();
     if rank_max < RANK_MIN {
         return Ok(None);
     }
@@ -165,9 +165,9 @@ fn trial(
         reduced.project(load, coordinates);
         let residual = reduced.residual(&solid.elasticity, load, coordinates, elasticity);
         reduced.expand(coordinates, displacement, elasticity);
-        solid
-            .elasticity
-            .tet_energy(&solid.lattice, &workspace.displacement, DrivingEnergy::Total, &mut workspace.tet_energy, token)
+        let (expanded, energies) = ((coordinates.as_slice(), displacement.as_slice()), &mut workspace.tet_energy);
+        reduced
+            .tet_energy((&solid.elasticity, &solid.lattice), expanded, DrivingEnergy::Total, energies, token)
             .map_err(failed)?;
         let mut shares = Vec::new();
         solid.transfer.apply(&workspace.tet_energy, &mut shares);

@@ -174,7 +174,8 @@ impl Bench<'_> {
         for body in &mut self.base.bodies {
             let Some(solid) = &body.solid else { return Err(StudyError::Unprepared) };
             let (lattice, transfer) = (solid.lattice.clone(), solid.transfer.clone());
-            own.push(ElasticModel::new(lattice, transfer, poisson, precision, &CancelToken::default())?);
+            let (law, order) = ((poisson, precision), solid.elasticity.order());
+            own.push(ElasticModel::new(lattice, transfer, law, order, &CancelToken::default())?);
         }
         let mut swap = |base: &mut PreparedObject| {
             for (body, own) in base.bodies.iter_mut().zip(&mut own) {
