@@ -78,8 +78,8 @@ pub struct SummaryWire {
     pub overrun_ns: u64,
     /// Number of a [`FragmentSurface`].
     pub surface: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// See [`Summary::elements_across`]; zero: unknown.
+    pub elements_across: f32,
 }
 
 impl InMeters for SummaryWire {
@@ -161,6 +161,9 @@ pub struct Summary {
     pub elastic_nodes: u32,
     /// Nodes of the object's crack lattices.
     pub crack_nodes: u32,
+    /// Cells of the elastic lattice across the object's walls: the fewest of all bodies, 8 or less. `None`: an object that an
+    /// older version baked.
+    pub elements_across: Option<f32>,
     /// Outer surface of the fragments.
     pub surface: FragmentSurface,
     /// From admission until right before the result was sent; differs between equal requests.
@@ -200,6 +203,7 @@ impl From<&SummaryWire> for Summary {
             lift_modes: row.lift_modes,
             elastic_nodes: row.elastic_nodes,
             crack_nodes: row.crack_nodes,
+            elements_across: (row.elements_across > 0.0).then_some(row.elements_across),
             surface: FragmentSurface::from_code(row.surface),
             time: Duration::from_nanos(row.time_ns),
             missed_time: (row.overrun_ns > 0).then_some(missed),

@@ -70,6 +70,8 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
         "bodies": prepared.bodies.len(),
         "elastic_nodes": prepared.elastic_nodes(),
         "crack_nodes": prepared.crack_nodes(),
+        "elements_across": prepared.report.elements_across(),
+        "elastic": prepared.report.elastic,
         "lattice_volume_m3": prepared.report.lattice_volume_m3,
         "gamma_j_m2": prepared.gamma_j_m2,
         "kappa": prepared.kappa,

@@ -354,6 +354,7 @@ pub(super) fn to_json(result: &FractureResult, asked: RequestEcho<'_>, files: &W
             "lift_modes": summary.lift_modes,
             "crack_nodes": summary.crack_nodes,
             "elastic_nodes": summary.elastic_nodes,
+            "elements_across": summary.elements_across,
             "degree": summary.degree_method.name(),
             "reduced_error_max": summary.reduced_error_max,
             "error_max": asked.error_max,

@@ -72,6 +72,8 @@ pub(super) struct EffectiveSettings {
     lift_modes: usize,
     elastic_nodes: usize,
     crack_nodes: usize,
+    /// Fewest cells across the walls of any body; `None`: unknown.
+    elements_across: Option<f64>,
     /// Whether reduced displacements were possible.
     pub is_reducible: bool,
 }
@@ -99,6 +101,7 @@ impl EffectiveSettings {
             lift_modes: prepared.bodies.iter().map(modes).max().unwrap_or(0),
             elastic_nodes: prepared.elastic_nodes(),
             crack_nodes: prepared.crack_nodes(),
+            elements_across: prepared.report.elements_across(),
             is_reducible: is_reducible(prepared, &planned),
         }
     }
@@ -114,6 +117,7 @@ impl EffectiveSettings {
         summary.lift_modes = count(self.lift_modes);
         summary.reduced_error_max = result.threshold().reduced_error_max;
         (summary.elastic_nodes, summary.crack_nodes) = (count(self.elastic_nodes), count(self.crack_nodes));
+        summary.elements_across = self.elements_across.unwrap_or(0.0) as f32;
     }
 }
 
