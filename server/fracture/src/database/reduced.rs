@@ -112,7 +112,7 @@ mod tests {
         let [a, b] = [&plate, &loaded].map(|object| object.bodies[0].solid.as_ref().unwrap());
         assert_eq!((a.elasticity.order(), b.elasticity.order()), (ElementOrder::Quadratic, ElementOrder::Quadratic));
         assert!(a.reduced.is_some() && a.reduced == b.reduced);
-        // The basis holds most of the energy of a contact that is none of its own.
+        // The basis holds most of the energy of another contact.
         let reduced = b.reduced.as_ref().unwrap();
         let point = plate.frame.to_local(&Point3::new(0.07, 0.05, 0.02));
         let contact = ContactLoad { point, impulse: -Vector3::z(), radius: 0.1 };
