@@ -241,6 +241,8 @@ mod tests {
             crack_nodes: 9_576,
             examples: 100,
             factor_bytes,
+            edge_bytes: 0,
+            quadratic_nodes: 0,
             skin_triangles,
             exact_triangles: 0,
         };

@@ -2,6 +2,7 @@
 
 use super::{BakeRequest, lost_parts};
 use crate::conforming::boundary_count;
+use crate::elasticity::ElementOrder;
 use crate::lattice::Lattice;
 use crate::pipeline::{BakeParameters, ElasticModel, SurfaceKind};
 use crate::surface::Surface;
@@ -55,6 +56,10 @@ pub struct BakeSize {
     /// Size of the factors in the requested precision, bytes. At equal numbers of nodes, balls need three times as much
     /// as rods.
     pub factor_bytes: u64,
+    /// Memory of the edge functions of quadratic elements, bytes.
+    pub edge_bytes: u64,
+    /// Elastic nodes of bodies with quadratic elements.
+    pub quadratic_nodes: usize,
     /// Number of triangles of the skin; 0 without a skin.
     pub skin_triangles: usize,
     /// Number of triangles of the exact surface that is filled with tetrahedra; 0 for the lattice's surface.
@@ -69,6 +74,12 @@ const CRACK_S: [f64; 2] = [1.7, 0.33];
 
 /// Reference number of elastic nodes, and the time of one core to factor and solve them, s.
 const ELASTIC: [f64; 2] = [58_868.0, 12.0];
+
+/// Time of one core per solve with quadratic elements and elastic node, s. A strip of 13,170 nodes took 0.75 s.
+const QUADRATIC_S: f64 = 5.7e-5;
+
+/// Solves of a bake with examples: a constant, for the test of the basis, and a multiple of the examples.
+const SOLVES: [f64; 2] = [128.0, 2.5];
 
 /// Shortest and longest time to fill an exact surface, per triangle, s. On an Intel Xeon: arch 1.3e-5, statue 1.6e-5, horse
 /// 2.3e-5, mug 2.6e-5 (thin walls of small triangles need many repair rounds). On the EPYC: statue 2.6e-5.
@@ -102,6 +113,11 @@ impl BakeSize {
             crack_nodes: bodies.iter().map(|(crack, _)| crack.nodes.len()).sum(),
             examples: request.examples,
             factor_bytes: solids().map(|solid| solid.elasticity.factor_bytes() as u64).sum(),
+            edge_bytes: solids().map(|solid| solid.elasticity.edge_bytes() as u64).sum(),
+            quadratic_nodes: solids()
+                .filter(|solid| solid.elasticity.order() == ElementOrder::Quadratic)
+                .map(|solid| solid.lattice.nodes.len())
+                .sum(),
             skin_triangles: if request.tables().skin { triangles } else { 0 },
             exact_triangles: match request.surface {
                 SurfaceKind::Exact => boundary_count(&surface.positions, &surface.triangles, parameters.crack_spacing),
@@ -115,7 +131,9 @@ impl BakeSize {
     pub fn seconds(&self, threads: usize) -> [f64; 2] {
         let crack = self.crack_nodes as f64 / CRACK_NODES;
         let elastic = (self.elastic_nodes as f64 / ELASTIC[0]).powi(2) * ELASTIC[1];
-        let shared = elastic + crack * (CRACK_S[0] + CRACK_S[1] * self.examples as f64);
+        let solves = if self.examples > 0 { SOLVES[0] + SOLVES[1] * self.examples as f64 } else { 0.0 };
+        let quadratic = QUADRATIC_S * solves * self.quadratic_nodes as f64;
+        let shared = elastic + quadratic + crack * (CRACK_S[0] + CRACK_S[1] * self.examples as f64);
         let [least, most] = EXACT_S.map(|triangle| triangle * self.exact_triangles as f64);
         [least + shared / threads as f64, most + shared]
     }
@@ -129,7 +147,7 @@ impl BakeSize {
             0 => 0.0,
             triangles => HELD_EXACT[0] * self.crack_nodes as f64 + HELD_EXACT[1] * triangles as f64,
         };
-        self.factor_bytes + (lattices + exact) as u64
+        self.factor_bytes + self.edge_bytes + (lattices + exact) as u64
     }
 
     /// Approximate peak memory of the bake, bytes.
@@ -152,6 +170,8 @@ mod tests {
         crack_nodes: 9_576,
         examples: 0,
         factor_bytes: 27_200_000,
+        edge_bytes: 0,
+        quadratic_nodes: 0,
         skin_triangles: 130_196,
         exact_triangles: 0,
     };

@@ -273,8 +273,12 @@ impl Elasticity {
 
     /// Bytes of the data that depend on the lattice: gradients, boundary, inertia.
     pub fn lattice_bytes(&self) -> usize {
-        let edges = self.edges.as_ref().map_or(0, |edges| edges.bytes());
-        self.elements.bytes() + self.boundary.bytes() + self.inertia.bytes() + edges
+        self.elements.bytes() + self.boundary.bytes() + self.inertia.bytes() + self.edge_bytes()
+    }
+
+    /// Bytes of the edge functions of quadratic elements.
+    pub fn edge_bytes(&self) -> usize {
+        self.edges.as_ref().map_or(0, |edges| edges.bytes())
     }
 
     /// Bytes of the factor in the requested precision, whether it exists or not.
