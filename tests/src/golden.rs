@@ -68,16 +68,12 @@ pub fn folder() -> PathBuf {
 }
 
 /// Runs the requests, all or those with a star, with the programs of this build or with those in a folder. The latter know the lattice's
-/// surface and linear elements only; this build is asked for them.
+/// surface only; this build is asked for it.
 pub fn results(programs: Option<PathBuf>, all: bool) -> Results {
     let has_surfaces = programs.is_none();
     let mut fixture = programs.map_or_else(Fixture::new, Fixture::with_programs);
     let scene = std::fs::read_to_string(folder().join("scene.toml")).unwrap();
-    let scene = if has_surfaces {
-        scene.replace("shape = ", "surface = \"lattice\"\nelements = \"linear\"\nshape = ")
-    } else {
-        scene
-    };
+    let scene = if has_surfaces { scene.replace("shape = ", "surface = \"lattice\"\nshape = ") } else { scene };
     std::fs::write(fixture.path("scene.toml"), scene).unwrap();
     let text = std::fs::read_to_string(folder().join("requests.txt")).unwrap();
     let lines = text.lines().filter(|line| line.starts_with("* ") || all && line.starts_with("  "));
@@ -91,7 +87,7 @@ pub fn results(programs: Option<PathBuf>, all: bool) -> Results {
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         match words[0] {
             "bake" if has_surfaces && words[1] == "--shape" => {
-                fixture.ok("shatterd", &[&words[..], &["--surface", "lattice", "--elements", "linear"]].concat());
+                fixture.ok("shatterd", &[&words[..], &["--surface", "lattice"]].concat());
             }
             "bake" => drop(fixture.ok("shatterd", &words)),
             "serve" => {

@@ -5,8 +5,8 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    DegreeRequest, DisplacementMethod, ElementChoice, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject,
-    RequestContext, Stage, StageObserver, Workspace, strike, strike_again,
+    DegreeRequest, DisplacementMethod, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, RequestContext,
+    Stage, StageObserver, Workspace, strike, strike_again,
 };
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::scene::{EffectKind, EffectSet};
@@ -17,10 +17,7 @@ use std::cell::RefCell;
 
 fn baked(name: &str, mesh: RawMesh, spacings: Option<[f64; 2]>) -> PreparedObject {
     let [elastic_spacing, crack_spacing] = [0, 1].map(|k| spacings.map(|spacings| spacings[k]));
-    // Quadratic elements have no bound.
-    let elements = ElementChoice::Linear;
-    let request =
-        BakeRequest { elastic_spacing, crack_spacing, kappa: Some(2.0), elements, ..real::request(name, "ceramic") };
+    let request = BakeRequest { elastic_spacing, crack_spacing, kappa: Some(2.0), ..real::request(name, "ceramic") };
     bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 

@@ -82,7 +82,7 @@ pub struct BakeArgs {
     pub factor: Precision,
     /// Order of the elements: `quadratic` ones bend where few cells lie across a wall, but a solve takes 20 to 40 times as long; `auto`
     /// takes them in bodies with fewer than four cells across their walls
-    #[arg(long, value_name = "auto|linear|quadratic", default_value = "auto", value_parser = elements)]
+    #[arg(long, value_name = "auto|linear|quadratic", default_value = "linear", value_parser = elements)]
     pub elements: ElementChoice,
     /// Add K impacts to the examples of the existing database; everything else stays as baked
     #[arg(long, value_name = "K", value_parser = whole_number::<u64>(0..=EXAMPLES_MAX as u64), conflicts_with_all = [

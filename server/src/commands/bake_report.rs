@@ -7,8 +7,8 @@ use shatter_fracture::degree::reference_gamma;
 use shatter_fracture::elasticity::ElementOrder;
 use shatter_fracture::lattice::SPACING_RANGE;
 use shatter_fracture::pipeline::{
-    BakeParameters, BakeReport, CELLS_MAX, ElasticReport, ExistingCracks, LearnedModel, PreparedObject, SurfaceKind,
-    SurfaceReport,
+    BakeParameters, BakeReport, CELLS_LINEAR_MIN, CELLS_MAX, ElasticReport, ExistingCracks, LearnedModel,
+    PreparedObject, SurfaceKind, SurfaceReport,
 };
 use shatter_fracture::surface::{Defect, DefectKind};
 use shatter_proto::text::counted;
@@ -218,7 +218,12 @@ fn elements(report: &BakeReport) -> Vec<String> {
             ElementOrder::Quadratic => "quadratic",
         };
         let or_more = if own.elements_across < CELLS_MAX { "" } else { " or more" };
-        let reason = own.reason.as_ref().map_or(String::new(), |reason| format!(": {reason}"));
+        let is_stiff = own.order == ElementOrder::Linear && own.elements_across < CELLS_LINEAR_MIN;
+        let reason = match &own.reason {
+            Some(reason) => format!(": {reason}"),
+            None if is_stiff => ": up to 35 % too little energy where they bend, --elements auto mends it".to_owned(),
+            None => String::new(),
+        };
         format!("{order}, {:.1}{or_more} across the walls{reason}", own.elements_across)
     };
     [ElementOrder::Linear, ElementOrder::Quadratic].into_iter().filter_map(fewest).map(line).collect()

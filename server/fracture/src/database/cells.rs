@@ -5,11 +5,8 @@
 use crate::cancel_token::{CancelToken, Canceled};
 use crate::elasticity::ElementOrder;
 use crate::lattice::{BodyLattice, LatticeLevels, Locator};
-use crate::pipeline::{CELLS_MAX, ElasticReport, ElementChoice};
+use crate::pipeline::{CELLS_LINEAR_MIN, CELLS_MAX, ElasticReport, ElementChoice};
 use crate::surface::{InsideTest, Width, WidthSide, Widths};
-
-/// Cells across walls below which elements are quadratic.
-const CELLS_LINEAR_MIN: f64 = 4.0;
 
 /// Share of a body's surface with the walls that count: those of a quarter of it are no thicker.
 const SHARE: f64 = 0.25;
@@ -66,7 +63,7 @@ impl Cells {
 fn elements(choice: ElementChoice, elements_across: f64, nodes: usize) -> ElasticReport {
     let is_thin = elements_across < CELLS_LINEAR_MIN;
     let (order, reason) = match choice {
-        ElementChoice::Linear => (ElementOrder::Linear, is_thin.then(|| "asked for".to_owned())),
+        ElementChoice::Linear => (ElementOrder::Linear, None),
         ElementChoice::Auto if !is_thin => (ElementOrder::Linear, None),
         _ if nodes > QUADRATIC_NODES_MAX => {
             let reason = format!("quadratic elements would have {nodes} nodes, more than {QUADRATIC_NODES_MAX}");
@@ -96,7 +93,7 @@ mod tests {
         assert_eq!(order(ElementChoice::Auto, 4.0, 1000), (linear, false));
         assert_eq!(order(ElementChoice::Auto, 1.5, QUADRATIC_NODES_MAX), (quadratic, true));
         assert_eq!(order(ElementChoice::Auto, 1.5, QUADRATIC_NODES_MAX + 1), (linear, true));
-        assert_eq!(order(ElementChoice::Linear, 1.5, 1000), (linear, true));
+        assert_eq!(order(ElementChoice::Linear, 1.5, 1000), (linear, false));
         assert_eq!(order(ElementChoice::Linear, 8.0, 1000), (linear, false));
         assert_eq!(order(ElementChoice::Quadratic, 8.0, 1000), (quadratic, true));
     }

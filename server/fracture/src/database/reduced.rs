@@ -89,6 +89,7 @@ mod tests {
     use super::*;
     use crate::database::{BakeRequest, load, save};
     use crate::elasticity::{ContactLoad, ElasticWorkspace, NodalLoad};
+    use crate::pipeline::ElementChoice;
     use crate::scene::Material;
     use crate::surface::shapes;
     use nalgebra::{Point3, Vector3};
@@ -99,6 +100,7 @@ mod tests {
             elastic_spacing: Some(0.05),
             crack_spacing: Some(0.05),
             examples: 8,
+            elements: ElementChoice::Auto,
             ..BakeRequest::new("plate", "glass", Material::named("glass").unwrap())
         };
         let plate = request.bake(shapes::cuboid([0.4, 0.3, 0.04])).unwrap();

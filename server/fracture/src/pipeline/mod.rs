@@ -34,8 +34,8 @@ pub use prepared::learned::{LearnedErrors, LearnedModel};
 pub use prepared::memory::MemoryRows;
 pub use prepared::object::{ElasticModel, PreparedBody, PreparedObject};
 pub use prepared::parameters::{
-    BakeParameters, BakeReport, CELLS_MAX, DisplacementMethod, ElasticReport, ElementChoice, ExistingCracks,
-    MissingLift, RANK_MAX, SurfaceKind, SurfaceReport,
+    BakeParameters, BakeReport, CELLS_LINEAR_MIN, CELLS_MAX, DisplacementMethod, ElasticReport, ElementChoice,
+    ExistingCracks, MissingLift, RANK_MAX, SurfaceKind, SurfaceReport,
 };
 pub use prepared::preset::{LatticeSettings, Preset};
 pub use prepared::reduction::ReductionErrors;

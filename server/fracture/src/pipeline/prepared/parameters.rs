@@ -137,9 +137,9 @@ pub struct BakeReport {
 #[serde(rename_all = "lowercase")]
 pub enum ElementChoice {
     /// Quadratic elements in bodies with few cells across their walls, linear ones in the others.
-    #[default]
     Auto,
     /// Linear elements.
+    #[default]
     Linear,
     /// Quadratic elements, unless there are too many.
     Quadratic,
@@ -171,6 +171,9 @@ pub struct ElasticReport {
     /// Why the order is not the usual one, which is linear; `None` if it is.
     pub reason: Option<String>,
 }
+
+/// Cells across walls below which linear elements are too stiff, and [`ElementChoice::Auto`] takes quadratic ones.
+pub const CELLS_LINEAR_MIN: f64 = 4.0;
 
 /// Largest number of cells across walls that is measured.
 pub const CELLS_MAX: f64 = 8.0;
