@@ -8,6 +8,7 @@
 //! & F. Welschinger, *A phase field model for rate-independent crack propagation* (CMAME 199, 2010), equation 20, for
 //! the tensile part of the energy. Inertia relief is the d'Alembert load of a free body in consistent mass.
 
+mod blocks;
 mod boundary;
 mod eigenvalue_bound;
 mod element;

@@ -1,8 +1,8 @@
 //! Preparation of elastic bodies: stiffness, factor, boundary and inertia.
 
+use super::blocks::Elements;
 use super::boundary::BoundaryNodes;
 use super::element::{Element, Lame};
-use super::energy::Elements;
 use super::inertia::Inertia;
 use super::quadratic::{EdgeFunctions, ElementOrder};
 use super::rigid_support::check_anchors;

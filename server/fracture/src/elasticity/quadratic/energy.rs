@@ -3,8 +3,8 @@
 use super::EdgeFunctions;
 use super::product::{LaneMatrix, corner_gradients, strain};
 use crate::elasticity::DrivingEnergy;
+use crate::elasticity::blocks::{Block, SIDE};
 use crate::elasticity::element::Lame;
-use crate::elasticity::energy::{Block, SIDE};
 use crate::elasticity::strain::Strain;
 use crate::simd::SimdLanes;
 use pulp::NullaryFnOnce;

@@ -3,8 +3,8 @@
 //! The strain is linear in a tetrahedron, so products of strains are integrated exactly: ∫ λ_i λ_j = V (1 + δ_ij) / 20.
 
 use super::EdgeFunctions;
+use crate::elasticity::blocks::{Block, Elements, SIDE};
 use crate::elasticity::element::Lame;
-use crate::elasticity::energy::{Block, Elements, SIDE};
 use crate::elasticity::strain::Strain;
 use crate::lattice::EDGES;
 use crate::simd::{SimdLanes, widest};
