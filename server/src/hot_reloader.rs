@@ -4,8 +4,8 @@
 //! Three threads, none of which waits for another: one scans the folder, one loads, one does the work that loading deferred. The load
 //! thread has the priority of the worker threads: beside n of them it gets one part in n + 1 of the time.
 //!
-//! A changed folder is reloaded once two consecutive scans are equal. A database that is renamed into the folder is loaded as a whole,
-//! and many that arrive together make one reload.
+//! A changed folder is reloaded once two consecutive scans are equal. A database that is renamed into the folder is loaded as a whole.
+//! Many that arrive together make one reload, and each is served as soon as it is loaded.
 
 mod debounce;
 
@@ -30,6 +30,8 @@ pub enum ReloadEvent {
     Seen(Result<DirectorySnapshot, Error>),
     /// A load of the databases of this snapshot began.
     Begun(DirectorySnapshot),
+    /// One of these databases is loaded.
+    Advanced(Arc<ObjectVersion>),
     /// A load ended.
     Loaded(Result<Catalog, Error>),
     /// The deferred work of one object ended.
@@ -60,6 +62,8 @@ pub struct HotReloader {
     is_rescan_requested: bool,
     /// Whether the folder could not be scanned, and the error was logged.
     is_scan_failing: bool,
+    /// Number of reloads that are over.
+    reloads: u64,
 }
 
 /// Thread that does one task at a time and sends the result as an event.
@@ -82,7 +86,7 @@ impl Worker {
         Ok(Self { thread, events, is_busy: false })
     }
 
-    fn work(&mut self, work: impl FnOnce(&dyn Fn(ReloadEvent)) -> ReloadEvent + Send + 'static) {
+    fn work(&mut self, work: impl FnOnce(&(dyn Fn(ReloadEvent) + Sync)) -> ReloadEvent + Send + 'static) {
         self.is_busy = true;
         let events = self.events.clone();
         self.thread.spawn(move || {
@@ -160,7 +164,7 @@ impl HotReloader {
         let finish_worker = Worker::new("finish", NICE, events)?;
         let (unfinished, debounce) = (VecDeque::new(), Debounce::default());
         let (is_reload_requested, is_scan_failing, seen, target) = (false, false, None, None);
-        let (scans_begun, is_periodic, is_rescan_requested) = (0, false, false);
+        let (scans_begun, reloads, is_periodic, is_rescan_requested) = (0, 0, false, false);
         Ok(Self {
             folder,
             loader,
@@ -176,6 +180,7 @@ impl HotReloader {
             is_periodic,
             is_rescan_requested,
             is_scan_failing,
+            reloads,
         })
     }
 
@@ -208,6 +213,11 @@ impl HotReloader {
         self.scanner.work(move |_| ReloadEvent::Seen(folder.scan()));
     }
 
+    /// Number of reloads that are over.
+    pub fn reloads(&self) -> u64 {
+        self.reloads
+    }
+
     /// Reloads the databases: now, or when the current reload is over.
     pub fn reload(&mut self, catalog: &Arc<Catalog>) {
         if self.load_worker.is_busy {
@@ -219,7 +229,7 @@ impl HotReloader {
         self.load_worker.work(move |send| {
             ReloadEvent::Loaded(folder.scan().map(|snapshot| {
                 send(ReloadEvent::Begun(snapshot.clone()));
-                catalog.renewed(snapshot, &loader)
+                catalog.renewed(snapshot, &loader, |version| send(ReloadEvent::Advanced(version.clone())))
             }))
         });
     }
@@ -258,10 +268,14 @@ impl HotReloader {
                 self.seen = Some(snapshot.clone());
                 self.target = Some(snapshot);
             }
+            ReloadEvent::Advanced(version) => fresh = catalog.advanced(&version).map(Arc::new),
             ReloadEvent::Loaded(loaded) => {
                 (self.load_worker.is_busy, self.target) = (false, None);
                 match loaded {
                     Ok(loaded) => {
+                        self.reloads += 1;
+                        let (ready, entries, bytes) = (loaded.ready(), loaded.len(), loaded.memory_bytes());
+                        tracing::info!(ready, entries, bytes, "databases reloaded");
                         self.finish(&loaded);
                         fresh = Some(Arc::new(loaded));
                     }
@@ -308,193 +322,4 @@ impl HotReloader {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use bytemuck::Zeroable;
-    use shatter_engine::object::{EngineResult, ServedObject};
-    use shatter_fracture::cancel_token::CancelToken;
-    use shatter_fracture::pipeline::{StageObserver, Workspace};
-    use shatter_proto::control::ObjectRow;
-    use shatter_proto::request::Request;
-    use std::sync::Mutex;
-    use std::sync::atomic::{AtomicBool, Ordering};
-    use std::time::{Duration, Instant};
-    use tempfile::TempDir;
-    use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
-
-    const TIMEOUT: Duration = Duration::from_secs(60);
-
-    /// Reloader of a separate folder, and its events.
-    fn start(folder: &TempDir, required: bool) -> (HotReloader, UnboundedReceiver<WorkerEvent>) {
-        let (sender, events) = unbounded_channel();
-        let loader: Loader = Arc::new(|_, _| Err("nothing is ever loaded here".to_owned()));
-        let path = folder.path().join("databases");
-        (HotReloader::new(DatabaseFolder { path, required, only: None }, loader, NICE, sender).unwrap(), events)
-    }
-
-    /// Object with deferred work that waits until the gate is open, and panics if its name is "b".
-    struct Raw(String, Arc<Mutex<Vec<String>>>, Arc<AtomicBool>);
-
-    impl ServedObject for Raw {
-        fn row(&self) -> ObjectRow {
-            let mut row = ObjectRow::zeroed();
-            row.set_name(&self.0);
-            row
-        }
-
-        fn bytes(&self) -> usize {
-            1
-        }
-
-        fn finish(&self) -> Result<(), Error> {
-            self.1.lock().unwrap().push(self.0.clone());
-            let begun = Instant::now();
-            while !self.2.load(Ordering::Relaxed) && begun.elapsed() < TIMEOUT {
-                std::thread::yield_now();
-            }
-            assert!(self.0 != "b", "cannot be finished");
-            Ok(())
-        }
-
-        fn result_bytes_max(&self) -> usize {
-            1
-        }
-
-        fn strike(
-            &self,
-            _: &Request,
-            _: &mut Workspace,
-            _: &CancelToken,
-            _: &dyn StageObserver,
-        ) -> Result<Box<dyn EngineResult>, Error> {
-            Err(Error::new(ErrorKind::Failed, "", "not struck here"))
-        }
-    }
-
-    #[test]
-    fn objects_are_finished_one_by_one_and_no_reload_waits_for_that() {
-        let folder = tempfile::tempdir().unwrap();
-        let (mut reloader, mut events) = start(&folder, true);
-        let databases = folder.path().join("databases");
-        std::fs::create_dir(&databases).unwrap();
-        let write = |name: &str| std::fs::write(databases.join(name).with_extension("shatter"), "").unwrap();
-        ["a", "b"].iter().for_each(|name| write(name));
-        let (finished, gate) = (Arc::new(Mutex::new(Vec::new())), Arc::new(AtomicBool::new(false)));
-        let (seen, opened) = (finished.clone(), gate.clone());
-        reloader.loader = Arc::new(move |path, _| {
-            Ok(Arc::new(Raw(path.file_stem().unwrap().display().to_string(), seen.clone(), opened.clone())))
-        });
-        let mut catalog =
-            Arc::new(Catalog::default().renewed(DirectorySnapshot::of(&databases).unwrap(), &reloader.loader));
-        reloader.finish(&catalog);
-        let begun = Instant::now();
-        while finished.lock().unwrap().is_empty() && begun.elapsed() < TIMEOUT {
-            std::thread::yield_now();
-        }
-        write("c");
-        reloader.reload(&catalog);
-        let begun = event(&mut events);
-        assert!(matches!(begun, ReloadEvent::Begun(_)) && reloader.handle(begun, &catalog).is_none());
-        let listed = reloader.expected(&catalog).unwrap();
-        assert_eq!(
-            (listed.loading(), listed.failed(), listed.get("c").err().unwrap().kind),
-            (1, 0, ErrorKind::Loading)
-        );
-        assert_eq!(listed.get("another").err().unwrap().kind, ErrorKind::Loading, "the file `c` may hold it");
-        assert!(reloader.expected(&listed).is_none() && listed.get("a").is_ok());
-        let loaded = event(&mut events);
-        assert!(
-            matches!(loaded, ReloadEvent::Loaded(_)) && *finished.lock().unwrap() == ["a"],
-            "a load waits for no deferred work"
-        );
-        catalog = reloader.handle(loaded, &listed).unwrap();
-        assert_eq!((catalog.loading(), catalog.ready()), (0, 3));
-        gate.store(true, Ordering::Relaxed);
-        for _ in 0..4 {
-            let more = event(&mut events);
-            assert!(matches!(more, ReloadEvent::Finished) && reloader.handle(more, &catalog).is_none());
-        }
-        assert_eq!(*finished.lock().unwrap(), ["a", "a", "b", "c"], "a panic stops no other object");
-        assert!(!reloader.finish_worker.is_busy && reloader.expected(&catalog).is_none());
-    }
-
-    fn event(events: &mut UnboundedReceiver<WorkerEvent>) -> ReloadEvent {
-        let begun = Instant::now();
-        loop {
-            match events.try_recv() {
-                Ok(WorkerEvent::Reload(event)) => return event,
-                _ => assert!(begun.elapsed() < TIMEOUT, "no news"),
-            }
-            std::thread::yield_now();
-        }
-    }
-
-    #[test]
-    fn a_scan_for_a_client_does_not_count_for_the_debounce() {
-        let folder = tempfile::tempdir().unwrap();
-        let (mut reloader, mut events) = start(&folder, true);
-        let databases = folder.path().join("databases");
-        std::fs::create_dir(&databases).unwrap();
-        let catalog = Arc::new(Catalog::default());
-        assert_eq!(
-            (reloader.scan_for_client(), reloader.scan_for_client()),
-            (1, 2),
-            "the first scan may have begun too early"
-        );
-        std::fs::write(databases.join("a.shatter"), "").unwrap();
-        for done in [1, 2] {
-            assert_eq!(reloader.scans_done(), done - 1);
-            let seen = event(&mut events);
-            assert!(matches!(seen, ReloadEvent::Seen(Ok(_))) && reloader.handle(seen, &catalog).is_none());
-        }
-        let listed = reloader.expected(&catalog).unwrap();
-        assert_eq!((reloader.scans_done(), listed.get("a").err().unwrap().kind), (2, ErrorKind::Loading));
-        assert!(
-            !reloader.load_worker.is_busy && !reloader.is_reload_requested,
-            "two scans for clients do not show a stable folder"
-        );
-        for _ in 0..2 {
-            reloader.scan();
-            let seen = event(&mut events);
-            assert!(reloader.handle(seen, &listed).is_none());
-        }
-        assert!(reloader.load_worker.is_busy);
-    }
-
-    #[test]
-    fn a_reload_asked_for_during_another_is_not_lost() {
-        let folder = tempfile::tempdir().unwrap();
-        let (mut reloader, mut events) = start(&folder, false);
-        let catalog = Arc::new(Catalog::default());
-        reloader.reload(&catalog);
-        let loaded = |reloader: &mut HotReloader, events: &mut UnboundedReceiver<WorkerEvent>| {
-            let begun = event(events);
-            assert!(matches!(begun, ReloadEvent::Begun(_)) && reloader.handle(begun, &catalog).is_none());
-            event(events)
-        };
-        let first = loaded(&mut reloader, &mut events);
-        // The folder changes after the scan, and before the first reload is over.
-        std::fs::create_dir(folder.path().join("databases")).unwrap();
-        std::fs::write(folder.path().join("databases/a.shatter"), "").unwrap();
-        reloader.reload(&catalog);
-        let first = reloader.handle(first, &catalog).unwrap();
-        assert_eq!(first.len(), 0);
-        let second = loaded(&mut reloader, &mut events);
-        assert_eq!(reloader.handle(second, &first).unwrap().len(), 1);
-    }
-
-    #[test]
-    fn a_missing_folder_keeps_the_catalog() {
-        let folder = tempfile::tempdir().unwrap();
-        let (mut reloader, mut events) = start(&folder, true);
-        let catalog = Arc::new(Catalog::default());
-        reloader.scan();
-        reloader.scan();
-        let seen = event(&mut events);
-        assert!(matches!(seen, ReloadEvent::Seen(Err(_))) && reloader.handle(seen, &catalog).is_none());
-        reloader.reload(&catalog);
-        let loaded = event(&mut events);
-        assert!(matches!(loaded, ReloadEvent::Loaded(Err(_))) && reloader.handle(loaded, &catalog).is_none());
-        assert!(events.try_recv().is_err(), "a scan was under way already");
-    }
-}
+mod tests;

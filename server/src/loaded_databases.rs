@@ -29,7 +29,7 @@ impl LoadedDatabases {
         let folder = folder(config, only)?;
         let threads = threads(config.threads(), config.compute.nice)?;
         let catalog =
-            threads.install(|| folder.scan().map(|snapshot| Catalog::default().renewed(snapshot, &loader)))?;
+            threads.install(|| folder.scan().map(|snapshot| Catalog::default().renewed(snapshot, &loader, |_| ())))?;
         announce(&catalog, &folder, begun);
         Ok(Self { folder, loader, threads, catalog })
     }

@@ -118,7 +118,6 @@ struct Daemon {
     catalog: Arc<Catalog>,
     reloader: HotReloader,
     retired: RetiredVersions,
-    reloads: u64,
     /// Bucket size that a warning has asked for, bytes; 0: no warning yet.
     short_bytes: u64,
     metrics: Metrics,
@@ -155,8 +154,7 @@ impl Daemon {
         let worker_pool = Arc::new(WorkerPool::new(threads, lanes, retained, populated, waker, sender));
         let jobs = Jobs::new(config.compute.queue_max, config.held_max(), worker_pool.clone());
         let (metrics, started) = (Metrics::new()?, Instant::now());
-        let (catalog, retired, reloads, reaper) =
-            (Arc::new(catalog), RetiredVersions::default(), 0, StaleSegmentReaper::default());
+        let (catalog, retired, reaper) = (Arc::new(catalog), RetiredVersions::default(), StaleSegmentReaper::default());
         let (arrivals, lists) = (PendingArrivals::default(), PendingListRequests::default());
         let daemon = Self {
             jobs,
@@ -165,7 +163,6 @@ impl Daemon {
             catalog,
             reloader,
             retired,
-            reloads,
             short_bytes: 0,
             metrics,
             started,
@@ -289,10 +286,7 @@ impl Daemon {
             );
         }
         self.retired.note(&self.catalog, &catalog);
-        let (ready, entries, bytes) = (catalog.ready(), catalog.len(), catalog.memory_bytes());
-        tracing::info!(ready, entries, bytes, "databases reloaded");
         self.reloader.release(std::mem::replace(&mut self.catalog, catalog));
-        self.reloads += 1;
     }
 
     fn reap_dead_clients(&mut self) {
@@ -345,7 +339,7 @@ impl Daemon {
             crashes: self.directory.past().crashes,
             ending: u32::from(self.jobs.closed()),
             unread: self.jobs.unread_results() as u64,
-            reloads: self.reloads,
+            reloads: self.reloader.reloads(),
             read_unix_ns: unix_ns(self.catalog.read()),
             ..ServiceStatusRow::zeroed()
         };

@@ -8,7 +8,7 @@ use shatter_client::{
 };
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use support::{Child, TestDirectory, bar, shatter, shatterd, timeout};
+use support::{Child, TestDirectory, bar, shatter, shatter_program, shatterd, timeout};
 
 const CHEAP: &str = "[objects.bar]\neffects = []\nallow = [\"bonds\"]\nsites_max = 30";
 const RICH: &str =
@@ -254,5 +254,22 @@ fn pieces_below_the_scenes_volume_become_part_of_others() {
     // Where a merge reduces a junction of three cracks to two, volumes change a little.
     assert!(merged.iter().all(|volume| *volume > 0.9 * LEAST), "{merged:?}");
     assert!((merged.iter().sum::<f64>() / all.iter().sum::<f64>() - 1.0).abs() < 1e-6);
+    assert_eq!(daemon.terminate().code(), Some(0));
+}
+
+#[test]
+fn a_result_in_one_piece_is_told_with_its_reason() {
+    let scene = "[objects.bar]\neffects = [\"interior\", \"slivers\"]\nvolume_min_m3 = 1e3";
+    let (here, scene) = place("one-piece", scene);
+    let (daemon, ..) = serve(&here, &scene);
+    let warning = |more: &[&str]| {
+        let strike = ["impact", "bar", "--point", "0.2,0,0", "--impulse", "-50,3,0", "--degree", "24"];
+        let out = shatter_program(&here).args(strike).args(more).output().unwrap();
+        assert!(out.status.success(), "{out:?}");
+        String::from_utf8(out.stderr).unwrap()
+    };
+    let told = warning(&[]);
+    assert!(told.contains("in one piece: all 24 cells") && told.contains("`volume_min_m3`"), "{told}");
+    assert_eq!(warning(&["--disable", "slivers"]), "");
     assert_eq!(daemon.terminate().code(), Some(0));
 }

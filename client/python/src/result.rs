@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyIterator, PyTuple};
 use shatter_client::ErrorKind;
 use shatter_proto::text::quoted;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A fragment by the handle of a kept result, and its id.
@@ -143,10 +143,10 @@ impl FractureResult {
         #[pyo3(from_py_with = argument::output_file)] path: PathBuf,
         #[pyo3(from_py_with = argument::materials_file)] materials: Option<PathBuf>,
     ) -> PyResult<()> {
-        if !path.extension().is_some_and(|own| own.eq_ignore_ascii_case("glb")) {
-            let shown = quoted(&path.display().to_string());
+        if !has_ending(&path, &["glb"]) {
             return Err(wrong(format!(
-                "path: write_glb writes .glb files, not `{shown}`; see also write_obj and write_mjcf"
+                "path: write_glb writes .glb files, not `{}`; see also write_obj and write_mjcf",
+                shown(&path)
             )));
         }
         self.write(py, |result| match &materials {
@@ -161,11 +161,23 @@ impl FractureResult {
         py: Python<'_>,
         #[pyo3(from_py_with = argument::output_folder)] folder: PathBuf,
     ) -> PyResult<()> {
+        if !folder.is_dir() && has_ending(&folder, &["obj", "glb", "gltf", "xml", "zip"]) {
+            return Err(wrong(format!(
+                "folder: write_obj writes a folder of .obj files, and `{}` is the name of a file; pass the name of a folder",
+                shown(&folder)
+            )));
+        }
         self.write(py, |result| result.write_obj(&folder).map(|_| ()))
     }
 
     /// Writes a MuJoCo model, with its meshes in a folder beside it; ``bonds`` and ``hulls`` make it hold together and collide.
     fn write_mjcf(&self, py: Python<'_>, #[pyo3(from_py_with = argument::output_file)] path: PathBuf) -> PyResult<()> {
+        if !has_ending(&path, &["xml"]) {
+            return Err(wrong(format!(
+                "path: write_mjcf writes .xml files, not `{}`; see also write_glb and write_obj",
+                shown(&path)
+            )));
+        }
         self.write(py, |result| result.write_mjcf(&path).map(|_| ()))
     }
 
@@ -300,4 +312,13 @@ impl From<shatter_client::Hit> for Hit {
         let shatter_client::Hit { point_m, normal, distance_m, body, .. } = hit;
         Self { point: point_m, normal, distance: distance_m, body }
     }
+}
+
+/// Whether the name of a file ends with one of these, in any case.
+fn has_ending(path: &Path, endings: &[&str]) -> bool {
+    path.extension().is_some_and(|own| endings.iter().any(|ending| own.eq_ignore_ascii_case(ending)))
+}
+
+fn shown(path: &Path) -> String {
+    quoted(&path.display().to_string())
 }

@@ -484,6 +484,10 @@ def test_files(body, tmp_path):
     result.write_glb(tmp_path / "a.glb")
     with pytest.raises(shatter.ArgumentError, match="write_obj"):
         result.write_glb(tmp_path / "a.obj")
+    with pytest.raises(shatter.ArgumentError, match="write_mjcf writes .xml files, not `.*a.glb`"):
+        result.write_mjcf(tmp_path / "a.glb")
+    with pytest.raises(shatter.ArgumentError, match="`.*a.obj` is the name of a file; pass the name of a folder"):
+        result.write_obj(tmp_path / "a.obj")
     result.write_obj(str(tmp_path / "pieces"))
     for write in [result.write_glb, result.write_obj, result.write_mjcf]:
         with pytest.raises(shatter.ArgumentError, match="is empty; it must name the output"):

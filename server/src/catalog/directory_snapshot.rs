@@ -103,6 +103,14 @@ impl DirectorySnapshot {
         self.0.iter().filter(|file| !other.0.contains(file))
     }
 
+    /// This snapshot with another version of a file.
+    pub(super) fn with(&self, source: &DatabaseSource, stamp: FileStamp) -> Self {
+        let mut files: Vec<_> = self.0.iter().filter(|(own, _)| own != source).cloned().collect();
+        let place = files.partition_point(|(own, _)| (&own.path, &own.object) < (&source.path, &source.object));
+        files.insert(place, (source.clone(), stamp));
+        Self(files)
+    }
+
     /// Whether there is a database of that name.
     pub fn holds(&self, name: &str) -> bool {
         self.0.iter().any(|(source, _)| stem(&source.path) == name)

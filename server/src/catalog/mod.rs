@@ -63,12 +63,21 @@ impl Catalog {
     /// Builds the catalog of `snapshot` on the current rayon pool.
     ///
     /// Keeps versions whose files did not change and retries files that failed. If the file of a version was replaced by one that fails,
-    /// the old version stays served.
+    /// the old version stays served. `loaded` receives each new version before the others are loaded.
     #[must_use]
-    pub fn renewed(&self, snapshot: DirectorySnapshot, loader: &Loader) -> Self {
+    pub fn renewed(
+        &self,
+        snapshot: DirectorySnapshot,
+        loader: &Loader,
+        loaded: impl Fn(&Arc<ObjectVersion>) + Sync,
+    ) -> Self {
         let found = snapshot.map(|source, stamp| match self.at(source) {
             Some(version) if version.stamp == stamp => (source.clone(), Ok(version.clone())),
-            _ => (source.clone(), ObjectVersion::load(source, stamp, loader).map(Arc::new)),
+            _ => {
+                let version = ObjectVersion::load(source, stamp, loader).map(Arc::new);
+                version.iter().for_each(&loaded);
+                (source.clone(), version)
+            }
         });
         let generations = self.generations.clone();
         let mut catalog = Self { entries: BTreeMap::new(), generations, snapshot, read: SystemTime::now() };
@@ -110,6 +119,21 @@ impl Catalog {
         }
         entries.retain(|_, entry| entry.version.is_some() || entry.error.is_some() || entry.loading.is_some());
         Some(Self { entries, generations: self.generations.clone(), snapshot: self.snapshot.clone(), read: self.read })
+    }
+
+    /// This catalog with `version`, which was loaded during a reload that goes on; `None` if that must wait for the end of the reload: its
+    /// file has another name than its object, and a file that is not loaded yet may take precedence.
+    #[must_use]
+    pub fn advanced(&self, version: &Arc<ObjectVersion>) -> Option<Self> {
+        if version.source.name() != version.name {
+            return None;
+        }
+        let mut entries = self.entries.clone();
+        entries.remove(&version.name);
+        let (generations, snapshot) = (self.generations.clone(), self.snapshot.with(&version.source, version.stamp));
+        let mut catalog = Self { entries, generations, snapshot, read: self.read };
+        catalog.put(&version.source, version, self);
+        Some(catalog)
     }
 
     /// Whether the version from `source` serves the object `name`.

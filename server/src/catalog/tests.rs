@@ -72,13 +72,13 @@ impl Folder {
     }
 
     fn reload(&self, catalog: &Catalog) -> Catalog {
-        catalog.renewed(DirectorySnapshot::of(self.0.path()).unwrap(), &loader())
+        catalog.renewed(DirectorySnapshot::of(self.0.path()).unwrap(), &loader(), |_| ())
     }
 
     /// Builds the catalog of a scene: pairs of object and database.
     fn with_objects(&self, catalog: &Catalog, objects: &[(&str, &str)]) -> Catalog {
         let objects = objects.iter().map(|(object, database)| ((*object).to_owned(), (*database).to_owned())).collect();
-        catalog.renewed(DirectorySnapshot::of(self.0.path()).unwrap().only(&objects), &loader())
+        catalog.renewed(DirectorySnapshot::of(self.0.path()).unwrap().only(&objects), &loader(), |_| ())
     }
 
     fn source(&self, file: &str) -> DatabaseSource {

@@ -97,5 +97,21 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     } else {
         format!("kg·unit/s (unit: {} m)", host.meters_per_unit)
     };
-    out(format_args!("{} {unit}\n", summary.threshold_impulse_factor))
+    out(format_args!("{} {unit}\n", exact(summary.threshold_impulse_factor)))
+}
+
+/// All digits of a number, with a power of ten where it would be long.
+fn exact(value: f64) -> String {
+    if value == 0.0 || (1e-4..1e15).contains(&value.abs()) { value.to_string() } else { format!("{value:e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::exact;
+
+    #[test]
+    fn impulses_keep_their_digits_and_stay_short() {
+        assert_eq!([0.0, 0.1 + 0.2, 12_345.5].map(exact), ["0", "0.30000000000000004", "12345.5"]);
+        assert_eq!([1.25e-7, 6.5e149, f64::INFINITY].map(exact), ["1.25e-7", "6.5e149", "inf"]);
+    }
 }

@@ -167,8 +167,11 @@ pub fn cutting_meshes(
                 let before = meshed;
                 let UnitedSurface { meshed, crossings, hidden, divided } = united;
                 let is_film = |source: &u32| *source as usize >= *input_triangles;
-                if !meshed.sources.iter().any(is_film) {
-                    repairs.retain(|repair| repair.kind != RepairKind::FilledHoles);
+                let films = meshed.area(is_film);
+                repairs.retain(|repair| repair.kind != RepairKind::FilledHoles || films > 0.0);
+                for repair in repairs.iter_mut().filter(|repair| repair.kind == RepairKind::FilledHoles) {
+                    let whole = surface.area(*input_triangles) + films;
+                    *repair = repair.clone().of_area(films, whole, &surface.frame);
                 }
                 let (hidden, areas): (Vec<Point3<f64>>, Vec<f64>) =
                     hidden.iter().filter(|own| !is_film(&own.source)).map(|own| (own.place, own.area)).unzip();

@@ -77,12 +77,32 @@ fn holes_are_closed_by_films() {
     assert_eq!((*count, places_m.len()), (1, 1));
     assert!((area_m2 - 0.5).abs() < 1e-12 && (area_share - 0.5 / 6.0).abs() < 1e-12, "{area_m2}, {area_share}");
     // Of a rim of four vertices, the film of least area is the flat one.
-    let mut without_side = cube([0.0; 3]);
-    let top = |own: &[u32; 3]| own.iter().all(|&vertex| without_side.positions_m[vertex as usize].y > 0.0);
-    let kept: Vec<[u32; 3]> = without_side.triangles.iter().filter(|own| !top(own)).copied().collect();
-    assert_eq!(kept.len(), 10);
-    without_side.triangles = kept;
-    check(without_side, 1.0, &[RepairKind::FilledHoles]);
+    check(without_top(), 1.0, &[RepairKind::FilledHoles]);
+}
+
+/// The cube without its upper side.
+fn without_top() -> RawMesh {
+    let mut cube = cube([0.0; 3]);
+    let positions_m = &cube.positions_m;
+    cube.triangles.retain(|own| own.iter().any(|&vertex| positions_m[vertex as usize].y < 0.0));
+    assert_eq!(cube.triangles.len(), 10);
+    cube
+}
+
+#[test]
+fn the_area_of_films_is_that_outside_other_parts() {
+    let offset_m = [0.5, 0.25, 0.125];
+    let kinds = [RepairKind::FilledHoles, RepairKind::UnitedParts];
+    let prepared = check(joined(without_top(), &cube(offset_m)), 2.0 - 0.5 * 0.75 * 0.875, &kinds);
+    let [films, united] = [0, 1].map(|own| &prepared.report.surface.repairs[own]);
+    let inside_m2 = 0.5 * 0.875;
+    let common_m2 = 2.0 * (0.5 * 0.75 + inside_m2 + 0.75 * 0.875);
+    for (repair, area_m2, whole_m2) in
+        [(films, 1.0 - inside_m2, 12.0 - inside_m2), (united, common_m2 - inside_m2, 11.0)]
+    {
+        assert!((repair.area_m2 - area_m2).abs() < 1e-6, "{repair:?}, not {area_m2} m²");
+        assert!((repair.area_share - area_m2 / whole_m2).abs() < 1e-6, "{repair:?}");
+    }
 }
 
 /// `mesh` with one of its edges divided in one of its triangles, at a point `beside_m` off the edge.

@@ -337,6 +337,7 @@ mod tests {
     }
 
     /// The same with a rod of two equal shells: the first begins in the first block, the second at 1.5 m, and the first ends at `end` m.
+    /// Shells that end and begin at one place share the vertices there.
     fn divided_rod(end: f64) -> RawMesh {
         let blocks = [0.0, 2.0].map(|x| block([x, -0.5, -0.5], [x + 1.0, 0.5, 0.5]));
         let rods = [(0.99, end), (1.5, 2.01)].map(|(from, to)| block([from, -ROD, -ROD], [to, ROD, ROD]));
@@ -345,8 +346,9 @@ mod tests {
 
     fn block(low: [f64; 3], high: [f64; 3]) -> RawMesh {
         let mut mesh = shapes::cuboid([0, 1, 2].map(|axis| high[axis] - low[axis]));
-        let center = nalgebra::Vector3::from([0, 1, 2].map(|axis| (low[axis] + high[axis]) / 2.0));
-        mesh.positions_m.iter_mut().for_each(|point| *point += center);
+        let corner =
+            |point: &nalgebra::Point3<f64>, axis: usize| if point[axis] < 0.0 { low[axis] } else { high[axis] };
+        mesh.positions_m.iter_mut().for_each(|point| *point = [0, 1, 2].map(|axis| corner(point, axis)).into());
         mesh
     }
 

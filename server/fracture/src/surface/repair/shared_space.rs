@@ -27,7 +27,7 @@ fn normal([a, b, c]: &Triangle) -> Vector3<f64> {
     (b - a).cross(&(c - a))
 }
 
-/// Heights of the corners of `triangle` over the plane of `base`, negative outside.
+/// Heights of the corners of `triangle` over the plane of `base`; the sign tells the side.
 fn heights(base: &Triangle, triangle: &Triangle) -> [f64; 3] {
     let size = normal(base).norm();
     triangle.map(|corner| side(base, &corner) / size)
