@@ -5,7 +5,7 @@ use crate::session::{ConnectError, Session};
 use crate::{Deadline, Object, Status};
 use shatter_proto::control::ObjectState;
 use shatter_proto::convention::Convention;
-use shatter_proto::name::{ServiceName, unknown_object};
+use shatter_proto::name::{ServiceName, object_being_loaded, unknown_object};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::paths::ServicePaths;
 use std::ffi::OsString;
@@ -163,16 +163,15 @@ impl Client {
     /// `unknown_object`, `corrupt_object`, `loading`, and those of [`Self::objects`].
     pub fn object(&self, name: &str, deadline: Deadline) -> Result<Object, Error> {
         let objects = self.objects(deadline)?;
-        let names: Vec<String> = objects.iter().map(|facts| facts.name.clone()).collect();
-        match objects.into_iter().find(|facts| facts.name == name) {
-            Some(facts) => match facts.error {
-                Some(error) if facts.state != ObjectState::Ready => Err(error),
-                _ => Ok(Object::new(self.session.clone(), self.convention, facts)),
-            },
-            None => {
-                let names: Vec<&str> = names.iter().map(String::as_str).collect();
-                Err(unknown_object(name, &names))
+        match objects.iter().position(|facts| facts.name == name) {
+            Some(place) => {
+                let facts = objects[place].clone();
+                match facts.error {
+                    Some(error) if facts.state != ObjectState::Ready => Err(error),
+                    _ => Ok(Object::new(self.session.clone(), self.convention, facts)),
+                }
             }
+            None => Err(not_listed(name, &objects)),
         }
     }
 
@@ -202,6 +201,16 @@ impl Client {
     /// Those of [`Self::objects`].
     pub fn status(&self, deadline: Deadline) -> Result<Status, Error> {
         self.session.call(|connection| control::status(&connection, deadline))
+    }
+}
+
+/// The error for an object that is not in the list: a file that is still being loaded may hold it.
+fn not_listed(name: &str, objects: &[ObjectFacts]) -> Error {
+    let loading = objects.iter().filter(|facts| facts.state == ObjectState::Loading);
+    let mut errors = loading.filter_map(|facts| Some((&facts.name, facts.error.as_ref()?)));
+    match errors.next() {
+        Some((file, error)) => Error { retry_after: error.retry_after, ..object_being_loaded(name, file) },
+        None => unknown_object(name, &objects.iter().map(|facts| facts.name.as_str()).collect::<Vec<_>>()),
     }
 }
 

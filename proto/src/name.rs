@@ -111,6 +111,16 @@ pub fn unknown_object(name: &str, known: &[&str]) -> Error {
     Error::new(ErrorKind::UnknownObject, shown, message)
 }
 
+/// The error for an object that no loaded database holds, while the one of the file name `file` is loaded: its object may have another name.
+pub fn object_being_loaded(name: &str, file: &str) -> Error {
+    let shown = quoted(name);
+    let message = format!(
+        "no loaded database holds `{shown}`, but `{}` is still being loaded; send it again later",
+        quoted(file)
+    );
+    Error::new(ErrorKind::Loading, shown, message)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -268,7 +268,9 @@ impl HotReloader {
                 self.seen = Some(snapshot.clone());
                 self.target = Some(snapshot);
             }
-            ReloadEvent::Advanced(version) => fresh = catalog.advanced(&version).map(Arc::new),
+            ReloadEvent::Advanced(version) => {
+                fresh = self.target.as_ref().and_then(|target| catalog.advanced(&version, target)).map(Arc::new);
+            }
             ReloadEvent::Loaded(loaded) => {
                 (self.load_worker.is_busy, self.target) = (false, None);
                 match loaded {

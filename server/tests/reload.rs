@@ -223,6 +223,9 @@ fn an_object_that_is_being_loaded_is_listed_as_such() {
     let error = service.object("pot", timeout()).err().unwrap();
     assert_eq!((error.kind, error.at.as_str(), error.kind.retry()), (ErrorKind::Loading, "pot", true), "{error}");
     assert!(error.retry_after.is_some());
+    let error = service.object("another", timeout()).err().unwrap();
+    assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Loading, "another"), "{error}");
+    assert!(error.retry_after.is_some() && error.message.contains("`pot` is still being loaded"), "{error}");
     let strike_now = ["impact", "pot", "--point", "0,0,0", "--impulse", "-1,0,0", "--json"];
     let (code, out) = shatter(&here, &strike_now);
     let error = &serde_json::from_str::<Value>(&out).unwrap()["error"];
@@ -286,7 +289,8 @@ fn a_database_that_was_written_a_moment_ago_is_being_loaded() {
     let first = wait();
     std::thread::sleep(Duration::from_millis(100));
     assert!(wait() < first, "it counts down");
-    assert_eq!(service.object("pan", timeout()).err().unwrap().kind, ErrorKind::UnknownObject);
+    let error = service.object("pan", timeout()).err().unwrap();
+    assert!(error.kind == ErrorKind::Loading && error.message.contains("no loaded database holds `pan`"), "{error}");
 }
 
 /// `impact --wait` waits for a daemon, and for an object that is being loaded; after its time it reports for what.

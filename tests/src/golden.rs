@@ -59,6 +59,11 @@ const RENAMED: [[&str; 2]; 1] = [["looks", "outer_attributes"]];
 /// which moves the energies of the cells by their last bits. Since 67e3269e it states no radius and no E_1/γ.
 const MOVED: [(&str, &[&str], &str); 1] = [("prefracture", &["energy_j_m2", "radius_m", "e1_over_gamma"], "fragments")];
 
+/// Beginnings of requests whose cracks later commits moved on purpose. Their fragments and sections are not compared.
+///
+/// Since 86cbc0ee cracks around a protected region lie on its boundary; only here does one meet it.
+const MOVED_CRACKS: [&str; 1] = ["impact wound --point=-0.2,0.3,0.0 --impulse=30,0,0 --degree 40 "];
+
 /// Results by request.
 pub type Results = BTreeMap<String, Value>;
 
@@ -180,6 +185,10 @@ pub fn differences(before: &Results, now: &Results) -> Vec<String> {
 
 /// A document without what was changed on purpose.
 fn unmoved(request: &str, document: &Value) -> Value {
+    if let (Value::Object(map), true) = (document, MOVED_CRACKS.iter().any(|own| request.starts_with(own))) {
+        let kept = map.iter().filter(|(key, _)| !["fragments", "sections"].contains(&key.as_str()));
+        return Value::Object(kept.map(|(key, value)| (key.clone(), value.clone())).collect());
+    }
     let Some((_, keys, section)) = MOVED.iter().find(|(command, ..)| request.split(' ').next() == Some(command)) else {
         return document.clone();
     };

@@ -23,7 +23,15 @@ const REPAIRED: [(&str, &[RepairKind]); 5] = [
     ("cow.obj", &[RepairKind::UnitedParts, RepairKind::HiddenTriangles, RepairKind::DividedVertices]),
     ("horse.ply", &[RepairKind::UnitedParts, RepairKind::HiddenTriangles]),
     ("stanford-bunny.obj", &[RepairKind::FilledHoles, RepairKind::UnitedParts]),
-    ("suzanne.obj", &[RepairKind::FilledHoles, RepairKind::UnitedParts, RepairKind::HiddenTriangles]),
+    (
+        "suzanne.obj",
+        &[
+            RepairKind::DuplicateTriangles,
+            RepairKind::FilledHoles,
+            RepairKind::UnitedParts,
+            RepairKind::HiddenTriangles,
+        ],
+    ),
     (
         "teapot.obj",
         &[RepairKind::FilledHoles, RepairKind::UnitedParts, RepairKind::HiddenTriangles, RepairKind::CollapsedEdges],

@@ -63,5 +63,11 @@ fn differences_are_detected() {
     assert_eq!(differences(&divided("1"), &divided("2")), Vec::<String>::new());
     let other = results(&serde_json::to_string(&divided("1")).unwrap().replace("\"p\"", "\"q\""));
     assert_eq!(differences(&divided("1"), &other).len(), 1);
+    let wound = |fragments: u32, degree: u32| {
+        let request = "impact wound --point=-0.2,0.3,0.0 --impulse=30,0,0 --degree 40 --seed 1";
+        results(&format!(r#"{{"{request}": {{"fragments": [{fragments}], "degree": {degree}}}}}"#))
+    };
+    assert_eq!(differences(&wound(1, 40), &wound(2, 40)), Vec::<String>::new());
+    assert_eq!(differences(&wound(1, 40), &wound(1, 41)).len(), 1);
     assert!(found[0].starts_with("a > rows > 0 > y: 1 before, 2 now") || found[1].starts_with("a > rows"), "{found:?}");
 }

@@ -1,6 +1,6 @@
 //! Snapshot of the database folder: paths and file stamps, without opening a file.
 
-use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use shatter_proto::{Error, ErrorKind};
 use std::collections::BTreeMap;
 use std::fs::Metadata;
@@ -121,9 +121,32 @@ impl DirectorySnapshot {
         self.0.iter().map(|(source, _)| stem(&source.path)).collect()
     }
 
-    /// Calls `each` for every file on the current rayon pool; the results are in the order of the files.
-    pub(super) fn map<T: Send>(&self, each: impl Fn(&DatabaseSource, FileStamp) -> T + Sync) -> Vec<T> {
-        self.0.par_iter().map(|(source, stamp)| each(source, *stamp)).collect()
+    /// Whether a file is in it, in this version.
+    pub(super) fn has(&self, file: &(DatabaseSource, FileStamp)) -> bool {
+        self.0.contains(file)
+    }
+
+    /// Whether the name of an entry, while the contents of its file are unknown, is `name`.
+    pub(super) fn has_name(&self, name: &str) -> bool {
+        self.0.iter().any(|(source, _)| source.name() == name)
+    }
+
+    /// Calls `each` for every file on the current rayon pool, first for those that `is_first` selects; the results are in the order of the
+    /// files.
+    pub(super) fn map<T: Send>(
+        &self,
+        is_first: impl Fn(&(DatabaseSource, FileStamp)) -> bool,
+        each: impl Fn(&DatabaseSource, FileStamp) -> T + Sync,
+    ) -> Vec<T> {
+        let (first, others): (Vec<usize>, Vec<usize>) = (0..self.0.len()).partition(|&place| is_first(&self.0[place]));
+        let run = |places: Vec<usize>| -> Vec<(usize, T)> {
+            let each = |place: usize| (place, each(&self.0[place].0, self.0[place].1));
+            places.into_par_iter().map(each).collect()
+        };
+        let mut results = run(first);
+        results.extend(run(others));
+        results.sort_by_key(|(place, _)| *place);
+        results.into_iter().map(|(_, result)| result).collect()
     }
 }
 

@@ -1,5 +1,6 @@
 //! Databases that were found and are not loaded yet: start and expected duration of the load.
 
+use shatter_proto::name::object_being_loaded;
 use shatter_proto::{Error, ErrorKind};
 use std::time::{Duration, Instant};
 
@@ -35,12 +36,9 @@ impl LoadInProgress {
         Error::new(ErrorKind::Loading, name, message).after(self.left(self.since.elapsed()))
     }
 
-    /// Error for requests of an object that no loaded database holds, while the one of the file name `file` is loaded: its object may have
-    /// another name.
+    /// Error for requests of an object that no loaded database holds, while the one of the file name `file` is loaded.
     pub fn error_of_unknown(&self, name: &str, file: &str) -> Error {
-        let message =
-            format!("no loaded database holds `{name}`, but `{file}` is still being loaded; send it again later");
-        Error::new(ErrorKind::Loading, name, message).after(self.left(self.since.elapsed()))
+        object_being_loaded(name, file).after(self.left(self.since.elapsed()))
     }
 
     /// Expected remaining time after `elapsed`; a tenth of `elapsed` for a load that takes longer than expected.

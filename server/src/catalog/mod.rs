@@ -11,6 +11,7 @@ mod load_in_progress;
 mod retired_versions;
 mod version;
 
+use directory_snapshot::FileStamp;
 pub use directory_snapshot::{DatabaseSource, DirectorySnapshot, is_database, is_hidden};
 pub use retired_versions::RetiredVersions;
 pub use version::{ObjectVersion, unix_ns};
@@ -63,7 +64,8 @@ impl Catalog {
     /// Builds the catalog of `snapshot` on the current rayon pool.
     ///
     /// Keeps versions whose files did not change and retries files that failed. If the file of a version was replaced by one that fails,
-    /// the old version stays served. `loaded` receives each new version before the others are loaded.
+    /// the old version stays served. New files are loaded before others are tried again. `loaded` receives each new version before the
+    /// next files are loaded.
     #[must_use]
     pub fn renewed(
         &self,
@@ -71,7 +73,8 @@ impl Catalog {
         loader: &Loader,
         loaded: impl Fn(&Arc<ObjectVersion>) + Sync,
     ) -> Self {
-        let found = snapshot.map(|source, stamp| match self.at(source) {
+        let is_new = |file: &(DatabaseSource, FileStamp)| !self.snapshot.has(file);
+        let found = snapshot.map(is_new, |source, stamp| match self.at(source) {
             Some(version) if version.stamp == stamp => (source.clone(), Ok(version.clone())),
             _ => {
                 let version = ObjectVersion::load(source, stamp, loader).map(Arc::new);
@@ -121,15 +124,17 @@ impl Catalog {
         Some(Self { entries, generations: self.generations.clone(), snapshot: self.snapshot.clone(), read: self.read })
     }
 
-    /// This catalog with `version`, which was loaded during a reload that goes on; `None` if that must wait for the end of the reload: its
-    /// file has another name than its object, and a file that is not loaded yet may take precedence.
+    /// This catalog with `version`, which was loaded during a reload to `target` that goes on; `None` if it must wait for the end of the
+    /// reload, because another file may take precedence.
     #[must_use]
-    pub fn advanced(&self, version: &Arc<ObjectVersion>) -> Option<Self> {
-        if version.source.name() != version.name {
+    pub fn advanced(&self, version: &Arc<ObjectVersion>, target: &DirectorySnapshot) -> Option<Self> {
+        let is_served = self.entries.get(&version.name).is_some_and(|entry| entry.version.is_some());
+        if version.source.name() != version.name && (is_served || target.has_name(&version.name)) {
             return None;
         }
         let mut entries = self.entries.clone();
         entries.remove(&version.name);
+        entries.retain(|name, entry| *name != version.source.name() || entry.version.is_some());
         let (generations, snapshot) = (self.generations.clone(), self.snapshot.with(&version.source, version.stamp));
         let mut catalog = Self { entries, generations, snapshot, read: self.read };
         catalog.put(&version.source, version, self);

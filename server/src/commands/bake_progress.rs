@@ -249,7 +249,7 @@ mod tests {
         let reported = cost(&size, 2);
         assert!(
             reported
-                .starts_with("4645 elastic and 9576 crack nodes, 100 examples: about 17 to 35 s left, 143 MB at most;"),
+                .starts_with("4645 elastic and 9576 crack nodes, 100 examples: about 17 to 35 s left, 183 MB at most;"),
             "{reported}"
         );
         assert!(reported.ends_with("a daemon will hold about 61 MB for it"), "{reported}");

@@ -114,6 +114,11 @@ fn repaired_share(SurfaceRepair { kind, count, area_share, .. }: &SurfaceRepair,
              again. {look}",
             counted(*count, "hole")
         )),
+        RepairKind::DuplicateTriangles => Some(format!(
+            "{} with the corners of others, {percent:.0} % of the mesh's area, left out; where they are meant to part solids, move \
+             these apart in the mesh and bake again. {look}",
+            counted(*count, "triangle")
+        )),
         RepairKind::HiddenTriangles => Some(format!(
             "{} inside the solid, {percent:.0} % of the mesh's area, left out; where they are meant to bound a hollow, take away what \
              covers them in the mesh, or turn their shell, and bake again. {look}",
@@ -324,6 +329,9 @@ fn cracks_line(cracks: &ExistingCracks) -> String {
 fn repair_line(SurfaceRepair { kind, count, area_m2, places_m, .. }: &SurfaceRepair) -> String {
     let several = |one: &str, more: &str| format!("{count} {}", if *count == 1 { one } else { more });
     let done = match kind {
+        RepairKind::DuplicateTriangles => {
+            format!("{} with the corners of others left out, {area_m2:.3e} m²", several("triangle", "triangles"))
+        }
         RepairKind::FilledHoles => format!("{} closed by films of {area_m2:.3e} m²", several("hole", "holes")),
         RepairKind::DividedEdges => {
             format!("{} closed: edges divided at the vertices on them (T-junctions)", several("slit", "slits"))

@@ -47,9 +47,16 @@ pub fn diagonal_m(mesh: &RawMesh) -> f64 {
     corners(mesh).map_or(0.0, |[low, high]| (high - low).norm())
 }
 
-/// Lowest and highest coordinates of `mesh`, m; `None` without vertices.
+/// Lowest and highest coordinates of the triangles of `mesh` that have an area, m; `None` without such triangles.
 fn corners(mesh: &RawMesh) -> Option<[Vector3<f64>; 2]> {
-    let points = || mesh.positions_m.iter().map(|point| point.coords);
+    let at = |own: &[u32; 3]| own.map(|vertex| mesh.positions_m.get(vertex as usize).map(|point| point.coords));
+    let has_area = |[a, b, c]: &[Vector3<f64>; 3]| (b - a).cross(&(c - a)) != Vector3::zeros();
+    let triangles = mesh.triangles.iter().filter_map(|own| match at(own) {
+        [Some(a), Some(b), Some(c)] => Some([a, b, c]).filter(has_area),
+        _ => None,
+    });
+    let corners: Vec<Vector3<f64>> = triangles.flatten().collect();
+    let points = || corners.iter().copied();
     Some([points().reduce(|a, b| a.inf(&b))?, points().reduce(|a, b| a.sup(&b))?])
 }
 
@@ -81,6 +88,7 @@ fn volume(mesh: &RawMesh, middle: &Vector3<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Point3;
     use shatter_fracture::surface::shapes;
 
     #[test]
@@ -101,5 +109,10 @@ mod tests {
         let block = doubtful(&shapes::cuboid([2.0, 2.0, 2.0]), None, 2500.0).unwrap();
         assert!(block.contains("with --unit cm it would be 0.0200 m") && block.contains("--unit m keeps"), "{block}");
         assert_eq!(doubtful(&shapes::cuboid([2.0, 0.75, 1.0]), None, 750.0), None, "a table");
+        let mut with_far_vertices = shapes::cuboid([0.3, 0.658, 0.2]);
+        let first = with_far_vertices.positions_m.len() as u32;
+        with_far_vertices.positions_m.extend([Point3::new(1e9, 0.0, 0.0), Point3::new(0.0, 1e9, 0.0)]);
+        with_far_vertices.triangles.push([first, first, 0]);
+        assert_eq!(doubtful(&with_far_vertices, None, 2500.0), None, "no triangle with an area uses them");
     }
 }

@@ -109,6 +109,7 @@ fn objects_are_finished_one_by_one_and_no_reload_waits_for_that() {
     assert!(!reloader.finish_worker.is_busy && reloader.expected(&catalog).is_none());
 }
 
+/// Files whose names are not those of their objects: `b` holds `z`, as `e` does, and `c` holds `d`, as the file `d` does. `f` is damaged.
 #[test]
 fn each_database_of_a_batch_is_served_as_soon_as_it_is_loaded() {
     let folder = tempfile::tempdir().unwrap();
@@ -116,39 +117,60 @@ fn each_database_of_a_batch_is_served_as_soon_as_it_is_loaded() {
     let databases = folder.path().join("databases");
     std::fs::create_dir(&databases).unwrap();
     let write = |name: &str| std::fs::write(databases.join(name).with_extension("shatter"), "").unwrap();
-    // The file `b` holds an object of another name, so that a file `z` could take precedence.
-    ["a", "b", "c", "d"].iter().for_each(|name| write(name));
-    let gate = Arc::new(AtomicBool::new(false));
-    let opened = gate.clone();
+    ["a", "b", "c", "d", "e", "f", "x"].iter().for_each(|name| write(name));
+    let gates = ["d", "x"].map(|name| (name, Arc::new(AtomicBool::new(false))));
+    let opened = gates.clone();
     reloader.loader = Arc::new(move |path, _| {
         let name = path.file_stem().unwrap().to_str().unwrap();
         let begun = Instant::now();
-        while name == "d" && !opened.load(Ordering::Relaxed) && begun.elapsed() < TIMEOUT {
+        let is_shut = || opened.iter().any(|(own, gate)| *own == name && !gate.load(Ordering::Relaxed));
+        while is_shut() && begun.elapsed() < TIMEOUT {
             std::thread::yield_now();
         }
-        let name = if name == "b" { "z" } else { name };
-        Ok(Arc::new(Raw(name.to_owned(), Arc::default(), opened.clone())))
+        let name = match name {
+            "b" | "e" => "z",
+            "c" => "d",
+            "f" => return Err("damaged".to_owned()),
+            name => name,
+        };
+        Ok(Arc::new(Raw(name.to_owned(), Arc::default(), opened[0].1.clone())))
     });
     let mut catalog = Arc::new(Catalog::default());
     reloader.reload(&catalog);
-    for _ in 0..4 {
+    let mut handle = |reloader: &mut HotReloader, catalog: &mut Arc<Catalog>| {
         let next = event(&mut events);
-        catalog = reloader.handle(next, &catalog).or_else(|| reloader.expected(&catalog)).unwrap_or(catalog);
-        catalog = reloader.expected(&catalog).unwrap_or(catalog);
-    }
-    let kinds = ["b", "d", "z"].map(|name| catalog.get(name).err().unwrap().kind);
-    assert_eq!(kinds, [ErrorKind::Loading; 3]);
-    assert!(["a", "c"].iter().all(|name| catalog.get(name).is_ok()));
-    assert_eq!((catalog.ready(), catalog.loading(), reloader.reloads()), (2, 2, 0));
-    let early = catalog.get("a").unwrap();
-    gate.store(true, Ordering::Relaxed);
+        if let Some(fresh) = reloader.handle(next, catalog) {
+            *catalog = fresh;
+        }
+        if let Some(fresh) = reloader.expected(catalog) {
+            *catalog = fresh;
+        }
+    };
+    let kinds = |catalog: &Catalog, names: &[&str]| -> Vec<Option<ErrorKind>> {
+        names.iter().map(|name| catalog.get(name).err().map(|error| error.kind)).collect()
+    };
+    let (loading, corrupt) = (Some(ErrorKind::Loading), Some(ErrorKind::CorruptObject));
+    // The start, a, b and c.
+    (0..4).for_each(|_| handle(&mut reloader, &mut catalog));
+    assert_eq!(
+        kinds(&catalog, &["a", "z", "d", "x"]),
+        [None, None, loading, loading],
+        "`d` waits for the file of its name"
+    );
+    assert_eq!((catalog.ready(), reloader.reloads()), (2, 0));
+    let early = catalog.get("z").unwrap();
+    gates[0].1.store(true, Ordering::Relaxed);
+    // d and e.
+    (0..2).for_each(|_| handle(&mut reloader, &mut catalog));
+    assert_eq!(kinds(&catalog, &["a", "z", "d", "x"]), [None, None, None, loading]);
+    gates[1].1.store(true, Ordering::Relaxed);
     while reloader.reloads() == 0 {
-        let next = event(&mut events);
-        catalog = reloader.handle(next, &catalog).unwrap_or(catalog);
+        handle(&mut reloader, &mut catalog);
     }
-    assert!(["a", "c", "d", "z"].iter().all(|name| catalog.get(name).is_ok()));
-    assert!(Arc::ptr_eq(&early, &catalog.get("a").unwrap()), "nothing is loaded twice");
-    assert!(catalog.rows(0, 9).iter().all(|row| row.generation == 1) && reloader.expected(&catalog).is_none());
+    assert_eq!(kinds(&catalog, &["a", "z", "d", "x"]), [None; 4]);
+    assert_eq!(kinds(&catalog, &["c", "e", "f"]), [corrupt; 3]);
+    assert!(Arc::ptr_eq(&early, &catalog.get("z").unwrap()), "nothing is loaded twice");
+    assert!(catalog.rows(0, 9).iter().filter(|row| row.state == 1).all(|row| row.generation == 1));
 }
 
 fn event(events: &mut UnboundedReceiver<WorkerEvent>) -> ReloadEvent {

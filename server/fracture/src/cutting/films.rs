@@ -43,10 +43,20 @@ impl FilledSurface {
         let sides = Sides::new(&surface);
         let rims = sides.rims(&surface.positions);
         let mut filled = Self::unchanged(surface);
+        filled.report_duplicates();
         if !rims.is_empty() {
             filled.fill(&rims, &sides);
         }
         filled
+    }
+
+    fn report_duplicates(&mut self) {
+        let (surface, duplicates) = (&self.surface, &self.surface.duplicates);
+        if !duplicates.places.is_empty() {
+            let whole = surface.area(self.input_triangles) + duplicates.area;
+            let repair = SurfaceRepair::new(RepairKind::DuplicateTriangles, &duplicates.places, &surface.frame);
+            self.repairs.push(repair.of_area(duplicates.area, whole, &surface.frame));
+        }
     }
 
     fn fill(&mut self, rims: &[Rim], sides: &Sides) {

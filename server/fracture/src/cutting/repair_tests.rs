@@ -80,6 +80,15 @@ fn holes_are_closed_by_films() {
     check(without_top(), 1.0, &[RepairKind::FilledHoles]);
 }
 
+#[test]
+fn the_area_of_a_wall_between_parts_is_reported() {
+    let prepared = check(joined(cube([0.0; 3]), &cube([1.0, 0.0, 0.0])), 2.0, &[RepairKind::DuplicateTriangles]);
+    let SurfaceRepair { count, area_m2, area_share, places_m, .. } = &prepared.report.surface.repairs[0];
+    assert_eq!(*count, 4);
+    assert!((area_m2 - 2.0).abs() < 1e-12 && (area_share - 2.0 / 12.0).abs() < 1e-12, "{area_m2}, {area_share}");
+    assert!(places_m.iter().all(|place| place.x == 0.5), "{places_m:?}");
+}
+
 /// The cube without its upper side.
 fn without_top() -> RawMesh {
     let mut cube = cube([0.0; 3]);

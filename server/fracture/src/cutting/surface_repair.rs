@@ -11,6 +11,8 @@ pub(crate) const LISTED_MAX: usize = 5;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RepairKind {
+    /// Triangles with the corners of others were left out: one of each stays, or none where they are walls inside the solid.
+    DuplicateTriangles,
     /// Holes were closed by films. The area is that of the films on the surface, without what lies inside other parts.
     FilledHoles,
     /// Edges with a vertex of other triangles on them (T-junctions) were divided there.

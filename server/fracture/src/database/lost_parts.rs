@@ -142,7 +142,12 @@ impl SeveredParts {
     fn advice(&self) -> String {
         match self.next {
             Some((next, Some(true))) => format!("--quality {} keeps them", next.name()),
-            Some((next, None)) => format!("try the next preset, --quality {}", next.name()),
+            Some((next, None)) => {
+                format!(
+                    "try the next preset, --quality {}, whose lattices may have ten times as many nodes",
+                    next.name()
+                )
+            }
             Some((next, Some(false))) => format!(
                 "the next preset, --quality {}, does not keep them all: give a finer --crack-spacing",
                 next.name()
@@ -171,6 +176,9 @@ pub(super) fn far(inside: &InsideTest, levels: &LatticeLevels) -> Option<Defect>
         "energy taken from the nearest part: limbs thinner than the elastic spacing; try a finer --elastic-spacing";
     Some(Defect::new(DefectKind::CoarseElastic, levels.far.len() as u64, first, action))
 }
+
+/// Beginning of what the report says of them.
+pub(super) const LEFT_OUT: &str = "left out: smaller than the lattice spacing";
 
 /// Components that the crack lattice lost: those that it dropped, and shells without a node in their bounding box.
 pub(super) struct LostComponents {
@@ -220,8 +228,7 @@ impl LostComponents {
             First::Face(face) => *face,
         };
         let (share, lost_m3) = (100.0 * self.volume / volume, self.volume * surface.frame.diagonal_m.powi(3));
-        let action =
-            format!("left out: smaller than the lattice spacing, {lost_m3:.3e} m³, {share:.4} % of the volume");
+        let action = format!("{LEFT_OUT}, {lost_m3:.3e} m³, {share:.4} % of the volume");
         Some(Defect::new(DefectKind::DroppedComponent, self.count, first, action))
     }
 }
@@ -279,9 +286,16 @@ mod tests {
         // Two blocks and a rod between them that the lattice of `draft` does not resolve.
         let baked = |mesh, request: &BakeRequest| bake(mesh, request, &CancelToken::default(), &mut |_| ());
         let dust = || joined(&[limbs(), block([5.0; 3], [5.02; 3])]);
-        let meshes =
-            [limbs(), overlapping_limbs(0.01), overlapping_limbs(0.0), divided_rod(1.5), divided_rod(1.6), dust()];
-        for (mesh, solids) in meshes.into_iter().zip([1, 1, 1, 1, 1, 2]) {
+        let meshes = [
+            limbs(),
+            overlapping_limbs(0.01),
+            overlapping_limbs(0.0),
+            divided_rod(1.5, false),
+            divided_rod(1.5, true),
+            divided_rod(1.6, false),
+            dust(),
+        ];
+        for (mesh, solids) in meshes.into_iter().zip([1, 1, 1, 1, 1, 1, 2]) {
             let Err(BakeError::Severed(severed)) = baked(mesh, &request) else { panic!("it was baked") };
             let message = severed.to_string();
             println!("{message}");
@@ -337,10 +351,16 @@ mod tests {
     }
 
     /// The same with a rod of two equal shells: the first begins in the first block, the second at 1.5 m, and the first ends at `end` m.
-    /// Shells that end and begin at one place share the vertices there.
-    fn divided_rod(end: f64) -> RawMesh {
+    /// Shells that end and begin at one place share the vertices there, and the triangles unless the first has `other_diagonals`.
+    fn divided_rod(end: f64, other_diagonals: bool) -> RawMesh {
         let blocks = [0.0, 2.0].map(|x| block([x, -0.5, -0.5], [x + 1.0, 0.5, 0.5]));
-        let rods = [(0.99, end), (1.5, 2.01)].map(|(from, to)| block([from, -ROD, -ROD], [to, ROD, ROD]));
+        let mut rods = [(0.99, end), (1.5, 2.01)].map(|(from, to)| block([from, -ROD, -ROD], [to, ROD, ROD]));
+        if other_diagonals {
+            for side in rods[0].triangles.chunks_exact_mut(2) {
+                let [[a, b, c], [_, _, d]] = [side[0], side[1]];
+                side.copy_from_slice(&[[a, b, d], [b, c, d]]);
+            }
+        }
         joined(&[blocks, rods].concat())
     }
 

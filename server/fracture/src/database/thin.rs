@@ -2,6 +2,7 @@
 
 use super::BakeRequest;
 use super::bake_error::BakeError;
+use super::lost_parts::LEFT_OUT;
 use crate::cancel_token::CancelToken;
 use crate::lattice::{self, LatticeError, LatticeLevels, Locator};
 use crate::pipeline::LatticeSettings;
@@ -131,7 +132,7 @@ pub(super) fn lost(
     Ok(walls.into_iter().chain(gaps).collect())
 }
 
-/// Says of the walls and gaps that the lattice lacks that the exact surface keeps them, and of vertices in which parts touch, if
+/// Says of the walls, gaps and parts that the lattice lacks that the exact surface keeps them, and of vertices in which parts touch, if
 /// they were divided.
 pub(super) fn report_exact(defects: &mut [Defect], is_divided: bool) {
     for defect in defects {
@@ -140,6 +141,9 @@ pub(super) fn report_exact(defects: &mut [Defect], is_divided: bool) {
             DefectKind::ThinWall => defect.action.replacen(LOST, "lost in the lattice, kept by the exact surface", 1),
             DefectKind::NarrowGap => {
                 defect.action.replacen(CLOSED, "closed in the lattice, kept by the exact surface", 1)
+            }
+            DefectKind::DroppedComponent => {
+                defect.action.replacen(LEFT_OUT, "lost in the lattice, kept by the exact surface", 1)
             }
             _ => continue,
         };

@@ -3,6 +3,7 @@
 
 use super::{RawMesh, Surface, SurfaceError};
 use nalgebra::{Matrix3, Point3, Vector3};
+use std::f64::consts::FRAC_PI_2;
 
 /// Smallest ratio of an outlier's distance from the middle to that of the other vertices.
 const TIMES_MIN: f64 = 30.0;
@@ -66,31 +67,66 @@ impl Surface {
         if let Some(Outliers { vertices, distance_m, times }) = self.outliers.clone() {
             return Some(SurfaceError::Outliers { vertices, distance_m, times });
         }
-        let extents_m = self.extents().map(|extent| extent * self.frame.diagonal_m);
+        let extents_m = extents(&self.points_m());
         let encloses = self.closed && self.signed_volume() > VOLUME_MIN;
         let thickness_min_m = thickness_min * self.frame.diagonal_m;
         if self.closed && extents_m[1] < thickness_min_m && extents_m[2] > 0.0 {
             return Some(SurfaceError::Needle { extents_m, thickness_min_m });
         }
-        (extents_m[2] <= FLAT * extents_m[0]).then_some(SurfaceError::Flat { extents_m, encloses })
+        SurfaceError::flat(&self.points_m(), encloses)
     }
 
-    /// Extents along the principal axes, largest first; local.
-    fn extents(&self) -> [f64; 3] {
-        let count = self.positions.len().max(1) as f64;
-        let mean = self.positions.iter().map(|point| point.coords).sum::<Vector3<f64>>() / count;
-        let spread = self.positions.iter().map(|point| point.coords - mean);
-        let spread: Matrix3<f64> = spread.map(|offset| offset * offset.transpose()).sum();
-        let axes = spread.symmetric_eigen().eigenvectors;
-        let mut extents = [0, 1, 2].map(|axis| {
-            let along = self.positions.iter().map(|point| axes.column(axis).dot(&point.coords));
-            let [low, high] =
-                along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
-            (high - low).max(0.0)
-        });
-        extents.sort_by(|a, b| b.total_cmp(a));
-        extents
+    /// Positions of all vertices, m.
+    fn points_m(&self) -> Vec<Point3<f64>> {
+        self.positions.iter().map(|point| self.frame.to_meters(point)).collect()
     }
+}
+
+impl SurfaceError {
+    /// The error for points that lie in a plane, or nearly so; `None` for others. `encloses`: whether the surface is closed.
+    pub(super) fn flat(points_m: &[Point3<f64>], encloses: bool) -> Option<Self> {
+        let extents_m = extents(points_m);
+        (extents_m[2] <= FLAT * extents_m[0]).then_some(Self::Flat { extents_m, encloses })
+    }
+}
+
+/// Number of directions tried across the longest axis: in a quarter turn, and again between the neighbors of the best.
+const TURNS: u32 = 90;
+
+/// Extents of the smallest box around `points` whose longest side is along the first principal axis; largest first.
+fn extents(points: &[Point3<f64>]) -> [f64; 3] {
+    let mean = points.iter().map(|point| point.coords).sum::<Vector3<f64>>() / points.len().max(1) as f64;
+    let spread: Matrix3<f64> =
+        points.iter().map(|point| (point.coords - mean) * (point.coords - mean).transpose()).sum();
+    let eigen = spread.symmetric_eigen();
+    let [third, second, first] = sorted(&eigen.eigenvalues).map(|axis| eigen.eigenvectors.column(axis).into_owned());
+    let along = |axis: Vector3<f64>| {
+        let along = points.iter().map(|point| axis.dot(&(point.coords - mean)));
+        let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
+        (high - low).max(0.0)
+    };
+    let sides = |angle: f64| {
+        let (sin, cos) = angle.sin_cos();
+        [along(cos * second + sin * third), along(cos * third - sin * second)]
+    };
+    let thinnest = |from: f64, range: f64| {
+        let angles = (0..=TURNS).map(|turn| from + range * f64::from(turn) / f64::from(TURNS));
+        let thickness = |angle: f64| sides(angle).into_iter().fold(f64::INFINITY, f64::min);
+        let least = angles.map(|angle| (thickness(angle), angle)).min_by(|one, other| one.0.total_cmp(&other.0));
+        least.map_or(from, |(_, angle)| angle)
+    };
+    let step = FRAC_PI_2 / f64::from(TURNS);
+    let [wide, thin] = sides(thinnest(thinnest(0.0, FRAC_PI_2) - step, 2.0 * step));
+    let mut extents = [along(first), wide, thin];
+    extents.sort_by(|a, b| b.total_cmp(a));
+    extents
+}
+
+/// Indices of three values, in ascending order of these.
+fn sorted(values: &Vector3<f64>) -> [usize; 3] {
+    let mut order = [0, 1, 2];
+    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+    order
 }
 
 #[cfg(test)]
@@ -98,6 +134,7 @@ mod tests {
     use super::*;
     use crate::cancel_token::CancelToken;
     use crate::surface::{InsideTest, shapes};
+    use nalgebra::Rotation3;
 
     fn refused(raw: RawMesh) -> SurfaceError {
         let surface = Surface::repair(raw).unwrap();
@@ -120,6 +157,17 @@ mod tests {
         let needle = cause([1000.0, 1.0, 1.0]).unwrap();
         assert!(needle.contains("1.000e3 × 1.000e0 × 1.000e0 m, so it is 1000 times as long as thick"), "{needle}");
         assert!(needle.contains("make it 2.500e0 m thick or more"), "{needle}");
+        // Square sections have no principal axes of their own.
+        let mut turned = shapes::cuboid([30.0, 0.05, 0.05]);
+        let rotation = Rotation3::from_euler_angles(0.8, 0.3, 1.1);
+        turned.positions_m.iter_mut().for_each(|point| *point = rotation * *point);
+        let turned = Surface::repair(turned).unwrap().nothing_inside(THICKNESS_MIN).unwrap().to_string();
+        assert!(turned.contains("3.000e1 × 5.00") && turned.contains("so it is 600 times"), "{turned}");
+        let message = Surface::repair(shapes::cuboid([1.0, 0.0, 2.0])).err().unwrap().to_string();
+        assert!(
+            message.contains("flat and encloses no volume: its extents are 2.000e0 × 1.000e0 × 0.000e0"),
+            "{message}"
+        );
         // Its volume is lost in rounding, so it is as if it enclosed none.
         let far = [[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 1e9]].map(Point3::from);
         let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];

@@ -6,10 +6,11 @@ use super::super::{DIAGONAL_RANGE_M, Defect, DefectKind, LocalFrame, RawMesh, Su
 use super::edges::Edges;
 use super::given_windings::separates_inverted;
 use super::inverted_parts::turn_inverted_parts;
+use super::orient::area_vector;
 use crate::scene::counted;
 use nalgebra::Point3;
 use robust::{Coord, orient2d};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 /// Largest accepted rounding of coordinates, relative to the diagonal. Beyond it, details of the shape are lost.
 const VISIBLE_ROUNDING: f64 = 1e-5;
@@ -31,6 +32,17 @@ pub(super) struct CleanMesh {
     pub is_turned: Vec<bool>,
     /// Parts that were turned outward.
     pub turned_parts: DefectTally,
+    /// Triangles that were dropped because others have the same corners.
+    pub duplicates: Duplicates,
+}
+
+/// Triangles that were dropped because others have the same corners; local.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Duplicates {
+    /// A corner of each.
+    pub places: Vec<Point3<f64>>,
+    /// Their area.
+    pub area: f64,
 }
 
 /// Welds equal positions and drops triangles that repeat a vertex, have no area or duplicate another triangle.
@@ -64,7 +76,10 @@ pub(super) fn clean(raw: &RawMesh, defects: &mut Vec<Defect>) -> Result<CleanMes
     degenerate.report(DefectKind::DegenerateTriangles, action, defects);
     clean.compact();
     if clean.triangles.iter().all(|corners| is_flat(&clean.positions, corners)) {
-        return Err(SurfaceError::AllDegenerate);
+        // Triangles with an area were left out as pairs that face each other.
+        let vertices: BTreeSet<u32> = raw.triangles.iter().flatten().copied().collect();
+        let points: Vec<Point3<f64>> = vertices.iter().map(|&vertex| raw.positions_m[vertex as usize]).collect();
+        return Err(SurfaceError::flat(&points, false).unwrap_or(SurfaceError::NothingInside));
     }
     Ok(clean)
 }
@@ -179,7 +194,8 @@ impl CleanMesh {
     /// A mesh without triangles.
     fn new(frame: LocalFrame, positions: Vec<Point3<f64>>) -> Self {
         let (triangles, source, is_turned) = (Vec::new(), Vec::new(), Vec::new());
-        Self { frame, positions, triangles, source, is_turned, turned_parts: DefectTally::default() }
+        let (turned_parts, duplicates) = (DefectTally::default(), Duplicates::default());
+        Self { frame, positions, triangles, source, is_turned, turned_parts, duplicates }
     }
 
     /// Turns parts that are inside out beside others.
@@ -230,6 +246,10 @@ impl CleanMesh {
                 (one_each.keep, action)
             }
         };
+        for (own, _) in self.triangles.iter().zip(&keep).filter(|(_, keep)| !**keep) {
+            self.duplicates.places.push(self.positions[own[0] as usize]);
+            self.duplicates.area += area_vector(&self.positions, own).norm();
+        }
         self.retain(&keep);
         repeated.report(DefectKind::DuplicateTriangles, action, defects);
     }

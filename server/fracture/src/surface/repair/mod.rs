@@ -11,6 +11,7 @@ mod orient;
 mod radial;
 mod shared_space;
 mod shells;
+use clean::Duplicates;
 pub(super) use clean::is_flat;
 pub(crate) use disjoint_sets::DisjointSets;
 pub(crate) use intersect::{crossings, meet};
@@ -51,6 +52,8 @@ pub struct Surface {
     pub solid_count: usize,
     /// Vertices far from all others, if there are at most a few.
     pub(super) outliers: Option<Outliers>,
+    /// Triangles that were dropped because others have the same corners.
+    pub(crate) duplicates: Duplicates,
     /// Defects of the input, sorted by kind.
     pub defects: Vec<Defect>,
     /// True if every edge is passed equally often in both directions, so that the winding number is an integer.
@@ -72,7 +75,7 @@ impl Surface {
     pub fn repair(raw: RawMesh) -> Result<Self, SurfaceError> {
         raw.check()?;
         let mut defects = Vec::new();
-        let clean::CleanMesh { frame, positions, mut triangles, source, is_turned, turned_parts } =
+        let clean::CleanMesh { frame, positions, mut triangles, source, is_turned, turned_parts, duplicates } =
             clean::clean(&raw, &mut defects)?;
         let face = |triangle: u32| raw.face(source[triangle as usize] as usize);
         let wound = triangles.clone();
@@ -128,6 +131,7 @@ impl Surface {
             solids,
             solid_count,
             outliers,
+            duplicates,
             defects,
             closed,
             simple,
