@@ -5,7 +5,8 @@
 //! thread has the priority of the worker threads: beside n of them it gets one part in n + 1 of the time.
 //!
 //! A changed folder is reloaded once two consecutive scans are equal. A database that is renamed into the folder is loaded as a whole.
-//! Many that arrive together make one reload, and each is served as soon as it is loaded.
+//! Many that arrive together make one reload. Of these, each object that is new is served as soon as it is loaded; the others are replaced
+//! together.
 
 mod debounce;
 

@@ -4,7 +4,7 @@
 //! database: each is a separate entry, loaded separately.
 //!
 //! A catalog is immutable. A reload builds a new catalog, which keeps the versions of unchanged files, and replaces the old catalog
-//! as a whole. A request keeps the version with which it began.
+//! as a whole; objects that are new are served before, as soon as each is loaded. A request keeps the version with which it began.
 
 mod directory_snapshot;
 mod load_in_progress;
@@ -124,12 +124,12 @@ impl Catalog {
         Some(Self { entries, generations: self.generations.clone(), snapshot: self.snapshot.clone(), read: self.read })
     }
 
-    /// This catalog with `version`, which was loaded during a reload to `target` that goes on; `None` if it must wait for the end of the
-    /// reload, because another file may take precedence.
+    /// This catalog with a new object, which was loaded during a reload to `target` that goes on. `None` if it must wait for the end of the
+    /// reload: another version is served, and all such versions are replaced together, or another file may take precedence.
     #[must_use]
     pub fn advanced(&self, version: &Arc<ObjectVersion>, target: &DirectorySnapshot) -> Option<Self> {
         let is_served = self.entries.get(&version.name).is_some_and(|entry| entry.version.is_some());
-        if version.source.name() != version.name && (is_served || target.has_name(&version.name)) {
+        if is_served || version.source.name() != version.name && target.has_name(&version.name) {
             return None;
         }
         let mut entries = self.entries.clone();

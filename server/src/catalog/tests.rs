@@ -248,3 +248,18 @@ fn objects_of_one_database_are_replaced_together() {
     folder.put("statue", "it is back");
     assert_eq!((names(&with_objects(&bad)), with_objects(&bad).outdated()), (names(&first), 0));
 }
+
+#[test]
+fn new_objects_are_served_before_the_end_of_a_reload_and_replaced_ones_are_not() {
+    let folder = Folder::of(&[("a", "a"), ("b", "b")]);
+    let before = folder.load();
+    folder.put("a", "a");
+    folder.put("c", "c");
+    let after = folder.reload(&before);
+    let advanced = |name: &str| before.advanced(after.at(&folder.source(name)).unwrap(), after.snapshot());
+    assert!(advanced("a").is_none());
+    let with_new = advanced("c").unwrap();
+    let same = |name: &str| Arc::ptr_eq(&before.get(name).unwrap(), &with_new.get(name).unwrap());
+    assert!(same("a") && same("b") && with_new.get("c").is_ok());
+    assert_eq!(row(&with_new, "c").generation, row(&after, "c").generation);
+}
