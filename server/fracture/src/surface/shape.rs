@@ -93,7 +93,7 @@ impl SurfaceError {
 /// Number of directions tried across the longest axis: in a quarter turn, and again between the neighbors of the best.
 const TURNS: u32 = 90;
 
-/// Extents of the smallest box around `points` whose longest side is along the first principal axis; largest first.
+/// Extents of the thinnest box around `points` whose longest side is along the first principal axis; largest first.
 fn extents(points: &[Point3<f64>]) -> [f64; 3] {
     let mean = points.iter().map(|point| point.coords).sum::<Vector3<f64>>() / points.len().max(1) as f64;
     let spread: Matrix3<f64> =
