@@ -23,6 +23,8 @@ mod build;
 mod carriers;
 mod contact_surface;
 mod edge_defects;
+#[cfg(test)]
+mod exposed_tests;
 mod films;
 mod meshed_surface;
 mod outer_corners;
@@ -127,7 +129,8 @@ impl CuttingMesh {
     ///
     /// `lift` is carried to this mesh, `sites` are coordinates in it, and `labels` are the sites of the lattice's nodes.
     /// Equal labels at all corners need no distance, because cells are convex in a carrier, where the lift is linear.
-    /// The ends of a short edge have one site, so that no crack point lies between them.
+    /// The ends of a short edge have one site, so that no crack point lies between them. Opposite corners of a flat
+    /// quadrilateral of the surface are not joined below what divides them above.
     pub fn label(&self, lift: &LiftedLattice, sites: &[f64], labels: &[u32], out: &mut Vec<u32>) {
         let site = |label: u32| &sites[label as usize * lift.dimension..][..lift.dimension];
         let nearest = |(node, corners): (usize, &[u32; 4])| {
@@ -142,6 +145,7 @@ impl CuttingMesh {
             corners[1..].iter().fold(corners[0], |best, &other| nearer(best, other))
         };
         self.carrier_corners.par_iter().enumerate().with_min_len(GRAIN).map(nearest).collect_into_vec(out);
+        self.topology.join_opposite_corners(out);
         self.join_short_edges(out);
     }
 

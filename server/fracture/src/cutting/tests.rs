@@ -1,4 +1,5 @@
 use super::CuttingMesh;
+use super::exposed_tests::rounded;
 use crate::cancel_token::CancelToken;
 use crate::database::{BakeRequest, Tables, load, save};
 use crate::fragment::{OpenMesh, closed};
@@ -27,14 +28,14 @@ fn request(spacing: f64) -> BakeRequest {
     }
 }
 
-fn baked(mesh: RawMesh, spacing: f64) -> PreparedObject {
+pub(super) fn baked(mesh: RawMesh, spacing: f64) -> PreparedObject {
     let prepared = request(spacing).bake(mesh).unwrap();
     assert_eq!(prepared.report.surface.reason, None);
     prepared
 }
 
 /// A request at a point of the surface, by number.
-fn strike(prepared: &PreparedObject, number: usize) -> FractureRequest {
+pub(super) fn strike(prepared: &PreparedObject, number: usize) -> FractureRequest {
     let body = &prepared.bodies[0];
     let cutting = body.cutting.as_ref().unwrap();
     let face = cutting.topology.boundary[number * 7919 % cutting.topology.boundary.len()];
@@ -45,7 +46,7 @@ fn strike(prepared: &PreparedObject, number: usize) -> FractureRequest {
     FractureRequest { degree: DegreeRequest::Sites(5 + 7 * number as u32), ..request }
 }
 
-fn fragments(prepared: &PreparedObject, request: &FractureRequest) -> Box<crate::pipeline::Fracture> {
+pub(super) fn fragments(prepared: &PreparedObject, request: &FractureRequest) -> Box<crate::pipeline::Fracture> {
     match prepared.strike(request).unwrap() {
         FractureOutcome::Fractured(fracture) => fracture,
         FractureOutcome::Intact(report) => panic!("{report:?}"),
@@ -53,7 +54,7 @@ fn fragments(prepared: &PreparedObject, request: &FractureRequest) -> Box<crate:
 }
 
 /// Largest distance of an outer vertex from `inside`'s surface, local, and the outer area, m².
-fn outer(meshes: &FractureMeshes, prepared: &PreparedObject, inside: &InsideTest) -> (f64, f64) {
+pub(super) fn outer(meshes: &FractureMeshes, prepared: &PreparedObject, inside: &InsideTest) -> (f64, f64) {
     let emitted = meshes.emitted().unwrap();
     let (mut worst, mut area): (f64, f64) = (0.0, 0.0);
     for fragment in emitted.fragments() {
@@ -151,6 +152,7 @@ fn any_labels_give_closed_fragments() {
         (shapes::arch(), 0.06),
         (with_thin_triangles(&[1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]), 0.08),
         (with_thin_triangles(&[1e-5; 6]), 0.08),
+        (rounded(shapes::torus(0.1, 0.04, [48, 24])), 0.06),
     ];
     for (number, (mesh, spacing)) in (0..).zip(shapes) {
         let prepared = baked(mesh, spacing);

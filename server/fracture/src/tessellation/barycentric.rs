@@ -42,6 +42,13 @@ pub fn simplex_margin(height: f64) -> f64 {
     (EDGE_DISTANCE / height).clamp(MARGIN, SIMPLEX_MARGIN_MAX)
 }
 
+/// Smallest height of a triangle.
+#[inline(always)]
+pub fn triangle_height([a, b, c]: [Point3<f64>; 3]) -> f64 {
+    let longest = (b - a).norm_squared().max((c - a).norm_squared()).max((c - b).norm_squared()).sqrt();
+    (b - a).cross(&(c - a)).norm() / longest
+}
+
 /// Smallest height of a tetrahedron.
 pub fn smallest_height([a, b, c, d]: &[Point3<f64>; 4]) -> f64 {
     let volume = (b - a).cross(&(c - a)).dot(&(d - a)).abs();

@@ -24,6 +24,7 @@ mod cut;
 mod distinct;
 mod emit;
 mod error;
+mod flat_quads;
 mod flat_simplices;
 mod fragment_faces;
 mod index_selection;

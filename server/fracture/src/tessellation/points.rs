@@ -4,7 +4,9 @@
 //! Levine & Whitaker, *Lattice cleaving* (IEEE TVCG 20, 2014) for one point per cut edge, face and tetrahedron. The
 //! margin is ours ([`MARGIN`](super::MARGIN)).
 
-use super::barycentric::{edge_margin, in_tet, on_edge, on_face, preference, simplex_margin, smallest_height};
+use super::barycentric::{
+    edge_margin, in_tet, on_edge, on_face, preference, simplex_margin, smallest_height, triangle_height,
+};
 use super::cut::{CutSimplices, GRAIN};
 use super::index_selection::IndexSet;
 use super::pattern::{ALL_CUT, FACE_MASKS, mask};
@@ -160,6 +162,7 @@ impl CrackPoints {
         });
         self.faces.locate(|face| finder.face(topology.faces[face]));
         self.tets.locate(|tet| finder.tet(lattice.tets[tet]));
+        topology.flat_quads.straighten(lattice, self);
         self.edges.fix(&fixed.edges).map_err(|edge| TessellationError::FixedEdge { edge })?;
         self.faces.fix(&fixed.faces).map_err(|face| TessellationError::FixedFace { face })?;
         self.tets.fix(&fixed.tets).map_err(|tet| TessellationError::FixedTet { tet })
@@ -288,9 +291,7 @@ impl Finder<'_> {
     }
 
     fn face(&self, nodes: [u32; 3]) -> Point3<f64> {
-        let [a, b, c] = nodes.map(|node| self.lattice.nodes[node as usize]);
-        let longest = (b - a).norm_squared().max((c - a).norm_squared()).max((c - b).norm_squared()).sqrt();
-        let margin = simplex_margin((b - a).cross(&(c - a)).norm() / longest);
+        let margin = simplex_margin(triangle_height(nodes.map(|node| self.lattice.nodes[node as usize])));
         let solve = |sites: BisectorSites<'_>| {
             let [a, b, c] = self.sites_of(&sites, nodes);
             on_face([b, c].map(|other| sites.preferences(nodes, [a, other])), margin)

@@ -1,6 +1,7 @@
 //! Incidences of a lattice, prepared once per body for all of its tessellations.
 
 use super::TessellationError;
+use super::flat_quads::FlatQuads;
 use super::flat_simplices::FlatSimplices;
 use crate::lattice::{BoundaryFace, EDGES, FACES, Lattice};
 use crate::memory::held;
@@ -46,6 +47,8 @@ pub struct Topology {
     pub boundary_face: Vec<bool>,
     /// Simplices whose points can be close to others.
     pub(super) flat: FlatSimplices,
+    /// Quadrilaterals of the boundary across which cracks are straight.
+    pub(super) flat_quads: FlatQuads,
     neighbor_offsets: Vec<u32>,
     neighbors: Vec<u32>,
 }
@@ -89,7 +92,14 @@ impl Topology {
         };
         topology.mark_boundary(&lattice.boundary(), &finder);
         topology.flat = FlatSimplices::new(lattice, &topology.edges, &topology.faces);
+        topology.flat_quads = FlatQuads::new(lattice, &topology);
         topology
+    }
+
+    /// Changes `labels` where two boundary triangles in one plane and the faces below them would be divided unlike each
+    /// other: two opposite corners of their quadrilateral have one label, and the two others have others.
+    pub fn join_opposite_corners(&self, labels: &mut [u32]) {
+        self.flat_quads.join_opposite_corners(labels);
     }
 
     /// Memory, bytes.
@@ -104,6 +114,7 @@ impl Topology {
             + held(&self.boundary_edge)
             + held(&self.boundary_face)
             + self.flat.bytes()
+            + self.flat_quads.bytes()
             + held(&self.neighbor_offsets)
             + held(&self.neighbors)
     }
