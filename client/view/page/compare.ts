@@ -46,10 +46,10 @@ async function compare(app: App): Promise<void> {
       const picture = document.createElement("img");
       [picture.width, picture.height] = [PICTURE.width, PICTURE.height];
       picture.alt = `${name}: ${counted(result.fragments.length, "piece")}`;
-      picture.src = app.pictureOf(result, request, PICTURE.width, PICTURE.height);
+      picture.src = app.pictureOf(last, result, request, PICTURE.width, PICTURE.height);
       figure.prepend(picture);
     } catch (error) {
-      figure.append(textElement("span", error instanceof Error ? error.message : String(error)));
+      figure.append(textElement("span", (error instanceof Error ? error.message : String(error)).replaceAll("`", "")));
     }
   }
   button.disabled = false;

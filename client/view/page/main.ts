@@ -69,6 +69,7 @@ function bindPointer(): void {
     if (event.buttons !== 0 || event.pointerType === "touch") return;
     const aim = app.pick(event.clientX, event.clientY);
     app.point(aim);
+    if (!aim) showStrength();
     showTooltip(aim);
     Object.assign(element("tooltip").style, { left: `${event.clientX + 16}px`, top: `${event.clientY + 14}px` });
     if (aim) rest = window.setTimeout(() => void showThreshold(aim), REST_MS);
@@ -76,6 +77,7 @@ function bindPointer(): void {
   canvas.addEventListener("pointerleave", () => {
     clearTimeout(rest);
     app.point(undefined);
+    showStrength();
     showTooltip(undefined);
   });
   canvas.addEventListener("pointerup", (event) => {
@@ -104,16 +106,18 @@ function bindStrike(): void {
     void app.again(settings).then(showStrength);
   };
   onInput("impulse", again);
+  for (const id of ["impulse", "quality", "lift", "seed"]) element(id).addEventListener("change", () => app.settle());
   for (const id of ["by", "ball"]) onInput(id, showStrength);
   for (const id of ["quality", "lift", "seed"]) {
     onInput(id, () => {
-      if (app.aim) delete app.aim.thresholdNs;
+      app.forgetThresholds();
       again();
     });
   }
   onClick("reseed", () => {
     element<HTMLInputElement>("seed").value = String(Math.floor(Math.random() * 1e6));
     again();
+    app.settle();
   });
 }
 
@@ -129,6 +133,7 @@ function bindView(): void {
   app.onState = () => {
     element<HTMLButtonElement>("back").disabled = element<HTMLButtonElement>("reset").disabled = !app.history.canGoBack;
     element<HTMLButtonElement>("forward").disabled = !app.history.canGoForward;
+    showStrength();
   };
 }
 

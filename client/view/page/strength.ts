@@ -53,5 +53,5 @@ export function show(thresholdNs: number | undefined): void {
   const times = `${digits(value, 2)} × the threshold`;
   element("strength").textContent = thresholdNs === undefined ? times : quantity(thresholdNs * value);
   element("breaks").textContent =
-    thresholdNs === undefined ? "The threshold is what just breaks the object. Point at a place to see it there." : `${times}, which is ${quantity(thresholdNs)} here`;
+    thresholdNs === undefined ? "Point at a place to see its threshold." : `${times} of ${quantity(thresholdNs)}`;
 }
