@@ -133,6 +133,7 @@ function bindView(): void {
   app.onState = () => {
     element<HTMLButtonElement>("back").disabled = element<HTMLButtonElement>("reset").disabled = !app.history.canGoBack;
     element<HTMLButtonElement>("forward").disabled = !app.history.canGoForward;
+    document.body.classList.toggle("preview", !app.object);
     showStrength();
   };
 }
@@ -175,13 +176,35 @@ async function copy(button: HTMLButtonElement): Promise<void> {
   setTimeout(() => (button.textContent = name), 1500);
 }
 
-/** Lists the objects of the service and shows one of them. */
-export async function loadObjects(wanted?: string): Promise<void> {
+/** Time after which objects that are being loaded are listed again, ms. */
+const RELIST_MS = 1000;
+
+/** Lists the objects of the service, and chooses the one that is shown. */
+async function listObjects(): Promise<void> {
   const reply = await connection.ask({ op: "objects" });
   objects = reply["objects"] as ObjectFacts[];
   app.service = String(reply["service"]);
+  const options = objects.map((object) => {
+    const option = new Option(object.state === "ready" ? object.name : `${object.name} (${object.state})`, object.name);
+    option.disabled = object.state !== "ready";
+    option.title = object.error ?? "";
+    return option;
+  });
   const select = element<HTMLSelectElement>("object");
-  select.replaceChildren(...objects.map((object) => new Option(object.name, object.name)));
+  select.replaceChildren(...options);
+  if (app.object) select.value = app.object.name;
+  if (objects.some((object) => object.state === "loading")) setTimeout(() => void relist(), RELIST_MS);
+}
+
+/** Lists the objects again, unless a mesh of the user is shown, which the list would lose. */
+async function relist(): Promise<void> {
+  // A service that went away is reported elsewhere.
+  if (app.object) await listObjects().catch(() => undefined);
+}
+
+/** Lists the objects of the service and shows one of them. */
+export async function loadObjects(wanted?: string): Promise<void> {
+  await listObjects();
   const ready = objects.filter((object) => object.state === "ready");
   const first = ready.find((object) => object.name === wanted) ?? ready[0];
   if (!first) {
@@ -190,9 +213,9 @@ export async function loadObjects(wanted?: string): Promise<void> {
     await new Promise((resolve) => setTimeout(resolve, 200));
     return loadObjects(wanted);
   }
-  select.value = first.name;
   art.clear();
   await app.show(first);
+  element<HTMLSelectElement>("object").value = first.name;
   showStrength();
 }
 
