@@ -4,7 +4,7 @@ import * as THREE from "three";
 import { type Connection, ServiceError } from "./connection";
 import { paintLayers, type Scale } from "./colors";
 import { element } from "./dom";
-import { History, type Layer, layersAfter, type State, type Strike } from "./history";
+import { countShown, History, type Layer, layersAfter, type State, type Strike } from "./history";
 import { type ColorMode, lookOf, type PieceLook } from "./material";
 import * as panel from "./panel";
 import { Pieces, type Pick } from "./pieces";
@@ -32,6 +32,9 @@ export interface Aim {
   pick: Pick;
   ray: RayContact;
   thresholdNs?: number;
+  /** The point of the page. */
+  x: number;
+  y: number;
 }
 
 /** Explode factor after the first request: wide enough to see between the pieces. */
@@ -58,6 +61,8 @@ export class App {
   /** Whether a repetition is under way, whether another one follows, and whether that is the last one of a step. */
   private live = { isBusy: false, wants: false, isLast: false };
   private marked: Pieces | undefined;
+  /** Called after pieces were moved apart by a share. */
+  onMove: (share: number) => void = () => undefined;
   /** Called after the shown state has changed. */
   onState: () => void = () => undefined;
 
@@ -141,21 +146,26 @@ export class App {
       const pick = layer.pieces.pick(ray);
       if (pick && (!best || pick.distance < best.pick.distance)) {
         const origin = ray.origin.clone().sub(pick.offset).add(new THREE.Vector3(...this.center));
-        best = { layer, pick, ray: { originM: origin.toArray(), direction: ray.direction.toArray() } };
+        best = { layer, pick, ray: { originM: origin.toArray(), direction: ray.direction.toArray() }, x, y };
       }
     }
     return best;
   }
 
   /** Points at a place of the object, or away from it. */
-  point(aim: Aim | undefined): void {
+  point(aim: Aim | undefined, radiusM = this.object?.radius_m ?? 0.01): void {
     this.aim = aim ?? this.struck?.aim;
-    const radiusM = this.object?.radius_m ?? 0.01;
     this.stage.showContact(aim && { point: aim.pick.shown, normal: aim.pick.normal, radiusM });
     if (this.marked && this.marked !== aim?.layer.pieces) this.marked.mark(undefined);
     const isMany = (this.history.now?.layers.length ?? 0) > 1 || (aim?.layer.pieces.result.fragments.length ?? 0) > 1;
     if (aim) aim.layer.pieces.mark(isMany ? aim.pick.fragment : undefined);
     this.marked = aim?.layer.pieces;
+  }
+
+  /** Where the user points at, in the coordinates of the object, m. */
+  placeOf({ pick }: Aim): Vector {
+    const place = pick.shown.clone().sub(pick.offset).add(new THREE.Vector3(...this.center));
+    return place.toArray();
   }
 
   /** Strikes what the user points at. */
@@ -378,10 +388,10 @@ export class App {
     if (!state) return;
     this.put(state.layers);
     this.point(undefined);
+    this.onState();
     this.moveBy(this.explode());
     this.recolor();
     panel.facts(state, this.object);
-    this.onState();
     this.stage.changed();
   }
 
@@ -436,8 +446,10 @@ export class App {
 
   /** Share by which pieces are moved apart. */
   explode(): number {
-    return this.look?.uniforms.uExplode.value ?? 0;
+    return this.share;
   }
+
+  private share = 0;
 
   /** Moves the pieces apart by a share of their distance from the center. */
   setExplode(share: number): void {
@@ -449,9 +461,22 @@ export class App {
 
   /** Moves the pieces, and the ground below them. */
   private moveBy(share: number): void {
-    if (this.look) this.look.uniforms.uExplode.value = share;
-    const lowest = Math.min(0, ...(this.history.now?.layers ?? []).map((layer) => layer.pieces.lowestCenter()));
-    this.stage.lowerGround(-share * lowest);
+    this.share = share;
+    const layers = this.history.now?.layers ?? [];
+    // One piece stays where it is.
+    const moved = countShown(layers) > 1 ? share : 0;
+    if (this.look) this.look.uniforms.uExplode.value = moved;
+    const lowest = Math.min(0, ...layers.map((layer) => layer.pieces.lowestCenter()));
+    this.stage.lowerGround(-moved * lowest);
+    this.stage.fit(moved > 0 ? Math.max(0, ...layers.map((layer) => layer.pieces.reach(moved))) : 0);
+    this.onMove(moved);
+  }
+
+  /** By how much a place of the object at rest, relative to its center, is moved with its piece when pieces move apart by 1. */
+  carriedBy(place: THREE.Vector3): THREE.Vector3 {
+    const near = (this.history.now?.layers ?? []).flatMap((layer) => layer.pieces.nearest(place) ?? []);
+    near.sort((a, b) => a.square - b.square);
+    return near[0]?.place.clone() ?? new THREE.Vector3();
   }
 
   /** Moves the pieces apart smoothly, unless the user wants less motion. */

@@ -10,7 +10,6 @@ import { bindKeys } from "./keys";
 import { bindOwnMesh } from "./own_mesh";
 import * as panel from "./panel";
 import { recordingOf, replay } from "./replay";
-import type { Vector } from "./result";
 import * as strength from "./strength";
 import { codeOf, impactOf, type Language, type Settings } from "./impact_request";
 
@@ -47,6 +46,7 @@ async function showThreshold(aim: Aim): Promise<void> {
   if (app.aim === aim) {
     showStrength();
     showTooltip(aim);
+    placeTooltip(aim.x, aim.y);
   }
 }
 
@@ -54,10 +54,20 @@ function showTooltip(aim: Aim | undefined): void {
   const box = element("tooltip");
   box.hidden = aim === undefined;
   if (!aim || !app.object) return;
-  const at = aim.pick.shown.clone().sub(aim.pick.offset);
-  const point = ([at.x, at.y, at.z] as Vector).map((x) => (1000 * x).toFixed(0)).join(", ");
+  const [tool, radiusM] = [art.tool(), art.toolRadiusM()];
+  const point = app.placeOf(aim).map((x) => (1000 * x).toFixed(0)).join(", ");
   const breaks = aim.thresholdNs === undefined ? "" : ` · breaks at ${strength.quantity(aim.thresholdNs)}`;
-  box.textContent = `${point} mm · radius ${length(app.object.radius_m)}${breaks}`;
+  const radius = length(radiusM ?? app.object.radius_m);
+  if (tool === "strike") box.textContent = `${point} mm · radius ${radius}${breaks}`;
+  else box.textContent = `${point} mm · ${tool}${tool === "site" ? "" : `, radius ${radius}`}`;
+}
+
+/** Places the tooltip beside the pointer, inside the picture. */
+function placeTooltip(x: number, y: number): void {
+  const [box, { right, bottom }] = [element("tooltip"), canvas.getBoundingClientRect()];
+  const left = Math.max(4, Math.min(x + 16, right - box.offsetWidth - 4));
+  const top = y + 14 + box.offsetHeight > bottom ? y - 14 - box.offsetHeight : y + 14;
+  Object.assign(box.style, { left: `${left}px`, top: `${top}px` });
 }
 
 function bindPointer(): void {
@@ -68,11 +78,11 @@ function bindPointer(): void {
     clearTimeout(rest);
     if (event.buttons !== 0 || event.pointerType === "touch") return;
     const aim = app.pick(event.clientX, event.clientY);
-    app.point(aim);
+    app.point(aim, art.toolRadiusM());
     if (!aim) showStrength();
     showTooltip(aim);
-    Object.assign(element("tooltip").style, { left: `${event.clientX + 16}px`, top: `${event.clientY + 14}px` });
-    if (aim) rest = window.setTimeout(() => void showThreshold(aim), REST_MS);
+    placeTooltip(event.clientX, event.clientY);
+    if (aim && art.tool() === "strike") rest = window.setTimeout(() => void showThreshold(aim), REST_MS);
   });
   canvas.addEventListener("pointerleave", () => {
     clearTimeout(rest);
@@ -130,7 +140,9 @@ function bindView(): void {
   onClick("help", () => element<HTMLDialogElement>("keys").showModal());
   onClick("fold", fold);
   element("message").querySelector("button")!.addEventListener("click", () => panel.message(undefined));
+  app.onMove = (share) => art.move(share);
   app.onState = () => {
+    art.hold();
     element<HTMLButtonElement>("back").disabled = element<HTMLButtonElement>("reset").disabled = !app.history.canGoBack;
     element<HTMLButtonElement>("forward").disabled = !app.history.canGoForward;
     document.body.classList.toggle("preview", !app.object);
