@@ -24,7 +24,7 @@ const PURPOSE = {
   anchor: "Holds what is in the ball: a foot, a bolt in a wall.",
   protect: "No crack enters the ball: a face, a logo.",
   site: "One piece forms around the point.",
-  paint: "More and smaller pieces in the ball. Click several times to paint.",
+  paint: "More and smaller pieces in the balls, fewer elsewhere. Each click adds a ball.",
 };
 
 const COLORS = { anchor: "#2f9e6b", protect: "#3d6fd1", site: "#e0562d", paint: "#c0359a" };
@@ -101,6 +101,7 @@ export class ArtDirection {
     this.app.stage.marks.add(ball);
     this.marks.push({ tool, centerM, radiusM: Number(radiusM.toPrecision(4)), shown: ball, rest: at, carried: this.app.carriedBy(at) });
     this.list();
+    element("undo").scrollIntoView({ block: "nearest" });
   }
 
   /** Forgets everything: another object is shown. */

@@ -40,6 +40,7 @@ async function compare(app: App): Promise<void> {
     const figure = document.createElement("figure");
     figure.append(textElement("b", name));
     into.append(figure);
+    if (into.children.length === 1) into.scrollIntoView({ block: "nearest" });
     try {
       const result = await app.resultOf(request, (effects) => effects);
       describe(figure, result);

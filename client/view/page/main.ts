@@ -177,14 +177,17 @@ async function copy(button: HTMLButtonElement): Promise<void> {
   const last = app.history.now?.last;
   if (!last) return;
   const code = codeOf(last.request, button.dataset["language"] as Language, app.effectsOf(last.request.object), app.service);
-  const name = button.textContent;
+  const name = button.dataset["name"] ??= button.textContent ?? "";
+  // The row keeps its widths.
+  button.style.minWidth = `${button.offsetWidth}px`;
   try {
     await navigator.clipboard.writeText(code);
-    button.textContent = "Copied";
+    panel.hint(`Copied the code for ${name}`);
   } catch {
     save(`request.${{ shell: "sh", rust: "rs", python: "py", c: "c" }[button.dataset["language"] as Language]}`, code, "text/plain");
-    button.textContent = "Saved";
+    panel.hint(`Saved the code for ${name}`);
   }
+  button.textContent = "✓";
   setTimeout(() => (button.textContent = name), 1500);
 }
 

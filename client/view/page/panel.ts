@@ -15,10 +15,11 @@ const HINT_MS = 6000;
 
 let hintTimer: number | undefined;
 
-/** Shows a hint over the object; the first one stays until something happens. */
+/** Shows a hint over the object; the first one stays until something happens. Fingers tap. */
 export function hint(text: string | undefined): void {
   clearTimeout(hintTimer);
-  element("hint").replaceChildren(...(text ? [textElement("span", text)] : []));
+  const shown = matchMedia("(pointer: coarse)").matches ? text?.replace(/^Click/, "Tap") : text;
+  element("hint").replaceChildren(...(shown ? [textElement("span", shown)] : []));
   if (text && text !== "Click to break it") hintTimer = window.setTimeout(() => hint(undefined), HINT_MS);
 }
 
@@ -81,7 +82,7 @@ export function facts(state: State, object: ObjectFacts | undefined): void {
   const count = countShown(state.layers);
   element("pieces").textContent = last.result.isWhole ? "stays whole" : counted(count, "piece");
   const isPart = !last.result.isWhole && count > fragments.length;
-  element("took").textContent = `${isPart ? `${fragments.length.toLocaleString("en-US")} of them new, ` : ""}in ${time(head.time_ns)}`;
+  element("took").textContent = `${isPart ? `${fragments.length.toLocaleString("en-US")} new, ` : ""}in ${time(head.time_ns)}`;
   const rows: [string, string][] = [
     ["Round trip", time(head.round_trip_ns)],
     // A recording has no such time.

@@ -83,6 +83,34 @@ test("the tooltip stays in the picture", { skip }, async () => {
   await page.setViewportSize({ width: 1100, height: 720 });
 });
 
+test("the rule of the slider names the multiple that it is set to", { skip }, async () => {
+  const gap = await page.evaluate(() => {
+    const [slider, ticks] = [document.getElementById("impulse"), [...document.querySelectorAll("#ticks span")]];
+    const box = slider.getBoundingClientRect();
+    const middle = (element) => (({ left, width }) => left + width / 2)(element.getBoundingClientRect());
+    return ticks.map((tick) => {
+      const share = Math.log(Number.parseFloat(tick.textContent) / 0.2) / Math.log(500);
+      return Math.abs(middle(tick) - (box.left + 8 + share * (box.width - 16)));
+    });
+  });
+  assert.ok(gap.length >= 5 && Math.max(...gap) < 1, `${gap}`);
+});
+
+test("nothing of the panel is wider than it, and rows of choices do not break", { skip }, async () => {
+  for (const width of [1280, 800, 390]) {
+    await page.setViewportSize({ width, height: 844 });
+    const found = await page.evaluate(() => {
+      document.getElementById("art").open = true;
+      const panel = document.getElementById("panel");
+      const rows = ["by", "tools"].map((id) => new Set([...document.querySelectorAll(`#${id} label`)].map((label) => label.offsetTop)).size);
+      const cut = [...panel.querySelectorAll("label > span")].filter((own) => own.scrollWidth > own.clientWidth + 1).map((own) => own.textContent);
+      return { rows, cut, wide: panel.scrollWidth - panel.clientWidth };
+    });
+    assert.deepEqual(found, { rows: [1, 1], cut: [], wide: 0 }, `at ${width} pixels`);
+  }
+  await page.setViewportSize({ width: 1100, height: 720 });
+});
+
 test("no error was reported", { skip }, async () => {
   assert.deepEqual(notes.errors, []);
 });

@@ -93,7 +93,7 @@ test("the headline counts all pieces that are shown", { skip }, async () => {
   const shown = await pieces(page);
   assert.equal(await page.textContent("#pieces"), `${shown} pieces`);
   const made = await page.evaluate(() => globalThis.shatterView.app.history.now.last.result.fragments.length);
-  assert.match(await page.textContent("#took"), new RegExp(`^${made} of them new, in `));
+  assert.match(await page.textContent("#took"), new RegExp(`^${made} new, in `));
 });
 
 /** Meshes that are on the stage while a picture of the comparison is taken, with the number of pieces of each that are visible. */
