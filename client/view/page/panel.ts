@@ -63,7 +63,7 @@ export function setReason(object: string, reason: string | null): void {
 
 function surface(head: ResultHead): string {
   if (head.surface === "exact") return "the input's own (exact)";
-  return `the lattice's: ${reasons.get(head.object) ?? "the object has no mesh of its own surface; `shatterd inspect` says why"}`;
+  return `the lattice's: ${reasons.get(head.object) ?? "the object has no mesh of its own surface; shatterd inspect says why"}`;
 }
 
 /** Estimated error of the elastic energy, in words. */
