@@ -2,10 +2,9 @@
 
 import * as THREE from "three";
 import { type Connection, ServiceError } from "./connection";
-import { painter, rampStyle, valuesOf } from "./colors";
+import { paintLayers, type Scale } from "./colors";
 import { element } from "./dom";
-import { digits } from "./format";
-import { History, type Layer, type State } from "./history";
+import { countShown, History, type Layer, layersAfter, type State, type Strike } from "./history";
 import { type ColorMode, lookOf, type PieceLook } from "./material";
 import * as panel from "./panel";
 import { Pieces, type Pick } from "./pieces";
@@ -33,6 +32,9 @@ export interface Aim {
   pick: Pick;
   ray: RayContact;
   thresholdNs?: number;
+  /** The point of the page. */
+  x: number;
+  y: number;
 }
 
 /** Explode factor after the first request: wide enough to see between the pieces. */
@@ -46,6 +48,7 @@ export class App {
   readonly history = new History();
   readonly stage: Stage;
   object: ObjectFacts | undefined;
+  /** What the pointer is at; away from the object: what was struck last. */
   aim: Aim | undefined;
   /** Name of the service. */
   service: string | undefined;
@@ -55,8 +58,11 @@ export class App {
   private readonly refused = new Set<string>();
   private handles = new WeakMap<ImpactRequest, string>();
   private readonly hulls = new WeakMap<ImpactRequest, ResultMessage>();
-  private live: { isBusy: boolean; wants: boolean } = { isBusy: false, wants: false };
+  /** Whether a repetition is under way, whether another one follows, and whether that is the last one of a step. */
+  private live = { isBusy: false, wants: false, isLast: false };
   private marked: Pieces | undefined;
+  /** Called after pieces were moved apart by a share. */
+  onMove: (share: number) => void = () => undefined;
   /** Called after the shown state has changed. */
   onState: () => void = () => undefined;
 
@@ -76,6 +82,7 @@ export class App {
     this.history.clear();
     this.dispose(old);
     this.object = undefined;
+    this.forgetStrike();
     this.previewTextures = textures;
     this.stage.group.clear();
     this.stage.group.add(shown);
@@ -109,7 +116,7 @@ export class App {
     this.history.clear();
     this.dispose(old);
     this.object = object;
-    this.aim = undefined;
+    this.forgetStrike();
     const [low, high] = object.bounds_m.map((corner) => new THREE.Vector3(...corner)) as [THREE.Vector3, THREE.Vector3];
     const center = low.clone().add(high).multiplyScalar(0.5);
     this.center = center.toArray();
@@ -139,16 +146,15 @@ export class App {
       const pick = layer.pieces.pick(ray);
       if (pick && (!best || pick.distance < best.pick.distance)) {
         const origin = ray.origin.clone().sub(pick.offset).add(new THREE.Vector3(...this.center));
-        best = { layer, pick, ray: { originM: origin.toArray(), direction: ray.direction.toArray() } };
+        best = { layer, pick, ray: { originM: origin.toArray(), direction: ray.direction.toArray() }, x, y };
       }
     }
     return best;
   }
 
   /** Points at a place of the object, or away from it. */
-  point(aim: Aim | undefined): void {
-    if (aim) this.aim = aim;
-    const radiusM = this.object?.radius_m ?? 0.01;
+  point(aim: Aim | undefined, radiusM = this.object?.radius_m ?? 0.01): void {
+    this.aim = aim ?? this.struck?.aim;
     this.stage.showContact(aim && { point: aim.pick.shown, normal: aim.pick.normal, radiusM });
     if (this.marked && this.marked !== aim?.layer.pieces) this.marked.mark(undefined);
     const isMany = (this.history.now?.layers.length ?? 0) > 1 || (aim?.layer.pieces.result.fragments.length ?? 0) > 1;
@@ -156,11 +162,18 @@ export class App {
     this.marked = aim?.layer.pieces;
   }
 
+  /** Where the user points at, in the coordinates of the object, m. */
+  placeOf({ pick }: Aim): Vector {
+    const place = pick.shown.clone().sub(pick.offset).add(new THREE.Vector3(...this.center));
+    return place.toArray();
+  }
+
   /** Strikes what the user points at. */
   async strikeAt(aim: Aim, settings: Settings): Promise<void> {
     const base = this.history.now;
     if (!base || !this.object) return;
     this.aim = aim;
+    this.settle();
     const ask = async () => {
       const thresholdNs = await this.threshold(aim, settings);
       const request = this.requestOf(aim, thresholdNs, settings);
@@ -169,14 +182,15 @@ export class App {
     await this.guarded(() => this.stage.hold(ask));
   }
 
-  /** Repeats the last request with the present settings, if it is live. Only one request is under way; the latest settings win. */
+  /** Repeats the last strike with the present settings. Only one request is under way; the latest settings win. */
   async again(settings: () => Settings): Promise<void> {
-    if (!this.aim || !this.base || this.live.isBusy) {
-      this.live.wants = true;
+    if (!this.struck) return;
+    if (this.live.isBusy) {
+      [this.live.wants, this.live.isLast] = [true, false];
       return;
     }
-    this.live = { isBusy: true, wants: false };
-    const [aim, base] = [this.aim, this.base];
+    this.live = { ...this.live, isBusy: true, wants: false };
+    const { aim, base } = this.struck;
     const ask = async () => {
       const thresholdNs = await this.threshold(aim, settings());
       await this.send(this.requestOf(aim, thresholdNs, settings()), aim, base, true);
@@ -184,10 +198,28 @@ export class App {
     await this.guarded(() => this.stage.hold(ask));
     this.live.isBusy = false;
     if (this.live.wants) await this.again(settings);
+    else if (this.live.isLast) this.settle();
   }
 
-  /** State before the last request. */
-  private base: State | undefined;
+  /** The control that repeats the strike was let go: the shown state stays as a step, and the next change adds another. */
+  settle(): void {
+    this.live.isLast = this.live.isBusy;
+    if (!this.live.isBusy) this.step = undefined;
+  }
+
+  /** The last strike, and the state before it. */
+  private struck: { aim: Aim; base: State } | undefined;
+  /** The state that further repetitions of the strike replace. */
+  private step: State | undefined;
+
+  /** Other settings have other thresholds. */
+  forgetThresholds(): void {
+    for (const aim of [this.aim, this.struck?.aim]) if (aim) delete aim.thresholdNs;
+  }
+
+  private forgetStrike(): void {
+    this.aim = this.struck = this.step = undefined;
+  }
 
   private requestOf(aim: Aim, thresholdNs: number, settings: Settings): ImpactRequest {
     const { request } = aim.layer;
@@ -202,36 +234,30 @@ export class App {
     };
   }
 
-  /** Sends a request and shows its result: as a new state, or in place of the present one. */
+  /** Sends a request and shows its result: as a new state, or in place of the step that the slider changes. */
   private async send(request: ImpactRequest, aim: Aim, base: State, isLive: boolean): Promise<void> {
     const begun = performance.now();
     const result = await this.resultOf(request, (effects) => effects);
-    if (result.isWhole) {
-      const whole: State = { layers: base.layers, last: { request, result, pictureMs: performance.now() - begun } };
-      this.base = base;
-      this.history.replace(whole);
-      if (!isLive) panel.hint("It stays whole: strike harder");
-      this.refresh();
-      return;
-    }
-    const replaced = new Set(aim.layer.replaced).add(aim.pick.fragment);
-    const isAll = replaced.size === aim.layer.pieces.result.fragments.length;
-    const rest = base.layers.map((layer) => (layer === aim.layer ? { ...layer, replaced } : layer));
-    const layers = isAll ? rest.filter((layer) => layer.pieces !== aim.layer.pieces) : rest;
-    const state: State = {
-      layers: [...layers, this.layer(result, request)],
-      last: { request, result, pictureMs: performance.now() - begun },
-    };
+    const made = result.isWhole ? undefined : this.layer(result, request);
+    const at = { before: base.layers, struck: aim.layer, fragment: aim.pick.fragment };
+    const state = { layers: layersAfter(at, made), last: { ...at, request, result, pictureMs: performance.now() - begun } };
+    const isFirst = !isLive && made !== undefined && base.layers.length === 1 && !base.layers[0]!.request;
     const old = this.history.pieces();
-    const isFirst = !isLive && base.last === undefined && base.layers.length === 1 && !base.layers[0]!.request;
-    const isReplaced = this.base === base && this.history.now !== base;
-    if (isLive && isReplaced) this.history.replace(state);
+    if (this.replaces(state, isLive)) this.history.replace(state);
     else this.history.push(state);
-    this.base = base;
+    this.step = isLive ? state : undefined;
+    this.struck = { aim, base };
     this.dispose(old);
     if (isFirst && this.explode() === 0) this.moveApart(EXPLODE_FIRST);
-    if (!isLive) panel.hint(isFirst ? "Click a piece to break it again" : undefined);
+    if (!isLive) panel.hint(!made ? "It stays whole: strike harder" : isFirst ? "Click a piece to break it again" : undefined);
     this.refresh();
+  }
+
+  /** Whether a state takes the place of the shown one: it is the same step, or nothing broke once more. */
+  private replaces(state: State, isLive: boolean): boolean {
+    const now = this.history.now;
+    if (isLive && this.step !== undefined && this.step === now) return true;
+    return !isLive && state.last?.result.isWhole === true && now?.last?.result.isWhole === true && now.layers === state.layers;
   }
 
   /** Adds a request of a recording as a state. */
@@ -243,26 +269,17 @@ export class App {
     if (!parent) while (base && !whole(base) && this.history.move(-1)) base = this.history.now;
     const layer = base?.layers.find((own) => own.request === parent?.request);
     if (!base || !layer || result.isWhole) return;
-    const replaced = new Set(layer.replaced).add(parent?.fragment ?? 0);
-    const rest = parent ? base.layers.map((own) => (own === layer ? { ...layer, replaced } : own)) : [];
-    const state = { layers: [...rest, this.layer(result, request)], last: { request, result, pictureMs: 0 } };
-    this.history.append(state);
+    const at = { before: base.layers, struck: layer, fragment: parent?.fragment ?? 0 };
+    this.history.append({ layers: layersAfter(at, this.layer(result, request)), last: { ...at, request, result, pictureMs: 0 } });
     if (this.explode() === 0) this.setExplode(EXPLODE_FIRST);
   }
 
-  /** A picture of another result of the last request, in place of its pieces. */
-  pictureOf(result: ResultMessage, request: ImpactRequest, width: number, height: number): string {
-    const state = this.history.now;
-    if (!state) return "";
-    const rest = state.layers.filter((layer) => layer.request !== state.last?.request);
-    const intact = this.history.intact;
-    const own = this.layer(result.isWhole && intact ? intact : result, request);
-    this.stage.group.clear();
-    for (const layer of rest) this.stage.group.add(layer.pieces.mesh);
-    this.stage.group.add(own.pieces.mesh);
-    own.pieces.paint(painter(valuesOf(own.pieces.result, panel.colorMode()), [0, 0]));
+  /** A picture of what another result of a strike leaves. */
+  pictureOf(strike: Strike, result: ResultMessage, request: ImpactRequest, width: number, height: number): string {
+    const made = result.isWhole ? undefined : this.layer(result, request);
+    this.put(layersAfter(strike, made));
     const picture = this.stage.picture(width, height);
-    own.pieces.dispose();
+    made?.pieces.dispose();
     this.refresh();
     return picture;
   }
@@ -360,7 +377,7 @@ export class App {
   /** Moves in the history. */
   go(by: number): void {
     if (by === -Infinity ? this.history.first() : this.history.move(by)) {
-      this.base = undefined;
+      this.forgetStrike();
       this.refresh();
     }
   }
@@ -369,38 +386,46 @@ export class App {
   refresh(): void {
     const state = this.history.now;
     if (!state) return;
-    this.stage.group.clear();
-    for (const layer of state.layers) {
-      layer.pieces.result.fragments.forEach((_, id) => layer.pieces.setVisible(id, !layer.replaced.has(id)));
-      this.stage.group.add(layer.pieces.mesh);
-    }
+    this.put(state.layers);
     this.point(undefined);
+    this.onState();
     this.moveBy(this.explode());
     this.recolor();
     panel.facts(state, this.object);
-    this.onState();
     this.stage.changed();
   }
 
-  /** Colors the pieces as the panel says. */
-  recolor(): void {
-    const [state, uniforms] = [this.history.now, this.look?.uniforms];
-    if (!state || !uniforms) return;
+  /** Puts layers on the stage, in the chosen colors. */
+  private put(layers: Layer[]): void {
+    this.stage.group.clear();
+    for (const { pieces, replaced } of layers) {
+      pieces.result.fragments.forEach((_, id) => pieces.setVisible(id, !replaced.has(id)));
+      this.stage.group.add(pieces.mesh);
+    }
+    this.paint(layers);
+  }
+
+  /** Colors layers as the panel says; returns the scale of the colors. */
+  private paint(layers: Layer[]): Scale | undefined {
+    const uniforms = this.look?.uniforms;
+    if (!uniforms) return undefined;
     const mode = panel.colorMode();
     const modes: ColorMode[] = ["surface", "pieces", "energy", "bonds"];
     uniforms.uMode.value = modes.indexOf(mode);
     uniforms.uCracksOnly.value = panel.isOn("cracks") ? 1 : 0;
-    const all = state.layers.map((layer) => valuesOf(layer.pieces.result, mode));
-    const shown = state.layers.flatMap((layer, at) => all[at]?.of.filter((_, id) => !layer.replaced.has(id)) ?? []);
-    const range: [number, number] = [Math.min(...shown), Math.max(...shown)];
-    state.layers.forEach((layer, at) => {
-      layer.pieces.paint(painter(all[at], range));
-      layer.pieces.setXray(panel.isOn("xray"));
-      layer.pieces.setCracksOnly(panel.isOn("cracks"));
-      layer.pieces.setHulls(undefined);
-    });
-    const first = all.find((values) => values !== undefined);
-    panel.legend(first && { low: digits(range[0]), high: `${digits(range[1])} ${first.unit}`, label: first.label, style: rampStyle() });
+    for (const { pieces } of layers) {
+      pieces.setXray(panel.isOn("xray"));
+      pieces.setCracksOnly(panel.isOn("cracks"));
+      pieces.setHulls(undefined);
+    }
+    return paintLayers(layers, mode);
+  }
+
+  /** Colors the pieces as the panel says. */
+  recolor(): void {
+    const state = this.history.now;
+    if (!state) return;
+    panel.legend(this.paint(state.layers));
     if (panel.isOn("hulls")) void this.showHulls(state);
     this.stage.changed();
   }
@@ -421,8 +446,10 @@ export class App {
 
   /** Share by which pieces are moved apart. */
   explode(): number {
-    return this.look?.uniforms.uExplode.value ?? 0;
+    return this.share;
   }
+
+  private share = 0;
 
   /** Moves the pieces apart by a share of their distance from the center. */
   setExplode(share: number): void {
@@ -434,9 +461,22 @@ export class App {
 
   /** Moves the pieces, and the ground below them. */
   private moveBy(share: number): void {
-    if (this.look) this.look.uniforms.uExplode.value = share;
-    const lowest = Math.min(0, ...(this.history.now?.layers ?? []).map((layer) => layer.pieces.lowestCenter()));
-    this.stage.lowerGround(-share * lowest);
+    this.share = share;
+    const layers = this.history.now?.layers ?? [];
+    // One piece stays where it is.
+    const moved = countShown(layers) > 1 ? share : 0;
+    if (this.look) this.look.uniforms.uExplode.value = moved;
+    const lowest = Math.min(0, ...layers.map((layer) => layer.pieces.lowestCenter()));
+    this.stage.lowerGround(-moved * lowest);
+    this.stage.fit(moved > 0 ? Math.max(0, ...layers.map((layer) => layer.pieces.reach(moved))) : 0);
+    this.onMove(moved);
+  }
+
+  /** By how much a place of the object at rest, relative to its center, is moved with its piece when pieces move apart by 1. */
+  carriedBy(place: THREE.Vector3): THREE.Vector3 {
+    const near = (this.history.now?.layers ?? []).flatMap((layer) => layer.pieces.nearest(place) ?? []);
+    near.sort((a, b) => a.square - b.square);
+    return near[0]?.place.clone() ?? new THREE.Vector3();
   }
 
   /** Moves the pieces apart smoothly, unless the user wants less motion. */

@@ -2,7 +2,8 @@
 
 import * as THREE from "three";
 import type { Aim, App } from "./app";
-import { chosen, element, onClick, save, textElement } from "./dom";
+import { chosen, element, onClick, onInput, save, textElement } from "./dom";
+import { length } from "./format";
 import { MATERIALS } from "./own_mesh";
 import type { Vector } from "./result";
 
@@ -12,9 +13,24 @@ interface Mark {
   centerM: Vector;
   radiusM: number;
   shown: THREE.Object3D;
+  /** Place in the object at rest, relative to its center, and by how much it moves with its piece. */
+  rest: THREE.Vector3;
+  carried: THREE.Vector3;
 }
 
+/** What each tool is for. */
+const PURPOSE = {
+  strike: "Strikes the object, as while this part is closed.",
+  anchor: "Holds what is in the ball: a foot, a bolt in a wall.",
+  protect: "No crack enters the ball: a face, a logo.",
+  site: "One piece forms around the point.",
+  paint: "More and smaller pieces in the balls, fewer elsewhere. Each click adds a ball.",
+};
+
 const COLORS = { anchor: "#2f9e6b", protect: "#3d6fd1", site: "#e0562d", paint: "#c0359a" };
+
+/** Radius of the mark of a site, as a share of the diagonal of the object. */
+const SITE_SHARE = 0.012;
 
 /** Effects of an object without a scene. */
 const USUAL = ["elastic", "interior", "examples", "slivers"];
@@ -28,7 +44,10 @@ export class ArtDirection {
 
   constructor(private readonly app: App) {
     const select = element<HTMLSelectElement>("material");
-    select.replaceChildren(new Option("the database's", ""), ...MATERIALS.map((name) => new Option(name)));
+    select.replaceChildren(new Option("as baked", ""), ...MATERIALS.map((name) => new Option(name)));
+    onInput("tools", () => this.showTool());
+    onInput("tool-radius", () => this.showTool());
+    element("art").addEventListener("toggle", () => this.showTool());
     onClick("undo", () => this.undo());
     onClick("save-scene", () => void this.save());
   }
@@ -38,32 +57,58 @@ export class ArtDirection {
     return element<HTMLDetailsElement>("art").open ? (chosen("tool") as Mark["tool"] | "strike") : "strike";
   }
 
+  /** Radius of what the tool places, m; `undefined` of a strike. */
+  toolRadiusM(): number | undefined {
+    const [tool, diagonal] = [this.tool(), this.app.object?.diagonal_m ?? 0];
+    if (tool === "strike") return undefined;
+    return tool === "site" ? SITE_SHARE * diagonal : (Number(element<HTMLInputElement>("tool-radius").value) / 100) * diagonal;
+  }
+
+  /** Tells what the chosen tool is for, and its radius. */
+  showTool(): void {
+    const [tool, radius] = [this.tool(), this.toolRadiusM()];
+    element("tool-note").textContent = PURPOSE[tool];
+    element("tool-radius-row").hidden = tool === "strike" || tool === "site";
+    element("tool-radius-value").textContent = radius === undefined ? "" : length(radius);
+  }
+
+  /** Finds the pieces that hold the marks: others are shown. */
+  hold(): void {
+    for (const mark of this.marks) mark.carried = this.app.carriedBy(mark.rest);
+  }
+
+  /** Moves the marks with their pieces. */
+  move(share: number): void {
+    for (const { shown, rest, carried } of this.marks) shown.position.copy(rest).addScaledVector(carried, share);
+  }
+
   /** Uses the tool at a place of the object. */
   place(aim: Aim, tool: Mark["tool"]): void {
     const { object } = this.app;
     if (!object) return;
-    const radiusM = (Number(element<HTMLInputElement>("tool-radius").value) / 100) * object.diagonal_m;
+    const radiusM = this.toolRadiusM() ?? 0;
     const at = aim.pick.shown.clone().sub(aim.pick.offset);
     const center = object.bounds_m[0].map((low, axis) => (low + object.bounds_m[1][axis]!) / 2);
     // A site belongs inside the object: a little below the surface.
     if (tool === "site") at.addScaledVector(new THREE.Vector3(...aim.ray.direction), 0.01 * object.diagonal_m);
     const centerM = at.toArray().map((x, axis) => Number((x + center[axis]!).toPrecision(5))) as Vector;
-    const radius = tool === "site" ? 0.012 * object.diagonal_m : radiusM;
     const ball = new THREE.Mesh(
-      new THREE.SphereGeometry(radius, 32, 20),
+      new THREE.SphereGeometry(radiusM, 32, 20),
       new THREE.MeshLambertMaterial({ color: COLORS[tool], transparent: true, opacity: tool === "site" ? 1 : 0.38, depthWrite: tool === "site", depthTest: tool !== "site" }),
     );
-    ball.position.copy(at);
+    ball.position.copy(at).add(aim.pick.offset);
     this.app.stage.marks.position.set(0, 0, 0);
     this.app.stage.marks.add(ball);
-    this.marks.push({ tool, centerM, radiusM: Number(radiusM.toPrecision(4)), shown: ball });
+    this.marks.push({ tool, centerM, radiusM: Number(radiusM.toPrecision(4)), shown: ball, rest: at, carried: this.app.carriedBy(at) });
     this.list();
+    element("undo").scrollIntoView({ block: "nearest" });
   }
 
   /** Forgets everything: another object is shown. */
   clear(): void {
     this.marks = [];
     this.list();
+    this.showTool();
   }
 
   private undo(): void {

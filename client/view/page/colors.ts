@@ -1,6 +1,8 @@
 // Colors of pieces.
 
 import * as THREE from "three";
+import { area, withUnit } from "./format";
+import type { Layer } from "./history";
 import type { ColorMode } from "./material";
 import type { ResultMessage } from "./result";
 
@@ -12,26 +14,31 @@ const HUES = ["#d98f6c", "#7aa6b8", "#e3c27a", "#8f9bbf", "#a9b98c", "#c987a0", 
   (hue) => new THREE.Color(hue),
 );
 
-/** Values of pieces that a ramp shows. */
-export interface Values {
+/** Color of pieces without a value. */
+const NEUTRAL = new THREE.Color("#b9b4aa");
+
+/** What the ramp of colors means. */
+export interface Scale {
   label: string;
-  unit: string;
-  of: number[];
+  low: string;
+  high: string;
 }
 
-/** The values behind a color mode; `undefined` if the mode shows none. */
-export function valuesOf(result: ResultMessage, mode: ColorMode): Values | undefined {
-  if (mode === "energy") {
-    return { label: "strain energy of the cell", unit: "J·m²", of: result.fragments.map((fragment) => fragment.energyJM2) };
+/** Energy of the cell of each piece, J·m², or area of the cracks around it, m²; `undefined` in a mode without values. */
+function valuesOf(result: ResultMessage, mode: ColorMode): number[] | undefined {
+  if (mode === "energy") return result.fragments.map((fragment) => fragment.energyJM2);
+  if (mode !== "bonds") return undefined;
+  const sums = result.fragments.map(() => 0);
+  for (const bond of result.bonds()) {
+    for (const id of bond.fragments) if (id >= 0) sums[id]! += bond.areaM2;
   }
-  if (mode === "bonds") {
-    const sums = result.fragments.map(() => 0);
-    for (const bond of result.bonds()) {
-      for (const id of bond.fragments) if (id >= 0) sums[id]! += bond.areaM2;
-    }
-    return { label: "area of cracks around", unit: "m²", of: sums };
-  }
-  return undefined;
+  return sums;
+}
+
+/** What the values are called: each piece has those of the strike that made it. */
+function labelOf(mode: ColorMode, strikes: number, isLog: boolean): string {
+  const what = mode === "energy" ? "Energy of the piece's cell" : "Area of the cracks around the piece";
+  return `${what}${strikes > 1 ? ", in the strike that made it" : ""}${isLog ? " (logarithmic)" : ""}`;
 }
 
 /** Color of a share from 0 to 1. */
@@ -47,16 +54,25 @@ function hue(fragment: number): THREE.Color {
   return color.offsetHSL(0, 0, 0.05 * ((fragment * 3) % 5) - 0.1);
 }
 
-/** Colors of the pieces of a result. Ramps are logarithmic where the values span a decade or more. */
-export function painter(values: Values | undefined, range: [number, number]): (fragment: number) => THREE.Color {
-  if (!values) return hue;
-  const [low, high] = range;
+/** Colors the pieces of all layers on one scale, which is logarithmic where the values span a decade or more. Pieces that no strike made have none. */
+export function paintLayers(layers: Layer[], mode: ColorMode): Scale | undefined {
+  const made = layers.filter((layer) => layer.request);
+  const values = new Map(made.map((layer) => [layer, valuesOf(layer.pieces.result, mode)]));
+  const shown = made.flatMap((layer) => values.get(layer)?.filter((_, id) => !layer.replaced.has(id)) ?? []);
+  const [low, high] = [Math.min(...shown), Math.max(...shown)];
   const isLog = low > 0 && high / low > 10;
   const share = (value: number) => {
     if (high <= low) return 0.5;
     return isLog ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
   };
-  return (fragment) => ramp(share(values.of[fragment]!));
+  const hasValues = mode === "energy" || mode === "bonds";
+  for (const layer of layers) {
+    const own = values.get(layer);
+    layer.pieces.paint((fragment) => (own ? ramp(share(own[fragment]!)) : hasValues ? NEUTRAL.clone() : hue(fragment)));
+  }
+  if (!hasValues || shown.length === 0) return undefined;
+  const text = (value: number) => (mode === "energy" ? withUnit(value, "J·m²") : area(value));
+  return { label: labelOf(mode, made.length, isLog), low: text(low), high: text(high) };
 }
 
 /** The ramp as a style for the legend. */

@@ -40,16 +40,17 @@ async function compare(app: App): Promise<void> {
     const figure = document.createElement("figure");
     figure.append(textElement("b", name));
     into.append(figure);
+    if (into.children.length === 1) into.scrollIntoView({ block: "nearest" });
     try {
       const result = await app.resultOf(request, (effects) => effects);
       describe(figure, result);
       const picture = document.createElement("img");
       [picture.width, picture.height] = [PICTURE.width, PICTURE.height];
       picture.alt = `${name}: ${counted(result.fragments.length, "piece")}`;
-      picture.src = app.pictureOf(result, request, PICTURE.width, PICTURE.height);
+      picture.src = app.pictureOf(last, result, request, PICTURE.width, PICTURE.height);
       figure.prepend(picture);
     } catch (error) {
-      figure.append(textElement("span", error instanceof Error ? error.message : String(error)));
+      figure.append(textElement("span", (error instanceof Error ? error.message : String(error)).replaceAll("`", "")));
     }
   }
   button.disabled = false;

@@ -31,9 +31,17 @@ export function volume(valueM3: number): string {
   return valueM3 >= 1e-7 ? `${digits(valueM3 * 1e6)} cm³` : `${digits(valueM3 * 1e9)} mm³`;
 }
 
+/** An area, m². */
+export function area(valueM2: number): string {
+  if (valueM2 >= 0.1) return `${digits(valueM2)} m²`;
+  return valueM2 >= 1e-5 ? `${digits(valueM2 * 1e4)} cm²` : `${digits(valueM2 * 1e6)} mm²`;
+}
+
 /** A time, ns. */
 export function time(ns: number): string {
-  return ns >= 1e9 ? `${digits(ns / 1e9)} s` : `${digits(ns / 1e6)} ms`;
+  if (ns >= 1e9) return `${digits(ns / 1e9)} s`;
+  if (ns >= 1e5) return `${digits(ns / 1e6)} ms`;
+  return `${digits(ns / 1e3)} µs`;
 }
 
 /** A share. */

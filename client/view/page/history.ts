@@ -13,11 +13,39 @@ export interface Layer {
   replaced: Set<number>;
 }
 
+/** A request and its result, with what was struck. */
+export interface Strike {
+  request: ImpactRequest;
+  result: ResultMessage;
+  /** Time from the request to the drawn picture, ms; 0 if it is unknown. */
+  pictureMs: number;
+  /** Layers before the request; one of them holds the struck fragment. */
+  before: Layer[];
+  struck: Layer;
+  fragment: number;
+}
+
 /** One state. */
 export interface State {
   layers: Layer[];
-  /** The last request, its result, and time from the request to the drawn picture. */
-  last: { request: ImpactRequest; result: ResultMessage; pictureMs: number } | undefined;
+  /** The request that led to the state. */
+  last: Strike | undefined;
+}
+
+/** Number of pieces that are shown. */
+export function countShown(layers: Layer[]): number {
+  return layers.reduce((sum, layer) => sum + layer.pieces.result.fragments.length - layer.replaced.size, 0);
+}
+
+/** Layers after a strike: `made` replaces the struck fragment. Without `made` it stays whole. */
+export function layersAfter(strike: Pick<Strike, "before" | "struck" | "fragment">, made: Layer | undefined): Layer[] {
+  const { before, struck, fragment } = strike;
+  if (!made) return before;
+  const replaced = new Set(struck.replaced).add(fragment);
+  // The result of a request on the object itself holds all its bodies.
+  const isAll = !struck.request || replaced.size === struck.pieces.result.fragments.length;
+  const rest = before.flatMap((layer) => (layer.pieces !== struck.pieces ? [layer] : isAll ? [] : [{ ...layer, replaced }]));
+  return [...rest, made];
 }
 
 /** Most states that are kept, and most bytes of their results. */
@@ -96,7 +124,8 @@ export class History {
 
   /** All pieces of all states, each once. */
   pieces(): Set<Pieces> {
-    return new Set(this.states.flatMap((state) => state.layers.map((layer) => layer.pieces)));
+    const layers = this.states.flatMap((state) => [...state.layers, ...(state.last?.before ?? [])]);
+    return new Set(layers.map((layer) => layer.pieces));
   }
 
   private bytes(): number {

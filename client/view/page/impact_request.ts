@@ -126,7 +126,9 @@ function rust(requests: ImpactRequest[], effects: string[], service: string): st
       `let impact = Impact::new([contact]).seed(${settings.seed})${quality}${lift}${enabled}${from}${keep};`,
       "let result = object.strike(&impact)?.wait(Deadline::ms(10_000))?;",
       ...(keep ? ['let handle = result.handle().expect("the service keeps results");'] : []),
-    ].join("\n");
+    ]
+      .map((line) => `    ${line}`)
+      .join("\n");
   });
   const used = [
     ...["Client", "Contact", "Deadline"],
@@ -137,10 +139,13 @@ function rust(requests: ImpactRequest[], effects: string[], service: string): st
   ];
   return `use shatter_client::{${used.join(", ")}};
 
-let service = Client::connect(${JSON.stringify(service)}, Deadline::ms(1000))?;
-let object = service.object(${name}, Deadline::ms(1000))?;
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let service = Client::connect(${JSON.stringify(service)}, Deadline::ms(1000))?;
+    let object = service.object(${name}, Deadline::ms(1000))?;
 ${body.join("\n")}
-result.write_glb("broken.glb".as_ref())?;`;
+    result.write_glb("broken.glb".as_ref())?;
+    Ok(())
+}`;
 }
 
 function capital(name: string): string {
@@ -170,6 +175,7 @@ ${body.join("\n")}
 result.write_glb("broken.glb")`;
 }
 
+/** A whole program: it frees what it takes, and returns 1 if a call fails. */
 function c(requests: ImpactRequest[], effects: string[], service: string): string {
   const quality = (name: string) => (name ? `.quality = SHATTER_QUALITY_${name.toUpperCase()}, ` : "");
   const lift = (name: string) => (name ? `.lift = SHATTER_LIFT_${name.toUpperCase()}, ` : "");
@@ -180,19 +186,42 @@ function c(requests: ImpactRequest[], effects: string[], service: string): strin
     const from = request.parent ? `.from_handle = summary.handle, .from_fragment = ${request.parent.fragment}, ` : "";
     const keep = at + 1 < requests.length;
     return [
-      `contact = (ShatterContact){{${reals(request.ray.originM)}}, {${reals(impulse(request))}}, 0.0, 0.0, {${reals(request.ray.direction)}}};`,
-      `impact = (ShatterImpact){.contacts = &contact, .contact_count = 1, ${quality(settings.quality)}${lift(settings.lift)}${from}${keep ? ".keep = true, " : ""}${enabled}.seed = ${settings.seed}};`,
-      "if (shatter_object_strike(object, &impact, &ticket, NULL)) return 3;",
-      "if (shatter_ticket_wait(ticket, 10000, &result, NULL)) return 5;",
-      ...(keep ? ["if (shatter_result_summary(result, &summary, NULL)) return 3;"] : []),
+      `    contact = (ShatterContact){`,
+      `        .point_m = {${reals(request.ray.originM)}},`,
+      `        .impulse_ns = {${reals(impulse(request))}},`,
+      `        .ray = {${reals(request.ray.direction)}},`,
+      `    };`,
+      `    impact = (ShatterImpact){.contacts = &contact, .contact_count = 1, ${quality(settings.quality)}${lift(settings.lift)}${from}${keep ? ".keep = true, " : ""}${enabled}.seed = ${settings.seed}};`,
+      "    if (shatter_object_strike(object, &impact, &ticket, &error)) return failed(&error);",
+      "    if (shatter_ticket_wait(ticket, 10000, &result, &error)) return failed(&error);",
+      "    shatter_ticket_free(ticket);",
+      ...(keep ? ["    if (shatter_result_summary(result, &summary, &error)) return failed(&error);", "    shatter_result_free(result);"] : []),
     ].join("\n");
   });
+  const summary = requests.length > 1 ? "    ShatterSummary summary;\n" : "";
   return `#include <shatter.h>
+#include <stdio.h>
 
-ShatterService *service; ShatterObject *object; ShatterTicket *ticket; ShatterResult *result;
-ShatterContact contact; ShatterImpact impact; ShatterSummary summary;
-if (shatter_connect(${JSON.stringify(service)}, SHATTER_UP_TO_ZERO, 1000, &service, NULL)) return 4;
-if (shatter_service_object(service, ${JSON.stringify(requests[0]!.object)}, SHATTER_UP_TO_ZERO, 1000, &object, NULL)) return 3;
+static int failed(const ShatterError *error) {
+    fprintf(stderr, "%s\\n", error->message);
+    return 1;
+}
+
+int main(void) {
+    ShatterService *service;
+    ShatterObject *object;
+    ShatterTicket *ticket;
+    ShatterResult *result;
+    ShatterContact contact;
+    ShatterImpact impact;
+${summary}    ShatterError error;
+    if (shatter_connect(${JSON.stringify(service)}, SHATTER_UP_TO_ZERO, 1000, &service, &error)) return failed(&error);
+    if (shatter_service_object(service, ${JSON.stringify(requests[0]!.object)}, SHATTER_UP_TO_ZERO, 1000, &object, &error)) return failed(&error);
 ${body.join("\n")}
-shatter_result_free(result);`;
+    if (shatter_result_write_glb(result, SHATTER_CONTENT_FRAGMENTS, "broken.glb", SHATTER_UP_TO_ZERO, &error)) return failed(&error);
+    shatter_result_free(result);
+    shatter_object_free(object);
+    shatter_service_free(service);
+    return 0;
+}`;
 }

@@ -10,7 +10,6 @@ import { bindKeys } from "./keys";
 import { bindOwnMesh } from "./own_mesh";
 import * as panel from "./panel";
 import { recordingOf, replay } from "./replay";
-import type { Vector } from "./result";
 import * as strength from "./strength";
 import { codeOf, impactOf, type Language, type Settings } from "./impact_request";
 
@@ -47,6 +46,7 @@ async function showThreshold(aim: Aim): Promise<void> {
   if (app.aim === aim) {
     showStrength();
     showTooltip(aim);
+    placeTooltip(aim.x, aim.y);
   }
 }
 
@@ -54,10 +54,20 @@ function showTooltip(aim: Aim | undefined): void {
   const box = element("tooltip");
   box.hidden = aim === undefined;
   if (!aim || !app.object) return;
-  const at = aim.pick.shown.clone().sub(aim.pick.offset);
-  const point = ([at.x, at.y, at.z] as Vector).map((x) => (1000 * x).toFixed(0)).join(", ");
+  const [tool, radiusM] = [art.tool(), art.toolRadiusM()];
+  const point = app.placeOf(aim).map((x) => (1000 * x).toFixed(0)).join(", ");
   const breaks = aim.thresholdNs === undefined ? "" : ` · breaks at ${strength.quantity(aim.thresholdNs)}`;
-  box.textContent = `${point} mm · radius ${length(app.object.radius_m)}${breaks}`;
+  const radius = length(radiusM ?? app.object.radius_m);
+  if (tool === "strike") box.textContent = `${point} mm · radius ${radius}${breaks}`;
+  else box.textContent = `${point} mm · ${tool}${tool === "site" ? "" : `, radius ${radius}`}`;
+}
+
+/** Places the tooltip beside the pointer, inside the picture. */
+function placeTooltip(x: number, y: number): void {
+  const [box, { right, bottom }] = [element("tooltip"), canvas.getBoundingClientRect()];
+  const left = Math.max(4, Math.min(x + 16, right - box.offsetWidth - 4));
+  const top = y + 14 + box.offsetHeight > bottom ? y - 14 - box.offsetHeight : y + 14;
+  Object.assign(box.style, { left: `${left}px`, top: `${top}px` });
 }
 
 function bindPointer(): void {
@@ -68,14 +78,16 @@ function bindPointer(): void {
     clearTimeout(rest);
     if (event.buttons !== 0 || event.pointerType === "touch") return;
     const aim = app.pick(event.clientX, event.clientY);
-    app.point(aim);
+    app.point(aim, art.toolRadiusM());
+    if (!aim) showStrength();
     showTooltip(aim);
-    Object.assign(element("tooltip").style, { left: `${event.clientX + 16}px`, top: `${event.clientY + 14}px` });
-    if (aim) rest = window.setTimeout(() => void showThreshold(aim), REST_MS);
+    placeTooltip(event.clientX, event.clientY);
+    if (aim && art.tool() === "strike") rest = window.setTimeout(() => void showThreshold(aim), REST_MS);
   });
   canvas.addEventListener("pointerleave", () => {
     clearTimeout(rest);
     app.point(undefined);
+    showStrength();
     showTooltip(undefined);
   });
   canvas.addEventListener("pointerup", (event) => {
@@ -104,16 +116,18 @@ function bindStrike(): void {
     void app.again(settings).then(showStrength);
   };
   onInput("impulse", again);
+  for (const id of ["impulse", "quality", "lift", "seed"]) element(id).addEventListener("change", () => app.settle());
   for (const id of ["by", "ball"]) onInput(id, showStrength);
   for (const id of ["quality", "lift", "seed"]) {
     onInput(id, () => {
-      if (app.aim) delete app.aim.thresholdNs;
+      app.forgetThresholds();
       again();
     });
   }
   onClick("reseed", () => {
     element<HTMLInputElement>("seed").value = String(Math.floor(Math.random() * 1e6));
     again();
+    app.settle();
   });
 }
 
@@ -126,9 +140,13 @@ function bindView(): void {
   onClick("help", () => element<HTMLDialogElement>("keys").showModal());
   onClick("fold", fold);
   element("message").querySelector("button")!.addEventListener("click", () => panel.message(undefined));
+  app.onMove = (share) => art.move(share);
   app.onState = () => {
+    art.hold();
     element<HTMLButtonElement>("back").disabled = element<HTMLButtonElement>("reset").disabled = !app.history.canGoBack;
     element<HTMLButtonElement>("forward").disabled = !app.history.canGoForward;
+    document.body.classList.toggle("preview", !app.object);
+    showStrength();
   };
 }
 
@@ -159,24 +177,49 @@ async function copy(button: HTMLButtonElement): Promise<void> {
   const last = app.history.now?.last;
   if (!last) return;
   const code = codeOf(last.request, button.dataset["language"] as Language, app.effectsOf(last.request.object), app.service);
-  const name = button.textContent;
+  const name = button.dataset["name"] ??= button.textContent ?? "";
+  // The row keeps its widths.
+  button.style.minWidth = `${button.offsetWidth}px`;
   try {
     await navigator.clipboard.writeText(code);
-    button.textContent = "Copied";
+    panel.hint(`Copied the code for ${name}`);
   } catch {
     save(`request.${{ shell: "sh", rust: "rs", python: "py", c: "c" }[button.dataset["language"] as Language]}`, code, "text/plain");
-    button.textContent = "Saved";
+    panel.hint(`Saved the code for ${name}`);
   }
+  button.textContent = "✓";
   setTimeout(() => (button.textContent = name), 1500);
+}
+
+/** Time after which objects that are being loaded are listed again, ms. */
+const RELIST_MS = 1000;
+
+/** Lists the objects of the service, and chooses the one that is shown. */
+async function listObjects(): Promise<void> {
+  const reply = await connection.ask({ op: "objects" });
+  objects = reply["objects"] as ObjectFacts[];
+  app.service = String(reply["service"]);
+  const options = objects.map((object) => {
+    const option = new Option(object.state === "ready" ? object.name : `${object.name} (${object.state})`, object.name);
+    option.disabled = object.state !== "ready";
+    option.title = object.error ?? "";
+    return option;
+  });
+  const select = element<HTMLSelectElement>("object");
+  select.replaceChildren(...options);
+  if (app.object) select.value = app.object.name;
+  if (objects.some((object) => object.state === "loading")) setTimeout(() => void relist(), RELIST_MS);
+}
+
+/** Lists the objects again, unless a mesh of the user is shown, which the list would lose. */
+async function relist(): Promise<void> {
+  // A service that went away is reported elsewhere.
+  if (app.object) await listObjects().catch(() => undefined);
 }
 
 /** Lists the objects of the service and shows one of them. */
 export async function loadObjects(wanted?: string): Promise<void> {
-  const reply = await connection.ask({ op: "objects" });
-  objects = reply["objects"] as ObjectFacts[];
-  app.service = String(reply["service"]);
-  const select = element<HTMLSelectElement>("object");
-  select.replaceChildren(...objects.map((object) => new Option(object.name, object.name)));
+  await listObjects();
   const ready = objects.filter((object) => object.state === "ready");
   const first = ready.find((object) => object.name === wanted) ?? ready[0];
   if (!first) {
@@ -185,9 +228,9 @@ export async function loadObjects(wanted?: string): Promise<void> {
     await new Promise((resolve) => setTimeout(resolve, 200));
     return loadObjects(wanted);
   }
-  select.value = first.name;
   art.clear();
   await app.show(first);
+  element<HTMLSelectElement>("object").value = first.name;
   showStrength();
 }
 

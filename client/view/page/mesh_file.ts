@@ -19,13 +19,23 @@ export interface Preview {
 /** Reads a mesh file; `undefined` for formats that only the service reads. */
 export async function readMesh(name: string, contents: ArrayBuffer): Promise<Preview | undefined> {
   const ending = name.split(".").pop()?.toLowerCase();
-  const parsed = await parse(ending, contents);
+  const parsed = await parse(ending, contents).catch((error: unknown) => {
+    const cause = error instanceof Error ? error.message : String(error);
+    throw new Error(`it is damaged, or no ${ending?.toUpperCase()} file (${cause})`);
+  });
   if (!parsed) return undefined;
   const { shown, materials } = parsed;
   shown.updateMatrixWorld(true);
   const mesh = triangles(shown);
-  if (mesh.indices.length === 0) throw new Error(`${name} has no triangles`);
+  if (mesh.indices.length === 0) throw new Error("it has no triangles");
+  requireNumbers(mesh.positions);
   return { shown, mesh, textures: texturesOf(materials) };
+}
+
+/** Refuses coordinates that are infinite or not a number: nothing can be shown of them, and the bake refuses them, too. */
+function requireNumbers(positions: Float32Array): void {
+  if (positions.every((value) => Number.isFinite(value))) return;
+  throw new Error("a vertex has a coordinate that is infinite or not a number; correct it, or export the mesh again");
 }
 
 /** A mesh file, and the materials that its triangles use, by their numbers in the file. */

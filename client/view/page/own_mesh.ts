@@ -4,7 +4,8 @@ import * as THREE from "three";
 import type { App } from "./app";
 import { ServiceError } from "./connection";
 import { type Defect, findDefects, NAMES } from "./defects";
-import { element, onClick, textElement } from "./dom";
+import { element, onClick, onInput, textElement } from "./dom";
+import { length } from "./format";
 import { readMesh } from "./mesh_file";
 import * as panel from "./panel";
 
@@ -19,9 +20,14 @@ const BYTES_MAX = 60 << 20;
 
 const COLORS = { hole: "#e0332f", edge: "#d9a400", winding: "#8a4fd3", flat: "#2f7fe0" };
 
+/** Units of files, m. */
+const UNITS: Record<string, number> = { m: 1, cm: 0.01, mm: 0.001, in: 0.0254 };
+
 interface OwnFile {
   name: string;
   contents: ArrayBuffer;
+  /** Lengths along the axes, in the unit of the file; `undefined` of a file that the page does not read. */
+  extent: THREE.Vector3 | undefined;
 }
 
 /** Binds drop, choice and bake of a mesh file. `loadObjects` shows an object of the service. */
@@ -32,7 +38,11 @@ export function bindOwnMesh(app: App, loadObjects: (name: string) => Promise<voi
   const input = element<HTMLInputElement>("file");
   onClick("open", () => input.click());
   const take = (chosen: File | undefined) => {
-    if (chosen) void app.guarded(async () => void (file = await open(app, chosen)));
+    if (!chosen) return;
+    void app.guarded(async () => {
+      file = await open(app, chosen);
+      showSize(file.extent);
+    });
   };
   input.addEventListener("change", () => {
     take(input.files?.[0]);
@@ -42,6 +52,7 @@ export function bindOwnMesh(app: App, loadObjects: (name: string) => Promise<voi
   onClick("bake", () => {
     if (file) void bake(app, file, loadObjects);
   });
+  onInput("mesh-unit", () => showSize(file?.extent));
   onClick("cancel", () => void app.connection.ask({ op: "cancel_bake" }));
 }
 
@@ -84,10 +95,25 @@ async function open(app: App, chosen: File): Promise<OwnFile> {
     app.preview(preview.shown, preview.textures);
     mark(app, defects);
     list(app, defects);
+    choosePreview(chosen.name);
   }
   details.scrollIntoView({ block: "nearest" });
   panel.hint(defects.length > 0 ? "Its defects are marked; the bake repairs them" : "Bake it to strike it");
-  return { name: chosen.name, contents };
+  return { name: chosen.name, contents, extent: preview && new THREE.Box3().setFromObject(preview.shown).getSize(new THREE.Vector3()) };
+}
+
+/** Tells how large the mesh is in the chosen unit. */
+function showSize(extent: THREE.Vector3 | undefined): void {
+  const unitM = UNITS[element<HTMLSelectElement>("mesh-unit").value] ?? 1;
+  element("mesh-size").textContent = extent ? `Size: ${extent.toArray().map((value) => length(unitM * value)).join(" × ")}` : "";
+}
+
+/** Lists the file as what is shown, before the objects: each of those can be chosen, then. */
+function choosePreview(name: string): void {
+  const select = element<HTMLSelectElement>("object");
+  for (const option of [...select.options]) if (option.value === "") option.remove();
+  select.add(new Option(`${name} (not baked)`, ""), 0);
+  select.value = "";
 }
 
 /** Marks all defects in the picture. */
@@ -122,7 +148,7 @@ function list(app: App, defects: Defect[]): void {
   const rows = defects.slice(0, LISTED_MAX).map((defect) => {
     const row = document.createElement("li");
     const button = document.createElement("button");
-    const [x, y, z] = defect.center.map((value) => Number(value.toPrecision(3)));
+    const [x, y, z] = defect.center.map((value) => rounded(value, app.stage.size()));
     const edges = defect.kind === "hole" ? ` of ${defect.count} edges` : defect.count > 1 ? ` (${defect.count})` : "";
     button.textContent = `${NAMES[defect.kind]}${edges} at ${x}, ${y}, ${z}`;
     button.style.borderLeft = `4px solid ${COLORS[defect.kind]}`;
@@ -134,6 +160,12 @@ function list(app: App, defects: Defect[]): void {
   if (more > 0) rows.push(textElement("li", `and ${more} more`) as HTMLLIElement);
   if (defects.length === 0) rows.push(textElement("li", "No defects found.") as HTMLLIElement);
   element("defects").replaceChildren(...rows);
+}
+
+/** A coordinate of a mesh of this size, with three digits of the size. */
+function rounded(value: number, size: number): number {
+  const step = 10 ** (Math.floor(Math.log10(size)) - 2);
+  return Number((Math.round(value / step) * step).toPrecision(6)) + 0;
 }
 
 /** The name of the object: that of the file, with plain letters. */
@@ -164,13 +196,13 @@ async function bake(app: App, file: OwnFile, loadObjects: (name: string) => Prom
       const reply = await app.connection.sendFile(head, file.contents, (text) => (line.textContent = text.replace(/^[^:]*: /, "")));
       const report = reply["report"] as BakeReport;
       panel.setReason(report.object, report.surface.reason);
-      line.textContent = `Baked in ${report.seconds.toFixed(1)} s. ${report.warnings.join(" ")}`;
+      line.textContent = `Baked in ${report.seconds.toFixed(1)} s. ${report.warnings.join(" ").replaceAll("`", "")}`;
       const repaired = report.defects.map((defect) => textElement("li", `${defect.counted} (first at ${defect.first}): ${defect.action}`));
       if (repaired.length > 0) element("defects").replaceChildren(...repaired);
       await untilServed(app, name);
       app.keepTextures(name);
       await loadObjects(name);
-      panel.hint("Click to break it");
+      element<HTMLDetailsElement>("mesh").open = repaired.length + report.warnings.length > 0;
     } catch (error) {
       line.textContent = error instanceof ServiceError && error.kind === "canceled" ? "Canceled." : "";
       if (!(error instanceof ServiceError && error.kind === "canceled")) throw error;

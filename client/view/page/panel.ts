@@ -3,9 +3,10 @@
 import type { ObjectFacts } from "./app";
 import { histogram, stageBars } from "./charts";
 import { countClosed } from "./closed";
+import { rampStyle, type Scale } from "./colors";
 import { chosen, element, textElement } from "./dom";
-import { counted, digits, percent, time } from "./format";
-import type { State } from "./history";
+import { counted, digits, percent, time, withUnit } from "./format";
+import { countShown, type State } from "./history";
 import type { ColorMode } from "./material";
 import type { ResultHead } from "./result";
 
@@ -14,10 +15,11 @@ const HINT_MS = 6000;
 
 let hintTimer: number | undefined;
 
-/** Shows a hint over the object; the first one stays until something happens. */
+/** Shows a hint over the object; the first one stays until something happens. Fingers tap. */
 export function hint(text: string | undefined): void {
   clearTimeout(hintTimer);
-  element("hint").replaceChildren(...(text ? [textElement("span", text)] : []));
+  const shown = matchMedia("(pointer: coarse)").matches ? text?.replace(/^Click/, "Tap") : text;
+  element("hint").replaceChildren(...(shown ? [textElement("span", shown)] : []));
   if (text && text !== "Click to break it") hintTimer = window.setTimeout(() => hint(undefined), HINT_MS);
 }
 
@@ -39,7 +41,7 @@ export function colorMode(): ColorMode {
 }
 
 /** Shows the meaning of the colors. */
-export function legend(values: { low: string; high: string; label: string; style: string } | undefined): void {
+export function legend(values: Scale | undefined): void {
   const box = element("legend");
   box.hidden = values === undefined;
   if (!values) return;
@@ -47,7 +49,7 @@ export function legend(values: { low: string; high: string; label: string; style
   label.textContent = values.label;
   low.textContent = values.low;
   high.textContent = values.high;
-  bar.style.background = values.style;
+  bar.style.background = rampStyle();
 }
 
 /** Surface of the fragments, in words; the reason is known of meshes that this page baked. */
@@ -61,7 +63,7 @@ export function setReason(object: string, reason: string | null): void {
 
 function surface(head: ResultHead): string {
   if (head.surface === "exact") return "the input's own (exact)";
-  return `the lattice's: ${reasons.get(head.object) ?? "the object has no mesh of its own surface; `shatterd inspect` says why"}`;
+  return `the lattice's: ${reasons.get(head.object) ?? "the object has no mesh of its own surface; shatterd inspect says why"}`;
 }
 
 /** Estimated error of the elastic energy, in words. */
@@ -77,25 +79,27 @@ export function facts(state: State, object: ObjectFacts | undefined): void {
   if (!last) return;
   const { head } = last.result;
   const { fragments } = last.result;
-  element("pieces").textContent = last.result.isWhole ? "stays whole" : counted(fragments.length, "piece");
-  element("took").textContent = `in ${time(head.time_ns)}`;
+  const count = countShown(state.layers);
+  element("pieces").textContent = last.result.isWhole ? "stays whole" : counted(count, "piece");
+  const isPart = !last.result.isWhole && count > fragments.length;
+  element("took").textContent = `${isPart ? `${fragments.length.toLocaleString("en-US")} new, ` : ""}in ${time(head.time_ns)}`;
   const rows: [string, string][] = [
     ["Round trip", time(head.round_trip_ns)],
     // A recording has no such time.
     ...(last.pictureMs > 0 ? ([["Picture ready after", `${digits(last.pictureMs)} ms`]] as [string, string][]) : []),
     ["E₁/γ (breaks above 1)", digits(head.e1_over_gamma)],
-    ["Threshold γ", `${digits(head.gamma_j_m2)} J·m²`],
+    ["Threshold γ", withUnit(head.gamma_j_m2, "J·m²")],
     ["Displacements", head.elastic],
     ["Error of the energy", energyError(head)],
   ];
   if (!last.result.isWhole) {
     const massKg = fragments.reduce((sum, fragment) => sum + fragment.massKg, 0);
-    rows.unshift(["Closed", "…"]);
+    rows.unshift([isPart ? "Closed, of the new ones" : "Closed", "…"]);
     rows.push(
       ["Gap of the cells", head.cvd_gap === null ? "none" : `${percent(head.cvd_gap)} (est.)`],
       ["Sites", `${head.sites} (${head.degree_source.replace("_", " ")}${head.capped ? ", capped" : ""})`],
       ["Stopped", head.stop_reason.replace("_", " ")],
-      ["Mass", `${digits(massKg)} kg`],
+      [isPart ? "Mass of the new ones" : "Mass", `${digits(massKg)} kg`],
       ["Surface", surface(head)],
       ["Size", `${digits(head.response_bytes / 1e6)} MB`],
     );
@@ -105,6 +109,7 @@ export function facts(state: State, object: ObjectFacts | undefined): void {
   const shown = state.layers.flatMap((layer) =>
     layer.pieces.result.fragments.filter((fragment) => !layer.replaced.has(fragment.id)).map((fragment) => fragment.volumeM3),
   );
+  element("volumes-part").hidden = shown.length < 2;
   histogram(element("volumes"), shown);
   stageBars(element("stages"), head);
   if (!last.result.isWhole) void showClosed(state);

@@ -109,7 +109,7 @@ export class Pieces {
     this.geometry.setAttribute("skinUv", new THREE.InterleavedBufferAttribute(rows, 2, 3));
   }
 
-  /** Distance of the farthest vertex of each piece from its center, m: known once something points at the pieces. */
+  /** Distance of the farthest vertex of each piece from its center, m: computed when it is first needed. */
   private radii(): Float32Array {
     this.knownRadii ??= Float32Array.from(this.result.fragments, (fragment) => {
       const positions = this.result.floats("positions");
@@ -126,6 +126,31 @@ export class Pieces {
   /** Height of the lowest center of a piece, relative to the center of the object, m. */
   lowestCenter(): number {
     return this.result.fragments.reduce((least, { centerM }) => Math.min(least, centerM[1] - this.centerM[1]), 0);
+  }
+
+  /** Distance from the center of the object to the farthest visible point when pieces are moved apart by a share, m. */
+  reach(share: number): number {
+    const [radii, place] = [this.radii(), new THREE.Vector3()];
+    return radii.reduce((most, radius, id) => (this.isVisible(id) ? Math.max(most, this.placeOf(id, place).length() * (1 + share) + radius) : most), 0);
+  }
+
+  /** The visible piece with the nearest vertex to a point of the object at rest: its place, and the square of the distance. */
+  nearest(point: THREE.Vector3): { place: THREE.Vector3; square: number } | undefined {
+    const positions = this.result.floats("positions");
+    let best: { place: THREE.Vector3; square: number } | undefined;
+    this.result.fragments.forEach((fragment, id) => {
+      if (!this.isVisible(id)) return;
+      const place = this.placeOf(id, new THREE.Vector3());
+      const own = point.clone().sub(place);
+      const gap = own.length() - this.radii()[id]!;
+      if (best && gap > 0 && gap * gap > best.square) return;
+      for (let at = 3 * fragment.vertexFirst; at < 3 * (fragment.vertexFirst + fragment.vertexCount); at += 3) {
+        const [x, y, z] = [positions[at]! - own.x, positions[at + 1]! - own.y, positions[at + 2]! - own.z];
+        const square = x * x + y * y + z * z;
+        if (!best || square < best.square) best = { place, square };
+      }
+    });
+    return best;
   }
 
   /** Shows or hides a piece. */

@@ -1,6 +1,7 @@
 // A recording: the page replays requests that were made before, without a service.
 
 import type { App, ObjectFacts } from "./app";
+import { element } from "./dom";
 import * as panel from "./panel";
 import { decode, type ResultMessage, type Vector } from "./result";
 import type { ImpactRequest, Settings } from "./impact_request";
@@ -31,6 +32,8 @@ export function recordingOf(page: Document): RecordedReply[] | undefined {
 /** Shows a recording: every request becomes a state. */
 export async function replay(app: App, recording: RecordedReply[]): Promise<void> {
   document.body.classList.add("replay");
+  // Hulls are asked for when they are first shown: a recording has none.
+  element<HTMLInputElement>("hulls").disabled = true;
   const byHandle = new Map<string, { request: ImpactRequest; result: ResultMessage }>();
   for (const { request: text, message } of recording) {
     const asked = JSON.parse(text) as RecordedRequest;

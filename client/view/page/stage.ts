@@ -14,6 +14,9 @@ const SOFTWARE_RATIO = 1.5;
 /** Direction to the key light. */
 const KEY = new THREE.Vector3(0.75, 1.5, 0.65);
 
+/** Radius around the center that the picture shows, as a share of the diagonal of the object. */
+const FRAMED = 0.62;
+
 /** Everything that is drawn, in meters relative to the center of the object. */
 export class Stage {
   readonly scene = new THREE.Scene();
@@ -34,6 +37,8 @@ export class Stage {
   /** By how much a previewed mesh is moved, in its unit. */
   readonly previewOffset = new THREE.Vector3();
   private diagonal = 1;
+  /** Distance of the camera, as a multiple of that for the object in one piece. */
+  private spread = 1;
   private readonly isSoftware = isSoftwareRenderer();
   private readonly pace = new Pace(this.isSoftware);
   /** Height of the lowest point of the object, m. */
@@ -120,8 +125,8 @@ export class Stage {
   /** Places camera, light and ground for an object with these bounds, relative to its center. */
   frame(low: THREE.Vector3, high: THREE.Vector3): void {
     const diagonal = low.distanceTo(high);
-    this.diagonal = diagonal;
-    const distance = (0.62 * diagonal) / Math.sin(THREE.MathUtils.degToRad(this.camera.fov / 2));
+    [this.diagonal, this.spread] = [diagonal, 1];
+    const distance = (FRAMED * diagonal) / Math.sin(THREE.MathUtils.degToRad(this.camera.fov / 2));
     this.camera.near = diagonal / 100;
     this.camera.far = diagonal * 60;
     this.camera.position.set(0.42, 0.38, 0.82).normalize().multiplyScalar(distance * this.margin());
@@ -146,6 +151,16 @@ export class Stage {
   /** Moves the ground below where the object stands, by a length in m: pieces move apart. */
   lowerGround(byM: number): void {
     this.ground.group.position.y = this.low - byM;
+  }
+
+  /** Moves the camera so far away that what reaches so far from the center is in the picture, m; the user's turn and zoom stay. */
+  fit(reachM: number): void {
+    const spread = Math.max(1, reachM / (FRAMED * this.diagonal));
+    if (Math.abs(spread / this.spread - 1) < 1e-3) return;
+    const offset = this.camera.position.clone().sub(this.controls.target).multiplyScalar(spread / this.spread);
+    this.spread = spread;
+    this.camera.position.copy(this.controls.target).add(offset);
+    this.controls.update();
   }
 
   /** Length of the diagonal of what is shown, m. */

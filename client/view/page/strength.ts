@@ -1,11 +1,14 @@
 // Strength of an impact: a multiple of the impulse that just breaks the object at the contact, shown as an impulse, a height or a speed.
 
-import { chosen, element } from "./dom";
+import { chosen, element, textElement } from "./dom";
 import { digits, length, withUnit } from "./format";
 
 /** Multiples of the breaking impulse at both ends of the slider. */
 const LEAST = 0.2;
 const MOST = 100;
+
+/** Multiples that the rule below the slider names. */
+const TICKS = [0.5, 1, 2, 5, 10, 20, 100];
 
 /** Multiple at the beginning: some dozen pieces of most objects. */
 const BEGIN = 6;
@@ -20,6 +23,12 @@ export function factor(): number {
   return LEAST * (MOST / LEAST) ** (Number(slider().value) / Number(slider().max));
 }
 
+/** Where the slider's middle is at a multiple. */
+function leftOf(multiple: number): string {
+  const share = Math.log(multiple / LEAST) / Math.log(MOST / LEAST);
+  return `calc(8px + ${share} * (100% - 16px))`;
+}
+
 /** Moves the slider to a multiple. */
 export function setFactor(value: number): void {
   slider().value = String((Number(slider().max) * Math.log(value / LEAST)) / Math.log(MOST / LEAST));
@@ -27,8 +36,14 @@ export function setFactor(value: number): void {
 
 /** Places the mark of the threshold, and the slider at its beginning. */
 export function begin(): void {
-  const share = Math.log(1 / LEAST) / Math.log(MOST / LEAST);
-  for (const id of ["threshold", "threshold-name"]) element(id).style.left = `calc(8px + ${share} * (100% - 16px))`;
+  for (const id of ["threshold", "threshold-name"]) element(id).style.left = leftOf(1);
+  element("ticks").replaceChildren(
+    ...TICKS.map((multiple) => {
+      const tick = textElement("span", `${multiple}×`);
+      tick.style.left = leftOf(multiple);
+      return tick;
+    }),
+  );
   setFactor(BEGIN);
 }
 
@@ -53,5 +68,5 @@ export function show(thresholdNs: number | undefined): void {
   const times = `${digits(value, 2)} × the threshold`;
   element("strength").textContent = thresholdNs === undefined ? times : quantity(thresholdNs * value);
   element("breaks").textContent =
-    thresholdNs === undefined ? "The threshold is what just breaks the object. Point at a place to see it there." : `${times}, which is ${quantity(thresholdNs)} here`;
+    thresholdNs === undefined ? "Point at a place to see its threshold." : `${times} of ${quantity(thresholdNs)}`;
 }

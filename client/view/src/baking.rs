@@ -7,7 +7,7 @@ use crate::worker::{Reply, WorkerSetup};
 use serde_json::{Value, json};
 use shatter_proto::{Error, ErrorKind};
 use std::io::{BufRead, BufReader, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{ChildStderr, ChildStdout, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use tempfile::TempDir;
@@ -91,6 +91,7 @@ pub(crate) fn start(
     replies: Sender<Reply>,
 ) -> Result<BakeJob, Error> {
     let (temporary, mut command) = command(head, contents, setup.daemon.databases())?;
+    let names = FileNames::new(temporary.path(), head["file"].as_str().unwrap_or_default());
     let (bake, output) = setup.bakes.start(&mut command, temporary)?;
     let shared = bake.clone();
     std::thread::spawn(move || {
@@ -102,18 +103,47 @@ pub(crate) fn start(
             text
         });
         for line in BufReader::new(stderr).lines().map_while(Result::ok) {
-            let line = line.strip_prefix("shatterd: ").unwrap_or(&line).to_owned();
+            let line = names.given(line.strip_prefix("shatterd: ").unwrap_or(&line));
             let message = json!({ "id": id, "reply": "progress", "line": line });
             if replies.blocking_send(Reply::Text(message.to_string())).is_err() {
                 // The page went away: the job is dropped with its worker.
                 return;
             }
         }
-        let report = report.join().unwrap_or_default();
+        let report = names.given(&report.join().unwrap_or_default());
         let was_canceled = !end(&shared);
         let _ = replies.blocking_send(Reply::Text(outcome(id, &report, was_canceled).to_string()));
     });
     Ok(BakeJob(bake))
+}
+
+/// The path of the mesh in texts of the bake, and the name that the user gave it.
+struct FileNames {
+    own: String,
+    given: String,
+}
+
+impl FileNames {
+    fn new(folder: &Path, given: &str) -> Self {
+        let own = mesh_path(folder, &ending(given)).display().to_string();
+        // Quotes and backslashes, which would end a text of the report, are left out.
+        Self { own, given: given.replace(|letter: char| letter.is_control() || "\"\\".contains(letter), "") }
+    }
+
+    /// The text with the name that the user knows.
+    fn given(&self, text: &str) -> String {
+        text.replace(&self.own, &self.given)
+    }
+}
+
+/// Where the mesh of a bake lies.
+fn mesh_path(folder: &Path, ending: &str) -> PathBuf {
+    folder.join(format!("mesh.{ending}"))
+}
+
+/// Ending of the name of a file, in small letters.
+fn ending(name: &str) -> String {
+    name.rsplit_once('.').map(|(_, ending)| ending.to_ascii_lowercase()).unwrap_or_default()
 }
 
 /// The document for the page: the report of the bake, or its error.
@@ -139,7 +169,7 @@ fn outcome(id: u64, report: &str, was_canceled: bool) -> Value {
 /// The command, and the folder of the mesh file.
 fn command(head: &Value, contents: &[u8], folder: Option<&Path>) -> Result<(TempDir, Command), Error> {
     let given = head["file"].as_str().ok_or_else(|| invalid("file", "must be the name of a file"))?;
-    let ending = given.rsplit_once('.').map(|(_, ending)| ending.to_ascii_lowercase()).unwrap_or_default();
+    let ending = ending(given);
     if !ENDINGS.contains(&ending.as_str()) {
         return Err(invalid("file", format!("a mesh file ends with one of .{}", ENDINGS.join(", ."))));
     }
@@ -151,7 +181,7 @@ fn command(head: &Value, contents: &[u8], folder: Option<&Path>) -> Result<(Temp
         )
     };
     let temporary = tempfile::Builder::new().prefix("shatter-view-").tempdir().map_err(failed)?;
-    let file = temporary.path().join(format!("mesh.{ending}"));
+    let file = mesh_path(temporary.path(), &ending);
     std::fs::write(&file, contents).map_err(failed)?;
     let mut command = daemon_program();
     command.arg("bake").arg(&file).args(["--json", "--restart", "--end-with-stdin"]);

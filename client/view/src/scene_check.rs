@@ -33,6 +33,8 @@ pub(crate) fn check(scene: &str, paint: Option<&str>, databases: Option<&Path>) 
         command.arg("--databases").arg(databases);
     }
     let output = command.output().map_err(|error| absent(&error))?;
-    let document: Value = serde_json::from_slice(&output.stdout).unwrap_or(Value::Null);
+    // Messages name the files as they are saved, without the temporary folder.
+    let text = String::from_utf8_lossy(&output.stdout).replace(&format!("{}/", folder.path().display()), "");
+    let document: Value = serde_json::from_str(&text).unwrap_or(Value::Null);
     Ok(json!({ "reply": "scene", "accepted": output.status.success(), "document": document }))
 }

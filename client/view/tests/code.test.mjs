@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
 import { existsSync } from "node:fs";
-import { copyFile, mkdir, readdir, writeFile } from "node:fs/promises";
+import { copyFile, mkdir, readdir, rm, writeFile } from "node:fs/promises";
 import { join, resolve } from "node:path";
 import { after, before, test } from "node:test";
 import { promisify } from "node:util";
@@ -67,11 +67,11 @@ test("the command line repeats both requests", { skip }, async () => {
 
 test("the C code gives the same bytes", { skip }, async (context) => {
   const code = codeOf(request, "c", EFFECTS, service);
-  const [head, ...rest] = code.split("\n");
-  const print = "ShatterHash hash; if (shatter_result_hash(result, &hash, NULL)) return 6; puts(hash.text);";
-  const body = rest.join("\n").replace("shatter_result_free(result);", `${print}\nshatter_result_free(result);`);
+  const print = "ShatterHash hash;\n    if (shatter_result_hash(result, &hash, NULL)) return 6;\n    puts(hash.text);";
+  const printing = code.replace(/(?= {4}if \(shatter_result_write_glb)/, `    ${print}\n`);
+  assert.notEqual(printing, code);
   const [source, out] = [join(own.folder, "copied.c"), join(own.folder, "copied")];
-  await writeFile(source, `#include <stdio.h>\n${head}\nint main(void) {\n${body}\nreturn 0;\n}\n`);
+  await writeFile(source, printing);
   const flags = ["-std=c11", "-Wall", "-Werror", "-I", join(client, "c/include"), source, "-o", out];
   const link = ["-L", programs, "-lshatter", `-Wl,-rpath,${resolve(programs)}`, "-lm"];
   try {
@@ -80,8 +80,20 @@ test("the C code gives the same bytes", { skip }, async (context) => {
     return context.skip("no C compiler");
   }
   await run("cc", [...flags, ...link]);
-  const { stdout } = await run(out, [], { env: own.env });
+  await rm(join(own.folder, "broken.glb"), { force: true });
+  const { stdout } = await run(out, [], { env: own.env, cwd: own.folder });
   assert.equal(stdout.trim(), expected);
+  assert.ok((await readdir(own.folder)).includes("broken.glb"));
+  // As it is copied, also for a single request.
+  for (const unchanged of [code, codeOf(request.parent.request, "c", EFFECTS, service)]) {
+    await writeFile(source, unchanged);
+    await run("cc", [...flags, ...link]);
+    await run(out, [], { env: own.env, cwd: own.folder });
+  }
+  const absent = codeOf({ ...request.parent.request, object: "vase" }, "c", EFFECTS, service);
+  await writeFile(source, absent);
+  await run("cc", [...flags, ...link]);
+  await assert.rejects(run(out, [], { env: own.env, cwd: own.folder }), /vase/, "an error is told");
 });
 
 test("the Python code gives the same bytes", { skip }, async (context) => {
@@ -110,10 +122,10 @@ test("the Rust code gives the same bytes", { skip }, async (context) => {
   } catch {
     return context.skip("no rustc");
   }
-  const [head, ...rest] = codeOf(request, "rust", EFFECTS, service).split("\n");
-  const print = 'println!("{}", result.digest().output_hash);\nOk(())';
+  const code = codeOf(request, "rust", EFFECTS, service);
+  const print = '    println!("{}", result.digest().output_hash);\n    Ok(())';
   const [source, out] = [join(own.folder, "copied.rs"), join(own.folder, "copied-rust")];
-  await writeFile(source, `${head}\nfn main() -> Result<(), Box<dyn std::error::Error>> {\n${rest.join("\n")}\n${print}\n}\n`);
+  await writeFile(source, code.replace("    Ok(())", print));
   const crates = ["--extern", `shatter_client=${library}`, "-L", `dependency=${join(programs, "deps")}`];
   await run("rustc", ["--edition=2024", "-D", "warnings", ...crates, "-o", out, source]);
   const { stdout } = await run(out, [], { env: own.env, cwd: own.folder });

@@ -26,6 +26,7 @@ test("holes of a dropped mesh are marked, it is baked with progress, and breaks"
   await nextState(page, () => page.click("#bake"));
   await page.waitForFunction(() => globalThis.shatterView.app.object?.name === "ball-with-holes", null, { timeout: 60_000 });
   assert.ok(seen.size > 3, [...seen].join("; "));
+  assert.match(await page.textContent("#mesh-size"), /^Size: (20|19\.\d+) cm × 20 cm × /);
   const actions = (await page.locator("#defects li").allTextContents()).join("; ");
   assert.match(actions, /hole/);
   const at = await onObject(page);
@@ -39,18 +40,78 @@ test("a broken file is refused with its name, and the page goes on", { skip }, a
   await writeFile(file, "this is no mesh");
   await page.setInputFiles("#file", file);
   await page.waitForFunction(() => !document.getElementById("message").hidden);
-  assert.match(await page.textContent("#message"), /broken\.stl/);
+  assert.match(await page.textContent("#message span"), /^broken\.stl cannot be read: it is damaged, or no STL file \(/);
+  const letter = join(own.folder, "letter.obj");
+  await writeFile(letter, "Dear reader,\nthis is no mesh.\n");
+  await page.setInputFiles("#file", letter);
+  await page.waitForFunction(() => document.getElementById("message").textContent.includes("letter.obj"));
+  assert.equal(await page.textContent("#message span"), "letter.obj cannot be read: it has no triangles");
   const vtk = join(own.folder, "broken.vtk");
   await writeFile(vtk, "this is no mesh");
   await page.setInputFiles("#file", vtk);
   await page.waitForFunction(() => document.getElementById("mesh-name").textContent.includes("broken.vtk"));
   await page.click("#bake");
   await page.waitForFunction(() => !document.getElementById("message").hidden && document.getElementById("progress").hidden, null, { timeout: 20_000 });
+  assert.match(await page.textContent("#message"), /broken\.vtk/);
+  assert.doesNotMatch(await page.textContent("#message"), /shatter-view-|mesh\.vtk/, "no folder of the server is named");
   await page.selectOption("#object", "dumbbell");
   await page.waitForFunction(() => globalThis.shatterView.app.object?.name === "dumbbell");
   const at = await onObject(page);
   await nextState(page, () => page.mouse.click(at.x, at.y));
   assert.ok((await pieces(page)) > 1);
+});
+
+test("a file with a coordinate that is no number is refused, and the object stays", { skip }, async () => {
+  const before = await page.evaluate(() => globalThis.shatterView.app.object.name);
+  const file = join(own.folder, "bent.obj");
+  await writeFile(file, ball(8, 12).replace(/^v \S+/m, "v nan"));
+  await page.setInputFiles("#file", file);
+  await page.waitForFunction(() => document.getElementById("message").textContent.includes("bent.obj"));
+  assert.match(await page.textContent("#message"), /infinite or not a number/);
+  assert.equal(await page.evaluate(() => globalThis.shatterView.app.object?.name), before);
+  await page.click("#message button");
+});
+
+test("an opened file is listed, and the object before it can be chosen again", { skip }, async () => {
+  const file = join(own.folder, "plain.obj");
+  await writeFile(file, ball(8, 12));
+  const before = await page.evaluate(() => globalThis.shatterView.app.object.name);
+  await page.setInputFiles("#file", file);
+  await page.waitForFunction(() => !globalThis.shatterView.app.object);
+  assert.equal(await page.evaluate(() => document.querySelector("#object option:checked").textContent), "plain.obj (not baked)");
+  assert.ok(await page.locator("#strike").isHidden(), "what is not baked cannot be struck");
+  assert.equal(await page.textContent("#mesh-size"), "Size: 20 cm × 20 cm × 20 cm");
+  await page.selectOption("#mesh-unit", "mm");
+  assert.match(await page.textContent("#mesh-size"), /^Size: 0\.2 mm/);
+  await page.selectOption("#mesh-unit", "m");
+  await page.selectOption("#object", before);
+  await page.waitForFunction((name) => globalThis.shatterView.app.object?.name === name, before);
+  assert.ok(await page.locator("#strike").isVisible());
+});
+
+test("bodies that a strike leaves whole are shown once", { skip }, async () => {
+  const [one, other] = [ball(8, 12), ball(8, 12).replace(/^v (\S+)/gm, (_, x) => `v ${Number(x) + 0.3}`)];
+  const count = one.match(/^v/gm).length;
+  const file = join(own.folder, "two.obj");
+  await writeFile(file, one + other.replace(/^f (\d+) (\d+) (\d+)/gm, (_, ...corners) => `f ${corners.slice(0, 3).map((at) => Number(at) + count).join(" ")}`));
+  await page.setInputFiles("#file", file);
+  await page.waitForFunction(() => !globalThis.shatterView.app.object);
+  await page.click("#bake");
+  await page.waitForFunction(() => globalThis.shatterView.app.object?.name === "two", null, { timeout: 60_000 });
+  const volume = () =>
+    page.evaluate(() => {
+      const shown = globalThis.shatterView.app.history.now.layers.flatMap(({ pieces, replaced }) => pieces.result.fragments.filter(({ id }) => !replaced.has(id)));
+      return shown.reduce((sum, { volumeM3 }) => sum + volumeM3, 0);
+    });
+  const before = await volume();
+  await nextState(page, async () => {
+    const box = await page.locator("#canvas").boundingBox();
+    await page.mouse.click(box.x + 0.33 * box.width, box.y + 0.5 * box.height);
+  });
+  assert.ok((await pieces(page)) > 2);
+  assert.ok(Math.abs((await volume()) / before - 1) < 0.05, `${before} m³, then ${await volume()} m³`);
+  await page.selectOption("#object", "dumbbell");
+  await page.waitForFunction(() => globalThis.shatterView.app.object?.name === "dumbbell");
 });
 
 test("art direction becomes a scene that `shatterd check` accepts", { skip }, async () => {

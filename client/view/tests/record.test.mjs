@@ -50,6 +50,10 @@ test("a recording replays what was struck", { skip }, async () => {
   await replayed.page.click("#forward");
   assert.equal(await pieces(replayed.page), second);
   assert.deepEqual(await replayed.page.evaluate(checksums), struck);
+  assert.ok(await replayed.page.locator("#hulls + span").isHidden(), "a recording has no hulls");
+  await replayed.page.keyboard.press("h");
+  await replayed.page.waitForTimeout(200);
+  assert.ok(await replayed.page.locator("#message").isHidden());
   await replayed.page.screenshot({ path: join(own.folder, "replay.png") });
   assert.deepEqual(replayed.notes.foreign, []);
   assert.deepEqual(replayed.notes.errors, []);
