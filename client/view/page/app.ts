@@ -4,7 +4,7 @@ import * as THREE from "three";
 import { type Connection, ServiceError } from "./connection";
 import { paintLayers, type Scale } from "./colors";
 import { element } from "./dom";
-import { countShown, History, type Layer, layersAfter, type State, type Strike } from "./history";
+import { type Answer, countShown, History, type Layer, layersAfter, type State } from "./history";
 import { type ColorMode, lookOf, type PieceLook } from "./material";
 import * as panel from "./panel";
 import { Pieces, type Pick } from "./pieces";
@@ -82,7 +82,7 @@ export class App {
     this.history.clear();
     this.dispose(old);
     this.object = undefined;
-    this.forgetStrike();
+    this.forgetStruck();
     this.previewTextures = textures;
     this.stage.group.clear();
     this.stage.group.add(shown);
@@ -116,7 +116,7 @@ export class App {
     this.history.clear();
     this.dispose(old);
     this.object = object;
-    this.forgetStrike();
+    this.forgetStruck();
     const [low, high] = object.bounds_m.map((corner) => new THREE.Vector3(...corner)) as [THREE.Vector3, THREE.Vector3];
     const center = low.clone().add(high).multiplyScalar(0.5);
     this.center = center.toArray();
@@ -182,7 +182,7 @@ export class App {
     await this.guarded(() => this.stage.hold(ask));
   }
 
-  /** Repeats the last strike with the present settings. Only one request is under way; the latest settings win. */
+  /** Repeats the last request with the present settings. Only one request is under way; the latest settings win. */
   async again(settings: () => Settings): Promise<void> {
     if (!this.struck) return;
     if (this.live.isBusy) {
@@ -201,15 +201,15 @@ export class App {
     else if (this.live.isLast) this.settle();
   }
 
-  /** The control that repeats the strike was let go: the shown state stays as a step, and the next change adds another. */
+  /** The control that repeats the request was let go: the shown state stays as a step, and the next change adds another. */
   settle(): void {
     this.live.isLast = this.live.isBusy;
     if (!this.live.isBusy) this.step = undefined;
   }
 
-  /** The last strike, and the state before it. */
+  /** What was struck last, and the state before it. */
   private struck: { aim: Aim; base: State } | undefined;
-  /** The state that further repetitions of the strike replace. */
+  /** The state that further repetitions of the request replace. */
   private step: State | undefined;
 
   /** Other settings have other thresholds. */
@@ -217,7 +217,7 @@ export class App {
     for (const aim of [this.aim, this.struck?.aim]) if (aim) delete aim.thresholdNs;
   }
 
-  private forgetStrike(): void {
+  private forgetStruck(): void {
     this.aim = this.struck = this.step = undefined;
   }
 
@@ -274,10 +274,10 @@ export class App {
     if (this.explode() === 0) this.setExplode(EXPLODE_FIRST);
   }
 
-  /** A picture of what another result of a strike leaves. */
-  pictureOf(strike: Strike, result: ResultMessage, request: ImpactRequest, width: number, height: number): string {
+  /** A picture of what another result of a request leaves. */
+  pictureOf(answer: Answer, result: ResultMessage, request: ImpactRequest, width: number, height: number): string {
     const made = result.isWhole ? undefined : this.layer(result, request);
-    this.put(layersAfter(strike, made));
+    this.put(layersAfter(answer, made));
     const picture = this.stage.picture(width, height);
     made?.pieces.dispose();
     this.refresh();
@@ -377,7 +377,7 @@ export class App {
   /** Moves in the history. */
   go(by: number): void {
     if (by === -Infinity ? this.history.first() : this.history.move(by)) {
-      this.forgetStrike();
+      this.forgetStruck();
       this.refresh();
     }
   }

@@ -57,7 +57,7 @@ export class ArtDirection {
     return element<HTMLDetailsElement>("art").open ? (chosen("tool") as Mark["tool"] | "strike") : "strike";
   }
 
-  /** Radius of what the tool places, m; `undefined` of a strike. */
+  /** Radius of what the tool places, m; `undefined` of the tool that strikes. */
   toolRadiusM(): number | undefined {
     const [tool, diagonal] = [this.tool(), this.app.object?.diagonal_m ?? 0];
     if (tool === "strike") return undefined;

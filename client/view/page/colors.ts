@@ -35,10 +35,10 @@ function valuesOf(result: ResultMessage, mode: ColorMode): number[] | undefined 
   return sums;
 }
 
-/** What the values are called: each piece has those of the strike that made it. */
-function labelOf(mode: ColorMode, strikes: number, isLog: boolean): string {
+/** What the values are called: each piece has those of the request that made it. */
+function labelOf(mode: ColorMode, requests: number, isLog: boolean): string {
   const what = mode === "energy" ? "Energy of the piece's cell" : "Area of the cracks around the piece";
-  return `${what}${strikes > 1 ? ", in the strike that made it" : ""}${isLog ? " (logarithmic)" : ""}`;
+  return `${what}${requests > 1 ? ", in the request that made it" : ""}${isLog ? " (logarithmic)" : ""}`;
 }
 
 /** Color of a share from 0 to 1. */
@@ -54,7 +54,7 @@ function hue(fragment: number): THREE.Color {
   return color.offsetHSL(0, 0, 0.05 * ((fragment * 3) % 5) - 0.1);
 }
 
-/** Colors the pieces of all layers on one scale, which is logarithmic where the values span a decade or more. Pieces that no strike made have none. */
+/** Colors the pieces of all layers on one scale, which is logarithmic where the values span a decade or more. Pieces that no request made have none. */
 export function paintLayers(layers: Layer[], mode: ColorMode): Scale | undefined {
   const made = layers.filter((layer) => layer.request);
   const values = new Map(made.map((layer) => [layer, valuesOf(layer.pieces.result, mode)]));

@@ -14,7 +14,7 @@ export interface Layer {
 }
 
 /** A request and its result, with what was struck. */
-export interface Strike {
+export interface Answer {
   request: ImpactRequest;
   result: ResultMessage;
   /** Time from the request to the drawn picture, ms; 0 if it is unknown. */
@@ -29,7 +29,7 @@ export interface Strike {
 export interface State {
   layers: Layer[];
   /** The request that led to the state. */
-  last: Strike | undefined;
+  last: Answer | undefined;
 }
 
 /** Number of pieces that are shown. */
@@ -37,9 +37,9 @@ export function countShown(layers: Layer[]): number {
   return layers.reduce((sum, layer) => sum + layer.pieces.result.fragments.length - layer.replaced.size, 0);
 }
 
-/** Layers after a strike: `made` replaces the struck fragment. Without `made` it stays whole. */
-export function layersAfter(strike: Pick<Strike, "before" | "struck" | "fragment">, made: Layer | undefined): Layer[] {
-  const { before, struck, fragment } = strike;
+/** Layers after a request: `made` replaces the struck fragment. Without `made` it stays whole. */
+export function layersAfter(answer: Pick<Answer, "before" | "struck" | "fragment">, made: Layer | undefined): Layer[] {
+  const { before, struck, fragment } = answer;
   if (!made) return before;
   const replaced = new Set(struck.replaced).add(fragment);
   // The result of a request on the object itself holds all its bodies.

@@ -136,7 +136,7 @@ impl FileNames {
     }
 }
 
-/// Where the mesh of a bake lies.
+/// Path of the mesh of a bake.
 fn mesh_path(folder: &Path, ending: &str) -> PathBuf {
     folder.join(format!("mesh.{ending}"))
 }

@@ -89,7 +89,7 @@ test("an opened file is listed, and the object before it can be chosen again", {
   assert.ok(await page.locator("#strike").isVisible());
 });
 
-test("bodies that a strike leaves whole are shown once", { skip }, async () => {
+test("bodies that a request leaves whole are shown once", { skip }, async () => {
   const [one, other] = [ball(8, 12), ball(8, 12).replace(/^v (\S+)/gm, (_, x) => `v ${Number(x) + 0.3}`)];
   const count = one.match(/^v/gm).length;
   const file = join(own.folder, "two.obj");

@@ -1,4 +1,4 @@
-// Steps of the history: each strike and each change of it by the panel is one, and is what the pointer struck.
+// Steps of the history: each request and each change of it by the panel is one, and is what the pointer struck.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { clickPiece, nextState, onObject, pieces, session, skip, whole } from "./harness.mjs";
@@ -55,7 +55,7 @@ test("each movement of the slider is a step that back and forward find", { skip 
   assert.equal(await pieces(page), second);
 });
 
-test("the slider repeats the strike, wherever the pointer went since", { skip }, async () => {
+test("the slider repeats the request, wherever the pointer went since", { skip }, async () => {
   const at = await strike();
   const struck = await last();
   await page.mouse.move(at.x - 60, at.y + 40, { steps: 3 });
@@ -66,7 +66,7 @@ test("the slider repeats the strike, wherever the pointer went since", { skip },
   assert.ok(Math.abs(again.impulseNs / struck.impulseNs - 8 / 6) < 0.02, `${struck.impulseNs}, then ${again.impulseNs}`);
 });
 
-test("a strike that breaks nothing keeps the result before it", { skip }, async () => {
+test("a request that breaks nothing keeps the result before it", { skip }, async () => {
   await strike();
   const [shown, impulse] = [await pieces(page), (await last()).impulseNs];
   await page.evaluate(() => (document.getElementById("impulse").value = "50"));
@@ -115,7 +115,7 @@ async function compared() {
   });
 }
 
-test("a comparison of a strike that broke nothing shows the pieces alone", { skip }, async () => {
+test("a comparison of a request that broke nothing shows the pieces alone", { skip }, async () => {
   await strike();
   const shown = await pieces(page);
   await page.evaluate(() => (document.getElementById("impulse").value = "50"));
@@ -123,12 +123,12 @@ test("a comparison of a strike that broke nothing shows the pieces alone", { ski
   assert.deepEqual(await compared(), [shown, 0]);
 });
 
-test("the scale of colors names its unit on both ends, and which strike its values are of", { skip }, async () => {
+test("the scale of colors names its unit on both ends, and which request its values are of", { skip }, async () => {
   await strike();
   await page.click("input[value=energy] + span");
-  assert.doesNotMatch(await page.textContent("#legend b"), /in the strike/);
+  assert.doesNotMatch(await page.textContent("#legend b"), /in the request/);
   await clickPiece(page);
-  assert.match(await page.textContent("#legend b"), /in the strike that made it/);
+  assert.match(await page.textContent("#legend b"), /in the request that made it/);
   const ends = await page.locator("#legend span").allTextContents();
   assert.ok(ends.every((text) => /J·m²$/.test(text)), ends.join(" to "));
   await page.click("input[value=bonds] + span");
