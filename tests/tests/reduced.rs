@@ -4,8 +4,8 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, BakeShare, PartialBake, bake, load, save};
 use shatter_fracture::pipeline::{
-    ContactSet, DisplacementMethod, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, RANK_MAX,
-    REDUCED_ERROR_MAX, RequestContext, Workspace, reduce, strain_energy, strike,
+    ContactSet, DisplacementMethod, ElementChoice, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject,
+    RANK_MAX, REDUCED_ERROR_MAX, RequestContext, Workspace, reduce, strain_energy, strike,
 };
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_tests::real;
@@ -218,5 +218,33 @@ fn two_hundred_impacts_span_the_others() {
     check(&mut bake(shapes::horseshoe(), &glass("horseshoe"), &CancelToken::default(), &mut |_| ()).unwrap());
     for file in ["horse.ply", "stanford-bunny.obj"] {
         real::baked(file).iter_mut().for_each(check);
+    }
+}
+
+/// No strike on a thin wall needs a solve with quadratic elements, and its energy is nearly that of the solve.
+#[test]
+fn quadratic_elements_have_a_basis_without_examples() {
+    let request = BakeRequest { elements: ElementChoice::Quadratic, ..real::request("plate", "glass") };
+    let plate = bake(shapes::cuboid([0.5, 0.4, 0.02]), &request, &CancelToken::default(), &mut |_| ()).unwrap();
+    let reduction = plate.reduction.clone().unwrap();
+    println!("{reduction:?}");
+    let completed = reduction.completed.unwrap();
+    assert!(completed.energy_error_median < 0.3 * reduction.energy_error_median, "{completed:?}");
+    assert!(plate.impacts == 0 && completed.energy_error_p90 < 0.1, "{completed:?}");
+    let sampler = ImpactSampler::new(&plate);
+    let mut workspace = Workspace::default();
+    let mut energy = |request: &FractureRequest| {
+        let contacts = ContactSet::new(&plate, request).unwrap();
+        let context = RequestContext::new(&plate, request, &CancelToken::default(), &());
+        strain_energy(context, &contacts, &mut workspace).unwrap().remove(0)
+    };
+    for number in 1000..1020 {
+        let solved = sampler.impact(7, number);
+        let reduced = FractureRequest { elastic: DisplacementMethod::Reduced, ..solved.clone() };
+        let [solved, reduced] = [&solved, &reduced].map(&mut energy);
+        let error = reduced.energy_j / solved.energy_j - 1.0;
+        println!("impact {number}: {error:.4} off, estimated {:?}", reduced.reduced_error);
+        assert!(solved.reduced_error.is_none() && reduced.reduced_error.is_some_and(|estimate| estimate <= 0.1));
+        assert!((-0.2..1e-3).contains(&error), "{error}");
     }
 }

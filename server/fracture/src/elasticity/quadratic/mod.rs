@@ -15,6 +15,7 @@ mod load;
 mod product;
 mod restrict;
 
+pub(super) use conjugate_gradients::{SNAPSHOT, SOLVED};
 pub(super) use energy::{QuadraticEnergies, StrainEnergies};
 pub(super) use restrict::SnapshotRows;
 
