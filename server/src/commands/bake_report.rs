@@ -292,6 +292,14 @@ pub fn screen(prepared: &PreparedObject, file: &Path) -> String {
             100.0 * reduction.density_error_median,
             100.0 * reduction.solved
         );
+        if let Some(completed) = &reduction.completed {
+            let _ = writeln!(
+                text,
+                "                   completed by a linear solve: energy {:.2} %, density {:.1} %",
+                100.0 * completed.energy_error_median,
+                100.0 * completed.density_error_median
+            );
+        }
     }
     text.push_str(&surface(report));
     if report.defects.is_empty() {
