@@ -17,15 +17,6 @@ use crate::elasticity::{ElasticWorkspace, Elasticity, ElasticityError, SolveRepo
 use crate::sparse::Cholesky;
 use nalgebra::Vector3;
 
-/// Share of the energy that the last [`DELAY`] steps of a solve added at most.
-///
-/// The share of the energy that is then missing is at most about as large, far below the error of the discretization.
-pub(in crate::elasticity) const SOLVED: f64 = 1e-4;
-
-/// As [`SOLVED`], for snapshots. Any displacements make a basis. With 1e-3 instead of 1e-6, that of the mug misses 7.5 %
-/// of the energy as before, and takes half the time.
-pub(in crate::elasticity) const SNAPSHOT: f64 = 1e-3;
-
 /// Number of the last steps whose parts of the energy are added up.
 const DELAY: usize = 3;
 
@@ -55,7 +46,8 @@ impl Column {
 }
 
 impl Elasticity {
-    /// Solves with quadratic elements for any number of columns in place, to the accuracy [`SOLVED`] or [`SNAPSHOT`].
+    /// Solves with quadratic elements for any number of columns in place, to the accuracy [`SOLVED`](super::SOLVED) or
+    /// [`SNAPSHOT`](super::SNAPSHOT).
     ///
     /// Returns the residuals f − K u of all columns, too.
     ///
