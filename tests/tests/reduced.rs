@@ -4,8 +4,8 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, BakeShare, PartialBake, bake, load, save};
 use shatter_fracture::pipeline::{
-    ContactSet, DisplacementMethod, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, RANK_MAX,
-    REDUCED_ERROR_MAX, RequestContext, Workspace, reduce, strain_energy, strike,
+    ContactSet, DisplacementMethod, ElementChoice, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject,
+    RANK_MAX, REDUCED_ERROR_MAX, RequestContext, SurfaceKind, Workspace, reduce, strain_energy, strike,
 };
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_tests::real;
@@ -218,5 +218,34 @@ fn two_hundred_impacts_span_the_others() {
     check(&mut bake(shapes::horseshoe(), &glass("horseshoe"), &CancelToken::default(), &mut |_| ()).unwrap());
     for file in ["horse.ply", "stanford-bunny.obj"] {
         real::baked(file).iter_mut().for_each(check);
+    }
+}
+
+/// Strikes that the basis alone misses by more than a tenth need no solve with quadratic elements.
+#[test]
+fn quadratic_elements_have_a_basis_without_examples() {
+    let (elements, surface) = (ElementChoice::Quadratic, SurfaceKind::Lattice);
+    let request = BakeRequest { elements, surface, ..real::request("mug", "ceramic") };
+    let mug = bake(shapes::mug(), &request, &CancelToken::default(), &mut |_| ()).unwrap();
+    let reduction = mug.reduction.clone().unwrap();
+    println!("{reduction:?}");
+    assert!(mug.impacts == 0 && reduction.energy_error_p90 > 0.1, "the basis alone would not do");
+    let completed = reduction.completed.unwrap();
+    assert!(completed.energy_error_median < 0.02 && completed.energy_error_p90 < 0.05, "{completed:?}");
+    let (sampler, token) = (ImpactSampler::new(&mug), CancelToken::default());
+    let mut workspace = Workspace::default();
+    let mut energy = |request: &FractureRequest| {
+        let contacts = ContactSet::new(&mug, request).unwrap();
+        let context = RequestContext::new(&mug, request, &token, &());
+        strain_energy(context, &contacts, &mut workspace).unwrap().remove(0)
+    };
+    for number in 1000..1020 {
+        let solved = sampler.impact(7, number);
+        let reduced = FractureRequest { elastic: DisplacementMethod::Reduced, ..solved.clone() };
+        let [solved, reduced] = [&solved, &reduced].map(&mut energy);
+        let error = 1.0 - reduced.energy_j / solved.energy_j;
+        println!("impact {number}: {error:.4} missing, estimated {:?}", reduced.reduced_error);
+        assert!(solved.reduced_error.is_none() && reduced.reduced_error.is_some_and(|estimate| estimate <= 0.1));
+        assert!((-1e-3..0.15).contains(&error), "{error}");
     }
 }

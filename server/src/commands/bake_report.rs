@@ -8,7 +8,7 @@ use shatter_fracture::elasticity::ElementOrder;
 use shatter_fracture::lattice::SPACING_RANGE;
 use shatter_fracture::pipeline::{
     BakeParameters, BakeReport, CELLS_LINEAR_MIN, CELLS_MAX, ElasticReport, ExistingCracks, LearnedModel,
-    PreparedObject, SurfaceKind, SurfaceReport,
+    PreparedObject, ReductionErrors, SurfaceKind, SurfaceReport,
 };
 use shatter_fracture::surface::{Defect, DefectKind};
 use shatter_proto::text::counted;
@@ -234,6 +234,27 @@ fn elements(report: &BakeReport) -> Vec<String> {
     [ElementOrder::Linear, ElementOrder::Quadratic].into_iter().filter_map(fewest).map(line).collect()
 }
 
+/// The errors of the reduced bases.
+fn reduced(reduction: &ReductionErrors) -> String {
+    let mut text = format!(
+        "  reduced          rank {}; median error over {}: energy {:.2} %, density {:.1} %; {:.0} % of them were solved\n",
+        reduction.rank.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
+        counted(reduction.holdout as u64, "other impact"),
+        100.0 * reduction.energy_error_median,
+        100.0 * reduction.density_error_median,
+        100.0 * reduction.solved
+    );
+    if let Some(completed) = &reduction.completed {
+        let _ = writeln!(
+            text,
+            "                   completed by a linear solve: energy {:.2} %, density {:.1} %",
+            100.0 * completed.energy_error_median,
+            100.0 * completed.density_error_median
+        );
+    }
+    text
+}
+
 /// Figures of a bake, with names for people and units.
 pub fn screen(prepared: &PreparedObject, file: &Path) -> String {
     // Writing to a string cannot fail.
@@ -282,17 +303,7 @@ pub fn screen(prepared: &PreparedObject, file: &Path) -> String {
             percent(quality.label_noise_median)
         );
     }
-    if let Some(reduction) = &prepared.reduction {
-        let _ = writeln!(
-            text,
-            "  reduced          rank {}; median error over {}: energy {:.2} %, density {:.1} %; {:.0} % of them were solved",
-            reduction.rank.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
-            counted(reduction.holdout as u64, "other impact"),
-            100.0 * reduction.energy_error_median,
-            100.0 * reduction.density_error_median,
-            100.0 * reduction.solved
-        );
-    }
+    text.push_str(&prepared.reduction.as_ref().map_or_else(String::new, reduced));
     text.push_str(&surface(report));
     if report.defects.is_empty() {
         let _ = writeln!(text, "  defects          none");

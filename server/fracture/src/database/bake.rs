@@ -203,7 +203,8 @@ pub(super) fn finish(
     progress: &mut dyn FnMut(BakeStep),
 ) -> Result<(), BakeError> {
     prepared.bound(token)?;
-    if prepared.impacts > 0 && prepared.parameters.elastic == DisplacementMethod::Reduced {
+    let has_basis = prepared.impacts > 0 || prepared.has_quadratic_elements();
+    if has_basis && prepared.parameters.elastic == DisplacementMethod::Reduced {
         progress(BakeStep::Reduction);
         let rank_max = prepared.parameters.quality.lattices().rank_max;
         pipeline::reduce(prepared, rank_max, token)?;

@@ -299,8 +299,8 @@ fn object(contents: &ContainerContents, tables: Tables) -> Result<PreparedObject
     let solids = prepared.bodies.iter_mut().enumerate().filter_map(|(index, body)| Some((index, body.solid.as_mut()?)));
     for (index, solid) in solids {
         solid.reduced = reduced::reduced(contents, index, &solid.elasticity)?;
-        if solid.reduced.is_none() {
-            // Every request will need the factor.
+        if solid.reduced.is_none() || solid.elasticity.order() == ElementOrder::Quadratic {
+            // Every request will need the factor; with quadratic elements, those that complete a reduced displacement.
             solid.elasticity.factor().map_err(|source| DatabaseError::Elasticity { body: index, source })?;
         }
     }

@@ -2,7 +2,7 @@
 
 use super::container::{ContainerContents, FLAT, Tensors};
 use super::{DatabaseError, stored_values};
-use crate::elasticity::{Elasticity, ElementOrder, ErrorEstimate, QuadraticTables, ReducedBasis};
+use crate::elasticity::{CompletionTables, Elasticity, ElementOrder, ErrorEstimate, QuadraticTables, ReducedBasis};
 use crate::pipeline::{PreparedObject, RANK_MAX};
 
 /// Metadata key of the errors of all bases; absent without bases.
@@ -21,10 +21,14 @@ pub(super) fn put(tensors: &mut Tensors, prepared: &PreparedObject) {
             let shape = [solid.elasticity.size(), reduced.rank()];
             tensors.f32(name(index, "basis"), &shape, reduced.basis());
             tensors.f64(name(index, "gram"), &[reduced.rank(), reduced.rank()], reduced.gram());
-            if let Some(QuadraticTables { strains, weighted, inertial }) = reduced.quadratic() {
+            if let Some(QuadraticTables { strains, weighted, inertial, completion }) = reduced.quadratic() {
                 tensors.f32(name(index, "strains"), &[2 * shape[0], shape[1]], strains);
                 tensors.f32(name(index, "weighted"), &shape, weighted);
                 tensors.f64(name(index, "inertial"), &[QuadraticTables::INERTIAL, shape[1]], inertial);
+                if let Some(CompletionTables { forces, estimate }) = completion {
+                    tensors.f32(name(index, "forces"), &shape, forces);
+                    tensors.f64(name(index, "completed"), &[2], &[estimate.factor, estimate.power]);
+                }
             }
             let ErrorEstimate { factor, power } = reduced.estimate();
             tensors.f64(name(index, "estimate"), &[2], &[factor, power]);
@@ -47,12 +51,7 @@ pub(super) fn reduced(
         return Err(DatabaseError::TooLarge { what: "columns of a basis", found: rank, cap: RANK_MAX });
     }
     stored_values::basis(&basis, &entries)?;
-    let tensor = name(index, "estimate");
-    let fitted = contents.f64(&tensor, Some(2), FLAT)?;
-    if let Some(index) = fitted.iter().position(|value| *value <= 0.0) {
-        return Err(DatabaseError::NotPositive { tensor, index, value: fitted[index] });
-    }
-    let estimate = ErrorEstimate { factor: fitted[0], power: fitted[1] };
+    let estimate = estimate(contents, name(index, "estimate"))?;
     let gram = contents.f64(&name(index, "gram"), Some(rank), rank)?;
     stored_values::gram(&name(index, "gram"), rank, &gram)?;
     if elasticity.order() == ElementOrder::Linear {
@@ -60,6 +59,15 @@ pub(super) fn reduced(
     }
     let tables = quadratic(contents, index, elasticity.size(), rank)?;
     Ok(Some(ReducedBasis::stored_quadratic(elasticity, entries, gram, tables, estimate)))
+}
+
+/// The error model in `tensor`.
+fn estimate(contents: &ContainerContents, tensor: String) -> Result<ErrorEstimate, DatabaseError> {
+    let fitted = contents.f64(&tensor, Some(2), FLAT)?;
+    match fitted.iter().position(|value| *value <= 0.0) {
+        Some(index) => Err(DatabaseError::NotPositive { tensor, index, value: fitted[index] }),
+        None => Ok(ErrorEstimate { factor: fitted[0], power: fitted[1] }),
+    }
 }
 
 /// The tables of a basis of quadratic displacements of body `index`, which has `size` unknowns of nodes.
@@ -81,7 +89,16 @@ fn quadratic(
     };
     let (strains, weighted) = (rows("strains", 2 * size)?, rows("weighted", size)?);
     let inertial = contents.f64(&name(index, "inertial"), Some(QuadraticTables::INERTIAL), rank)?;
-    Ok(QuadraticTables { strains, weighted, inertial })
+    // Files of earlier versions have none.
+    let completion = if contents.holds(&name(index, "forces")) {
+        Some(CompletionTables {
+            forces: rows("forces", size)?,
+            estimate: estimate(contents, name(index, "completed"))?,
+        })
+    } else {
+        None
+    };
+    Ok(QuadraticTables { strains, weighted, inertial, completion })
 }
 
 #[cfg(test)]
@@ -89,7 +106,7 @@ mod tests {
     use super::*;
     use crate::database::{BakeRequest, load, save};
     use crate::elasticity::{ContactLoad, ElasticWorkspace, NodalLoad};
-    use crate::pipeline::ElementChoice;
+    use crate::pipeline::{ElementChoice, ReductionErrors};
     use crate::scene::Material;
     use crate::surface::shapes;
     use nalgebra::{Point3, Vector3};
@@ -114,6 +131,7 @@ mod tests {
         let [a, b] = [&plate, &loaded].map(|object| object.bodies[0].solid.as_ref().unwrap());
         assert_eq!((a.elasticity.order(), b.elasticity.order()), (ElementOrder::Quadratic, ElementOrder::Quadratic));
         assert!(a.reduced.is_some() && a.reduced == b.reduced);
+        assert!(b.reduced.as_ref().unwrap().completed_estimate().is_some());
         // The basis holds most of the energy of another contact.
         let reduced = b.reduced.as_ref().unwrap();
         let point = plate.frame.to_local(&Point3::new(0.07, 0.05, 0.02));
@@ -124,5 +142,29 @@ mod tests {
         b.elasticity.solve(&load.forces, &mut displacement, &mut workspace, &Default::default()).unwrap();
         let share = reduced.project(&load, &mut Vec::new()) / b.elasticity.elastic_energy(&load.forces, &displacement);
         assert!((0.8..1.0 + 1e-4).contains(&share), "{share}");
+    }
+
+    #[test]
+    fn a_basis_without_data_to_complete_displacements_is_loaded() {
+        let request = BakeRequest {
+            elastic_spacing: Some(0.06),
+            crack_spacing: Some(0.06),
+            elements: ElementChoice::Quadratic,
+            ..BakeRequest::new("plate", "glass", Material::named("glass").unwrap())
+        };
+        let mut plate = request.bake(shapes::cuboid([0.4, 0.3, 0.05])).unwrap();
+        let solid = plate.bodies[0].solid.as_mut().unwrap();
+        let basis = solid.reduced.take().unwrap();
+        let tables = QuadraticTables { completion: None, ..basis.quadratic().unwrap().clone() };
+        let (rows, gram, estimate) = (basis.basis().to_vec(), basis.gram().to_vec(), basis.estimate());
+        solid.reduced = Some(ReducedBasis::stored_quadratic(&solid.elasticity, rows, gram, tables, estimate));
+        plate.reduction = plate.reduction.map(|own| ReductionErrors { completed: None, ..own });
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("plate.shatter");
+        save(&plate, &file).unwrap();
+        let loaded = load(&file).unwrap();
+        assert!(loaded.reduction == plate.reduction && loaded.reduction.is_some());
+        let [a, b] = [&plate, &loaded].map(|object| object.bodies[0].solid.as_ref().unwrap());
+        assert!(a.reduced == b.reduced && b.reduced.as_ref().unwrap().completed_estimate().is_none());
     }
 }

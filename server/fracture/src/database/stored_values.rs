@@ -354,6 +354,14 @@ pub(super) fn reduction(own: &ReductionErrors, bodies: &[PreparedBody]) -> Resul
         ("solved", own.solved, 0.0..=1.0),
     ];
     numbers("reduction", &all)?;
+    if let Some(own) = &own.completed {
+        let all = [
+            ("energy_error_median", own.energy_error_median, 0.0..=ERROR_MAX),
+            ("energy_error_p90", own.energy_error_p90, 0.0..=ERROR_MAX),
+            ("density_error_median", own.density_error_median, 0.0..=ERROR_MAX),
+        ];
+        numbers("reduction.completed", &all)?;
+    }
     if own.rank.len() != bodies.len() {
         return Err(metadata("reduction", format!("{} ranks of {} bodies", own.rank.len(), bodies.len())));
     }

@@ -8,6 +8,7 @@
 //! result is about proportional to the true one over impacts of one body (a residual estimator: R. Verfürth, *A Review
 //! of A Posteriori Error Estimation*, 1996). The fitted proportion is our own.
 
+use super::enriched::CompletionTables;
 use super::force_sums::ForceSums;
 use super::residual::{self, ResidualForm};
 use super::workspace::SIDE;
@@ -23,7 +24,7 @@ use rayon::prelude::*;
 /// K-orthonormal basis of displacements of one free body, the most energetic first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReducedBasis {
-    rank: usize,
+    pub(super) rank: usize,
     /// Displacements: one row of `rank` entries per component of a node.
     basis: Vec<f32>,
     estimate: ErrorEstimate,
@@ -31,7 +32,7 @@ pub struct ReducedBasis {
     /// B'f of the inertial forces of unit accelerations: linear x, y, z, angular x, y, z.
     inertial: [Vec<f64>; 6],
     /// Strains and residuals of quadratic displacements; `None`: the elements are linear.
-    quadratic: Option<QuadraticTables>,
+    pub(super) quadratic: Option<QuadraticTables>,
 }
 
 /// Data of a basis of quadratic displacements, whose own rows are their traces: the means that forces on nodes displace.
@@ -43,6 +44,8 @@ pub struct QuadraticTables {
     pub weighted: Vec<f32>,
     /// B'f of the inertial forces of six unit accelerations, then B'KD⁻¹f of them, `rank` entries each.
     pub inertial: Vec<f64>,
+    /// Data that complete a displacement by a linear solve; `None`: not stored.
+    pub completion: Option<CompletionTables>,
 }
 
 impl QuadraticTables {
@@ -50,7 +53,8 @@ impl QuadraticTables {
     pub const INERTIAL: usize = 12;
 
     fn bytes(&self) -> usize {
-        held(&self.strains) + held(&self.weighted) + held(&self.inertial)
+        let completion = self.completion.as_ref().map_or(0, CompletionTables::bytes);
+        held(&self.strains) + held(&self.weighted) + held(&self.inertial) + completion
     }
 }
 
@@ -185,6 +189,8 @@ impl ReducedBasis {
         assert_eq!(tables.weighted.len(), rank * body.size(), "weighted has one row per component");
         assert_eq!(tables.strains.len(), 2 * rank * body.size(), "strains has six rows per node");
         assert_eq!(gram.len(), rank * rank, "gram is rank × rank");
+        let forces = tables.completion.as_ref().map_or(basis.len(), |completion| completion.forces.len());
+        assert_eq!(forces, basis.len(), "forces has one row per component");
         let vector = |index: usize| tables.inertial[index * rank..][..rank].to_vec();
         let (inertial, weighted) = (std::array::from_fn(vector), std::array::from_fn(|axis| vector(6 + axis)));
         let residual = ResidualForm::quadratic(body, gram, weighted);
@@ -222,10 +228,29 @@ impl ReducedBasis {
         self.estimate
     }
 
+    /// Model of the energy error of completed displacements; `None` without data for them.
+    pub fn completed_estimate(&self) -> Option<ErrorEstimate> {
+        Some(self.quadratic.as_ref()?.completion.as_ref()?.estimate)
+    }
+
     /// Returns the same basis with the error model `estimate`.
     #[must_use]
     pub fn estimating(self, estimate: ErrorEstimate) -> Self {
         Self { estimate, ..self }
+    }
+
+    /// Returns the same basis with the error model `estimate` of completed displacements, if it has data for them.
+    #[must_use]
+    pub fn estimating_completed(mut self, estimate: ErrorEstimate) -> Self {
+        if let Some(completion) = self.quadratic.as_mut().and_then(|tables| tables.completion.as_mut()) {
+            completion.estimate = estimate;
+        }
+        self
+    }
+
+    /// Elastic energy of the displacement with these coordinates, ½|q|².
+    pub fn energy(coordinates: &[f64]) -> f64 {
+        0.5 * coordinates.iter().map(|q| q * q).sum::<f64>()
     }
 
     /// Projects `load`: writes B'f to `coordinates` and returns the elastic energy in the span of the basis, ½|B'f|².
@@ -237,7 +262,7 @@ impl ReducedBasis {
         for (inertial, acceleration) in self.inertial.iter().zip(acceleration) {
             coordinates.iter_mut().zip(inertial).for_each(|(own, inertial)| *own -= inertial * acceleration);
         }
-        0.5 * coordinates.iter().map(|q| q * q).sum::<f64>()
+        Self::energy(coordinates)
     }
 
     /// Number of displacements used for a limit of `most`: at least one, at most all.
@@ -259,26 +284,37 @@ impl ReducedBasis {
     ///
     /// Fewer coordinates than the rank stand for the first displacements.
     pub fn expand(&self, coordinates: &[f64], displacement: &mut Vec<f64>, workspace: &mut ElasticWorkspace) {
-        let narrow = &mut workspace.narrow;
+        let rows = self.quadratic.as_ref().map_or(&self.basis, |tables| &tables.strains);
+        self.combine(rows, coordinates, displacement, &mut workspace.narrow);
+    }
+
+    /// Products of the first entries of all `rows`, of the rank each, with `coordinates`; resizes `products`.
+    pub(super) fn combine(
+        &self,
+        rows: &[f32],
+        coordinates: &[f64],
+        products: &mut Vec<f64>,
+        narrow: &mut Vec<[f32; SIDE]>,
+    ) {
         narrow.clear();
         narrow.resize(coordinates.len().div_ceil(SIDE), [0.0; SIDE]);
         narrow.as_flattened_mut().iter_mut().zip(coordinates).for_each(|(narrow, q)| *narrow = *q as f32);
-        let rows = self.quadratic.as_ref().map_or(&self.basis, |tables| &tables.strains);
-        displacement.resize(rows.len() / self.rank, 0.0);
-        displacement.par_chunks_mut(ROWS).enumerate().for_each(|(chunk, sums)| {
+        products.resize(rows.len() / self.rank, 0.0);
+        products.par_chunks_mut(ROWS).enumerate().for_each(|(chunk, sums)| {
             let basis = &rows[chunk * ROWS * self.rank..];
             widest(Products { rank: self.rank, basis, coordinates: narrow, sums });
         });
     }
 
-    /// Computes ∫ W over each tetrahedron from [`Self::expand`] of the same `coordinates`.
+    /// Computes ∫ W over each tetrahedron from the result of [`Self::expand`], or of [`Self::complete`], and its `energy`:
+    /// ½|q|² of the expanded coordinates, or that of the completed displacement.
     ///
     /// # Errors
     /// Those of [`Elasticity::tet_energy`].
     pub fn tet_energy(
         &self,
         (body, lattice): (&Elasticity, &Lattice),
-        (coordinates, expanded): (&[f64], &[f64]),
+        (expanded, energy): (&[f64], f64),
         driving: DrivingEnergy,
         energies: &mut Vec<f64>,
         token: &CancelToken,
@@ -286,8 +322,7 @@ impl ReducedBasis {
         if self.quadratic.is_none() {
             return body.tet_energy(lattice, expanded, driving, energies, token);
         }
-        let whole = 0.5 * coordinates.iter().map(|q| q * q).sum::<f64>();
-        body.strain_energy(lattice, expanded, (driving, whole), energies, token)
+        body.strain_energy(lattice, expanded, (driving, energy), energies, token)
     }
 
     /// Relative residual ρ = ½ r'D⁻¹r over ½|q|² of the displacement with coordinates `q` under `load`.
@@ -301,8 +336,7 @@ impl ReducedBasis {
             (Some(tables), Some(edges)) => {
                 let applied = load.applied.iter().map(|(node, force)| (*node as usize, *force));
                 let gather = |coordinates: &mut [f64]| {
-                    let (basis, forces) = (tables.weighted.as_slice(), applied.clone());
-                    widest(Gather { rank: self.rank, basis, forces, coordinates });
+                    self.gather_rows(&tables.weighted, applied.clone(), coordinates);
                 };
                 self.residual.quadratic_energy((body, edges), load, q, gather, workspace)
             }
@@ -316,7 +350,17 @@ impl ReducedBasis {
 
     /// Adds B'f of the forces on some nodes.
     fn gather(&self, forces: impl Iterator<Item = (usize, Vector3<f64>)>, coordinates: &mut [f64]) {
-        widest(Gather { rank: self.rank, basis: &self.basis, forces, coordinates });
+        self.gather_rows(&self.basis, forces, coordinates);
+    }
+
+    /// Adds the products of the `basis`, with one row of the rank per component, with forces on some nodes.
+    pub(super) fn gather_rows(
+        &self,
+        basis: &[f32],
+        forces: impl Iterator<Item = (usize, Vector3<f64>)>,
+        coordinates: &mut [f64],
+    ) {
+        widest(Gather { rank: self.rank, basis, forces, coordinates });
     }
 }
 

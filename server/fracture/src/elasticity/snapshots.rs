@@ -3,8 +3,11 @@
 //! Based on: L. Sirovich (Quarterly of Applied Mathematics 45, 1987). The eigenvectors of the snapshots' Gram matrix,
 //! here G_ij = u_i'Ku_j = u_i'f_j, weight the snapshots. Every snapshot is scaled to unit energy.
 
-use super::quadratic::{EdgeFunctions, SnapshotRows};
-use super::{ElasticWorkspace, Elasticity, ElasticityError, ErrorEstimate, NodalLoad, QuadraticTables, ReducedBasis};
+use super::quadratic::{EdgeFunctions, SNAPSHOT, SOLVED, SnapshotRows};
+use super::{
+    CompletionTables, ElasticWorkspace, Elasticity, ElasticityError, ErrorEstimate, NodalLoad, QuadraticTables,
+    ReducedBasis,
+};
 use crate::cancel_token::CancelToken;
 use crate::dense;
 use faer::linalg::matmul::matmul;
@@ -18,8 +21,23 @@ const BLOCK: usize = 8;
 /// Rows of the basis per parallel task.
 const ROWS: usize = 4096;
 
+/// Largest number of sums that are kept until all are added.
+const PARTS_MAX: usize = 16;
+
 /// Energy of a direction, over the largest, below which it is rounding.
 const NOISE: f64 = 1e-11;
+
+/// As [`NOISE`], for quadratic elements, whose residuals are kept in single precision.
+const NOISE_QUADRATIC: f64 = 1e-8;
+
+/// Snapshots with quadratic elements.
+struct QuadraticSnapshots {
+    /// Restrictions ([`SnapshotRows`]), column-major with one column per load.
+    rows: Vec<f64>,
+    /// Displacements and residuals f − K u, in the same order.
+    displacements: Vec<f32>,
+    residuals: Vec<f32>,
+}
 
 impl Elasticity {
     /// Displacements under `loads`, column-major with one column per load.
@@ -53,7 +71,7 @@ impl Elasticity {
             column.copy_from_slice(&load.forces);
         }
         if let Some(edges) = &self.edges {
-            return self.iterate(edges, columns, workspace, token).map(|_| ());
+            return self.iterate(edges, columns, SOLVED, workspace, token).map(|_| ());
         }
         self.back_substitute(self.factor()?, columns, workspace);
         for (column, load) in columns.chunks_exact_mut(size).zip(loads) {
@@ -68,31 +86,40 @@ impl Elasticity {
 
     /// Bytes of one snapshot during [`Self::reduce`].
     pub fn snapshot_bytes(&self) -> usize {
-        let quadratic = self.edges.as_ref().map(|_| SnapshotRows::new(self.size()).count());
-        size_of::<f64>() * quadratic.unwrap_or(self.size())
+        let quadratic = self.edges.as_ref().map(|_| {
+            let rows = SnapshotRows::new(self.size()).count();
+            size_of::<f64>() * rows + 2 * size_of::<f32>() * self.unknowns()
+        });
+        quadratic.unwrap_or(size_of::<f64>() * self.size())
     }
 
-    /// Restrictions ([`SnapshotRows`]) of the quadratic displacements under `loads`, column-major with one column per load.
-    fn restricted(
+    /// Approximate quadratic displacements under `loads`, with their residuals.
+    fn snapshots(
         &self,
         edges: &EdgeFunctions,
         loads: &[NodalLoad],
         token: &CancelToken,
-    ) -> Result<Vec<f64>, ElasticityError> {
-        let (size, rows) = (self.unknowns(), SnapshotRows::new(self.size()).count());
-        let mut columns = vec![0.0; rows * loads.len()];
-        columns.par_chunks_mut(rows * BLOCK).zip(loads.par_chunks(BLOCK)).try_for_each_init(
-            || (ElasticWorkspace::default(), Vec::new(), vec![0.0; size * BLOCK]),
-            |(workspace, single, solved), (columns, loads)| {
-                let solved = &mut solved[..size * loads.len()];
-                self.solve_block(loads, solved, single, workspace, token)?;
-                for ((rows, solved), load) in columns.chunks_exact_mut(rows).zip(solved.chunks_exact(size)).zip(loads) {
+    ) -> Result<QuadraticSnapshots, ElasticityError> {
+        let (size, count) = (self.unknowns(), SnapshotRows::new(self.size()).count());
+        let mut rows = vec![0.0; count * loads.len()];
+        let [mut displacements, mut residuals] = [(); 2].map(|()| vec![0.0; size * loads.len()]);
+        let fine = displacements.par_chunks_mut(size * BLOCK).zip(residuals.par_chunks_mut(size * BLOCK));
+        let parts = rows.par_chunks_mut(count * BLOCK).zip(fine).zip(loads.par_chunks(BLOCK));
+        parts.try_for_each_init(
+            || (ElasticWorkspace::default(), Vec::new()),
+            |(workspace, solved), ((rows, (displacements, residuals)), loads)| {
+                solved.clear();
+                solved.extend(loads.iter().flat_map(|load| &load.forces));
+                let (_, left) = self.iterate(edges, solved, SNAPSHOT, workspace, token)?;
+                for ((rows, solved), load) in rows.chunks_exact_mut(count).zip(solved.chunks_exact(size)).zip(loads) {
                     self.restrict(edges, solved, &load.forces, rows);
                 }
+                narrow(solved.iter(), displacements);
+                narrow(left.iter().flatten(), residuals);
                 Ok::<_, ElasticityError>(())
             },
         )?;
-        Ok(columns)
+        Ok(QuadraticSnapshots { rows, displacements, residuals })
     }
 
     /// Basis of at most `rank_max` displacements that spans those under `loads` best in energy.
@@ -113,14 +140,15 @@ impl Elasticity {
         let columns = self.solve_all(loads, token)?;
         let snapshots = MatRef::from_column_major_slice(&columns, size, count);
         let gram = gram(snapshots, loads, |load| load.forces.clone(), token)?;
-        let Some(weights) = weights(gram, rank_max, token)? else { return Ok(None) };
+        let Some(weights) = weights(gram, rank_max, NOISE, token)? else { return Ok(None) };
         let basis = combined(snapshots, weights.as_ref());
         Ok(Some(ReducedBasis::new(self, weights.ncols(), basis)))
     }
 
     /// As [`Self::reduce`] for quadratic elements.
     ///
-    /// A snapshot solves K u = f, so KB are combinations of the loads.
+    /// With the residual r = f − K u of a snapshot, K u = f − r. So the products u'K u, by which the basis is orthonormal,
+    /// are exact however far a snapshot is from the solution. The estimate of errors neglects r.
     fn reduce_quadratic(
         &self,
         edges: &EdgeFunctions,
@@ -129,28 +157,80 @@ impl Elasticity {
         token: &CancelToken,
     ) -> Result<Option<ReducedBasis>, ElasticityError> {
         let parts = SnapshotRows::new(self.size());
-        let columns = self.restricted(edges, loads, token)?;
-        let snapshots = MatRef::from_column_major_slice(&columns, parts.count(), loads.len());
+        let QuadraticSnapshots { rows, displacements, residuals } = self.snapshots(edges, loads, token)?;
+        let snapshots = MatRef::from_column_major_slice(&rows, parts.count(), loads.len());
         let products = |first: usize| {
             let rows = snapshots.subrows(first, self.size() + 6);
             gram(rows, loads, |load| self.restricted_load(load), token)
         };
-        let Some(weights) = weights(products(0)?, rank_max, token)? else { return Ok(None) };
+        let fine = |columns| MatRef::from_column_major_slice(columns, self.unknowns(), loads.len());
+        let energies = products(0)? - missing(fine(&displacements), fine(&residuals), token)?;
+        let Some(weights) = weights(energies, rank_max, NOISE_QUADRATIC, token)? else { return Ok(None) };
         let residual = weights.transpose() * products(parts.weighted().start)? * &weights;
         let rank = weights.ncols();
         let residual = (0..rank * rank).map(|at| residual[(at % rank, at / rank)]).collect();
+        let estimate = ErrorEstimate::RAW;
+        let completion =
+            Some(CompletionTables { forces: self.node_forces(loads, &residuals, weights.as_ref()), estimate });
         let rows = combined(snapshots, weights.as_ref());
         let part = |range: Range<usize>| rows[range.start * rank..range.end * rank].to_vec();
         let wide = |range: Range<usize>| part(range).into_iter().map(f64::from);
         let inertial = wide(parts.work()).chain(wide(parts.weighted_work())).collect();
-        let tables = QuadraticTables { strains: part(parts.strains()), weighted: part(parts.weighted()), inertial };
-        let estimate = ErrorEstimate::RAW;
+        let (strains, weighted) = (part(parts.strains()), part(parts.weighted()));
+        let tables = QuadraticTables { strains, weighted, inertial, completion };
         Ok(Some(ReducedBasis::stored_quadratic(self, part(parts.trace()), residual, tables, estimate)))
+    }
+
+    /// KB on the functions of the nodes, one row of the rank per component, from the weights of the snapshots.
+    fn node_forces(&self, loads: &[NodalLoad], residuals: &[f32], weights: MatRef<'_, f64>) -> Vec<f32> {
+        let size = self.size();
+        let columns = loads.iter().zip(residuals.chunks_exact(self.unknowns()));
+        let own = |(load, residual): (&NodalLoad, &[f32])| -> Vec<f64> {
+            load.forces[..size].iter().zip(residual).map(|(force, residual)| force - f64::from(*residual)).collect()
+        };
+        let columns: Vec<f64> = columns.flat_map(own).collect();
+        combined(MatRef::from_column_major_slice(&columns, size, loads.len()), weights)
     }
 }
 
+/// Writes `values` in single precision.
+fn narrow<'a>(values: impl IntoIterator<Item = &'a f64>, to: &mut [f32]) {
+    to.iter_mut().zip(values).for_each(|(to, value)| *to = *value as f32);
+}
+
+/// u_i'r_j, symmetrized.
+fn missing(
+    displacements: MatRef<'_, f32>,
+    residuals: MatRef<'_, f32>,
+    token: &CancelToken,
+) -> Result<Mat<f64>, ElasticityError> {
+    let (size, count) = (displacements.nrows(), displacements.ncols());
+    let rows = ROWS.max(size.div_ceil(PARTS_MAX));
+    let firsts: Vec<usize> = (0..size).step_by(rows).collect();
+    let part = |first: &usize| {
+        token.check()?;
+        let rows = rows.min(size - first);
+        let wide =
+            |all: MatRef<'_, f32>| Mat::from_fn(rows, count, |row, column| f64::from(all[(first + row, column)]));
+        let mut part = Mat::<f64>::zeros(count, count);
+        let (displacements, residuals) = (wide(displacements), wide(residuals));
+        matmul(&mut part, Accum::Replace, displacements.transpose(), residuals, 1.0, Par::Seq);
+        Ok::<_, ElasticityError>(part)
+    };
+    let parts: Vec<Mat<f64>> = firsts.par_iter().map(part).collect::<Result<_, _>>()?;
+    // Summed in a fixed order for any number of threads.
+    let mut sum = Mat::<f64>::zeros(count, count);
+    parts.iter().for_each(|part| sum += part);
+    Ok(Mat::from_fn(count, count, |i, j| 0.5 * (sum[(i, j)] + sum[(j, i)])))
+}
+
 /// Weights of the snapshots in a basis of at most `rank_max` displacements, from their products; `None` without energy.
-fn weights(mut gram: Mat<f64>, rank_max: usize, token: &CancelToken) -> Result<Option<Mat<f64>>, ElasticityError> {
+fn weights(
+    mut gram: Mat<f64>,
+    rank_max: usize,
+    noise: f64,
+    token: &CancelToken,
+) -> Result<Option<Mat<f64>>, ElasticityError> {
     let count = gram.ncols();
     let scales: Vec<f64> = (0..count).map(|k| gram[(k, k)].max(0.0).sqrt()).map(inverse).collect();
     for (i, j) in (0..count).flat_map(|i| (0..count).map(move |j| (i, j))) {
@@ -159,7 +239,7 @@ fn weights(mut gram: Mat<f64>, rank_max: usize, token: &CancelToken) -> Result<O
     let Ok(pairs) = dense::symmetric(gram.as_ref()) else { return Ok(None) };
     token.check()?;
     let greatest = pairs.values.last().copied().unwrap_or(0.0);
-    let kept = pairs.values.iter().rev().take_while(|value| **value > NOISE * greatest).take(rank_max);
+    let kept = pairs.values.iter().rev().take_while(|value| **value > noise * greatest).take(rank_max);
     let inverse_roots: Vec<f64> = kept.map(|value| 1.0 / value.sqrt()).collect();
     if inverse_roots.is_empty() {
         return Ok(None);

@@ -1,5 +1,6 @@
 //! Solution of K u = f by one back-substitution, with refinement if needed.
 
+use super::quadratic::SOLVED;
 use super::{ElasticWorkspace, Elasticity, ElasticityError, RESIDUAL_MAX};
 use crate::cancel_token::CancelToken;
 use crate::random::RandomStream;
@@ -66,7 +67,7 @@ impl Elasticity {
         displacement.clear();
         displacement.extend_from_slice(forces);
         if let Some(edges) = &self.edges {
-            return self.iterate(edges, displacement, workspace, token);
+            return self.iterate(edges, displacement, SOLVED, workspace, token).map(|(report, _)| report);
         }
         let factor = self.factor()?;
         self.back_substitute(factor, displacement, workspace);

@@ -19,4 +19,7 @@ pub struct ElasticWorkspace {
     pub(super) narrow: Vec<[f32; SIDE]>,
     pub(super) pulled: ForceSums,
     pub(super) gathered: Vec<f64>,
+    pub(super) linear: Vec<f64>,
+    pub(super) image: Vec<f64>,
+    pub(super) strains: Vec<f64>,
 }

@@ -38,7 +38,7 @@ pub use prepared::parameters::{
     ExistingCracks, MissingLift, RANK_MAX, SurfaceKind, SurfaceReport,
 };
 pub use prepared::preset::{LatticeSettings, Preset};
-pub use prepared::reduction::ReductionErrors;
+pub use prepared::reduction::{CompletionErrors, ReductionErrors};
 pub use prepared::warped_body::{WarpError, WarpedBody};
 pub use request::budget::{DEGRADED_ERROR_MAX, DEGRADED_RANK_MAX, TimeBudget};
 pub use request::context::RequestContext;

@@ -140,4 +140,17 @@ impl EdgeFunctions {
         }
         strains
     }
+
+    /// Adds the strains of a displacement of linear elements times volumes to the sums of all nodes, six components each.
+    pub(in crate::elasticity) fn add_linear_strains(&self, blocks: &[Block], displacement: &[f64], sums: &mut [f64]) {
+        for (block, corners) in blocks.iter().zip(self.corners.chunks(SIDE)) {
+            let strain = block.strain(corners, displacement).map(|own| own * block.volumes);
+            for (lane, nodes) in corners.iter().enumerate() {
+                for node in nodes {
+                    let sums = &mut sums[6 * *node as usize..][..6];
+                    sums.iter_mut().zip(&strain).for_each(|(sum, own)| *sum += own.0[lane]);
+                }
+            }
+        }
+    }
 }

@@ -24,6 +24,15 @@ use crate::memory::held;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
+/// Share of the energy that the last steps of a solve added at most.
+///
+/// The share of the energy that is then missing is at most about as large, far below the error of the discretization.
+pub(super) const SOLVED: f64 = 1e-4;
+
+/// As [`SOLVED`], for snapshots. Any displacements make a basis. With 1e-3 instead of 1e-6, that of the mug misses 7.5 % of
+/// the energy as before, and takes half the time.
+pub(super) const SNAPSHOT: f64 = 1e-3;
+
 /// Polynomial order of the elements of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

@@ -1,6 +1,7 @@
 //! Quadratic elements: patch test, rigid motions, exact bending, observed order, loads, anchors, determinism.
 
 use super::*;
+use crate::elasticity::quadratic::SOLVED;
 use crate::lattice::EDGES;
 use crate::sparse::Precision;
 
@@ -44,8 +45,16 @@ fn quadratic(lattice: &Lattice, poisson: f64) -> Elasticity {
     free(lattice, poisson).of_order(ElementOrder::Quadratic, lattice).unwrap()
 }
 
+/// Displacement under `forces`, to rounding.
+fn solve_exactly(body: &Elasticity, forces: &[f64]) -> Vec<f64> {
+    let (mut displacement, token) = (forces.to_vec(), CancelToken::default());
+    let edges = body.edges.as_ref().unwrap();
+    body.iterate(edges, &mut displacement, 0.0, &mut ElasticWorkspace::default(), &token).unwrap();
+    displacement
+}
+
 fn total(body: &Elasticity, lattice: &Lattice, forces: &[f64]) -> f64 {
-    let displacement = solve(body, forces);
+    let displacement = solve_exactly(body, forces);
     let mut energies = Vec::new();
     body.tet_energy(lattice, &displacement, DrivingEnergy::Total, &mut energies, &CancelToken::default()).unwrap();
     energies.iter().sum()
@@ -59,7 +68,7 @@ fn constant_stress_is_exact_in_every_tetrahedron() {
         let mut stress = Matrix3::zeros();
         (stress[(row, column)], stress[(column, row)]) = (1.0, 1.0);
         let strain = stress * (1.0 + poisson) - Matrix3::from_diagonal_element(poisson * stress.trace());
-        let displacement = solve(&body, &tractions(&body, &lattice, |_| stress));
+        let displacement = solve_exactly(&body, &tractions(&body, &lattice, |_| stress));
         for (driving, share) in
             [(DrivingEnergy::Total, 1.0), (DrivingEnergy::Tensile, if row == column { 0.0 } else { 0.5 })]
         {
@@ -199,6 +208,28 @@ fn an_anchored_bar_hangs_exactly() {
     let body = body.anchored(end, &token).unwrap();
     let energy = total(&body, &lattice, &body.weight(&Vector3::x()));
     assert!((energy / (0.0625 / 6.0) - 1.0).abs() < 1e-5, "{energy}");
+}
+
+/// A solve ends as soon as little energy is missing, for each of several right-hand sides.
+#[test]
+fn solves_miss_little_energy() {
+    let lattice = perturbed([30, 4, 1], 0.05, 0.1, 5);
+    let body = quadratic(&lattice, 0.3);
+    let places = [Point3::new(0.7, 0.05, 0.025), Point3::new(0.0, 0.0, -0.025), Point3::new(-0.2, 0.1, 0.0)];
+    let forces = places
+        .map(|point| load(&body, &[ContactLoad { point, impulse: Vector3::new(0.3, 0.1, -1.0), radius: 0.1 }]).forces);
+    let (mut columns, token) = (forces.concat(), CancelToken::default());
+    let edges = body.edges.as_ref().unwrap();
+    body.iterate(edges, &mut columns, SOLVED, &mut ElasticWorkspace::default(), &token).unwrap();
+    for (forces, column) in forces.iter().zip(columns.chunks_exact(body.unknowns())) {
+        let mut displacement = Vec::new();
+        let report = body.solve(forces, &mut displacement, &mut ElasticWorkspace::default(), &token).unwrap();
+        let exact = body.elastic_energy(forces, &solve_exactly(&body, forces));
+        let [alone, together] = [&displacement, column].map(|found| 1.0 - body.elastic_energy(forces, found) / exact);
+        println!("{} steps leave {alone:.1e} of the energy, {together:.1e} in a block", report.sweeps);
+        assert!((-1e-10..SOLVED).contains(&alone) && (-1e-10..SOLVED).contains(&together), "{alone} {together}");
+        assert!(report.sweeps < 25, "{report:?}");
+    }
 }
 
 #[test]

@@ -220,6 +220,12 @@ impl PreparedObject {
         self.bodies.iter().filter_map(|body| body.solid.as_ref()).map(|solid| solid.lattice.nodes.len()).sum()
     }
 
+    /// True if a body has quadratic elements.
+    pub fn has_quadratic_elements(&self) -> bool {
+        let mut solids = self.bodies.iter().filter_map(|body| body.solid.as_ref());
+        solids.any(|solid| solid.elasticity.order() == ElementOrder::Quadratic)
+    }
+
     /// Total number of tetrahedra of the elastic lattices.
     pub fn elastic_tets(&self) -> usize {
         self.bodies.iter().filter_map(|body| body.solid.as_ref()).map(|solid| solid.lattice.tets.len()).sum()

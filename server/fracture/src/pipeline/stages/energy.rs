@@ -113,18 +113,17 @@ fn deformed(
         let elasticity = own.map_or(&solid.elasticity, |own| &own.elasticity);
         let failed = |source| FractureError::of_body(*index, source);
         let stage = observer.stage(Stage::Elasticity);
-        let reduced_error = match own {
+        let reduced = match own {
             Some(own) => displace_held(context, contacts, own, place, workspace).map(|()| None),
             None => displace(solid, request, place, workspace, cancel).map_err(failed),
         }?;
         observer.part(EffectKind::Elastic, size_of_val(workspace.displacement.as_slice()) as u64);
         let tensile = request.effects.has(EffectKind::Tensile).then(|| observer.effect(EffectKind::Tensile));
         let driving = if tensile.is_some() { DrivingEnergy::Tensile } else { DrivingEnergy::Total };
-        let Workspace { displacement, coordinates, tet_energy, .. } = workspace;
-        match solid.reduced.as_ref().filter(|_| reduced_error.is_some()) {
-            Some(reduced) => {
-                let used = &coordinates[..reduced.used(request.rank_max)];
-                reduced.tet_energy((elasticity, &solid.lattice), (used, displacement), driving, tet_energy, cancel)
+        let Workspace { displacement, tet_energy, .. } = workspace;
+        match solid.reduced.as_ref().zip(reduced) {
+            Some((basis, own)) => {
+                basis.tet_energy((elasticity, &solid.lattice), (displacement, own.energy), driving, tet_energy, cancel)
             }
             None => elasticity.tet_energy(&solid.lattice, displacement, driving, tet_energy, cancel),
         }
@@ -147,24 +146,33 @@ fn deformed(
             body: *index,
             shares,
             energy_j: total * unit_j,
-            reduced_error,
+            reduced_error: reduced.map(|own| own.error),
             radius_m: radius_m(prepared, &workspace.loads[place]),
         });
     }
     Ok(energies)
 }
 
+/// Energy of a reduced displacement.
+#[derive(Clone, Copy)]
+struct ReducedEnergy {
+    /// Elastic energy, local.
+    energy: f64,
+    /// Estimated relative error of the energy.
+    error: f64,
+}
+
 /// Computes the displacement under load `place` of the workspace.
 ///
-/// Uses the reduced basis if the request allows it and the whole basis is accurate enough, and returns the estimated
-/// error of the part used. Otherwise solves, and returns `None`.
+/// Uses the reduced basis if the request allows it and the whole basis is accurate enough: alone, or completed by a
+/// linear solve. Otherwise solves, and returns `None`.
 fn displace(
     solid: &ElasticModel,
     request: &FractureRequest,
     place: usize,
     workspace: &mut Workspace,
     cancel: &CancelToken,
-) -> Result<Option<f64>, ElasticityError> {
+) -> Result<Option<ReducedEnergy>, ElasticityError> {
     let Workspace { loads, displacement, coordinates, elasticity, .. } = workspace;
     let load = &mut loads[place];
     if let (DisplacementMethod::Reduced, Some(reduced)) = (request.elastic, &solid.reduced) {
@@ -173,7 +181,12 @@ fn displace(
         if error <= request.reduced_error_max {
             let used = reduced.used(request.rank_max);
             reduced.expand(&coordinates[..used], displacement, elasticity);
-            return Ok(Some(ReducedBasis::truncated_error(coordinates, used, error)));
+            let error = ReducedBasis::truncated_error(coordinates, used, error);
+            return Ok(Some(ReducedEnergy { energy: ReducedBasis::energy(&coordinates[..used]), error }));
+        }
+        let completed = reduced.complete(&solid.elasticity, load, coordinates, displacement, elasticity, cancel)?;
+        if let Some(own) = completed.filter(|own| own.error <= request.reduced_error_max) {
+            return Ok(Some(ReducedEnergy { energy: own.energy, error: own.error }));
         }
     }
     solid.elasticity.balance(load);
