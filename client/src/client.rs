@@ -5,7 +5,7 @@ use crate::session::{ConnectError, Session};
 use crate::{Deadline, Object, Status};
 use shatter_proto::control::ObjectState;
 use shatter_proto::convention::Convention;
-use shatter_proto::name::{ServiceName, object_being_loaded, unknown_object};
+use shatter_proto::name::{ServiceName, object_being_loaded, object_name, unknown_object};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::paths::ServicePaths;
 use std::ffi::OsString;
@@ -160,8 +160,9 @@ impl Client {
     /// The object `name`, ready to be struck.
     ///
     /// # Errors
-    /// `unknown_object`, `corrupt_object`, `loading`, and those of [`Self::objects`].
+    /// `object_name`, `unknown_object`, `corrupt_object`, `loading`, and those of [`Self::objects`].
     pub fn object(&self, name: &str, deadline: Deadline) -> Result<Object, Error> {
+        object_name(name)?;
         let objects = self.objects(deadline)?;
         match objects.iter().position(|facts| facts.name == name) {
             Some(place) => {
@@ -210,7 +211,10 @@ fn not_listed(name: &str, objects: &[ObjectFacts]) -> Error {
     let mut errors = loading.filter_map(|facts| Some((&facts.name, facts.error.as_ref()?)));
     match errors.next() {
         Some((file, error)) => Error { retry_after: error.retry_after, ..object_being_loaded(name, file) },
-        None => unknown_object(name, &objects.iter().map(|facts| facts.name.as_str()).collect::<Vec<_>>()),
+        None => {
+            let ready = objects.iter().filter(|facts| facts.state == ObjectState::Ready);
+            unknown_object(name, &ready.map(|facts| facts.name.as_str()).collect::<Vec<_>>())
+        }
     }
 }
 

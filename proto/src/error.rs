@@ -244,10 +244,15 @@ impl Error {
             "message": text::message(&self.message),
             "fault": self.kind.fault().name(),
             "retry": self.kind.retry(),
-            "retry_after_ms": self.retry_after.map(|wait| wait.as_secs_f64() * 1e3),
+            "retry_after_ms": self.retry_after.map(whole_ms),
             "at": text::quoted(&self.at),
         }})
     }
+}
+
+/// Milliseconds of `wait`, rounded up.
+fn whole_ms(wait: Duration) -> u64 {
+    u64::try_from(wait.as_micros().div_ceil(1000)).unwrap_or(u64::MAX)
 }
 
 /// An [`Error`] as it travels. Longer texts are cut.
@@ -320,7 +325,7 @@ mod tests {
         assert_eq!(Error::from(&ErrorWire::from(&error)), error);
         let busy = Error::new(ErrorKind::Busy, "queue", "full").after(Duration::from_micros(1500));
         assert_eq!(Error::from(&ErrorWire::from(&busy)), busy);
-        assert_eq!(busy.document()["error"]["retry_after_ms"], 1.5);
+        assert_eq!(busy.document()["error"]["retry_after_ms"], 2, "whole milliseconds, rounded up");
         let long = Error::new(ErrorKind::Failed, "ü".repeat(99), "é".repeat(999));
         let back = Error::from(&ErrorWire::from(&long));
         assert_eq!((back.at.len(), back.message.len()), (128, 256));

@@ -32,7 +32,11 @@ pub const COMMAND_ERRORS: [(&str, &str, &str); 55] = [
     ),
     ("database_share", "The file is one share of a bake.", "Join all shares with `shatterd merge`."),
     ("demo", "The demonstration failed.", "Follow the message. If it names no reason outside the program, report it."),
-    ("elasticity", "The elastic body cannot be solved.", "Use a finer `--elastic-spacing`, or repair the mesh."),
+    (
+        "elasticity",
+        "The elastic body cannot be solved.",
+        "Thicken the joint that the message names, or bake the parts as separate objects; else repair the mesh.",
+    ),
     (
         "empty_mesh",
         "The file contains no vertices or no triangles.",
@@ -82,7 +86,7 @@ pub const COMMAND_ERRORS: [(&str, &str, &str); 55] = [
     (
         "severed_parts",
         "The preset would separate parts of the object.",
-        "Use the preset or the spacing that the message names.",
+        "Use the preset or the spacing that the message names, or thicken the joint.",
     ),
     ("shard", "`--shard`, or the job's variables, do not name a share.", "Use I/N with I from 0 to N − 1."),
     ("share_missing", "A share is missing.", "Bake the share that the message names."),

@@ -29,8 +29,12 @@ arguments! {
     handle("handle"): u64 = whole;
     pieces("pieces"): u32 = count;
     iterations("iterations"): Option<u32> = optional_iterations;
-    fragments_max("fragments_max"): Option<u32> = optional_whole;
-    bytes_max("bytes_max"): Option<u64> = optional_whole;
+    fragments_max("fragments_max"): Option<u32> = optional_limit;
+    bytes_max("bytes_max"): Option<u64> = optional_limit;
+    error("error"): Option<f64> = optional_number;
+    time_ms("time_ms"): Option<f64> = optional_number;
+    gamma_j_m2("gamma_j_m2"): Option<f64> = optional_number;
+    object_name("name"): String = text;
     struck_fragment("origin"): Option<FragmentOfResult> = optional_fragment;
     aimed_fragment("fragment"): Option<FragmentOfResult> = optional_fragment;
     one("one"): Body = body;
@@ -91,8 +95,23 @@ fn whole<T: Whole>(name: &str, value: &Bound<'_, PyAny>) -> PyResult<T> {
     number(value).ok_or_else(|| refused(name, format!("a whole number from 0 to {}", T::LARGEST), value))
 }
 
-fn optional_whole<T: Whole>(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<T>> {
-    optional(name, value, whole)
+/// A limit. 0 is refused: the protocol means no limit by it, which is `None` here.
+fn optional_limit<T: Whole + Default + PartialEq>(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<T>> {
+    let wanted = || format!("a whole number from 1 to {}, or None for no limit", T::LARGEST);
+    let read = |_: &str, value: &Bound<'_, PyAny>| {
+        number::<T>(value).filter(|limit| *limit != T::default()).ok_or_else(|| refused(name, wanted(), value))
+    };
+    optional(name, value, read)
+}
+
+/// A number, which may be `None`. The daemon decides whether it is allowed.
+fn optional_number(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+    optional(name, value, |name, value| number(value).ok_or_else(|| refused(name, "a number", value)))
+}
+
+/// A text without lone surrogates.
+fn text(name: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
+    value.extract().map_err(|_| refused(name, "a str that UTF-8 can hold", value))
 }
 
 /// A number of pieces. The daemon decides whether it is allowed.

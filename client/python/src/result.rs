@@ -200,8 +200,9 @@ impl FractureResult {
         Ok(())
     }
 
-    fn __enter__(this: Bound<'_, Self>) -> Bound<'_, Self> {
-        this
+    fn __enter__(this: Bound<'_, Self>) -> PyResult<Bound<'_, Self>> {
+        this.get().held()?;
+        Ok(this)
     }
 
     /// Releases the result; its memory is freed with the last array that refers to it.

@@ -57,11 +57,11 @@ impl Service {
     fn object(
         &self,
         py: Python<'_>,
-        name: &str,
+        #[pyo3(from_py_with = argument::object_name)] name: String,
         #[pyo3(from_py_with = argument::timeout_s)] timeout_s: f64,
     ) -> PyResult<Object> {
         let deadline = Deadline::after(argument::duration(timeout_s));
-        py.detach(|| self.0.object(name, deadline)).map(Object).map_err(raised)
+        py.detach(|| self.0.object(&name, deadline)).map(Object).map_err(raised)
     }
 
     /// All objects, ready or not, by name.
@@ -198,12 +198,12 @@ impl Object {
         contacts: Vec<Bound<'_, PyAny>>,
         degree: Option<Bound<'_, PyAny>>,
         quality: Option<&str>,
-        error: Option<f64>,
-        time_ms: Option<f64>,
+        #[pyo3(from_py_with = argument::error)] error: Option<f64>,
+        #[pyo3(from_py_with = argument::time_ms)] time_ms: Option<f64>,
         #[pyo3(from_py_with = argument::iterations)] iterations: Option<u32>,
         enable: Option<Bound<'_, PyAny>>,
         disable: Option<Bound<'_, PyAny>>,
-        gamma_j_m2: Option<f64>,
+        #[pyo3(from_py_with = argument::gamma_j_m2)] gamma_j_m2: Option<f64>,
         lift: Option<&str>,
         elastic: Option<&str>,
         surface: Option<&str>,

@@ -81,6 +81,10 @@ def test_arrays_outlive_the_result_and_release_waits_for_them(body):
     gc.collect()
     for seed in range(8):
         body.strike(contact_on(body), degree=6, seed=seed).wait().release()
+    released = body.strike(contact_on(body), degree=6).wait()
+    released.release()
+    with pytest.raises(shatter.ArgumentError, match="released"), released:
+        pass
     assert np.array_equal(array, copied)
     with body.strike(contact_on(body), degree=6).wait() as other:
         inner = other[0].positions
@@ -212,7 +216,8 @@ def test_wrong_arguments_are_named(body, service):
     for wrong in [-1, 2**70, 2**200, 1.5, "x"]:
         for key in ["seed", "iterations", "fragments_max", "bytes_max"]:
             largest = {"iterations": 10_000, "fragments_max": 2**32 - 1}.get(key, 2**64 - 1)
-            with pytest.raises(shatter.ArgumentError, match=f"^{key} must be a whole number from 0 to {largest}, not "):
+            least = int(key.endswith("_max"))
+            with pytest.raises(shatter.ArgumentError, match=f"^{key} must be a whole number from {least} to {largest}, "):
                 body.strike(contact_on(body), **{key: wrong})
         with pytest.raises(shatter.ArgumentError, match=r"^origin must be a pair .*origin=\(result.handle, fragment.id\)"):
             body.strike(contact_on(body), origin=(wrong, 0))
@@ -224,6 +229,17 @@ def test_wrong_arguments_are_named(body, service):
             service.release(wrong)
     with pytest.raises(shatter.ArgumentError, match="^seed must be a whole number from 0 to [0-9]*, not True"):
         body.strike(contact_on(body), seed=True)
+    for key in ["fragments_max", "bytes_max"]:
+        with pytest.raises(shatter.ArgumentError, match=f"^{key} must be .* or None for no limit, not 0"):
+            body.strike(contact_on(body), **{key: 0})
+    for key in ["error", "time_ms", "gamma_j_m2"]:
+        with pytest.raises(shatter.ArgumentError, match=f"^{key} must be a number, not 'x'"):
+            body.strike(contact_on(body), **{key: "x"})
+    with pytest.raises(shatter.ArgumentError, match="^name must be a str that UTF-8 can hold"):
+        service.object("\udc80")
+    with pytest.raises(shatter.ServiceError) as caught:
+        service.object("x" * 65)
+    assert caught.value.kind == "object_name"
     with pytest.raises(shatter.ArgumentError, match="^one must be 4 numbers: mass"):
         shatter.hertz(1.0, (1.0, 0.1, 70e9, 0.2), 1.0)
     assert len(body.strike(contact_on(body), degree=3, seed=np.int64(7), iterations=None).wait()) >= 3

@@ -37,6 +37,14 @@ impl From<&Metadata> for FileStamp {
 }
 
 impl FileStamp {
+    /// Stamp of a file; `None` if it no longer exists. A dangling symbolic link has a stamp, so that loading it reports the error.
+    pub(super) fn of(path: &Path) -> Option<Self> {
+        match std::fs::metadata(path) {
+            Ok(data) => Some(Self::from(&data)),
+            Err(_) => std::fs::symlink_metadata(path).ok().map(|_| Self::default()),
+        }
+    }
+
     /// Length of the file, bytes.
     pub fn bytes(&self) -> u64 {
         self.bytes
@@ -80,7 +88,7 @@ impl DirectorySnapshot {
         for entry in std::fs::read_dir(folder).map_err(refuse)? {
             let path = entry.map_err(refuse)?.path();
             if is_database(&path) {
-                files.extend(stamp(&path).map(|stamp| (path, stamp)));
+                files.extend(FileStamp::of(&path).map(|stamp| (path, stamp)));
             }
         }
         files.sort_by(|a, b| a.0.cmp(&b.0));
@@ -163,14 +171,6 @@ pub fn is_database(path: &Path) -> bool {
 /// File name without extension.
 fn stem(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// Stamp of a file; `None` if it no longer exists. A dangling symbolic link has a stamp, so that loading it reports the error.
-fn stamp(path: &Path) -> Option<FileStamp> {
-    match std::fs::metadata(path) {
-        Ok(data) => Some(FileStamp::from(&data)),
-        Err(_) => std::fs::symlink_metadata(path).ok().map(|_| FileStamp::default()),
-    }
 }
 
 #[cfg(test)]

@@ -65,7 +65,7 @@ impl Catalog {
     ///
     /// Keeps versions whose files did not change and retries files that failed. If the file of a version was replaced by one that fails,
     /// the old version stays served. New files are loaded before others are tried again. `loaded` receives each new version before the
-    /// next files are loaded.
+    /// next files are loaded. A file that is gone when its turn comes is left out.
     #[must_use]
     pub fn renewed(
         &self,
@@ -75,13 +75,14 @@ impl Catalog {
     ) -> Self {
         let is_new = |file: &(DatabaseSource, FileStamp)| !self.snapshot.has(file);
         let found = snapshot.map(is_new, |source, stamp| match self.at(source) {
-            Some(version) if version.stamp == stamp => (source.clone(), Ok(version.clone())),
+            Some(version) if version.stamp == stamp => Some((source.clone(), Ok(version.clone()))),
             _ => {
-                let version = ObjectVersion::load(source, stamp, loader).map(Arc::new);
+                let version = ObjectVersion::load_current(source, stamp, loader)?.map(Arc::new);
                 version.iter().for_each(&loaded);
-                (source.clone(), version)
+                Some((source.clone(), version))
             }
         });
+        let found: Vec<_> = found.into_iter().flatten().collect();
         let generations = self.generations.clone();
         let mut catalog = Self { entries: BTreeMap::new(), generations, snapshot, read: SystemTime::now() };
         let mut loaded: Vec<_> =
@@ -203,8 +204,8 @@ impl Catalog {
         if let Some((file, loading)) = loading.next() {
             return loading.error_of_unknown(name, file);
         }
-        let names: Vec<&str> = self.entries.keys().map(String::as_str).collect();
-        unknown_object(name, &names)
+        let served = self.entries.iter().filter(|(_, entry)| entry.version.is_some());
+        unknown_object(name, &served.map(|(name, _)| name.as_str()).collect::<Vec<_>>())
     }
 
     /// The object `name`, or the reason why it is not served.

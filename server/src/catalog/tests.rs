@@ -116,6 +116,39 @@ fn damaged_files_are_named_and_the_others_served() {
 }
 
 #[test]
+fn a_file_that_is_replaced_while_it_is_loaded_is_loaded_again() {
+    let folder = Arc::new(Folder::of(&[("a", "alpha"), ("b", "beta")]));
+    let (replaced, inner) = (folder.clone(), loader());
+    let is_first = std::sync::atomic::AtomicBool::new(true);
+    let loader: Loader = Arc::new(move |path, object| {
+        let loaded = inner(path, object);
+        if path == replaced.path("a") && is_first.swap(false, std::sync::atomic::Ordering::Relaxed) {
+            replaced.put("a", "gamma");
+        }
+        loaded
+    });
+    let published = std::sync::Mutex::new(Vec::new());
+    let snapshot = DirectorySnapshot::of(folder.0.path()).unwrap();
+    let note = |version: &Arc<ObjectVersion>| published.lock().unwrap().push(version.name.clone());
+    let catalog = Catalog::default().renewed(snapshot, &loader, note);
+    let mut published = published.into_inner().unwrap();
+    published.sort();
+    assert_eq!(published, ["beta", "gamma"]);
+    assert_eq!((catalog.len(), catalog.ready(), kind(&catalog, "alpha")), (2, 2, ErrorKind::UnknownObject));
+}
+
+#[test]
+fn a_file_that_is_gone_before_its_turn_is_not_listed_as_failed() {
+    let folder = Folder::of(&[("a", "alpha"), ("b", "beta"), ("c", "!")]);
+    let snapshot = DirectorySnapshot::of(folder.0.path()).unwrap();
+    std::fs::remove_file(folder.path("a")).unwrap();
+    let catalog = Catalog::default().renewed(snapshot, &loader(), |_| ());
+    assert_eq!((catalog.len(), catalog.ready(), catalog.failed()), (2, 1, 1));
+    let message = catalog.get("x").err().unwrap().message;
+    assert!(message.ends_with("there is `beta`"), "names that failed are not offered: {message}");
+}
+
+#[test]
 fn a_reload_keeps_what_is_unchanged_and_follows_the_folder() {
     let folder = Folder::of(&[("a", "alpha"), ("b", "beta"), ("c", "gamma")]);
     let before = folder.load();

@@ -21,9 +21,31 @@ pub struct ObjectVersion {
     load_time: Duration,
 }
 
+/// Largest number of loads of a file that is replaced again and again while it is loaded.
+const LOADS_MAX: usize = 3;
+
 impl ObjectVersion {
+    /// Loads `source`, and loads it again if its file was replaced meanwhile. `None` if the file is gone.
+    pub(super) fn load_current(
+        source: &DatabaseSource,
+        mut stamp: FileStamp,
+        loader: &Loader,
+    ) -> Option<Result<Self, String>> {
+        for _ in 0..LOADS_MAX {
+            let version = Self::load(source, stamp, loader);
+            let now = FileStamp::of(&source.path)?;
+            if now == stamp {
+                return Some(version);
+            }
+            stamp = now;
+        }
+        Some(Err(
+            "its file was replaced each time that it was loaded; it is loaded again once the file stays".to_owned()
+        ))
+    }
+
     /// Loads `source`; the error names the defect. A panic of the loader becomes an error, so that no file brings the daemon down.
-    pub(super) fn load(source: &DatabaseSource, stamp: FileStamp, loader: &Loader) -> Result<Self, String> {
+    fn load(source: &DatabaseSource, stamp: FileStamp, loader: &Loader) -> Result<Self, String> {
         let begun = Instant::now();
         let object = catch_unwind(AssertUnwindSafe(|| loader(&source.path, source.object.as_deref())))
             .unwrap_or_else(|panic| Err(format!("loading it failed: {}", panics::text(panic.as_ref()))))?;

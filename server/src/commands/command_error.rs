@@ -300,6 +300,9 @@ impl From<BakeError> for CommandError {
             BakeError::TooThin { thickness_needed_m: None, .. } => {
                 Self::refused("too_thin", CRACK_SPACING, message).advised("set it with --crack-spacing")
             }
+            BakeError::TooThin { turning_helps: true, .. } => {
+                Self::refused("too_thin", "", message).advised("or make the walls thicker, or bake it in shorter parts")
+            }
             BakeError::TooThin { .. } => Self::refused("too_thin", "", message).advised("make the walls thicker"),
             BakeError::CracksMiss { .. } => Self::refused("cracks_miss", "--cracks", message),
             BakeError::CracksTooSmall { .. } => Self::refused("cracks_too_small", CRACK_SPACING, message),
@@ -307,7 +310,9 @@ impl From<BakeError> for CommandError {
             BakeError::Cracks(error) => Self { message, ..error.into() },
             BakeError::Surface(error) => error.into(),
             BakeError::Lattice(error) => error.into(),
-            BakeError::Elasticity { body, .. } => Self::refused("elasticity", format!("body {body}"), message),
+            BakeError::Elasticity { body, .. } | BakeError::FreeJoint { body, .. } => {
+                Self::refused("elasticity", format!("body {body}"), message)
+            }
             BakeError::Lift { .. } => Self::ours("lift", message),
             BakeError::Calibration(_) => Self::ours("calibration", message),
             BakeError::Canceled(_) => Self::canceled(),

@@ -4,7 +4,7 @@ use super::time_of_day::utc;
 use super::wait::{seconds, until};
 use super::{CliError, document, objects, out, reply};
 use serde_json::{Map, Value, json};
-use shatter_client::{Client, Deadline, Error, Latency, ObjectFacts, Status};
+use shatter_client::{Client, Deadline, Error, Latency, ObjectFacts, ObjectState, Status};
 use shatter_proto::text::counted;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
@@ -51,15 +51,31 @@ fn read_state(service: &str, deadline: Option<Deadline>) -> Result<(Client, Serv
         Some(deadline) => Client::wait_for(service, deadline)?,
         None => Client::connect(service, reply())?,
     };
-    let state = (connection.status(reply())?, connection.objects(reply())?);
+    let state = state_of(&connection)?;
     Ok((connection, state))
+}
+
+/// Queries status and list, one after the other. Objects are counted in the list, so that both agree if objects change in between.
+fn state_of(connection: &Client) -> Result<ServiceState, Error> {
+    let (status, loaded) = (connection.status(reply())?, connection.objects(reply())?);
+    Ok((counted_in(status, &loaded), loaded))
+}
+
+/// `status` with the numbers of objects of the list `loaded`.
+fn counted_in(mut status: Status, loaded: &[ObjectFacts]) -> Status {
+    let count = |is_counted: &dyn Fn(&ObjectFacts) -> bool| loaded.iter().filter(|own| is_counted(own)).count() as u32;
+    status.objects_ready = count(&|own| own.is_ready());
+    status.objects_loading = count(&|own| own.state == ObjectState::Loading);
+    status.objects_failed = loaded.len() as u32 - status.objects_ready - status.objects_loading;
+    status.objects_outdated = count(&|own| own.is_ready() && own.error.is_some());
+    status
 }
 
 /// Prints the state again and again; daemons may end and start meanwhile.
 fn watch(service: &str, connection: &Client, json: bool) -> Result<(), CliError> {
     let mut last: Option<(Instant, Status)> = None;
     loop {
-        let looked = connection.status(reply()).and_then(|status| Ok((status, connection.objects(reply())?)));
+        let looked = state_of(connection);
         let text = match &looked {
             Ok((status, loaded)) if json => format!("{}\n", to_json(service, status, loaded)),
             Ok((status, loaded)) => screen(service, status, loaded, last.as_ref()),

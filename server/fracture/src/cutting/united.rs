@@ -17,7 +17,7 @@ use manifold_rust::robust::cells::{VertTables, build_cells, extract, windings};
 use manifold_rust::robust::intersection_graph::{Piece, build_graph};
 use manifold_rust::robust::pairing::plan_vertex_splits;
 use manifold_rust::types::{OpType, WindingRule};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 /// Largest number of crossing pairs of triangles that are resolved. Each takes exact arithmetic.
 pub(super) const PAIRS_MAX: usize = 5_000;
@@ -31,18 +31,23 @@ pub(super) struct UnitedSurface {
     pub meshed: MeshedSurface,
     /// A point on the crossing of each triangle that crosses one with a higher number, local.
     pub crossings: Vec<Point3<f64>>,
-    /// Triangles inside the solid.
+    /// Triangles that do not bound the solid.
     pub hidden: Vec<HiddenTriangle>,
     /// Vertices where parts touched, which are now apart; local.
     pub divided: Vec<Point3<f64>>,
 }
 
-/// Triangle inside the solid; local.
+/// Triangle that does not bound the solid: one inside it, or of a sheet without volume. Local.
+#[derive(Clone, Copy)]
 pub(super) struct HiddenTriangle {
     /// Its source.
     pub source: u32,
     /// One of its vertices.
     pub place: Point3<f64>,
+    /// Its center.
+    pub center: Point3<f64>,
+    /// Its unit normal; zero if it has no area.
+    pub normal: Vector3<f64>,
     /// Its area.
     pub area: f64,
 }
@@ -95,8 +100,14 @@ pub(super) fn united(surface: &MeshedSurface, token: &CancelToken) -> Result<Uni
     let (meshed, divided) = separated(meshed, copies.as_deref());
     let hidden_triangle = |own: u32| {
         let [a, b, c] = surface.triangles[own as usize].map(|vertex| surface.positions[vertex as usize]);
-        let area = 0.5 * (b - a).cross(&(c - a)).norm();
-        HiddenTriangle { source: surface.sources[own as usize], place: a, area }
+        let twice = (b - a).cross(&(c - a));
+        HiddenTriangle {
+            source: surface.sources[own as usize],
+            place: a,
+            center: Point3::from((a.coords + b.coords + c.coords) / 3.0),
+            normal: twice.try_normalize(0.0).unwrap_or_default(),
+            area: 0.5 * twice.norm(),
+        }
     };
     let mut is_left = vec![false; surface.triangles.len()];
     pieces.iter().for_each(|piece| is_left[piece.tri] = true);

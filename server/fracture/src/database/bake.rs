@@ -8,10 +8,13 @@ use super::hash::input_hash;
 use super::share::{BakeShare, PartialBake};
 use super::stored_values::{self, PlausibleRange};
 use super::stuffed::lattices;
-use super::thin::report_exact;
+use super::thin::{report_exact, report_loose_sheets};
 use crate::cancel_token::{CancelToken, Canceled};
-use crate::cutting::{CuttingError, CuttingMesh, CuttingMeshes, FilledSurface, RepairKind, cutting_meshes};
+use crate::cutting::{
+    CuttingError, CuttingMesh, CuttingMeshes, FilledSurface, RepairKind, SurfaceRepair, cutting_meshes,
+};
 use crate::degree;
+use crate::elasticity::ElasticityError;
 use crate::lattice::{BodyLattice, Lattice};
 use crate::lift::{self, Extension, LiftError, LiftKind, LiftedLattice};
 use crate::pipeline::{
@@ -19,8 +22,9 @@ use crate::pipeline::{
     SurfaceKind, SurfaceReport, calibrate,
 };
 use crate::skin::{BoundaryAttributes, Skin};
-use crate::surface::{RawMesh, Surface};
+use crate::surface::{LocalFrame, RawMesh, Surface};
 use crate::tessellation::Topology;
+use nalgebra::Vector3;
 use std::sync::Arc;
 
 /// Bakes `raw`. Deterministic in (mesh, request). Calls `progress` at the start of each step.
@@ -72,11 +76,11 @@ pub(super) fn whole(
         let failed = |source| BakeError::Lift { body: index, source };
         let interior = || lift::interior(&crack, parameters.modes, parameters.alpha, token).map_err(failed);
         let interior = tables.interior.then(interior).transpose()?;
-        let surface = || surface_lift(&crack, index, &mut report, token);
-        let surface_diffusion = tables.surface_diffusion.then(surface).transpose()?.flatten();
+        let diffusion = || surface_lift(&crack, index, &mut report, token);
+        let surface_diffusion = tables.surface_diffusion.then(diffusion).transpose()?.flatten();
         progress(BakeStep::Elasticity(index));
         if let Some(solid) = &solid {
-            solid.elasticity.factor().map_err(|source| BakeError::Elasticity { body: index, source })?;
+            solid.elasticity.factor().map_err(|source| elasticity_error(index, solid, source, &surface.frame))?;
         }
         bodies.push(PreparedBody { solid, interior, surface_diffusion, ..PreparedBody::new(crack) });
     }
@@ -153,6 +157,10 @@ fn exact_surface(
         anchored_nodes: sum(CuttingMesh::anchored_count),
         repairs,
     };
+    let has = |repairs: &[SurfaceRepair], kind| repairs.iter().any(|repair| repair.kind == kind);
+    if has(&filled.repairs, RepairKind::FilledHoles) && !has(&report.surface.repairs, RepairKind::FilledHoles) {
+        report_loose_sheets(&mut report.defects);
+    }
     let is_divided = report.surface.repairs.iter().any(|repair| repair.kind == RepairKind::DividedVertices);
     report_exact(&mut report.defects, is_divided);
     bodies.iter_mut().zip(meshes).for_each(|(body, mesh)| body.set_cutting(mesh));
@@ -174,6 +182,16 @@ fn assembled(
         Ok((crack, tables.elastic.then(solid).transpose().map_err(failed)?))
     };
     bodies.into_iter().enumerate().map(one).collect()
+}
+
+/// The error of a body without a factor; it names the joint of a mechanism.
+fn elasticity_error(body: usize, solid: &ElasticModel, source: ElasticityError, frame: &LocalFrame) -> BakeError {
+    let ElasticityError::Mechanism { residual } = source else { return BakeError::Elasticity { body, source } };
+    let lattice = &solid.lattice;
+    solid.elasticity.weakest_tet(lattice).map_or(BakeError::Elasticity { body, source }, |tet| {
+        let center = lattice.corners(tet).iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0;
+        BakeError::FreeJoint { body, place_m: frame.to_meters(&center.into()), residual }
+    })
 }
 
 /// The skin and the attributes on the bodies' boundaries, as far as selected. Walls of existing cracks are included.

@@ -11,6 +11,7 @@ use crate::lift::LiftError;
 use crate::pipeline::FractureError;
 use crate::scene::{brief, number};
 use crate::surface::SurfaceError;
+use nalgebra::Point3;
 
 /// Largest share of the volume in components that the lattice drops. Beyond it, the rest is a different object.
 pub(super) const GONE_MAX: f64 = 0.25;
@@ -90,7 +91,7 @@ pub enum BakeError {
     #[error(
         "a quarter of the surface or more has walls of {thickness_m:.3e} m or less: crack spacing {spacing:.5} loses them, \
          {spacing_needed:.5} is needed{}",
-        finer_than_possible(*.thickness_needed_m)
+        finer_than_possible(*.thickness_needed_m, *.turning_helps)
     )]
     TooThin {
         /// Wall thickness that a quarter of the surface does not exceed, m.
@@ -101,6 +102,8 @@ pub enum BakeError {
         spacing_needed: f64,
         /// Wall thickness of the same shape that can be baked, m; none if the spacing is possible.
         thickness_needed_m: Option<f64>,
+        /// True if the mesh turned along the axes, whose bounding box is smaller, could be baked.
+        turning_helps: bool,
     },
     /// A preset that was not requested explicitly severs parts.
     #[error("{0}")]
@@ -135,6 +138,20 @@ pub enum BakeError {
         /// Cause.
         source: LiftError,
     },
+    /// Parts of a body move freely about a joint.
+    #[error(
+        "elasticity of body {body}: parts move freely about a joint at {}, which is too thin for a stable solution (residual \
+         {residual:.1e} of a test load): thicken it there, or bake the parts as separate objects",
+        place(.place_m)
+    )]
+    FreeJoint {
+        /// Index of the body.
+        body: usize,
+        /// Position of the joint, m.
+        place_m: Point3<f64>,
+        /// Relative residual of the test load.
+        residual: f64,
+    },
     /// The stiffness could not be factored.
     #[error("elasticity of body {body}: {source}")]
     Elasticity {
@@ -157,9 +174,16 @@ fn lower_bound(value: f64) -> String {
 }
 
 /// Part of [`BakeError::TooThin`] about walls that no possible lattice preserves.
-fn finer_than_possible(thickness_needed_m: Option<f64>) -> String {
+fn finer_than_possible(thickness_needed_m: Option<f64>, turning_helps: bool) -> String {
+    let (cause, turn) = match turning_helps {
+        true => (
+            "than the grid over its bounding box allows",
+            "; turn the mesh so that its longest sides lie along the axes, where that box is smaller",
+        ),
+        false => ("than can be baked", ""),
+    };
     let words = |needed_m| {
-        format!(", which is finer than can be baked: walls of about {needed_m:.2e} m or more in this shape can be")
+        format!(", which is finer {cause}: walls of about {needed_m:.2e} m or more in this shape can be{turn}")
     };
     thickness_needed_m.map_or_else(String::new, words)
 }
@@ -187,6 +211,13 @@ impl From<FractureError> for BakeError {
             error => Self::Calibration(error),
         }
     }
+}
+
+/// Position in meters.
+pub(super) fn place(point: &Point3<f64>) -> String {
+    // Adding 0 turns −0 into 0.
+    let [x, y, z] = [point.x, point.y, point.z].map(|own| format!("{:.4}", (1e4 * own).round() / 1e4 + 0.0));
+    format!("({x}, {y}, {z}) m")
 }
 
 /// Advice to lower the crack spacing below `needed`, where that is possible.

@@ -1,6 +1,7 @@
 //! Parts of an object that a lattice loses, severs, or leaves without elasticity, for the defect report.
 
 use super::bake_error::BakeError;
+use super::joints::{JoinRemedy, JoinedShape, Joint};
 use crate::lattice::{CRACK_NODES_MAX, LatticeLevels, Spacings};
 use crate::pipeline::Preset;
 use crate::surface::{Defect, DefectKind, InsideTest, ShellPart, Solids, Surface};
@@ -31,11 +32,11 @@ pub(super) fn refine_until_connected(
     let (mut finer, mut nodes) = (*spacings, nodes as f64);
     for _ in 0..STEPS_MAX {
         (finer.crack, nodes) = (FINER * finer.crack, nodes / FINER.powi(3));
-        if !follows || severed_count(surface, &levels) == 0 || nodes > CRACK_NODES_MAX as f64 {
+        if !follows || severed_bodies(surface, &levels).is_empty() || nodes > CRACK_NODES_MAX as f64 {
             break;
         }
         let next = stuffed(finer)?;
-        if severed_count(surface, &next) == 0 {
+        if severed_bodies(surface, &next).is_empty() {
             *spacings = finer;
             return Ok(next);
         }
@@ -47,24 +48,46 @@ pub(super) fn refine_until_connected(
 /// in the solid on its other side.
 const HELD_MIN: (usize, f64) = (4, 0.01);
 
-/// Number of bodies beyond the input's own solids: of each solid, all bodies but one.
-fn severed_count(surface: &Surface, levels: &LatticeLevels) -> usize {
-    let bodies = levels.bodies.len();
-    if bodies < 2 || surface.solid_count < 2 {
-        return bodies.saturating_sub(1);
+/// Body beyond the input's own solids.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct SeveredBody {
+    /// Index of the body.
+    pub body: usize,
+    /// The other bodies of its solid.
+    pub others: Vec<usize>,
+}
+
+/// Bodies beyond the input's own solids: of each solid, all bodies but the largest. Largest first.
+fn severed_bodies(surface: &Surface, levels: &LatticeLevels) -> Vec<SeveredBody> {
+    let mut severed: Vec<SeveredBody> = Vec::new();
+    for bodies in bodies_of_solids(surface, levels) {
+        // Bodies are in the order of their volumes.
+        let others = |body| bodies.iter().copied().filter(|other| *other != body).collect();
+        severed.extend(bodies.iter().skip(1).map(|&body| SeveredBody { body, others: others(body) }));
+    }
+    severed.sort_by_key(|own| own.body);
+    severed.dedup_by_key(|own| own.body);
+    severed.truncate(levels.bodies.len().saturating_sub(1));
+    severed
+}
+
+/// For each solid of the input, the bodies in it.
+fn bodies_of_solids(surface: &Surface, levels: &LatticeLevels) -> Vec<Vec<usize>> {
+    if levels.bodies.len() < 2 || surface.solid_count < 2 {
+        return vec![(0..levels.bodies.len()).collect()];
     }
     let solids = Solids::of(surface);
-    let mut parts = vec![0_usize; surface.solid_count];
-    for body in &levels.bodies {
+    let mut parts = vec![Vec::new(); surface.solid_count];
+    for (index, body) in levels.bodies.iter().enumerate() {
         let nodes = &body.crack.nodes;
         let holding: Vec<usize> = nodes.par_iter().filter_map(|node| solids.holding(node)).collect();
         let mut held = vec![0_usize; parts.len()];
         holding.iter().for_each(|&solid| held[solid] += 1);
         let most = held.iter().copied().max().unwrap_or(0);
         let enough = most.min(HELD_MIN.0.max((HELD_MIN.1 * nodes.len() as f64) as usize)).max(1);
-        parts.iter_mut().zip(&held).filter(|(_, held)| **held >= enough).for_each(|(part, _)| *part += 1);
+        parts.iter_mut().zip(&held).filter(|(_, held)| **held >= enough).for_each(|(part, _)| part.push(index));
     }
-    parts.iter().map(|&bodies| bodies.saturating_sub(1)).sum::<usize>().min(bodies - 1)
+    parts
 }
 
 /// Parts that the lattice severs from the rest.
@@ -74,39 +97,39 @@ pub struct SeveredParts {
     pub bodies: usize,
     /// Number of solids of the input.
     pub solids: usize,
-    /// Volumes of the bodies beyond the input's solids, m³, in descending order.
+    /// Volumes of the severed bodies, m³, in descending order.
     pub volumes_m3: Vec<f64>,
     /// Preset that severs them; `None` if the spacing was given.
     pub quality: Option<Preset>,
-    /// Next finer preset; true if it does not sever them, `None` if that is expensive to determine.
-    pub next: Option<(Preset, Option<bool>)>,
+    /// Thinnest joint that the lattice lost, if one was found.
+    pub joint: Option<Joint>,
+    /// What holds the parts together.
+    pub remedy: JoinRemedy,
     face: u64,
 }
 
-/// The severed parts, if any. `keeps` returns true if another preset does not sever them.
+/// The severed parts of a shape of `volume` (local), if any. `keeps` returns true if another preset does not sever them.
 pub(super) fn severed(
     surface: &Surface,
-    levels: &LatticeLevels,
+    inside: &InsideTest,
+    (levels, volume): (&LatticeLevels, f64),
     quality: Option<Preset>,
     keeps: &dyn Fn(Preset) -> Result<bool, BakeError>,
 ) -> Result<Option<SeveredParts>, BakeError> {
-    let more = severed_count(surface, levels);
-    if more == 0 {
-        return Ok(None);
-    }
+    let severed = severed_bodies(surface, levels);
+    let Some(first) = severed.first() else { return Ok(None) };
     let cubed = surface.frame.diagonal_m.powi(3);
-    let mut volumes_m3: Vec<f64> = levels.bodies.iter().map(|body| body.crack.volume() * cubed).collect();
-    volumes_m3.sort_by(|a, b| b.total_cmp(a));
-    let next = quality.and_then(Preset::finer);
-    // Fitted lattices have ten times as many nodes, so a trial would take longer than this bake.
-    let tried = |next: Preset| (!next.lattices().fitted).then(|| keeps(next)).transpose();
+    let joint = Joint::find(surface, inside, levels, &severed);
+    let shape = JoinedShape { surface, volume, area: area(surface) };
+    let face = || inside.nearest_face(&levels.bodies[first.body].crack.nodes[0]);
     Ok(Some(SeveredParts {
         bodies: levels.bodies.len(),
         solids: surface.solid_count.max(1),
-        volumes_m3: volumes_m3.split_off(levels.bodies.len() - more),
+        volumes_m3: severed.iter().map(|own| levels.bodies[own.body].crack.volume() * cubed).collect(),
         quality,
-        next: next.map(|next| Ok::<_, BakeError>((next, tried(next)?))).transpose()?,
-        face: surface.parts.first().map_or(0, |part| part.face),
+        remedy: shape.remedy(joint.as_ref(), quality, keeps)?,
+        face: joint.map_or_else(face, |joint| joint.face),
+        joint,
     }))
 }
 
@@ -117,15 +140,16 @@ pub(super) fn keeps(
     stuffed: &dyn Fn(Spacings) -> Result<LatticeLevels, BakeError>,
 ) -> Result<bool, BakeError> {
     let mut spacings = spacings;
-    Ok(severed_count(surface, &refine_until_connected(surface, &mut spacings, true, stuffed)?) == 0)
+    Ok(severed_bodies(surface, &refine_until_connected(surface, &mut spacings, true, stuffed)?).is_empty())
 }
 
 impl SeveredParts {
     /// Entry of the defect report.
     pub(super) fn defect(&self) -> Defect {
         let action = format!(
-            "separate bodies, {}: their connection is too thin for the lattice; {}",
+            "separate bodies, {}: their connection{} is too thin for the lattice; {}",
             self.sizes(),
+            self.joint(),
             self.advice()
         );
         Defect::new(DefectKind::SeveredPart, self.volumes_m3.len() as u64, self.face, action)
@@ -140,30 +164,23 @@ impl SeveredParts {
     }
 
     fn advice(&self) -> String {
-        match self.next {
-            Some((next, Some(true))) => format!("--quality {} keeps them", next.name()),
-            Some((next, None)) => {
-                format!(
-                    "try the next preset, --quality {}, whose lattices may have ten times as many nodes",
-                    next.name()
-                )
-            }
-            Some((next, Some(false))) => format!(
-                "the next preset, --quality {}, does not keep them all: give a finer --crack-spacing",
-                next.name()
-            ),
-            None => "give a finer --crack-spacing".to_owned(),
-        }
+        self.remedy.advice(self.joint.as_ref())
+    }
+
+    /// The joint in words, empty if it is unknown.
+    fn joint(&self) -> String {
+        self.joint.as_ref().map_or_else(String::new, Joint::words)
     }
 }
 
 impl std::fmt::Display for SeveredParts {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let name = self.quality.unwrap_or_default().name();
-        let (parts, sizes, advice) = (self.defect().counted(), self.sizes(), self.advice());
+        let (parts, sizes, joint, advice) = (self.defect().counted(), self.sizes(), self.joint(), self.advice());
         write!(
             f,
-            "preset `{name}` severs {parts} of {sizes} from the object: {advice}; an explicit --quality {name} "
+            "preset `{name}` severs {parts} of {sizes} from the object, whose joint{joint} is too thin: {advice}; an explicit \
+             --quality {name} "
         )?;
         write!(f, "makes {} bodies where the mesh has {}", self.bodies, self.solids)
     }
@@ -300,8 +317,12 @@ mod tests {
             let message = severed.to_string();
             println!("{message}");
             assert_eq!((severed.solids, severed.bodies, severed.volumes_m3.len()), (solids, 2, 1), "{message}");
-            assert_eq!(severed.next.map(|(next, _)| next), Some(Preset::Game));
-            assert!(message.contains("`draft`") && message.contains("--quality game"), "{message}");
+            // The rod is thinner than all presets and spacings hold.
+            assert!(matches!(severed.remedy, JoinRemedy::Thickness(needed_m) if needed_m > 2.0 * ROD), "{message}");
+            assert!(message.contains("`draft`") && message.contains("thicken it to"), "{message}");
+            let joint = severed.joint.unwrap();
+            assert!((joint.thickness_m / (2.0 * ROD) - 1.0).abs() < 1e-2, "{joint:?}");
+            assert!((1.0..=2.0).contains(&joint.place_m.x) && joint.place_m.coords.yz().norm() < ROD, "{joint:?}");
         }
         let box_to = |high: f64| block([0.0; 3], [high; 3]);
         let inward = |mut mesh: RawMesh| {
@@ -325,14 +346,57 @@ mod tests {
         assert!(allowed.bodies.len() > 1);
         let line = allowed.report.defects.iter().find(|defect| defect.kind == DefectKind::SeveredPart).unwrap();
         assert!(
-            line.counted().contains("part") && line.action.contains("m³") && line.action.contains("game"),
+            line.counted().contains("part") && line.action.contains("m³") && line.action.contains("thicken it to"),
             "{line:?}"
         );
     }
 
+    #[test]
+    fn the_volume_is_that_of_the_severed_part_and_the_preset_named_holds_it() {
+        let materials = Materials::parse(crate::scene::MATERIALS).unwrap();
+        let request = BakeRequest {
+            allows_severed: false,
+            tables: Tables::NONE,
+            ..BakeRequest::new("mixed", "glass", materials.get("glass").unwrap().clone())
+        };
+        let severed = |mesh| match bake(mesh, &request, &CancelToken::default(), &mut |_| ()) {
+            Err(BakeError::Severed(severed)) => severed,
+            other => panic!("{:?}", other.map(|own| own.bodies.len())),
+        };
+        // A block of 0.1 m³ apart from the limbs is no severed part.
+        let mixed = severed(joined(&[limbs(), block([1.3, 1.0, 0.0], [1.7, 1.5, 0.5])]));
+        println!("{mixed}");
+        assert_eq!((mixed.bodies, mixed.solids, mixed.volumes_m3.len()), (3, 2, 1));
+        assert!(
+            (mixed.volumes_m3[0] - 1.0).abs() < 0.05 && mixed.defect().first_index == mixed.joint.unwrap().face,
+            "{mixed}"
+        );
+        let thicker = severed(turned(limbs_by(2.0 * ROD)));
+        println!("{thicker}");
+        assert_eq!(thicker.remedy, JoinRemedy::Preset(Preset::Film));
+        assert!(thicker.to_string().contains("--quality film keeps them"), "{thicker}");
+        let between = severed(turned(limbs_by(1.4 * ROD)));
+        println!("{between}");
+        let JoinRemedy::Spacing(crack) = between.remedy else { panic!("{between}") };
+        let request = BakeRequest { crack_spacing: Some(crack), ..request };
+        let held = bake(turned(limbs_by(1.4 * ROD)), &request, &CancelToken::default(), &mut |_| ()).unwrap();
+        assert_eq!(held.bodies.len(), 1);
+    }
+
+    fn turned(mut mesh: RawMesh) -> RawMesh {
+        let rotation = nalgebra::Rotation3::from_euler_angles(0.4, 0.3, 0.2);
+        mesh.positions_m.iter_mut().for_each(|point| *point = rotation * *point);
+        mesh
+    }
+
     /// Two blocks of 1 m, joined by a rod that is too thin for coarse lattices, in one shell.
     fn limbs() -> RawMesh {
-        let rings = [(0.0, 0.5), (1.0, 0.5), (1.0, ROD), (2.0, ROD), (2.0, 0.5), (3.0, 0.5)];
+        limbs_by(ROD)
+    }
+
+    /// The same with a rod of this half thickness, m.
+    fn limbs_by(rod: f64) -> RawMesh {
+        let rings = [(0.0, 0.5), (1.0, 0.5), (1.0, rod), (2.0, rod), (2.0, 0.5), (3.0, 0.5)];
         let corners = |(x, half): (f64, f64)| {
             [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
                 .map(|[y, z]| nalgebra::Point3::new(x, y * half, z * half))

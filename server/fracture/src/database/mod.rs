@@ -14,6 +14,7 @@ mod error;
 mod hash;
 #[cfg(test)]
 mod hostile_tests;
+mod joints;
 mod lattice_tensors;
 mod learned;
 mod lost_parts;
@@ -34,6 +35,7 @@ pub use bake_request::BakeRequest;
 pub use bake_step::{BakeSize, BakeStep};
 pub use error::DatabaseError;
 pub use hash::input_hash;
+pub use joints::{JoinRemedy, Joint};
 pub use lattice_tensors::NODES_MAX;
 pub use learned::EXAMPLES_MAX;
 pub use lost_parts::SeveredParts;

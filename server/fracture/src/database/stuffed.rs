@@ -47,7 +47,7 @@ fn stuffed(
     let volume = inside.input_volume(token)?;
     progress(BakeStep::Lattices);
     let walls = inside.widths(WidthSide::Wall, WIDTH_MAX, token)?;
-    let spacings = thin::spacings(request, volume, lost_parts::area(surface), &walls, &surface.frame)?;
+    let spacings = thin::spacings(request, volume, lost_parts::area(surface), &walls, surface)?;
     let mut parameters = parameters(request, surface, spacings);
     let mut spacings = Spacings {
         elastic: parameters.elastic_spacing,
@@ -63,7 +63,7 @@ fn stuffed(
     };
     let stuffed_by = |quality: Preset| {
         let request = BakeRequest { quality, ..request.without_cracks() };
-        let [elastic, crack] = thin::spacings(&request, volume, lost_parts::area(surface), &walls, &surface.frame)?;
+        let [elastic, crack] = thin::spacings(&request, volume, lost_parts::area(surface), &walls, surface)?;
         let refine = request.elastic_spacing.is_none();
         let spacings = Spacings { elastic, crack, refine, fits_elastic: false };
         lost_parts::keeps(surface, spacings, &|spacings| stuffed(quality, spacings, volume))
@@ -89,9 +89,9 @@ fn stuffed(
         levels = stuffed(request.quality, spacings, kept)?;
         dropped_components = lost_parts::dropped_components(surface, &levels, volume);
     }
-    let mut lost = thin::lost(&inside, &walls, &levels, &surface.frame, token)?;
+    let mut lost = thin::lost(&inside, &walls, &levels, surface, token)?;
     let preset = request.crack_spacing.is_none().then_some(request.quality);
-    if let Some(severed) = lost_parts::severed(surface, &levels, preset, &stuffed_by)? {
+    if let Some(severed) = lost_parts::severed(surface, &inside, (&levels, volume), preset, &stuffed_by)? {
         if preset.is_some() && !request.allows_severed {
             return Err(BakeError::Severed(Box::new(severed)));
         }

@@ -6,7 +6,7 @@ use super::lost_parts::LEFT_OUT;
 use crate::cancel_token::CancelToken;
 use crate::lattice::{self, LatticeError, LatticeLevels, Locator};
 use crate::pipeline::LatticeSettings;
-use crate::surface::{Defect, DefectKind, InsideTest, LocalFrame, Surface, Width, WidthSide, Widths};
+use crate::surface::{Defect, DefectKind, InsideTest, Surface, Width, WidthSide, Widths};
 use rayon::prelude::*;
 
 /// Largest measured width, local. Default spacings preserve anything thicker.
@@ -24,7 +24,7 @@ const SAMPLES_MIN: usize = 3;
 ///
 /// Measured on rotated shapes: rods of ratio 1.5 and plates of ratio 1.25 were preserved completely, rods of 1.25 to 97
 /// %, plates of 1.0 to 31 %.
-const WALL_SPACINGS: [f64; 2] = [1.5, 1.25];
+pub(super) const WALL_SPACINGS: [f64; 2] = [1.5, 1.25];
 
 /// Thickness that the finest lattice resolves, local.
 pub(super) const THICKNESS_MIN: f64 = WALL_SPACINGS[1] * lattice::SPACING_RANGE[0];
@@ -35,7 +35,7 @@ pub(super) fn spacings(
     volume: f64,
     area: f64,
     walls: &Widths,
-    frame: &LocalFrame,
+    surface: &Surface,
 ) -> Result<[f64; 2], BakeError> {
     let LatticeSettings { elastic_nodes, crack_nodes, .. } = request.quality.lattices();
     let nodes = [elastic_nodes, crack_nodes];
@@ -45,14 +45,24 @@ pub(super) fn spacings(
         |asked: Option<f64>, chosen: f64, needed: f64| if asked.is_some() { chosen } else { chosen.min(needed) };
     for factor in WALL_SPACINGS {
         let crack = finer(request.crack_spacing, chosen[1], thickness / factor);
+        // The grid over the bounding box limits a default spacing as the number of nodes does.
+        let limit = grid_finest(surface).min(thickness / factor);
+        let crack = if request.crack_spacing.is_none() { crack.max(limit) } else { crack };
         let elastic = finer(request.elastic_spacing, chosen[0], thickness / factor).max(crack);
         match lattice::spacings(volume, area, nodes, Some(elastic), Some(crack)) {
+            Ok([_, crack]) if request.crack_spacing.is_none() && crack < grid_finest(surface) => {}
             Ok(spacings) => return Ok(spacings),
             Err(LatticeError::SpacingOutOfRange { .. } | LatticeError::TooManyNodes { .. }) => {}
             Err(error) => return Err(error.into()),
         }
     }
-    Err(too_thin(thickness, chosen[1], Some(possible_thickness(thickness, volume, area)), frame))
+    let possible = possible_thickness(thickness, volume, area).max(WALL_SPACINGS[1] * grid_finest(surface));
+    Err(too_thin(thickness, chosen[1], Some(possible), surface))
+}
+
+/// Finest spacing, local, whose grid over the bounding box is small enough.
+fn grid_finest(surface: &Surface) -> f64 {
+    lattice::finest_grid_spacing(&surface.extent())
 }
 
 /// Smallest thickness, local, at which walls of this volume and area can be preserved. Volume grows with thickness.
@@ -70,19 +80,30 @@ fn possible_thickness(thickness: f64, volume: f64, area: f64) -> f64 {
 pub(super) fn explain(error: LatticeError, walls: &Widths, surface: &Surface) -> BakeError {
     match error {
         LatticeError::NothingInside { spacing } if walls.quantile(SHARE) < WIDTH_MAX => {
-            too_thin(walls.quantile(SHARE), spacing, None, &surface.frame)
+            too_thin(walls.quantile(SHARE), spacing, None, surface)
+        }
+        // No spacing between both limits: a coarser one would lose the walls.
+        LatticeError::GridTooLarge { spacing, .. }
+            if walls.quantile(SHARE) < WALL_SPACINGS[1] * grid_finest(surface) =>
+        {
+            too_thin(walls.quantile(SHARE), spacing, None, surface)
         }
         error => error.into(),
     }
 }
 
-fn too_thin(thickness: f64, spacing: f64, thickness_needed: Option<f64>, frame: &LocalFrame) -> BakeError {
-    let meters = |local: f64| local * frame.diagonal_m;
+/// The error for walls of this thickness (local), which `spacing` loses. A thickness that is needed is at least that which the grid allows.
+fn too_thin(thickness: f64, spacing: f64, thickness_needed: Option<f64>, surface: &Surface) -> BakeError {
+    let meters = |local: f64| local * surface.frame.diagonal_m;
+    let [spacing_needed, finest] = [thickness / WALL_SPACINGS[1], grid_finest(surface)];
+    let by_grid = (spacing_needed < finest).then_some(WALL_SPACINGS[1] * finest);
+    let turned = || lattice::finest_grid_spacing(&surface.thinnest_extents()) <= spacing_needed;
     BakeError::TooThin {
         thickness_m: meters(thickness),
         spacing,
-        spacing_needed: thickness / WALL_SPACINGS[1],
-        thickness_needed_m: thickness_needed.map(meters),
+        spacing_needed,
+        thickness_needed_m: thickness_needed.or(by_grid).map(meters),
+        turning_helps: by_grid.is_some() && turned(),
     }
 }
 
@@ -99,9 +120,10 @@ pub(super) fn lost(
     inside: &InsideTest,
     walls: &Widths,
     levels: &LatticeLevels,
-    frame: &LocalFrame,
+    surface: &Surface,
     token: &CancelToken,
 ) -> Result<Vec<Defect>, BakeError> {
+    let frame = &surface.frame;
     let locators: Vec<Locator> = levels.bodies.iter().map(|body| Locator::new(&body.crack)).collect();
     let filled = |sample: &Width| locators.iter().any(|locator| locator.containing(&sample.middle, None).is_some());
     let spacing = levels.crack.spacing;
@@ -116,7 +138,7 @@ pub(super) fn lost(
     let share = gone.len() as f64 / walls.samples.len().max(1) as f64;
     if share >= SHARE {
         let thickness = walls.quantile(SHARE);
-        return Err(too_thin(thickness, spacing, None, frame));
+        return Err(too_thin(thickness, spacing, None, surface));
     }
     let gaps = inside.widths(WidthSide::Gap, spacing, token)?;
     let closed = pick(&gaps, |sample| sample.width < spacing && filled(sample));
@@ -148,6 +170,13 @@ pub(super) fn report_exact(defects: &mut [Defect], is_divided: bool) {
             _ => continue,
         };
         defect.action = action;
+    }
+}
+
+/// Says of the holes that they are the rims of sheets, whose films bound no part of the exact surface.
+pub(super) fn report_loose_sheets(defects: &mut [Defect]) {
+    for defect in defects.iter_mut().filter(|defect| defect.kind == DefectKind::Holes) {
+        "of sheets without volume, which the exact surface leaves out".clone_into(&mut defect.action);
     }
 }
 
@@ -197,6 +226,30 @@ mod tests {
     }
 
     #[test]
+    fn remedies_for_a_thin_turned_bar_agree() {
+        let bar = |angle: f64| {
+            let mut bar = shapes::cuboid([1.0, 0.0026, 0.0026]);
+            let rotation = nalgebra::Rotation3::from_euler_angles(0.3, angle, angle);
+            bar.positions_m.iter_mut().for_each(|point| *point = rotation * *point);
+            bar
+        };
+        for crack_spacing in [None, Some(0.005), Some(0.0021)] {
+            let error = baked(bar(0.7), crack_spacing).err().unwrap();
+            println!("{error}");
+            let BakeError::TooThin { thickness_needed_m: Some(needed_m), turning_helps: true, .. } = error else {
+                panic!("{error}")
+            };
+            assert!((0.004..0.02).contains(&needed_m), "{error}");
+            assert!(
+                error.to_string().contains("turn the mesh so that its longest sides lie along the axes"),
+                "{error}"
+            );
+        }
+        let straight = baked(shapes::cuboid([1.0, 0.0026, 0.0026]), None);
+        assert!(straight.is_ok(), "the advice helps: {}", straight.err().unwrap());
+    }
+
+    #[test]
     fn plates_needles_and_vases_are_kept_whole() {
         check(shapes::cuboid([1.0, 0.5, 0.02]));
         check(shapes::cuboid([1.0, 0.01, 0.01]));
@@ -216,7 +269,7 @@ mod tests {
         let needle = baked(shapes::cuboid([1000.0, 1.0, 1.0]), None).err().unwrap();
         assert!(matches!(needle, BakeError::Surface(SurfaceError::Needle { .. })), "{needle}");
         let vase = baked(shapes::vase(), Some(0.035)).err().unwrap();
-        let BakeError::TooThin { thickness_m, spacing, spacing_needed, thickness_needed_m: None } = vase else {
+        let BakeError::TooThin { thickness_m, spacing, spacing_needed, thickness_needed_m: None, .. } = vase else {
             panic!("{vase}")
         };
         assert!((thickness_m / 0.006 - 1.0).abs() < 0.1 && spacing == 0.035 && spacing_needed < 0.02, "{thickness_m}");

@@ -94,6 +94,14 @@ impl Elasticity {
         })
     }
 
+    /// Tetrahedron of `lattice` with the most energy under the test load that the factor failed: it is in the joint about which parts
+    /// move freely. `None` if the factor did not fail so, or the elements are quadratic.
+    pub fn weakest_tet(&self, lattice: &Lattice) -> Option<usize> {
+        let (displacement, mut energies) = (self.failed.get()?, Vec::new());
+        self.tet_energy(lattice, displacement, DrivingEnergy::Total, &mut energies, &CancelToken::default()).ok()?;
+        energies.iter().enumerate().max_by(|one, other| one.1.total_cmp(other.1)).map(|(tet, _)| tet)
+    }
+
     /// Computes ∫ W over each tetrahedron from strains at the nodes, six components each, in proportion to a whole energy.
     ///
     /// The sum of the energies of all parts is `whole`; with [`DrivingEnergy::Tensile`], that of the tensile parts is

@@ -57,7 +57,10 @@ pub enum ElasticityError {
     #[error("the stiffness matrix cannot be factored")]
     Stiffness(#[from] SparseError),
     /// Parts of the body are connected by an edge or a node only, or not at all.
-    #[error("the lattice is a mechanism (parts share at most an edge or a node): residual {residual:e} of a test load")]
+    #[error(
+        "the lattice is a mechanism, or nearly one (parts share at most an edge or a node, or a joint too thin for their size): \
+         residual {residual:e} of a test load"
+    )]
     Mechanism {
         /// Relative residual of the test solve.
         residual: f64,

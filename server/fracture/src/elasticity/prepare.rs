@@ -33,6 +33,8 @@ pub struct Elasticity {
     ///
     /// Making it submits no work to other threads, so a thread cannot wait for itself.
     factor: OnceLock<Result<Cholesky, ElasticityError>>,
+    /// Displacement under the test load that the factor failed.
+    pub(super) failed: OnceLock<Vec<f64>>,
     /// Support of the body.
     pub(super) support: Support,
     /// Gradients and volumes of the tetrahedra.
@@ -83,7 +85,7 @@ impl Elasticity {
     /// which [`Self::precision`] reports.
     #[must_use]
     pub fn of_precision(self, precision: Precision) -> Self {
-        Self { precision, factor: OnceLock::new(), ..self }
+        Self { precision, factor: OnceLock::new(), failed: OnceLock::new(), ..self }
     }
 
     /// Returns the same body with elements of this order on `lattice`, the lattice that it was made of.
@@ -154,6 +156,7 @@ impl Elasticity {
             symbolic: self.symbolic.clone(),
             precision: self.precision,
             factor: OnceLock::new(),
+            failed: OnceLock::new(),
             support: Support::Anchored(nodes),
             elements: self.elements.clone(),
             boundary: self.boundary.clone(),
@@ -207,6 +210,7 @@ impl Elasticity {
             symbolic,
             precision: Precision::F64,
             factor,
+            failed: OnceLock::new(),
             support,
             elements,
             boundary,
@@ -233,14 +237,17 @@ impl Elasticity {
             self.support.constrain(&mut held);
             if self.precision == Precision::F32
                 && let Ok(factor) = self.symbolic.factor(&held, Precision::F32)
-                && probe(self, &factor) <= NARROW_RESIDUAL_MAX
+                && probe(self, &factor).0 <= NARROW_RESIDUAL_MAX
             {
                 return Ok(factor);
             }
             let factor = self.symbolic.factor(&held, Precision::F64)?;
             match probe(self, &factor) {
-                residual if residual <= RESIDUAL_MAX => Ok(factor),
-                residual => Err(ElasticityError::Mechanism { residual }),
+                (residual, _) if residual <= RESIDUAL_MAX => Ok(factor),
+                (residual, displacement) => {
+                    self.failed.get_or_init(|| displacement);
+                    Err(ElasticityError::Mechanism { residual })
+                }
             }
         });
         made.as_ref().map_err(|error| *error)

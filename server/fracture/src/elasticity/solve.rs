@@ -152,11 +152,11 @@ impl Elasticity {
     }
 }
 
-/// Relative residual under a fixed pseudo-random load in equilibrium.
+/// Relative residual under a fixed pseudo-random load in equilibrium, and the displacement.
 ///
 /// The load excites every mode. So a mechanism (a part connected by an edge or a node only, or not at all) shows even
 /// if rounding let the factorization pass. Runs on the calling thread alone, because other threads may wait for it.
-pub(super) fn probe(body: &Elasticity, factor: &Cholesky) -> f64 {
+pub(super) fn probe(body: &Elasticity, factor: &Cholesky) -> (f64, Vec<f64>) {
     let mut stream = RandomStream::new(0, 0);
     let mut forces: Vec<f64> = (0..body.size()).map(|_| stream.uniform() - 0.5).collect();
     body.inertia.relieve(&mut forces);
@@ -164,5 +164,5 @@ pub(super) fn probe(body: &Elasticity, factor: &Cholesky) -> f64 {
     body.back_substitute(factor, &mut displacement, &mut ElasticWorkspace::default());
     let mut product = vec![0.0; forces.len()];
     body.stiffness.multiply_alone(&displacement, &mut product);
-    body.unbalanced(&forces, &mut product)
+    (body.unbalanced(&forces, &mut product), displacement)
 }

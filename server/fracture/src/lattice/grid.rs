@@ -34,6 +34,17 @@ pub(super) struct Grid {
     cells: [usize; 3],
 }
 
+/// Number of cubes along each axis over a box of this extent.
+fn counts(extent: &Vector3<f64>, spacing: f64) -> Vector3<f64> {
+    extent.map(|e| (e / spacing + 2.0 * PADDING).ceil())
+}
+
+/// Number of grid nodes over a box of this extent.
+pub(super) fn node_estimate(extent: &Vector3<f64>, spacing: f64) -> f64 {
+    let counts = counts(extent, spacing);
+    counts.map(|c| c + 1.0).product() + counts.product()
+}
+
 impl Grid {
     /// Smallest grid centered on the shape's box whose outermost nodes lie outside for any offset up to half a spacing.
     pub(super) fn over(shape: &dyn SignedDistance, spacing: f64) -> Result<Self, LatticeError> {
@@ -46,8 +57,8 @@ impl Grid {
         if !(extent.iter().all(|e| e.is_finite() && *e >= 0.0) && low.iter().all(|c| c.is_finite())) {
             return Err(LatticeError::BoundsNotFinite);
         }
-        let counts = extent.map(|e| (e / spacing + 2.0 * PADDING).ceil());
-        let estimate = counts.map(|c| c + 1.0).product() + counts.product();
+        let counts = counts(&extent, spacing);
+        let estimate = node_estimate(&extent, spacing);
         if estimate > GRID_NODES_MAX as f64 {
             return Err(LatticeError::GridTooLarge { nodes: estimate, nodes_max: GRID_NODES_MAX, spacing });
         }

@@ -44,7 +44,8 @@ pub use manifold_repair::{NonManifold, check_manifold};
 pub use measure::DihedralRange;
 pub(crate) use measure::area_vector;
 pub use spacing::{
-    CRACK_NODES_DEFAULT, CRACK_NODES_MAX, ELASTIC_NODES_DEFAULT, ELASTIC_NODES_MAX, default_spacing, spacings,
+    CRACK_NODES_DEFAULT, CRACK_NODES_MAX, ELASTIC_NODES_DEFAULT, ELASTIC_NODES_MAX, default_spacing,
+    finest_grid_spacing, finest_spacing, spacings,
 };
 
 use nalgebra::{Matrix3, Point3};

@@ -47,10 +47,21 @@ impl Outliers {
         let most = OUTLIERS_MAX.min((used.len() - 1) / 2);
         let is_gap = |count: &usize| far[count - 1].0 >= TIMES_MIN * far[*count].0;
         let count = (1..=most).rev().find(is_gap)?;
-        let (distance_m, times) = (far[0].0, far[0].0 / far[count].0);
+        let middle = box_center(far[count..].iter().map(|(_, vertex)| point(*vertex)));
+        let reach =
+            |own: &[(f64, u32)]| own.iter().map(|(_, vertex)| (point(*vertex) - middle).norm()).fold(0.0, f64::max);
+        let [distance_m, others_m] = [reach(&far[..count]), reach(&far[count..])];
+        let times = distance_m / others_m;
         let vertices = far[..count].iter().map(|(_, vertex)| (u64::from(*vertex), point(*vertex).coords.into()));
         times.is_finite().then(|| Self { vertices: vertices.collect(), distance_m, times })
     }
+}
+
+/// Center of the bounding box of `points`.
+fn box_center(points: impl Iterator<Item = Point3<f64>>) -> Point3<f64> {
+    let start = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+    let (low, high) = points.fold(start, |(low, high), point| (low.inf(&point.coords), high.sup(&point.coords)));
+    Point3::from(0.5 * (low + high))
 }
 
 /// Median of `values`, which must not be empty; the lower one of two.
@@ -76,6 +87,21 @@ impl Surface {
         SurfaceError::flat(&self.points_m(), encloses)
     }
 
+    /// Extent of the bounding box, local.
+    pub(crate) fn extent(&self) -> Vector3<f64> {
+        let start = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+        let reach = |(low, high): (Vector3<f64>, Vector3<f64>), point: &Point3<f64>| {
+            (low.inf(&point.coords), high.sup(&point.coords))
+        };
+        let (low, high) = self.positions.iter().fold(start, reach);
+        high - low
+    }
+
+    /// Extents of the thinnest box around the surface, however it is turned; local.
+    pub(crate) fn thinnest_extents(&self) -> Vector3<f64> {
+        extents(&self.positions).into()
+    }
+
     /// Positions of all vertices, m.
     fn points_m(&self) -> Vec<Point3<f64>> {
         self.positions.iter().map(|point| self.frame.to_meters(point)).collect()
@@ -93,7 +119,8 @@ impl SurfaceError {
 /// Number of directions tried across the longest axis: in a quarter turn, and again between the neighbors of the best.
 const TURNS: u32 = 90;
 
-/// Extents of the thinnest box around `points` whose longest side is along the first principal axis; largest first.
+/// Extents of the thinnest box around `points` with a side along the first or the last principal axis, largest first; of the two, the one
+/// with the smaller largest face. Square plates have no first principal axis of their own, square bars no last one.
 fn extents(points: &[Point3<f64>]) -> [f64; 3] {
     let mean = points.iter().map(|point| point.coords).sum::<Vector3<f64>>() / points.len().max(1) as f64;
     let spread: Matrix3<f64> =
@@ -105,9 +132,17 @@ fn extents(points: &[Point3<f64>]) -> [f64; 3] {
         let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
         (high - low).max(0.0)
     };
+    let boxes = [[&first, &second, &third], [&third, &first, &second]].map(|axes| box_along(axes, &along));
+    let face = |extents: &[f64; 3]| extents[0] * extents[1];
+    let [one, other] = boxes;
+    if face(&other) < face(&one) { other } else { one }
+}
+
+/// Extents of the thinnest box with a side along the first of three axes, largest first. `along` measures along an axis.
+fn box_along([axis, one, other]: [&Vector3<f64>; 3], along: &dyn Fn(Vector3<f64>) -> f64) -> [f64; 3] {
     let sides = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
-        [along(cos * second + sin * third), along(cos * third - sin * second)]
+        [along(cos * one + sin * other), along(cos * other - sin * one)]
     };
     let thinnest = |from: f64, range: f64| {
         let angles = (0..=TURNS).map(|turn| from + range * f64::from(turn) / f64::from(TURNS));
@@ -117,7 +152,7 @@ fn extents(points: &[Point3<f64>]) -> [f64; 3] {
     };
     let step = FRAC_PI_2 / f64::from(TURNS);
     let [wide, thin] = sides(thinnest(thinnest(0.0, FRAC_PI_2) - step, 2.0 * step));
-    let mut extents = [along(first), wide, thin];
+    let mut extents = [along(*axis), wide, thin];
     extents.sort_by(|a, b| b.total_cmp(a));
     extents
 }
@@ -168,6 +203,13 @@ mod tests {
             message.contains("flat and encloses no volume: its extents are 2.000e0 × 1.000e0 × 0.000e0"),
             "{message}"
         );
+        for angles in [[0.0, 0.0, 0.6], [0.8, 0.3, 1.1], [1.5, 0.1, 0.2]] {
+            let mut turned = shapes::cuboid([1.0, 1.0, 6e-5]);
+            let rotation = Rotation3::from_euler_angles(angles[0], angles[1], angles[2]);
+            turned.positions_m.iter_mut().for_each(|point| *point = rotation * *point);
+            let turned = Surface::repair(turned).unwrap().nothing_inside(THICKNESS_MIN).unwrap().to_string();
+            assert!(turned.contains("1.000e0 × 1.000e0 × 6.000e-5"), "{turned}");
+        }
         // Its volume is lost in rounding, so it is as if it enclosed none.
         let far = [[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 1e9]].map(Point3::from);
         let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
@@ -197,6 +239,14 @@ mod tests {
 
     #[test]
     fn vertices_far_from_all_others_are_named() {
+        let mut cube = shapes::cuboid([1.0; 3]);
+        cube.positions_m[3] = Point3::new(-5e4, 5e4, 5e4);
+        let Some(SurfaceError::Outliers { distance_m, times, .. }) =
+            Surface::repair(cube).unwrap().nothing_inside(THICKNESS_MIN)
+        else {
+            panic!("no outlier")
+        };
+        assert!((times / 1e5 - 1.0).abs() < 1e-3 && (distance_m / 8.66e4 - 1.0).abs() < 1e-3, "{times} {distance_m}");
         for count in [1, 3, 8] {
             let mut mesh = shapes::arch();
             let first = mesh.positions_m.len() as u32;

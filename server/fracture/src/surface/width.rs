@@ -81,7 +81,8 @@ impl InsideTest {
                 token.check()?;
                 let place = (sample as f64 + 0.5) / SAMPLES as f64 * total;
                 let triangle = ends.partition_point(|end| *end < place).min(ends.len().saturating_sub(1));
-                Ok(self.width(side, limit, triangle, sample))
+                let point = self.tree.triangles.get(triangle).map(|corners| spread(corners, sample));
+                Ok(point.and_then(|point| self.width(side, limit, triangle, point)))
             })
             .collect();
         let mut samples: Vec<Width> = measured?.into_iter().flatten().collect();
@@ -89,10 +90,18 @@ impl InsideTest {
         Ok(Widths { samples })
     }
 
-    /// Width at a sample point of a stored triangle.
-    fn width(&self, side: WidthSide, limit: f64, triangle: usize, sample: usize) -> Option<Width> {
+    /// Wall thickness, up to `limit` (local, positive), at the center of each triangle whose center `chooses` selects.
+    pub fn walls_at_centers(&self, limit: f64, chooses: impl Fn(&Point3<f64>) -> bool + Sync) -> Vec<Width> {
+        let wall = |(triangle, [a, b, c]): (usize, &[Point3<f64>; 3])| {
+            let center = Point3::from((a.coords + b.coords + c.coords) / 3.0);
+            chooses(&center).then(|| self.width(WidthSide::Wall, limit, triangle, center)).flatten()
+        };
+        self.tree.triangles.par_iter().enumerate().filter_map(wall).collect()
+    }
+
+    /// Width at a point of a stored triangle.
+    fn width(&self, side: WidthSide, limit: f64, triangle: usize, point: Point3<f64>) -> Option<Width> {
         let corners = self.tree.triangles.get(triangle)?;
-        let point = spread(corners, sample);
         let outward = normal(corners).try_normalize(0.0)?;
         let inside = |offset: f64| self.winding(&(point + outward * offset)) > 0.5;
         let skin = SKIN * limit;

@@ -49,6 +49,13 @@ fn mechanisms_are_refused() {
         let error = prepare(&lattice, 0.3);
         assert!(matches!(error, Some(ElasticityError::Mechanism { .. } | ElasticityError::Stiffness(_))), "{error:?}");
         let later = Elasticity::assembled(&lattice, 0.3, &CancelToken::default()).unwrap();
+        if let Err(ElasticityError::Mechanism { .. }) = later.factor() {
+            let tet = later.weakest_tet(&lattice).unwrap();
+            let center = lattice.corners(tet).iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0;
+            // The joint is the middle, or the vertical line through it.
+            assert!(center.xy().norm() < 0.37, "{center}");
+        }
+        assert_eq!(free(&block([2, 2, 2], 0.37), 0.3).weakest_tet(&lattice), None);
         let forces = vec![0.0; later.size()];
         let solved = later.solve(&forces, &mut Vec::new(), &mut ElasticWorkspace::default(), &CancelToken::default());
         assert_eq!((solved.err(), later.factor().err()), (error, error), "every use must fail");
