@@ -15,9 +15,6 @@ const FLIP_PASSES_MAX: usize = 32;
 /// Least gain of a flip, as the sum of the cotangents of the two angles opposite the edge. Above rounding errors.
 const FLIP_GAIN_MIN: f64 = 1e-6;
 
-/// Parts of a split triangle over those of an even grid, on average.
-const UNEVEN: f64 = 1.4;
-
 /// Place of a boundary node on the input surface: a weighted mean of up to three vertices of one triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePlace {
@@ -302,22 +299,6 @@ impl SplitSurface {
         let split = self.places.iter().zip(&self.positions).skip(self.input_count);
         split.map(|(place, position)| place.deviation(input, position)).fold(0.0, f64::max)
     }
-}
-
-/// Approximate number of triangles after edges longer than `length_max` are split, from the size of each triangle.
-pub(super) fn split_count(positions: &[Point3<f64>], triangles: &[[u32; 3]], length_max: f64) -> f64 {
-    // Edges are halved, so the number of their parts is a power of two.
-    let parts = |length: f64| (length / length_max).log2().ceil().max(0.0).exp2();
-    let of = |triangle: &[u32; 3]| {
-        let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
-        let longest = [b - a, c - b, a - c].iter().map(Vector3::norm).fold(0.0, f64::max);
-        let height = (b - a).cross(&(c - a)).norm() / longest;
-        match parts(longest) * if height > 0.0 { parts(height) } else { 1.0 } {
-            1.0 => 1.0,
-            parts => UNEVEN * parts,
-        }
-    };
-    triangles.iter().map(of).sum()
 }
 
 /// Vertices of an edge in ascending order.
