@@ -93,6 +93,7 @@ pub mod hull;
 pub mod lattice;
 pub mod lift;
 mod memory;
+mod needle;
 pub mod pipeline;
 pub mod random;
 pub mod reference;

@@ -66,9 +66,14 @@ pub use split_surface::SurfacePlace;
 /// Longest edge of the surface after the split, relative to the spacing.
 const EDGE_LENGTH_MAX: f64 = 0.7;
 
-/// Approximate number of boundary triangles of a mesh of this surface with interior points at `spacing`.
+/// Number of boundary triangles of a mesh of this surface with interior points at `spacing`, without those that the
+/// recovery adds.
+///
+/// If the mesh would have more points than the default limit allows, the number at which the limit is exceeded.
 pub(crate) fn boundary_count(positions: &[Point3<f64>], triangles: &[[u32; 3]], spacing: f64) -> usize {
-    split_surface::split_count(positions, triangles, spacing * EDGE_LENGTH_MAX) as usize
+    let mut surface = SplitSurface::new(positions, triangles, spacing * EDGE_LENGTH_MAX);
+    surface.split_long_edges(ConformingOptions::default().points_max);
+    surface.triangles.len()
 }
 
 /// Default limit of the steps. A step takes 10 to 500 ns.

@@ -4,6 +4,7 @@
 //! the triangles between them are the constraints.
 
 use super::input::directed_edges;
+use crate::needle;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 
@@ -13,9 +14,6 @@ const SPLIT_PASSES_MAX: usize = 64;
 const FLIP_PASSES_MAX: usize = 32;
 /// Least gain of a flip, as the sum of the cotangents of the two angles opposite the edge. Above rounding errors.
 const FLIP_GAIN_MIN: f64 = 1e-6;
-
-/// Parts of a split triangle over those of an even grid, on average.
-const UNEVEN: f64 = 1.4;
 
 /// Place of a boundary node on the input surface: a weighted mean of up to three vertices of one triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,10 +96,18 @@ impl SplitSurface {
         (self.positions[a as usize] - self.positions[b as usize]).norm()
     }
 
-    /// Splits edges that are too long at their midpoints, the longest of each triangle first.
+    /// Splits edges that are too long at their midpoints: those of needles all at once, then the longest of each triangle.
     ///
     /// Returns false if the surface would have more than `vertices_max` vertices.
     pub fn split_long_edges(&mut self, vertices_max: usize) -> bool {
+        let mut middles = HashMap::new();
+        for _ in 0..needle::PASSES_MAX {
+            match self.divide_needles(&mut middles, vertices_max) {
+                Some(true) => {}
+                Some(false) => break,
+                None => return false,
+            }
+        }
         for _ in 0..SPLIT_PASSES_MAX {
             let mut marked = Vec::new();
             for triangle in &self.triangles {
@@ -113,12 +119,75 @@ impl SplitSurface {
             if marked.is_empty() {
                 break;
             }
-            self.split_edges(&marked);
+            self.split_edges_at(&marked, &middles);
             if self.positions.len() > vertices_max {
                 return false;
             }
         }
         true
+    }
+
+    /// Divides needles into strips between the halves of halves of their edges. Adds the middle vertices to `middles`.
+    ///
+    /// The passes that follow split every other long edge at the same vertices. Returns true if there were needles; none
+    /// if the surface would have more than `vertices_max` vertices.
+    fn divide_needles(&mut self, middles: &mut HashMap<[u32; 2], u32>, vertices_max: usize) -> Option<bool> {
+        let mut any = false;
+        for triangle in 0..self.triangles.len() {
+            let own = self.triangles[triangle];
+            let corners = own.map(|vertex| self.positions[vertex as usize]);
+            if !needle::is_needle(&corners, self.length_max) {
+                continue;
+            }
+            let start = needle::longest_edge_start(&corners);
+            let [a, b, c] = [0, 1, 2].map(|k| own[(start + k) % 3]);
+            let (mut outline, mut end) = (Vec::new(), 0);
+            for (k, edge) in [[a, b], [b, c], [c, a]].into_iter().enumerate() {
+                self.divide_edge(edge, middles, &mut outline);
+                end = if k == 0 { outline.len() } else { end };
+            }
+            if self.positions.len() > vertices_max {
+                return None;
+            }
+            if outline.len() == 3 {
+                continue;
+            }
+            any = true;
+            let points: Vec<Point3<f64>> = outline.iter().map(|&vertex| self.positions[vertex as usize]).collect();
+            let mut parts = needle::strip(&points, end).into_iter().map(|part| part.map(|k| outline[k]));
+            self.triangles[triangle] = parts.next()?;
+            self.triangles.extend(parts);
+            self.sources.resize(self.triangles.len(), self.sources[triangle]);
+        }
+        Some(any)
+    }
+
+    /// Appends the first end of an edge to `outline`, and the vertices that divide it until no part is too long.
+    fn divide_edge(&mut self, edge: [u32; 2], middles: &mut HashMap<[u32; 2], u32>, outline: &mut Vec<u32>) {
+        let mut open = vec![edge];
+        while let Some([a, b]) = open.pop() {
+            let is_long = self.length([a, b]) > self.length_max;
+            let known = middles.get(&ascending([a, b])).copied();
+            match if is_long { known.or_else(|| self.add_vertex(ascending([a, b]), 0.5)) } else { None } {
+                Some(middle) => {
+                    middles.insert(ascending([a, b]), middle);
+                    open.extend([[middle, b], [a, middle]]);
+                }
+                None => outline.push(a),
+            }
+        }
+    }
+
+    /// Adds a vertex on an edge, at `t` from its first end; none if it would coincide with an end.
+    fn add_vertex(&mut self, [a, b]: [u32; 2], t: f64) -> Option<u32> {
+        let place = self.places[a as usize].between(&self.places[b as usize], t);
+        let position = place.position(&self.positions[..self.input_count]);
+        if position == self.positions[a as usize] || position == self.positions[b as usize] {
+            return None;
+        }
+        self.places.push(place);
+        self.positions.push(position);
+        Some(self.positions.len() as u32 - 1)
     }
 
     /// Longest edge of a triangle and its length. Of equal edges the one with the lowest vertices.
@@ -135,17 +204,17 @@ impl SplitSurface {
     ///
     /// Edges that occur twice are split once. Edges whose middle rounds to one of their ends stay.
     pub fn split_edges(&mut self, edges: &[([u32; 2], f64)]) {
+        self.split_edges_at(edges, &HashMap::new());
+    }
+
+    /// Splits edges like [`Self::split_edges`], those in `known` at these vertices.
+    fn split_edges_at(&mut self, edges: &[([u32; 2], f64)], known: &HashMap<[u32; 2], u32>) {
         let mut middles: HashMap<[u32; 2], u32> = HashMap::with_capacity(edges.len());
-        for &([a, b], t) in edges {
-            if middles.contains_key(&[a, b]) {
-                continue;
-            }
-            let place = self.places[a as usize].between(&self.places[b as usize], t);
-            let position = place.position(&self.positions[..self.input_count]);
-            if position != self.positions[a as usize] && position != self.positions[b as usize] {
-                middles.insert([a, b], self.positions.len() as u32);
-                self.places.push(place);
-                self.positions.push(position);
+        for &(edge, t) in edges {
+            if !middles.contains_key(&edge)
+                && let Some(middle) = known.get(&edge).copied().or_else(|| self.add_vertex(edge, t))
+            {
+                middles.insert(edge, middle);
             }
         }
         let mut parts = Vec::with_capacity(4);
@@ -230,22 +299,6 @@ impl SplitSurface {
         let split = self.places.iter().zip(&self.positions).skip(self.input_count);
         split.map(|(place, position)| place.deviation(input, position)).fold(0.0, f64::max)
     }
-}
-
-/// Approximate number of triangles after edges longer than `length_max` are split, from the size of each triangle.
-pub(super) fn split_count(positions: &[Point3<f64>], triangles: &[[u32; 3]], length_max: f64) -> f64 {
-    // Edges are halved, so the number of their parts is a power of two.
-    let parts = |length: f64| (length / length_max).log2().ceil().max(0.0).exp2();
-    let of = |triangle: &[u32; 3]| {
-        let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
-        let longest = [b - a, c - b, a - c].iter().map(Vector3::norm).fold(0.0, f64::max);
-        let height = (b - a).cross(&(c - a)).norm() / longest;
-        match parts(longest) * if height > 0.0 { parts(height) } else { 1.0 } {
-            1.0 => 1.0,
-            parts => UNEVEN * parts,
-        }
-    };
-    triangles.iter().map(of).sum()
 }
 
 /// Vertices of an edge in ascending order.

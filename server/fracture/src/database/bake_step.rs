@@ -1,6 +1,6 @@
 //! Steps of a bake, and estimates of its remaining cost once the lattices are known.
 
-use super::{BakeRequest, lost_parts};
+use super::BakeRequest;
 use crate::conforming::boundary_count;
 use crate::elasticity::ElementOrder;
 use crate::lattice::Lattice;
@@ -95,9 +95,6 @@ const HELD: [f64; 3] = [1_810.0, 1_490.0, 72.0];
 /// Memory of the mesh of an exact surface per crack node and per triangle, bytes.
 const HELD_EXACT: [f64; 2] = [960.0, 495.0];
 
-/// Triangles of a skin per square of the crack spacing, if the mesh has fewer.
-const SKIN_DENSITY: f64 = 6.0;
-
 /// Peak memory of a bake: a constant, bytes, and a multiple of the object's memory.
 const PEAK: [f64; 2] = [70e6, 1.85];
 
@@ -120,8 +117,8 @@ impl BakeSize {
         request: &BakeRequest,
     ) -> Self {
         let solids = || bodies.iter().filter_map(|(_, solid)| solid.as_ref());
-        let spacings = lost_parts::area(surface) / parameters.crack_spacing.powi(2);
-        let triangles = surface.triangles.len().max((SKIN_DENSITY * spacings) as usize);
+        // The skin and the exact surface have edges of at most the same length: their numbers differ by a tenth at most.
+        let triangles = boundary_count(&surface.positions, &surface.triangles, parameters.crack_spacing);
         Self {
             elastic_nodes: solids().map(|solid| solid.lattice.nodes.len()).sum(),
             crack_nodes: bodies.iter().map(|(crack, _)| crack.nodes.len()).sum(),
@@ -134,7 +131,7 @@ impl BakeSize {
                 .sum(),
             skin_triangles: if request.tables().skin { triangles } else { 0 },
             exact_triangles: match request.surface {
-                SurfaceKind::Exact => boundary_count(&surface.positions, &surface.triangles, parameters.crack_spacing),
+                SurfaceKind::Exact => triangles,
                 SurfaceKind::Lattice => 0,
             },
         }

@@ -143,3 +143,56 @@ fn borders_lie_where_rivals_are_equal() {
     }
     assert!(exact[1] > 100, "{exact:?} points in triangles and on edges that nothing moved");
 }
+
+/// Sector meshes: each triangle reaches from the rim to the axis, or along the whole wall.
+fn sectors(count: u32, lower: [f64; 2], upper: [f64; 2]) -> RawMesh {
+    let ring = |[radius, height]: [f64; 2]| {
+        (0..count).map(move |k| {
+            let angle = std::f64::consts::TAU * f64::from(k) / f64::from(count);
+            Point3::new(radius * angle.cos(), radius * angle.sin(), height)
+        })
+    };
+    let mut positions: Vec<Point3<f64>> = ring(lower).chain(ring(upper)).collect();
+    positions.extend([Point3::new(0.0, 0.0, lower[1]), Point3::new(0.0, 0.0, upper[1])]);
+    let parts = |k: u32| {
+        let (a, b) = (k, (k + 1) % count);
+        [[b, a, 2 * count], [a + count, b + count, 2 * count + 1], [a, b, b + count], [a, b + count, a + count]]
+    };
+    RawMesh::new(positions, (0..count).flat_map(parts).collect())
+}
+
+/// Halving alone gave a cone of 600 triangles 2 million of them.
+#[test]
+fn sectors_have_as_many_triangles_as_their_edges_have_parts() {
+    for (count, lower, upper) in [
+        (300, [1.0, 0.0], [0.01, 3.0]),
+        (500, [1.0, 0.0], [1.0, 0.05]),
+        (500, [1.0, 0.0], [1.0, 2.0]),
+        (64, [0.02, 0.0], [0.02, 1.0]),
+    ] {
+        let surface = surface(sectors(count, lower, upper));
+        for longest in [0.2, 0.05] {
+            let skin = Skin::of(&surface, &[], longest / EDGE_SPACINGS);
+            let triangles: Vec<_> = (0..skin.triangles.len()).map(|triangle| skin.corners(triangle)).collect();
+            assert_closed(&triangles);
+            let edges = triangles.iter().flat_map(|t| [0, 1, 2].map(|k| (t[(k + 1) % 3] - t[k]).norm()));
+            assert!(edges.fold(0.0, f64::max) <= longest);
+            let parts: f64 = surface
+                .triangles
+                .iter()
+                .map(|triangle| {
+                    let [a, b, c] = triangle.map(|vertex| surface.positions[vertex as usize]);
+                    [b - a, c - b, a - c]
+                        .iter()
+                        .map(|edge| (edge.norm() / longest).log2().ceil().max(0.0).exp2())
+                        .sum::<f64>()
+                })
+                .sum();
+            assert!((triangles.len() as f64) < 2.0 * parts, "{} triangles of {parts} parts", triangles.len());
+            let split =
+                crate::conforming::boundary_count(&surface.positions, &surface.triangles, longest / EDGE_SPACINGS);
+            let ratio = split as f64 / triangles.len() as f64;
+            assert!((0.9..1.1).contains(&ratio), "the exact surface has {split} triangles, {}", triangles.len());
+        }
+    }
+}
