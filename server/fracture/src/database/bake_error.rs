@@ -1,5 +1,6 @@
 //! Errors of a bake.
 
+use super::joints::place;
 use super::learned::EXAMPLES_MAX;
 use super::lost_parts::SeveredParts;
 use super::object_name::NAME_BYTES_MAX;
@@ -211,13 +212,6 @@ impl From<FractureError> for BakeError {
             error => Self::Calibration(error),
         }
     }
-}
-
-/// Position in meters.
-pub(super) fn place(point: &Point3<f64>) -> String {
-    // Adding 0 turns −0 into 0.
-    let [x, y, z] = [point.x, point.y, point.z].map(|own| format!("{:.4}", (1e4 * own).round() / 1e4 + 0.0));
-    format!("({x}, {y}, {z}) m")
 }
 
 /// Advice to lower the crack spacing below `needed`, where that is possible.

@@ -1,17 +1,23 @@
 //! Thin connections at which a lattice severs parts of a solid, and the remedies that hold them together.
 
+use super::wall_limits::{WALL_SPACINGS, WIDTH_MAX};
 use crate::lattice::{self, LatticeLevels, Locator};
 use crate::pipeline::Preset;
 use crate::surface::{InsideTest, Surface, Width};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-use super::bake_error::place;
-use super::lost_parts::SeveredBody;
-use super::thin::{WALL_SPACINGS, WIDTH_MAX};
-
 /// Samples of a joint may be this much farther from the bodies that it joins than the nearest one.
 const DETOUR: f64 = 1.1;
+
+/// Body beyond the input's own solids.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct SeveredBody {
+    /// Index of the body.
+    pub body: usize,
+    /// The other bodies of its solid.
+    pub others: Vec<usize>,
+}
 
 /// Thinnest connection between a severed body and the rest of its solid, which the lattice lost.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +75,7 @@ fn thinnest(lost: &[Width], locators: &[Locator], severed: &SeveredBody) -> Opti
     on_the_way.min_by(|one, other| one.width.total_cmp(&other.width))
 }
 
-/// What holds severed parts together.
+/// Remedy that holds severed parts together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum JoinRemedy {
     /// A preset whose lattice was tried, or is fine enough.
@@ -164,4 +170,11 @@ impl Joint {
     pub(super) fn words(&self) -> String {
         format!(" ({:.3e} m thick near {})", self.thickness_m, place(&self.place_m))
     }
+}
+
+/// Position in meters.
+pub(super) fn place(point: &Point3<f64>) -> String {
+    // Adding 0 turns −0 into 0.
+    let [x, y, z] = [point.x, point.y, point.z].map(|own| format!("{:.4}", (1e4 * own).round() / 1e4 + 0.0));
+    format!("({x}, {y}, {z}) m")
 }

@@ -1,7 +1,7 @@
 //! Parts of an object that a lattice loses, severs, or leaves without elasticity, for the defect report.
 
 use super::bake_error::BakeError;
-use super::joints::{JoinRemedy, JoinedShape, Joint};
+use super::joints::{JoinRemedy, JoinedShape, Joint, SeveredBody};
 use crate::lattice::{CRACK_NODES_MAX, LatticeLevels, Spacings};
 use crate::pipeline::Preset;
 use crate::surface::{Defect, DefectKind, InsideTest, ShellPart, Solids, Surface};
@@ -47,15 +47,6 @@ pub(super) fn refine_until_connected(
 /// Smallest number of a body's nodes in a solid, and their smallest share, for the body to be part of it: nodes near a gap may lie
 /// in the solid on its other side.
 const HELD_MIN: (usize, f64) = (4, 0.01);
-
-/// Body beyond the input's own solids.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct SeveredBody {
-    /// Index of the body.
-    pub body: usize,
-    /// The other bodies of its solid.
-    pub others: Vec<usize>,
-}
 
 /// Bodies beyond the input's own solids: of each solid, all bodies but the largest. Largest first.
 fn severed_bodies(surface: &Surface, levels: &LatticeLevels) -> Vec<SeveredBody> {
@@ -103,7 +94,7 @@ pub struct SeveredParts {
     pub quality: Option<Preset>,
     /// Thinnest joint that the lattice lost, if one was found.
     pub joint: Option<Joint>,
-    /// What holds the parts together.
+    /// The remedy that holds the parts together.
     pub remedy: JoinRemedy,
     face: u64,
 }

@@ -28,6 +28,7 @@ mod stored_values;
 mod stuffed;
 mod tables;
 mod thin;
+mod wall_limits;
 
 pub use bake::bake;
 pub use bake_error::BakeError;

@@ -3,14 +3,12 @@
 use super::BakeRequest;
 use super::bake_error::BakeError;
 use super::lost_parts::LEFT_OUT;
+use super::wall_limits::{WALL_SPACINGS, WIDTH_MAX};
 use crate::cancel_token::CancelToken;
 use crate::lattice::{self, LatticeError, LatticeLevels, Locator};
 use crate::pipeline::LatticeSettings;
 use crate::surface::{Defect, DefectKind, InsideTest, Surface, Width, WidthSide, Widths};
 use rayon::prelude::*;
-
-/// Largest measured width, local. Default spacings preserve anything thicker.
-pub(super) const WIDTH_MAX: f64 = 0.1;
 
 /// Share of the surface with lost walls at which a bake fails.
 ///
@@ -19,12 +17,6 @@ const SHARE: f64 = 0.25;
 
 /// Smallest number of samples that is reported.
 const SAMPLES_MIN: usize = 3;
-
-/// Ratios of thickness to spacing, tried in order; the second applies if the first needs too many nodes.
-///
-/// Measured on rotated shapes: rods of ratio 1.5 and plates of ratio 1.25 were preserved completely, rods of 1.25 to 97
-/// %, plates of 1.0 to 31 %.
-pub(super) const WALL_SPACINGS: [f64; 2] = [1.5, 1.25];
 
 /// Thickness that the finest lattice resolves, local.
 pub(super) const THICKNESS_MIN: f64 = WALL_SPACINGS[1] * lattice::SPACING_RANGE[0];
@@ -92,7 +84,7 @@ pub(super) fn explain(error: LatticeError, walls: &Widths, surface: &Surface) ->
     }
 }
 
-/// The error for walls of this thickness (local), which `spacing` loses. A thickness that is needed is at least that which the grid allows.
+/// The error for walls of this thickness (local), which `spacing` loses. No smaller thickness is named than the grid allows.
 fn too_thin(thickness: f64, spacing: f64, thickness_needed: Option<f64>, surface: &Surface) -> BakeError {
     let meters = |local: f64| local * surface.frame.diagonal_m;
     let [spacing_needed, finest] = [thickness / WALL_SPACINGS[1], grid_finest(surface)];
