@@ -45,7 +45,7 @@ struct FlatQuad {
     diagonals: [u32; 2],
     /// Face k lacks corner k.
     faces: [u32; 4],
-    /// Where the diagonals cross, as fractions of both.
+    /// Fractions of both diagonals at which they cross.
     crossing: [f64; 2],
 }
 
@@ -181,7 +181,7 @@ impl FlatCrack<'_> {
         }
     }
 
-    /// Where the diagonals cross.
+    /// The point at which the diagonals cross.
     fn center(&self) -> Point3<f64> {
         let [from, to] = self.diagonal(0);
         from + (to - from) * self.quad.crossing[0]
