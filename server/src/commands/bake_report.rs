@@ -352,9 +352,6 @@ fn repair_line(SurfaceRepair { kind, count, area_m2, places_m, .. }: &SurfaceRep
             format!("parts united where {crossing} others; {area_m2:.3e} m² of these are inside and left out")
         }
         RepairKind::HiddenTriangles => format!("{} inside the solid left out", several("triangle", "triangles")),
-        RepairKind::LooseSheets => {
-            format!("{} of sheets without volume left out, {area_m2:.3e} m²", several("triangle", "triangles"))
-        }
         RepairKind::DividedVertices => format!("{} divided, where parts touch", several("vertex", "vertices")),
         RepairKind::CollapsedEdges => format!("{} too short for single precision collapsed", several("edge", "edges")),
     };

@@ -6,7 +6,7 @@ use super::meshed_surface::MeshedSurface;
 use super::outer_corners::SurfaceAttributes;
 use super::short_edges::{LENGTH_MIN, collapse};
 use super::surface_repair::{RepairKind, SurfaceRepair};
-use super::united::{HiddenTriangle, PAIRS_MAX, UnitedSurface, united};
+use super::united::{PAIRS_MAX, UnitedSurface, united};
 use super::{CuttingMesh, carriers};
 use crate::cancel_token::{CancelToken, Canceled};
 use crate::conforming::{
@@ -138,18 +138,6 @@ pub struct CuttingMeshes {
     pub repairs: Vec<SurfaceRepair>,
 }
 
-/// Distance from a triangle, local, at which its sides are tested.
-const SIDE: f64 = 1e-6;
-
-/// True if a triangle that does not bound the solid lies outside it.
-fn is_sheet(triangle: &HiddenTriangle, inside: &InsideTest) -> bool {
-    [SIDE, -SIDE].iter().all(|offset| inside.winding(&(triangle.center + triangle.normal * *offset)) <= 0.5)
-}
-
-fn places_and_area(triangles: &[HiddenTriangle]) -> (Vec<Point3<f64>>, f64) {
-    (triangles.iter().map(|own| own.place).collect(), triangles.iter().map(|own| own.area).sum())
-}
-
 /// Cutting meshes of the bodies whose crack lattices are `cracks`, in the same order, which end on the surface `filled`.
 /// `spacing`: that of the lattices, local. `has_attributes`: whether the attributes of the surface are added.
 ///
@@ -186,15 +174,14 @@ pub fn cutting_meshes(
                     let whole = surface.area(*input_triangles) + films;
                     *repair = repair.clone().of_area(films, whole, &surface.frame);
                 }
-                let (sheets, hidden): (Vec<HiddenTriangle>, Vec<HiddenTriangle>) =
-                    hidden.iter().filter(|own| !is_film(&own.source)).partition(|own| is_sheet(own, &inside));
-                let [(sheets, sheet_area), (hidden, hidden_area)] = [sheets, hidden].map(|own| places_and_area(&own));
+                let (hidden, areas): (Vec<Point3<f64>>, Vec<f64>) =
+                    hidden.iter().filter(|own| !is_film(&own.source)).map(|own| (own.place, own.area)).unzip();
+                let hidden_area: f64 = areas.iter().sum();
                 let [whole, left] = [&before, &meshed].map(|own| own.area(|source| !is_film(source)));
-                let cut_area = (whole - left - hidden_area - sheet_area).max(0.0);
+                let cut_area = (whole - left - hidden_area).max(0.0);
                 let found = [
                     (RepairKind::UnitedParts, crossings, cut_area),
                     (RepairKind::HiddenTriangles, hidden, hidden_area),
-                    (RepairKind::LooseSheets, sheets, sheet_area),
                     (RepairKind::DividedVertices, divided, 0.0),
                 ];
                 for (kind, places, area) in found.iter().filter(|(_, places, _)| !places.is_empty()) {

@@ -21,8 +21,6 @@ pub enum RepairKind {
     UnitedParts,
     /// Triangles inside the solid were left out.
     HiddenTriangles,
-    /// Triangles of sheets without volume, outside the solid, were left out.
-    LooseSheets,
     /// Vertices in which parts touch were divided.
     DividedVertices,
     /// Edges too short for single precision were collapsed.

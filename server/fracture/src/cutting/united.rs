@@ -17,7 +17,7 @@ use manifold_rust::robust::cells::{VertTables, build_cells, extract, windings};
 use manifold_rust::robust::intersection_graph::{Piece, build_graph};
 use manifold_rust::robust::pairing::plan_vertex_splits;
 use manifold_rust::types::{OpType, WindingRule};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
 /// Largest number of crossing pairs of triangles that are resolved. Each takes exact arithmetic.
 pub(super) const PAIRS_MAX: usize = 5_000;
@@ -31,23 +31,18 @@ pub(super) struct UnitedSurface {
     pub meshed: MeshedSurface,
     /// A point on the crossing of each triangle that crosses one with a higher number, local.
     pub crossings: Vec<Point3<f64>>,
-    /// Triangles that do not bound the solid.
+    /// Triangles inside the solid.
     pub hidden: Vec<HiddenTriangle>,
     /// Vertices where parts touched, which are now apart; local.
     pub divided: Vec<Point3<f64>>,
 }
 
-/// Triangle that does not bound the solid: one inside it, or of a sheet without volume. Local.
-#[derive(Clone, Copy)]
+/// Triangle inside the solid; local.
 pub(super) struct HiddenTriangle {
     /// Its source.
     pub source: u32,
     /// One of its vertices.
     pub place: Point3<f64>,
-    /// Its center.
-    pub center: Point3<f64>,
-    /// Its unit normal; zero if it has no area.
-    pub normal: Vector3<f64>,
     /// Its area.
     pub area: f64,
 }
@@ -100,14 +95,8 @@ pub(super) fn united(surface: &MeshedSurface, token: &CancelToken) -> Result<Uni
     let (meshed, divided) = separated(meshed, copies.as_deref());
     let hidden_triangle = |own: u32| {
         let [a, b, c] = surface.triangles[own as usize].map(|vertex| surface.positions[vertex as usize]);
-        let twice = (b - a).cross(&(c - a));
-        HiddenTriangle {
-            source: surface.sources[own as usize],
-            place: a,
-            center: Point3::from((a.coords + b.coords + c.coords) / 3.0),
-            normal: twice.try_normalize(0.0).unwrap_or_default(),
-            area: 0.5 * twice.norm(),
-        }
+        let area = 0.5 * (b - a).cross(&(c - a)).norm();
+        HiddenTriangle { source: surface.sources[own as usize], place: a, area }
     };
     let mut is_left = vec![false; surface.triangles.len()];
     pieces.iter().for_each(|piece| is_left[piece.tri] = true);
