@@ -42,7 +42,7 @@ pub enum ConformingError {
         point: usize,
     },
     /// The mesh would have more points than [`super::ConformingOptions::points_max`].
-    #[error("mesh needs at least {points} points, more than {points_max}; use a larger spacing or a coarser surface")]
+    #[error("mesh needs at least {points} points, more than {points_max}; use a coarser preset or surface")]
     TooManyPoints {
         /// Number of points when the limit was exceeded.
         points: usize,
@@ -56,7 +56,7 @@ pub enum ConformingError {
         tets_max: usize,
     },
     /// The mesh takes more work than [`super::ConformingOptions::steps_max`].
-    #[error("mesh takes more than {steps_max} steps; use a coarser surface, or one with fewer needle-shaped triangles")]
+    #[error("mesh takes more than {steps_max} steps; use a coarser preset, or a surface with fewer needle-shaped triangles")]
     TooManySteps {
         /// Largest accepted number.
         steps_max: u64,

@@ -66,6 +66,11 @@ impl PreparedObject {
         let solids = self.bodies.iter().filter_map(|body| body.solid.as_ref());
         solids.map(|solid| solid.elasticity.single_precision_saving()).sum()
     }
+
+    /// Memory of the meshes that give fragments the exact input surface, bytes.
+    pub fn exact_surface_bytes(&self) -> usize {
+        self.bodies.iter().filter_map(|body| body.cutting.as_ref()).map(CuttingMesh::bytes).sum()
+    }
 }
 
 impl PreparedBody {
