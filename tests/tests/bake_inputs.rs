@@ -345,8 +345,9 @@ fn a_preset_that_severs_is_refused_unless_it_is_named() {
     let output = check_texts(&bake(&fixture, &mesh, &["--json"]), "game by default");
     assert!(output.contains("preset `game` severs 1 part"), "{output}");
     assert!(
-        output.contains("no preset and no --crack-spacing holds a joint of 3.000e-2 m: thicken it to")
-            && output.contains("an explicit --quality"),
+        output.contains(
+            "no preset and no --crack-spacing is sure to hold a joint of 3.000e-2 m: try finer ones, thicken it to"
+        ) && output.contains("an explicit --quality"),
         "{output}"
     );
     assert!(!fixture.databases().join("own.shatter").exists());

@@ -56,7 +56,9 @@ pub enum ConformingError {
         tets_max: usize,
     },
     /// The mesh takes more work than [`super::ConformingOptions::steps_max`].
-    #[error("mesh takes more than {steps_max} steps; use a coarser preset, or a surface with fewer needle-shaped triangles")]
+    #[error(
+        "mesh takes more than {steps_max} steps; use a coarser preset, or a surface with fewer needle-shaped triangles"
+    )]
     TooManySteps {
         /// Largest accepted number.
         steps_max: u64,

@@ -51,7 +51,10 @@ pub enum CuttingError {
     /// The surface has other parts than the crack lattices.
     #[error(
         "the surface and the lattice fall into different numbers of parts: {parts} and {bodies}; a finer preset may keep them {}",
-        if parts < bodies { "together" } else { "apart, or find those that are smaller than a cell" }
+        if parts < bodies { "together" } else {
+            "apart, or find those that are smaller than a cell; parts that touch without common triangles have to be united \
+             in the mesh"
+        }
     )]
     Parts {
         /// Separate parts of the mesh.

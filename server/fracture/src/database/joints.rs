@@ -125,9 +125,9 @@ impl JoinedShape<'_> {
             }
         }
         let Some(joint) = joint else { return Ok(JoinRemedy::Finer) };
-        let (needed, finest) = (joint.thickness / WALL_SPACINGS[0], self.finest());
-        // Rounded down to the digits that are printed.
-        let printed = (1e4 * needed).floor() / 1e4;
+        // Rounded to the digits that are printed, so that the advice still holds.
+        let printed = (1e4 * joint.thickness / WALL_SPACINGS[0]).floor() / 1e4;
+        let finest = (1e4 * self.finest()).ceil() / 1e4;
         if printed >= finest {
             return Ok(JoinRemedy::Spacing(printed));
         }
@@ -153,10 +153,15 @@ impl JoinRemedy {
                 "try the next preset, --quality {}, whose lattices may have ten times as many nodes",
                 preset.name()
             ),
-            (Self::Spacing(spacing), _) => format!("no preset holds them; give --crack-spacing {spacing:.4}"),
+            (Self::Spacing(spacing), _) => {
+                format!("no preset is sure to hold them; --crack-spacing {spacing:.4} is, and coarser ones may be")
+            }
             (Self::Thickness(thickness_m), Some(joint)) => format!(
-                "no preset and no --crack-spacing holds a joint of {:.3e} m: thicken it to {thickness_m:.2e} m, {divide}",
-                joint.thickness_m
+                "no preset and no --crack-spacing is sure to hold a joint of {:.3e} m: try finer ones, thicken it to {:.3e} \
+                 m, {divide}",
+                joint.thickness_m,
+                // Rounded up.
+                1.0005 * thickness_m
             ),
             (Self::Finer | Self::Thickness(_), _) => {
                 format!("give a finer --crack-spacing, thicken the joint, {divide}")

@@ -152,7 +152,8 @@ pub enum SurfaceError {
     /// A few vertices are so far from the others that the rest of the mesh is too small to resolve.
     #[error(
         "outlying vertices, up to {distance_m:.3e} m from the middle of the mesh, {times:.0} times as far as the others: {}. \
-         At that scale the rest of the mesh encloses no volume; remove these vertices",
+         At that scale the rest of the mesh encloses no volume; remove these vertices, or, if they belong to the shape, \
+         it is too thin for its length: thicken it",
         vertices_at(.vertices)
     )]
     Outliers {

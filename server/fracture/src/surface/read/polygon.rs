@@ -1,7 +1,8 @@
 //! Triangulation of polygons.
 //!
 //! Based on: G. H. Meisters, *Polygons have ears* (1975). While more than three corners are left, it cuts off an ear: a
-//! convex corner whose triangle contains no other corner. Newell's normal orients a spatial polygon.
+//! convex corner whose triangle contains no other corner. Newell's normal orients a spatial polygon. Convex polygons of many
+//! corners are cut into halves instead: a fan of needles at one corner cannot be meshed exactly.
 
 use super::common::within_limit;
 use crate::surface::SurfaceError;
@@ -9,6 +10,9 @@ use nalgebra::{Point3, Vector3};
 
 /// Largest number of corners for ear clipping, whose cost is cubic in the worst case. Larger polygons are cut as fans.
 const EARS_MAX: usize = 512;
+
+/// Smallest number of corners at which convex polygons are cut into halves.
+const HALVED_MIN: usize = 6;
 
 /// Faces of a file.
 #[derive(Default)]
@@ -67,9 +71,35 @@ fn cut(corners: &[u32], positions: &[Point3<f64>]) -> Vec<[usize; 3]> {
     match corners.len() {
         0..3 => Vec::new(),
         3 => vec![[0, 1, 2]],
+        HALVED_MIN.. if is_convex(corners, positions) => cut_halves(corners.len()),
         count if count > EARS_MAX => (2..count).map(|k| [0, k - 1, k]).collect(),
         _ => cut_ears(corners, positions),
     }
+}
+
+/// Triangles of a convex polygon: one at the middle corner of each run of corners, which divides the run into halves.
+fn cut_halves(count: usize) -> Vec<[usize; 3]> {
+    let mut runs = vec![[0, count - 1]];
+    let mut triangles = Vec::with_capacity(count - 2);
+    while let Some([from, to]) = runs.pop() {
+        if to - from >= 2 {
+            let middle = usize::midpoint(from, to);
+            triangles.push([from, middle, to]);
+            runs.extend([[middle, to], [from, middle]]);
+        }
+    }
+    triangles
+}
+
+/// True if all corners turn to the left, seen against the normal, and go around once.
+fn is_convex(corners: &[u32], positions: &[Point3<f64>]) -> bool {
+    let normal = newell(corners, positions);
+    let count = corners.len();
+    let at = |place: usize| positions[corners[place % count] as usize];
+    let turns_left = |k: usize| turn(&at(k), &at(k + 1), &at(k + 2), &normal) > 0.0;
+    // Seen from the first corner, the others of a polygon that goes around once follow each other to the left.
+    let is_single = |k: usize| turn(&at(0), &at(k), &at(k + 1), &normal) > 0.0;
+    (0..count).all(turns_left) && (1..count - 1).all(is_single)
 }
 
 fn cut_ears(corners: &[u32], positions: &[Point3<f64>]) -> Vec<[usize; 3]> {

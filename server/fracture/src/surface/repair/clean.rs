@@ -255,31 +255,48 @@ impl CleanMesh {
     }
 
     /// One triangle of each group of equal ones, and none of those that form walls.
+    ///
+    /// Of shells that are there in both directions, the outward one: a cavity and the solid that fills it give a solid.
     fn with_one_of_each<'a>(&self, groups: impl Iterator<Item = &'a [([u32; 3], u32)]>) -> OneOfEach {
         let mut keep = vec![true; self.triangles.len()];
         let mut doubled = vec![false; self.triangles.len()];
+        let mut reverse: Vec<Option<usize>> = vec![None; self.triangles.len()];
         for same in groups {
-            doubled[same[0].1 as usize] = true;
-            same[1..].iter().for_each(|(_, triangle)| keep[*triangle as usize] = false);
+            let all = || same.iter().map(|(_, triangle)| *triangle as usize);
+            // A copy of a cavity's shell may have been turned as if it were the solid that fills it.
+            let Some(first) = all().min_by_key(|&triangle| (self.is_turned[triangle], triangle)) else { continue };
+            let is_reverse = |&other: &usize| self.is_forward(other) != self.is_forward(first);
+            doubled[first] = true;
+            reverse[first] = all().filter(is_reverse).find(|&other| self.is_turned[other] == self.is_turned[first]);
+            all().filter(|&other| other != first).for_each(|other| keep[other] = false);
         }
         let kept: Vec<usize> = (0..keep.len()).filter(|&triangle| keep[triangle]).collect();
         let triangles: Vec<[u32; 3]> = kept.iter().map(|&triangle| self.triangles[triangle]).collect();
         let doubled: Vec<bool> = kept.iter().map(|&triangle| doubled[triangle]).collect();
-        let is_wall = Edges::new(&triangles).walls(&doubled);
+        let edges = Edges::new(&triangles);
+        let is_wall = edges.walls(&doubled);
         kept.iter().zip(&is_wall).filter(|(_, wall)| **wall).for_each(|(&triangle, _)| keep[triangle] = false);
+        let is_inward = edges.inward_shells(&self.positions, &triangles, &doubled);
+        for (&triangle, _) in kept.iter().zip(&is_inward).filter(|(_, inward)| **inward) {
+            if let (true, Some(other)) = (keep[triangle], reverse[triangle]) {
+                (keep[triangle], keep[other]) = (false, true);
+            }
+        }
         OneOfEach { keep, walls: is_wall.iter().filter(|wall| **wall).count() }
+    }
+
+    /// True if the corners of a triangle are an even permutation of ascending ones.
+    fn is_forward(&self, triangle: usize) -> bool {
+        let [a, b, c] = self.triangles[triangle];
+        (a < b) ^ (b < c) ^ (c < a)
     }
 
     /// All triangles but pairs of equal ones that face opposite ways.
     fn without_opposite_pairs<'a>(&self, groups: impl Iterator<Item = &'a [([u32; 3], u32)]>) -> Vec<bool> {
         let mut keep = vec![true; self.triangles.len()];
         for same in groups {
-            let is_forward = |triangle: u32| {
-                let [a, b, c] = self.triangles[triangle as usize];
-                (a < b) ^ (b < c) ^ (c < a)
-            };
             let (forward, backward): (Vec<u32>, Vec<u32>) =
-                same.iter().map(|(_, triangle)| *triangle).partition(|triangle| is_forward(*triangle));
+                same.iter().map(|(_, triangle)| *triangle).partition(|&triangle| self.is_forward(triangle as usize));
             forward.iter().zip(&backward).flat_map(|(a, b)| [a, b]).for_each(|own| keep[*own as usize] = false);
         }
         keep

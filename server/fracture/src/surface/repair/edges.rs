@@ -1,6 +1,7 @@
 //! Edges of a triangle mesh and their incident triangles.
 
 use super::disjoint_sets::DisjointSets;
+use nalgebra::Point3;
 
 /// One side of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -58,13 +59,7 @@ impl Edges {
     /// A wall is an edge-connected set of `doubled` triangles. At every edge of it, an even number of other triangles
     /// closes the surface without it; at one edge at least, that number is not 0.
     pub fn walls(&self, doubled: &[bool]) -> Vec<bool> {
-        let mut sets = DisjointSets::new(doubled.len());
-        for group in self.groups() {
-            let mut members = group.iter().map(|side| side.triangle).filter(|&t| doubled[t as usize]);
-            if let Some(first) = members.next() {
-                members.for_each(|other| sets.join(first, other));
-            }
-        }
+        let mut sets = self.connected(doubled);
         let (mut open, mut attached) = (vec![false; doubled.len()], vec![false; doubled.len()]);
         for group in self.groups() {
             let others = group.iter().filter(|side| !doubled[side.triangle as usize]).count();
@@ -76,6 +71,39 @@ impl Edges {
         }
         let is_wall = |t: usize, root: usize| doubled[t] && attached[root] && !open[root];
         (0..doubled.len()).map(|t| is_wall(t, sets.root(t as u32) as usize)).collect()
+    }
+
+    /// For each triangle, whether it belongs to a shell of `doubled` triangles whose normals point inward.
+    ///
+    /// A shell is an edge-connected set that is closed by itself.
+    pub fn inward_shells(&self, positions: &[Point3<f64>], triangles: &[[u32; 3]], doubled: &[bool]) -> Vec<bool> {
+        let mut sets = self.connected(doubled);
+        let mut open = vec![false; doubled.len()];
+        for group in self.groups() {
+            let own: Vec<HalfEdge> = group.iter().filter(|side| doubled[side.triangle as usize]).copied().collect();
+            if let Some(first) = own.first() {
+                open[sets.root(first.triangle) as usize] |= !Self::is_balanced(&own);
+            }
+        }
+        let mut volumes = vec![0.0; doubled.len()];
+        for (triangle, corners) in triangles.iter().enumerate().filter(|(triangle, _)| doubled[*triangle]) {
+            let [a, b, c] = corners.map(|vertex| positions[vertex as usize].coords);
+            volumes[sets.root(triangle as u32) as usize] += a.dot(&b.cross(&c));
+        }
+        let is_inward = |t: usize, root: usize| doubled[t] && !open[root] && volumes[root] < 0.0;
+        (0..doubled.len()).map(|t| is_inward(t, sets.root(t as u32) as usize)).collect()
+    }
+
+    /// Sets of marked triangles that are connected through edges.
+    fn connected(&self, marked: &[bool]) -> DisjointSets {
+        let mut sets = DisjointSets::new(marked.len());
+        for group in self.groups() {
+            let mut members = group.iter().map(|side| side.triangle).filter(|&t| marked[t as usize]);
+            if let Some(first) = members.next() {
+                members.for_each(|other| sets.join(first, other));
+            }
+        }
+        sets
     }
 
     /// Returns true if every edge is passed equally often in both directions: the surface has no boundary as a chain.

@@ -1,5 +1,5 @@
 use super::*;
-use crate::surface::shapes;
+use crate::surface::{InsideTest, shapes};
 use nalgebra::Vector3;
 
 /// Repairs a mesh and checks its defects as (kind, count, first index).
@@ -270,6 +270,18 @@ fn two_sided_sheets_are_no_walls() {
     let surface = Surface::repair(with_sheet(overlapping, apart)).unwrap();
     let duplicates = surface.defects.iter().find(|own| own.kind == DefectKind::DuplicateTriangles).unwrap();
     assert_eq!(duplicates.action, format!("kept: solids that overlap share them; {pairs}"));
+}
+
+/// A cavity and the solid that fills it, in either order, and a cavity that is there twice.
+#[test]
+fn a_filled_cavity_is_solid() {
+    let (solid, cavity) = (scaled(cube(), 0.5), inverted(scaled(cube(), 0.5)));
+    for [first, second] in [[&solid, &cavity], [&cavity, &solid]] {
+        let surface = Surface::repair(both(both(cube(), first, [0.0; 3]), second, [0.0; 3])).unwrap();
+        assert!(InsideTest::new(&surface).signed_distance(&Point3::origin()) < 0.0);
+    }
+    let twice = both(both(cube(), &cavity, [0.0; 3]), &cavity, [0.0; 3]);
+    assert_close(volume_m3(&Surface::repair(twice).unwrap()), 7.0);
 }
 
 #[test]
