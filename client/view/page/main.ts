@@ -143,7 +143,7 @@ function bindView(): void {
   element("message").querySelector("button")!.addEventListener("click", () => panel.message(undefined));
   app.onMove = (share) => art.move(share);
   app.onState = () => {
-    art.hold();
+    art.follow();
     ownMesh.follow();
     element<HTMLButtonElement>("back").disabled = element<HTMLButtonElement>("reset").disabled = !app.history.canGoBack;
     element<HTMLButtonElement>("forward").disabled = !app.history.canGoForward;
@@ -231,7 +231,6 @@ export async function loadObjects(wanted?: string, keepsView = false): Promise<v
     await new Promise((resolve) => setTimeout(resolve, 200));
     return loadObjects(wanted, keepsView);
   }
-  art.clear();
   await app.show(first, keepsView);
   element<HTMLSelectElement>("object").value = first.name;
   showStrength();

@@ -175,34 +175,6 @@ test("bodies that a request leaves whole are shown once", { skip }, async () => 
   await page.waitForFunction(() => globalThis.shatterView.app.object?.name === "dumbbell");
 });
 
-test("art direction becomes a scene that `shatterd check` accepts", { skip }, async () => {
-  await whole(page);
-  await page.evaluate(() => (document.getElementById("art").open = true));
-  const at = await onObject(page);
-  for (const tool of ["anchor", "protect", "site", "paint", "site"]) {
-    await page.click(`input[value=${tool}] + span`);
-    await page.mouse.click(at.x, at.y);
-  }
-  assert.equal(await page.locator("#art-list li").count(), 5);
-  await page.click("#undo");
-  assert.equal(await page.locator("#art-list li").count(), 4);
-  await page.selectOption("#material", "plaster");
-  await page.fill("#size", "12");
-  const saved = [];
-  page.on("download", (download) => saved.push(download));
-  await page.click("#save-scene");
-  await page.waitForFunction(() => document.getElementById("scene-note").textContent !== "", null, { timeout: 20_000 });
-  assert.match(await page.textContent("#scene-note"), /Accepted.*--name dumbbell-plaster --material plaster/);
-  for (let i = 0; i < 40 && saved.length < 2; i++) await page.waitForTimeout(100);
-  const names = saved.map((download) => download.suggestedFilename());
-  assert.deepEqual(names.sort(), ["paint.ply", "scene.toml"]);
-  for (const download of saved) await download.saveAs(join(own.folder, download.suggestedFilename()));
-  const databases = join(own.folder, "databases");
-  const checked = JSON.parse(await program(own, "shatterd", ["check", join(own.folder, "scene.toml"), "--databases", databases, "--json"]));
-  assert.equal(checked.objects[0].object, "dumbbell");
-  await page.click("input[value=strike] + span");
-});
-
 test("presets and lifts stand side by side", { skip }, async () => {
   const at = await onObject(page);
   await nextState(page, () => page.mouse.click(at.x, at.y));
