@@ -77,41 +77,39 @@ export class App {
   }
 
   /** Shows a mesh that is not an object of the service yet. */
-  preview(shown: THREE.Object3D, textures: THREE.DataArrayTexture | undefined): void {
+  preview(shown: THREE.Object3D, keepsView = false): void {
     const old = this.history.pieces();
     this.history.clear();
     this.dispose(old);
     this.object = undefined;
     this.forgetStruck();
-    this.previewTextures = textures;
     this.stage.group.clear();
     this.stage.group.add(shown);
-    this.stage.framePart(shown);
+    this.stage.framePart(shown, keepsView);
     this.point(undefined);
     this.onState();
   }
 
-  /** Keeps the textures of the previewed mesh for the object that was baked from it. */
-  keepTextures(object: string): void {
+  /** Keeps the textures of a mesh for the object that was baked from it. */
+  keepTextures(object: string, textures: THREE.DataArrayTexture | undefined): void {
     this.textures.get(object)?.dispose();
-    if (this.previewTextures) this.textures.set(object, this.previewTextures);
+    if (textures) this.textures.set(object, textures);
     else this.textures.delete(object);
   }
 
-  private previewTextures: THREE.DataArrayTexture | undefined;
   /** Base colors by material, of the objects that have some. */
   private readonly textures = new Map<string, THREE.DataArrayTexture>();
 
   /** Shows an object of the service, whole. */
-  async show(object: ObjectFacts): Promise<void> {
+  async show(object: ObjectFacts, keepsView = false): Promise<void> {
     const result = await this.withEffects(object.name, (effects) =>
       this.connection.askResult({ op: "intact", object: object.name, enable: effects }),
     );
-    this.showIntact(object, result);
+    this.showIntact(object, result, keepsView);
   }
 
-  /** Shows an object of which the result is known. */
-  showIntact(object: ObjectFacts, result: ResultMessage): void {
+  /** Shows an object of which the result is known; `keepsView`: from where the user looks. */
+  showIntact(object: ObjectFacts, result: ResultMessage, keepsView = false): void {
     const old = this.history.pieces();
     this.history.clear();
     this.dispose(old);
@@ -120,16 +118,16 @@ export class App {
     const [low, high] = object.bounds_m.map((corner) => new THREE.Vector3(...corner)) as [THREE.Vector3, THREE.Vector3];
     const center = low.clone().add(high).multiplyScalar(0.5);
     this.center = center.toArray();
-    const look = lookOf(object.material, low.y - center.y, Math.max(high.y - low.y, 1e-9), low.distanceTo(high), this.stage.light);
+    const look = lookOf(object, low.y - center.y, Math.max(high.y - low.y, 1e-9), low.distanceTo(high), this.stage.light);
     this.look = look;
     const textures = this.textures.get(object.name);
     [look.uniforms.uTextures.value, look.uniforms.uHasTextures.value] = [textures ?? null, textures ? 1 : 0];
-    this.stage.marks.clear();
+    this.stage.clearMarks();
     this.setExplode(0);
-    this.stage.frame(low.sub(center), high.sub(center));
+    this.stage.frame(low.sub(center), high.sub(center), keepsView);
+    panel.hint("Click to break it", true);
     this.history.push({ layers: [this.layer(result, undefined)], last: undefined });
     this.refresh();
-    panel.hint("Click to break it");
     element("panel").scrollTop = 0;
   }
 

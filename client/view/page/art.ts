@@ -1,11 +1,13 @@
 // Art direction: anchors, protected regions, sites and paint on the object; the scene as TOML.
 
 import * as THREE from "three";
-import type { Aim, App } from "./app";
+import type { Aim, App, ObjectFacts } from "./app";
 import { chosen, element, onClick, onInput, save, textElement } from "./dom";
 import { length } from "./format";
 import { MATERIALS } from "./own_mesh";
+import * as panel from "./panel";
 import type { Vector } from "./result";
+import { type DatabaseFolder, type OtherDatabase, sceneCommands } from "./scene_commands";
 
 /** What a tool has placed. */
 interface Mark {
@@ -18,14 +20,26 @@ interface Mark {
   carried: THREE.Vector3;
 }
 
+/** What is directed of one object. */
+interface Direction {
+  marks: Mark[];
+  material: string;
+  size: string;
+  /** The bounds of the object, as text: marks of another mesh of its name do not fit. */
+  bounds: string;
+}
+
 /** What each tool is for. */
 const PURPOSE = {
-  strike: "Strikes the object, as while this part is closed.",
+  strike: "A click strikes the object. Choose another tool to mark places.",
   anchor: "Holds what is in the ball: a foot, a bolt in a wall.",
   protect: "No crack enters the ball: a face, a logo.",
   site: "One piece forms around the point.",
   paint: "More and smaller pieces in the balls, fewer elsewhere. Each click adds a ball.",
 };
+
+/** What a click does with each tool. */
+const HINTS = { anchor: "Click to anchor a place", protect: "Click to protect a place", site: "Click to place a piece", paint: "Click to paint" };
 
 const COLORS = { anchor: "#2f9e6b", protect: "#3d6fd1", site: "#e0562d", paint: "#c0359a" };
 
@@ -41,15 +55,56 @@ const PAINT = { least: 0.5, most: 4 };
 /** Art direction of the object that is shown. */
 export class ArtDirection {
   private marks: Mark[] = [];
+  /** What was directed of the objects that were shown before, by their names. */
+  private readonly kept = new Map<string, Direction>();
+  private object: ObjectFacts | undefined;
 
   constructor(private readonly app: App) {
     const select = element<HTMLSelectElement>("material");
     select.replaceChildren(new Option("as baked", ""), ...MATERIALS.map((name) => new Option(name)));
-    onInput("tools", () => this.showTool());
+    for (const tool of document.querySelectorAll<HTMLInputElement>("#tools input")) {
+      const label = tool.nextElementSibling as HTMLElement;
+      if (tool.value !== "strike") label.style.borderBottomColor = COLORS[tool.value as Mark["tool"]];
+    }
+    onInput("tools", () => {
+      this.showTool();
+      panel.hint(this.hint());
+    });
     onInput("tool-radius", () => this.showTool());
     element("art").addEventListener("toggle", () => this.showTool());
-    onClick("undo", () => this.undo());
+    onClick("undo", () => this.remove(this.marks.at(-1)));
     onClick("save-scene", () => void this.save());
+    onClick("copy-commands", () => void this.copy());
+  }
+
+  /** Follows the object that is shown: keeps what was directed of the one before, and shows what was directed of this one. */
+  follow(): void {
+    const { object } = this.app;
+    if (object === this.object) {
+      this.hold();
+      return;
+    }
+    const [material, size] = [element<HTMLSelectElement>("material"), element<HTMLInputElement>("size")];
+    const bounds = (of: ObjectFacts) => JSON.stringify(of.bounds_m);
+    if (this.object) {
+      this.kept.set(this.object.name, { marks: this.marks, material: material.value, size: size.value, bounds: bounds(this.object) });
+    }
+    this.object = object;
+    const known = object && this.kept.get(object.name);
+    this.marks = known && known.bounds === bounds(object) ? known.marks : [];
+    [material.value, size.value] = [known?.material ?? "", known?.size ?? ""];
+    for (const { shown } of this.marks) this.app.stage.marks.add(shown);
+    this.hold();
+    this.list();
+    this.showTool();
+    this.tell("");
+    const hint = this.hint();
+    if (object && hint) panel.hint(hint);
+  }
+
+  private hint(): string | undefined {
+    const tool = this.tool();
+    return tool === "strike" ? undefined : HINTS[tool];
   }
 
   /** The tool that is chosen; `strike` while the section is closed. */
@@ -73,7 +128,7 @@ export class ArtDirection {
   }
 
   /** Finds the pieces that hold the marks: others are shown. */
-  hold(): void {
+  private hold(): void {
     for (const mark of this.marks) mark.carried = this.app.carriedBy(mark.rest);
   }
 
@@ -97,33 +152,33 @@ export class ArtDirection {
       new THREE.MeshLambertMaterial({ color: COLORS[tool], transparent: true, opacity: tool === "site" ? 1 : 0.38, depthWrite: tool === "site", depthTest: tool !== "site" }),
     );
     ball.position.copy(at).add(aim.pick.offset);
-    this.app.stage.marks.position.set(0, 0, 0);
     this.app.stage.marks.add(ball);
     this.marks.push({ tool, centerM, radiusM: Number(radiusM.toPrecision(4)), shown: ball, rest: at, carried: this.app.carriedBy(at) });
     this.list();
     element("undo").scrollIntoView({ block: "nearest" });
   }
 
-  /** Forgets everything: another object is shown. */
-  clear(): void {
-    this.marks = [];
-    this.list();
-    this.showTool();
-  }
-
-  private undo(): void {
-    const last = this.marks.pop();
-    if (last) this.app.stage.marks.remove(last.shown);
+  /** Removes a mark. */
+  private remove(mark: Mark | undefined): void {
+    if (!mark) return;
+    this.marks = this.marks.filter((own) => own !== mark);
+    this.app.stage.marks.remove(mark.shown);
     this.list();
   }
 
   private list(): void {
     const rows = this.marks.map((mark) => {
       const radius = mark.tool === "site" ? "" : `, radius ${(1000 * mark.radiusM).toFixed(0)} mm`;
-      return textElement("li", `${mark.tool} at ${mark.centerM.map((x) => (1000 * x).toFixed(0)).join(", ")} mm${radius}`);
+      const text = `${mark.tool} at ${mark.centerM.map((x) => (1000 * x).toFixed(0)).join(", ")} mm${radius}`;
+      const button = textElement("button", "×");
+      button.setAttribute("aria-label", `Remove ${text}`);
+      button.addEventListener("click", () => this.remove(mark));
+      const row = document.createElement("li");
+      row.append(swatch(COLORS[mark.tool]), textElement("span", text), button);
+      return row;
     });
     element("art-list").replaceChildren(...rows);
-    element<HTMLButtonElement>("undo").disabled = this.marks.length === 0;
+    element<HTMLButtonElement>("undo").disabled = rows.length === 0;
     this.app.stage.changed();
   }
 
@@ -147,7 +202,7 @@ export class ArtDirection {
     text += `effects = ${JSON.stringify(effects)}\nallow = ["normals", "uv", "bonds", "hulls", "attributes", "skin", "release", "debris"]\n`;
     if (material) text += `material = ${JSON.stringify(material)}\n`;
     const database = this.otherDatabase();
-    if (database) text += `database = ${JSON.stringify(database)}\n`;
+    if (database) text += `database = ${JSON.stringify(database.name)}\n`;
     if (sizeMm > 0) text += `fragment_size_m = ${sizeMm / 1000}\n`;
     if (anchors) text += `anchors = [\n${anchors}]\n`;
     if (isWarped) text += `\n[objects.${quoted}.warp]\n`;
@@ -157,11 +212,11 @@ export class ArtDirection {
     return text;
   }
 
-  /** Name of the database for a material that the present one was not baked with; `undefined` if it fits. */
-  private otherDatabase(): string | undefined {
+  /** The database for a material that the present one was not baked with; `undefined` if it fits. */
+  private otherDatabase(): OtherDatabase | undefined {
     const material = element<HTMLSelectElement>("material").value;
     const { object } = this.app;
-    return object && material && material !== object.material ? `${object.name}-${material}` : undefined;
+    return object && material && material !== object.material ? { name: `${object.name}-${material}`, material } : undefined;
   }
 
   /** The painted vertices as a PLY file: red is 255 at the middle of a stroke, and 0 beyond its radius. */
@@ -189,24 +244,46 @@ export class ArtDirection {
 
   /** Saves the scene, after `shatterd check` has accepted it. */
   private async save(): Promise<void> {
-    const note = element("scene-note");
     const [scene, paint] = [this.scene(), this.paint()];
+    const object = this.app.object?.name ?? "object";
     try {
-      const reply = await this.app.connection.ask({ op: "check_scene", scene, ...(paint ? { paint } : {}) });
+      const reply = await this.app.connection.ask({ op: "check_scene", object, scene, ...(paint ? { paint } : {}) });
       if (reply["accepted"] !== true) {
         const document = reply["document"] as { error?: { message?: string } } | null;
-        note.textContent = `shatterd check refuses it: ${document?.error?.message ?? "unknown reason"}`;
+        this.tell(`shatterd check refuses it: ${document?.error?.message ?? "unknown reason"}`);
         return;
       }
       save("scene.toml", scene, "application/toml");
       if (paint) save("paint.ply", paint, "application/octet-stream");
-      const database = this.otherDatabase();
-      const bake = database
-        ? ` Bake its database first: shatterd bake MESH --name ${database} --material ${element<HTMLSelectElement>("material").value}.`
-        : "";
-      note.textContent = `Accepted by shatterd check.${bake} Serve it: shatterd serve --scene scene.toml${paint ? " (keep paint.ply beside it)" : ""}`;
+      const given = reply["databases"] as { path: string; is_temporary: boolean } | null;
+      const folder: DatabaseFolder = { path: given?.path, isTemporary: given?.is_temporary ?? false };
+      const saved = paint ? "scene.toml and paint.ply; keep them in one folder" : "scene.toml";
+      this.tell(`Accepted by shatterd check, and saved as ${saved}. To serve it, run there:`, sceneCommands(object, folder, this.otherDatabase()));
     } catch (error) {
-      note.textContent = error instanceof Error ? error.message : String(error);
+      this.tell(error instanceof Error ? error.message : String(error));
     }
   }
+
+  /** Shows what came of the scene, and commands if there are some. */
+  private tell(text: string, commands = ""): void {
+    element("scene-note").textContent = text;
+    element("scene-commands").textContent = commands;
+    element("scene-serve").hidden = commands === "";
+    if (text) element(commands ? "scene-serve" : "scene-note").scrollIntoView({ block: "nearest" });
+  }
+
+  private async copy(): Promise<void> {
+    await this.app.guarded(async () => {
+      await navigator.clipboard.writeText(element("scene-commands").textContent ?? "");
+      panel.hint("Copied the commands");
+    });
+  }
+}
+
+/** A sample of the color of a tool's marks. */
+function swatch(color: string): HTMLElement {
+  const made = document.createElement("i");
+  made.className = "swatch";
+  made.style.background = color;
+  return made;
 }

@@ -22,12 +22,12 @@ export interface Defect {
   count: number;
 }
 
-/** What a kind is called. */
-export const NAMES: Record<DefectKind, string> = {
-  hole: "hole",
-  edge: "edge of three or more triangles",
-  winding: "edge between faces that face opposite ways",
-  flat: "triangle without area",
+/** What one defect of a kind is called, and several. */
+export const NAMES: Record<DefectKind, [string, string]> = {
+  hole: ["hole", "holes"],
+  edge: ["edge of three or more triangles", "edges of three or more triangles"],
+  winding: ["edge between faces that face opposite ways", "edges between faces that face opposite ways"],
+  flat: ["triangle without area", "triangles without area"],
 };
 
 /** Numbers of vertices by position: equal positions have one number. */

@@ -7,7 +7,7 @@ import { length } from "./format";
 import { ArtDirection } from "./art";
 import { bindCompare } from "./compare";
 import { bindKeys } from "./keys";
-import { bindOwnMesh } from "./own_mesh";
+import { OwnMesh } from "./own_mesh";
 import * as panel from "./panel";
 import { recordingOf, replay } from "./replay";
 import * as strength from "./strength";
@@ -23,6 +23,7 @@ const canvas = element<HTMLCanvasElement>("canvas");
 const connection = new Connection();
 const app = new App(canvas, connection);
 const art = new ArtDirection(app);
+const ownMesh = new OwnMesh(app, (name) => loadObjects(name, true));
 let objects: ObjectFacts[] = [];
 
 /** Settings of the panel. */
@@ -142,7 +143,8 @@ function bindView(): void {
   element("message").querySelector("button")!.addEventListener("click", () => panel.message(undefined));
   app.onMove = (share) => art.move(share);
   app.onState = () => {
-    art.hold();
+    art.follow();
+    ownMesh.follow();
     element<HTMLButtonElement>("back").disabled = element<HTMLButtonElement>("reset").disabled = !app.history.canGoBack;
     element<HTMLButtonElement>("forward").disabled = !app.history.canGoForward;
     document.body.classList.toggle("preview", !app.object);
@@ -208,6 +210,7 @@ async function listObjects(): Promise<void> {
   const select = element<HTMLSelectElement>("object");
   select.replaceChildren(...options);
   if (app.object) select.value = app.object.name;
+  ownMesh.offer();
   if (objects.some((object) => object.state === "loading")) setTimeout(() => void relist(), RELIST_MS);
 }
 
@@ -217,8 +220,8 @@ async function relist(): Promise<void> {
   if (app.object) await listObjects().catch(() => undefined);
 }
 
-/** Lists the objects of the service and shows one of them. */
-export async function loadObjects(wanted?: string): Promise<void> {
+/** Lists the objects of the service and shows one of them; `keepsView`: from where the user looks. */
+export async function loadObjects(wanted?: string, keepsView = false): Promise<void> {
   await listObjects();
   const ready = objects.filter((object) => object.state === "ready");
   const first = ready.find((object) => object.name === wanted) ?? ready[0];
@@ -226,12 +229,18 @@ export async function loadObjects(wanted?: string): Promise<void> {
     const loading = objects.find((object) => object.state === "loading");
     if (!loading) throw new Error(objects[0]?.error ?? "The service has no objects. Open a mesh, or drop one here.");
     await new Promise((resolve) => setTimeout(resolve, 200));
-    return loadObjects(wanted);
+    return loadObjects(wanted, keepsView);
   }
-  art.clear();
-  await app.show(first);
+  await app.show(first, keepsView);
   element<HTMLSelectElement>("object").value = first.name;
   showStrength();
+}
+
+/** Shows what the list of objects says: an object of the service, or the mesh that is not baked yet. */
+async function chooseObject(): Promise<void> {
+  const { value } = element<HTMLSelectElement>("object");
+  if (value === "") ownMesh.show();
+  else await loadObjects(value);
 }
 
 function start(): void {
@@ -258,8 +267,7 @@ function start(): void {
       app.recolor();
     },
   });
-  onInput("object", () => void app.guarded(() => loadObjects(element<HTMLSelectElement>("object").value)));
-  bindOwnMesh(app, loadObjects);
+  onInput("object", () => void app.guarded(chooseObject));
   bindCompare(app);
   const recording = recordingOf(document);
   if (recording) {

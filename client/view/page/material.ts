@@ -57,9 +57,12 @@ export interface PieceLook {
   light: StageLight;
 }
 
-/** The look of an object of `material`: `low` is its lowest height relative to its center. */
-export function lookOf(material: string, low: number, height: number, diagonal: number, light: StageLight): PieceLook {
-  const look = LOOKS[material] ?? PLAIN;
+/** Names of the generated vessels, which are dipped in a second color. */
+const DIPPED = /^(mug|vase)(-|$)/;
+
+/** The look of an object: `low` is its lowest height relative to its center. */
+export function lookOf(object: { name: string; material: string }, low: number, height: number, diagonal: number, light: StageLight): PieceLook {
+  const look = LOOKS[object.material] ?? PLAIN;
   const uniforms = {
     uExplode: { value: 0 },
     uMode: { value: 0 },
@@ -67,7 +70,7 @@ export function lookOf(material: string, low: number, height: number, diagonal: 
     uBase: { value: new THREE.Color(look.base) },
     uDip: { value: new THREE.Color(look.dip) },
     uCrack: { value: new THREE.Color(look.crack) },
-    uDipHeight: { value: look.dipHeight },
+    uDipHeight: { value: DIPPED.test(object.name) ? look.dipHeight : 0 },
     uSpeckle: { value: look.speckle },
     uVein: { value: look.vein },
     uTextures: { value: null },

@@ -15,12 +15,12 @@ const HINT_MS = 6000;
 
 let hintTimer: number | undefined;
 
-/** Shows a hint over the object; the first one stays until something happens. Fingers tap. */
-export function hint(text: string | undefined): void {
+/** Shows a hint over the object, for a while or until another one. Fingers tap. */
+export function hint(text: string | undefined, stays = false): void {
   clearTimeout(hintTimer);
   const shown = matchMedia("(pointer: coarse)").matches ? text?.replace(/^Click/, "Tap") : text;
   element("hint").replaceChildren(...(shown ? [textElement("span", shown)] : []));
-  if (text && text !== "Click to break it") hintTimer = window.setTimeout(() => hint(undefined), HINT_MS);
+  if (text && !stays) hintTimer = window.setTimeout(() => hint(undefined), HINT_MS);
 }
 
 /** Shows an error; `undefined` removes it. */

@@ -122,9 +122,18 @@ export class Stage {
     maker.dispose();
   }
 
-  /** Places camera, light and ground for an object with these bounds, relative to its center. */
-  frame(low: THREE.Vector3, high: THREE.Vector3): void {
+  /** Removes all marks; new ones are placed relative to the center of the object. */
+  clearMarks(): void {
+    this.marks.clear();
+    this.marks.position.set(0, 0, 0);
+    this.marks.quaternion.identity();
+  }
+
+  /** Places camera, light and ground for an object with these bounds, relative to its center; `keepsView`: seen from where the user looks. */
+  frame(low: THREE.Vector3, high: THREE.Vector3, keepsView = false): void {
     const diagonal = low.distanceTo(high);
+    const view = this.camera.position.clone().sub(this.controls.target).divideScalar(this.diagonal * this.spread);
+    const target = this.controls.target.clone().divideScalar(this.diagonal);
     [this.diagonal, this.spread] = [diagonal, 1];
     const distance = (FRAMED * diagonal) / Math.sin(THREE.MathUtils.degToRad(this.camera.fov / 2));
     this.camera.near = diagonal / 100;
@@ -133,6 +142,10 @@ export class Stage {
     this.controls.target.set(0, 0, 0);
     this.controls.minDistance = 0.3 * diagonal;
     this.controls.maxDistance = 12 * diagonal;
+    if (keepsView) {
+      this.controls.target.copy(target.multiplyScalar(diagonal));
+      this.camera.position.copy(view.multiplyScalar(diagonal)).add(this.controls.target);
+    }
     this.controls.update();
     this.camera.updateProjectionMatrix();
     this.low = low.y - 0.001 * diagonal;
@@ -169,12 +182,13 @@ export class Stage {
   }
 
   /** Frames a part that is not an object of the service: moves it to the center. */
-  framePart(part: THREE.Object3D): void {
+  framePart(part: THREE.Object3D, keepsView = false): void {
+    part.position.set(0, 0, 0);
     const box = new THREE.Box3().setFromObject(part);
     const center = box.getCenter(new THREE.Vector3());
     this.previewOffset.copy(center).negate();
-    part.position.add(this.previewOffset);
-    this.frame(box.min.sub(center), box.max.sub(center));
+    part.position.copy(this.previewOffset);
+    this.frame(box.min.sub(center), box.max.sub(center), keepsView);
   }
 
   /** Looks at a place from outside. */

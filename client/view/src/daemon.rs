@@ -34,6 +34,8 @@ pub struct ViewDaemon {
 struct OwnDaemon {
     folder: tempfile::TempDir,
     databases: PathBuf,
+    /// Whether the folder is removed at the end.
+    is_temporary: bool,
     /// Whether it is not to be started again.
     is_ended: AtomicBool,
     process: Mutex<Option<ChildProcess>>,
@@ -55,11 +57,12 @@ impl ViewDaemon {
         Ok(Self::of_service(service))
     }
 
-    /// Starts a daemon for the databases of a folder, and waits until it serves. [`Self::end`] or dropping the value ends it.
+    /// Starts a daemon for the databases of a folder, which `is_temporary` if it is removed at the end, and waits until it serves.
+    /// [`Self::end`] or dropping the value ends it.
     ///
     /// # Errors
     /// `configuration` if the program cannot be started, `failed` if it ends, or does not serve in time.
-    pub fn start(service: &str, databases: &Path) -> Result<Self, Error> {
+    pub fn start(service: &str, databases: &Path, is_temporary: bool) -> Result<Self, Error> {
         let folder = tempfile::Builder::new().prefix("shatter-view-").tempdir();
         let folder = folder.map_err(|error| {
             Error::new(ErrorKind::Output, "daemon", format!("cannot make a temporary folder: {error}; check TMPDIR"))
@@ -67,6 +70,7 @@ impl ViewDaemon {
         let own = OwnDaemon {
             folder,
             databases: databases.to_owned(),
+            is_temporary,
             is_ended: AtomicBool::new(false),
             process: Mutex::new(None),
         };
@@ -84,6 +88,12 @@ impl ViewDaemon {
     #[must_use]
     pub fn databases(&self) -> Option<&Path> {
         self.own.as_ref().map(|own| own.databases.as_path())
+    }
+
+    /// Whether the folder of the databases is removed at the end.
+    #[must_use]
+    pub fn has_temporary_folder(&self) -> bool {
+        self.own.as_ref().is_some_and(|own| own.is_temporary)
     }
 
     /// Ends an own daemon for good, whether or not workers still use it; another daemon goes on.

@@ -1,6 +1,8 @@
 //! `shatterd check` of a scene that the page made.
 
+use crate::daemon::ViewDaemon;
 use crate::programs::{absent, daemon_program};
+use crate::start::{DATABASE_ENDING, data_folder};
 use serde_json::{Value, json};
 use shatter_proto::{Error, ErrorKind};
 use std::path::Path;
@@ -37,4 +39,16 @@ pub(crate) fn check(scene: &str, paint: Option<&str>, databases: Option<&Path>) 
     let text = String::from_utf8_lossy(&output.stdout).replace(&format!("{}/", folder.path().display()), "");
     let document: Value = serde_json::from_str(&text).unwrap_or(Value::Null);
     Ok(json!({ "reply": "scene", "accepted": output.status.success(), "document": document }))
+}
+
+/// The folder where the database of `object` lies, for the commands that serve the scene: `null` if the daemon is another program's and
+/// the platform's folder has no such database.
+pub(crate) fn folder(object: &str, daemon: &ViewDaemon) -> Value {
+    let served = daemon.databases().map(Path::to_owned).or_else(data_folder);
+    let file =
+        served.as_ref().and_then(|folder| folder.join(format!("{object}.{DATABASE_ENDING}")).canonicalize().ok());
+    let Some(path) = file.as_deref().and_then(Path::parent) else { return Value::Null };
+    // A database that was given lies where it was, and the folder holds a link to it.
+    let is_own = served.as_deref().and_then(|folder| folder.canonicalize().ok()).is_some_and(|folder| folder == path);
+    json!({ "path": path.display().to_string(), "is_temporary": is_own && daemon.has_temporary_folder() })
 }

@@ -8,7 +8,7 @@ use std::process::Stdio;
 use tempfile::TempDir;
 
 /// Ending of databases.
-const DATABASE_ENDING: &str = "shatter";
+pub(crate) const DATABASE_ENDING: &str = "shatter";
 
 /// Name of the generated object that is shown if there is no other.
 const SAMPLE: &str = "mug";
@@ -44,7 +44,9 @@ impl ViewTargets {
 pub fn prepare(service: &str, files: &[PathBuf]) -> Result<ViewTargets, Error> {
     if files.is_empty() {
         let daemon = match ViewDaemon::running(service) {
-            Err(error) if error.kind == ErrorKind::NoDaemon => ViewDaemon::start(service, &default_databases()?)?,
+            Err(error) if error.kind == ErrorKind::NoDaemon => {
+                ViewDaemon::start(service, &default_databases()?, false)?
+            }
             running => running?,
         };
         return Ok(ViewTargets { daemon, _folder: None });
@@ -58,7 +60,7 @@ pub fn prepare(service: &str, files: &[PathBuf]) -> Result<ViewTargets, Error> {
         Err(error) if error.kind == ErrorKind::NoDaemon => service.to_owned(),
         _ => format!("view-{}", std::process::id()),
     };
-    let daemon = ViewDaemon::start(&own, folder.path())?;
+    let daemon = ViewDaemon::start(&own, folder.path(), true)?;
     Ok(ViewTargets { daemon, _folder: Some(folder) })
 }
 
@@ -131,7 +133,7 @@ fn has_database(folder: &Path) -> bool {
 }
 
 /// Folder where `shatterd bake` writes (XDG Base Directory Specification).
-fn data_folder() -> Option<PathBuf> {
+pub(crate) fn data_folder() -> Option<PathBuf> {
     let given = std::env::var_os("XDG_DATA_HOME").map(PathBuf::from).filter(|folder| folder.is_absolute());
     given
         .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".local/share")))

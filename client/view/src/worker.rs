@@ -140,7 +140,10 @@ impl Worker {
             }
             Some("check_scene") => {
                 let scene = request["scene"].as_str().ok_or_else(|| invalid("scene", "must be a text"))?;
-                text(scene_check::check(scene, request["paint"].as_str(), self.setup.daemon.databases())?)
+                let daemon = &self.setup.daemon;
+                let mut reply = scene_check::check(scene, request["paint"].as_str(), daemon.databases())?;
+                reply["databases"] = scene_check::folder(name(request)?, daemon);
+                text(reply)
             }
             Some("cancel_bake") => {
                 self.bake = None;

@@ -58,6 +58,19 @@ test("two fingers that part come nearer", { skip }, async () => {
   assert.equal(await page.evaluate(() => globalThis.shatterView.app.history.count), count);
 });
 
+test("a message does not cover the object, and the list of objects has room", { skip }, async () => {
+  await page.evaluate(() => globalThis.shatterView.app.guarded(() => Promise.reject(new Error("a long message of many words. ".repeat(30)))));
+  const box = (id) => page.locator(id).boundingBox();
+  const [canvas, message, list] = [await box("#canvas"), await box("#message"), await box("header")];
+  assert.ok(message.y >= canvas.y + canvas.height, `the message begins at ${message.y}`);
+  assert.ok(message.y + message.height <= 780 && list.x + list.width <= 390);
+  await page.click("#message button");
+  // The longest name of a file that was opened.
+  await page.evaluate(() => document.getElementById("object").add(new Option("teapot.obj (not baked)", "")));
+  assert.ok((await box("#object")).width > 180);
+  await page.evaluate(() => document.querySelector("#object option:last-child").remove());
+});
+
 test("the panel begins at its top for another object", { skip }, async () => {
   await whole(page);
   const top = () => page.evaluate(() => document.getElementById("panel").scrollTop);
