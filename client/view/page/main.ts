@@ -3,7 +3,7 @@
 import { App, type Aim, type ObjectFacts } from "./app";
 import { Connection } from "./connection";
 import { choose, chosen, element, onClick, onInput, save } from "./dom";
-import { length } from "./format";
+import { millimeters } from "./format";
 import { ArtDirection } from "./art";
 import { bindCompare } from "./compare";
 import { bindKeys } from "./keys";
@@ -11,7 +11,7 @@ import { bindOwnMesh } from "./own_mesh";
 import * as panel from "./panel";
 import { recordingOf, replay } from "./replay";
 import * as strength from "./strength";
-import { codeOf, impactOf, type Language, type Settings } from "./impact_request";
+import { codeOf, impactOf, TEXTURE_EFFECT, type Language, type Settings } from "./impact_request";
 
 /** Farthest that a pointer moves in a click, pixels. */
 const CLICK_PX = 6;
@@ -24,6 +24,9 @@ const connection = new Connection();
 const app = new App(canvas, connection);
 const art = new ArtDirection(app);
 let objects: ObjectFacts[] = [];
+
+/** What is replayed, without a service. */
+const recording = recordingOf(document);
 
 /** Settings of the panel. */
 export function settings(): Settings {
@@ -55,9 +58,9 @@ function showTooltip(aim: Aim | undefined): void {
   box.hidden = aim === undefined;
   if (!aim || !app.object) return;
   const [tool, radiusM] = [art.tool(), art.toolRadiusM()];
-  const point = app.placeOf(aim).map((x) => (1000 * x).toFixed(0)).join(", ");
+  const point = (tool === "site" ? art.siteOf(aim, app.object) : app.placeOf(aim)).map((x) => (1000 * x).toFixed(0)).join(", ");
   const breaks = aim.thresholdNs === undefined ? "" : ` · breaks at ${strength.quantity(aim.thresholdNs)}`;
-  const radius = length(radiusM ?? app.object.radius_m);
+  const radius = millimeters(radiusM ?? app.object.radius_m);
   if (tool === "strike") box.textContent = `${point} mm · radius ${radius}${breaks}`;
   else box.textContent = `${point} mm · ${tool}${tool === "site" ? "" : `, radius ${radius}`}`;
 }
@@ -76,7 +79,7 @@ function bindPointer(): void {
   canvas.addEventListener("pointerdown", (event) => (down = event.isPrimary ? { x: event.clientX, y: event.clientY } : undefined));
   canvas.addEventListener("pointermove", (event) => {
     clearTimeout(rest);
-    if (event.buttons !== 0 || event.pointerType === "touch") return;
+    if (recording || event.buttons !== 0 || event.pointerType === "touch") return;
     const aim = app.pick(event.clientX, event.clientY);
     app.point(aim, art.toolRadiusM());
     if (!aim) showStrength();
@@ -100,6 +103,10 @@ function bindPointer(): void {
 async function strikeAt(x: number, y: number): Promise<void> {
   const aim = app.pick(x, y);
   if (!aim) return;
+  if (recording) {
+    panel.hint("A recording: nothing can be struck here. → shows the next result");
+    return;
+  }
   const tool = art.tool();
   if (tool !== "strike") {
     art.place(aim, tool);
@@ -132,6 +139,7 @@ function bindStrike(): void {
 }
 
 function bindView(): void {
+  const holdCompared = bindCompare(app);
   onInput("explode", () => app.setExplode(2 * (Number(element<HTMLInputElement>("explode").value) / 100) ** 2));
   for (const id of ["colors", "xray", "hulls", "cracks"]) onInput(id, () => app.recolor());
   onClick("back", () => app.go(-1));
@@ -143,6 +151,7 @@ function bindView(): void {
   app.onMove = (share) => art.move(share);
   app.onState = () => {
     art.hold();
+    holdCompared();
     element<HTMLButtonElement>("back").disabled = element<HTMLButtonElement>("reset").disabled = !app.history.canGoBack;
     element<HTMLButtonElement>("forward").disabled = !app.history.canGoForward;
     document.body.classList.toggle("preview", !app.object);
@@ -168,8 +177,11 @@ function bindAway(): void {
 /** Lets the browser save all pieces that are shown. */
 async function download(format: string): Promise<void> {
   await app.guarded(async () => {
-    const file = await app.shownAs(format, format === "mjcf" ? ["hulls", "bonds"] : ["normals"]);
+    // The attributes of the mesh file are its texture coordinates.
+    const file = await app.shownAs(format, format === "mjcf" ? ["hulls", "bonds"] : ["normals", TEXTURE_EFFECT]);
     save(file.head.name ?? "broken", file.raw("file"), format === "glb" ? "model/gltf-binary" : "application/zip");
+    element("away-note").textContent =
+      format === "mjcf" ? "The model welds touching pieces of one result: it stays whole until the simulation switches the welds (bond_…) off." : "";
   });
 }
 
@@ -178,8 +190,8 @@ async function copy(button: HTMLButtonElement): Promise<void> {
   if (!last) return;
   const code = codeOf(last.request, button.dataset["language"] as Language, app.effectsOf(last.request.object), app.service);
   const name = button.dataset["name"] ??= button.textContent ?? "";
-  // The row keeps its widths.
-  button.style.minWidth = `${button.offsetWidth}px`;
+  // The row keeps its widths: the sign is wider than a letter.
+  button.style.width = `${button.getBoundingClientRect().width}px`;
   try {
     await navigator.clipboard.writeText(code);
     panel.hint(`Copied the code for ${name}`);
@@ -187,8 +199,12 @@ async function copy(button: HTMLButtonElement): Promise<void> {
     save(`request.${{ shell: "sh", rust: "rs", python: "py", c: "c" }[button.dataset["language"] as Language]}`, code, "text/plain");
     panel.hint(`Saved the code for ${name}`);
   }
-  button.textContent = "✓";
-  setTimeout(() => (button.textContent = name), 1500);
+  const show = (text: string, isCopied: boolean) => {
+    button.textContent = text;
+    button.classList.toggle("copied", isCopied);
+  };
+  show("✓", true);
+  setTimeout(() => show(name, false), 1500);
 }
 
 /** Time after which objects that are being loaded are listed again, ms. */
@@ -217,11 +233,15 @@ async function relist(): Promise<void> {
   if (app.object) await listObjects().catch(() => undefined);
 }
 
+/** The object that the page shows first if none is asked for: the one that `shatter view` bakes by itself. */
+const SAMPLE = "mug";
+
 /** Lists the objects of the service and shows one of them. */
 export async function loadObjects(wanted?: string): Promise<void> {
   await listObjects();
   const ready = objects.filter((object) => object.state === "ready");
-  const first = ready.find((object) => object.name === wanted) ?? ready[0];
+  const named = (name: string | undefined) => ready.find((object) => object.name === name);
+  const first = named(wanted) ?? named(SAMPLE) ?? ready[0];
   if (!first) {
     const loading = objects.find((object) => object.state === "loading");
     if (!loading) throw new Error(objects[0]?.error ?? "The service has no objects. Open a mesh, or drop one here.");
@@ -258,14 +278,12 @@ function start(): void {
       app.recolor();
     },
   });
-  onInput("object", () => void app.guarded(() => loadObjects(element<HTMLSelectElement>("object").value)));
-  bindOwnMesh(app, loadObjects);
-  bindCompare(app);
-  const recording = recordingOf(document);
   if (recording) {
     void app.guarded(() => replay(app, recording));
     return;
   }
+  onInput("object", () => void app.guarded(() => loadObjects(element<HTMLSelectElement>("object").value)));
+  bindOwnMesh(app, loadObjects);
   connection.onState = (isOpen) => {
     if (!isOpen) panel.message("shatter view does not run any more. Start it again, and open the address that it prints.");
     else panel.message(undefined);
