@@ -17,7 +17,7 @@ struct RecordedReply {
     message: Vec<u8>,
 }
 
-/// What a recording keeps.
+/// Results of a recording.
 #[derive(Default)]
 struct Replies {
     kept: Vec<RecordedReply>,
@@ -73,7 +73,7 @@ impl Recording {
         self.replies().kept.is_empty()
     }
 
-    /// What [`Self::write`] is about to write.
+    /// The recording as [`Self::write`] writes it.
     #[must_use]
     pub fn pending(&self) -> PendingRecording<'_> {
         PendingRecording { file: &self.file, left_out: self.replies().left_out }
