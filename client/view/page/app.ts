@@ -4,7 +4,7 @@ import * as THREE from "three";
 import { type Connection, ServiceError } from "./connection";
 import { paintLayers, type Scale } from "./colors";
 import { element } from "./dom";
-import { type Answer, countShown, History, type Layer, layersAfter, type State } from "./history";
+import { type Answer, countShown, History, type Layer, layersAfter, multipleOf, type State } from "./history";
 import { type ColorMode, lookOf, type PieceLook } from "./material";
 import * as panel from "./panel";
 import { Pieces, type Pick } from "./pieces";
@@ -38,7 +38,7 @@ export interface Aim {
 }
 
 /** Explode factor after the first request: wide enough to see between the pieces. */
-const EXPLODE_FIRST = 0.22;
+export const EXPLODE_FIRST = 0.22;
 
 /** Time in which pieces move apart, ms. */
 const APART_MS = 480;
@@ -131,7 +131,8 @@ export class App {
     element("panel").scrollTop = 0;
   }
 
-  private layer(result: ResultMessage, request: ImpactRequest | undefined): Layer {
+  /** The layer of a result. */
+  layer(result: ResultMessage, request: ImpactRequest | undefined): Layer {
     if (!this.look) throw new Error("no object is shown");
     return { pieces: new Pieces(result, this.center, this.look), request, replaced: new Set() };
   }
@@ -168,14 +169,14 @@ export class App {
 
   /** Strikes what the user points at. */
   async strikeAt(aim: Aim, settings: Settings): Promise<void> {
-    const base = this.history.now;
-    if (!base || !this.object) return;
+    const before = this.history.now?.layers;
+    if (!before || !this.object) return;
     this.aim = aim;
     this.settle();
     const ask = async () => {
       const thresholdNs = await this.threshold(aim, settings);
       const request = this.requestOf(aim, thresholdNs, settings);
-      await this.send(request, aim, base, false);
+      await this.send(request, aim, before, false);
     };
     await this.guarded(() => this.stage.hold(ask));
   }
@@ -188,10 +189,10 @@ export class App {
       return;
     }
     this.live = { ...this.live, isBusy: true, wants: false };
-    const { aim, base } = this.struck;
+    const { aim, before } = this.struck;
     const ask = async () => {
       const thresholdNs = await this.threshold(aim, settings());
-      await this.send(this.requestOf(aim, thresholdNs, settings()), aim, base, true);
+      await this.send(this.requestOf(aim, thresholdNs, settings()), aim, before, true);
     };
     await this.guarded(() => this.stage.hold(ask));
     this.live.isBusy = false;
@@ -205,8 +206,8 @@ export class App {
     if (!this.live.isBusy) this.step = undefined;
   }
 
-  /** What was struck last, and the state before it. */
-  private struck: { aim: Aim; base: State } | undefined;
+  /** What was struck last, and the layers before it. */
+  private struck: { aim: Aim; before: Layer[] } | undefined;
   /** The state that further repetitions of the request replace. */
   private step: State | undefined;
 
@@ -233,18 +234,18 @@ export class App {
   }
 
   /** Sends a request and shows its result: as a new state, or in place of the step that the slider changes. */
-  private async send(request: ImpactRequest, aim: Aim, base: State, isLive: boolean): Promise<void> {
+  private async send(request: ImpactRequest, aim: Aim, before: Layer[], isLive: boolean): Promise<void> {
     const begun = performance.now();
     const result = await this.resultOf(request, (effects) => effects);
     const made = result.isWhole ? undefined : this.layer(result, request);
-    const at = { before: base.layers, struck: aim.layer, fragment: aim.pick.fragment };
+    const at = { before, struck: aim.layer, fragment: aim.pick.fragment, aim: { ...aim } };
     const state = { layers: layersAfter(at, made), last: { ...at, request, result, pictureMs: performance.now() - begun } };
-    const isFirst = !isLive && made !== undefined && base.layers.length === 1 && !base.layers[0]!.request;
+    const isFirst = !isLive && made !== undefined && before.length === 1 && !before[0]!.request;
     const old = this.history.pieces();
     if (this.replaces(state, isLive)) this.history.replace(state);
     else this.history.push(state);
     this.step = isLive ? state : undefined;
-    this.struck = { aim, base };
+    this.struck = { aim, before };
     this.dispose(old);
     if (isFirst && this.explode() === 0) this.moveApart(EXPLODE_FIRST);
     if (!isLive) panel.hint(!made ? "It stays whole: strike harder" : isFirst ? "Click a piece to break it again" : undefined);
@@ -256,20 +257,6 @@ export class App {
     const now = this.history.now;
     if (isLive && this.step !== undefined && this.step === now) return true;
     return !isLive && state.last?.result.isWhole === true && now?.last?.result.isWhole === true && now.layers === state.layers;
-  }
-
-  /** Adds a request of a recording as a state. */
-  showRecorded(request: ImpactRequest, result: ResultMessage): void {
-    let base = this.history.now;
-    const { parent } = request;
-    const whole = (state: State) => state.layers.length === 1 && !state.layers[0]!.request;
-    // A request on the object itself begins again from the whole object.
-    if (!parent) while (base && !whole(base) && this.history.move(-1)) base = this.history.now;
-    const layer = base?.layers.find((own) => own.request === parent?.request);
-    if (!base || !layer || result.isWhole) return;
-    const at = { before: base.layers, struck: layer, fragment: parent?.fragment ?? 0 };
-    this.history.append({ layers: layersAfter(at, this.layer(result, request)), last: { ...at, request, result, pictureMs: 0 } });
-    if (this.explode() === 0) this.setExplode(EXPLODE_FIRST);
   }
 
   /** A picture of what another result of a request leaves. */
@@ -293,33 +280,42 @@ export class App {
     return aim.thresholdNs;
   }
 
-  /** Asks for the result of a request. */
-  async resultOf(request: ImpactRequest, choose: (effects: string[]) => string[]): Promise<ResultMessage> {
+  /** Asks for the result of a request. A recording keeps it, unless it only shows more of what is known. */
+  async resultOf(request: ImpactRequest, choose: (effects: string[]) => string[], isRecorded = true): Promise<ResultMessage> {
     const result = await this.withEffects(request.object, (effects) =>
       this.withHandle(request, (handle) =>
-        this.connection.askResult({ op: "strike", object: request.object, impact: impactOf(request, choose(effects), handle) }),
+        this.connection.askResult({
+          op: "strike",
+          object: request.object,
+          impact: impactOf(request, choose(effects), handle),
+          is_recorded: isRecorded,
+        }),
       ),
     );
-    if (result.head.handle) this.handles.set(request, result.head.handle);
+    // A recording finds the requests by the handles that it knows.
+    if (result.head.handle && isRecorded) this.handles.set(request, result.head.handle);
     return result;
   }
 
   /** Effects of the requests for an object: those that the page needs and the service allows. */
   effectsOf(object: string): string[] {
-    const needed = this.textures.has(object) ? [...EFFECTS, TEXTURE_EFFECT] : EFFECTS;
-    return needed.filter((effect) => !this.refused.has(`${object}/${effect}`));
+    return this.allowed(object, this.textures.has(object) ? [...EFFECTS, TEXTURE_EFFECT] : EFFECTS);
   }
 
-  /** Calls `ask` with the effects for an object. */
-  private async withEffects<T>(object: string, ask: (effects: string[]) => Promise<T>): Promise<T> {
-    const effects = this.effectsOf(object);
+  private allowed(object: string, effects: string[]): string[] {
+    return effects.filter((effect) => !this.refused.has(`${object}/${effect}`));
+  }
+
+  /** Calls `ask` with those of the effects that the service allows for an object. */
+  private async withEffects<T>(object: string, ask: (effects: string[]) => Promise<T>, needed = this.effectsOf(object)): Promise<T> {
+    const effects = this.allowed(object, needed);
     try {
       return await ask(effects);
     } catch (error) {
       const at = error instanceof ServiceError && error.kind === "effect" ? error.at : "";
       if (!effects.includes(at)) throw error;
       this.refused.add(`${object}/${at}`);
-      return this.withEffects(object, ask);
+      return this.withEffects(object, ask, needed);
     }
   }
 
@@ -338,8 +334,8 @@ export class App {
   }
 
   /** A file with all pieces that are shown. The service repeats the requests that it has forgotten. */
-  async shownAs(format: string, enable: string[]): Promise<ResultMessage> {
-    const ask = async () => {
+  async shownAs(format: string, needed: string[]): Promise<ResultMessage> {
+    const askWith = async (enable: string[]) => {
       const layers = [];
       for (const { pieces, request, replaced } of this.history.now?.layers ?? []) {
         const ids = pieces.result.fragments.map(({ id }) => id).filter((id) => !replaced.has(id));
@@ -348,6 +344,7 @@ export class App {
       }
       return this.connection.askResult({ op: "download", format, object: this.object?.name, layers, enable });
     };
+    const ask = () => this.withEffects(this.object?.name ?? "", askWith, needed);
     try {
       return await ask();
     } catch (error) {
@@ -374,10 +371,13 @@ export class App {
 
   /** Moves in the history. */
   go(by: number): void {
-    if (by === -Infinity ? this.history.first() : this.history.move(by)) {
-      this.forgetStruck();
-      this.refresh();
-    }
+    if (!(by === -Infinity ? this.history.first() : this.history.move(by))) return;
+    this.forgetStruck();
+    const last = this.history.now?.last;
+    if (last) strength.showRequest(last.request, multipleOf(last));
+    // The slider repeats the request whose result is shown.
+    if (last?.aim) this.struck = { aim: { ...last.aim }, before: last.before };
+    this.refresh();
   }
 
   /** Shows the present state again. */
@@ -434,7 +434,7 @@ export class App {
       for (const layer of state.layers) {
         if (!layer.request) continue;
         const known = this.hulls.get(layer.request);
-        const result = known ?? (await this.resultOf(layer.request, () => ["hulls"]));
+        const result = known ?? (await this.resultOf(layer.request, () => ["hulls"], false));
         this.hulls.set(layer.request, result);
         if (this.history.now === state && panel.isOn("hulls")) layer.pieces.setHulls(result);
       }

@@ -3,7 +3,7 @@
 import * as THREE from "three";
 import type { Aim, App, ObjectFacts } from "./app";
 import { chosen, element, onClick, onInput, save, textElement } from "./dom";
-import { length } from "./format";
+import { millimeters } from "./format";
 import { MATERIALS } from "./own_mesh";
 import * as panel from "./panel";
 import type { Vector } from "./result";
@@ -45,6 +45,9 @@ const COLORS = { anchor: "#2f9e6b", protect: "#3d6fd1", site: "#e0562d", paint: 
 
 /** Radius of the mark of a site, as a share of the diagonal of the object. */
 const SITE_SHARE = 0.012;
+
+/** Depth of a site below the surface, as a share of the diagonal of the object. */
+const SITE_DEPTH_SHARE = 0.01;
 
 /** Effects of an object without a scene. */
 const USUAL = ["elastic", "interior", "examples", "slivers"];
@@ -124,7 +127,7 @@ export class ArtDirection {
     const [tool, radius] = [this.tool(), this.toolRadiusM()];
     element("tool-note").textContent = PURPOSE[tool];
     element("tool-radius-row").hidden = tool === "strike" || tool === "site";
-    element("tool-radius-value").textContent = radius === undefined ? "" : length(radius);
+    element("tool-radius-value").textContent = radius === undefined ? "" : millimeters(radius);
   }
 
   /** Finds the pieces that hold the marks: others are shown. */
@@ -144,8 +147,7 @@ export class ArtDirection {
     const radiusM = this.toolRadiusM() ?? 0;
     const at = aim.pick.shown.clone().sub(aim.pick.offset);
     const center = object.bounds_m[0].map((low, axis) => (low + object.bounds_m[1][axis]!) / 2);
-    // A site belongs inside the object: a little below the surface.
-    if (tool === "site") at.addScaledVector(new THREE.Vector3(...aim.ray.direction), 0.01 * object.diagonal_m);
+    if (tool === "site") at.addScaledVector(new THREE.Vector3(...aim.ray.direction), SITE_DEPTH_SHARE * object.diagonal_m);
     const centerM = at.toArray().map((x, axis) => Number((x + center[axis]!).toPrecision(5))) as Vector;
     const ball = new THREE.Mesh(
       new THREE.SphereGeometry(radiusM, 32, 20),
@@ -158,6 +160,12 @@ export class ArtDirection {
     element("undo").scrollIntoView({ block: "nearest" });
   }
 
+  /** Where a site is placed that the user points at, m: a little below the surface. */
+  siteOf(aim: Aim, object: ObjectFacts): Vector {
+    const place = new THREE.Vector3(...this.app.placeOf(aim));
+    return place.addScaledVector(new THREE.Vector3(...aim.ray.direction), SITE_DEPTH_SHARE * object.diagonal_m).toArray();
+  }
+
   /** Removes a mark. */
   private remove(mark: Mark | undefined): void {
     if (!mark) return;
@@ -168,7 +176,7 @@ export class ArtDirection {
 
   private list(): void {
     const rows = this.marks.map((mark) => {
-      const radius = mark.tool === "site" ? "" : `, radius ${(1000 * mark.radiusM).toFixed(0)} mm`;
+      const radius = mark.tool === "site" ? "" : `, radius ${millimeters(mark.radiusM)}`;
       const text = `${mark.tool} at ${mark.centerM.map((x) => (1000 * x).toFixed(0)).join(", ")} mm${radius}`;
       const button = textElement("button", "×");
       button.setAttribute("aria-label", `Remove ${text}`);

@@ -1,6 +1,6 @@
 // Small charts of the panel: a histogram of volumes, and bars of stages.
 
-import { time, volume } from "./format";
+import { counted, time, volume } from "./format";
 import type { ResultHead } from "./result";
 
 const SVG = "http://www.w3.org/2000/svg";
@@ -15,7 +15,7 @@ function svg(name: string, attributes: Record<string, string | number>, text = "
   return element;
 }
 
-/** Draws a histogram of volumes on a logarithmic axis. */
+/** Draws a histogram of volumes on a logarithmic axis, with the number of pieces in the highest bar. */
 export function histogram(into: HTMLElement, volumesM3: number[]): void {
   const positive = volumesM3.filter((value) => value > 0);
   into.replaceChildren();
@@ -25,16 +25,21 @@ export function histogram(into: HTMLElement, volumesM3: number[]): void {
   const bins = new Array<number>(BINS).fill(0);
   for (const value of positive) bins[Math.min(BINS - 1, Math.floor((BINS * (Math.log(value) - low)) / (high - low)))]! += 1;
   const tallest = Math.max(...bins);
-  const [width, height] = [280, 54];
-  const label = `Histogram of ${positive.length} volumes, ${volume(least)} to ${volume(most)}`;
+  const [width, top, height] = [280, 6, 60];
+  const left = 6 + 7 * String(tallest).length;
+  const step = (width - left) / BINS;
+  const label = `Histogram of ${positive.length} volumes, ${volume(least)} to ${volume(most)}; at most ${counted(tallest, "piece")} in a bar`;
   const root = svg("svg", { viewBox: `0 0 ${width} ${height + 16}`, role: "img", "aria-label": label });
   bins.forEach((count, at) => {
-    const [x, h] = [(at * width) / BINS, (height * count) / tallest];
-    root.append(svg("rect", { x: x + 1, y: height - h, width: width / BINS - 2, height: h, rx: 1.5, fill: "var(--bar)" }));
+    const h = ((height - top) * count) / tallest;
+    root.append(svg("rect", { x: left + at * step + 1, y: height - h, width: step - 2, height: h, rx: 1.5, fill: "var(--bar)" }));
   });
-  root.append(svg("line", { x1: 0, x2: width, y1: height + 0.5, y2: height + 0.5, stroke: "var(--line)" }));
-  const text = { y: height + 13, "font-size": 11, fill: "var(--soft)" };
-  root.append(svg("text", { ...text, x: 0 }, volume(least)), svg("text", { ...text, x: width, "text-anchor": "end" }, volume(most)));
+  const line = (x1: number, y1: number, x2: number, y2: number) => svg("line", { x1, y1, x2, y2, stroke: "var(--soft)", "stroke-width": 0.5 });
+  root.append(line(left, height + 0.5, width, height + 0.5), line(left, top, left, height), line(left - 3, top, left, top));
+  const text = (x: number, y: number, words: string, anchor: string) =>
+    svg("text", { x, y, "text-anchor": anchor, "font-size": 11, fill: "var(--soft)" }, words);
+  root.append(text(left - 5, top + 4, String(tallest), "end"), text(left - 5, height + 2, "0", "end"));
+  root.append(text(left, height + 13, volume(least), "start"), text(width, height + 13, volume(most), "end"));
   into.append(root);
 }
 

@@ -22,9 +22,11 @@ export interface Scale {
   label: string;
   low: string;
   high: string;
+  /** What the values say about the result. */
+  note: string;
 }
 
-/** Energy of the cell of each piece, J·m², or area of the cracks around it, m²; `undefined` in a mode without values. */
+/** Distance-weighted energy of the cell of each piece, J·m², or area of the cracks around it, m²; `undefined` in a mode without values. */
 function valuesOf(result: ResultMessage, mode: ColorMode): number[] | undefined {
   if (mode === "energy") return result.fragments.map((fragment) => fragment.energyJM2);
   if (mode !== "bonds") return undefined;
@@ -37,8 +39,16 @@ function valuesOf(result: ResultMessage, mode: ColorMode): number[] | undefined 
 
 /** What the values are called: each piece has those of the request that made it. */
 function labelOf(mode: ColorMode, requests: number, isLog: boolean): string {
-  const what = mode === "energy" ? "Energy of the piece's cell" : "Area of the cracks around the piece";
-  return `${what}${requests > 1 ? ", in the request that made it" : ""}${isLog ? " (logarithmic)" : ""}`;
+  const what =
+    mode === "energy"
+      ? "Strain energy in the piece's cell, times the squared distance from its site"
+      : "Area of the cracks around the piece";
+  return `${what}${requests > 1 ? ", in the request that made it" : ""} (${isLog ? "logarithmic" : "linear"} colors)`;
+}
+
+/** Threshold γ of the last request, J·m². */
+function gammaOf(made: Layer[]): number {
+  return made.at(-1)?.pieces.result.head.gamma_j_m2 ?? 0;
 }
 
 /** Color of a share from 0 to 1. */
@@ -71,8 +81,9 @@ export function paintLayers(layers: Layer[], mode: ColorMode): Scale | undefined
     layer.pieces.paint((fragment) => (own ? ramp(share(own[fragment]!)) : hasValues ? NEUTRAL.clone() : hue(fragment)));
   }
   if (!hasValues || shown.length === 0) return undefined;
-  const text = (value: number) => (mode === "energy" ? withUnit(value, "J·m²") : area(value));
-  return { label: labelOf(mode, made.length, isLog), low: text(low), high: text(high) };
+  const text = (value: number) => (mode === "energy" ? withUnit(value, "J·m²", high) : area(value));
+  const note = mode === "energy" ? `The object breaks if this energy of the whole exceeds γ = ${text(gammaOf(made))}, into cells of about γ or less.` : "";
+  return { label: labelOf(mode, made.length, isLog), low: text(low), high: text(high), note };
 }
 
 /** The ramp as a style for the legend. */

@@ -3,6 +3,7 @@
 import type { App } from "./app";
 import { element, onClick, textElement } from "./dom";
 import { counted, percent, time } from "./format";
+import type { Answer } from "./history";
 import type { ResultMessage } from "./result";
 import type { ImpactRequest, Settings } from "./impact_request";
 
@@ -20,9 +21,17 @@ const VARIANTS: { name: string; change: Partial<Settings> }[] = [
   { name: "surface diffusion", change: { lift: "surface_diffusion" } },
 ];
 
-/** Binds the comparison. */
-export function bindCompare(app: App): void {
+/** What the pictures are of. */
+let compared: Answer | undefined;
+
+/** Binds the comparison. Returns what removes its pictures once another result is shown. */
+export function bindCompare(app: App): () => void {
   onClick("run-compare", () => void compare(app));
+  return () => {
+    if (app.history.now?.last === compared) return;
+    compared = undefined;
+    element("compared").replaceChildren();
+  };
 }
 
 async function compare(app: App): Promise<void> {
@@ -33,6 +42,7 @@ async function compare(app: App): Promise<void> {
     return;
   }
   into.replaceChildren();
+  compared = last;
   const button = element<HTMLButtonElement>("run-compare");
   button.disabled = true;
   for (const { name, change } of VARIANTS) {
@@ -41,8 +51,14 @@ async function compare(app: App): Promise<void> {
     figure.append(textElement("b", name));
     into.append(figure);
     if (into.children.length === 1) into.scrollIntoView({ block: "nearest" });
+    if (request.parent && change.lift === "surface_diffusion") {
+      figure.append(textElement("span", "not for pieces: their lifts are interior and euclidean"));
+      continue;
+    }
     try {
-      const result = await app.resultOf(request, (effects) => effects);
+      const result = await app.resultOf(request, (effects) => effects, false);
+      // Another result is shown meanwhile.
+      if (compared !== last) break;
       describe(figure, result);
       const picture = document.createElement("img");
       [picture.width, picture.height] = [PICTURE.width, PICTURE.height];
@@ -58,8 +74,8 @@ async function compare(app: App): Promise<void> {
 
 function describe(figure: HTMLElement, result: ResultMessage): void {
   const { head } = result;
-  const energy = head.energy_error === null ? "" : head.energy_error === 0 ? "energy solved" : `energy ${percent(head.energy_error)}`;
-  const gap = head.cvd_gap === null ? "" : `cells ${percent(head.cvd_gap)}`;
+  const energy = head.energy_error === null ? "" : head.energy_error === 0 ? "energy solved" : `error of the energy ${percent(head.energy_error)}`;
+  const gap = head.cvd_gap === null ? "" : `gap of the cells ${percent(head.cvd_gap)}`;
   figure.append(
     textElement("span", result.isWhole ? "stays whole" : `${counted(result.fragments.length, "piece")} in ${time(head.time_ns)}`),
     textElement("span", [energy, gap].filter(Boolean).join(", ")),

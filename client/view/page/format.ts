@@ -11,12 +11,17 @@ function superscript(power: string): string {
   return [...power].map((letter) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(letter)] ?? "⁻").join("");
 }
 
-/** A value with the prefix that makes it short. */
-export function withUnit(value: number, unit: string): string {
-  for (const [factor, prefix] of [[1, ""], [1e-3, "m"], [1e-6, "µ"]] as const) {
-    if (Math.abs(value) >= factor) return `${digits(value / factor)} ${prefix}${unit}`;
+/** A value with the prefix that makes `scale` short: values of one scale have one unit. */
+export function withUnit(value: number, unit: string, scale = value): string {
+  for (const [factor, prefix] of [[1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"], [1e-12, "p"]] as const) {
+    if (Math.abs(scale) >= factor) return `${digits(value / factor)} ${prefix}${unit}`;
   }
   return `${digits(value)} ${unit}`;
+}
+
+/** A length in millimeters, m: places and radii that stand side by side have one unit. */
+export function millimeters(valueM: number): string {
+  return `${digits(1000 * valueM)} mm`;
 }
 
 /** A length, m. */

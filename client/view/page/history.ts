@@ -1,5 +1,6 @@
 // States of the object, for back and forward: results are kept in the page, up to a limit.
 
+import type { Aim } from "./app";
 import type { Pieces } from "./pieces";
 import type { ResultMessage } from "./result";
 import type { ImpactRequest } from "./impact_request";
@@ -23,6 +24,8 @@ export interface Answer {
   before: Layer[];
   struck: Layer;
   fragment: number;
+  /** What was struck, with its threshold; `undefined` in a recording. */
+  aim?: Aim;
 }
 
 /** One state. */
@@ -30,6 +33,11 @@ export interface State {
   layers: Layer[];
   /** The request that led to the state. */
   last: Answer | undefined;
+}
+
+/** The impulse of a request, as a multiple of the one that just breaks. */
+export function multipleOf({ request, result, aim }: Answer): number {
+  return aim?.thresholdNs === undefined ? 1 / result.head.threshold_factor : request.impulseNs / aim.thresholdNs;
 }
 
 /** Number of pieces that are shown. */
@@ -78,6 +86,11 @@ export class History {
   /** The result of the whole object. */
   get intact(): ResultMessage | undefined {
     return this.states[0]?.layers[0]?.pieces.result;
+  }
+
+  /** The latest state of which `holds` is true. */
+  latest(holds: (state: State) => boolean): State | undefined {
+    return this.states.findLast(holds);
   }
 
   /** Adds a state at the end, and moves to it. */

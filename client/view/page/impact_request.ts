@@ -86,10 +86,16 @@ function impulse(request: ImpactRequest): Vector {
   return request.ray.direction.map((x) => (request.impulseNs * x) / length) as Vector;
 }
 
+/** A comment for code of several requests: its file has fewer pieces than the page. */
+function comment(requests: ImpactRequest[], sign: string): string {
+  if (requests.length === 1) return "";
+  return `${sign} The file has the pieces of the last request alone. Download the file of the page for all pieces that it shows.\n`;
+}
+
 function shell(requests: ImpactRequest[], effects: string[], service: string): string {
   const quoted = (name: string) => (/^[\w-]+$/.test(name) ? name : `'${name.replaceAll("'", "'\\''")}'`);
   const named = service === DEFAULT_SERVICE ? "" : ` --service ${quoted(service)}`;
-  return requests
+  const commands = requests
     .map((request, at) => {
       const { settings } = request;
       const options = [
@@ -108,6 +114,7 @@ function shell(requests: ImpactRequest[], effects: string[], service: string): s
       return at + 1 < requests.length ? `handle=$(${command} | ${read})` : command;
     })
     .join("\n");
+  return comment(requests, "#") + commands;
 }
 
 function rust(requests: ImpactRequest[], effects: string[], service: string): string {
@@ -137,7 +144,7 @@ function rust(requests: ImpactRequest[], effects: string[], service: string): st
     ...(requests.some((request) => request.settings.lift) ? ["Lift"] : []),
     ...(requests.some((request) => request.settings.quality) ? ["Quality"] : []),
   ];
-  return `use shatter_client::{${used.join(", ")}};
+  return `${comment(requests, "//")}use shatter_client::{${used.join(", ")}};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let service = Client::connect(${JSON.stringify(service)}, Deadline::ms(1000))?;
@@ -168,7 +175,7 @@ function python(requests: ImpactRequest[], effects: string[], service: string): 
       `result = thing.strike(contact, ${options.join(", ")}).wait()`,
     ].join("\n");
   });
-  return `import shatter
+  return `${comment(requests, "#")}import shatter
 
 thing = shatter.connect(${service === DEFAULT_SERVICE ? "" : JSON.stringify(service)}).object(${JSON.stringify(requests[0]!.object)})
 ${body.join("\n")}
@@ -199,7 +206,7 @@ function c(requests: ImpactRequest[], effects: string[], service: string): strin
     ].join("\n");
   });
   const summary = requests.length > 1 ? "    ShatterSummary summary;\n" : "";
-  return `#include <shatter.h>
+  return `${comment(requests, "//")}#include <shatter.h>
 #include <stdio.h>
 
 static int failed(const ShatterError *error) {

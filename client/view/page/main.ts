@@ -3,7 +3,7 @@
 import { App, type Aim, type ObjectFacts } from "./app";
 import { Connection } from "./connection";
 import { choose, chosen, element, onClick, onInput, save } from "./dom";
-import { length } from "./format";
+import { millimeters } from "./format";
 import { ArtDirection } from "./art";
 import { bindCompare } from "./compare";
 import { bindKeys } from "./keys";
@@ -11,7 +11,7 @@ import { OwnMesh } from "./own_mesh";
 import * as panel from "./panel";
 import { recordingOf, replay } from "./replay";
 import * as strength from "./strength";
-import { codeOf, impactOf, type Language, type Settings } from "./impact_request";
+import { codeOf, impactOf, TEXTURE_EFFECT, type Language, type Settings } from "./impact_request";
 
 /** Farthest that a pointer moves in a click, pixels. */
 const CLICK_PX = 6;
@@ -23,7 +23,9 @@ const canvas = element<HTMLCanvasElement>("canvas");
 const connection = new Connection();
 const app = new App(canvas, connection);
 const art = new ArtDirection(app);
-const ownMesh = new OwnMesh(app, (name) => loadObjects(name, true));
+/** What is replayed, without a service. */
+const recording = recordingOf(document);
+const ownMesh = recording ? undefined : new OwnMesh(app, (name) => loadObjects(name, true));
 let objects: ObjectFacts[] = [];
 
 /** Settings of the panel. */
@@ -56,9 +58,9 @@ function showTooltip(aim: Aim | undefined): void {
   box.hidden = aim === undefined;
   if (!aim || !app.object) return;
   const [tool, radiusM] = [art.tool(), art.toolRadiusM()];
-  const point = app.placeOf(aim).map((x) => (1000 * x).toFixed(0)).join(", ");
+  const point = (tool === "site" ? art.siteOf(aim, app.object) : app.placeOf(aim)).map((x) => (1000 * x).toFixed(0)).join(", ");
   const breaks = aim.thresholdNs === undefined ? "" : ` · breaks at ${strength.quantity(aim.thresholdNs)}`;
-  const radius = length(radiusM ?? app.object.radius_m);
+  const radius = millimeters(radiusM ?? app.object.radius_m);
   if (tool === "strike") box.textContent = `${point} mm · radius ${radius}${breaks}`;
   else box.textContent = `${point} mm · ${tool}${tool === "site" ? "" : `, radius ${radius}`}`;
 }
@@ -77,7 +79,7 @@ function bindPointer(): void {
   canvas.addEventListener("pointerdown", (event) => (down = event.isPrimary ? { x: event.clientX, y: event.clientY } : undefined));
   canvas.addEventListener("pointermove", (event) => {
     clearTimeout(rest);
-    if (event.buttons !== 0 || event.pointerType === "touch") return;
+    if (recording || event.buttons !== 0 || event.pointerType === "touch") return;
     const aim = app.pick(event.clientX, event.clientY);
     app.point(aim, art.toolRadiusM());
     if (!aim) showStrength();
@@ -101,6 +103,10 @@ function bindPointer(): void {
 async function strikeAt(x: number, y: number): Promise<void> {
   const aim = app.pick(x, y);
   if (!aim) return;
+  if (recording) {
+    panel.hint("A recording: nothing can be struck here. → shows the next result");
+    return;
+  }
   const tool = art.tool();
   if (tool !== "strike") {
     art.place(aim, tool);
@@ -133,6 +139,7 @@ function bindStrike(): void {
 }
 
 function bindView(): void {
+  const holdCompared = bindCompare(app);
   onInput("explode", () => app.setExplode(2 * (Number(element<HTMLInputElement>("explode").value) / 100) ** 2));
   for (const id of ["colors", "xray", "hulls", "cracks"]) onInput(id, () => app.recolor());
   onClick("back", () => app.go(-1));
@@ -144,7 +151,8 @@ function bindView(): void {
   app.onMove = (share) => art.move(share);
   app.onState = () => {
     art.follow();
-    ownMesh.follow();
+    ownMesh?.follow();
+    holdCompared();
     element<HTMLButtonElement>("back").disabled = element<HTMLButtonElement>("reset").disabled = !app.history.canGoBack;
     element<HTMLButtonElement>("forward").disabled = !app.history.canGoForward;
     document.body.classList.toggle("preview", !app.object);
@@ -170,8 +178,11 @@ function bindAway(): void {
 /** Lets the browser save all pieces that are shown. */
 async function download(format: string): Promise<void> {
   await app.guarded(async () => {
-    const file = await app.shownAs(format, format === "mjcf" ? ["hulls", "bonds"] : ["normals"]);
+    // The attributes of the mesh file are its texture coordinates.
+    const file = await app.shownAs(format, format === "mjcf" ? ["hulls", "bonds"] : ["normals", TEXTURE_EFFECT]);
     save(file.head.name ?? "broken", file.raw("file"), format === "glb" ? "model/gltf-binary" : "application/zip");
+    element("away-note").textContent =
+      format === "mjcf" ? "The model welds touching pieces of one result: it stays whole until the simulation switches the welds (bond_…) off." : "";
   });
 }
 
@@ -180,8 +191,8 @@ async function copy(button: HTMLButtonElement): Promise<void> {
   if (!last) return;
   const code = codeOf(last.request, button.dataset["language"] as Language, app.effectsOf(last.request.object), app.service);
   const name = button.dataset["name"] ??= button.textContent ?? "";
-  // The row keeps its widths.
-  button.style.minWidth = `${button.offsetWidth}px`;
+  // The row keeps its widths: the sign is wider than a letter.
+  button.style.width = `${button.getBoundingClientRect().width}px`;
   try {
     await navigator.clipboard.writeText(code);
     panel.hint(`Copied the code for ${name}`);
@@ -189,8 +200,12 @@ async function copy(button: HTMLButtonElement): Promise<void> {
     save(`request.${{ shell: "sh", rust: "rs", python: "py", c: "c" }[button.dataset["language"] as Language]}`, code, "text/plain");
     panel.hint(`Saved the code for ${name}`);
   }
-  button.textContent = "✓";
-  setTimeout(() => (button.textContent = name), 1500);
+  const show = (text: string, isCopied: boolean) => {
+    button.textContent = text;
+    button.classList.toggle("copied", isCopied);
+  };
+  show("✓", true);
+  setTimeout(() => show(name, false), 1500);
 }
 
 /** Time after which objects that are being loaded are listed again, ms. */
@@ -210,7 +225,7 @@ async function listObjects(): Promise<void> {
   const select = element<HTMLSelectElement>("object");
   select.replaceChildren(...options);
   if (app.object) select.value = app.object.name;
-  ownMesh.offer();
+  ownMesh?.offer();
   if (objects.some((object) => object.state === "loading")) setTimeout(() => void relist(), RELIST_MS);
 }
 
@@ -220,11 +235,15 @@ async function relist(): Promise<void> {
   if (app.object) await listObjects().catch(() => undefined);
 }
 
+/** The object that the page shows first if none is asked for: the one that `shatter view` bakes by itself. */
+const SAMPLE = "mug";
+
 /** Lists the objects of the service and shows one of them; `keepsView`: from where the user looks. */
 export async function loadObjects(wanted?: string, keepsView = false): Promise<void> {
   await listObjects();
   const ready = objects.filter((object) => object.state === "ready");
-  const first = ready.find((object) => object.name === wanted) ?? ready[0];
+  const named = (name: string | undefined) => ready.find((object) => object.name === name);
+  const first = named(wanted) ?? named(SAMPLE) ?? ready[0];
   if (!first) {
     const loading = objects.find((object) => object.state === "loading");
     if (!loading) throw new Error(objects[0]?.error ?? "The service has no objects. Open a mesh, or drop one here.");
@@ -239,7 +258,7 @@ export async function loadObjects(wanted?: string, keepsView = false): Promise<v
 /** Shows what the list of objects says: an object of the service, or the mesh that is not baked yet. */
 async function chooseObject(): Promise<void> {
   const { value } = element<HTMLSelectElement>("object");
-  if (value === "") ownMesh.show();
+  if (value === "") ownMesh?.show();
   else await loadObjects(value);
 }
 
@@ -267,13 +286,11 @@ function start(): void {
       app.recolor();
     },
   });
-  onInput("object", () => void app.guarded(chooseObject));
-  bindCompare(app);
-  const recording = recordingOf(document);
   if (recording) {
     void app.guarded(() => replay(app, recording));
     return;
   }
+  onInput("object", () => void app.guarded(chooseObject));
   connection.onState = (isOpen) => {
     if (!isOpen) panel.message("shatter view does not run any more. Start it again, and open the address that it prints.");
     else panel.message(undefined);

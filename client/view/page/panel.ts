@@ -6,7 +6,7 @@ import { countClosed } from "./closed";
 import { rampStyle, type Scale } from "./colors";
 import { chosen, element, textElement } from "./dom";
 import { counted, digits, percent, time, withUnit } from "./format";
-import { countShown, type State } from "./history";
+import { countShown, multipleOf, type State } from "./history";
 import type { ColorMode } from "./material";
 import type { ResultHead } from "./result";
 
@@ -44,6 +44,9 @@ export function colorMode(): ColorMode {
 export function legend(values: Scale | undefined): void {
   const box = element("legend");
   box.hidden = values === undefined;
+  const isColored = ["surface", "pieces"].includes(colorMode());
+  const absent = isColored ? "" : "The whole object has no such values: strike it to see those of the pieces.";
+  element("color-note").textContent = values?.note ?? absent;
   if (!values) return;
   const [label, low, bar, high] = box.children as unknown as [HTMLElement, HTMLElement, HTMLElement, HTMLElement];
   label.textContent = values.label;
@@ -84,6 +87,7 @@ export function facts(state: State, object: ObjectFacts | undefined): void {
   const isPart = !last.result.isWhole && count > fragments.length;
   element("took").textContent = `${isPart ? `${fragments.length.toLocaleString("en-US")} new, ` : ""}in ${time(head.time_ns)}`;
   const rows: [string, string][] = [
+    ["Impulse", `${withUnit(last.request.impulseNs, "N·s")}, ${digits(multipleOf(last), 2)} × the threshold`],
     ["Round trip", time(head.round_trip_ns)],
     // A recording has no such time.
     ...(last.pictureMs > 0 ? ([["Picture ready after", `${digits(last.pictureMs)} ms`]] as [string, string][]) : []),

@@ -2,6 +2,7 @@
 
 import { chosen, element, textElement } from "./dom";
 import { digits, length, withUnit } from "./format";
+import type { ImpactRequest } from "./impact_request";
 
 /** Multiples of the breaking impulse at both ends of the slider. */
 const LEAST = 0.2;
@@ -12,6 +13,11 @@ const TICKS = [0.5, 1, 2, 5, 10, 20, 100];
 
 /** Multiple at the beginning: some dozen pieces of most objects. */
 const BEGIN = 6;
+
+/** How to see a threshold. */
+const ADVICE = matchMedia("(pointer: coarse)").matches
+  ? "Tap a place to strike it and to see its threshold."
+  : "Point at a place to see its threshold.";
 
 /** Standard acceleration of free fall, m/s² (ISO 80000-3). */
 const GRAVITY = 9.80665;
@@ -65,8 +71,19 @@ export function quantity(impulseNs: number): string {
 export function show(thresholdNs: number | undefined): void {
   element("ball-row").hidden = chosen("by") === "impulse";
   const value = factor();
-  const times = `${digits(value, 2)} × the threshold`;
-  element("strength").textContent = thresholdNs === undefined ? times : quantity(thresholdNs * value);
-  element("breaks").textContent =
-    thresholdNs === undefined ? "Point at a place to see its threshold." : `${times} of ${quantity(thresholdNs)}`;
+  // The slider says multiples of the impulse; the height of a drop grows with its square.
+  const isHeight = chosen("by") === "drop";
+  const times = `${digits(isHeight ? value * value : value, 2)} × the threshold`;
+  element("strength").textContent =
+    thresholdNs === undefined ? `${digits(value, 2)} × the threshold` : quantity(thresholdNs * value);
+  const ofImpulse = isHeight ? ` (${digits(value, 2)} × the impulse)` : "";
+  element("breaks").textContent = thresholdNs === undefined ? ADVICE : `${times} of ${quantity(thresholdNs)}${ofImpulse}`;
+}
+
+/** Sets slider, preset, lift and seed to those of a request, whose impulse is `multiple` times the one that just breaks. */
+export function showRequest({ settings }: ImpactRequest, multiple: number): void {
+  setFactor(multiple);
+  element<HTMLSelectElement>("quality").value = settings.quality;
+  element<HTMLSelectElement>("lift").value = settings.lift;
+  element<HTMLInputElement>("seed").value = String(settings.seed);
 }

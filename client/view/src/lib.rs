@@ -31,7 +31,7 @@ mod zip;
 pub use daemon::ViewDaemon;
 pub use page_files::{PageFile, PageFiles};
 pub use programs::daemon_program;
-pub use recording::Recording;
+pub use recording::{PendingRecording, Recording};
 pub use result_message::ResultMessage;
 pub use run::{ViewArguments, run};
 pub use server::{ViewOptions, ViewServer};

@@ -11,20 +11,38 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Most bytes of results of a recording; later requests are left out.
-const BYTES_MAX: usize = 256 << 20;
-
 /// A request as JSON, and the message with its result.
 struct RecordedReply {
     request: String,
     message: Vec<u8>,
 }
 
+/// Results of a recording.
+#[derive(Default)]
+struct Replies {
+    kept: Vec<RecordedReply>,
+    /// Number of results that found no place.
+    left_out: usize,
+}
+
 /// A recording under way.
 pub struct Recording {
     file: PathBuf,
     page: PageFiles,
-    replies: Mutex<Vec<RecordedReply>>,
+    replies: Mutex<Replies>,
+}
+
+/// A recording about to be written.
+pub struct PendingRecording<'a> {
+    /// Its file.
+    pub file: &'a Path,
+    /// Number of results that it leaves out, because they are more than [`Self::BYTES_MAX`].
+    pub left_out: usize,
+}
+
+impl PendingRecording<'_> {
+    /// Most bytes of results of a recording.
+    pub const BYTES_MAX: usize = 256 << 20;
 }
 
 impl Recording {
@@ -34,23 +52,31 @@ impl Recording {
         Self { file: file.to_owned(), page, replies: Mutex::default() }
     }
 
-    fn replies(&self) -> MutexGuard<'_, Vec<RecordedReply>> {
+    fn replies(&self) -> MutexGuard<'_, Replies> {
         self.replies.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Adds a request, unless the recording is too large.
     pub(crate) fn add(&self, request: &Value, message: &[u8]) {
         let mut replies = self.replies();
-        let bytes: usize = replies.iter().map(|reply| reply.message.len()).sum();
-        if bytes + message.len() <= BYTES_MAX {
-            replies.push(RecordedReply { request: request.to_string(), message: message.to_vec() });
+        let bytes: usize = replies.kept.iter().map(|reply| reply.message.len()).sum();
+        if bytes + message.len() <= PendingRecording::BYTES_MAX {
+            replies.kept.push(RecordedReply { request: request.to_string(), message: message.to_vec() });
+        } else {
+            replies.left_out += 1;
         }
     }
 
     /// Whether nothing was struck.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.replies().is_empty()
+        self.replies().kept.is_empty()
+    }
+
+    /// The recording as [`Self::write`] writes it.
+    #[must_use]
+    pub fn pending(&self) -> PendingRecording<'_> {
+        PendingRecording { file: &self.file, left_out: self.replies().left_out }
     }
 
     /// Writes the page, and returns its path.
@@ -73,6 +99,7 @@ impl Recording {
         let style = format!("<style>{}</style>", text("view.css")?);
         let replies = self.replies();
         let rows: Vec<Value> = replies
+            .kept
             .iter()
             .map(|reply| serde_json::json!({ "request": reply.request, "message": STANDARD.encode(compressed(&reply.message)) }))
             .collect();

@@ -1,7 +1,7 @@
 //! The whole command: daemon, server, signals.
 
 use crate::page_files::PageFiles;
-use crate::recording::Recording;
+use crate::recording::{PendingRecording, Recording};
 use crate::server::{ViewOptions, ViewServer};
 use crate::start::prepare;
 use shatter_proto::{Error, ErrorKind};
@@ -24,14 +24,15 @@ pub struct ViewArguments {
     pub page: PageFiles,
 }
 
-/// Serves the page until SIGINT or SIGTERM. Calls `announce` with its address once it can be opened. Returns the recording that was
-/// written.
+/// Serves the page until SIGINT or SIGTERM. Calls `announce` with its address once it can be opened, and `on_write` before it writes
+/// the recording, which takes some seconds if it is large. Returns the recording that was written.
 ///
 /// # Errors
 /// Those of [`prepare`], [`ViewServer::open`], [`Recording::write`] and `announce`.
 pub fn run<E: From<Error>>(
     arguments: ViewArguments,
     announce: impl FnOnce(&str) -> Result<(), E>,
+    on_write: impl FnOnce(PendingRecording<'_>),
 ) -> Result<Option<PathBuf>, E> {
     let (daemon, folder) = prepare(&arguments.service, &arguments.files)?.into_parts();
     let daemon = Arc::new(daemon);
@@ -47,7 +48,9 @@ pub fn run<E: From<Error>>(
     daemon.end();
     drop(folder);
     served?;
-    Ok(recording.filter(|recording| !recording.is_empty()).map(|recording| recording.write()).transpose()?)
+    let Some(recording) = recording.filter(|recording| !recording.is_empty()) else { return Ok(None) };
+    on_write(recording.pending());
+    Ok(Some(recording.write()?))
 }
 
 /// Serves until SIGINT or SIGTERM.

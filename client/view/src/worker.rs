@@ -199,11 +199,12 @@ impl Worker {
         Ok(Some(self.message(id, request, &result, &material)))
     }
 
-    /// The message of a result, which is also recorded.
+    /// The message of a result, which is also recorded unless the request says otherwise.
     fn message(&self, id: u64, request: &Value, result: &FractureResult, material: &str) -> Reply {
         let has_hashes = request["hashes"].as_bool() == Some(true);
         let message = ResultMessage::of_result(id, result, material, has_hashes).into_bytes();
-        if let Some(recording) = &self.setup.recording {
+        let is_recorded = request["is_recorded"].as_bool() != Some(false);
+        if let Some(recording) = self.setup.recording.as_ref().filter(|_| is_recorded) {
             recording.add(request, &message);
         }
         Reply::Binary(message)

@@ -56,6 +56,13 @@ async function shell(request, hasFile = false) {
   return stdout;
 }
 
+test("code of a piece's request says that its file has the new pieces alone", { skip }, () => {
+  for (const language of ["shell", "rust", "python", "c"]) {
+    assert.match(codeOf(request, language), /^(#|\/\/) The file has the pieces of the last request alone\./, language);
+    assert.doesNotMatch(codeOf(request.parent.request, language), /The file has/, language);
+  }
+});
+
 test("the command line repeats both requests", { skip }, async () => {
   assert.match(expected, /^[0-9a-f]{16}$/);
   const written = JSON.parse(await shell(request, true));

@@ -87,7 +87,7 @@ export function ball(rows, columns, holes = []) {
   return lines.join("\n") + "\n";
 }
 
-/** Starts `shatter view`; `address` is the promise of what it prints. */
+/** Starts `shatter view`; `address` is the promise of what it prints, and `notes` what it wrote to stderr. */
 export function begin(world, args) {
   const child = spawn(join(programs, "shatter"), ["view", ...args], { env: world.env, stdio: ["ignore", "pipe", "pipe"] });
   started.add(child);
@@ -108,7 +108,7 @@ export function begin(world, args) {
     child.kill(signal);
     return ended;
   };
-  return { address, end, pid: child.pid };
+  return { address, end, pid: child.pid, notes: () => text };
 }
 
 /** Starts `shatter view`, and waits for the address that it prints. */

@@ -6,7 +6,7 @@ import { stat } from "node:fs/promises";
 import { after, before, test } from "node:test";
 import { bake, browser, clickPiece, nextState, onObject, open, pieces, skip, view, whole, world } from "./harness.mjs";
 
-let own, chrome;
+let own, chrome, server;
 
 before(async () => {
   if (skip) return;
@@ -16,6 +16,7 @@ before(async () => {
 
 after(async () => {
   await chrome?.close();
+  await server?.end();
   await own?.end();
 });
 
@@ -27,21 +28,48 @@ function checksums() {
   );
 }
 
+/** A click and the pointer do what a recording can: it has no service. */
+async function nothingIsStruck(page) {
+  const at = await onObject(page);
+  await page.mouse.move(at.x, at.y);
+  await page.mouse.click(at.x, at.y);
+  assert.match(await page.textContent("#hint"), /nothing can be struck/);
+  assert.ok(await page.locator("#tooltip").isHidden());
+  assert.ok(await page.locator("#message").isHidden());
+  assert.ok(!(await page.evaluate(() => globalThis.shatterView.app.stage.marks.visible && globalThis.shatterView.app.aim)));
+  await page.keyboard.press("?");
+  assert.doesNotMatch(await page.locator("#keys").innerText(), /strike/);
+  await page.keyboard.press("Escape");
+}
+
 test("a recording replays what was struck", { skip }, async () => {
-  const database = await bake(own, "dumbbell", ["--quality", "draft", "--surface", "lattice"]);
+  const databases = [];
+  for (const shape of ["dumbbell", "mug"]) databases.push(await bake(own, shape, ["--quality", "draft", "--surface", "lattice"]));
   const file = join(own.folder, "requests.html");
-  const server = await view(own, [database, "--record", file]);
+  server = await view(own, [...databases, "--record", file]);
   const { page, context } = await open(chrome, server.address);
+  assert.equal(await page.inputValue("#object"), "mug", "the mug is first unless another object is asked for");
   const at = await onObject(page);
   await nextState(page, () => page.mouse.click(at.x, at.y));
   const first = await pieces(page);
   await page.waitForTimeout(800);
+  // Hulls are another result of the request: they add no step, and the next request still finds its piece.
+  await page.keyboard.press("h");
+  await page.waitForFunction(() => {
+    const { app } = globalThis.shatterView;
+    return app.hulls.has(app.history.now.layers[0].request);
+  });
+  await page.keyboard.press("h");
   await clickPiece(page);
   const second = await pieces(page);
-  const struck = await page.evaluate(checksums);
+  const [struck, impulse] = [await page.evaluate(checksums), await page.textContent("#facts dd >> nth=1")];
+  await nextState(page, () => page.selectOption("#object", "dumbbell"));
+  await clickPiece(page);
+  const other = await pieces(page);
   await context.close();
   await server.end();
   assert.ok((await stat(file)).size > 10_000);
+  assert.match(server.notes(), /writing .*requests\.html/);
   const replayed = await open(chrome, pathToFileURL(file).href, { offline: true });
   await replayed.page.waitForFunction(() => globalThis.shatterView.app.history.count === 3, null, { timeout: 20_000 });
   assert.equal(await pieces(replayed.page), 1);
@@ -50,6 +78,13 @@ test("a recording replays what was struck", { skip }, async () => {
   await replayed.page.click("#forward");
   assert.equal(await pieces(replayed.page), second);
   assert.deepEqual(await replayed.page.evaluate(checksums), struck);
+  assert.match(impulse, /N·s, 6 × the threshold/);
+  assert.equal(await replayed.page.textContent("#facts dd >> nth=1"), impulse);
+  assert.equal(await replayed.page.textContent("#object option:checked"), "mug (2)");
+  await nothingIsStruck(replayed.page);
+  await replayed.page.selectOption("#object", { label: "dumbbell (1)" });
+  await replayed.page.click("#forward");
+  assert.equal(await pieces(replayed.page), other, "the steps of the second object are kept");
   assert.ok(await replayed.page.locator("#hulls + span").isHidden(), "a recording has no hulls");
   await replayed.page.keyboard.press("h");
   await replayed.page.waitForTimeout(200);

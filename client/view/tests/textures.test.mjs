@@ -1,6 +1,6 @@
 // A dropped .glb with several textures: the pieces show each of them.
 import assert from "node:assert/strict";
-import { writeFile } from "node:fs/promises";
+import { readFile, writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { test } from "node:test";
 import { crc32, deflateSync } from "node:zlib";
@@ -112,5 +112,9 @@ test("every texture of a dropped .glb is on the pieces", { skip }, async () => {
   await nextState(page, () => page.mouse.click(at.x, at.y));
   const broken = await channels(false);
   assert.ok(Math.min(...broken) > 400, `${broken} pixels of pieces`);
+  for (const format of ["glb", "obj"]) {
+    const [download] = await Promise.all([page.waitForEvent("download"), page.click(`[data-format=${format}]`)]);
+    assert.match((await readFile(await download.path())).toString("latin1"), /"TEXCOORD_0"|\nvt /, `${format} has texture coordinates`);
+  }
   assert.deepEqual([notes.foreign, notes.errors], [[], []]);
 });

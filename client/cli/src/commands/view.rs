@@ -23,7 +23,7 @@ pub struct Args {
 #[cfg(feature = "view")]
 pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     use super::{note, out};
-    use shatter_view::{PageFiles, ViewArguments};
+    use shatter_view::{PageFiles, PendingRecording, ViewArguments};
     let arguments = ViewArguments {
         service: service.to_owned(),
         files: args.files.clone(),
@@ -31,11 +31,20 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
         record: args.record.clone(),
         page: PageFiles::BUILT,
     };
-    let written = shatter_view::run(arguments, |address| {
+    let announce = |address: &str| {
         out(format_args!("{address}\n"))?;
         note(format_args!("open this address in a browser of this machine; it counts once. Ctrl-C ends"));
         Ok::<(), CliError>(())
-    })?;
+    };
+    let on_write = |recording: PendingRecording<'_>| {
+        let (file, left_out) = (recording.file.display(), recording.left_out);
+        let most = PendingRecording::BYTES_MAX >> 20;
+        if left_out > 0 {
+            note(format_args!("{file} leaves out {left_out} results: it holds at most {most} MiB of them"));
+        }
+        note(format_args!("writing {file} ..."));
+    };
+    let written = shatter_view::run(arguments, announce, on_write)?;
     written.map_or(Ok(()), |file| out(format_args!("{}\n", file.display())))
 }
 
