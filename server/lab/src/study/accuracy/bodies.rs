@@ -17,9 +17,6 @@ use shatter_fracture::random::RandomStream;
 use shatter_fracture::scene::Material;
 use std::time::Instant;
 
-/// Judged presets, the finest last; `reference` has the lattices of `film`.
-const PRESETS: [Preset; 3] = [Preset::Draft, Preset::Game, Preset::Film];
-
 /// Material of the bodies; only its Poisson's ratio matters.
 const MATERIAL: &str = "glass";
 
@@ -91,11 +88,13 @@ impl Bench<'_> {
 }
 
 fn body_points(plan: &AccuracyPlan, body: &StudyBody) -> Result<Vec<BodyPoint>, StudyError> {
-    let baked = PRESETS.map(|preset| baked(plan, body, preset));
-    let baked: Vec<PreparedObject> = baked.into_iter().collect::<Result<_, _>>()?;
-    let mut strikes = strikes(plan, &baked[1]);
+    let baked = plan.body_presets.iter().map(|preset| baked(plan, body, *preset));
+    let baked: Vec<PreparedObject> = baked.collect::<Result<_, _>>()?;
+    let Some(coarsest) = baked.first() else { return Ok(Vec::new()) };
+    let mut strikes = strikes(plan, coarsest);
     baked.iter().try_for_each(|prepared| widen(prepared, &mut strikes))?;
-    let judged = PRESETS.iter().zip(&baked).map(|(preset, prepared)| judged(plan, body, *preset, prepared, &strikes));
+    let judged =
+        plan.body_presets.iter().zip(&baked).map(|(preset, prepared)| judged(plan, body, *preset, prepared, &strikes));
     let judged: Vec<Judged> = judged.collect::<Result<_, _>>()?;
     let finest: Vec<Extrapolation> = judged.last().map(|own| own.energies.clone()).unwrap_or_default();
     let last = judged.len() - 1;

@@ -1,6 +1,7 @@
 //! Plan of the study: object and values of the settings.
 
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::pipeline::Preset;
 use shatter_fracture::surface::{RawMesh, shapes};
 
 /// Number of impacts of a full study. Intervals of medians need a few dozen.
@@ -51,6 +52,8 @@ pub struct AccuracyPlan {
     pub refined_nodes_max: usize,
     /// Further objects on which the presets' elastic energies are judged.
     pub bodies: Vec<StudyBody>,
+    /// Presets that are judged on them, the finest last; `reference` has the lattices of `film`.
+    pub body_presets: Vec<Preset>,
     /// Numbers of elastic nodes, over the object's.
     pub elastic: Vec<f64>,
     /// Ranks of the reduced basis.
@@ -97,6 +100,7 @@ impl AccuracyPlan {
             finer: 4.0,
             refined_nodes_max: REFINED_NODES_MAX,
             bodies: Vec::new(),
+            body_presets: vec![Preset::Draft, Preset::Game, Preset::Film],
             elastic: vec![0.5, 1.0, 2.0],
             ranks: vec![8, 16, 32, 64, 128, 256],
             crack: vec![0.125, 0.25, 0.5, 1.0, 2.0],
@@ -131,6 +135,7 @@ impl AccuracyPlan {
             finer: 2.0,
             refined_nodes_max: 120_000,
             bodies: vec![StudyBody::new("ball", shapes::sphere(0.1, 3))],
+            body_presets: vec![Preset::Draft, Preset::Game],
             elastic: vec![1.0],
             ranks: vec![8],
             crack: vec![0.5],
