@@ -1,6 +1,8 @@
 //! Nodal forces of contacts.
 
-use super::{ElasticWorkspace, Elasticity, ElasticityError, Support, SurfaceFaces};
+use super::{
+    BoundaryNodes, ElasticWorkspace, Elasticity, ElasticityError, NearestBoundaryPoint, Support, SurfaceFaces,
+};
 use nalgebra::{Point3, Vector3};
 
 /// Smallest contact radius in spacings (mean edge length of the lattice). Smaller radii are raised to it.
@@ -173,16 +175,26 @@ impl Elasticity {
         let corners = self.boundary.corners(nearest.face);
         let corner = corners.iter().map(|corner| (corner - nearest.place).norm()).fold(f64::INFINITY, f64::min);
         let radius = contact.radius.max(RADIUS_SPACINGS_MIN * self.spacing).max(corner);
-        let reached = workspace.front.run(&self.boundary, &nearest, CUT_RADII * radius);
-        workspace.weights.clear();
-        workspace.weights.extend(reached.iter().map(|&(node, distance)| {
-            let weight = self.boundary.areas[node as usize] * pulse_shape(distance / radius);
-            (self.boundary.nodes[node as usize], weight)
-        }));
-        let total: f64 = workspace.weights.iter().map(|&(_, weight)| weight).sum();
-        workspace.weights.iter_mut().for_each(|(_, weight)| *weight /= total);
+        spread(&self.boundary, &nearest, radius, workspace);
         Ok(AppliedContact { place: nearest.place, distance: nearest.distance, radius })
     }
+}
+
+/// Fills the workspace with (lattice node, weight) of a contact of effective radius `radius` at a boundary point.
+pub(super) fn spread(
+    boundary: &BoundaryNodes,
+    nearest: &NearestBoundaryPoint,
+    radius: f64,
+    workspace: &mut ElasticWorkspace,
+) {
+    let reached = workspace.front.run(boundary, nearest, CUT_RADII * radius);
+    workspace.weights.clear();
+    workspace.weights.extend(reached.iter().map(|&(node, distance)| {
+        let weight = boundary.areas[node as usize] * pulse_shape(distance / radius);
+        (boundary.nodes[node as usize], weight)
+    }));
+    let total: f64 = workspace.weights.iter().map(|&(_, weight)| weight).sum();
+    workspace.weights.iter_mut().for_each(|(_, weight)| *weight /= total);
 }
 
 /// exp(−t²/2) less its value at the cut, so that a node's weight starts at 0 when it enters the patch.
@@ -190,7 +202,8 @@ fn pulse_shape(t: f64) -> f64 {
     ((-0.5 * t * t).exp() - (-0.5 * CUT_RADII * CUT_RADII).exp()).max(0.0)
 }
 
-fn check(index: usize, contact: &ContactLoad) -> Result<(), ElasticityError> {
+/// Rejects a contact with numbers that no load can be made of.
+pub(super) fn check(index: usize, contact: &ContactLoad) -> Result<(), ElasticityError> {
     if !contact.point.iter().all(|x| x.is_finite()) {
         return Err(ElasticityError::NonFinitePoint { contact: index });
     }
