@@ -373,6 +373,7 @@ export class App {
   go(by: number): void {
     if (!(by === -Infinity ? this.history.first() : this.history.move(by))) return;
     this.forgetStruck();
+    panel.hint(undefined);
     const last = this.history.now?.last;
     if (last) strength.showRequest(last.request, multipleOf(last));
     // The slider repeats the request whose result is shown.

@@ -36,6 +36,7 @@ test("pieces that are moved apart stay in the picture", { skip }, async () => {
   const apart = await page.evaluate(farthest);
   assert.ok(apart > 0.4 && apart < 1, `${apart} of half the picture`);
   await whole(page);
+  assert.equal(await page.textContent("#hint"), "", "the hint was about pieces");
   const again = await page.evaluate(farthest);
   assert.ok(Math.abs(again - before) < 0.01, `${before} at first, ${again} when whole again`);
 });
