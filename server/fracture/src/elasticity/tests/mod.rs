@@ -2,6 +2,7 @@
 
 mod anchored;
 mod beam;
+mod closed_forms;
 mod contact;
 mod eigenvalue_bound;
 mod errors;

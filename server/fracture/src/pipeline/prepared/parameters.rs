@@ -141,7 +141,7 @@ pub enum ElementChoice {
     /// Linear elements.
     #[default]
     Linear,
-    /// Quadratic elements, unless there are too many.
+    /// Quadratic elements.
     Quadratic,
 }
 
@@ -173,7 +173,7 @@ pub struct ElasticReport {
 }
 
 /// Cells across walls below which linear elements are too stiff, and [`ElementChoice::Auto`] takes quadratic ones.
-pub const CELLS_LINEAR_MIN: f64 = 4.0;
+pub const CELLS_LINEAR_MIN: f64 = 5.0;
 
 /// Largest number of cells across walls that is measured.
 pub const CELLS_MAX: f64 = 8.0;
