@@ -71,6 +71,7 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
         "elastic_nodes": prepared.elastic_nodes(),
         "crack_nodes": prepared.crack_nodes(),
         "elements_across": prepared.report.elements_across(),
+        "discretisation_error": prepared.report.discretization_error(),
         "elastic": prepared.report.elastic,
         "lattice_volume_m3": prepared.report.lattice_volume_m3,
         "gamma_j_m2": prepared.gamma_j_m2,
