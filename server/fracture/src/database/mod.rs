@@ -10,6 +10,7 @@ mod cells;
 mod container;
 mod cracks;
 mod cutting;
+mod elastic_values;
 mod error;
 mod hash;
 #[cfg(test)]

@@ -59,7 +59,8 @@ pub(super) fn all<T: Copy + Into<f64>>(
     }
 }
 
-fn implausible(tensor: &str, index: usize, value: f64, wanted: &'static str) -> DatabaseError {
+/// The error for an entry that no bake writes.
+pub(super) fn implausible(tensor: &str, index: usize, value: f64, wanted: &'static str) -> DatabaseError {
     DatabaseError::Implausible { tensor: tensor.to_owned(), index, value, wanted }
 }
 
