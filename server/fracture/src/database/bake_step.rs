@@ -4,7 +4,7 @@ use super::BakeRequest;
 use crate::conforming::boundary_count;
 use crate::elasticity::ElementOrder;
 use crate::lattice::Lattice;
-use crate::pipeline::{BakeParameters, ElasticModel, SurfaceKind};
+use crate::pipeline::{BakeParameters, ElasticModel, REFINED_NODES_MAX, SurfaceKind};
 use crate::surface::Surface;
 
 /// Steps of a bake in order, for display.
@@ -108,6 +108,9 @@ const QUADRATIC_SNAPSHOT: f64 = 3.0 * (8.0 * 16.0 + 32.0);
 /// Largest memory of all snapshots, without their forces, bytes.
 const QUADRATIC_SNAPSHOTS_MAX: f64 = 900e6;
 
+/// Memory of the refined lattice on which the error of the elastic lattice is estimated, per elastic node, bytes.
+const REFINED: f64 = 15e3;
+
 /// Memory per displacement of a basis of quadratic elements and elastic node, bytes.
 const QUADRATIC_BASIS: f64 = 3.0 * 4.0 * 5.0;
 
@@ -176,7 +179,9 @@ impl BakeSize {
     pub fn peak_bytes(&self) -> u64 {
         let snapshots = QUADRATIC_SNAPSHOT * self.snapshots() * self.quadratic_nodes as f64;
         let snapshots = snapshots.min(QUADRATIC_SNAPSHOTS_MAX);
-        (PEAK[0] + PEAK[1] * self.held_bytes() as f64 + snapshots) as u64
+        let linear = self.elastic_nodes - self.quadratic_nodes;
+        let refined = if linear > REFINED_NODES_MAX { 0.0 } else { REFINED * linear as f64 };
+        (PEAK[0] + PEAK[1] * self.held_bytes() as f64 + snapshots.max(refined)) as u64
     }
 }
 

@@ -13,13 +13,13 @@ use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::stages::contact_set::ContactSet;
 
 /// Impacts per body.
-const IMPACTS: usize = 16;
+const IMPACTS: usize = 8;
 
 /// Largest number of impacts that are drawn for all bodies.
 const DRAWN_MAX: u64 = 256;
 
 /// Largest number of nodes of a lattice that is refined. A refined lattice has about eight times as many.
-const NODES_MAX: usize = 13_000;
+pub const REFINED_NODES_MAX: usize = 13_000;
 
 /// Order of the energy with linear elements on smooth problems.
 const ENERGY_ORDER: f64 = 2.0;
@@ -69,7 +69,7 @@ fn body_error(
 ) -> Result<Option<f64>, FractureError> {
     let Some(solid) = &prepared.bodies[body].solid else { return Ok(None) };
     let is_linear = solid.elasticity.order() == ElementOrder::Linear;
-    if !is_linear || solid.lattice.nodes.len() > NODES_MAX || impacts.is_empty() {
+    if !is_linear || solid.lattice.nodes.len() > REFINED_NODES_MAX || impacts.is_empty() {
         return Ok(None);
     }
     let failed = |source| FractureError::of_body(body, source);
