@@ -221,7 +221,7 @@ fn elements(report: &BakeReport) -> Vec<String> {
         };
         let error = own
             .discretization_error
-            .map_or(String::new(), |error| format!(", energies about {:.0} % off", 100.0 * error));
+            .map_or(String::new(), |error| format!(", energies about {:.0} % too low", 100.0 * error));
         format!("{order}, {:.1}{or_more} across the walls{error}{reason}", own.elements_across)
     };
     [ElementOrder::Linear, ElementOrder::Quadratic].into_iter().filter_map(fewest).map(line).collect()
