@@ -1,6 +1,6 @@
 //! Bodies as they are baked at the default preset, on stuffed lattices, against closed forms.
 //!
-//! Based on: G. Lamé, *Leçons sur l'élasticité* (1852): the hollow sphere under pressure; A. I. Lur'e, *Three-Dimensional
+//! Based on: G. Lamé, lectures on elasticity (1852): the hollow sphere under pressure; A. I. Lur'e, *Three-Dimensional
 //! Problems of the Theory of Elasticity* (1964), ch. 6: the solid sphere under a load that is symmetric about an axis;
 //! S. Timoshenko & S. Woinowsky-Krieger, *Theory of Plates and Shells* (1959), §19: circular plates.
 
