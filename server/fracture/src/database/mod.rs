@@ -21,6 +21,8 @@ mod learned;
 mod lost_parts;
 mod object;
 mod object_name;
+#[cfg(test)]
+mod real_tests;
 mod reduced;
 mod share;
 mod skins;

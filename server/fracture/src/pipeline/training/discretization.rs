@@ -87,14 +87,14 @@ mod tests {
     use super::*;
     use crate::BakeRequest;
     use crate::database::{Tables, bake};
-    use crate::pipeline::ElementChoice;
+    use crate::pipeline::{DisplacementMethod, ElementChoice};
     use crate::scene::Material;
     use crate::surface::shapes;
 
     fn baked(shape: &str, elements: ElementChoice) -> PreparedObject {
         let tables = Tables { elastic: true, ..Tables::NONE };
         let request = BakeRequest::new(shape, "ceramic", Material::named("ceramic").unwrap());
-        let request = BakeRequest { tables, elements, ..request };
+        let request = BakeRequest { tables, elements, elastic: DisplacementMethod::Solve, ..request };
         bake(shapes::by_name(shape).unwrap(), &request, &CancelToken::default(), &mut |_| ()).unwrap()
     }
 
