@@ -93,6 +93,8 @@ impl Catalog {
         });
         let found: Vec<_> = found.into_iter().flatten().collect();
         let generations = self.generations.clone();
+        // A file that was left out counts as not seen, so that it is loaded once it is back.
+        let snapshot = snapshot.without(|source| found.iter().all(|(own, _)| own != source));
         let mut catalog = Self { entries: BTreeMap::new(), generations, snapshot, read: SystemTime::now() };
         let mut loaded: Vec<_> =
             found.iter().filter_map(|(source, version)| Some((source, version.as_ref().ok()?))).collect();

@@ -98,6 +98,10 @@ const HELD: [f64; 3] = [1_530.0, 1_490.0, 60.0];
 /// Memory of the mesh of an exact surface per crack node and per triangle, bytes.
 const HELD_EXACT: [f64; 2] = [800.0, 412.0];
 
+/// Memory per triangle beyond that where the surface is round and finely divided, bytes: the mesh has 3.4 tetrahedra per triangle of a
+/// capsule, and 1.4 of a cylinder.
+const EXACT_ROUND: f64 = 340.0;
+
 /// Peak memory of a bake: a constant, bytes, and a multiple of the object's memory.
 const PEAK: [f64; 2] = [70e6, 1.85];
 
@@ -181,7 +185,8 @@ impl BakeSize {
         let snapshots = snapshots.min(QUADRATIC_SNAPSHOTS_MAX);
         let linear = self.elastic_nodes - self.quadratic_nodes;
         let refined = if linear > REFINED_NODES_MAX { 0.0 } else { REFINED * linear as f64 };
-        (PEAK[0] + PEAK[1] * self.held_bytes() as f64 + snapshots.max(refined)) as u64
+        let round = EXACT_ROUND * self.exact_triangles as f64;
+        (PEAK[0] + PEAK[1] * (self.held_bytes() as f64 + round) + snapshots.max(refined)) as u64
     }
 }
 
