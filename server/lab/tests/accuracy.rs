@@ -3,7 +3,9 @@
 use serde_json::Value;
 use shatter_fracture::surface::shapes;
 use shatter_lab::report;
-use shatter_lab::study::accuracy::{AccuracyFindings, AccuracyPlan, Measure, StudyBody, StudyError, drawn, page, run};
+use shatter_lab::study::accuracy::{
+    AccuracyFindings, AccuracyPlan, DISTANCES, Measure, StudyBody, StudyError, drawn, page, results, run,
+};
 use std::collections::HashSet;
 
 /// Required keys of the document.
@@ -95,6 +97,15 @@ fn a_study_of_accuracy_has_the_keys_of_the_contract_and_a_point_for_every_settin
     // The finest lattice has no finer one to tell its shape from.
     assert!(bodies[0]["geometry_error"]["median"].is_f64() && bodies[1]["geometry_error"].is_null(), "{bodies:?}");
 
+    // Whole results of the two presets, against both seeds of the reference.
+    let outcomes = document["outcomes"].as_array().unwrap();
+    assert_eq!(outcomes.len(), plan.outcome_presets.len(), "{outcomes:?}");
+    for outcome in outcomes {
+        assert_eq!(outcome["pairs"], plan.impacts * plan.outcome_seeds);
+        let is_known = |name: &&str| outcome["median"][name].is_f64() && outcome["scatter_median"][name].is_f64();
+        assert!(DISTANCES.iter().all(is_known) && outcome["within_scatter_all"].is_f64(), "{outcome}");
+    }
+
     // A tighter tolerance ends with less energy, and the exact diagram has a smaller error than node labels.
     let gaps: Vec<f64> = points(&findings, "cvd_tolerance", Measure::Gap).collect();
     assert!(gaps[1] <= gaps[0], "{gaps:?}");
@@ -108,7 +119,7 @@ fn a_study_of_accuracy_has_the_keys_of_the_contract_and_a_point_for_every_settin
     assert_eq!(findings.close_up.names(), ["input", "draft", "game", "film"]);
     assert!(html.contains("From the left: input, draft, game, film."));
     let zeros = |measure| findings.points.iter().any(|point| point.errors.get(measure) == Some(0.0));
-    assert!(html.contains("Elastic energies of several bodies"));
+    assert!(html.contains("Elastic energies of several bodies") && html.contains("Whole results, end to end"));
     assert_eq!(html.contains("no error at all"), Measure::ALL.into_iter().any(zeros));
     assert!(html.contains("Degree ablation") && html.contains(&findings.ground.machine.replace('&', "&amp;")));
 }
@@ -151,4 +162,18 @@ fn presets_on_all_bodies() {
         findings.bodies.iter().for_each(|point| println!("{}", point.document()));
         println!("{:?}", start.elapsed());
     }
+}
+
+/// Prints what the guide says about whole results of the presets; `SHATTER_IMPACTS` changes the number of impacts.
+#[test]
+#[ignore = "takes minutes: whole results of the presets on the statue"]
+fn whole_results_of_presets() {
+    let impacts = std::env::var("SHATTER_IMPACTS").ok().and_then(|text| text.parse().ok());
+    let statue = AccuracyPlan::statue();
+    let plan = AccuracyPlan { impacts: impacts.unwrap_or(statue.impacts), ..statue };
+    let start = std::time::Instant::now();
+    for point in results(&plan).unwrap() {
+        println!("{}", point.document());
+    }
+    println!("{:?}", start.elapsed());
 }

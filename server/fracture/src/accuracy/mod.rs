@@ -42,4 +42,4 @@ pub use extrapolation::{BARS_MIN, Extrapolation, is_hidden};
 pub use label_errors::{LabelErrors, carried, label_fraction, misplaced, nearest};
 pub use normals::{NORMAL_DEG, NormalShares, ShadedLattice, ShadedTriangle};
 pub use regions::Regions;
-pub use scalar::{cvd_gap, degree_error, density_error, energy_error, size_distance, volume_l1};
+pub use scalar::{cvd_gap, degree_error, density_error, energy_error, size_distance, volume_l1, wasserstein};

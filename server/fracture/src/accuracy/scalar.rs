@@ -37,15 +37,22 @@ pub fn cvd_gap(energy: f64, best: f64) -> f64 {
 
 /// Distance of two distributions of fragment volumes: Wasserstein-1 distance over the mean volume of the reference.
 ///
-/// ∫₀¹|Q(t) − Q_ref(t)|dt / mean, with Q the quantile functions. This is the mean error of fragment sizes, matched by
-/// rank, relative to the mean fragment. The numbers of fragments may differ. Infinite if one of them has no fragment.
+/// This is the mean error of fragment sizes, matched by rank, relative to the mean fragment. The numbers of fragments may
+/// differ. Infinite if one of them has no fragment.
 pub fn size_distance(volumes: &[f64], reference: &[f64]) -> f64 {
-    let sorted = |volumes: &[f64]| {
-        let mut sorted = volumes.to_vec();
+    wasserstein(volumes, reference) / (reference.iter().sum::<f64>() / reference.len() as f64)
+}
+
+/// Wasserstein-1 distance of two sets of values with equal weights, ∫₀¹|Q(t) − Q_ref(t)|dt with Q the quantile functions.
+///
+/// The sets may differ in size. Infinite if one is empty. The unit is that of the values.
+pub fn wasserstein(values: &[f64], reference: &[f64]) -> f64 {
+    let sorted = |values: &[f64]| {
+        let mut sorted = values.to_vec();
         sorted.sort_by(f64::total_cmp);
         sorted
     };
-    let (own, wanted) = (sorted(volumes), sorted(reference));
+    let (own, wanted) = (sorted(values), sorted(reference));
     if own.is_empty() || wanted.is_empty() {
         return f64::INFINITY;
     }
@@ -59,7 +66,7 @@ pub fn size_distance(volumes: &[f64], reference: &[f64]) -> f64 {
         i += usize::from(next_own <= next_wanted);
         k += usize::from(next_wanted <= next_own);
     }
-    sum / (wanted.iter().sum::<f64>() / wanted.len() as f64)
+    sum
 }
 
 /// Relative error of cell volumes, Σ|V_i − V_i,ref| / Σ V_i,ref over the same sites; 0 ..= 2 if the totals agree.

@@ -5,6 +5,7 @@ mod close_up;
 mod error;
 mod front;
 mod lifts;
+mod outcomes;
 mod page;
 mod plan;
 mod point;
@@ -19,6 +20,7 @@ pub use bodies::BodyPoint;
 pub use close_up::CloseUp;
 pub use error::StudyError;
 pub use front::{PresetStanding, preset_standings};
+pub use outcomes::{DISTANCES, OutcomePoint, results};
 pub use page::{AccuracyDrawing, drawn, page};
 pub use plan::{AccuracyPlan, IMPACTS_DEFAULT, StudyBody};
 pub use point::{ErrorSpread, Measure, PointErrors, PointTimes, StudyPoint};
@@ -64,6 +66,8 @@ pub struct AccuracyFindings {
     pub points: Vec<StudyPoint>,
     /// Elastic energies of the presets on several bodies.
     pub bodies: Vec<BodyPoint>,
+    /// Whole results of the presets on the object.
+    pub outcomes: Vec<OutcomePoint>,
     /// Omitted points, with reasons.
     pub left_out: Vec<[String; 2]>,
     /// Pairs of estimated and true error of reduced energies, one per request.
@@ -90,6 +94,7 @@ impl AccuracyFindings {
             "threads": ground.threads,
             "points": self.points.iter().map(StudyPoint::document).collect::<Vec<_>>(),
             "bodies": self.bodies.iter().map(BodyPoint::document).collect::<Vec<_>>(),
+            "outcomes": self.outcomes.iter().map(OutcomePoint::document).collect::<Vec<_>>(),
             "front": preset_standings(self).iter().map(PresetStanding::document).collect::<Vec<_>>(),
             "estimates": self.estimates.len(),
             "estimates_within_4": self.estimates_within(4.0),
@@ -145,6 +150,7 @@ pub fn run(plan: &AccuracyPlan, progress: &mut dyn FnMut(&str)) -> Result<Accura
     bench.crack_spacings();
     bench.tessellations();
     bench.presets();
+    bench.whole_results();
     bench.bodies();
     match bench.refused {
         Some(error) => Err(error),

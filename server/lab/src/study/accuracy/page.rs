@@ -3,6 +3,7 @@
 use super::bodies;
 use super::close_up;
 use super::front::{PresetStanding, preset_standings};
+use super::outcomes;
 use super::{AccuracyFindings, Measure, StudyError, StudyPoint};
 use crate::report::{Fact, ReportTable, Section, Study, significant};
 use crate::study::precision::{DiagramFrame, SettingCurve, SettingPoint, svg};
@@ -201,6 +202,7 @@ pub fn page(findings: &AccuracyFindings, drawn: &[AccuracyDrawing], close_up: Op
         .filter(|section| !section.plots.is_empty())
         .collect();
     sections.extend(close_up.map(|png| close_up::section(findings, png)));
+    sections.extend(outcomes::section(&findings.outcomes));
     sections.extend(bodies::section(&findings.bodies));
     sections.push(Section {
         heading: "All figures".to_owned(),

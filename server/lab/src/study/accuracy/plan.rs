@@ -54,6 +54,12 @@ pub struct AccuracyPlan {
     pub bodies: Vec<StudyBody>,
     /// Presets that are judged on them, the finest last; `reference` has the lattices of `film`.
     pub body_presets: Vec<Preset>,
+    /// Presets whose whole results are judged, the finest last.
+    pub outcome_presets: Vec<Preset>,
+    /// Ratio of the nodes of their reference to those of the finest preset.
+    pub outcome_finer: f64,
+    /// Number of results of their reference per impact, with different seeds.
+    pub outcome_seeds: u64,
     /// Numbers of elastic nodes, over the object's.
     pub elastic: Vec<f64>,
     /// Ranks of the reduced basis.
@@ -101,6 +107,9 @@ impl AccuracyPlan {
             refined_nodes_max: REFINED_NODES_MAX,
             bodies: Vec::new(),
             body_presets: vec![Preset::Draft, Preset::Game, Preset::Film],
+            outcome_presets: vec![Preset::Draft, Preset::Game, Preset::Film],
+            outcome_finer: 2.0,
+            outcome_seeds: 3,
             elastic: vec![0.5, 1.0, 2.0],
             ranks: vec![8, 16, 32, 64, 128, 256],
             crack: vec![0.125, 0.25, 0.5, 1.0, 2.0],
@@ -136,6 +145,8 @@ impl AccuracyPlan {
             refined_nodes_max: 120_000,
             bodies: vec![StudyBody::new("ball", shapes::sphere(0.1, 3))],
             body_presets: vec![Preset::Draft, Preset::Game],
+            outcome_presets: vec![Preset::Draft, Preset::Game],
+            outcome_seeds: 2,
             elastic: vec![1.0],
             ranks: vec![8],
             crack: vec![0.5],
@@ -148,7 +159,7 @@ impl AccuracyPlan {
     /// Number of progress steps.
     pub fn steps(&self) -> usize {
         let fixed = 3 + super::settings::FIXED;
-        let fixed = fixed + self.bodies.len();
+        let fixed = fixed + self.bodies.len() + self.outcome_presets.len() + 1;
         fixed + self.elastic.len() + self.ranks.len() + self.crack.len() + self.modes.len() + self.tolerances.len()
     }
 }

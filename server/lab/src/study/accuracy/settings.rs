@@ -1,5 +1,6 @@
 //! Settings that keep the crack lattice and the lift.
 
+use super::outcomes::outcomes;
 use super::reference::ElasticReference;
 use super::subject::{SOLID, energy, rebaked, timed};
 use super::truth::{Truth, Truths, diagram, optimized, solve};
@@ -103,6 +104,14 @@ impl Bench<'_> {
         let mut strikes = self.strikes.clone();
         strikes.iter_mut().for_each(change);
         strikes
+    }
+
+    /// Whole results of the presets, end to end.
+    pub(super) fn whole_results(&mut self) {
+        match outcomes(self.plan, self.base.gamma_j_m2, &self.strikes, self.progress) {
+            Ok(found) => self.findings.outcomes = found,
+            Err(error) => self.failed("whole results".to_owned(), error),
+        }
     }
 
     /// Spacings of the elastic lattice, by a solve on each.
@@ -283,7 +292,7 @@ impl Bench<'_> {
 }
 
 /// Factors on impulses that spread the number of sites evenly over a factor of four, about the plan's number.
-fn spread(count: usize) -> Vec<f64> {
+pub(super) fn spread(count: usize) -> Vec<f64> {
     let place = |number: usize| (number as f64 + 0.5) / count as f64 - 0.5;
     (0..count).map(|number| 4f64.powf(5.0 / 6.0 * place(number))).collect()
 }

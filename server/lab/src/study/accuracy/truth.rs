@@ -12,7 +12,7 @@ use shatter_fracture::pipeline::{BodyEnergy, DisplacementMethod, FractureRequest
 use shatter_fracture::tessellation::components;
 
 /// First seed of the references' starts; no request uses one of these seeds.
-const SEED_FIRST: u64 = 1 << 32;
+pub(super) const SEED_FIRST: u64 = 1 << 32;
 
 /// Minimum ratio of a reference's crack nodes to those of the lattice that it judges. Against a lattice as fine as itself, any lattice
 /// appears too accurate.
