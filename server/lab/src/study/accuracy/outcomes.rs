@@ -80,7 +80,7 @@ impl OutcomePoint {
 /// # Errors
 /// [`StudyError`] where an object cannot be made, or a request fails.
 pub fn results(plan: &AccuracyPlan) -> Result<Vec<OutcomePoint>, StudyError> {
-    let base = prepared(plan, None, Preset::default(), None)?;
+    let base = prepared(plan, request(plan)?, Preset::default())?;
     outcomes(plan, base.gamma_j_m2, &strikes(plan, &base)?, &mut |_| ())
 }
 
@@ -92,16 +92,21 @@ pub(super) fn outcomes(
     progress: &mut dyn FnMut(&str),
 ) -> Result<Vec<OutcomePoint>, StudyError> {
     let bench = OutcomeBench { plan, strikes };
-    let (mut found, mut spacings) = (Vec::new(), None);
+    let mut reference = BakeRequest { gamma_j_m2: Some(gamma_j_m2), ..request(plan)? };
+    let mut found = Vec::new();
     for preset in &plan.outcome_presets {
         progress(&format!("results of {}", preset.name()));
-        let own = prepared(plan, Some(gamma_j_m2), *preset, None)?;
-        spacings = Some([own.parameters.elastic_spacing, own.parameters.crack_spacing]);
+        let own = prepared(plan, BakeRequest { gamma_j_m2: Some(gamma_j_m2), ..request(plan)? }, *preset)?;
+        let finer = |spacing: f64| Some(spacing * plan.outcome_finer.powf(-1.0 / 3.0));
+        reference.elastic_spacing = finer(own.parameters.elastic_spacing);
+        reference.crack_spacing = finer(own.parameters.crack_spacing);
+        reference.kappa = Some(own.kappa);
         found.push((preset.name(), bench.results(&own, *preset, 0)?));
     }
     progress("results of the reference");
-    let finer = spacings.map(|own| own.map(|own| own * plan.outcome_finer.powf(-1.0 / 3.0)));
-    let reference = bench.reference(&prepared(plan, Some(gamma_j_m2), Preset::Reference, finer)?)?;
+    // It optimizes every degree, so it needs no examples.
+    reference.examples = 0;
+    let reference = bench.reference(&prepared(plan, reference, Preset::Reference)?)?;
     Ok(found.into_iter().map(|(name, results)| OutcomePoint::new(name, &results, &reference)).collect())
 }
 
@@ -138,22 +143,10 @@ impl OutcomeBench<'_> {
     }
 }
 
-/// Object on the lattices of a preset or with other spacings, with examples for its degree.
-fn prepared(
-    plan: &AccuracyPlan,
-    gamma_j_m2: Option<f64>,
-    quality: Preset,
-    spacings: Option<[f64; 2]>,
-) -> Result<PreparedObject, StudyError> {
-    let plain = request(plan)?;
-    let request = BakeRequest {
-        quality,
-        gamma_j_m2,
-        elastic_spacing: spacings.map(|own| own[0]).or(plain.elastic_spacing),
-        crack_spacing: spacings.map(|own| own[1]).or(plain.crack_spacing),
-        tables: Tables { examples: true, ..LIFTED },
-        ..plain
-    };
+/// Object of a request on the lattices of a preset, with what the preset's requests need.
+fn prepared(plan: &AccuracyPlan, request: BakeRequest, quality: Preset) -> Result<PreparedObject, StudyError> {
+    let examples = request.examples > 0;
+    let request = BakeRequest { quality, tables: Tables { examples, ..LIFTED }, ..request };
     let token = CancelToken::default();
     let mut prepared = bake(plan.mesh.clone(), &request, &token, &mut |_| {})?;
     if quality.solver_settings().elastic == DisplacementMethod::Reduced {
