@@ -21,7 +21,7 @@ use std::path::Path;
 
 /// A file in parts: tensors by name, and metadata without checksums.
 #[derive(Clone)]
-struct File {
+pub(super) struct File {
     tensors: BTreeMap<String, (String, Vec<usize>, Vec<u8>)>,
     metadata: BTreeMap<String, String>,
 }
@@ -46,6 +46,11 @@ impl File {
             }
         }
         file
+    }
+
+    /// Contents of a tensor.
+    pub fn bytes(&self, tensor: &str) -> &[u8] {
+        &self.tensors[tensor].2
     }
 
     /// Writes the file with matching checksums.
@@ -84,8 +89,8 @@ fn mesh() -> RawMesh {
     mesh
 }
 
-struct Trial {
-    file: File,
+pub(super) struct Trial {
+    pub file: File,
     folder: tempfile::TempDir,
     refused: usize,
     served: usize,
@@ -96,7 +101,7 @@ struct Trial {
 }
 
 impl Trial {
-    fn new() -> Self {
+    pub fn new() -> Self {
         let (young_pa, poisson, density_kg_m3, strength_pa) = (7e10, 0.22, 2500.0, 4.5e7);
         let material = Material { young_pa, poisson, density_kg_m3, strength_pa, source: String::new() };
         let request = BakeRequest {
@@ -318,7 +323,7 @@ fn altered_tensors_are_rejected_by_name_or_harmless() {
 }
 
 /// Loads the database `file` after `alter` changed the bytes of `tensor`; the error is the message.
-fn load_altered(file: &File, tensor: &str, alter: impl FnOnce(&mut Vec<u8>)) -> Result<(), String> {
+pub(super) fn load_altered(file: &File, tensor: &str, alter: impl FnOnce(&mut Vec<u8>)) -> Result<(), String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("block.shatter");
     let mut file = file.clone();
