@@ -159,6 +159,12 @@ fn ply_errors_name_the_place() {
     );
     let reason = |bytes: &[u8]| read_bytes("a.ply", bytes).unwrap_err().to_string();
     assert!(reason(&cut[..cut.len() - 3]).ends_with("element face: the file ends there: copy or export it again"));
+    let vertices = cut.windows(11).position(|own| own == b"end_header\n").unwrap() + 11;
+    let short = reason(&cut[..vertices + 2 * 12 + 5]);
+    assert!(
+        short.contains("element vertex, row 2, counted from 0: the header announces 4 rows, but the file ends"),
+        "{short}"
+    );
     assert!(reason(b"").contains("header: does not begin with `ply`") && reason(b"v 0 0 0\n").contains("in .obj"));
     let header_lines = text.lines().count();
     let wild = text + "0 0 0 0\n1 0 0 0\n0 1 0 0\n0 2 1 0\n7 3 0 1 2\n7 3 0 1 2\n7 3 0 1 -2\n7 3 0 1 2\n";
