@@ -252,7 +252,7 @@ mod tests {
         let reported = cost(&size, 2);
         assert!(
             reported
-                .starts_with("4645 elastic and 9576 crack nodes, 100 examples: about 18 to 35 s left on an idle machine, 244 MB at most;"),
+                .starts_with("4645 elastic and 9576 crack nodes, 100 examples: about 18 to 35 s left on an idle machine, 250 MB at most;"),
             "{reported}"
         );
         assert!(reported.ends_with("a daemon will hold about 57 MB for it"), "{reported}");
