@@ -147,7 +147,7 @@ fn ply_errors_name_the_place() {
     check_malformed("a.ply", (text.clone() + "0 0 0 200\n0 zero 0 200\n0 0 0 0\n0 0 0 0\n").as_bytes(), "line 14");
     check_malformed("a.ply", (text.clone() + "0 0 0 200\n0 0 0 200\n").as_bytes(), "line 14");
     let huge = text.replace("face 4", "face 4000000000000000000");
-    check_malformed("a.ply", (huge + &"0 0 0 0\n".repeat(4)).as_bytes(), "element face");
+    check_malformed("a.ply", (huge + &"0 0 0 0\n".repeat(4)).as_bytes(), "element face, row 0, counted from 0");
     let flat = text.replace("property float z\n", "");
     check_malformed("a.ply", (flat + &"0 0 0\n".repeat(8)).as_bytes(), "element vertex");
     let bare = "ply\nformat binary_little_endian 1.0\nelement vertex 1000000000000\nend_header\n";
