@@ -85,7 +85,7 @@ impl Batch {
         let mut files = self.files;
         if is_overtaken {
             let keep = |file: LoadedFile| match before.at(&file.source) {
-                // The old version stays served also beside a damaged file, which is told.
+                // The old version stays served also beside a damaged file, whose error is listed.
                 Some(_) if file.version.is_err() && is_current(&file) => Some(file),
                 Some(old) => Some(LoadedFile::kept(old.clone())),
                 None => (!file.replaces(before)).then_some(file),
