@@ -4,9 +4,9 @@
 //! Three threads, none of which waits for another: one scans the folder, one loads, one does the work that loading deferred. The load
 //! thread has the priority of the worker threads: beside n of them it gets one part in n + 1 of the time.
 //!
-//! A file that is gone in a scan is served no more. A changed folder is reloaded once two consecutive scans are equal. A database that is renamed into the folder is loaded as a whole.
-//! Many that arrive together make one reload. Of these, each object that is new is served as soon as it is loaded; the others are replaced
-//! together.
+//! A file that is gone in a scan is served no more, unless it was renamed. A changed folder is reloaded once two consecutive scans are
+//! equal. A database that is renamed into the folder is loaded as a whole. Many that arrive together make one reload. Of these, each
+//! object that is new is served as soon as it is loaded; the others are replaced together, or not at all if one of them changes meanwhile.
 
 mod debounce;
 
@@ -49,6 +49,8 @@ pub struct HotReloader {
     finish_worker: Worker,
     /// Whether a reload was requested during another one.
     is_reload_requested: bool,
+    /// Whether the timer starts scans.
+    is_watched: bool,
     /// Latest snapshot of the folder, and when its scan began.
     seen: Option<(Instant, DirectorySnapshot)>,
     /// Snapshot whose databases are being loaded.
@@ -165,7 +167,7 @@ impl HotReloader {
         let load_worker = Worker::new("load", nice, events.clone())?;
         let finish_worker = Worker::new("finish", NICE, events)?;
         let (unfinished, debounce) = (VecDeque::new(), Debounce::default());
-        let (is_reload_requested, is_scan_failing, seen, target) = (false, false, None, None);
+        let (is_reload_requested, is_watched, is_scan_failing, seen, target) = (false, false, false, None, None);
         let (scans_begun, reloads, is_periodic, is_rescan_requested) = (0, 0, false, false);
         Ok(Self {
             folder,
@@ -174,6 +176,7 @@ impl HotReloader {
             load_worker,
             finish_worker,
             is_reload_requested,
+            is_watched,
             seen,
             target,
             unfinished,
@@ -188,7 +191,7 @@ impl HotReloader {
 
     /// Starts a scan unless one is under way; its result arrives as an event. Called by the timer.
     pub fn scan(&mut self) {
-        self.is_periodic = true;
+        (self.is_periodic, self.is_watched) = (true, true);
         if !self.scanner.is_busy {
             self.begin_scan();
         }
@@ -227,12 +230,18 @@ impl HotReloader {
             return;
         }
         self.is_reload_requested = false;
+        self.load(None, catalog);
+    }
+
+    /// Loads the databases of `settled`, or those of a new scan.
+    fn load(&mut self, settled: Option<DirectorySnapshot>, catalog: &Arc<Catalog>) {
         let (folder, loader, catalog) = (self.folder.clone(), self.loader.clone(), catalog.clone());
         self.load_worker.work(move |send| {
             let begun = Instant::now();
-            ReloadEvent::Loaded(folder.scan().map(|snapshot| {
+            ReloadEvent::Loaded(settled.map_or_else(|| folder.scan(), Ok).map(|snapshot| {
                 send(ReloadEvent::Begun(begun, snapshot.clone()));
-                catalog.renewed(snapshot, &loader, |version| send(ReloadEvent::Advanced(version.clone())))
+                let loaded = |version: &Arc<ObjectVersion>| send(ReloadEvent::Advanced(version.clone()));
+                catalog.renewed(snapshot, &loader, loaded, || folder.scan().ok())
             }))
         });
     }
@@ -275,10 +284,13 @@ impl HotReloader {
                 fresh = self.target.as_ref().and_then(|target| catalog.advanced(&version, target)).map(Arc::new);
             }
             ReloadEvent::Loaded(loaded) => {
-                (self.load_worker.is_busy, self.target) = (false, None);
+                self.load_worker.is_busy = false;
+                let target = self.target.take();
                 match loaded {
                     Ok(loaded) => {
                         self.reloads += 1;
+                        // Where the timer scans, the next scans find what changed during the load.
+                        self.is_reload_requested |= !self.is_watched && target.as_ref() != Some(loaded.snapshot());
                         let (ready, entries, bytes) = (loaded.ready(), loaded.len(), loaded.memory_bytes());
                         tracing::info!(ready, entries, bytes, "databases reloaded");
                         self.finish(&loaded);
@@ -296,6 +308,7 @@ impl HotReloader {
         let current = fresh.as_ref().unwrap_or(catalog);
         let kept = self.seen.as_ref().and_then(|(_, seen)| current.without_removed(seen));
         fresh = kept.map(Arc::new).or(fresh);
+        fresh.iter().for_each(|fresh| catalog.log_lost(fresh));
         if self.is_reload_requested && !self.load_worker.is_busy {
             self.reload(fresh.as_ref().unwrap_or(catalog));
         }
@@ -309,14 +322,17 @@ impl HotReloader {
         }
     }
 
-    fn scan_finished(&mut self, begun: Instant, seen: Result<DirectorySnapshot, Error>, catalog: &Catalog) {
+    fn scan_finished(&mut self, begun: Instant, seen: Result<DirectorySnapshot, Error>, catalog: &Arc<Catalog>) {
         let is_periodic = std::mem::take(&mut self.is_periodic);
         match seen {
             Ok(snapshot) => {
                 self.is_scan_failing = false;
-                let served = self.target.as_ref().unwrap_or(catalog.snapshot());
-                self.is_reload_requested |= is_periodic && self.debounce.settled(snapshot.clone(), served);
-                self.note_seen(begun, snapshot);
+                self.note_seen(begun, snapshot.clone());
+                if is_periodic && self.load_worker.is_busy {
+                    self.debounce.wait(snapshot);
+                } else if is_periodic && self.debounce.settled(snapshot.clone(), catalog.snapshot()) {
+                    self.load(Some(snapshot), catalog);
+                }
             }
             Err(error) => {
                 if !std::mem::replace(&mut self.is_scan_failing, true) {

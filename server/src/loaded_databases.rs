@@ -28,8 +28,8 @@ impl LoadedDatabases {
         let begun = Instant::now();
         let folder = folder(config, only)?;
         let threads = threads(config.threads(), config.compute.nice)?;
-        let catalog =
-            threads.install(|| folder.scan().map(|snapshot| Catalog::default().renewed(snapshot, &loader, |_| ())))?;
+        let load = |snapshot| Catalog::default().renewed(snapshot, &loader, |_| (), || folder.scan().ok());
+        let catalog = threads.install(|| folder.scan().map(load))?;
         announce(&catalog, &folder, begun);
         Ok(Self { folder, loader, threads, catalog })
     }

@@ -123,13 +123,11 @@ impl ServicePaths {
         Ok(true)
     }
 
-    /// `error`, and what to do about it where the folder lies in one that all users share.
+    /// `error`, and what to do about it.
     fn advised(&self, error: Error) -> Error {
-        if !self.is_shared {
-            return error;
-        }
+        let remedy = if self.is_shared { "set XDG_RUNTIME_DIR" } else { "correct that folder, or set XDG_RUNTIME_DIR" };
         let message = format!(
-            "{}; set XDG_RUNTIME_DIR, for the daemon and its clients, to the absolute path of a folder that only you can open",
+            "{}; {remedy}, for the daemon and its clients, to the absolute path of a folder that only you can open and write to",
             error.message
         );
         Error { message, ..error }
@@ -227,7 +225,9 @@ mod tests {
         here.create().unwrap();
         assert_eq!(here.exists(), Ok(true));
         let other = ServicePaths { uid: uid + 1, ..here.clone() };
-        assert_eq!(other.exists().unwrap_err().kind, ErrorKind::RuntimeFolder);
+        let error = other.exists().unwrap_err();
+        assert_eq!(error.kind, ErrorKind::RuntimeFolder);
+        assert!(error.message.contains("; correct that folder, or set XDG_RUNTIME_DIR, for the daemon"), "{error}");
         let shared = ServicePaths { is_shared: true, ..other };
         for error in [shared.exists().unwrap_err(), shared.create().unwrap_err()] {
             assert!(error.message.contains("XDG_RUNTIME_DIR"), "{error}");

@@ -45,6 +45,12 @@ impl FileStamp {
         }
     }
 
+    /// Whether the file of this stamp is, by its identity, length and modification time, the one of `other` under another name.
+    fn is_renamed(&self, other: &Self) -> bool {
+        let key = |stamp: &Self| (stamp.device, stamp.inode, stamp.bytes, stamp.modified);
+        key(self) == key(other)
+    }
+
     /// Length of the file, bytes.
     pub fn bytes(&self) -> u64 {
         self.bytes
@@ -134,6 +140,12 @@ impl DirectorySnapshot {
         Self(self.0.iter().filter(|(source, _)| !is_dropped(source)).cloned().collect())
     }
 
+    /// New source of a file that was loaded from `source` with this stamp and renamed since.
+    pub(super) fn renamed(&self, source: &DatabaseSource, stamp: &FileStamp) -> Option<&DatabaseSource> {
+        let is_it = |(own, now): &&(DatabaseSource, FileStamp)| own.object == source.object && now.is_renamed(stamp);
+        self.0.iter().find(is_it).map(|(own, _)| own)
+    }
+
     /// Whether a file is in it, in any version.
     pub(super) fn has_source(&self, source: &DatabaseSource) -> bool {
         let key = (&source.path, &source.object);
@@ -166,6 +178,14 @@ impl DirectorySnapshot {
         results.extend(run(others));
         results.sort_by_key(|(place, _)| *place);
         results.into_iter().map(|(_, result)| result).collect()
+    }
+}
+
+impl FromIterator<(DatabaseSource, FileStamp)> for DirectorySnapshot {
+    fn from_iter<T: IntoIterator<Item = (DatabaseSource, FileStamp)>>(files: T) -> Self {
+        let mut files: Vec<_> = files.into_iter().collect();
+        files.sort_by(|(a, _), (b, _)| (&a.path, &a.object).cmp(&(&b.path, &b.object)));
+        Self(files)
     }
 }
 

@@ -6,16 +6,17 @@
 //! A catalog is immutable. A reload builds a new catalog, which keeps the versions of unchanged files, and replaces the old catalog
 //! as a whole; objects that are new are served before, as soon as each is loaded. A request keeps the version with which it began.
 
+mod batch;
 mod directory_snapshot;
 mod load_in_progress;
 mod retired_versions;
 mod version;
 
-use directory_snapshot::FileStamp;
 pub use directory_snapshot::{DatabaseSource, DirectorySnapshot, is_database, is_hidden};
 pub use retired_versions::RetiredVersions;
 pub use version::{ObjectVersion, unix_ns};
 
+use batch::{Batch, LoadedFile};
 use bytemuck::Zeroable;
 use load_in_progress::LoadInProgress;
 use shatter_engine::object::{Loader, ServedObject};
@@ -73,31 +74,27 @@ impl Catalog {
     /// Builds the catalog of `snapshot` on the current rayon pool.
     ///
     /// Keeps versions whose files did not change and retries files that failed. If the file of a version was replaced by one that fails,
-    /// the old version stays served. New files are loaded before others are tried again. `loaded` receives each new version before the
-    /// next files are loaded. A file that is gone when its turn comes is left out.
+    /// the old version stays served. New files are loaded before others are tried again. `loaded` receives the version of each new file
+    /// before the next files are loaded.
+    ///
+    /// `rescan` looks at the folder again once all files are loaded; `None` if that fails. A file that is gone is left out. If a file that
+    /// replaces a served version has changed since, all such files of the batch keep their old versions, so that a set that is replaced
+    /// again while it is loaded is never served in part. They count as not seen, so that a later scan asks for another reload.
     #[must_use]
     pub fn renewed(
         &self,
         snapshot: DirectorySnapshot,
         loader: &Loader,
         loaded: impl Fn(&Arc<ObjectVersion>) + Sync,
+        rescan: impl FnOnce() -> Option<DirectorySnapshot>,
     ) -> Self {
-        let is_new = |file: &(DatabaseSource, FileStamp)| !self.snapshot.has(file);
-        let found = snapshot.map(is_new, |source, stamp| match self.at(source) {
-            Some(version) if version.stamp == stamp => Some((source.clone(), Ok(version.clone()))),
-            _ => {
-                let version = ObjectVersion::load_current(source, stamp, loader)?.map(Arc::new);
-                version.iter().for_each(&loaded);
-                Some((source.clone(), version))
-            }
-        });
-        let found: Vec<_> = found.into_iter().flatten().collect();
+        let batch = Batch::load(self, &snapshot, loader, loaded);
+        let found = batch.complete(self, rescan().as_ref());
         let generations = self.generations.clone();
-        // A file that was left out counts as not seen, so that it is loaded once it is back.
-        let snapshot = snapshot.without(|source| found.iter().all(|(own, _)| own != source));
+        let snapshot = found.iter().map(LoadedFile::key).collect();
         let mut catalog = Self { entries: BTreeMap::new(), generations, snapshot, read: SystemTime::now() };
         let mut loaded: Vec<_> =
-            found.iter().filter_map(|(source, version)| Some((source, version.as_ref().ok()?))).collect();
+            found.iter().filter_map(|file| Some((&file.source, file.version.as_ref().ok()?))).collect();
         // If several files hold one name, the file of that name has precedence, because bakes write there; then the file that served
         // it before. So copies of a file take no names away.
         loaded.sort_by_key(|(source, version)| (source.name() != version.name, !self.serves(source, &version.name)));
@@ -105,9 +102,9 @@ impl Catalog {
             catalog.put(source, version, self);
         }
         // Last, so that a version whose file was corrupted takes no name away from an intact file.
-        for (source, version) in &found {
-            if let Err(why) = version {
-                catalog.miss(source, why, self);
+        for file in &found {
+            if let Err(why) = &file.version {
+                catalog.miss(&file.source, why, self);
             }
         }
         catalog
@@ -138,6 +135,7 @@ impl Catalog {
 
     /// This catalog without the files that `seen`, a later look at the folder, lacks; `None` if it has them all.
     ///
+    /// The object of a renamed file stays served; under its new name the file counts as not loaded.
     /// A file that held the same object as one of these is no longer refused. It counts as not loaded.
     #[must_use]
     pub fn without_removed(&self, seen: &DirectorySnapshot) -> Option<Self> {
@@ -150,10 +148,10 @@ impl Catalog {
             return None;
         }
         let mut entries = self.entries.clone();
-        for (object, entry) in &mut entries {
+        for entry in entries.values_mut() {
             if let Some(version) = entry.version.take_if(|version| is_gone(&version.source)) {
-                let path = version.source.path.display();
-                tracing::info!(object, %path, "the file of a database was removed; its object is not served any more");
+                let renamed = version.renamed(seen).filter(|to| self.at(&to.source).is_none());
+                entry.version = renamed.map(Arc::new);
             }
             entry.refusal.take_if(|own| is_gone(&own.source) || is_free(own));
         }
@@ -176,6 +174,17 @@ impl Catalog {
         let mut catalog = Self { entries, generations, snapshot, read: self.read };
         catalog.put(&version.source, version, self);
         Some(catalog)
+    }
+
+    /// Logs the objects that `next` serves no more.
+    pub fn log_lost(&self, next: &Self) {
+        for (object, entry) in &self.entries {
+            let is_served = next.entries.get(object).is_some_and(|entry| entry.version.is_some());
+            if let Some(version) = entry.version.as_ref().filter(|_| !is_served) {
+                let path = version.source.path.display();
+                tracing::info!(object, %path, "the file of an object is gone or holds another; it is not served any more");
+            }
+        }
     }
 
     /// Whether the version from `source` serves the object `name`.
@@ -205,7 +214,9 @@ impl Catalog {
             return self.refuse(&source.name(), source, double_of, &why);
         }
         let generation = match before.entries.get(&version.name) {
-            Some(Entry { version: Some(old), generation, .. }) if Arc::ptr_eq(old, version) => *generation,
+            Some(Entry { version: Some(old), generation, .. }) if Arc::ptr_eq(&old.object, &version.object) => {
+                *generation
+            }
             _ => before.generations.get(&version.name).map_or(1, |last| last.saturating_add(1)),
         };
         self.generations.insert(version.name.clone(), generation);

@@ -72,13 +72,21 @@ impl Folder {
     }
 
     fn reload(&self, catalog: &Catalog) -> Catalog {
-        catalog.renewed(DirectorySnapshot::of(self.0.path()).unwrap(), &loader(), |_| ())
+        self.reload_with(catalog, &loader())
+    }
+
+    fn reload_with(&self, catalog: &Catalog, loader: &Loader) -> Catalog {
+        catalog.renewed(self.scan(), loader, |_| (), || Some(self.scan()))
+    }
+
+    fn scan(&self) -> DirectorySnapshot {
+        DirectorySnapshot::of(self.0.path()).unwrap()
     }
 
     /// Builds the catalog of a scene: pairs of object and database.
     fn with_objects(&self, catalog: &Catalog, objects: &[(&str, &str)]) -> Catalog {
         let objects = objects.iter().map(|(object, database)| ((*object).to_owned(), (*database).to_owned())).collect();
-        catalog.renewed(DirectorySnapshot::of(self.0.path()).unwrap().only(&objects), &loader(), |_| ())
+        catalog.renewed(self.scan().only(&objects), &loader(), |_| (), || Some(self.scan().only(&objects)))
     }
 
     fn source(&self, file: &str) -> DatabaseSource {
@@ -128,21 +136,103 @@ fn a_file_that_is_replaced_while_it_is_loaded_is_loaded_again() {
         loaded
     });
     let published = std::sync::Mutex::new(Vec::new());
-    let snapshot = DirectorySnapshot::of(folder.0.path()).unwrap();
+    let snapshot = folder.scan();
     let note = |version: &Arc<ObjectVersion>| published.lock().unwrap().push(version.name.clone());
-    let catalog = Catalog::default().renewed(snapshot, &loader, note);
+    let catalog = Catalog::default().renewed(snapshot, &loader, note, || Some(folder.scan()));
     let mut published = published.into_inner().unwrap();
     published.sort();
     assert_eq!(published, ["beta", "gamma"]);
     assert_eq!((catalog.len(), catalog.ready(), kind(&catalog, "alpha")), (2, 2, ErrorKind::UnknownObject));
 }
 
+/// A loader that replaces these files by themselves, under their own names, when it has loaded the first of them.
+fn overtaking_loader(folder: &Arc<Folder>, files: &'static [(&'static str, &'static str)]) -> Loader {
+    let (replaced, inner) = (folder.clone(), loader());
+    let is_first = std::sync::atomic::AtomicBool::new(true);
+    Arc::new(move |path, object| {
+        let loaded = inner(path, object);
+        if is_first.swap(false, std::sync::atomic::Ordering::Relaxed) {
+            files.iter().for_each(|(file, text)| replaced.put(file, text));
+        }
+        loaded
+    })
+}
+
+#[test]
+fn a_set_that_is_replaced_again_while_it_is_loaded_is_served_whole_or_not_at_all() {
+    for again in [&[("a", "alpha"), ("b", "beta")][..], &[("a", "alpha")], &[("b", "beta")], &[("b", "!")]] {
+        let folder = Arc::new(Folder::of(&[("a", "alpha"), ("b", "beta"), ("c", "gamma")]));
+        let before = folder.load();
+        let same = |after: &Catalog, name: &str| Arc::ptr_eq(&before.get(name).unwrap(), &after.get(name).unwrap());
+        ["alpha", "beta"].iter().zip(["a", "b"]).for_each(|(text, file)| folder.put(file, text));
+        folder.put("d", "delta");
+        let after = folder.reload_with(&before, &overtaking_loader(&folder, again));
+        assert!(same(&after, "alpha") && same(&after, "beta") && same(&after, "gamma"), "{again:?}");
+        assert_eq!(
+            (after.outdated(), after.failed(), after.get("delta").is_ok()),
+            (0, 0, true),
+            "new objects are served"
+        );
+        assert!(*after.snapshot() != folder.scan(), "a later scan asks for a reload");
+        let later = folder.reload(&after);
+        let generations = ["alpha", "beta", "gamma"].map(|name| row(&later, name).generation);
+        assert_eq!(generations[0], 2, "{again:?}");
+        assert!(same(&later, "gamma") && *later.snapshot() == folder.scan());
+    }
+}
+
+#[test]
+fn a_folder_that_is_away_during_a_reload_takes_no_object_away() {
+    let folder = Folder::of(&[("a", "alpha"), ("b", "beta")]);
+    let before = folder.load();
+    folder.put("a", "alpha");
+    let seen = folder.scan();
+    std::fs::rename(folder.path("a"), folder.0.path().join("away")).unwrap();
+    let after = before.renewed(seen, &loader(), |_| (), || None);
+    let same = |name: &str| Arc::ptr_eq(&before.get(name).unwrap(), &after.get(name).unwrap());
+    assert!(same("alpha") && same("beta"));
+}
+
+#[test]
+fn the_object_of_a_renamed_file_stays_served_as_one_object() {
+    let folder = Folder::of(&[("a", "alpha"), ("b", "beta")]);
+    let before = folder.load();
+    let scanned = folder.scan();
+    std::fs::rename(folder.path("a"), folder.path("z")).unwrap();
+    // Seen by a scan, and at the end of a load that began before.
+    let seen = before.without_removed(&folder.scan()).unwrap();
+    let loaded = before.renewed(scanned, &loader(), |_| (), || Some(folder.scan()));
+    for renamed in [seen, loaded] {
+        let same = |name: &str| Arc::ptr_eq(&before.get(name).unwrap(), &renamed.get(name).unwrap());
+        assert!(same("alpha") && same("beta"));
+        assert_eq!((renamed.len(), renamed.ready(), row(&renamed, "alpha").generation), (2, 2, 1));
+        assert!(renamed.expecting(&folder.scan()).is_none() && renamed.without_removed(&folder.scan()).is_none());
+        assert!(*renamed.snapshot() != folder.scan(), "a later scan asks for a reload");
+        let after = folder.reload(&renamed);
+        assert_eq!((after.len(), after.ready(), row(&after, "alpha").generation), (2, 2, 2));
+        assert!(after.at(&folder.source("z")).is_some());
+    }
+    std::fs::rename(folder.path("z"), folder.0.path().join("elsewhere")).unwrap();
+    assert_eq!(before.without_removed(&folder.scan()).unwrap().ready(), 1, "a file that left the folder is not served");
+}
+
+#[test]
+fn a_file_is_no_double_of_one_that_was_removed_during_the_load() {
+    let folder = Folder::of(&[("spot", "spot"), ("spot2", "spot")]);
+    let before = folder.load();
+    let seen = folder.scan();
+    std::fs::remove_file(folder.path("spot")).unwrap();
+    let after = before.renewed(seen, &loader(), |_| (), || Some(folder.scan()));
+    assert_eq!((after.len(), after.ready(), after.failed()), (1, 1, 0));
+    assert!(after.at(&folder.source("spot2")).is_some());
+}
+
 #[test]
 fn a_file_that_is_gone_before_its_turn_is_not_listed_as_failed() {
     let folder = Folder::of(&[("a", "alpha"), ("b", "beta"), ("c", "!")]);
-    let snapshot = DirectorySnapshot::of(folder.0.path()).unwrap();
+    let snapshot = folder.scan();
     std::fs::remove_file(folder.path("a")).unwrap();
-    let catalog = Catalog::default().renewed(snapshot, &loader(), |_| ());
+    let catalog = Catalog::default().renewed(snapshot, &loader(), |_| (), || Some(folder.scan()));
     assert_eq!((catalog.len(), catalog.ready(), catalog.failed()), (2, 1, 1));
     let message = catalog.get("x").err().unwrap().message;
     assert!(message.ends_with("there is `beta`"), "names that failed are not offered: {message}");
@@ -152,10 +242,10 @@ fn a_file_that_is_gone_before_its_turn_is_not_listed_as_failed() {
 #[test]
 fn a_file_that_comes_back_unchanged_is_missing_from_the_catalog() {
     let folder = Folder::of(&[("a", "alpha"), ("b", "beta")]);
-    let seen = DirectorySnapshot::of(folder.0.path()).unwrap();
+    let seen = folder.scan();
     let aside = folder.0.path().join("aside");
     std::fs::rename(folder.path("a"), &aside).unwrap();
-    let catalog = Catalog::default().renewed(seen.clone(), &loader(), |_| ());
+    let catalog = Catalog::default().renewed(seen.clone(), &loader(), |_| (), || Some(folder.scan()));
     std::fs::rename(&aside, folder.path("a")).unwrap();
     assert!(*catalog.snapshot() != seen, "a later look asks for a reload");
     let catalog = folder.reload(&catalog);

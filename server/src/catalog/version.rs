@@ -1,6 +1,6 @@
 //! One version of an object, loaded from one version of a file.
 
-use super::directory_snapshot::{DatabaseSource, FileStamp};
+use super::directory_snapshot::{DatabaseSource, DirectorySnapshot, FileStamp};
 use crate::memory::{self, LoadGuard};
 use crate::panics;
 use shatter_engine::object::{Loader, ServedObject};
@@ -45,7 +45,7 @@ impl ObjectVersion {
     }
 
     /// Loads `source`; the error names the defect. A panic of the loader becomes an error, so that no file brings the daemon down.
-    fn load(source: &DatabaseSource, stamp: FileStamp, loader: &Loader) -> Result<Self, String> {
+    pub(super) fn load(source: &DatabaseSource, stamp: FileStamp, loader: &Loader) -> Result<Self, String> {
         let begun = Instant::now();
         let loading = LoadGuard::begin();
         let object = catch_unwind(AssertUnwindSafe(|| loader(&source.path, source.object.as_deref())))
@@ -67,6 +67,12 @@ impl ObjectVersion {
         memory::release_free();
         version.log();
         Ok(version)
+    }
+
+    /// This version under the new name of its file; `None` if `now` does not hold the file.
+    pub(super) fn renamed(&self, now: &DirectorySnapshot) -> Option<Self> {
+        let source = now.renamed(&self.source, &self.stamp)?.clone();
+        Some(Self { object: self.object.clone(), name: self.name.clone(), source, ..*self })
     }
 
     fn log(&self) {

@@ -87,10 +87,12 @@ fn cost(size: &BakeSize, threads: usize) -> String {
     let examples = counted(*examples, "example");
     let hard =
         if *exact_triangles > 0 { ". An input surface that is hard to mesh takes up to a minute more" } else { "" };
-    let [peak, held] = [size.peak_bytes(), size.held_bytes()].map(|bytes| super::size::rounded(bytes as f64 / 1e6));
+    let megabytes = |bytes: u64| super::size::rounded(bytes as f64 / 1e6);
+    let (peak, [least, most]) = (megabytes(size.peak_bytes()), size.held_bytes().map(megabytes));
+    let held = if least == most { format!("about {most}") } else { format!("{least} to {most}") };
     format!(
         "{elastic_nodes} elastic and {crack_nodes} crack nodes, {examples}: about {seconds} left on an idle machine, {peak} MB at most; a \
-         daemon will hold about {held} MB for it{hard}"
+         daemon will hold {held} MB for it{hard}"
     )
 }
 
@@ -175,8 +177,8 @@ fn rank(step: BakeStep) -> u64 {
         BakeStep::Surface => 0,
         BakeStep::Volume => 1,
         BakeStep::Lattices | BakeStep::Sized(_) => 2,
-        BakeStep::Lift(_) => 3,
-        BakeStep::Elasticity(_) | BakeStep::ExactSurface { .. } => 4,
+        BakeStep::Elasticity(_) => 3,
+        BakeStep::Lift(_) | BakeStep::ExactSurface { .. } => 4,
         BakeStep::Examples { .. } => EXAMPLES,
         BakeStep::Reduction | BakeStep::Calibration => STAGES - 1,
     }
@@ -217,7 +219,7 @@ mod tests {
         for of in [0, 300] {
             let mut state = BakeCourse::new(of);
             let begin = [BakeStep::Surface, BakeStep::Volume, BakeStep::Lattices];
-            let bodies = (0..3).flat_map(|body| [BakeStep::Lift(body), BakeStep::Elasticity(body)]);
+            let bodies = (0..3).map(BakeStep::Elasticity).chain((0..3).map(BakeStep::Lift));
             let examples = (0..=of).step_by(50).map(|done| BakeStep::Examples { done, of });
             let mut before = 0;
             for step in
@@ -250,7 +252,7 @@ mod tests {
         let reported = cost(&size, 2);
         assert!(
             reported
-                .starts_with("4645 elastic and 9576 crack nodes, 100 examples: about 18 to 35 s left on an idle machine, 244 MB at most;"),
+                .starts_with("4645 elastic and 9576 crack nodes, 100 examples: about 18 to 35 s left on an idle machine, 250 MB at most;"),
             "{reported}"
         );
         assert!(reported.ends_with("a daemon will hold about 57 MB for it"), "{reported}");

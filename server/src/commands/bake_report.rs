@@ -1,8 +1,9 @@
 //! Report of a bake, as text and as JSON.
 
-use super::{CommandError, output};
+use super::{CommandError, output, size};
 use serde_json::json;
 use shatter_fracture::cutting::{RepairKind, SurfaceRepair};
+use shatter_fracture::database::HALF_SPACING_COST;
 use shatter_fracture::degree::reference_gamma;
 use shatter_fracture::elasticity::ElementOrder;
 use shatter_fracture::lattice::SPACING_RANGE;
@@ -35,7 +36,11 @@ pub fn tell(
     let warnings: Vec<String> = earlier.into_iter().chain(warnings(prepared)).collect();
     match as_json {
         true => output::print(&format!("{}\n", document(prepared, file, &warnings, seconds))),
-        false => output::lines(&(screen(prepared, file) + &format!("  {seconds:.1} s\n"))),
+        false => {
+            let held = size::rounded(prepared.bytes() as f64 / 1e6);
+            let memory = format!("  memory           a daemon will hold {held} MB\n  {seconds:.1} s\n");
+            output::lines(&(screen(prepared, file) + &memory))
+        }
     }
 }
 
@@ -61,7 +66,9 @@ pub fn warnings(prepared: &PreparedObject) -> Vec<String> {
     if error.abs() > VOLUME_ERROR_REPORTED {
         let (percent, spacing) = (100.0 * error, prepared.parameters.crack_spacing);
         let finer = match 0.5 * spacing {
-            finer if finer >= SPACING_RANGE[0] => format!("; try --crack-spacing {finer:.4} (now {spacing:.4})"),
+            finer if finer >= SPACING_RANGE[0] => {
+                format!("; try --crack-spacing {finer:.4} (now {spacing:.4}): {HALF_SPACING_COST}")
+            }
             _ => String::new(),
         };
         warnings.push(format!(
@@ -182,6 +189,7 @@ fn document(prepared: &PreparedObject, file: &Path, warnings: &[String], seconds
         "defects": defects(&report.defects),
         "warnings": warnings,
         "unprepared": report.unprepared,
+        "memory_bytes": prepared.bytes(),
         "seconds": seconds,
     })
 }

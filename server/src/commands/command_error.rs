@@ -4,7 +4,7 @@ use super::interrupt;
 use serde_json::json;
 use shatter_cli_common::{self as program, StdoutError};
 use shatter_export::ExportError;
-use shatter_fracture::database::{BakeError, DatabaseError, JoinError};
+use shatter_fracture::database::{BakeError, DatabaseError, HALF_SPACING_COST, JoinError};
 use shatter_fracture::lattice::LatticeError;
 use shatter_fracture::scene::MaterialError;
 use shatter_fracture::surface::SurfaceError;
@@ -266,7 +266,7 @@ impl From<LatticeError> for CommandError {
                 ("spacing_order", option("crack"), format!("set --crack-spacing to {elastic} or less"))
             }
             LatticeError::NothingInside { .. } => {
-                ("nothing_inside", option("crack"), "bake with a finer --crack-spacing".to_owned())
+                ("nothing_inside", option("crack"), format!("bake with a finer --crack-spacing; {HALF_SPACING_COST}"))
             }
             LatticeError::Canceled(_) => return interrupt::ended(),
             LatticeError::BoundsNotFinite

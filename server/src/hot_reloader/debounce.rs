@@ -13,6 +13,11 @@ pub struct Debounce {
 }
 
 impl Debounce {
+    /// Notes how the folder looks during a load: if it still looks like that after the load, it is stable.
+    pub fn wait(&mut self, seen: DirectorySnapshot) {
+        *self = Self { last: Some(seen), scan_count: 0 };
+    }
+
     /// Whether to reload a folder that looks like `seen` while `served` is served.
     pub fn settled(&mut self, seen: DirectorySnapshot, served: &DirectorySnapshot) -> bool {
         if seen == *served {

@@ -75,8 +75,12 @@ fn objects_are_finished_one_by_one_and_no_reload_waits_for_that() {
     reloader.loader = Arc::new(move |path, _| {
         Ok(Arc::new(Raw(path.file_stem().unwrap().display().to_string(), seen.clone(), opened.clone())))
     });
-    let mut catalog =
-        Arc::new(Catalog::default().renewed(DirectorySnapshot::of(&databases).unwrap(), &reloader.loader, |_| ()));
+    let mut catalog = Arc::new(Catalog::default().renewed(
+        DirectorySnapshot::of(&databases).unwrap(),
+        &reloader.loader,
+        |_| (),
+        || None,
+    ));
     reloader.finish(&catalog);
     let begun = Instant::now();
     while finished.lock().unwrap().is_empty() && begun.elapsed() < TIMEOUT {
@@ -197,8 +201,12 @@ fn a_removed_file_is_gone_at_the_next_scan_whatever_is_loaded() {
         }
         Ok(Arc::new(Raw(name.to_owned(), Arc::default(), opened.clone())))
     });
-    let mut catalog =
-        Arc::new(Catalog::default().renewed(DirectorySnapshot::of(&databases).unwrap(), &reloader.loader, |_| ()));
+    let mut catalog = Arc::new(Catalog::default().renewed(
+        DirectorySnapshot::of(&databases).unwrap(),
+        &reloader.loader,
+        |_| (),
+        || None,
+    ));
     let mut handle = |reloader: &mut HotReloader, catalog: &mut Arc<Catalog>| {
         let next = event(&mut events);
         if let Some(fresh) = reloader.handle(next, catalog) {

@@ -249,7 +249,10 @@ fn second(paths: &ServicePaths, lock: &mut File) -> Error {
 
 fn folder(path: &Path, error: &std::io::Error) -> Error {
     let at = path.display().to_string();
-    let message = format!("cannot use {at}: {error}");
+    let message = format!(
+        "cannot use {at}: {error}; give the user of the daemon write access to its folder, or set XDG_RUNTIME_DIR, for the daemon and its \
+         clients, to another folder"
+    );
     Error::new(ErrorKind::RuntimeFolder, at, message)
 }
 

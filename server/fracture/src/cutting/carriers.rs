@@ -14,6 +14,9 @@ use std::collections::HashMap;
 /// Barycentric coordinate below which values are not extrapolated: about one height of the tetrahedron outside.
 const EXTRAPOLATED_MIN: f64 = -1.0;
 
+/// Gain in the least barycentric coordinate that is not due to rounding on another processor.
+const MISPLACED_TOLERANCE: f64 = 1e-6;
+
 /// Longest walk, in tetrahedra.
 const WALK_MAX: usize = 256;
 
@@ -67,6 +70,19 @@ pub(super) fn weights(mesh: &Lattice, crack: &Lattice, tets: &[u32]) -> Vec<Carr
         Carrier { tet, weights: clamped.map(|weight| weight / sum), is_anchored: true }
     };
     mesh.nodes.par_iter().zip(tets).map(carrier).collect()
+}
+
+/// The first node with a carrier at which no walk ends: a neighbor of the carrier, through the face where a walk goes on, fits better.
+pub(super) fn misplaced(mesh: &Lattice, crack: &Lattice, carriers: &[Carrier]) -> Option<usize> {
+    let (frames, around) = (Frames::new(crack), crack.neighbors());
+    let is_misplaced = |node: usize| {
+        let weights = frames.at(carriers[node].tet, &mesh.nodes[node]);
+        let faces = (0..4).zip(around[carriers[node].tet as usize]);
+        let exits = faces.filter(|(face, other)| weights[*face] < 0.0 && *other != NO_TET);
+        let next = exits.min_by(|(a, _), (b, _)| weights[*a].total_cmp(&weights[*b]));
+        next.is_some_and(|(_, next)| least(&frames.at(next, &mesh.nodes[node])) > least(&weights) + MISPLACED_TOLERANCE)
+    };
+    (0..mesh.nodes.len()).into_par_iter().find_first(|node| is_misplaced(*node))
 }
 
 /// Finds the tetrahedron of the lattice that carries each node; `None` for a mesh without a node of the lattice.

@@ -102,6 +102,11 @@ impl CuttingMesh {
         }
     }
 
+    /// The first node that another tetrahedron of the crack lattice, beside its carrier, would carry better; a bake leaves none.
+    pub fn misplaced(&self, crack: &Lattice) -> Option<usize> {
+        carriers::misplaced(&self.mesh, crack, &self.carriers)
+    }
+
     /// Carries the lifts of the crack lattice to the nodes, once for all requests.
     pub fn carry_lifts<'a>(&mut self, crack: &Lattice, lifts: impl Iterator<Item = &'a LiftedLattice>) {
         self.lifts = lifts.map(|lift| self.carried(crack, lift)).collect();

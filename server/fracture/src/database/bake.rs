@@ -70,6 +70,13 @@ pub(super) fn whole(
     let tables = request.tables();
     let assembled = assembled(levels.bodies, &parameters, &report, tables, token)?;
     progress(BakeStep::Sized(BakeSize::of(&assembled, surface, &parameters, request)));
+    // First, because a body with a free joint is refused.
+    for (index, (_, solid)) in assembled.iter().enumerate() {
+        progress(BakeStep::Elasticity(index));
+        if let Some(solid) = solid {
+            solid.elasticity.factor().map_err(|source| elasticity_error(index, solid, source, &surface.frame))?;
+        }
+    }
     let mut bodies = Vec::with_capacity(assembled.len());
     for (index, (crack, solid)) in assembled.into_iter().enumerate() {
         progress(BakeStep::Lift(index));
@@ -78,10 +85,6 @@ pub(super) fn whole(
         let interior = tables.interior.then(interior).transpose()?;
         let diffusion = || surface_lift(&crack, index, &mut report, token);
         let surface_diffusion = tables.surface_diffusion.then(diffusion).transpose()?.flatten();
-        progress(BakeStep::Elasticity(index));
-        if let Some(solid) = &solid {
-            solid.elasticity.factor().map_err(|source| elasticity_error(index, solid, source, &surface.frame))?;
-        }
         bodies.push(PreparedBody { solid, interior, surface_diffusion, ..PreparedBody::new(crack) });
     }
     let gamma_j_m2 = gamma(request, &parameters);

@@ -18,10 +18,10 @@ pub enum BakeStep {
     Lattices,
     /// Reports the size of the finished lattices. No work begins with it.
     Sized(BakeSize),
-    /// Computes the eigenpairs of body `0`.
-    Lift(usize),
     /// Factors the stiffness of body `0`.
     Elasticity(usize),
+    /// Computes the eigenpairs of body `0`.
+    Lift(usize),
     /// Fills the input surface with tetrahedra.
     ExactSurface {
         /// Repair round, from 0.
@@ -103,7 +103,7 @@ const HELD_EXACT: [f64; 2] = [800.0, 412.0];
 const EXACT_ROUND: f64 = 340.0;
 
 /// Peak memory of a bake: a constant, bytes, and a multiple of the object's memory.
-const PEAK: [f64; 2] = [70e6, 1.85];
+const PEAK: [f64; 2] = [70e6, 1.95];
 
 /// Memory per snapshot and elastic node, bytes: forces, displacement and residual of a node and about seven edges, the last
 /// two in single precision, and what is kept of them.
@@ -166,8 +166,9 @@ impl BakeSize {
         (SNAPSHOTS[0] * self.examples as f64).max(SNAPSHOTS[1])
     }
 
-    /// Approximate memory of the object in a daemon, bytes.
-    pub fn held_bytes(&self) -> u64 {
+    /// Approximate memory of the object in a daemon, bytes: the least and the most. They differ with an exact surface, which takes more
+    /// tetrahedra per triangle where it is round and finely divided.
+    pub fn held_bytes(&self) -> [u64; 2] {
         let [crack, elastic, triangle] = HELD;
         let nodes = crack * self.crack_nodes as f64 + elastic * self.elastic_nodes as f64;
         let lattices = nodes + triangle * self.skin_triangles as f64;
@@ -176,7 +177,9 @@ impl BakeSize {
             triangles => HELD_EXACT[0] * self.crack_nodes as f64 + HELD_EXACT[1] * triangles as f64,
         };
         let basis = QUADRATIC_BASIS * self.snapshots().min(SNAPSHOTS[2]) * self.quadratic_nodes as f64;
-        self.factor_bytes + self.edge_bytes + (lattices + exact + basis) as u64
+        let round = EXACT_ROUND * self.exact_triangles as f64;
+        let least = self.factor_bytes + self.edge_bytes + (lattices + exact + basis) as u64;
+        [least, least + round as u64]
     }
 
     /// Approximate peak memory of the bake, bytes.
@@ -185,8 +188,8 @@ impl BakeSize {
         let snapshots = snapshots.min(QUADRATIC_SNAPSHOTS_MAX);
         let linear = self.elastic_nodes - self.quadratic_nodes;
         let refined = if linear > REFINED_NODES_MAX { 0.0 } else { REFINED * linear as f64 };
-        let round = EXACT_ROUND * self.exact_triangles as f64;
-        (PEAK[0] + PEAK[1] * (self.held_bytes() as f64 + round) + snapshots.max(refined)) as u64
+        let [_, held] = self.held_bytes();
+        (PEAK[0] + PEAK[1] * held as f64 + snapshots.max(refined)) as u64
     }
 }
 
@@ -217,7 +220,7 @@ mod tests {
         assert!((1.0..1.2).contains(&peak), "{peak}");
         // With quadratic elements 394 MB were measured, and 89 MB in a daemon.
         let quadratic = BakeSize { elastic_nodes: 4_596, quadratic_nodes: 4_596, edge_bytes: 4_708_208, ..MUG };
-        let [peak, held] = [quadratic.peak_bytes() as f64 / 394e6, quadratic.held_bytes() as f64 / 89.4e6];
+        let [peak, held] = [quadratic.peak_bytes() as f64 / 394e6, quadratic.held_bytes()[0] as f64 / 89.4e6];
         assert!((1.0..1.2).contains(&peak) && (0.95..1.1).contains(&held), "{peak} and {held}");
     }
 
@@ -227,14 +230,14 @@ mod tests {
         let [least, most] = MUG.seconds(2);
         assert!(2.0 * least < most && learning.seconds(1)[1] > 10.0 * most);
         let hollow = BakeSize { elastic_nodes: 0, factor_bytes: 0, factor_operations: 0, ..MUG };
-        assert!(hollow.held_bytes() < hollow.peak_bytes() && hollow.seconds(1)[1] < most);
+        assert!(hollow.held_bytes()[1] < hollow.peak_bytes() && hollow.seconds(1)[1] < most);
         let exact = BakeSize { exact_triangles: 130_196, ..MUG };
         let serial = [exact.seconds(1)[0] - MUG.seconds(1)[0], exact.seconds(2)[0] - least];
         assert!(serial[0] > 1.0 && (serial[0] - serial[1]).abs() < 1e-9, "one thread fills the surface: {serial:?}");
         let taken = [exact.seconds(2)[0] - least, exact.seconds(2)[1] - most];
         assert!(taken[0] < 3.4 && 3.4 < taken[1] && taken[1] < 7.0 * taken[0], "3.4 s were measured: {taken:?}");
-        let held = exact.held_bytes() as f64 / 118.9e6;
-        assert!((0.9..1.1).contains(&held), "{held}");
+        let [least, most] = exact.held_bytes().map(|bytes| bytes as f64 / 118.9e6);
+        assert!(least < 1.0 && 1.0 < most && most < 1.5 * least, "{least} to {most}");
     }
 
     /// Of two bodies with as many nodes, the factor of a pane beside a ball takes 25 times as long as that of a shell.
@@ -250,6 +253,21 @@ mod tests {
     }
 
     #[test]
+    fn stiffness_is_factored_before_the_lifts_because_it_may_be_refused() {
+        let request = BakeRequest {
+            elastic_spacing: Some(0.2),
+            crack_spacing: Some(0.2),
+            surface: SurfaceKind::Lattice,
+            kappa: Some(2.0),
+            ..BakeRequest::new("block", "glass", crate::scene::Material::named("glass").unwrap())
+        };
+        let mut steps = Vec::new();
+        bake(shapes::cuboid([0.3; 3]), &request, &CancelToken::default(), &mut |step| steps.push(step)).unwrap();
+        let place = |wanted: BakeStep| steps.iter().position(|step| *step == wanted).unwrap();
+        assert!(place(BakeStep::Elasticity(0)) < place(BakeStep::Lift(0)), "{steps:?}");
+    }
+
+    #[test]
     fn the_memory_estimate_is_near_the_measured_memory() {
         let materials = Materials::parse(crate::scene::MATERIALS).unwrap();
         let lattice = [("arch", Preset::Draft), ("dumbbell", Preset::Draft), ("mug", Preset::Game)]
@@ -258,7 +276,7 @@ mod tests {
         for (shape, quality, surface) in lattice.into_iter().chain([exact]) {
             let glass = materials.get("glass").unwrap().clone();
             let request = BakeRequest { quality, surface, kappa: Some(2.0), ..BakeRequest::new(shape, "glass", glass) };
-            let mut estimated_bytes = 0;
+            let mut estimated_bytes = [0; 2];
             let mut on_step = |step| {
                 if let BakeStep::Sized(size) = step {
                     estimated_bytes = size.held_bytes();
@@ -266,12 +284,9 @@ mod tests {
             };
             let prepared =
                 bake(shapes::by_name(shape).unwrap(), &request, &CancelToken::default(), &mut on_step).unwrap();
-            let ratio = estimated_bytes as f64 / prepared.bytes() as f64;
-            println!(
-                "{shape} {} {surface:?}: {estimated_bytes} bytes estimated, {ratio:.3} of those held",
-                quality.name()
-            );
-            assert!((0.9..1.1).contains(&ratio), "{shape} {}: {ratio}", quality.name());
+            let [least, most] = estimated_bytes.map(|bytes| bytes as f64 / prepared.bytes() as f64);
+            println!("{shape} {} {surface:?}: {least:.3} to {most:.3} of the bytes held", quality.name());
+            assert!(least < 1.05 && most > 0.95 && most < 1.5 * least, "{shape} {}: {least} to {most}", quality.name());
         }
     }
 }

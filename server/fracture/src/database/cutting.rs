@@ -2,6 +2,7 @@
 
 use super::container::{ContainerContents, FLAT, Tensors};
 use super::lattice_tensors::{lattice, put_lattice};
+use super::stored_values::implausible;
 use super::{DatabaseError, Tables, skins};
 use crate::cutting::CuttingMesh;
 use crate::lattice::Lattice;
@@ -36,9 +37,12 @@ pub(super) fn read(
     let mesh = lattice(contents, &name(MESH))?;
     let carriers = contents.u32(&name(CARRIERS), Some(mesh.nodes.len()), FLAT, crack.tets.len() as u64)?;
     let mut cutting = CuttingMesh::new(mesh, crack, &carriers);
+    if let Some(node) = cutting.misplaced(crack) {
+        let wanted = "the tetrahedron that carries this node";
+        return Err(implausible(&name(CARRIERS), node, f64::from(carriers[node]), wanted));
+    }
     if tables.attributes || tables.skin {
-        let faces = cutting.topology.boundary.len();
-        cutting.outer = skins::corners(contents, &name(MESH), faces, materials)?;
+        cutting.outer = skins::corners(contents, &name(MESH), &cutting.topology.boundary, materials)?;
     }
     Ok(Some(cutting))
 }

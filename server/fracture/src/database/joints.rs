@@ -1,6 +1,6 @@
 //! Thin connections at which a lattice severs parts of a solid, and the remedies that hold them together.
 
-use super::wall_limits::{WALL_SPACINGS, WIDTH_MAX};
+use super::wall_limits::{HALF_SPACING_COST, WALL_SPACINGS, WIDTH_MAX};
 use crate::lattice::{self, LatticeLevels, Locator};
 use crate::pipeline::Preset;
 use crate::surface::{InsideTest, Surface, Width};
@@ -162,7 +162,9 @@ impl JoinRemedy {
                 format!("{tried}try --quality {}, whose lattices may have ten times as many nodes", preset.name())
             }
             (Self::Spacing(spacing), _) => {
-                format!("no preset is sure to hold them; --crack-spacing {spacing:.4} is, and coarser ones may be")
+                format!(
+                    "no preset is sure to hold them; --crack-spacing {spacing:.4} is, and coarser ones may be; {HALF_SPACING_COST}"
+                )
             }
             (Self::Thickness(thickness_m), Some(joint)) => format!(
                 "no preset and no --crack-spacing is sure to hold a joint of {:.3e} m: try finer ones, thicken it to {:.3e} \
@@ -172,7 +174,7 @@ impl JoinRemedy {
                 1.0005 * thickness_m
             ),
             (Self::Finer | Self::Thickness(_), _) => {
-                format!("give a finer --crack-spacing, thicken the joint, {divide}")
+                format!("give a finer --crack-spacing ({HALF_SPACING_COST}), thicken the joint, {divide}")
             }
         }
     }

@@ -1,6 +1,8 @@
 //! Databases of prepared objects: one object per file, baked once, verified at loading.
 
 #[cfg(test)]
+mod altered_links_tests;
+#[cfg(test)]
 mod altered_tests;
 mod bake;
 mod bake_error;
@@ -25,6 +27,7 @@ mod object_name;
 mod real_tests;
 mod reduced;
 mod share;
+mod skin_values;
 mod skins;
 mod stored;
 mod stored_values;
@@ -51,6 +54,7 @@ pub use object_name::NAME_BYTES_MAX;
 pub use share::{BakeShare, JoinError, PartialBake, SHARE_EXTENSION, SHARES_MAX, ShareError, ShareTask, join};
 pub use stored::{lacking, stored};
 pub use tables::Tables;
+pub use wall_limits::HALF_SPACING_COST;
 
 /// Version of the file format that this program writes and reads; an integer, incremented by every incompatible change.
 pub const FORMAT: &str = "1";

@@ -328,8 +328,11 @@ fn bare(contents: &ContainerContents, tables: Tables) -> Result<PreparedObject, 
         .collect::<Result<Vec<_>, _>>()?;
     stored_values::report(&report, &shape.frame, &bodies)?;
     let names = report.materials.len();
-    let skin =
-        if tables.skin { skins::skin(contents, &bodies, names, parameters.crack_spacing)?.map(Arc::new) } else { None };
+    let skin = match tables.skin {
+        true => skins::skin(contents, &bodies, names, parameters.crack_spacing, report.cracks.is_some())?,
+        false => None,
+    };
+    let skin = skin.map(Arc::new);
     Ok(PreparedObject {
         name: name.to_owned(),
         frame: shape.frame,
@@ -477,6 +480,7 @@ fn transfer(
         }),
         None => {
             let transfer = EnergyTransfer { offsets, tets, shares };
+            stored_values::rows(&tensor, &transfer)?;
             stored_values::shares(&format!("{name}.shares"), &transfer, elastic)?;
             Ok(transfer)
         }

@@ -3,12 +3,13 @@
 //! Checksums ensure that a file is unchanged. The checks here ensure that its values can be used.
 
 use super::container::{ContainerContents, FLAT, Tensors};
-use super::{DatabaseError, stored_values};
+use super::{DatabaseError, skin_values, stored_values};
 use crate::cutting::OuterCorners;
 use crate::lattice::LatticePoint;
 use crate::pipeline::{PreparedBody, PreparedObject};
 use crate::skin::{BoundaryAttributes, PointAttributeLists, Skin, SkinPoint};
 use crate::surface::NO_MATERIAL;
+use crate::tessellation::OuterFace;
 
 /// Limit that allows any 32-bit number.
 const ANY: u64 = 1 << 32;
@@ -73,11 +74,11 @@ fn points(
     Ok(points)
 }
 
-/// The attributes at the corners of a cutting mesh with this number of boundary faces; `None` if the file has none.
+/// The attributes at the corners of a cutting mesh with this boundary; `None` if the file has none.
 pub(super) fn corners(
     contents: &ContainerContents,
     mesh: &str,
-    faces: usize,
+    boundary: &[OuterFace],
     names: usize,
 ) -> Result<Option<OuterCorners>, DatabaseError> {
     let name = |part: &str| format!("{mesh}.outer.{part}");
@@ -85,8 +86,9 @@ pub(super) fn corners(
         return Ok(None);
     }
     let points = points(contents, &name, contents.rows(&name("normals")))?;
-    let corners = contents.u32(&name("corners"), Some(faces), 3, points.len() as u64)?;
-    let materials = materials(contents, &name("materials"), faces, names)?;
+    let corners = contents.u32(&name("corners"), Some(boundary.len()), 3, points.len() as u64)?;
+    skin_values::corners(&name("corners"), &corners, points.len(), boundary)?;
+    let materials = materials(contents, &name("materials"), boundary.len(), names)?;
     Ok(Some(OuterCorners { points, corners: corners.as_chunks::<3>().0.to_vec(), materials }))
 }
 
@@ -107,12 +109,14 @@ fn put_skin(tensors: &mut Tensors, skin: &Skin) {
     }
 }
 
-/// The skin of an object with these bodies, number of material names and crack spacing; `None` if the file has none.
+/// The skin of an object with these bodies, number of material names and crack spacing; `None` if the file has none. `cracked`: it has the
+/// walls of existing cracks, too.
 pub(super) fn skin(
     contents: &ContainerContents,
     bodies: &[PreparedBody],
     names: usize,
     spacing: f64,
+    cracked: bool,
 ) -> Result<Option<Skin>, DatabaseError> {
     if !contents.holds("skin.points") {
         return Ok(None);
@@ -127,7 +131,9 @@ pub(super) fn skin(
     let triangles = indices.as_chunks::<3>().0.to_vec();
     let materials = materials(contents, "skin.materials", triangles.len(), names)?;
     let points = places.iter().map(|place| (*place).into()).collect();
-    Ok(Some(Skin { points, spots, vertices, attributes, triangles, materials }))
+    let skin = Skin { points, spots, vertices, attributes, triangles, materials };
+    skin_values::skin(&skin, bodies, if cracked { f64::INFINITY } else { spacing })?;
+    Ok(Some(skin))
 }
 
 fn spots(

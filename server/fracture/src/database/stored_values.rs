@@ -189,6 +189,22 @@ pub(super) fn gram(tensor: &str, rank: usize, values: &[f64]) -> Result<(), Data
     }
 }
 
+/// Checks that each row of a transfer names each tetrahedron once, in ascending order.
+pub(super) fn rows(tensor: &str, transfer: &EnergyTransfer) -> Result<(), DatabaseError> {
+    let falls = |row: &[u32]| {
+        let first = row[0] as usize;
+        let own = &transfer.tets[first..row[1] as usize];
+        own.windows(2).position(|pair| pair[1] <= pair[0]).map(|index| first + index + 1)
+    };
+    match transfer.offsets.windows(2).enumerate().find_map(|(row, ends)| Some((row, falls(ends)?))) {
+        Some((row, index)) => {
+            let value = f64::from(transfer.tets[index]);
+            Err(implausible(tensor, row, value, "a row of tetrahedra in ascending order"))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Checks shares: positive, and those of each elastic tetrahedron add up to 1, so that energy is conserved.
 pub(super) fn shares(tensor: &str, transfer: &EnergyTransfer, elastic: &Lattice) -> Result<(), DatabaseError> {
     all(tensor, &transfer.shares, "a positive share", |share| share > 0.0 && share <= 1.0 + SUM_TOLERANCE)?;

@@ -25,7 +25,7 @@ use crate::cancel_token::CancelToken;
 use crate::memory::held;
 use crate::random::RandomStream;
 use crate::sparse::{Signature, SymmetricMatrix};
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
 
 /// Depth of the boundary layer that is added to the masses, in volume over area.
 ///
@@ -40,6 +40,15 @@ const SETTLED: f64 = 2e-3;
 
 /// Shares of the estimate that are tried as the bound, the best first.
 const SHARES: [f64; 4] = [0.95, 0.8, 0.5, 0.2];
+
+/// Number of smooth motions.
+const SMOOTH: usize = 9;
+
+/// Products of smooth motions.
+type SmoothMatrix = SMatrix<f64, SMOOTH, SMOOTH>;
+
+/// Least eigenvalue of the products of independent motions of unit length.
+const DEPENDENT: f64 = 1e-6;
 
 /// Number of rigid motions of a body.
 const RIGID: usize = 6;
@@ -89,26 +98,33 @@ impl EigenvalueLowerBound {
 
     /// Upper limit of any valid bound of `body`.
     ///
-    /// It is the least Rayleigh quotient of smooth motions without rigid part, and so at least the smallest positive λ.
-    /// Takes one product with the stiffness per motion.
+    /// It is the least Rayleigh quotient of all sums of nine smooth motions without rigid part (Rayleigh and Ritz), and so at least the
+    /// smallest positive λ. Takes one product with the stiffness per motion.
     pub fn most(body: &Elasticity) -> f64 {
         let weights = weights(body);
         let rigid = rigid(body, &weights);
-        let (mut motion, mut forces) = (vec![0.0; body.size()], vec![0.0; body.size()]);
-        let mut least = f64::INFINITY;
-        for (along, by) in (0..3).flat_map(|along| (0..3).map(move |by| (along, by))) {
+        let motion = |k: usize| {
+            let mut motion = vec![0.0; body.size()];
             for (node, own) in motion.chunks_exact_mut(3).enumerate() {
-                own.copy_from_slice(smooth(along, by, body.inertia.arm(node)).as_slice());
+                own.copy_from_slice(smooth(k / 3, k % 3, body.inertia.arm(node)).as_slice());
             }
             remove_rigid_motion(body, &weights, &rigid, &mut motion);
-            body.stiffness.multiply(&motion, &mut forces);
-            let stored: f64 = motion.iter().zip(&forces).map(|(u, f)| u * f).sum();
-            let square = |(own, weight): (&[f64], &f64)| own.iter().map(|u| u * u).sum::<f64>() * weight;
-            let square: f64 = motion.chunks_exact(3).zip(&weights).map(square).sum();
-            // The ratio of zeros is NaN, which `min` ignores.
-            least = least.min(stored / square);
+            let square: f64 = motion.chunks_exact(3).zip(&weights).map(|(own, weight)| weight * dot(own, own)).sum();
+            motion.iter_mut().for_each(|u| *u /= square.sqrt());
+            motion
+        };
+        let motions: [Vec<f64>; SMOOTH] = std::array::from_fn(motion);
+        let mut forces = vec![0.0; body.size()];
+        let (mut stored, mut square) = (SmoothMatrix::zeros(), SmoothMatrix::zeros());
+        for (a, one) in motions.iter().enumerate() {
+            body.stiffness.multiply(one, &mut forces);
+            for (b, other) in motions.iter().enumerate() {
+                stored[(a, b)] = dot(&forces, other);
+                let products = one.chunks_exact(3).zip(other.chunks_exact(3)).zip(&weights);
+                square[(a, b)] = products.map(|((one, other), weight)| weight * dot(one, other)).sum();
+            }
         }
-        least
+        least_quotient(&stored, &square)
     }
 
     /// Value of the bound; local.
@@ -154,7 +170,6 @@ fn softest(body: &Elasticity, weights: &[f64], token: &CancelToken) -> Result<f6
         let forces = weigh(&motion);
         body.solve(&forces, &mut displacement, &mut workspace, token)?;
         remove_rigid_motion(body, weights, &rigid, &mut displacement);
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let square = dot(&displacement, &weigh(&displacement));
         let (before, length) = (softest, square.sqrt());
         softest = dot(&forces, &displacement) / square;
@@ -165,6 +180,23 @@ fn softest(body: &Elasticity, weights: &[f64], token: &CancelToken) -> Result<f6
         motion.extend(displacement.iter().map(|u| u / length));
     }
     Ok(softest)
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The least quotient x'Ax / x'Bx; where motions are nearly dependent, that of the single motions. Motions of zero length are ignored.
+fn least_quotient(stored: &SmoothMatrix, square: &SmoothMatrix) -> f64 {
+    // The quotient of a motion of zero length is NaN, which `min` ignores.
+    let single = (0..SMOOTH).map(|k| stored[(k, k)] / square[(k, k)]).fold(f64::INFINITY, f64::min);
+    let independent = |square: &SmoothMatrix| square.symmetric_eigenvalues().min() > DEPENDENT;
+    let factor = square.iter().all(|x| x.is_finite()).then(|| square.cholesky().filter(|_| independent(square)));
+    let quotients = factor.flatten().and_then(|factor| {
+        let inverse = factor.l().try_inverse()?;
+        Some((inverse * stored * inverse.transpose()).symmetric_eigenvalues())
+    });
+    quotients.map(|all| all.min()).filter(|least| *least > 0.0).map_or(single, |least| least.min(single))
 }
 
 /// (R'WR)⁻¹ with R the rigid motions about the center of mass: linear x, y, z, angular x, y, z. Zero if it is singular.

@@ -25,7 +25,7 @@ use crate::memory::held;
 use crate::surface::Surface;
 use nalgebra::Point3;
 use rayon::prelude::*;
-pub(crate) use refine::RefinedCorner;
+pub(crate) use refine::{RefinedCorner, TRIANGLES_MAX};
 use std::collections::HashMap;
 
 /// Longest edge of a skin, in spacings of the crack lattice; about the distance of its boundary nodes.
@@ -33,7 +33,7 @@ use std::collections::HashMap;
 /// Chosen on 48 requests on a block. With edges of one spacing, a fragment's tip between skin points goes to the
 /// neighbors, in 3 requests and up to 3 spacings from the fragment's own skin. With 0.7, this happens in 1 request, up
 /// to 1.2 spacings away.
-const EDGE_SPACINGS: f64 = 0.7;
+pub(crate) const EDGE_SPACINGS: f64 = 0.7;
 
 /// Position of a skin point in the crack lattices.
 #[derive(Clone, Copy, Debug, PartialEq)]

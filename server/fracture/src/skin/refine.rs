@@ -10,7 +10,7 @@ use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 
 /// Largest number of triangles.
-const TRIANGLES_MAX: usize = 1 << 21;
+pub(crate) const TRIANGLES_MAX: usize = 1 << 21;
 
 /// A corner of a triangle: its point with attributes.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -29,7 +29,7 @@ fn parse(bytes: &[u8], attribute: &str) -> Result<(Vec<Point3<f64>>, Vec<f64>), 
     let header = ply_header::read(&parser, &mut reader, bytes)?;
     let mut lines_read = reader.line().saturating_sub(1);
     for element in header.elements.values() {
-        check_size(element, reader.get_ref().len())?;
+        check_size(element, header.encoding, reader.get_ref().len())?;
         let rows = match header.encoding {
             Encoding::Ascii => {
                 let mut rows = Rows::new(reader.get_ref(), lines_read);

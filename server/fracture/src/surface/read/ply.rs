@@ -72,7 +72,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     let mut lines_read = reader.line().saturating_sub(1);
     let mut body = Body::default();
     for element in header.elements.values() {
-        check_size(element, reader.get_ref().len())?;
+        check_size(element, header.encoding, reader.get_ref().len())?;
         let rows = match header.encoding {
             Encoding::Ascii => {
                 let mut rows = Rows::new(reader.get_ref(), lines_read);
@@ -105,16 +105,38 @@ pub(super) fn one_line(error: &impl ToString) -> String {
 
 /// Checks the row count of an element against the remaining bytes.
 ///
-/// A row takes at least one byte. A larger count is false and must not reach an allocation.
-pub(super) fn check_size(element: &ElementDef, bytes: usize) -> Result<(), SurfaceError> {
-    let place = || format!("element {}", element.name);
-    if element.count > 0 && element.properties.is_empty() {
-        return Err(malformed("ply", place(), "has no properties"));
+/// A larger count is false and must not reach an allocation.
+pub(super) fn check_size(element: &ElementDef, encoding: Encoding, bytes: usize) -> Result<(), SurfaceError> {
+    let ElementDef { name, count, .. } = element;
+    if *count > 0 && element.properties.is_empty() {
+        return Err(malformed("ply", format!("element {name}"), "has no properties"));
     }
-    if element.count > bytes {
-        return Err(malformed("ply", place(), format!("{} rows cannot fit in {bytes} bytes", element.count)));
+    let fitting = bytes / row_bytes(element, encoding).max(1);
+    if *count > fitting {
+        let place = format!("element {name}, row {fitting}, counted from 0");
+        let reason = format!(
+            "the header announces {count} rows, but the file ends in this one at the latest: copy or export it again"
+        );
+        return Err(malformed("ply", place, reason));
     }
-    within_limit(element.count)
+    within_limit(*count)
+}
+
+/// Least number of bytes of a row. In text, the reader of its lines names a row that is missing.
+fn row_bytes(element: &ElementDef, encoding: Encoding) -> usize {
+    let scalar = |scalar: &ScalarType| match scalar {
+        ScalarType::Char | ScalarType::UChar => 1,
+        ScalarType::Short | ScalarType::UShort => 2,
+        ScalarType::Int | ScalarType::UInt | ScalarType::Float => 4,
+        ScalarType::Double => 8,
+    };
+    let binary = element.properties.values().map(|property| match &property.data_type {
+        PropertyType::Scalar(own) | PropertyType::List(own, _) => scalar(own),
+    });
+    match encoding {
+        Encoding::Ascii => 1,
+        _ => binary.sum(),
+    }
 }
 
 #[derive(Default)]

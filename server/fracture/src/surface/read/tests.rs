@@ -147,7 +147,7 @@ fn ply_errors_name_the_place() {
     check_malformed("a.ply", (text.clone() + "0 0 0 200\n0 zero 0 200\n0 0 0 0\n0 0 0 0\n").as_bytes(), "line 14");
     check_malformed("a.ply", (text.clone() + "0 0 0 200\n0 0 0 200\n").as_bytes(), "line 14");
     let huge = text.replace("face 4", "face 4000000000000000000");
-    check_malformed("a.ply", (huge + &"0 0 0 0\n".repeat(4)).as_bytes(), "element face");
+    check_malformed("a.ply", (huge + &"0 0 0 0\n".repeat(4)).as_bytes(), "element face, row 0, counted from 0");
     let flat = text.replace("property float z\n", "");
     check_malformed("a.ply", (flat + &"0 0 0\n".repeat(8)).as_bytes(), "element vertex");
     let bare = "ply\nformat binary_little_endian 1.0\nelement vertex 1000000000000\nend_header\n";
@@ -159,6 +159,12 @@ fn ply_errors_name_the_place() {
     );
     let reason = |bytes: &[u8]| read_bytes("a.ply", bytes).unwrap_err().to_string();
     assert!(reason(&cut[..cut.len() - 3]).ends_with("element face: the file ends there: copy or export it again"));
+    let vertices = cut.windows(11).position(|own| own == b"end_header\n").unwrap() + 11;
+    let short = reason(&cut[..vertices + 2 * 12 + 5]);
+    assert!(
+        short.contains("element vertex, row 2, counted from 0: the header announces 4 rows, but the file ends"),
+        "{short}"
+    );
     assert!(reason(b"").contains("header: does not begin with `ply`") && reason(b"v 0 0 0\n").contains("in .obj"));
     let header_lines = text.lines().count();
     let wild = text + "0 0 0 0\n1 0 0 0\n0 1 0 0\n0 2 1 0\n7 3 0 1 2\n7 3 0 1 2\n7 3 0 1 -2\n7 3 0 1 2\n";
