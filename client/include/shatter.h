@@ -724,6 +724,9 @@ typedef struct ShatterSummary {
     /// `gravity`: of a request for the threshold, the factor on the impulses alone; otherwise the factor on all loads, weight among them.
     /// Without meaning for an even division.
     double threshold_impulse_factor;
+    /// Strain energy of the struck bodies at peak load, J: of all contacts, and of the weight with the effect `gravity`; 0 if `elastic` is 2
+    /// or 3.
+    double strain_j;
     /// Nearness of the examples that decided the degree, 0 to 1.
     double confidence;
     /// Largest contact radius in effect, m.

@@ -82,6 +82,8 @@ pub struct SummaryWire {
     pub elements_across: f32,
     /// See [`Summary::discretization_error`]; zero: unknown.
     pub discretization_error: f64,
+    /// See [`Summary::strain_j`]; zero: none.
+    pub strain_j: f64,
 }
 
 impl InMeters for SummaryWire {
@@ -169,6 +171,9 @@ pub struct Summary {
     /// Relative error of the elastic energy that stems from the elastic lattice, as the bake estimated it: the median of
     /// sampled impacts. `None`: not estimated.
     pub discretization_error: Option<f64>,
+    /// Strain energy of the struck bodies at peak load, J: of all contacts of the request, and of the weight with the effect
+    /// `gravity`. `None` where `energy_source` is a bound or a falloff.
+    pub strain_j: Option<f64>,
     /// Outer surface of the fragments.
     pub surface: FragmentSurface,
     /// From admission until right before the result was sent; differs between equal requests.
@@ -210,6 +215,7 @@ impl From<&SummaryWire> for Summary {
             crack_nodes: row.crack_nodes,
             elements_across: (row.elements_across > 0.0).then_some(row.elements_across),
             discretization_error: (row.discretization_error > 0.0).then_some(row.discretization_error),
+            strain_j: (row.strain_j > 0.0).then_some(row.strain_j),
             surface: FragmentSurface::from_code(row.surface),
             time: Duration::from_nanos(row.time_ns),
             missed_time: (row.overrun_ns > 0).then_some(missed),

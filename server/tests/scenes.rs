@@ -165,6 +165,16 @@ fn anchors_that_hold_nothing_are_refused_when_the_scene_is_loaded() {
     let [heavy, light] = [advice(&[]), advice(&["--disable", "gravity"])];
     assert!(heavy.contains("stays whole") && !heavy.contains("to break it"), "{heavy}");
     assert!(light.contains("to break it: "), "{light}");
+    // The energy at the threshold is that of impulse and weight together.
+    let at = ["--point", "0.2,0,0", "--radius-m", "0.05", "--json"];
+    let json = |arguments: &[&str]| -> Value {
+        serde_json::from_str(&shatter(&here, &[arguments, &at[..]].concat()).1).unwrap()
+    };
+    let just = json(&["threshold", "bar", "--direction", "-1,0,0"]);
+    let impulse = format!("-{},0,0", just["impulse_ns"]);
+    let struck = json(&["impact", "bar", "--impulse", &impulse, "--degree", "2"]);
+    let strain_j = |document: &Value| document["ledger"]["strain_j"].as_f64().unwrap();
+    assert!((strain_j(&just) / strain_j(&struck) - 1.0).abs() < 1e-9, "{just} {struck}");
     // A contact on anchors alone deforms nothing, with or without weight.
     let firm = service.object("firm", timeout()).unwrap();
     let pressed = Impact::new([Contact::new([-0.2, 0.0, 0.0]).impulse([1.0, 0.0, 0.0])]).threshold_only();

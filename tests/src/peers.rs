@@ -1,5 +1,6 @@
 //! Independent readers in Python, if it has them: `SHATTER_PYTHON` names the interpreter, by default `python3`.
 
+use crate::fixture::{Fixture, program};
 use serde_json::Value;
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
@@ -62,6 +63,16 @@ pub fn kubernetes(files: &[&Path]) -> Option<Value> {
     let python = python(&["kubernetes_validate", "yaml"])?;
     let arguments: Vec<&OsStr> = files.iter().map(|file| file.as_os_str()).collect();
     Some(script(&python, "kubernetes_files.py", &arguments))
+}
+
+/// Strikes bodies with known energies in a test folder: see `tests/peers/closed_forms.py`.
+#[track_caller]
+pub fn closed_forms(fixture: &Fixture) -> Option<Vec<Value>> {
+    let python = python(&["json"])?;
+    let programs = ["shatterd", "shatter"].map(program);
+    let arguments: Vec<&OsStr> = programs.iter().map(|path| path.as_os_str()).collect();
+    let folder = fixture.path("");
+    run("closed_forms.py", fixture.foreign(&python).current_dir(folder), &arguments).as_array().cloned()
 }
 
 /// Runs an array of shares under HyperQueue, from `folder` with this `PATH`: see `tests/peers/hyperqueue_jobs.py`.

@@ -103,12 +103,14 @@ fn impact_and_weight_superpose() {
             elasticity.solve(forces, &mut displacement, &mut workspace, &token).unwrap();
             elasticity.tet_energy(&solid.lattice, &displacement, driving, &mut energies, &token).unwrap();
             solid.transfer.apply(&energies, &mut shares);
-            shares
+            (shares, elasticity.elastic_energy(forces, &displacement))
         };
-        let (both, request_alone) = (energy(&load.forces), energy(&alone));
+        let ((both, strain), (request_alone, _)) = (energy(&load.forces), energy(&alone));
         let total: f64 = both.iter().sum();
         let unit_j = impact.unit_j(&bar);
         assert!((own.energy_j / (total * unit_j) - 1.0).abs() < 1e-9, "{} of {}", own.energy_j, total * unit_j);
+        let strain_j = own.strain_j.unwrap();
+        assert!((strain_j / (strain * unit_j) - 1.0).abs() < 1e-9, "{strain_j} of {}", strain * unit_j);
         let worst = own.shares.iter().zip(&both).map(|(own, both)| (own - both / total).abs()).fold(0.0, f64::max);
         assert!(worst < 1e-9, "{worst:e}");
         assert!((request_alone.iter().sum::<f64>() / total - 1.0).abs() > 1e-6, "the weight counts");

@@ -74,6 +74,7 @@ fn most_weak_impacts_end_before_the_elastic_stage() {
                 let exact = share * share;
                 let right = if found.threshold().is_bound { found.threshold().e1_over_gamma >= exact } else { true };
                 assert!(right && found.meshes().is_none(), "{} of {exact}", found.threshold().e1_over_gamma);
+                assert_eq!(found.threshold().strain_j.is_none(), found.threshold().is_bound);
             }
         }
         println!("{name}: ended at 1/100, 1/30, 1/10 and 1/3 of the threshold: {ended:?} %");

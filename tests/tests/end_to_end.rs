@@ -125,6 +125,12 @@ fn twice_the_threshold_breaks_and_half_does_not() {
     let twice = impact(&fixture, &point, 2.0 * just, &[]);
     assert!(twice["fracture_degree"].as_u64().unwrap() >= 2 && twice["fragments"].as_array().unwrap().len() >= 2);
     assert!((number(&twice, "e1_over_gamma") - 4.0).abs() < 1e-6);
+    // Both are solved for, as no basis was baked, and the bound ends neither.
+    let at = ["threshold", "arch", "--point", &point, "--direction", "-1,0,0"];
+    let threshold = number(&fixture.ok("shatter", &at)["ledger"], "strain_j");
+    assert!((number(&twice["ledger"], "strain_j") / threshold - 4.0).abs() < 1e-6, "{twice}");
+    let weak = impact(&fixture, &point, 1e-3 * just, &[]);
+    assert_eq!((weak["elastic"].as_str(), &weak["ledger"]["strain_j"]), (Some("bounded"), &Value::Null));
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod bound;
 mod budget;
 mod c_header;
 mod c_interface;
+mod closed_forms;
 mod conforming;
 mod cracked;
 mod crates;

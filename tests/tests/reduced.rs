@@ -3,12 +3,15 @@
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, BakeShare, PartialBake, bake, load, save};
+use shatter_fracture::elasticity::{ElasticWorkspace, NodalLoad};
 use shatter_fracture::pipeline::{
     ContactSet, DisplacementMethod, ElementChoice, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject,
     RANK_MAX, REDUCED_ERROR_MAX, RequestContext, SurfaceKind, Workspace, reduce, strain_energy, strike,
 };
+use shatter_fracture::scene::EffectKind;
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_tests::real;
+use shatter_tests::struck::{energy as body_energy, outcome};
 use std::sync::LazyLock;
 
 /// An arch with a good basis.
@@ -28,11 +31,16 @@ fn made(mesh: RawMesh, name: &str, impacts: u64, rank_max: usize) -> PreparedObj
     prepared
 }
 
-/// Strikes the arch at the top.
-fn struck(prepared: &PreparedObject, elastic: DisplacementMethod) -> FractureOutcome {
+/// An impact on the arch at the top.
+fn impact_at_the_top(prepared: &PreparedObject, elastic: DisplacementMethod) -> FractureRequest {
     let top = prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
     let point_m: Point3<f64> = prepared.frame.to_meters(top);
-    let request = FractureRequest { elastic, ..FractureRequest::at(point_m, Vector3::new(1.0, -3.0, 0.5)).seeded(1) };
+    FractureRequest { elastic, ..FractureRequest::at(point_m, Vector3::new(1.0, -3.0, 0.5)).seeded(1) }
+}
+
+/// Strikes the arch at the top.
+fn struck(prepared: &PreparedObject, elastic: DisplacementMethod) -> FractureOutcome {
+    let request = impact_at_the_top(prepared, elastic);
     strike(RequestContext::new(prepared, &request, &CancelToken::default(), &()), &mut Workspace::default()).unwrap()
 }
 
@@ -82,6 +90,33 @@ fn a_reduced_strike_is_within_its_estimate_and_a_solve_is_the_same_with_a_basis(
         (solved.threshold().e1_over_gamma, solved.sites()),
         (without.threshold().e1_over_gamma, without.sites())
     );
+}
+
+/// ½ f·u of the solve, whatever part of the energy drives the cracks, and within the estimate of the basis.
+#[test]
+fn a_result_tells_the_strain_energy_of_the_whole_body() {
+    let prepared = &*ARCH;
+    let request = impact_at_the_top(prepared, DisplacementMethod::Solve);
+    let impact = ContactSet::new(prepared, &request).unwrap();
+    let (body, token) = (&prepared.solid(0).unwrap().elasticity, CancelToken::default());
+    let (mut load, mut displacement, mut workspace) = (NodalLoad::default(), Vec::new(), ElasticWorkspace::default());
+    body.load(&impact.bodies[0].1, &mut load, &mut workspace).unwrap();
+    body.solve(&load.forces, &mut displacement, &mut workspace, &token).unwrap();
+    let work: f64 = load.forces.iter().zip(&displacement).map(|(f, u)| f * u).sum();
+    let exact = 0.5 * work * impact.unit_j(prepared);
+    for effect in [EffectKind::Tensile, EffectKind::Bonds] {
+        let request = FractureRequest { effects: request.effects.with(effect), ..request.clone() };
+        let own = body_energy(prepared, &request);
+        assert!((own.strain_j.unwrap() / exact - 1.0).abs() < 1e-10, "{:?} of {exact} J", own.strain_j);
+        assert_eq!((own.energy_j / exact - 1.0).abs() < 1e-6, effect == EffectKind::Bonds, "{}", own.energy_j);
+        let threshold = outcome(prepared, &request).unwrap().threshold().clone();
+        assert_eq!(threshold.strain_j, own.strain_j);
+    }
+    let reduced = body_energy(prepared, &FractureRequest { elastic: DisplacementMethod::Reduced, ..request.clone() });
+    let (strain_j, estimate) = (reduced.strain_j.unwrap(), reduced.reduced_error.unwrap());
+    assert!((strain_j / exact - 1.0).abs() <= 3.0 * estimate, "{strain_j} of {exact} J, estimate {estimate}");
+    let without = request.effects.without(EffectKind::Elastic);
+    assert_eq!(body_energy(prepared, &FractureRequest { effects: without, ..request }).strain_j, None);
 }
 
 #[test]

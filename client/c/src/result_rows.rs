@@ -79,6 +79,9 @@ pub struct Summary {
     /// `gravity`: of a request for the threshold, the factor on the impulses alone; otherwise the factor on all loads, weight among them.
     /// Without meaning for an even division.
     pub threshold_impulse_factor: f64,
+    /// Strain energy of the struck bodies at peak load, J: of all contacts, and of the weight with the effect `gravity`; 0 if `elastic` is 2
+    /// or 3.
+    pub strain_j: f64,
     /// Nearness of the examples that decided the degree, 0 to 1.
     pub confidence: f64,
     /// Largest contact radius in effect, m.
@@ -121,6 +124,7 @@ impl From<&FractureResult> for Summary {
             gamma_j_m2: facts.gamma_j_m2,
             e1_over_gamma: facts.e1_over_gamma,
             threshold_impulse_factor: facts.threshold_impulse_factor,
+            strain_j: facts.strain_j.unwrap_or(0.0),
             confidence: facts.confidence,
             radius_m: facts.radius_m,
             energy_error: facts.energy_error,

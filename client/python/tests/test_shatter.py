@@ -148,7 +148,10 @@ def test_even_pieces_and_thresholds(body):
     assert even.summary.sites == 16
     assert sum(f.volume_m3 for f in even) == pytest.approx(body.facts.volume_m3, rel=1e-6)
     factor = body.threshold_factor(contact_on(body))
+    just, below = (body.strike(contact_on(body, share * factor), degree=8).wait() for share in (1.0, 0.5))
+    assert just.summary.strain_j == pytest.approx(4.0 * below.summary.strain_j, rel=1e-6)
     assert body.strike(contact_on(body, 0.9 * factor)).wait().is_whole
+    assert body.strike(contact_on(body, 1e-6 * factor)).wait().summary.strain_j is None
 
 
 def test_hertz_of_a_steel_ball_on_steel():

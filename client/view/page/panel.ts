@@ -97,6 +97,8 @@ export function facts(state: State, object: ObjectFacts | undefined): void {
     ["E₁/γ (breaks above 1)", digits(head.e1_over_gamma)],
     ["Threshold γ", withUnit(head.gamma_j_m2, "J·m²")],
     ["Displacements", head.elastic],
+    // Recordings of older versions have none.
+    ...(head.strain_j ? ([["Strain energy", withUnit(head.strain_j, "J")]] as [string, string][]) : []),
     ["Error of the energy", energyError(head)],
   ];
   if (!last.result.isWhole) {

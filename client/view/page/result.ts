@@ -16,6 +16,7 @@ export interface ResultHead {
   gamma_j_m2: number;
   e1_over_gamma: number;
   threshold_factor: number;
+  strain_j: number | null;
   seed: string;
   radius_m: number;
   energy_error: number | null;

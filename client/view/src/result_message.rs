@@ -97,6 +97,7 @@ fn facts(result: &FractureResult) -> Value {
         "gamma_j_m2": summary.gamma_j_m2,
         "e1_over_gamma": summary.e1_over_gamma,
         "threshold_factor": summary.threshold_impulse_factor,
+        "strain_j": summary.strain_j,
         "seed": summary.seed.to_string(),
         "radius_m": summary.radius_m,
         "energy_error": is_elastic.then_some(summary.energy_error),

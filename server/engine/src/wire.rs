@@ -435,6 +435,7 @@ impl RequestedResult {
             gamma_j_m2: threshold.gamma_j_m2,
             e1_over_gamma: threshold.e1_over_gamma,
             threshold_impulse_factor: threshold.impulse_factor,
+            strain_j: threshold.strain_j.unwrap_or(0.0),
             confidence: result.confidence(),
             seed: self.seed,
             radius_m: self.convention.length(threshold.radius_m),
@@ -462,8 +463,7 @@ fn degree_origin(source: DegreeSource) -> DegreeOrigin {
 
 const _: () = assert!(OUTER == pipeline::OUTER && WORLD == pipeline::WORLD);
 const _: () = assert!(NO_MATERIAL == shatter_fracture::surface::NO_MATERIAL);
-const _: () = assert!(SEED_DEFAULT == pipeline::SEED_DEFAULT);
-const _: () = assert!(HULL_FACES_MAX == shatter_fracture::hull::FACES_MAX);
+const _: () = assert!(SEED_DEFAULT == pipeline::SEED_DEFAULT && HULL_FACES_MAX == shatter_fracture::hull::FACES_MAX);
 
 #[cfg(test)]
 mod tests {

@@ -339,6 +339,7 @@ pub(super) fn to_json(result: &FractureResult, asked: RequestEcho<'_>, files: &W
         "degree_source": summary.degree_origin.name(),
         "confidence": summary.confidence,
         "elastic": summary.energy_source.name(),
+        "ledger": { "strain_j": summary.strain_j },
         "error_estimate": {
             "energy": energy_error(&summary),
             "discretisation_error": summary.discretization_error,

@@ -48,6 +48,11 @@ fn missing_impulse(summary: &Summary, has_weight: bool) -> Option<String> {
     })
 }
 
+/// Whether the weight of an anchored object is part of the energy.
+pub(super) fn has_weight(result: &FractureResult) -> bool {
+    result.effects().any(|cost| cost.effect == Effect::Gravity && cost.has_run)
+}
+
 /// Text of the threshold and of the energy relative to it; an even division by falloff alone has no energy to show.
 fn load(summary: &Summary) -> String {
     let gamma = format!("γ {:.3e} J·m²", summary.gamma_j_m2);
@@ -79,8 +84,8 @@ pub(super) fn screen(result: &FractureResult) -> Result<(), CliError> {
         out(format_args!("{} stays whole ({load}; {milliseconds:.1} ms)\n", summary.object))?;
         result.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
         out(format_args!("  {}\n", trust(&summary)))?;
-        let has_weight = result.effects().any(|cost| cost.effect == Effect::Gravity && cost.has_run);
-        return missing_impulse(&summary, has_weight).map_or(Ok(()), |advice| out(format_args!("  {advice}\n")));
+        return missing_impulse(&summary, has_weight(result))
+            .map_or(Ok(()), |advice| out(format_args!("  {advice}\n")));
     }
     let rule = match summary.degree_origin {
         DegreeOrigin::Forced => "request".to_owned(),

@@ -2,7 +2,7 @@
 
 use super::impact::{energy_error, hit};
 use super::parse::{NamedConvention, convention, lift, origin, quality, ray, vector};
-use super::result_text::hit_line;
+use super::result_text::{has_weight, hit_line};
 use super::{CliError, RESULT_TIMEOUT, document, out, reply, with_options};
 use nalgebra::Vector3;
 use serde_json::json;
@@ -55,6 +55,15 @@ fn unit(direction: [f64; 3]) -> Option<Vector3<f64>> {
     Vector3::from(squarable(direction)).try_normalize(0.0).filter(|unit| unit.iter().all(|x| x.is_finite()))
 }
 
+/// Request for the threshold of `contact`.
+fn test(contact: Contact, args: &Args) -> Impact {
+    let impact = Impact::new([contact]).threshold_only();
+    let impact = args.gamma.map_or(impact.clone(), |gamma| impact.gamma(gamma));
+    let impact = args.quality.map_or(impact.clone(), |quality| impact.quality(quality));
+    let impact = args.lift.map_or(impact.clone(), |lift| impact.lift(lift));
+    args.from.map_or(impact.clone(), |from| impact.from(from.handle, from.fragment))
+}
+
 /// Prints the impulse that just breaks the object.
 pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let along = args.ray.map_or([0.0; 3], |ray| ray.direction);
@@ -70,15 +79,20 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let object = Client::connect(service, reply())?.with_convention(host).object(&args.object, reply())?;
     let contact = args.ray.map_or_else(|| Contact::new(args.point.unwrap_or_default()), Contact::from);
     let radius = args.radius_m.map(|meters| host.length(meters));
-    let contact = with_options(contact.impulse(unit.into()), args.duration_s, radius);
-    let impact = Impact::new([contact]).threshold_only();
-    let impact = args.gamma.map_or(impact.clone(), |gamma| impact.gamma(gamma));
-    let impact = args.quality.map_or(impact.clone(), |quality| impact.quality(quality));
-    let impact = args.lift.map_or(impact.clone(), |lift| impact.lift(lift));
-    let impact = args.from.map_or(impact.clone(), |from| impact.from(from.handle, from.fragment));
-    let result = object.strike(&impact)?.wait(Deadline::after(RESULT_TIMEOUT))?;
+    let struck = |impulse_ns: f64| {
+        let contact = with_options(contact.impulse((impulse_ns * unit).into()), args.duration_s, radius);
+        object.strike(&test(contact, args))?.wait(Deadline::after(RESULT_TIMEOUT))
+    };
+    let result = struck(1.0)?;
     let summary = result.summary();
     if args.json {
+        let strain_j = match summary.threshold_impulse_factor {
+            // Its weight alone breaks it.
+            0.0 => None,
+            // The energy of impulse and weight together is not proportional to the square of the impulse.
+            just if has_weight(&result) => struck(just)?.summary().strain_j,
+            just => summary.strain_j.map(|strain_j| strain_j * just * just),
+        };
         return document(&json!({
             "object": args.object,
             "convention": args.convention.name,
@@ -86,6 +100,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
             "direction": <[f64; 3]>::from(unit),
             "gamma_j_m2": summary.gamma_j_m2,
             "radius_m": summary.radius_m,
+            "ledger": { "strain_j": strain_j },
             "elastic": summary.energy_source.name(),
             "error_estimate": { "energy": energy_error(&summary) },
             "hit": result.hit().map(hit),

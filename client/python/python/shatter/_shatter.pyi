@@ -346,6 +346,10 @@ class Summary:
         """Factor on the impulses at which the object just breaks; a lower bound of it if ``elastic`` is ``bounded``. With ``gravity``, on
         all loads, weight among them, except in a request for the threshold. Without meaning for an even division."""
     @property
+    def strain_j(self) -> float | None:
+        """Strain energy of the struck bodies at peak load, J: of all contacts, and of the weight with ``gravity``. None if ``elastic`` is
+        ``bounded`` or ``falloff``."""
+    @property
     def confidence(self) -> float: ...
     @property
     def radius_m(self) -> float: ...

@@ -20,6 +20,10 @@ pub struct ThresholdReport {
     /// With gravity, a request with `threshold_only` searches for this factor. Other requests with gravity report the
     /// factor on all loads, weight included.
     pub impulse_factor: f64,
+    /// Strain energy of the struck bodies at peak load, J: of all contacts of the request, and of the weight with gravity.
+    ///
+    /// `None` without a displacement: the request ended at the bound, or the energies are those of a falloff.
+    pub strain_j: Option<f64>,
     /// Largest effective contact radius, m, after raising each to the resolution of the elastic lattice.
     pub radius_m: f64,
     /// Largest estimated relative error of the elastic energy, if the displacements of all struck bodies are reduced

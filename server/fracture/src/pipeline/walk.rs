@@ -167,6 +167,7 @@ fn report(request: &FractureRequest, gamma_j_m2: f64, e1_over_gamma: f64, radius
         e1_over_gamma,
         is_bound: false,
         impulse_factor: degree::threshold_factor(e1_over_gamma, 1.0),
+        strain_j: None,
         radius_m,
         reduced_error: None,
         rank_max: request.rank_max,
@@ -179,7 +180,8 @@ fn of_energies(request: &FractureRequest, threshold: &ThresholdResult, energies:
         energies.iter().try_fold(0.0, |worst: f64, energy| energy.reduced_error.map(|own| worst.max(own)));
     let radius_m = energies.iter().map(|energy| energy.radius_m).fold(0.0, f64::max);
     let report = report(request, threshold.gamma_j_m2, threshold.e1_over_gamma(), radius_m);
-    ThresholdReport { reduced_error, ..report }
+    let strain_j = energies.iter().map(|energy| energy.strain_j).sum();
+    ThresholdReport { reduced_error, strain_j, ..report }
 }
 
 fn fracture(threshold: ThresholdReport, division: &CellPartition, meshes: FractureMeshes) -> Fracture {

@@ -10,6 +10,7 @@ use crate::cancel_token::{CancelToken, Canceled};
 use crate::elasticity::{ElasticWorkspace, Elasticity, ElasticityError};
 use crate::memory::held;
 use crate::scene::Anchors;
+use nalgebra::Vector3;
 
 /// An object held by the anchors of a scene.
 pub struct AnchoredObject {
@@ -22,8 +23,16 @@ pub struct AnchoredObject {
 pub struct AnchoredBody {
     /// Elasticity with the anchored nodes fixed. It shares all tables but its factor with the free body.
     pub elasticity: Elasticity,
-    /// Displacement w under the weight, three components per node, local, per unit of density; `None`: no gravity.
-    pub gravity_displacement: Option<Vec<f64>>,
+    /// Its weight; `None`: no gravity.
+    pub weight: Option<Weight>,
+}
+
+/// Weight of a body of unit density.
+pub struct Weight {
+    /// Acceleration of gravity, m/s².
+    pub gravity: Vector3<f64>,
+    /// Displacement w under the weight, local: [`Elasticity::unknowns`] components.
+    pub displacement: Vec<f64>,
 }
 
 /// Anchored nodes of the elastic lattices.
@@ -101,8 +110,8 @@ impl AnchoredObject {
 
     /// Memory beyond that of the free object, bytes.
     pub fn bytes(&self) -> usize {
-        let own =
-            |body: &AnchoredBody| body.elasticity.own_bytes() + body.gravity_displacement.as_ref().map_or(0, held);
+        let weight = |weight: &Weight| held(&weight.displacement);
+        let own = |body: &AnchoredBody| body.elasticity.own_bytes() + body.weight.as_ref().map_or(0, weight);
         held(&self.anchors.regions) + held(&self.bodies) + self.bodies.iter().flatten().map(own).sum::<usize>()
     }
 }
@@ -116,16 +125,12 @@ impl AnchoredBody {
     ) -> Result<Self, ElasticityError> {
         let elasticity = free.anchored(nodes, token)?;
         let solved = |gravity| {
-            let mut gravity_displacement = Vec::new();
-            elasticity.solve(
-                &elasticity.weight(&gravity),
-                &mut gravity_displacement,
-                &mut ElasticWorkspace::default(),
-                token,
-            )?;
-            Ok::<_, ElasticityError>(gravity_displacement)
+            let mut displacement = Vec::new();
+            let forces = elasticity.weight(&gravity);
+            elasticity.solve(&forces, &mut displacement, &mut ElasticWorkspace::default(), token)?;
+            Ok::<_, ElasticityError>(Weight { gravity, displacement })
         };
-        let gravity_displacement = anchors.gravity_m_s2.map(solved).transpose()?;
-        Ok(Self { elasticity, gravity_displacement })
+        let weight = anchors.gravity_m_s2.map(solved).transpose()?;
+        Ok(Self { elasticity, weight })
     }
 }

@@ -25,8 +25,10 @@ pub struct BodyEnergy {
     /// Share of the body's strain energy on each node of the crack lattice; sum 1. Empty once the threshold test has
     /// moved them into an energy density field.
     pub shares: Vec<f64>,
-    /// Strain energy of the body, J.
+    /// Strain energy that drives cracks, J: with the effect `tensile` a part of [`Self::strain_j`].
     pub energy_j: f64,
+    /// Strain energy of the whole body under all its loads, J; `None` without a displacement.
+    pub strain_j: Option<f64>,
     /// Estimated relative error of the energy if the displacement is a reduced one; `None` if it was solved for.
     pub reduced_error: Option<f64>,
     /// Largest effective contact radius of the body, m, after raising each to the resolution of the lattice.
@@ -113,17 +115,18 @@ fn deformed(
         let elasticity = own.map_or(&solid.elasticity, |own| &own.elasticity);
         let failed = |source| FractureError::of_body(*index, source);
         let stage = observer.stage(Stage::Elasticity);
-        let reduced = match own {
-            Some(own) => displace_held(context, contacts, own, place, workspace).map(|()| None),
+        let strained = match own {
+            Some(own) => displace_held(context, contacts, own, place, workspace),
             None => displace(solid, request, place, workspace, cancel).map_err(failed),
         }?;
         observer.part(EffectKind::Elastic, size_of_val(workspace.displacement.as_slice()) as u64);
         let tensile = request.effects.has(EffectKind::Tensile).then(|| observer.effect(EffectKind::Tensile));
         let driving = if tensile.is_some() { DrivingEnergy::Tensile } else { DrivingEnergy::Total };
         let Workspace { displacement, tet_energy, .. } = workspace;
-        match solid.reduced.as_ref().zip(reduced) {
-            Some((basis, own)) => {
-                basis.tet_energy((elasticity, &solid.lattice), (displacement, own.energy), driving, tet_energy, cancel)
+        match solid.reduced.as_ref().filter(|_| strained.reduced_error.is_some()) {
+            Some(basis) => {
+                let reduced = (displacement.as_slice(), strained.energy);
+                basis.tet_energy((elasticity, &solid.lattice), reduced, driving, tet_energy, cancel)
             }
             None => elasticity.tet_energy(&solid.lattice, displacement, driving, tet_energy, cancel),
         }
@@ -146,33 +149,34 @@ fn deformed(
             body: *index,
             shares,
             energy_j: total * unit_j,
-            reduced_error: reduced.map(|own| own.error),
+            strain_j: Some(strained.energy * unit_j),
+            reduced_error: strained.reduced_error,
             radius_m: radius_m(prepared, &workspace.loads[place]),
         });
     }
     Ok(energies)
 }
 
-/// Energy of a reduced displacement.
+/// Energy of a displacement.
 #[derive(Clone, Copy)]
-struct ReducedEnergy {
-    /// Elastic energy, local.
+struct StrainEnergy {
+    /// Elastic energy ½ f·u of the whole body, local.
     energy: f64,
-    /// Estimated relative error of the energy.
-    error: f64,
+    /// Estimated relative error of the energy of a reduced displacement; `None`: it was solved for.
+    reduced_error: Option<f64>,
 }
 
 /// Computes the displacement under load `place` of the workspace.
 ///
 /// Uses the reduced basis if the request allows it and the whole basis is accurate enough: alone, or completed by a
-/// linear solve. Otherwise solves, and returns `None`.
+/// linear solve. Otherwise solves.
 fn displace(
     solid: &ElasticModel,
     request: &FractureRequest,
     place: usize,
     workspace: &mut Workspace,
     cancel: &CancelToken,
-) -> Result<Option<ReducedEnergy>, ElasticityError> {
+) -> Result<StrainEnergy, ElasticityError> {
     let Workspace { loads, displacement, coordinates, elasticity, .. } = workspace;
     let load = &mut loads[place];
     if let (DisplacementMethod::Reduced, Some(reduced)) = (request.elastic, &solid.reduced) {
@@ -181,17 +185,18 @@ fn displace(
         if error <= request.reduced_error_max {
             let used = reduced.used(request.rank_max);
             reduced.expand(&coordinates[..used], displacement, elasticity);
-            let error = ReducedBasis::truncated_error(coordinates, used, error);
-            return Ok(Some(ReducedEnergy { energy: ReducedBasis::energy(&coordinates[..used]), error }));
+            let reduced_error = Some(ReducedBasis::truncated_error(coordinates, used, error));
+            return Ok(StrainEnergy { energy: ReducedBasis::energy(&coordinates[..used]), reduced_error });
         }
         let completed = reduced.complete(&solid.elasticity, load, coordinates, displacement, elasticity, cancel)?;
         if let Some(own) = completed.filter(|own| own.error <= request.reduced_error_max) {
-            return Ok(Some(ReducedEnergy { energy: own.energy, error: own.error }));
+            return Ok(StrainEnergy { energy: own.energy, reduced_error: Some(own.error) });
         }
     }
     solid.elasticity.balance(load);
     solid.elasticity.solve(&load.forces, displacement, elasticity, cancel)?;
-    Ok(None)
+    let energy = solid.elasticity.elastic_energy(&load.forces, displacement);
+    Ok(StrainEnergy { energy, reduced_error: None })
 }
 
 /// Solves for the displacement of an anchored body under load `place` of the workspace, and under its weight with the
@@ -208,7 +213,7 @@ fn displace_held(
     own: &AnchoredBody,
     place: usize,
     workspace: &mut Workspace,
-) -> Result<(), FractureError> {
+) -> Result<StrainEnergy, FractureError> {
     let RequestContext { prepared, request, cancel, observer } = context;
     let Workspace { loads, displacement, elasticity, .. } = workspace;
     let body = contacts.bodies[place].0;
@@ -219,13 +224,14 @@ fn displace_held(
         return Err(FractureError::Balanced { body });
     }
     observer.part(EffectKind::Anchored, own.elasticity.own_bytes() as u64);
-    if let Some(gravity_displacement) =
-        own.gravity_displacement.as_ref().filter(|_| request.effects.has(EffectKind::Gravity))
-    {
+    let mut weight_energy = 0.0;
+    if let Some(weight) = own.weight.as_ref().filter(|_| request.effects.has(EffectKind::Gravity)) {
         let gravity = observer.effect(EffectKind::Gravity);
         let unit = contacts.weight_unit(prepared);
-        displacement.iter_mut().zip(gravity_displacement).for_each(|(u, w)| *u += unit * w);
-        gravity.produced(gravity_displacement);
+        displacement.iter_mut().zip(&weight.displacement).for_each(|(u, w)| *u += unit * w);
+        weight_energy = unit * own.elasticity.elastic_energy(&own.elasticity.weight(&weight.gravity), displacement);
+        gravity.produced(&weight.displacement);
     }
-    Ok(())
+    let energy = own.elasticity.elastic_energy(&loads[place].forces, displacement) + weight_energy;
+    Ok(StrainEnergy { energy, reduced_error: None })
 }

@@ -43,6 +43,7 @@ pub(in crate::pipeline) fn falloff(
             body: *index,
             shares,
             energy_j: total * unit_j,
+            strain_j: None,
             reduced_error: None,
             radius_m: radius * prepared.frame.diagonal_m,
         })

@@ -175,7 +175,14 @@ impl ImpactReference {
             transfer.apply(tets, &mut nodes);
             let energy_j: f64 = nodes.iter().sum();
             let shares = nodes.iter().map(|node| node / energy_j).collect();
-            let energy = BodyEnergy { body: own.body, shares, energy_j, reduced_error: None, radius_m: own.radius_m };
+            let energy = BodyEnergy {
+                body: own.body,
+                shares,
+                energy_j,
+                strain_j: None,
+                reduced_error: None,
+                radius_m: own.radius_m,
+            };
             degrees.push(degree_of(base, &energy)?);
             fields.push(nodes);
         }
