@@ -3,6 +3,7 @@
 mod anchored;
 mod beam;
 mod contact;
+mod edge_contacts;
 mod eigenvalue_bound;
 mod errors;
 mod invariance;
