@@ -15,6 +15,9 @@
 //! body. If each lattice computed its own eigenfunctions, these would differ by signs and rotations, and the
 //! embeddings could not be compared.
 //!
+//! **Elastic references.** [`RefinedBody`](crate::elasticity::RefinedBody) solves on a lattice refined uniformly, and
+//! [`Extrapolation`] takes its energies to spacing 0, with an error bar.
+//!
 //! **Energies of two elastic lattices.** Each lattice's own conservative
 //! [`EnergyTransfer`](crate::lattice::EnergyTransfer) transfers its energies to the nodes of one common crack lattice,
 //! where they are compared. The transfer does not sample, so both totals are preserved.
@@ -23,6 +26,7 @@ mod candidate_sites;
 mod distance;
 mod error;
 mod exact_cells;
+mod extrapolation;
 mod label_errors;
 mod normals;
 mod polytope;
@@ -34,6 +38,7 @@ mod tests;
 pub use distance::{CrackDistance, crack_distance};
 pub use error::AccuracyError;
 pub use exact_cells::{ExactCells, exact};
+pub use extrapolation::{BARS_MIN, Extrapolation, is_hidden};
 pub use label_errors::{LabelErrors, carried, label_fraction, misplaced, nearest};
 pub use normals::{NORMAL_DEG, NormalShares, ShadedLattice, ShadedTriangle};
 pub use regions::Regions;

@@ -1,7 +1,9 @@
 //! Nodal forces of contacts.
 
 use super::load_patch::CUT_RADII;
-use super::{ElasticWorkspace, Elasticity, ElasticityError, Support, SurfaceFaces};
+use super::{
+    BoundaryNodes, ElasticWorkspace, Elasticity, ElasticityError, NearestBoundaryPoint, Support, SurfaceFaces,
+};
 use nalgebra::{Point3, Vector3};
 
 /// Smallest contact radius in spacings (mean edge length of the lattice). Smaller radii are raised to it.
@@ -178,13 +180,24 @@ impl Elasticity {
         let [near, far] =
             [corners.iter().fold(f64::INFINITY, |a, b| a.min(*b)), corners.iter().fold(0.0, |a, b| b.max(a))];
         let radius = contact.radius.max(RADIUS_SPACINGS_MIN * self.spacing).max(near).max(far / CORNER_RADII);
-        let reached = workspace.front.run(&self.boundary, &nearest, CUT_RADII * radius);
-        workspace.patch.fill(&self.boundary, &nearest, radius, reached);
+        spread(&self.boundary, &nearest, radius, workspace);
         Ok(AppliedContact { place: nearest.place, distance: nearest.distance, radius })
     }
 }
 
-fn check(index: usize, contact: &ContactLoad) -> Result<(), ElasticityError> {
+/// Fills the workspace's patch with the nodes that a contact of effective radius `radius` at a boundary point loads.
+pub(super) fn spread(
+    boundary: &BoundaryNodes,
+    nearest: &NearestBoundaryPoint,
+    radius: f64,
+    workspace: &mut ElasticWorkspace,
+) {
+    let reached = workspace.front.run(boundary, nearest, CUT_RADII * radius);
+    workspace.patch.fill(boundary, nearest, radius, reached);
+}
+
+/// Rejects a contact with numbers that no load can be made of.
+pub(super) fn check(index: usize, contact: &ContactLoad) -> Result<(), ElasticityError> {
     if !contact.point.iter().all(|x| x.is_finite()) {
         return Err(ElasticityError::NonFinitePoint { contact: index });
     }

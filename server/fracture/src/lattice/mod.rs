@@ -27,6 +27,7 @@ mod tests;
 #[cfg(test)]
 mod thin_tests;
 mod tree;
+mod uniform_refinement;
 
 pub use adjacency::{NO_TET, NodeStars};
 pub use block::block;
@@ -47,6 +48,7 @@ pub use spacing::{
     CRACK_NODES_DEFAULT, CRACK_NODES_MAX, ELASTIC_NODES_DEFAULT, ELASTIC_NODES_MAX, default_spacing,
     finest_grid_spacing, finest_spacing, spacings,
 };
+pub use uniform_refinement::{CHILD_COUNT, RefinedLattice, refined_node_count, refinements};
 
 use nalgebra::{Matrix3, Point3};
 

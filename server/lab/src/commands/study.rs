@@ -43,6 +43,12 @@ enum Study {
 struct Accuracy {
     /// Mesh file of the object, in meters [default: a generated statue]
     object: Option<PathBuf>,
+    /// Mesh file of a further body on which the elastic energies of presets are judged, in meters
+    #[arg(long, value_name = "FILE")]
+    mesh: Option<PathBuf>,
+    /// Number of impacts on each body
+    #[arg(long, value_name = "N", default_value_t = accuracy::IMPACTS_DEFAULT, value_parser = clap::value_parser!(u64).range(1..))]
+    impacts: u64,
     /// Folder for the page, its diagrams and their data
     #[arg(long, value_name = "DIR", default_value = "shatter-study")]
     out: PathBuf,
@@ -147,13 +153,20 @@ pub fn run(args: &StudyArgs) -> Result<bool, CommandError> {
 
 fn accuracy(args: &Accuracy) -> Result<(), CommandError> {
     output::folder(&args.out)?;
-    let plan = match &args.object {
+    let read = |file: &PathBuf| {
+        let name = file.file_stem().map_or_else(|| "object".into(), std::ffi::OsStr::to_string_lossy);
+        let mesh = mesh_file::read(file, LengthUnit::default(), UpAxis::default())?;
+        Ok::<_, CommandError>(accuracy::StudyBody::new(name, mesh))
+    };
+    let mut plan = match &args.object {
         None => accuracy::AccuracyPlan::statue(),
         Some(file) => {
-            let name = file.file_stem().map_or_else(|| "object".into(), std::ffi::OsStr::to_string_lossy);
-            accuracy::AccuracyPlan::new(name, mesh_file::read(file, LengthUnit::default(), UpAxis::default())?)
+            let accuracy::StudyBody { name, mesh } = read(file)?;
+            accuracy::AccuracyPlan::new(name, mesh)
         }
     };
+    plan.impacts = args.impacts;
+    plan.bodies.extend(args.mesh.as_ref().map(read).transpose()?);
     let bar = bar(plan.steps());
     let findings = accuracy::run(&plan, &mut |what| {
         bar.set_message(what.to_owned());
@@ -182,7 +195,8 @@ fn accuracy(args: &Accuracy) -> Result<(), CommandError> {
     if args.json {
         return output::print(&format!("{}\n", findings.document()));
     }
-    let lines: String = findings.points.iter().map(report_point).collect();
+    let lines = findings.points.iter().map(report_point).chain(findings.bodies.iter().map(report_body));
+    let lines: String = lines.collect();
     output::print(&format!("{lines}Open {} in a browser.\n", args.out.join("accuracy.html").display()))
 }
 
@@ -239,12 +253,17 @@ fn quality(name: &str) -> Result<Preset, String> {
 
 /// Line of one setting: its time and its errors.
 fn report_point(point: &accuracy::StudyPoint) -> String {
-    let error = |measure: accuracy::Measure| {
-        Some(format!("{} {}", measure.name(), report::significant(point.errors.get(measure)?, 3)))
-    };
+    let error = |measure: accuracy::Measure| Some(format!("{} {}", measure.name(), point.errors.text(measure)?));
     let errors: Vec<String> = accuracy::Measure::ALL.into_iter().filter_map(error).collect();
     let time = report::significant(point.times.at(0.5), 3);
     format!("{:18} {:18} {time:>8} ms   {}\n", point.setting, point.label(), errors.join(", "))
+}
+
+/// Line of one preset on one body: its elastic errors.
+fn report_body(point: &accuracy::BodyPoint) -> String {
+    let text = |measure| point.errors.text(measure).unwrap_or_else(|| "–".to_owned());
+    let [energy, geometry] = [accuracy::Measure::Energy, accuracy::Measure::Geometry].map(text);
+    format!("{:18} {:18} energy_error {energy}, geometry_error {geometry}\n", point.body, point.preset)
 }
 
 fn effects(args: &Effects) -> Result<(), CommandError> {
@@ -489,7 +508,7 @@ mod tests {
                 out: out.clone(),
                 json: false,
             });
-            let accuracy = accuracy(&Accuracy { object, out: out.clone(), json: false });
+            let accuracy = accuracy(&Accuracy { object, mesh: None, impacts: 2, out: out.clone(), json: false });
             for result in [paper, accuracy] {
                 let message = result.unwrap_err().message().to_owned();
                 assert_eq!(message.matches(&file.display().to_string()).count(), 1, "{message}");

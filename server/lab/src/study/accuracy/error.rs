@@ -48,6 +48,17 @@ pub enum StudyError {
     /// The object lacks a table.
     #[error("the object was baked without the required table")]
     Unprepared,
+    /// A reference has no more than twice the unknowns of the object that it judges.
+    #[error(
+        "the reference has {reference} unknowns and the object that it judges {subject}: it needs more than twice as \
+         many. Allow more nodes in the plan (`refined_nodes_max`)"
+    )]
+    CoarseReference {
+        /// Unknowns of the reference's finest level.
+        reference: usize,
+        /// Unknowns of the object's elastic lattice.
+        subject: usize,
+    },
     /// The study was canceled.
     #[error(transparent)]
     Canceled(#[from] Canceled),

@@ -1,5 +1,6 @@
 //! Accuracy against time: every solver setting over its values, errors against a reference, times of whole requests.
 
+mod bodies;
 mod close_up;
 mod error;
 mod front;
@@ -8,23 +9,27 @@ mod page;
 mod plan;
 mod point;
 mod presets;
+mod reference;
 mod settings;
 mod subject;
 mod tessellations;
 mod truth;
 
+pub use bodies::BodyPoint;
 pub use close_up::CloseUp;
 pub use error::StudyError;
 pub use front::{PresetStanding, preset_standings};
 pub use page::{AccuracyDrawing, drawn, page};
-pub use plan::AccuracyPlan;
-pub use point::{Measure, PointErrors, PointTimes, StudyPoint};
+pub use plan::{AccuracyPlan, IMPACTS_DEFAULT, StudyBody};
+pub use point::{ErrorSpread, Measure, PointErrors, PointTimes, StudyPoint};
 
+use reference::ElasticReference;
 use serde_json::{Value, json};
 use settings::Bench;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::bake;
 use shatter_fracture::pipeline::{RANK_MAX, reduce};
+use std::rc::Rc;
 use truth::Truths;
 
 /// Object and reference of the study.
@@ -36,8 +41,8 @@ pub struct StudyGround {
     pub triangles: usize,
     /// Numbers of nodes of the object's lattices, elastic and crack.
     pub nodes: [usize; 2],
-    /// Numbers of nodes of the reference's lattices, elastic and crack.
-    pub reference_nodes: [usize; 2],
+    /// Number of crack nodes of the reference of cells and cracks.
+    pub reference_nodes: usize,
     /// Dimension of the lift.
     pub dimension: usize,
     /// Number of impacts, and of timed requests per impact.
@@ -57,6 +62,8 @@ pub struct AccuracyFindings {
     pub ground: StudyGround,
     /// Measured points.
     pub points: Vec<StudyPoint>,
+    /// Elastic energies of the presets on several bodies.
+    pub bodies: Vec<BodyPoint>,
     /// Omitted points, with reasons.
     pub left_out: Vec<[String; 2]>,
     /// Pairs of estimated and true error of reduced energies, one per request.
@@ -74,8 +81,7 @@ impl AccuracyFindings {
             "triangles": ground.triangles,
             "elastic_nodes": ground.nodes[0],
             "crack_nodes": ground.nodes[1],
-            "reference_elastic_nodes": ground.reference_nodes[0],
-            "reference_crack_nodes": ground.reference_nodes[1],
+            "reference_crack_nodes": ground.reference_nodes,
             "dimension": ground.dimension,
             "impacts": ground.strikes[0],
             "runs": ground.strikes[1],
@@ -83,6 +89,7 @@ impl AccuracyFindings {
             "machine": ground.machine,
             "threads": ground.threads,
             "points": self.points.iter().map(StudyPoint::document).collect::<Vec<_>>(),
+            "bodies": self.bodies.iter().map(BodyPoint::document).collect::<Vec<_>>(),
             "front": preset_standings(self).iter().map(PresetStanding::document).collect::<Vec<_>>(),
             "estimates": self.estimates.len(),
             "estimates_within_4": self.estimates_within(4.0),
@@ -101,7 +108,8 @@ impl AccuracyFindings {
 /// Runs the whole study; calls `progress` for each of [`AccuracyPlan::steps`].
 ///
 /// # Errors
-/// [`StudyError`] where the object or its reference cannot be made; a setting that fails is left out, and named.
+/// [`StudyError`] where the object or its reference cannot be made, and [`StudyError::CoarseReference`] for any lattice
+/// with a reference that is no finer; a setting that fails otherwise is left out, and named.
 pub fn run(plan: &AccuracyPlan, progress: &mut dyn FnMut(&str)) -> Result<AccuracyFindings, StudyError> {
     progress("the object");
     let token = CancelToken::default();
@@ -111,14 +119,15 @@ pub fn run(plan: &AccuracyPlan, progress: &mut dyn FnMut(&str)) -> Result<Accura
     reduce(&mut base, RANK_MAX, &token)?;
     base.factor()?;
     progress("impacts");
-    let strikes = subject::strikes(plan, &base)?;
+    let strikes = subject::widened(plan, &base, subject::strikes(plan, &base)?)?;
     progress("the reference");
+    let references = vec![Rc::new(ElasticReference::new(plan, &base, &base, &strikes)?)];
     let truths = Truths::new(plan, &base, &strikes)?;
     let ground = StudyGround {
         object: plan.name.clone(),
         triangles: plan.mesh.triangles.len(),
         nodes: [base.elastic_nodes(), base.crack_nodes()],
-        reference_nodes: [truths.fine.elastic_nodes(), truths.fine.crack_nodes()],
+        reference_nodes: truths.fine.crack_nodes(),
         dimension: base.bodies.iter().filter_map(|body| Some(body.interior.as_ref()?.dimension)).max().unwrap_or(0),
         strikes: [strikes.len(), plan.runs],
         sites: plan.sites,
@@ -126,7 +135,7 @@ pub fn run(plan: &AccuracyPlan, progress: &mut dyn FnMut(&str)) -> Result<Accura
         threads: rayon::current_num_threads(),
     };
     let findings = AccuracyFindings { ground, ..AccuracyFindings::default() };
-    let mut bench = Bench { plan, base, strikes, truths, findings, progress };
+    let mut bench = Bench { plan, base, strikes, truths, references, refused: None, findings, progress };
     bench.elastic_spacings();
     bench.ranks();
     bench.precisions();
@@ -136,7 +145,11 @@ pub fn run(plan: &AccuracyPlan, progress: &mut dyn FnMut(&str)) -> Result<Accura
     bench.crack_spacings();
     bench.tessellations();
     bench.presets();
-    Ok(bench.findings)
+    bench.bodies();
+    match bench.refused {
+        Some(error) => Err(error),
+        None => Ok(bench.findings),
+    }
 }
 
 /// Name of the processor, if the system reports it.

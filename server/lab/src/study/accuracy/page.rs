@@ -1,8 +1,8 @@
 //! Diagrams, their data as CSV, and the page.
 
+use super::bodies;
 use super::close_up;
 use super::front::{PresetStanding, preset_standings};
-use super::point::NOT_KNOWN;
 use super::{AccuracyFindings, Measure, StudyError, StudyPoint};
 use crate::report::{Fact, ReportTable, Section, Study, significant};
 use crate::study::precision::{DiagramFrame, SettingCurve, SettingPoint, svg};
@@ -26,7 +26,7 @@ const DIAGRAMS: [Diagram; 7] = [
     Diagram {
         file: "elasticity",
         heading: "Elasticity: spacing of the elastic lattice, rank of the reduced basis",
-        lead: "Against a solve on the finest elastic lattice, both carried to the object's crack lattice.",
+        lead: "Against the same lattice refined uniformly, extrapolated to spacing 0. Horizontal bars: error bar of the reference.",
         measures: &[Measure::Energy, Measure::Density, Measure::Degree],
         settings: &["elastic_spacing", "rank"],
         presets: true,
@@ -144,12 +144,16 @@ fn shown(point: &StudyPoint, diagram: &Diagram, measure: Measure) -> bool {
 }
 
 fn curves(diagram: &Diagram, measure: Measure, points: &[&StudyPoint]) -> Vec<SettingCurve> {
-    let place = |point: &&StudyPoint| SettingPoint {
-        x: point.errors.get(measure).unwrap_or(f64::NAN),
-        y: point.times.at(0.5),
-        low: point.times.at(0.1),
-        high: point.times.at(0.9),
-        label: point.preset.map_or_else(|| point.label(), str::to_owned),
+    let place = |point: &&StudyPoint| {
+        let name = point.preset.map_or_else(|| point.label(), str::to_owned);
+        SettingPoint {
+            x: point.errors.get(measure).unwrap_or(f64::NAN),
+            y: point.times.at(0.5),
+            low: point.times.at(0.1),
+            high: point.times.at(0.9),
+            bar: point.errors.bar(measure).unwrap_or(0.0),
+            label: if point.errors.is_at_most(measure) { format!("≤ {name}") } else { name },
+        }
     };
     let of = |setting: &&str| SettingCurve {
         name: (*setting).to_owned(),
@@ -167,11 +171,17 @@ fn csv(measure: Measure, points: &[&StudyPoint]) -> String {
         let times = [0.1, 0.5, 0.9, 0.99].map(|share| number(point.times.at(share))).join(",");
         let error = point.errors.get(measure).map_or_else(String::new, number);
         let value = point.value.as_str().map_or_else(|| point.value.to_string(), str::to_owned);
-        format!("{},{value},{},{error},{times}\n", point.setting, point.preset.unwrap_or(""))
+        let bar = point.errors.bar(measure).map_or_else(String::new, number);
+        let at_most = point.errors.is_at_most(measure);
+        let spread = point
+            .errors
+            .spread(measure)
+            .map_or_else(|| ",,".to_owned(), |own| [own.median[0], own.median[1], own.p90].map(number).join(","));
+        format!("{},{value},{},{error},{bar},{at_most},{spread},{times}\n", point.setting, point.preset.unwrap_or(""))
     };
     let rows: String = points.iter().map(row).collect();
     let head = "time_ms_p10,time_ms_p50,time_ms_p90,time_ms_p99";
-    format!("dial,value,preset,{},{head}\n{rows}", measure.name())
+    format!("dial,value,preset,{},bar,at_most,median_low,median_high,p90,{head}\n{rows}", measure.name())
 }
 
 /// Builds the page; `close_up` is [`CloseUp::png`](super::CloseUp::png).
@@ -191,6 +201,7 @@ pub fn page(findings: &AccuracyFindings, drawn: &[AccuracyDrawing], close_up: Op
         .filter(|section| !section.plots.is_empty())
         .collect();
     sections.extend(close_up.map(|png| close_up::section(findings, png)));
+    sections.extend(bodies::section(&findings.bodies));
     sections.push(Section {
         heading: "All figures".to_owned(),
         tables: vec![table(&findings.points)],
@@ -219,8 +230,9 @@ fn lead(findings: &AccuracyFindings) -> Vec<String> {
             ground.threads,
             ground.machine
         ),
-        "Left and low is good. Points are labeled with their settings; spacings are over the diagonal. An error is \
-         shown only where the reference has at least twice the nodes of the lattice that is judged; elsewhere it is not known yet.".to_owned(),
+        "Left and low is good. Points are labeled with their settings; spacings are over the diagonal. Errors of \
+         elasticity below three error bars of their reference are upper bounds (≤)."
+            .to_owned(),
     ]
 }
 
@@ -229,7 +241,7 @@ fn facts(findings: &AccuracyFindings) -> Vec<Fact> {
     let mut facts = vec![
         Fact::new("input", format!("{} triangles", ground.triangles)),
         Fact::new("elastic and crack nodes", format!("{} and {}", ground.nodes[0], ground.nodes[1])),
-        Fact::new("nodes of the reference", format!("{} and {}", ground.reference_nodes[0], ground.reference_nodes[1])),
+        Fact::new("crack nodes of the reference", ground.reference_nodes.to_string()),
         Fact::new("dimension of the lift", ground.dimension.to_string()),
         Fact::new("sites", ground.sites.to_string()),
     ];
@@ -246,11 +258,7 @@ fn table(points: &[StudyPoint]) -> ReportTable {
     let row = |point: &StudyPoint| {
         let text = [point.setting.to_owned(), point.label(), point.preset.unwrap_or("").to_owned()];
         let times = [0.5, 0.99].map(|share| significant(point.times.at(share), 3));
-        let error = |measure| match point.errors.get(measure) {
-            Some(error) => significant(error, 3),
-            None if point.errors.is_not_known(measure) => NOT_KNOWN.to_owned(),
-            None => "–".to_owned(),
-        };
+        let error = |measure| point.errors.text(measure).unwrap_or_else(|| "–".to_owned());
         ("", text.into_iter().chain(times).chain(Measure::ALL.map(error)).collect())
     };
     ReportTable { head, rows: points.iter().map(row).collect() }

@@ -1,6 +1,29 @@
 //! Plan of the study: object and values of the settings.
 
+use nalgebra::{Point3, Vector3};
+use shatter_fracture::pipeline::Preset;
 use shatter_fracture::surface::{RawMesh, shapes};
+
+/// Number of impacts of a full study. Intervals of medians need a few dozen.
+pub const IMPACTS_DEFAULT: u64 = 24;
+
+/// Nodes up to which elastic lattices are refined: two refinements of `film` have 0.8 million, which takes 3 GB.
+const REFINED_NODES_MAX: usize = 1_500_000;
+
+/// Spacing of the surface of [`figure`], m.
+const FIGURE_SPACING_M: f64 = 0.006;
+
+/// Ends and radii of the rods of [`figure`], m.
+const RODS: [([f64; 3], [f64; 3], f64); 8] = [
+    ([0.0, 0.42, 0.0], [0.0, 0.66, 0.0], 0.06),
+    ([0.0, 0.66, 0.0], [0.0, 0.82, 0.0], 0.035),
+    ([0.0, 0.84, 0.0], [0.0, 0.88, 0.0], 0.065),
+    ([0.0, 0.66, 0.0], [0.22, 0.58, 0.0], 0.026),
+    ([0.22, 0.58, 0.0], [0.36, 0.72, 0.05], 0.022),
+    ([0.0, 0.66, 0.0], [-0.34, 0.5, 0.04], 0.024),
+    ([0.0, 0.42, 0.0], [0.12, 0.03, 0.02], 0.03),
+    ([0.0, 0.42, 0.0], [-0.13, 0.03, -0.03], 0.03),
+];
 
 /// Plan of a study: an object, impacts, and the values of every setting.
 #[derive(Clone, Debug)]
@@ -23,8 +46,14 @@ pub struct AccuracyPlan {
     pub snapshots: u64,
     /// Spacings of the object over the diagonal, elastic and crack; `None`: the defaults.
     pub spacings: Option<[f64; 2]>,
-    /// Ratio of the reference's nodes to the object's, on both levels.
+    /// Ratio of the nodes of the reference of cracks to the object's.
     pub finer: f64,
+    /// Largest number of nodes of a refined elastic lattice. References are refined twice where it allows that, else once.
+    pub refined_nodes_max: usize,
+    /// Further objects on which the presets' elastic energies are judged.
+    pub bodies: Vec<StudyBody>,
+    /// Presets that are judged on them, the finest last; `reference` has the lattices of `film`.
+    pub body_presets: Vec<Preset>,
     /// Numbers of elastic nodes, over the object's.
     pub elastic: Vec<f64>,
     /// Ranks of the reduced basis.
@@ -39,13 +68,29 @@ pub struct AccuracyPlan {
     pub seed: u64,
 }
 
+/// Object of a study.
+#[derive(Clone, Debug)]
+pub struct StudyBody {
+    /// Name.
+    pub name: String,
+    /// Mesh.
+    pub mesh: RawMesh,
+}
+
+impl StudyBody {
+    /// Object of this name.
+    pub fn new(name: impl Into<String>, mesh: RawMesh) -> Self {
+        Self { name: name.into(), mesh }
+    }
+}
+
 impl AccuracyPlan {
     /// Full study of an object.
     pub fn new(name: impl Into<String>, mesh: RawMesh) -> Self {
         Self {
             name: name.into(),
             mesh,
-            impacts: 6,
+            impacts: IMPACTS_DEFAULT,
             runs: 3,
             sites: 50,
             starts: 6,
@@ -53,7 +98,10 @@ impl AccuracyPlan {
             snapshots: 960,
             spacings: None,
             finer: 4.0,
-            elastic: vec![0.25, 0.5, 1.0, 2.0],
+            refined_nodes_max: REFINED_NODES_MAX,
+            bodies: Vec::new(),
+            body_presets: vec![Preset::Draft, Preset::Game, Preset::Film],
+            elastic: vec![0.5, 1.0, 2.0],
             ranks: vec![8, 16, 32, 64, 128, 256],
             crack: vec![0.125, 0.25, 0.5, 1.0, 2.0],
             modes: vec![0, 3, 6, 10, 20, 40],
@@ -64,7 +112,14 @@ impl AccuracyPlan {
 
     /// Full study of the generated statue.
     pub fn statue() -> Self {
-        Self::new("statue", shapes::statue())
+        let bodies = vec![
+            StudyBody::new("vase", shapes::vase()),
+            StudyBody::new("pane", shapes::cuboid([0.4, 0.3, 0.01])),
+            StudyBody::new("mug", shapes::mug()),
+            StudyBody::new("figure", figure()),
+            StudyBody::new("sphere", shapes::sphere(0.1, 5)),
+        ];
+        Self { bodies, ..Self::new("statue", shapes::statue()) }
     }
 
     /// Smallest possible study, for tests that it runs.
@@ -78,6 +133,9 @@ impl AccuracyPlan {
             snapshots: 24,
             spacings: Some([0.1, 0.08]),
             finer: 2.0,
+            refined_nodes_max: 120_000,
+            bodies: vec![StudyBody::new("ball", shapes::sphere(0.1, 3))],
+            body_presets: vec![Preset::Draft, Preset::Game],
             elastic: vec![1.0],
             ranks: vec![8],
             crack: vec![0.5],
@@ -90,6 +148,40 @@ impl AccuracyPlan {
     /// Number of progress steps.
     pub fn steps(&self) -> usize {
         let fixed = 3 + super::settings::FIXED;
+        let fixed = fixed + self.bodies.len();
         fixed + self.elastic.len() + self.ranks.len() + self.crack.len() + self.modes.len() + self.tolerances.len()
+    }
+}
+
+/// Figure of rods: body, head, two arms, one of them bent, and two legs.
+fn figure() -> RawMesh {
+    let distance =
+        |p: &Point3<f64>| RODS.iter().map(|(from, to, radius)| rod(p, from, to) - radius).fold(f64::INFINITY, f64::min);
+    shapes::implicit(Point3::new(-0.41, -0.03, -0.1), Point3::new(0.42, 0.98, 0.12), FIGURE_SPACING_M, distance)
+}
+
+/// Distance of a point from the line between two others.
+fn rod(p: &Point3<f64>, from: &[f64; 3], to: &[f64; 3]) -> f64 {
+    let [own, whole] = [p.coords, Vector3::from(*to)].map(|end| end - Vector3::from(*from));
+    let share = (own.dot(&whole) / whole.norm_squared()).clamp(0.0, 1.0);
+    (own - whole * share).norm()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_figure_is_one_closed_body() {
+        let mesh = figure();
+        let mut edges = std::collections::HashMap::new();
+        for [a, b, c] in &mesh.triangles {
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                *edges.entry((from.min(to), from.max(to))).or_insert(0) += if from < to { 1 } else { -1 };
+            }
+        }
+        assert!(mesh.triangles.len() > 5_000 && edges.values().all(|sum| *sum == 0));
+        let high = mesh.positions_m.iter().map(|place| place.y).fold(0.0, f64::max);
+        assert!((high - 0.945).abs() < 0.01, "{high}");
     }
 }

@@ -1,6 +1,8 @@
 //! Points of the study: a value of a setting with its times and errors.
 
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
+use shatter_fracture::accuracy::{BARS_MIN, is_hidden};
+use shatter_fracture::random::RandomStream;
 
 /// Kind of error, defined in `shatter_fracture::accuracy`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,10 +31,12 @@ pub enum Measure {
     Stray,
     /// Distance of the lattice's boundary from the input's surface.
     Surface,
+    /// Elastic energy of the lattice's shape.
+    Geometry,
 }
 
 /// Number of measures.
-const COUNT: usize = 12;
+const COUNT: usize = 13;
 
 impl Measure {
     /// All kinds.
@@ -49,6 +53,7 @@ impl Measure {
         Self::Estimate,
         Self::Stray,
         Self::Surface,
+        Self::Geometry,
     ];
 
     /// Key in documents and tables.
@@ -66,6 +71,7 @@ impl Measure {
             Self::Estimate => "estimate",
             Self::Stray => "stray_volume",
             Self::Surface => "surface_deviation",
+            Self::Geometry => "geometry_error",
         }
     }
 
@@ -84,65 +90,130 @@ impl Measure {
             Self::Estimate => "estimated error",
             Self::Stray => "volume in detached pieces of cells, share",
             Self::Surface => "surface deviation over the diagonal",
+            Self::Geometry => "elastic energy of the lattice's shape, relative error",
         }
     }
 }
 
-/// Errors, as far as they were measured.
+/// Number of resamples of an interval.
+const RESAMPLES: usize = 1000;
+
+/// Seed of the resamples.
+const RESAMPLE_SEED: u64 = 27;
+
+/// Ends of the interval that holds a median with 95 % confidence, as shares of the resampled medians.
+const INTERVAL: [f64; 2] = [0.025, 0.975];
+
+/// Spread of an error over impacts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PointErrors {
-    values: [Option<f64>; COUNT],
-    /// Flags of errors for which the reference is not fine enough.
-    not_known: [bool; COUNT],
+pub struct ErrorSpread {
+    /// Interval of the median, 95 %, by the bootstrap (B. Efron, 1979).
+    pub median: [f64; 2],
+    /// Ninth decile.
+    pub p90: f64,
 }
 
-/// Text for an error whose reference is not fine enough.
-pub const NOT_KNOWN: &str = "not known yet";
+/// One error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct MeasuredError {
+    value: f64,
+    /// Error bar of the reference; `None` for references without one.
+    bar: Option<f64>,
+    spread: Option<ErrorSpread>,
+}
+
+/// Errors, as far as they were measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PointErrors([Option<MeasuredError>; COUNT]);
 
 impl PointErrors {
     /// Adds an error.
     #[must_use]
     pub fn with(mut self, measure: Measure, value: f64) -> Self {
-        self.values[measure as usize] = Some(value);
+        self.0[measure as usize] = Some(MeasuredError { value, bar: None, spread: None });
         self
     }
 
-    /// Removes these errors and marks them as not known, because their reference is not fine enough.
+    /// Adds an error against a reference with an error bar.
     #[must_use]
-    pub fn not_known(mut self, measures: &[Measure]) -> Self {
-        for &measure in measures {
-            (self.values[measure as usize], self.not_known[measure as usize]) = (None, true);
-        }
+    pub fn with_bar(mut self, measure: Measure, [value, bar]: [f64; 2]) -> Self {
+        self.0[measure as usize] = Some(MeasuredError { value, bar: Some(bar), spread: None });
         self
-    }
-
-    /// Whether the reference is not fine enough for this error.
-    pub fn is_not_known(&self, measure: Measure) -> bool {
-        self.not_known[measure as usize]
     }
 
     /// Adds the errors of `other` that are missing here.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
-        Self {
-            values: std::array::from_fn(|k| self.values[k].or(other.values[k])),
-            not_known: std::array::from_fn(|k| self.not_known[k] || other.not_known[k]),
-        }
+        Self(std::array::from_fn(|k| self.0[k].or(other.0[k])))
     }
 
-    /// Value of one kind.
+    /// Value of one kind, as it is told: three bars of the reference where the error is below that.
     pub fn get(&self, measure: Measure) -> Option<f64> {
-        self.values[measure as usize]
+        let own = self.0[measure as usize]?;
+        let least = own.bar.map_or(0.0, |bar| BARS_MIN * bar);
+        Some(if self.is_at_most(measure) { least } else { own.value })
     }
 
-    /// Medians over impacts, of those that have the error.
-    pub fn medians(all: &[Self]) -> Self {
-        let values = |k: usize| all.iter().filter_map(|own| own.values[k]).collect::<Vec<_>>();
-        Self {
-            values: std::array::from_fn(|k| quantile(&values(k), 0.5)),
-            not_known: std::array::from_fn(|k| all.iter().any(|own| own.not_known[k])),
-        }
+    /// Whether the error is so small that the reference's bar hides it: then [`Self::get`] is an upper bound.
+    pub fn is_at_most(&self, measure: Measure) -> bool {
+        self.0[measure as usize].is_some_and(|own| own.bar.is_some_and(|bar| is_hidden(own.value, bar)))
     }
+
+    /// Error bar of the reference.
+    pub fn bar(&self, measure: Measure) -> Option<f64> {
+        self.0[measure as usize]?.bar
+    }
+
+    /// Spread over impacts, of medians.
+    pub fn spread(&self, measure: Measure) -> Option<ErrorSpread> {
+        self.0[measure as usize]?.spread
+    }
+
+    /// Medians over impacts, of those that have the error, with their spread.
+    pub fn medians(all: &[Self]) -> Self {
+        let median = |k: usize| {
+            let own: Vec<MeasuredError> = all.iter().filter_map(|own| own.0[k]).collect();
+            let values: Vec<f64> = own.iter().map(|own| own.value).collect();
+            let bars: Vec<f64> = own.iter().filter_map(|own| own.bar).collect();
+            let spread = Some(ErrorSpread { median: interval(&values)?, p90: quantile(&values, 0.9)? });
+            Some(MeasuredError { value: quantile(&values, 0.5)?, bar: quantile(&bars, 0.5), spread })
+        };
+        Self(std::array::from_fn(median))
+    }
+
+    /// Text of an error: `≤` before an upper bound; `None` if it was not measured.
+    pub fn text(&self, measure: Measure) -> Option<String> {
+        let sign = if self.is_at_most(measure) { "≤ " } else { "" };
+        Some(format!("{sign}{}", crate::report::significant(self.get(measure)?, 3)))
+    }
+
+    /// JSON document of bar, interval and ninth decile of every error.
+    fn details(&self) -> Value {
+        let detail = |measure: Measure| {
+            let spread = self.spread(measure)?;
+            let value = json!({
+                "bar": self.bar(measure),
+                "at_most": self.is_at_most(measure),
+                "median_interval": spread.median,
+                "p90": spread.p90,
+            });
+            Some((measure.name().to_owned(), value))
+        };
+        Value::Object(Measure::ALL.into_iter().filter_map(detail).collect())
+    }
+}
+
+/// Interval of the median of `values` by the bootstrap; `None` without values.
+fn interval(values: &[f64]) -> Option<[f64; 2]> {
+    let mut stream = RandomStream::new(RESAMPLE_SEED, values.len() as u64);
+    let mut drawn = || values[(stream.uniform() * values.len() as f64) as usize];
+    if values.is_empty() {
+        return None;
+    }
+    let mut resample = || quantile(&values.iter().map(|_| drawn()).collect::<Vec<_>>(), 0.5);
+    let medians: Vec<f64> = (0..RESAMPLES).filter_map(|_| resample()).collect();
+    let [low, high] = INTERVAL.map(|share| quantile(&medians, share));
+    Some([low?, high?])
 }
 
 /// Times of whole requests, ms.
@@ -195,7 +266,7 @@ impl StudyPoint {
 
     /// JSON document: numbers that are not finite and errors that were not measured are null.
     ///
-    /// `not_known_yet` names the errors whose reference is not fine enough.
+    /// `details` has the reference's error bar, the interval of the median and the ninth decile of every error.
     pub fn document(&self) -> Value {
         let mut map = Map::new();
         map.insert("dial".to_owned(), self.setting.into());
@@ -207,8 +278,7 @@ impl StudyPoint {
         for measure in Measure::ALL {
             map.insert(measure.name().to_owned(), self.errors.get(measure).into());
         }
-        let not_known = Measure::ALL.into_iter().filter(|measure| self.errors.is_not_known(*measure));
-        map.insert("not_known_yet".to_owned(), not_known.map(Measure::name).collect());
+        map.insert("details".to_owned(), self.errors.details());
         Value::Object(map)
     }
 }
@@ -229,10 +299,14 @@ mod tests {
     }
 
     #[test]
-    fn an_error_without_a_fine_reference_is_not_known() {
-        let measured = PointErrors::default().with(Measure::Energy, 0.009).with(Measure::Gap, 0.01);
-        let errors = PointErrors::medians(&[measured, measured]).not_known(&[Measure::Energy]);
-        assert_eq!([Measure::Energy, Measure::Gap].map(|measure| errors.get(measure)), [None, Some(0.01)]);
+    fn an_error_below_three_bars_is_an_upper_bound() {
+        let film = PointErrors::default().with_bar(Measure::Energy, [0.002, 0.001]).with(Measure::Gap, 0.01);
+        let game = PointErrors::default().with_bar(Measure::Energy, [0.05, 0.001]);
+        let errors = PointErrors::medians(&[film, film, film]);
+        assert!(errors.is_at_most(Measure::Energy) && !errors.is_at_most(Measure::Gap));
+        assert_eq!(errors.get(Measure::Energy), Some(0.003));
+        assert_eq!(errors.text(Measure::Energy).unwrap(), "≤ 0.003");
+        assert!(!game.is_at_most(Measure::Energy) && game.text(Measure::Energy).unwrap() == "0.05");
         let point = StudyPoint {
             setting: "preset",
             value: "film".into(),
@@ -241,9 +315,19 @@ mod tests {
             errors,
         };
         let document = point.document();
-        assert_eq!(document["energy_error"], Value::Null);
-        assert_eq!(document["not_known_yet"], serde_json::json!(["energy_error"]));
-        assert!(PointErrors::medians(&[errors]).and(measured).is_not_known(Measure::Energy));
+        assert_eq!(document["energy_error"], 0.003);
+        assert_eq!(document["details"]["energy_error"]["at_most"], true);
+        assert_eq!(document["details"]["energy_error"]["bar"], 0.001);
+        assert_eq!(document["details"]["cvd_gap"]["median_interval"], json!([0.01, 0.01]));
+    }
+
+    #[test]
+    fn intervals_hold_the_median_and_are_the_same_every_time() {
+        let values: Vec<f64> = (0..24).map(f64::from).collect();
+        let [low, high] = interval(&values).unwrap();
+        assert!((3.0..11.5).contains(&low) && (11.5..20.0).contains(&high), "{low} {high}");
+        assert_eq!(interval(&values), interval(&values));
+        assert_eq!(interval(&[]), None);
     }
 
     #[test]

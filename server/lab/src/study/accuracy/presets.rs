@@ -1,5 +1,6 @@
 //! Presets, each on its own lattices.
 
+use super::reference::ElasticReference;
 use super::settings::Bench;
 use super::subject::{DRESSED, energies_on, request, timed};
 use super::tessellations::CrackErrors;
@@ -14,6 +15,7 @@ use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
     DisplacementMethod, FractureRequest, LatticeSettings, PreparedObject, Preset, SurfaceKind, reduce,
 };
+use std::rc::Rc;
 
 /// Object on the lattices of a preset, with the error of its tessellation.
 struct Baked {
@@ -22,23 +24,36 @@ struct Baked {
     pair: CrackErrors,
 }
 
+/// Times and errors of a preset, and the elastic reference of its lattice.
+type PresetFound = (PointTimes, PointErrors, Rc<ElasticReference>);
+
 impl Bench<'_> {
     /// Measures whole requests of all presets, with all of their errors.
     pub(super) fn presets(&mut self) {
-        let mut baked = None;
+        let (mut baked, mut own) = (None, Vec::new());
         for quality in Preset::ALL {
             let name = quality.name();
             (self.progress)(&format!("preset {name}"));
             match self.preset(quality, &mut baked) {
-                Ok((times, errors)) => {
+                Ok((times, errors, reference)) => {
                     let (setting, value) = ("preset", json!(name));
+                    own.push((self.findings.points.len(), reference));
                     self.findings.points.push(StudyPoint { setting, value, preset: Some(name), times, errors });
                 }
-                Err(error) => self.findings.left_out.push([format!("preset {name}"), error.to_string()]),
+                Err(error) => self.failed(format!("preset {name}"), error),
             }
             if let Err(error) = self.seen(quality, baked.as_ref()) {
                 self.findings.left_out.push([format!("close-up of {name}"), error.to_string()]);
             }
+        }
+        // The last preset has the finest lattice.
+        let Some((_, finest)) = own.last().cloned() else { return };
+        for (index, reference) in own {
+            let each = reference.impacts.iter().zip(&finest.impacts).map(|(own, finest)| own.geometry(finest));
+            let errors = PointErrors::medians(&each.collect::<Vec<_>>());
+            let point = &mut self.findings.points[index];
+            point.errors =
+                point.errors.and(if Rc::ptr_eq(&reference, &finest) { PointErrors::default() } else { errors });
         }
     }
 
@@ -51,7 +66,7 @@ impl Bench<'_> {
         self.look(quality.name(), &own.prepared, &strike)
     }
 
-    fn preset(&self, quality: Preset, baked: &mut Option<Baked>) -> Result<(PointTimes, PointErrors), StudyError> {
+    fn preset(&mut self, quality: Preset, baked: &mut Option<Baked>) -> Result<PresetFound, StudyError> {
         let lattices = quality.lattices();
         let mut own = match baked.take().filter(|baked| baked.lattices == lattices) {
             Some(baked) => baked,
@@ -68,8 +83,9 @@ impl Bench<'_> {
         let times = timed(&own.prepared, &strikes, self.plan.runs)?;
         let crack: Vec<&Lattice> = self.base.bodies.iter().map(|body| &body.crack).collect();
         let energies = energies_on(&mut own.prepared, &crack, &strikes)?;
+        let reference = self.reference(&own.prepared)?;
         let mut all = Vec::new();
-        for ((truth, strike), energy) in self.truths.impacts.iter().zip(&strikes).zip(&energies) {
+        for (index, (truth, strike)) in self.truths.impacts.iter().zip(&strikes).enumerate() {
             let (tolerance, iterations_max) = (strike.tolerance, strike.iterations_max);
             let options = DiagramOptions {
                 tolerance,
@@ -78,14 +94,14 @@ impl Bench<'_> {
             };
             let lift = self.base.lift(truth.own.body, LiftKind::Interior)?;
             let found = diagram(&self.base, &truth.own, lift, &options)?;
-            all.push(truth.elastic(&self.base, energy)?.and(truth.diagram(&self.base, &found)));
+            let elastic = reference.impacts[index].errors(&self.base, &energies[index])?;
+            all.push(elastic.and(truth.diagram(&self.base, &found)));
         }
         // If the reference is not fine enough, cracks are measured against the exact diagram on their own lattice.
         let judged = is_finer(self.truths.fine.crack_nodes(), own.prepared.crack_nodes());
         let cracks = if judged { own.pair.finest } else { own.pair.own };
-        let errors = self.truths.judged(PointErrors::medians(&all), own.prepared.elastic_nodes());
         *baked = Some(own);
-        Ok((times, errors.and(cracks)))
+        Ok((times, PointErrors::medians(&all).and(cracks), reference))
     }
 
     /// Bakes the object on the lattices of a preset, with a basis if the preset uses one.

@@ -1,5 +1,6 @@
 //! Settings that keep the crack lattice and the lift.
 
+use super::reference::ElasticReference;
 use super::subject::{SOLID, energy, rebaked, timed};
 use super::truth::{Truth, Truths, diagram, optimized, solve};
 use super::{AccuracyFindings, AccuracyPlan, Measure, PointErrors, StudyError, StudyPoint};
@@ -12,6 +13,7 @@ use shatter_fracture::pipeline::{
     self, DegreeRequest, ElasticModel, FractureRequest, PreparedObject, Preset, Workspace,
 };
 use shatter_fracture::sparse::Precision;
+use std::rc::Rc;
 
 /// Number of values that every plan tries.
 pub(super) const FIXED: usize =
@@ -37,6 +39,10 @@ pub(super) struct Bench<'a> {
     pub base: PreparedObject,
     pub strikes: Vec<FractureRequest>,
     pub truths: Truths,
+    /// Elastic references of the lattices so far, the object's first.
+    pub references: Vec<Rc<ElasticReference>>,
+    /// Refusal of a reference, which ends the study.
+    pub refused: Option<StudyError>,
     pub findings: AccuracyFindings,
     pub progress: &'a mut dyn FnMut(&str),
 }
@@ -54,8 +60,26 @@ impl Bench<'_> {
             Ok((times, errors)) => {
                 self.findings.points.push(StudyPoint { setting, value, preset: None, times, errors })
             }
-            Err(error) => self.findings.left_out.push([format!("{setting} {value}"), error.to_string()]),
+            Err(error) => self.failed(format!("{setting} {value}"), error),
         }
+    }
+
+    /// Records a failure: the study goes on without this value, unless its reference is too coarse.
+    pub(super) fn failed(&mut self, what: String, error: StudyError) {
+        match error {
+            error @ StudyError::CoarseReference { .. } => self.refused = Some(error),
+            error => self.findings.left_out.push([what, error.to_string()]),
+        }
+    }
+
+    /// Elastic reference of the lattice of `prepared`.
+    pub(super) fn reference(&mut self, prepared: &PreparedObject) -> Result<Rc<ElasticReference>, StudyError> {
+        if let Some(known) = self.references.iter().find(|known| known.is_of(prepared)) {
+            return Ok(known.clone());
+        }
+        let made = Rc::new(ElasticReference::new(self.plan, &self.base, prepared, &self.strikes)?);
+        self.references.push(made.clone());
+        Ok(made)
     }
 
     /// Omits one value, with the reason.
@@ -95,29 +119,35 @@ impl Bench<'_> {
         if !self.base.bodies.iter().zip(&other.bodies).all(same) {
             return Err(StudyError::Unprepared);
         }
+        let reference = self.reference(&other)?;
         swap_solids(&mut self.base, &mut other);
         let strikes = self.with(|strike| *strike = solve(strike));
         let found = timed(&self.base, &strikes, self.plan.runs).map_err(StudyError::from);
-        let found = found.and_then(|times| Ok((times, self.elastic_errors(&strikes)?)));
-        let nodes = self.base.elastic_nodes();
+        let found = found.and_then(|times| Ok((times, self.elastic_errors(&reference, &strikes)?)));
         swap_solids(&mut self.base, &mut other);
-        found.map(|(times, errors)| (times, self.truths.judged(errors, nodes)))
+        found
     }
 
-    fn elastic_errors(&self, strikes: &[FractureRequest]) -> Result<PointErrors, StudyError> {
+    fn elastic_errors(
+        &self,
+        reference: &ElasticReference,
+        strikes: &[FractureRequest],
+    ) -> Result<PointErrors, StudyError> {
         let mut workspace = Workspace::default();
-        let each = self.truths.impacts.iter().zip(strikes);
-        let each = each.map(|(truth, strike)| truth.elastic(&self.base, &energy(&self.base, strike, &mut workspace)?));
+        let each = reference.impacts.iter().zip(strikes);
+        let each = each.map(|(own, strike)| own.errors(&self.base, &energy(&self.base, strike, &mut workspace)?));
         Ok(PointErrors::medians(&each.collect::<Result<Vec<_>, _>>()?))
     }
 
-    /// Ranks of the reduced basis, against the finest solve and against the solve on the same lattice; then that solve.
+    /// Ranks of the reduced basis, against the reference and against the solve on the same lattice; then that solve.
     pub(super) fn ranks(&mut self) {
+        let Some(reference) = self.references.first().cloned() else { return };
         for rank in self.plan.ranks.clone() {
             let strikes = self.with(|strike| strike.rank_max = Some(rank));
             let mut alone = None;
             self.point("rank", json!(rank), |bench| {
-                let found = (timed(&bench.base, &strikes, bench.plan.runs)?, bench.elastic_errors(&strikes)?);
+                let found =
+                    (timed(&bench.base, &strikes, bench.plan.runs)?, bench.elastic_errors(&reference, &strikes)?);
                 alone = Some((found.0.clone(), bench.reduction_errors(&strikes)?));
                 Ok(found)
             });
@@ -135,7 +165,7 @@ impl Bench<'_> {
         }
         self.point("rank", json!("solve"), |bench| {
             let strikes = bench.with(|strike| *strike = solve(strike));
-            Ok((timed(&bench.base, &strikes, bench.plan.runs)?, bench.elastic_errors(&strikes)?))
+            Ok((timed(&bench.base, &strikes, bench.plan.runs)?, bench.elastic_errors(&reference, &strikes)?))
         });
     }
 

@@ -81,6 +81,32 @@ pub(super) fn strikes(plan: &AccuracyPlan, base: &PreparedObject) -> Result<Vec<
     (0..plan.impacts).map(strike).collect()
 }
 
+/// The requests with the effective contact radii of the coarsest lattice that the study judges, so that all lattices have
+/// equal loads.
+pub(super) fn widened(
+    plan: &AccuracyPlan,
+    base: &PreparedObject,
+    mut strikes: Vec<FractureRequest>,
+) -> Result<Vec<FractureRequest>, StudyError> {
+    let coarsest = plan.elastic.iter().copied().fold(1.0, f64::min).powf(-1.0 / 3.0);
+    let spacings = [base.parameters.elastic_spacing * coarsest, base.parameters.crack_spacing];
+    let coarse = rebaked(plan, base, spacings[0], spacings[1], SOLID)?;
+    widen(&coarse, &mut strikes)?;
+    widen(base, &mut strikes)?;
+    Ok(strikes)
+}
+
+/// Sets the contact radii of requests to the effective ones of an object, where those are larger.
+pub(super) fn widen(prepared: &PreparedObject, strikes: &mut [FractureRequest]) -> Result<(), StudyError> {
+    let mut workspace = Workspace::default();
+    for strike in strikes {
+        let radius_m = energy(prepared, strike, &mut workspace)?.radius_m;
+        let contact = &mut strike.contacts[0];
+        contact.radius_m = Some(contact.radius_m.map_or(radius_m, |own| own.max(radius_m)));
+    }
+    Ok(())
+}
+
 /// Strain energy of the body that a request with one contact strikes.
 pub(super) fn energy(
     prepared: &PreparedObject,

@@ -1,14 +1,12 @@
-//! References against which the points are measured.
+//! References of cells and cracks against which the points are measured; `reference` has those of elasticity.
 
-use super::subject::{LIFTED, degree_of, energies_on, energy, rebaked};
+use super::subject::{LIFTED, energy, rebaked};
 use super::{AccuracyPlan, Measure, PointErrors, StudyError};
-use shatter_fracture::accuracy::{
-    ExactCells, cvd_gap, degree_error, density_error, energy_error, exact, size_distance,
-};
+use shatter_fracture::accuracy::{ExactCells, cvd_gap, exact, size_distance};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, Diagram, DiagramOptions, EnergyField};
 use shatter_fracture::degree::{CurveOptions, EnergyCurve};
-use shatter_fracture::lattice::{Lattice, Locator};
+use shatter_fracture::lattice::Locator;
 use shatter_fracture::lift::{LiftKind, LiftedLattice};
 use shatter_fracture::pipeline::{BodyEnergy, DisplacementMethod, FractureRequest, PreparedObject, Workspace};
 use shatter_fracture::tessellation::components;
@@ -16,22 +14,15 @@ use shatter_fracture::tessellation::components;
 /// First seed of the references' starts; no request uses one of these seeds.
 const SEED_FIRST: u64 = 1 << 32;
 
-/// Minimum ratio of a reference's nodes to those of the lattice that it judges. Against a lattice as fine as itself, any lattice
+/// Minimum ratio of a reference's crack nodes to those of the lattice that it judges. Against a lattice as fine as itself, any lattice
 /// appears too accurate.
 const FINER_MIN: usize = 2;
-
-/// Errors that need a finer elastic lattice as reference.
-const ELASTIC: [Measure; 3] = [Measure::Energy, Measure::Density, Measure::Degree];
 
 /// Number of optimizations whose median is the reference of a degree.
 const OPTIMIZED: u64 = 3;
 
 /// References of one impact.
 pub(super) struct Truth {
-    /// Energy of a solve on the finest lattice, on the nodes of the object's crack lattice.
-    pub energy: BodyEnergy,
-    /// n₀ of that energy.
-    pub degree: f64,
     /// Energy of a solve on the object's own lattice.
     pub own: BodyEnergy,
     /// Sites on the finest lattice, site-major.
@@ -64,60 +55,27 @@ impl Truths {
     ) -> Result<Self, StudyError> {
         let finer = plan.finer.powf(-1.0 / 3.0);
         let [elastic, crack] = [base.parameters.elastic_spacing, base.parameters.crack_spacing].map(|h| h * finer);
-        let mut fine = rebaked(plan, base, elastic, crack, LIFTED)?;
+        let fine = rebaked(plan, base, elastic, crack, LIFTED)?;
         let solved: Vec<FractureRequest> = strikes.iter().map(solve).collect();
-        let lattices: Vec<&Lattice> = base.bodies.iter().map(|body| &body.crack).collect();
-        let energies = energies_on(&mut fine, &lattices, &solved)?;
         let mut workspace = Workspace::default();
         let mut impacts = Vec::new();
-        for (energy_fine, strike) in energies.into_iter().zip(&solved) {
+        for strike in &solved {
             let (sites, exact) = divided(plan, &fine, strike, &mut workspace)?;
             let own = energy(base, strike, &mut workspace)?;
             let best = best(plan, base, &own, base.lift(own.body, LiftKind::Interior)?)?;
-            impacts.push(Truth {
-                degree: degree_of(base, &energy_fine)?,
-                energy: energy_fine,
-                own,
-                sites,
-                exact,
-                best,
-            });
+            impacts.push(Truth { own, sites, exact, best });
         }
         let locators = fine.bodies.iter().map(|body| Locator::new(&body.crack)).collect();
         Ok(Self { fine, locators, impacts })
     }
 }
 
-impl Truths {
-    /// `errors` of an object; elastic ones are removed if the reference's elastic lattice has less than twice the object's nodes.
-    pub(super) fn judged(&self, errors: PointErrors, elastic_nodes: usize) -> PointErrors {
-        match is_finer(self.fine.elastic_nodes(), elastic_nodes) {
-            true => errors,
-            false => errors.not_known(&ELASTIC),
-        }
-    }
-}
-
-/// Whether a reference with that many nodes can judge a lattice with `nodes` nodes.
+/// Whether a reference with that many crack nodes can judge a lattice with `nodes` of them.
 pub(super) fn is_finer(reference_nodes: usize, nodes: usize) -> bool {
     reference_nodes >= FINER_MIN.saturating_mul(nodes)
 }
 
 impl Truth {
-    /// Errors of an elastic energy on the object's crack lattice.
-    pub(super) fn elastic(&self, base: &PreparedObject, found: &BodyEnergy) -> Result<PointErrors, StudyError> {
-        let joules =
-            |energy: &BodyEnergy| -> Vec<f64> { energy.shares.iter().map(|share| share * energy.energy_j).collect() };
-        let errors = PointErrors::default()
-            .with(Measure::Energy, energy_error(found.energy_j, self.energy.energy_j))
-            .with(Measure::Density, density_error(&joules(found), &joules(&self.energy))?)
-            .with(Measure::Degree, degree_error(degree_of(base, found)?, self.degree));
-        Ok(match found.reduced_error {
-            Some(estimate) => errors.with(Measure::Estimate, estimate),
-            None => errors,
-        })
-    }
-
     /// Errors of a diagram of the object's own field.
     pub(super) fn diagram(&self, base: &PreparedObject, found: &Diagram) -> PointErrors {
         let sizes = pieces(base, self.own.body, &found.labels).0;

@@ -21,6 +21,8 @@ pub struct SettingPoint {
     pub low: f64,
     /// Upper end of the whisker.
     pub high: f64,
+    /// Half the length of the horizontal whisker; 0: none.
+    pub bar: f64,
     /// Value of the setting.
     pub label: String,
 }
@@ -163,6 +165,12 @@ fn lines(chart: &mut Chart, curve: &SettingCurve, color: RGBColor, labels: &mut 
         let thin = color.stroke_width(1);
         let whisker = PathElement::new(vec![(place.x, place.low), (place.x, place.high)], thin);
         chart.draw_series([whisker]).map_err(PlotError::new)?;
+        if place.bar > 0.0 {
+            // An axis of logarithms has no place for ends at or below 0.
+            let ends = [(place.x - place.bar).max(0.1 * place.x), place.x + place.bar];
+            let across = PathElement::new(ends.map(|x| (x, place.y)).to_vec(), thin);
+            chart.draw_series([across]).map_err(PlotError::new)?;
+        }
         let cap = |at| EmptyElement::at((place.x, at)) + PathElement::new(vec![(-CAP, 0), (CAP, 0)], thin);
         chart.draw_series([cap(place.low), cap(place.high)]).map_err(PlotError::new)?;
         let radius = if curve.marked { 5 } else { 3 };
@@ -196,7 +204,14 @@ mod tests {
 
     #[test]
     fn diagrams_show_settings_whiskers_and_levels_and_leave_out_zeros() {
-        let place = |x: f64, label: &str| SettingPoint { x, y: 2.0, low: 0.5, high: 20.0, label: label.to_owned() };
+        let place = |x: f64, label: &str| SettingPoint {
+            x,
+            y: 2.0,
+            low: 0.5,
+            high: 20.0,
+            bar: 0.3 * x,
+            label: label.to_owned(),
+        };
         let curve = SettingCurve {
             name: "a dial".into(),
             places: vec![place(0.01, "one"), place(0.0, "absent")],
