@@ -18,8 +18,8 @@ const CORNER_RADII: f64 = 2.0;
 ///
 /// Its peak force is spread over the boundary with weight area · (exp(−ρ²/2r²) − exp(−9/2)), ρ ≤ 3r. ρ is measured
 /// along the boundary from the boundary point nearest to `point`. A point deep inside that is equally near to several
-/// parts of the boundary touches one of them. Faces turned away from the touched one carry less: those at 120° and more
-/// between normals, as the other side of a thin wall, nothing.
+/// parts of the boundary touches one of them. Faces more than a right angle off the mean normal of that part carry less,
+/// and from 120° on nothing, as the other side of a thin wall.
 ///
 /// The forces have the line of one force through that boundary point: where the weights are off it, as near edges, a
 /// couple is added, Σ f_i = F and Σ (x_i − p) × f_i = 0 (equations and source: module `load_patch`).
@@ -179,7 +179,7 @@ impl Elasticity {
             [corners.iter().fold(f64::INFINITY, |a, b| a.min(*b)), corners.iter().fold(0.0, |a, b| b.max(a))];
         let radius = contact.radius.max(RADIUS_SPACINGS_MIN * self.spacing).max(near).max(far / CORNER_RADII);
         let reached = workspace.front.run(&self.boundary, &nearest, CUT_RADII * radius);
-        workspace.patch.fill(&self.boundary, &nearest, radius, reached);
+        workspace.patch.fill(&self.boundary, nearest.place, radius, reached);
         Ok(AppliedContact { place: nearest.place, distance: nearest.distance, radius })
     }
 }
