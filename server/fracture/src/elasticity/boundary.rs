@@ -62,11 +62,6 @@ impl BoundaryNodes {
         (b - a).cross(&(c - a))
     }
 
-    /// Outward unit normal of face `face`.
-    pub fn normal(&self, face: usize) -> Vector3<f64> {
-        self.doubled_area(face).normalize()
-    }
-
     /// Faces around boundary node `node`.
     pub fn around(&self, node: u32) -> &[u32] {
         &self.incident[self.starts[node as usize] as usize..self.starts[node as usize + 1] as usize]

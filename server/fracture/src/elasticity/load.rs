@@ -20,8 +20,8 @@ const CORNER_RADII: f64 = 2.0;
 ///
 /// Its peak force is spread over the boundary with weight area · (exp(−ρ²/2r²) − exp(−9/2)), ρ ≤ 3r. ρ is measured
 /// along the boundary from the boundary point nearest to `point`. A point deep inside that is equally near to several
-/// parts of the boundary touches one of them. Faces turned away from the touched one carry less: those at 120° and more
-/// between normals, as the other side of a thin wall, nothing.
+/// parts of the boundary touches one of them. Faces more than a right angle off the mean normal of that part carry less,
+/// and from 120° on nothing, as the other side of a thin wall.
 ///
 /// The forces have the line of one force through that boundary point: where the weights are off it, as near edges, a
 /// couple is added, Σ f_i = F and Σ (x_i − p) × f_i = 0 (equations and source: module `load_patch`).
@@ -193,7 +193,7 @@ pub(super) fn spread(
     workspace: &mut ElasticWorkspace,
 ) {
     let reached = workspace.front.run(boundary, nearest, CUT_RADII * radius);
-    workspace.patch.fill(boundary, nearest, radius, reached);
+    workspace.patch.fill(boundary, nearest.place, radius, reached);
 }
 
 /// Rejects a contact with numbers that no load can be made of.

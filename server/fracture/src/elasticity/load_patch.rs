@@ -14,13 +14,13 @@
 //! Based on: the distributing coupling of finite element programs (rigid spiders with weights, RBE3); the same pattern
 //! distributes a moment over a group of fasteners.
 
-use super::{BoundaryNodes, NearestBoundaryPoint};
-use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use super::BoundaryNodes;
+use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
 
 /// Radius, in contact radii, beyond which weights are cut off.
 pub(super) const CUT_RADII: f64 = 3.0;
 
-/// Cosine of the angle between the normals of a face and of the touched one below which it carries nothing.
+/// Cosine of the angle between the normals of a face and of the patch below which it carries nothing.
 ///
 /// Faces at up to a right angle carry their full share, so a contact that moves over the edge of a block keeps its load.
 /// Between, the share falls linearly. Measured share of the force on the far side of a plate 0.5 radii thick: 0 in the
@@ -28,6 +28,10 @@ pub(super) const CUT_RADII: f64 = 3.0;
 /// angle alone, a force along the touched face at an edge is met by pull on nodes: 23 % of it, and 43 % at a corner,
 /// instead of 0 and 3 %; its energy on a fine lattice is up to 80 % higher.
 const FACING_AWAY: f64 = -0.5;
+
+/// Length of the mean normal of a patch, over its area, below which the patch is as good as the whole closed surface. Then
+/// no face is turned away.
+const CLOSED: f64 = 1e-6;
 
 /// Eigenvalue of S, over the largest, below which nodes count as in line. They carry no moment about that line.
 const IN_LINE: f64 = 1e-3;
@@ -55,19 +59,16 @@ pub(super) struct LoadPatch {
 
 impl LoadPatch {
     /// Fills the patch with the nodes that a contact of this radius loads: those `reached` with a positive weight.
-    pub(super) fn fill(
-        &mut self,
-        boundary: &BoundaryNodes,
-        touched: &NearestBoundaryPoint,
-        radius: f64,
-        reached: &[(u32, f64)],
-    ) {
-        let normal = boundary.normal(touched.face);
+    ///
+    /// `reached` are boundary nodes and their distances from the contact's place.
+    pub(super) fn fill(&mut self, boundary: &BoundaryNodes, place: Point3<f64>, radius: f64, reached: &[(u32, f64)]) {
+        let bell = reached.iter().map(|&(node, distance)| (node, pulse_shape(distance / radius)));
+        let normal = mean_normal(boundary, bell.clone());
         self.nodes.clear();
-        self.nodes.extend(reached.iter().map(|&(node, distance)| LoadedNode {
+        self.nodes.extend(bell.map(|(node, bell)| LoadedNode {
             node: boundary.nodes[node as usize],
-            weight: facing_area(boundary, node, &normal) * pulse_shape(distance / radius),
-            arm: boundary.positions[node as usize] - touched.place,
+            weight: facing_area(boundary, node, &normal) * bell,
+            arm: boundary.positions[node as usize] - place,
         }));
         self.nodes.retain(|own| own.weight > 0.0);
         let total: f64 = self.nodes.iter().map(|own| own.weight).sum();
@@ -97,13 +98,27 @@ fn inverse(tensor: Matrix3<f64>) -> Matrix3<f64> {
     eigenvectors * Matrix3::from_diagonal(&inverted) * eigenvectors.transpose()
 }
 
+/// Mean normal of the faces around boundary nodes, by area and the weights `bell` of the nodes; zero if it has none.
+///
+/// Unlike the normal of the face that the contact touches, it is a continuous function of the contact's place.
+fn mean_normal(boundary: &BoundaryNodes, bell: impl Iterator<Item = (u32, f64)>) -> Vector3<f64> {
+    let (mut sum, mut size) = (Vector3::zeros(), 0.0);
+    for (node, bell) in bell {
+        let around = boundary.around(node).iter().map(|&face| boundary.doubled_area(face as usize));
+        sum += around.sum::<Vector3<f64>>() * bell;
+        size += boundary.areas[node as usize] * bell;
+    }
+    let length = sum.norm();
+    if length > CLOSED * size { sum / length } else { Vector3::zeros() }
+}
+
 /// Area of boundary node `node`, a third of that of the faces around it, as far as these face along `normal`.
 fn facing_area(boundary: &BoundaryNodes, node: u32, normal: &Vector3<f64>) -> f64 {
     let share = |&face: &u32| {
         let doubled = boundary.doubled_area(face as usize);
         let size = doubled.norm();
         let cosine = doubled.dot(normal) / size;
-        // Written so that a face without area counts for nothing.
+        // The comparison is false for NaN, so a face without area counts for nothing.
         if cosine > FACING_AWAY { size / 6.0 * (1.0 - cosine / FACING_AWAY).min(1.0) } else { 0.0 }
     };
     boundary.around(node).iter().map(share).sum()

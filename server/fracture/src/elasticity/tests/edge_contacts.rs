@@ -170,6 +170,32 @@ fn a_contact_keeps_its_forces_over_the_edge_of_a_block() {
     assert!(difference(&top, &side) < 1e-6, "{:e}", difference(&top, &side));
 }
 
+/// The place is a node or an edge, so rounding decides which face is nearest.
+#[test]
+fn rounding_does_not_choose_the_faces_that_are_loaded() {
+    let body = &BODIES[4].1;
+    let middles = body.boundary.faces.iter().map(|own| {
+        let [a, b] = [own[0], own[1]].map(|node| body.boundary.positions[node as usize]);
+        nalgebra::center(&a, &b)
+    });
+    for place in body.boundary.positions.iter().copied().chain(middles).step_by(7) {
+        let forces = |shift: Vector3<f64>| load(body, &[contact(place + shift, [-0.5, 0.2, -1.0], 0.15)]).forces;
+        let expected = forces(Vector3::zeros());
+        for axis in 0..3 {
+            let error = difference(&expected, &forces(Vector3::ith(axis, 1e-10)));
+            assert!(error < 1e-5, "{place}, {axis}: {error:e}");
+        }
+    }
+}
+
+/// A contact much wider than the body loads all of its surface evenly.
+#[test]
+fn a_contact_wider_than_the_body_loads_all_of_it() {
+    let body = &BODIES[4].1;
+    let load = load(body, &[contact(Point3::new(0.5, 0.0, 0.0), [1.0, 0.0, 0.0], 1e9)]);
+    assert!(load.applied.len() == body.boundary.nodes.len() && load.applied.iter().all(|(_, force)| force.x > 0.0));
+}
+
 #[test]
 fn far_from_edges_forces_are_those_of_the_bell() {
     let body = free(&block([12, 12, 6], 0.1), 0.25);
