@@ -1,5 +1,6 @@
 //! Commands of `shatter-lab`, one file each.
 
+mod accuracy;
 pub mod demo;
 pub mod examples;
 mod failure;

@@ -1,14 +1,14 @@
 //! `shatterd study`.
 
+use super::accuracy;
 use crate::report::{self, ReportFigure};
-use crate::study::accuracy::StudyError;
 use crate::study::mesh_fuzz::{self, FuzzPlan, FuzzTally, FuzzVerdict, Judge, MeshSize, Mutant};
 use crate::study::paper::PaperError;
 use crate::study::stability::{
     CASES, CaseOutcome, CaseRow, REAL, StabilityFindings, TrialFault, bending_deficits, damaged_statues, judge,
     neck_over_impulses, neck_portraits, real,
 };
-use crate::study::{accuracy, effects, gallery, paper};
+use crate::study::{effects, gallery, paper};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use shatter_fracture::pipeline::Preset;
@@ -35,26 +35,7 @@ enum Study {
     /// Reproduce the paper's two figures: a body struck by metal balls, and one dropped on its head at three thresholds
     Paper(Paper),
     /// Vary every solver setting of a request, and draw errors against times of whole requests
-    Accuracy(Accuracy),
-}
-
-/// Arguments of `shatterd study accuracy`.
-#[derive(clap::Args)]
-struct Accuracy {
-    /// Mesh file of the object, in meters [default: a generated statue]
-    object: Option<PathBuf>,
-    /// Mesh file of a further body on which the elastic energies of presets are judged, in meters
-    #[arg(long, value_name = "FILE")]
-    mesh: Option<PathBuf>,
-    /// Number of impacts on each body
-    #[arg(long, value_name = "N", default_value_t = accuracy::IMPACTS_DEFAULT, value_parser = clap::value_parser!(u64).range(1..))]
-    impacts: u64,
-    /// Folder for the page, its diagrams and their data
-    #[arg(long, value_name = "DIR", default_value = "shatter-study")]
-    out: PathBuf,
-    /// Print one JSON document on stdout
-    #[arg(long)]
-    json: bool,
+    Accuracy(accuracy::AccuracyArgs),
 }
 
 /// Arguments of `shatterd study paper`.
@@ -146,58 +127,9 @@ pub fn run(args: &StudyArgs) -> Result<bool, CommandError> {
             }
         }
         Study::Effects(args) => effects(args).map(|()| true),
-        Study::Accuracy(args) => accuracy(args).map(|()| true),
+        Study::Accuracy(args) => accuracy::run(args).map(|()| true),
         Study::Paper(args) => paper(args).map(|()| true),
     }
-}
-
-fn accuracy(args: &Accuracy) -> Result<(), CommandError> {
-    output::folder(&args.out)?;
-    let read = |file: &PathBuf| {
-        let name = file.file_stem().map_or_else(|| "object".into(), std::ffi::OsStr::to_string_lossy);
-        let mesh = mesh_file::read(file, LengthUnit::default(), UpAxis::default())?;
-        Ok::<_, CommandError>(accuracy::StudyBody::new(name, mesh))
-    };
-    let mut plan = match &args.object {
-        None => accuracy::AccuracyPlan::statue(),
-        Some(file) => {
-            let accuracy::StudyBody { name, mesh } = read(file)?;
-            accuracy::AccuracyPlan::new(name, mesh)
-        }
-    };
-    plan.impacts = args.impacts;
-    plan.bodies.extend(args.mesh.as_ref().map(read).transpose()?);
-    let bar = bar(plan.steps());
-    let findings = accuracy::run(&plan, &mut |what| {
-        bar.set_message(what.to_owned());
-        bar.inc(1);
-    });
-    bar.finish_and_clear();
-    let findings = findings.map_err(|error| match error {
-        StudyError::Bake(error) => mesh_file::bake_error(error, args.object.as_deref()),
-        error => error.into(),
-    })?;
-    let drawn = accuracy::drawn(&findings).map_err(CommandError::from)?;
-    let write = |name: &str, text: &str| {
-        let path = args.out.join(name);
-        output::whole(&path, text.as_bytes())
-    };
-    for own in &drawn {
-        write(&format!("{}.svg", own.file), &own.svg)?;
-        write(&format!("{}.csv", own.file), &own.csv)?;
-    }
-    let close_up = findings.close_up.png().map_err(CommandError::from)?;
-    if let Some(png) = &close_up {
-        let path = args.out.join("accuracy-close-up.png");
-        output::whole(&path, png)?;
-    }
-    write("accuracy.html", &report::study(&accuracy::page(&findings, &drawn, close_up)))?;
-    if args.json {
-        return output::print(&format!("{}\n", findings.document()));
-    }
-    let lines = findings.points.iter().map(report_point).chain(findings.bodies.iter().map(report_body));
-    let lines: String = lines.collect();
-    output::print(&format!("{lines}Open {} in a browser.\n", args.out.join("accuracy.html").display()))
 }
 
 fn paper(args: &Paper) -> Result<(), CommandError> {
@@ -249,21 +181,6 @@ fn paper(args: &Paper) -> Result<(), CommandError> {
 
 fn quality(name: &str) -> Result<Preset, String> {
     Preset::by_name(name).ok_or_else(|| "`draft`, `game`, `film` or `reference`".to_owned())
-}
-
-/// Line of one setting: its time and its errors.
-fn report_point(point: &accuracy::StudyPoint) -> String {
-    let error = |measure: accuracy::Measure| Some(format!("{} {}", measure.name(), point.errors.text(measure)?));
-    let errors: Vec<String> = accuracy::Measure::ALL.into_iter().filter_map(error).collect();
-    let time = report::significant(point.times.at(0.5), 3);
-    format!("{:18} {:18} {time:>8} ms   {}\n", point.setting, point.label(), errors.join(", "))
-}
-
-/// Line of one preset on one body: its elastic errors.
-fn report_body(point: &accuracy::BodyPoint) -> String {
-    let text = |measure| point.errors.text(measure).unwrap_or_else(|| "–".to_owned());
-    let [energy, geometry] = [accuracy::Measure::Energy, accuracy::Measure::Geometry].map(text);
-    format!("{:18} {:18} energy_error {energy}, geometry_error {geometry}\n", point.body, point.preset)
 }
 
 fn effects(args: &Effects) -> Result<(), CommandError> {
@@ -345,7 +262,8 @@ fn line(row: &CaseRow) -> String {
     format!("{outcome:8} {:38} {figure:>14}   {}\n", row.name, row.expected)
 }
 
-fn bar(length: usize) -> ProgressBar {
+/// Progress bar of a study with this number of steps.
+pub(super) fn bar(length: usize) -> ProgressBar {
     let bar = ProgressBar::new(length as u64);
     if let Ok(style) = ProgressStyle::with_template("{bar:24} {pos}/{len} {msg} ({elapsed}, {eta} left)") {
         bar.set_style(style);
@@ -508,7 +426,8 @@ mod tests {
                 out: out.clone(),
                 json: false,
             });
-            let accuracy = accuracy(&Accuracy { object, mesh: None, impacts: 2, out: out.clone(), json: false });
+            let args = accuracy::AccuracyArgs { object, mesh: None, impacts: 2, out: out.clone(), json: false };
+            let accuracy = accuracy::run(&args);
             for result in [paper, accuracy] {
                 let message = result.unwrap_err().message().to_owned();
                 assert_eq!(message.matches(&file.display().to_string()).count(), 1, "{message}");

@@ -5,6 +5,7 @@ use crate::accuracy::Extrapolation;
 use crate::lattice::block;
 use crate::random::RandomStream;
 use crate::reference::{kuhn, perturbed, traction};
+use crate::simd::tests::same_on_every_path;
 use nalgebra::{Matrix3, Point3, Vector3};
 
 /// Order of the energy with linear elements on smooth problems.
@@ -222,4 +223,12 @@ fn energies_do_not_depend_on_the_number_of_threads() {
         pool.install(|| body.impact_energies(2, &impacts, &CancelToken::default()).unwrap())
     });
     assert_eq!(found[0], found[1]);
+}
+
+#[test]
+fn wide_and_plain_instructions_give_the_same_bits() {
+    let body = refined(&perturbed([2, 2, 2], 0.25, 0.1, 3), 0.3, 1);
+    let contact = ContactLoad { point: Point3::new(0.25, 0.05, 0.0), impulse: -Vector3::x(), radius: 0.2 };
+    let plain = same_on_every_path(|| body.impact_energies(1, &[vec![contact]], &CancelToken::default()).unwrap());
+    assert!(plain[0].energy > 0.0 && plain[0].steps > 1);
 }

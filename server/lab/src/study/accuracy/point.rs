@@ -147,7 +147,7 @@ impl PointErrors {
         Self(std::array::from_fn(|k| self.0[k].or(other.0[k])))
     }
 
-    /// Value of one kind, as it is told: three bars of the reference where the error is below that.
+    /// Value of one kind; three bars of the reference where the error is below that.
     pub fn get(&self, measure: Measure) -> Option<f64> {
         let own = self.0[measure as usize]?;
         let least = own.bar.map_or(0.0, |bar| BARS_MIN * bar);

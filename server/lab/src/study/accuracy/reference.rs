@@ -1,7 +1,7 @@
 //! Elastic references: the lattice of an object itself, refined uniformly, and extrapolated.
 //!
 //! The refined lattices have the shape of the object's, and contacts have one effective radius on all of them. So the
-//! errors are those of the discretization alone. The error of the shape is told separately ([`Measure::Geometry`]): the
+//! errors are those of the discretization alone. The error of the shape is separate ([`Measure::Geometry`]): the
 //! extrapolated energy of this lattice against that of the finest one.
 
 use super::subject::degree_of;

@@ -41,7 +41,7 @@ pub(super) struct Bench<'a> {
     pub truths: Truths,
     /// Elastic references of the lattices so far, the object's first.
     pub references: Vec<Rc<ElasticReference>>,
-    /// Refusal of a reference, which ends the study.
+    /// Error of a reference that is too coarse, which ends the study.
     pub refused: Option<StudyError>,
     pub findings: AccuracyFindings,
     pub progress: &'a mut dyn FnMut(&str),
