@@ -305,8 +305,8 @@ mod tests {
         let errors = PointErrors::medians(&[film, film, film]);
         assert!(errors.is_at_most(Measure::Energy) && !errors.is_at_most(Measure::Gap));
         assert_eq!(errors.get(Measure::Energy), Some(0.003));
-        assert_eq!(errors.text(Measure::Energy).unwrap(), "≤ 0.003");
-        assert!(!game.is_at_most(Measure::Energy) && game.text(Measure::Energy).unwrap() == "0.05");
+        assert_eq!(errors.text(Measure::Energy).unwrap(), "≤ 0.00300");
+        assert!(!game.is_at_most(Measure::Energy) && game.text(Measure::Energy).unwrap() == "0.0500");
         let point = StudyPoint {
             setting: "preset",
             value: "film".into(),
