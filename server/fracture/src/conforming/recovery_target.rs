@@ -1,14 +1,17 @@
 //! Missing constraint that local changes of the mesh bring back, and the obstacles in its way.
 
+use super::flat_tets::is_flat;
 use super::tetrahedralization::Tetrahedralization;
 
-/// Missing constraint of the surface.
+/// Missing constraint of the surface, or other aim of local changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RecoveryTarget {
     /// Edge; faces of the mesh cross it.
     Segment([u32; 2]),
     /// Triangle whose edges exist; edges of the mesh cross it.
     Facet([u32; 3]),
+    /// Tetrahedra with a height; flat ones are in the way.
+    Heights,
 }
 
 /// Place at which a segment crosses a face.
@@ -28,7 +31,7 @@ impl RecoveryTarget {
     pub fn face_cost(&self, mesh: &Tetrahedralization, face: [u32; 3]) -> u32 {
         match *self {
             Self::Segment(segment) => u32::from(segment_crosses(mesh, segment, face).is_some()),
-            Self::Facet(_) => 0,
+            Self::Facet(_) | Self::Heights => 0,
         }
     }
 
@@ -36,8 +39,17 @@ impl RecoveryTarget {
     #[inline]
     pub fn edge_cost(&self, mesh: &Tetrahedralization, edge: [u32; 2]) -> u32 {
         match *self {
-            Self::Segment(_) => 0,
+            Self::Segment(_) | Self::Heights => 0,
             Self::Facet(facet) => u32::from(segment_crosses(mesh, edge, facet).is_some()),
+        }
+    }
+
+    /// Number of obstacles that a tetrahedron is: 1 if it is flat and has to go.
+    #[inline]
+    pub fn tet_cost(&self, mesh: &Tetrahedralization, corners: [u32; 4]) -> u32 {
+        match *self {
+            Self::Segment(_) | Self::Facet(_) => 0,
+            Self::Heights => u32::from(is_flat(mesh, corners)),
         }
     }
 }
