@@ -45,7 +45,7 @@ fn check_close(found: &Value, recorded: f64) {
 }
 
 fn check_result(fixture: &Fixture, recorded: &RecordedResult) {
-    let impact = ["impact", "wedge", "--point", "0.3,0.3,0.3", "--impulse=-900,-800,-700", "--disable", "slivers"];
+    let impact = ["impact", "wedge", "--point", "0.3,0.3,0.3", "--impulse=-750,-650,-600", "--disable", "slivers"];
     let document = fixture.ok("shatter", &[&impact, recorded.options].concat());
     let fragments = document["fragments"].as_array().unwrap();
     let mut volumes: Vec<&Value> = fragments.iter().map(|fragment| &fragment["volume_m3"]).collect();
