@@ -11,23 +11,14 @@
 use super::edge_removal::Recovery;
 use super::error::ConformingError;
 use super::inside::winding_numbers;
+use super::recovery_target::is_flat;
 use super::search::Search;
-use super::tetrahedralization::Tetrahedralization;
-use crate::tessellation::relative_height;
-
-/// Height of a flat tetrahedron, over its longest edge.
-const FLAT: f64 = 1e-3;
 
 /// Depth of removal in each pass over all tetrahedra. Each pass may open the way for the next.
 const DEPTHS: [u32; 4] = [0, 0, 1, 2];
 
 /// Edges whose removal is tried per flat tetrahedron.
 const BUDGET: u32 = 200;
-
-/// Returns true if these corners form a flat tetrahedron.
-pub(super) fn is_flat(mesh: &Tetrahedralization, corners: [u32; 4]) -> bool {
-    relative_height(&corners.map(|corner| *mesh.point(corner))) < FLAT
-}
 
 /// Removes flat tetrahedra inside the surface, all of whose triangles are constraints. Some may stay.
 ///

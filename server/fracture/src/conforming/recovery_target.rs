@@ -1,7 +1,10 @@
 //! Missing constraint that local changes of the mesh bring back, and the obstacles in its way.
 
-use super::flat_tets::is_flat;
 use super::tetrahedralization::Tetrahedralization;
+use crate::tessellation::relative_height;
+
+/// Height of a flat tetrahedron, over its longest edge.
+const FLAT: f64 = 1e-3;
 
 /// Missing constraint of the surface, or other aim of local changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +55,11 @@ impl RecoveryTarget {
             Self::Heights => u32::from(is_flat(mesh, corners)),
         }
     }
+}
+
+/// Returns true if these corners form a flat tetrahedron.
+pub(super) fn is_flat(mesh: &Tetrahedralization, corners: [u32; 4]) -> bool {
+    relative_height(&corners.map(|corner| *mesh.point(corner))) < FLAT
 }
 
 /// Crossing of a segment and a face without common vertices. None if the segment misses it, or lies in its plane.
