@@ -10,7 +10,8 @@ use std::path::Path;
 /// Largest relative difference of a number from the recorded one: processors round differently.
 const TOLERANCE: f64 = 1e-6;
 
-/// A request to the frozen database, and its outcome since contacts keep the line of their force (5a916eec).
+/// A request to the frozen database, and its outcome since contacts keep the line of their force (5a916eec). The impulse has since become
+/// smaller, for fewer sites than the lattice has nodes.
 struct RecordedResult {
     options: &'static [&'static str],
     degree_source: &'static str,
@@ -26,15 +27,15 @@ const RECORDED: [RecordedResult; 2] = [
         options: &["--degree", "3", "--elastic", "solve"],
         degree_source: "forced",
         sites: 3,
-        e1_over_gamma: 35.06619829437551,
-        largest_m3: [0.07303767703076819, 0.053498731883428276, 0.04012975655756934],
+        e1_over_gamma: 20.83378990057288,
+        largest_m3: [0.07311831361976373, 0.05347694670038921, 0.04007090515161289],
     },
     RecordedResult {
         options: &["--degree", "inferred", "--elastic", "reduced"],
         degree_source: "inferred",
-        sites: 42,
-        e1_over_gamma: 34.546547492662235,
-        largest_m3: [0.015096614513048204, 0.009771839173905955, 0.00977183917390595],
+        sites: 23,
+        e1_over_gamma: 20.5187040975633,
+        largest_m3: [0.024723255277782765, 0.02471947757165611, 0.023931242480500013],
     },
 ];
 
@@ -45,7 +46,7 @@ fn check_close(found: &Value, recorded: f64) {
 }
 
 fn check_result(fixture: &Fixture, recorded: &RecordedResult) {
-    let impact = ["impact", "wedge", "--point", "0.3,0.3,0.3", "--impulse=-750,-650,-600", "--disable", "slivers"];
+    let impact = ["impact", "wedge", "--point", "0.3,0.3,0.3", "--impulse=-700,-600,-550", "--disable", "slivers"];
     let document = fixture.ok("shatter", &[&impact, recorded.options].concat());
     let fragments = document["fragments"].as_array().unwrap();
     let mut volumes: Vec<&Value> = fragments.iter().map(|fragment| &fragment["volume_m3"]).collect();
