@@ -85,7 +85,8 @@ impl From<ConnectError> for Error {
 fn connect(paths: &ServicePaths) -> Result<Connection, ConnectError> {
     if !paths.exists().map_err(ConnectError::Final)? || !daemon_lives(paths) {
         let error = no_daemon(paths, "no daemon of service");
-        let message = format!("{error}; {}start one with `{}`", likely_service(paths), paths.start_command());
+        let (folder, likely, start) = (folder_choice(paths), likely_service(paths), paths.start_command());
+        let message = format!("{error} ({folder}); {likely}start one with `{start}`");
         return Err(ConnectError::Final(Error { message, ..error }));
     }
     let Ok(json) = regular_file::read(&paths.hello()) else {
@@ -106,6 +107,15 @@ fn connect(paths: &ServicePaths) -> Result<Connection, ConnectError> {
     })?;
     // The file may be that of a daemon that was killed, read before its successor removed it.
     if connection.daemon_lives() { Ok(connection) } else { Err(starting()) }
+}
+
+/// Source of the runtime folder: a daemon with another `XDG_RUNTIME_DIR` is not found.
+fn folder_choice(paths: &ServicePaths) -> &'static str {
+    let runtime = std::env::var_os("XDG_RUNTIME_DIR").filter(|runtime| !runtime.is_empty());
+    match runtime.is_some_and(|runtime| paths.folder.starts_with(runtime)) {
+        true => "the folder that XDG_RUNTIME_DIR names; it must be the same for the daemon",
+        false => "XDG_RUNTIME_DIR is not set; if it is for the daemon, set the same one",
+    }
 }
 
 /// Suggestion of services with similar names whose daemons run.

@@ -156,9 +156,9 @@ impl InMeters for FragmentWire {
 const _: () = assert!(size_of::<AlignedBlock>() == 64 && align_of::<AlignedBlock>() == 64);
 const _: () = assert!(size_of::<ResultHeader>() == 64);
 const _: () = assert!(size_of::<SectionWire>() == 24);
-const _: () = assert!(size_of::<SummaryWire>() == 304);
+const _: () = assert!(size_of::<SummaryWire>() == 312);
 const _: () = assert!(size_of::<StageWire>() == 24);
 const _: () = assert!(size_of::<RunWire>() == 32);
 const _: () = assert!(size_of::<FragmentWire>() == 144);
 const _: () = assert!(size_of::<EffectWire>() == 24);
-const _: () = assert!(crate::PROTOCOL_VERSION == 8, "sizes above are those of version 8");
+const _: () = assert!(crate::PROTOCOL_VERSION == 9, "sizes above are those of version 9");

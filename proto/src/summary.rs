@@ -80,6 +80,8 @@ pub struct SummaryWire {
     pub surface: u32,
     /// See [`Summary::elements_across`]; zero: unknown.
     pub elements_across: f32,
+    /// See [`Summary::discretization_error`]; zero: unknown.
+    pub discretization_error: f64,
 }
 
 impl InMeters for SummaryWire {
@@ -164,6 +166,9 @@ pub struct Summary {
     /// Cells of the elastic lattice across the object's walls: the fewest of all bodies, 8 or less. `None`: an object that an
     /// older version baked.
     pub elements_across: Option<f32>,
+    /// Relative error of the elastic energy that stems from the elastic lattice, as the bake estimated it: the median of
+    /// sampled impacts. `None`: not estimated.
+    pub discretization_error: Option<f64>,
     /// Outer surface of the fragments.
     pub surface: FragmentSurface,
     /// From admission until right before the result was sent; differs between equal requests.
@@ -204,6 +209,7 @@ impl From<&SummaryWire> for Summary {
             elastic_nodes: row.elastic_nodes,
             crack_nodes: row.crack_nodes,
             elements_across: (row.elements_across > 0.0).then_some(row.elements_across),
+            discretization_error: (row.discretization_error > 0.0).then_some(row.discretization_error),
             surface: FragmentSurface::from_code(row.surface),
             time: Duration::from_nanos(row.time_ns),
             missed_time: (row.overrun_ns > 0).then_some(missed),

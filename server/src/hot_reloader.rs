@@ -4,7 +4,7 @@
 //! Three threads, none of which waits for another: one scans the folder, one loads, one does the work that loading deferred. The load
 //! thread has the priority of the worker threads: beside n of them it gets one part in n + 1 of the time.
 //!
-//! A changed folder is reloaded once two consecutive scans are equal. A database that is renamed into the folder is loaded as a whole.
+//! A file that is gone in a scan is served no more. A changed folder is reloaded once two consecutive scans are equal. A database that is renamed into the folder is loaded as a whole.
 //! Many that arrive together make one reload. Of these, each object that is new is served as soon as it is loaded; the others are replaced
 //! together.
 
@@ -20,6 +20,7 @@ use shatter_proto::{Error, ErrorKind};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::sync::{Arc, Weak};
+use std::time::Instant;
 use tokio::sync::mpsc::UnboundedSender;
 
 /// Niceness of background work. Requests and loads run at `compute.nice`, 5; beside them background work gets about a tenth.
@@ -27,10 +28,10 @@ const NICE: i32 = 15;
 
 /// Event of the hot reloader.
 pub enum ReloadEvent {
-    /// A scan of the folder ended.
-    Seen(Result<DirectorySnapshot, Error>),
-    /// A load of the databases of this snapshot began.
-    Begun(DirectorySnapshot),
+    /// A scan of the folder, begun at this time, ended.
+    Seen(Instant, Result<DirectorySnapshot, Error>),
+    /// A load of the databases of this snapshot, whose scan began at this time, began.
+    Begun(Instant, DirectorySnapshot),
     /// One of these databases is loaded.
     Advanced(Arc<ObjectVersion>),
     /// A load ended.
@@ -48,8 +49,8 @@ pub struct HotReloader {
     finish_worker: Worker,
     /// Whether a reload was requested during another one.
     is_reload_requested: bool,
-    /// Latest snapshot of the folder.
-    seen: Option<DirectorySnapshot>,
+    /// Latest snapshot of the folder, and when its scan began.
+    seen: Option<(Instant, DirectorySnapshot)>,
     /// Snapshot whose databases are being loaded.
     target: Option<DirectorySnapshot>,
     /// Objects with deferred work.
@@ -211,7 +212,7 @@ impl HotReloader {
     fn begin_scan(&mut self) {
         self.scans_begun += 1;
         let folder = self.folder.clone();
-        self.scanner.work(move |_| ReloadEvent::Seen(folder.scan()));
+        self.scanner.work(move |_| ReloadEvent::Seen(Instant::now(), folder.scan()));
     }
 
     /// Number of reloads that are over.
@@ -228,8 +229,9 @@ impl HotReloader {
         self.is_reload_requested = false;
         let (folder, loader, catalog) = (self.folder.clone(), self.loader.clone(), catalog.clone());
         self.load_worker.work(move |send| {
+            let begun = Instant::now();
             ReloadEvent::Loaded(folder.scan().map(|snapshot| {
-                send(ReloadEvent::Begun(snapshot.clone()));
+                send(ReloadEvent::Begun(begun, snapshot.clone()));
                 catalog.renewed(snapshot, &loader, |version| send(ReloadEvent::Advanced(version.clone())))
             }))
         });
@@ -258,15 +260,15 @@ impl HotReloader {
     pub fn handle(&mut self, event: ReloadEvent, catalog: &Arc<Catalog>) -> Option<Arc<Catalog>> {
         let mut fresh = None;
         match event {
-            ReloadEvent::Seen(seen) => {
+            ReloadEvent::Seen(begun, seen) => {
                 self.scanner.is_busy = false;
-                self.scan_finished(seen, catalog);
+                self.scan_finished(begun, seen, catalog);
                 if std::mem::take(&mut self.is_rescan_requested) {
                     self.begin_scan();
                 }
             }
-            ReloadEvent::Begun(snapshot) => {
-                self.seen = Some(snapshot.clone());
+            ReloadEvent::Begun(begun, snapshot) => {
+                self.note_seen(begun, snapshot.clone());
                 self.target = Some(snapshot);
             }
             ReloadEvent::Advanced(version) => {
@@ -290,20 +292,31 @@ impl HotReloader {
                 self.finish_next_object();
             }
         }
+        // A load that goes on, or that has just ended, knows nothing of files that were removed meanwhile.
+        let current = fresh.as_ref().unwrap_or(catalog);
+        let kept = self.seen.as_ref().and_then(|(_, seen)| current.without_removed(seen));
+        fresh = kept.map(Arc::new).or(fresh);
         if self.is_reload_requested && !self.load_worker.is_busy {
             self.reload(fresh.as_ref().unwrap_or(catalog));
         }
         fresh
     }
 
-    fn scan_finished(&mut self, seen: Result<DirectorySnapshot, Error>, catalog: &Catalog) {
+    /// Remembers a snapshot, unless the scan of another began later.
+    fn note_seen(&mut self, begun: Instant, snapshot: DirectorySnapshot) {
+        if self.seen.as_ref().is_none_or(|(last, _)| *last <= begun) {
+            self.seen = Some((begun, snapshot));
+        }
+    }
+
+    fn scan_finished(&mut self, begun: Instant, seen: Result<DirectorySnapshot, Error>, catalog: &Catalog) {
         let is_periodic = std::mem::take(&mut self.is_periodic);
         match seen {
             Ok(snapshot) => {
                 self.is_scan_failing = false;
                 let served = self.target.as_ref().unwrap_or(catalog.snapshot());
                 self.is_reload_requested |= is_periodic && self.debounce.settled(snapshot.clone(), served);
-                self.seen = Some(snapshot);
+                self.note_seen(begun, snapshot);
             }
             Err(error) => {
                 if !std::mem::replace(&mut self.is_scan_failing, true) {
@@ -315,7 +328,7 @@ impl HotReloader {
 
     /// `catalog` plus the databases that were found and are not loaded yet; `None` if it lists them already.
     pub fn expected(&self, catalog: &Catalog) -> Option<Arc<Catalog>> {
-        self.seen.as_ref().and_then(|seen| catalog.expecting(seen)).map(Arc::new)
+        self.seen.as_ref().and_then(|(_, seen)| catalog.expecting(seen)).map(Arc::new)
     }
 
     /// Drops a replaced catalog on a background thread: freeing the memory of large objects takes milliseconds.

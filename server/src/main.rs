@@ -4,7 +4,7 @@ use clap::{Parser, Subcommand};
 use shatter_cli_common as program;
 use shatter_cli_common::lab::ForwardedArgs;
 use shatter_cli_common::manuals::ManualsArgs;
-use shatter_server::commands::{CommandError, bake, check, inspect, interrupt, merge, serve};
+use shatter_server::commands::{CommandError, bake, check, expected_file, inspect, interrupt, merge, serve};
 use shatter_server::jobs::start_shared;
 use std::io::Write;
 use std::process::ExitCode;
@@ -43,7 +43,11 @@ enum Command {
 fn main() -> ExitCode {
     program::report_file_size_limit();
     let json = std::env::args_os().any(|argument| argument == "--json");
-    let cli = match program::arguments::<Cli>() {
+    let arguments = program::arguments::<Cli>().map_err(|mut error| {
+        expected_file::explain_missing(&mut error, std::env::args_os().skip(1));
+        error
+    });
+    let cli = match arguments {
         Ok(cli) => cli,
         Err(error) if json && error.use_stderr() => return CommandError::usage(&error).print(true),
         Err(error) if error.use_stderr() => {

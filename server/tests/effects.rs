@@ -287,6 +287,8 @@ fn a_result_of_one_piece_and_a_long_contact_are_warned_of() {
     let (result, warning) = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap()).into();
     assert!(result.contains("to break it: ") && result.contains("times this impulse"), "{result}");
     assert!(result.contains("stays whole") && warning.contains("--duration-s takes seconds"), "{result}{warning}");
+    let is_bound = result.contains("energy: bounded from above");
+    assert!(is_bound && result.contains("to break it: at least ") && result.contains("by the bound"), "{result}");
 }
 
 /// Area vector and area of the part of a fragment's surface that faces `neighbor`, from the mesh that the client receives.

@@ -122,7 +122,13 @@ fn files_of_another_kind_are_named_with_what_to_do() {
     check(&here, &format!("shatterd bake {scene} --name x"), (3, "shatterd check"));
     check(&here, &format!("shatterd bake {folder}/mug.shatter --name x"), (3, "has the extension of a database"));
     check(&here, &format!("shatterd bake {} --name x", spot.trim_end_matches(".obj")), (3, "spot.obj?"));
+    let misspelled = spot.replace("spot.obj", "spott.obj");
+    check(&here, &format!("shatterd bake {misspelled}"), (2, &format!("does not exist; did you mean {spot}?")));
     check(&here, &format!("shatterd bake {spot} --name x --out {spot}"), (3, "is a file, not a folder"));
+    check(&here, "shatterd check mug", (3, "`mug` is the name of an object, and this command takes a scene"));
+    let elsewhere = run(&here, &["shatter", "list"]).2;
+    let folder_choice = "(the folder that XDG_RUNTIME_DIR names; it must be the same for the daemon)";
+    assert!(elsewhere.contains(folder_choice), "{elsewhere}");
     check(&here, &format!("shatterd inspect {folder}"), (3, "mug.shatter"));
     check(&here, &format!("shatterd serve --scene {scene}"), (3, "did you mean `mug`?"));
     let (code, plan, error) = run(&here, &["shatterd", "check", &scene]);

@@ -77,7 +77,8 @@ fn a_signal_ends_a_bake_early_with_its_own_code_and_leaves_nothing() {
     ] {
         let (found, output) = ended(&fixture, arguments, stage, signal);
         assert_eq!(found, Some(code), "{stage}: {output}");
-        assert!(output.lines().last().unwrap().starts_with("shatterd: interrupted"), "{stage}: {output}");
+        let wanted = "shatterd: interrupted: a signal ended the command; nothing was written";
+        assert_eq!(output.lines().last(), Some(wanted), "{stage}: {output}");
         assert_eq!(left(&fixture.databases()), Vec::<String>::new(), "{stage}");
     }
 }

@@ -208,7 +208,7 @@ fn every_example_of_the_documentation_works_on_what_the_first_session_makes() {
     let run = bash.args(["-c", &script]).current_dir(&folder).env("PATH", paths.unwrap()).output().unwrap();
     let [output, error] = [&run.stdout, &run.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
     assert!(run.status.success(), "{}:\n{output}\n{error}", run.status);
-    for stated in [" left, ", "a daemon will hold about"] {
+    for stated in [" left on an idle machine, ", "a daemon will hold about"] {
         assert!(error.contains(stated), "`bake` says what it costs before it costs that: {error}");
     }
     assert!(output.contains("fragments 2") || output.contains("\"fragments\""), "{output}");

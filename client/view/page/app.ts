@@ -7,35 +7,12 @@ import { element } from "./dom";
 import { type Answer, countShown, History, type Layer, layersAfter, multipleOf, type State } from "./history";
 import { type ColorMode, lookOf, type PieceLook } from "./material";
 import * as panel from "./panel";
-import { Pieces, type Pick } from "./pieces";
+import { Pieces } from "./pieces";
 import type { ResultMessage, Vector } from "./result";
 import { Stage } from "./stage";
 import * as strength from "./strength";
-import { EFFECTS, impactOf, TEXTURE_EFFECT, type ImpactRequest, type RayContact, type Settings } from "./impact_request";
-
-/** Facts of an object of the service. */
-export interface ObjectFacts {
-  name: string;
-  state: string;
-  error: string | null;
-  material: string;
-  bounds_m: [Vector, Vector];
-  diagonal_m: number;
-  radius_m: number;
-  volume_m3: number;
-  density_kg_m3: number;
-}
-
-/** A contact that the user points at. */
-export interface Aim {
-  layer: Layer;
-  pick: Pick;
-  ray: RayContact;
-  thresholdNs?: number;
-  /** The point of the page. */
-  x: number;
-  y: number;
-}
+import { EFFECTS, impactOf, TEXTURE_EFFECT, type ImpactRequest, type Settings } from "./impact_request";
+import type { Aim, ObjectFacts } from "./object_facts";
 
 /** Explode factor after the first request: wide enough to see between the pieces. */
 export const EXPLODE_FIRST = 0.22;
@@ -78,16 +55,22 @@ export class App {
 
   /** Shows a mesh that is not an object of the service yet. */
   preview(shown: THREE.Object3D, keepsView = false): void {
-    const old = this.history.pieces();
-    this.history.clear();
-    this.dispose(old);
-    this.object = undefined;
-    this.forgetStruck();
+    this.leaveFor(undefined);
     this.stage.group.clear();
     this.stage.group.add(shown);
     this.stage.framePart(shown, keepsView);
     this.point(undefined);
     this.onState();
+  }
+
+  /** Forgets the results of the shown object: another one, or a mesh, takes its place. */
+  private leaveFor(object: ObjectFacts | undefined): void {
+    const old = this.history.pieces();
+    if (this.object && this.history.count > 1) this.forgotten.add(this.object.name);
+    this.history.clear();
+    this.dispose(old);
+    this.object = object;
+    this.forgetStruck();
   }
 
   /** Keeps the textures of a mesh for the object that was baked from it. */
@@ -110,11 +93,7 @@ export class App {
 
   /** Shows an object of which the result is known; `keepsView`: from where the user looks. */
   showIntact(object: ObjectFacts, result: ResultMessage, keepsView = false): void {
-    const old = this.history.pieces();
-    this.history.clear();
-    this.dispose(old);
-    this.object = object;
-    this.forgetStruck();
+    this.leaveFor(object);
     const [low, high] = object.bounds_m.map((corner) => new THREE.Vector3(...corner)) as [THREE.Vector3, THREE.Vector3];
     const center = low.clone().add(high).multiplyScalar(0.5);
     this.center = center.toArray();
@@ -125,7 +104,7 @@ export class App {
     this.stage.clearMarks();
     this.setExplode(0);
     this.stage.frame(low.sub(center), high.sub(center), keepsView);
-    panel.hint("Click to break it", true);
+    panel.hint(`${this.forgotten.delete(object.name) ? "Its earlier results were not kept. " : ""}Click to break it`, true);
     this.history.push({ layers: [this.layer(result, undefined)], last: undefined });
     this.refresh();
     element("panel").scrollTop = 0;
@@ -210,10 +189,19 @@ export class App {
   private struck: { aim: Aim; before: Layer[] } | undefined;
   /** The state that further repetitions of the request replace. */
   private step: State | undefined;
+  /** Name of that step in a recording, which keeps its last result alone. */
+  private stepName = "";
+  /** Objects whose results were forgotten when another object was shown. */
+  private readonly forgotten = new Set<string>();
 
   /** Other settings have other thresholds. */
   forgetThresholds(): void {
     for (const aim of [this.aim, this.struck?.aim]) if (aim) delete aim.thresholdNs;
+  }
+
+  /** Whether a change of slider, preset, lift or seed repeats a request. */
+  get canRepeat(): boolean {
+    return this.struck !== undefined;
   }
 
   private forgetStruck(): void {
@@ -236,7 +224,8 @@ export class App {
   /** Sends a request and shows its result: as a new state, or in place of the step that the slider changes. */
   private async send(request: ImpactRequest, aim: Aim, before: Layer[], isLive: boolean): Promise<void> {
     const begun = performance.now();
-    const result = await this.resultOf(request, (effects) => effects);
+    if (isLive && (this.step === undefined || this.step !== this.history.now)) this.stepName = crypto.randomUUID();
+    const result = await this.resultOf(request, (effects) => effects, true, isLive ? this.stepName : undefined);
     const made = result.isWhole ? undefined : this.layer(result, request);
     const at = { before, struck: aim.layer, fragment: aim.pick.fragment, aim: { ...aim } };
     const state = { layers: layersAfter(at, made), last: { ...at, request, result, pictureMs: performance.now() - begun } };
@@ -280,8 +269,8 @@ export class App {
     return aim.thresholdNs;
   }
 
-  /** Asks for the result of a request. A recording keeps it, unless it only shows more of what is known. */
-  async resultOf(request: ImpactRequest, choose: (effects: string[]) => string[], isRecorded = true): Promise<ResultMessage> {
+  /** Asks for the result of a request. A recording keeps it, unless it only shows more of what is known; of a `step` it keeps the last. */
+  async resultOf(request: ImpactRequest, choose: (effects: string[]) => string[], isRecorded = true, step?: string): Promise<ResultMessage> {
     const result = await this.withEffects(request.object, (effects) =>
       this.withHandle(request, (handle) =>
         this.connection.askResult({
@@ -289,6 +278,7 @@ export class App {
           object: request.object,
           impact: impactOf(request, choose(effects), handle),
           is_recorded: isRecorded,
+          step,
         }),
       ),
     );
@@ -373,6 +363,7 @@ export class App {
   go(by: number): void {
     if (!(by === -Infinity ? this.history.first() : this.history.move(by))) return;
     this.forgetStruck();
+    panel.hint(undefined);
     const last = this.history.now?.last;
     if (last) strength.showRequest(last.request, multipleOf(last));
     // The slider repeats the request whose result is shown.

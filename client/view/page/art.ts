@@ -1,9 +1,10 @@
 // Art direction: anchors, protected regions, sites and paint on the object; the scene as TOML.
 
 import * as THREE from "three";
-import type { Aim, App, ObjectFacts } from "./app";
+import type { App } from "./app";
 import { chosen, element, onClick, onInput, save, textElement } from "./dom";
-import { millimeters } from "./format";
+import { millimeters, place } from "./format";
+import type { Aim, ObjectFacts } from "./object_facts";
 import { MATERIALS } from "./own_mesh";
 import * as panel from "./panel";
 import type { Vector } from "./result";
@@ -75,6 +76,7 @@ export class ArtDirection {
     });
     onInput("tool-radius", () => this.showTool());
     element("art").addEventListener("toggle", () => this.showTool());
+    onInput("size", () => this.showSize());
     onClick("undo", () => this.remove(this.marks.at(-1)));
     onClick("save-scene", () => void this.save());
     onClick("copy-commands", () => void this.copy());
@@ -100,6 +102,7 @@ export class ArtDirection {
     this.hold();
     this.list();
     this.showTool();
+    this.showSize();
     this.tell("");
     const hint = this.hint();
     if (object && hint) panel.hint(hint);
@@ -128,6 +131,16 @@ export class ArtDirection {
     element("tool-note").textContent = PURPOSE[tool];
     element("tool-radius-row").hidden = tool === "strike" || tool === "site";
     element("tool-radius-value").textContent = radius === undefined ? "" : millimeters(radius);
+  }
+
+  /** Tells what is wrong with the fragment size, beside its field; returns whether it can be used. */
+  private showSize(): boolean {
+    const size = element<HTMLInputElement>("size");
+    const isUsable = !size.validity.badInput && (size.value === "" || Number(size.value) > 0);
+    size.setAttribute("aria-invalid", String(!isUsable));
+    const given = size.value === "" ? "The fragment size" : `A fragment size of ${size.value} mm`;
+    element("size-note").textContent = isUsable ? "" : `${given} is no length above 0. Correct it, or leave it empty for the object's own.`;
+    return isUsable;
   }
 
   /** Finds the pieces that hold the marks: others are shown. */
@@ -175,9 +188,10 @@ export class ArtDirection {
   }
 
   private list(): void {
+    const diagonalM = this.app.object?.diagonal_m ?? 1;
     const rows = this.marks.map((mark) => {
       const radius = mark.tool === "site" ? "" : `, radius ${millimeters(mark.radiusM)}`;
-      const text = `${mark.tool} at ${mark.centerM.map((x) => (1000 * x).toFixed(0)).join(", ")} mm${radius}`;
+      const text = `${mark.tool} at ${place(mark.centerM, diagonalM)} mm${radius}`;
       const button = textElement("button", "×");
       button.setAttribute("aria-label", `Remove ${text}`);
       button.addEventListener("click", () => this.remove(mark));
@@ -252,6 +266,10 @@ export class ArtDirection {
 
   /** Saves the scene, after `shatterd check` has accepted it. */
   private async save(): Promise<void> {
+    if (!this.showSize()) {
+      this.tell("Not saved: correct the fragment size.");
+      return;
+    }
     const [scene, paint] = [this.scene(), this.paint()];
     const object = this.app.object?.name ?? "object";
     try {
@@ -265,7 +283,8 @@ export class ArtDirection {
       if (paint) save("paint.ply", paint, "application/octet-stream");
       const given = reply["databases"] as { path: string; is_temporary: boolean } | null;
       const folder: DatabaseFolder = { path: given?.path, isTemporary: given?.is_temporary ?? false };
-      const saved = paint ? "scene.toml and paint.ply; keep them in one folder" : "scene.toml";
+      const marks = this.marks.length > 0 ? "" : ", without marks";
+      const saved = paint ? "scene.toml and paint.ply; keep them in one folder" : `scene.toml${marks}`;
       this.tell(`Accepted by shatterd check, and saved as ${saved}. To serve it, run there:`, sceneCommands(object, folder, this.otherDatabase()));
     } catch (error) {
       this.tell(error instanceof Error ? error.message : String(error));

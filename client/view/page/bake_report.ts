@@ -47,3 +47,14 @@ export function reportRows(report: BakeReport): string[] {
   }
   return rows;
 }
+
+/** A warning as a sentence, with what the page calls the options of `shatterd bake`. */
+export function warningText(warning: string): string {
+  const text = warning
+    .replaceAll("`", "")
+    .replaceAll("check --unit", "check the unit")
+    .replace(/--unit (\w+)/g, "unit $1")
+    .replace(/--up (\w+)/g, "up $1")
+    .replace(/try (--[\w-]+)/g, "try shatterd bake $1");
+  return `${text.charAt(0).toUpperCase()}${text.slice(1)}${/[.!?]$/.test(text) ? "" : "."}`;
+}

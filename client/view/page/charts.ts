@@ -1,6 +1,7 @@
 // Small charts of the panel: a histogram of volumes, and bars of stages.
 
-import { counted, time, volume } from "./format";
+import { textElement } from "./dom";
+import { counted, times, volume } from "./format";
 import type { ResultHead } from "./result";
 
 const SVG = "http://www.w3.org/2000/svg";
@@ -49,12 +50,11 @@ export function stageBars(into: HTMLElement, head: ResultHead): void {
   const most = Math.max(1, ...rows.map((row) => row.ns));
   const grid = document.createElement("div");
   grid.className = "bars";
-  for (const row of rows) {
-    const [name, bar, value] = [document.createElement("span"), document.createElement("i"), document.createElement("b")];
-    name.textContent = row.name;
+  const values = times(rows.map((row) => row.ns));
+  rows.forEach((row, at) => {
+    const bar = document.createElement("i");
     bar.style.width = `${(100 * row.ns) / most}%`;
-    value.textContent = time(row.ns);
-    grid.append(name, bar, value);
-  }
+    grid.append(textElement("span", row.name), bar, textElement("b", values[at]!));
+  });
   into.replaceChildren(grid);
 }

@@ -30,11 +30,12 @@ export function isClosed(result: ResultMessage, fragment: FragmentRow): boolean 
   return edges.length > 0 && edges.every((edge, at) => edge === opposite[at] && (at === 0 || edge !== edges[at - 1]));
 }
 
-/** Counts the closed fragments, a few at a time, so that the page stays responsive. */
-export async function countClosed(result: ResultMessage): Promise<number> {
+/** Counts the closed fragments, a few at a time, so that the page stays responsive; ends early once `isNeeded` is false. */
+export async function countClosed(result: ResultMessage, isNeeded: () => boolean): Promise<number> {
   let count = 0;
   let begun = performance.now();
   for (const fragment of result.fragments) {
+    if (!isNeeded()) break;
     if (isClosed(result, fragment)) count++;
     if (performance.now() - begun > 8) {
       await new Promise((resolve) => setTimeout(resolve, 4));

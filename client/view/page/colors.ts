@@ -22,6 +22,8 @@ export interface Scale {
   label: string;
   low: string;
   high: string;
+  /** Where γ is on the ramp, from 0 to 1; `undefined` if it is outside, or no such value. */
+  gammaShare: number | undefined;
   /** What the values say about the result. */
   note: string;
 }
@@ -37,13 +39,25 @@ function valuesOf(result: ResultMessage, mode: ColorMode): number[] | undefined 
   return sums;
 }
 
+/** Ratio of the largest value to the least above which colors are logarithmic: linear ones would not tell the small values apart. */
+const LINEAR_RATIO_MAX = 100;
+
 /** What the values are called: each piece has those of the request that made it. */
 function labelOf(mode: ColorMode, requests: number, isLog: boolean): string {
   const what =
     mode === "energy"
       ? "Strain energy in the piece's cell, times the squared distance from its site"
       : "Area of the cracks around the piece";
-  return `${what}${requests > 1 ? ", in the request that made it" : ""} (${isLog ? "logarithmic" : "linear"} colors)`;
+  const colors = isLog ? `logarithmic colors: the values span a factor of more than ${LINEAR_RATIO_MAX}` : "linear colors from 0";
+  return `${what}${requests > 1 ? ", in the request that made it" : ""} (${colors})`;
+}
+
+/** What the energies mean. The number of pieces is an estimate, so a cell can exceed γ. */
+function energyNote(gamma: string): string {
+  return (
+    `The object breaks if this energy of the whole exceeds γ = ${gamma}. The number of cells is an estimate of the least ` +
+    "with which none exceeds γ; some still can."
+  );
 }
 
 /** Threshold γ of the last request, J·m². */
@@ -64,16 +78,17 @@ function hue(fragment: number): THREE.Color {
   return color.offsetHSL(0, 0, 0.05 * ((fragment * 3) % 5) - 0.1);
 }
 
-/** Colors the pieces of all layers on one scale, which is logarithmic where the values span a decade or more. Pieces that no request made have none. */
+/** Colors the pieces of all layers on one scale: linear from 0, or logarithmic where the values span much. Pieces that no request made have none. */
 export function paintLayers(layers: Layer[], mode: ColorMode): Scale | undefined {
   const made = layers.filter((layer) => layer.request);
   const values = new Map(made.map((layer) => [layer, valuesOf(layer.pieces.result, mode)]));
   const shown = made.flatMap((layer) => values.get(layer)?.filter((_, id) => !layer.replaced.has(id)) ?? []);
-  const [low, high] = [Math.min(...shown), Math.max(...shown)];
-  const isLog = low > 0 && high / low > 10;
+  const [least, high] = [Math.min(...shown), Math.max(...shown)];
+  const isLog = least > 0 && high / least > LINEAR_RATIO_MAX;
+  const low = isLog ? least : 0;
   const share = (value: number) => {
-    if (high <= low) return 0.5;
-    return isLog ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
+    if (high <= 0) return 0;
+    return isLog ? Math.log(value / low) / Math.log(high / low) : value / high;
   };
   const hasValues = mode === "energy" || mode === "bonds";
   for (const layer of layers) {
@@ -81,9 +96,11 @@ export function paintLayers(layers: Layer[], mode: ColorMode): Scale | undefined
     layer.pieces.paint((fragment) => (own ? ramp(share(own[fragment]!)) : hasValues ? NEUTRAL.clone() : hue(fragment)));
   }
   if (!hasValues || shown.length === 0) return undefined;
-  const text = (value: number) => (mode === "energy" ? withUnit(value, "J·m²", high) : area(value));
-  const note = mode === "energy" ? `The object breaks if this energy of the whole exceeds γ = ${text(gammaOf(made))}, into cells of about γ or less.` : "";
-  return { label: labelOf(mode, made.length, isLog), low: text(low), high: text(high), note };
+  const isEnergy = mode === "energy";
+  const text = (value: number) => (isEnergy ? withUnit(value, "J·m²", high) : area(value, high));
+  const gamma = gammaOf(made);
+  const gammaShare = isEnergy && gamma >= low && gamma <= high ? share(gamma) : undefined;
+  return { label: labelOf(mode, made.length, isLog), low: text(low), high: text(high), gammaShare, note: isEnergy ? energyNote(text(gamma)) : "" };
 }
 
 /** The ramp as a style for the legend. */

@@ -4,11 +4,12 @@ import * as THREE from "three";
 import type { App } from "./app";
 import { type Defect, NAMES } from "./defects";
 import { element, textElement } from "./dom";
+import { counted } from "./format";
 
 /** Most defects that are listed; the picture marks all. */
 const LISTED_MAX = 40;
 
-const COLORS = { hole: "#e0332f", edge: "#d9a400", winding: "#8a4fd3", flat: "#2f7fe0" };
+const COLORS = { hole: "#e0332f", open: "#e0332f", edge: "#d9a400", winding: "#8a4fd3", flat: "#2f7fe0" };
 
 /** Defects that the page does not look for. */
 const BAKE_FINDS = "The bake looks for more: shells turned inside out, parts that intersect, thin walls.";
@@ -43,24 +44,34 @@ export function markDefects(app: App, defects: Defect[], turn: THREE.Quaternion)
 
 /** Lists the defects, with places in the axes and the unit of the file; a click turns to one. */
 export function listDefects(app: App, defects: Defect[], unit: string, turn: THREE.Quaternion): void {
-  const rows = defects.slice(0, LISTED_MAX).map((defect) => {
+  const described = new Map<string, Defect[]>();
+  for (const defect of defects) {
+    const text = textOf(defect, app.stage.size(), unit);
+    const equal = described.get(text);
+    if (equal) equal.push(defect);
+    else described.set(text, [defect]);
+  }
+  const listed = [...described].slice(0, LISTED_MAX);
+  const rows = listed.map(([text, equal]) => {
+    const defect = equal[0]!;
     const row = document.createElement("li");
     const button = document.createElement("button");
-    button.textContent = described(defect, app.stage.size(), unit);
+    button.textContent = equal.length > 1 ? `${text} (${equal.length} times)` : text;
     button.style.borderLeft = `4px solid ${COLORS[defect.kind]}`;
     const place = new THREE.Vector3(...defect.center).applyQuaternion(turn).add(app.stage.previewOffset);
     button.addEventListener("click", () => app.stage.lookFrom(place));
     row.append(button);
     return row as HTMLElement;
   });
-  const more = defects.length - rows.length;
+  const more = defects.length - listed.reduce((sum, [, equal]) => sum + equal.length, 0);
+  if (defects.length > 0) rows.unshift(textElement("li", counted(defects.length, "defect")));
   if (more > 0) rows.push(textElement("li", `and ${more} more, all marked`));
   rows.push(textElement("li", defects.length === 0 ? `No defects found here. ${BAKE_FINDS}` : BAKE_FINDS));
   element("defects").replaceChildren(...rows);
 }
 
 /** A defect in words, with its place. */
-function described({ kind, count, center }: Defect, size: number, unit: string): string {
+function textOf({ kind, count, center }: Defect, size: number, unit: string): string {
   const [one, several] = NAMES[kind];
   const what = kind === "hole" ? `${one} of ${count} edges` : count > 1 ? `${count} ${several}` : one;
   return `${what} at ${center.map((value) => rounded(value, size)).join(", ")} ${unit}`;

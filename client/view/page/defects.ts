@@ -9,7 +9,7 @@ export interface TriangleMesh {
 }
 
 /** Kinds of [`Defect`]. */
-export type DefectKind = "hole" | "edge" | "winding" | "flat";
+export type DefectKind = "hole" | "open" | "edge" | "winding" | "flat";
 
 /** One defect. */
 export interface Defect {
@@ -25,6 +25,7 @@ export interface Defect {
 /** What one defect of a kind is called, and several. */
 export const NAMES: Record<DefectKind, [string, string]> = {
   hole: ["hole", "holes"],
+  open: ["open edge", "open edges"],
   edge: ["edge of three or more triangles", "edges of three or more triangles"],
   winding: ["edge between faces that face opposite ways", "edges between faces that face opposite ways"],
   flat: ["triangle without area", "triangles without area"],
@@ -68,18 +69,18 @@ export function findDefects(mesh: TriangleMesh): Defect[] {
   const open = found.filter(([, sides]) => sides.length === 1).map(([key]) => ends(key));
   const crowded = found.filter(([, sides]) => sides.length > 2).map(([key]) => ends(key));
   const twisted = found.filter(([, sides]) => sides.length === 2).map(([key]) => ends(key));
-  const all: Defect[] = loops(open).map((edges) => defect("hole", edges, mesh.positions));
+  const all: Defect[] = groups(open).map((edges) => defect(hasLoop(edges) ? "hole" : "open", edges, mesh.positions));
   for (const [kind, edges] of [["edge", crowded], ["winding", twisted]] as const) {
-    all.push(...loops(edges).map((own) => defect(kind, own, mesh.positions)));
+    all.push(...groups(edges).map((own) => defect(kind, own, mesh.positions)));
   }
   const pairs: [number, number][] = [];
   for (let at = 0; at < flat.length; at += 2) pairs.push([flat[at]!, flat[at + 1]!]);
-  for (const group of loops(pairs)) all.push({ ...defect("flat", group, mesh.positions), count: group.length / 2 });
+  for (const group of groups(pairs)) all.push({ ...defect("flat", group, mesh.positions), count: group.length / 2 });
   return all.sort((a, b) => b.count - a.count);
 }
 
 /** Edges that hang together, largest groups first. */
-function loops(edges: [number, number][]): [number, number][][] {
+function groups(edges: [number, number][]): [number, number][][] {
   const parent = new Map<number, number>();
   const root = (vertex: number): number => {
     let at = vertex;
@@ -88,14 +89,19 @@ function loops(edges: [number, number][]): [number, number][][] {
     return at;
   };
   for (const [a, b] of edges) parent.set(root(a), root(b));
-  const groups = new Map<number, [number, number][]>();
+  const found = new Map<number, [number, number][]>();
   for (const edge of edges) {
     const own = root(edge[0]);
-    const group = groups.get(own);
+    const group = found.get(own);
     if (group) group.push(edge);
-    else groups.set(own, [edge]);
+    else found.set(own, [edge]);
   }
-  return [...groups.values()];
+  return [...found.values()];
+}
+
+/** Whether connected edges close a loop. The border of a sheet that ends at an edge of three or more triangles does not. */
+function hasLoop(edges: [number, number][]): boolean {
+  return edges.length >= new Set(edges.flat()).size;
 }
 
 function defect(kind: DefectKind, edges: [number, number][], positions: Float32Array): Defect {

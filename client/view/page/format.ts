@@ -36,17 +36,40 @@ export function volume(valueM3: number): string {
   return valueM3 >= 1e-7 ? `${digits(valueM3 * 1e6)} cm³` : `${digits(valueM3 * 1e9)} mm³`;
 }
 
-/** An area, m². */
-export function area(valueM2: number): string {
-  if (valueM2 >= 0.1) return `${digits(valueM2)} m²`;
-  return valueM2 >= 1e-5 ? `${digits(valueM2 * 1e4)} cm²` : `${digits(valueM2 * 1e6)} mm²`;
+/** An area in the unit that makes `scale` short, m². */
+export function area(valueM2: number, scale = valueM2): string {
+  if (scale >= 0.1) return `${digits(valueM2)} m²`;
+  return scale >= 1e-5 ? `${digits(valueM2 * 1e4)} cm²` : `${digits(valueM2 * 1e6)} mm²`;
+}
+
+/** A unit of times in ns, and its name: that which makes `ns` short. */
+function timeUnit(ns: number): [number, string] {
+  if (ns >= 1e9) return [1e9, "s"];
+  return ns >= 1e5 ? [1e6, "ms"] : [1e3, "µs"];
 }
 
 /** A time, ns. */
 export function time(ns: number): string {
-  if (ns >= 1e9) return `${digits(ns / 1e9)} s`;
-  if (ns >= 1e5) return `${digits(ns / 1e6)} ms`;
-  return `${digits(ns / 1e3)} µs`;
+  const [unit, name] = timeUnit(ns);
+  return `${digits(ns / unit)} ${name}`;
+}
+
+/** Times of a column, ns: one unit and one number of decimals, so that the longest has three digits. */
+export function times(column: number[]): string[] {
+  const most = Math.max(1, ...column);
+  const [unit, name] = timeUnit(most);
+  const decimals = Math.max(0, 2 - Math.floor(Math.log10(most / unit)));
+  return column.map((ns) => {
+    const text = (ns / unit).toFixed(decimals);
+    return `${ns > 0 && Number(text) === 0 ? `< ${(10 ** -decimals).toFixed(decimals)}` : text} ${name}`;
+  });
+}
+
+/** Coordinates of a place of an object, mm: as many decimals as three digits of its size need. */
+export function place(coordinatesM: number[], sizeM: number): string {
+  const decimals = Math.max(0, 2 - Math.floor(Math.log10(1000 * sizeM)));
+  // Adding 0 makes a zero of the negative one.
+  return coordinatesM.map((x) => (Number((1000 * x).toFixed(decimals)) + 0).toFixed(decimals)).join(", ");
 }
 
 /** A share. */

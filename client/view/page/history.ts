@@ -1,6 +1,6 @@
 // States of the object, for back and forward: results are kept in the page, up to a limit.
 
-import type { Aim } from "./app";
+import type { Aim } from "./object_facts";
 import type { Pieces } from "./pieces";
 import type { ResultMessage } from "./result";
 import type { ImpactRequest } from "./impact_request";

@@ -1,12 +1,13 @@
 // Wires the page: pointer, keys, panel.
 
-import { App, type Aim, type ObjectFacts } from "./app";
+import { App } from "./app";
 import { Connection } from "./connection";
 import { choose, chosen, element, onClick, onInput, save } from "./dom";
-import { millimeters } from "./format";
+import { millimeters, place } from "./format";
 import { ArtDirection } from "./art";
 import { bindCompare } from "./compare";
 import { bindKeys } from "./keys";
+import type { Aim, ObjectFacts } from "./object_facts";
 import { OwnMesh } from "./own_mesh";
 import * as panel from "./panel";
 import { recordingOf, replay } from "./replay";
@@ -58,7 +59,7 @@ function showTooltip(aim: Aim | undefined): void {
   box.hidden = aim === undefined;
   if (!aim || !app.object) return;
   const [tool, radiusM] = [art.tool(), art.toolRadiusM()];
-  const point = (tool === "site" ? art.siteOf(aim, app.object) : app.placeOf(aim)).map((x) => (1000 * x).toFixed(0)).join(", ");
+  const point = place(tool === "site" ? art.siteOf(aim, app.object) : app.placeOf(aim), app.object.diagonal_m);
   const breaks = aim.thresholdNs === undefined ? "" : ` · breaks at ${strength.quantity(aim.thresholdNs)}`;
   const radius = millimeters(radiusM ?? app.object.radius_m);
   if (tool === "strike") box.textContent = `${point} mm · radius ${radius}${breaks}`;
@@ -73,6 +74,16 @@ function placeTooltip(x: number, y: number): void {
   Object.assign(box.style, { left: `${left}px`, top: `${top}px` });
 }
 
+/** Shows what the pointer is at. Returns it. */
+function pointAt(x: number, y: number): Aim | undefined {
+  const aim = app.pick(x, y);
+  app.point(aim, art.toolRadiusM());
+  if (!aim) showStrength();
+  showTooltip(aim);
+  placeTooltip(x, y);
+  return aim;
+}
+
 function bindPointer(): void {
   let [down, rest] = [undefined as { x: number; y: number } | undefined, undefined as number | undefined];
   const isClick = (event: PointerEvent) => down && Math.hypot(event.clientX - down.x, event.clientY - down.y) < CLICK_PX;
@@ -80,12 +91,13 @@ function bindPointer(): void {
   canvas.addEventListener("pointermove", (event) => {
     clearTimeout(rest);
     if (recording || event.buttons !== 0 || event.pointerType === "touch") return;
-    const aim = app.pick(event.clientX, event.clientY);
-    app.point(aim, art.toolRadiusM());
-    if (!aim) showStrength();
-    showTooltip(aim);
-    placeTooltip(event.clientX, event.clientY);
+    const aim = pointAt(event.clientX, event.clientY);
     if (aim && art.tool() === "strike") rest = window.setTimeout(() => void showThreshold(aim), REST_MS);
+  });
+  // The camera has moved: another place is below the pointer.
+  canvas.addEventListener("wheel", (event) => {
+    clearTimeout(rest);
+    if (!recording) pointAt(event.clientX, event.clientY);
   });
   canvas.addEventListener("pointerleave", () => {
     clearTimeout(rest);
@@ -104,7 +116,7 @@ async function strikeAt(x: number, y: number): Promise<void> {
   const aim = app.pick(x, y);
   if (!aim) return;
   if (recording) {
-    panel.hint("A recording: nothing can be struck here. → shows the next result");
+    panel.hint("A recording: nothing can be struck here. The button → shows the next result");
     return;
   }
   const tool = art.tool();
@@ -138,6 +150,9 @@ function bindStrike(): void {
   });
 }
 
+/** What the controls of the section do. */
+const REPEATS = "The slider, preset, lift and seed repeat the last request at once.";
+
 function bindView(): void {
   const holdCompared = bindCompare(app);
   onInput("explode", () => app.setExplode(2 * (Number(element<HTMLInputElement>("explode").value) / 100) ** 2));
@@ -156,6 +171,8 @@ function bindView(): void {
     element<HTMLButtonElement>("back").disabled = element<HTMLButtonElement>("reset").disabled = !app.history.canGoBack;
     element<HTMLButtonElement>("forward").disabled = !app.history.canGoForward;
     document.body.classList.toggle("preview", !app.object);
+    showTooltip(undefined);
+    element("repeats").textContent = app.canRepeat ? REPEATS : `Strike the object first. ${REPEATS}`;
     showStrength();
   };
 }
@@ -251,7 +268,8 @@ export async function loadObjects(wanted?: string, keepsView = false): Promise<v
     return loadObjects(wanted, keepsView);
   }
   await app.show(first, keepsView);
-  element<HTMLSelectElement>("object").value = first.name;
+  const select = element<HTMLSelectElement>("object");
+  select.value = select.title = first.name;
   showStrength();
 }
 
@@ -292,8 +310,9 @@ function start(): void {
   }
   onInput("object", () => void app.guarded(chooseObject));
   connection.onState = (isOpen) => {
-    if (!isOpen) panel.message("shatter view does not run any more. Start it again, and open the address that it prints.");
-    else panel.message(undefined);
+    // What a hint advises needs the service.
+    if (!isOpen) panel.hint(undefined);
+    panel.message(isOpen ? undefined : "shatter view does not run any more. Start it again, and open the address that it prints.");
   };
   void app.guarded(() => loadObjects());
 }

@@ -6,6 +6,7 @@ import { OBJLoader } from "three/examples/jsm/loaders/OBJLoader.js";
 import { PLYLoader } from "three/examples/jsm/loaders/PLYLoader.js";
 import { STLLoader } from "three/examples/jsm/loaders/STLLoader.js";
 import type { TriangleMesh } from "./defects";
+import { damaged, endingOf, problemOf } from "./mesh_check";
 import { texturesOf } from "./textures";
 
 /** A mesh file as it is shown. */
@@ -18,10 +19,12 @@ export interface Preview {
 
 /** Reads a mesh file; `undefined` for formats that only the service reads. */
 export async function readMesh(name: string, contents: ArrayBuffer): Promise<Preview | undefined> {
-  const ending = name.split(".").pop()?.toLowerCase();
-  const parsed = await parse(ending, contents).catch((error: unknown) => {
-    const cause = error instanceof Error ? error.message : String(error);
-    throw new Error(`it is damaged, or no ${ending?.toUpperCase()} file (${cause})`);
+  const ending = endingOf(name);
+  const problem = problemOf(ending, contents);
+  if (problem) throw new Error(problem);
+  // The message of a parser names its own variables.
+  const parsed = await parse(ending, contents).catch(() => {
+    throw new Error(damaged(ending));
   });
   if (!parsed) return undefined;
   const { shown, materials } = parsed;
@@ -44,9 +47,10 @@ interface ParsedFile {
   materials: (THREE.MeshStandardMaterial | undefined)[];
 }
 
-async function parse(ending: string | undefined, contents: ArrayBuffer): Promise<ParsedFile | undefined> {
+async function parse(ending: string, contents: ArrayBuffer): Promise<ParsedFile | undefined> {
   const clay = () => new THREE.MeshStandardMaterial({ color: "#d9d4ca", roughness: 0.8, side: THREE.DoubleSide });
   const plain = (geometry: THREE.BufferGeometry) => {
+    if (!geometry.getAttribute("position")) throw new Error("no vertices");
     if (!geometry.getAttribute("normal")) geometry.computeVertexNormals();
     const material = clay();
     material.vertexColors = geometry.hasAttribute("color");

@@ -1,14 +1,16 @@
 // The panel's part for a mesh of the user: drop, defects, bake.
 
 import * as THREE from "three";
-import type { App, ObjectFacts } from "./app";
-import { type BakeReport, reportRows } from "./bake_report";
+import type { App } from "./app";
+import { type BakeReport, reportRows, warningText } from "./bake_report";
 import { ServiceError } from "./connection";
 import { listDefects, markDefects } from "./defect_list";
 import { type Defect, findDefects } from "./defects";
 import { element, onClick, onInput, textElement } from "./dom";
 import { length } from "./format";
+import { ENDING_LIST, ENDINGS, endingOf } from "./mesh_check";
 import { readMesh } from "./mesh_file";
+import type { ObjectFacts } from "./object_facts";
 import * as panel from "./panel";
 
 /** Materials of the service (`materials.toml`). */
@@ -51,6 +53,8 @@ export class OwnMesh {
     const select = element<HTMLSelectElement>("mesh-material");
     select.replaceChildren(...MATERIALS.map((name) => new Option(name)));
     const input = element<HTMLInputElement>("file");
+    input.accept = ENDING_LIST;
+    element("drop").textContent = `Drop a mesh: ${ENDING_LIST}`;
     onClick("open", () => input.click());
     const take = (chosen: File | undefined) => {
       if (chosen) void app.guarded(() => this.open(chosen));
@@ -87,6 +91,7 @@ export class OwnMesh {
     const chosen = select.value;
     select.add(new Option(`${this.file.name} (not baked)`, ""), 0);
     select.value = this.app.object ? chosen : "";
+    select.title = select.selectedOptions[0]?.text ?? "";
   }
 
   /** Shows the file again, which is not baked yet. */
@@ -99,7 +104,13 @@ export class OwnMesh {
     markDefects(app, defects, shown.quaternion);
     this.describe();
     this.offer();
-    panel.hint(defects.length > 0 ? "Bake it to strike it: that repairs its defects" : "Bake it to strike it", true);
+    this.hint(file);
+  }
+
+  /** Tells what to do with a file, unless it is being baked. */
+  private hint(file: OwnFile): void {
+    if (element<HTMLButtonElement>("bake").disabled) panel.hint(undefined);
+    else panel.hint(file.preview?.defects.length ? "Bake it to strike it: that repairs its defects" : "Bake it to strike it", true);
   }
 
   /** Turns the mesh as the chosen axis says. */
@@ -122,6 +133,9 @@ export class OwnMesh {
 
   /** Reads a mesh file, and shows it with its defects. */
   private async open(chosen: File): Promise<void> {
+    if (!ENDINGS.includes(endingOf(chosen.name))) {
+      throw new Error(`${chosen.name} is no mesh file that is read here: the name of one ends with ${ENDING_LIST}`);
+    }
     if (chosen.size > BYTES_MAX) throw new Error(`${chosen.name} is larger than 60 MB: bake it with shatterd bake instead`);
     const contents = await chosen.arrayBuffer();
     const read = await readMesh(chosen.name, contents).catch((error: unknown) => {
@@ -129,6 +143,8 @@ export class OwnMesh {
     });
     const preview = read && { shown: new THREE.Group().add(read.shown), textures: read.textures, defects: findDefects(read.mesh) };
     this.file = { name: chosen.name, contents, preview, openedOver: this.app.object, bakedAs: undefined };
+    // The defaults of a bake: unit and axis of the file before do not say anything about this one.
+    for (const [id, value] of [["mesh-unit", "m"], ["mesh-up", "y"]] as const) element<HTMLSelectElement>(id).value = value;
     const details = element<HTMLDetailsElement>("mesh");
     details.open = true;
     document.body.classList.remove("folded");
@@ -141,7 +157,7 @@ export class OwnMesh {
       this.describe();
       this.follow();
       this.offer();
-      panel.hint("Bake it to strike it", true);
+      this.hint(this.file);
     }
     details.scrollIntoView({ block: "nearest" });
   }
@@ -155,6 +171,7 @@ export class OwnMesh {
     progress.hidden = element("cancel").hidden = false;
     progress.removeAttribute("value");
     element<HTMLButtonElement>("bake").disabled = true;
+    panel.hint(undefined);
     await this.app.guarded(async () => {
       try {
         const reply = await this.app.connection.sendFile(head, file.contents, (text) => (line.textContent = text.replace(/^[^:]*: /, "")));
@@ -162,11 +179,16 @@ export class OwnMesh {
         line.textContent = "Loading the object …";
         await this.showBaked(file, name, reply["report"] as BakeReport);
       } catch (error) {
-        line.textContent = error instanceof ServiceError && error.kind === "canceled" ? "Canceled." : "";
-        if (!(error instanceof ServiceError && error.kind === "canceled")) throw error;
+        const isCanceled = error instanceof ServiceError && error.kind === "canceled";
+        line.textContent = isCanceled ? "Canceled." : "";
+        // Nothing is shown of a file that the page does not read: the message is all that is left of it.
+        if (!isCanceled && !file.preview && this.file === file) this.file = undefined;
+        if (!isCanceled) throw error;
       } finally {
         progress.hidden = element("cancel").hidden = true;
         element<HTMLButtonElement>("bake").disabled = false;
+        this.follow();
+        if (this.file && !this.app.object) this.hint(this.file);
       }
     });
   }
@@ -182,7 +204,7 @@ export class OwnMesh {
     const rows = reportRows(report);
     element("defects").replaceChildren(...rows.map((row) => textElement("li", row)));
     await this.loadObjects(name);
-    element("progress-line").textContent = `Baked in ${report.seconds.toFixed(1)} s. ${report.warnings.join(" ").replaceAll("`", "")}`;
+    element("progress-line").textContent = [`Baked in ${report.seconds.toFixed(1)} s.`, ...report.warnings.map(warningText)].join(" ");
     element<HTMLDetailsElement>("mesh").open = rows.length + report.warnings.length > 0;
   }
 }

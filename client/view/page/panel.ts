@@ -1,6 +1,5 @@
 // The panel: facts of the result, choices of the view.
 
-import type { ObjectFacts } from "./app";
 import { histogram, stageBars } from "./charts";
 import { countClosed } from "./closed";
 import { rampStyle, type Scale } from "./colors";
@@ -8,7 +7,8 @@ import { chosen, element, textElement } from "./dom";
 import { counted, digits, percent, time, withUnit } from "./format";
 import { countShown, multipleOf, type State } from "./history";
 import type { ColorMode } from "./material";
-import type { ResultHead } from "./result";
+import type { ObjectFacts } from "./object_facts";
+import type { ResultHead, ResultMessage } from "./result";
 
 /** Time for which a hint stays, ms. */
 const HINT_MS = 6000;
@@ -49,10 +49,13 @@ export function legend(values: Scale | undefined): void {
   element("color-note").textContent = values?.note ?? absent;
   if (!values) return;
   const [label, low, bar, high] = box.children as unknown as [HTMLElement, HTMLElement, HTMLElement, HTMLElement];
+  const mark = bar.firstElementChild as HTMLElement;
   label.textContent = values.label;
   low.textContent = values.low;
   high.textContent = values.high;
   bar.style.background = rampStyle();
+  mark.hidden = values.gammaShare === undefined;
+  mark.style.left = `${100 * (values.gammaShare ?? 0)}%`;
 }
 
 /** Surface of the fragments, in words; the reason is known of meshes that this page baked. */
@@ -116,14 +119,13 @@ export function facts(state: State, object: ObjectFacts | undefined): void {
   element("volumes-part").hidden = shown.length < 2;
   histogram(element("volumes"), shown);
   stageBars(element("stages"), head);
-  if (!last.result.isWhole) void showClosed(state);
+  const row = element("facts").querySelector("dd");
+  if (!last.result.isWhole && row) void showClosed(last.result, row);
 }
 
-/** Counts closed pieces once the picture is drawn. */
-async function showClosed(state: State): Promise<void> {
-  const result = state.last!.result;
+/** Counts closed pieces once the picture is drawn, and writes them into a row. Another state has rows of its own. */
+async function showClosed(result: ResultMessage, row: HTMLElement): Promise<void> {
   await new Promise((resolve) => setTimeout(resolve, 60));
-  const closed = await countClosed(result);
-  const row = element("facts").querySelector("dd");
-  if (row && row.textContent === "…") row.textContent = `${closed} of ${result.fragments.length}`;
+  const closed = await countClosed(result, () => row.isConnected);
+  row.textContent = `${closed} of ${result.fragments.length}`;
 }

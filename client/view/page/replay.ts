@@ -1,8 +1,9 @@
 // A recording: the page replays requests that were made before, without a service.
 
-import { EXPLODE_FIRST, type App, type ObjectFacts } from "./app";
+import { EXPLODE_FIRST, type App } from "./app";
 import { element, onInput } from "./dom";
 import { type Layer, layersAfter } from "./history";
+import type { ObjectFacts } from "./object_facts";
 import * as panel from "./panel";
 import { decode, type ResultMessage, type Vector } from "./result";
 import type { ImpactRequest, Settings } from "./impact_request";
@@ -59,7 +60,7 @@ export async function replay(app: App, recording: RecordedReply[]): Promise<void
     for (const step of part.steps) showRecorded(app, step);
     app.go(-Infinity);
     document.title = `Shatter: recorded results of ${part.object.name}`;
-    panel.hint(`A recording: → shows the next result${parts.length > 1 ? "; the list at the top, other objects" : ""}`);
+    panel.hint(`A recording: the button → shows the next result${parts.length > 1 ? "; the list at the top, other objects" : ""}`, true);
   };
   onInput("object", () => show(parts[Number(select.value)]));
   show(parts[0]);

@@ -38,6 +38,7 @@ export function sceneCommands(object: string, folder: DatabaseFolder, other: Oth
       `shatterd bake ${mesh} --name ${shellWord(other.name)} --material ${other.material} --out ${path}`,
     );
   }
+  lines.push("# checks the scene, for example after a change:", `shatterd check scene.toml --databases ${path}`);
   lines.push(`shatterd serve --service ${service} --scene scene.toml --databases ${path}`, "# in another terminal:", `shatter view --service ${service}`);
   return lines.join("\n");
 }

@@ -260,10 +260,13 @@ export class Stage {
     requestAnimationFrame((now) => this.draw(now));
   }
 
-  /** A picture of the stage as it is, as a data address. */
+  /** A picture of the stage without marks and contact, as a data address. */
   picture(width: number, height: number): string {
     this.isShadowStale = true;
+    const isMarked = this.ring.visible;
+    this.marks.visible = this.ring.visible = false;
     this.render(false);
+    [this.marks.visible, this.ring.visible] = [true, isMarked];
     const copy = document.createElement("canvas");
     const source = this.canvas;
     [copy.width, copy.height] = [width, height];

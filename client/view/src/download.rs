@@ -33,21 +33,27 @@ impl Format {
     }
 }
 
-/// Name and contents of the file with the pieces `shown` of `object`.
+/// Name and contents of the file with the pieces `shown` of `object`; `is_whole`: they are the object as it was.
 ///
 /// # Errors
 /// `bad_result` for pieces that make no valid file, `output` if a temporary folder cannot be used.
-pub(crate) fn file(object: &str, shown: &[ShownPieces], format: Format) -> Result<(String, Vec<u8>), Error> {
+pub(crate) fn file(
+    object: &str,
+    shown: &[ShownPieces],
+    is_whole: bool,
+    format: Format,
+) -> Result<(String, Vec<u8>), Error> {
+    let stem = if is_whole { object.to_owned() } else { format!("{object}-broken") };
     let wrong = |error: ExportError| Error::new(ErrorKind::BadResult, "download", error.to_string());
     if format == Format::Glb {
         let (bytes, _) = with_object(object, shown, &mut |view| export::glb_bytes(view.fragments)).map_err(wrong)?;
-        return Ok((format!("{object}-broken.glb"), bytes));
+        return Ok((format!("{stem}.glb"), bytes));
     }
     let failed = |error: std::io::Error| {
         Error::new(ErrorKind::Output, "download", format!("cannot write to a temporary folder: {error}; check TMPDIR"))
     };
     let folder = tempfile::Builder::new().prefix("shatter-view-").tempdir().map_err(failed)?;
-    let name = format!("{object}-broken-{}.zip", if format == Format::Obj { "obj" } else { "mjcf" });
+    let name = format!("{stem}-{}.zip", if format == Format::Obj { "obj" } else { "mjcf" });
     let mut write = |view: &export::ObjectView<'_>| match format {
         Format::Obj => export::write_obj(&folder.path().join(object), view),
         _ => export::write_mjcf(&folder.path().join(format!("{object}.xml")), view),

@@ -15,6 +15,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 struct RecordedReply {
     request: String,
     message: Vec<u8>,
+    /// Name of the step that the page replaces as long as its slider moves; empty for other requests.
+    step: String,
 }
 
 /// Results of a recording.
@@ -56,12 +58,16 @@ impl Recording {
         self.replies.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Adds a request, unless the recording is too large.
+    /// Adds a request in place of the earlier ones of its `step`, if it names one, unless the recording is too large.
     pub(crate) fn add(&self, request: &Value, message: &[u8]) {
+        let step = request["step"].as_str().unwrap_or_default().to_owned();
         let mut replies = self.replies();
+        if !step.is_empty() {
+            replies.kept.retain(|reply| reply.step != step);
+        }
         let bytes: usize = replies.kept.iter().map(|reply| reply.message.len()).sum();
         if bytes + message.len() <= PendingRecording::BYTES_MAX {
-            replies.kept.push(RecordedReply { request: request.to_string(), message: message.to_vec() });
+            replies.kept.push(RecordedReply { request: request.to_string(), message: message.to_vec(), step });
         } else {
             replies.left_out += 1;
         }
@@ -155,5 +161,20 @@ mod tests {
         assert!(html.contains("<style>body{}</style>") && html.contains("\"message\":\"H4sI"), "{html}");
         assert!(!html.contains("<link>") && !html.contains("<script src>"), "{html}");
         assert_eq!(html.matches("</script>").count(), 2, "{html}");
+    }
+
+    #[test]
+    fn a_step_is_recorded_once() {
+        let recording = Recording::new(Path::new("a.html"), PageFiles(&[]));
+        for (id, step) in [(1, None), (2, Some("a")), (3, Some("a")), (4, Some("b")), (5, None)] {
+            recording.add(&serde_json::json!({"id": id, "step": step}), &[0]);
+        }
+        let ids: Vec<Value> = recording
+            .replies()
+            .kept
+            .iter()
+            .map(|reply| serde_json::from_str::<Value>(&reply.request).unwrap()["id"].clone())
+            .collect();
+        assert_eq!(ids, [1, 3, 4, 5]);
     }
 }

@@ -134,7 +134,9 @@ impl Worker {
             Some("download") => {
                 let format = download::Format::by_name(request["format"].as_str().unwrap_or_default())?;
                 let shown = self.shown(request)?;
-                let (name, bytes) = download::file(name(request)?, &shown, format)?;
+                let layers = request["layers"].as_array();
+                let is_whole = layers.is_some_and(|layers| layers.iter().all(|layer| layer["impact"].is_null()));
+                let (name, bytes) = download::file(name(request)?, &shown, is_whole, format)?;
                 let head = json!({ "id": id, "reply": "file", "name": name });
                 Ok(Some(Reply::Binary(ResultMessage::new(head, &[("file", &bytes)]).into_bytes())))
             }

@@ -109,7 +109,14 @@ async function serve({ folder, lines }, object) {
 }
 
 test("a scene is saved that `shatterd check` accepts, with commands that serve it while the page is open", { skip }, async () => {
+  await page.fill("#size", "-5");
+  assert.match(await page.textContent("#size-note"), /-5 mm is no length above 0/);
+  await page.click("#save-scene");
+  assert.match(await page.textContent("#scene-note"), /^Not saved/);
+  await page.fill("#size", "12");
+  assert.equal(await page.textContent("#size-note"), "");
   const saved = await save(2);
+  assert.match(saved.lines.join("\n"), /^shatterd check scene\.toml --databases \S+$/m);
   assert.match(await page.textContent("#scene-note"), /^Accepted .* scene\.toml and paint\.ply/);
   assert.deepEqual(saved.names, ["paint.ply", "scene.toml"]);
   assert.match(saved.lines.join("\n"), /^shatterd bake dumbbell\.glb --name dumbbell-plaster --material plaster --out \S+\/databases$/m);
@@ -122,6 +129,7 @@ test("a database of the page's own folder is copied before it is served", { skip
   assert.ok(await page.locator("#scene-serve").isHidden(), "the commands are those of another object");
   const saved = await save(1);
   assert.deepEqual(saved.names, ["scene.toml"]);
+  assert.match(await page.textContent("#scene-note"), /scene\.toml, without marks\./);
   assert.match(saved.lines.join("\n"), /^cp \S+\/large\.shatter \.$/m);
   await serve(saved, "large");
 });
@@ -131,7 +139,7 @@ test("the folder of another program's daemon is left to the user, and words of a
   await build({ entryPoints: [resolve(import.meta.dirname, "../page/scene_commands.ts")], bundle: true, format: "esm", outfile: file });
   const { sceneCommands } = await import(file);
   const unknown = sceneCommands("mug", { path: undefined, isTemporary: false }, undefined);
-  assert.match(unknown, /^# FOLDER: .*\nshatterd serve --service mug-art --scene scene\.toml --databases FOLDER\n/);
+  assert.match(unknown, /^# FOLDER: .*\n#.*\nshatterd check scene\.toml --databases FOLDER\nshatterd serve --service mug-art --scene scene\.toml --databases FOLDER\n/);
   const quoted = sceneCommands("my mug", { path: "/a b", isTemporary: false }, { name: "my mug-ice", material: "ice" });
   assert.match(quoted, /^shatterd bake 'my mug\.glb' --name 'my mug-ice' --material ice --out '\/a b'$/m);
 });

@@ -1,8 +1,9 @@
 // A mesh of the user: defects marked with their places, bake with progress, errors of broken files.
 import assert from "node:assert/strict";
 import { writeFile } from "node:fs/promises";
-import { join } from "node:path";
+import { join, resolve } from "node:path";
 import { test } from "node:test";
+import { build } from "esbuild";
 import { ball, nextState, onObject, pieces, program, session, skip, whole } from "./harness.mjs";
 
 let own, page, notes;
@@ -36,11 +37,15 @@ test("holes of a dropped mesh are marked, it is baked with progress, and breaks"
     new MutationObserver(() => globalThis.noteProgress(line.textContent)).observe(line, { childList: true });
   });
   assert.equal(listed.filter((text) => /^hole of 6 edges at \S+, \S+, \S+ m$/.test(text)).length, 2, listed.join("; "));
+  assert.equal(listed[0], "4 defects");
   assert.match(listed.at(-1), /The bake looks for more/);
   assert.equal(await page.textContent("#hint"), "Bake it to strike it: that repairs its defects");
   await page.evaluate(() => globalThis.shatterView.app.stage.orbit(0.7, 0.1));
   const before = await view();
-  await nextState(page, () => page.click("#bake"));
+  await nextState(page, async () => {
+    await page.click("#bake");
+    assert.equal(await page.textContent("#hint"), "", "it is being baked");
+  });
   await page.waitForFunction(() => globalThis.shatterView.app.object?.name === "ball-with-holes", null, { timeout: 60_000 });
   assert.ok((await view()).every((x, axis) => Math.abs(x - before[axis]) < 0.02), "the bake keeps the view");
   await page.waitForFunction(() => /^Baked in/.test(document.getElementById("progress-line").textContent));
@@ -49,6 +54,7 @@ test("holes of a dropped mesh are marked, it is baked with progress, and breaks"
   assert.ok(seen.size > 3, [...seen].join("; "));
   assert.match(await page.textContent("#mesh-size"), /^Size: (20|19\.\d+) cm × 20 cm × /);
   const actions = (await page.locator("#defects li").allTextContents()).join("; ");
+  assert.match(await page.textContent("#progress-line"), /^Baked in [\d.]+ s\.( [A-Z][^`]*\.)?$/);
   assert.match(actions, /The object is a solid of 4\.\d+ L\. .*open sheets.*2 holes /);
   const at = await onObject(page);
   await nextState(page, () => page.mouse.click(at.x, at.y));
@@ -57,16 +63,33 @@ test("holes of a dropped mesh are marked, it is baked with progress, and breaks"
 });
 
 test("a broken file is refused with its name, and the page goes on", { skip }, async () => {
-  const file = join(own.folder, "broken.stl");
-  await writeFile(file, "this is no mesh");
-  await page.setInputFiles("#file", file);
-  await page.waitForFunction(() => !document.getElementById("message").hidden);
-  assert.match(await page.textContent("#message span"), /^broken\.stl cannot be read: it is damaged, or no STL file \(/);
-  const letter = join(own.folder, "letter.obj");
-  await writeFile(letter, "Dear reader,\nthis is no mesh.\n");
-  await page.setInputFiles("#file", letter);
-  await page.waitForFunction(() => document.getElementById("message").textContent.includes("letter.obj"));
-  assert.equal(await page.textContent("#message span"), "letter.obj cannot be read: it has no triangles");
+  const endings = ".obj, .ply, .stl, .glb, .gltf, .msh, .vtk, .mesh";
+  const picture = Buffer.from([0x89, 0x50, 0x4e, 0x47, 13, 10, 26, 10, ...Array.from({ length: 400 }, (_, at) => (at * 97) % 251)]);
+  const other = JSON.stringify({ asset: { version: "2.0" }, buffers: [{ uri: "mesh.bin", byteLength: 8 }] });
+  const solid = ball(8, 12);
+  for (const [name, contents, told] of [
+    ["letter.txt", "Dear reader", `letter.txt is no mesh file that is read here: the name of one ends with ${endings}`],
+    ["letter.obj", "Dear reader,\nthis is no mesh.\n", "it is no OBJ file: no line of it is a vertex or a face"],
+    ["picture.obj", picture, "it is no OBJ file: no line of it is a vertex or a face"],
+    ["points.obj", solid.replace(/^f .*\n/gm, ""), "it has vertices, but no faces"],
+    ["letter.stl", "this is no mesh", "the file ends early or is no STL file"],
+    ["picture.stl", picture, "the file ends early or is no STL file"],
+    ["picture.ply", picture, "it is no PLY file: its first line is not “ply”"],
+    ["short.ply", "ply\nformat ascii 1.0\n", "the file ends early or is no PLY file"],
+    ["letter.glb", "Dear reader", "it is no glTF file: it begins with neither “glTF” nor a description in JSON"],
+    ["short.glb", "glTF", "the file ends early"],
+    ["parts.gltf", other, "its triangles are in another file (mesh.bin); save it as .glb, which holds all"],
+  ]) {
+    const file = join(own.folder, name);
+    await writeFile(file, contents);
+    await page.setInputFiles("#file", file);
+    await page.waitForFunction((name) => document.getElementById("message").textContent.includes(name), name);
+    const wanted = name.endsWith(".txt") ? told : `${name} cannot be read: ${told}`;
+    assert.equal(await page.textContent("#message span"), wanted);
+    assert.doesNotMatch(await page.textContent("#mesh-name"), new RegExp(name), "what is refused leaves no part of the panel");
+  }
+  assert.equal(await page.textContent("#drop"), `Drop a mesh: ${endings}`);
+  assert.equal(await page.getAttribute("#file", "accept"), endings);
   const vtk = join(own.folder, "broken.vtk");
   await writeFile(vtk, "this is no mesh");
   await page.setInputFiles("#file", vtk);
@@ -75,6 +98,7 @@ test("a broken file is refused with its name, and the page goes on", { skip }, a
   await page.waitForFunction(() => !document.getElementById("message").hidden && document.getElementById("progress").hidden, null, { timeout: 20_000 });
   assert.match(await page.textContent("#message"), /broken\.vtk/);
   assert.doesNotMatch(await page.textContent("#message"), /shatter-view-|mesh\.vtk/, "no folder of the server is named");
+  assert.ok(await page.locator("#mesh").isHidden(), "nothing of the file can be baked again");
   await page.selectOption("#object", "dumbbell");
   await page.waitForFunction(() => globalThis.shatterView.app.object?.name === "dumbbell");
   const at = await onObject(page);
@@ -102,13 +126,40 @@ test("an opened file is listed, and the object before it can be chosen again", {
   assert.equal(await page.evaluate(() => document.querySelector("#object option:checked").textContent), "plain.obj (not baked)");
   assert.ok(await page.locator("#strike").isHidden(), "what is not baked cannot be struck");
   assert.equal(await page.textContent("#mesh-size"), "Size: 20 cm × 20 cm × 20 cm");
+  assert.match(await page.textContent("#defects"), /12 triangles without area at \S+, \S+, \S+ m.*The bake looks for more/);
+  // The next file has the defaults again.
   await page.selectOption("#mesh-unit", "mm");
   assert.match(await page.textContent("#mesh-size"), /^Size: 0\.2 mm/);
-  await page.selectOption("#mesh-unit", "m");
-  assert.match(await page.textContent("#defects"), /12 triangles without area at \S+, \S+, \S+ m.*The bake looks for more/);
+  await page.selectOption("#mesh-up", "z");
   assert.equal(await page.textContent("#progress-line"), "", "nothing is told of another bake");
   await choose(before);
+  assert.equal(await page.textContent("#hint"), "Its earlier results were not kept. Click to break it");
   assert.ok(await page.locator("#strike").isVisible());
+});
+
+test("warnings of a bake are sentences in the words of the page", { skip }, async () => {
+  const file = join(own.folder, "bake_report.mjs");
+  await build({ entryPoints: [resolve(import.meta.dirname, "../page/bake_report.ts")], bundle: true, format: "esm", outfile: file });
+  const { warningText } = await import(file);
+  assert.equal(
+    warningText("the mesh is 658 m large and 9.87e10 kg (unit m); with --unit mm it would be 0.658 m large and 98.7 kg"),
+    "The mesh is 658 m large and 9.87e10 kg (unit m); with unit mm it would be 0.658 m large and 98.7 kg.",
+  );
+  assert.equal(warningText("it is turned: check `--unit`."), "It is turned: check the unit.");
+});
+
+test("open edges that close no loop are no hole, and equal lines are counted", { skip }, async () => {
+  const file = join(own.folder, "fins.obj");
+  // A triangle that stands on an edge of the ball, and two small ones beside each other.
+  const small = (x) => `v ${x} 0 0\nv ${x} 0.0001 0\nv ${x} 0 0.0001\n`;
+  await writeFile(file, `${ball(8, 12)}v 0.2 0 0\n${small(0.3)}${small(0.30001)}f 49 50 109\nf 110 111 112\nf 113 114 115\n`);
+  await page.setInputFiles("#file", file);
+  await page.waitForFunction(() => document.getElementById("mesh-name").textContent.startsWith("fins.obj"));
+  const listed = await page.locator("#defects li").allTextContents();
+  assert.equal(listed[0], "6 defects", listed.join("; "));
+  assert.ok(listed.some((text) => /^2 open edges at /.test(text)), listed.join("; "));
+  assert.ok(listed.includes("hole of 3 edges at 0.3, 0, 0 m (2 times)"), listed.join("; "));
+  await choose("dumbbell");
 });
 
 test("the part for a mesh belongs to what is shown, and a mesh that is not baked can be shown again", { skip }, async () => {

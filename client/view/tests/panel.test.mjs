@@ -1,12 +1,14 @@
 // What the panel says: it belongs to the result that is shown, and its numbers agree.
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
+import { join, resolve } from "node:path";
 import { test } from "node:test";
+import { build } from "esbuild";
 import { clickPiece, nextState, onObject, session, skip, whole } from "./harness.mjs";
 
-let page, notes;
+let own, page, notes;
 
-session("mug", ["--material", "ceramic", "--fragment-size", "0.018", "--quality", "draft"], (parts) => ({ page, notes } = parts));
+session("mug", ["--material", "ceramic", "--fragment-size", "0.018", "--quality", "draft"], (parts) => ({ own, page, notes } = parts));
 
 const factor = () => page.evaluate(() => 0.2 * 500 ** (Number(document.getElementById("impulse").value) / 1000));
 const text = (selector) => page.locator(selector).innerText();
@@ -70,10 +72,21 @@ test("back and forward set the slider, the preset and the seed to those of the r
 test("colors by energy say what they mean, and why the whole object has none", { skip }, async () => {
   await strike();
   await page.click("input[value=energy] + span");
-  assert.match(await text("#legend b"), /squared distance .* \((linear|logarithmic) colors\)$/);
+  assert.match(await text("#legend b"), /squared distance .* \((linear colors from 0|logarithmic colors: .* more than 100)\)$/);
   const units = [...(await page.locator("#legend span").allTextContents()), (await text("#color-note")).match(/γ = ([\d.,]+ \S+m²)/)[1]];
   assert.equal(new Set(units.map((value) => value.split(" ")[1])).size, 1, units.join("; "));
+  assert.match(await text("#color-note"), /estimate of the least with which none exceeds γ; some still can/);
+  const [low, high, gamma] = units.map((value) => Number.parseFloat(value.replaceAll(",", "")));
+  if (/linear/.test(await text("#legend b"))) {
+    assert.equal(low, 0);
+    const left = await page.evaluate(() => Number.parseFloat(document.querySelector("#legend em").style.left));
+    assert.equal(await page.locator("#legend em").isVisible(), gamma <= high);
+    assert.ok(gamma > high || Math.abs(left - (100 * gamma) / high) < 1, `${left} % of the ramp, ${gamma} of ${high}`);
+  }
+  await page.click("input[value=bonds] + span");
+  assert.ok(await page.locator("#legend em").isHidden(), "an area has no threshold");
   await whole(page);
+  await page.click("input[value=energy] + span");
   assert.match(await text("#color-note"), /strike it/);
   await page.click("input[value=surface] + span");
   assert.ok(await page.locator("#color-note").isHidden());
@@ -84,6 +97,8 @@ test("the histogram counts pieces", { skip }, async () => {
   const labels = await page.locator("#volumes text").allTextContents();
   const bars = await page.locator("#volumes rect").count();
   const count = await page.evaluate(() => globalThis.shatterView.app.history.now.last.result.fragments.length);
+  const times = await page.locator("#stages b").allTextContents();
+  assert.equal(new Set(times.map((time) => time.split(" ").at(-1))).size, 1, times.join("; "));
   assert.ok(labels.includes("0") && labels.some((label) => Number(label) >= count / bars && Number(label) <= count), labels.join("; "));
 });
 
@@ -143,9 +158,48 @@ test("lengths side by side have one unit", { skip }, async () => {
   await page.evaluate(() => (document.getElementById("art").open = false));
 });
 
+test("a place has as many digits as the size of its object needs", { skip }, async () => {
+  const file = join(own.folder, "format.mjs");
+  await build({ entryPoints: [resolve(import.meta.dirname, "../page/format.ts")], bundle: true, format: "esm", outfile: file });
+  const { place } = await import(file);
+  assert.equal(place([0.0123, -0.0001, 1], 0.15), "12, 0, 1000");
+  assert.equal(place([0.0000123, -0.0001, 0], 0.0005), "0.012, -0.100, 0.000");
+});
+
+test("the label follows the wheel, and goes with what it was about", { skip }, async () => {
+  await whole(page);
+  // The events of a wheel have whole pixels.
+  const { x, y } = await onObject(page);
+  const at = { x: Math.round(x), y: Math.round(y) };
+  await page.mouse.move(at.x, at.y);
+  const shown = () => page.locator("#tooltip").innerText().then((told) => told.match(/^(.*?) mm/)[1]);
+  const before = await shown();
+  await page.mouse.wheel(0, -800);
+  await page.waitForTimeout(300);
+  const there = await page.evaluate(({ x, y }) => {
+    const { app } = globalThis.shatterView;
+    return app.placeOf(app.pick(x, y)).map((x) => Math.round(1000 * x) + 0).join(", ");
+  }, at);
+  assert.notEqual(there, before, "the camera has moved");
+  assert.equal(await shown(), there);
+  await page.mouse.wheel(0, 800);
+  await page.evaluate(() => globalThis.shatterView.app.refresh());
+  assert.ok(await page.locator("#tooltip").isHidden(), "another state is shown");
+});
+
+test("what stays whole is not called broken", { skip }, async () => {
+  await strike();
+  await nextState(page, () => slide(0.5));
+  for (const [format, name] of [["glb", "mug.glb"], ["obj", "mug-obj.zip"]]) {
+    const [download] = await Promise.all([page.waitForEvent("download"), page.click(`[data-format=${format}]`)]);
+    assert.equal(download.suggestedFilename(), name);
+  }
+});
+
 test("the page says what a model for MuJoCo does with the pieces", { skip }, async () => {
   await strike();
   const [download] = await Promise.all([page.waitForEvent("download"), page.click("[data-format=mjcf]")]);
+  assert.equal(download.suggestedFilename(), "mug-broken-mjcf.zip");
   assert.match((await readFile(await download.path())).toString("latin1"), /<weld name="bond_/);
   await page.waitForFunction(() => /welds touching pieces/.test(document.getElementById("away-note").textContent));
 });

@@ -36,6 +36,7 @@ test("pieces that are moved apart stay in the picture", { skip }, async () => {
   const apart = await page.evaluate(farthest);
   assert.ok(apart > 0.4 && apart < 1, `${apart} of half the picture`);
   await whole(page);
+  assert.equal(await page.textContent("#hint"), "", "the hint was about pieces");
   const again = await page.evaluate(farthest);
   assert.ok(Math.abs(again - before) < 0.01, `${before} at first, ${again} when whole again`);
 });
@@ -66,6 +67,15 @@ test("a mark is where it was clicked, and moves with its piece", { skip }, async
     return { carried, places };
   });
   assert.ok(slid.places.some((own) => gap(own, slid.carried) < 1e-6), "it is carried by a piece");
+  // Pictures of the comparison show pieces alone.
+  const [marked, bare] = await page.evaluate(() => {
+    const { stage } = globalThis.shatterView.app;
+    const marked = stage.picture(120, 100);
+    stage.marks.visible = false;
+    stage.ring.visible = false;
+    return [marked, stage.picture(120, 100)];
+  });
+  assert.ok(marked === bare, "the mark is in no picture");
   await whole(page);
   const rest = await page.evaluate(() => globalThis.shatterView.art.marks[0].rest.toArray());
   assert.ok(gap((await marks())[0], rest) < 1e-9, "on the whole object it is at rest");

@@ -38,7 +38,7 @@ async function nothingIsStruck(page) {
   assert.ok(await page.locator("#message").isHidden());
   assert.ok(!(await page.evaluate(() => globalThis.shatterView.app.stage.marks.visible && globalThis.shatterView.app.aim)));
   await page.keyboard.press("?");
-  assert.doesNotMatch(await page.locator("#keys").innerText(), /strike/);
+  assert.doesNotMatch(await page.locator("#keys").innerText(), /strike|hulls/);
   await page.keyboard.press("Escape");
 }
 
@@ -60,27 +60,47 @@ test("a recording replays what was struck", { skip }, async () => {
     return app.hulls.has(app.history.now.layers[0].request);
   });
   await page.keyboard.press("h");
+  // A movement of the slider is one step, with the result at its end.
+  for (const factor of [3, 9, 20]) {
+    await nextState(page, () =>
+      page.evaluate((factor) => {
+        const input = document.getElementById("impulse");
+        input.value = String((1000 * Math.log(factor / 0.2)) / Math.log(500));
+        input.dispatchEvent(new Event("input"));
+      }, factor),
+    );
+  }
+  await page.evaluate(() => document.getElementById("impulse").dispatchEvent(new Event("change")));
+  const slid = await pieces(page);
   await clickPiece(page);
   const second = await pieces(page);
   const [struck, impulse] = [await page.evaluate(checksums), await page.textContent("#facts dd >> nth=1")];
   await nextState(page, () => page.selectOption("#object", "dumbbell"));
   await clickPiece(page);
   const other = await pieces(page);
-  await context.close();
   await server.end();
+  await page.waitForFunction(() => document.getElementById("message").textContent.includes("does not run any more"));
+  assert.equal(await page.textContent("#hint"), "", "without a service nothing can be struck");
+  await context.close();
   assert.ok((await stat(file)).size > 10_000);
   assert.match(server.notes(), /writing .*requests\.html/);
   const replayed = await open(chrome, pathToFileURL(file).href, { offline: true });
-  await replayed.page.waitForFunction(() => globalThis.shatterView.app.history.count === 3, null, { timeout: 20_000 });
+  await replayed.page.waitForFunction(() => globalThis.shatterView.app.history.count === 4, null, { timeout: 20_000 });
   assert.equal(await pieces(replayed.page), 1);
+  // Longer than a hint stays that goes away by itself.
+  await replayed.page.waitForTimeout(6500);
+  assert.match(await replayed.page.textContent("#hint"), /^A recording: the button → shows the next result/);
   await replayed.page.click("#forward");
+  assert.equal(await replayed.page.textContent("#hint"), "");
   assert.equal(await pieces(replayed.page), first);
+  await replayed.page.click("#forward");
+  assert.equal(await pieces(replayed.page), slid);
   await replayed.page.click("#forward");
   assert.equal(await pieces(replayed.page), second);
   assert.deepEqual(await replayed.page.evaluate(checksums), struck);
-  assert.match(impulse, /N·s, 6 × the threshold/);
+  assert.match(impulse, /N·s, 20 × the threshold/);
   assert.equal(await replayed.page.textContent("#facts dd >> nth=1"), impulse);
-  assert.equal(await replayed.page.textContent("#object option:checked"), "mug (2)");
+  assert.equal(await replayed.page.textContent("#object option:checked"), "mug (3)");
   await nothingIsStruck(replayed.page);
   await replayed.page.selectOption("#object", { label: "dumbbell (1)" });
   await replayed.page.click("#forward");

@@ -78,6 +78,27 @@ test("a request that breaks nothing keeps the result before it", { skip }, async
   assert.equal(await pieces(page), shown);
 });
 
+test("closed pieces are counted of the result that is shown", { skip }, async () => {
+  await strike();
+  await slide(20);
+  const made = await page.evaluate(() => globalThis.shatterView.app.history.now.last.result.fragments.length);
+  // Another result is shown while the pieces of the first are about to be counted.
+  await page.evaluate(() => {
+    const { app } = globalThis.shatterView;
+    app.go(-1);
+    app.go(1);
+  });
+  await page.waitForFunction(() => document.querySelector("#facts dd").textContent !== "…");
+  assert.equal(await page.textContent("#facts dd"), `${made} of ${made}`);
+});
+
+test("the panel says whether there is a request to repeat", { skip }, async () => {
+  await strike();
+  assert.match(await page.textContent("#repeats"), /^The slider, preset, lift and seed repeat/);
+  await whole(page);
+  assert.match(await page.textContent("#repeats"), /^Strike the object first\. /);
+});
+
 test("away from what was struck the panel names no threshold", { skip }, async () => {
   await strike();
   assert.match(await page.textContent("#breaks"), /N·s/);

@@ -129,6 +129,17 @@ impl DirectorySnapshot {
         self.0.iter().map(|(source, _)| stem(&source.path)).collect()
     }
 
+    /// This snapshot without the files that `is_dropped` selects.
+    pub(super) fn without(&self, is_dropped: impl Fn(&DatabaseSource) -> bool) -> Self {
+        Self(self.0.iter().filter(|(source, _)| !is_dropped(source)).cloned().collect())
+    }
+
+    /// Whether a file is in it, in any version.
+    pub(super) fn has_source(&self, source: &DatabaseSource) -> bool {
+        let key = (&source.path, &source.object);
+        self.0.binary_search_by(|(own, _)| (&own.path, &own.object).cmp(&key)).is_ok()
+    }
+
     /// Whether a file is in it, in this version.
     pub(super) fn has(&self, file: &(DatabaseSource, FileStamp)) -> bool {
         self.0.contains(file)

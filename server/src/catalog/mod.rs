@@ -44,9 +44,18 @@ struct Entry {
     /// Number of the version among those that this name has had, from 1.
     generation: u32,
     /// Why no version is served, or why the current file is not served.
-    error: Option<Error>,
+    refusal: Option<Refusal>,
     /// Load of the database, while no version is served.
     loading: Option<LoadInProgress>,
+}
+
+/// File that is not served, and why.
+#[derive(Clone)]
+struct Refusal {
+    source: DatabaseSource,
+    /// File that holds the same object and is served.
+    double_of: Option<DatabaseSource>,
+    error: Error,
 }
 
 impl Default for Catalog {
@@ -84,6 +93,8 @@ impl Catalog {
         });
         let found: Vec<_> = found.into_iter().flatten().collect();
         let generations = self.generations.clone();
+        // A file that was left out counts as not seen, so that it is loaded once it is back.
+        let snapshot = snapshot.without(|source| found.iter().all(|(own, _)| own != source));
         let mut catalog = Self { entries: BTreeMap::new(), generations, snapshot, read: SystemTime::now() };
         let mut loaded: Vec<_> =
             found.iter().filter_map(|(source, version)| Some((source, version.as_ref().ok()?))).collect();
@@ -121,8 +132,33 @@ impl Catalog {
             // Entries that are listed already keep their start.
             entries.entry(name).or_default().loading.get_or_insert(loading);
         }
-        entries.retain(|_, entry| entry.version.is_some() || entry.error.is_some() || entry.loading.is_some());
+        entries.retain(|_, entry| !entry.is_empty());
         Some(Self { entries, generations: self.generations.clone(), snapshot: self.snapshot.clone(), read: self.read })
+    }
+
+    /// This catalog without the files that `seen`, a later look at the folder, lacks; `None` if it has them all.
+    ///
+    /// A file that held the same object as one of these is no longer refused. It counts as not loaded.
+    #[must_use]
+    pub fn without_removed(&self, seen: &DirectorySnapshot) -> Option<Self> {
+        let is_gone = |source: &DatabaseSource| !seen.has_source(source);
+        let is_free = |refusal: &Refusal| refusal.double_of.as_ref().is_some_and(is_gone);
+        let refusals = || self.entries.values().filter_map(|entry| entry.refusal.as_ref());
+        let freed: Vec<&DatabaseSource> = refusals().filter(|own| is_free(own)).map(|own| &own.source).collect();
+        let snapshot = self.snapshot.without(|source| is_gone(source) || freed.contains(&source));
+        if snapshot == self.snapshot && self.versions().all(|version| !is_gone(&version.source)) {
+            return None;
+        }
+        let mut entries = self.entries.clone();
+        for (object, entry) in &mut entries {
+            if let Some(version) = entry.version.take_if(|version| is_gone(&version.source)) {
+                let path = version.source.path.display();
+                tracing::info!(object, %path, "the file of a database was removed; its object is not served any more");
+            }
+            entry.refusal.take_if(|own| is_gone(&own.source) || is_free(own));
+        }
+        entries.retain(|_, entry| !entry.is_empty());
+        Some(Self { entries, generations: self.generations.clone(), snapshot, read: self.read })
     }
 
     /// This catalog with a new object, which was loaded during a reload to `target` that goes on. `None` if it must wait for the end of the
@@ -165,7 +201,8 @@ impl Catalog {
                 other.source.path.display(),
                 version.name
             );
-            return self.refuse(&source.name(), source, &why);
+            let double_of = Some(other.source.clone());
+            return self.refuse(&source.name(), source, double_of, &why);
         }
         let generation = match before.entries.get(&version.name) {
             Some(Entry { version: Some(old), generation, .. }) if Arc::ptr_eq(old, version) => *generation,
@@ -182,20 +219,21 @@ impl Catalog {
         match before.at(source).filter(|old| free(&old.name)) {
             Some(old) => {
                 self.put(source, old, before);
-                self.refuse(&old.name, source, why);
+                self.refuse(&old.name, source, None, why);
             }
-            None => self.refuse(&source.name(), source, why),
+            None => self.refuse(&source.name(), source, None, why),
         }
     }
 
-    /// Records under `name` why `source` is not served.
-    fn refuse(&mut self, name: &str, source: &DatabaseSource, why: &str) {
+    /// Records under `name` why `source` is not served; `double_of` is the file that holds the same object, if that is why.
+    fn refuse(&mut self, name: &str, source: &DatabaseSource, double_of: Option<DatabaseSource>, why: &str) {
         let path = &source.path;
         let entry = self.entries.entry(name.to_owned()).or_default();
         let served = entry.version.is_some();
         tracing::error!(object = name, path = %path.display(), why, served, "a database cannot be loaded");
         let message = format!("{}: {why}", path.file_name().unwrap_or_default().to_string_lossy());
-        entry.error.get_or_insert(Error::new(ErrorKind::CorruptObject, name, message));
+        let error = Error::new(ErrorKind::CorruptObject, name, message);
+        entry.refusal.get_or_insert(Refusal { source: source.clone(), double_of, error });
     }
 
     /// Error for a name that no entry has.
@@ -213,7 +251,7 @@ impl Catalog {
         match self.entries.get(name) {
             Some(Entry { version: Some(version), .. }) => Ok(version.object.clone()),
             Some(Entry { loading: Some(loading), .. }) => Err(loading.error(name)),
-            Some(Entry { error: Some(error), .. }) => Err(error.clone()),
+            Some(Entry { refusal: Some(refusal), .. }) => Err(refusal.error.clone()),
             _ => Err(self.unknown(name)),
         }
     }
@@ -250,7 +288,7 @@ impl Catalog {
 
     /// Number of objects that are served from an older version, because their current files cannot be loaded.
     pub fn outdated(&self) -> usize {
-        self.entries.values().filter(|entry| entry.version.is_some() && entry.error.is_some()).count()
+        self.entries.values().filter(|entry| entry.version.is_some() && entry.refusal.is_some()).count()
     }
 
     /// Memory of the objects, bytes.
@@ -275,14 +313,18 @@ impl Catalog {
 }
 
 impl Entry {
+    fn is_empty(&self) -> bool {
+        self.version.is_none() && self.refusal.is_none() && self.loading.is_none()
+    }
+
     fn row(&self, name: &str) -> ObjectRow {
         let mut row = ObjectRow::zeroed();
         match &self.version {
             Some(version) => row = version.row(self.generation),
             None => row.set_name(name),
         }
-        if let Some(error) = &self.error {
-            row.error = ErrorWire::from(error);
+        if let Some(refusal) = &self.refusal {
+            row.error = ErrorWire::from(&refusal.error);
         }
         if let (None, Some(loading)) = (&self.version, &self.loading) {
             (row.state, row.error) = (ObjectState::Loading as u32, ErrorWire::from(&loading.error(name)));

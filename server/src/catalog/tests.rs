@@ -148,6 +148,20 @@ fn a_file_that_is_gone_before_its_turn_is_not_listed_as_failed() {
     assert!(message.ends_with("there is `beta`"), "names that failed are not offered: {message}");
 }
 
+/// As when the whole folder cannot be read while a file is loaded.
+#[test]
+fn a_file_that_comes_back_unchanged_is_missing_from_the_catalog() {
+    let folder = Folder::of(&[("a", "alpha"), ("b", "beta")]);
+    let seen = DirectorySnapshot::of(folder.0.path()).unwrap();
+    let aside = folder.0.path().join("aside");
+    std::fs::rename(folder.path("a"), &aside).unwrap();
+    let catalog = Catalog::default().renewed(seen.clone(), &loader(), |_| ());
+    std::fs::rename(&aside, folder.path("a")).unwrap();
+    assert!(*catalog.snapshot() != seen, "a later look asks for a reload");
+    let catalog = folder.reload(&catalog);
+    assert_eq!((catalog.ready(), row(&catalog, "alpha").generation), (2, 1));
+}
+
 #[test]
 fn a_reload_keeps_what_is_unchanged_and_follows_the_folder() {
     let folder = Folder::of(&[("a", "alpha"), ("b", "beta"), ("c", "gamma")]);

@@ -1,7 +1,7 @@
 //! One version of an object, loaded from one version of a file.
 
 use super::directory_snapshot::{DatabaseSource, FileStamp};
-use crate::memory;
+use crate::memory::{self, LoadGuard};
 use crate::panics;
 use shatter_engine::object::{Loader, ServedObject};
 use shatter_proto::control::{ObjectRow, ObjectState};
@@ -47,8 +47,12 @@ impl ObjectVersion {
     /// Loads `source`; the error names the defect. A panic of the loader becomes an error, so that no file brings the daemon down.
     fn load(source: &DatabaseSource, stamp: FileStamp, loader: &Loader) -> Result<Self, String> {
         let begun = Instant::now();
+        let loading = LoadGuard::begin();
         let object = catch_unwind(AssertUnwindSafe(|| loader(&source.path, source.object.as_deref())))
             .unwrap_or_else(|panic| Err(format!("loading it failed: {}", panics::text(panic.as_ref()))))?;
+        drop(loading);
+        // Each thread that took part has a heap of its own.
+        rayon::spawn_broadcast(|_| memory::release_free());
         let name = object.row().name();
         object_name(&name).map_err(|error| error.message)?;
         let version = Self {

@@ -80,8 +80,8 @@ pub struct BakeArgs {
     /// Precision of the stored stiffness factor: `f32` halves the memory of `f64`; bodies for which it is too inaccurate keep `f64`
     #[arg(long, value_name = "f64|f32", default_value = "f64", value_parser = factor)]
     pub factor: Precision,
-    /// Order of the elements: `quadratic` ones bend where few cells lie across a wall, but a bake takes up to three times as long; `auto` takes
-    /// them in bodies with fewer than four cells across their walls
+    /// Order of the elements: `quadratic` ones bend where few cells lie across a wall, but a bake takes two to ten times as long; `auto` takes
+    /// them in bodies with fewer than five cells across their walls
     #[arg(long, value_name = "auto|linear|quadratic", default_value = "linear", value_parser = elements)]
     pub elements: ElementChoice,
     /// Add K impacts to the examples of the existing database; everything else stays as baked

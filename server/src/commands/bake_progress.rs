@@ -89,7 +89,7 @@ fn cost(size: &BakeSize, threads: usize) -> String {
         if *exact_triangles > 0 { ". An input surface that is hard to mesh takes up to a minute more" } else { "" };
     let [peak, held] = [size.peak_bytes(), size.held_bytes()].map(|bytes| super::size::rounded(bytes as f64 / 1e6));
     format!(
-        "{elastic_nodes} elastic and {crack_nodes} crack nodes, {examples}: about {seconds} left, {peak} MB at most; a \
+        "{elastic_nodes} elastic and {crack_nodes} crack nodes, {examples}: about {seconds} left on an idle machine, {peak} MB at most; a \
          daemon will hold about {held} MB for it{hard}"
     )
 }
@@ -241,6 +241,7 @@ mod tests {
             crack_nodes: 9_576,
             examples: 100,
             factor_bytes,
+            factor_operations: 3_000_000_000,
             edge_bytes: 0,
             quadratic_nodes: 0,
             skin_triangles,
@@ -249,10 +250,10 @@ mod tests {
         let reported = cost(&size, 2);
         assert!(
             reported
-                .starts_with("4645 elastic and 9576 crack nodes, 100 examples: about 17 to 35 s left, 183 MB at most;"),
+                .starts_with("4645 elastic and 9576 crack nodes, 100 examples: about 18 to 35 s left on an idle machine, 244 MB at most;"),
             "{reported}"
         );
-        assert!(reported.ends_with("a daemon will hold about 61 MB for it"), "{reported}");
+        assert!(reported.ends_with("a daemon will hold about 57 MB for it"), "{reported}");
         let one = cost(&BakeSize { examples: 1, ..size }, 2);
         assert!(one.starts_with("4645 elastic and 9576 crack nodes, 1 example: about "), "{one}");
         assert!(

@@ -57,7 +57,6 @@ pub fn warnings(prepared: &PreparedObject) -> Vec<String> {
         reason.map(|reason| format!("the fragments have the lattice's surface, not the exact one: {reason}")).collect();
     warnings.extend(repaired(prepared));
     let report = &prepared.report;
-    warnings.extend(report.elastic.iter().enumerate().filter_map(stiff_walls));
     let error = report.volume_error();
     if error.abs() > VOLUME_ERROR_REPORTED {
         let (percent, spacing) = (100.0 * error, prepared.parameters.crack_spacing);
@@ -85,16 +84,6 @@ pub fn warnings(prepared: &PreparedObject) -> Vec<String> {
     }
     warnings.extend(report.cracks.as_ref().and_then(|cracks| small_cracks(cracks, *crack_spacing)));
     warnings
-}
-
-/// Warning about a body whose walls store too little energy, because its elements are linear.
-fn stiff_walls((body, own): (usize, &ElasticReport)) -> Option<String> {
-    let reason = own.reason.as_ref().filter(|_| own.order == ElementOrder::Linear)?;
-    Some(format!(
-        "body {body} has {:.1} cells across its walls and linear elements ({reason}), which store up to 35 % too little energy where \
-         walls bend",
-        own.elements_across
-    ))
 }
 
 /// Warnings about repairs that changed a large part of the exact surface.
@@ -171,6 +160,7 @@ fn document(prepared: &PreparedObject, file: &Path, warnings: &[String], seconds
         "elastic_nodes": prepared.elastic_nodes(),
         "elastic_tets": prepared.elastic_tets(),
         "elements_across": report.elements_across(),
+        "discretisation_error": report.discretization_error(),
         "elastic": report.elastic,
         "crack_nodes": prepared.crack_nodes(),
         "crack_tets": prepared.crack_tets(),
@@ -229,7 +219,10 @@ fn elements(report: &BakeReport) -> Vec<String> {
             None if is_stiff => ": up to 35 % too little energy where they bend, --elements auto mends it".to_owned(),
             None => String::new(),
         };
-        format!("{order}, {:.1}{or_more} across the walls{reason}", own.elements_across)
+        let error = own
+            .discretization_error
+            .map_or(String::new(), |error| format!(", energies about {:.0} % too low", 100.0 * error));
+        format!("{order}, {:.1}{or_more} across the walls{error}{reason}", own.elements_across)
     };
     [ElementOrder::Linear, ElementOrder::Quadratic].into_iter().filter_map(fewest).map(line).collect()
 }

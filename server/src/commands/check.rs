@@ -35,11 +35,12 @@ pub struct CheckArgs {
 /// # Errors
 /// [`CommandError`] by what is wrong with the scene or a database.
 pub fn run(args: &CheckArgs) -> Result<(), CommandError> {
+    let folder = args.databases.clone().map_or_else(data_folder, Ok)?;
+    no_object(&args.scene, &folder)?;
     expected_file::check(&args.scene, ExpectedFile::Scene)?;
     let scene = Scene::load(&args.scene)?;
     let of_scene = |error: CommandError| error.of_scene(&args.scene);
     scene.recipes().map_err(|error| of_scene(error.into()))?;
-    let folder = args.databases.clone().map_or_else(data_folder, Ok)?;
     let baked = lookup::names(&folder);
     let objects = scene.objects.iter().map(|(name, object)| plan(name, object, &folder, &baked));
     let objects = objects.collect::<Result<Vec<_>, CommandError>>().map_err(of_scene)?;
@@ -48,6 +49,19 @@ pub fn run(args: &CheckArgs) -> Result<(), CommandError> {
         return output::print(&format!("{}\n", json!({ "scene": scene.title, "objects": objects })));
     }
     output::print(&(screen(&scene.title, &objects) + &missing(args, &objects)))
+}
+
+/// Refuses the name of an object in `folder` where a scene file is wanted.
+fn no_object(scene: &Path, folder: &Path) -> Result<(), CommandError> {
+    let name = scene.to_string_lossy();
+    if scene.exists() || !lookup::names(folder).iter().any(|own| *own == name) {
+        return Ok(());
+    }
+    let message = format!(
+        "`{name}` is the name of an object, and this command takes a scene (a TOML file with a table [objects.NAME] for each object); \
+         show the object by `shatterd inspect {name}`"
+    );
+    Err(Error::new(ErrorKind::Configuration, &*name, message).into())
 }
 
 /// Warns of objects without a database that no shape of the scene can be baked into.

@@ -110,11 +110,6 @@ impl CommandError {
         Self { retry: true, exit_code: interrupt::exit_code(), ..Self::refused("interrupted", "", message) }
     }
 
-    /// Error of a command that a signal ended before it had anything to keep.
-    fn canceled() -> Self {
-        Self::interrupted("a signal ended the command; nothing was written")
-    }
-
     /// Name of the error.
     pub fn kind(&self) -> &'static str {
         self.kind
@@ -232,7 +227,7 @@ impl From<SurfaceError> for CommandError {
             SurfaceError::ExtentOutOfRange { .. } => ("extent_out_of_range", String::new()),
             SurfaceError::NothingInside | SurfaceError::Flat { .. } => ("nothing_inside", String::new()),
             SurfaceError::Needle { .. } => ("too_thin", String::new()),
-            SurfaceError::Canceled(_) => return Self::canceled(),
+            SurfaceError::Canceled(_) => return interrupt::ended(),
         };
         Self::refused(kind, at, error.to_string())
     }
@@ -273,7 +268,7 @@ impl From<LatticeError> for CommandError {
             LatticeError::NothingInside { .. } => {
                 ("nothing_inside", option("crack"), "bake with a finer --crack-spacing".to_owned())
             }
-            LatticeError::Canceled(_) => return Self::canceled(),
+            LatticeError::Canceled(_) => return interrupt::ended(),
             LatticeError::BoundsNotFinite
             | LatticeError::VolumeNotPositive { .. }
             | LatticeError::DistanceNotFinite { .. } => return Self::ours("lattice", error.to_string()),
@@ -286,7 +281,7 @@ impl From<BakeError> for CommandError {
     fn from(error: BakeError) -> Self {
         let message = error.to_string();
         match error {
-            error if error.is_canceled() => Self::canceled(),
+            error if error.is_canceled() => interrupt::ended(),
             BakeError::Severed(_) => Self::refused("severed_parts", "--quality", message),
             BakeError::Name(name) => Self::refused("object_name", name, message),
             BakeError::NotPositive { key, .. } if !key.contains(' ') => {
@@ -315,7 +310,7 @@ impl From<BakeError> for CommandError {
             }
             BakeError::Lift { .. } => Self::ours("lift", message),
             BakeError::Calibration(_) => Self::ours("calibration", message),
-            BakeError::Canceled(_) => Self::canceled(),
+            BakeError::Canceled(_) => interrupt::ended(),
         }
     }
 }
@@ -359,7 +354,7 @@ mod tests {
         ] {
             assert_eq!(CommandError::refused("object_name", at, message).line(), wanted);
         }
-        assert_eq!(CommandError::canceled().line().matches("interrupted").count(), 1);
+        assert_eq!(interrupt::ended().line().matches("interrupted").count(), 1);
     }
 
     #[test]

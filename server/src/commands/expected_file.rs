@@ -2,8 +2,11 @@
 
 use super::CommandError;
 use crate::catalog::is_hidden;
+use clap::error::{ContextKind, ContextValue};
 use shatter_fracture::database::EXTENSION;
 use shatter_proto::name::nearest;
+use shatter_proto::text::message;
+use std::ffi::OsString;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -64,6 +67,28 @@ pub fn check(path: &Path, wanted: ExpectedFile) -> Result<(), CommandError> {
     Err(CommandError::refused(kind, at.clone(), format!("{at} {why}")))
 }
 
+/// Adds to a usage error about missing arguments that a mesh among the words of the command line has a misspelled name.
+pub fn explain_missing(error: &mut clap::Error, words: impl Iterator<Item = OsString>) {
+    if error.kind() != clap::error::ErrorKind::MissingRequiredArgument {
+        return;
+    }
+    let mut meshes = words.map(PathBuf::from).filter(|word| !word.exists() && has_ending(word, ExpectedFile::Mesh));
+    let tip =
+        meshes.find_map(|mesh| Some(format!("{} {}", mesh.display(), mistake_message(&mesh, ExpectedFile::Mesh)?)));
+    let Some(tip) = tip else { return };
+    let mut tips = match error.remove(ContextKind::Suggested) {
+        Some(ContextValue::StyledStrs(tips)) => tips,
+        _ => Vec::new(),
+    };
+    tips.push(message(&tip).into());
+    error.insert(ContextKind::Suggested, ContextValue::StyledStrs(tips));
+}
+
+fn has_ending(path: &Path, wanted: ExpectedFile) -> bool {
+    let ending = path.extension();
+    ending.is_some_and(|own| wanted.endings().iter().any(|ending| own.eq_ignore_ascii_case(ending)))
+}
+
 fn mistake_message(path: &Path, wanted: ExpectedFile) -> Option<String> {
     let shown = path.display();
     if path.is_dir() {
@@ -120,12 +145,7 @@ fn folder_of(folder: &Path) -> &Path {
 /// Files of the wanted kind in a folder.
 fn files(folder: &Path, wanted: ExpectedFile) -> impl Iterator<Item = PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    let is_wanted = move |path: &PathBuf| {
-        let ending = path.extension();
-        !is_hidden(path)
-            && ending.is_some_and(|own| wanted.endings().iter().any(|ending| own.eq_ignore_ascii_case(ending)))
-    };
-    entries.filter(is_wanted)
+    entries.filter(move |path| !is_hidden(path) && has_ending(path, wanted))
 }
 
 /// List of the files of the wanted kind in a folder.

@@ -3,7 +3,7 @@
 use super::expected_file::{self, ExpectedFile};
 use super::inspect_memory::memory_table;
 use super::{CommandError, bake_report, inspect_text, intact_mesh, lookup, output};
-use crate::memory::ResidentMemory;
+use crate::memory::{LoadGuard, ResidentMemory};
 use clap::Args;
 use serde_json::{Value, json};
 use shatter_cli_common::lab;
@@ -49,7 +49,9 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
     expected_file::check(&file, ExpectedFile::Database)?;
     let damaged = |error| CommandError::database(&file, &error);
     let before = ResidentMemory::now();
+    let loading = LoadGuard::begin();
     let served = EngineObject::whole(database::load(&file).map_err(damaged)?);
+    drop(loading);
     let prepared = served.prepared();
     let memory = args.memory.then(|| memory_table(&served, before)).transpose()?;
     let provenance = database::load_provenance(&file).map_err(damaged)?;
@@ -71,6 +73,7 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
         "elastic_nodes": prepared.elastic_nodes(),
         "crack_nodes": prepared.crack_nodes(),
         "elements_across": prepared.report.elements_across(),
+        "discretisation_error": prepared.report.discretization_error(),
         "elastic": prepared.report.elastic,
         "lattice_volume_m3": prepared.report.lattice_volume_m3,
         "gamma_j_m2": prepared.gamma_j_m2,

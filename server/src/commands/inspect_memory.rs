@@ -14,6 +14,7 @@ use shatter_engine::wire::EngineObject;
 /// Those of the factorization and of the strikes that the daemon times.
 pub fn memory_table(served: &EngineObject, before: Option<ResidentMemory>) -> Result<Value, CommandError> {
     served.finish()?;
+    rayon::broadcast(|_| release_free());
     release_free();
     let prepared = served.prepared();
     let mut rows: Vec<(&str, u64)> = prepared.memory().iter().map(|(name, bytes)| (name, bytes as u64)).collect();

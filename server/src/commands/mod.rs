@@ -6,7 +6,7 @@ mod bake_report;
 mod bake_scene;
 pub mod check;
 mod command_error;
-mod expected_file;
+pub mod expected_file;
 pub mod inspect;
 mod inspect_memory;
 mod inspect_text;

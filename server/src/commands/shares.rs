@@ -171,7 +171,7 @@ pub fn work(
         let _writing = interrupt::writing();
         database::save_partial(partial, file).map_err(|error| CommandError::database(file, &error))
     };
-    interrupt::keeping();
+    let _keeping = interrupt::keeping();
     let mut kept = None;
     while !partial.task.is_done() {
         bar.show(partial.examples());

@@ -85,7 +85,7 @@ fn objects_are_finished_one_by_one_and_no_reload_waits_for_that() {
     write("c");
     reloader.reload(&catalog);
     let begun = event(&mut events);
-    assert!(matches!(begun, ReloadEvent::Begun(_)) && reloader.handle(begun, &catalog).is_none());
+    assert!(matches!(begun, ReloadEvent::Begun(..)) && reloader.handle(begun, &catalog).is_none());
     let listed = reloader.expected(&catalog).unwrap();
     assert_eq!((listed.loading(), listed.failed(), listed.get("c").err().unwrap().kind), (1, 0, ErrorKind::Loading));
     assert_eq!(listed.get("another").err().unwrap().kind, ErrorKind::Loading, "the file `c` may hold it");
@@ -173,6 +173,66 @@ fn each_database_of_a_batch_is_served_as_soon_as_it_is_loaded() {
     assert!(catalog.rows(0, 9).iter().filter(|row| row.state == 1).all(|row| row.generation == 1));
 }
 
+/// `b` and `double` hold one object; `slow` is loaded until its gate is open.
+#[test]
+fn a_removed_file_is_gone_at_the_next_scan_whatever_is_loaded() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut reloader, mut events) = start(&folder, true);
+    let databases = folder.path().join("databases");
+    std::fs::create_dir(&databases).unwrap();
+    let path = |name: &str| databases.join(name).with_extension("shatter");
+    let write = |name: &str| std::fs::write(path(name), "").unwrap();
+    ["a", "b", "double", "damaged"].iter().for_each(|name| write(name));
+    let gate = Arc::new(AtomicBool::new(false));
+    let opened = gate.clone();
+    reloader.loader = Arc::new(move |path, _| {
+        let name = match path.file_stem().unwrap().to_str().unwrap() {
+            "double" => "b",
+            "damaged" => return Err("damaged".to_owned()),
+            name => name,
+        };
+        let begun = Instant::now();
+        while name == "slow" && !opened.load(Ordering::Relaxed) && begun.elapsed() < TIMEOUT {
+            std::thread::yield_now();
+        }
+        Ok(Arc::new(Raw(name.to_owned(), Arc::default(), opened.clone())))
+    });
+    let mut catalog =
+        Arc::new(Catalog::default().renewed(DirectorySnapshot::of(&databases).unwrap(), &reloader.loader, |_| ()));
+    let mut handle = |reloader: &mut HotReloader, catalog: &mut Arc<Catalog>| {
+        let next = event(&mut events);
+        if let Some(fresh) = reloader.handle(next, catalog) {
+            *catalog = fresh;
+        }
+        if let Some(fresh) = reloader.expected(catalog) {
+            *catalog = fresh;
+        }
+    };
+    let state = |catalog: &Catalog| (catalog.ready(), catalog.loading(), catalog.failed());
+    assert_eq!(state(&catalog), (2, 0, 2));
+    write("slow");
+    reloader.reload(&catalog);
+    handle(&mut reloader, &mut catalog);
+    assert_eq!(state(&catalog), (2, 1, 2));
+    ["a", "b", "damaged"].iter().for_each(|name| std::fs::remove_file(path(name)).unwrap());
+    reloader.scan();
+    handle(&mut reloader, &mut catalog);
+    assert_eq!(state(&catalog), (0, 2, 0), "`double` and `slow` are being loaded");
+    assert_eq!(catalog.get("double").err().unwrap().kind, ErrorKind::Loading);
+    gate.store(true, Ordering::Relaxed);
+    while reloader.reloads() == 0 {
+        handle(&mut reloader, &mut catalog);
+        assert!(catalog.get("a").is_err() && catalog.get("damaged").err().unwrap().kind != ErrorKind::CorruptObject);
+    }
+    assert!(catalog.get("slow").is_ok() && catalog.get("a").is_err());
+    reloader.reload(&catalog);
+    while reloader.reloads() == 1 || reloader.load_worker.is_busy {
+        handle(&mut reloader, &mut catalog);
+    }
+    assert_eq!(state(&catalog), (2, 0, 0));
+    assert!(catalog.get("b").is_ok(), "the other file holds it");
+}
+
 fn event(events: &mut UnboundedReceiver<WorkerEvent>) -> ReloadEvent {
     let begun = Instant::now();
     loop {
@@ -200,7 +260,7 @@ fn a_scan_for_a_client_does_not_count_for_the_debounce() {
     for done in [1, 2] {
         assert_eq!(reloader.scans_done(), done - 1);
         let seen = event(&mut events);
-        assert!(matches!(seen, ReloadEvent::Seen(Ok(_))) && reloader.handle(seen, &catalog).is_none());
+        assert!(matches!(seen, ReloadEvent::Seen(_, Ok(_))) && reloader.handle(seen, &catalog).is_none());
     }
     let listed = reloader.expected(&catalog).unwrap();
     assert_eq!((reloader.scans_done(), listed.get("a").err().unwrap().kind), (2, ErrorKind::Loading));
@@ -224,7 +284,7 @@ fn a_reload_asked_for_during_another_is_not_lost() {
     reloader.reload(&catalog);
     let loaded = |reloader: &mut HotReloader, events: &mut UnboundedReceiver<WorkerEvent>| {
         let begun = event(events);
-        assert!(matches!(begun, ReloadEvent::Begun(_)) && reloader.handle(begun, &catalog).is_none());
+        assert!(matches!(begun, ReloadEvent::Begun(..)) && reloader.handle(begun, &catalog).is_none());
         event(events)
     };
     let first = loaded(&mut reloader, &mut events);
@@ -246,7 +306,7 @@ fn a_missing_folder_keeps_the_catalog() {
     reloader.scan();
     reloader.scan();
     let seen = event(&mut events);
-    assert!(matches!(seen, ReloadEvent::Seen(Err(_))) && reloader.handle(seen, &catalog).is_none());
+    assert!(matches!(seen, ReloadEvent::Seen(_, Err(_))) && reloader.handle(seen, &catalog).is_none());
     reloader.reload(&catalog);
     let loaded = event(&mut events);
     assert!(matches!(loaded, ReloadEvent::Loaded(Err(_))) && reloader.handle(loaded, &catalog).is_none());

@@ -341,6 +341,7 @@ pub(super) fn to_json(result: &FractureResult, asked: RequestEcho<'_>, files: &W
         "elastic": summary.energy_source.name(),
         "error_estimate": {
             "energy": energy_error(&summary),
+            "discretisation_error": summary.discretization_error,
             "cvd_gap": (summary.sites > 0).then_some(summary.cvd_gap),
         },
         "iterations": summary.iterations,

@@ -35,10 +35,17 @@ fn trust(summary: &Summary) -> String {
 /// Advice for an object that stays whole: the factor of the impulse that breaks it, since E₁ grows with its square. `None` without
 /// energy, and if the weight of an anchored object is part of the energy.
 fn missing_impulse(summary: &Summary, has_weight: bool) -> Option<String> {
-    let most = if summary.energy_source == EnergySource::Bounded { "more than" } else { "about" };
     let factor = 1.0 / summary.e1_over_gamma.sqrt();
-    (factor.is_finite() && factor >= 1.0 && !has_weight)
-        .then(|| format!("to break it: {most} {} times this impulse", significant(factor)))
+    (factor.is_finite() && factor >= 1.0 && !has_weight).then(|| {
+        let times = significant(factor);
+        match summary.energy_source {
+            // The energy is at most the bound, so that the impulse may have to be much larger.
+            EnergySource::Bounded => format!(
+                "to break it: at least {times} times this impulse, by the bound; `shatter threshold` gives the impulse that does"
+            ),
+            _ => format!("to break it: about {times} times this impulse"),
+        }
+    })
 }
 
 /// Text of the threshold and of the energy relative to it; an even division by falloff alone has no energy to show.

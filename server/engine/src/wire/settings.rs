@@ -74,6 +74,8 @@ pub(super) struct EffectiveSettings {
     crack_nodes: usize,
     /// Fewest cells across the walls of any body; `None`: unknown.
     elements_across: Option<f64>,
+    /// Largest error of any body's elastic lattice; `None`: unknown.
+    discretization_error: Option<f64>,
     /// Whether reduced displacements were possible.
     pub is_reducible: bool,
 }
@@ -102,6 +104,7 @@ impl EffectiveSettings {
             elastic_nodes: prepared.elastic_nodes(),
             crack_nodes: prepared.crack_nodes(),
             elements_across: prepared.report.elements_across(),
+            discretization_error: prepared.report.discretization_error(),
             is_reducible: is_reducible(prepared, &planned),
         }
     }
@@ -118,6 +121,7 @@ impl EffectiveSettings {
         summary.reduced_error_max = result.threshold().reduced_error_max;
         (summary.elastic_nodes, summary.crack_nodes) = (count(self.elastic_nodes), count(self.crack_nodes));
         summary.elements_across = self.elements_across.unwrap_or(0.0) as f32;
+        summary.discretization_error = self.discretization_error.unwrap_or(0.0);
     }
 }
 

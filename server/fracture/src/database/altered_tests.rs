@@ -317,6 +317,54 @@ fn altered_tensors_are_rejected_by_name_or_harmless() {
     assert!(trial.refused + trial.served > 250);
 }
 
+/// Loads the database `file` after `alter` changed the bytes of `tensor`; the error is the message.
+fn load_altered(file: &File, tensor: &str, alter: impl FnOnce(&mut Vec<u8>)) -> Result<(), String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("block.shatter");
+    let mut file = file.clone();
+    alter(&mut file.tensors.get_mut(tensor).unwrap().2);
+    file.write(&path);
+    load(&path).map(drop).map_err(|error| error.to_string())
+}
+
+/// Replaces the 64-bit floats from `first` to `last`.
+fn replace(bytes: &mut [u8], entries: std::ops::Range<usize>, by: impl Fn(f64) -> f64) {
+    for own in &mut bytes.as_chunks_mut::<8>().0[entries] {
+        *own = by(f64::from_le_bytes(*own)).to_le_bytes();
+    }
+}
+
+/// Every tetrahedron stays positive, and the boundary a manifold.
+#[test]
+fn altered_elastic_lattices_are_refused() {
+    // Two lattices; then one for both.
+    for spacings in [[0.12, 0.09], [0.1, 0.1]] {
+        let [elastic_spacing, crack_spacing] = spacings.map(Some);
+        let glass = Material::named("glass").unwrap();
+        let request = BakeRequest { elastic_spacing, crack_spacing, ..BakeRequest::new("block", "glass", glass) };
+        let block = request.bake(shapes::cuboid([0.3, 0.3, 0.3])).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        save(&block, &folder.path().join("block.shatter")).unwrap();
+        let file = File::read(&folder.path().join("block.shatter"));
+        let [nodes, tets] = ["body0.elastic.nodes", "body0.elastic.tets"];
+        assert_eq!(load_altered(&file, nodes, |_| ()), Ok(()));
+        let check = |what: &str, loaded: Result<(), String>| {
+            assert!(
+                loaded.as_ref().is_err_and(|error| error.contains("body0.elastic")),
+                "{spacings:?} {what}: {loaded:?}"
+            );
+        };
+        let lattice = &block.bodies[0].solid.as_ref().unwrap().lattice;
+        let distance = |node: &usize| lattice.nodes[*node].coords.norm();
+        let inner = (0..lattice.nodes.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap();
+        let outer = (0..lattice.nodes.len()).max_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap();
+        check("inner node", load_altered(&file, nodes, |own| replace(own, 3 * inner..3 * inner + 1, |x| x + 1e-3)));
+        check("outer node", load_altered(&file, nodes, |own| replace(own, 3 * outer..3 * outer + 3, |x| 1.6 * x)));
+        check("all nodes", load_altered(&file, nodes, |own| replace(own, 0..3 * lattice.nodes.len(), |x| 1.3 * x)));
+        check("other order", load_altered(&file, tets, |own| own.rotate_left(16 * (lattice.tets.len() / 2))));
+    }
+}
+
 #[test]
 fn second_textures_and_colors_of_a_wrong_length_or_value_are_refused() {
     let trial = Trial::new();

@@ -211,7 +211,7 @@ fn skin_of(
     tables.skin.then_some(skin)
 }
 
-/// Computes bounds of E_1, reduced bases, κ and the network from the examples.
+/// Computes bounds of E_1, the error of the elastic lattices, reduced bases, κ and the network from the examples.
 ///
 /// A new object with too few examples gets κ from a few impacts drawn for that.
 pub(super) fn finish(
@@ -221,6 +221,9 @@ pub(super) fn finish(
     progress: &mut dyn FnMut(BakeStep),
 ) -> Result<(), BakeError> {
     prepared.bound(token)?;
+    if request.is_some() {
+        pipeline::estimate_discretization(prepared, token)?;
+    }
     let has_basis = prepared.impacts > 0 || prepared.has_quadratic_elements();
     if has_basis && prepared.parameters.elastic == DisplacementMethod::Reduced {
         progress(BakeStep::Reduction);

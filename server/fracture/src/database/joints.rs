@@ -80,8 +80,13 @@ fn thinnest(lost: &[Width], locators: &[Locator], severed: &SeveredBody) -> Opti
 pub enum JoinRemedy {
     /// A preset whose lattice was tried, or is fine enough.
     Preset(Preset),
-    /// The next preset, which was not tried because the thickness of the joint is unknown.
-    Untried(Preset),
+    /// A preset that was not tried, because the thickness of the joint is unknown.
+    Untried {
+        /// The preset.
+        preset: Preset,
+        /// Finest preset that was tried and severs the parts, too.
+        tried: Option<Preset>,
+    },
     /// A crack spacing, over the diagonal.
     Spacing(f64),
     /// A finer crack spacing or a thicker joint, of unknown measure.
@@ -109,10 +114,11 @@ impl JoinedShape<'_> {
         keeps: &dyn Fn(Preset) -> Result<bool, E>,
     ) -> Result<JoinRemedy, E> {
         let finer = std::iter::successors(quality.and_then(Preset::finer), |preset| preset.finer());
+        let mut tried = None;
         for preset in finer {
             match (preset.lattices().fitted, joint) {
                 // Fitted lattices have ten times as many nodes, so a trial would take longer than this bake.
-                (true, None) => return Ok(JoinRemedy::Untried(preset)),
+                (true, None) => return Ok(JoinRemedy::Untried { preset, tried }),
                 (true, Some(joint)) if joint.thickness >= WALL_SPACINGS[0] * self.spacing(preset) => {
                     return Ok(JoinRemedy::Preset(preset));
                 }
@@ -121,6 +127,7 @@ impl JoinedShape<'_> {
                     if keeps(preset)? {
                         return Ok(JoinRemedy::Preset(preset));
                     }
+                    tried = Some(preset);
                 }
             }
         }
@@ -149,10 +156,11 @@ impl JoinRemedy {
         let divide = "or bake the parts as separate objects";
         match (self, joint) {
             (Self::Preset(preset), _) => format!("--quality {} keeps them", preset.name()),
-            (Self::Untried(preset), _) => format!(
-                "try the next preset, --quality {}, whose lattices may have ten times as many nodes",
-                preset.name()
-            ),
+            (Self::Untried { preset, tried }, _) => {
+                let tried =
+                    tried.map_or_else(String::new, |tried| format!("--quality {} severs them, too; ", tried.name()));
+                format!("{tried}try --quality {}, whose lattices may have ten times as many nodes", preset.name())
+            }
             (Self::Spacing(spacing), _) => {
                 format!("no preset is sure to hold them; --crack-spacing {spacing:.4} is, and coarser ones may be")
             }
@@ -182,4 +190,22 @@ pub(super) fn place(point: &Point3<f64>) -> String {
     // Adding 0 turns −0 into 0.
     let [x, y, z] = [point.x, point.y, point.z].map(|own| format!("{:.4}", (1e4 * own).round() / 1e4 + 0.0));
     format!("({x}, {y}, {z}) m")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::shapes;
+
+    #[test]
+    fn a_preset_that_severs_too_is_told_before_one_that_was_not_tried() {
+        let surface = Surface::repair(shapes::cuboid([1.0; 3])).unwrap();
+        let shape = JoinedShape { surface: &surface, volume: 0.2, area: 2.0 };
+        let remedy = |quality, keeps: bool| shape.remedy(None, Some(quality), &|_| Ok::<_, ()>(keeps)).unwrap();
+        assert_eq!(remedy(Preset::Draft, true), JoinRemedy::Preset(Preset::Game));
+        let advice = |quality| remedy(quality, false).advice(None);
+        let film = "try --quality film, whose lattices may have ten times as many nodes";
+        assert_eq!(advice(Preset::Draft), format!("--quality game severs them, too; {film}"));
+        assert_eq!(advice(Preset::Game), film);
+    }
 }

@@ -10,6 +10,7 @@ mod cells;
 mod container;
 mod cracks;
 mod cutting;
+mod elastic_values;
 mod error;
 mod hash;
 #[cfg(test)]
@@ -20,6 +21,8 @@ mod learned;
 mod lost_parts;
 mod object;
 mod object_name;
+#[cfg(test)]
+mod real_tests;
 mod reduced;
 mod share;
 mod skins;

@@ -5,7 +5,7 @@ use super::lattice_tensors::{lattice, put_lattice};
 use super::learned::{self, EXAMPLES_MAX, QUALITY_KEY};
 use super::reduced::{self, REDUCTION_KEY};
 use super::share::{BakeShare, PartialBake, ShareRemainder, ShareTask};
-use super::{DatabaseError, FORMAT, Tables, bake_request, cutting, skins, stored_values};
+use super::{DatabaseError, FORMAT, Tables, bake_request, cutting, elastic_values, skins, stored_values};
 use crate::cancel_token::CancelToken;
 use crate::elasticity::ElementOrder;
 use crate::lattice::{EnergyTransfer, Lattice};
@@ -14,7 +14,6 @@ use crate::pipeline::{
     BakeParameters, BakeReport, ElasticModel, EnergyUpperBound, PreparedBody, PreparedObject, ReductionErrors,
 };
 use crate::scene::brief;
-use crate::sparse::Precision;
 use crate::surface::LocalFrame;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -390,10 +389,7 @@ fn body(
     // Incomplete elasticity means a damaged file; the reader then names the missing tensor.
     let is_elastic = ELASTIC.iter().any(|part| contents.holds(&name(part)));
     let solid = match tables.elastic && is_elastic {
-        true => {
-            let law = (parameters.material.poisson, parameters.factor);
-            Some(solid(contents, index, &crack, law, report.order(index))?)
-        }
+        true => Some(solid(contents, index, &crack, parameters, report.order(index))?),
         false => None,
     };
     let lift = |part: &str, kind, dimension: Option<usize>, is_wanted: bool| {
@@ -442,12 +438,15 @@ fn solid(
     contents: &ContainerContents,
     index: usize,
     crack: &Lattice,
-    law: (f64, Precision),
+    parameters: &BakeParameters,
     order: ElementOrder,
 ) -> Result<ElasticModel, DatabaseError> {
     let name = |part: &str| format!("{BASE}{index}.{part}");
+    let law = (parameters.material.poisson, parameters.factor);
+    let spacing = parameters.elastic_spacing.max(parameters.crack_spacing);
     let elastic = lattice(contents, &name("elastic"))?;
     let transfer = transfer(contents, &name("transfer"), &elastic, crack)?;
+    elastic_values::check(&format!("{BASE}{index}"), &elastic, crack, &transfer, spacing)?;
     let failed = |source| DatabaseError::Elasticity { body: index, source };
     ElasticModel::new(elastic, transfer, law, order, &CancelToken::default()).map_err(failed)
 }

@@ -148,7 +148,11 @@ fn spots(
             }
         }
     };
-    pairs.as_chunks::<2>().0.iter().zip(weights.as_chunks::<4>().0).enumerate().map(spot).collect()
+    let pairs = pairs.as_chunks::<2>().0.iter().zip(weights.as_chunks::<4>().0);
+    let mut spots = pairs.enumerate().map(spot).collect::<Result<Vec<_>, _>>()?;
+    // A collection that may fail reserves as it grows.
+    spots.shrink_to_fit();
+    Ok(spots)
 }
 
 /// The attributes of the input on the boundary of body `index`; `None` if the file has none.
@@ -189,5 +193,23 @@ fn vectors<const N: usize>(
             found: format!("F32 [{rows}, {columns}]"),
             wanted: format!("F32 [{rows}, {N}]"),
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::database::{self, BakeRequest, Tables};
+    use crate::scene::Material;
+    use crate::surface::shapes;
+
+    #[test]
+    fn a_loaded_skin_reserves_no_more_than_it_uses() {
+        let tables = Tables { skin: true, attributes: true, ..Tables::NONE };
+        let request = BakeRequest { tables, ..BakeRequest::new("block", "glass", Material::named("glass").unwrap()) };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("block.shatter");
+        database::save(&request.bake(shapes::cuboid([0.3; 3])).unwrap(), &path).unwrap();
+        let skin = database::load(&path).unwrap().skin.unwrap();
+        assert_eq!(skin.bytes(), skin.as_ref().clone().bytes());
     }
 }

@@ -59,7 +59,8 @@ pub(super) fn all<T: Copy + Into<f64>>(
     }
 }
 
-fn implausible(tensor: &str, index: usize, value: f64, wanted: &'static str) -> DatabaseError {
+/// The error for an entry that no bake writes.
+pub(super) fn implausible(tensor: &str, index: usize, value: f64, wanted: &'static str) -> DatabaseError {
     DatabaseError::Implausible { tensor: tensor.to_owned(), index, value, wanted }
 }
 
@@ -268,6 +269,8 @@ pub(super) fn report(own: &BakeReport, frame: &LocalFrame, bodies: &[PreparedBod
     }
     for elastic in &own.elastic {
         numbers("report", &[("elements_across", elastic.elements_across, f64::MIN_POSITIVE..=CELLS_MAX)])?;
+        let error = elastic.discretization_error.unwrap_or(0.0);
+        numbers("report", &[("discretisation_error", error, 0.0..=1.0)])?;
     }
     if let Some(cracks) = &own.cracks {
         let all = [

@@ -48,7 +48,7 @@ pub(super) fn spacings(
             Err(error) => return Err(error.into()),
         }
     }
-    let possible = possible_thickness(thickness, volume, area).max(WALL_SPACINGS[1] * grid_finest(surface));
+    let possible = possible_thickness(thickness, volume, area, walls, surface);
     Err(too_thin(thickness, chosen[1], Some(possible), surface))
 }
 
@@ -57,15 +57,30 @@ fn grid_finest(surface: &Surface) -> f64 {
     lattice::finest_grid_spacing(&surface.extent())
 }
 
-/// Smallest thickness, local, at which walls of this volume and area can be preserved. Volume grows with thickness.
-fn possible_thickness(thickness: f64, volume: f64, area: f64) -> f64 {
+/// Smallest thickness, local, at which the shape can be baked if all its thinner walls are thickened to it.
+fn possible_thickness(thickness: f64, volume: f64, area: f64, walls: &Widths, surface: &Surface) -> f64 {
+    // Each side of a wall gains half of what the wall gains.
+    let each = 0.5 * area / walls.samples.len().max(1) as f64;
+    let grown = |thicker: f64| walls.samples.iter().map(|wall| each * (thicker - wall.width).max(0.0)).sum::<f64>();
     let possible = |thicker: &f64| {
         let spacing = Some(thicker / WALL_SPACINGS[1]);
-        lattice::spacings(volume * thicker / thickness, area, [1; 2], spacing, spacing).is_ok()
+        lattice::spacings(volume + grown(*thicker), area, [1; 2], spacing, spacing).is_ok()
+            && grid_allows(*thicker, thickness, surface)
     };
-    // Each step is 2 % thicker; at a tenth of the diagonal, every shape can be baked.
+    thicker(thickness, possible)
+}
+
+/// First thickness from `thickness` on, in steps of 2 %, that is `possible`. At a tenth of the diagonal, every shape can be baked.
+fn thicker(thickness: f64, possible: impl Fn(&f64) -> bool) -> f64 {
     let mut thicker = (0..).map(|step| thickness * 1.02_f64.powi(step)).take_while(|thicker| *thicker < WIDTH_MAX);
     thicker.find(possible).unwrap_or(WIDTH_MAX)
+}
+
+/// True if the grid over the bounding box is small enough for walls that are thickened from `thickness` to `thicker`. The box grows with
+/// them, by no more than they do.
+fn grid_allows(thicker: f64, thickness: f64, surface: &Surface) -> bool {
+    let extent = surface.extent().add_scalar(thicker - thickness);
+    lattice::finest_grid_spacing(&extent) <= thicker / WALL_SPACINGS[1]
 }
 
 /// The error for a lattice of this spacing without inside: walls that are too thin, if they have a measured thickness.
@@ -88,7 +103,7 @@ pub(super) fn explain(error: LatticeError, walls: &Widths, surface: &Surface) ->
 fn too_thin(thickness: f64, spacing: f64, thickness_needed: Option<f64>, surface: &Surface) -> BakeError {
     let meters = |local: f64| local * surface.frame.diagonal_m;
     let [spacing_needed, finest] = [thickness / WALL_SPACINGS[1], grid_finest(surface)];
-    let by_grid = (spacing_needed < finest).then_some(WALL_SPACINGS[1] * finest);
+    let by_grid = (spacing_needed < finest).then(|| thicker(thickness, |own| grid_allows(*own, thickness, surface)));
     let turned = || lattice::finest_grid_spacing(&surface.thinnest_extents()) <= spacing_needed;
     BakeError::TooThin {
         thickness_m: meters(thickness),
@@ -239,6 +254,43 @@ mod tests {
         }
         let straight = baked(shapes::cuboid([1.0, 0.0026, 0.0026]), None);
         assert!(straight.is_ok(), "the advice helps: {}", straight.err().unwrap());
+    }
+
+    /// A pane of thickness `t`, m, in a row with a ball of half a cubic meter, or alone and turned.
+    #[test]
+    fn the_thickness_named_for_thin_walls_can_be_baked_and_a_smaller_one_cannot() {
+        let with_ball = |t: f64| {
+            let (mut all, pane) = (shapes::sphere(0.5, 3), shapes::cuboid([1.0, 1.0, t]));
+            let first = all.positions_m.len() as u32;
+            all.positions_m.extend(pane.positions_m.iter().map(|point| point + nalgebra::Vector3::x() * 1.2));
+            all.triangles.extend(pane.triangles.iter().map(|corners| corners.map(|vertex| vertex + first)));
+            all
+        };
+        let turned = |t: f64| {
+            let mut pane = shapes::cuboid([1.0, 0.5, t]);
+            let rotation = nalgebra::Rotation3::from_euler_angles(0.3, 0.7, 0.7);
+            pane.positions_m.iter_mut().for_each(|point| *point = rotation * *point);
+            pane
+        };
+        let spacing = |mesh: RawMesh| {
+            let surface = Surface::repair(mesh).unwrap();
+            let token = CancelToken::default();
+            let inside = InsideTest::new(&surface);
+            let walls = inside.widths(WidthSide::Wall, WIDTH_MAX, &token).unwrap();
+            let (volume, area) = (inside.input_volume(&token).unwrap(), super::super::lost_parts::area(&surface));
+            spacings(&request(None), volume, area, &walls, &surface)
+        };
+        for (shape, thin) in
+            [(&with_ball as &dyn Fn(f64) -> RawMesh, [0.006, 0.012, 0.02]), (&turned, [0.001, 0.004, 0.008])]
+        {
+            for t in thin {
+                let Err(BakeError::TooThin { thickness_needed_m: Some(needed_m), .. }) = spacing(shape(t)) else {
+                    panic!("{t} is thick enough")
+                };
+                let possible = [0.94, 1.02].map(|factor| spacing(shape(factor * needed_m)).is_ok());
+                assert_eq!(possible, [false, true], "{t} m: {needed_m} m");
+            }
+        }
     }
 
     #[test]

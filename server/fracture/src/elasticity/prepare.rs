@@ -293,6 +293,11 @@ impl Elasticity {
         self.symbolic.factor_bytes(self.precision)
     }
 
+    /// Multiplications and additions to compute the factor.
+    pub fn factor_operations(&self) -> u64 {
+        self.symbolic.factor_operations()
+    }
+
     /// Bytes that a single-precision factor would save; 0 if that precision was chosen, also where it is too inaccurate to be used.
     pub fn single_precision_saving(&self) -> usize {
         let bytes = |precision| self.symbolic.factor_bytes(precision);

@@ -16,7 +16,7 @@ pub struct DihedralRange {
 
 impl DihedralRange {
     /// Angles of one tetrahedron; `None` if its volume is not positive.
-    pub(super) fn of(corners: &[Point3<f64>; 4]) -> Option<Self> {
+    pub(crate) fn of(corners: &[Point3<f64>; 4]) -> Option<Self> {
         let [a, b, c, d] = corners;
         let volume = (b - a).dot(&(c - a).cross(&(d - a)));
         (volume > 0.0).then(|| Self::from_cosines(cosines(corners)))

@@ -164,6 +164,22 @@ impl SymbolicFactor {
         Ok(values)
     }
 
+    /// Multiplications and additions to compute a factor: the sum of the squared numbers of entries of its columns.
+    pub fn factor_operations(&self) -> u64 {
+        // Of `width` columns, the first has `height` entries, and each later one has one less.
+        let columns = |width: u64, height: u64| (0..width).map(|column| (height - column).pow(2)).sum::<u64>();
+        match self.pattern.raw() {
+            SymbolicCholeskyRaw::Simplicial(own) => {
+                own.col_ptr().windows(2).map(|ends| columns(1, u64::from(ends[1] - ends[0]))).sum()
+            }
+            SymbolicCholeskyRaw::Supernodal(own) => {
+                let widths = own.supernode_begin().iter().zip(own.supernode_end()).map(|(begin, end)| end - begin);
+                let below = own.col_ptr_for_row_idx().windows(2).map(|ends| ends[1] - ends[0]);
+                widths.zip(below).map(|(width, below)| columns(width.into(), (width + below).into())).sum()
+            }
+        }
+    }
+
     /// Bytes that a factor holds: its entries, their indices, and the ordering in both directions.
     ///
     /// faer keeps the adjacency of supernodes private, so it is not counted: one index per block of entries.

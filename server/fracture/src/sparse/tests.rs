@@ -1,6 +1,6 @@
 //! Residuals of solves, and errors of invalid matrices.
 
-use super::{Cholesky, SolveScratch, SparseError, SymbolicFactor, SymmetricMatrix};
+use super::{Cholesky, Precision, SolveScratch, SparseError, SymbolicFactor, SymmetricMatrix};
 use crate::lattice::block;
 use crate::random::RandomStream;
 use nalgebra::Matrix3;
@@ -53,6 +53,22 @@ fn solves_one_and_many_columns_of_scalar_and_of_block_matrices() {
         check(&dominant(400, 2), k);
         check(&vector_matrix(4), k);
     }
+}
+
+/// Σ c² of the columns of a factor with Σ c entries: at least (Σ c)²/n, at most n Σ c.
+#[test]
+fn operations_of_a_factor_fit_its_entries() {
+    assert_eq!(SymbolicFactor::analyze(&dominant(1, 1)).unwrap().factor_operations(), 1);
+    let check = |symbolic: SymbolicFactor, size: usize| {
+        // The indices take less than an eighth.
+        let entries = symbolic.factor_bytes(Precision::F64) as f64 / 8.0;
+        let operations = symbolic.factor_operations() as f64;
+        let range = 0.5 * entries * entries / size as f64..size as f64 * entries;
+        assert!(range.contains(&operations), "{operations:e}, {range:?}");
+    };
+    check(SymbolicFactor::analyze(&dominant(400, 2)).unwrap(), 400);
+    let block = vector_matrix(8);
+    check(SymbolicFactor::analyze(&block).unwrap(), block.size());
 }
 
 #[test]

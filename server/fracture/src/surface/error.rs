@@ -139,7 +139,7 @@ pub enum SurfaceError {
     /// The mesh is closed, but too thin in two directions for every possible lattice.
     #[error(
         "the mesh is a needle, thin in two directions: its extents are {}, so it is {:.0} times as long as thick, which no lattice \
-         resolves; make it {thickness_min_m:.3e} m thick or more, or bake it in shorter parts",
+         resolves; make it {thickness_min_m:.3e} m thick or more and lay it along an axis, or bake it in shorter parts",
         product(.extents_m),
         .extents_m[0] / .extents_m[2]
     )]

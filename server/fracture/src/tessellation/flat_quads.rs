@@ -63,6 +63,11 @@ impl FlatQuads {
         Self(pairs.filter_map(|faces| FlatQuad::new(lattice, topology, faces)).collect())
     }
 
+    /// Frees what the list reserved and does not use.
+    pub fn shrink(&mut self) {
+        self.0.shrink_to_fit();
+    }
+
     /// Memory, bytes.
     pub fn bytes(&self) -> usize {
         held(&self.0)

@@ -50,6 +50,11 @@ impl FlatSimplices {
         flat
     }
 
+    /// Frees what the lists reserved and do not use.
+    pub fn shrink(&mut self) {
+        [&mut self.nodes, &mut self.edges, &mut self.faces, &mut self.tets].into_iter().for_each(Vec::shrink_to_fit);
+    }
+
     /// Lower bound of the heights of all tetrahedra around a simplex with these nodes, local.
     pub fn height<const N: usize>(&self, nodes: [u32; N]) -> f64 {
         nodes.iter().map(|&node| f64::from(self.heights[node as usize])).fold(0.0, f64::max)

@@ -93,7 +93,20 @@ impl Topology {
         topology.mark_boundary(&lattice.boundary(), &finder);
         topology.flat = FlatSimplices::new(lattice, &topology.edges, &topology.faces);
         topology.flat_quads = FlatQuads::new(lattice, &topology);
+        topology.shrink();
         topology
+    }
+
+    /// Frees what the lists reserved and do not use: that of the edges was six times too long.
+    fn shrink(&mut self) {
+        self.edges.shrink_to_fit();
+        self.faces.shrink_to_fit();
+        self.face_edges.shrink_to_fit();
+        self.tet_edges.shrink_to_fit();
+        self.boundary.shrink_to_fit();
+        self.boundary_nodes.shrink_to_fit();
+        self.flat.shrink();
+        self.flat_quads.shrink();
     }
 
     /// Changes `labels` where two boundary triangles in one plane and the faces below them would be divided unlike each
@@ -229,6 +242,12 @@ mod tests {
         let euler = topology.nodes as i64 - topology.edges.len() as i64 + topology.faces.len() as i64
             - lattice.tets.len() as i64;
         assert_eq!(euler, 1, "a ball");
+    }
+
+    #[test]
+    fn nothing_is_reserved_beyond_what_is_used() {
+        let topology = Topology::new(&block([5, 4, 3], 0.2));
+        assert_eq!(topology.bytes(), topology.clone().bytes());
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod anchored;
 mod beam;
+mod closed_forms;
 mod contact;
 mod edge_contacts;
 mod eigenvalue_bound;

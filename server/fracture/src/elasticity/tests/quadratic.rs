@@ -18,7 +18,11 @@ fn triangle_rule() -> Vec<([f64; 3], f64)> {
 }
 
 /// Forces of the traction σ(x) n on the boundary of a body of quadratic elements, for stresses up to cubic ones.
-fn tractions(body: &Elasticity, lattice: &Lattice, stress: impl Fn(Point3<f64>) -> Matrix3<f64>) -> Vec<f64> {
+pub(super) fn tractions(
+    body: &Elasticity,
+    lattice: &Lattice,
+    stress: impl Fn(Point3<f64>) -> Matrix3<f64>,
+) -> Vec<f64> {
     let (edges, size) = (body.edges.as_ref().unwrap(), body.size());
     let mut forces = vec![0.0; body.unknowns()];
     for (face, own) in lattice.boundary().iter().enumerate() {

@@ -13,12 +13,12 @@ use nalgebra::Rotation3;
 use std::f64::consts::PI;
 
 /// Orientations: that of the lattice, and two out of all its directions.
-fn turns() -> [Rotation3<f64>; 3] {
+pub(super) fn turns() -> [Rotation3<f64>; 3] {
     [[0.0; 3], [0.4, 1.1, -0.7], [-1.3, 0.5, 0.25]].map(|[x, y, z]| Rotation3::from_euler_angles(x, y, z))
 }
 
 /// Object at default spacings, with elasticity only.
-fn baked(mesh: &RawMesh, turn: Rotation3<f64>, elements: ElementChoice) -> PreparedObject {
+pub(super) fn baked(mesh: &RawMesh, turn: Rotation3<f64>, elements: ElementChoice) -> PreparedObject {
     let mut mesh = mesh.clone();
     mesh.positions_m.iter_mut().for_each(|place| *place = turn * *place);
     let tables = Tables { elastic: true, ..Tables::NONE };
@@ -28,7 +28,7 @@ fn baked(mesh: &RawMesh, turn: Rotation3<f64>, elements: ElementChoice) -> Prepa
 }
 
 /// Energy of `forces` at points, both in the coordinates of the mesh, in local units of unit Young's modulus.
-fn struck(
+pub(super) fn struck(
     prepared: &PreparedObject,
     turn: Rotation3<f64>,
     forces: &[(Point3<f64>, Vector3<f64>)],

@@ -141,7 +141,7 @@ pub enum ElementChoice {
     /// Linear elements.
     #[default]
     Linear,
-    /// Quadratic elements, unless there are too many.
+    /// Quadratic elements.
     Quadratic,
 }
 
@@ -170,10 +170,14 @@ pub struct ElasticReport {
     pub elements_across: f64,
     /// Why the order is not the usual one, which is linear; `None` if it is.
     pub reason: Option<String>,
+    /// Relative error of the elastic energy that stems from the lattice: the median of sampled impacts, estimated from
+    /// the lattice refined once. `None`: quadratic elements, a lattice that is too large for that, or an older version.
+    #[serde(rename = "discretisation_error", default)]
+    pub discretization_error: Option<f64>,
 }
 
 /// Cells across walls below which linear elements are too stiff, and [`ElementChoice::Auto`] takes quadratic ones.
-pub const CELLS_LINEAR_MIN: f64 = 4.0;
+pub const CELLS_LINEAR_MIN: f64 = 5.0;
 
 /// Largest number of cells across walls that is measured.
 pub const CELLS_MAX: f64 = 8.0;
@@ -213,6 +217,11 @@ impl BakeReport {
     /// Fewest cells across the walls of any body; `None` in databases of older versions.
     pub fn elements_across(&self) -> Option<f64> {
         self.elastic.iter().map(|own| own.elements_across).reduce(f64::min)
+    }
+
+    /// Largest estimated error of any body that stems from its lattice; `None` if no body has one.
+    pub fn discretization_error(&self) -> Option<f64> {
+        self.elastic.iter().filter_map(|own| own.discretization_error).reduce(f64::max)
     }
 
     /// Signed volume error of the crack lattices, relative to the input's volume. Slots of existing cracks do not

@@ -2,6 +2,7 @@
 
 pub(super) mod calibrate;
 pub(super) mod compare;
+pub(super) mod discretization;
 pub(super) mod examples;
 pub(super) mod learn;
 pub(super) mod reduce;

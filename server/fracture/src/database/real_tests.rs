@@ -1,0 +1,28 @@
+//! Databases of real meshes, from the folder that SHATTER_MESHES names.
+
+use super::*;
+use crate::pipeline::{DisplacementMethod, ElementChoice, SurfaceKind};
+use crate::scene::Material;
+use crate::surface::{LengthUnit, UpAxis, read};
+use std::path::Path;
+
+/// Quadratic elements have elastic lattices that are fitted to the surface. Some of their edges are three spacings long.
+#[test]
+fn databases_with_fitted_lattices_can_be_read() {
+    let Ok(meshes) = std::env::var("SHATTER_MESHES") else {
+        println!("skipped: SHATTER_MESHES is not set");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    for file in ["suzanne.obj", "stanford-bunny.obj"] {
+        let mesh = read(&Path::new(&meshes).join(file), LengthUnit::M, UpAxis::Y).unwrap();
+        let (surface, elements) = (SurfaceKind::Lattice, ElementChoice::Quadratic);
+        let tables = Tables { elastic: true, ..Tables::NONE };
+        let request = BakeRequest::new("real", "glass", Material::named("glass").unwrap());
+        let elastic = DisplacementMethod::Solve;
+        let request = BakeRequest { surface, elements, tables, elastic, ..request };
+        let path = folder.path().join("real.shatter");
+        save(&request.bake(mesh).unwrap(), &path).unwrap();
+        load(&path).unwrap();
+    }
+}
