@@ -50,20 +50,6 @@ const LEFT_OUT: [&str; 11] = [
 /// Sections of rows, whose values are compared one by one.
 const ROWS: [&str; 3] = ["summary", "stages", "effects"];
 
-/// Names of sections at the golden commit, and now.
-const RENAMED: [[&str; 2]; 1] = [["looks", "outer_attributes"]];
-
-/// Values that later commits changed on purpose, by the command of a request: keys, and a section whose hash covers them.
-///
-/// A division without an impact computes its impulse from the object's volume. That volume is the sum of the fragments' since 8dcc8353,
-/// which moves the energies of the cells by their last bits. Since 67e3269e it states no radius and no E_1/γ.
-const MOVED: [(&str, &[&str], &str); 1] = [("prefracture", &["energy_j_m2", "radius_m", "e1_over_gamma"], "fragments")];
-
-/// Beginnings of requests whose cracks later commits moved on purpose. Their fragments and sections are not compared.
-///
-/// Since 86cbc0ee cracks around a protected region lie on its boundary; only here does one meet it.
-const MOVED_CRACKS: [&str; 1] = ["impact wound --point=-0.2,0.3,0.0 --impulse=30,0,0 --degree 40 "];
-
 /// Results by request.
 pub type Results = BTreeMap<String, Value>;
 
@@ -72,13 +58,12 @@ pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("golden")
 }
 
-/// Runs the requests, all or those with a star, with the programs of this build or with those in a folder. The latter know the lattice's
-/// surface only; this build is asked for it.
+/// Runs the requests, all or those with a star, with the programs of this build or with those in a folder. Fragments have the lattice's
+/// surface.
 pub fn results(programs: Option<PathBuf>, all: bool) -> Results {
-    let has_surfaces = programs.is_none();
     let mut fixture = programs.map_or_else(Fixture::new, Fixture::with_programs);
     let scene = std::fs::read_to_string(folder().join("scene.toml")).unwrap();
-    let scene = if has_surfaces { scene.replace("shape = ", "surface = \"lattice\"\nshape = ") } else { scene };
+    let scene = scene.replace("shape = ", "surface = \"lattice\"\nshape = ");
     std::fs::write(fixture.path("scene.toml"), scene).unwrap();
     let text = std::fs::read_to_string(folder().join("requests.txt")).unwrap();
     let lines = text.lines().filter(|line| line.starts_with("* ") || all && line.starts_with("  "));
@@ -91,7 +76,7 @@ pub fn results(programs: Option<PathBuf>, all: bool) -> Results {
         let words: Vec<String> = words.collect();
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         match words[0] {
-            "bake" if has_surfaces && words[1] == "--shape" => {
+            "bake" if words[1] == "--shape" => {
                 fixture.ok("shatterd", &[&words[..], &["--surface", "lattice"]].concat());
             }
             "bake" => drop(fixture.ok("shatterd", &words)),
@@ -120,8 +105,7 @@ fn filled(word: &str, last: &Value, fixture: &Fixture) -> String {
     if let Some((before, fragment)) = word.split_once("{center/") {
         let fragment: usize = fragment.trim_end_matches('}').parse().unwrap();
         let row = &last["fragments"][fragment];
-        let center = if row["center_m"].is_null() { &row["centre_m"] } else { &row["center_m"] };
-        let center: Vec<String> = center.as_array().unwrap().iter().map(Value::to_string).collect();
+        let center: Vec<String> = row["center_m"].as_array().unwrap().iter().map(Value::to_string).collect();
         return format!("{before}{}", center.join(","));
     }
     word
@@ -140,7 +124,7 @@ fn shown(fixture: &Fixture, name: &str) -> String {
     fixture.path(name).to_str().unwrap().to_owned()
 }
 
-/// The compared part of a document, in American spelling.
+/// The compared part of a document.
 fn canonical(document: &Value) -> Value {
     match document {
         Value::Object(map) => {
@@ -152,23 +136,11 @@ fn canonical(document: &Value) -> Value {
                 }
                 _ => canonical(value),
             };
-            Value::Object(kept.map(|(key, held)| (american(key), value(key, held))).collect::<Map<_, _>>())
+            Value::Object(kept.map(|(key, held)| (key.clone(), value(key, held))).collect::<Map<_, _>>())
         }
         Value::Array(all) => Value::Array(all.iter().map(canonical).collect()),
-        Value::String(text) => Value::String(american(text)),
         _ => document.clone(),
     }
-}
-
-fn american(text: &str) -> String {
-    let pairs = [
-        ("centre", "center"),
-        ("metre", "meter"),
-        ("colour", "color"),
-        ("neighbour", "neighbor"),
-        ("optimised", "optimized"),
-    ];
-    pairs.iter().fold(text.to_owned(), |text, (british, american)| text.replace(british, american))
 }
 
 /// Differences between two sets of results: requests, and the paths of values that both have.
@@ -176,31 +148,11 @@ pub fn differences(before: &Results, now: &Results) -> Vec<String> {
     let mut found = Vec::new();
     for (request, old) in before {
         match now.get(request) {
-            Some(new) => differ(request, &unmoved(request, old), &unmoved(request, new), &mut found),
+            Some(new) => differ(request, old, new, &mut found),
             None => found.push(format!("{request}: not answered now")),
         }
     }
     found
-}
-
-/// A document without what was changed on purpose.
-fn unmoved(request: &str, document: &Value) -> Value {
-    if let (Value::Object(map), true) = (document, MOVED_CRACKS.iter().any(|own| request.starts_with(own))) {
-        let kept = map.iter().filter(|(key, _)| !["fragments", "sections"].contains(&key.as_str()));
-        return Value::Object(kept.map(|(key, value)| (key.clone(), value.clone())).collect());
-    }
-    let Some((_, keys, section)) = MOVED.iter().find(|(command, ..)| request.split(' ').next() == Some(command)) else {
-        return document.clone();
-    };
-    match document {
-        Value::Object(map) if map.get("name").is_some_and(|name| name == section) => Value::Null,
-        Value::Object(map) => {
-            let kept = map.iter().filter(|(key, _)| !keys.contains(&key.as_str()));
-            Value::Object(kept.map(|(key, value)| (key.clone(), unmoved(request, value))).collect())
-        }
-        Value::Array(all) => Value::Array(all.iter().map(|value| unmoved(request, value)).collect()),
-        _ => document.clone(),
-    }
 }
 
 fn differ(at: &str, old: &Value, new: &Value, found: &mut Vec<String>) {
@@ -213,7 +165,7 @@ fn differ(at: &str, old: &Value, new: &Value, found: &mut Vec<String>) {
             let pairs = old.iter().zip(new).enumerate();
             pairs.for_each(|(index, (old, new))| differ(&format!("{at} > {index}"), old, new, found));
         }
-        _ if old == new || RENAMED.iter().any(|names| [old, new] == *names) => {}
+        _ if old == new => {}
         _ => found.push(format!("{at}: {} before, {} now", cut(old), cut(new))),
     }
 }

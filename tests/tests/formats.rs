@@ -1,4 +1,4 @@
-//! A database of the present format that was baked once and never changes: every later program reads it, and breaks it the same way.
+//! A database of the present format that was baked once and never changes: every later program reads it, and breaks it as recorded.
 //!
 //! `formats/1.shatter` is a corner of a cube of 1 m, baked by `shatterd bake wedge.obj --name wedge --elastic-spacing 0.2
 //! --crack-spacing 0.2 --examples 8`. It holds every kind of tensor but texture coordinates and materials.
@@ -10,7 +10,8 @@ use std::path::Path;
 /// Largest relative difference of a number from the recorded one: processors round differently.
 const TOLERANCE: f64 = 1e-6;
 
-/// A request to the frozen database, and its outcome when it was baked.
+/// A request to the frozen database, and its outcome since contacts keep the line of their force (5a916eec). The impulse has since become
+/// smaller, for fewer sites than the lattice has nodes.
 struct RecordedResult {
     options: &'static [&'static str],
     degree_source: &'static str,
@@ -26,15 +27,15 @@ const RECORDED: [RecordedResult; 2] = [
         options: &["--degree", "3", "--elastic", "solve"],
         degree_source: "forced",
         sites: 3,
-        e1_over_gamma: 23.707601085913012,
-        largest_m3: [0.07297260964017183, 0.05312243922147415, 0.040571116610119834],
+        e1_over_gamma: 20.83378990057288,
+        largest_m3: [0.07311831361976373, 0.05347694670038921, 0.04007090515161289],
     },
     RecordedResult {
         options: &["--degree", "inferred", "--elastic", "reduced"],
         degree_source: "inferred",
-        sites: 28,
-        e1_over_gamma: 23.820401336719023,
-        largest_m3: [0.023908692572703144, 0.022704685563537014, 0.018321664912118965],
+        sites: 23,
+        e1_over_gamma: 20.5187040975633,
+        largest_m3: [0.024723255277782765, 0.02471947757165611, 0.023931242480500013],
     },
 ];
 
@@ -45,7 +46,7 @@ fn check_close(found: &Value, recorded: f64) {
 }
 
 fn check_result(fixture: &Fixture, recorded: &RecordedResult) {
-    let impact = ["impact", "wedge", "--point", "0.3,0.3,0.3", "--impulse=-900,-800,-700", "--disable", "slivers"];
+    let impact = ["impact", "wedge", "--point", "0.3,0.3,0.3", "--impulse=-700,-600,-550", "--disable", "slivers"];
     let document = fixture.ok("shatter", &[&impact, recorded.options].concat());
     let fragments = document["fragments"].as_array().unwrap();
     let mut volumes: Vec<&Value> = fragments.iter().map(|fragment| &fragment["volume_m3"]).collect();
@@ -57,7 +58,7 @@ fn check_result(fixture: &Fixture, recorded: &RecordedResult) {
 }
 
 #[test]
-fn the_frozen_database_is_read_and_struck_as_when_it_was_baked() {
+fn the_frozen_database_is_read_and_struck_as_recorded() {
     let mut fixture = Fixture::new();
     let frozen = Path::new(env!("CARGO_MANIFEST_DIR")).join("formats/1.shatter");
     std::fs::create_dir_all(fixture.databases()).unwrap();

@@ -48,6 +48,13 @@ impl Recovery<'_, '_> {
         found.is_some()
     }
 
+    /// Removes a flat tetrahedron, and other flat ones with it, by removing one of its edges.
+    pub fn remove_flat_tet(&mut self, tet: u32, depth: u32) -> bool {
+        let corners = self.mesh.tets[tet as usize];
+        let mut pairs = (0..4).flat_map(|j| (0..j).map(move |i| [corners[i], corners[j]]));
+        pairs.any(|edge| self.remove_edge(edge, &[tet], &RecoveryTarget::Heights, 1, depth))
+    }
+
     /// Replaces a face by the edge between the corners opposite it, if this removes obstacles of `target`.
     pub fn remove_face(&mut self, tet: u32, corner: usize, target: &RecoveryTarget) -> bool {
         let mesh = &mut *self.mesh;
@@ -123,7 +130,8 @@ impl Recovery<'_, '_> {
         let mesh = &*self.mesh;
         let [p, q] = edge;
         let old_cost = target.edge_cost(mesh, edge)
-            + ring.vertices.iter().map(|&vertex| target.face_cost(mesh, [p, q, vertex])).sum::<u32>();
+            + ring.vertices.iter().map(|&vertex| target.face_cost(mesh, [p, q, vertex])).sum::<u32>()
+            + ring.tets.iter().map(|&tet| target.tet_cost(mesh, mesh.tets[tet as usize])).sum::<u32>();
         let Some(limit) = old_cost.checked_sub(gain) else { return false };
         let Some(fill) = fill_ring(mesh, edge, &ring.vertices, target) else { return false };
         if fill.cost > limit {
@@ -164,7 +172,8 @@ fn fill_ring(mesh: &Tetrahedralization, [p, q]: [u32; 2], ring: &[u32], target: 
                 if mesh.orientation(p, u, v, w) <= 0.0 || mesh.orientation(u, v, w, q) <= 0.0 {
                     continue;
                 }
-                let cost = one + two + diagonal + target.face_cost(mesh, [u, v, w]);
+                let tets = target.tet_cost(mesh, [p, u, v, w]) + target.tet_cost(mesh, [u, v, w, q]);
+                let cost = one + two + diagonal + tets + target.face_cost(mesh, [u, v, w]);
                 let entry = &mut best[first * count + last];
                 if entry.is_none_or(|(known, _)| cost < known) {
                     *entry = Some((cost, middle));

@@ -12,7 +12,7 @@ const UNKNOWN: i8 = i8::MIN;
 ///
 /// # Errors
 /// [`ConformingError::WrongOrientation`] if another number occurs.
-fn winding_numbers(mesh: &Tetrahedralization) -> Result<Vec<i8>, ConformingError> {
+pub(super) fn winding_numbers(mesh: &Tetrahedralization) -> Result<Vec<i8>, ConformingError> {
     let mut winding = vec![UNKNOWN; mesh.tets.len()];
     let start = mesh.incident[mesh.points.len() - 1];
     winding[start as usize] = 0;

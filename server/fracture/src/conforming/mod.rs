@@ -19,12 +19,13 @@
 //! |---|---|
 //! | `input` | checks the surface |
 //! | `split_surface` | splits long edges, and flips edges inside input triangles |
-//! | `rounds` | repeats the next five rows, with Steiner points where constraints are missing |
+//! | `rounds` | repeats the next six rows, with Steiner points where constraints are missing |
 //! | `hilbert`, `insertion_order`, `delaunay` | inserts all points into a Delaunay tetrahedralization |
 //! | `segments`, `segment_set` | finds missing edges; recovers them by `remove_face` and `remove_edge` |
 //! | `facets` | finds missing triangles and recovers them likewise, once all edges exist |
 //! | `search` | order of the searches: short ones for all constraints before long ones |
 //! | `edge_removal`, `recovery_target`, `edge_list` | local changes, and the obstacles that they must remove |
+//! | `flat_tets` | removes tetrahedra without height |
 //! | `inside` | keeps the tetrahedra inside the surface, and checks them |
 //! | `tetrahedralization`, `predicates` | tetrahedra with neighbors and constraints; exact signs |
 //!
@@ -36,6 +37,7 @@ mod edge_list;
 mod edge_removal;
 mod error;
 mod facets;
+mod flat_tets;
 mod hilbert;
 mod input;
 mod insertion_order;
@@ -162,7 +164,7 @@ pub struct ConformingMesh {
     pub steiner_count: usize,
     /// Repair rounds used; 0 if local changes recovered all constraints.
     pub rounds: u32,
-    /// Steps used; see [`ConformingOptions::steps_max`].
+    /// Steps used, without those that removed flat tetrahedra; see [`ConformingOptions::steps_max`].
     pub steps: u64,
     /// Largest distance of a boundary node from its place on the input.
     pub deviation: f64,

@@ -1,14 +1,20 @@
 //! Missing constraint that local changes of the mesh bring back, and the obstacles in its way.
 
 use super::tetrahedralization::Tetrahedralization;
+use crate::tessellation::relative_height;
 
-/// Missing constraint of the surface.
+/// Height of a flat tetrahedron, over its longest edge.
+const FLAT: f64 = 1e-3;
+
+/// Missing constraint of the surface, or other aim of local changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RecoveryTarget {
     /// Edge; faces of the mesh cross it.
     Segment([u32; 2]),
     /// Triangle whose edges exist; edges of the mesh cross it.
     Facet([u32; 3]),
+    /// Tetrahedra with a height; flat ones are in the way.
+    Heights,
 }
 
 /// Place at which a segment crosses a face.
@@ -28,7 +34,7 @@ impl RecoveryTarget {
     pub fn face_cost(&self, mesh: &Tetrahedralization, face: [u32; 3]) -> u32 {
         match *self {
             Self::Segment(segment) => u32::from(segment_crosses(mesh, segment, face).is_some()),
-            Self::Facet(_) => 0,
+            Self::Facet(_) | Self::Heights => 0,
         }
     }
 
@@ -36,10 +42,24 @@ impl RecoveryTarget {
     #[inline]
     pub fn edge_cost(&self, mesh: &Tetrahedralization, edge: [u32; 2]) -> u32 {
         match *self {
-            Self::Segment(_) => 0,
+            Self::Segment(_) | Self::Heights => 0,
             Self::Facet(facet) => u32::from(segment_crosses(mesh, edge, facet).is_some()),
         }
     }
+
+    /// Number of obstacles that a tetrahedron is: 1 if it is flat and has to go.
+    #[inline]
+    pub fn tet_cost(&self, mesh: &Tetrahedralization, corners: [u32; 4]) -> u32 {
+        match *self {
+            Self::Segment(_) | Self::Facet(_) => 0,
+            Self::Heights => u32::from(is_flat(mesh, corners)),
+        }
+    }
+}
+
+/// Returns true if these corners form a flat tetrahedron.
+pub(super) fn is_flat(mesh: &Tetrahedralization, corners: [u32; 4]) -> bool {
+    relative_height(&corners.map(|corner| *mesh.point(corner))) < FLAT
 }
 
 /// Crossing of a segment and a face without common vertices. None if the segment misses it, or lies in its plane.

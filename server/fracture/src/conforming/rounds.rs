@@ -6,6 +6,7 @@
 
 use super::error::ConformingError;
 use super::facets::{constrain_facets, recover_facets};
+use super::flat_tets::remove_flat_tets;
 use super::inside::extract;
 use super::search::Search;
 use super::segment_set::SegmentSet;
@@ -83,7 +84,7 @@ fn check_points(points: usize, options: &ConformingOptions) -> Result<(), Confor
     Ok(())
 }
 
-/// Recovers the surface's edges and then, if none is missing, its triangles.
+/// Recovers the surface's edges and then, if none is missing, its triangles; with all of them, removes flat tetrahedra.
 fn recover(
     mesh: &mut Tetrahedralization,
     surface: &SplitSurface,
@@ -103,6 +104,9 @@ fn recover(
     let facets = constrain_facets(&mut search, &surface.triangles)?;
     progress(ConformingStep::Facets { round, missing: facets.len() });
     let facets = recover_facets(&mut search, facets)?;
+    if facets.is_empty() {
+        remove_flat_tets(&mut search)?;
+    }
     Ok(Missing { segments: Vec::new(), facets })
 }
 

@@ -3,6 +3,7 @@
 use super::predicates::orientation;
 use super::test_shapes::*;
 use super::*;
+use crate::tessellation::relative_height;
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -368,4 +369,27 @@ fn the_limit_of_the_steps_ends_a_search_among_needles() {
         assert_eq!(run(steps_max), Err(ConformingError::TooManySteps { steps_max }));
     }
     assert!(matches!(last, ConformingStep::Segments { .. } | ConformingStep::Facets { .. }), "{last:?}");
+}
+
+/// Of the tetrahedra between vertices in one plane or on one line, up to rounding, hardly any stay.
+#[test]
+fn flat_tetrahedra_are_removed() {
+    let turn = Rotation3::from_euler_angles(0.3, 0.5, 0.7);
+    let ring = torus(48, 24, 0.4);
+    let inside = ring.lattice(0.1, |point| (point.x.hypot(point.y) - 1.0).hypot(point.z) < 0.33);
+    let sheet = cubes(&block([9, 6, 1]), |k| k % 2 == 0);
+    for (shape, interior, spacing, euler) in [
+        (ring.clone(), &inside[..], 0.1, 0),
+        (ring, &inside, 0.3, 0),
+        (sheet.clone(), &[], 0.6, 1),
+        (sheet, &[], 9.0, 1),
+    ] {
+        let rounded = |point: &Point3<f64>| (turn * point).map(|x| f64::from(x as f32));
+        let interior: Vec<Point3<f64>> = interior.iter().map(rounded).collect();
+        let mesh = check(&shape.map(|point| rounded(&point)), &interior, spacing, euler);
+        let height = |tet: &[u32; 4]| relative_height(&tet.map(|corner| mesh.nodes[corner as usize]));
+        let flat = mesh.tets.iter().filter(|tet| height(tet) < 1e-3).count();
+        println!("{flat} of {}", mesh.tets.len());
+        assert!(100 * flat < mesh.tets.len(), "{flat} of {}", mesh.tets.len());
+    }
 }

@@ -1,24 +1,29 @@
 //! Carriers: the tetrahedron of the crack lattice from which a node of the cutting mesh takes its values.
 //!
 //! Nodes near the surface may lie outside the lattice, or inside a part of it that is separated from them by a narrow
-//! gap. So the carrier is not found by position alone: it is walked to from the carriers of neighbors in the cutting
-//! mesh, through faces of the lattice. A walk does not jump over a gap, but it may go around its end.
+//! gap. So the carrier is not the nearest of all tetrahedra: it is reached from the carriers of neighbors in the
+//! cutting mesh, through tetrahedra that share a corner, as long as these are nearer. The descent does not jump over a
+//! gap, but it may go around its end. It ends at a nearest point of the lattice, which depends on the cutting mesh only
+//! where there are several.
 //!
-//! Based on: O. Devillers, S. Pion, M. Teillaud, *Walking in a triangulation* (2002). The walk over two meshes is ours.
+//! Based on: O. Devillers, S. Pion, M. Teillaud, *Walking in a triangulation* (2002). The descent by distance over two
+//! meshes is ours.
 
-use crate::lattice::{Lattice, NO_TET};
-use nalgebra::{Matrix3, Point3};
+use crate::lattice::{FACES, Lattice, NodeStars};
+use crate::triangle::ClosestFeature;
+use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// Barycentric coordinate below which values are not extrapolated: about one height of the tetrahedron outside.
 const EXTRAPOLATED_MIN: f64 = -1.0;
 
-/// Gain in the least barycentric coordinate that is not due to rounding on another processor.
-const MISPLACED_TOLERANCE: f64 = 1e-6;
+/// Relative difference of distances below which they are equal but for rounding.
+const EQUAL: f64 = 1e-9;
 
-/// Longest walk, in tetrahedra.
-const WALK_MAX: usize = 256;
+/// Distance from the nearest point, in longest edges of the carrier, beyond which a carrier is not of a bake. Earlier bakes
+/// ended up to two cells away.
+const MISPLACED_EDGES: f64 = 2.0;
 
 /// No node or tetrahedron yet.
 const NONE: u32 = u32::MAX;
@@ -57,30 +62,102 @@ fn least(weights: &[f64; 4]) -> f64 {
     weights.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
+/// Nearest point of a tetrahedron to a given one.
+#[derive(Clone, Copy, Debug)]
+struct NearestOfTet {
+    tet: u32,
+    distance: f64,
+    /// Barycentric coordinates of the nearest point. Zero at the corners that are not of its vertex, edge or face.
+    nearest: [f64; 4],
+    /// Least barycentric coordinate of the given point.
+    least: f64,
+}
+
+impl NearestOfTet {
+    /// True if it is nearer, or as near and the given point fits the tetrahedron better.
+    fn is_better(&self, other: &Self) -> bool {
+        let slack = 1.0 + EQUAL;
+        self.distance * slack < other.distance || (self.distance <= other.distance * slack && self.least > other.least)
+    }
+}
+
+/// Crack lattice with what the descent needs.
+struct Descent<'a> {
+    lattice: &'a Lattice,
+    frames: Frames,
+    stars: NodeStars,
+}
+
+impl Descent<'_> {
+    /// Nearest point of tetrahedron `tet` to `place`.
+    fn nearest(&self, tet: u32, place: &Point3<f64>) -> NearestOfTet {
+        nearest(self.lattice, &self.frames, tet, place)
+    }
+
+    /// Descends from `tet` to the tetrahedron with a nearest point of the lattice to `place`.
+    fn run(&self, tet: u32, place: &Point3<f64>) -> NearestOfTet {
+        let mut best = self.nearest(tet, place);
+        while best.distance > 0.0 {
+            // All tetrahedra around a point of the boundary share its vertex, edge or face.
+            let corners = self.lattice.tets[best.tet as usize];
+            let shared = corners.into_iter().zip(best.nearest).filter(|(_, weight)| *weight > 0.0).map(|own| own.0);
+            let Some(first) = shared.clone().next() else { break };
+            let around = self.stars.of(first).iter().copied().filter(|&tet| tet != best.tet);
+            let around =
+                around.filter(|&tet| shared.clone().all(|node| self.lattice.tets[tet as usize].contains(&node)));
+            let around = around.map(|tet| self.nearest(tet, place));
+            match around.reduce(|best, next| if next.is_better(&best) { next } else { best }) {
+                Some(next) if next.distance < best.distance => best = next,
+                Some(next) if next.is_better(&best) => return next,
+                _ => break,
+            }
+        }
+        best
+    }
+}
+
+fn nearest(lattice: &Lattice, frames: &Frames, tet: u32, place: &Point3<f64>) -> NearestOfTet {
+    let weights = frames.at(tet, place);
+    let mut own = NearestOfTet { tet, distance: f64::INFINITY, nearest: weights, least: least(&weights) };
+    if own.least >= 0.0 {
+        return NearestOfTet { distance: 0.0, ..own };
+    }
+    let corners = lattice.corners(tet as usize);
+    for (face, _) in FACES.iter().zip(weights).filter(|(_, weight)| *weight < 0.0) {
+        let triangle = face.map(|corner| corners[corner]);
+        let shares = ClosestFeature::of(&triangle, place).barycentric();
+        let foot: Vector3<f64> = triangle.iter().zip(shares).map(|(corner, share)| corner.coords * share).sum();
+        let distance = (foot - place.coords).norm();
+        if distance < own.distance {
+            (own.distance, own.nearest) = (distance, [0.0; 4]);
+            face.iter().zip(shares).for_each(|(&corner, share)| own.nearest[corner] = share);
+        }
+    }
+    own
+}
+
 /// Carriers of all nodes in the given tetrahedra of the lattice.
 pub(super) fn weights(mesh: &Lattice, crack: &Lattice, tets: &[u32]) -> Vec<Carrier> {
     let frames = Frames::new(crack);
     let carrier = |(node, &tet): (&Point3<f64>, &u32)| {
         let weights = frames.at(tet, node);
-        if least(&weights) >= EXTRAPOLATED_MIN {
-            return Carrier { tet, weights, is_anchored: false };
-        }
-        let clamped = weights.map(|weight| weight.max(0.0));
-        let sum: f64 = clamped.iter().sum();
-        Carrier { tet, weights: clamped.map(|weight| weight / sum), is_anchored: true }
+        let is_anchored = least(&weights) < EXTRAPOLATED_MIN;
+        let weights = if is_anchored { nearest(crack, &frames, tet, node).nearest } else { weights };
+        Carrier { tet, weights, is_anchored }
     };
     mesh.nodes.par_iter().zip(tets).map(carrier).collect()
 }
 
-/// The first node with a carrier at which no walk ends: a neighbor of the carrier, through the face where a walk goes on, fits better.
+/// The first node whose carrier is much farther from it than the point of the lattice to which a descent leads from there.
 pub(super) fn misplaced(mesh: &Lattice, crack: &Lattice, carriers: &[Carrier]) -> Option<usize> {
-    let (frames, around) = (Frames::new(crack), crack.neighbors());
+    let descent = Descent { lattice: crack, frames: Frames::new(crack), stars: crack.stars() };
     let is_misplaced = |node: usize| {
-        let weights = frames.at(carriers[node].tet, &mesh.nodes[node]);
-        let faces = (0..4).zip(around[carriers[node].tet as usize]);
-        let exits = faces.filter(|(face, other)| weights[*face] < 0.0 && *other != NO_TET);
-        let next = exits.min_by(|(a, _), (b, _)| weights[*a].total_cmp(&weights[*b]));
-        next.is_some_and(|(_, next)| least(&frames.at(next, &mesh.nodes[node])) > least(&weights) + MISPLACED_TOLERANCE)
+        let (tet, place) = (carriers[node].tet, &mesh.nodes[node]);
+        let corners = crack.corners(tet as usize);
+        let edges = corners.iter().enumerate().flat_map(|(k, a)| corners[..k].iter().map(move |b| (a - b).norm()));
+        let slack = MISPLACED_EDGES * edges.fold(0.0, f64::max);
+        let own = descent.nearest(tet, place).distance;
+        own > slack && own > slack + descent.run(tet, place).distance
     };
     (0..mesh.nodes.len()).into_par_iter().find_first(|node| is_misplaced(*node))
 }
@@ -95,8 +172,8 @@ pub(super) fn find<'a>(
     known: &[Option<u32>],
     neighbors: impl Fn(usize) -> &'a [u32] + Sync,
 ) -> Option<Vec<u32>> {
-    let (frames, around, stars) = (Frames::new(crack), crack.neighbors(), crack.stars());
-    let start = |node: &Option<u32>| node.map_or(NONE, |node| stars.of(node).first().copied().unwrap_or(NONE));
+    let descent = Descent { lattice: crack, frames: Frames::new(crack), stars: crack.stars() };
+    let start = |node: &Option<u32>| node.map_or(NONE, |node| descent.stars.of(node).first().copied().unwrap_or(NONE));
     let mut tets: Vec<u32> = known.iter().map(start).collect();
     let mut front: Vec<u32> = (0..mesh.nodes.len() as u32).filter(|&node| tets[node as usize] != NONE).collect();
     let mut found = front.len();
@@ -112,8 +189,8 @@ pub(super) fn find<'a>(
             let mut starts: Vec<u32> = starts.collect();
             starts.sort_unstable();
             starts.dedup();
-            let ends = starts.into_iter().map(|tet| walk(&frames, &around, tet, place));
-            ends.reduce(|best, other| if other.1 > best.1 { other } else { best }).map_or(NONE, |(tet, _)| tet)
+            let ends = starts.into_iter().map(|tet| descent.run(tet, place));
+            ends.reduce(|best, other| if other.is_better(&best) { other } else { best }).map_or(NONE, |own| own.tet)
         };
         let ends: Vec<u32> = next.par_iter().map(best).collect();
         next.iter().zip(ends).for_each(|(&node, tet)| tets[node as usize] = tet);
@@ -121,24 +198,6 @@ pub(super) fn find<'a>(
         front = next;
     }
     (found == mesh.nodes.len()).then_some(tets)
-}
-
-/// Walks from `tet` towards `place`; returns the tetrahedron that fits best and its least barycentric coordinate.
-fn walk(frames: &Frames, around: &[[u32; 4]], mut tet: u32, place: &Point3<f64>) -> (u32, f64) {
-    let mut best = (tet, f64::NEG_INFINITY);
-    let mut before = NONE;
-    for _ in 0..WALK_MAX {
-        let weights = frames.at(tet, place);
-        if least(&weights) > best.1 {
-            best = (tet, least(&weights));
-        }
-        let exits = (0..4).filter(|&face| weights[face] < 0.0);
-        let exits = exits.map(|face| (around[tet as usize][face], weights[face]));
-        let exits = exits.filter(|(other, _)| *other != NO_TET && *other != before);
-        let Some((next, _)) = exits.reduce(|a, b| if b.1 < a.1 { b } else { a }) else { break };
-        (before, tet) = (tet, next);
-    }
-    best
 }
 
 /// Node of the mesh that represents each node of the lattice: the one that the lattice's node carries most, or that of a

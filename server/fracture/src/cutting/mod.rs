@@ -102,7 +102,7 @@ impl CuttingMesh {
         }
     }
 
-    /// The first node that another tetrahedron of the crack lattice, beside its carrier, would carry better; a bake leaves none.
+    /// The first node whose carrier lies much farther away than another tetrahedron of the crack lattice; a bake leaves none.
     pub fn misplaced(&self, crack: &Lattice) -> Option<usize> {
         carriers::misplaced(&self.mesh, crack, &self.carriers)
     }

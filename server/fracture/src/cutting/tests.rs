@@ -3,6 +3,7 @@ use super::exposed_tests::rounded;
 use crate::cancel_token::CancelToken;
 use crate::database::{BakeRequest, Tables, load, save};
 use crate::fragment::{OpenMesh, closed};
+use crate::lattice::{FACES, Locator};
 use crate::pipeline::{
     DegreeRequest, FractureError, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject, RequestContext,
     SurfaceKind, Workspace, strike_again,
@@ -11,6 +12,7 @@ use crate::random::RandomStream;
 use crate::scene::{EffectKind, MATERIALS, Materials};
 use crate::surface::{InsideTest, RawMesh, Surface, shapes};
 use crate::tessellation::{CrackPoints, FixedPoints, LocalToMeters, Tessellation, TessellationWorkspace, components};
+use crate::triangle::closest_point;
 use nalgebra::{Point3, Vector3};
 use std::collections::BTreeMap;
 
@@ -392,6 +394,32 @@ fn a_fin_that_the_lattice_lost_keeps_its_shape() {
     let fracture = fragments(&prepared, &strike(&prepared, 0));
     let sum: f64 = fracture.meshes.fragments.iter().map(|row| row.volume_m3).sum();
     assert!((sum / prepared.report.input_volume_m3 - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn carriers_hold_the_nearest_point_of_the_lattice() {
+    // Without gaps, no other point of the lattice ends a descent.
+    let prepared = baked(fin(0.015), 0.05);
+    let body = &prepared.bodies[0];
+    let cutting = body.cutting.as_ref().unwrap();
+    let locator = Locator::new(&body.crack);
+    let mut checked = 0;
+    for (node, carrier) in cutting.mesh.nodes.iter().zip(&cutting.carriers) {
+        let Some(nearest) = locator.nearest(node).filter(|_| locator.containing(node, None).is_none()) else {
+            continue;
+        };
+        let corners = body.crack.corners(carrier.tet as usize);
+        let faces = FACES.map(|face| closest_point(&face.map(|corner| corners[corner]), node));
+        let distance = faces.iter().map(|place| (place - node).norm()).fold(f64::INFINITY, f64::min);
+        assert!(distance <= nearest.distance + 1e-9, "{node}: {distance} instead of {}", nearest.distance);
+        if carrier.is_anchored {
+            let place =
+                corners.iter().zip(carrier.weights).map(|(own, weight)| own.coords * weight).sum::<Vector3<f64>>();
+            assert!((place - node.coords).norm() <= nearest.distance + 1e-9, "{node}: {place}, not {}", nearest.point);
+        }
+        checked += 1;
+    }
+    assert!(checked > 100 && cutting.anchored_count() > 0, "{checked}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::face_search::{FaceBoxes, FaceSearch, NearestBoundaryPoint, SurfaceFaces};
 use crate::lattice::Lattice;
 use crate::memory::held;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 /// Boundary nodes, numbered consecutively, and their faces.
 #[derive(Clone, Debug)]
@@ -53,8 +53,13 @@ impl BoundaryNodes {
 
     /// Area of face `face`, local.
     pub fn area(&self, face: usize) -> f64 {
+        0.5 * self.doubled_area(face).norm()
+    }
+
+    /// Outward vector of face `face` whose length is twice its area, local.
+    pub fn doubled_area(&self, face: usize) -> Vector3<f64> {
         let [a, b, c] = self.corners(face);
-        0.5 * (b - a).cross(&(c - a)).norm()
+        (b - a).cross(&(c - a))
     }
 
     /// Faces around boundary node `node`.

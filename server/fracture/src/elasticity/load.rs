@@ -1,5 +1,6 @@
 //! Nodal forces of contacts.
 
+use super::load_patch::CUT_RADII;
 use super::{
     BoundaryNodes, ElasticWorkspace, Elasticity, ElasticityError, NearestBoundaryPoint, Support, SurfaceFaces,
 };
@@ -12,14 +13,18 @@ use nalgebra::{Point3, Vector3};
 /// to 43 % at 0.5 spacings, 8 % at 0.75, 2.5 % at 1, 1 % at 1.25.
 pub const RADIUS_SPACINGS_MIN: f64 = 1.0;
 
-/// Radius, in contact radii, beyond which weights are cut off.
-const CUT_RADII: f64 = 3.0;
+/// Largest distance, in contact radii, to the corners of the face that a contact touches. All of them carry weight.
+const CORNER_RADII: f64 = 2.0;
 
 /// Contact of an impact.
 ///
 /// Its peak force is spread over the boundary with weight area · (exp(−ρ²/2r²) − exp(−9/2)), ρ ≤ 3r. ρ is measured
 /// along the boundary from the boundary point nearest to `point`. A point deep inside that is equally near to several
-/// parts of the boundary touches one of them.
+/// parts of the boundary touches one of them. Faces more than a right angle off the mean normal of that part carry less,
+/// and from 120° on nothing, as the other side of a thin wall.
+///
+/// The forces have the line of one force through that boundary point: where the weights are off it, as near edges, a
+/// couple is added, Σ f_i = F and Σ (x_i − p) × f_i = 0 (equations and source: module `load_patch`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLoad {
     /// Position, local; at most `radius` away from the boundary.
@@ -39,8 +44,8 @@ pub struct AppliedContact {
     pub distance: f64,
     /// Effective radius, local.
     ///
-    /// It is the largest of the requested radius, [`RADIUS_SPACINGS_MIN`] spacings, and the
-    /// distance to the nearest node.
+    /// It is the largest of the requested radius, [`RADIUS_SPACINGS_MIN`] spacings, the distance to the nearest corner
+    /// of the touched face, and half that to the farthest.
     pub radius: f64,
 }
 
@@ -100,7 +105,7 @@ impl Elasticity {
         for (index, contact) in contacts.iter().enumerate() {
             check(index, contact)?;
             let touch = self.reach(index, contact, workspace)?;
-            load.applied.extend(workspace.weights.iter().map(|(node, weight)| (*node, contact.impulse * *weight)));
+            load.applied.extend(workspace.patch.forces(contact.impulse));
             load.touches.push(touch);
         }
         // Sorted by node, so that opposite forces cancel exactly.
@@ -157,9 +162,7 @@ impl Elasticity {
         self.boundary.nearest(point).map_or(f64::INFINITY, |nearest| nearest.distance)
     }
 
-    /// Finds the boundary point that `contact` touches, and fills the workspace with (lattice node, weight).
-    ///
-    /// The weights sum to 1.
+    /// Finds the boundary point that `contact` touches, and fills the workspace's patch with the nodes that it loads.
     fn reach(
         &self,
         index: usize,
@@ -171,16 +174,18 @@ impl Elasticity {
             let (distance, radius) = (nearest.distance, contact.radius);
             return Err(ElasticityError::TooFar { contact: index, distance, radius });
         }
-        // On imported lattices a face may be larger than the spacing; one of its corners must carry the load.
-        let corners = self.boundary.corners(nearest.face);
-        let corner = corners.iter().map(|corner| (corner - nearest.place).norm()).fold(f64::INFINITY, f64::min);
-        let radius = contact.radius.max(RADIUS_SPACINGS_MIN * self.spacing).max(corner);
+        // On imported lattices a face may be larger than the spacing. One of its corners must carry the load, and all must
+        // have a share, because three nodes that are not in line keep the line of the force.
+        let corners = self.boundary.corners(nearest.face).map(|corner| (corner - nearest.place).norm());
+        let [near, far] =
+            [corners.iter().fold(f64::INFINITY, |a, b| a.min(*b)), corners.iter().fold(0.0, |a, b| b.max(a))];
+        let radius = contact.radius.max(RADIUS_SPACINGS_MIN * self.spacing).max(near).max(far / CORNER_RADII);
         spread(&self.boundary, &nearest, radius, workspace);
         Ok(AppliedContact { place: nearest.place, distance: nearest.distance, radius })
     }
 }
 
-/// Fills the workspace with (lattice node, weight) of a contact of effective radius `radius` at a boundary point.
+/// Fills the workspace's patch with the nodes that a contact of effective radius `radius` at a boundary point loads.
 pub(super) fn spread(
     boundary: &BoundaryNodes,
     nearest: &NearestBoundaryPoint,
@@ -188,18 +193,7 @@ pub(super) fn spread(
     workspace: &mut ElasticWorkspace,
 ) {
     let reached = workspace.front.run(boundary, nearest, CUT_RADII * radius);
-    workspace.weights.clear();
-    workspace.weights.extend(reached.iter().map(|&(node, distance)| {
-        let weight = boundary.areas[node as usize] * pulse_shape(distance / radius);
-        (boundary.nodes[node as usize], weight)
-    }));
-    let total: f64 = workspace.weights.iter().map(|&(_, weight)| weight).sum();
-    workspace.weights.iter_mut().for_each(|(_, weight)| *weight /= total);
-}
-
-/// exp(−t²/2) less its value at the cut, so that a node's weight starts at 0 when it enters the patch.
-fn pulse_shape(t: f64) -> f64 {
-    ((-0.5 * t * t).exp() - (-0.5 * CUT_RADII * CUT_RADII).exp()).max(0.0)
+    workspace.patch.fill(boundary, nearest.place, radius, reached);
 }
 
 /// Rejects a contact with numbers that no load can be made of.

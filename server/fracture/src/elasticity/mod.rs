@@ -20,6 +20,7 @@ mod force_sums;
 mod inertia;
 mod load;
 mod load_front;
+mod load_patch;
 mod prepare;
 mod quadratic;
 mod ray;

@@ -2,6 +2,7 @@
 
 use super::force_sums::ForceSums;
 use super::load_front::LoadFront;
+use super::load_patch::LoadPatch;
 use crate::sparse::SolveScratch;
 
 /// Products of a reduced basis that are summed in parallel lanes.
@@ -15,7 +16,7 @@ pub struct ElasticWorkspace {
     pub(super) scratch: SolveScratch,
     pub(super) residual: Vec<f64>,
     pub(super) front: LoadFront,
-    pub(super) weights: Vec<(u32, f64)>,
+    pub(super) patch: LoadPatch,
     pub(super) narrow: Vec<[f32; SIDE]>,
     pub(super) pulled: ForceSums,
     pub(super) gathered: Vec<f64>,

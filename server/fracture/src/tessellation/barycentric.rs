@@ -56,6 +56,12 @@ pub fn smallest_height([a, b, c, d]: &[Point3<f64>; 4]) -> f64 {
     volume / area(b, c, d).max(area(a, c, d)).max(area(a, b, d)).max(area(a, b, c))
 }
 
+/// Smallest height of a tetrahedron, over its longest edge.
+pub fn relative_height(corners: &[Point3<f64>; 4]) -> f64 {
+    let pairs = (0..4).flat_map(|i| (0..i).map(move |j| (corners[i] - corners[j]).norm()));
+    smallest_height(corners) / pairs.fold(0.0, f64::max)
+}
+
 /// Relative magnitude below which a determinant counts as zero, over the sum of its terms' magnitudes.
 const DEGENERATE: f64 = 1e-9;
 

@@ -1,9 +1,10 @@
 //! Cracks across pairs of boundary triangles that lie in one plane.
 //!
 //! Behind two such triangles, a mesh of an input surface can have a tetrahedron without height: two of its faces are the
-//! triangles, the two others cover the same quadrilateral with the other diagonal. The crack points of both pairs are
-//! found independently, so that the two pairs can differ in where the crack runs. Parts of the crack would then lie in the
-//! surface. Here, the points are moved to where both pairs of faces are divided alike:
+//! triangles, the two others cover the same quadrilateral with the other diagonal. The mesher removes nearly all of them;
+//! databases baked earlier have more. The crack points of both pairs are found independently, so that the two pairs can
+//! differ in where the crack runs. Parts of the crack would then lie in the surface. Here, the points are moved to where
+//! both pairs of faces are divided alike:
 //!
 //! - two labels: points on the diagonals lie on the straight line between the points on the rim;
 //! - three labels, two of them at opposite corners: the points on both faces with three labels are one point, and those on
@@ -17,7 +18,7 @@
 //! Ours.
 
 use super::Topology;
-use super::barycentric::{edge_margin, kept_inside, simplex_margin, smallest_height, triangle_height};
+use super::barycentric::{edge_margin, kept_inside, relative_height, simplex_margin, triangle_height};
 use super::cut::{CutSimplices, NONE};
 use super::pattern::ALL_CUT;
 use super::points::CrackPoints;
@@ -106,8 +107,7 @@ impl FlatQuad {
     fn new(lattice: &Lattice, topology: &Topology, faces: &[&OuterFace]) -> Option<Self> {
         let &[one, two] = faces else { return None };
         let places = lattice.corners(one.tet as usize);
-        let lengths = (0..4).flat_map(|i| (0..i).map(move |j| [i, j])).map(|[i, j]| (places[i] - places[j]).norm());
-        if smallest_height(&places) > FLAT * lengths.fold(0.0, f64::max) {
+        if relative_height(&places) > FLAT {
             return None;
         }
         let opposite = |face: &OuterFace, other: &OuterFace| (0..3).find(|k| !other.nodes.contains(&face.nodes[*k]));

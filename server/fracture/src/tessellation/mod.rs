@@ -43,7 +43,7 @@ mod topology;
 #[cfg(test)]
 mod tests;
 
-pub use barycentric::{MARGIN, edge_margin, preference};
+pub use barycentric::{MARGIN, edge_margin, preference, relative_height};
 pub use components::{Components, components};
 pub use emit::{HostFrame, LocalToMeters, MeterFrame};
 pub use error::TessellationError;

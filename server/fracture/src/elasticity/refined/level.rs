@@ -48,9 +48,9 @@ impl RefinedLevel {
             check(index, contact)?;
             let nearest = self.boundary.nearest(&contact.point).ok_or(ElasticityError::EmptyLattice)?;
             spread(&self.boundary, &nearest, contact.radius, workspace);
-            for (node, weight) in &workspace.weights {
-                let own = &mut forces[3 * *node as usize..][..3];
-                own.iter_mut().zip(contact.impulse.iter()).for_each(|(own, force)| *own += force * weight);
+            for (node, force) in workspace.patch.forces(contact.impulse) {
+                let own = &mut forces[3 * node as usize..][..3];
+                own.iter_mut().zip(force.iter()).for_each(|(own, force)| *own += force);
             }
         }
         self.inertia.relieve(&mut forces);

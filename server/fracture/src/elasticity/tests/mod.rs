@@ -4,6 +4,7 @@ mod anchored;
 mod beam;
 mod closed_forms;
 mod contact;
+mod edge_contacts;
 mod eigenvalue_bound;
 mod errors;
 mod invariance;
