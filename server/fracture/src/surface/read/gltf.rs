@@ -23,6 +23,13 @@ pub(super) fn parse(bytes: &[u8], folder: &Path) -> Result<RawMesh, SurfaceError
     if bytes.starts_with(b"glTF") && bytes.get(8..12).is_some_and(|length| length[0] < 12 && length[1..] == [0; 3]) {
         return Err(malformed("gltf", "byte 8", "the length does not cover the header"));
     }
+    if let Some(announced) = bytes.get(8..12).filter(|_| bytes.starts_with(b"glTF")) {
+        let announced = announced.iter().rev().fold(0, |sum, byte| sum << 8 | usize::from(*byte));
+        if announced > bytes.len() {
+            let reason = format!("the file ends there, but it announces {announced} bytes: copy or export it again");
+            return Err(malformed("gltf", format!("byte {}", bytes.len()), reason));
+        }
+    }
     let Gltf { document, blob } =
         Gltf::from_slice_without_validation(bytes).map_err(|error| malformed("gltf", "document", error))?;
     let document = validated(document)?;

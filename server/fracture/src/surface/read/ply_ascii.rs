@@ -52,7 +52,16 @@ impl<'a> Rows<'a> {
             let text = String::from_utf8_lossy(line);
             let mut words = text.split_whitespace().peekable();
             if words.peek().is_some() {
-                let wrong = |reason| malformed("ply", format!("line {}", self.lines_read), reason);
+                let is_cut = self.rest.is_empty();
+                let wrong = |reason: String| {
+                    let is_short = reason == TOO_SHORT && is_cut;
+                    let reason = if is_short {
+                        format!("{reason}: the file ends there: copy or export it again")
+                    } else {
+                        reason
+                    };
+                    malformed("ply", format!("line {}", self.lines_read), reason)
+                };
                 let row = row(words, &meanings).map_err(wrong)?;
                 if element.name == "vertex" && !row.point.coords.iter().all(|x| x.is_finite()) {
                     let (vertex, line) = (rows.len() as u64, Some(self.lines_read));
@@ -79,9 +88,12 @@ impl<'a> Rows<'a> {
     }
 }
 
+/// Defect of a row with too few words.
+const TOO_SHORT: &str = "the row is too short";
+
 fn row<'a>(mut words: impl Iterator<Item = &'a str>, meanings: &[(Meaning, &PropertyType)]) -> Result<PlyRow, String> {
     let mut row = PlyRow::default();
-    let mut next = || words.next().ok_or("the row is too short");
+    let mut next = || words.next().ok_or(TOO_SHORT);
     for (meaning, kind) in meanings {
         match kind {
             PropertyType::Scalar(kind) => {

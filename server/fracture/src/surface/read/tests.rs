@@ -159,12 +159,11 @@ fn ply_errors_name_the_place() {
     );
     let reason = |bytes: &[u8]| read_bytes("a.ply", bytes).unwrap_err().to_string();
     assert!(reason(&cut[..cut.len() - 3]).ends_with("element face: the file ends there: copy or export it again"));
+    let cut_row = reason((text.clone() + "0 0 0 200\n0 0 0 200\n0 0").as_bytes());
+    assert!(cut_row.ends_with("too short: the file ends there: copy or export it again"), "{cut_row}");
     let vertices = cut.windows(11).position(|own| own == b"end_header\n").unwrap() + 11;
     let short = reason(&cut[..vertices + 2 * 12 + 5]);
-    assert!(
-        short.contains("element vertex, row 2, counted from 0: the header announces 4 rows, but the file ends"),
-        "{short}"
-    );
+    assert!(short.contains("row 2, counted from 0: the header announces 4 rows, but the file ends"), "{short}");
     assert!(reason(b"").contains("header: does not begin with `ply`") && reason(b"v 0 0 0\n").contains("in .obj"));
     let header_lines = text.lines().count();
     let wild = text + "0 0 0 0\n1 0 0 0\n0 1 0 0\n0 2 1 0\n7 3 0 1 2\n7 3 0 1 2\n7 3 0 1 -2\n7 3 0 1 2\n";
@@ -289,6 +288,14 @@ fn glb(json: &str, mut buffer: Vec<u8>) -> Vec<u8> {
 
 const LIST: [u16; 12] = [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2];
 const NODE: &str = r#"[{"mesh":0}]"#;
+
+#[test]
+fn a_glb_that_ends_early_says_so() {
+    let whole = glb(&gltf_text(NODE, 4, &LIST, ""), gltf_buffer(&LIST));
+    let error = read_bytes("a.glb", &whole[..whole.len() - 9]).unwrap_err().to_string();
+    let announced = format!("it announces {} bytes: copy or export it again", whole.len());
+    assert!(error.ends_with(&announced), "{error}");
+}
 
 #[test]
 fn glb_nodes_are_placed() {

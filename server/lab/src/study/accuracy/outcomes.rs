@@ -132,7 +132,7 @@ impl OutcomeBench<'_> {
         let mut workspace = Workspace::default();
         let mut result = |(strike, factor): (&FractureRequest, &f64)| {
             let mut strike = strike.clone().of_quality(preset);
-            strike.seed = SEED_FIRST + seed * self.plan.impacts + strike.seed;
+            strike.seed += SEED_FIRST + seed * self.plan.impacts;
             strike.contacts[0].radius_m = None;
             strike.contacts[0].impulse_ns *= *factor;
             let token = CancelToken::default();
