@@ -23,7 +23,7 @@ use shatter_fracture::pipeline::{
 /// Share of the distances between the reference's own results that count as its scatter.
 const SCATTER: f64 = 0.95;
 
-/// Names of the distances of two results, in the order of [`distances`].
+/// Names of the distances of two results, in their order.
 pub const DISTANCES: [&str; 4] = ["degree", "volumes", "crack_area", "largest_place"];
 
 /// Figures of one result.
