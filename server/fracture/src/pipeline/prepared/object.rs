@@ -20,6 +20,7 @@ use crate::lift::{LiftKind, LiftedLattice};
 use crate::pipeline::error::FractureError;
 use crate::skin::{AttributeKinds, BoundaryAttributes, Skin};
 use crate::sparse::Precision;
+use crate::strength::StrengthConstants;
 use crate::surface::LocalFrame;
 use crate::tessellation::Topology;
 use nalgebra::Point3;
@@ -199,6 +200,11 @@ impl PreparedObject {
     /// [`FractureError::ElasticityUnprepared`].
     pub fn solid(&self, body: usize) -> Result<&ElasticModel, FractureError> {
         self.bodies[body].solid.as_ref().ok_or(FractureError::ElasticityUnprepared { body })
+    }
+
+    /// Constants of the material that decide when it breaks.
+    pub fn strength_constants(&self) -> StrengthConstants {
+        StrengthConstants::of(&self.parameters.material_name, &self.parameters.material)
     }
 
     /// Factors every stiffness that has no factor yet, so that no request has to.
