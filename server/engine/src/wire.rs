@@ -29,6 +29,7 @@ use shatter_fracture::pipeline::{
     RetainedFragments, StageObserver, SurfaceKind, Workspace,
 };
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, EffectKind, EffectSet};
+use shatter_fracture::strength::Criterion;
 use shatter_proto::control::{ObjectRow, ObjectState};
 use shatter_proto::convention::Convention;
 use shatter_proto::effect;
@@ -328,6 +329,7 @@ impl EngineObject {
             degree: preset.degree,
             degree_max: self.terms.sites_max.map_or(DEGREE_MAX, |most| most.min(DEGREE_MAX)),
             gamma_j_m2: strike.gamma_j_m2.or(self.terms.gamma(&self.prepared.parameters.material)),
+            criterion: Criterion::Paper,
             elastic: preset.elastic,
             rank_max: preset.rank_max,
             lift: match strike.lift.unwrap_or(self.terms.lift) {

@@ -54,7 +54,7 @@
 //! | [`database`] | bakes, saves and loads prepared objects |
 //! | [`scene`] | materials, effects, anchors |
 //! | [`elasticity`] | contacts become a displacement and a strain energy |
-//! | [`strength`] | constants of a material that decide when it breaks |
+//! | [`strength`] | where a body is closest to breaking by strength and energy |
 //! | [`degree`] | the threshold and the fracture degree |
 //! | [`centroidal`] | the diagram: sites, and the cell of each node |
 //! | [`tessellation`] | cells become closed triangle meshes |
