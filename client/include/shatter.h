@@ -660,6 +660,8 @@ typedef struct ShatterImpact {
     uint32_t surface;
     /// True if the service keeps the result for a while, so that its fragments can be struck.
     bool keep;
+    /// Rule that decides whether the object breaks, a `ShatterCriterion`.
+    uint32_t criterion;
     /// Always zero.
     uint64_t reserved[8];
 } ShatterImpact;
@@ -727,6 +729,14 @@ typedef struct ShatterSummary {
     /// Strain energy of the struck bodies at peak load, J: of all contacts, and of the weight with the effect `gravity`; 0 if `elastic` is 2
     /// or 3.
     double strain_j;
+    /// Largest averaged equivalent stress over the tensile strength. This and the next three are 0 with the paper's criterion.
+    double stress_over_strength;
+    /// Energy of the new surface, J: toughness times the area of all cracks.
+    double surface_j;
+    /// Kinetic energy of the release velocities, J; 0 without the effect `release`.
+    double released_j;
+    /// Energy that a given number of sites lacks, J.
+    double deficit_j;
     /// Nearness of the examples that decided the degree, 0 to 1.
     double confidence;
     /// Largest contact radius in effect, m.

@@ -5,7 +5,8 @@ use shatter_export::contact::MergedContact;
 use shatter_proto::convention::Convention;
 use shatter_proto::effect::{Effect, Effects};
 use shatter_proto::request::{
-    Contact, DegreeRule, DisplacementSource, Lift, Purpose, Quality, Request, RequestedSurface, RetainedFragment,
+    Contact, DegreeRule, DisplacementSource, Lift, Purpose, Quality, Request, RequestedCriterion, RequestedSurface,
+    RetainedFragment,
 };
 use std::time::Duration;
 
@@ -59,6 +60,12 @@ impl Impact {
     /// Sets the source of displacements; by default the preset says.
     pub fn elastic(mut self, elastic: DisplacementSource) -> Self {
         self.0.elastic = elastic;
+        self
+    }
+
+    /// Rule that decides whether the object breaks, instead of the object's own.
+    pub fn criterion(mut self, criterion: RequestedCriterion) -> Self {
+        self.0.criterion = Some(criterion);
         self
     }
 

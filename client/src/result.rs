@@ -11,8 +11,9 @@ use std::sync::LazyLock;
 use std::time::Duration;
 
 pub use shatter_proto::result::{
-    Bond, DebrisPoint, DegreeMethod, DegreeOrigin, EffectCost, EnergySource, FragmentSurface, FragmentVelocity,
-    MissedTime, NO_MATERIAL, OuterAttributes, OverrunCause, SkinVertex, StageCost, StageKind, StopCriterion, Summary,
+    Bond, DebrisPoint, DegreeMethod, DegreeOrigin, EffectCost, EnergySource, FractureCriterion, FragmentSurface,
+    FragmentVelocity, MissedTime, NO_MATERIAL, OuterAttributes, OverrunCause, SkinVertex, StageCost, StageKind,
+    StopCriterion, Summary,
 };
 
 /// The result of a request. It holds one bucket of the daemon's pool until it is dropped: drop it once the fragments are

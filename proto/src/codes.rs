@@ -136,6 +136,14 @@ codes! {
         1 Exact "exact";
     }
 
+    /// Rule that decided whether the object breaks.
+    FractureCriterion {
+        /// The paper's: the first moment of the energy exceeds γ.
+        0 Paper "paper";
+        /// Strength and energy.
+        1 Strength "strength";
+    }
+
     /// A stage of the computation, in the order in which data flows.
     StageKind {
         /// Forces of the contacts.
@@ -176,6 +184,7 @@ mod tests {
         check(StopCriterion::ALL, StopCriterion::code, StopCriterion::from_code);
         check(FragmentSurface::ALL, FragmentSurface::code, FragmentSurface::from_code);
         check(OverrunCause::ALL, OverrunCause::code, OverrunCause::from_code);
+        check(FractureCriterion::ALL, FractureCriterion::code, FractureCriterion::from_code);
         check(StageKind::ALL, StageKind::code, StageKind::from_code);
         let mut names: Vec<&str> = StageKind::ALL.iter().map(|stage| stage.name()).collect();
         names.sort_unstable();

@@ -13,7 +13,7 @@ mod ray;
 mod settings;
 
 pub use ray::squarable;
-pub use settings::{ERROR_MAX, ITERATIONS_MAX, Lift, Quality, RequestedSurface, TIME_MS_MAX};
+pub use settings::{ERROR_MAX, ITERATIONS_MAX, Lift, Quality, RequestedCriterion, RequestedSurface, TIME_MS_MAX};
 
 /// First bytes of every request.
 pub const REQUEST_MAGIC: u32 = u32::from_le_bytes(*b"SHTq");
@@ -111,8 +111,10 @@ pub struct RequestWire {
     pub quality: u32,
     /// 0: the preset's. Else one more than the iterations of a diagram at most, of which there may be [`ITERATIONS_MAX`].
     pub iterations: u32,
+    /// Rule that decides whether the object breaks. 0: the object's. 1: the paper's, by γ. 2: by strength and energy.
+    pub criterion: u64,
     /// Zero.
-    pub reserved: [u64; 10],
+    pub reserved: [u64; 9],
 }
 
 const _: () = assert!(size_of::<ContactWire>() == 88);
@@ -191,6 +193,8 @@ pub struct Request {
     pub degree: DegreeRule,
     /// γ, J·m²; `None`: the object's own.
     pub gamma_j_m2: Option<f64>,
+    /// Rule that decides whether the object breaks; `None`: the object's.
+    pub criterion: Option<RequestedCriterion>,
     /// Which lift; `None`: the object's default.
     pub lift: Option<Lift>,
     /// Source of displacements.
@@ -334,6 +338,7 @@ impl RequestWire {
             contacts: self.contacts(purpose)?,
             degree: self.degree()?,
             gamma_j_m2: self.gamma()?,
+            criterion: self.criterion()?,
             lift: self.lift()?,
             elastic: self.elastic()?,
             surface: self.surface()?,

@@ -21,7 +21,8 @@ use crate::in_meters::InMeters;
 use bytemuck::{Pod, Zeroable};
 
 pub use crate::codes::{
-    DegreeMethod, DegreeOrigin, EnergySource, FragmentSurface, OverrunCause, StageKind, StopCriterion,
+    DegreeMethod, DegreeOrigin, EnergySource, FractureCriterion, FragmentSurface, OverrunCause, StageKind,
+    StopCriterion,
 };
 pub use crate::costs::{EffectCost, EffectWire, StageCost, StageWire};
 pub use crate::output_rows::*;
@@ -156,7 +157,7 @@ impl InMeters for FragmentWire {
 const _: () = assert!(size_of::<AlignedBlock>() == 64 && align_of::<AlignedBlock>() == 64);
 const _: () = assert!(size_of::<ResultHeader>() == 64);
 const _: () = assert!(size_of::<SectionWire>() == 24);
-const _: () = assert!(size_of::<SummaryWire>() == 320);
+const _: () = assert!(size_of::<SummaryWire>() == 368);
 const _: () = assert!(size_of::<StageWire>() == 24);
 const _: () = assert!(size_of::<RunWire>() == 32);
 const _: () = assert!(size_of::<FragmentWire>() == 144);

@@ -1,6 +1,8 @@
 //! The facts of a result: as they travel, and as a host reads them.
 
-use crate::codes::{DegreeMethod, DegreeOrigin, EnergySource, FragmentSurface, OverrunCause, StopCriterion};
+use crate::codes::{
+    DegreeMethod, DegreeOrigin, EnergySource, FractureCriterion, FragmentSurface, OverrunCause, StopCriterion,
+};
 use crate::convention::Convention;
 use crate::in_meters::InMeters;
 use crate::name::OBJECT_NAME_MAX;
@@ -84,11 +86,26 @@ pub struct SummaryWire {
     pub discretization_error: f64,
     /// See [`Summary::strain_j`]; zero: none.
     pub strain_j: f64,
+    /// Number of a [`FractureCriterion`]; the fields below are zero with the paper's.
+    pub criterion: u32,
+    /// 1 if `averaged_over_m` is the length of a cell of the elastic lattice.
+    pub averaged_over_cell: u32,
+    /// See [`Summary::stress_over_strength`].
+    pub stress_over_strength: f64,
+    /// See [`Summary::averaged_over_m`].
+    pub averaged_over_m: f64,
+    /// See [`Summary::surface_j`].
+    pub surface_j: f64,
+    /// See [`Summary::released_j`].
+    pub released_j: f64,
+    /// See [`Summary::deficit_j`].
+    pub deficit_j: f64,
 }
 
 impl InMeters for SummaryWire {
     fn in_meters(&self, from: &Convention) -> Self {
-        Self { radius_m: from.meters(self.radius_m), ..*self }
+        let [radius_m, averaged_over_m] = [self.radius_m, self.averaged_over_m].map(|length| from.meters(length));
+        Self { radius_m, averaged_over_m, ..*self }
     }
 }
 
@@ -174,6 +191,21 @@ pub struct Summary {
     /// Strain energy of the struck bodies at peak load, J: of all contacts of the request, and of the weight with the effect
     /// `gravity`. `None` where `energy_source` is a bound or a falloff.
     pub strain_j: Option<f64>,
+    /// Rule that decided whether the object breaks.
+    pub criterion: FractureCriterion,
+    /// Largest averaged equivalent stress over the tensile strength; `None` with the paper's criterion.
+    pub stress_over_strength: Option<f64>,
+    /// Length over which stresses are averaged, m; `None` with the paper's criterion.
+    pub averaged_over_m: Option<f64>,
+    /// Whether that is the length of a cell of the elastic lattice, and not the material's own, which is shorter.
+    pub is_averaged_over_cell: bool,
+    /// Energy of the new surface, J: toughness times the area of all cracks. `None` without fragments, and with the paper's
+    /// criterion.
+    pub surface_j: Option<f64>,
+    /// Kinetic energy of the release velocities, J; `None` without the effect `release`, and with the paper's criterion.
+    pub released_j: Option<f64>,
+    /// Energy that a given number of sites lacks, J: surface and release beyond the strain energy. `None` if nothing lacks.
+    pub deficit_j: Option<f64>,
     /// Outer surface of the fragments.
     pub surface: FragmentSurface,
     /// From admission until right before the result was sent; differs between equal requests.
@@ -186,6 +218,8 @@ impl From<&SummaryWire> for Summary {
     fn from(row: &SummaryWire) -> Self {
         let missed =
             MissedTime { by: Duration::from_nanos(row.overrun_ns), cause: OverrunCause::from_code(row.overrun) };
+        let positive = |value: f64| (value > 0.0).then_some(value);
+        let is_by_strength = row.criterion == FractureCriterion::Strength.code();
         Self {
             object: row.object(),
             sites: row.sites,
@@ -215,7 +249,14 @@ impl From<&SummaryWire> for Summary {
             crack_nodes: row.crack_nodes,
             elements_across: (row.elements_across > 0.0).then_some(row.elements_across),
             discretization_error: (row.discretization_error > 0.0).then_some(row.discretization_error),
-            strain_j: (row.strain_j > 0.0).then_some(row.strain_j),
+            strain_j: positive(row.strain_j),
+            criterion: FractureCriterion::from_code(row.criterion),
+            stress_over_strength: is_by_strength.then_some(row.stress_over_strength),
+            averaged_over_m: positive(row.averaged_over_m),
+            is_averaged_over_cell: row.averaged_over_cell != 0,
+            surface_j: positive(row.surface_j),
+            released_j: positive(row.released_j),
+            deficit_j: positive(row.deficit_j),
             surface: FragmentSurface::from_code(row.surface),
             time: Duration::from_nanos(row.time_ns),
             missed_time: (row.overrun_ns > 0).then_some(missed),

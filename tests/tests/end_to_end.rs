@@ -134,6 +134,32 @@ fn twice_the_threshold_breaks_and_half_does_not() {
 }
 
 #[test]
+fn the_criterion_by_strength_has_its_own_threshold_and_ledger() {
+    let fixture = with_arch(&[]);
+    let (point, just) = contact(&fixture);
+    let strength = ["--criterion", "strength"];
+    let at = ["threshold", "arch", "--point", &point, "--direction", "-1,0,0"];
+    let threshold = fixture.ok("shatter", &[&at[..], &strength].concat());
+    let own = number(&threshold, "impulse_ns");
+    assert_eq!((threshold["criterion"].as_str(), own > just), (Some("strength"), true), "{threshold}");
+    let whole = impact(&fixture, &point, 0.99 * own, &strength);
+    assert_eq!((whole["fracture_degree"].as_u64(), &whole["ledger"]["surface_j"]), (Some(1), &Value::Null), "{whole}");
+    // Far above, the arch has the energy for several cracks, and uses no more than it has.
+    let broken = impact(&fixture, &point, 6.0 * own, &[&strength[..], &["--enable", "release"]].concat());
+    let ledger = &broken["ledger"];
+    let [strain, surface, released] = ["strain_j", "surface_j", "released_j"].map(|key| number(ledger, key));
+    assert!(broken["fragments"].as_array().unwrap().len() >= 2 && surface > 0.0 && released > 0.0, "{ledger}");
+    assert!(surface + released <= strain && ledger["deficit_j"].is_null(), "{ledger}");
+    assert!(number(ledger, "stress_over_strength") >= 1.0);
+    assert!(number(&broken["averaged_over"], "length_m") > 0.0);
+    let forced = impact(&fixture, &point, 0.05 * own, &[&strength[..], &["--degree", "24"]].concat());
+    assert!(number(&forced["ledger"], "deficit_j") > 0.0 && forced["sites"] == 24, "{}", forced["ledger"]);
+    let paper = impact(&fixture, &point, 2.0 * just, &[]);
+    assert_eq!((paper["criterion"].as_str(), &paper["ledger"]["surface_j"]), (Some("paper"), &Value::Null));
+    assert_eq!(paper["output_hash"], impact(&fixture, &point, 2.0 * just, &["--criterion", "paper"])["output_hash"]);
+}
+
+#[test]
 fn the_threshold_depends_on_the_contact_as_the_impact_does() {
     let fixture = with_arch(&[]);
     let (point, just) = contact(&fixture);

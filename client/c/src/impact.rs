@@ -76,6 +76,8 @@ pub struct Impact {
     pub surface: u32,
     /// True if the service keeps the result for a while, so that its fragments can be struck.
     pub keep: bool,
+    /// Rule that decides whether the object breaks, a `ShatterCriterion`.
+    pub criterion: u32,
     /// Always zero.
     pub reserved: [u64; 8],
 }
@@ -92,7 +94,7 @@ macro_rules! choices {
     };
 }
 
-choices! { Purpose Degree Lift Elastic Surface Quality }
+choices! { Purpose Degree Lift Elastic Surface Criterion Quality }
 
 /// Purpose of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -177,6 +179,22 @@ pub enum Surface {
 
 impl Surface {
     const ALL: [Self; 2] = [Self::Exact, Self::Lattice];
+}
+
+/// Rule that decides whether an object breaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Criterion {
+    /// The object's.
+    Object = 0,
+    /// The paper's: the first moment of the energy exceeds γ.
+    Paper = 1,
+    /// Strength and energy.
+    Strength = 2,
+}
+
+impl Criterion {
+    const ALL: [Self; 3] = [Self::Object, Self::Paper, Self::Strength];
 }
 
 /// A preset of the settings that an impact does not set.
@@ -297,6 +315,11 @@ impl Impact {
             Surface::Exact => shatter_client::RequestedSurface::Exact,
             Surface::Lattice => shatter_client::RequestedSurface::Lattice,
         });
+        let impact = match Criterion::of(ErrorKind::Budget, "impact.criterion", self.criterion)? {
+            Criterion::Object => impact,
+            Criterion::Paper => impact.criterion(shatter_client::RequestedCriterion::Paper),
+            Criterion::Strength => impact.criterion(shatter_client::RequestedCriterion::Strength),
+        };
         let impact = match Lift::of(ErrorKind::Lift, "impact.lift", self.lift)? {
             Lift::Object => impact,
             Lift::Euclidean => impact.lift(shatter_client::Lift::Euclidean),

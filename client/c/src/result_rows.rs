@@ -82,6 +82,14 @@ pub struct Summary {
     /// Strain energy of the struck bodies at peak load, J: of all contacts, and of the weight with the effect `gravity`; 0 if `elastic` is 2
     /// or 3.
     pub strain_j: f64,
+    /// Largest averaged equivalent stress over the tensile strength. This and the next three are 0 with the paper's criterion.
+    pub stress_over_strength: f64,
+    /// Energy of the new surface, J: toughness times the area of all cracks.
+    pub surface_j: f64,
+    /// Kinetic energy of the release velocities, J; 0 without the effect `release`.
+    pub released_j: f64,
+    /// Energy that a given number of sites lacks, J.
+    pub deficit_j: f64,
     /// Nearness of the examples that decided the degree, 0 to 1.
     pub confidence: f64,
     /// Largest contact radius in effect, m.
@@ -125,6 +133,10 @@ impl From<&FractureResult> for Summary {
             e1_over_gamma: facts.e1_over_gamma,
             threshold_impulse_factor: facts.threshold_impulse_factor,
             strain_j: facts.strain_j.unwrap_or(0.0),
+            stress_over_strength: facts.stress_over_strength.unwrap_or(0.0),
+            surface_j: facts.surface_j.unwrap_or(0.0),
+            released_j: facts.released_j.unwrap_or(0.0),
+            deficit_j: facts.deficit_j.unwrap_or(0.0),
             confidence: facts.confidence,
             radius_m: facts.radius_m,
             energy_error: facts.energy_error,

@@ -6,7 +6,7 @@ use crate::result::FragmentOfResult;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList, PyString, PyTuple};
-use shatter_client::{DisplacementSource, Effect, Impact, Lift, Quality, RequestedSurface};
+use shatter_client::{DisplacementSource, Effect, Impact, Lift, Quality, RequestedCriterion, RequestedSurface};
 use shatter_proto::name::{nearest, suggestion};
 use shatter_proto::text::quoted;
 use std::time::Duration;
@@ -143,6 +143,7 @@ pub struct Wish<'a> {
     pub lift: Option<&'a str>,
     pub elastic: Option<&'a str>,
     pub surface: Option<&'a str>,
+    pub criterion: Option<&'a str>,
     pub seed: u64,
     pub keep: bool,
     pub origin: Option<FragmentOfResult>,
@@ -170,6 +171,9 @@ impl Wish<'_> {
         }
         if let Some(name) = self.surface {
             impact = impact.surface(surface(name)?);
+        }
+        if let Some(name) = self.criterion {
+            impact = impact.criterion(criterion(name)?);
         }
         for name in &self.enable {
             impact = impact.enable(effect(name)?);
@@ -207,6 +211,10 @@ fn lift(name: &str) -> PyResult<Lift> {
 
 fn elastic(name: &str) -> PyResult<DisplacementSource> {
     named("elastic", name, &[("reduced", DisplacementSource::Reduced), ("solve", DisplacementSource::Solve)])
+}
+
+fn criterion(name: &str) -> PyResult<RequestedCriterion> {
+    named("criterion", name, &RequestedCriterion::ALL.map(|criterion| (criterion.name(), criterion)))
 }
 
 fn surface(name: &str) -> PyResult<RequestedSurface> {

@@ -190,7 +190,8 @@ impl Object {
     /// names of effects, such as ``["normals", "hulls"]``, or one name. ``origin``: handle of a kept result and id of its fragment, which is
     /// struck instead of the object.
     #[pyo3(signature = (*contacts, degree = None, quality = None, error = None, time_ms = None, iterations = None,
-        enable = None, disable = None, gamma_j_m2 = None, lift = None, elastic = None, surface = None, seed = 0, keep = false,
+        enable = None, disable = None, gamma_j_m2 = None, lift = None, elastic = None, surface = None, criterion = None, seed = 0,
+        keep = false,
         origin = None, deadline_s = None, fragments_max = None, bytes_max = None))]
     #[expect(clippy::too_many_arguments, reason = "keywords of a call in Python")]
     fn strike(
@@ -207,6 +208,7 @@ impl Object {
         lift: Option<&str>,
         elastic: Option<&str>,
         surface: Option<&str>,
+        criterion: Option<&str>,
         #[pyo3(from_py_with = argument::seed)] seed: u64,
         keep: bool,
         #[pyo3(from_py_with = argument::struck_fragment)] origin: Option<FragmentOfResult>,
@@ -227,6 +229,7 @@ impl Object {
             lift,
             elastic,
             surface,
+            criterion,
             seed,
             keep,
             origin,

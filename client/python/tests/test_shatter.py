@@ -154,6 +154,17 @@ def test_even_pieces_and_thresholds(body):
     assert body.strike(contact_on(body, 1e-6 * factor)).wait().summary.strain_j is None
 
 
+def test_the_criterion_by_strength_balances_energies(body):
+    summary = body.strike(contact_on(body), degree=8, criterion="strength", enable="release").wait().summary
+    assert summary.criterion == "strength" and summary.stress_over_strength > 0.0
+    lacking = summary.surface_j + summary.released_j - summary.strain_j
+    assert (summary.deficit_j or 0.0) == pytest.approx(max(lacking, 0.0), abs=1e-9 * summary.surface_j)
+    plain = body.strike(contact_on(body), degree=8).wait().summary
+    assert plain.criterion == "paper" and plain.surface_j is plain.stress_over_strength is None
+    with pytest.raises(shatter.ArgumentError):
+        body.strike(contact_on(body), criterion="griffith")
+
+
 def test_hertz_of_a_steel_ball_on_steel():
     """A ball of 1 kg at 1 m/s against a half-space, beside the closed form (Johnson 1985, 11.4)."""
     young, poisson, radius, mass = 210e9, 0.3, 0.03, 1.0

@@ -25,6 +25,28 @@ pub enum Lift {
     SurfaceDiffusion,
 }
 
+/// Rule that decides whether an object breaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RequestedCriterion {
+    /// That of the paper: the first moment of the energy exceeds γ.
+    Paper,
+    /// The stress reaches the strength, and the energy is that of a crack.
+    Strength,
+}
+
+impl RequestedCriterion {
+    /// All of them; the wire counts them from 1.
+    pub const ALL: [Self; 2] = [Self::Paper, Self::Strength];
+
+    /// The name used on command lines and in scenes.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Strength => "strength",
+        }
+    }
+}
+
 /// Outer surface that the fragments of a request get.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RequestedSurface {
@@ -112,6 +134,7 @@ impl RequestWire {
             Some(Lift::Interior) => 2,
             Some(Lift::SurfaceDiffusion) => 3,
         };
+        self.criterion = request.criterion.map_or(0, |own| 1 + own as u64);
         self.surface = request.surface as u64;
         self.quality = request.quality.map_or(0, Quality::number);
         self.error_max = given(request.error_max, error)?;
@@ -131,6 +154,16 @@ impl RequestWire {
             3 => Ok(Some(Lift::SurfaceDiffusion)),
             other => Err(Error::new(ErrorKind::Lift, other.to_string(), "lift must be 0 to 3")),
         }
+    }
+
+    pub(super) fn criterion(&self) -> Result<Option<RequestedCriterion>, Error> {
+        let unknown = || {
+            let message = format!("criterion {}: must be 0 to {}", self.criterion, RequestedCriterion::ALL.len());
+            Error::new(ErrorKind::Budget, "criterion", message)
+        };
+        let named = |own: &RequestedCriterion| 1 + *own as u64 == self.criterion;
+        let found = || RequestedCriterion::ALL.into_iter().find(named).ok_or_else(unknown);
+        (self.criterion > 0).then(found).transpose()
     }
 
     pub(super) fn surface(&self) -> Result<RequestedSurface, Error> {

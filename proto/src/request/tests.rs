@@ -67,6 +67,10 @@ fn a_request_round_trips() {
         let strike = Request { surface, ..optimized.clone() };
         assert_eq!(strike.wire([0; 16]).unwrap().validate().unwrap(), strike);
     }
+    for criterion in RequestedCriterion::ALL.map(Some).into_iter().chain([None]) {
+        let strike = Request { criterion, ..optimized.clone() };
+        assert_eq!(strike.wire([0; 16]).unwrap().validate().unwrap(), strike);
+    }
     for lift in [Lift::Euclidean, Lift::Interior, Lift::SurfaceDiffusion] {
         let strike = Request { lift: Some(lift), ..optimized.clone() };
         assert_eq!(strike.wire([0; 16]).unwrap().validate().unwrap(), strike);
@@ -142,6 +146,7 @@ fn every_validation_error_names_the_field() {
     check(|w| w.degree_sites = 5, ErrorKind::Degree, "5");
     check(|w| w.lift = 4, ErrorKind::Lift, "4");
     check(|w| w.surface = 2, ErrorKind::Budget, "surface");
+    check(|w| w.criterion = 3, ErrorKind::Budget, "criterion");
     check(|w| w.effects_on = 1 << 40, ErrorKind::UnknownEffect, "40");
     check(|w| w.effects_off = 1 << 63 | 4, ErrorKind::UnknownEffect, "63");
     check(|w| w.error_max = f64::NAN, ErrorKind::Budget, "error_max");

@@ -1,6 +1,7 @@
 //! Conversion between wire types and engine types; no other module converts them.
 
 mod cost;
+mod criterion;
 mod errors;
 mod radius;
 mod ray;
@@ -25,8 +26,8 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, DatabaseError};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, DEGREE_MAX, DegreeSource, FractureMeshes, FractureOutcome, PreparedObject, RequestContext, RequestCost,
-    RetainedFragments, StageObserver, SurfaceKind, Workspace,
+    self, DEGREE_MAX, FractureMeshes, FractureOutcome, PreparedObject, RequestContext, RequestCost, RetainedFragments,
+    StageObserver, SurfaceKind, Workspace,
 };
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, EffectKind, EffectSet};
 use shatter_proto::control::{ObjectRow, ObjectState};
@@ -36,8 +37,8 @@ use shatter_proto::layout::{Layout, SectionCounts, SectionsMut};
 use shatter_proto::name::OBJECT_NAME_MAX;
 use shatter_proto::request::{Lift, Purpose, Quality, Request, RequestedSurface, SEED_DEFAULT};
 use shatter_proto::result::{
-    DegreeOrigin, EnergySource, FragmentSurface, HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, OverrunCause, StageCost,
-    SummaryWire, WORLD,
+    EnergySource, FragmentSurface, HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, OverrunCause, StageCost, SummaryWire,
+    WORLD,
 };
 use shatter_proto::{Error, ErrorKind};
 use std::sync::Arc;
@@ -328,6 +329,7 @@ impl EngineObject {
             degree: preset.degree,
             degree_max: self.terms.sites_max.map_or(DEGREE_MAX, |most| most.min(DEGREE_MAX)),
             gamma_j_m2: strike.gamma_j_m2.or(self.terms.gamma(&self.prepared.parameters.material)),
+            criterion: criterion::of(strike.criterion.unwrap_or(self.terms.criterion)),
             elastic: preset.elastic,
             rank_max: preset.rank_max,
             lift: match strike.lift.unwrap_or(self.terms.lift) {
@@ -428,7 +430,7 @@ impl RequestedResult {
         let surface = if exact { FragmentSurface::Exact } else { FragmentSurface::Lattice };
         let mut summary = SummaryWire {
             surface: surface.code(),
-            degree_source: degree_origin(result.degree_source()).code(),
+            degree_source: criterion::degree_origin(result.degree_source()).code(),
             sites: result.sites(),
             fracture_degree: result.fracture_degree(),
             capped: u32::from(result.capped()),
@@ -444,20 +446,10 @@ impl RequestedResult {
             hit: self.hit,
             ..SummaryWire::zeroed()
         };
+        criterion::write_summary(result, &self.convention, &mut summary);
         summary.set_object(&self.object);
         self.used.write_summary(result, &mut summary);
         summary
-    }
-}
-
-fn degree_origin(source: DegreeSource) -> DegreeOrigin {
-    match source {
-        DegreeSource::Threshold => DegreeOrigin::Threshold,
-        DegreeSource::ClosedForm => DegreeOrigin::ClosedForm,
-        DegreeSource::Inferred => DegreeOrigin::Inferred,
-        DegreeSource::Verified => DegreeOrigin::Verified,
-        DegreeSource::Optimized => DegreeOrigin::Optimized,
-        DegreeSource::Forced => DegreeOrigin::Forced,
     }
 }
 
@@ -481,20 +473,6 @@ mod tests {
             let both =
                 [shatter_proto::text::is_invisible, shatter_fracture::scene::is_invisible].map(|is| is(character));
             assert_eq!(both[0], both[1], "{character:?}");
-        }
-    }
-
-    #[test]
-    fn degree_sources_have_the_same_names_on_the_wire() {
-        for source in [
-            DegreeSource::Threshold,
-            DegreeSource::ClosedForm,
-            DegreeSource::Inferred,
-            DegreeSource::Verified,
-            DegreeSource::Optimized,
-            DegreeSource::Forced,
-        ] {
-            assert_eq!(serde_json::json!(source), degree_origin(source).name());
         }
     }
 }

@@ -54,6 +54,7 @@
 //! | [`database`] | bakes, saves and loads prepared objects |
 //! | [`scene`] | materials, effects, anchors |
 //! | [`elasticity`] | contacts become a displacement and a strain energy |
+//! | [`strength`] | where a body is closest to breaking by strength and energy |
 //! | [`degree`] | the threshold and the fracture degree |
 //! | [`centroidal`] | the diagram: sites, and the cell of each node |
 //! | [`tessellation`] | cells become closed triangle meshes |
@@ -101,6 +102,7 @@ pub mod scene;
 mod simd;
 pub mod skin;
 pub mod sparse;
+pub mod strength;
 pub mod surface;
 pub mod tessellation;
 mod triangle;

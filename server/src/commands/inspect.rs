@@ -98,6 +98,7 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
         "surface_deviation": prepared.report.surface_deviation,
         "normals_within_10_deg": normals(prepared),
         "parameters": prepared.parameters,
+        "characteristic_length_m": prepared.strength_constants().characteristic_length_m(),
         "materials": prepared.report.materials,
         "skin_triangles": prepared.skin.as_ref().map(|skin| skin.triangles.len()),
         "cracks": prepared.report.cracks,

@@ -4,9 +4,23 @@ use super::bake_report;
 use super::inspect_memory::memory_lines;
 use serde_json::Value;
 use shatter_fracture::pipeline::{PreparedObject, SurfaceKind};
+use shatter_fracture::scene::rounded;
 use shatter_fracture::sparse::Precision;
+use shatter_fracture::strength::StrengthConstants;
 use shatter_proto::text::counted;
 use std::path::Path;
+
+/// Constants of the criterion by strength and energy, with the length that follows from them.
+fn fracture_constants(prepared: &PreparedObject) -> String {
+    let constants = prepared.strength_constants();
+    let StrengthConstants { toughness_j_m2, compressive_strength_pa, weibull_modulus, origin, .. } = constants;
+    format!(
+        "toughness {toughness_j_m2:.1} J/m², compressive strength {compressive_strength_pa:.3e} Pa, Weibull modulus \
+         {weibull_modulus}, characteristic length {} mm ({})",
+        rounded(1e3 * constants.characteristic_length_m()),
+        origin.explanation()
+    )
+}
 
 /// Lines about the object of the database `file`; `document` is what `--json` prints.
 pub fn screen(prepared: &PreparedObject, file: &Path, document: &Value) -> String {
@@ -20,6 +34,7 @@ pub fn screen(prepared: &PreparedObject, file: &Path, document: &Value) -> Strin
             parameters.material_name, material.young_pa, material.poisson, material.density_kg_m3, material.strength_pa
         ),
     );
+    line("fracture", fracture_constants(prepared));
     line(
         "bake",
         format!(

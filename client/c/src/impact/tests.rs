@@ -61,6 +61,8 @@ fn every_field_reaches_the_client() {
     }
     check(Impact { elastic: 1, ..zero(1) }, say().elastic(shatter_client::DisplacementSource::Solve));
     check(Impact { elastic: 2, ..zero(1) }, say().elastic(shatter_client::DisplacementSource::Reduced));
+    let strength = shatter_client::RequestedCriterion::Strength;
+    check(Impact { criterion: 2, ..zero(1) }, say().criterion(strength));
     check(Impact { surface: 1, ..zero(1) }, say().surface(shatter_client::RequestedSurface::Lattice));
     for (i, quality) in shatter_client::Quality::ALL.into_iter().enumerate() {
         check(Impact { quality: 1 + i as u32, ..zero(1) }, say().quality(quality));

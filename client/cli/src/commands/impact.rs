@@ -2,8 +2,8 @@
 
 use super::files::{FileFormat, OutputTarget, WrittenFiles};
 use super::parse::{
-    NamedConvention, convention, degree, effect, elastic, iterations, lift, milliseconds, origin, quality, ray,
-    surface, vector,
+    NamedConvention, convention, criterion, degree, effect, elastic, iterations, lift, milliseconds, origin, quality,
+    ray, surface, vector,
 };
 use super::result_text::{preset, screen};
 use super::{
@@ -13,8 +13,8 @@ use super::{
 use serde_json::{Value, json};
 use shatter_client::{
     Bond, Contact, Deadline, DebrisPoint, DegreeRule, DisplacementSource, Effect, EnergySource, Error, ErrorKind,
-    FractureResult, Fragment, Hit, HullMesh, Impact, Lift, NO_MATERIAL, Quality, Ray, RequestedSurface,
-    RetainedFragment, SEED_DEFAULT, Summary,
+    FractureResult, Fragment, Hit, HullMesh, Impact, Lift, NO_MATERIAL, Quality, Ray, RequestedCriterion,
+    RequestedSurface, RetainedFragment, SEED_DEFAULT, Summary,
 };
 use shatter_proto::text::number;
 use std::collections::BTreeMap;
@@ -52,6 +52,9 @@ pub struct Args {
     /// Fracture threshold γ, J·m² [default: the object's]
     #[arg(long, value_name = "G", allow_negative_numbers = true)]
     gamma: Option<f64>,
+    /// Rule that decides whether the object breaks: `paper`, by the threshold γ, or `strength`, by strength and energy [default: the object's]
+    #[arg(long, value_name = "paper|strength", value_parser = criterion)]
+    criterion: Option<RequestedCriterion>,
     /// Lift: `euclidean`, `interior` (the default) or `surface_diffusion`
     #[arg(long, value_name = "euclidean|interior|surface_diffusion", value_parser = lift)]
     lift: Option<Lift>,
@@ -220,6 +223,7 @@ fn impact(args: &Args) -> Impact {
     let impact = impact.seed(args.seed);
     let impact = args.degree.map_or(impact.clone(), |degree| impact.degree(degree));
     let impact = args.elastic.map_or(impact.clone(), |elastic| impact.elastic(elastic));
+    let impact = args.criterion.map_or(impact.clone(), |criterion| impact.criterion(criterion));
     let impact = args.surface.map_or(impact.clone(), |surface| impact.surface(surface));
     let impact = args.quality.map_or(impact.clone(), |quality| impact.quality(quality));
     let impact = args.error.map_or(impact.clone(), |error_max| impact.error(error_max));
@@ -308,6 +312,23 @@ pub(super) fn energy_error(summary: &Summary) -> Option<f64> {
     is_elastic.then_some(summary.energy_error)
 }
 
+/// Length over which stresses are averaged; `null` with the paper's criterion.
+fn averaged_over(summary: &Summary) -> Value {
+    let of = |length_m| json!({ "length_m": length_m, "is_lattice_cell": summary.is_averaged_over_cell });
+    summary.averaged_over_m.map_or(Value::Null, of)
+}
+
+/// Energies of a result, J, and its largest stress.
+fn ledger(summary: &Summary) -> Value {
+    json!({
+        "strain_j": summary.strain_j,
+        "surface_j": summary.surface_j,
+        "released_j": summary.released_j,
+        "deficit_j": summary.deficit_j,
+        "stress_over_strength": summary.stress_over_strength,
+    })
+}
+
 /// Document of a result.
 pub(super) fn to_json(result: &FractureResult, asked: RequestEcho<'_>, files: &WrittenFiles) -> Value {
     let file = |file: &PathBuf| file.display().to_string();
@@ -339,7 +360,9 @@ pub(super) fn to_json(result: &FractureResult, asked: RequestEcho<'_>, files: &W
         "degree_source": summary.degree_origin.name(),
         "confidence": summary.confidence,
         "elastic": summary.energy_source.name(),
-        "ledger": { "strain_j": summary.strain_j },
+        "criterion": summary.criterion.name(),
+        "averaged_over": averaged_over(&summary),
+        "ledger": ledger(&summary),
         "error_estimate": {
             "energy": energy_error(&summary),
             "discretisation_error": summary.discretization_error,

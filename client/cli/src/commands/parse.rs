@@ -2,7 +2,8 @@
 
 use shatter_cli_common::choice;
 use shatter_client::{
-    Convention, DegreeRule, DisplacementSource, Effect, Error, Lift, Quality, Ray, RequestedSurface, RetainedFragment,
+    Convention, DegreeRule, DisplacementSource, Effect, Error, Lift, Quality, Ray, RequestedCriterion,
+    RequestedSurface, RetainedFragment,
 };
 use shatter_proto::request::ITERATIONS_MAX;
 use shatter_proto::text::quoted;
@@ -94,6 +95,11 @@ pub fn lift(text: &str) -> Result<Lift, String> {
 /// Parses a source of displacements.
 pub fn elastic(text: &str) -> Result<DisplacementSource, String> {
     choice(text, &[("reduced", DisplacementSource::Reduced), ("solve", DisplacementSource::Solve)])
+}
+
+/// Parses the name of a criterion.
+pub fn criterion(text: &str) -> Result<RequestedCriterion, String> {
+    choice(text, &RequestedCriterion::ALL.map(|criterion| (criterion.name(), criterion)))
 }
 
 /// Parses a kind of surface.

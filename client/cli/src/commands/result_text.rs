@@ -1,7 +1,9 @@
 //! Text of a result for people.
 
 use super::{CliError, out};
-use shatter_client::{DegreeOrigin, Effect, EnergySource, FractureResult, FragmentSurface, Hit, Quality, Summary};
+use shatter_client::{
+    DegreeOrigin, Effect, EnergySource, FractureCriterion, FractureResult, FragmentSurface, Hit, Quality, Summary,
+};
 use shatter_proto::text::{counted, fixed};
 
 /// Name of the preset.
@@ -35,7 +37,10 @@ fn trust(summary: &Summary) -> String {
 /// Advice for an object that stays whole: the factor of the impulse that breaks it, since E₁ grows with its square. `None` without
 /// energy, and if the weight of an anchored object is part of the energy.
 fn missing_impulse(summary: &Summary, has_weight: bool) -> Option<String> {
-    let factor = 1.0 / summary.e1_over_gamma.sqrt();
+    let factor = match summary.criterion {
+        FractureCriterion::Strength => summary.threshold_impulse_factor,
+        _ => 1.0 / summary.e1_over_gamma.sqrt(),
+    };
     (factor.is_finite() && factor >= 1.0 && !has_weight).then(|| {
         let times = significant(factor);
         match summary.energy_source {
@@ -58,6 +63,15 @@ fn load(summary: &Summary) -> String {
     let gamma = format!("γ {:.3e} J·m²", summary.gamma_j_m2);
     if summary.energy_source == EnergySource::Falloff && summary.degree_origin == DegreeOrigin::Forced {
         return gamma;
+    }
+    if let Some(stress) = summary.stress_over_strength {
+        let energy =
+            summary.strain_j.map_or(String::new(), |joules| format!(", strain energy {} J", significant(joules)));
+        let surface =
+            summary.surface_j.map_or(String::new(), |joules| format!(", new surface {} J", significant(joules)));
+        let deficit =
+            summary.deficit_j.map_or(String::new(), |joules| format!(", {} J short of it", significant(joules)));
+        return format!("largest stress {} of the strength{energy}{surface}{deficit}", significant(stress));
     }
     let most = if summary.energy_source == EnergySource::Bounded { "at most " } else { "" };
     format!("{gamma}, E₁/γ {most}{}", significant(summary.e1_over_gamma))

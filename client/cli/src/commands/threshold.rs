@@ -1,12 +1,12 @@
 //! `shatter threshold`.
 
 use super::impact::{energy_error, hit};
-use super::parse::{NamedConvention, convention, lift, origin, quality, ray, vector};
+use super::parse::{NamedConvention, convention, criterion, lift, origin, quality, ray, vector};
 use super::result_text::{has_weight, hit_line};
 use super::{CliError, RESULT_TIMEOUT, document, out, reply, with_options};
 use nalgebra::Vector3;
 use serde_json::json;
-use shatter_client::{Client, Contact, Deadline, Impact, Lift, Quality, Ray, RetainedFragment};
+use shatter_client::{Client, Contact, Deadline, Impact, Lift, Quality, Ray, RequestedCriterion, RetainedFragment};
 use shatter_proto::request::squarable;
 
 /// Arguments of `shatter threshold`.
@@ -33,6 +33,9 @@ pub struct Args {
     /// Threshold γ, J·m² [default: the object's]
     #[arg(long, value_name = "G", allow_negative_numbers = true)]
     gamma: Option<f64>,
+    /// Rule that decides whether the object breaks: `paper`, by the threshold γ, or `strength`, by strength and energy [default: the object's]
+    #[arg(long, value_name = "paper|strength", value_parser = criterion)]
+    criterion: Option<RequestedCriterion>,
     /// Lift: `euclidean`, `interior` (the default) or `surface_diffusion`
     #[arg(long, value_name = "euclidean|interior|surface_diffusion", value_parser = lift)]
     lift: Option<Lift>,
@@ -61,6 +64,7 @@ fn test(contact: Contact, args: &Args) -> Impact {
     let impact = args.gamma.map_or(impact.clone(), |gamma| impact.gamma(gamma));
     let impact = args.quality.map_or(impact.clone(), |quality| impact.quality(quality));
     let impact = args.lift.map_or(impact.clone(), |lift| impact.lift(lift));
+    let impact = args.criterion.map_or(impact.clone(), |criterion| impact.criterion(criterion));
     args.from.map_or(impact.clone(), |from| impact.from(from.handle, from.fragment))
 }
 
@@ -98,6 +102,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
             "convention": args.convention.name,
             "impulse_ns": summary.threshold_impulse_factor,
             "direction": <[f64; 3]>::from(unit),
+            "criterion": summary.criterion.name(),
             "gamma_j_m2": summary.gamma_j_m2,
             "radius_m": summary.radius_m,
             "ledger": { "strain_j": strain_j },

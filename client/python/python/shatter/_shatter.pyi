@@ -227,6 +227,7 @@ class Object:
         lift: Literal["euclidean", "interior", "surface_diffusion"] | None = None,
         elastic: Literal["reduced", "solve"] | None = None,
         surface: Literal["exact", "lattice"] | None = None,
+        criterion: Literal["paper", "strength"] | None = None,
         seed: int = 0,
         keep: bool = False,
         origin: tuple[int, int] | None = None,
@@ -349,6 +350,21 @@ class Summary:
     def strain_j(self) -> float | None:
         """Strain energy of the struck bodies at peak load, J: of all contacts, and of the weight with ``gravity``. None if ``elastic`` is
         ``bounded`` or ``falloff``."""
+    @property
+    def criterion(self) -> str:
+        """Rule that decided whether the object breaks: ``paper`` or ``strength``. The next four are None with ``paper``."""
+    @property
+    def stress_over_strength(self) -> float | None:
+        """Largest averaged equivalent stress over the tensile strength."""
+    @property
+    def surface_j(self) -> float | None:
+        """Energy of the new surface, J: toughness times the area of all cracks. None without fragments."""
+    @property
+    def released_j(self) -> float | None:
+        """Kinetic energy of the release velocities, J. None without ``release``."""
+    @property
+    def deficit_j(self) -> float | None:
+        """Energy that a given number of sites lacks, J. None if nothing lacks."""
     @property
     def confidence(self) -> float: ...
     @property

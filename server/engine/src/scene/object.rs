@@ -13,17 +13,18 @@ use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_proto::Error;
 use shatter_proto::effect::{Effect, Effects, conflict};
 use shatter_proto::name::{object_name, suggestion};
-use shatter_proto::request::{Lift, Quality, Request};
+use shatter_proto::request::{Lift, Quality, Request, RequestedCriterion};
 use shatter_proto::text::number;
 use std::path::Path;
 
 /// Keys of an object, in the order of the shipped scenes.
-pub const OBJECT_KEYS: [&str; 21] = [
+pub const OBJECT_KEYS: [&str; 22] = [
     "database",
     "shape",
     "material",
     "fragment_size_m",
     "gamma_j_m2",
+    "criterion",
     "elastic_spacing",
     "crack_spacing",
     "elements",
@@ -92,6 +93,8 @@ pub struct ObjectPolicy {
     pub fragment_size_m: Option<f64>,
     /// γ, J·m²; overrides the fragment size.
     pub gamma_j_m2: Option<f64>,
+    /// Rule that decides whether the object breaks, for requests that name none.
+    pub criterion: RequestedCriterion,
     /// Maximum number of sites.
     pub sites_max: Option<u32>,
     /// Maximum number of fragments; requests that produce more are refused.
@@ -117,6 +120,7 @@ impl Default for ObjectPolicy {
             lift: Lift::Interior,
             fragment_size_m: None,
             gamma_j_m2: None,
+            criterion: RequestedCriterion::Paper,
             sites_max: None,
             fragments_max: None,
             bytes_max: None,
@@ -224,6 +228,7 @@ struct Values {
     material: Option<String>,
     fragment_size_m: Option<f64>,
     gamma_j_m2: Option<f64>,
+    criterion: Option<String>,
     elastic_spacing: Option<f64>,
     crack_spacing: Option<f64>,
     elements: Option<String>,
@@ -327,6 +332,10 @@ impl SceneObject {
             })
         });
         let lift = values.lift.map_or(Ok(Lift::Interior), |name| named(&at("lift"), "lift", &name, LIFTS))?;
+        let criteria = RequestedCriterion::ALL.map(|criterion| (criterion.name(), criterion));
+        let criterion = values
+            .criterion
+            .map_or(Ok(RequestedCriterion::Paper), |name| named(&at("criterion"), "criterion", &name, criteria))?;
         let qualities = Quality::ALL.map(|quality| (quality.name(), quality));
         let quality = values.quality.map(|name| named(&at("quality"), "quality", &name, qualities)).transpose()?;
         let orders = ElementChoice::ALL.map(|kind| (kind.name(), kind));
@@ -355,6 +364,7 @@ impl SceneObject {
             lift,
             fragment_size_m: values.fragment_size_m,
             gamma_j_m2: values.gamma_j_m2,
+            criterion,
             sites_max: values.sites_max,
             fragments_max: values.fragments_max,
             bytes_max: values.bytes_max,

@@ -3,7 +3,7 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::Tables;
 use shatter_fracture::pipeline::{self, ElementChoice, SurfaceKind};
 use shatter_proto::effect::{Effect, Effects};
-use shatter_proto::request::{Lift, Quality, Request};
+use shatter_proto::request::{Lift, Quality, Request, RequestedCriterion};
 
 fn object(text: &str) -> Result<SceneObject, Error> {
     Scene::parse(&format!("[objects.vase]\n{text}"), Path::new("")).map(|scene| scene.objects["vase"].clone())
@@ -149,6 +149,7 @@ fn an_objects_quality_is_a_preset() {
         assert_eq!(quality(&format!("quality = \"{}\"", preset.name())), Some(preset));
     }
     check("quality = \"fine\"", "objects.vase.quality", "quality");
+    check("criterion = \"griffith\"", "objects.vase.criterion", "`paper`");
 }
 
 #[test]
@@ -245,6 +246,15 @@ fn a_fragment_size_gives_gamma() {
     assert!((twice / own / 32.0 - 1.0).abs() < 1e-12, "the fifth power");
     assert_eq!(object("fragment_size_m = 0.1\ngamma_j_m2 = 7.0").unwrap().terms.gamma(&material), Some(7.0));
     assert_eq!(object("").unwrap().terms.gamma(&material), None);
+}
+
+#[test]
+fn a_scene_chooses_the_criterion() {
+    let criterion = |text: &str| object(text).unwrap().terms.criterion;
+    assert_eq!(criterion(""), RequestedCriterion::Paper);
+    for own in RequestedCriterion::ALL {
+        assert_eq!(criterion(&format!("criterion = \"{}\"", own.name())), own);
+    }
 }
 
 #[test]

@@ -102,8 +102,7 @@ pub(super) struct Trial {
 
 impl Trial {
     pub fn new() -> Self {
-        let (young_pa, poisson, density_kg_m3, strength_pa) = (7e10, 0.22, 2500.0, 4.5e7);
-        let material = Material { young_pa, poisson, density_kg_m3, strength_pa, source: String::new() };
+        let material = Material { source: String::new(), ..Material::named("glass").unwrap() };
         let request = BakeRequest {
             elastic_spacing: Some(0.2),
             crack_spacing: Some(0.15),

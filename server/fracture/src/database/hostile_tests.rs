@@ -14,8 +14,7 @@ use serde_json::{Map, Value};
 
 /// The bytes of a small object's file.
 fn file() -> Vec<u8> {
-    let material =
-        Material { young_pa: 7e10, poisson: 0.22, density_kg_m3: 2500.0, strength_pa: 4.5e7, source: String::new() };
+    let material = Material { source: String::new(), ..Material::named("glass").unwrap() };
     let request = BakeRequest {
         elastic_spacing: Some(0.2),
         crack_spacing: Some(0.15),

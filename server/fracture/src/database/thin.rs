@@ -203,13 +203,7 @@ mod tests {
 
     /// Lattices alone: no table decides what they keep. The hard cases of the lab bake and strike a plate and a needle of 1:100 whole.
     fn request(crack_spacing: Option<f64>) -> BakeRequest {
-        let material = Material {
-            young_pa: 7e10,
-            poisson: 0.22,
-            density_kg_m3: 2500.0,
-            strength_pa: 4.5e7,
-            source: String::new(),
-        };
+        let material = Material { source: String::new(), ..Material::named("glass").unwrap() };
         BakeRequest { crack_spacing, tables: Tables::NONE, ..BakeRequest::new("thin", "glass", material) }
     }
 

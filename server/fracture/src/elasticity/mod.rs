@@ -31,6 +31,7 @@ mod rigid_support;
 mod snapshots;
 mod solve;
 mod strain;
+mod stress;
 #[cfg(test)]
 mod tests;
 mod workspace;
@@ -49,4 +50,5 @@ pub use reduced::{ErrorEstimate, QuadraticTables, ReducedBasis};
 pub use refined::{RefinedBody, RefinedEnergy};
 pub use rigid_support::{PinnedNodes, Support};
 pub use solve::{NARROW_RESIDUAL_MAX, ROUNDING_MAX, SolveReport};
+pub use stress::{StrainComponents, tension_direction};
 pub use workspace::ElasticWorkspace;

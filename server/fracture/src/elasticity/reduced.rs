@@ -306,6 +306,11 @@ impl ReducedBasis {
         });
     }
 
+    /// True if [`Self::expand`] and [`Self::complete`] yield strains at the nodes: the elements are quadratic.
+    pub fn has_node_strains(&self) -> bool {
+        self.quadratic.is_some()
+    }
+
     /// Computes ∫ W over each tetrahedron from the result of [`Self::expand`], or of [`Self::complete`], and its `energy`:
     /// ½|q|² of the expanded coordinates, or that of the completed displacement.
     ///

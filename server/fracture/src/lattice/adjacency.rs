@@ -1,6 +1,7 @@
 //! Adjacency of lattices: tetrahedra across faces and around nodes, and face-connected components.
 
 use super::{FACES, Lattice};
+use crate::memory::held;
 
 /// Neighbor across a boundary face: no tetrahedron.
 pub const NO_TET: u32 = u32::MAX;
@@ -24,6 +25,11 @@ impl NodeStars {
     /// Tetrahedra that have `node` as a corner, in increasing order.
     pub fn of(&self, node: u32) -> &[u32] {
         &self.tets[self.offsets[node as usize] as usize..self.offsets[node as usize + 1] as usize]
+    }
+
+    /// Bytes of memory that they hold.
+    pub fn bytes(&self) -> usize {
+        held(&self.offsets) + held(&self.tets)
     }
 }
 

@@ -19,6 +19,7 @@ pub use error::{CONTACTS_MAX, FractureError, NODES_MIN, RAY_ORIGIN_MAX_M, SOLVED
 pub use output::emitted_effects::*;
 pub use output::emitted_meshes::{EmittedMeshes, FragmentMesh};
 pub use output::hulls::{FragmentHulls, HULL_COVERAGE, HullRow};
+pub use output::ledger::EnergyLedger;
 pub use output::meshes::FractureMeshes;
 pub use output::release_velocity::{RELEASE_SHARE, ReleaseVelocity};
 pub use output::retained::RetainedFragments;
@@ -52,6 +53,7 @@ pub use result::{Fracture, FractureOutcome, ThresholdReport};
 pub use stages::cells::{BodyCells, DegreeSource};
 pub use stages::contact_set::ContactSet;
 pub use stages::energy::{BodyEnergy, strain_energy};
+pub use stages::onset::{OnsetReport, StressPeak};
 pub use stages::termination::{StopReason, Termination};
 pub use stages::threshold::ThresholdResult;
 pub use training::calibrate::calibrate;

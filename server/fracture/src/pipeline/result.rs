@@ -1,7 +1,9 @@
 //! Result of a request.
 
+use super::output::ledger::EnergyLedger;
 use super::output::meshes::FractureMeshes;
 use super::stages::cells::DegreeSource;
+use super::stages::onset::OnsetReport;
 use super::stages::termination::{StopReason, Termination};
 
 /// Result of the threshold test, which every request runs.
@@ -24,6 +26,8 @@ pub struct ThresholdReport {
     ///
     /// `None` without a displacement: the request ended at the bound, or the energies are those of a falloff.
     pub strain_j: Option<f64>,
+    /// Figures of the criterion by strength and energy; `None`: the paper's criterion decided.
+    pub onset: Option<OnsetReport>,
     /// Largest effective contact radius, m, after raising each to the resolution of the elastic lattice.
     pub radius_m: f64,
     /// Largest estimated relative error of the elastic energy, if the displacements of all struck bodies are reduced
@@ -58,6 +62,8 @@ pub struct Fracture {
     pub cvd_gap: Option<f64>,
     /// Reason why the descents ended; `None` without a descent.
     pub ending: Option<Termination>,
+    /// Uses of the strain energy, with the criterion by strength and energy.
+    pub ledger: Option<EnergyLedger>,
     /// The fragments.
     pub meshes: FractureMeshes,
 }

@@ -4,7 +4,9 @@
 
 use super::error::FractureError;
 use super::output::cut::MeshSources;
+use super::output::ledger::{CRACK_SHARE, EnergyLedger, lower_limits};
 use super::output::meshes::FractureMeshes;
+use super::output::slivers;
 use super::prepared::object::PreparedObject;
 use super::request::context::RequestContext;
 use super::request::fracture_request::{DegreeRequest, FractureRequest};
@@ -13,6 +15,7 @@ use super::result::{Fracture, FractureOutcome, ThresholdReport};
 use super::stages::cells::{CellPartition, divide};
 use super::stages::contact_set::ContactSet;
 use super::stages::energy::{BodyEnergy, apply, radius_m, strain_energy, strain_energy_applied};
+use super::stages::onset::ObjectOnset;
 use super::stages::threshold::{self, ThresholdResult};
 use super::stages::{controls, threshold_bound};
 use super::workspace::Workspace;
@@ -21,6 +24,7 @@ use crate::centroidal::{Diagram, EnergyField};
 use crate::degree;
 use crate::lift::LiftKind;
 use crate::scene::EffectKind;
+use crate::strength::Criterion;
 use crate::tessellation::TessellationWorkspace;
 
 /// Breaks the object by the impact of the request.
@@ -53,7 +57,7 @@ pub(in crate::pipeline) fn walk(
     context: RequestContext<'_>,
     begun_s: f64,
     workspace: &mut Workspace,
-    cut: impl FnOnce(MeshSources<'_>, &mut TessellationWorkspace) -> Result<FractureMeshes, FractureError>,
+    cut: impl Fn(MeshSources<'_>, &mut TessellationWorkspace) -> Result<FractureMeshes, FractureError>,
 ) -> Result<FractureOutcome, FractureError> {
     let RequestContext { prepared, request, cancel, observer } = context;
     let gamma_j_m2 = check(prepared, request)?;
@@ -75,8 +79,10 @@ pub(in crate::pipeline) fn walk(
     let mut energies = strain_energy_applied(context, &contacts, workspace)?;
     let mut shares: Vec<Vec<f64>> = energies.iter_mut().map(|energy| std::mem::take(&mut energy.shares)).collect();
     let (fields, threshold) = tested(context, gamma_j_m2, &energies, &mut shares)?;
-    let mut report = of_energies(request, &threshold, &energies);
-    let holds = report.e1_over_gamma <= 1.0 && !matches!(request.degree, DegreeRequest::Sites(_));
+    let onset = onset(context, &energies)?;
+    let mut report = of_energies(request, &threshold, &energies, onset.as_ref());
+    let breaks = onset.as_ref().map_or(report.e1_over_gamma > 1.0, ObjectOnset::breaks);
+    let holds = !breaks && !matches!(request.degree, DegreeRequest::Sites(_));
     if request.threshold_only && request.effects.has(EffectKind::Gravity) {
         report.impulse_factor = threshold::under_weight(&mut |factor| weighed(context, &contacts, factor, workspace))?;
     }
@@ -87,11 +93,34 @@ pub(in crate::pipeline) fn walk(
     let budget = request.budget.map(|budget| budget.rescaled(solved, begun_s - cancel.remaining_s()));
     let masses = controls::repainted(prepared, request, &energies, &fields);
     let followed = controls::followed(prepared, request, &energies, &fields, &masses)?;
-    let division = divide(context, budget, &threshold, &followed, workspace)?;
-    let Workspace { tessellation, spare, .. } = workspace;
-    let sources = MeshSources { context, energies: &energies, fields: &fields, division: &division, spare };
-    let meshes = cut(sources, tessellation)?;
-    Ok(FractureOutcome::Fractured(Box::new(fracture(report, &division, meshes))))
+    let (is_given, constants) = (matches!(request.degree, DegreeRequest::Sites(_)), prepared.strength_constants());
+    let mut limits = onset.as_ref().map(|onset| onset.site_limits(prepared, &energies, CRACK_SHARE));
+    for turn in 0.. {
+        let division = divide(context, budget, &threshold, (&followed, limits.as_deref()), workspace)?;
+        if limits.is_some() && division.cells.is_empty() {
+            break;
+        }
+        let Workspace { tessellation, spare, .. } = workspace;
+        let sources = MeshSources { context, energies: &energies, fields: &fields, division: &division, spare };
+        let meshes = cut(sources, tessellation)?;
+        let is_over = limits.as_mut().is_some_and(|limits| {
+            !is_given && lower_limits((limits, turn), &division.cells, (&meshes, &energies), constants.toughness_j_m2)
+        });
+        if !is_over {
+            let ledger = onset.as_ref().map(|_| EnergyLedger::new(&meshes, &energies, constants.toughness_j_m2));
+            return Ok(FractureOutcome::Fractured(Box::new(fracture(report, &division, (meshes, ledger)))));
+        }
+    }
+    Ok(FractureOutcome::Intact(report))
+}
+
+/// The criterion by strength and energy; `None` if the request asks for that of the paper.
+fn onset(context: RequestContext<'_>, energies: &[BodyEnergy]) -> Result<Option<ObjectOnset>, FractureError> {
+    if context.request.criterion == Criterion::Paper {
+        return Ok(None);
+    }
+    let _threshold = context.observer.stage(Stage::Threshold);
+    ObjectOnset::new(context.prepared, energies, slivers::least_volume(context)).map(Some)
 }
 
 /// Threshold test: energy densities of the struck bodies, with the values `shares`, and E_1 of each body compared to γ.
@@ -131,7 +160,8 @@ fn fields<'a>(
     energies.iter().zip(shares).map(field).collect()
 }
 
-/// E_1/γ of `contacts` with impulses times `factor` and unchanged weight.
+/// E_1/γ of `contacts` with impulses times `factor` and unchanged weight; with the criterion by strength, the inverse
+/// square of the factor on all loads that just break the object.
 fn weighed(
     context: RequestContext<'_>,
     contacts: &ContactSet,
@@ -144,8 +174,14 @@ fn weighed(
     let mut shares: Vec<Vec<f64>> = energies.iter_mut().map(|energy| std::mem::take(&mut energy.shares)).collect();
     let fields = fields(prepared, request, &energies, &mut shares)?;
     let gamma_j_m2 = request.gamma_j_m2.unwrap_or(prepared.gamma_j_m2);
+    if let Some(onset) = onset(context, &energies)? {
+        return Ok(onset.load_factor().powi(-2).max(HELD));
+    }
     Ok(ThresholdResult::new(prepared, gamma_j_m2, &energies, &fields).e1_over_gamma())
 }
+
+/// Least value of a criterion, for bodies that no load breaks.
+const HELD: f64 = 1e-12;
 
 /// The effective γ, J·m², after the checks of the request that need no body.
 fn check(prepared: &PreparedObject, request: &FractureRequest) -> Result<f64, FractureError> {
@@ -168,6 +204,7 @@ fn report(request: &FractureRequest, gamma_j_m2: f64, e1_over_gamma: f64, radius
         is_bound: false,
         impulse_factor: degree::threshold_factor(e1_over_gamma, 1.0),
         strain_j: None,
+        onset: None,
         radius_m,
         reduced_error: None,
         rank_max: request.rank_max,
@@ -175,16 +212,26 @@ fn report(request: &FractureRequest, gamma_j_m2: f64, e1_over_gamma: f64, radius
     }
 }
 
-fn of_energies(request: &FractureRequest, threshold: &ThresholdResult, energies: &[BodyEnergy]) -> ThresholdReport {
+fn of_energies(
+    request: &FractureRequest,
+    threshold: &ThresholdResult,
+    energies: &[BodyEnergy],
+    onset: Option<&ObjectOnset>,
+) -> ThresholdReport {
     let reduced_error =
         energies.iter().try_fold(0.0, |worst: f64, energy| energy.reduced_error.map(|own| worst.max(own)));
     let radius_m = energies.iter().map(|energy| energy.radius_m).fold(0.0, f64::max);
     let report = report(request, threshold.gamma_j_m2, threshold.e1_over_gamma(), radius_m);
     let strain_j = energies.iter().map(|energy| energy.strain_j).sum();
-    ThresholdReport { reduced_error, strain_j, ..report }
+    let impulse_factor = onset.map_or(report.impulse_factor, ObjectOnset::load_factor);
+    ThresholdReport { reduced_error, strain_j, impulse_factor, onset: onset.map(|onset| onset.report), ..report }
 }
 
-fn fracture(threshold: ThresholdReport, division: &CellPartition, meshes: FractureMeshes) -> Fracture {
+fn fracture(
+    threshold: ThresholdReport,
+    division: &CellPartition,
+    (meshes, ledger): (FractureMeshes, Option<EnergyLedger>),
+) -> Fracture {
     let diagrams = || division.cells.iter().map(|cells| &cells.diagram);
     let sites: usize = diagrams().map(Diagram::count).sum();
     Fracture {
@@ -197,6 +244,7 @@ fn fracture(threshold: ThresholdReport, division: &CellPartition, meshes: Fractu
         iterations: diagrams().map(Diagram::iterations).max().unwrap_or(0),
         cvd_gap: diagrams().map(Diagram::gap).reduce(f64::max),
         ending: division.ending,
+        ledger,
         meshes,
     }
 }

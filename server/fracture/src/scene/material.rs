@@ -11,6 +11,9 @@ pub const MATERIALS: &str = include_str!("../../materials.toml");
 /// Range of all numbers of a material except Poisson's ratio, in their units; wider than that of any solid.
 const POSSIBLE: std::ops::RangeInclusive<f64> = 1e-9..=1e18;
 
+/// Key of the compressive strength.
+const COMPRESSIVE: &str = "compressive_strength_pa";
+
 /// A homogeneous isotropic brittle material. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -23,6 +26,15 @@ pub struct Material {
     pub density_kg_m3: f64,
     /// Tensile strength σ_t, Pa; positive.
     pub strength_pa: f64,
+    /// Toughness G_c, J/m²: the energy of a unit of crack area. `None` in materials of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub toughness_j_m2: Option<f64>,
+    /// Compressive strength σ_c, Pa; at least σ_t. `None` in materials of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compressive_strength_pa: Option<f64>,
+    /// Weibull modulus of the strength. `None` in materials of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weibull_modulus: Option<f64>,
     /// Source of the numbers.
     pub source: String,
 }
@@ -41,11 +53,20 @@ impl Material {
     /// # Errors
     /// The first key whose value is not possible, and that value.
     pub fn check(&self) -> Result<(), (&'static str, f64)> {
-        let numbers =
-            [("young_pa", self.young_pa), ("density_kg_m3", self.density_kg_m3), ("strength_pa", self.strength_pa)];
-        let wrong = numbers.into_iter().find(|(_, value)| !POSSIBLE.contains(value));
+        let optional = |key, value: Option<f64>| value.map(|value| (key, value));
+        let numbers = [
+            Some(("young_pa", self.young_pa)),
+            Some(("density_kg_m3", self.density_kg_m3)),
+            Some(("strength_pa", self.strength_pa)),
+            optional("toughness_j_m2", self.toughness_j_m2),
+            optional(COMPRESSIVE, self.compressive_strength_pa),
+            optional("weibull_modulus", self.weibull_modulus),
+        ];
+        let wrong = numbers.into_iter().flatten().find(|(_, value)| !POSSIBLE.contains(value));
         let is_solid = self.poisson > -1.0 && self.poisson <= POISSON_MAX;
-        wrong.or((!is_solid).then_some(("poisson", self.poisson))).map_or(Ok(()), Err)
+        let weak = self.compressive_strength_pa.filter(|compressive_pa| *compressive_pa < self.strength_pa);
+        let weak = weak.map(|value| (COMPRESSIVE, value));
+        wrong.or((!is_solid).then_some(("poisson", self.poisson))).or(weak).map_or(Ok(()), Err)
     }
 }
 
@@ -81,6 +102,7 @@ pub enum MaterialError {
 fn possible(key: &str) -> String {
     match key {
         "poisson" => format!("above -1, and at most {POISSON_MAX}, since linear tetrahedra are too stiff beyond"),
+        COMPRESSIVE => "1e-9 to 1e18, and at least strength_pa".to_owned(),
         _ => "positive, 1e-9 to 1e18".to_owned(),
     }
 }
@@ -133,6 +155,20 @@ mod tests {
             let material = materials.get(name).unwrap();
             assert!(material.source.len() > 20 && (0.0..=0.45).contains(&material.poisson), "{name}");
         }
+        for name in materials.names() {
+            let material = materials.get(name).unwrap();
+            let [toughness, compressive, modulus] =
+                [material.toughness_j_m2, material.compressive_strength_pa, material.weibull_modulus]
+                    .map(Option::unwrap);
+            // The toughness K_c = √(E·G_c/(1 − ν²)) of brittle matter is 0.1 to 2 MPa·√m.
+            let toughness_pa_m = (material.young_pa * toughness / (1.0 - material.poisson.powi(2))).sqrt();
+            assert!((1e5..=2e6).contains(&toughness_pa_m), "{name}: {toughness_pa_m:e}");
+            assert!((3.0..=25.0).contains(&(compressive / material.strength_pa)), "{name}");
+            assert!((4.0..=20.0).contains(&modulus), "{name}");
+            for symbol in ["G_c", "sigma_c", "Weibull"] {
+                assert!(material.source.contains(symbol), "{name} has no source of {symbol}");
+            }
+        }
     }
 
     #[test]
@@ -155,5 +191,25 @@ mod tests {
         }
         let error = Materials::parse(&format!("{text}color = 1\n")).unwrap_err().to_string();
         assert!(error.contains("color"), "{error}");
+        let text = text.replace("-1.0", "1.0");
+        for (line, key) in [
+            ("toughness_j_m2 = 0.0", "toughness_j_m2 must be positive"),
+            ("weibull_modulus = nan", "weibull_modulus must be positive"),
+            ("compressive_strength_pa = 0.5", "compressive_strength_pa must be 1e-9 to 1e18, and at least strength_pa"),
+        ] {
+            let error = Materials::parse(&format!("{text}{line}\n")).unwrap_err().to_string();
+            assert!(error.contains(&format!("\"x\": {key}")), "{error}");
+        }
+    }
+
+    #[test]
+    fn tables_of_older_versions_are_read_and_written_without_the_new_numbers() {
+        let text = "young_pa = 1.0\npoisson = 0.2\ndensity_kg_m3 = 1.0\nstrength_pa = 1.0\nsource = \"\"\n";
+        let material: Material = toml::from_str(text).unwrap();
+        assert_eq!(
+            (material.toughness_j_m2, material.compressive_strength_pa, material.weibull_modulus),
+            (None, None, None)
+        );
+        assert_eq!(toml::to_string(&material).unwrap(), text);
     }
 }

@@ -12,6 +12,7 @@ use shatter_fracture::pipeline::{
     RequestContext, SurfaceKind, Workspace, strain_energy,
 };
 use shatter_fracture::scene::EffectSet;
+use shatter_fracture::strength::Criterion;
 
 /// Number of smoothing passes: the elastic lattice, on which densities are constant per tetrahedron, is coarser than the surface that
 /// shows them.
@@ -44,6 +45,7 @@ impl SurfaceEnergy {
             degree: DegreeRequest::Inferred,
             degree_max: DEGREE_MAX,
             gamma_j_m2: None,
+            criterion: Criterion::Paper,
             elastic: DisplacementMethod::Solve,
             rank_max: None,
             lift: LiftKind::Interior,

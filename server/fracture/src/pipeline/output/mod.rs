@@ -6,6 +6,7 @@ pub(super) mod emitted_effects;
 pub(super) mod emitted_meshes;
 pub(super) mod faces;
 pub(super) mod hulls;
+pub(super) mod ledger;
 pub(super) mod meshes;
 pub(super) mod outer_attributes;
 pub(super) mod release_velocity;

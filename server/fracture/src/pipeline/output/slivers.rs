@@ -123,7 +123,8 @@ fn shared_areas(tessellation: &Tessellation) -> Vec<BTreeMap<usize, f64>> {
     shared
 }
 
-fn area(tessellation: &Tessellation, run: &RunRange) -> f64 {
+/// Area of the triangles of `run`, local.
+pub(super) fn area(tessellation: &Tessellation, run: &RunRange) -> f64 {
     let points = tessellation.run_vertices(run);
     let corners = |triangle: [u32; 3]| triangle.map(|vertex| points[vertex as usize]);
     tessellation.run_triangles(run).map(corners).map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm()).sum()

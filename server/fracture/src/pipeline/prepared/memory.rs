@@ -105,10 +105,10 @@ impl WarpedBody {
 impl ElasticModel {
     /// Adds the tables of the elasticity.
     fn count(&self, rows: &mut MemoryRows) {
-        let Self { lattice: elastic, transfer, elasticity, reduced } = self;
+        let Self { lattice: elastic, transfer, elasticity, reduced, .. } = self;
         rows.add("factor of the stiffness", elasticity.own_bytes());
         rows.add("stiffness", elasticity.stiffness_bytes());
-        rows.add("elastic lattice", lattice(elastic) + elasticity.lattice_bytes());
+        rows.add("elastic lattice", lattice(elastic) + elasticity.lattice_bytes() + self.strength_bytes());
         rows.add("energy transfer between the lattices", shares(transfer));
         rows.add("reduced basis", reduced.as_ref().map_or(0, ReducedBasis::bytes));
     }

@@ -20,10 +20,11 @@ use crate::lift::{LiftKind, LiftedLattice};
 use crate::pipeline::error::FractureError;
 use crate::skin::{AttributeKinds, BoundaryAttributes, Skin};
 use crate::sparse::Precision;
+use crate::strength::{StrengthConstants, StrengthTables};
 use crate::surface::LocalFrame;
 use crate::tessellation::Topology;
 use nalgebra::Point3;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Elasticity tables of a body. Objects whose requests need no deformation do without them.
 pub struct ElasticModel {
@@ -35,6 +36,8 @@ pub struct ElasticModel {
     pub elasticity: Elasticity,
     /// Basis of displacements that approximates those of most impacts; `None`: every request is solved.
     pub reduced: Option<ReducedBasis>,
+    /// Tables of the criterion by strength and energy, made on first use.
+    strength: OnceLock<StrengthTables>,
 }
 
 impl ElasticModel {
@@ -51,7 +54,17 @@ impl ElasticModel {
     ) -> Result<Self, ElasticityError> {
         let elasticity =
             Elasticity::assembled(&lattice, poisson, token)?.of_precision(factor).of_order(order, &lattice)?;
-        Ok(Self { lattice, transfer, elasticity, reduced: None })
+        Ok(Self { lattice, transfer, elasticity, reduced: None, strength: OnceLock::new() })
+    }
+
+    /// Tables of the criterion by strength and energy. The first caller makes them.
+    pub fn strength_tables(&self) -> &StrengthTables {
+        self.strength.get_or_init(|| StrengthTables::new(&self.elasticity, &self.lattice))
+    }
+
+    /// Bytes of these tables; 0 until they are made.
+    pub(super) fn strength_bytes(&self) -> usize {
+        self.strength.get().map_or(0, StrengthTables::bytes)
     }
 }
 
@@ -199,6 +212,11 @@ impl PreparedObject {
     /// [`FractureError::ElasticityUnprepared`].
     pub fn solid(&self, body: usize) -> Result<&ElasticModel, FractureError> {
         self.bodies[body].solid.as_ref().ok_or(FractureError::ElasticityUnprepared { body })
+    }
+
+    /// Constants of the material that decide when it breaks.
+    pub fn strength_constants(&self) -> StrengthConstants {
+        StrengthConstants::of(&self.parameters.material_name, &self.parameters.material)
     }
 
     /// Factors every stiffness that has no factor yet, so that no request has to.

@@ -11,6 +11,7 @@ use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::prepared::parameters::{DisplacementMethod, SurfaceKind};
 use crate::pipeline::prepared::warped_body::WarpedBody;
 use crate::scene::{EffectKind, EffectSet};
+use crate::strength::Criterion;
 use nalgebra::{Point3, Vector3};
 
 /// Default seed of a request, equal to that of the client (a test of `shatter-server` compares them).
@@ -42,6 +43,8 @@ pub struct FractureRequest {
     pub degree_max: u32,
     /// Threshold γ, J·m²; `None`: the object's own.
     pub gamma_j_m2: Option<f64>,
+    /// Rule that decides whether the object breaks. Without the effect `elastic` there is no stress, so the paper's applies.
+    pub criterion: Criterion,
     /// Source of the displacements.
     pub elastic: DisplacementMethod,
     /// Number of displacements of the reduced basis to use, the most energetic first, at least one; `None`: all.
@@ -86,6 +89,7 @@ impl FractureRequest {
             degree: DegreeRequest::Inferred,
             degree_max: DEGREE_MAX,
             gamma_j_m2: None,
+            criterion: Criterion::default(),
             elastic: DisplacementMethod::Reduced,
             rank_max: None,
             lift: LiftKind::Interior,
@@ -113,14 +117,15 @@ impl FractureRequest {
     /// The request as it is carried out.
     ///
     /// Without interior distances, the lift is Euclidean. Without examples, the closed form replaces the inferred
-    /// degree.
+    /// degree. Without elasticity, the criterion is that of the paper.
     pub fn planned(&self) -> Self {
         let lift = if self.effects.has(EffectKind::Interior) { self.lift } else { LiftKind::Euclidean };
         let degree = match self.degree {
             DegreeRequest::Inferred if !self.effects.has(EffectKind::Examples) => DegreeRequest::ClosedForm,
             degree => degree,
         };
-        Self { lift, degree, ..self.clone() }
+        let criterion = if self.effects.has(EffectKind::Elastic) { self.criterion } else { Criterion::Paper };
+        Self { lift, degree, criterion, ..self.clone() }
     }
 
     /// The artist's controls of body `body`, if the request uses them and there are any.

@@ -15,6 +15,7 @@ use crate::pipeline::prepared::parameters::{BakeParameters, BakeReport, Displace
 use crate::pipeline::request::context::RequestContext;
 use crate::scene::EffectKind;
 use crate::sparse::Precision;
+use crate::strength::Criterion;
 use crate::tessellation::{EarlierCracks, fragment_faces};
 use std::collections::VecDeque;
 
@@ -85,7 +86,7 @@ impl ParentFragment {
             let poisson = prepared.parameters.material.poisson;
             body.solid = Some(solid(prepared.solid(index)?, &body.crack, &representative, poisson, fragment, cancel)?);
         }
-        Ok(Self { prepared: alone(prepared, body), nodes, representative, is_of_nodes: false })
+        Ok(Self { prepared: alone(context, index, body), nodes, representative, is_of_nodes: false })
     }
 }
 
@@ -186,11 +187,17 @@ fn coarse(whole: &ElasticModel, representative: &[u32]) -> Option<(Lattice, Ener
     Some((whole.lattice.part(&own), whole.transfer.part(representative, &names)))
 }
 
-/// An object with this body only.
+/// An object with this body only, part of body `index` of the object.
+///
+/// Its γ is the object's, or, with the criterion by strength, that of its own size: γ is proportional to the fifth power of
+/// the reference fragment size, and that to the size of the body.
 ///
 /// Its lattice ends up to one spacing within the fragment's surface. On the original surface it ends where the object's
 /// lattice does.
-pub(super) fn alone(prepared: &PreparedObject, body: PreparedBody) -> PreparedObject {
+pub(super) fn alone(context: RequestContext<'_>, index: usize, body: PreparedBody) -> PreparedObject {
+    let RequestContext { prepared, request, .. } = context;
+    let share = body.volumes.iter().sum::<f64>() / prepared.bodies[index].volumes.iter().sum::<f64>();
+    let scale = if request.criterion == Criterion::Strength { share.powf(5.0 / 3.0) } else { 1.0 };
     let parameters = BakeParameters { elastic: DisplacementMethod::Solve, ..prepared.parameters.clone() };
     let report = BakeReport {
         input_hash: String::new(),
@@ -208,7 +215,7 @@ pub(super) fn alone(prepared: &PreparedObject, body: PreparedBody) -> PreparedOb
         name: prepared.name.clone(),
         frame: prepared.frame,
         parameters,
-        gamma_j_m2: prepared.gamma_j_m2,
+        gamma_j_m2: prepared.gamma_j_m2 * scale,
         kappa: prepared.kappa,
         report,
         bodies: vec![body],

@@ -71,12 +71,13 @@ pub struct CellPartition {
 /// Chooses the number of sites of each struck body and computes its diagram, within `budget`.
 ///
 /// A given number of sites is distributed over the bodies in proportion to the closed form's degrees, and breaks the
-/// object at any γ. The other rules leave a body intact if its E_1 ≤ γ.
+/// object at any γ. The other rules leave a body intact if its E_1 ≤ γ, or, with `limits`, if its limit is below 2. Bodies
+/// with a larger limit have at least two sites, and at most so many.
 pub(in crate::pipeline) fn divide(
     context: RequestContext<'_>,
     budget: Option<TimeBudget>,
     threshold: &ThresholdResult,
-    fields: &[EnergyField],
+    (fields, limits): (&[EnergyField], Option<&[u32]>),
     workspace: &mut Workspace,
 ) -> Result<CellPartition, FractureError> {
     let RequestContext { request, cancel, observer, .. } = context;
@@ -100,16 +101,22 @@ pub(in crate::pipeline) fn divide(
             let found = search(context, budget, threshold, fields, &guesses, workspace)?;
             let mut sites = vec![0; fields.len()];
             found.cells.iter().for_each(|own| sites[own.struck] = own.diagram.count() as u32);
-            if !limit(&mut sites, request.degree_max) {
+            let is_changed = limits.is_some_and(|limits| keep_within(&mut sites, limits));
+            let is_limited = limit(&mut sites, request.degree_max);
+            if !(is_changed || is_limited) {
                 return Ok(found);
             }
-            // The bound holds for all bodies together, so it is known only now; their diagrams are computed anew.
+            // Both limits are independent of the search, so its diagrams are computed anew.
             let (cells, ending) = diagrams(context, budget, &sites, fields, workspace)?;
-            return Ok(CellPartition { degree: degree_of(&sites), capped: true, ending, cells, ..found });
+            let capped = found.capped || is_limited;
+            return Ok(CellPartition { degree: degree_of(&sites), capped, ending, cells, ..found });
         }
     }
     observe(&guesses, observer);
     let mut sites: Vec<u32> = guesses.iter().map(|guess| if guess.sites > 1 { guess.sites } else { 0 }).collect();
+    if let Some(limits) = limits {
+        keep_within(&mut sites, limits);
+    }
     let is_limited = limit(&mut sites, request.degree_max);
     let (cells, ending) = diagrams(context, budget, &sites, fields, workspace)?;
     Ok(CellPartition {
@@ -138,6 +145,15 @@ fn limit(sites: &mut [u32], most: u32) -> bool {
     }
     sites.iter_mut().zip(parts).for_each(|(own, part)| *own = if part > 1 { part } else { 0 });
     true
+}
+
+/// Moves the number of sites of each struck body into the range from 2 to its limit, or to 0 if the limit is below 2;
+/// returns whether one changed.
+fn keep_within(sites: &mut [u32], limits: &[u32]) -> bool {
+    let before = sites.to_vec();
+    let within = |own: u32, limit: u32| if limit < 2 { 0 } else { own.clamp(2, limit) };
+    sites.iter_mut().zip(limits).for_each(|(own, limit)| *own = within(*own, *limit));
+    before != sites
 }
 
 /// Fracture degree of struck bodies with these numbers of sites, 0 for those that stay intact.
@@ -263,7 +279,7 @@ fn shared_out(count: u32, site_shares: &[f64]) -> Vec<u32> {
 
 #[cfg(test)]
 mod tests {
-    use super::{limit, shared_out};
+    use super::{keep_within, limit, shared_out};
 
     #[test]
     fn the_limit_holds_for_all_bodies_together() {
@@ -273,6 +289,13 @@ mod tests {
         assert_eq!(limited(vec![12, 4, 2], 10), (true, vec![7, 2, 0]));
         assert_eq!(limited(vec![2, 2, 2], 4), (true, vec![2, 0, 0]));
         assert_eq!(limited(vec![2, 3, 3, 2], 4), (true, vec![0, 3, 0, 0]));
+    }
+
+    #[test]
+    fn limits_of_the_bodies_decide_whether_and_how_far_they_break() {
+        let kept = |mut sites: Vec<u32>, limits: [u32; 3]| (keep_within(&mut sites, &limits), sites);
+        assert_eq!(kept(vec![5, 0, 7], [9, 1, 7]), (false, vec![5, 0, 7]));
+        assert_eq!(kept(vec![5, 0, 7], [3, 4, 1]), (true, vec![3, 2, 0]));
     }
 
     #[test]

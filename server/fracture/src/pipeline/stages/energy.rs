@@ -5,6 +5,7 @@
 
 use super::contact_set::ContactSet;
 use super::falloff::falloff;
+use super::onset::{StressPeak, StressedBody};
 use crate::cancel_token::CancelToken;
 use crate::elasticity::{DrivingEnergy, ElasticityError, NodalLoad, ReducedBasis};
 use crate::pipeline::error::FractureError;
@@ -16,6 +17,7 @@ use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::pipeline::request::stage::Stage;
 use crate::pipeline::workspace::Workspace;
 use crate::scene::EffectKind;
+use crate::strength::{Criterion, Deformation};
 
 /// Strain energy of one struck body.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +31,8 @@ pub struct BodyEnergy {
     pub energy_j: f64,
     /// Strain energy of the whole body under all its loads, J; `None` without a displacement.
     pub strain_j: Option<f64>,
+    /// Largest stresses, with the criterion by strength.
+    pub peaks: Vec<StressPeak>,
     /// Estimated relative error of the energy if the displacement is a reduced one; `None` if it was solved for.
     pub reduced_error: Option<f64>,
     /// Largest effective contact radius of the body, m, after raising each to the resolution of the lattice.
@@ -134,6 +138,17 @@ fn deformed(
         if let Some(tensile) = tensile {
             tensile.produced(&workspace.tet_energy);
         }
+        let mut peaks = Vec::new();
+        if request.criterion == Criterion::Strength {
+            let has_node_strains =
+                strained.reduced_error.is_some() && solid.reduced.as_ref().is_some_and(ReducedBasis::has_node_strains);
+            let deformation = match has_node_strains {
+                true => Deformation::NodeStrains(displacement),
+                false => Deformation::Displacement(displacement),
+            };
+            let stressed = StressedBody { place, solid, elasticity, deformation, load: &workspace.loads[place] };
+            peaks = stressed.peaks(prepared, contacts)?;
+        }
         let mut shares = Vec::with_capacity(body.crack.nodes.len());
         solid.transfer.apply(&workspace.tet_energy, &mut shares);
         let total: f64 = shares.iter().sum();
@@ -150,6 +165,7 @@ fn deformed(
             shares,
             energy_j: total * unit_j,
             strain_j: Some(strained.energy * unit_j),
+            peaks,
             reduced_error: strained.reduced_error,
             radius_m: radius_m(prepared, &workspace.loads[place]),
         });

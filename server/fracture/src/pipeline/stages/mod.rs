@@ -6,6 +6,9 @@ pub(super) mod controls;
 pub(super) mod convergence_monitor;
 pub(super) mod energy;
 pub(super) mod falloff;
+pub(super) mod onset;
+#[cfg(test)]
+mod onset_tests;
 pub(super) mod search;
 pub(super) mod termination;
 pub(super) mod threshold;

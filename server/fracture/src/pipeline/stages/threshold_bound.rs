@@ -6,12 +6,14 @@ use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::prepared::parameters::DisplacementMethod;
 use crate::pipeline::request::fracture_request::{DegreeRequest, FractureRequest};
 use crate::scene::EffectKind;
-/// True if a bound may decide `strike`: the body is free, and neither exact figures nor a number of sites are
-/// requested.
+use crate::strength::Criterion;
+
+/// True if a bound may decide `strike`: γ decides, the body is free, and neither exact figures nor a number of sites
+/// are requested.
 pub(in crate::pipeline) fn is_sufficient(strike: &FractureRequest) -> bool {
     let free = strike.effects.has(EffectKind::Elastic) && !strike.effects.has(EffectKind::Anchored);
     let exact = strike.threshold_only || strike.elastic == DisplacementMethod::Solve;
-    free && !exact && !matches!(strike.degree, DegreeRequest::Sites(_))
+    strike.criterion == Criterion::Paper && free && !exact && !matches!(strike.degree, DegreeRequest::Sites(_))
 }
 
 /// An upper bound of E_1/γ over all struck bodies, if it is at most 1. `loads` belong to the bodies of the impact.

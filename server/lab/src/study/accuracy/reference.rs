@@ -180,6 +180,7 @@ impl ImpactReference {
                 shares,
                 energy_j,
                 strain_j: None,
+                peaks: Vec::new(),
                 reduced_error: None,
                 radius_m: own.radius_m,
             };

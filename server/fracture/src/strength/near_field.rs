@@ -1,0 +1,118 @@
+//! Stress on the surface around a contact, as on a half-space.
+//!
+//! Lattices do not resolve contacts, so that the stress around one is not theirs. Under axially symmetric pressure p(ρ) the
+//! surface of a half-space has the stresses
+//!
+//! ```text
+//! σ_ρ = (1 − 2ν) P(ρ)/(2πρ²) − p(ρ),   σ_θ = −(1 − 2ν) P(ρ)/(2πρ²) − 2ν p(ρ),   σ_z = −p(ρ),
+//! ```
+//!
+//! with P(ρ) the force within ρ. For Hertz's pressure these are equations 3.44 and 3.45 of Johnson, *Contact Mechanics*
+//! (1985), with the tension (1 − 2ν)p₀/3 at the rim. Here p is the bell by which forces are applied,
+//! p = p₀ (exp(−t²/2) − exp(−9/2)) with t = ρ/r up to 3, so that P = 2πp₀r² (1 − exp(−t²/2) − exp(−9/2) t²/2). Its tension
+//! is largest near t = 3, where it is (1 − 2ν) p₀/10: a soft edge pulls less than that of Hertz. Tangential forces are not
+//! counted.
+
+use super::stress::equivalent_of;
+use std::f64::consts::TAU;
+
+/// Radius of the bell in contact radii.
+const RIM: f64 = 3.0;
+
+/// Samples from the center to the rim.
+const SAMPLES: usize = 96;
+
+/// exp(−RIM²/2), which the bell is lowered by.
+const CUT: f64 = 0.011_108_996_538_242_306;
+
+/// Force of the bell over p₀r².
+const FORCE: f64 = TAU * (1.0 - CUT * (1.0 + 0.5 * RIM * RIM));
+
+/// Contact on a half-space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearField {
+    /// Force into the surface; negative if it pulls.
+    pub force: f64,
+    /// Contact radius r.
+    pub radius: f64,
+    /// Poisson's ratio ν.
+    pub poisson: f64,
+}
+
+impl NearField {
+    /// Largest average of the equivalent stress over radial lines of half length `length`, in force per area.
+    ///
+    /// `ratio` is σ_t/σ_c; see [`equivalent_of`].
+    pub fn largest(&self, length: f64, ratio: f64) -> f64 {
+        let step = RIM / SAMPLES as f64;
+        let mut sums = [0.0; SAMPLES + 1];
+        for sample in 0..SAMPLES {
+            let t = (sample as f64 + 0.5) * step;
+            sums[sample + 1] = sums[sample] + step * self.equivalent(t, ratio);
+        }
+        // Beyond the rim, stresses fall with the inverse square: those at the rim times 9/t².
+        let tail = self.equivalent(RIM, ratio) * RIM * RIM;
+        let integral = |t: f64| {
+            let (place, sign) = (t.abs() / step, t.signum());
+            let index = (place as usize).min(SAMPLES);
+            let inside = match sums.get(index + 1) {
+                Some(next) => sums[index] + (place - index as f64) * (next - sums[index]),
+                None => sums[SAMPLES] + tail * (1.0 / RIM - 1.0 / t.abs()),
+            };
+            sign * inside
+        };
+        let half = length / self.radius;
+        let average = |t: f64| (integral(t + half) - integral(t - half)) / (2.0 * half);
+        (0..=SAMPLES).map(|sample| average(sample as f64 * step)).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Equivalent stress at ρ = t·r.
+    fn equivalent(&self, t: f64, ratio: f64) -> f64 {
+        let peak = self.force / (FORCE * self.radius * self.radius);
+        let bell = (-0.5 * t * t).exp();
+        let pressure = peak * (bell - CUT).max(0.0);
+        // P/(2πρ²).
+        let within = peak * (1.0 - bell - 0.5 * CUT * t * t) / (t * t);
+        let stretch = (1.0 - 2.0 * self.poisson) * within;
+        let mut principal = [stretch - pressure, -stretch - 2.0 * self.poisson * pressure, -pressure];
+        principal.sort_by(|a, b| b.total_cmp(a));
+        equivalent_of(&principal, ratio)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bell_has_the_force_that_it_is_given() {
+        let step = 1e-4;
+        let sum: f64 =
+            (0..30_000).map(|k| (k as f64 + 0.5) * step).map(|t| TAU * t * step * ((-0.5 * t * t).exp() - CUT)).sum();
+        assert!((sum / FORCE - 1.0).abs() < 1e-7);
+    }
+
+    #[test]
+    fn the_rim_of_a_pressed_contact_is_under_tension_and_its_middle_is_not() {
+        let contact = NearField { force: FORCE, radius: 1.0, poisson: 0.22 };
+        // p₀ = 1; σ_t/σ_c so small that compression does not count.
+        let most = contact.largest(1e-3, 0.0);
+        assert!((0.05..0.06).contains(&most), "{most}");
+        assert!(contact.equivalent(0.1, 0.05) < 0.0);
+        // At the rim: (1 − 2ν) F/(2π·9) under tension, and as much compression across it.
+        let rim = contact.equivalent(RIM, 0.0);
+        assert!((rim - 0.56 * FORCE / (TAU * 9.0)).abs() < 1e-3, "{rim}");
+    }
+
+    #[test]
+    fn a_pulled_contact_has_its_peak_traction_in_the_middle() {
+        let contact = NearField { force: -FORCE, radius: 1.0, poisson: 0.22 };
+        assert!((contact.largest(1e-2, 0.05) - (1.0 - CUT)).abs() < 1e-2);
+        // Long averages fall: a pebble is nothing to a length that is much larger.
+        let averages = [1.0, 10.0, 100.0].map(|length| contact.largest(length, 0.05));
+        assert!(
+            averages[0] < 1.0 && averages[1] < 0.3 * averages[0] && averages[2] < 0.2 * averages[1],
+            "{averages:?}"
+        );
+    }
+}
