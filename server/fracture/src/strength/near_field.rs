@@ -42,7 +42,7 @@ pub struct NearField {
 impl NearField {
     /// Largest average of the equivalent stress over radial lines of half length `length`, in force per area.
     ///
-    /// `ratio` is σ_t/σ_c; see [`equivalent_of`].
+    /// `ratio` is σ_t/σ_c; see `equivalent_of`.
     pub fn largest(&self, length: f64, ratio: f64) -> f64 {
         let step = RIM / SAMPLES as f64;
         let mut sums = [0.0; SAMPLES + 1];

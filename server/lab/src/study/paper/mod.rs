@@ -168,7 +168,7 @@ mod tests {
                 .panels
                 .windows(2)
                 .all(|two| two[0].sites < two[1].sites && two[0].e1_over_gamma < two[1].e1_over_gamma);
-            // A site between the nodes of a coarse lattice may have none of them: 1 of 39 sites under the contact at `draft`.
+            // The effect `slivers` merges the smallest pieces: one of 39 here.
             let are_broken = drawn.panels.iter().all(|own| own.fragments as f64 >= 0.95 * f64::from(own.sites));
             assert!(rising && are_broken, "{:?}", drawn.panels);
             assert_eq!(drawn.csv().lines().count(), 1 + drawn.panels.len());
