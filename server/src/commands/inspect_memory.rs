@@ -4,7 +4,7 @@ use super::CommandError;
 use crate::memory::{ResidentMemory, release_free};
 use serde_json::{Value, json};
 use shatter_engine::object::ServedObject;
-use shatter_engine::wire::{EngineObject, engine_error};
+use shatter_engine::wire::EngineObject;
 
 /// Finishes the object as a daemon does, and compares its memory with the resident memory of this process.
 ///
@@ -13,24 +13,17 @@ use shatter_engine::wire::{EngineObject, engine_error};
 /// # Errors
 /// Those of the factorization and of the strikes that the daemon times.
 pub fn memory_table(served: &EngineObject, before: Option<ResidentMemory>) -> Result<Value, CommandError> {
-    let resident = || {
-        rayon::broadcast(|_| release_free());
-        release_free();
-        ResidentMemory::now()
-    };
-    let prepared = served.prepared();
-    prepared.factor().map_err(engine_error)?;
-    let factored = resident();
     served.finish()?;
-    let now = resident();
+    rayon::broadcast(|_| release_free());
+    release_free();
+    let prepared = served.prepared();
     let mut rows: Vec<(&str, u64)> = prepared.memory().iter().map(|(name, bytes)| (name, bytes as u64)).collect();
     let object_bytes: u64 = rows.iter().map(|(_, bytes)| bytes).sum();
     rows.sort_by_key(|(_, bytes)| std::cmp::Reverse(*bytes));
     rows.retain(|(_, bytes)| *bytes > 0);
-    let anonymous = |own: Option<ResidentMemory>| own.map_or(0, |own| own.anonymous);
-    rows.push(("work memory of requests, kept", anonymous(now).saturating_sub(anonymous(factored))));
+    let now = ResidentMemory::now();
     rows.push(("program and libraries", now.map_or(0, |now| now.file)));
-    rows.push(("program's own heap and stacks", anonymous(before)));
+    rows.push(("program's own heap and stacks", before.map_or(0, |before| before.anonymous)));
     let accounted_bytes: u64 = rows.iter().map(|(_, bytes)| bytes).sum();
     let per_node = |bytes: u64| bytes as f64 / prepared.crack_nodes().max(1) as f64;
     let savings = [

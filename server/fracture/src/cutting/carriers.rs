@@ -9,7 +9,7 @@
 //! Based on: O. Devillers, S. Pion, M. Teillaud, *Walking in a triangulation* (2002). The descent by distance over two
 //! meshes is ours.
 
-use crate::lattice::{FACES, Lattice, NodeStars};
+use crate::lattice::{FACES, Lattice, NO_TET, NodeStars};
 use crate::triangle::ClosestFeature;
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
@@ -21,9 +21,11 @@ const EXTRAPOLATED_MIN: f64 = -1.0;
 /// Relative difference of distances below which they are equal but for rounding.
 const EQUAL: f64 = 1e-9;
 
-/// Distance from the nearest point, in longest edges of the carrier, beyond which a carrier is not of a bake. Earlier bakes
-/// ended up to two cells away.
+/// Distance from the nearest point, in longest edges of the carrier, beyond which no descent of a bake ended.
 const MISPLACED_EDGES: f64 = 2.0;
+
+/// Gain in the least barycentric coordinate that is not due to rounding on another processor.
+const WALK_TOLERANCE: f64 = 1e-6;
 
 /// No node or tetrahedron yet.
 const NONE: u32 = u32::MAX;
@@ -149,17 +151,30 @@ pub(super) fn weights(mesh: &Lattice, crack: &Lattice, tets: &[u32]) -> Vec<Carr
 }
 
 /// The first node whose carrier is much farther from it than the point of the lattice to which a descent leads from there.
+///
+/// Carriers of earlier bakes ended a walk through faces, maybe far from the nearest point. They are right, too.
 pub(super) fn misplaced(mesh: &Lattice, crack: &Lattice, carriers: &[Carrier]) -> Option<usize> {
     let descent = Descent { lattice: crack, frames: Frames::new(crack), stars: crack.stars() };
+    let around = crack.neighbors();
     let is_misplaced = |node: usize| {
         let (tet, place) = (carriers[node].tet, &mesh.nodes[node]);
         let corners = crack.corners(tet as usize);
         let edges = corners.iter().enumerate().flat_map(|(k, a)| corners[..k].iter().map(move |b| (a - b).norm()));
         let slack = MISPLACED_EDGES * edges.fold(0.0, f64::max);
         let own = descent.nearest(tet, place).distance;
-        own > slack && own > slack + descent.run(tet, place).distance
+        own > slack
+            && own > slack + descent.run(tet, place).distance
+            && !ends_walk(&descent.frames, &around[tet as usize], tet, place)
     };
     (0..mesh.nodes.len()).into_par_iter().find_first(|node| is_misplaced(*node))
+}
+
+/// True if no neighbor of `tet` through the face where a walk to `place` goes on fits better.
+fn ends_walk(frames: &Frames, around: &[u32; 4], tet: u32, place: &Point3<f64>) -> bool {
+    let weights = frames.at(tet, place);
+    let exits = (0..4).filter(|face| weights[*face] < 0.0 && around[*face] != NO_TET);
+    let next = exits.min_by(|a, b| weights[*a].total_cmp(&weights[*b])).map(|face| around[face]);
+    next.is_none_or(|next| least(&frames.at(next, place)) <= least(&weights) + WALK_TOLERANCE)
 }
 
 /// Finds the tetrahedron of the lattice that carries each node; `None` for a mesh without a node of the lattice.
