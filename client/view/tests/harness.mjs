@@ -237,7 +237,9 @@ export async function onObject(page, first = 0) {
   return page.evaluate((first) => {
     const box = document.getElementById("canvas").getBoundingClientRect();
     const candidates = [[0.42, 0.55], [0.5, 0.5], [0.46, 0.42], [0.4, 0.45], [0.44, 0.62]];
-    for (const [x, y] of [...candidates.slice(first), ...candidates.slice(0, first)]) {
+    // Pieces that moved apart may leave all of them bare.
+    const grid = Array.from({ length: 81 }, (_, k) => [0.3 + 0.04 * (k % 9), 0.3 + 0.05 * Math.floor(k / 9)]);
+    for (const [x, y] of [...candidates.slice(first), ...candidates.slice(0, first), ...grid]) {
       const at = { x: box.left + x * box.width, y: box.top + y * box.height };
       if (globalThis.shatterView.app.pick(at.x, at.y)) return at;
     }
