@@ -168,9 +168,7 @@ mod tests {
                 .panels
                 .windows(2)
                 .all(|two| two[0].sites < two[1].sites && two[0].e1_over_gamma < two[1].e1_over_gamma);
-            // The effect `slivers` merges the smallest pieces: one of 39 here.
-            let are_broken = drawn.panels.iter().all(|own| own.fragments as f64 >= 0.95 * f64::from(own.sites));
-            assert!(rising && are_broken, "{:?}", drawn.panels);
+            assert!(rising && drawn.panels.iter().all(|own| own.fragments >= own.sites as usize), "{:?}", drawn.panels);
             assert_eq!(drawn.csv().lines().count(), 1 + drawn.panels.len());
         }
         let gammas: Vec<f64> = falls.panels.iter().map(|own| own.gamma_j_m2 / falls.panels[1].gamma_j_m2).collect();

@@ -8,7 +8,7 @@ use shatter_export::contact::{ContactBody, ElasticMaterial, HertzContact};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, PreparedObject, SurfaceKind};
-use shatter_fracture::scene::Material;
+use shatter_fracture::scene::{EffectKind, Material};
 use shatter_fracture::surface::RawMesh;
 
 /// Material of the body.
@@ -60,7 +60,9 @@ impl PaperBody {
         let prepared = bake(mesh, &request, &CancelToken::default(), &mut |_| {})?;
         let strike = FractureRequest::at(Point3::origin(), Vector3::x()).seeded(1).of_quality(plan.quality);
         // Nothing was learned, so the closed form estimates the degree, and diagrams verify it.
-        let strike = FractureRequest { degree: DegreeRequest::Verified, ..strike };
+        // The paper merges no pieces.
+        let effects = strike.effects.without(EffectKind::Slivers);
+        let strike = FractureRequest { degree: DegreeRequest::Verified, effects, ..strike };
         Ok(Self { prepared, vertices_m, from: Vector3::from(plan.from), strike })
     }
 
