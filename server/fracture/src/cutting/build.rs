@@ -84,7 +84,7 @@ impl CuttingError {
         let reason = match self {
             Self::Mesh { error, .. } => match error {
                 ConformingError::NonManifoldVertex { .. } => "parts of the mesh touch in one vertex".to_owned(),
-                ConformingError::SelfIntersection { .. } => "triangles of the mesh intersect".to_owned(),
+                ConformingError::SelfIntersection { .. } => "triangles of the mesh intersect or touch".to_owned(),
                 ConformingError::DuplicatePoint { .. } => "two vertices of the mesh have one position".to_owned(),
                 ConformingError::PointOnSurface { .. } => "the mesh touches itself".to_owned(),
                 ConformingError::WrongOrientation { .. } => "shells of the mesh lie in one another".to_owned(),

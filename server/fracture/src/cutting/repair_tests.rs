@@ -267,7 +267,8 @@ fn the_reason_names_the_point_in_which_parts_touch() {
     triangles.extend([[1, 3, 2], [1, 4, 3]]);
     let plate = shapes::cuboid([1.0, 0.25, 1.0]);
     let report = baked(joined(plate, &RawMesh::new(corners.to_vec(), triangles))).report.surface;
-    let wanted = "triangles of the mesh intersect near (0.1300, 0.1250, 0.0700) m; mend the mesh there and bake again";
+    let wanted =
+        "triangles of the mesh intersect or touch near (0.1300, 0.1250, 0.0700) m; mend the mesh there and bake again";
     assert_eq!(report.reason.as_deref(), Some(wanted));
 }
 

@@ -27,6 +27,7 @@ use faer::traits::RealField;
 use faer::{Conj, MatMut, Par, Side, Spec};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+use std::thread;
 
 /// Symbolic factorization: the ordering and the pattern of L, without numbers. Cheap to clone.
 #[derive(Clone, Debug)]
@@ -148,19 +149,23 @@ impl SymbolicFactor {
         let need = pattern.factorize_numeric_llt_scratch::<T>(Par::Seq, Spec::default());
         let mut memory = MemBuffer::try_new(need).map_err(|_| SparseError::TooLarge { size: lower.size })?;
         let entries = SparseColMatRef::new(lower.pattern(), entries);
-        pattern
-            .factorize_numeric_llt(
-                &mut values,
-                entries,
-                Side::Lower,
-                LltRegularization::default(),
-                Par::Seq,
-                MemStack::new(&mut memory),
-                Spec::default(),
-            )
-            .map_err(|LltError::NonPositivePivot { index }| SparseError::NotPositiveDefinite {
-                pivot: original_row(pattern, &self.forward, index),
-            })?;
+        let mut outcome = Ok(());
+        on_own_thread(|| {
+            outcome = pattern
+                .factorize_numeric_llt(
+                    &mut values,
+                    entries,
+                    Side::Lower,
+                    LltRegularization::default(),
+                    Par::Seq,
+                    MemStack::new(&mut memory),
+                    Spec::default(),
+                )
+                .map(|_| ());
+        });
+        outcome.map_err(|LltError::NonPositivePivot { index }| SparseError::NotPositiveDefinite {
+            pivot: original_row(pattern, &self.forward, index),
+        })?;
         Ok(values)
     }
 
@@ -252,6 +257,18 @@ impl Cholesky {
         let stack = stack(buffer, pattern.solve_in_place_scratch::<T>(k, Par::Seq));
         let columns = MatMut::from_column_major_slice_mut(x, self.size(), k);
         LltRef::new(pattern, values).solve_in_place_with_conj(Conj::No, columns, Par::Seq, stack);
+    }
+}
+
+/// Runs `compute` on a thread that ends with it, or on this one if the system gives no thread.
+///
+/// The matrix products of faer keep a buffer per thread, of up to twice the processor's last cache. It is released when the thread ends.
+fn on_own_thread(mut compute: impl FnMut() + Send) {
+    let thread = thread::scope(|scope| thread::Builder::new().spawn_scoped(scope, &mut compute).map(|own| own.join()));
+    match thread {
+        Ok(Ok(())) => (),
+        Ok(Err(panic)) => std::panic::resume_unwind(panic),
+        Err(_) => compute(),
     }
 }
 
