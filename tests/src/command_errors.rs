@@ -105,7 +105,7 @@ pub const COMMAND_ERRORS: [(&str, &str, &str); 55] = [
     (
         "too_thin",
         "A quarter of the walls or more are thinner than the lattice can keep.",
-        "Use the spacing that the message names; if no spacing is fine enough, make the walls thicker.",
+        "Use the spacing that the message names; if no spacing is fine enough, make the walls thicker, or bake the object in smaller parts.",
     ),
     ("unfinished_share", "A share has no result yet.", "Finish its bake with `--resume`."),
     (

@@ -295,10 +295,8 @@ impl From<BakeError> for CommandError {
             BakeError::TooThin { thickness_needed_m: None, .. } => {
                 Self::refused("too_thin", CRACK_SPACING, message).advised("set it with --crack-spacing")
             }
-            BakeError::TooThin { turning_helps: true, .. } => {
-                Self::refused("too_thin", "", message).advised("or make the walls thicker, or bake it in shorter parts")
-            }
-            BakeError::TooThin { .. } => Self::refused("too_thin", "", message).advised("make the walls thicker"),
+            BakeError::TooThin { .. } => Self::refused("too_thin", "", message)
+                .advised("make the walls thicker, or bake the object in smaller parts"),
             BakeError::CracksMiss { .. } => Self::refused("cracks_miss", "--cracks", message),
             BakeError::CracksTooSmall { .. } => Self::refused("cracks_too_small", CRACK_SPACING, message),
             BakeError::CracksTakeAll { .. } => Self::refused("cracks_take_all", CRACK_SPACING, message),

@@ -92,7 +92,7 @@ pub enum BakeError {
     #[error(
         "a quarter of the surface or more has walls of {thickness_m:.3e} m or less: crack spacing {spacing:.5} loses them, \
          {spacing_needed:.5} is needed{}",
-        finer_than_possible(*.thickness_needed_m, *.turning_helps)
+        finer_than_possible(*.thickness_needed_m)
     )]
     TooThin {
         /// Wall thickness that a quarter of the surface does not exceed, m.
@@ -103,8 +103,6 @@ pub enum BakeError {
         spacing_needed: f64,
         /// Wall thickness of the same shape that can be baked, m; none if the spacing is possible.
         thickness_needed_m: Option<f64>,
-        /// True if the mesh turned along the axes, whose bounding box is smaller, could be baked.
-        turning_helps: bool,
     },
     /// A preset that was not requested explicitly severs parts.
     #[error("{0}")]
@@ -175,16 +173,9 @@ fn lower_bound(value: f64) -> String {
 }
 
 /// Part of [`BakeError::TooThin`] about walls that no possible lattice preserves.
-fn finer_than_possible(thickness_needed_m: Option<f64>, turning_helps: bool) -> String {
-    let (cause, turn) = match turning_helps {
-        true => (
-            "than the grid over its bounding box allows",
-            "; turn the mesh so that its longest sides lie along the axes, where that box is smaller",
-        ),
-        false => ("than can be baked", ""),
-    };
+fn finer_than_possible(thickness_needed_m: Option<f64>) -> String {
     let words = |needed_m| {
-        format!(", which is finer {cause}: walls of about {needed_m:.2e} m or more in this shape can be{turn}")
+        format!(", which is finer than can be baked: walls of about {needed_m:.2e} m or more in this shape can be")
     };
     thickness_needed_m.map_or_else(String::new, words)
 }

@@ -99,6 +99,8 @@ pub enum JoinRemedy {
 pub(super) struct JoinedShape<'a> {
     /// Surface.
     pub surface: &'a Surface,
+    /// Inside test of that surface.
+    pub inside: &'a InsideTest,
     /// Volume, local.
     pub volume: f64,
     /// Area, local.
@@ -146,7 +148,8 @@ impl JoinedShape<'_> {
     }
 
     fn finest(&self) -> f64 {
-        lattice::finest_spacing(self.volume, self.area, &self.surface.extent())
+        let by_nodes = lattice::default_spacing(self.volume, self.area, lattice::CRACK_NODES_MAX);
+        by_nodes.max(self.inside.finest_grid_spacing(0.0))
     }
 }
 
@@ -202,7 +205,8 @@ mod tests {
     #[test]
     fn a_preset_that_severs_too_is_told_before_one_that_was_not_tried() {
         let surface = Surface::repair(shapes::cuboid([1.0; 3])).unwrap();
-        let shape = JoinedShape { surface: &surface, volume: 0.2, area: 2.0 };
+        let inside = InsideTest::new(&surface);
+        let shape = JoinedShape { surface: &surface, inside: &inside, volume: 0.2, area: 2.0 };
         let remedy = |quality, keeps: bool| shape.remedy(None, Some(quality), &|_| Ok::<_, ()>(keeps)).unwrap();
         assert_eq!(remedy(Preset::Draft, true), JoinRemedy::Preset(Preset::Game));
         let advice = |quality| remedy(quality, false).advice(None);

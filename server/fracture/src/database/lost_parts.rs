@@ -111,7 +111,7 @@ pub(super) fn severed(
     let Some(first) = severed.first() else { return Ok(None) };
     let cubed = surface.frame.diagonal_m.powi(3);
     let joint = Joint::find(surface, inside, levels, &severed);
-    let shape = JoinedShape { surface, volume, area: area(surface) };
+    let shape = JoinedShape { surface, inside, volume, area: area(surface) };
     let face = || inside.nearest_face(&levels.bodies[first.body].crack.nodes[0]);
     Ok(Some(SeveredParts {
         bodies: levels.bodies.len(),

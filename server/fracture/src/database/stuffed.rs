@@ -7,7 +7,7 @@ use super::cells::Cells;
 use super::cracks::{UncrackedShape, elastic_spacing};
 use super::hash::input_hash;
 use super::lost_parts;
-use super::thin;
+use super::thin::{self, ThinShape};
 use super::wall_limits::WIDTH_MAX;
 use crate::cancel_token::CancelToken;
 use crate::lattice::{self, LatticeError, LatticeLevels, Spacings};
@@ -48,7 +48,8 @@ fn stuffed(
     let volume = inside.input_volume(token)?;
     progress(BakeStep::Lattices);
     let walls = inside.widths(WidthSide::Wall, WIDTH_MAX, token)?;
-    let spacings = thin::spacings(request, volume, lost_parts::area(surface), &walls, surface)?;
+    let shape = ThinShape { inside: &inside, diagonal_m: surface.frame.diagonal_m };
+    let spacings = thin::spacings(request, volume, lost_parts::area(surface), &walls, &shape)?;
     let mut parameters = parameters(request, surface, spacings);
     let mut spacings = Spacings {
         elastic: parameters.elastic_spacing,
@@ -60,11 +61,11 @@ fn stuffed(
     spacings.fits_elastic = cells.are_few(request.elements, spacings.elastic);
     let stuffed = |quality: Preset, spacings, volume| {
         let levels = if quality.lattices().fitted { lattice::fitted_levels } else { lattice::levels };
-        levels(&inside, spacings, volume, token).map_err(|error| thin::explain(error, &walls, surface))
+        levels(&inside, spacings, volume, token).map_err(|error| thin::explain(error, &walls, &shape))
     };
     let stuffed_by = |quality: Preset| {
         let request = BakeRequest { quality, ..request.without_cracks() };
-        let [elastic, crack] = thin::spacings(&request, volume, lost_parts::area(surface), &walls, surface)?;
+        let [elastic, crack] = thin::spacings(&request, volume, lost_parts::area(surface), &walls, &shape)?;
         let refine = request.elastic_spacing.is_none();
         let spacings = Spacings { elastic, crack, refine, fits_elastic: false };
         lost_parts::keeps(surface, spacings, &|spacings| stuffed(quality, spacings, volume))
@@ -90,7 +91,7 @@ fn stuffed(
         levels = stuffed(request.quality, spacings, kept)?;
         dropped_components = lost_parts::dropped_components(surface, &levels, volume);
     }
-    let mut lost = thin::lost(&inside, &walls, &levels, surface, token)?;
+    let mut lost = thin::lost(&inside, &walls, &levels, shape.diagonal_m, token)?;
     let preset = request.crack_spacing.is_none().then_some(request.quality);
     if let Some(severed) = lost_parts::severed(surface, &inside, (&levels, volume), preset, &stuffed_by)? {
         if preset.is_some() && !request.allows_severed {

@@ -89,7 +89,7 @@ pub(super) fn stuff_fitted(
     token: &CancelToken,
 ) -> Result<LatticeLevel, LatticeError> {
     let (mut best, mut aim) = (None::<LatticeLevel>, volume);
-    for _ in 0..FITS_MAX {
+    for fitted in 0..FITS_MAX {
         let mut level = stuff(shape, spacing, Some(aim), token)?;
         let reached = (level.volume() - aim).abs() <= VOLUME_TOLERANCE * aim;
         fit(&mut level, shape, token)?;
@@ -98,7 +98,7 @@ pub(super) fn stuff_fitted(
         if best.as_ref().is_none_or(|best| missing.abs() < (volume - best.volume()).abs()) {
             best = Some(level);
         }
-        if missing.abs() <= VOLUME_TOLERANCE * volume || !reached || aim <= 0.0 {
+        if missing.abs() <= VOLUME_TOLERANCE * volume || (!reached && fitted > 0) || aim <= 0.0 {
             break;
         }
     }

@@ -2,7 +2,7 @@
 
 use super::level::{LatticeLevel, stuff};
 use super::levels::{LatticeLevels, Spacings, levels_by};
-use super::{LatticeError, SignedDistance};
+use super::{LatticeError, SignedDistance, TurnedBox};
 use crate::cancel_token::CancelToken;
 use nalgebra::Point3;
 
@@ -34,6 +34,10 @@ impl SignedDistance for Slotted<'_> {
 
     fn bounds(&self) -> (Point3<f64>, Point3<f64>) {
         self.shape.bounds()
+    }
+
+    fn turned_box(&self) -> Option<TurnedBox> {
+        self.shape.turned_box()
     }
 }
 

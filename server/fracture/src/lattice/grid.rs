@@ -5,10 +5,13 @@
 //!
 //! Nodes are the corners and the centers of cubes of side `spacing`. Twice a node's cube coordinates are integers: all
 //! even for a corner, all odd for a center. Corners are numbered first, with x varying fastest.
+//!
+//! The cubes lie along the axes, or along a box of the shape in other directions ([`SignedDistance::turned_box`]) where the
+//! grid along the axes would be too large: that over a turned plate has many times the nodes near it.
 
 use super::{LatticeError, SignedDistance};
 use crate::cancel_token::CancelToken;
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Rotation3, Vector3};
 use rayon::prelude::*;
 
 /// Range of spacings that [`super::stuff`] accepts: lowest and highest; local.
@@ -32,6 +35,8 @@ pub(super) struct Grid {
     /// Side of the cubes, local.
     pub(super) spacing: f64,
     cells: [usize; 3],
+    /// Rotation of the cubes; `None`: they lie along the axes. The origin is in coordinates of the cubes.
+    turn: Option<Rotation3<f64>>,
 }
 
 /// Number of cubes along each axis over a box of this extent.
@@ -45,26 +50,36 @@ pub(super) fn node_estimate(extent: &Vector3<f64>, spacing: f64) -> f64 {
     counts.map(|c| c + 1.0).product() + counts.product()
 }
 
+/// True if the grid over a box of this extent is small enough.
+pub(super) fn is_allowed(extent: &Vector3<f64>, spacing: f64) -> bool {
+    node_estimate(extent, spacing) <= GRID_NODES_MAX as f64
+}
+
 impl Grid {
     /// Smallest grid centered on the shape's box whose outermost nodes lie outside for any offset up to half a spacing.
+    ///
+    /// The box is the shape's turned one if only the grid over that one is small enough.
     pub(super) fn over(shape: &dyn SignedDistance, spacing: f64) -> Result<Self, LatticeError> {
         let [spacing_min, spacing_max] = SPACING_RANGE;
         if !(spacing_min..=spacing_max).contains(&spacing) {
             return Err(LatticeError::SpacingOutOfRange { level: "lattice", spacing, spacing_min, spacing_max });
         }
-        let (low, high) = shape.bounds();
-        let extent = high - low;
+        let (mut low, high) = shape.bounds();
+        let mut extent = high - low;
         if !(extent.iter().all(|e| e.is_finite() && *e >= 0.0) && low.iter().all(|c| c.is_finite())) {
             return Err(LatticeError::BoundsNotFinite);
         }
-        let counts = counts(&extent, spacing);
-        let estimate = node_estimate(&extent, spacing);
-        if estimate > GRID_NODES_MAX as f64 {
-            return Err(LatticeError::GridTooLarge { nodes: estimate, nodes_max: GRID_NODES_MAX, spacing });
+        let (estimate, mut turn) = (node_estimate(&extent, spacing), None);
+        if !is_allowed(&extent, spacing) {
+            let nodes_max = GRID_NODES_MAX;
+            let turned = shape.turned_box().filter(|turned| is_allowed(&turned.extent(), spacing));
+            let turned = turned.ok_or(LatticeError::GridTooLarge { nodes: estimate, nodes_max, spacing })?;
+            (low, extent, turn) = (turned.low, turned.extent(), Some(turned.turn));
         }
+        let counts = counts(&extent, spacing);
         let cells = [counts.x as usize, counts.y as usize, counts.z as usize];
         let origin = low + extent / 2.0 - counts * (spacing / 2.0);
-        Ok(Self { origin, spacing, cells })
+        Ok(Self { origin, spacing, cells, turn })
     }
 
     fn corner_count(&self) -> usize {
@@ -97,7 +112,8 @@ impl Grid {
     }
 
     fn place_at(&self, twice: [i32; 3]) -> Point3<f64> {
-        self.origin + Vector3::from(twice.map(f64::from)) * (self.spacing / 2.0)
+        let place = self.origin + Vector3::from(twice.map(f64::from)) * (self.spacing / 2.0);
+        self.turn.map_or(place, |turn| turn * place)
     }
 
     /// Position of `node`, local.

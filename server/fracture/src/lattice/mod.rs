@@ -27,6 +27,7 @@ mod tests;
 #[cfg(test)]
 mod thin_tests;
 mod tree;
+mod turned_box;
 mod uniform_refinement;
 
 pub use adjacency::{NO_TET, NodeStars};
@@ -46,8 +47,9 @@ pub use measure::DihedralRange;
 pub(crate) use measure::area_vector;
 pub use spacing::{
     CRACK_NODES_DEFAULT, CRACK_NODES_MAX, ELASTIC_NODES_DEFAULT, ELASTIC_NODES_MAX, default_spacing,
-    finest_grid_spacing, finest_spacing, spacings,
+    finest_grid_spacing, spacings,
 };
+pub use turned_box::TurnedBox;
 pub use uniform_refinement::{CHILD_COUNT, RefinedLattice, refined_node_count, refinements};
 
 use nalgebra::{Matrix3, Point3};
@@ -67,6 +69,11 @@ pub trait SignedDistance: Sync {
 
     /// Lowest and highest corner of a box that contains the solid.
     fn bounds(&self) -> (Point3<f64>, Point3<f64>);
+
+    /// Box in other directions that contains the solid, for a grid where that over [`Self::bounds`] is too large.
+    fn turned_box(&self) -> Option<TurnedBox> {
+        None
+    }
 }
 
 /// Tetrahedral lattice in local coordinates.

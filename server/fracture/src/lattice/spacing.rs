@@ -1,7 +1,7 @@
 //! Choice of lattice spacings from node counts, and the accepted range of spacings.
 
 use super::LatticeError;
-use super::grid::{GRID_NODES_MAX, SPACING_RANGE, node_estimate};
+use super::grid::{SPACING_RANGE, is_allowed};
 use nalgebra::Vector3;
 
 /// Default number of crack nodes of a bake, boundary included.
@@ -42,22 +42,15 @@ pub fn default_spacing(volume: f64, area: f64, nodes: usize) -> f64 {
     0.5 * (below + above)
 }
 
-/// Finest crack spacing (local) of a solid of this volume and surface area in a box of this extent (all local).
-///
-/// It is limited by the nodes of the crack level, by those of the grid over the box, and by [`SPACING_RANGE`].
-pub fn finest_spacing(volume: f64, area: f64, extent: &Vector3<f64>) -> f64 {
-    default_spacing(volume, area, CRACK_NODES_MAX).max(finest_grid_spacing(extent))
-}
-
-/// Finest spacing (local) whose grid over a box of this extent (local) has at most [`GRID_NODES_MAX`] nodes.
+/// Finest spacing (local) whose grid over a box of this extent (local) has at most [`super::GRID_NODES_MAX`] nodes.
 pub fn finest_grid_spacing(extent: &Vector3<f64>) -> f64 {
     let [mut below, mut above] = SPACING_RANGE;
-    if node_estimate(extent, below) <= GRID_NODES_MAX as f64 {
+    if is_allowed(extent, below) {
         return below;
     }
     for _ in 0..40 {
         let middle = 0.5 * (below + above);
-        if node_estimate(extent, middle) > GRID_NODES_MAX as f64 { below = middle } else { above = middle }
+        if is_allowed(extent, middle) { above = middle } else { below = middle }
     }
     above
 }

@@ -7,12 +7,14 @@
 //! for soups and clouds* (2018).
 
 use super::closest;
+use super::shape::thinnest_box;
 use super::tree::{BoundingBox, TriangleTree};
 use super::winding::WindingMoments;
 use super::{Defect, DefectKind, Surface};
-use crate::lattice::SignedDistance;
+use crate::lattice::{self, SignedDistance, TurnedBox};
 use nalgebra::Point3;
 use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// Largest difference of an ambiguous winding number from ½.
 const AMBIGUOUS: f64 = 0.3;
@@ -35,6 +37,8 @@ pub struct InsideTest {
     pub(super) simple: bool,
     /// Face of the input file that each triangle came from.
     pub(super) faces: Vec<u64>,
+    /// Thinnest box around the triangles, computed where the grid over [`Self::bounds`] is too large.
+    turned: OnceLock<TurnedBox>,
 }
 
 impl InsideTest {
@@ -50,6 +54,7 @@ impl InsideTest {
             signed_volume: surface.signed_volume(),
             simple: surface.simple,
             faces: surface.faces.clone(),
+            turned: OnceLock::new(),
         }
     }
 
@@ -65,6 +70,22 @@ impl InsideTest {
     pub(super) fn windings<const N: usize>(&self, points: &[Point3<f64>; N]) -> [f64; N] {
         let windings = self.winding.at(&self.tree, points);
         if self.closed { windings.map(f64::round) } else { windings }
+    }
+
+    /// Finest spacing (local) whose grid is small enough: over the box along the axes, or over the thinnest box.
+    ///
+    /// `grown`: what is added to the sides of both, local.
+    pub(crate) fn finest_grid_spacing(&self, grown: f64) -> f64 {
+        self.finest_straight_spacing(grown).min(lattice::finest_grid_spacing(&self.turned().extent().add_scalar(grown)))
+    }
+
+    /// As [`Self::finest_grid_spacing`], over the box along the axes alone.
+    pub(crate) fn finest_straight_spacing(&self, grown: f64) -> f64 {
+        lattice::finest_grid_spacing(&self.bounds.diagonal().add_scalar(grown))
+    }
+
+    fn turned(&self) -> &TurnedBox {
+        self.turned.get_or_init(|| thinnest_box(self.tree.triangles.as_flattened()))
     }
 
     /// Distance from a local point to the nearest triangle; local.
@@ -114,6 +135,10 @@ impl SignedDistance for InsideTest {
 
     fn bounds(&self) -> (Point3<f64>, Point3<f64>) {
         (self.bounds.low, self.bounds.high)
+    }
+
+    fn turned_box(&self) -> Option<TurnedBox> {
+        Some(*self.turned())
     }
 }
 

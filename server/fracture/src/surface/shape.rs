@@ -2,7 +2,8 @@
 //! from all others.
 
 use super::{RawMesh, Surface, SurfaceError};
-use nalgebra::{Matrix3, Point3, Vector3};
+use crate::lattice::TurnedBox;
+use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use std::f64::consts::FRAC_PI_2;
 
 /// Smallest ratio of an outlier's distance from the middle to that of the other vertices.
@@ -87,21 +88,6 @@ impl Surface {
         SurfaceError::flat(&self.points_m(), encloses)
     }
 
-    /// Extent of the bounding box, local.
-    pub(crate) fn extent(&self) -> Vector3<f64> {
-        let start = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-        let reach = |(low, high): (Vector3<f64>, Vector3<f64>), point: &Point3<f64>| {
-            (low.inf(&point.coords), high.sup(&point.coords))
-        };
-        let (low, high) = self.positions.iter().fold(start, reach);
-        high - low
-    }
-
-    /// Extents of the thinnest box around the surface, however it is turned; local.
-    pub(crate) fn thinnest_extents(&self) -> Vector3<f64> {
-        extents(&self.positions).into()
-    }
-
     /// Positions of all vertices, m.
     fn points_m(&self) -> Vec<Point3<f64>> {
         self.positions.iter().map(|point| self.frame.to_meters(point)).collect()
@@ -119,42 +105,55 @@ impl SurfaceError {
 /// Number of directions tried across the longest axis: in a quarter turn, and again between the neighbors of the best.
 const TURNS: u32 = 90;
 
-/// Extents of the thinnest box around `points` with a side along the first or the last principal axis, largest first; of the two, the one
-/// with the smaller largest face. Square plates have no first principal axis of their own, square bars no last one.
+/// Largest number of points that decide the directions, as many as measure 20 ms. The box holds all points.
+const TRIED_MAX: usize = 10_000;
+
+/// Extents of the thinnest box around `points`, largest first.
 fn extents(points: &[Point3<f64>]) -> [f64; 3] {
+    let mut extents: [f64; 3] = thinnest_box(points).extent().into();
+    extents.sort_by(|a, b| b.total_cmp(a));
+    extents
+}
+
+/// Thinnest box around `points` with a side along the first or the last principal axis; of the two, the one with the smaller largest
+/// face. Square plates have no first principal axis of their own, square bars no last one.
+pub(super) fn thinnest_box(points: &[Point3<f64>]) -> TurnedBox {
     let mean = points.iter().map(|point| point.coords).sum::<Vector3<f64>>() / points.len().max(1) as f64;
     let spread: Matrix3<f64> =
         points.iter().map(|point| (point.coords - mean) * (point.coords - mean).transpose()).sum();
     let eigen = spread.symmetric_eigen();
     let [third, second, first] = sorted(&eigen.eigenvalues).map(|axis| eigen.eigenvectors.column(axis).into_owned());
-    let along = |axis: Vector3<f64>| {
-        let along = points.iter().map(|point| axis.dot(&(point.coords - mean)));
-        let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
-        (high - low).max(0.0)
+    let [one, other] =
+        [[first, second, third], [third, first, second]].map(|axes| TurnedBox::around(box_along(axes, points), points));
+    let face = |own: &TurnedBox| {
+        let extent = own.extent();
+        extent.product() / extent.min()
     };
-    let boxes = [[&first, &second, &third], [&third, &first, &second]].map(|axes| box_along(axes, &along));
-    let face = |extents: &[f64; 3]| extents[0] * extents[1];
-    let [one, other] = boxes;
     if face(&other) < face(&one) { other } else { one }
 }
 
-/// Extents of the thinnest box with a side along the first of three axes, largest first. `along` measures along an axis.
-fn box_along([axis, one, other]: [&Vector3<f64>; 3], along: &dyn Fn(Vector3<f64>) -> f64) -> [f64; 3] {
-    let sides = |angle: f64| {
+/// Directions of the thinnest box with a side along the first of three axes.
+fn box_along([axis, one, other]: [Vector3<f64>; 3], points: &[Point3<f64>]) -> Rotation3<f64> {
+    let step = points.len() / TRIED_MAX + 1;
+    let directions = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
-        [along(cos * one + sin * other), along(cos * other - sin * one)]
+        [cos * one + sin * other, cos * other - sin * one]
+    };
+    let along = |axis: &Vector3<f64>| {
+        let along = points.iter().step_by(step).map(|point| axis.dot(&point.coords));
+        let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
+        high - low
     };
     let thinnest = |from: f64, range: f64| {
         let angles = (0..=TURNS).map(|turn| from + range * f64::from(turn) / f64::from(TURNS));
-        let thickness = |angle: f64| sides(angle).into_iter().fold(f64::INFINITY, f64::min);
+        let thickness = |angle: f64| directions(angle).iter().map(along).fold(f64::INFINITY, f64::min);
         let least = angles.map(|angle| (thickness(angle), angle)).min_by(|one, other| one.0.total_cmp(&other.0));
         least.map_or(from, |(_, angle)| angle)
     };
     let step = FRAC_PI_2 / f64::from(TURNS);
-    let [wide, thin] = sides(thinnest(thinnest(0.0, FRAC_PI_2) - step, 2.0 * step));
-    let mut extents = [along(*axis), wide, thin];
-    extents.sort_by(|a, b| b.total_cmp(a));
-    extents
+    let [wide, _] = directions(thinnest(thinnest(0.0, FRAC_PI_2) - step, 2.0 * step));
+    // Right-handed, whatever the signs of the axes are.
+    Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[axis, wide, axis.cross(&wide)]))
 }
 
 /// Indices of three values, in ascending order of these.

@@ -130,7 +130,7 @@ fn a_pressed_sphere_has_the_energy_of_lure() {
 }
 
 /// Disc around z, its ends triangulated from their middles.
-fn disc(radius: f64, thick: f64) -> RawMesh {
+pub(super) fn disc(radius: f64, thick: f64) -> RawMesh {
     let count = 256_u32;
     let mut positions = vec![Point3::new(0.0, 0.0, -0.5 * thick), Point3::new(0.0, 0.0, 0.5 * thick)];
     for index in 0..count {
@@ -179,7 +179,7 @@ fn struck_held(
 /// Energy of a free plate of radius R under a unit force in its middle and the inertia of its acceleration, for unit
 /// Young's modulus: with q = F/πR², w = F r² ln r / 8πD − q r⁴/64D + C r², whose bending moment vanishes at R;
 /// U = −½ ∫ q w.
-fn free_plate(radius: f64, thick: f64, poisson: f64) -> f64 {
+pub(super) fn free_plate(radius: f64, thick: f64, poisson: f64) -> f64 {
     let (stiffness, log, pressure) = (plate_stiffness(thick, poisson), radius.ln(), 1.0 / (PI * radius * radius));
     let moments = (2.0 * log + 3.0 + poisson * (2.0 * log + 1.0)) / (8.0 * PI * stiffness)
         - pressure * radius * radius * (3.0 + poisson) / (16.0 * stiffness);

@@ -13,6 +13,7 @@ mod precision;
 mod quadratic;
 mod quadratic_reduced;
 mod reduced;
+mod turned;
 mod walls;
 
 use super::*;
