@@ -35,11 +35,10 @@ pub(super) fn spacings(
     let thickness = walls.quantile(SHARE);
     let finer =
         |asked: Option<f64>, chosen: f64, needed: f64| if asked.is_some() { chosen } else { chosen.min(needed) };
-    let grids = [InsideTest::finest_straight_spacing, InsideTest::finest_grid_spacing];
-    for (grid_finest, factor) in grids.into_iter().flat_map(|grid| WALL_SPACINGS.map(|factor| (grid, factor))) {
-        let grid_finest = grid_finest(shape.inside, 0.0);
+    let grid_finest = shape.inside.finest_grid_spacing(0.0);
+    for factor in WALL_SPACINGS {
         let crack = finer(request.crack_spacing, chosen[1], thickness / factor);
-        // The grid over the bounding box limits a default spacing as the number of nodes does.
+        // The grid limits a default spacing as the number of nodes does.
         let limit = grid_finest.min(thickness / factor);
         let crack = if request.crack_spacing.is_none() { crack.max(limit) } else { crack };
         let elastic = finer(request.elastic_spacing, chosen[0], thickness / factor).max(crack);

@@ -12,7 +12,7 @@ use super::tree::{BoundingBox, TriangleTree};
 use super::winding::WindingMoments;
 use super::{Defect, DefectKind, Surface};
 use crate::lattice::{self, SignedDistance, TurnedBox};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -76,12 +76,8 @@ impl InsideTest {
     ///
     /// `grown`: what is added to the sides of both, local.
     pub(crate) fn finest_grid_spacing(&self, grown: f64) -> f64 {
-        self.finest_straight_spacing(grown).min(lattice::finest_grid_spacing(&self.turned().extent().add_scalar(grown)))
-    }
-
-    /// As [`Self::finest_grid_spacing`], over the box along the axes alone.
-    pub(crate) fn finest_straight_spacing(&self, grown: f64) -> f64 {
-        lattice::finest_grid_spacing(&self.bounds.diagonal().add_scalar(grown))
+        let finest = |extent: Vector3<f64>| lattice::finest_grid_spacing(&extent.add_scalar(grown));
+        finest(self.bounds.diagonal()).min(finest(self.turned().extent()))
     }
 
     fn turned(&self) -> &TurnedBox {
