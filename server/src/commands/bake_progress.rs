@@ -243,6 +243,7 @@ mod tests {
             crack_nodes: 9_576,
             examples: 100,
             factor_bytes,
+            double_precision_bytes: 0,
             factor_operations: 3_000_000_000,
             edge_bytes: 0,
             quadratic_nodes: 0,
@@ -252,7 +253,7 @@ mod tests {
         let reported = cost(&size, 2);
         assert!(
             reported
-                .starts_with("4645 elastic and 9576 crack nodes, 100 examples: about 18 to 35 s left on an idle machine, 250 MB at most;"),
+                .starts_with("4645 elastic and 9576 crack nodes, 100 examples: about 18 to 35 s left on an idle machine, 259 MB at most;"),
             "{reported}"
         );
         assert!(reported.ends_with("a daemon will hold about 57 MB for it"), "{reported}");

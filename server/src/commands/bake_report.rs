@@ -61,6 +61,7 @@ pub fn warnings(prepared: &PreparedObject) -> Vec<String> {
     let mut warnings: Vec<String> =
         reason.map(|reason| format!("the fragments have the lattice's surface, not the exact one: {reason}")).collect();
     warnings.extend(repaired(prepared));
+    warnings.extend(double_precision(prepared));
     let report = &prepared.report;
     let error = report.volume_error();
     if error.abs() > VOLUME_ERROR_REPORTED {
@@ -91,6 +92,17 @@ pub fn warnings(prepared: &PreparedObject) -> Vec<String> {
     }
     warnings.extend(report.cracks.as_ref().and_then(|cracks| small_cracks(cracks, *crack_spacing)));
     warnings
+}
+
+/// Warning about factors that single precision was requested for in vain.
+fn double_precision(prepared: &PreparedObject) -> Option<String> {
+    let kept = prepared.double_precision_bodies();
+    (kept > 0).then(|| {
+        format!(
+            "single precision is too inaccurate for the stiffness of {kept} of {} bodies: --factor f32 saves no memory there",
+            prepared.bodies.len()
+        )
+    })
 }
 
 /// Warnings about repairs that changed a large part of the exact surface.

@@ -27,7 +27,7 @@ pub fn memory_table(served: &EngineObject, before: Option<ResidentMemory>) -> Re
     let accounted_bytes: u64 = rows.iter().map(|(_, bytes)| bytes).sum();
     let per_node = |bytes: u64| bytes as f64 / prepared.crack_nodes().max(1) as f64;
     let savings = [
-        ("bake with --factor f32", prepared.single_precision_saving() as u64),
+        ("bake with --factor f32, if it is accurate enough", prepared.single_precision_saving() as u64),
         ("bake with --surface lattice", prepared.exact_surface_bytes() as u64),
     ];
     let largest = savings.into_iter().filter(|(_, bytes)| *bytes > 0).max_by_key(|(_, bytes)| *bytes);

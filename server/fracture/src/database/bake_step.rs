@@ -56,6 +56,8 @@ pub struct BakeSize {
     /// Size of the factors in the requested precision, bytes. At equal numbers of nodes, balls need three times as much
     /// as rods.
     pub factor_bytes: u64,
+    /// What the factors take beyond that if single precision was requested and is too inaccurate, bytes.
+    pub double_precision_bytes: u64,
     /// Operations to compute the factors. At equal numbers of nodes, balls need ten times as many as rods.
     pub factor_operations: u64,
     /// Memory of the edge functions of quadratic elements, bytes.
@@ -98,15 +100,15 @@ const HELD: [f64; 3] = [1_530.0, 1_490.0, 60.0];
 /// Memory of the mesh of an exact surface per crack node and per triangle, bytes.
 const HELD_EXACT: [f64; 2] = [800.0, 412.0];
 
-/// Share of the usual memory that an object with an exact surface takes at least: 0.985 for the vase.
-const HELD_LEAST: f64 = 0.95;
+/// Share of the usual memory that an object with an exact surface takes at least: 0.985 for the vase, 0.946 for a plate of 1:83.
+const HELD_LEAST: f64 = 0.93;
 
 /// Memory per triangle beyond that where the surface is round and finely divided, bytes: the mesh has 3.4 tetrahedra per triangle of a
 /// capsule, and 1.4 of a cylinder.
 const EXACT_ROUND: f64 = 340.0;
 
-/// Peak memory of a bake: a constant, bytes, and a multiple of the object's memory.
-const PEAK: [f64; 2] = [70e6, 1.95];
+/// Peak memory of a bake: a constant, bytes, and a multiple of the object's memory. A teapot took 656 MB, of which these are 1.99.
+const PEAK: [f64; 2] = [70e6, 2.1];
 
 /// Memory per snapshot and elastic node, bytes: forces, displacement and residual of a node and about seven edges, the last
 /// two in single precision, and what is kept of them.
@@ -137,6 +139,7 @@ impl BakeSize {
             crack_nodes: bodies.iter().map(|(crack, _)| crack.nodes.len()).sum(),
             examples: request.examples,
             factor_bytes: solids().map(|solid| solid.elasticity.factor_bytes() as u64).sum(),
+            double_precision_bytes: solids().map(|solid| solid.elasticity.double_precision_bytes() as u64).sum(),
             factor_operations: solids().map(|solid| solid.elasticity.factor_operations()).sum(),
             edge_bytes: solids().map(|solid| solid.elasticity.edge_bytes() as u64).sum(),
             quadratic_nodes: solids()
@@ -182,10 +185,11 @@ impl BakeSize {
         let basis = QUADRATIC_BASIS * self.snapshots().min(SNAPSHOTS[2]) * self.quadratic_nodes as f64;
         let round = EXACT_ROUND * self.exact_triangles as f64;
         let usual = self.factor_bytes + self.edge_bytes + (lattices + exact + basis) as u64;
-        match self.exact_triangles {
+        let [least, most] = match self.exact_triangles {
             0 => [usual; 2],
             _ => [(HELD_LEAST * usual as f64) as u64, usual + round as u64],
-        }
+        };
+        [least, most + self.double_precision_bytes]
     }
 
     /// Approximate peak memory of the bake, bytes.
@@ -213,6 +217,7 @@ mod tests {
         crack_nodes: 9_576,
         examples: 0,
         factor_bytes: 27_200_000,
+        double_precision_bytes: 0,
         factor_operations: 3_000_000_000,
         edge_bytes: 0,
         quadratic_nodes: 0,
@@ -235,6 +240,8 @@ mod tests {
         let learning = BakeSize { examples: 100, ..MUG };
         let [least, most] = MUG.seconds(2);
         assert!(2.0 * least < most && learning.seconds(1)[1] > 10.0 * most);
+        let narrow = BakeSize { factor_bytes: 13_600_000, double_precision_bytes: 13_600_000, ..MUG };
+        assert_eq!(narrow.held_bytes(), [MUG.held_bytes()[0] - 13_600_000, MUG.held_bytes()[1]]);
         let hollow = BakeSize { elastic_nodes: 0, factor_bytes: 0, factor_operations: 0, ..MUG };
         assert!(hollow.held_bytes()[1] < hollow.peak_bytes() && hollow.seconds(1)[1] < most);
         let exact = BakeSize { exact_triangles: 130_196, ..MUG };

@@ -293,12 +293,22 @@ impl Elasticity {
         self.symbolic.factor_bytes(self.precision)
     }
 
+    /// Bytes that the factor takes beyond [`Self::factor_bytes`] in double precision; 0 if that was requested.
+    pub fn double_precision_bytes(&self) -> usize {
+        self.symbolic.factor_bytes(Precision::F64) - self.factor_bytes()
+    }
+
+    /// True if single precision was requested and the factor keeps double precision, because that is too inaccurate.
+    pub fn rejects_single_precision(&self) -> bool {
+        self.precision == Precision::F32 && self.precision() == Precision::F64
+    }
+
     /// Multiplications and additions to compute the factor.
     pub fn factor_operations(&self) -> u64 {
         self.symbolic.factor_operations()
     }
 
-    /// Bytes that a single-precision factor would save; 0 if that precision was chosen, also where it is too inaccurate to be used.
+    /// Bytes that a single-precision factor would save if it is accurate enough; 0 if that precision was requested.
     pub fn single_precision_saving(&self) -> usize {
         let bytes = |precision| self.symbolic.factor_bytes(precision);
         bytes(self.precision) - bytes(Precision::F32)

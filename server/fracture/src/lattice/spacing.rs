@@ -87,7 +87,8 @@ pub fn spacings(
         }
         let nodes = nodes_at(spacing, volume, area);
         if nodes > nodes_max as f64 {
-            let spacing_needed = default_spacing(volume, area, nodes_max);
+            // Rounded up to the digits of the message, so that the spacing that it names is accepted.
+            let spacing_needed = (default_spacing(volume, area, nodes_max) * 1e4).ceil() / 1e4;
             return Err(LatticeError::TooManyNodes { level, spacing, nodes, nodes_max, spacing_needed });
         }
     }

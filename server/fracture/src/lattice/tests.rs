@@ -247,6 +247,18 @@ fn a_jump_of_the_sign_ends_in_valid_bodies() {
 }
 
 #[test]
+fn the_spacing_that_a_refusal_names_is_accepted() {
+    for step in 0..40 {
+        let (volume, area) = (0.02 + 0.004 * f64::from(step), 0.6 + 0.05 * f64::from(step));
+        let refused = spacings(volume, area, [3_000, 9_000], None, Some(0.002)).unwrap_err();
+        let LatticeError::TooManyNodes { spacing_needed, .. } = refused else { panic!("{refused}") };
+        let named: f64 = format!("{spacing_needed:.4}").parse().unwrap();
+        assert!(refused.to_string().ends_with(&format!("use {spacing_needed:.4} or more")), "{refused}");
+        assert_eq!(spacings(volume, area, [3_000, 9_000], None, Some(named)).map(|chosen| chosen[1]), Ok(named));
+    }
+}
+
+#[test]
 fn spacings_give_the_nodes_asked_for() {
     let turn = Isometry3::rotation(Vector3::new(0.3, 0.5, 0.2));
     let cases: [(Box<dyn SignedDistance>, f64, f64); 3] = [

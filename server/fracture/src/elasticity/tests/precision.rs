@@ -46,7 +46,12 @@ fn a_slender_body_keeps_its_factor_in_double_precision() {
     let lattice = block([300, 1, 1], 0.01);
     let [double, single] = both(&lattice);
     let load = impact_load(&double, &lattice);
+    // Before it is computed, both sizes are possible.
+    assert!(single.factor_bytes() < double.factor_bytes() && double.double_precision_bytes() == 0);
+    assert_eq!(single.factor_bytes() + single.double_precision_bytes(), double.factor_bytes());
+    assert!(!single.rejects_single_precision());
     assert_eq!(solve(&double, &load.forces), solve(&single, &load.forces));
     assert_eq!((single.precision(), single.own_bytes()), (Precision::F64, double.own_bytes()));
     assert!(single.single_precision_saving() == 0 && double.single_precision_saving() > 0, "it was chosen already");
+    assert!(single.rejects_single_precision() && !double.rejects_single_precision());
 }

@@ -61,7 +61,13 @@ impl PreparedObject {
         rows
     }
 
-    /// Memory that factors of the stiffness in single precision would save, bytes.
+    /// Number of bodies whose factors keep double precision although single precision was requested.
+    pub fn double_precision_bodies(&self) -> usize {
+        let solids = self.bodies.iter().filter_map(|body| body.solid.as_ref());
+        solids.filter(|solid| solid.elasticity.rejects_single_precision()).count()
+    }
+
+    /// Memory that factors of the stiffness in single precision would save where they are accurate enough, bytes.
     pub fn single_precision_saving(&self) -> usize {
         let solids = self.bodies.iter().filter_map(|body| body.solid.as_ref());
         solids.map(|solid| solid.elasticity.single_precision_saving()).sum()
