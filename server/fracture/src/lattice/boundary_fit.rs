@@ -256,21 +256,25 @@ impl<'a> Fitter<'a> {
 
     fn best_of(&self, node: u32, worst: f64, steps: impl IntoIterator<Item = Vector3<f64>>) -> Option<Move> {
         let from = self.lattice.nodes[node as usize];
+        let error = |sample: &u32| self.values[*sample as usize].abs();
+        let first = *self.of_node[node as usize].iter().max_by(|a, b| error(a).total_cmp(&error(b)))?;
         let mut best: Option<(f64, Move)> = None;
         for step in steps {
             let place = from + step;
             if !self.holds(node, place) {
                 continue;
             }
+            let limit = best.as_ref().map_or(GAIN * worst, |(least, _)| *least);
+            // A distance that is not a number is no gain.
             let value = |sample: &u32| {
                 let moved = self.samples[*sample as usize].position(&self.lattice.nodes, Some((node, place)));
-                self.shape.signed_distance(&moved) - self.offset
+                Some(self.shape.signed_distance(&moved) - self.offset).filter(|value| value.abs() < limit)
             };
-            let values: Vec<f64> = self.of_node[node as usize].iter().map(value).collect();
-            let reached = largest(values.iter().copied());
-            let gains = reached < best.as_ref().map_or(GAIN * worst, |(least, _)| *least);
-            if gains && !self.crosses(node, place) {
-                best = Some((reached, (place, values)));
+            // Most places fail at the sample that is the worst now.
+            let values: Option<Vec<f64>> =
+                value(&first).and_then(|_| self.of_node[node as usize].iter().map(value).collect());
+            if let Some(values) = values.filter(|_| !self.crosses(node, place)) {
+                best = Some((largest(values.iter().copied()), (place, values)));
             }
         }
         best.map(|(_, found)| found)
