@@ -160,7 +160,7 @@ pub struct Summary {
     pub seed: u64,
     /// Names this result to later requests; `None`: the service does not keep it.
     pub handle: Option<u64>,
-    /// Largest contact radius in effect, m: at least a multiple of the elastic spacing.
+    /// Largest contact radius in effect, m: that whose energy was computed.
     pub radius_m: f64,
     /// Estimated relative error of the elastic energy; zero after a solve, and without an energy.
     pub energy_error: f64,

@@ -119,20 +119,57 @@ fn a_result_tells_the_strain_energy_of_the_whole_body() {
     assert_eq!(body_energy(prepared, &FractureRequest { effects: without, ..request }).strain_j, None);
 }
 
-#[test]
-fn an_impact_with_the_default_radius_needs_no_solve() {
+/// A bar with a good basis.
+static BAR: LazyLock<PreparedObject> = LazyLock::new(|| {
     let request =
         BakeRequest { elastic_spacing: Some(0.03), crack_spacing: Some(0.03), ..real::request("bar", "glass") };
     let mut prepared = bake(shapes::cuboid([1.0, 0.2, 0.2]), &request, &CancelToken::default(), &mut |_| ()).unwrap();
     prepared.impacts = 200;
     reduce(&mut prepared, RANK_MAX, &CancelToken::default()).unwrap();
     println!("{:?}", prepared.reduction);
-    let outcome = struck(&prepared, DisplacementMethod::Reduced);
+    prepared
+});
+
+#[test]
+fn an_impact_with_the_default_radius_needs_no_solve() {
+    let outcome = struck(&BAR, DisplacementMethod::Reduced);
     assert!(
-        outcome.threshold().radius_m < 1.01 * 0.04 * prepared.frame.diagonal_m,
+        outcome.threshold().radius_m < 1.01 * 0.04 * BAR.frame.diagonal_m,
         "the lattice resolves the default radius"
     );
     assert!(outcome.threshold().reduced_error.is_some());
+}
+
+/// The near field has what the examples lack, so that the basis does as well as under wide contacts.
+#[test]
+fn a_contact_much_smaller_than_those_of_the_examples_needs_no_solve() {
+    let energy = |diagonals: f64, elastic: DisplacementMethod, effect: Option<EffectKind>| {
+        let request = FractureRequest::at(Point3::new(0.02, 0.1, 0.01), Vector3::new(0.3, -3.0, 0.2)).seeded(1);
+        let effects = effect.map_or(request.effects, |effect| request.effects.with(effect));
+        let mut request = FractureRequest { elastic, effects, ..request };
+        request.contacts[0].radius_m = Some(diagonals * BAR.frame.diagonal_m);
+        body_energy(&BAR, &request)
+    };
+    let wide = energy(0.04, DisplacementMethod::Reduced, None).strain_j.unwrap();
+    for (diagonals, factor_min) in [(0.02, 1.1), (0.005, 2.0)] {
+        let [reduced, solved] =
+            [DisplacementMethod::Reduced, DisplacementMethod::Solve].map(|elastic| energy(diagonals, elastic, None));
+        println!("radius {diagonals}: {:?} J, solved {:?} J", reduced.strain_j, solved.strain_j);
+        assert!(reduced.reduced_error.is_some() && solved.reduced_error.is_none());
+        let strains_j = [&reduced, &solved].map(|own| own.strain_j.unwrap());
+        assert!(
+            (strains_j[0] / strains_j[1] - 1.0).abs() < 0.05 && strains_j[0] > factor_min * wide,
+            "{strains_j:?} J"
+        );
+        for own in [&reduced, &solved] {
+            assert!((own.radius_m / BAR.frame.diagonal_m / diagonals - 1.0).abs() < 1e-9, "{} m", own.radius_m);
+            // What drives cracks without the effect `tensile` is all of it.
+            assert!((own.energy_j / own.strain_j.unwrap() - 1.0).abs() < 1e-6, "{} J", own.energy_j);
+        }
+        let tensile = energy(diagonals, DisplacementMethod::Reduced, Some(EffectKind::Tensile));
+        assert!(tensile.energy_j > 0.0 && tensile.energy_j < tensile.strain_j.unwrap(), "{} J", tensile.energy_j);
+        assert!((tensile.strain_j.unwrap() / strains_j[0] - 1.0).abs() < 1e-12);
+    }
 }
 
 #[test]

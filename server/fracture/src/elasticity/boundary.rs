@@ -16,6 +16,8 @@ pub struct BoundaryNodes {
     pub areas: Vec<f64>,
     /// Boundary nodes of each face.
     pub faces: Vec<[u32; 3]>,
+    /// Tetrahedron of each face.
+    pub tets: Vec<u32>,
     /// Start of each node's faces in `incident`; length nodes + 1.
     starts: Vec<u32>,
     /// Faces around each node, node after node.
@@ -34,6 +36,7 @@ impl BoundaryNodes {
         let positions: Vec<_> = nodes.iter().map(|&node| lattice.nodes[node as usize]).collect();
         let dense = |node: u32| nodes.partition_point(|&other| other < node) as u32;
         let faces: Vec<[u32; 3]> = outer.iter().map(|face| face.nodes.map(dense)).collect();
+        let tets = outer.iter().map(|face| face.tet).collect();
         let (starts, incident) = around(nodes.len(), &faces);
         let mut areas = vec![0.0; nodes.len()];
         for face in &faces {
@@ -42,13 +45,14 @@ impl BoundaryNodes {
             face.iter().for_each(|&node| areas[node as usize] += third);
         }
         let boxes = FaceBoxes::new(faces.len(), |face| faces[face].map(|node| positions[node as usize]));
-        Self { nodes, positions, areas, faces, starts, incident, boxes }
+        Self { nodes, positions, areas, faces, tets, starts, incident, boxes }
     }
 
     /// Bytes of memory that it holds.
     pub fn bytes(&self) -> usize {
-        let Self { nodes, positions, areas, faces, starts, incident, boxes } = self;
-        held(nodes) + held(positions) + held(areas) + held(faces) + held(starts) + held(incident) + boxes.bytes()
+        let Self { nodes, positions, areas, faces, tets, starts, incident, boxes } = self;
+        let around = held(starts) + held(incident) + boxes.bytes();
+        held(nodes) + held(positions) + held(areas) + held(faces) + held(tets) + around
     }
 
     /// Area of face `face`, local.

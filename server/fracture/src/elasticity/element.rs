@@ -15,6 +15,11 @@ pub struct Lame {
 }
 
 impl Lame {
+    /// Poisson's ratio.
+    pub(super) fn poisson(self) -> f64 {
+        0.5 * self.lambda / (self.lambda + self.mu)
+    }
+
     /// Constants for Poisson's ratio `poisson`, −1 < ν < ½.
     pub fn new(poisson: f64) -> Self {
         Self { lambda: poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)), mu: 0.5 / (1.0 + poisson) }

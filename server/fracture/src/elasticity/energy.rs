@@ -3,7 +3,7 @@
 use super::blocks::{Block, SIDE};
 use super::element::Lame;
 use super::quadratic::{EdgeFunctions, QuadraticEnergies, StrainEnergies};
-use super::{Elasticity, ElasticityError};
+use super::{Elasticity, ElasticityError, NodalLoad};
 use crate::cancel_token::CancelToken;
 use crate::lattice::Lattice;
 use crate::simd::widest;
@@ -91,6 +91,26 @@ impl Elasticity {
             token.check()?;
             widest(Energies { lame: self.lame, driving, blocks, tets, displacement, energies });
             Ok(())
+        })
+    }
+
+    /// Adds the energy of the near field of `load`, times `share`, to that of tetrahedra.
+    pub fn add_near_field(&self, load: &NodalLoad, share: f64, energies: &mut [f64]) {
+        self.near_field(load).for_each(|(tet, energy)| energies[tet] += share * energy);
+    }
+
+    /// Sum of values of tetrahedra, weighted by the energy of the near field of `load`.
+    pub fn near_field_sum(&self, load: &NodalLoad, values: &[f64]) -> f64 {
+        self.near_field(load).map(|(tet, energy)| values[tet] * energy).sum()
+    }
+
+    /// Energy of the near field by tetrahedra behind the faces around the loaded nodes, in proportion to their areas.
+    fn near_field(&self, load: &NodalLoad) -> impl Iterator<Item = (usize, f64)> {
+        let boundary = &self.boundary;
+        load.near.iter().filter(|(_, energy)| *energy > 0.0).flat_map(move |&(node, energy)| {
+            let unit = energy / (3.0 * boundary.areas[node as usize]);
+            let faces = boundary.around(node).iter().map(|&face| face as usize);
+            faces.map(move |face| (boundary.tets[face] as usize, unit * boundary.area(face)))
         })
     }
 

@@ -1,12 +1,14 @@
 //! Nodal forces of contacts.
 
-use super::load_patch::CUT_RADII;
+use super::load_patch::BELL_RADII;
+use super::near_field::{HalfSpace, NearContact, effective_radius, half_space_share};
 use super::{
     BoundaryNodes, ElasticWorkspace, Elasticity, ElasticityError, NearestBoundaryPoint, Support, SurfaceFaces,
 };
 use nalgebra::{Point3, Vector3};
 
-/// Smallest contact radius in spacings (mean edge length of the lattice). Smaller radii are raised to it.
+/// Smallest radius of a load on the lattice, in spacings (mean edge length). Energies of smaller contacts come from the near
+/// field (module `near_field`).
 ///
 /// A narrower bell lies between the nodes, and its energy depends on the lattice instead of the body. Measured error of
 /// the energy of one contact on a block, against a lattice three times as fine, over five places between the nodes: up
@@ -42,11 +44,16 @@ pub struct AppliedContact {
     pub place: Point3<f64>,
     /// Distance from the contact to that point, local.
     pub distance: f64,
-    /// Effective radius, local.
+    /// Effective radius, local: that whose energy is computed.
+    ///
+    /// It is the requested radius where the body near the contact is a half-space. Near edges and on thin walls it is at
+    /// least a part of [`Self::spread`], up to the whole.
+    pub radius: f64,
+    /// Radius of the load on the lattice, local.
     ///
     /// It is the largest of the requested radius, [`RADIUS_SPACINGS_MIN`] spacings, the distance to the nearest corner
     /// of the touched face, and half that to the farthest.
-    pub radius: f64,
+    pub spread: f64,
 }
 
 /// Nodal forces of an impact.
@@ -58,8 +65,17 @@ pub struct NodalLoad {
     pub touches: Vec<AppliedContact>,
     /// Forces that the contacts apply: (node, force), ordered by node.
     pub applied: Vec<(u32, Vector3<f64>)>,
+    /// Energy of the near field, which the lattice does not have: (boundary node, energy), not negative.
+    pub near: Vec<(u32, f64)>,
     /// Rigid acceleration, linear and angular, whose inertial forces are subtracted. Zero unless the body is free.
     pub acceleration: [Vector3<f64>; 2],
+}
+
+impl NodalLoad {
+    /// Energy of the near field, which adds to that of the lattice.
+    pub fn near_energy(&self) -> f64 {
+        self.near.iter().map(|(_, energy)| energy).sum()
+    }
 }
 
 impl Elasticity {
@@ -78,20 +94,22 @@ impl Elasticity {
         load: &mut NodalLoad,
         workspace: &mut ElasticWorkspace,
     ) -> Result<(), ElasticityError> {
-        self.touch(contacts, load, workspace)?;
+        self.touch(contacts, 0.0, load, workspace)?;
         self.balance(load);
         Ok(())
     }
 
     /// As [`Self::load`], but without the nodal forces.
     ///
-    /// A reduced displacement does not need them; [`Self::balance`] adds them for a solve.
+    /// A reduced displacement does not need them; [`Self::balance`] adds them for a solve. Loads of contacts in a half-space
+    /// get at least the radius `spread_min`: their near field has the rest.
     ///
     /// # Errors
     /// Those of [`Self::load`].
     pub fn touch(
         &self,
         contacts: &[ContactLoad],
+        spread_min: f64,
         load: &mut NodalLoad,
         workspace: &mut ElasticWorkspace,
     ) -> Result<(), ElasticityError> {
@@ -101,13 +119,27 @@ impl Elasticity {
         load.forces.clear();
         load.touches.clear();
         load.applied.clear();
+        load.near.clear();
+        workspace.near.clear();
         load.acceleration = [Vector3::zeros(); 2];
         for (index, contact) in contacts.iter().enumerate() {
             check(index, contact)?;
-            let touch = self.reach(index, contact, workspace)?;
+            let touch = self.reach(index, contact, spread_min, workspace)?;
             load.applied.extend(workspace.patch.forces(contact.impulse));
             load.touches.push(touch);
+            let first = load.near.len();
+            if touch.radius < touch.spread {
+                load.near.extend(workspace.patch.shares());
+            }
+            workspace.near.push(NearContact {
+                place: touch.place,
+                normal: workspace.patch.normal,
+                force: contact.impulse,
+                radii: [touch.radius, touch.spread],
+                shares: first..load.near.len(),
+            });
         }
+        self.near_energies(load, workspace);
         // Sorted by node, so that opposite forces cancel exactly.
         load.applied.sort_by_key(|(node, _)| *node);
         load.applied.dedup_by(|next, own| {
@@ -119,6 +151,27 @@ impl Elasticity {
             load.acceleration = self.inertia.acceleration_of(&load.applied);
         }
         Ok(())
+    }
+
+    /// Turns the shares of the near field into energies.
+    fn near_energies(&self, load: &mut NodalLoad, workspace: &mut ElasticWorkspace) {
+        if load.near.is_empty() {
+            return;
+        }
+        let ElasticWorkspace { near, works, .. } = workspace;
+        HalfSpace { poisson: self.lame.poisson() }.works(near, works);
+        let whole: f64 = works.iter().sum();
+        let gains = near
+            .iter()
+            .zip(works.iter())
+            .filter(|own| !own.0.shares.is_empty())
+            .map(|(own, work)| (own, work.max(0.0)));
+        let gained: f64 = gains.clone().map(|(_, work)| work).sum();
+        // Contacts on which the others do negative work take no energy, and neither does a whole that shrinks.
+        let factor = if gained > 0.0 { whole.max(0.0) / gained } else { 0.0 };
+        for (own, work) in gains {
+            load.near[own.shares.clone()].iter_mut().for_each(|(_, energy)| *energy *= work * factor);
+        }
     }
 
     /// Writes the nodal forces of the applied contacts, unless they are already present.
@@ -167,6 +220,7 @@ impl Elasticity {
         &self,
         index: usize,
         contact: &ContactLoad,
+        spread_min: f64,
         workspace: &mut ElasticWorkspace,
     ) -> Result<AppliedContact, ElasticityError> {
         let nearest = self.boundary.nearest(&contact.point).ok_or(ElasticityError::EmptyLattice)?;
@@ -179,9 +233,22 @@ impl Elasticity {
         let corners = self.boundary.corners(nearest.face).map(|corner| (corner - nearest.place).norm());
         let [near, far] =
             [corners.iter().fold(f64::INFINITY, |a, b| a.min(*b)), corners.iter().fold(0.0, |a, b| b.max(a))];
-        let radius = contact.radius.max(RADIUS_SPACINGS_MIN * self.spacing).max(near).max(far / CORNER_RADII);
-        spread(&self.boundary, &nearest, radius, workspace);
-        Ok(AppliedContact { place: nearest.place, distance: nearest.distance, radius })
+        let least = contact.radius.max(RADIUS_SPACINGS_MIN * self.spacing).max(near).max(far / CORNER_RADII);
+        let mut wide = least.max(spread_min);
+        let mut share = self.spread(&nearest, contact.radius, wide, workspace);
+        if wide > least && share < 1.0 {
+            wide = least;
+            share = self.spread(&nearest, contact.radius, wide, workspace);
+        }
+        let radius = effective_radius(contact.radius, wide, share);
+        Ok(AppliedContact { place: nearest.place, distance: nearest.distance, radius, spread: wide })
+    }
+
+    /// Fills the workspace's patch, and returns the share to which the body there is a half-space; 1 for a contact as wide as
+    /// its load.
+    fn spread(&self, nearest: &NearestBoundaryPoint, asked: f64, wide: f64, workspace: &mut ElasticWorkspace) -> f64 {
+        spread(&self.boundary, nearest, wide, workspace);
+        if asked < wide { half_space_share(&self.boundary, nearest, &workspace.patch, wide) } else { 1.0 }
     }
 }
 
@@ -192,7 +259,7 @@ pub(super) fn spread(
     radius: f64,
     workspace: &mut ElasticWorkspace,
 ) {
-    let reached = workspace.front.run(boundary, nearest, CUT_RADII * radius);
+    let reached = workspace.front.run(boundary, nearest, BELL_RADII * radius);
     workspace.patch.fill(boundary, nearest.place, radius, reached);
 }
 

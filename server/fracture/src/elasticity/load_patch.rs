@@ -21,8 +21,11 @@
 use super::BoundaryNodes;
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
 
-/// Radius, in contact radii, beyond which weights are cut off.
-pub(super) const CUT_RADII: f64 = 3.0;
+/// Radius of the bell of a contact, in contact radii, beyond which it is cut off.
+pub const BELL_RADII: f64 = 3.0;
+
+/// exp(−9/2): what the bell of a contact is lowered by, so that it ends at 0.
+pub const BELL_CUT: f64 = 0.011_108_996_538_242_306;
 
 /// Cosine of the angle between the normals of a face and of the patch below which it carries nothing.
 ///
@@ -45,6 +48,8 @@ const IN_LINE: f64 = 1e-3;
 pub(super) struct LoadedNode {
     /// Lattice node.
     node: u32,
+    /// Boundary node.
+    own: u32,
     /// Share of the force.
     weight: f64,
     /// Position relative to the weighted center.
@@ -59,6 +64,10 @@ pub(super) struct LoadPatch {
     center: Vector3<f64>,
     /// Inverse of S, without the axes that have no arm.
     inverse: Matrix3<f64>,
+    /// Mean outward normal of the faces around the nodes; zero if they have none.
+    pub(super) normal: Vector3<f64>,
+    /// Length of the mean of the normals by area: 1 if the patch is even.
+    pub(super) evenness: f64,
 }
 
 impl LoadPatch {
@@ -66,11 +75,13 @@ impl LoadPatch {
     ///
     /// `reached` are boundary nodes and their distances from the contact's place.
     pub(super) fn fill(&mut self, boundary: &BoundaryNodes, place: Point3<f64>, radius: f64, reached: &[(u32, f64)]) {
-        let bell = reached.iter().map(|&(node, distance)| (node, pulse_shape(distance / radius)));
-        let normal = mean_normal(boundary, bell.clone());
+        let bells = reached.iter().map(|&(node, distance)| (node, bell(distance / radius)));
+        let (normal, evenness) = mean_normal(boundary, bells.clone());
+        (self.normal, self.evenness) = (normal, evenness);
         self.nodes.clear();
-        self.nodes.extend(bell.map(|(node, bell)| LoadedNode {
+        self.nodes.extend(bells.map(|(node, bell)| LoadedNode {
             node: boundary.nodes[node as usize],
+            own: node,
             weight: facing_area(boundary, node, &normal) * bell,
             arm: boundary.positions[node as usize] - place,
         }));
@@ -92,6 +103,11 @@ impl LoadPatch {
         let spin = self.inverse * force.cross(&self.center);
         self.nodes.iter().map(move |own| (own.node, (force + spin.cross(&own.arm)) * own.weight))
     }
+
+    /// Shares of the force: (boundary node, share).
+    pub(super) fn shares(&self) -> impl Iterator<Item = (u32, f64)> {
+        self.nodes.iter().map(|own| (own.own, own.weight))
+    }
 }
 
 /// Inverse of a symmetric positive matrix, zero along axes with an eigenvalue of nearly zero.
@@ -102,10 +118,11 @@ fn inverse(tensor: Matrix3<f64>) -> Matrix3<f64> {
     eigenvectors * Matrix3::from_diagonal(&inverted) * eigenvectors.transpose()
 }
 
-/// Mean normal of the faces around boundary nodes, by area and the weights `bell` of the nodes; zero if it has none.
+/// Mean normal of the faces around boundary nodes, by area and the weights `bell` of the nodes, and its length before it is
+/// normalized; zero if it has none.
 ///
 /// Unlike the normal of the face that the contact touches, it is a continuous function of the contact's place.
-fn mean_normal(boundary: &BoundaryNodes, bell: impl Iterator<Item = (u32, f64)>) -> Vector3<f64> {
+fn mean_normal(boundary: &BoundaryNodes, bell: impl Iterator<Item = (u32, f64)>) -> (Vector3<f64>, f64) {
     let (mut sum, mut size) = (Vector3::zeros(), 0.0);
     for (node, bell) in bell {
         let around = boundary.around(node).iter().map(|&face| boundary.doubled_area(face as usize));
@@ -113,7 +130,7 @@ fn mean_normal(boundary: &BoundaryNodes, bell: impl Iterator<Item = (u32, f64)>)
         size += boundary.areas[node as usize] * bell;
     }
     let length = sum.norm();
-    if length > CLOSED * size { sum / length } else { Vector3::zeros() }
+    if length > CLOSED * size { (sum / length, length / (6.0 * size)) } else { (Vector3::zeros(), 0.0) }
 }
 
 /// Area of boundary node `node`, a third of that of the faces around it, as far as these face along `normal`.
@@ -128,7 +145,7 @@ fn facing_area(boundary: &BoundaryNodes, node: u32, normal: &Vector3<f64>) -> f6
     boundary.around(node).iter().map(share).sum()
 }
 
-/// exp(−t²/2) less its value at the cut, so that a node's weight starts at 0 when it enters the patch.
-fn pulse_shape(t: f64) -> f64 {
-    ((-0.5 * t * t).exp() - (-0.5 * CUT_RADII * CUT_RADII).exp()).max(0.0)
+/// The bell of a contact at t radii from its middle. A node's weight starts at 0 when it enters the patch.
+pub fn bell(t: f64) -> f64 {
+    ((-0.5 * t * t).exp() - BELL_CUT).max(0.0)
 }

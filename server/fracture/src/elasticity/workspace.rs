@@ -3,6 +3,7 @@
 use super::force_sums::ForceSums;
 use super::load_front::LoadFront;
 use super::load_patch::LoadPatch;
+use super::near_field::NearContact;
 use crate::sparse::SolveScratch;
 
 /// Products of a reduced basis that are summed in parallel lanes.
@@ -17,6 +18,8 @@ pub struct ElasticWorkspace {
     pub(super) residual: Vec<f64>,
     pub(super) front: LoadFront,
     pub(super) patch: LoadPatch,
+    pub(super) near: Vec<NearContact>,
+    pub(super) works: Vec<f64>,
     pub(super) narrow: Vec<[f32; SIDE]>,
     pub(super) pulled: ForceSums,
     pub(super) gathered: Vec<f64>,

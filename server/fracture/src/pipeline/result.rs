@@ -28,7 +28,7 @@ pub struct ThresholdReport {
     pub strain_j: Option<f64>,
     /// Figures of the criterion by strength and energy; `None`: the paper's criterion decided.
     pub onset: Option<OnsetReport>,
-    /// Largest effective contact radius, m, after raising each to the resolution of the elastic lattice.
+    /// Largest effective contact radius, m: that whose energy was computed.
     pub radius_m: f64,
     /// Largest estimated relative error of the elastic energy, if the displacements of all struck bodies are reduced
     /// ones.

@@ -14,19 +14,14 @@
 //! counted.
 
 use super::stress::equivalent_of;
+use crate::elasticity::{BELL_CUT, BELL_RADII, bell};
 use std::f64::consts::TAU;
-
-/// Radius of the bell in contact radii.
-const RIM: f64 = 3.0;
 
 /// Samples from the center to the rim.
 const SAMPLES: usize = 96;
 
-/// exp(−RIM²/2), which the bell is lowered by.
-const CUT: f64 = 0.011_108_996_538_242_306;
-
 /// Force of the bell over p₀r².
-const FORCE: f64 = TAU * (1.0 - CUT * (1.0 + 0.5 * RIM * RIM));
+const FORCE: f64 = TAU * (1.0 - BELL_CUT * (1.0 + 0.5 * BELL_RADII * BELL_RADII));
 
 /// Contact on a half-space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,20 +39,20 @@ impl NearField {
     ///
     /// `ratio` is σ_t/σ_c; see `equivalent_of`.
     pub fn largest(&self, length: f64, ratio: f64) -> f64 {
-        let step = RIM / SAMPLES as f64;
+        let step = BELL_RADII / SAMPLES as f64;
         let mut sums = [0.0; SAMPLES + 1];
         for sample in 0..SAMPLES {
             let t = (sample as f64 + 0.5) * step;
             sums[sample + 1] = sums[sample] + step * self.equivalent(t, ratio);
         }
         // Beyond the rim, stresses fall with the inverse square: those at the rim times 9/t².
-        let tail = self.equivalent(RIM, ratio) * RIM * RIM;
+        let tail = self.equivalent(BELL_RADII, ratio) * BELL_RADII * BELL_RADII;
         let integral = |t: f64| {
             let (place, sign) = (t.abs() / step, t.signum());
             let index = (place as usize).min(SAMPLES);
             let inside = match sums.get(index + 1) {
                 Some(next) => sums[index] + (place - index as f64) * (next - sums[index]),
-                None => sums[SAMPLES] + tail * (1.0 / RIM - 1.0 / t.abs()),
+                None => sums[SAMPLES] + tail * (1.0 / BELL_RADII - 1.0 / t.abs()),
             };
             sign * inside
         };
@@ -69,10 +64,9 @@ impl NearField {
     /// Equivalent stress at ρ = t·r.
     fn equivalent(&self, t: f64, ratio: f64) -> f64 {
         let peak = self.force / (FORCE * self.radius * self.radius);
-        let bell = (-0.5 * t * t).exp();
-        let pressure = peak * (bell - CUT).max(0.0);
+        let pressure = peak * bell(t);
         // P/(2πρ²).
-        let within = peak * (1.0 - bell - 0.5 * CUT * t * t) / (t * t);
+        let within = peak * (1.0 - (-0.5 * t * t).exp() - 0.5 * BELL_CUT * t * t) / (t * t);
         let stretch = (1.0 - 2.0 * self.poisson) * within;
         let mut principal = [stretch - pressure, -stretch - 2.0 * self.poisson * pressure, -pressure];
         principal.sort_by(|a, b| b.total_cmp(a));
@@ -87,8 +81,7 @@ mod tests {
     #[test]
     fn the_bell_has_the_force_that_it_is_given() {
         let step = 1e-4;
-        let sum: f64 =
-            (0..30_000).map(|k| (k as f64 + 0.5) * step).map(|t| TAU * t * step * ((-0.5 * t * t).exp() - CUT)).sum();
+        let sum: f64 = (0..30_000).map(|k| (k as f64 + 0.5) * step).map(|t| TAU * t * step * bell(t)).sum();
         assert!((sum / FORCE - 1.0).abs() < 1e-7);
     }
 
@@ -100,14 +93,14 @@ mod tests {
         assert!((0.05..0.06).contains(&most), "{most}");
         assert!(contact.equivalent(0.1, 0.05) < 0.0);
         // At the rim: (1 − 2ν) F/(2π·9) under tension, and as much compression across it.
-        let rim = contact.equivalent(RIM, 0.0);
+        let rim = contact.equivalent(BELL_RADII, 0.0);
         assert!((rim - 0.56 * FORCE / (TAU * 9.0)).abs() < 1e-3, "{rim}");
     }
 
     #[test]
     fn a_pulled_contact_has_its_peak_traction_in_the_middle() {
         let contact = NearField { force: -FORCE, radius: 1.0, poisson: 0.22 };
-        assert!((contact.largest(1e-2, 0.05) - (1.0 - CUT)).abs() < 1e-2);
+        assert!((contact.largest(1e-2, 0.05) - (1.0 - BELL_CUT)).abs() < 1e-2);
         // Long averages fall: a pebble is nothing to a length that is much larger.
         let averages = [1.0, 10.0, 100.0].map(|length| contact.largest(length, 0.05));
         assert!(

@@ -69,7 +69,7 @@ fn uniform_gravity_and_rigid_spin_cancel() {
 }
 
 #[test]
-fn the_whole_force_is_applied_with_the_radius_that_is_reported() {
+fn the_whole_force_is_applied_with_the_radii_that_are_reported() {
     let lattice = block([4, 4, 4], 0.2);
     let body = free(&lattice, 0.2);
     let anchored =
@@ -79,9 +79,10 @@ fn the_whole_force_is_applied_with_the_radius_that_is_reported() {
     assert!((sum - Vector3::new(1.0, 2.0, 3.0)).norm() < 1e-13);
     let touch = load.touches[0];
     assert!((touch.distance - 0.01).abs() < 1e-12 && (touch.place - Point3::new(0.4, 0.05, 0.1)).norm() < 1e-12);
-    assert_eq!(touch.radius, RADIUS_SPACINGS_MIN * body.spacing());
+    assert_eq!(touch.spread, RADIUS_SPACINGS_MIN * body.spacing());
+    assert!(touch.radius >= 0.02 && touch.radius <= touch.spread);
     let wide = super::load(&body, &[contact([0.4, 0.0, 0.0], [1.0, 0.0, 0.0], 0.5)]);
-    assert_eq!(wide.touches[0].radius, 0.5);
+    assert_eq!([wide.touches[0].radius, wide.touches[0].spread], [0.5; 2]);
 }
 
 /// Two legs half a cell apart: a contact on one must not load the other.

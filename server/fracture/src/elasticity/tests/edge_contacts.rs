@@ -110,7 +110,7 @@ proptest! {
         prop_assert!(force < 1e-12 && moment < 1e-10, "{name}: force {force:e}, moment {moment:e}");
         // No face of these lattices needs a larger radius than the spacing.
         let radius = radius.max(RADIUS_SPACINGS_MIN * body.spacing());
-        prop_assert_eq!(load(body, &[contact]).touches[0].radius, radius);
+        prop_assert_eq!(load(body, &[contact]).touches[0].spread, radius);
     }
 }
 
@@ -245,7 +245,7 @@ fn forces_do_not_depend_on_the_unit_of_length_or_on_earlier_contacts() {
     assert_eq!(load(&larger, &[scaled]).applied, expected);
     let (mut load, mut workspace) = (NodalLoad::default(), ElasticWorkspace::default());
     for contact in [own, ContactLoad { point: -own.point, radius: 0.5, ..own }, own] {
-        body.touch(&[contact], &mut load, &mut workspace).unwrap();
+        body.touch(&[contact], 0.0, &mut load, &mut workspace).unwrap();
     }
     assert_eq!(load.applied, expected);
 }

@@ -7,6 +7,8 @@
 //! or its tensile part). Then E_1 ≤ ρ²U_d ≤ ρ²U ≤ ρ²·½f'W⁻¹f/σ. The transfer to the crack lattice preserves the sum
 //! of the energies.
 //!
+//! The energy of the near field adds to U.
+//!
 //! This holds for K u = f. A computed u has a residual r, and solves the load f − r exactly, which is in equilibrium
 //! like f. Its energy is therefore at most (1 + |r|/|f|)² times the bound, with |·|² = (·)'W⁻¹(·). [`SLACK`] exceeds
 //! the effect of rounding and of any residual that is accepted as a solution. A reduced displacement is a projection,
@@ -16,7 +18,7 @@ use super::object::{PreparedBody, PreparedObject};
 use super::parameters::DisplacementMethod;
 use crate::cancel_token::{CancelToken, Canceled};
 use crate::degree;
-use crate::elasticity::{EigenvalueLowerBound, Elasticity, ElasticityError};
+use crate::elasticity::{EigenvalueLowerBound, Elasticity, ElasticityError, NodalLoad};
 use crate::lift::LiftKind;
 use std::ops::RangeInclusive;
 
@@ -76,10 +78,11 @@ impl EnergyUpperBound {
         [self.floor.value(), euclidean, interior, surface_diffusion]
     }
 
-    /// Upper bound of E_1 under `forces`, local; `None` if the lift's first-moment bound is unknown.
-    pub(in crate::pipeline) fn first_moment(&self, kind: LiftKind, forces: &[f64]) -> Option<f64> {
+    /// Upper bound of E_1 under `load`, which is balanced, local; `None` if the lift's first-moment bound is unknown.
+    pub(in crate::pipeline) fn first_moment(&self, kind: LiftKind, load: &NodalLoad) -> Option<f64> {
+        let energy = self.floor.energy(&load.forces) + load.near_energy();
         let reach = LIFTS.iter().zip(self.reaches).find(|(own, _)| **own == kind).map(|(_, reach)| reach);
-        reach.filter(|reach| *reach != UNKNOWN).map(|reach| (1.0 + SLACK) * reach * self.floor.energy(forces))
+        reach.filter(|reach| *reach != UNKNOWN).map(|reach| (1.0 + SLACK) * reach * energy)
     }
 
     /// Memory, bytes.

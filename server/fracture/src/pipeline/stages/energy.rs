@@ -7,11 +7,12 @@ use super::contact_set::ContactSet;
 use super::falloff::falloff;
 use super::onset::{StressPeak, StressedBody};
 use crate::cancel_token::CancelToken;
-use crate::elasticity::{DrivingEnergy, ElasticityError, NodalLoad, ReducedBasis};
+use crate::elasticity::{DrivingEnergy, Elasticity, ElasticityError, NodalLoad, ReducedBasis};
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::anchored::AnchoredBody;
 use crate::pipeline::prepared::object::{ElasticModel, PreparedObject};
 use crate::pipeline::prepared::parameters::DisplacementMethod;
+use crate::pipeline::prepared::reduction::TRAINED_RADIUS_MIN;
 use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::pipeline::request::stage::Stage;
@@ -35,7 +36,7 @@ pub struct BodyEnergy {
     pub peaks: Vec<StressPeak>,
     /// Estimated relative error of the energy if the displacement is a reduced one; `None` if it was solved for.
     pub reduced_error: Option<f64>,
-    /// Largest effective contact radius of the body, m, after raising each to the resolution of the lattice.
+    /// Largest effective contact radius of the body, m: that whose energy was computed.
     pub radius_m: f64,
 }
 
@@ -92,7 +93,11 @@ pub(in crate::pipeline) fn apply(
         let own = held.and_then(|held| held.body(*index));
         let elasticity = own.map_or(&prepared.solid(*index)?.elasticity, |own| &own.elasticity);
         let stage = observer.stage(Stage::Load);
-        let touched = elasticity.touch(contacts, load, &mut workspace.elasticity);
+        // A reduced basis has no smaller loads.
+        let is_reduced = own.is_none() && request.elastic == DisplacementMethod::Reduced;
+        let reduced = is_reduced && prepared.bodies[*index].reduced().is_some();
+        let spread_min = if reduced { TRAINED_RADIUS_MIN } else { 0.0 };
+        let touched = elasticity.touch(contacts, spread_min, load, &mut workspace.elasticity);
         touched.map_err(|source| FractureError::of_body(*index, source))?;
         stage.produced(&load.applied);
     }
@@ -126,15 +131,7 @@ fn deformed(
         observer.part(EffectKind::Elastic, size_of_val(workspace.displacement.as_slice()) as u64);
         let tensile = request.effects.has(EffectKind::Tensile).then(|| observer.effect(EffectKind::Tensile));
         let driving = if tensile.is_some() { DrivingEnergy::Tensile } else { DrivingEnergy::Total };
-        let Workspace { displacement, tet_energy, .. } = workspace;
-        match solid.reduced.as_ref().filter(|_| strained.reduced_error.is_some()) {
-            Some(basis) => {
-                let reduced = (displacement.as_slice(), strained.energy);
-                basis.tet_energy((elasticity, &solid.lattice), reduced, driving, tet_energy, cancel)
-            }
-            None => elasticity.tet_energy(&solid.lattice, displacement, driving, tet_energy, cancel),
-        }
-        .map_err(failed)?;
+        tet_energies((solid, elasticity), strained, driving, place, workspace, cancel).map_err(failed)?;
         if let Some(tensile) = tensile {
             tensile.produced(&workspace.tet_energy);
         }
@@ -143,8 +140,8 @@ fn deformed(
             let has_node_strains =
                 strained.reduced_error.is_some() && solid.reduced.as_ref().is_some_and(ReducedBasis::has_node_strains);
             let deformation = match has_node_strains {
-                true => Deformation::NodeStrains(displacement),
-                false => Deformation::Displacement(displacement),
+                true => Deformation::NodeStrains(&workspace.displacement),
+                false => Deformation::Displacement(&workspace.displacement),
             };
             let stressed = StressedBody { place, solid, elasticity, deformation, load: &workspace.loads[place] };
             peaks = stressed.peaks(prepared, contacts)?;
@@ -164,13 +161,42 @@ fn deformed(
             body: *index,
             shares,
             energy_j: total * unit_j,
-            strain_j: Some(strained.energy * unit_j),
+            strain_j: Some((strained.energy + workspace.loads[place].near_energy()) * unit_j),
             peaks,
             reduced_error: strained.reduced_error,
             radius_m: radius_m(prepared, &workspace.loads[place]),
         });
     }
     Ok(energies)
+}
+
+/// Writes the energies of the tetrahedra under load `place` of the workspace, with its near field.
+fn tet_energies(
+    (solid, elasticity): (&ElasticModel, &Elasticity),
+    strained: StrainEnergy,
+    driving: DrivingEnergy,
+    place: usize,
+    workspace: &mut Workspace,
+    cancel: &CancelToken,
+) -> Result<(), ElasticityError> {
+    let Workspace { displacement, tet_energy, loads, .. } = workspace;
+    let load = &loads[place];
+    let mut fill = |driving: DrivingEnergy| {
+        match solid.reduced.as_ref().filter(|_| strained.reduced_error.is_some()) {
+            Some(basis) => {
+                let reduced = (displacement.as_slice(), strained.energy);
+                basis.tet_energy((elasticity, &solid.lattice), reduced, driving, tet_energy, cancel)
+            }
+            None => elasticity.tet_energy(&solid.lattice, displacement, driving, tet_energy, cancel),
+        }?;
+        Ok::<_, ElasticityError>(elasticity.near_field_sum(load, tet_energy))
+    };
+    // The near field drives cracks to the share to which the tetrahedra do that it adds to.
+    let splits = driving == DrivingEnergy::Tensile && load.near_energy() > 0.0;
+    let whole = if splits { fill(DrivingEnergy::Total)? } else { 0.0 };
+    let own = fill(driving)?;
+    elasticity.add_near_field(load, if whole > 0.0 { own / whole } else { 1.0 }, tet_energy);
+    Ok(())
 }
 
 /// Energy of a displacement.

@@ -5,7 +5,7 @@
 
 use super::contact_set::ContactSet;
 use super::energy::BodyEnergy;
-use crate::elasticity::{Elasticity, NodalLoad};
+use crate::elasticity::{AppliedContact, Elasticity, NodalLoad};
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::{ElasticModel, PreparedObject};
 use crate::strength::{
@@ -14,7 +14,7 @@ use crate::strength::{
 };
 use nalgebra::Vector3;
 
-/// Radius in contact radii within which the stress is that of a half-space.
+/// Radius in radii of the lattice's load within which the stress is that of a half-space.
 const NEAR_RADII: f64 = 2.0;
 
 /// Place of a body with a large stress.
@@ -50,8 +50,8 @@ impl StressedBody<'_> {
         let unit = contacts.peak_force_n / (prepared.frame.diagonal_m.powi(2) * constants.strength_pa);
         let ratio = constants.strength_pa / constants.compressive_strength_pa;
         let (index, own) = &contacts.bodies[self.place];
-        let zone =
-            |touch: &crate::elasticity::AppliedContact| tables.zone(elasticity, touch.place, NEAR_RADII * touch.radius);
+        // The lattice has the stress of its own load, which may be wider than the contact.
+        let zone = |touch: &AppliedContact| tables.zone(elasticity, touch.place, NEAR_RADII * touch.spread);
         let zones: Vec<Option<ContactZone>> = load.touches.iter().map(zone).collect();
         let counted: Vec<ContactZone> = zones.iter().flatten().copied().collect();
         let (length, _) = averaging_length(prepared, &constants, elasticity);

@@ -31,7 +31,7 @@ pub(in crate::pipeline) fn below(
         prepared.lift(*body, strike.lift).ok()?;
         let bound = prepared.bodies[*body].bound.as_ref()?;
         prepared.solid(*body).ok()?.elasticity.balance(load);
-        let first_moment = bound.first_moment(strike.lift, &load.forces)?;
+        let first_moment = bound.first_moment(strike.lift, load)?;
         let own = first_moment * unit;
         most = Some(own).filter(|own| own.is_normal() && *own <= 1.0)?.max(most);
     }

@@ -5,9 +5,9 @@
 use crate::pipeline::contact::ImpactContact;
 use crate::pipeline::prepared::object::{PreparedBody, PreparedObject};
 use crate::pipeline::prepared::parameters::DisplacementMethod;
+use crate::pipeline::prepared::reduction::TRAINED_RADIUS_MIN;
 use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::random::RandomStream;
-use crate::scene::DEFAULT_RADIUS_DIAGONALS;
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::TAU;
 
@@ -17,12 +17,8 @@ const TWO_CONTACTS: f64 = 0.2;
 /// Smallest cosine of the angle between a direction and the inward normal.
 const COSINE_MIN: f64 = 0.5;
 
-/// Range of the radii over the default radius, from just below it, so that it is inside the range, to four times it.
-///
-/// Chosen by the relative energy error of the bunny's reduced basis: 0.5 % with this range; 2.3 % from 0.7 on; 4.5 %
-/// with half of the contacts at the default itself. Smaller contacts need a larger basis, because several hundred of
-/// them fit on a surface.
-const RADIUS_FACTORS: [f64; 2] = [0.95, 4.0];
+/// Largest radius over the smallest.
+const RADIUS_RANGE: f64 = 4.0 / 0.95;
 
 /// Random source of impacts over all bodies of an object.
 pub struct ImpactSampler<'a> {
@@ -70,8 +66,7 @@ impl<'a> ImpactSampler<'a> {
         let (point, inward) = self.point(stream);
         let cosine = 1.0 - (1.0 - COSINE_MIN) * stream.uniform();
         let (turn, magnitude) = (TAU * stream.uniform(), 1.0 - 0.5 * stream.uniform());
-        let [least, greatest] = RADIUS_FACTORS;
-        let radius = DEFAULT_RADIUS_DIAGONALS * least * (greatest / least).powf(stream.uniform());
+        let radius = TRAINED_RADIUS_MIN * RADIUS_RANGE.powf(stream.uniform());
         let across = inward.cross(&least_axis(&inward)).normalize();
         let sideways = across * turn.cos() + inward.cross(&across) * turn.sin();
         let direction = inward * cosine + sideways * (1.0 - cosine * cosine).sqrt();
