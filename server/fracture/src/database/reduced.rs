@@ -104,8 +104,9 @@ fn quadratic(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::database::{BakeRequest, load, save};
+    use crate::database::{BakeRequest, Tables, load, save};
     use crate::elasticity::{ContactLoad, ElasticWorkspace, NodalLoad};
+    use crate::lift::LiftKind;
     use crate::pipeline::{ElementChoice, ReductionErrors};
     use crate::scene::Material;
     use crate::surface::shapes;
@@ -144,14 +145,26 @@ mod tests {
         assert!((0.8..1.0 + 1e-4).contains(&share), "{share}");
     }
 
-    #[test]
-    fn a_basis_without_data_to_complete_displacements_is_loaded() {
-        let request = BakeRequest {
+    fn quadratic_plate() -> BakeRequest {
+        BakeRequest {
             elastic_spacing: Some(0.06),
             crack_spacing: Some(0.06),
             elements: ElementChoice::Quadratic,
             ..BakeRequest::new("plate", "glass", Material::named("glass").unwrap())
-        };
+        }
+    }
+
+    #[test]
+    fn quadratic_bodies_of_scenes_without_interior_lift_have_a_basis() {
+        let tables = Tables { elastic: true, ..Tables::NONE };
+        let request = BakeRequest { tables, ..quadratic_plate() };
+        let plate = request.bake(shapes::cuboid([0.4, 0.3, 0.05])).unwrap();
+        assert!(plate.bodies[0].lift(LiftKind::Interior).is_none() && plate.reduction.is_some());
+    }
+
+    #[test]
+    fn a_basis_without_data_to_complete_displacements_is_loaded() {
+        let request = quadratic_plate();
         let mut plate = request.bake(shapes::cuboid([0.4, 0.3, 0.05])).unwrap();
         let solid = plate.bodies[0].solid.as_mut().unwrap();
         let basis = solid.reduced.take().unwrap();

@@ -218,8 +218,10 @@ fn trial(
                 Ok::<_, FractureError>(CompletedTrial { gain: own.gain, energy_error, density_error })
             })
             .transpose()?;
+        // Objects of scenes may lack the interior lift.
+        let lift = body.lift(LiftKind::Interior).map_or_else(|| prepared.lift(*index, LiftKind::Euclidean), Ok)?;
         let [own, wanted] = [(shares, ratio), (solved.shares, 1.0)].map(|(mut shares, ratio)| {
-            let field = EnergyField::new(prepared.lift(*index, LiftKind::Interior)?, &body.volumes, &mut shares)
+            let field = EnergyField::new(lift, &body.volumes, &mut shares)
                 .map_err(|source| FractureError::Field { body: *index, source })?;
             let unit = solved.energy_j * ratio * prepared.frame.diagonal_m.powi(2);
             Ok::<_, FractureError>(degree::closed_form(&field, &body.slenderness, prepared.gamma_j_m2 / unit))
