@@ -56,7 +56,7 @@ pub struct BakeSize {
     /// Size of the factors in the requested precision, bytes. At equal numbers of nodes, balls need three times as much
     /// as rods.
     pub factor_bytes: u64,
-    /// What the factors take beyond that if single precision was requested and is too inaccurate, bytes.
+    /// Additional size of the factors if single precision was requested and is too inaccurate, bytes.
     pub double_precision_bytes: u64,
     /// Operations to compute the factors. At equal numbers of nodes, balls need ten times as many as rods.
     pub factor_operations: u64,
