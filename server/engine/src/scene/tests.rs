@@ -113,8 +113,8 @@ fn a_database_is_baked_for_all_objects_that_are_made_of_it() {
     assert_eq!(request("elastic_spacing = 0.03\nmaterial = \"plaster\"").elastic_spacing, Some(0.03));
     let surfaces = ["", "surface = \"lattice\"", "surface = \"exact\""].map(|key| request(key).surface);
     assert_eq!(surfaces, [SurfaceKind::Exact, SurfaceKind::Lattice, SurfaceKind::Exact]);
-    let elements = ["", "elements = \"auto\""].map(|key| request(key).elements);
-    assert_eq!(elements, [ElementChoice::Linear, ElementChoice::Auto]);
+    let elements = ["", "elements = \"linear\""].map(|key| request(key).elements);
+    assert_eq!(elements, [ElementChoice::Auto, ElementChoice::Linear]);
     assert_eq!(request("quality = \"film\"").quality, pipeline::Preset::Film, "finer lattices serve coarser requests");
     let reversed = both(&format!("{STATUE}\neffects = []"), "").recipes().unwrap()["statue"].bake("statue").unwrap().1;
     assert_eq!(reversed.tables, alone.tables);

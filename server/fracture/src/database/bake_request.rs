@@ -74,7 +74,7 @@ impl BakeRequest {
             elastic: DisplacementMethod::Reduced,
             factor: Precision::F64,
             surface: SurfaceKind::Exact,
-            elements: ElementChoice::Linear,
+            elements: ElementChoice::Auto,
             tables: Tables::ALL,
             seed: 0,
             allows_severed: true,

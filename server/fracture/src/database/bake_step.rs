@@ -4,7 +4,7 @@ use super::BakeRequest;
 use crate::conforming::boundary_count;
 use crate::elasticity::ElementOrder;
 use crate::lattice::Lattice;
-use crate::pipeline::{BakeParameters, ElasticModel, REFINED_NODES_MAX, SurfaceKind};
+use crate::pipeline::{BASIS_BYTES_MAX, BakeParameters, ElasticModel, REFINED_NODES_MAX, SurfaceKind};
 use crate::surface::Surface;
 
 /// Steps of a bake in order, for display.
@@ -172,6 +172,12 @@ impl BakeSize {
         (SNAPSHOTS[0] * self.examples as f64).max(SNAPSHOTS[1])
     }
 
+    /// Largest number of displacements of the basis of quadratic elements.
+    fn rank(&self) -> f64 {
+        let most = BASIS_BYTES_MAX / (3 * size_of::<f32>() * self.quadratic_nodes.max(1));
+        self.snapshots().min(SNAPSHOTS[2]).min(most as f64)
+    }
+
     /// Approximate memory of the object in a daemon, bytes: the least and the most. They differ with an exact surface, which takes more
     /// tetrahedra per triangle where it is round and finely divided.
     pub fn held_bytes(&self) -> [u64; 2] {
@@ -182,7 +188,7 @@ impl BakeSize {
             0 => 0.0,
             triangles => HELD_EXACT[0] * self.crack_nodes as f64 + HELD_EXACT[1] * triangles as f64,
         };
-        let basis = QUADRATIC_BASIS * self.snapshots().min(SNAPSHOTS[2]) * self.quadratic_nodes as f64;
+        let basis = QUADRATIC_BASIS * self.rank() * self.quadratic_nodes as f64;
         let round = EXACT_ROUND * self.exact_triangles as f64;
         let usual = self.factor_bytes + self.edge_bytes + (lattices + exact + basis) as u64;
         let [least, most] = match self.exact_triangles {

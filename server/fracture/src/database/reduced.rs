@@ -57,7 +57,7 @@ pub(super) fn reduced(
     if elasticity.order() == ElementOrder::Linear {
         return Ok(Some(ReducedBasis::stored(elasticity, rank, entries, gram, estimate)));
     }
-    let tables = quadratic(contents, index, elasticity.size(), rank)?;
+    let tables = quadratic(contents, index, elasticity.size(), &entries, rank)?;
     Ok(Some(ReducedBasis::stored_quadratic(elasticity, entries, gram, tables, estimate)))
 }
 
@@ -70,11 +70,12 @@ fn estimate(contents: &ContainerContents, tensor: String) -> Result<ErrorEstimat
     }
 }
 
-/// The tables of a basis of quadratic displacements of body `index`, which has `size` unknowns of nodes.
+/// The tables of a basis of quadratic displacements of body `index`, which has `size` unknowns of nodes, and this `basis`.
 fn quadratic(
     contents: &ContainerContents,
     index: usize,
     size: usize,
+    basis: &[f32],
     rank: usize,
 ) -> Result<QuadraticTables, DatabaseError> {
     let rows = |part: &str, rows: usize| {
@@ -89,6 +90,7 @@ fn quadratic(
     };
     let (strains, weighted) = (rows("strains", 2 * size)?, rows("weighted", size)?);
     let inertial = contents.f64(&name(index, "inertial"), Some(QuadraticTables::INERTIAL), rank)?;
+    stored_values::inertial(&name(index, "inertial"), rank, &inertial, [basis, &weighted])?;
     // Files of earlier versions have none.
     let completion = if contents.holds(&name(index, "forces")) {
         Some(CompletionTables {

@@ -25,6 +25,10 @@ const LIFT_MAX: f64 = 1e6;
 /// Largest entry of a reduced basis, local. Its squares and products stay finite in single precision.
 const BASIS_MAX: f32 = 1e12;
 
+/// Largest work of a displacement with the inertial forces of a unit acceleration, over its largest entry, local.
+/// Measured: 0.03 on the mug, 0.01 on the statue.
+const WORK_MAX: f64 = 1.0;
+
 /// Relative rounding error allowed in a sum. Measured: sums of 60,000 shares were off by 1e-13.
 const SUM_TOLERANCE: f64 = 1e-9;
 
@@ -148,6 +152,29 @@ pub(super) fn lift(tensor: &str, values: &[f64]) -> Result<(), DatabaseError> {
 /// Checks entries of a reduced basis.
 pub(super) fn basis(tensor: &str, values: &[f32]) -> Result<(), DatabaseError> {
     all(tensor, values, "a displacement of unit energy", |value| value.abs() <= f64::from(BASIS_MAX))
+}
+
+/// Checks the work of a basis with inertial forces, one row of `rank` entries per acceleration, by the largest of the
+/// `displacements` of each column: the object's volume and all arms are below one.
+pub(super) fn inertial(
+    tensor: &str,
+    rank: usize,
+    values: &[f64],
+    displacements: [&[f32]; 2],
+) -> Result<(), DatabaseError> {
+    let largest = displacements.map(|rows| {
+        let mut largest = vec![0.0f64; rank];
+        for row in rows.chunks_exact(rank) {
+            largest.iter_mut().zip(row).for_each(|(largest, own)| *largest = largest.max(f64::from(own.abs())));
+        }
+        largest
+    });
+    let half = values.len() / 2;
+    let most = |index: usize| WORK_MAX * largest[index / half][index % rank];
+    match (0..values.len()).find(|&index| values[index].abs() > most(index)) {
+        Some(index) => Err(implausible(tensor, index, values[index], "the work of a displacement with its inertia")),
+        None => Ok(()),
+    }
 }
 
 /// Checks texture coordinates.

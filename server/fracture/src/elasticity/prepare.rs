@@ -145,9 +145,11 @@ impl Elasticity {
 
     /// Returns the same body, anchored at `nodes` and factored. It shares everything but the factor with `self`.
     ///
+    /// Its elements are linear if `order` is or those of `self` are.
+    ///
     /// # Errors
     /// Those of [`Self::check_anchors`] and [`Self::factor`], and [`ElasticityError::Canceled`].
-    pub fn anchored(&self, nodes: Vec<u32>, token: &CancelToken) -> Result<Self, ElasticityError> {
+    pub fn anchored(&self, nodes: Vec<u32>, order: ElementOrder, token: &CancelToken) -> Result<Self, ElasticityError> {
         self.check_anchors(&nodes)?;
         let held = Self {
             lame: self.lame,
@@ -161,7 +163,7 @@ impl Elasticity {
             elements: self.elements.clone(),
             boundary: self.boundary.clone(),
             inertia: self.inertia.clone(),
-            edges: self.edges.clone(),
+            edges: self.edges.clone().filter(|_| order == ElementOrder::Quadratic),
             spacing: self.spacing,
             tets: self.tets,
         };

@@ -63,6 +63,7 @@ impl PreparedObject {
     /// Those of [`Self::anchor_nodes`], and [`AnchorError::Canceled`].
     pub fn anchor(&mut self, anchors: &Anchors, token: &CancelToken) -> Result<(), AnchorError> {
         let anchored_nodes = self.anchor_nodes(anchors)?;
+        let order = self.parameters.elements.unreduced();
         let mut bodies = Vec::with_capacity(anchored_nodes.nodes.len());
         for (body, nodes) in anchored_nodes.nodes.into_iter().enumerate() {
             let solid = self.bodies[body].solid.as_ref().ok_or(AnchorError::ElasticityUnprepared { body })?;
@@ -70,7 +71,7 @@ impl PreparedObject {
                 ElasticityError::Canceled(canceled) => AnchorError::Canceled(canceled),
                 source => AnchorError::Loose { body, regions: named(0..anchors.regions.len()), source },
             };
-            let own = (!nodes.is_empty()).then(|| AnchoredBody::new(&solid.elasticity, nodes, anchors, token));
+            let own = (!nodes.is_empty()).then(|| AnchoredBody::new(&solid.elasticity, (nodes, order), anchors, token));
             bodies.push(own.transpose().map_err(failed)?);
         }
         self.held = Some(AnchoredObject::new(anchors.clone(), bodies));

@@ -7,7 +7,7 @@
 //! of F and volumes are in L³. The weight is then ρL³/F times that of unit density, and so is its displacement.
 
 use crate::cancel_token::{CancelToken, Canceled};
-use crate::elasticity::{ElasticWorkspace, Elasticity, ElasticityError};
+use crate::elasticity::{ElasticWorkspace, Elasticity, ElasticityError, ElementOrder};
 use crate::memory::held;
 use crate::scene::Anchors;
 use nalgebra::Vector3;
@@ -22,6 +22,7 @@ pub struct AnchoredObject {
 /// An anchored body.
 pub struct AnchoredBody {
     /// Elasticity with the anchored nodes fixed. It shares all tables but its factor with the free body.
+    /// The elements are those of [`ElementChoice::unreduced`](super::parameters::ElementChoice::unreduced).
     pub elasticity: Elasticity,
     /// Its weight; `None`: no gravity.
     pub weight: Option<Weight>,
@@ -119,11 +120,11 @@ impl AnchoredObject {
 impl AnchoredBody {
     pub(in crate::pipeline) fn new(
         free: &Elasticity,
-        nodes: Vec<u32>,
+        (nodes, order): (Vec<u32>, ElementOrder),
         anchors: &Anchors,
         token: &CancelToken,
     ) -> Result<Self, ElasticityError> {
-        let elasticity = free.anchored(nodes, token)?;
+        let elasticity = free.anchored(nodes, order, token)?;
         let solved = |gravity| {
             let mut displacement = Vec::new();
             let forces = elasticity.weight(&gravity);

@@ -97,8 +97,8 @@ pub struct BakeParameters {
     /// Surface of the fragments that was asked for.
     #[serde(default)]
     pub surface: SurfaceKind,
-    /// Order of the elements that was asked for.
-    #[serde(default)]
+    /// Order of the elements that was asked for. Linear in databases of older versions.
+    #[serde(default = "ElementChoice::linear")]
     pub elements: ElementChoice,
 }
 
@@ -136,10 +136,11 @@ pub struct BakeReport {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ElementChoice {
-    /// Quadratic elements in bodies with few cells across their walls, linear ones in the others.
+    /// Quadratic elements in bodies with few cells across their walls, linear ones in the others, and in bodies that have
+    /// no basis of displacements: anchored ones and fragments.
+    #[default]
     Auto,
     /// Linear elements.
-    #[default]
     Linear,
     /// Quadratic elements.
     Quadratic,
@@ -156,6 +157,20 @@ impl ElementChoice {
             Self::Auto => "auto",
             Self::Linear => "linear",
             Self::Quadratic => "quadratic",
+        }
+    }
+
+    fn linear() -> Self {
+        Self::Linear
+    }
+
+    /// Order of the elements of anchored bodies and fragments. They have no basis, and a solve with quadratic elements takes
+    /// 14 to 26 times as long as one with linear elements.
+    #[must_use]
+    pub fn unreduced(self) -> ElementOrder {
+        match self {
+            Self::Auto | Self::Linear => ElementOrder::Linear,
+            Self::Quadratic => ElementOrder::Quadratic,
         }
     }
 }

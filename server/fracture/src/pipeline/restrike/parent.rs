@@ -83,8 +83,7 @@ impl ParentFragment {
             interior.produced_bytes((body.crack.nodes.len() * size_of::<f64>()) as u64);
         }
         if request.effects.has(EffectKind::Elastic) {
-            let poisson = prepared.parameters.material.poisson;
-            body.solid = Some(solid(prepared.solid(index)?, &body.crack, &representative, poisson, fragment, cancel)?);
+            body.solid = Some(solid(prepared, index, &body.crack, &representative, fragment, cancel)?);
         }
         Ok(Self { prepared: alone(context, index, body), nodes, representative, is_of_nodes: false })
     }
@@ -154,21 +153,23 @@ fn lifted(
 /// Elasticity of the fragment: on its crack lattice, or, if that has too many nodes, on its part of the object's
 /// elastic lattice.
 fn solid(
-    whole: &ElasticModel,
+    prepared: &PreparedObject,
+    index: usize,
     crack: &Lattice,
     representative: &[u32],
-    poisson: f64,
     fragment: u32,
     token: &CancelToken,
 ) -> Result<ElasticModel, FractureError> {
+    let whole = prepared.solid(index)?;
+    let (law, order) =
+        ((prepared.parameters.material.poisson, Precision::F64), prepared.parameters.elements.unreduced());
     let nodes = crack.nodes.len();
     let (lattice, transfer) = if nodes <= SOLVED_NODES_MAX {
         (crack.clone(), EnergyTransfer::identity(crack))
     } else {
         coarse(whole, representative).ok_or(FractureError::FragmentLarge { fragment, nodes })?
     };
-    ElasticModel::new(lattice, transfer, (poisson, Precision::F64), whole.elasticity.order(), token)
-        .map_err(|source| FractureError::of_body(0, source))
+    ElasticModel::new(lattice, transfer, law, order, token).map_err(|source| FractureError::of_body(0, source))
 }
 
 /// The largest connected part of the elastic tetrahedra that pass more than half of their energy to the fragment.

@@ -22,7 +22,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 /// Largest size of one body's basis, bytes; larger lattices get fewer displacements.
-const BASIS_BYTES_MAX: usize = 13 << 20;
+pub(crate) const BASIS_BYTES_MAX: usize = 13 << 20;
 
 /// Largest size of one body's snapshots during the computation, bytes; larger lattices get fewer snapshots.
 const SNAPSHOT_BYTES_MAX: usize = 512 << 20;
