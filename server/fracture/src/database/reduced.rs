@@ -135,6 +135,8 @@ mod tests {
         assert_eq!((a.elasticity.order(), b.elasticity.order()), (ElementOrder::Quadratic, ElementOrder::Quadratic));
         assert!(a.reduced.is_some() && a.reduced == b.reduced);
         assert!(b.reduced.as_ref().unwrap().completed_estimate().is_some());
+        let [bound, stored] = [&plate, &loaded].map(|object| object.bodies[0].bound.as_ref().unwrap());
+        assert_eq!(bound, stored);
         // The basis holds most of the energy of another contact.
         let reduced = b.reduced.as_ref().unwrap();
         let point = plate.frame.to_local(&Point3::new(0.07, 0.05, 0.02));

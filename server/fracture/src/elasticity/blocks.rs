@@ -4,6 +4,7 @@ use super::element::Element;
 use super::strain::Strain;
 use crate::memory::held;
 use crate::simd::SimdLanes;
+use nalgebra::Vector3;
 
 /// Number of tetrahedra per SIMD block.
 pub(super) const SIDE: usize = 4;
@@ -55,6 +56,12 @@ impl Block {
         let [a, b, c] = self.gradients;
         let first = std::array::from_fn(|axis| (a[axis] + b[axis] + c[axis]) * -1.0);
         [first, a, b, c]
+    }
+
+    /// Volume and gradients of the tetrahedron at place `lane`.
+    pub(super) fn element(&self, lane: usize) -> Element {
+        let gradients = self.all_gradients().map(|own| Vector3::from(own.map(|component| component.0[lane])));
+        Element { gradients, volume: self.volumes.0[lane] }
     }
 
     /// Strains ε of the tetrahedra `tets`.

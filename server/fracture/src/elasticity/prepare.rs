@@ -151,23 +151,35 @@ impl Elasticity {
     /// Those of [`Self::check_anchors`] and [`Self::factor`], and [`ElasticityError::Canceled`].
     pub fn anchored(&self, nodes: Vec<u32>, order: ElementOrder, token: &CancelToken) -> Result<Self, ElasticityError> {
         self.check_anchors(&nodes)?;
-        let held = Self {
+        let held = self.sharing(self.stiffness.clone(), self.row_rounding, Support::Anchored(nodes));
+        let edges = self.edges.clone().filter(|_| order == ElementOrder::Quadratic);
+        Self { edges, ..held }.factored(token)
+    }
+
+    /// Body of linear elements with another `stiffness` of the same pattern, not yet factored. It shares everything else.
+    pub(super) fn with_stiffness(&self, stiffness: SymmetricMatrix<3>) -> Self {
+        let row_rounding = row_rounding(&stiffness);
+        self.sharing(Arc::new(stiffness), row_rounding, self.support.clone())
+    }
+
+    /// Body of linear elements with another stiffness and support, not yet factored. It shares everything else.
+    fn sharing(&self, stiffness: Arc<SymmetricMatrix<3>>, row_rounding: f64, support: Support) -> Self {
+        Self {
             lame: self.lame,
-            stiffness: self.stiffness.clone(),
-            row_rounding: self.row_rounding,
+            stiffness,
+            row_rounding,
             symbolic: self.symbolic.clone(),
             precision: self.precision,
             factor: OnceLock::new(),
             failed: OnceLock::new(),
-            support: Support::Anchored(nodes),
+            support,
             elements: self.elements.clone(),
             boundary: self.boundary.clone(),
             inertia: self.inertia.clone(),
-            edges: self.edges.clone().filter(|_| order == ElementOrder::Quadratic),
+            edges: None,
             spacing: self.spacing,
             tets: self.tets,
-        };
-        held.factored(token)
+        }
     }
 
     /// Rejects anchors that leave a rigid motion free.

@@ -9,12 +9,15 @@
 //! Based on: O. C. Zienkiewicz, J. P. de S. R. Gago & D. W. Kelly, *The hierarchical concept in finite element
 //! analysis* (Computers & Structures 16, 1983).
 
+mod condensation;
 mod conjugate_gradients;
 mod energy;
 mod load;
 mod product;
 mod restrict;
 
+#[cfg(test)]
+pub(super) use condensation::ElementStiffness;
 pub(super) use energy::{QuadraticEnergies, StrainEnergies};
 pub(super) use restrict::SnapshotRows;
 

@@ -106,3 +106,41 @@ impl PreparedObject {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::BakeRequest;
+    use crate::pipeline::{ElementChoice, FractureRequest, RequestContext, Workspace, strike};
+    use crate::scene::Material;
+    use crate::surface::shapes;
+    use nalgebra::{Point3, Vector3};
+
+    /// Impulses at a plate, by their share of the one that just breaks it.
+    #[test]
+    fn weak_impacts_on_quadratic_elements_end_without_a_solve() {
+        let request = BakeRequest {
+            elastic_spacing: Some(0.06),
+            crack_spacing: Some(0.06),
+            elements: ElementChoice::Quadratic,
+            ..BakeRequest::new("plate", "glass", Material::named("glass").unwrap())
+        };
+        let plate = request.bake(shapes::cuboid([0.4, 0.3, 0.05])).unwrap();
+        let found = |request: &FractureRequest| {
+            let token = Default::default();
+            let context = RequestContext::new(&plate, request, &token, &());
+            strike(context, &mut Workspace::default()).unwrap()
+        };
+        let contact = FractureRequest::at(Point3::new(0.07, 0.05, 0.025), -Vector3::z()).seeded(1);
+        let exact = found(&FractureRequest { threshold_only: true, ..contact.clone() });
+        assert!(!exact.threshold().is_bound);
+        for (share, is_bound) in [(0.001, true), (0.01, true), (0.5, false)] {
+            let mut request = contact.clone();
+            request.contacts[0].impulse_ns *= share * exact.threshold().impulse_factor;
+            let own = found(&request);
+            let (e1, squared) = (own.threshold().e1_over_gamma, share * share);
+            println!("{share} of the threshold: E_1 is {:.1} times that of a solve", e1 / squared);
+            assert_eq!(own.threshold().is_bound, is_bound, "{share}");
+            assert!(own.meshes().is_none() && (!is_bound || e1 >= squared), "{e1} of {squared}");
+        }
+    }
+}
