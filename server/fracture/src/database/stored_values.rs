@@ -285,8 +285,9 @@ pub(super) fn report(own: &BakeReport, frame: &LocalFrame, bodies: &[PreparedBod
     }
     for elastic in &own.elastic {
         numbers("report", &[("elements_across", elastic.elements_across, f64::MIN_POSITIVE..=CELLS_MAX)])?;
-        let error = elastic.discretization_error.unwrap_or(0.0);
-        numbers("report", &[("discretisation_error", error, 0.0..=1.0)])?;
+        let [own, linear] = [elastic.discretization_error, elastic.linear_error].map(|error| error.unwrap_or(0.0));
+        let errors = [("discretisation_error", own, 0.0..=1.0), ("linear_discretisation_error", linear, 0.0..=1.0)];
+        numbers("report", &errors)?;
     }
     if let Some(cracks) = &own.cracks {
         let all = [

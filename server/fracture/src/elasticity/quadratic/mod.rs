@@ -15,7 +15,7 @@ mod load;
 mod product;
 mod restrict;
 
-pub(super) use energy::{QuadraticEnergies, StrainEnergies};
+pub(super) use energy::{QuadraticEnergies, StrainEnergies, corner_strains, energies};
 pub(super) use restrict::SnapshotRows;
 
 use super::element::{Element, Lame};
