@@ -46,7 +46,7 @@ const QUADRATIC_FACTOR: f64 = 1.5;
 
 /// As [`QUADRATIC_FACTOR`], with linear elements.
 ///
-/// On 132 of these strikes (11 lattices): 0.61 to 1.24 times the error. The median of 6 was within a factor of two for 126.
+/// On 132 of these strikes (11 lattices): 0.61 to 1.24 times the error. The median of 6 was within a factor of two for 127.
 const LINEAR_FACTOR: f64 = 1.1;
 
 /// Relative errors of the energies of a body.
