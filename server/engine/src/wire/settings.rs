@@ -1,5 +1,6 @@
 //! Solver settings: accuracy and time of a request, and their values in its result.
 
+use shatter_fracture::elasticity::ElementOrder;
 use shatter_fracture::pipeline::{
     self, DegreeRequest, DisplacementMethod, FractureOutcome, PreparedObject, RequestCost, StopReason, TimeBudget,
 };
@@ -74,7 +75,7 @@ pub(super) struct EffectiveSettings {
     crack_nodes: usize,
     /// Fewest cells across the walls of any body; `None`: unknown.
     elements_across: Option<f64>,
-    /// Largest error of any body's elastic lattice; `None`: unknown.
+    /// Largest error of any body's elastic lattice with the elements that the request uses; `None`: unknown.
     discretization_error: Option<f64>,
     /// Whether reduced displacements were possible.
     pub is_reducible: bool,
@@ -92,6 +93,12 @@ impl EffectiveSettings {
         let planned = request.planned();
         let modes =
             |body: &pipeline::PreparedBody| body.lift(planned.lift).map_or(0, |lift| lift.dimension.saturating_sub(3));
+        let is_linear = request.effects.has(EffectKind::Anchored)
+            && prepared.parameters.elements.unreduced() == ElementOrder::Linear;
+        let discretization_error = match is_linear {
+            true => prepared.report.linear_discretization_error(),
+            false => prepared.report.discretization_error(),
+        };
         let rank = |body: &pipeline::PreparedBody| body.reduced().map_or(0, |reduced| reduced.used(rank_max));
         Self {
             effects,
@@ -104,7 +111,7 @@ impl EffectiveSettings {
             elastic_nodes: prepared.elastic_nodes(),
             crack_nodes: prepared.crack_nodes(),
             elements_across: prepared.report.elements_across(),
-            discretization_error: prepared.report.discretization_error(),
+            discretization_error,
             is_reducible: is_reducible(prepared, &planned),
         }
     }
@@ -160,6 +167,11 @@ fn count(value: usize) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use shatter_fracture::cancel_token::CancelToken;
+    use shatter_fracture::database::{BakeRequest, Tables, bake};
+    use shatter_fracture::pipeline::ElementChoice;
+    use shatter_fracture::scene::{EffectSet, Material};
+    use shatter_fracture::surface::shapes;
 
     #[test]
     fn presets_have_the_same_names_on_the_wire() {
@@ -182,6 +194,39 @@ mod tests {
         let expected =
             pipeline::FractureRequest { iterations_max: 3, elastic: DisplacementMethod::Reduced, ..film.clone() };
         assert_eq!(given(film, &few), expected);
+    }
+
+    /// Anchored bodies are solved for with linear elements, unless quadratic ones were asked for.
+    #[test]
+    fn anchored_requests_tell_the_error_of_their_elements() {
+        let errors = |elements| {
+            let (elastic, tables) = (DisplacementMethod::Solve, Tables { elastic: true, ..Tables::NONE });
+            let spacing = Some(0.05);
+            let request = BakeRequest {
+                elements,
+                elastic,
+                tables,
+                elastic_spacing: spacing,
+                crack_spacing: spacing,
+                surface: pipeline::SurfaceKind::Lattice,
+                ..BakeRequest::new("plate", "glass", Material::named("glass").unwrap())
+            };
+            let mesh = shapes::cuboid([0.4, 0.3, 0.03]);
+            let plate = bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap();
+            let own = pipeline::FractureRequest::at(nalgebra::Point3::origin(), nalgebra::Vector3::x());
+            [EffectSet::of([EffectKind::Elastic]), EffectSet::of([EffectKind::Elastic, EffectKind::Anchored])].map(
+                |effects| {
+                    let own = pipeline::FractureRequest { effects, ..own.clone() };
+                    EffectiveSettings::of(&plate, Effects::default(), Quality::Game, &own, None)
+                        .discretization_error
+                        .unwrap()
+                },
+            )
+        };
+        let [free, anchored] = errors(ElementChoice::Auto);
+        assert!(anchored > 3.0 * free, "{free} and {anchored}");
+        let [free, anchored] = errors(ElementChoice::Quadratic);
+        assert_eq!(free, anchored);
     }
 
     #[test]

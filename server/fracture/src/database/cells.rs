@@ -68,7 +68,7 @@ fn elements(choice: ElementChoice, elements_across: f64) -> ElasticReport {
             (ElementOrder::Quadratic, Some(reason))
         }
     };
-    ElasticReport { order, elements_across, reason, discretization_error: None }
+    ElasticReport { order, elements_across, reason, discretization_error: None, linear_error: None }
 }
 
 #[cfg(test)]

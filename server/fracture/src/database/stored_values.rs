@@ -312,8 +312,9 @@ pub(super) fn report(own: &BakeReport, frame: &LocalFrame, bodies: &[PreparedBod
     }
     for elastic in &own.elastic {
         numbers("report", &[("elements_across", elastic.elements_across, f64::MIN_POSITIVE..=CELLS_MAX)])?;
-        let error = elastic.discretization_error.unwrap_or(0.0);
-        numbers("report", &[("discretisation_error", error, 0.0..=1.0)])?;
+        let [own, linear] = [elastic.discretization_error, elastic.linear_error].map(|error| error.unwrap_or(0.0));
+        let errors = [("discretisation_error", own, 0.0..=1.0), ("linear_discretisation_error", linear, 0.0..=1.0)];
+        numbers("report", &errors)?;
     }
     if let Some(cracks) = &own.cracks {
         let all = [
@@ -439,5 +440,41 @@ pub(super) fn materials(tensor: &str, own: &[u32], names: usize, none: u32) -> R
             Err(DatabaseError::OutOfRange { tensor: tensor.to_owned(), index, value, limit })
         }
         None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cancel_token::CancelToken;
+    use crate::database::{BakeRequest, Tables, bake};
+    use crate::pipeline::{DisplacementMethod, ElementChoice, SurfaceKind};
+    use crate::scene::Material;
+    use crate::surface::shapes;
+
+    #[test]
+    fn errors_of_lattices_are_shares() {
+        let request = BakeRequest {
+            elements: ElementChoice::Quadratic,
+            elastic: DisplacementMethod::Solve,
+            surface: SurfaceKind::Lattice,
+            tables: Tables { elastic: true, ..Tables::NONE },
+            elastic_spacing: Some(0.2),
+            crack_spacing: Some(0.2),
+            ..BakeRequest::new("block", "glass", Material::named("glass").unwrap())
+        };
+        let mut prepared =
+            bake(shapes::cuboid([0.5, 0.4, 0.3]), &request, &CancelToken::default(), &mut |_| ()).unwrap();
+        let own = prepared.report.elastic[0].clone();
+        assert!(own.discretization_error.unwrap() > 0.0 && own.linear_error > own.discretization_error, "{own:?}");
+        let text = serde_json::to_value(&own).unwrap();
+        assert_eq!(text["linear_discretisation_error"].as_f64(), own.linear_error);
+        report(&prepared.report, &prepared.frame, &prepared.bodies).unwrap();
+        for (name, errors) in [("discretisation_error", [1.5, 0.5]), ("linear_discretisation_error", [0.5, -0.1])] {
+            let elastic = &mut prepared.report.elastic[0];
+            (elastic.discretization_error, elastic.linear_error) = (Some(errors[0]), Some(errors[1]));
+            let error = report(&prepared.report, &prepared.frame, &prepared.bodies).unwrap_err().to_string();
+            assert!(error.contains(&format!("{name} ")), "{error}");
+        }
     }
 }

@@ -18,6 +18,7 @@ mod error;
 mod face_search;
 mod force_sums;
 mod inertia;
+mod linear_part;
 mod load;
 mod load_front;
 mod load_patch;
@@ -25,6 +26,7 @@ mod near_field;
 mod prepare;
 mod quadratic;
 mod ray;
+mod recovery;
 mod reduced;
 mod refined;
 mod residual;
@@ -35,6 +37,7 @@ mod strain;
 mod stress;
 #[cfg(test)]
 mod tests;
+mod traction;
 mod workspace;
 
 pub use boundary::BoundaryNodes;

@@ -25,7 +25,7 @@ pub(super) fn at_points(corners: &[Strain<SIDE>; 4]) -> [Strain<SIDE>; 4] {
 
 /// ∫ W over [`SIDE`] tetrahedra whose strains are linear between those at the corners.
 #[inline(always)]
-pub(super) fn energies<const TENSILE: bool>(
+pub(in crate::elasticity) fn energies<const TENSILE: bool>(
     lame: Lame,
     volumes: SimdLanes<SIDE>,
     corners: &[Strain<SIDE>; 4],
@@ -36,6 +36,18 @@ pub(super) fn energies<const TENSILE: bool>(
         sum = sum + density;
     }
     sum * volumes * 0.25
+}
+
+/// Strains at the corners of the tetrahedra of `block`, between which they are linear.
+///
+/// The displacement has three components per node, then three per edge.
+#[inline(always)]
+pub(in crate::elasticity) fn corner_strains(
+    block: &Block,
+    places: (&[[u32; 4]], &[[u32; 6]]),
+    displacement: (&[f64], &[f64]),
+) -> [Strain<SIDE>; 4] {
+    corner_gradients(&block.all_gradients(), places, displacement).each_ref().map(strain)
 }
 
 /// Kernel that computes the energies of consecutive tetrahedra.

@@ -18,7 +18,7 @@ mod restrict;
 
 #[cfg(test)]
 pub(super) use condensation::ElementStiffness;
-pub(super) use energy::{QuadraticEnergies, StrainEnergies};
+pub(super) use energy::{QuadraticEnergies, StrainEnergies, corner_strains, energies};
 pub(super) use restrict::SnapshotRows;
 
 use super::element::{Element, Lame};

@@ -13,6 +13,7 @@ mod patch;
 mod precision;
 mod quadratic;
 mod quadratic_reduced;
+mod recovery;
 mod reduced;
 mod turned;
 mod walls;

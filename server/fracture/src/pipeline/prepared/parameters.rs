@@ -186,9 +186,14 @@ pub struct ElasticReport {
     /// Why the order is not the usual one, which is linear; `None` if it is.
     pub reason: Option<String>,
     /// Relative error of the elastic energy that stems from the lattice: the median of sampled impacts, estimated from
-    /// the lattice refined once. `None`: quadratic elements, a lattice that is too large for that, or an older version.
+    /// the lattice refined once, or from the jumps of strains with quadratic elements and on large lattices. `None`: no
+    /// elastic lattice, or an older version.
     #[serde(rename = "discretisation_error", default)]
     pub discretization_error: Option<f64>,
+    /// Error of solves with linear elements on the same lattice; `None`: the elements are linear, there is no elastic
+    /// lattice, or an older version.
+    #[serde(rename = "linear_discretisation_error", default)]
+    pub linear_error: Option<f64>,
 }
 
 /// Cells across walls below which linear elements are too stiff, and [`ElementChoice::Auto`] takes quadratic ones.
@@ -237,6 +242,11 @@ impl BakeReport {
     /// Largest estimated error of any body that stems from its lattice; `None` if no body has one.
     pub fn discretization_error(&self) -> Option<f64> {
         self.elastic.iter().filter_map(|own| own.discretization_error).reduce(f64::max)
+    }
+
+    /// As [`Self::discretization_error`], of solves with linear elements.
+    pub fn linear_discretization_error(&self) -> Option<f64> {
+        self.elastic.iter().filter_map(|own| own.linear_error.or(own.discretization_error)).reduce(f64::max)
     }
 
     /// Signed volume error of the crack lattices, relative to the input's volume. Slots of existing cracks do not

@@ -3,6 +3,8 @@
 pub(super) mod calibrate;
 pub(super) mod compare;
 pub(super) mod discretization;
+#[cfg(test)]
+mod discretization_tests;
 pub(super) mod examples;
 pub(super) mod learn;
 pub(super) mod reduce;
