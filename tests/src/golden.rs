@@ -58,12 +58,12 @@ pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("golden")
 }
 
-/// Runs the requests, all or those with a star, with the programs of this build or with those in a folder. Fragments have the lattice's
-/// surface.
+/// Runs the requests, all or those with a star, with the programs of this build or with those in a folder. Elements are linear, and
+/// fragments have the lattice's surface.
 pub fn results(programs: Option<PathBuf>, all: bool) -> Results {
     let mut fixture = programs.map_or_else(Fixture::new, Fixture::with_programs);
     let scene = std::fs::read_to_string(folder().join("scene.toml")).unwrap();
-    let scene = scene.replace("shape = ", "surface = \"lattice\"\nshape = ");
+    let scene = scene.replace("shape = ", "surface = \"lattice\"\nelements = \"linear\"\nshape = ");
     std::fs::write(fixture.path("scene.toml"), scene).unwrap();
     let text = std::fs::read_to_string(folder().join("requests.txt")).unwrap();
     let lines = text.lines().filter(|line| line.starts_with("* ") || all && line.starts_with("  "));
@@ -77,7 +77,7 @@ pub fn results(programs: Option<PathBuf>, all: bool) -> Results {
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         match words[0] {
             "bake" if words[1] == "--shape" => {
-                fixture.ok("shatterd", &[&words[..], &["--surface", "lattice"]].concat());
+                fixture.ok("shatterd", &[&words[..], &["--surface", "lattice", "--elements", "linear"]].concat());
             }
             "bake" => drop(fixture.ok("shatterd", &words)),
             "serve" => {
