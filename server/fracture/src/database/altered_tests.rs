@@ -7,8 +7,8 @@ use super::*;
 use crate::cancel_token::CancelToken;
 use crate::fragment::closed;
 use crate::pipeline::{
-    DegreeRequest, FractureError, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject, RequestContext,
-    SurfaceKind, Workspace, strike,
+    DegreeRequest, ElementChoice, FractureError, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject,
+    RequestContext, SurfaceKind, Workspace, strike,
 };
 use crate::random::RandomStream;
 use crate::scene::{EffectKind, EffectSet, Material};
@@ -102,12 +102,18 @@ pub(super) struct Trial {
 
 impl Trial {
     pub fn new() -> Self {
+        Self::of(ElementChoice::default())
+    }
+
+    /// A trial on an object with these elements.
+    pub fn of(elements: ElementChoice) -> Self {
         let material = Material { source: String::new(), ..Material::named("glass").unwrap() };
         let request = BakeRequest {
             elastic_spacing: Some(0.2),
             crack_spacing: Some(0.15),
             kappa: Some(2.0),
             examples: 10,
+            elements,
             surface: SurfaceKind::Exact,
             ..BakeRequest::new("altered", "glass", material)
         };
