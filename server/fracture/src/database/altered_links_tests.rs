@@ -34,7 +34,7 @@ fn tried(file: &File, tensor: &str, named: &[&str], alter: impl Fn(&mut [u32], u
 
 #[test]
 fn entries_that_refer_to_others_are_refused() {
-    let file = Trial::new().file;
+    let file = Trial::of(ElementChoice::default()).file;
     assert_eq!(load_altered(&file, "skin.spots", |_| ()), Ok(()));
     // A share that moves to the node before may keep the order of its row; a tetrahedron beside a carrier may carry its corner, too.
     let mostly = |(all, wrong): (usize, Vec<String>)| assert!(all > 10 && 5 * wrong.len() <= all, "{wrong:#?}");

@@ -101,10 +101,6 @@ pub(super) struct Trial {
 }
 
 impl Trial {
-    pub fn new() -> Self {
-        Self::of(ElementChoice::default())
-    }
-
     /// A trial on an object with these elements.
     pub fn of(elements: ElementChoice) -> Self {
         let material = Material { source: String::new(), ..Material::named("glass").unwrap() };
@@ -280,7 +276,7 @@ const FEW: usize = 6;
 
 #[test]
 fn altered_tensors_are_rejected_by_name_or_harmless() {
-    let mut trial = Trial::new();
+    let mut trial = Trial::of(ElementChoice::default());
     let whole = trial.file.clone();
     trial.check(&whole, "", "untouched");
     assert_eq!(trial.served, 1);
@@ -383,7 +379,7 @@ fn altered_elastic_lattices_are_refused() {
 
 #[test]
 fn second_textures_and_colors_of_a_wrong_length_or_value_are_refused() {
-    let trial = Trial::new();
+    let trial = Trial::of(ElementChoice::default());
     let path = trial.folder.path().join("altered.shatter");
     let refused = |file: &File, name: &str| {
         file.write(&path);
@@ -413,7 +409,7 @@ fn second_textures_and_colors_of_a_wrong_length_or_value_are_refused() {
 
 #[test]
 fn the_expected_shape_of_a_list_has_one_axis() {
-    let trial = Trial::new();
+    let trial = Trial::of(ElementChoice::default());
     let path = trial.folder.path().join("altered.shatter");
     let mut file = trial.file.clone();
     file.tensors.get_mut("skin.vertices").unwrap().1.push(1);
@@ -462,7 +458,7 @@ fn pointer(path: &str, key: &str) -> String {
 
 #[test]
 fn altered_metadata_is_refused_by_name_or_harmless() {
-    let mut trial = Trial::new();
+    let mut trial = Trial::of(ElementChoice::default());
     let whole = trial.file.clone();
     for key in ["shape", "parameters", "report", "learned", "reduction"] {
         let document: Value = serde_json::from_str(&whole.metadata[key]).unwrap();
