@@ -37,7 +37,7 @@ pub struct InsideTest {
     pub(super) simple: bool,
     /// Face of the input file that each triangle came from.
     pub(super) faces: Vec<u64>,
-    /// Thinnest box around the triangles, computed where the grid over [`Self::bounds`] is too large.
+    /// Thinnest box around the triangles, computed on first use.
     turned: OnceLock<TurnedBox>,
 }
 

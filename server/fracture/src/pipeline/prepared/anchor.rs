@@ -100,3 +100,39 @@ impl PreparedObject {
 fn named(regions: impl Iterator<Item = usize>) -> String {
     regions.map(|region| format!("anchors[{region}]")).collect::<Vec<_>>().join(", ")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::database::{BakeRequest, Tables, bake};
+    use crate::elasticity::ElementOrder;
+    use crate::pipeline::{DisplacementMethod, ElementChoice, SurfaceKind};
+    use crate::scene::{Material, Region};
+    use crate::surface::shapes;
+    use nalgebra::Point3;
+
+    /// A solve for an anchored body takes long with quadratic elements.
+    #[test]
+    fn anchored_bodies_have_quadratic_elements_only_on_request() {
+        let order = |elements| {
+            let request = BakeRequest {
+                elements,
+                elastic: DisplacementMethod::Solve,
+                tables: Tables { elastic: true, ..Tables::NONE },
+                surface: SurfaceKind::Lattice,
+                elastic_spacing: Some(0.06),
+                crack_spacing: Some(0.06),
+                ..BakeRequest::new("plate", "glass", Material::named("glass").unwrap())
+            };
+            let token = CancelToken::default();
+            let mut plate = bake(shapes::cuboid([0.4, 0.3, 0.05]), &request, &token, &mut |_| ()).unwrap();
+            let region = Region::Cuboid { min_m: Point3::new(-1.0, -1.0, -1.0), max_m: Point3::new(-0.1, 1.0, 1.0) };
+            plate.anchor(&Anchors { regions: vec![region], gravity_m_s2: None }, &token).unwrap();
+            let anchored = plate.held.as_ref().unwrap().body(0).unwrap();
+            [plate.bodies[0].solid.as_ref().unwrap().elasticity.order(), anchored.elasticity.order()]
+        };
+        assert_eq!(order(ElementChoice::Auto), [ElementOrder::Quadratic, ElementOrder::Linear]);
+        assert_eq!(order(ElementChoice::Quadratic), [ElementOrder::Quadratic; 2]);
+        assert_eq!(order(ElementChoice::Linear), [ElementOrder::Linear; 2]);
+    }
+}
