@@ -5,8 +5,8 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, Tables};
 use shatter_fracture::fragment::closed;
 use shatter_fracture::pipeline::{
-    DegreeRequest, FractureError, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject, Preset,
-    RequestContext, RetainedFragments, Stage, StageObserver, SurfaceKind, Workspace, strike_again,
+    DegreeRequest, ElementChoice, FractureError, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject,
+    Preset, RequestContext, RetainedFragments, Stage, StageObserver, SurfaceKind, Workspace, strike_again,
 };
 use shatter_fracture::scene::{EffectKind, EffectSet, MATERIALS, Materials};
 use shatter_fracture::surface::{LengthUnit, RawMesh, UpAxis, read, shapes};
@@ -25,6 +25,8 @@ fn baked(mesh: RawMesh, spacing: f64) -> PreparedObject {
     let material = Materials::parse(MATERIALS).unwrap().get("ceramic").unwrap().clone();
     let request = BakeRequest {
         surface: SurfaceKind::Exact,
+        // The tests want many small fragments, whose elements are linear in any case.
+        elements: ElementChoice::Linear,
         kappa: Some(1.0),
         elastic_spacing: Some(1.5 * spacing),
         crack_spacing: Some(spacing),
