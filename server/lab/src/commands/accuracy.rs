@@ -86,7 +86,11 @@ fn report_point(point: &accuracy::StudyPoint) -> String {
 
 /// Line of one preset on one body: its elastic errors.
 fn report_body(point: &accuracy::BodyPoint) -> String {
-    let text = |measure| point.errors.text(measure).unwrap_or_else(|| "–".to_owned());
-    let [energy, geometry] = [accuracy::Measure::Energy, accuracy::Measure::Geometry].map(text);
-    format!("{:18} {:18} energy_error {energy}, geometry_error {geometry}\n", point.body, point.preset)
+    let text = |errors: &accuracy::PointErrors, measure| errors.text(measure).unwrap_or_else(|| "–".to_owned());
+    let [energy, geometry] =
+        [accuracy::Measure::Energy, accuracy::Measure::Geometry].map(|measure| text(&point.errors, measure));
+    let [reduced, solved] = point.by_method.each_ref().map(|errors| text(errors, accuracy::Measure::Energy));
+    let share = report::significant(100.0 * point.solved, 3);
+    let parts = format!("reduced {reduced}, solved {solved} ({share} %)");
+    format!("{:18} {:18} energy_error {energy}: {parts}; geometry_error {geometry}\n", point.body, point.preset)
 }

@@ -19,6 +19,7 @@ mod restrict;
 #[cfg(test)]
 pub(super) use condensation::ElementStiffness;
 pub(super) use energy::{QuadraticEnergies, StrainEnergies, corner_strains, energies};
+pub(super) use product::element_forces;
 pub(super) use restrict::SnapshotRows;
 
 use super::element::{Element, Lame};
@@ -59,7 +60,7 @@ pub(super) struct EdgeFunctions {
     /// Edges of each boundary face, the one opposite its k-th node at place k.
     pub(super) faces: Vec<[u32; 3]>,
     /// Inverse of each edge's own block of the stiffness.
-    inverse_blocks: Vec<Matrix3<f64>>,
+    pub(super) inverse_blocks: Vec<Matrix3<f64>>,
     /// Diagonal of the stiffness, three per edge.
     pub(super) diagonal: Vec<f64>,
     /// ∫ b_e of each edge, of unit density.

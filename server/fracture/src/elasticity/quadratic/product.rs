@@ -3,8 +3,8 @@
 //! The strain is linear in a tetrahedron, so products of strains are integrated exactly: ∫ λ_i λ_j = V (1 + δ_ij) / 20.
 
 use super::EdgeFunctions;
-use crate::elasticity::blocks::{Block, Elements, SIDE};
-use crate::elasticity::element::Lame;
+use crate::elasticity::blocks::{Elements, SIDE};
+use crate::elasticity::element::{Element, Lame};
 use crate::elasticity::strain::Strain;
 use crate::lattice::EDGES;
 use crate::simd::{SimdLanes, widest};
@@ -29,8 +29,12 @@ pub(super) fn corner_gradients(
     (corners, edges): (&[[u32; 4]], &[[u32; 6]]),
     (nodes, edge_part): (&[f64], &[f64]),
 ) -> [LaneMatrix; 4] {
-    let u: [LaneVector; 4] = gathered(corners, nodes);
-    let c: [LaneVector; 6] = gathered(edges, edge_part);
+    gradients_of(gradients, &gathered(corners, nodes), &gathered(edges, edge_part))
+}
+
+/// As [`corner_gradients`], from the displacements `u` of the corners and the coefficients `c` of the edges.
+#[inline(always)]
+fn gradients_of(gradients: &[LaneVector; 4], u: &[LaneVector; 4], c: &[LaneVector; 6]) -> [LaneMatrix; 4] {
     let mut mean = [ZERO; 3];
     for node in 1..4 {
         for (i, row) in mean.iter_mut().enumerate() {
@@ -47,6 +51,19 @@ pub(super) fn corner_gradients(
         }
     }
     all
+}
+
+/// Forces of one tetrahedron on its corners and edges, under [`SIDE`] displacements of them.
+#[inline(always)]
+pub(in crate::elasticity) fn element_forces(
+    lame: Lame,
+    element: &Element,
+    u: &[LaneVector; 4],
+    c: &[LaneVector; 6],
+) -> ([LaneVector; 4], [LaneVector; 6]) {
+    let gradients = element.gradients.map(|own| [own.x, own.y, own.z].map(SimdLanes::all));
+    let at_corners = gradients_of(&gradients, u, c);
+    resultants(lame, SimdLanes::all(element.volume), &gradients, &at_corners)
 }
 
 /// Strain, the symmetric part of a displacement gradient.
@@ -97,7 +114,7 @@ impl NullaryFnOnce for Product<'_> {
         for (block, (corners, edges)) in self.elements.blocks.iter().zip(places) {
             let gradients = block.all_gradients();
             let at_corners = corner_gradients(&gradients, (corners, edges), self.displacement);
-            let (nodes, edge_part) = resultants(self.lame, block, &gradients, &at_corners);
+            let (nodes, edge_part) = resultants(self.lame, block.volumes, &gradients, &at_corners);
             scatter(corners, &nodes, self.forces.0);
             scatter(edges, &edge_part, self.forces.1);
         }
@@ -108,11 +125,11 @@ impl NullaryFnOnce for Product<'_> {
 #[inline(always)]
 fn resultants(
     lame: Lame,
-    block: &Block,
+    volumes: Lanes,
     gradients: &[LaneVector; 4],
     at_corners: &[LaneMatrix; 4],
 ) -> ([LaneVector; 4], [LaneVector; 6]) {
-    let weight = block.volumes * (1.0 / 20.0);
+    let weight = volumes * (1.0 / 20.0);
     let own = at_corners.each_ref().map(|h| stress(lame, h, weight));
     let mut sum = [ZERO; 3];
     for own in &own {

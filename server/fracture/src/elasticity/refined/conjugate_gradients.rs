@@ -7,6 +7,7 @@
 
 use super::cycle::{Cycle, NodeRow, WIDTH, ZERO};
 use super::level::RefinedLevel;
+use super::quadratic::QuadraticLevel;
 use crate::cancel_token::CancelToken;
 use crate::elasticity::ElasticityError;
 use crate::simd::{SimdLanes, widest};
@@ -15,6 +16,9 @@ use pulp::NullaryFnOnce;
 /// Share of the energy that the last steps of a solve added at most. The missing share is smaller, and far below the
 /// error of any discretization that is measured.
 const ACCURACY: f64 = 1e-9;
+
+/// As [`ACCURACY`], with quadratic elements, whose solves need more steps.
+const ACCURACY_QUADRATIC: f64 = 1e-5;
 
 /// Number of the last steps whose parts of the energy are added up.
 const DELAY: usize = 2;
@@ -36,9 +40,42 @@ pub(super) struct Solution {
     pub(super) steps: usize,
 }
 
+/// Stiffness of the elements of a level.
+#[derive(Clone, Copy)]
+pub(super) enum Stiffness<'a> {
+    Linear(&'a RefinedLevel),
+    Quadratic(&'a QuadraticLevel),
+}
+
+impl Stiffness<'_> {
+    fn multiply(self, x: &[NodeRow], out: &mut [NodeRow]) {
+        match self {
+            Self::Linear(level) => level.multiply(x, out),
+            Self::Quadratic(level) => level.multiply(x, out),
+        }
+    }
+
+    fn precondition(self, cycle: &mut Cycle<'_>, right: &[NodeRow], x: &mut [NodeRow]) {
+        match self {
+            Self::Linear(_) => cycle.apply(right, x),
+            Self::Quadratic(level) => {
+                cycle.apply(&right[..level.nodes()], &mut x[..level.nodes()]);
+                level.precondition_edges(right, x);
+            }
+        }
+    }
+
+    fn accuracy(self) -> f64 {
+        match self {
+            Self::Linear(_) => ACCURACY,
+            Self::Quadratic(_) => ACCURACY_QUADRATIC,
+        }
+    }
+}
+
 /// Solves for the displacements under `forces`, which are in equilibrium.
 pub(super) fn solve(
-    level: &RefinedLevel,
+    stiffness: Stiffness<'_>,
     cycle: &mut Cycle<'_>,
     forces: Vec<NodeRow>,
     token: &CancelToken,
@@ -49,13 +86,13 @@ pub(super) fn solve(
     let mut state = State::default();
     for step in 0..STEPS_MAX {
         token.check()?;
-        cycle.apply(&residual, &mut preconditioned);
+        stiffness.precondition(cycle, &residual, &mut preconditioned);
         let ratio = state.turn(dot(&preconditioned, &residual), step == 0);
         combine(&mut direction, &preconditioned, ratio);
-        if state.has_converged() {
+        if state.has_converged(stiffness.accuracy()) {
             return Ok(Solution { displacement, energies: state.energies.map(|twice| 0.5 * twice).0, steps: step });
         }
-        level.multiply(&direction, &mut image);
+        stiffness.multiply(&direction, &mut image);
         let length = state.advance(dot(&direction, &image), step);
         add(&mut displacement, &direction, length);
         add(&mut residual, &image, length * -1.0);
@@ -98,10 +135,10 @@ impl State {
         length
     }
 
-    fn has_converged(&self) -> bool {
+    fn has_converged(&self, accuracy: f64) -> bool {
         (0..WIDTH).all(|lane| {
             let gained: f64 = self.gains.iter().map(|gain| gain.0[lane]).sum();
-            self.square.0[lane] <= ROUNDING * self.first.0[lane] || gained <= ACCURACY * self.energies.0[lane]
+            self.square.0[lane] <= ROUNDING * self.first.0[lane] || gained <= accuracy * self.energies.0[lane]
         })
     }
 

@@ -90,7 +90,7 @@ fn sum(
 }
 
 #[inline(always)]
-fn times(block: &Matrix3<f64>, x: &NodeRow) -> NodeRow {
+pub(super) fn times(block: &Matrix3<f64>, x: &NodeRow) -> NodeRow {
     std::array::from_fn(|row| x[0] * block[(row, 0)] + x[1] * block[(row, 1)] + x[2] * block[(row, 2)])
 }
 

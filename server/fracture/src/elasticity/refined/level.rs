@@ -8,8 +8,11 @@ use crate::elasticity::load::{check, spread};
 use crate::elasticity::{ContactLoad, ElasticWorkspace, ElasticityError};
 use crate::lattice::RefinedLattice;
 use crate::sparse::SymmetricMatrix;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
+
+/// Forces on nodes.
+pub(super) type AppliedForces = Vec<(u32, Vector3<f64>)>;
 
 /// Stiffness, boundary and inertia of a free body on a refined lattice.
 pub(super) struct RefinedLevel {
@@ -17,7 +20,7 @@ pub(super) struct RefinedLevel {
     pub(super) stiffness: SymmetricMatrix<3>,
     /// Inverse of each diagonal block of the stiffness.
     pub(super) inverse_diagonal: Vec<Matrix3<f64>>,
-    boundary: BoundaryNodes,
+    pub(super) boundary: BoundaryNodes,
     pub(super) inertia: Inertia,
 }
 
@@ -37,24 +40,26 @@ impl RefinedLevel {
         Ok(Self { refined, stiffness, inverse_diagonal, boundary, inertia })
     }
 
-    /// Nodal forces of `contacts`, whose radii are the effective ones, in equilibrium.
+    /// Nodal forces of `contacts`, whose radii are the effective ones, in equilibrium, and what they apply, by node.
     pub(super) fn load(
         &self,
         contacts: &[ContactLoad],
         workspace: &mut ElasticWorkspace,
-    ) -> Result<Vec<f64>, ElasticityError> {
-        let mut forces = vec![0.0; self.stiffness.size()];
+    ) -> Result<(Vec<f64>, AppliedForces), ElasticityError> {
+        let (mut forces, mut applied) = (vec![0.0; self.stiffness.size()], AppliedForces::new());
         for (index, contact) in contacts.iter().enumerate() {
             check(index, contact)?;
             let nearest = self.boundary.nearest(&contact.point).ok_or(ElasticityError::EmptyLattice)?;
             spread(&self.boundary, &nearest, contact.radius, workspace);
-            for (node, force) in workspace.patch.forces(contact.impulse) {
-                let own = &mut forces[3 * node as usize..][..3];
-                own.iter_mut().zip(force.iter()).for_each(|(own, force)| *own += force);
-            }
+            applied.extend(workspace.patch.forces(contact.impulse));
+        }
+        for (node, force) in &applied {
+            let own = &mut forces[3 * *node as usize..][..3];
+            own.iter_mut().zip(force.iter()).for_each(|(own, force)| *own += force);
         }
         self.inertia.relieve(&mut forces);
-        Ok(forces)
+        applied.sort_by_key(|(node, _)| *node);
+        Ok((forces, applied))
     }
 
     /// The same load on the functions of the coarser level.

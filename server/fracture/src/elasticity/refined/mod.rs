@@ -2,7 +2,7 @@
 //!
 //! The refined lattices have the shape of the coarse one ([`refinements`]), so energies on them differ by the
 //! discretization alone. The same load acts on all levels: that of the finest one, whose contacts have the effective radius of the
-//! coarse one, restricted to the functions of the coarser ones. Elements are linear, and the body is free.
+//! coarse one, restricted to the functions of the coarser ones. Elements are linear or quadratic, and the body is free.
 //!
 //! Fine levels are never factored: conjugate gradients with a V-cycle over all coarser levels as a preconditioner need
 //! tens of steps on any of them. On each level the cycle does a forward Gauss-Seidel sweep before and a backward one
@@ -15,16 +15,22 @@
 mod conjugate_gradients;
 mod cycle;
 mod level;
+mod quadratic;
 #[cfg(test)]
 mod tests;
 
 use super::element::{Element, Lame};
-use super::{ContactLoad, DrivingEnergy, ElasticWorkspace, Elasticity, ElasticityError, NodalLoad};
+use super::inertia::Inertia;
+use super::{
+    BoundaryNodes, ContactLoad, DrivingEnergy, ElasticWorkspace, Elasticity, ElasticityError, ElementOrder, NodalLoad,
+};
 use crate::cancel_token::CancelToken;
 use crate::lattice::{CHILD_COUNT, Lattice, refinements};
 use crate::simd::SimdLanes;
+use conjugate_gradients::Stiffness;
 use cycle::{Cycle, NodeRow, WIDTH, ZERO};
 use level::RefinedLevel;
+use quadratic::QuadraticLevel;
 use rayon::prelude::*;
 
 /// A free body and its refinements. Level 0 is the lattice that it was made of.
@@ -33,6 +39,8 @@ pub struct RefinedBody {
     lame: Lame,
     coarse: Elasticity,
     levels: Vec<RefinedLevel>,
+    /// Quadratic elements of all levels, the coarsest included; empty: the elements are linear.
+    quadratic: Vec<QuadraticLevel>,
 }
 
 /// Strain energy of one load on one level, in the units of [`Elasticity`].
@@ -42,11 +50,11 @@ pub struct RefinedEnergy {
     pub energy: f64,
     /// Energy in each tetrahedron of level 0; the sum is that of the body.
     pub tets: Vec<f64>,
-    /// Number of steps of conjugate gradients; 0 on level 0.
+    /// Number of steps of conjugate gradients; 0 on level 0 with linear elements.
     pub steps: usize,
 }
 
-/// Forces of load number k: three per node of the level, in equilibrium.
+/// Forces of load number k: three per node of the level, then three per edge if elements are quadratic, in equilibrium.
 pub type Forces<'a> = dyn Fn(usize, &mut ElasticWorkspace) -> Result<Vec<f64>, ElasticityError> + Sync + 'a;
 
 impl RefinedBody {
@@ -59,7 +67,28 @@ impl RefinedBody {
         let lame = Lame::new(poisson);
         let level = |refined| RefinedLevel::new(refined, lame, token);
         let levels = refinements(lattice, count).into_iter().map(level).collect::<Result<_, _>>()?;
-        Ok(Self { lattice: lattice.clone(), lame, coarse, levels })
+        Ok(Self { lattice: lattice.clone(), lame, coarse, levels, quadratic: Vec::new() })
+    }
+
+    /// The same body with elements of this order on all levels.
+    ///
+    /// # Errors
+    /// [`ElasticityError::DegenerateTet`].
+    pub fn of_order(self, order: ElementOrder) -> Result<Self, ElasticityError> {
+        let made = |level| QuadraticLevel::new(self.lattice(level), self.lame, self.surface(level).1);
+        let quadratic = match order {
+            ElementOrder::Linear => Vec::new(),
+            ElementOrder::Quadratic => (0..=self.count()).map(made).collect::<Result<_, _>>()?,
+        };
+        Ok(Self { quadratic, ..self })
+    }
+
+    /// Boundary and inertia of a level.
+    fn surface(&self, level: usize) -> (&BoundaryNodes, &Inertia) {
+        match level.checked_sub(1) {
+            Some(below) => (&self.levels[below].boundary, &self.levels[below].inertia),
+            None => (&self.coarse.boundary, &self.coarse.inertia),
+        }
     }
 
     /// Number of refinements.
@@ -75,12 +104,12 @@ impl RefinedBody {
         level.checked_sub(1).map_or(&self.lattice, |below| &self.levels[below].refined.lattice)
     }
 
-    /// Number of scalar unknowns of a level, three per node.
+    /// Number of scalar unknowns of a level: three per node, and per edge if elements are quadratic.
     ///
     /// # Panics
     /// If there is no such level.
     pub fn unknowns(&self, level: usize) -> usize {
-        3 * self.lattice(level).nodes.len()
+        3 * self.quadratic.get(level).map_or_else(|| self.lattice(level).nodes.len(), QuadraticLevel::rows)
     }
 
     /// Energies under impacts of these contacts on a level. The radii of contacts are the effective ones on all levels.
@@ -100,7 +129,7 @@ impl RefinedBody {
     ) -> Result<Vec<RefinedEnergy>, ElasticityError> {
         let forces = |index: usize, workspace: &mut ElasticWorkspace| {
             let finest = self.load(self.count(), &impacts[index], workspace)?;
-            Ok(self.levels[level..].iter().rev().fold(finest, |forces, own| own.restricted(&forces)))
+            Ok((level..self.count()).rev().fold(finest, |forces, below| self.restricted(below, &forces)))
         };
         self.energies(level, impacts.len(), &forces, token)
     }
@@ -128,12 +157,27 @@ impl RefinedBody {
         contacts: &[ContactLoad],
         workspace: &mut ElasticWorkspace,
     ) -> Result<Vec<f64>, ElasticityError> {
-        if let Some(below) = level.checked_sub(1) {
-            return self.levels[below].load(contacts, workspace);
+        let (mut forces, applied) = match level.checked_sub(1) {
+            Some(below) => self.levels[below].load(contacts, workspace)?,
+            None => {
+                let mut load = NodalLoad::default();
+                self.coarse.load(contacts, &mut load, workspace)?;
+                (load.forces, load.applied)
+            }
+        };
+        if let Some(own) = self.quadratic.get(level) {
+            own.extend(&mut forces, &applied, self.surface(level));
         }
-        let mut load = NodalLoad::default();
-        self.coarse.load(contacts, &mut load, workspace)?;
-        Ok(load.forces)
+        Ok(forces)
+    }
+
+    /// The load `forces` of the level above `level`, on the functions of `level`.
+    fn restricted(&self, level: usize, forces: &[f64]) -> Vec<f64> {
+        let linear = &self.levels[level];
+        match &self.quadratic[..] {
+            [] => linear.restricted(forces),
+            all => all[level].restricted(linear, &all[level + 1], forces),
+        }
     }
 
     /// Energies of `count` loads on a level.
@@ -150,7 +194,7 @@ impl RefinedBody {
         forces: &Forces<'_>,
         token: &CancelToken,
     ) -> Result<Vec<RefinedEnergy>, ElasticityError> {
-        if level == 0 {
+        if level == 0 && self.quadratic.is_empty() {
             return (0..count).map(|index| self.coarse_energy(index, forces, token)).collect();
         }
         let firsts: Vec<usize> = (0..count).step_by(WIDTH).collect();
@@ -183,7 +227,7 @@ impl RefinedBody {
         token: &CancelToken,
     ) -> Result<Vec<RefinedEnergy>, ElasticityError> {
         let mut workspace = ElasticWorkspace::default();
-        let mut rows = vec![ZERO; self.lattice(level).nodes.len()];
+        let mut rows = vec![ZERO; self.unknowns(level) / 3];
         for (lane, index) in range.clone().enumerate() {
             let own = forces(index, &mut workspace)?;
             assert_eq!(own.len(), 3 * rows.len(), "forces fit the level");
@@ -193,7 +237,11 @@ impl RefinedBody {
         }
         let levels = &self.levels[..level];
         let mut cycle = Cycle::new(&self.coarse, self.coarse.factor()?, levels);
-        let found = conjugate_gradients::solve(&self.levels[level - 1], &mut cycle, rows, token)?;
+        let stiffness = match self.quadratic.get(level) {
+            Some(own) => Stiffness::Quadratic(own),
+            None => Stiffness::Linear(&self.levels[level - 1]),
+        };
+        let found = conjugate_gradients::solve(stiffness, &mut cycle, rows, token)?;
         let capacity = self.lattice.tets.len();
         let own = |lane: usize| RefinedEnergy {
             energy: found.energies[lane],
@@ -211,8 +259,12 @@ impl RefinedBody {
     /// Energies of tetrahedron `tet` of level 0: the sums of those of its descendants.
     fn tet_energy(&self, level: usize, tet: usize, displacement: &[NodeRow]) -> SimdLanes<WIDTH> {
         let (lattice, count) = (self.lattice(level), CHILD_COUNT.pow(level as u32));
+        let children = count * tet..count * (tet + 1);
+        if let Some(own) = self.quadratic.get(level) {
+            return own.energy(children, displacement);
+        }
         let mut sum = SimdLanes::all(0.0);
-        for child in count * tet..count * (tet + 1) {
+        for child in children {
             let Some(element) = Element::new(lattice, child) else { continue };
             let mut gradient = [[SimdLanes::all(0.0); 3]; 3];
             for (node, own) in lattice.tets[child].iter().zip(&element.gradients) {

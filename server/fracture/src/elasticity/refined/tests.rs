@@ -210,9 +210,81 @@ fn thin_plates_converge() {
     assert!(found.steps < 100 && found.energy > 0.0, "{} steps", found.steps);
 }
 
+/// Coefficients of a displacement of degree two on a level with quadratic elements: of nodes, then of edges.
+fn coefficients(lattice: &Lattice, field: &dyn Fn(&Point3<f64>) -> Vector3<f64>) -> Vec<f64> {
+    let nodes = lattice.nodes.iter().map(field);
+    let edge = |[a, b]: [u32; 2]| {
+        let ends = [a, b].map(|node| &lattice.nodes[node as usize]);
+        field(&nalgebra::center(ends[0], ends[1])) - (field(ends[0]) + field(ends[1])) * 0.5
+    };
+    nodes.chain(lattice.edges().into_iter().map(edge)).flat_map(|own| own.data.0[0]).collect()
+}
+
+/// Loads on the functions of a coarser level do the same work on displacements that both levels have.
+#[test]
+fn restricted_loads_do_the_same_work_on_quadratic_displacements() {
+    let body = refined(&perturbed([2, 2, 1], 0.25, 0.15, 5), 0.3, 2).of_order(ElementOrder::Quadratic).unwrap();
+    let mut stream = RandomStream::new(5, 0);
+    for level in [0, 1] {
+        for _ in 0..4 {
+            let [a, b, c] = [(); 3].map(|()| Matrix3::from_fn(|_, _| stream.uniform() - 0.5));
+            let field = |place: &Point3<f64>| {
+                let x = place.coords;
+                Vector3::new(x.dot(&(a * x)), x.dot(&(b * x)), x.dot(&(c * x))) + a * x + b.column(0)
+            };
+            let forces: Vec<f64> = (0..body.unknowns(level + 1)).map(|_| stream.uniform() - 0.5).collect();
+            let work = |forces: &[f64], level: usize| -> f64 {
+                let moved = coefficients(body.lattice(level), &field);
+                assert_eq!(moved.len(), forces.len());
+                forces.iter().zip(&moved).map(|(force, moved)| force * moved).sum()
+            };
+            let [fine, coarse] = [work(&forces, level + 1), work(&body.restricted(level, &forces), level)];
+            assert!((fine - coarse).abs() < 1e-12 * forces.len() as f64, "{fine} {coarse}");
+        }
+    }
+}
+
+#[test]
+fn quadratic_elements_agree_with_those_of_the_same_lattice() {
+    let body = refined(&perturbed([3, 3, 2], 0.2, 0.15, 6), 0.3, 1).of_order(ElementOrder::Quadratic).unwrap();
+    let contact =
+        |y: f64| ContactLoad { point: Point3::new(0.3, y, 0.02), impulse: Vector3::new(-1.0, 0.1, 0.2), radius: 0.25 };
+    let impacts: Vec<Vec<ContactLoad>> = (0..6).map(|k| vec![contact(0.05 * f64::from(k) - 0.1)]).collect();
+    for level in [0, 1] {
+        let forces = |index: usize, workspace: &mut ElasticWorkspace| body.load(level, &impacts[index], workspace);
+        let found = body.energies(level, impacts.len(), &forces, &CancelToken::default()).unwrap();
+        let lattice = body.lattice(level);
+        let direct = Elasticity::prepare(lattice, 0.3, &CancelToken::default()).unwrap();
+        let direct = direct.of_order(ElementOrder::Quadratic, lattice).unwrap();
+        assert_eq!(body.unknowns(level), direct.unknowns());
+        for (own, contacts) in found.iter().zip(&impacts) {
+            let (mut load, mut workspace) = (NodalLoad::default(), ElasticWorkspace::default());
+            direct.load(contacts, &mut load, &mut workspace).unwrap();
+            assert_eq!(load.touches[0].radius, 0.25);
+            let mut displacement = Vec::new();
+            direct.solve(&load.forces, &mut displacement, &mut workspace, &CancelToken::default()).unwrap();
+            let wanted = direct.elastic_energy(&load.forces, &displacement);
+            println!("level {level}: {} steps, {:.1e}", own.steps, own.energy / wanted - 1.0);
+            assert!((own.energy / wanted - 1.0).abs() < 3e-4 && own.steps < 40, "{} for {wanted}", own.energy);
+            assert!((own.tets.iter().sum::<f64>() / own.energy - 1.0).abs() < 1e-4);
+        }
+    }
+    // The spaces are nested, so energies of one load grow with the level.
+    let [coarse, fine] = [0, 1].map(|level| body.impact_energies(level, &impacts, &CancelToken::default()).unwrap());
+    assert!(
+        coarse.iter().zip(&fine).all(|(coarse, fine)| coarse.energy < fine.energy && fine.energy < 1.2 * coarse.energy)
+    );
+}
+
 #[test]
 fn energies_do_not_depend_on_the_number_of_threads() {
-    let body = refined(&perturbed([2, 2, 2], 0.25, 0.1, 3), 0.3, 2);
+    let linear = || refined(&perturbed([2, 2, 2], 0.25, 0.1, 3), 0.3, 2);
+    for body in [linear(), linear().of_order(ElementOrder::Quadratic).unwrap()] {
+        check_threads(&body);
+    }
+}
+
+fn check_threads(body: &RefinedBody) {
     let impact = |k: u32| {
         let point = Point3::new(0.25, 0.05 * f64::from(k) - 0.1, 0.0);
         vec![ContactLoad { point, impulse: -Vector3::x(), radius: 0.2 }]
@@ -227,8 +299,10 @@ fn energies_do_not_depend_on_the_number_of_threads() {
 
 #[test]
 fn wide_and_plain_instructions_give_the_same_bits() {
-    let body = refined(&perturbed([2, 2, 2], 0.25, 0.1, 3), 0.3, 1);
+    let linear = || refined(&perturbed([2, 2, 2], 0.25, 0.1, 3), 0.3, 1);
     let contact = ContactLoad { point: Point3::new(0.25, 0.05, 0.0), impulse: -Vector3::x(), radius: 0.2 };
-    let plain = same_on_every_path(|| body.impact_energies(1, &[vec![contact]], &CancelToken::default()).unwrap());
-    assert!(plain[0].energy > 0.0 && plain[0].steps > 1);
+    for body in [linear(), linear().of_order(ElementOrder::Quadratic).unwrap()] {
+        let plain = same_on_every_path(|| body.impact_energies(1, &[vec![contact]], &CancelToken::default()).unwrap());
+        assert!(plain[0].energy > 0.0 && plain[0].steps > 1);
+    }
 }

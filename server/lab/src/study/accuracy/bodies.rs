@@ -1,9 +1,9 @@
 //! Elastic energies of the presets on several bodies, as requests compute them: reduced where the basis allows it.
 
 use super::plan::StudyBody;
-use super::reference::{ImpactLevels, geometry, levels};
+use super::reference::{EnergyJudge, ImpactLevels, geometry, lattices, levels};
 use super::settings::Bench;
-use super::subject::{LIFTED, energy, widen};
+use super::subject::{SOLID, energy, widen};
 use super::{AccuracyPlan, ErrorSpread, Measure, PointErrors, StudyError};
 use crate::report::{ReportTable, Section, significant};
 use serde_json::{Value, json};
@@ -11,7 +11,8 @@ use shatter_fracture::accuracy::Extrapolation;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::{
-    BodyEnergy, DisplacementMethod, FractureRequest, ImpactSampler, PreparedObject, Preset, Workspace, reduce,
+    BodyEnergy, DisplacementMethod, FractureRequest, ImpactSampler, PreparedObject, Preset, SurfaceKind, Workspace,
+    reduce,
 };
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::scene::Material;
@@ -34,6 +35,12 @@ pub struct BodyPoint {
     pub nodes: usize,
     /// Elastic errors: of the energy, and of the lattice's shape.
     pub errors: PointErrors,
+    /// Errors of the energy, of the impacts that were reduced alone; then of those that were solved for.
+    pub by_method: [PointErrors; 2],
+    /// Error of the energy of a solve on the same lattice with elements of the same order: the rest is the basis'.
+    pub lattice: PointErrors,
+    /// Whether elements are quadratic.
+    pub is_quadratic: bool,
     /// Median of the observed orders; `None` where no impact has one.
     pub order: Option<f64>,
     /// Share of the impacts that were solved for instead of being reduced.
@@ -45,22 +52,27 @@ pub struct BodyPoint {
 impl BodyPoint {
     /// JSON document of the point.
     pub fn document(&self) -> Value {
-        let error = |measure| {
-            let spread = self.errors.spread(measure)?;
+        let error = |errors: &PointErrors, measure| {
+            let spread = errors.spread(measure)?;
             Some(json!({
-                "median": self.errors.get(measure),
-                "at_most": self.errors.is_at_most(measure),
-                "bar": self.errors.bar(measure),
+                "median": errors.get(measure),
+                "at_most": errors.is_at_most(measure),
+                "bar": errors.bar(measure),
                 "median_interval": spread.median,
                 "p90": spread.p90,
             }))
         };
+        let [reduced, solved] = &self.by_method;
         json!({
             "body": self.body,
             "preset": self.preset,
             "elastic_nodes": self.nodes,
-            "energy_error": error(Measure::Energy),
-            "geometry_error": error(Measure::Geometry),
+            "quadratic": self.is_quadratic,
+            "energy_error": error(&self.errors, Measure::Energy),
+            "energy_error_reduced": error(reduced, Measure::Energy),
+            "energy_error_solved": error(solved, Measure::Energy),
+            "energy_error_lattice": error(&self.lattice, Measure::Energy),
+            "geometry_error": error(&self.errors, Measure::Geometry),
             "observed_order": self.order,
             "solved": self.solved,
             "reference_s": self.reference_s,
@@ -68,14 +80,11 @@ impl BodyPoint {
     }
 }
 
-/// A preset on a body, before the finest lattice is known.
-struct Judged {
-    point: BodyPoint,
-    energies: Vec<Extrapolation>,
-}
+/// A preset on a body, before the finest lattice is known, with the extrapolated energies of the impacts.
+type Judged = (BodyPoint, Vec<Extrapolation>);
 
 impl Bench<'_> {
-    /// Judges the presets on the plan's object and its further bodies.
+    /// Judges the presets on the plan's further bodies; module `presets` judges them on its object.
     pub(super) fn bodies(&mut self) {
         for body in &self.plan.bodies {
             (self.progress)(&format!("body {}", body.name));
@@ -88,38 +97,61 @@ impl Bench<'_> {
 }
 
 fn body_points(plan: &AccuracyPlan, body: &StudyBody) -> Result<Vec<BodyPoint>, StudyError> {
-    let baked = plan.body_presets.iter().map(|preset| baked(plan, body, *preset));
-    let baked: Vec<PreparedObject> = baked.collect::<Result<_, _>>()?;
-    let Some(coarsest) = baked.first() else { return Ok(Vec::new()) };
-    let mut strikes = strikes(plan, coarsest);
-    baked.iter().try_for_each(|prepared| widen(prepared, &mut strikes))?;
-    let judged =
-        plan.body_presets.iter().zip(&baked).map(|(preset, prepared)| judged(plan, body, *preset, prepared, &strikes));
-    let judged: Vec<Judged> = judged.collect::<Result<_, _>>()?;
-    let finest: Vec<Extrapolation> = judged.last().map(|own| own.energies.clone()).unwrap_or_default();
-    let last = judged.len() - 1;
-    let with_geometry = |(index, own): (usize, Judged)| {
-        let each: Vec<PointErrors> =
-            own.energies.iter().zip(&finest).map(|(own, finest)| geometry(own, finest)).collect();
-        let errors = if index < last { PointErrors::medians(&each) } else { PointErrors::default() };
-        BodyPoint { errors: own.point.errors.and(errors), ..own.point }
-    };
-    Ok(judged.into_iter().enumerate().map(with_geometry).collect())
+    let objects = objects(plan, body)?;
+    let Some(coarsest) = objects.first() else { return Ok(Vec::new()) };
+    let mut strikes = strikes(plan, &coarsest.prepared);
+    objects.iter().try_for_each(|own| widen(&own.prepared, &mut strikes))?;
+    let judged = objects.iter().map(|own| own.judged(plan, &body.name, &strikes));
+    let judged: Vec<Vec<Judged>> = judged.collect::<Result<_, _>>()?;
+    Ok(with_geometry(judged.into_iter().flatten().collect()))
 }
 
-/// The body on the lattices of a preset, with its basis.
+/// A body on an elastic lattice, and the presets that have this lattice.
+struct BodyObject {
+    prepared: PreparedObject,
+    presets: Vec<Preset>,
+}
+
+/// The body on the lattices of all presets. Thin bodies have the same one for several.
+fn objects(plan: &AccuracyPlan, body: &StudyBody) -> Result<Vec<BodyObject>, StudyError> {
+    let mut objects: Vec<BodyObject> = Vec::new();
+    for &preset in &plan.body_presets {
+        let mut prepared = baked(plan, body, preset)?;
+        if let Some(known) = objects.iter_mut().find(|known| lattices(&known.prepared) == lattices(&prepared)) {
+            known.presets.push(preset);
+            continue;
+        }
+        if preset.solver_settings().elastic == DisplacementMethod::Reduced {
+            prepared.impacts = plan.snapshots;
+            reduce(&mut prepared, preset.lattices().rank_max, &CancelToken::default())?;
+        }
+        prepared.factor()?;
+        objects.push(BodyObject { prepared, presets: vec![preset] });
+    }
+    Ok(objects)
+}
+
+/// The points with the errors of their lattices' shapes against that of the last one.
+pub(super) fn with_geometry(judged: Vec<Judged>) -> Vec<BodyPoint> {
+    let finest: Vec<Extrapolation> = judged.last().map(|(_, energies)| energies.clone()).unwrap_or_default();
+    let last = judged.len().saturating_sub(1);
+    let one = |(index, (point, energies)): (usize, Judged)| {
+        let each = energies.iter().zip(&finest).map(|(own, finest)| geometry(own, finest));
+        let errors = PointErrors::medians(&each.collect::<Vec<_>>());
+        let errors = if index < last { errors } else { PointErrors::default() };
+        BodyPoint { errors: point.errors.and(errors), ..point }
+    };
+    judged.into_iter().enumerate().map(one).collect()
+}
+
+/// The body on the lattices of a preset, without a basis.
 fn baked(plan: &AccuracyPlan, body: &StudyBody, quality: Preset) -> Result<PreparedObject, StudyError> {
     let material = Material::named(MATERIAL).map_err(|error| StudyError::Materials(error.to_string()))?;
     let request = BakeRequest::new(body.name.clone(), MATERIAL, material);
-    let request = BakeRequest { quality, kappa: Some(1.0), examples: 0, tables: LIFTED, seed: plan.seed, ..request };
-    let token = CancelToken::default();
-    let mut prepared = bake(body.mesh.clone(), &request, &token, &mut |_| {})?;
-    if quality.solver_settings().elastic == DisplacementMethod::Reduced {
-        prepared.impacts = plan.snapshots;
-        reduce(&mut prepared, quality.lattices().rank_max, &token)?;
-    }
-    prepared.factor()?;
-    Ok(prepared)
+    let (elastic, surface, tables) = (DisplacementMethod::Solve, SurfaceKind::Lattice, SOLID);
+    let (kappa, examples, seed) = (Some(1.0), 0, plan.seed);
+    let request = BakeRequest { quality, elastic, surface, kappa, examples, tables, seed, ..request };
+    Ok(bake(body.mesh.clone(), &request, &CancelToken::default(), &mut |_| {})?)
 }
 
 /// Inward impacts spread over the surface.
@@ -132,70 +164,101 @@ fn strikes(plan: &AccuracyPlan, prepared: &PreparedObject) -> Vec<FractureReques
     (0..plan.impacts).map(strike).collect()
 }
 
-fn judged(
-    plan: &AccuracyPlan,
-    body: &StudyBody,
-    preset: Preset,
-    prepared: &PreparedObject,
-    strikes: &[FractureRequest],
-) -> Result<Judged, StudyError> {
-    let strikes: Vec<FractureRequest> = strikes.iter().map(|strike| strike.clone().of_quality(preset)).collect();
-    let mut workspace = Workspace::default();
-    let found = strikes.iter().map(|strike| energy(prepared, strike, &mut workspace));
-    let found: Vec<BodyEnergy> = found.collect::<Result<_, _>>()?;
-    let start = Instant::now();
-    let energies: Vec<Extrapolation> = levels(plan, prepared, &strikes)?.iter().map(ImpactLevels::energy).collect();
-    let reference_s = start.elapsed().as_secs_f64();
-    let error = |(own, found): (&Extrapolation, &BodyEnergy)| {
-        PointErrors::default().with_bar(Measure::Energy, own.error(found.energy_j))
-    };
-    let errors: Vec<PointErrors> = energies.iter().zip(&found).map(error).collect();
-    let mut orders: Vec<f64> = energies.iter().filter_map(|own| own.order).collect();
-    orders.sort_by(f64::total_cmp);
-    let solved = found.iter().filter(|own| own.reduced_error.is_none()).count() as f64 / found.len() as f64;
-    let point = BodyPoint {
-        body: body.name.clone(),
-        preset: preset.name(),
-        nodes: prepared.elastic_nodes(),
-        errors: PointErrors::medians(&errors),
-        order: orders.get(orders.len() / 2).copied(),
-        solved,
-        reference_s,
-    };
-    Ok(Judged { point, energies })
+impl BodyObject {
+    /// Judges the energies of every preset with this lattice.
+    fn judged(&self, plan: &AccuracyPlan, body: &str, strikes: &[FractureRequest]) -> Result<Vec<Judged>, StudyError> {
+        let (prepared, start) = (&self.prepared, Instant::now());
+        let judges: Vec<EnergyJudge> = levels(plan, prepared, strikes)?.iter().map(ImpactLevels::judge).collect();
+        let reference_s = start.elapsed().as_secs_f64();
+        let mut workspace = Workspace::default();
+        let mut one = |preset: &Preset| {
+            let mut found =
+                |strike: &FractureRequest| energy(prepared, &strike.clone().of_quality(*preset), &mut workspace);
+            let found = strikes.iter().map(&mut found).collect::<Result<Vec<BodyEnergy>, _>>()?;
+            let found: Vec<(BodyEnergy, EnergyJudge)> = found.into_iter().zip(judges.iter().copied()).collect();
+            let point = BodyPoint::new(body, *preset, prepared, &found, reference_s);
+            Ok((point, judges.iter().map(|judge| judge.energy).collect()))
+        };
+        self.presets.iter().map(&mut one).collect()
+    }
+}
+
+impl BodyPoint {
+    /// Judges the energies of a preset's requests, each with its reference.
+    pub(super) fn new(
+        body: &str,
+        preset: Preset,
+        prepared: &PreparedObject,
+        found: &[(BodyEnergy, EnergyJudge)],
+        reference_s: f64,
+    ) -> Self {
+        let errors = |keep: &dyn Fn(&BodyEnergy) -> bool, energy_j: &dyn Fn(&BodyEnergy, &EnergyJudge) -> f64| {
+            let kept = found.iter().filter(|(own, _)| keep(own));
+            let each = kept.map(|(own, judge)| {
+                PointErrors::default().with_bar(Measure::Energy, judge.energy.error(energy_j(own, judge)))
+            });
+            PointErrors::medians(&each.collect::<Vec<_>>())
+        };
+        let is_reduced = |own: &BodyEnergy| own.reduced_error.is_some();
+        let energy_j = |own: &BodyEnergy, _: &EnergyJudge| own.energy_j;
+        let mut orders: Vec<f64> = found.iter().filter_map(|(_, judge)| judge.energy.order).collect();
+        orders.sort_by(f64::total_cmp);
+        Self {
+            body: body.to_owned(),
+            preset: preset.name(),
+            nodes: prepared.elastic_nodes(),
+            errors: errors(&|_| true, &energy_j),
+            by_method: [errors(&is_reduced, &energy_j), errors(&|own| !is_reduced(own), &energy_j)],
+            lattice: errors(&|_| true, &|_, judge| judge.own_j),
+            is_quadratic: prepared.has_quadratic_elements(),
+            order: orders.get(orders.len() / 2).copied(),
+            solved: found.iter().filter(|(own, _)| !is_reduced(own)).count() as f64 / found.len() as f64,
+            reference_s,
+        }
+    }
 }
 
 /// Section of the page; none without bodies.
 pub(super) fn section(points: &[BodyPoint]) -> Option<Section> {
-    let lead = "Median error of the elastic energy against the same lattice refined uniformly, with its 95 % interval; and of the \
-                lattice's shape against that of film. Values after ≤ are upper bounds: the error is below three error bars of \
-                the reference.";
+    let lead = "Median error of the elastic energy against the same lattice refined uniformly with elements of the same order, with \
+                its 95 % interval; of the impacts that were reduced, and of those that were solved for; of a solve on the lattice; \
+                and of the lattice's shape against that of film. Values after ≤ are upper bounds: the error is below three error \
+                bars of the reference.";
     let head = [
         "body",
         "preset",
         "elastic nodes",
+        "elements",
         "energy error",
         "interval",
         "p90",
         "error bar",
+        "reduced",
+        "solved",
+        "solved, %",
+        "of the lattice",
         "error of the shape",
         "observed order",
-        "solved, %",
     ];
     let row = |own: &BodyPoint| {
-        let text = |measure| own.errors.text(measure).unwrap_or_else(|| "–".to_owned());
+        let text = |errors: &PointErrors, measure| errors.text(measure).unwrap_or_else(|| "–".to_owned());
+        let [reduced, solved] = own.by_method.each_ref().map(|errors| text(errors, Measure::Energy));
         let ErrorSpread { median: [low, high], p90 } = own.errors.spread(Measure::Energy).unwrap_or_default();
         let row = vec![
             own.body.clone(),
             own.preset.to_owned(),
             own.nodes.to_string(),
-            text(Measure::Energy),
+            if own.is_quadratic { "quadratic" } else { "linear" }.to_owned(),
+            text(&own.errors, Measure::Energy),
             format!("{} to {}", significant(low, 2), significant(high, 2)),
             significant(p90, 3),
             own.errors.bar(Measure::Energy).map_or_else(|| "–".to_owned(), |bar| significant(bar, 2)),
-            text(Measure::Geometry),
-            own.order.map_or_else(|| "–".to_owned(), |order| significant(order, 3)),
+            reduced,
+            solved,
             significant(100.0 * own.solved, 3),
+            text(&own.lattice, Measure::Energy),
+            text(&own.errors, Measure::Geometry),
+            own.order.map_or_else(|| "–".to_owned(), |order| significant(order, 3)),
         ];
         ("", row)
     };

@@ -91,7 +91,7 @@ pub(super) fn outcomes(
     strikes: &[FractureRequest],
     progress: &mut dyn FnMut(&str),
 ) -> Result<Vec<OutcomePoint>, StudyError> {
-    let bench = OutcomeBench { plan, strikes };
+    let bench = OutcomeBench { plan, strikes: &strikes[..strikes.len().min(plan.outcome_impacts)] };
     let mut reference = BakeRequest { gamma_j_m2: Some(gamma_j_m2), ..request(plan)? };
     let mut found = Vec::new();
     for preset in &plan.outcome_presets {

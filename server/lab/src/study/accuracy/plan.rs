@@ -34,7 +34,7 @@ pub struct AccuracyPlan {
     pub mesh: RawMesh,
     /// Number of impacts, spread over the surface; errors are medians over them.
     pub impacts: u64,
-    /// Number of timed requests per impact, after one that is not timed.
+    /// Number of timed requests per impact.
     pub runs: usize,
     /// Number of sites, except for the setting that varies it.
     pub sites: u32,
@@ -48,7 +48,8 @@ pub struct AccuracyPlan {
     pub spacings: Option<[f64; 2]>,
     /// Ratio of the nodes of the reference of cracks to the object's.
     pub finer: f64,
-    /// Largest number of nodes of a refined elastic lattice. References are refined twice where it allows that, else once.
+    /// Largest number of nodes of a refined elastic lattice, edges with quadratic functions included. References are refined
+    /// up to three times where it allows that. The first refinement may have a few times as many.
     pub refined_nodes_max: usize,
     /// Further objects on which the presets' elastic energies are judged.
     pub bodies: Vec<StudyBody>,
@@ -56,6 +57,8 @@ pub struct AccuracyPlan {
     pub body_presets: Vec<Preset>,
     /// Presets whose whole results are judged, the finest last.
     pub outcome_presets: Vec<Preset>,
+    /// Largest number of impacts of which they are judged: the reference takes a hundred times as long as a request.
+    pub outcome_impacts: usize,
     /// Ratio of the nodes of their reference to those of the finest preset.
     pub outcome_finer: f64,
     /// Number of results of their reference per impact, with different seeds.
@@ -97,17 +100,18 @@ impl AccuracyPlan {
             name: name.into(),
             mesh,
             impacts: IMPACTS_DEFAULT,
-            runs: 3,
+            runs: 2,
             sites: 50,
             starts: 6,
             examples: 48,
-            snapshots: 960,
+            snapshots: 96,
             spacings: None,
             finer: 4.0,
             refined_nodes_max: REFINED_NODES_MAX,
             bodies: Vec::new(),
             body_presets: vec![Preset::Draft, Preset::Game, Preset::Film],
             outcome_presets: vec![Preset::Draft, Preset::Game, Preset::Film],
+            outcome_impacts: 8,
             outcome_finer: 2.0,
             outcome_seeds: 3,
             elastic: vec![0.5, 1.0, 2.0],

@@ -1,5 +1,6 @@
 //! Presets, each on its own lattices.
 
+use super::bodies::{BodyPoint, with_geometry};
 use super::reference::ElasticReference;
 use super::settings::Bench;
 use super::subject::{DRESSED, energies_on, request, timed};
@@ -24,18 +25,21 @@ struct Baked {
     pair: CrackErrors,
 }
 
-/// Times and errors of a preset, and the elastic reference of its lattice.
-type PresetFound = (PointTimes, PointErrors, Rc<ElasticReference>);
+/// Times and errors of a preset, the elastic reference of its lattice, and its elastic energies as those of a body.
+type PresetFound = (PointTimes, PointErrors, Rc<ElasticReference>, BodyPoint);
 
 impl Bench<'_> {
     /// Measures whole requests of all presets, with all of their errors.
     pub(super) fn presets(&mut self) {
-        let (mut baked, mut own) = (None, Vec::new());
+        let (mut baked, mut own, mut judged) = (None, Vec::new(), Vec::new());
         for quality in Preset::ALL {
             let name = quality.name();
             (self.progress)(&format!("preset {name}"));
             match self.preset(quality, &mut baked) {
-                Ok((times, errors, reference)) => {
+                Ok((times, errors, reference, point)) => {
+                    if self.plan.body_presets.contains(&quality) {
+                        judged.push((point, reference.impacts.iter().map(|own| own.judge.energy).collect()));
+                    }
                     let (setting, value) = ("preset", json!(name));
                     own.push((self.findings.points.len(), reference));
                     self.findings.points.push(StudyPoint { setting, value, preset: Some(name), times, errors });
@@ -46,6 +50,7 @@ impl Bench<'_> {
                 self.findings.left_out.push([format!("close-up of {name}"), error.to_string()]);
             }
         }
+        self.findings.bodies.extend(with_geometry(judged));
         // The last preset has the finest lattice.
         let Some((_, finest)) = own.last().cloned() else { return };
         for (index, reference) in own {
@@ -100,8 +105,10 @@ impl Bench<'_> {
         // If the reference is not fine enough, cracks are measured against the exact diagram on their own lattice.
         let judged = is_finer(self.truths.fine.crack_nodes(), own.prepared.crack_nodes());
         let cracks = if judged { own.pair.finest } else { own.pair.own };
+        let found: Vec<_> = energies.into_iter().zip(reference.impacts.iter().map(|own| own.judge)).collect();
+        let point = BodyPoint::new(&self.plan.name, quality, &own.prepared, &found, reference.took_s);
         *baked = Some(own);
-        Ok((times, PointErrors::medians(&all).and(cracks), reference))
+        Ok((times, PointErrors::medians(&all).and(cracks), reference, point))
     }
 
     /// Bakes the object on the lattices of a preset, with a basis if the preset uses one.

@@ -1,25 +1,32 @@
 //! Elastic references: the lattice of an object itself, refined uniformly, and extrapolated.
 //!
-//! The refined lattices have the shape of the object's, and contacts have one effective radius on all of them. So the
-//! errors are those of the discretization alone. The error of the shape is separate ([`Measure::Geometry`]): the
+//! The refined lattices have the shape of the object's, and contacts have one effective radius on all of them. Elements
+//! have the order of the object's. So the errors are those of the discretization alone. The error of the shape is separate ([`Measure::Geometry`]): the
 //! extrapolated energy of this lattice against that of the finest one.
 
 use super::subject::degree_of;
 use super::{AccuracyPlan, Measure, PointErrors, StudyError};
 use shatter_fracture::accuracy::{Extrapolation, density_error};
 use shatter_fracture::cancel_token::CancelToken;
-use shatter_fracture::elasticity::{ContactLoad, RefinedBody};
+use shatter_fracture::elasticity::{ContactLoad, ElementOrder, RefinedBody};
 use shatter_fracture::lattice::{EnergyTransfer, Lattice, refined_node_count};
 use shatter_fracture::pipeline::{BodyEnergy, ContactSet, FractureRequest, PreparedObject};
+use std::time::Instant;
 
 /// Largest number of refinements. The last three levels show the order of convergence; with contacts of about one
 /// spacing, the lattice itself is often too coarse to be one of them.
 const REFINEMENTS_MAX: usize = 3;
 
+/// Factor on the largest number of nodes for the first refinement, without which a subject has no reference. Quadratic
+/// elements on `film`'s lattice of the vase, refined once, have 3.5 million nodes and edges.
+const ONCE: usize = 3;
+
 /// A reference must have more than this many times the unknowns of its subject.
 const FINER_MIN: usize = 2;
 
 /// Order of the energy, and of numbers that follow from it, with linear elements on smooth problems.
+///
+/// Quadratic elements have twice that, but edges of the lattice and contacts of one spacing leave them about as much.
 const ENERGY_ORDER: f64 = 2.0;
 
 /// Range of the order of the energy density.
@@ -42,6 +49,20 @@ impl ImpactLevels {
     pub(super) fn energy(&self) -> Extrapolation {
         extrapolated(&self.energies_j).widened(self.load_error_j)
     }
+
+    /// As [`Self::energy`], and the energy on the object's own lattice, J.
+    pub(super) fn judge(&self) -> EnergyJudge {
+        EnergyJudge { energy: self.energy(), own_j: self.energies_j.first().copied().unwrap_or(f64::NAN) }
+    }
+}
+
+/// What judges the energy of one impact.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EnergyJudge {
+    /// Extrapolated energy, J.
+    pub(super) energy: Extrapolation,
+    /// Energy of a solve on the object's own lattice, with the load of the finest level, J.
+    pub(super) own_j: f64,
 }
 
 fn extrapolated(values: &[f64]) -> Extrapolation {
@@ -89,11 +110,16 @@ fn body_levels(
     contacts: Vec<Vec<ContactLoad>>,
 ) -> Result<Vec<ImpactLevels>, StudyError> {
     let solid = prepared.bodies[body].solid.as_ref().ok_or(StudyError::Unprepared)?;
-    let nodes = |count: &usize| refined_node_count(&solid.lattice, *count);
-    let count = (1..=REFINEMENTS_MAX).take_while(|count| nodes(count) <= plan.refined_nodes_max).last().unwrap_or(0);
+    let order = solid.elasticity.order();
+    // An edge with a quadratic function counts as the node that a further refinement puts there.
+    let further = usize::from(order == ElementOrder::Quadratic);
+    let nodes = |count: &usize| refined_node_count(&solid.lattice, count + further);
+    let nodes_max = |count: &usize| if *count == 1 { ONCE * plan.refined_nodes_max } else { plan.refined_nodes_max };
+    let count = (1..=REFINEMENTS_MAX).take_while(|count| nodes(count) <= nodes_max(count)).last().unwrap_or(0);
     check_finer(3 * nodes(&count), solid.elasticity.unknowns())?;
     let token = CancelToken::default();
     let refined = RefinedBody::new(&solid.lattice, prepared.parameters.material.poisson, count, &token)?;
+    let refined = refined.of_order(order)?;
     let radius = |contacts: &Vec<ContactLoad>| contacts.iter().map(|contact| contact.radius).fold(0.0, f64::max);
     let radius_m = |contacts| radius(contacts) * prepared.frame.diagonal_m;
     let own = |(contacts, load_error_j)| ImpactLevels {
@@ -125,8 +151,8 @@ pub(super) fn check_finer(reference: usize, subject: usize) -> Result<(), StudyE
 
 /// Reference of one impact.
 pub(super) struct ImpactReference {
-    /// Energy, J.
-    pub(super) energy: Extrapolation,
+    /// Energy.
+    pub(super) judge: EnergyJudge,
     degree: Extrapolation,
     /// Energies of the nodes of the common crack lattice on the finest level, J.
     nodes_j: Vec<f64>,
@@ -138,6 +164,8 @@ pub(super) struct ImpactReference {
 pub(super) struct ElasticReference {
     lattices: Vec<Lattice>,
     pub(super) impacts: Vec<ImpactReference>,
+    /// Time of making it, s.
+    pub(super) took_s: f64,
 }
 
 impl ElasticReference {
@@ -148,13 +176,14 @@ impl ElasticReference {
         prepared: &PreparedObject,
         strikes: &[FractureRequest],
     ) -> Result<Self, StudyError> {
-        let lattices = lattices(prepared);
+        let (lattices, start) = (lattices(prepared), Instant::now());
         let bodies = lattices.iter().zip(&base.bodies);
         let transfers: Vec<EnergyTransfer> =
             bodies.map(|(own, body)| EnergyTransfer::between(own, &body.crack)).collect();
         let impacts = levels(plan, prepared, strikes)?;
         let impacts = impacts.iter().map(|own| ImpactReference::new(base, &transfers[own.body], own));
-        Ok(Self { lattices, impacts: impacts.collect::<Result<_, _>>()? })
+        let impacts = impacts.collect::<Result<_, _>>()?;
+        Ok(Self { lattices, impacts, took_s: start.elapsed().as_secs_f64() })
     }
 
     /// Whether the reference is that of the lattice of `prepared`.
@@ -163,7 +192,8 @@ impl ElasticReference {
     }
 }
 
-fn lattices(prepared: &PreparedObject) -> Vec<Lattice> {
+/// Elastic lattices of all bodies.
+pub(super) fn lattices(prepared: &PreparedObject) -> Vec<Lattice> {
     prepared.bodies.iter().filter_map(|body| body.solid.as_ref()).map(|solid| solid.lattice.clone()).collect()
 }
 
@@ -196,14 +226,14 @@ impl ImpactReference {
         };
         let density_bar = last / (order.exp2() - 1.0);
         let nodes_j = fields.pop().unwrap_or_default();
-        Ok(Self { energy: own.energy(), degree: extrapolated(&degrees), nodes_j, density_bar })
+        Ok(Self { judge: own.judge(), degree: extrapolated(&degrees), nodes_j, density_bar })
     }
 
     /// Errors of an elastic energy on the crack lattice of `base`.
     pub(super) fn errors(&self, base: &PreparedObject, found: &BodyEnergy) -> Result<PointErrors, StudyError> {
         let nodes_j: Vec<f64> = found.shares.iter().map(|share| share * found.energy_j).collect();
         let errors = PointErrors::default()
-            .with_bar(Measure::Energy, self.energy.error(found.energy_j))
+            .with_bar(Measure::Energy, self.judge.energy.error(found.energy_j))
             .with_bar(Measure::Density, [density_error(&nodes_j, &self.nodes_j)?, self.density_bar])
             .with_bar(Measure::Degree, self.degree.error(degree_of(base, found)?));
         Ok(match found.reduced_error {
@@ -214,7 +244,7 @@ impl ImpactReference {
 
     /// Error of the lattice's shape: this extrapolated energy against that of the finest lattice.
     pub(super) fn geometry(&self, finest: &Self) -> PointErrors {
-        geometry(&self.energy, &finest.energy)
+        geometry(&self.judge.energy, &finest.judge.energy)
     }
 }
 

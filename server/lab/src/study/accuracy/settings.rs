@@ -32,7 +32,7 @@ const SOURCES: [(&str, DegreeRequest); 4] = [
 ];
 
 /// Timed requests per impact for settings whose requests take as long as a hundred others.
-const RUNS_OPTIMIZED: usize = 2;
+const RUNS_OPTIMIZED: usize = 1;
 
 /// State shared by the measurements of all settings.
 pub(super) struct Bench<'a> {
