@@ -2,7 +2,7 @@
 
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, save};
-use shatter_fracture::pipeline::SurfaceKind;
+use shatter_fracture::pipeline::{ElementChoice, SurfaceKind};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
 use std::collections::BTreeMap;
@@ -21,6 +21,8 @@ fn baked(crack_spacing: f64) -> Vec<u8> {
     let request = BakeRequest {
         elastic_spacing: Some(0.12),
         crack_spacing: Some(crack_spacing),
+        // So that the object has no basis of displacements.
+        elements: ElementChoice::Linear,
         seed: 1,
         surface: SurfaceKind::Lattice,
         ..BakeRequest::new("bar", "glass", glass)
