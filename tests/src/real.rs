@@ -2,7 +2,7 @@
 
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
-use shatter_fracture::pipeline::{PreparedObject, SurfaceKind};
+use shatter_fracture::pipeline::{ElementChoice, PreparedObject, SurfaceKind};
 use shatter_fracture::scene::{Material, Materials};
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis};
 use std::path::PathBuf;
@@ -29,9 +29,11 @@ pub fn material(name: &str) -> Material {
     Materials::parse(table).and_then(|materials| materials.get(name).cloned()).unwrap()
 }
 
-/// A bake with all defaults except the surface, which is the lattice's, for an object `name` of the material `material_name`.
+/// A bake with all defaults except the surface, which is the lattice's, and the elements, which are linear, for an object
+/// `name` of the material `material_name`. So objects without examples have no basis of displacements.
 pub fn request(name: &str, material_name: &str) -> BakeRequest {
-    BakeRequest { surface: SurfaceKind::Lattice, ..BakeRequest::new(name, material_name, material(material_name)) }
+    let (surface, elements) = (SurfaceKind::Lattice, ElementChoice::Linear);
+    BakeRequest { surface, elements, ..BakeRequest::new(name, material_name, material(material_name)) }
 }
 
 /// A real mesh, coordinates as in its file.

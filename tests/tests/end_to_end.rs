@@ -16,8 +16,8 @@ fn with_arch(arguments: &[&str]) -> Fixture {
     let mut fixture = Fixture::new();
     let mesh = fixture.path("arch of Žofie.obj");
     write_obj(&shapes::arch(), &mesh).unwrap();
-    let spacings = ["--crack-spacing", "0.035", "--elastic-spacing", "0.06"];
-    fixture.bake_once(&mesh, "arch", &[&["--material", "ceramic"][..], &spacings].concat());
+    let lattices = ["--crack-spacing", "0.035", "--elastic-spacing", "0.06", "--elements", "linear"];
+    fixture.bake_once(&mesh, "arch", &[&["--material", "ceramic"][..], &lattices].concat());
     fixture.serve(arguments);
     fixture
 }

@@ -43,6 +43,28 @@ fn points<'a>(findings: &'a AccuracyFindings, setting: &'a str, measure: Measure
         .filter_map(move |point| point.errors.get(measure))
 }
 
+/// Checks the errors of the presets on several bodies.
+fn check_bodies(document: &Value, plan: &AccuracyPlan) {
+    let bodies = document["bodies"].as_array().unwrap();
+    assert_eq!(bodies.len(), 2 * plan.body_presets.len(), "{bodies:?}");
+    let names: Vec<_> = bodies.iter().map(|body| body["body"].as_str().unwrap()).collect();
+    assert_eq!(names, ["block", "block", "ball", "ball"]);
+    for body in bodies {
+        let error = &body["energy_error"];
+        let known = ["median", "bar", "p90"].iter().all(|key| error[key].as_f64().is_some_and(|own| own > 0.0));
+        assert!(known && error["at_most"].is_boolean() && body["elastic_nodes"].as_u64() > Some(0), "{body}");
+        assert!(body["energy_error_lattice"]["median"].as_f64().is_some_and(|own| own > 0.0), "{body}");
+        // Errors of reduced and of solved impacts are apart.
+        let solved = body["solved"].as_f64().unwrap();
+        assert_eq!(body["energy_error_reduced"].is_null(), solved == 1.0, "{body}");
+        assert_eq!(body["energy_error_solved"].is_null(), solved == 0.0, "{body}");
+    }
+    // The finest lattice has no finer one to tell its shape from.
+    for pair in bodies.chunks_exact(2) {
+        assert!(pair[0]["geometry_error"]["median"].is_f64() && pair[1]["geometry_error"].is_null(), "{pair:?}");
+    }
+}
+
 #[test]
 fn a_study_of_accuracy_has_the_keys_of_the_contract_and_a_point_for_every_setting() {
     let (plan, findings, steps) = findings();
@@ -87,24 +109,7 @@ fn a_study_of_accuracy_has_the_keys_of_the_contract_and_a_point_for_every_settin
         assert!(spread.median[0] <= spread.median[1] && spread.p90 > 0.0, "{point:?}");
         assert!(point.errors.get(Measure::Label).is_some(), "{point:?}");
     }
-    let bodies = document["bodies"].as_array().unwrap();
-    assert_eq!(bodies.len(), 2 * plan.body_presets.len(), "{bodies:?}");
-    let names: Vec<_> = bodies.iter().map(|body| body["body"].as_str().unwrap()).collect();
-    assert_eq!(names, ["block", "block", "ball", "ball"]);
-    for body in bodies {
-        let error = &body["energy_error"];
-        let known = ["median", "bar", "p90"].iter().all(|key| error[key].as_f64().is_some_and(|own| own > 0.0));
-        assert!(known && error["at_most"].is_boolean() && body["elastic_nodes"].as_u64() > Some(0), "{body}");
-        assert!(body["energy_error_lattice"]["median"].as_f64().is_some_and(|own| own > 0.0), "{body}");
-        // Errors of reduced and of solved impacts are apart.
-        let solved = body["solved"].as_f64().unwrap();
-        assert_eq!(body["energy_error_reduced"].is_null(), solved == 1.0, "{body}");
-        assert_eq!(body["energy_error_solved"].is_null(), solved == 0.0, "{body}");
-    }
-    // The finest lattice has no finer one to tell its shape from.
-    for pair in bodies.chunks_exact(2) {
-        assert!(pair[0]["geometry_error"]["median"].is_f64() && pair[1]["geometry_error"].is_null(), "{pair:?}");
-    }
+    check_bodies(&document, &plan);
 
     // Whole results of the two presets, against both seeds of the reference.
     let outcomes = document["outcomes"].as_array().unwrap();

@@ -37,11 +37,11 @@ const ENERGY_ORDER: f64 = 2.0;
 
 /// Relative error of the energy with quadratic elements, over the energy of the recovery as a share of the solution's.
 ///
-/// Measured on 360 strikes of 32 lattices (15 bodies, 175 to 2,504 nodes), against quadratic elements on the lattice
-/// refined once, extrapolated with order 1.5, or refined twice with the observed one: the estimate of the strike itself
-/// was 0.45 to 2.4 times its error, within a factor of two for 353. The median of 8 strikes was within a factor of two of
+/// Measured on 360 impacts on 32 lattices (15 bodies, 175 to 2,504 nodes), against quadratic elements on the lattice
+/// refined once, extrapolated with order 1.5, or refined twice with the observed one: the estimate of the impact itself
+/// was 0.45 to 2.4 times its error, within a factor of two for 353. The median of 8 impacts was within a factor of two of
 /// the errors of the others for 86 % on lattices with fewer than 2.75 cells across the walls, and for 74 % on others,
-/// where errors differ more from strike to strike.
+/// where errors differ more from impact to impact.
 const QUADRATIC_FACTOR: f64 = 1.5;
 
 /// As [`QUADRATIC_FACTOR`], with linear elements.

@@ -56,7 +56,7 @@ impl ImpactLevels {
     }
 }
 
-/// What judges the energy of one impact.
+/// Reference for the energy of one impact.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EnergyJudge {
     /// Extrapolated energy, J.
