@@ -5,8 +5,8 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    DegreeRequest, DisplacementMethod, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, RequestContext,
-    Stage, StageObserver, Workspace, strike, strike_again,
+    DegreeRequest, DisplacementMethod, ElementChoice, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject,
+    RequestContext, Stage, StageObserver, Workspace, strike, strike_again,
 };
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::scene::{EffectKind, EffectSet};
@@ -15,8 +15,8 @@ use shatter_tests::real;
 use shatter_tests::struck::outcome;
 use std::cell::RefCell;
 
-fn baked(name: &str, mesh: RawMesh, spacings: Option<[f64; 2]>) -> PreparedObject {
-    let [elastic_spacing, crack_spacing] = [0, 1].map(|k| spacings.map(|spacings| spacings[k]));
+fn baked(name: &str, mesh: RawMesh, spacings: [f64; 2]) -> PreparedObject {
+    let [elastic_spacing, crack_spacing] = spacings.map(Some);
     let request = BakeRequest { elastic_spacing, crack_spacing, kappa: Some(2.0), ..real::request(name, "ceramic") };
     bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
@@ -58,12 +58,15 @@ fn sampled(prepared: &PreparedObject, index: u64) -> FractureRequest {
 #[test]
 fn most_weak_impacts_end_before_the_elastic_stage() {
     const SHARES: [f64; 4] = [0.01, 1.0 / 30.0, 0.1, 1.0 / 3.0];
-    for (name, mesh, least) in [
-        ("cube", shapes::cuboid([0.2; 3]), [100, 90, 50, 0]),
-        ("mug", shapes::mug(), [100, 90, 20, 0]),
-        ("horseshoe", shapes::horseshoe(), [100, 60, 10, 0]),
+    let (linear, quadratic) = (ElementChoice::Linear, ElementChoice::Quadratic);
+    for (name, mesh, elements, least) in [
+        ("cube", shapes::cuboid([0.2; 3]), linear, [100, 90, 50, 0]),
+        ("mug", shapes::mug(), linear, [100, 90, 20, 0]),
+        ("horseshoe", shapes::horseshoe(), linear, [100, 60, 10, 0]),
+        ("quadratic mug", shapes::mug(), quadratic, [100, 40, 0, 0]),
     ] {
-        let prepared = baked(name, mesh, None);
+        let request = BakeRequest { elements, kappa: Some(2.0), ..real::request(name, "ceramic") };
+        let prepared = bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap();
         let mut ended = [0; SHARES.len()];
         for index in 0..25 {
             let request = sampled(&prepared, index);
@@ -137,7 +140,7 @@ fn without_bounds(mut prepared: PreparedObject) -> PreparedObject {
 #[test]
 fn the_energy_bound_never_ends_a_breaking_request() {
     for (name, mesh) in [("arch", shapes::arch()), ("blocks", blocks()), ("bar", shapes::cuboid([0.6, 0.1, 0.08]))] {
-        let prepared = || baked(name, mesh.clone(), Some([0.08, 0.06]));
+        let prepared = || baked(name, mesh.clone(), [0.08, 0.06]);
         let (prepared, bare) = (prepared(), without_bounds(prepared()));
         let mut stream = RandomStream::new(5, 0);
         let (mut ended, mut broken) = (0, 0);
@@ -221,7 +224,7 @@ fn check(prepared: &PreparedObject, request: &FractureRequest, ends: bool) {
 
 #[test]
 fn exact_figures_disable_the_energy_bound() {
-    let prepared = baked("arch", shapes::arch(), Some([0.08, 0.06]));
+    let prepared = baked("arch", shapes::arch(), [0.08, 0.06]);
     let request = sampled(&prepared, 0);
     let request = times(&request, 0.01 * factor_at_threshold(&prepared, &request));
     let default = EffectSet::default();
@@ -248,7 +251,7 @@ fn exact_figures_disable_the_energy_bound() {
 
 #[test]
 fn a_fragment_that_is_struck_again_has_no_bound() {
-    let prepared = baked("arch", shapes::arch(), Some([0.08, 0.06]));
+    let prepared = baked("arch", shapes::arch(), [0.08, 0.06]);
     let (node, own) = (prepared.bodies[0].crack.nodes[0], Vector3::new(0.3, -1.0, 0.2));
     let request = FractureRequest::at(prepared.frame.to_meters(&node), own).seeded(1);
     let broken = outcome(&prepared, &FractureRequest { degree: DegreeRequest::Sites(2), ..request })
