@@ -19,18 +19,23 @@ const KNOWN: [Compiled; 2] = [
 ];
 
 /// Files that run a kernel through `simd.rs`, which `pulp` compiles for each path, with the file and name of the test that forces all.
-const KERNELS: [(&str, (&str, &str)); 7] = [
+const KERNELS: [(&str, (&str, &str)); 9] = [
     ("elasticity/energy.rs", ("elasticity/energy.rs", "wide_and_plain_instructions_give_the_same_bits")),
     (
         "elasticity/quadratic/product.rs",
         ("elasticity/tests/quadratic.rs", "wide_instructions_do_not_change_a_bit_of_a_solution"),
     ),
+    ("elasticity/recovery.rs", ("elasticity/tests/recovery.rs", "wide_instructions_do_not_change_a_bit_of_a_recovery")),
     ("elasticity/reduced.rs", ("elasticity/tests/reduced.rs", "wide_instructions_do_not_change_a_bit_of_a_projection")),
     (
         "elasticity/refined/conjugate_gradients.rs",
         ("elasticity/refined/tests.rs", "wide_and_plain_instructions_give_the_same_bits"),
     ),
     ("elasticity/refined/cycle.rs", ("elasticity/refined/tests.rs", "wide_and_plain_instructions_give_the_same_bits")),
+    (
+        "elasticity/refined/quadratic.rs",
+        ("elasticity/refined/tests.rs", "wide_and_plain_instructions_give_the_same_bits"),
+    ),
     ("fragment/properties.rs", ("fragment/tests.rs", "wide_instructions_do_not_change_a_bit")),
     ("tessellation/points.rs", ("tessellation/tests/layout.rs", "wide_instructions_do_not_change_a_bit")),
 ];

@@ -41,6 +41,17 @@ fn recovery_is_near_the_missing_energy_of_bending() {
     }
 }
 
+#[test]
+fn wide_instructions_do_not_change_a_bit_of_a_recovery() {
+    let lattice = perturbed([3, 1, 2], 0.5, 0.1, 3);
+    for body in [free(&lattice, 0.3), quadratic(&lattice, 0.3)] {
+        let displacement: Vec<f64> = (0..body.unknowns()).map(|place| (place as f64).sin()).collect();
+        let energy =
+            crate::simd::tests::same_on_every_path(|| body.recovery_energy(&lattice, &displacement).unwrap().to_bits());
+        assert!(f64::from_bits(energy) > 0.0);
+    }
+}
+
 /// A traction that is linear on every face, against its integrals face by face.
 #[test]
 fn tractions_of_applied_forces_are_consistent() {
