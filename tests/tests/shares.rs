@@ -151,7 +151,8 @@ impl BakeFixture {
     }
 
     fn arguments<'a>(&'a self, more: &[&'a str]) -> Vec<&'a str> {
-        let lattices = ["--elastic-spacing", "0.2", "--crack-spacing", "0.125", "--surface", "lattice", "--elements", "linear"];
+        let lattices =
+            ["--elastic-spacing", "0.2", "--crack-spacing", "0.125", "--surface", "lattice", "--elements", "linear"];
         let own = [&["bake", &self.mesh, "--name", "wedge"], &lattices[..]].concat();
         [&own[..], more].concat()
     }
