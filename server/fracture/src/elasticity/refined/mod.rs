@@ -138,16 +138,20 @@ impl RefinedBody {
     /// boundary allows.
     ///
     /// Loads converge with the square of the spacing. So a third of what the load of the level below the finest changes
-    /// there is the error of the finest one.
+    /// there is the error of the finest one. `below` are the results of [`Self::impact_energies`] on that level.
     ///
     /// # Errors
     /// Those of [`Self::impact_energies`].
-    pub fn load_errors(&self, impacts: &[Vec<ContactLoad>], token: &CancelToken) -> Result<Vec<f64>, ElasticityError> {
-        let Some(below) = self.count().checked_sub(1) else { return Ok(vec![f64::INFINITY; impacts.len()]) };
-        let forces = |index: usize, workspace: &mut ElasticWorkspace| self.load(below, &impacts[index], workspace);
-        let own = self.energies(below, impacts.len(), &forces, token)?;
-        let finest = self.impact_energies(below, impacts, token)?;
-        Ok(own.iter().zip(&finest).map(|(own, finest)| (own.energy - finest.energy).abs() / 3.0).collect())
+    pub fn load_errors(
+        &self,
+        impacts: &[Vec<ContactLoad>],
+        below: &[RefinedEnergy],
+        token: &CancelToken,
+    ) -> Result<Vec<f64>, ElasticityError> {
+        let Some(level) = self.count().checked_sub(1) else { return Ok(vec![f64::INFINITY; impacts.len()]) };
+        let forces = |index: usize, workspace: &mut ElasticWorkspace| self.load(level, &impacts[index], workspace);
+        let own = self.energies(level, impacts.len(), &forces, token)?;
+        Ok(own.iter().zip(below).map(|(own, below)| (own.energy - below.energy).abs() / 3.0).collect())
     }
 
     /// Forces of contacts on a level, as its own boundary resolves them.

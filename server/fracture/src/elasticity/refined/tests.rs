@@ -179,7 +179,7 @@ fn extrapolated_impacts_lie_within_their_bars() {
             let levels: Vec<Vec<RefinedEnergy>> = (count - 2..=count)
                 .map(|level| body.impact_energies(level, &impacts, &CancelToken::default()).unwrap())
                 .collect();
-            let bars = body.load_errors(&impacts, &CancelToken::default()).unwrap();
+            let bars = body.load_errors(&impacts, &levels[1], &CancelToken::default()).unwrap();
             let found = (0..impacts.len()).map(|index| {
                 let values = [0, 1, 2].map(|level: usize| levels[level][index].energy);
                 assert!(values[0] < values[1] && values[1] < values[2], "{values:?}");

@@ -122,17 +122,20 @@ fn body_levels(
     let refined = refined.of_order(order)?;
     let radius = |contacts: &Vec<ContactLoad>| contacts.iter().map(|contact| contact.radius).fold(0.0, f64::max);
     let radius_m = |contacts| radius(contacts) * prepared.frame.diagonal_m;
-    let own = |(contacts, load_error_j)| ImpactLevels {
+    let own = |contacts| ImpactLevels {
         body,
         radius_m: radius_m(contacts),
         energies_j: Vec::new(),
-        load_error_j,
+        load_error_j: f64::INFINITY,
         tets_j: Vec::new(),
     };
-    let load_errors = refined.load_errors(&contacts, &token)?;
-    let mut all: Vec<ImpactLevels> = contacts.iter().zip(load_errors).map(own).collect();
+    let mut all: Vec<ImpactLevels> = contacts.iter().map(own).collect();
     for level in 0..=count {
         let energies = refined.impact_energies(level, &contacts, &token)?;
+        if level + 1 == count {
+            let load_errors = refined.load_errors(&contacts, &energies, &token)?;
+            all.iter_mut().zip(load_errors).for_each(|(own, error)| own.load_error_j = error);
+        }
         for (own, energy) in all.iter_mut().zip(energies) {
             own.energies_j.push(energy.energy);
             own.tets_j.push(energy.tets);
