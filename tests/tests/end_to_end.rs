@@ -1,10 +1,11 @@
 //! First use by a new user: a mesh file, both real programs, and their output.
 
 use nalgebra::Point3;
-use serde_json::Value;
+use serde_json::{Value, json};
 use shatter_fracture::fragment::RigidProperties;
 use shatter_fracture::surface::shapes::{self, write_obj};
 use shatter_fracture::surface::{LengthUnit, RawMesh, UpAxis};
+use shatter_lab::study::accuracy::{AccuracyFindings, BodyPoint, Measure, PointErrors};
 use shatter_tests::fixture::Fixture;
 use shatter_tests::glb::closed_file;
 use shatter_tests::{glb, json_keys, real};
@@ -461,4 +462,25 @@ fn the_guide_lists_the_keys_of_all_documents() {
     json_keys::check("Bake of a scene", &[&fixture.ok("shatterd", &scene)]);
     let shape = ["bake", "--shape", "dumbbell", "--name", "copy", "--material", "stone", "--quality", "draft"];
     json_keys::check("Bake", &[&fixture.ok("shatterd", &shape)]);
+    json_keys::check("Study of accuracy", &[&elastic_energies()]);
+}
+
+/// The document of a study of accuracy with one body, as far as the guide lists its keys.
+fn elastic_energies() -> Value {
+    let error = |measure| PointErrors::default().with_bar(measure, [0.02, 0.001]);
+    let errors = PointErrors::medians(&[error(Measure::Energy).and(error(Measure::Geometry))]);
+    let body = BodyPoint {
+        body: "mug".to_owned(),
+        preset: "game",
+        nodes: 4_596,
+        errors,
+        by_method: [errors; 2],
+        lattice: errors,
+        is_quadratic: true,
+        order: None,
+        solved: 0.5,
+        reference_s: 9.0,
+    };
+    let document = AccuracyFindings { bodies: vec![body], ..AccuracyFindings::default() }.document();
+    json!({ "bodies": document["bodies"], "all_bodies": document["all_bodies"] })
 }

@@ -59,6 +59,15 @@ fn check_bodies(document: &Value, plan: &AccuracyPlan) {
         assert_eq!(body["energy_error_reduced"].is_null(), solved == 1.0, "{body}");
         assert_eq!(body["energy_error_solved"].is_null(), solved == 0.0, "{body}");
     }
+    // Each preset has its median over both bodies, of reduced impacts.
+    let over_all = document["all_bodies"].as_array().unwrap();
+    assert_eq!(over_all.len(), plan.body_presets.len(), "{over_all:?}");
+    for point in over_all {
+        let own = bodies.iter().filter(|body| body["preset"] == point["preset"]);
+        let reduced = own.filter(|body| body["solved"].as_f64() < Some(1.0)).count();
+        assert_eq!(point["bodies"], reduced, "{point}");
+        assert_eq!(point["energy_error_reduced"].is_null(), reduced == 0, "{point}");
+    }
     // The finest lattice has no finer one to tell its shape from.
     for pair in bodies.chunks_exact(2) {
         assert!(pair[0]["geometry_error"]["median"].is_f64() && pair[1]["geometry_error"].is_null(), "{pair:?}");
@@ -133,6 +142,7 @@ fn a_study_of_accuracy_has_the_keys_of_the_contract_and_a_point_for_every_settin
     assert_eq!(findings.close_up.names(), ["input", "draft", "game", "film"]);
     assert!(html.contains("From the left: input, draft, game, film."));
     let zeros = |measure| findings.points.iter().any(|point| point.errors.get(measure) == Some(0.0));
+    assert!(html.contains("all bodies"));
     assert!(html.contains("Elastic energies of several bodies") && html.contains("Whole results, end to end"));
     assert_eq!(html.contains("no error at all"), Measure::ALL.into_iter().any(zeros));
     assert!(html.contains("Degree ablation") && html.contains(&findings.ground.machine.replace('&', "&amp;")));

@@ -72,7 +72,8 @@ pub fn run(args: &AccuracyArgs) -> Result<(), CommandError> {
         return output::print(&format!("{}\n", findings.document()));
     }
     let lines = findings.points.iter().map(report_point).chain(findings.bodies.iter().map(report_body));
-    let lines: String = lines.collect();
+    let over_all = accuracy::AllBodiesPoint::all(&findings.bodies);
+    let lines: String = lines.chain(over_all.iter().map(report_all_bodies)).collect();
     output::print(&format!("{lines}Open {} in a browser.\n", args.out.join("accuracy.html").display()))
 }
 
@@ -92,5 +93,12 @@ fn report_body(point: &accuracy::BodyPoint) -> String {
     let [reduced, solved] = point.by_method.each_ref().map(|errors| text(errors, accuracy::Measure::Energy));
     let share = report::significant(100.0 * point.solved, 3);
     let parts = format!("reduced {reduced}, solved {solved} ({share} %)");
-    format!("{:18} {:18} energy_error {energy}: {parts}; geometry_error {geometry}\n", point.body, point.preset)
+    let place = format!("{:18} {:18} {:9}", point.body, point.preset, point.elements());
+    format!("{place} energy_error {energy}: {parts}; geometry_error {geometry}\n")
+}
+
+/// Line of one preset over all bodies.
+fn report_all_bodies(point: &accuracy::AllBodiesPoint) -> String {
+    let reduced = point.reduced.text(accuracy::Measure::Energy).unwrap_or_else(|| "–".to_owned());
+    format!("{:18} {:18} energy_error, reduced {reduced}, of {} bodies\n", "all bodies", point.preset, point.bodies)
 }

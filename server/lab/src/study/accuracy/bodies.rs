@@ -1,5 +1,6 @@
 //! Elastic energies of the presets on several bodies, as requests compute them: reduced where the basis allows it.
 
+use super::all_bodies::{self, AllBodiesPoint};
 use super::plan::StudyBody;
 use super::reference::{EnergyJudge, ImpactLevels, geometry, lattices, levels};
 use super::settings::Bench;
@@ -50,29 +51,24 @@ pub struct BodyPoint {
 }
 
 impl BodyPoint {
+    /// Order of the elements.
+    pub fn elements(&self) -> &'static str {
+        if self.is_quadratic { "quadratic" } else { "linear" }
+    }
+
     /// JSON document of the point.
     pub fn document(&self) -> Value {
-        let error = |errors: &PointErrors, measure| {
-            let spread = errors.spread(measure)?;
-            Some(json!({
-                "median": errors.get(measure),
-                "at_most": errors.is_at_most(measure),
-                "bar": errors.bar(measure),
-                "median_interval": spread.median,
-                "p90": spread.p90,
-            }))
-        };
         let [reduced, solved] = &self.by_method;
         json!({
             "body": self.body,
             "preset": self.preset,
             "elastic_nodes": self.nodes,
             "quadratic": self.is_quadratic,
-            "energy_error": error(&self.errors, Measure::Energy),
-            "energy_error_reduced": error(reduced, Measure::Energy),
-            "energy_error_solved": error(solved, Measure::Energy),
-            "energy_error_lattice": error(&self.lattice, Measure::Energy),
-            "geometry_error": error(&self.errors, Measure::Geometry),
+            "energy_error": self.errors.document(Measure::Energy),
+            "energy_error_reduced": reduced.document(Measure::Energy),
+            "energy_error_solved": solved.document(Measure::Energy),
+            "energy_error_lattice": self.lattice.document(Measure::Energy),
+            "geometry_error": self.errors.document(Measure::Geometry),
             "observed_order": self.order,
             "solved": self.solved,
             "reference_s": self.reference_s,
@@ -218,12 +214,27 @@ impl BodyPoint {
     }
 }
 
+/// Text of an error; a dash if it was not measured.
+fn text(errors: &PointErrors, measure: Measure) -> String {
+    errors.text(measure).unwrap_or_else(|| "–".to_owned())
+}
+
+/// Texts of the interval, the ninth decile and the bar of an error of the energy.
+fn spread(errors: &PointErrors) -> [String; 3] {
+    let Some(ErrorSpread { median: [low, high], p90 }) = errors.spread(Measure::Energy) else {
+        return ["–"; 3].map(str::to_owned);
+    };
+    let bar = errors.bar(Measure::Energy).map_or_else(|| "–".to_owned(), |bar| significant(bar, 2));
+    [format!("{} to {}", significant(low, 2), significant(high, 2)), significant(p90, 3), bar]
+}
+
 /// Section of the page; none without bodies.
 pub(super) fn section(points: &[BodyPoint]) -> Option<Section> {
     let lead = "Median error of the elastic energy against the same lattice refined uniformly with elements of the same order, with \
                 its 95 % interval; of the impacts that were reduced, and of those that were solved for; of a solve on the lattice; \
                 and of the lattice's shape against that of film. Values after ≤ are upper bounds: the error is below three error \
-                bars of the reference.";
+                bars of the reference. All bodies: medians of the bodies' medians of reduced impacts, with the interval over the \
+                choice of bodies.";
     let head = [
         "body",
         "preset",
@@ -241,18 +252,17 @@ pub(super) fn section(points: &[BodyPoint]) -> Option<Section> {
         "observed order",
     ];
     let row = |own: &BodyPoint| {
-        let text = |errors: &PointErrors, measure| errors.text(measure).unwrap_or_else(|| "–".to_owned());
         let [reduced, solved] = own.by_method.each_ref().map(|errors| text(errors, Measure::Energy));
-        let ErrorSpread { median: [low, high], p90 } = own.errors.spread(Measure::Energy).unwrap_or_default();
+        let [interval, p90, bar] = spread(&own.errors);
         let row = vec![
             own.body.clone(),
             own.preset.to_owned(),
             own.nodes.to_string(),
-            if own.is_quadratic { "quadratic" } else { "linear" }.to_owned(),
+            own.elements().to_owned(),
             text(&own.errors, Measure::Energy),
-            format!("{} to {}", significant(low, 2), significant(high, 2)),
-            significant(p90, 3),
-            own.errors.bar(Measure::Energy).map_or_else(|| "–".to_owned(), |bar| significant(bar, 2)),
+            interval,
+            p90,
+            bar,
             reduced,
             solved,
             significant(100.0 * own.solved, 3),
@@ -262,7 +272,13 @@ pub(super) fn section(points: &[BodyPoint]) -> Option<Section> {
         ];
         ("", row)
     };
-    let tables = vec![ReportTable { head: head.map(str::to_owned).to_vec(), rows: points.iter().map(row).collect() }];
+    let over_all = |own: &AllBodiesPoint| {
+        let ([interval, p90, bar], reduced) = (spread(&own.reduced), text(&own.reduced, Measure::Energy));
+        let row = [all_bodies::NAME, own.preset, "–", "–", &reduced, &interval, &p90, &bar, &reduced];
+        ("", row.into_iter().chain(["–"; 5]).map(str::to_owned).collect())
+    };
+    let rows = points.iter().map(row).chain(AllBodiesPoint::all(points).iter().map(over_all)).collect();
+    let tables = vec![ReportTable { head: head.map(str::to_owned).to_vec(), rows }];
     let heading = "Elastic energies of several bodies".to_owned();
     (!points.is_empty()).then(|| Section { heading, lead: vec![lead.to_owned()], tables, ..Section::default() })
 }

@@ -1,5 +1,6 @@
 //! Accuracy against time: every solver setting over its values, errors against a reference, times of whole requests.
 
+mod all_bodies;
 mod bodies;
 mod close_up;
 mod error;
@@ -16,6 +17,7 @@ mod subject;
 mod tessellations;
 mod truth;
 
+pub use all_bodies::AllBodiesPoint;
 pub use bodies::BodyPoint;
 pub use close_up::CloseUp;
 pub use error::StudyError;
@@ -94,6 +96,7 @@ impl AccuracyFindings {
             "threads": ground.threads,
             "points": self.points.iter().map(StudyPoint::document).collect::<Vec<_>>(),
             "bodies": self.bodies.iter().map(BodyPoint::document).collect::<Vec<_>>(),
+            "all_bodies": AllBodiesPoint::all(&self.bodies).iter().map(AllBodiesPoint::document).collect::<Vec<_>>(),
             "outcomes": self.outcomes.iter().map(OutcomePoint::document).collect::<Vec<_>>(),
             "front": preset_standings(self).iter().map(PresetStanding::document).collect::<Vec<_>>(),
             "estimates": self.estimates.len(),

@@ -187,6 +187,18 @@ impl PointErrors {
         Some(format!("{sign}{}", crate::report::significant(self.get(measure)?, 3)))
     }
 
+    /// JSON document of a median with its bar, interval and ninth decile; null if it was not measured.
+    pub(super) fn document(&self, measure: Measure) -> Value {
+        let Some(spread) = self.spread(measure) else { return Value::Null };
+        json!({
+            "median": self.get(measure),
+            "at_most": self.is_at_most(measure),
+            "bar": self.bar(measure),
+            "median_interval": spread.median,
+            "p90": spread.p90,
+        })
+    }
+
     /// JSON document of bar, interval and ninth decile of every error.
     fn details(&self) -> Value {
         let detail = |measure: Measure| {
