@@ -17,6 +17,8 @@ mod cycle;
 mod level;
 mod quadratic;
 #[cfg(test)]
+mod quadratic_tests;
+#[cfg(test)]
 mod tests;
 
 use super::element::{Element, Lame};
@@ -110,6 +112,14 @@ impl RefinedBody {
     /// If there is no such level.
     pub fn unknowns(&self, level: usize) -> usize {
         3 * self.quadratic.get(level).map_or_else(|| self.lattice(level).nodes.len(), QuadraticLevel::rows)
+    }
+
+    /// Share of an energy that a solve misses at most, apart from the error of the discretization.
+    pub fn accuracy(&self) -> f64 {
+        match self.quadratic.is_empty() {
+            true => conjugate_gradients::ACCURACY,
+            false => conjugate_gradients::ACCURACY_QUADRATIC,
+        }
     }
 
     /// Energies under impacts of these contacts on a level. The radii of contacts are the effective ones on all levels.

@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 /// Order of the energy with linear elements on smooth problems.
 const THEORY: f64 = 2.0;
 
-fn refined(lattice: &Lattice, poisson: f64, count: usize) -> RefinedBody {
+pub(super) fn refined(lattice: &Lattice, poisson: f64, count: usize) -> RefinedBody {
     RefinedBody::new(lattice, poisson, count, &CancelToken::default()).unwrap()
 }
 

@@ -40,6 +40,8 @@ pub(super) struct ImpactLevels {
     energies_j: Vec<f64>,
     /// Error of the energy that stems from the load on the finest level, J.
     load_error_j: f64,
+    /// Share of an energy that a solve misses at most.
+    solve_accuracy: f64,
     /// Energies of the tetrahedra of the object's own lattice, J.
     tets_j: Vec<Vec<f64>>,
 }
@@ -47,7 +49,8 @@ pub(super) struct ImpactLevels {
 impl ImpactLevels {
     /// Extrapolated energy, J.
     pub(super) fn energy(&self) -> Extrapolation {
-        extrapolated(&self.energies_j).widened(self.load_error_j)
+        let found = extrapolated(&self.energies_j);
+        found.widened(self.load_error_j + self.solve_accuracy * found.value.abs())
     }
 
     /// As [`Self::energy`], and the energy on the object's own lattice, J.
@@ -127,6 +130,7 @@ fn body_levels(
         radius_m: radius_m(contacts),
         energies_j: Vec::new(),
         load_error_j: f64::INFINITY,
+        solve_accuracy: refined.accuracy(),
         tets_j: Vec::new(),
     };
     let mut all: Vec<ImpactLevels> = contacts.iter().map(own).collect();
