@@ -217,7 +217,7 @@ fn extrapolated_impacts_lie_within_their_bars_with_quadratic_elements() {
             let body = quadratic(&lattice, 0.2, count);
             let level = |level| body.impact_energies(level, &impacts, &CancelToken::default()).unwrap();
             let levels: Vec<Vec<RefinedEnergy>> = (count - 2..=count).map(level).collect();
-            let bars = body.load_errors(&impacts, &CancelToken::default()).unwrap();
+            let bars = body.load_errors(&impacts, &levels[1], &CancelToken::default()).unwrap();
             let found = |index: usize| {
                 let values = [0, 1, 2].map(|level: usize| levels[level][index].energy);
                 extrapolated(&body, values).widened(bars[index])
