@@ -181,6 +181,7 @@ fn document(prepared: &PreparedObject, file: &Path, warnings: &[String], seconds
         "elements_across": report.elements_across(),
         "discretisation_error": report.discretization_error(),
         "elastic": report.elastic,
+        "stretch": report.stretch.map(|own| own.factor),
         "crack_nodes": prepared.crack_nodes(),
         "crack_tets": prepared.crack_tets(),
         "quality": prepared.parameters.quality,
@@ -242,7 +243,8 @@ fn elements(report: &BakeReport) -> Vec<String> {
         let error = own
             .discretization_error
             .map_or(String::new(), |error| format!(", energies about {:.0} % too low", 100.0 * error));
-        format!("{order}, {:.1}{or_more} across the walls{error}{reason}", own.elements_across)
+        let stretch = report.stretch.map_or(String::new(), |own| format!(", {} times as long as thick", own.factor));
+        format!("{order}, {:.1}{or_more} across the walls{stretch}{error}{reason}", own.elements_across)
     };
     [ElementOrder::Linear, ElementOrder::Quadratic].into_iter().filter_map(fewest).map(line).collect()
 }

@@ -75,6 +75,7 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
         "elements_across": prepared.report.elements_across(),
         "discretisation_error": prepared.report.discretization_error(),
         "elastic": prepared.report.elastic,
+        "stretch": prepared.report.stretch.map(|own| own.factor),
         "lattice_volume_m3": prepared.report.lattice_volume_m3,
         "gamma_j_m2": prepared.gamma_j_m2,
         "kappa": prepared.kappa,

@@ -10,7 +10,7 @@
 
 use super::DatabaseError;
 use super::stored_values::implausible;
-use crate::lattice::{DihedralRange, EnergyTransfer, Lattice};
+use crate::lattice::{DihedralRange, EnergyTransfer, Lattice, LatticeStretch};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -28,17 +28,21 @@ const CENTROID_TOLERANCE: f64 = 1e-4;
 /// Largest difference between a share and a quarter in a transfer from a lattice to itself.
 const QUARTER_TOLERANCE: f64 = 1e-9;
 
-/// Checks the elastic lattice `elastic.*` of the body whose tensors begin with `body`. `spacing`: larger spacing of both lattices, local.
+/// Checks the elastic lattice `elastic.*` of the body whose tensors begin with `body`. `spacing`: larger spacing of both lattices, local,
+/// where they are regular, and the stretch that makes them so.
 pub(super) fn check(
     body: &str,
     elastic: &Lattice,
     crack: &Lattice,
     transfer: &EnergyTransfer,
-    spacing: f64,
+    (spacing, stretch): (f64, Option<&LatticeStretch>),
 ) -> Result<(), DatabaseError> {
     let [nodes, tets] = ["nodes", "tets"].map(|part| format!("{body}.elastic.{part}"));
     check_nodes(&nodes, elastic, spacing)?;
-    check_angles(&tets, elastic)?;
+    match stretch {
+        Some(stretch) => check_angles(&tets, &stretch.regular(elastic))?,
+        None => check_angles(&tets, elastic)?,
+    }
     let centroids = shared_centroids(crack, transfer, elastic.tets.len());
     let is_checked = covered(elastic, crack, transfer);
     let wrong = (0..elastic.tets.len()).into_par_iter().find_first(|&tet| {

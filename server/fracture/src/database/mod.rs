@@ -27,6 +27,7 @@ mod object_name;
 mod real_tests;
 mod reduced;
 mod share;
+mod sheet;
 mod skin_values;
 mod skins;
 mod stored;

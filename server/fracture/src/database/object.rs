@@ -392,7 +392,7 @@ fn body(
     // Incomplete elasticity means a damaged file; the reader then names the missing tensor.
     let is_elastic = ELASTIC.iter().any(|part| contents.holds(&name(part)));
     let solid = match tables.elastic && is_elastic {
-        true => Some(solid(contents, index, &crack, parameters, report.order(index))?),
+        true => Some(solid(contents, index, &crack, (parameters, report))?),
         false => None,
     };
     let lift = |part: &str, kind, dimension: Option<usize>, is_wanted: bool| {
@@ -441,17 +441,16 @@ fn solid(
     contents: &ContainerContents,
     index: usize,
     crack: &Lattice,
-    parameters: &BakeParameters,
-    order: ElementOrder,
+    (parameters, report): (&BakeParameters, &BakeReport),
 ) -> Result<ElasticModel, DatabaseError> {
     let name = |part: &str| format!("{BASE}{index}.{part}");
     let law = (parameters.material.poisson, parameters.factor);
     let spacing = parameters.elastic_spacing.max(parameters.crack_spacing);
     let elastic = lattice(contents, &name("elastic"))?;
     let transfer = transfer(contents, &name("transfer"), &elastic, crack)?;
-    elastic_values::check(&format!("{BASE}{index}"), &elastic, crack, &transfer, spacing)?;
+    elastic_values::check(&format!("{BASE}{index}"), &elastic, crack, &transfer, (spacing, report.stretch.as_ref()))?;
     let failed = |source| DatabaseError::Elasticity { body: index, source };
-    ElasticModel::new(elastic, transfer, law, order, &CancelToken::default()).map_err(failed)
+    ElasticModel::new(elastic, transfer, law, report.order(index), &CancelToken::default()).map_err(failed)
 }
 
 fn transfer(

@@ -4,9 +4,10 @@
 
 use super::DatabaseError;
 use super::object_name::is_object_name;
+use super::sheet::STRETCH_MAX;
 use crate::cutting::{CuttingMesh, LISTED_MAX};
 use crate::degree;
-use crate::lattice::{EnergyTransfer, Lattice};
+use crate::lattice::{EnergyTransfer, Lattice, LatticeStretch};
 use crate::lift::MODES_MAX;
 use crate::pipeline::{
     BakeParameters, BakeReport, CELLS_MAX, LearnedErrors, PreparedBody, PreparedObject, ReductionErrors, SurfaceKind,
@@ -265,6 +266,9 @@ const POSITIVE: RangeInclusive<f64> = f64::MIN_POSITIVE..=f64::MAX;
 /// Range of zero and positive numbers.
 const COUNTED: RangeInclusive<f64> = 0.0..=f64::MAX;
 
+/// Range of the length of a unit vector.
+const UNIT: RangeInclusive<f64> = 1.0 - 1e-9..=1.0 + 1e-9;
+
 /// Checks the object's name and bake parameters.
 pub(super) fn parameters(name: &str, own: &BakeParameters) -> Result<(), DatabaseError> {
     if !is_object_name(name) {
@@ -315,6 +319,11 @@ pub(super) fn report(own: &BakeReport, frame: &LocalFrame, bodies: &[PreparedBod
         let [own, linear] = [elastic.discretization_error, elastic.linear_error].map(|error| error.unwrap_or(0.0));
         let errors = [("discretisation_error", own, 0.0..=1.0), ("linear_discretisation_error", linear, 0.0..=1.0)];
         numbers("report", &errors)?;
+    }
+    if let Some(LatticeStretch { axis, factor }) = &own.stretch {
+        let length = axis.iter().map(|own| own * own).sum::<f64>();
+        let all = [("stretch.factor", *factor, 1.0..=STRETCH_MAX), ("the square of stretch.axis", length, UNIT)];
+        numbers("report", &all)?;
     }
     if let Some(cracks) = &own.cracks {
         let all = [

@@ -7,6 +7,7 @@ use super::cells::Cells;
 use super::cracks::{UncrackedShape, elastic_spacing};
 use super::hash::input_hash;
 use super::lost_parts;
+use super::sheet;
 use super::thin::{self, ThinShape};
 use super::wall_limits::WIDTH_MAX;
 use crate::cancel_token::CancelToken;
@@ -23,7 +24,10 @@ pub(super) fn lattices(
     token: &CancelToken,
     progress: &mut dyn FnMut(BakeStep),
 ) -> Result<(BakeParameters, LatticeLevels, BakeReport), BakeError> {
-    stuffed(request, surface, token, progress).map_err(|error| {
+    let made = stuffed(request, surface, token, progress);
+    let made = made
+        .or_else(|error| sheet::stretched(request, surface, error, |thick| stuffed(request, thick, token, progress)));
+    made.map_err(|error| {
         let reason = match &error {
             BakeError::Surface(SurfaceError::NothingInside)
             | BakeError::Lattice(LatticeError::NothingInside { .. })
@@ -139,6 +143,7 @@ fn report(
         unprepared: Vec::new(),
         surface: SurfaceReport::default(),
         elastic: Vec::new(),
+        stretch: None,
     }
 }
 

@@ -267,16 +267,22 @@ mod tests {
             );
             assert_eq!(own.bodies.len(), 1);
         }
+        let plate = |thick: f64| shapes::cuboid([1.0, 1.0, thick]);
+        for mesh in [plate(0.004), turned(plate(0.004), 0)] {
+            let own = baked(mesh, None).unwrap();
+            let cells = own.report.elements_across();
+            println!("plate of 1:250: {} elastic nodes, {cells:?} across", own.elastic_nodes());
+            assert!(own.report.stretch.is_some() && cells > Some(1.2) && own.bodies.len() == 1);
+        }
         let needed = |mesh| match baked(mesh, None).err() {
             Some(BakeError::TooThin { thickness_needed_m: Some(needed_m), .. }) => needed_m,
             other => panic!("{other:?}"),
         };
-        let plate = |thick: f64| shapes::cuboid([1.0, 1.0, thick]);
-        let straight = needed(plate(0.004));
+        let straight = needed(plate(0.0005));
         println!("a plate of 1 m needs {straight} m");
-        assert!((1.0 / 112.0..1.0 / 105.0).contains(&straight), "{straight}");
+        assert!((0.125 / 112.0..0.125 / 105.0).contains(&straight), "{straight}");
         for which in [0, 1] {
-            let own = needed(turned(plate(0.004), which));
+            let own = needed(turned(plate(0.0005), which));
             assert!((own / straight - 1.0).abs() < 0.03, "{own} m, straight {straight} m");
         }
     }

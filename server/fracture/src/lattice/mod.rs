@@ -21,6 +21,7 @@ mod real_tests;
 mod shapes;
 mod spacing;
 mod stencil;
+mod stretch;
 mod stuffing;
 #[cfg(test)]
 mod tests;
@@ -49,6 +50,7 @@ pub use spacing::{
     CRACK_NODES_DEFAULT, CRACK_NODES_MAX, ELASTIC_NODES_DEFAULT, ELASTIC_NODES_MAX, default_spacing,
     finest_grid_spacing, spacings,
 };
+pub use stretch::LatticeStretch;
 pub use turned_box::TurnedBox;
 pub use uniform_refinement::{CHILD_COUNT, RefinedLattice, refined_node_count, refinements};
 

@@ -108,6 +108,18 @@ const TURNS: u32 = 90;
 /// Largest number of points that decide the directions, as many as measure 20 ms. The box holds all points.
 const TRIED_MAX: usize = 10_000;
 
+impl Surface {
+    /// Direction across the surface if it is a sheet: the least side of its thinnest box is at most `thickness_m` long, and
+    /// still the least one if it is `factor` times as long.
+    pub(crate) fn axis_of_sheet(&self, factor: f64, thickness_m: f64) -> Option<Vector3<f64>> {
+        let own = thinnest_box(&self.positions);
+        let extent = own.extent();
+        let [third, second, _] = sorted(&extent);
+        let is_sheet = extent[third] * self.frame.diagonal_m <= thickness_m && factor * extent[third] < extent[second];
+        is_sheet.then(|| own.turn.matrix().column(third).into_owned())
+    }
+}
+
 /// Extents of the thinnest box around `points`, largest first.
 fn extents(points: &[Point3<f64>]) -> [f64; 3] {
     let mut extents: [f64; 3] = thinnest_box(points).extent().into();

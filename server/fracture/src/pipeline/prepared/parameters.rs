@@ -3,6 +3,7 @@
 use super::preset::Preset;
 use crate::cutting::SurfaceRepair;
 use crate::elasticity::ElementOrder;
+use crate::lattice::LatticeStretch;
 use crate::lift::LiftKind;
 use crate::scene::Material;
 use crate::sparse::Precision;
@@ -130,6 +131,9 @@ pub struct BakeReport {
     /// Elements of each body. Empty in databases of older versions, whose elements are linear.
     #[serde(default)]
     pub elastic: Vec<ElasticReport>,
+    /// Stretch of the lattices of a thin sheet; `None`: their cells are regular.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stretch: Option<LatticeStretch>,
 }
 
 /// Order of the elements of a bake.

@@ -211,6 +211,7 @@ pub(super) fn alone(context: RequestContext<'_>, index: usize, body: PreparedBod
         unprepared: Vec::new(),
         surface: SurfaceReport::default(),
         elastic: Vec::new(),
+        stretch: None,
     };
     PreparedObject {
         name: prepared.name.clone(),
