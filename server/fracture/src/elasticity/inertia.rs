@@ -87,6 +87,14 @@ impl Inertia {
         [force / self.volume, self.compliance * torque]
     }
 
+    /// Product in mass of the rigid motions of two displacements with this `work` of the inertial forces of unit accelerations.
+    pub fn rigid_product(&self, work: &[f64; 6], other: &[f64; 6]) -> f64 {
+        let [linear, angular] = [0, 3].map(|first| Vector3::from_column_slice(&work[first..first + 3]));
+        let motion = self.acceleration((linear, angular));
+        let [linear, angular] = [0, 3].map(|first| Vector3::from_column_slice(&other[first..first + 3]));
+        motion[0].dot(&linear) + motion[1].dot(&angular)
+    }
+
     /// Subtracts the inertial forces of an acceleration, and returns net force and torque of the rest.
     ///
     /// Inlined, so that callers that ignore the sums do not compute them.

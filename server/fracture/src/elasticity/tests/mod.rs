@@ -8,6 +8,7 @@ mod edge_contacts;
 mod eigenvalue_bound;
 mod errors;
 mod invariance;
+mod modes;
 mod near_field;
 mod patch;
 mod precision;
