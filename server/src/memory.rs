@@ -132,9 +132,9 @@ mod tests {
         assert_eq!(ResidentMemory::parse("VmRSS:\t12 kB"), None);
     }
 
+    /// Bytes that the process no longer holds after 32 MB of tables of a load are freed.
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    #[test]
-    fn tables_of_a_load_have_pages_of_their_own() {
+    fn released_by_tables() -> u64 {
         let resident = || ResidentMemory::now().unwrap().anonymous;
         // Freed, this block would raise the threshold beyond the tables.
         drop(vec![1_u8; 24 << 20]);
@@ -148,8 +148,16 @@ mod tests {
         }
         let full = resident();
         drop(tables);
-        assert!(resident() + (24 << 20) < full, "pages of freed tables stay resident");
+        let released = full.saturating_sub(resident());
         drop(loading);
+        released
+    }
+
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    #[test]
+    fn tables_of_a_load_have_pages_of_their_own() {
+        // Other tests of the process may take memory meanwhile.
+        assert!((0..5).any(|_| released_by_tables() > 24 << 20), "pages of freed tables stay resident");
     }
 
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
