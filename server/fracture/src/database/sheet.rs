@@ -7,15 +7,10 @@
 use super::bake_error::BakeError;
 use super::bake_request::BakeRequest;
 use super::hash::input_hash;
+use super::wall_limits::STRETCH_MAX;
 use crate::lattice::{LatticeLevels, LatticeStretch};
 use crate::pipeline::{BakeParameters, BakeReport};
 use crate::surface::Surface;
-
-/// Factor by which a sheet is made thicker.
-///
-/// Energies of strips of 1:500 in three orientations, over those of beams: 0.979 to 0.987 with 8 and 4,600 to 5,700 nodes,
-/// 0.991 to 1.000 with 4 and 18,600 to 22,200. A pane of 1 m × 1 m × 4 mm has 11,400 and 44,900 nodes.
-pub(super) const STRETCH_MAX: f64 = 8.0;
 
 /// Largest ratio of the least side of a sheet's box to the thickness of its walls: curved sheets have thicker boxes.
 const BOX_MAX: f64 = 2.0;

@@ -4,7 +4,7 @@
 
 use super::DatabaseError;
 use super::object_name::is_object_name;
-use super::sheet::STRETCH_MAX;
+use super::wall_limits::STRETCH_MAX;
 use crate::cutting::{CuttingMesh, LISTED_MAX};
 use crate::degree;
 use crate::lattice::{EnergyTransfer, Lattice, LatticeStretch};
