@@ -192,7 +192,7 @@ fn known_energies_lie_within_the_bars_with_quadratic_elements() {
 /// The hollow sphere comes nearest, with ν = 0; 3.79 with 0.2. On blocks the order grows from 3.2 to 3.8 with the level,
 /// until the errors are those of the solves.
 #[test]
-fn the_order_of_quadratic_elements_is_that_of_the_theory() {
+fn the_order_on_a_hollow_sphere_is_near_that_of_the_theory() {
     let body = quadratic(&hollow_sphere(0.24), 0.0, 2);
     let (values, exact) = energies(&body, &|place| lame(place, 0.0));
     let [_, middle, fine] = values.map(|value| 1.0 - value / exact);
