@@ -69,20 +69,14 @@ impl Stiffness<'_> {
             }
         }
     }
-
-    fn accuracy(self) -> f64 {
-        match self {
-            Self::Linear(_) => ACCURACY,
-            Self::Quadratic(_) => ACCURACY_QUADRATIC,
-        }
-    }
 }
 
-/// Solves for the displacements under `forces`, which are in equilibrium.
+/// Solves for the displacements under `forces`, which are in equilibrium, until the last steps add at most `accuracy` to the
+/// energy.
 pub(super) fn solve(
     stiffness: Stiffness<'_>,
     cycle: &mut Cycle<'_>,
-    forces: Vec<NodeRow>,
+    (forces, accuracy): (Vec<NodeRow>, f64),
     token: &CancelToken,
 ) -> Result<Solution, ElasticityError> {
     let mut residual = forces;
@@ -94,7 +88,7 @@ pub(super) fn solve(
         stiffness.precondition(cycle, &residual, &mut preconditioned);
         let ratio = state.turn(dot(&preconditioned, &residual), step == 0);
         combine(&mut direction, &preconditioned, ratio);
-        if state.has_converged(stiffness.accuracy()) {
+        if state.has_converged(accuracy) {
             return Ok(Solution { displacement, energies: state.energies.map(|twice| 0.5 * twice).0, steps: step });
         }
         stiffness.multiply(&direction, &mut image);

@@ -43,6 +43,8 @@ pub struct RefinedBody {
     levels: Vec<RefinedLevel>,
     /// Quadratic elements of all levels, the coarsest included; empty: the elements are linear.
     quadratic: Vec<QuadraticLevel>,
+    /// Share of the energy that the last steps of a solve may add.
+    accuracy: f64,
 }
 
 /// Strain energy of one load on one level, in the units of [`Elasticity`].
@@ -69,7 +71,14 @@ impl RefinedBody {
         let lame = Lame::new(poisson);
         let level = |refined| RefinedLevel::new(refined, lame, token);
         let levels = refinements(lattice, count).into_iter().map(level).collect::<Result<_, _>>()?;
-        Ok(Self { lattice: lattice.clone(), lame, coarse, levels, quadratic: Vec::new() })
+        Ok(Self {
+            lattice: lattice.clone(),
+            lame,
+            coarse,
+            levels,
+            quadratic: Vec::new(),
+            accuracy: conjugate_gradients::ACCURACY,
+        })
     }
 
     /// The same body with elements of this order on all levels.
@@ -78,11 +87,19 @@ impl RefinedBody {
     /// [`ElasticityError::DegenerateTet`].
     pub fn of_order(self, order: ElementOrder) -> Result<Self, ElasticityError> {
         let made = |level| QuadraticLevel::new(self.lattice(level), self.lame, self.surface(level).1);
-        let quadratic = match order {
-            ElementOrder::Linear => Vec::new(),
-            ElementOrder::Quadratic => (0..=self.count()).map(made).collect::<Result<_, _>>()?,
+        let (quadratic, accuracy) = match order {
+            ElementOrder::Linear => (Vec::new(), conjugate_gradients::ACCURACY),
+            ElementOrder::Quadratic => {
+                ((0..=self.count()).map(made).collect::<Result<_, _>>()?, conjugate_gradients::ACCURACY_QUADRATIC)
+            }
         };
-        Ok(Self { quadratic, ..self })
+        Ok(Self { quadratic, accuracy, ..self })
+    }
+
+    /// The same body whose solves miss at most this share of an energy.
+    #[must_use]
+    pub fn with_accuracy(self, accuracy: f64) -> Self {
+        Self { accuracy, ..self }
     }
 
     /// Boundary and inertia of a level.
@@ -116,10 +133,7 @@ impl RefinedBody {
 
     /// Share of an energy that a solve misses at most, apart from the error of the discretization.
     pub fn accuracy(&self) -> f64 {
-        match self.quadratic.is_empty() {
-            true => conjugate_gradients::ACCURACY,
-            false => conjugate_gradients::ACCURACY_QUADRATIC,
-        }
+        self.accuracy
     }
 
     /// Energies under impacts of these contacts on a level. The radii of contacts are the effective ones on all levels.
@@ -255,7 +269,7 @@ impl RefinedBody {
             Some(own) => Stiffness::Quadratic(own),
             None => Stiffness::Linear(&self.levels[level - 1]),
         };
-        let found = conjugate_gradients::solve(stiffness, &mut cycle, rows, token)?;
+        let found = conjugate_gradients::solve(stiffness, &mut cycle, (rows, self.accuracy), token)?;
         let capacity = self.lattice.tets.len();
         let own = |lane: usize| RefinedEnergy {
             energy: found.energies[lane],

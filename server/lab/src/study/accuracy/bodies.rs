@@ -2,7 +2,7 @@
 
 use super::all_bodies::{self, AllBodiesPoint};
 use super::plan::StudyBody;
-use super::reference::{EnergyJudge, ImpactLevels, geometry, lattices, levels};
+use super::reference::{EnergyJudge, ImpactLevels, geometry, levels};
 use super::settings::Bench;
 use super::subject::{SOLID, energy, widen};
 use super::{AccuracyPlan, ErrorSpread, Measure, PointErrors, StudyError};
@@ -10,7 +10,7 @@ use crate::report::{ReportTable, Section, significant};
 use serde_json::{Value, json};
 use shatter_fracture::accuracy::Extrapolation;
 use shatter_fracture::cancel_token::CancelToken;
-use shatter_fracture::database::{BakeRequest, bake};
+use shatter_fracture::database::{BakeRequest, Tables, bake};
 use shatter_fracture::pipeline::{
     BodyEnergy, DisplacementMethod, FractureRequest, ImpactSampler, PreparedObject, Preset, SurfaceKind, Workspace,
     reduce,
@@ -112,11 +112,15 @@ struct BodyObject {
 fn objects(plan: &AccuracyPlan, body: &StudyBody) -> Result<Vec<BodyObject>, StudyError> {
     let mut objects: Vec<BodyObject> = Vec::new();
     for &preset in &plan.body_presets {
-        let mut prepared = baked(plan, body, preset)?;
-        if let Some(known) = objects.iter_mut().find(|known| lattices(&known.prepared) == lattices(&prepared)) {
-            known.presets.push(preset);
-            continue;
+        if !objects.is_empty() {
+            // Crack lattices alone take a fraction of the time of a solid.
+            let cracks = baked(plan, body, preset, Tables::NONE)?;
+            if let Some(known) = objects.iter_mut().find(|known| has_same_lattices(&known.prepared, &cracks)) {
+                known.presets.push(preset);
+                continue;
+            }
         }
+        let mut prepared = baked(plan, body, preset, SOLID)?;
         if preset.solver_settings().elastic == DisplacementMethod::Reduced {
             prepared.impacts = plan.snapshots;
             reduce(&mut prepared, preset.lattices().rank_max, &CancelToken::default())?;
@@ -140,11 +144,24 @@ pub(super) fn with_geometry(judged: Vec<Judged>) -> Vec<BodyPoint> {
     judged.into_iter().enumerate().map(one).collect()
 }
 
+/// Whether two bakes of one body, the second without solids, have the same lattices: equal spacings and crack lattices.
+fn has_same_lattices(own: &PreparedObject, other: &PreparedObject) -> bool {
+    let spacings = [own, other].map(|prepared| prepared.parameters.elastic_spacing);
+    spacings[0] == spacings[1]
+        && own.bodies.len() == other.bodies.len()
+        && own.bodies.iter().zip(&other.bodies).all(|(own, other)| own.crack == other.crack)
+}
+
 /// The body on the lattices of a preset, without a basis.
-fn baked(plan: &AccuracyPlan, body: &StudyBody, quality: Preset) -> Result<PreparedObject, StudyError> {
+fn baked(
+    plan: &AccuracyPlan,
+    body: &StudyBody,
+    quality: Preset,
+    tables: Tables,
+) -> Result<PreparedObject, StudyError> {
     let material = Material::named(MATERIAL).map_err(|error| StudyError::Materials(error.to_string()))?;
     let request = BakeRequest::new(body.name.clone(), MATERIAL, material);
-    let (elastic, surface, tables) = (DisplacementMethod::Solve, SurfaceKind::Lattice, SOLID);
+    let (elastic, surface) = (DisplacementMethod::Solve, SurfaceKind::Lattice);
     let (kappa, examples, seed) = (Some(1.0), 0, plan.seed);
     let request = BakeRequest { quality, elastic, surface, kappa, examples, tables, seed, ..request };
     Ok(bake(body.mesh.clone(), &request, &CancelToken::default(), &mut |_| {})?)

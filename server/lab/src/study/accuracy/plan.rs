@@ -111,7 +111,7 @@ impl AccuracyPlan {
             bodies: Vec::new(),
             body_presets: vec![Preset::Draft, Preset::Game, Preset::Film],
             outcome_presets: vec![Preset::Draft, Preset::Game, Preset::Film],
-            outcome_impacts: 8,
+            outcome_impacts: 6,
             outcome_finer: 2.0,
             outcome_seeds: 3,
             elastic: vec![0.5, 1.0, 2.0],
