@@ -81,7 +81,8 @@ impl BakeProgress {
 
 /// Estimate of the remaining time of a bake on that many threads, and of the memory of the object.
 fn cost(size: &BakeSize, threads: usize) -> String {
-    let BakeSize { elastic_nodes, crack_nodes, examples, exact_triangles, .. } = size;
+    let BakeSize { elastic_nodes, crack_nodes, examples, exact_triangles, quadratic_nodes, .. } = size;
+    let order = if *quadratic_nodes > 0 { " (quadratic elements)" } else { "" };
     let [least, most] = size.seconds(threads).map(|seconds| seconds.round().max(1.0) as u64);
     let seconds = if least == most { format!("{most} s") } else { format!("{least} to {most} s") };
     let examples = counted(*examples, "example");
@@ -91,7 +92,7 @@ fn cost(size: &BakeSize, threads: usize) -> String {
     let (peak, [least, most]) = (megabytes(size.peak_bytes()), size.held_bytes().map(megabytes));
     let held = if least == most { format!("about {most}") } else { format!("{least} to {most}") };
     format!(
-        "{elastic_nodes} elastic and {crack_nodes} crack nodes, {examples}: about {seconds} left on an idle machine, {peak} MB at most; a \
+        "{elastic_nodes} elastic{order} and {crack_nodes} crack nodes, {examples}: about {seconds} left on an idle machine, {peak} MB at most; a \
          daemon will hold {held} MB for it{hard}"
     )
 }

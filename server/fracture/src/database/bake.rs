@@ -68,43 +68,10 @@ pub(super) fn whole(
     let (parameters, levels, mut report) = lattices(request, surface, token, progress)?;
     report.input_hash = input.unwrap_or(report.input_hash);
     let tables = request.tables();
-    let assembled = assembled(levels.bodies, &parameters, &report, tables, token)?;
-    progress(BakeStep::Sized(BakeSize::of(&assembled, surface, &parameters, request)));
-    // First, because a body with a free joint is refused.
-    for (index, (_, solid)) in assembled.iter().enumerate() {
-        progress(BakeStep::Elasticity(index));
-        if let Some(solid) = solid {
-            solid.elasticity.factor().map_err(|source| elasticity_error(index, solid, source, &surface.frame))?;
-        }
-    }
-    let mut bodies = Vec::with_capacity(assembled.len());
-    for (index, (crack, solid)) in assembled.into_iter().enumerate() {
-        progress(BakeStep::Lift(index));
-        let failed = |source| BakeError::Lift { body: index, source };
-        let interior = || lift::interior(&crack, parameters.modes, parameters.alpha, token).map_err(failed);
-        let interior = tables.interior.then(interior).transpose()?;
-        let diffusion = || surface_lift(&crack, index, &mut report, token);
-        let surface_diffusion = tables.surface_diffusion.then(diffusion).transpose()?.flatten();
-        bodies.push(PreparedBody { solid, interior, surface_diffusion, ..PreparedBody::new(crack) });
-    }
-    let gamma_j_m2 = gamma(request, &parameters);
-    if !(gamma_j_m2.is_normal() && gamma_j_m2 > 0.0) {
-        return Err(BakeError::NotPositive { key: "gamma from the fragment size", value: gamma_j_m2 });
-    }
-    if let Some(PlausibleRange { key, over, value }) =
-        stored_values::unusual(&parameters, &surface.frame, gamma_j_m2, degree::KAPPA)
-    {
-        return Err(BakeError::Unusual { key, over, value });
-    }
-    let name = request.name.clone();
-    if is_exact {
-        exact_surface(&filled, &mut bodies, parameters.crack_spacing, tables, &mut report, token, progress)?;
-    } else if request.surface == SurfaceKind::Exact {
-        report.surface.reason = Some("existing cracks are slots of the lattice".to_owned());
-    }
-    let skin = skin_of(surface, &mut bodies, parameters.crack_spacing, tables, request.cracks.is_some());
-    Ok(PreparedObject {
-        name,
+    let gamma_j_m2 = plausible_gamma(request, &parameters, &surface.frame)?;
+    let bodies = assembled(levels.bodies, &parameters, &report, tables, token)?;
+    let mut prepared = PreparedObject {
+        name: request.name.clone(),
         frame: surface.frame,
         parameters,
         gamma_j_m2,
@@ -116,21 +83,78 @@ pub(super) fn whole(
         learned: None,
         reduction: None,
         held: None,
-        skin: skin.map(Arc::new),
-    })
+        skin: None,
+    };
+    progress(BakeStep::Sized(BakeSize::of(&prepared, surface, request)));
+    // First, because a body with a free joint is refused.
+    factor(&prepared, progress)?;
+    if pipeline::raise_orders(&mut prepared, token)? {
+        progress(BakeStep::Sized(BakeSize::of(&prepared, surface, request)));
+    }
+    lifts(&mut prepared, tables, token, progress)?;
+    if is_exact {
+        exact_surface(&filled, &mut prepared, tables, token, progress)?;
+    } else if request.surface == SurfaceKind::Exact {
+        prepared.report.surface.reason = Some("existing cracks are slots of the lattice".to_owned());
+    }
+    let spacing = prepared.parameters.crack_spacing;
+    prepared.skin = skin_of(surface, &mut prepared.bodies, spacing, tables, request.cracks.is_some()).map(Arc::new);
+    Ok(prepared)
+}
+
+/// Threshold γ of a request, J·m²; all parameters must be plausible with it.
+fn plausible_gamma(request: &BakeRequest, parameters: &BakeParameters, frame: &LocalFrame) -> Result<f64, BakeError> {
+    let gamma_j_m2 = gamma(request, parameters);
+    if !(gamma_j_m2.is_normal() && gamma_j_m2 > 0.0) {
+        return Err(BakeError::NotPositive { key: "gamma from the fragment size", value: gamma_j_m2 });
+    }
+    match stored_values::unusual(parameters, frame, gamma_j_m2, degree::KAPPA) {
+        Some(PlausibleRange { key, over, value }) => Err(BakeError::Unusual { key, over, value }),
+        None => Ok(gamma_j_m2),
+    }
+}
+
+/// Factors the stiffness of all bodies.
+fn factor(prepared: &PreparedObject, progress: &mut dyn FnMut(BakeStep)) -> Result<(), BakeError> {
+    for (index, body) in prepared.bodies.iter().enumerate() {
+        progress(BakeStep::Elasticity(index));
+        if let Some(solid) = &body.solid {
+            solid.elasticity.factor().map_err(|source| elasticity_error(index, solid, source, &prepared.frame))?;
+        }
+    }
+    Ok(())
+}
+
+/// Computes the selected lifts of all bodies.
+fn lifts(
+    prepared: &mut PreparedObject,
+    tables: Tables,
+    token: &CancelToken,
+    progress: &mut dyn FnMut(BakeStep),
+) -> Result<(), BakeError> {
+    let PreparedObject { bodies, parameters, report, .. } = prepared;
+    for (index, body) in bodies.iter_mut().enumerate() {
+        progress(BakeStep::Lift(index));
+        let failed = |source| BakeError::Lift { body: index, source };
+        let interior = || lift::interior(&body.crack, parameters.modes, parameters.alpha, token).map_err(failed);
+        body.interior = tables.interior.then(interior).transpose()?;
+        let diffusion = || surface_lift(&body.crack, index, report, token);
+        body.surface_diffusion = tables.surface_diffusion.then(diffusion).transpose()?.flatten();
+    }
+    Ok(())
 }
 
 /// Adds the meshes of the input surface to the bodies, or the reason why there are none to the report.
 fn exact_surface(
     filled: &FilledSurface,
-    bodies: &mut [PreparedBody],
-    spacing: f64,
+    prepared: &mut PreparedObject,
     tables: Tables,
-    report: &mut BakeReport,
     token: &CancelToken,
     progress: &mut dyn FnMut(BakeStep),
 ) -> Result<(), BakeError> {
-    let cracks: Vec<&Lattice> = bodies.iter().map(|body| &body.crack).collect();
+    let PreparedObject { bodies, parameters, report, .. } = prepared;
+    let (cracks, spacing): (Vec<&Lattice>, f64) =
+        (bodies.iter().map(|body| &body.crack).collect(), parameters.crack_spacing);
     let has_attributes = tables.attributes || tables.skin;
     let frame = filled.surface.frame;
     let meshes = cutting_meshes(filled, &cracks, spacing, has_attributes, token, &mut |step| {
@@ -170,19 +194,20 @@ fn exact_surface(
     Ok(())
 }
 
-/// The crack lattice of each body, and its elasticity if selected, not yet factored.
+/// The bodies with their elasticity if selected, not yet factored, and without lifts.
 fn assembled(
     bodies: Vec<BodyLattice>,
     parameters: &BakeParameters,
     report: &BakeReport,
     tables: Tables,
     token: &CancelToken,
-) -> Result<Vec<(Lattice, Option<ElasticModel>)>, BakeError> {
+) -> Result<Vec<PreparedBody>, BakeError> {
     let one = |(body, BodyLattice { elastic, crack, transfer })| {
         let (law, order) = ((parameters.material.poisson, parameters.factor), report.order(body));
         let solid = || ElasticModel::new(elastic, transfer, law, order, token);
         let failed = |source| BakeError::Elasticity { body, source };
-        Ok((crack, tables.elastic.then(solid).transpose().map_err(failed)?))
+        let solid = tables.elastic.then(solid).transpose().map_err(failed)?;
+        Ok(PreparedBody { solid, ..PreparedBody::new(crack) })
     };
     bodies.into_iter().enumerate().map(one).collect()
 }

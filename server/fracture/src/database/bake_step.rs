@@ -3,8 +3,7 @@
 use super::BakeRequest;
 use crate::conforming::boundary_count;
 use crate::elasticity::ElementOrder;
-use crate::lattice::Lattice;
-use crate::pipeline::{BASIS_BYTES_MAX, BakeParameters, ElasticModel, REFINED_NODES_MAX, SurfaceKind};
+use crate::pipeline::{BASIS_BYTES_MAX, PreparedObject, REFINED_NODES_MAX, SurfaceKind};
 use crate::surface::Surface;
 
 /// Steps of a bake in order, for display.
@@ -16,7 +15,7 @@ pub enum BakeStep {
     Volume,
     /// Computes both lattices and the transfer between them.
     Lattices,
-    /// Reports the size of the finished lattices. No work begins with it.
+    /// Reports the size of the finished lattices, and again if bodies get quadratic elements later. No work begins with it.
     Sized(BakeSize),
     /// Factors the stiffness of body `0`.
     Elasticity(usize),
@@ -124,19 +123,14 @@ const REFINED: f64 = 15e3;
 const QUADRATIC_BASIS: f64 = 3.0 * 4.0 * 5.0;
 
 impl BakeSize {
-    /// The size of these bodies.
-    pub(super) fn of(
-        bodies: &[(Lattice, Option<ElasticModel>)],
-        surface: &Surface,
-        parameters: &BakeParameters,
-        request: &BakeRequest,
-    ) -> Self {
-        let solids = || bodies.iter().filter_map(|(_, solid)| solid.as_ref());
+    /// The size of an object whose surface is `surface`.
+    pub(super) fn of(prepared: &PreparedObject, surface: &Surface, request: &BakeRequest) -> Self {
+        let solids = || prepared.bodies.iter().filter_map(|body| body.solid.as_ref());
         // The skin and the exact surface have edges of at most the same length: their numbers differ by a tenth at most.
-        let triangles = boundary_count(&surface.positions, &surface.triangles, parameters.crack_spacing);
+        let triangles = boundary_count(&surface.positions, &surface.triangles, prepared.parameters.crack_spacing);
         Self {
             elastic_nodes: solids().map(|solid| solid.lattice.nodes.len()).sum(),
-            crack_nodes: bodies.iter().map(|(crack, _)| crack.nodes.len()).sum(),
+            crack_nodes: prepared.crack_nodes(),
             examples: request.examples,
             factor_bytes: solids().map(|solid| solid.elasticity.factor_bytes() as u64).sum(),
             double_precision_bytes: solids().map(|solid| solid.elasticity.double_precision_bytes() as u64).sum(),

@@ -58,7 +58,7 @@ pub use stages::termination::{StopReason, Termination};
 pub use stages::threshold::ThresholdResult;
 pub use training::calibrate::calibrate;
 pub use training::compare::{LiftComparison, LiftComparisonError, LiftRow};
-pub(crate) use training::discretization::{REFINED_NODES_MAX, estimate_discretization};
+pub(crate) use training::discretization::{REFINED_NODES_MAX, estimate_discretization, raise_orders};
 pub use training::examples::examples;
 pub(crate) use training::learn::samples;
 pub use training::learn::{learn, sampled};

@@ -57,6 +57,17 @@ impl ElasticModel {
         Ok(Self { lattice, transfer, elasticity, reduced: None, strength: OnceLock::new() })
     }
 
+    /// Returns the same body with elements of this order. A factor that exists remains.
+    ///
+    /// # Errors
+    /// Those of [`Elasticity::of_order`].
+    pub(crate) fn of_order(self, order: ElementOrder) -> Result<Self, ElasticityError> {
+        if order == self.elasticity.order() {
+            return Ok(self);
+        }
+        Ok(Self { elasticity: self.elasticity.of_order(order, &self.lattice)?, strength: OnceLock::new(), ..self })
+    }
+
     /// Tables of the criterion by strength and energy. The first caller makes them.
     pub fn strength_tables(&self) -> &StrengthTables {
         self.strength.get_or_init(|| StrengthTables::new(&self.elasticity, &self.lattice))

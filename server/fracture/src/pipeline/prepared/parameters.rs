@@ -140,8 +140,8 @@ pub struct BakeReport {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ElementChoice {
-    /// Quadratic elements in bodies with few cells across their walls, linear ones in the others, and in bodies that have
-    /// no basis of displacements: anchored ones and fragments.
+    /// Quadratic elements in bodies with few cells across their walls, and where linear ones would miss much of the elastic
+    /// energy. Linear ones in the others, and in bodies that have no basis of displacements: anchored ones and fragments.
     #[default]
     Auto,
     /// Linear elements.

@@ -20,6 +20,7 @@ use crate::elasticity::{
 use crate::lattice::Lattice;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::{ElasticModel, PreparedObject};
+use crate::pipeline::prepared::parameters::ElementChoice;
 use crate::pipeline::stages::contact_set::ContactSet;
 use rayon::prelude::*;
 
@@ -49,6 +50,10 @@ const QUADRATIC_FACTOR: f64 = 1.5;
 /// On 132 of these strikes (11 lattices): 0.61 to 1.24 times the error. The median of 6 was within a factor of two for 127.
 const LINEAR_FACTOR: f64 = 1.1;
 
+/// Relative error of elastic energies above which [`ElementChoice::Auto`] takes quadratic elements: walls with many cells do
+/// not tell of a narrow neck. Impulses, and so the onset of fracture, err by half of it.
+const LINEAR_ERROR_MAX: f64 = 0.15;
+
 /// Relative errors of the energies of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct LatticeErrors {
@@ -71,6 +76,34 @@ pub fn estimate_discretization(prepared: &mut PreparedObject, token: &CancelToke
         }
     }
     Ok(())
+}
+
+/// Gives quadratic elements to bodies whose linear ones miss more than [`LINEAR_ERROR_MAX`], and the reason to the report.
+///
+/// Returns whether any body changed. Other choices than [`ElementChoice::Auto`] change none.
+///
+/// # Errors
+/// Those of [`estimate_discretization`].
+pub fn raise_orders(prepared: &mut PreparedObject, token: &CancelToken) -> Result<bool, FractureError> {
+    let mut is_changed = false;
+    if prepared.parameters.elements != ElementChoice::Auto {
+        return Ok(is_changed);
+    }
+    for (body, impacts) in impacts(prepared, IMPACTS)?.iter().enumerate() {
+        let Some(solid) = prepared.bodies[body].solid.take() else { continue };
+        let failed = |source| FractureError::of_body(body, source);
+        let is_linear = solid.elasticity.order() == ElementOrder::Linear;
+        let error = if is_linear { recovered_errors(&solid, impacts, token).map_err(failed)? } else { None };
+        let raised = error.filter(|error| *error > LINEAR_ERROR_MAX);
+        let order = if raised.is_some() { ElementOrder::Quadratic } else { solid.elasticity.order() };
+        prepared.bodies[body].solid = Some(solid.of_order(order).map_err(failed)?);
+        if let (Some(error), Some(report)) = (raised, prepared.report.elastic.get_mut(body)) {
+            report.order = ElementOrder::Quadratic;
+            report.reason = Some(format!("linear elements would miss {:.0} % of the elastic energy", 100.0 * error));
+            is_changed = true;
+        }
+    }
+    Ok(is_changed)
 }
 
 /// Contacts of up to `count` impacts on each body, with radii that its lattice resolves.

@@ -225,6 +225,20 @@ fn large_lattices_have_an_estimate() {
     assert!((0.005..0.1).contains(&recovered.unwrap()), "{recovered:?}");
 }
 
+/// Most walls of the dumbbell have many cells across them, but its neck has few.
+#[test]
+fn a_narrow_neck_gets_quadratic_elements() {
+    let report = |shape, elements| baked(shape, elements, Some(0.05)).report.elastic.swap_remove(0);
+    let [auto, linear] = [ElementChoice::Auto, ElementChoice::Linear].map(|choice| report("dumbbell", choice));
+    println!("{auto:?}\n{linear:?}");
+    assert!(auto.elements_across > 5.0 && auto.order == ElementOrder::Quadratic);
+    assert!(auto.reason.is_some_and(|reason| reason.starts_with("linear elements would miss ")));
+    assert!(linear.order == ElementOrder::Linear && linear.reason.is_none());
+    assert!(linear.discretization_error > auto.discretization_error.map(|error| 3.0 * error));
+    let stout = report("head", ElementChoice::Auto);
+    assert!(stout.order == ElementOrder::Linear && stout.discretization_error < Some(0.15), "{stout:?}");
+}
+
 /// Against quadratic elements on refined lattices.
 #[test]
 fn estimates_with_quadratic_elements_are_within_a_factor_of_two_of_the_error() {

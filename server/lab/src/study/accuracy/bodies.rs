@@ -153,12 +153,7 @@ fn has_same_lattices(own: &PreparedObject, other: &PreparedObject) -> bool {
 }
 
 /// The body on the lattices of a preset, without a basis.
-fn baked(
-    plan: &AccuracyPlan,
-    body: &StudyBody,
-    quality: Preset,
-    tables: Tables,
-) -> Result<PreparedObject, StudyError> {
+fn baked(plan: &AccuracyPlan, body: &StudyBody, quality: Preset, tables: Tables) -> Result<PreparedObject, StudyError> {
     let material = Material::named(MATERIAL).map_err(|error| StudyError::Materials(error.to_string()))?;
     let request = BakeRequest::new(body.name.clone(), MATERIAL, material);
     let (elastic, surface) = (DisplacementMethod::Solve, SurfaceKind::Lattice);
