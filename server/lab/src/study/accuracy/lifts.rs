@@ -7,6 +7,7 @@ use super::settings::Bench;
 use super::subject::timed;
 use super::truth::{Truth, best, diagram, pieces};
 use super::{Measure, PointErrors, PointTimes, StudyError};
+use rayon::prelude::*;
 use serde_json::json;
 use shatter_fracture::accuracy::cvd_gap;
 use shatter_fracture::cancel_token::CancelToken;
@@ -42,8 +43,9 @@ impl Bench<'_> {
     fn finest(&self) -> Result<Finest, StudyError> {
         let modes = self.plan.modes.iter().copied().max().unwrap_or(0);
         let lifts = self.interior(modes)?;
-        let energy = |truth: &Truth| Ok(best(self.plan, &self.base, &truth.own, &lifts[truth.own.body])?.energy);
-        let energies = self.truths.impacts.iter().map(energy).collect::<Result<_, StudyError>>()?;
+        let (plan, base) = (self.plan, &self.base);
+        let energy = |truth: &Truth| Ok(best(plan, base, &truth.own, &lifts[truth.own.body])?.energy);
+        let energies = self.truths.impacts.par_iter().map(energy).collect::<Result<_, StudyError>>()?;
         Ok(Finest { lifts, energies })
     }
 
@@ -93,18 +95,18 @@ impl Bench<'_> {
 
     /// Times and errors of requests in the lifts that they name.
     fn lifted(&self, strikes: &[FractureRequest], finest: &Finest) -> Result<(PointTimes, PointErrors), StudyError> {
-        let mut all = Vec::new();
-        for ((truth, strike), reference) in self.truths.impacts.iter().zip(strikes).zip(&finest.energies) {
+        let (plan, base) = (self.plan, &self.base);
+        let errors = |((truth, strike), reference): ((&Truth, &FractureRequest), &f64)| {
             let body = truth.own.body;
-            let options = DiagramOptions::new(self.plan.sites as usize, strike.seed);
-            let found = diagram(&self.base, &truth.own, self.base.lift(body, strike.lift)?, &options)?;
+            let options = DiagramOptions::new(plan.sites as usize, strike.seed);
+            let found = diagram(base, &truth.own, base.lift(body, strike.lift)?, &options)?;
             let energy = energy_in(&finest.lifts[body], &truth.own.shares, &found.labels, found.count());
-            all.push(
-                PointErrors::default()
-                    .with(Measure::Gap, cvd_gap(energy, *reference))
-                    .with(Measure::Stray, pieces(&self.base, body, &found.labels).1),
-            );
-        }
+            Ok(PointErrors::default()
+                .with(Measure::Gap, cvd_gap(energy, *reference))
+                .with(Measure::Stray, pieces(base, body, &found.labels).1))
+        };
+        let each = self.truths.impacts.par_iter().zip(strikes).zip(&finest.energies);
+        let all: Vec<PointErrors> = each.map(errors).collect::<Result<_, StudyError>>()?;
         Ok((timed(&self.base, strikes, self.plan.runs)?, PointErrors::medians(&all)))
     }
 }

@@ -11,6 +11,7 @@ use super::truth::SEED_FIRST;
 use super::{AccuracyPlan, StudyError};
 use crate::report::{ReportTable, Section, significant};
 use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
 use serde_json::{Value, json};
 use shatter_fracture::accuracy::wasserstein;
 use shatter_fracture::cancel_token::CancelToken;
@@ -129,17 +130,16 @@ impl OutcomeBench<'_> {
     /// Contact radii are the default, so each lattice widens them as it must.
     fn results(&self, prepared: &PreparedObject, preset: Preset, seed: u64) -> Result<Vec<Outcome>, StudyError> {
         let factors = spread(self.strikes.len());
-        let mut workspace = Workspace::default();
-        let mut result = |(strike, factor): (&FractureRequest, &f64)| {
+        let result = |workspace: &mut Workspace, (strike, factor): (&FractureRequest, &f64)| {
             let mut strike = strike.clone().of_quality(preset);
             strike.seed += SEED_FIRST + seed * self.plan.impacts;
             strike.contacts[0].radius_m = None;
             strike.contacts[0].impulse_ns *= *factor;
             let token = CancelToken::default();
-            let outcome = pipeline::strike(RequestContext::new(prepared, &strike, &token, &()), &mut workspace)?;
+            let outcome = pipeline::strike(RequestContext::new(prepared, &strike, &token, &()), workspace)?;
             outcome.meshes().map_or_else(|| Ok(Outcome::whole(prepared)), |meshes| Outcome::of(prepared, meshes))
         };
-        self.strikes.iter().zip(&factors).map(&mut result).collect()
+        self.strikes.par_iter().zip(&factors).map_init(Workspace::default, result).collect()
     }
 }
 

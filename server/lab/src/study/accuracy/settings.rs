@@ -5,6 +5,7 @@ use super::reference::ElasticReference;
 use super::subject::{SOLID, energy, rebaked, timed};
 use super::truth::{Truth, Truths, diagram, optimized, solve};
 use super::{AccuracyFindings, AccuracyPlan, Measure, PointErrors, StudyError, StudyPoint};
+use rayon::prelude::*;
 use serde_json::{Value, json};
 use shatter_fracture::accuracy::{degree_error, density_error, energy_error};
 use shatter_fracture::cancel_token::CancelToken;
@@ -88,15 +89,6 @@ impl Bench<'_> {
         let what = format!("{setting} {value}");
         (self.progress)(&what);
         self.findings.left_out.push([what, why]);
-    }
-
-    /// Medians over impacts.
-    pub(super) fn medians(
-        &self,
-        mut of: impl FnMut(&Truth, &FractureRequest) -> Result<PointErrors, StudyError>,
-    ) -> Result<PointErrors, StudyError> {
-        let each = self.truths.impacts.iter().zip(&self.strikes).map(|(truth, strike)| of(truth, strike));
-        Ok(PointErrors::medians(&each.collect::<Result<Vec<_>, _>>()?))
     }
 
     /// The plan's requests with a change.
@@ -248,13 +240,15 @@ impl Bench<'_> {
         for tolerance in self.plan.tolerances.clone() {
             self.point("cvd_tolerance", json!(tolerance), |bench| {
                 let strikes = bench.with(|strike| strike.tolerance = tolerance);
-                let errors = bench.medians(|truth, strike| {
-                    let options =
-                        DiagramOptions { tolerance, ..DiagramOptions::new(bench.plan.sites as usize, strike.seed) };
-                    let lift = bench.base.lift(truth.own.body, LiftKind::Interior)?;
-                    Ok(truth.diagram(&bench.base, &diagram(&bench.base, &truth.own, lift, &options)?))
-                })?;
-                Ok((timed(&bench.base, &strikes, bench.plan.runs)?, errors))
+                let (base, sites) = (&bench.base, bench.plan.sites as usize);
+                let errors = |(truth, strike): (&Truth, &FractureRequest)| {
+                    let options = DiagramOptions { tolerance, ..DiagramOptions::new(sites, strike.seed) };
+                    let lift = base.lift(truth.own.body, LiftKind::Interior)?;
+                    Ok(truth.diagram(base, &diagram(base, &truth.own, lift, &options)?))
+                };
+                let all = bench.truths.impacts.par_iter().zip(&bench.strikes).map(errors);
+                let all: Vec<PointErrors> = all.collect::<Result<_, StudyError>>()?;
+                Ok((timed(base, &strikes, bench.plan.runs)?, PointErrors::medians(&all)))
             });
         }
     }
@@ -262,9 +256,10 @@ impl Bench<'_> {
     /// Sources of the degree, on impacts of several magnitudes: with a single number of sites, sources close to it would look too good.
     pub(super) fn degrees(&mut self) {
         let factors = spread(self.strikes.len());
-        let wanted = self.truths.impacts.iter().zip(&factors);
-        let wanted = wanted.map(|(truth, factor)| optimized(&self.base, truth, *factor));
-        let wanted: Vec<f64> = match wanted.collect() {
+        let base = &self.base;
+        let wanted = self.truths.impacts.par_iter().zip(&factors);
+        let wanted = wanted.map(|(truth, factor)| optimized(base, truth, *factor));
+        let wanted: Vec<f64> = match wanted.collect::<Result<_, _>>() {
             Ok(wanted) => wanted,
             Err(error) => return self.findings.left_out.push(["degree".to_owned(), StudyError::to_string(&error)]),
         };
@@ -274,16 +269,16 @@ impl Bench<'_> {
                 for (strike, factor) in strikes.iter_mut().zip(&factors) {
                     strike.contacts[0].impulse_ns *= *factor;
                 }
-                let mut all = Vec::new();
-                for (strike, wanted) in strikes.iter().zip(&wanted) {
+                let base = &bench.base;
+                let errors = |(strike, wanted): (&FractureRequest, &f64)| {
                     let (token, mut workspace) = (CancelToken::default(), Workspace::default());
-                    let found = pipeline::strike(
-                        pipeline::RequestContext::new(&bench.base, strike, &token, &()),
-                        &mut workspace,
-                    )?;
+                    let context = pipeline::RequestContext::new(base, strike, &token, &());
+                    let found = pipeline::strike(context, &mut workspace)?;
                     let error = degree_error(f64::from(found.fracture_degree()), *wanted);
-                    all.push(PointErrors::default().with(Measure::Degree, error));
-                }
+                    Ok(PointErrors::default().with(Measure::Degree, error))
+                };
+                let all = strikes.par_iter().zip(&wanted).map(errors);
+                let all: Vec<PointErrors> = all.collect::<Result<_, StudyError>>()?;
                 let runs = bench.plan.runs.min(RUNS_OPTIMIZED);
                 Ok((timed(&bench.base, &strikes, runs)?, PointErrors::medians(&all)))
             });

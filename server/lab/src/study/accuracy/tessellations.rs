@@ -2,8 +2,9 @@
 
 use super::settings::Bench;
 use super::subject::{rebaked, timed};
-use super::truth::Truth;
+use super::truth::{Truth, Truths};
 use super::{Measure, PointErrors, PointTimes, StudyError};
+use rayon::prelude::*;
 use serde_json::json;
 use shatter_fracture::accuracy::{
     ExactCells, LabelErrors, Regions, carried, crack_distance, exact, label_fraction, misplaced, nearest, volume_l1,
@@ -56,19 +57,44 @@ impl Bench<'_> {
 
     /// Errors of another object with the same bodies, for the sites of the finest lattice.
     pub(super) fn same_sites(&self, other: &PreparedObject) -> Result<CrackErrors, StudyError> {
-        let lifts = self.carried(other);
-        let (mut finest, mut own) = (Vec::new(), Vec::new());
-        for truth in &self.truths.impacts {
-            let pair = self.compared(&other.bodies[truth.own.body], &lifts[truth.own.body], truth)?;
-            finest.push(pair.finest.with(Measure::Surface, other.report.surface_deviation));
-            own.push(pair.own);
-        }
+        let truths = &self.truths;
+        let lifts = truths.carried(other);
+        let pair = |truth: &Truth| {
+            let pair = truths.compared(&other.bodies[truth.own.body], &lifts[truth.own.body], truth)?;
+            Ok((pair.finest.with(Measure::Surface, other.report.surface_deviation), pair.own))
+        };
+        let pairs = truths.impacts.par_iter().map(pair).collect::<Result<Vec<_>, StudyError>>()?;
+        let (finest, own): (Vec<_>, Vec<_>) = pairs.into_iter().unzip();
         Ok(CrackErrors { finest: PointErrors::medians(&finest), own: PointErrors::medians(&own) })
     }
 
+    /// Node labels and the exact diagram on the object's lattice, both against the finest one; the time of clipping adds to a request's.
+    pub(super) fn tessellations(&mut self) {
+        self.point("tessellation", json!("nodes"), |bench| {
+            let times = timed(&bench.base, &bench.strikes, bench.plan.runs)?;
+            Ok((times, bench.same_sites(&bench.base)?.finest))
+        });
+        self.point("tessellation", json!("exact"), |bench| {
+            let mut times = timed(&bench.base, &bench.strikes, bench.plan.runs)?;
+            let (lifts, mut all, mut clips) = (bench.truths.carried(&bench.base), Vec::new(), Vec::new());
+            for truth in &bench.truths.impacts {
+                let (body, lift) = (&bench.base.bodies[truth.own.body], &lifts[truth.own.body]);
+                let begin = Instant::now();
+                let found = exact(&body.crack, lift, &truth.sites, &CancelToken::default())?;
+                clips.push(1e3 * begin.elapsed().as_secs_f64());
+                let given = |place: &LatticePoint| nearest(&body.crack, lift, &truth.sites, place).unwrap_or(0);
+                all.push(bench.truths.against_finest(body, &given, &found.volumes, &found.triangles, truth)?);
+            }
+            times.0.iter_mut().zip(clips.iter().cycle()).for_each(|(time, clip)| *time += clip);
+            Ok((times, PointErrors::medians(&all)))
+        });
+    }
+}
+
+impl Truths {
     /// Lift of the finest lattices, carried to those of another object.
     fn carried(&self, other: &PreparedObject) -> Vec<LiftedLattice> {
-        let fine = self.truths.fine.bodies.iter().zip(&self.truths.locators);
+        let fine = self.fine.bodies.iter().zip(&self.locators);
         let pairs = fine.zip(&other.bodies);
         pairs
             .filter_map(|((fine, locator), other)| {
@@ -99,7 +125,7 @@ impl Bench<'_> {
         cracks: &[[nalgebra::Point3<f64>; 3]],
         truth: &Truth,
     ) -> Result<PointErrors, StudyError> {
-        let fine = &self.truths.fine;
+        let fine = &self.fine;
         let lift = fine.lift(truth.own.body, LiftKind::Interior)?;
         let lattice = &fine.bodies[truth.own.body].crack;
         let label = label_fraction(&body.crack, given, lattice, lift, &truth.sites, &CancelToken::default())?;
@@ -109,28 +135,6 @@ impl Bench<'_> {
             .with(Measure::CrackMean, distance.mean)
             .with(Measure::CrackMax, distance.max)
             .with(Measure::Volume, volume_l1(volumes, &truth.exact.volumes)?))
-    }
-
-    /// Node labels and the exact diagram on the object's lattice, both against the finest one; the time of clipping adds to a request's.
-    pub(super) fn tessellations(&mut self) {
-        self.point("tessellation", json!("nodes"), |bench| {
-            let times = timed(&bench.base, &bench.strikes, bench.plan.runs)?;
-            Ok((times, bench.same_sites(&bench.base)?.finest))
-        });
-        self.point("tessellation", json!("exact"), |bench| {
-            let mut times = timed(&bench.base, &bench.strikes, bench.plan.runs)?;
-            let (lifts, mut all, mut clips) = (bench.carried(&bench.base), Vec::new(), Vec::new());
-            for truth in &bench.truths.impacts {
-                let (body, lift) = (&bench.base.bodies[truth.own.body], &lifts[truth.own.body]);
-                let begin = Instant::now();
-                let found = exact(&body.crack, lift, &truth.sites, &CancelToken::default())?;
-                clips.push(1e3 * begin.elapsed().as_secs_f64());
-                let given = |place: &LatticePoint| nearest(&body.crack, lift, &truth.sites, place).unwrap_or(0);
-                all.push(bench.against_finest(body, &given, &found.volumes, &found.triangles, truth)?);
-            }
-            times.0.iter_mut().zip(clips.iter().cycle()).for_each(|(time, clip)| *time += clip);
-            Ok((times, PointErrors::medians(&all)))
-        });
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::subject::{LIFTED, energy, rebaked};
 use super::{AccuracyPlan, Measure, PointErrors, StudyError};
+use rayon::prelude::*;
 use shatter_fracture::accuracy::{ExactCells, cvd_gap, exact, size_distance};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, Diagram, DiagramOptions, EnergyField};
@@ -57,14 +58,13 @@ impl Truths {
         let [elastic, crack] = [base.parameters.elastic_spacing, base.parameters.crack_spacing].map(|h| h * finer);
         let fine = rebaked(plan, base, elastic, crack, LIFTED)?;
         let solved: Vec<FractureRequest> = strikes.iter().map(solve).collect();
-        let mut workspace = Workspace::default();
-        let mut impacts = Vec::new();
-        for strike in &solved {
-            let (sites, exact) = divided(plan, &fine, strike, &mut workspace)?;
-            let own = energy(base, strike, &mut workspace)?;
+        let truth = |workspace: &mut Workspace, strike: &FractureRequest| {
+            let (sites, exact) = divided(plan, &fine, strike, workspace)?;
+            let own = energy(base, strike, workspace)?;
             let best = best(plan, base, &own, base.lift(own.body, LiftKind::Interior)?)?;
-            impacts.push(Truth { own, sites, exact, best });
-        }
+            Ok(Truth { own, sites, exact, best })
+        };
+        let impacts = solved.par_iter().map_init(Workspace::default, truth).collect::<Result<_, StudyError>>()?;
         let locators = fine.bodies.iter().map(|body| Locator::new(&body.crack)).collect();
         Ok(Self { fine, locators, impacts })
     }
