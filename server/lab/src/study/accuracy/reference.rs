@@ -205,7 +205,7 @@ impl ElasticReference {
 }
 
 /// Elastic lattices of all bodies.
-fn lattices(prepared: &PreparedObject) -> Vec<Lattice> {
+pub(super) fn lattices(prepared: &PreparedObject) -> Vec<Lattice> {
     prepared.bodies.iter().filter_map(|body| body.solid.as_ref()).map(|solid| solid.lattice.clone()).collect()
 }
 
