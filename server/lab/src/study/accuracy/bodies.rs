@@ -7,6 +7,7 @@ use super::settings::Bench;
 use super::subject::{SOLID, energy, widen};
 use super::{AccuracyPlan, ErrorSpread, Measure, PointErrors, StudyError};
 use crate::report::{ReportTable, Section, significant};
+use rayon::prelude::*;
 use serde_json::{Value, json};
 use shatter_fracture::accuracy::Extrapolation;
 use shatter_fracture::cancel_token::CancelToken;
@@ -143,25 +144,27 @@ struct BodyObject {
 
 /// The body on the lattices of all presets. Thin bodies have the same one for several.
 fn objects(plan: &AccuracyPlan, body: &StudyBody) -> Result<Vec<BodyObject>, StudyError> {
-    let mut objects: Vec<BodyObject> = Vec::new();
-    for &preset in &plan.body_presets {
-        if !objects.is_empty() {
-            // Crack lattices alone take a fraction of the time of a solid.
-            let cracks = baked(plan, body, preset, Tables::NONE)?;
-            if let Some(known) = objects.iter_mut().find(|known| has_same_lattices(&known.prepared, &cracks)) {
-                known.presets.push(preset);
-                continue;
-            }
+    // Crack lattices alone take a fraction of the time of a solid.
+    let cracks = plan.body_presets.par_iter().map(|preset| baked(plan, body, *preset, Tables::NONE));
+    let cracks: Vec<PreparedObject> = cracks.collect::<Result<_, _>>()?;
+    let mut groups: Vec<(PreparedObject, Vec<Preset>)> = Vec::new();
+    for (&preset, own) in plan.body_presets.iter().zip(cracks) {
+        match groups.iter_mut().find(|(known, _)| has_same_lattices(known, &own)) {
+            Some((_, presets)) => presets.push(preset),
+            None => groups.push((own, vec![preset])),
         }
+    }
+    let object = |(_, presets): (PreparedObject, Vec<Preset>)| {
+        let preset = presets[0];
         let mut prepared = baked(plan, body, preset, SOLID)?;
         if preset.solver_settings().elastic == DisplacementMethod::Reduced {
             prepared.impacts = plan.snapshots;
             reduce(&mut prepared, preset.lattices().rank_max, &CancelToken::default())?;
         }
         prepared.factor()?;
-        objects.push(BodyObject { prepared, presets: vec![preset] });
-    }
-    Ok(objects)
+        Ok(BodyObject { prepared, presets })
+    };
+    groups.into_par_iter().map(object).collect()
 }
 
 /// The points with the errors of their lattices' shapes against that of the last one.
@@ -177,7 +180,7 @@ pub(super) fn with_geometry(judged: Vec<Judged>) -> Vec<BodyPoint> {
     judged.into_iter().enumerate().map(one).collect()
 }
 
-/// Whether two bakes of one body, the second without solids, have the same lattices: equal spacings and crack lattices.
+/// Whether two bakes of one body without solids have the same lattices: equal spacings and crack lattices.
 fn has_same_lattices(own: &PreparedObject, other: &PreparedObject) -> bool {
     let spacings = [own, other].map(|prepared| prepared.parameters.elastic_spacing);
     spacings[0] == spacings[1]

@@ -94,10 +94,12 @@ pub(super) fn outcomes(
 ) -> Result<Vec<OutcomePoint>, StudyError> {
     let bench = OutcomeBench { plan, strikes: &strikes[..strikes.len().min(plan.outcome_impacts)] };
     let mut reference = BakeRequest { gamma_j_m2: Some(gamma_j_m2), ..request(plan)? };
+    let bake =
+        |preset: &Preset| prepared(plan, BakeRequest { gamma_j_m2: Some(gamma_j_m2), ..request(plan)? }, *preset);
+    let baked: Vec<PreparedObject> = plan.outcome_presets.par_iter().map(bake).collect::<Result<_, _>>()?;
     let mut found = Vec::new();
-    for preset in &plan.outcome_presets {
+    for (preset, own) in plan.outcome_presets.iter().zip(baked) {
         progress(&format!("results of {}", preset.name()));
-        let own = prepared(plan, BakeRequest { gamma_j_m2: Some(gamma_j_m2), ..request(plan)? }, *preset)?;
         let finer = |spacing: f64| Some(spacing * plan.outcome_finer.powf(-1.0 / 3.0));
         reference.elastic_spacing = finer(own.parameters.elastic_spacing);
         reference.crack_spacing = finer(own.parameters.crack_spacing);

@@ -100,7 +100,7 @@ impl AccuracyPlan {
             name: name.into(),
             mesh,
             impacts: IMPACTS_DEFAULT,
-            runs: 2,
+            runs: 1,
             sites: 50,
             starts: 6,
             examples: 48,

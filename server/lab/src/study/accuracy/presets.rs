@@ -1,12 +1,13 @@
 //! Presets, each on its own lattices.
 
 use super::bodies::{BodyPoint, with_geometry};
-use super::reference::ElasticReference;
+use super::reference::{ElasticReference, ImpactReference};
 use super::settings::Bench;
 use super::subject::{DRESSED, energies_on, request, timed};
 use super::tessellations::CrackErrors;
-use super::truth::{diagram, is_finer};
+use super::truth::{Truth, diagram, is_finer};
 use super::{PointErrors, PointTimes, StudyError, StudyPoint};
+use rayon::prelude::*;
 use serde_json::json;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::DiagramOptions;
@@ -14,7 +15,7 @@ use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::lattice::Lattice;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    DisplacementMethod, FractureRequest, LatticeSettings, PreparedObject, Preset, SurfaceKind, reduce,
+    BodyEnergy, DisplacementMethod, FractureRequest, LatticeSettings, PreparedObject, Preset, SurfaceKind, reduce,
 };
 use std::rc::Rc;
 
@@ -89,19 +90,16 @@ impl Bench<'_> {
         let crack: Vec<&Lattice> = self.base.bodies.iter().map(|body| &body.crack).collect();
         let energies = energies_on(&mut own.prepared, &crack, &strikes)?;
         let reference = self.reference(&own.prepared)?;
-        let mut all = Vec::new();
-        for (index, (truth, strike)) in self.truths.impacts.iter().zip(&strikes).enumerate() {
-            let (tolerance, iterations_max) = (strike.tolerance, strike.iterations_max);
-            let options = DiagramOptions {
-                tolerance,
-                iterations_max,
-                ..DiagramOptions::new(self.plan.sites as usize, strike.seed)
+        let (base, sites) = (&self.base, self.plan.sites as usize);
+        let errors =
+            |(((truth, strike), reference), energy): (((&Truth, &FractureRequest), &ImpactReference), &BodyEnergy)| {
+                let (tolerance, iterations_max) = (strike.tolerance, strike.iterations_max);
+                let options = DiagramOptions { tolerance, iterations_max, ..DiagramOptions::new(sites, strike.seed) };
+                let found = diagram(base, &truth.own, base.lift(truth.own.body, LiftKind::Interior)?, &options)?;
+                Ok(reference.errors(base, energy)?.and(truth.diagram(base, &found)))
             };
-            let lift = self.base.lift(truth.own.body, LiftKind::Interior)?;
-            let found = diagram(&self.base, &truth.own, lift, &options)?;
-            let elastic = reference.impacts[index].errors(&self.base, &energies[index])?;
-            all.push(elastic.and(truth.diagram(&self.base, &found)));
-        }
+        let each = self.truths.impacts.par_iter().zip(&strikes).zip(&reference.impacts).zip(&energies);
+        let all: Vec<PointErrors> = each.map(errors).collect::<Result<_, StudyError>>()?;
         // If the reference is not fine enough, cracks are measured against the exact diagram on their own lattice.
         let judged = is_finer(self.truths.fine.crack_nodes(), own.prepared.crack_nodes());
         let cracks = if judged { own.pair.finest } else { own.pair.own };

@@ -1,7 +1,7 @@
 //! Settings that keep the crack lattice and the lift.
 
 use super::outcomes::outcomes;
-use super::reference::ElasticReference;
+use super::reference::{ElasticReference, ImpactReference};
 use super::subject::{SOLID, energy, rebaked, timed};
 use super::truth::{Truth, Truths, diagram, optimized, solve};
 use super::{AccuracyFindings, AccuracyPlan, Measure, PointErrors, StudyError, StudyPoint};
@@ -134,10 +134,12 @@ impl Bench<'_> {
         reference: &ElasticReference,
         strikes: &[FractureRequest],
     ) -> Result<PointErrors, StudyError> {
-        let mut workspace = Workspace::default();
-        let each = reference.impacts.iter().zip(strikes);
-        let each = each.map(|(own, strike)| own.errors(&self.base, &energy(&self.base, strike, &mut workspace)?));
-        Ok(PointErrors::medians(&each.collect::<Result<Vec<_>, _>>()?))
+        let base = &self.base;
+        let errors = |workspace: &mut Workspace, (own, strike): (&ImpactReference, &FractureRequest)| {
+            own.errors(base, &energy(base, strike, workspace)?)
+        };
+        let each = reference.impacts.par_iter().zip(strikes).map_init(Workspace::default, errors);
+        Ok(PointErrors::medians(&each.collect::<Result<Vec<_>, StudyError>>()?))
     }
 
     /// Ranks of the reduced basis, against the reference and against the solve on the same lattice; then that solve.
