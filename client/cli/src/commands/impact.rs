@@ -5,7 +5,7 @@ use super::parse::{
     NamedConvention, convention, criterion, degree, effect, elastic, iterations, lift, milliseconds, origin, quality,
     ray, surface, vector,
 };
-use super::result_text::{preset, screen};
+use super::result_text::{preset, screen, widened};
 use super::{
     CliError, RESULT_TIMEOUT, document, note, note_long_contact, note_one_piece, note_other_surface, out, reply, wait,
     with_options,
@@ -183,6 +183,9 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     } else {
         screen(&result)?;
         let summary = result.summary();
+        if let Some(note) = widened(args.radius_m, summary.radius_m) {
+            out(format_args!("  {note}\n"))?;
+        }
         if args.elastic == Some(DisplacementSource::Reduced) && summary.energy_source == EnergySource::Solve {
             out(format_args!("  {}\n", solved_instead(&summary)))?;
         }

@@ -6,6 +6,9 @@ use shatter_client::{
 };
 use shatter_proto::text::{counted, fixed};
 
+/// Relative difference of radii that is rounding.
+const RADIUS_TOLERANCE: f64 = 1e-3;
+
 /// Name of the preset.
 pub(super) fn preset(summary: &Summary) -> &'static str {
     summary.quality.map_or("unknown", Quality::name)
@@ -31,7 +34,21 @@ fn trust(summary: &Summary) -> String {
         EnergySource::Solve => String::new(),
         _ => format!(", energy error {:.2} % (estimated)", 100.0 * summary.energy_error),
     };
-    format!("displacements: {}{error}; confidence in the degree {:.2}", summary.energy_source, summary.confidence)
+    let of_lattice = |error: f64| format!(", lattice error {:.1} % (estimated)", 100.0 * error);
+    let lattice = summary.discretization_error.map_or_else(String::new, of_lattice);
+    format!(
+        "displacements: {}{error}{lattice}; confidence in the degree {:.2}",
+        summary.energy_source, summary.confidence
+    )
+}
+
+/// Note that a contact is wider than the radius that was asked for, m; `None` if it is not.
+pub(super) fn widened(asked_m: Option<f64>, radius_m: f64) -> Option<String> {
+    let asked_m = asked_m.filter(|asked_m| radius_m > asked_m * (1.0 + RADIUS_TOLERANCE))?;
+    let [found, asked] = [radius_m, asked_m].map(significant);
+    Some(format!(
+        "contact radius {found} m instead of {asked} m: the elastic lattice resolves no narrower contact there"
+    ))
 }
 
 /// Advice for an object that stays whole: the factor of the impulse that breaks it, since E₁ grows with its square. `None` without
@@ -151,7 +168,14 @@ pub(super) fn screen(result: &FractureResult) -> Result<(), CliError> {
 
 #[cfg(test)]
 mod tests {
-    use super::significant;
+    use super::{significant, widened};
+
+    #[test]
+    fn a_contact_that_was_widened_is_told() {
+        let text = widened(Some(5e-4), 0.01506).unwrap();
+        assert!(text.starts_with("contact radius 0.01506 m instead of 5.000e-4 m"), "{text}");
+        assert_eq!((widened(Some(0.02), 0.02 * (1.0 + 1e-7)), widened(None, 0.02)), (None, None));
+    }
 
     #[test]
     fn numbers_are_printed_with_four_significant_digits() {
