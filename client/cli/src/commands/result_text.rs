@@ -34,10 +34,10 @@ fn trust(summary: &Summary) -> String {
         EnergySource::Solve => String::new(),
         _ => format!(", energy error {:.2} % (estimated)", 100.0 * summary.energy_error),
     };
-    let of_lattice = |error: f64| format!(", lattice error {:.1} % (estimated)", 100.0 * error);
+    let of_lattice = |error: f64| format!("; lattice error {:.1} % (estimated)", 100.0 * error);
     let lattice = summary.discretization_error.map_or_else(String::new, of_lattice);
     format!(
-        "displacements: {}{error}{lattice}; confidence in the degree {:.2}",
+        "displacements: {}{error}; confidence in the degree {:.2}{lattice}",
         summary.energy_source, summary.confidence
     )
 }
