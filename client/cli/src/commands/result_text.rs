@@ -46,9 +46,7 @@ fn trust(summary: &Summary) -> String {
 pub(super) fn widened(asked_m: Option<f64>, radius_m: f64) -> Option<String> {
     let asked_m = asked_m.filter(|asked_m| radius_m > asked_m * (1.0 + RADIUS_TOLERANCE))?;
     let [found, asked] = [radius_m, asked_m].map(significant);
-    Some(format!(
-        "contact radius {found} m instead of {asked} m: the elastic lattice resolves no narrower contact there"
-    ))
+    Some(format!("contact radius {found} m instead of {asked} m: lattice and basis resolve no narrower contact there"))
 }
 
 /// Advice for an object that stays whole: the factor of the impulse that breaks it, since E₁ grows with its square. `None` without
