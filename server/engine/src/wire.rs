@@ -90,6 +90,13 @@ pub fn loader(scene: Option<Scene>) -> Loader {
         let mut prepared =
             prepared.warped(&terms.controls, &CancelToken::default()).map_err(|error| refused(&error))?;
         terms.anchor(&mut prepared).map_err(|error| refused(&error))?;
+        if prepared.lacks_anchored_basis() {
+            tracing::warn!(
+                object = prepared.name,
+                "the database has no basis of displacements for the anchors, so that impacts on the anchored object take many times \
+                 as long; add it by `shatterd bake --scene FILE`"
+            );
+        }
         Ok(Arc::new(EngineObject::new(Arc::new(prepared), terms)))
     })
 }

@@ -225,7 +225,7 @@ pub fn defects(all: &[Defect]) -> Vec<serde_json::Value> {
 /// Elements of the bodies, those with the fewest cells across their walls of each order.
 fn elements(prepared: &PreparedObject) -> Vec<String> {
     let report = &prepared.report;
-    let has_other = prepared.parameters.elements.unreduced() == ElementOrder::Linear;
+    let has_other = prepared.parameters.elements.of_fragments() == ElementOrder::Linear;
     let fewest = |order: ElementOrder| {
         let all = report.elastic.iter().filter(|own| own.order == order);
         all.min_by(|a, b| a.elements_across.total_cmp(&b.elements_across))
@@ -245,12 +245,12 @@ fn elements(prepared: &PreparedObject) -> Vec<String> {
         let error = own
             .discretization_error
             .map_or(String::new(), |error| format!(", energies about {:.0} % too low", 100.0 * error));
-        let unreduced = own
+        let fragments = own
             .linear_error
             .filter(|_| has_other)
-            .map_or(String::new(), |error| format!(" ({:.0} % if anchored)", 100.0 * error));
+            .map_or(String::new(), |error| format!(" ({:.0} % in fragments)", 100.0 * error));
         let stretch = report.stretch.map_or(String::new(), |own| format!(", {} times as long as thick", own.factor));
-        format!("{order}, {:.1}{or_more} across the walls{stretch}{error}{unreduced}{reason}", own.elements_across)
+        format!("{order}, {:.1}{or_more} across the walls{stretch}{error}{fragments}{reason}", own.elements_across)
     };
     [ElementOrder::Linear, ElementOrder::Quadratic].into_iter().filter_map(fewest).map(line).collect()
 }

@@ -8,6 +8,8 @@ use serde_json::{Value, json};
 use shatter_engine::scene::{BakeRecipe, Scene};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, EXTENSION};
+use shatter_fracture::pipeline;
+use shatter_proto::effect::Effect;
 use std::path::Path;
 use std::time::Instant;
 
@@ -18,6 +20,8 @@ enum State {
     Baked,
     /// The existing file equals what a bake would write.
     Kept,
+    /// The existing file got bases of displacements for the scene's anchors.
+    Extended,
     /// The scene names no shape for it.
     NoShape,
 }
@@ -43,11 +47,8 @@ pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), CommandErro
             Ok(state) => state,
             Err(failure) => return Err(failure.with_files(Value::Array(files))),
         };
-        for object in &recipe.objects {
-            let anchors = &scene.objects[object].terms.anchors;
-            check::anchors(object, anchors, &file)
-                .map_err(|failure| failure.of_scene(path).with_files(Value::Array(files.clone())))?;
-        }
+        let state = anchored(&scene, (name, recipe), (state, &file), &token)
+            .map_err(|failure| failure.of_scene(path).with_files(Value::Array(files.clone())))?;
         let seconds = begun.elapsed().as_secs_f64();
         if !as_json {
             output::print(&line(name, recipe, state, &file, seconds))?;
@@ -89,10 +90,44 @@ fn provide(name: &str, recipe: &BakeRecipe, file: &Path, token: &CancelToken) ->
     Ok(State::Baked)
 }
 
+/// Checks the anchors of the objects that use `file`, and makes sure that it has the bases of displacements for them.
+fn anchored(
+    scene: &Scene,
+    (name, recipe): (&str, &BakeRecipe),
+    (state, file): (State, &Path),
+    token: &CancelToken,
+) -> Result<State, CommandError> {
+    let mut all = Vec::new();
+    for object in &recipe.objects {
+        let terms = &scene.objects[object].terms;
+        check::anchors(object, &terms.anchors, file)?;
+        if terms.allowed.has(Effect::Anchored) {
+            all.push(&terms.anchors);
+        }
+    }
+    if all.is_empty() || !file.is_file() {
+        return Ok(state);
+    }
+    let mut prepared = database::load(file).map_err(|error| CommandError::database(file, &error))?;
+    let bar = BakeProgress::new(name, 0);
+    let made = pipeline::reduce_anchored(&mut prepared, &all, token, &mut |body| {
+        bar.show_step(&format!("elasticity of body {body} with its anchors"));
+    });
+    let is_changed = made.map_err(|error| CommandError::from(error).with_scene_keys().of_file(file))?;
+    if is_changed {
+        let writing = interrupt::writing();
+        database::save(&prepared, file).map_err(|error| CommandError::database(file, &error))?;
+        drop(writing);
+    }
+    bar.finish();
+    Ok(if is_changed && state != State::Baked { State::Extended } else { state })
+}
+
 fn word(state: State) -> &'static str {
     match state {
         State::Baked => "baked",
         State::Kept => "kept",
+        State::Extended => "extended",
         State::NoShape => "no_shape",
     }
 }
@@ -104,6 +139,9 @@ fn line(name: &str, recipe: &BakeRecipe, state: State, file: &Path, seconds: f64
     match state {
         State::Baked => format!("{name}{objects}  baked  {shown}, {seconds:.1} s\n"),
         State::Kept => format!("{name}{objects}  kept   {shown}\n"),
+        State::Extended => {
+            format!("{name}{objects}  kept   {shown}, with displacements for its anchors added, {seconds:.1} s\n")
+        }
         State::NoShape if is_baked => format!("{name}{objects}  has no `shape`; {shown} stays as it is\n"),
         State::NoShape => format!("{name}{objects}  has no `shape`; bake its mesh with --name {name}\n"),
     }

@@ -6,6 +6,7 @@ use shatter_cli_common::{self as program, StdoutError};
 use shatter_export::ExportError;
 use shatter_fracture::database::{BakeError, DatabaseError, HALF_SPACING_COST, JoinError};
 use shatter_fracture::lattice::LatticeError;
+use shatter_fracture::pipeline::{AnchorError, AnchoredBasisError};
 use shatter_fracture::scene::MaterialError;
 use shatter_fracture::surface::SurfaceError;
 use shatter_proto::{Error, ErrorKind, exit, text};
@@ -309,6 +310,16 @@ impl From<BakeError> for CommandError {
             BakeError::Lift { .. } => Self::ours("lift", message),
             BakeError::Calibration(_) => Self::ours("calibration", message),
             BakeError::Canceled(_) => interrupt::ended(),
+        }
+    }
+}
+
+impl From<AnchoredBasisError> for CommandError {
+    fn from(error: AnchoredBasisError) -> Self {
+        match error {
+            AnchoredBasisError::Anchors(AnchorError::Canceled(_)) => interrupt::ended(),
+            AnchoredBasisError::Impact(error) => BakeError::from(error).into(),
+            error => Error::new(ErrorKind::Configuration, "anchors", error.to_string()).into(),
         }
     }
 }

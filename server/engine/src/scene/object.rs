@@ -202,15 +202,16 @@ impl ObjectPolicy {
         }
     }
 
-    /// Adds the anchors to `prepared` if some request may need them.
+    /// Adds the anchors to `prepared` if some request may need them, and drops the bases of other anchors.
     ///
     /// # Errors
     /// [`AnchorError`].
     pub fn anchor(&self, prepared: &mut PreparedObject) -> Result<(), AnchorError> {
-        match self.allowed.has(Effect::Anchored) {
-            true => prepared.anchor(&self.anchors, &CancelToken::default()),
-            false => Ok(()),
+        if self.allowed.has(Effect::Anchored) {
+            prepared.anchor(&self.anchors, &CancelToken::default())?;
         }
+        prepared.anchored_bases = Vec::new();
+        Ok(())
     }
 
     /// γ of an object of this material, J·m²; `None` if the database's own γ applies.

@@ -93,25 +93,19 @@ impl EffectiveSettings {
         let planned = request.planned();
         let modes =
             |body: &pipeline::PreparedBody| body.lift(planned.lift).map_or(0, |lift| lift.dimension.saturating_sub(3));
-        let is_linear = request.effects.has(EffectKind::Anchored)
-            && prepared.parameters.elements.unreduced() == ElementOrder::Linear;
-        let discretization_error = match is_linear {
-            true => prepared.report.linear_discretization_error(),
-            false => prepared.report.discretization_error(),
-        };
-        let rank = |body: &pipeline::PreparedBody| body.reduced().map_or(0, |reduced| reduced.used(rank_max));
+        let rank = |body| prepared.basis(body, request.effects).map_or(0, |reduced| reduced.used(rank_max));
         Self {
             effects,
             quality,
             degree: planned.degree,
             tolerance: planned.tolerance,
             iterations_max: planned.iterations_max,
-            rank: prepared.bodies.iter().map(rank).max().unwrap_or(0),
+            rank: (0..prepared.bodies.len()).map(rank).max().unwrap_or(0),
             lift_modes: prepared.bodies.iter().map(modes).max().unwrap_or(0),
             elastic_nodes: prepared.elastic_nodes(),
             crack_nodes: prepared.crack_nodes(),
             elements_across: prepared.report.elements_across(),
-            discretization_error,
+            discretization_error: prepared.report.discretization_error(),
             is_reducible: is_reducible(prepared, &planned),
         }
     }
@@ -132,11 +126,10 @@ impl EffectiveSettings {
     }
 }
 
-/// Whether the displacements of `request` on the whole object may be reduced ones. Bases are those of free bodies.
+/// Whether the displacements of `request` on the whole object may be reduced ones.
 pub(super) fn is_reducible(prepared: &PreparedObject, request: &pipeline::FractureRequest) -> bool {
     request.elastic == DisplacementMethod::Reduced
-        && !request.effects.has(EffectKind::Anchored)
-        && prepared.bodies.iter().any(|body| body.reduced().is_some())
+        && (0..prepared.bodies.len()).any(|body| prepared.basis(body, request.effects).is_some())
 }
 
 fn degree_method(request: DegreeRequest) -> DegreeMethod {
@@ -194,39 +187,6 @@ mod tests {
         let expected =
             pipeline::FractureRequest { iterations_max: 3, elastic: DisplacementMethod::Reduced, ..film.clone() };
         assert_eq!(given(film, &few), expected);
-    }
-
-    /// Anchored bodies are solved for with linear elements, unless quadratic ones were asked for.
-    #[test]
-    fn anchored_requests_tell_the_error_of_their_elements() {
-        let errors = |elements| {
-            let (elastic, tables) = (DisplacementMethod::Solve, Tables { elastic: true, ..Tables::NONE });
-            let spacing = Some(0.05);
-            let request = BakeRequest {
-                elements,
-                elastic,
-                tables,
-                elastic_spacing: spacing,
-                crack_spacing: spacing,
-                surface: pipeline::SurfaceKind::Lattice,
-                ..BakeRequest::new("plate", "glass", Material::named("glass").unwrap())
-            };
-            let mesh = shapes::cuboid([0.4, 0.3, 0.03]);
-            let plate = bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap();
-            let own = pipeline::FractureRequest::at(nalgebra::Point3::origin(), nalgebra::Vector3::x());
-            [EffectSet::of([EffectKind::Elastic]), EffectSet::of([EffectKind::Elastic, EffectKind::Anchored])].map(
-                |effects| {
-                    let own = pipeline::FractureRequest { effects, ..own.clone() };
-                    EffectiveSettings::of(&plate, Effects::default(), Quality::Game, &own, None)
-                        .discretization_error
-                        .unwrap()
-                },
-            )
-        };
-        let [free, anchored] = errors(ElementChoice::Auto);
-        assert!(anchored > 3.0 * free, "{free} and {anchored}");
-        let [free, anchored] = errors(ElementChoice::Quadratic);
-        assert_eq!(free, anchored);
     }
 
     #[test]

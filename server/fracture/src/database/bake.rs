@@ -82,6 +82,7 @@ pub(super) fn whole(
         examples: Vec::new(),
         learned: None,
         reduction: None,
+        anchored_bases: Vec::new(),
         held: None,
         skin: None,
     };

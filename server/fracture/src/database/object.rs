@@ -303,6 +303,7 @@ fn object(contents: &ContainerContents, tables: Tables) -> Result<PreparedObject
             solid.elasticity.factor().map_err(|source| DatabaseError::Elasticity { body: index, source })?;
         }
     }
+    prepared.anchored_bases = reduced::anchored(contents, &prepared.bodies)?;
     prepared.impacts = contents.json::<Shape>("shape")?.impacts;
     if !tables.examples {
         return Ok(prepared);
@@ -345,6 +346,7 @@ fn bare(contents: &ContainerContents, tables: Tables) -> Result<PreparedObject, 
         examples: Vec::new(),
         learned: None,
         reduction: None,
+        anchored_bases: Vec::new(),
         held: None,
         skin,
     })

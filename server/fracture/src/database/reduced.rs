@@ -3,46 +3,98 @@
 use super::container::{ContainerContents, FLAT, Tensors};
 use super::{DatabaseError, stored_values};
 use crate::elasticity::{CompletionTables, Elasticity, ElementOrder, ErrorEstimate, QuadraticTables, ReducedBasis};
-use crate::pipeline::{PreparedObject, RANK_MAX};
+use crate::pipeline::{AnchoredBasis, PreparedBody, PreparedObject, RANK_MAX};
+use std::sync::Arc;
 
 /// Metadata key of the errors of all bases; absent without bases.
 pub(super) const REDUCTION_KEY: &str = "reduction";
+
+/// Largest number of bases of anchored bodies of one object.
+const ANCHORED_MAX: usize = 256;
 
 /// Name of a tensor of body `index`.
 fn name(index: usize, part: &str) -> String {
     format!("reduced{index}.{part}")
 }
 
-/// Adds the bases of all bodies that have one.
+/// Name of a tensor of the basis number `number` of anchored bodies, which is one of body `index`.
+fn anchored_name(number: usize, index: usize, part: &str) -> String {
+    name(index, &format!("anchored{number}.{part}"))
+}
+
+/// Adds the bases of all bodies that have one, free and anchored.
 pub(super) fn put(tensors: &mut Tensors, prepared: &PreparedObject) {
     for (index, body) in prepared.bodies.iter().enumerate() {
-        let solid = body.solid.as_ref();
-        if let Some((solid, reduced)) = solid.and_then(|solid| Some((solid, solid.reduced.as_ref()?))) {
-            let shape = [solid.elasticity.size(), reduced.rank()];
-            tensors.f32(name(index, "basis"), &shape, reduced.basis());
-            tensors.f64(name(index, "gram"), &[reduced.rank(), reduced.rank()], reduced.gram());
-            if let Some(QuadraticTables { strains, weighted, inertial, completion }) = reduced.quadratic() {
-                tensors.f32(name(index, "strains"), &[2 * shape[0], shape[1]], strains);
-                tensors.f32(name(index, "weighted"), &shape, weighted);
-                tensors.f64(name(index, "inertial"), &[QuadraticTables::INERTIAL, shape[1]], inertial);
-                if let Some(CompletionTables { forces, estimate }) = completion {
-                    tensors.f32(name(index, "forces"), &shape, forces);
-                    tensors.f64(name(index, "completed"), &[2], &[estimate.factor, estimate.power]);
-                }
-            }
-            let ErrorEstimate { factor, power } = reduced.estimate();
-            tensors.f64(name(index, "estimate"), &[2], &[factor, power]);
+        if let Some(reduced) = body.reduced() {
+            put_basis(tensors, &|part| name(index, part), reduced);
         }
+    }
+    for (number, AnchoredBasis { body, nodes, basis }) in prepared.anchored_bases.iter().enumerate() {
+        let name = |part: &str| anchored_name(number, *body, part);
+        tensors.u32(name("nodes"), &[nodes.len()], nodes);
+        put_basis(tensors, &name, basis);
     }
 }
 
-/// The basis of body `index`; `None` if the file has none.
+fn put_basis(tensors: &mut Tensors, name: &dyn Fn(&str) -> String, reduced: &ReducedBasis) {
+    let rank = reduced.rank();
+    let shape = [reduced.basis().len() / rank, rank];
+    tensors.f32(name("basis"), &shape, reduced.basis());
+    tensors.f64(name("gram"), &[rank, rank], reduced.gram());
+    if let Some(QuadraticTables { strains, weighted, inertial, completion }) = reduced.quadratic() {
+        tensors.f32(name("strains"), &[2 * shape[0], rank], strains);
+        tensors.f32(name("weighted"), &shape, weighted);
+        tensors.f64(name("inertial"), &[QuadraticTables::INERTIAL, rank], inertial);
+        if let Some(CompletionTables { forces, estimate }) = completion {
+            tensors.f32(name("forces"), &shape, forces);
+            tensors.f64(name("completed"), &[2], &[estimate.factor, estimate.power]);
+        }
+    }
+    let ErrorEstimate { factor, power } = reduced.estimate();
+    tensors.f64(name("estimate"), &[2], &[factor, power]);
+}
+
+/// The basis of the free body `index`; `None` if the file has none.
 pub(super) fn reduced(
     contents: &ContainerContents,
     index: usize,
     elasticity: &Elasticity,
 ) -> Result<Option<ReducedBasis>, DatabaseError> {
-    let basis = name(index, "basis");
+    read_basis(contents, &|part| name(index, part), elasticity)
+}
+
+/// The bases of anchored `bodies`.
+pub(super) fn anchored(
+    contents: &ContainerContents,
+    bodies: &[PreparedBody],
+) -> Result<Vec<AnchoredBasis>, DatabaseError> {
+    let mut bases = Vec::new();
+    for number in 0..=ANCHORED_MAX {
+        let is_own = |index: &usize| contents.holds(&anchored_name(number, *index, "nodes"));
+        let Some(body) = (0..bodies.len()).find(is_own) else { return Ok(bases) };
+        let name = |part: &str| anchored_name(number, body, part);
+        let tensor = name("nodes");
+        let Some(solid) = &bodies[body].solid else { return Ok(bases) };
+        let count = solid.lattice.nodes.len();
+        let nodes = contents.u32(&tensor, None, FLAT, count as u64)?;
+        if let Some(index) = nodes.windows(2).position(|pair| pair[1] <= pair[0]) {
+            let value = f64::from(nodes[index + 1]);
+            return Err(stored_values::implausible(&tensor, index + 1, value, "a node after the one before it"));
+        }
+        let failed = |source| DatabaseError::Elasticity { body, source };
+        let elasticity = solid.elasticity.anchored_unfactored(nodes.clone()).map_err(failed)?;
+        let basis = read_basis(contents, &name, &elasticity)?;
+        bases.extend(basis.map(|basis| AnchoredBasis { body, nodes, basis: Arc::new(basis) }));
+    }
+    Err(DatabaseError::TooLarge { what: "bases of anchored bodies", found: ANCHORED_MAX + 1, cap: ANCHORED_MAX })
+}
+
+fn read_basis(
+    contents: &ContainerContents,
+    name: &dyn Fn(&str) -> String,
+    elasticity: &Elasticity,
+) -> Result<Option<ReducedBasis>, DatabaseError> {
+    let basis = name("basis");
     if !contents.holds(&basis) {
         return Ok(None);
     }
@@ -51,13 +103,13 @@ pub(super) fn reduced(
         return Err(DatabaseError::TooLarge { what: "columns of a basis", found: rank, cap: RANK_MAX });
     }
     stored_values::basis(&basis, &entries)?;
-    let estimate = estimate(contents, name(index, "estimate"))?;
-    let gram = contents.f64(&name(index, "gram"), Some(rank), rank)?;
-    stored_values::gram(&name(index, "gram"), rank, &gram)?;
+    let estimate = estimate(contents, name("estimate"))?;
+    let gram = contents.f64(&name("gram"), Some(rank), rank)?;
+    stored_values::gram(&name("gram"), rank, &gram)?;
     if elasticity.order() == ElementOrder::Linear {
         return Ok(Some(ReducedBasis::stored(elasticity, rank, entries, gram, estimate)));
     }
-    let tables = quadratic(contents, index, elasticity.size(), &entries, rank)?;
+    let tables = quadratic(contents, name, elasticity.size(), &entries, rank)?;
     Ok(Some(ReducedBasis::stored_quadratic(elasticity, entries, gram, tables, estimate)))
 }
 
@@ -70,16 +122,16 @@ fn estimate(contents: &ContainerContents, tensor: String) -> Result<ErrorEstimat
     }
 }
 
-/// The tables of a basis of quadratic displacements of body `index`, which has `size` unknowns of nodes, and this `basis`.
+/// The tables of a basis of quadratic displacements of a body, which has `size` unknowns of nodes, and this `basis`.
 fn quadratic(
     contents: &ContainerContents,
-    index: usize,
+    name: &dyn Fn(&str) -> String,
     size: usize,
     basis: &[f32],
     rank: usize,
 ) -> Result<QuadraticTables, DatabaseError> {
     let rows = |part: &str, rows: usize| {
-        let tensor = name(index, part);
+        let tensor = name(part);
         let (found, entries) = contents.f32(&tensor, rows)?;
         if found != rank {
             let (found, wanted) = (format!("{found} columns"), format!("{rank}, the rank of the basis"));
@@ -89,14 +141,11 @@ fn quadratic(
         Ok(entries)
     };
     let (strains, weighted) = (rows("strains", 2 * size)?, rows("weighted", size)?);
-    let inertial = contents.f64(&name(index, "inertial"), Some(QuadraticTables::INERTIAL), rank)?;
-    stored_values::inertial(&name(index, "inertial"), rank, &inertial, [basis, &weighted])?;
+    let inertial = contents.f64(&name("inertial"), Some(QuadraticTables::INERTIAL), rank)?;
+    stored_values::inertial(&name("inertial"), rank, &inertial, [basis, &weighted])?;
     // Files of earlier versions have none.
-    let completion = if contents.holds(&name(index, "forces")) {
-        Some(CompletionTables {
-            forces: rows("forces", size)?,
-            estimate: estimate(contents, name(index, "completed"))?,
-        })
+    let completion = if contents.holds(&name("forces")) {
+        Some(CompletionTables { forces: rows("forces", size)?, estimate: estimate(contents, name("completed"))? })
     } else {
         None
     };

@@ -67,7 +67,8 @@ pub struct NodalLoad {
     pub applied: Vec<(u32, Vector3<f64>)>,
     /// Energy of the near field, which the lattice does not have: (boundary node, energy), not negative.
     pub near: Vec<(u32, f64)>,
-    /// Rigid acceleration, linear and angular, whose inertial forces are subtracted. Zero unless the body is free.
+    /// Acceleration, linear and angular, whose inertial forces are subtracted: of a free body its own, of an anchored body
+    /// with weight the opposite of gravity, else zero.
     pub acceleration: [Vector3<f64>; 2],
 }
 
@@ -184,16 +185,23 @@ impl Elasticity {
             let own = &mut load.forces[3 * *node as usize..][..3];
             own.iter_mut().zip(force.iter()).for_each(|(own, force)| *own += force);
         }
-        if let Support::Free(_) = self.support {
+        let is_inertial = matches!(self.support, Support::Free(_)) || load.acceleration != [Vector3::zeros(); 2];
+        if is_inertial {
             self.inertia.balance(&load.acceleration, &mut load.forces);
         }
         let Some(edges) = &self.edges else { return };
         let nodes = load.forces.len();
         load.forces.resize(self.unknowns(), 0.0);
         edges.add_applied(&self.boundary, &load.applied, &mut load.forces[nodes..]);
-        if let Support::Free(_) = self.support {
+        if is_inertial {
             edges.subtract_inertia(&load.acceleration, &mut load.forces[nodes..]);
         }
+    }
+
+    /// Load of the weight of the body of unit density under the acceleration `gravity`.
+    pub fn weight_load(&self, gravity: &Vector3<f64>) -> NodalLoad {
+        let acceleration = [-gravity, Vector3::zeros()];
+        NodalLoad { forces: self.weight(gravity), acceleration, ..NodalLoad::default() }
     }
 
     /// Subtracts from `forces` (length [`Self::unknowns`]) the inertial forces of the rigid acceleration that they cause.

@@ -143,17 +143,23 @@ impl Elasticity {
         Self::build(lattice, &elements, Lame::new(poisson), support, token)?.factored(token)
     }
 
-    /// Returns the same body, anchored at `nodes` and factored. It shares everything but the factor with `self`.
-    ///
-    /// Its elements are linear if `order` is or those of `self` are.
+    /// Returns the same body, anchored at `nodes` (ascending) and factored. It shares everything but the factor with
+    /// `self`.
     ///
     /// # Errors
     /// Those of [`Self::check_anchors`] and [`Self::factor`], and [`ElasticityError::Canceled`].
-    pub fn anchored(&self, nodes: Vec<u32>, order: ElementOrder, token: &CancelToken) -> Result<Self, ElasticityError> {
+    pub fn anchored(&self, nodes: Vec<u32>, token: &CancelToken) -> Result<Self, ElasticityError> {
+        self.anchored_unfactored(nodes)?.factored(token)
+    }
+
+    /// As [`Self::anchored`], but factored on first use.
+    ///
+    /// # Errors
+    /// Those of [`Self::check_anchors`].
+    pub fn anchored_unfactored(&self, nodes: Vec<u32>) -> Result<Self, ElasticityError> {
         self.check_anchors(&nodes)?;
         let held = self.sharing(self.stiffness.clone(), self.row_rounding, Support::Anchored(nodes));
-        let edges = self.edges.clone().filter(|_| order == ElementOrder::Quadratic);
-        Self { edges, ..held }.factored(token)
+        Ok(Self { edges: self.edges.clone(), ..held })
     }
 
     /// Body of linear elements with another `stiffness` of the same pattern, not yet factored. It shares everything else.

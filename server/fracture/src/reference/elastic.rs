@@ -4,9 +4,7 @@
 //! and plates); B. M. Irons and A. Razzaque, *Experience with the patch test* (1972).
 
 use crate::cancel_token::CancelToken;
-use crate::elasticity::{
-    DrivingEnergy, ElasticWorkspace, Elasticity, ElasticityError, ElementOrder, PinnedNodes, Support,
-};
+use crate::elasticity::{DrivingEnergy, ElasticWorkspace, Elasticity, ElasticityError, PinnedNodes, Support};
 use crate::lattice::{Lattice, block};
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -151,7 +149,7 @@ fn fixed_bar(fine: usize) -> Result<(Lattice, Elasticity), ElasticityError> {
     let lattice = block([4 * fine, fine, fine], 0.25 / fine as f64);
     let end = (0..lattice.nodes.len() as u32).filter(|&node| lattice.nodes[node as usize].x < -0.499).collect();
     let token = CancelToken::default();
-    let body = Elasticity::assembled(&lattice, 0.0, &token)?.anchored(end, ElementOrder::Linear, &token)?;
+    let body = Elasticity::assembled(&lattice, 0.0, &token)?.anchored(end, &token)?;
     Ok((lattice, body))
 }
 

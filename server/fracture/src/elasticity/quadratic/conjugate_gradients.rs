@@ -122,11 +122,15 @@ impl Elasticity {
         let (nodes, edge_part) = forces.split_at_mut(self.size());
         self.support.drop_reactions(nodes);
         if let Support::Anchored(held) = &self.support {
-            let is_held = |node: &u32| held.binary_search(node).is_ok();
-            for (own, _) in edge_part.chunks_exact_mut(3).zip(&edges.ends).filter(|(_, ends)| ends.iter().all(is_held))
-            {
-                own.fill(0.0);
-            }
+            self.drop_held_edges(edges, held, edge_part);
+        }
+    }
+
+    /// Sets the entries of the edges between two of the `held` nodes (ascending) to 0.
+    pub(in crate::elasticity) fn drop_held_edges(&self, edges: &EdgeFunctions, held: &[u32], edge_part: &mut [f64]) {
+        let is_held = |node: &u32| held.binary_search(node).is_ok();
+        for (own, _) in edge_part.chunks_exact_mut(3).zip(&edges.ends).filter(|(_, ends)| ends.iter().all(is_held)) {
+            own.fill(0.0);
         }
     }
 

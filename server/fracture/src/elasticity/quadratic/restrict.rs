@@ -6,7 +6,7 @@
 
 use super::EdgeFunctions;
 use crate::elasticity::residual::{dot, unit};
-use crate::elasticity::{Elasticity, NodalLoad};
+use crate::elasticity::{Elasticity, NodalLoad, Support};
 use std::ops::Range;
 
 /// Rows of a restricted snapshot of a body with this number of unknowns of nodes.
@@ -111,9 +111,14 @@ impl Elasticity {
         nodes.chain(edge_part).flat_map(|force| force.data.0[0]).collect()
     }
 
-    /// Inverse of the diagonal of the stiffness, one entry per unknown.
+    /// Inverse of the diagonal of the stiffness, one entry per unknown; 0 where anchors hold, which carry any force.
     pub(in crate::elasticity) fn inverse_diagonal(&self) -> Vec<f64> {
         let edges = self.edges.iter().flat_map(|edges| &edges.diagonal);
-        self.stiffness.diagonal().iter().chain(edges).map(|own| 1.0 / own).collect()
+        let mut inverse: Vec<f64> = self.stiffness.diagonal().iter().chain(edges).map(|own| 1.0 / own).collect();
+        if let Support::Anchored(nodes) = &self.support {
+            nodes.iter().for_each(|node| inverse[3 * *node as usize..][..3].fill(0.0));
+            self.edges.iter().for_each(|edges| self.drop_held_edges(edges, nodes, &mut inverse[self.size()..]));
+        }
+        inverse
     }
 }

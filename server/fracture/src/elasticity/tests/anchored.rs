@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 fn held(lattice: &Lattice, poisson: f64) -> Elasticity {
     let low = lattice.nodes.iter().map(|node| node.x).fold(f64::INFINITY, f64::min) + 1e-9;
     let nodes = (0..lattice.nodes.len() as u32).filter(|&node| lattice.nodes[node as usize].x < low).collect();
-    free(lattice, poisson).anchored(nodes, ElementOrder::Quadratic, &CancelToken::default()).unwrap()
+    free(lattice, poisson).anchored(nodes, &CancelToken::default()).unwrap()
 }
 
 fn anchors(body: &Elasticity) -> &[u32] {
@@ -112,10 +112,9 @@ fn insufficient_anchors_are_rejected() {
         .collect();
     assert!(edge.len() >= 5);
     for nodes in [vec![], vec![3], vec![3, 7], edge] {
-        let (count, error) =
-            (nodes.len(), body.anchored(nodes, ElementOrder::Quadratic, &CancelToken::default()).err());
+        let (count, error) = (nodes.len(), body.anchored(nodes, &CancelToken::default()).err());
         assert_eq!(error, Some(ElasticityError::AnchorsInLine { nodes: count }));
     }
-    let error = body.anchored(vec![0, 4000], ElementOrder::Quadratic, &CancelToken::default()).err();
+    let error = body.anchored(vec![0, 4000], &CancelToken::default()).err();
     assert_eq!(error, Some(ElasticityError::UnknownAnchor { node: 4000 }));
 }

@@ -160,7 +160,7 @@ fn held(prepared: &PreparedObject, turn: Rotation3<f64>, is_held: impl Fn(Point3
     let (body, lattice, _) = solid(prepared);
     let place = |node: &Point3<f64>| turn.inverse() * prepared.frame.to_meters(node);
     let nodes = (0..lattice.nodes.len() as u32).filter(|&node| is_held(place(&lattice.nodes[node as usize]))).collect();
-    body.anchored(nodes, ElementOrder::Quadratic, &CancelToken::default()).unwrap()
+    body.anchored(nodes, &CancelToken::default()).unwrap()
 }
 
 /// Energy of one unit force on a held body.

@@ -53,8 +53,7 @@ fn the_eigenvalue_bound_is_below_the_lowest_eigenvalue_and_near_it() {
 #[test]
 fn an_anchored_body_has_no_eigenvalue_bound() {
     let lattice = block([2, 1, 1], 0.2);
-    let held =
-        free(&lattice, 0.3).anchored(vec![0, 1, 2, 3, 4], ElementOrder::Linear, &CancelToken::default()).unwrap();
+    let held = free(&lattice, 0.3).anchored(vec![0, 1, 2, 3, 4], &CancelToken::default()).unwrap();
     assert_eq!(EigenvalueLowerBound::of(&held, &CancelToken::default()).unwrap(), None);
 }
 

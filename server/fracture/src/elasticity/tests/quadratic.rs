@@ -209,7 +209,7 @@ fn an_anchored_bar_hangs_exactly() {
     let token = CancelToken::default();
     let body =
         Elasticity::assembled(&lattice, 0.0, &token).unwrap().of_order(ElementOrder::Quadratic, &lattice).unwrap();
-    let body = body.anchored(end, ElementOrder::Quadratic, &token).unwrap();
+    let body = body.anchored(end, &token).unwrap();
     let energy = total(&body, &lattice, &body.weight(&Vector3::x()));
     assert!((energy / (0.0625 / 6.0) - 1.0).abs() < 1e-5, "{energy}");
 }

@@ -2,8 +2,9 @@
 
 use super::anchored::{AnchorError, AnchorNodes, AnchoredBody, AnchoredObject};
 use super::object::PreparedObject;
+use super::parameters::DisplacementMethod;
 use crate::cancel_token::CancelToken;
-use crate::elasticity::ElasticityError;
+use crate::elasticity::{ElasticityError, ElementOrder, ReducedBasis};
 use crate::pipeline::error::FractureError;
 use crate::scene::{Anchors, EffectKind, EffectSet};
 
@@ -54,8 +55,8 @@ impl PreparedObject {
         }
     }
 
-    /// Anchors the object for requests with [`EffectKind::Anchored`]: factors the anchored stiffness and solves for the
-    /// weight.
+    /// Anchors the object for requests with [`EffectKind::Anchored`]: factors the anchored stiffness, solves for the
+    /// weight, and takes the bases that [`Self::anchored_bases`] has for these anchors.
     ///
     /// Requests without that effect use the free object.
     ///
@@ -63,7 +64,6 @@ impl PreparedObject {
     /// Those of [`Self::anchor_nodes`], and [`AnchorError::Canceled`].
     pub fn anchor(&mut self, anchors: &Anchors, token: &CancelToken) -> Result<(), AnchorError> {
         let anchored_nodes = self.anchor_nodes(anchors)?;
-        let order = self.parameters.elements.unreduced();
         let mut bodies = Vec::with_capacity(anchored_nodes.nodes.len());
         for (body, nodes) in anchored_nodes.nodes.into_iter().enumerate() {
             let solid = self.bodies[body].solid.as_ref().ok_or(AnchorError::ElasticityUnprepared { body })?;
@@ -71,7 +71,9 @@ impl PreparedObject {
                 ElasticityError::Canceled(canceled) => AnchorError::Canceled(canceled),
                 source => AnchorError::Loose { body, regions: named(0..anchors.regions.len()), source },
             };
-            let own = (!nodes.is_empty()).then(|| AnchoredBody::new(&solid.elasticity, (nodes, order), anchors, token));
+            let mut bases = self.anchored_bases.iter().filter(|own| own.body == body);
+            let basis = bases.find(|own| own.nodes == nodes).map(|own| own.basis.clone());
+            let own = (!nodes.is_empty()).then(|| AnchoredBody::new(&solid.elasticity, (nodes, basis), anchors, token));
             bodies.push(own.transpose().map_err(failed)?);
         }
         self.held = Some(AnchoredObject::new(anchors.clone(), bodies));
@@ -94,6 +96,23 @@ impl PreparedObject {
             _ => Ok(Some(held)),
         }
     }
+
+    /// The basis of displacements of body `body` under `effects`; `None`: every impact is solved.
+    pub fn basis(&self, body: usize, effects: EffectSet) -> Option<&ReducedBasis> {
+        let held = self.held.as_ref().filter(|_| effects.has(EffectKind::Anchored));
+        match held.and_then(|held| held.body(body)) {
+            Some(own) => own.reduced.as_deref(),
+            None => self.bodies[body].reduced(),
+        }
+    }
+
+    /// True if anchors hold a body with quadratic elements that has no basis for them, so that its solves take long.
+    pub fn lacks_anchored_basis(&self) -> bool {
+        let Some(held) = &self.held else { return false };
+        let all = (0..self.bodies.len()).filter_map(|body| held.body(body));
+        let is_slow = |own: &AnchoredBody| own.reduced.is_none() && own.elasticity.order() == ElementOrder::Quadratic;
+        self.parameters.elastic == DisplacementMethod::Reduced && all.into_iter().any(is_slow)
+    }
 }
 
 /// Names of regions in the form "anchors[0], anchors[2]".
@@ -105,15 +124,13 @@ fn named(regions: impl Iterator<Item = usize>) -> String {
 mod tests {
     use super::*;
     use crate::database::{BakeRequest, Tables, bake};
-    use crate::elasticity::ElementOrder;
     use crate::pipeline::{DisplacementMethod, ElementChoice, SurfaceKind};
     use crate::scene::{Material, Region};
     use crate::surface::shapes;
     use nalgebra::Point3;
 
-    /// A solve for an anchored body takes long with quadratic elements.
     #[test]
-    fn anchored_bodies_have_quadratic_elements_only_on_request() {
+    fn anchored_bodies_have_the_elements_of_the_free_ones() {
         let order = |elements| {
             let request = BakeRequest {
                 elements,
@@ -131,7 +148,7 @@ mod tests {
             let anchored = plate.held.as_ref().unwrap().body(0).unwrap();
             [plate.bodies[0].solid.as_ref().unwrap().elasticity.order(), anchored.elasticity.order()]
         };
-        assert_eq!(order(ElementChoice::Auto), [ElementOrder::Quadratic, ElementOrder::Linear]);
+        assert_eq!(order(ElementChoice::Auto), [ElementOrder::Quadratic; 2]);
         assert_eq!(order(ElementChoice::Quadratic), [ElementOrder::Quadratic; 2]);
         assert_eq!(order(ElementChoice::Linear), [ElementOrder::Linear; 2]);
     }

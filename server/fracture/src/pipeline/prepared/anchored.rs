@@ -7,10 +7,11 @@
 //! of F and volumes are in L³. The weight is then ρL³/F times that of unit density, and so is its displacement.
 
 use crate::cancel_token::{CancelToken, Canceled};
-use crate::elasticity::{ElasticWorkspace, Elasticity, ElasticityError, ElementOrder};
+use crate::elasticity::{ElasticWorkspace, Elasticity, ElasticityError, ReducedBasis};
 use crate::memory::held;
 use crate::scene::Anchors;
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// An object held by the anchors of a scene.
 pub struct AnchoredObject {
@@ -22,10 +23,22 @@ pub struct AnchoredObject {
 /// An anchored body.
 pub struct AnchoredBody {
     /// Elasticity with the anchored nodes fixed. It shares all tables but its factor with the free body.
-    /// The elements are those of [`ElementChoice::unreduced`](super::parameters::ElementChoice::unreduced).
     pub elasticity: Elasticity,
+    /// Basis of displacements that keep these nodes where they are; `None`: every impact is solved.
+    pub reduced: Option<Arc<ReducedBasis>>,
     /// Its weight; `None`: no gravity.
     pub weight: Option<Weight>,
+}
+
+/// Basis of displacements of a body that some nodes hold. It is part of the object's database.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AnchoredBasis {
+    /// Index of the body.
+    pub body: usize,
+    /// Nodes that do not move, ascending.
+    pub nodes: Vec<u32>,
+    /// The basis.
+    pub basis: Arc<ReducedBasis>,
 }
 
 /// Weight of a body of unit density.
@@ -112,19 +125,29 @@ impl AnchoredObject {
     /// Memory beyond that of the free object, bytes.
     pub fn bytes(&self) -> usize {
         let weight = |weight: &Weight| held(&weight.displacement);
-        let own = |body: &AnchoredBody| body.elasticity.own_bytes() + body.weight.as_ref().map_or(0, weight);
+        let own = |body: &AnchoredBody| {
+            let basis = body.reduced.as_ref().map_or(0, |basis| basis.bytes());
+            body.elasticity.own_bytes() + basis + body.weight.as_ref().map_or(0, weight)
+        };
         held(&self.anchors.regions) + held(&self.bodies) + self.bodies.iter().flatten().map(own).sum::<usize>()
+    }
+}
+
+impl AnchoredBasis {
+    /// Memory, bytes.
+    pub(super) fn bytes(&self) -> usize {
+        held(&self.nodes) + self.basis.bytes()
     }
 }
 
 impl AnchoredBody {
     pub(in crate::pipeline) fn new(
         free: &Elasticity,
-        (nodes, order): (Vec<u32>, ElementOrder),
+        (nodes, reduced): (Vec<u32>, Option<Arc<ReducedBasis>>),
         anchors: &Anchors,
         token: &CancelToken,
     ) -> Result<Self, ElasticityError> {
-        let elasticity = free.anchored(nodes, order, token)?;
+        let elasticity = free.anchored(nodes, token)?;
         let solved = |gravity| {
             let mut displacement = Vec::new();
             let forces = elasticity.weight(&gravity);
@@ -132,6 +155,6 @@ impl AnchoredBody {
             Ok::<_, ElasticityError>(Weight { gravity, displacement })
         };
         let weight = anchors.gravity_m_s2.map(solved).transpose()?;
-        Ok(Self { elasticity, weight })
+        Ok(Self { elasticity, reduced, weight })
     }
 }

@@ -1,6 +1,6 @@
 //! Memory of a prepared object.
 
-use super::anchored::AnchoredObject;
+use super::anchored::{AnchoredBasis, AnchoredObject};
 use super::energy_bound::EnergyUpperBound;
 use super::example::TrainingExample;
 use super::fragment_surface::FragmentSurface;
@@ -52,6 +52,7 @@ impl PreparedObject {
         let mut rows = MemoryRows::default();
         self.bodies.iter().for_each(|body| body.count(&mut rows));
         rows.add("anchors and their factor", self.held.as_ref().map_or(0, AnchoredObject::bytes));
+        rows.add("reduced basis", self.anchored_bases.iter().map(AnchoredBasis::bytes).sum());
         rows.add("appearance of the input", self.skin.as_ref().map_or(0, |skin| skin.bytes()));
         let examples = self.examples.iter().map(example).sum::<usize>() + held(&self.examples) + held(&self.bodies);
         rows.add(

@@ -1,6 +1,6 @@
 //! Data that depends on the object only: built by baking, loaded at startup, shared and never changed.
 
-use super::anchored::AnchoredObject;
+use super::anchored::{AnchoredBasis, AnchoredObject};
 use super::energy_bound::EnergyUpperBound;
 use super::example::TrainingExample;
 use super::fragment_surface::FragmentSurface;
@@ -202,6 +202,8 @@ pub struct PreparedObject {
     pub learned: Option<LearnedModel>,
     /// Errors of the reduced bases, if there are any.
     pub reduction: Option<ReductionErrors>,
+    /// Bases of bodies that anchors hold.
+    pub anchored_bases: Vec<AnchoredBasis>,
     /// The object held by a scene's anchors; not part of its database.
     pub held: Option<AnchoredObject>,
     /// Triangles of the input; `None`: not prepared.

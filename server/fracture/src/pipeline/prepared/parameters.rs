@@ -141,7 +141,7 @@ pub struct BakeReport {
 #[serde(rename_all = "lowercase")]
 pub enum ElementChoice {
     /// Quadratic elements in bodies with few cells across their walls, and where linear ones would miss much of the elastic
-    /// energy. Linear ones in the others, and in bodies that have no basis of displacements: anchored ones and fragments.
+    /// energy. Linear ones in the others, and in fragments, which have no basis of displacements.
     #[default]
     Auto,
     /// Linear elements.
@@ -168,10 +168,10 @@ impl ElementChoice {
         Self::Linear
     }
 
-    /// Order of the elements of anchored bodies and fragments. They have no basis, and a solve with quadratic elements takes
-    /// 14 to 26 times as long as one with linear elements.
+    /// Order of the elements of fragments. They have no basis, and a solve with quadratic elements takes 14 to 26 times as
+    /// long as one with linear elements.
     #[must_use]
-    pub fn unreduced(self) -> ElementOrder {
+    pub fn of_fragments(self) -> ElementOrder {
         match self {
             Self::Auto | Self::Linear => ElementOrder::Linear,
             Self::Quadratic => ElementOrder::Quadratic,
@@ -247,12 +247,6 @@ impl BakeReport {
     pub fn discretization_error(&self) -> Option<f64> {
         self.elastic.iter().filter_map(|own| own.discretization_error).reduce(f64::max)
     }
-
-    /// As [`Self::discretization_error`], of solves with linear elements.
-    pub fn linear_discretization_error(&self) -> Option<f64> {
-        self.elastic.iter().filter_map(|own| own.linear_error.or(own.discretization_error)).reduce(f64::max)
-    }
-
     /// Signed volume error of the crack lattices, relative to the input's volume. Slots of existing cracks do not
     /// count.
     pub fn volume_error(&self) -> f64 {

@@ -162,7 +162,7 @@ fn solid(
 ) -> Result<ElasticModel, FractureError> {
     let whole = prepared.solid(index)?;
     let (law, order) =
-        ((prepared.parameters.material.poisson, Precision::F64), prepared.parameters.elements.unreduced());
+        ((prepared.parameters.material.poisson, Precision::F64), prepared.parameters.elements.of_fragments());
     let nodes = crack.nodes.len();
     let (lattice, transfer) = if nodes <= SOLVED_NODES_MAX {
         (crack.clone(), EnergyTransfer::identity(crack))
@@ -225,6 +225,7 @@ pub(super) fn alone(context: RequestContext<'_>, index: usize, body: PreparedBod
         examples: Vec::new(),
         learned: None,
         reduction: None,
+        anchored_bases: Vec::new(),
         held: None,
         skin: None,
     }

@@ -8,9 +8,10 @@ use super::falloff::falloff;
 use super::onset::{StressPeak, StressedBody};
 use crate::cancel_token::CancelToken;
 use crate::elasticity::{DrivingEnergy, Elasticity, ElasticityError, NodalLoad, ReducedBasis};
+use crate::lattice::Lattice;
 use crate::pipeline::error::FractureError;
-use crate::pipeline::prepared::anchored::AnchoredBody;
-use crate::pipeline::prepared::object::{ElasticModel, PreparedObject};
+use crate::pipeline::prepared::anchored::{AnchoredBody, Weight};
+use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::prepared::parameters::DisplacementMethod;
 use crate::pipeline::prepared::reduction::TRAINED_RADIUS_MIN;
 use crate::pipeline::request::context::RequestContext;
@@ -19,6 +20,7 @@ use crate::pipeline::request::stage::Stage;
 use crate::pipeline::workspace::Workspace;
 use crate::scene::EffectKind;
 use crate::strength::{Criterion, Deformation};
+use nalgebra::Vector3;
 
 /// Strain energy of one struck body.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,9 +96,9 @@ pub(in crate::pipeline) fn apply(
         let elasticity = own.map_or(&prepared.solid(*index)?.elasticity, |own| &own.elasticity);
         let stage = observer.stage(Stage::Load);
         // A reduced basis has no smaller loads.
-        let is_reduced = own.is_none() && request.elastic == DisplacementMethod::Reduced;
-        let reduced = is_reduced && prepared.bodies[*index].reduced().is_some();
-        let spread_min = if reduced { TRAINED_RADIUS_MIN } else { 0.0 };
+        let is_reduced = request.elastic == DisplacementMethod::Reduced;
+        let has_basis = prepared.basis(*index, request.effects).is_some();
+        let spread_min = if is_reduced && has_basis { TRAINED_RADIUS_MIN } else { 0.0 };
         let touched = elasticity.touch(contacts, spread_min, load, &mut workspace.elasticity);
         touched.map_err(|source| FractureError::of_body(*index, source))?;
         stage.produced(&load.applied);
@@ -122,24 +124,25 @@ fn deformed(
         let (body, solid) = (&prepared.bodies[*index], prepared.solid(*index)?);
         let own = held.and_then(|held| held.body(*index));
         let elasticity = own.map_or(&solid.elasticity, |own| &own.elasticity);
+        let basis = prepared.basis(*index, request.effects);
         let failed = |source| FractureError::of_body(*index, source);
         let stage = observer.stage(Stage::Elasticity);
         let strained = match own {
             Some(own) => displace_held(context, contacts, own, place, workspace),
-            None => displace(solid, request, place, workspace, cancel).map_err(failed),
+            None => displace((elasticity, basis), request, place, workspace, cancel).map_err(failed),
         }?;
         observer.part(EffectKind::Elastic, size_of_val(workspace.displacement.as_slice()) as u64);
         let tensile = request.effects.has(EffectKind::Tensile).then(|| observer.effect(EffectKind::Tensile));
         let driving = if tensile.is_some() { DrivingEnergy::Tensile } else { DrivingEnergy::Total };
-        tet_energies((solid, elasticity), strained, driving, place, workspace, cancel).map_err(failed)?;
+        let used = basis.filter(|_| strained.reduced_error.is_some());
+        let parts = (elasticity, used, &solid.lattice);
+        tet_energies(parts, strained.energy, driving, place, workspace, cancel).map_err(failed)?;
         if let Some(tensile) = tensile {
             tensile.produced(&workspace.tet_energy);
         }
         let mut peaks = Vec::new();
         if request.criterion == Criterion::Strength {
-            let has_node_strains =
-                strained.reduced_error.is_some() && solid.reduced.as_ref().is_some_and(ReducedBasis::has_node_strains);
-            let deformation = match has_node_strains {
+            let deformation = match used.is_some_and(ReducedBasis::has_node_strains) {
                 true => Deformation::NodeStrains(&workspace.displacement),
                 false => Deformation::Displacement(&workspace.displacement),
             };
@@ -170,10 +173,11 @@ fn deformed(
     Ok(energies)
 }
 
-/// Writes the energies of the tetrahedra under load `place` of the workspace, with its near field.
+/// Writes the energies of the tetrahedra under load `place` of the workspace, with its near field. The workspace has the
+/// displacement, as the basis expanded it if one was used, and `energy` is its energy.
 fn tet_energies(
-    (solid, elasticity): (&ElasticModel, &Elasticity),
-    strained: StrainEnergy,
+    (elasticity, used, lattice): (&Elasticity, Option<&ReducedBasis>, &Lattice),
+    energy: f64,
     driving: DrivingEnergy,
     place: usize,
     workspace: &mut Workspace,
@@ -182,12 +186,12 @@ fn tet_energies(
     let Workspace { displacement, tet_energy, loads, .. } = workspace;
     let load = &loads[place];
     let mut fill = |driving: DrivingEnergy| {
-        match solid.reduced.as_ref().filter(|_| strained.reduced_error.is_some()) {
+        match used {
             Some(basis) => {
-                let reduced = (displacement.as_slice(), strained.energy);
-                basis.tet_energy((elasticity, &solid.lattice), reduced, driving, tet_energy, cancel)
+                let reduced = (displacement.as_slice(), energy);
+                basis.tet_energy((elasticity, lattice), reduced, driving, tet_energy, cancel)
             }
-            None => elasticity.tet_energy(&solid.lattice, displacement, driving, tet_energy, cancel),
+            None => elasticity.tet_energy(lattice, displacement, driving, tet_energy, cancel),
         }?;
         Ok::<_, ElasticityError>(elasticity.near_field_sum(load, tet_energy))
     };
@@ -208,43 +212,53 @@ struct StrainEnergy {
     reduced_error: Option<f64>,
 }
 
-/// Computes the displacement under load `place` of the workspace.
-///
-/// Uses the reduced basis if the request allows it and the whole basis is accurate enough: alone, or completed by a
-/// linear solve. Otherwise solves.
+/// Computes the displacement of a free body under load `place` of the workspace: reduced if possible, else solved.
 fn displace(
-    solid: &ElasticModel,
+    (elasticity, basis): (&Elasticity, Option<&ReducedBasis>),
     request: &FractureRequest,
     place: usize,
     workspace: &mut Workspace,
     cancel: &CancelToken,
 ) -> Result<StrainEnergy, ElasticityError> {
-    let Workspace { loads, displacement, coordinates, elasticity, .. } = workspace;
-    let load = &mut loads[place];
-    if let (DisplacementMethod::Reduced, Some(reduced)) = (request.elastic, &solid.reduced) {
-        reduced.project(load, coordinates);
-        let error = reduced.estimate().error(reduced.residual(&solid.elasticity, load, coordinates, elasticity));
-        if error <= request.reduced_error_max {
-            let used = reduced.used(request.rank_max);
-            reduced.expand(&coordinates[..used], displacement, elasticity);
-            let reduced_error = Some(ReducedBasis::truncated_error(coordinates, used, error));
-            return Ok(StrainEnergy { energy: ReducedBasis::energy(&coordinates[..used]), reduced_error });
-        }
-        let completed = reduced.complete(&solid.elasticity, load, coordinates, displacement, elasticity, cancel)?;
-        if let Some(own) = completed.filter(|own| own.error <= request.reduced_error_max) {
-            return Ok(StrainEnergy { energy: own.energy, reduced_error: Some(own.error) });
-        }
+    if let Some(reduced) = displace_reduced((elasticity, basis), request, place, workspace, cancel)? {
+        return Ok(reduced);
     }
-    solid.elasticity.balance(load);
-    solid.elasticity.solve(&load.forces, displacement, elasticity, cancel)?;
-    let energy = solid.elasticity.elastic_energy(&load.forces, displacement);
+    let Workspace { loads, displacement, elasticity: scratch, .. } = workspace;
+    let load = &mut loads[place];
+    elasticity.balance(load);
+    elasticity.solve(&load.forces, displacement, scratch, cancel)?;
+    let energy = elasticity.elastic_energy(&load.forces, displacement);
     Ok(StrainEnergy { energy, reduced_error: None })
 }
 
-/// Solves for the displacement of an anchored body under load `place` of the workspace, and under its weight with the
-/// effect `gravity`.
+/// Computes the displacement under load `place` of the workspace by the basis, alone or completed by a linear solve.
 ///
-/// Reduced bases are those of free bodies, so they do not apply.
+/// `None` if the request does not allow it, there is no basis, or the whole basis is not accurate enough.
+fn displace_reduced(
+    (elasticity, basis): (&Elasticity, Option<&ReducedBasis>),
+    request: &FractureRequest,
+    place: usize,
+    workspace: &mut Workspace,
+    cancel: &CancelToken,
+) -> Result<Option<StrainEnergy>, ElasticityError> {
+    let Some(basis) = basis.filter(|_| request.elastic == DisplacementMethod::Reduced) else { return Ok(None) };
+    let Workspace { loads, displacement, coordinates, elasticity: scratch, .. } = workspace;
+    let load = &mut loads[place];
+    basis.project(load, coordinates);
+    let error = basis.estimate().error(basis.residual(elasticity, load, coordinates, scratch));
+    if error <= request.reduced_error_max {
+        let used = basis.used(request.rank_max);
+        basis.expand(&coordinates[..used], displacement, scratch);
+        let reduced_error = Some(ReducedBasis::truncated_error(coordinates, used, error));
+        return Ok(Some(StrainEnergy { energy: ReducedBasis::energy(&coordinates[..used]), reduced_error }));
+    }
+    let completed = basis.complete(elasticity, load, coordinates, displacement, scratch, cancel)?;
+    let accurate = completed.filter(|own| own.error <= request.reduced_error_max);
+    Ok(accurate.map(|own| StrainEnergy { energy: own.energy, reduced_error: Some(own.error) }))
+}
+
+/// Computes the displacement of an anchored body under load `place` of the workspace, and under its weight with the
+/// effect `gravity`: reduced if possible, else solved.
 ///
 /// # Errors
 /// [`FractureError::Balanced`] where the contacts alone deform nothing: then no impulse could break the body, and its
@@ -257,19 +271,50 @@ fn displace_held(
     workspace: &mut Workspace,
 ) -> Result<StrainEnergy, FractureError> {
     let RequestContext { prepared, request, cancel, observer } = context;
-    let Workspace { loads, displacement, elasticity, .. } = workspace;
     let body = contacts.bodies[place].0;
+    let failed = |source| FractureError::of_body(body, source);
+    observer.part(EffectKind::Anchored, own.elasticity.own_bytes() as u64);
+    let weight = own.weight.as_ref().filter(|_| request.effects.has(EffectKind::Gravity));
+    let unit = contacts.weight_unit(prepared);
+    let basis = own.reduced.as_deref();
+    let Workspace { loads, coordinates, .. } = &mut *workspace;
+    // Without energy, the contacts alone deform nothing.
+    if basis.is_some_and(|basis| basis.project(&loads[place], coordinates) > 0.0) {
+        if let Some(weight) = weight {
+            loads[place].acceleration[0] = -unit * weight.gravity;
+        }
+        let parts = (&own.elasticity, basis);
+        if let Some(reduced) = displace_reduced(parts, request, place, workspace, cancel).map_err(failed)? {
+            weight.iter().for_each(|own| observer.part(EffectKind::Gravity, size_of_val(&own.gravity) as u64));
+            return Ok(reduced);
+        }
+        let load = &mut workspace.loads[place];
+        load.acceleration[0] = Vector3::zeros();
+        load.forces.clear();
+    }
+    solve_held(context, own, (body, place), (weight, unit), workspace)
+}
+
+/// Solves for the displacement of an anchored body under load `place` of the workspace, and adds that under `unit` times
+/// the weight of unit density.
+fn solve_held(
+    context: RequestContext<'_>,
+    own: &AnchoredBody,
+    (body, place): (usize, usize),
+    (weight, unit): (Option<&Weight>, f64),
+    workspace: &mut Workspace,
+) -> Result<StrainEnergy, FractureError> {
+    let RequestContext { cancel, observer, .. } = context;
+    let Workspace { loads, displacement, elasticity, .. } = workspace;
     own.elasticity.balance(&mut loads[place]);
     let solved = own.elasticity.solve(&loads[place].forces, displacement, elasticity, cancel);
     solved.map_err(|source| FractureError::of_body(body, source))?;
     if displacement.iter().all(|component| *component == 0.0) {
         return Err(FractureError::Balanced { body });
     }
-    observer.part(EffectKind::Anchored, own.elasticity.own_bytes() as u64);
     let mut weight_energy = 0.0;
-    if let Some(weight) = own.weight.as_ref().filter(|_| request.effects.has(EffectKind::Gravity)) {
+    if let Some(weight) = weight {
         let gravity = observer.effect(EffectKind::Gravity);
-        let unit = contacts.weight_unit(prepared);
         displacement.iter_mut().zip(&weight.displacement).for_each(|(u, w)| *u += unit * w);
         weight_energy = unit * own.elasticity.elastic_energy(&own.elasticity.weight(&weight.gravity), displacement);
         gravity.produced(&weight.displacement);

@@ -1,5 +1,6 @@
 //! Training on impacts during a bake: examples, reduced bases, degrees.
 
+pub(super) mod anchored;
 pub(super) mod calibrate;
 pub(super) mod compare;
 pub(super) mod discretization;

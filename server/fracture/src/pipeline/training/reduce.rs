@@ -7,7 +7,9 @@ use super::sample::ImpactSampler;
 use crate::cancel_token::CancelToken;
 use crate::centroidal::EnergyField;
 use crate::degree;
-use crate::elasticity::{ContactLoad, DrivingEnergy, ElementOrder, ErrorEstimate, NodalLoad, ReducedBasis};
+use crate::elasticity::{
+    ContactLoad, DrivingEnergy, Elasticity, ElementOrder, ErrorEstimate, NodalLoad, ReducedBasis, Support,
+};
 use crate::lift::LiftKind;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::PreparedObject;
@@ -18,6 +20,7 @@ use crate::pipeline::request::solver_settings::REDUCED_ERROR_MAX;
 use crate::pipeline::stages::contact_set::ContactSet;
 use crate::pipeline::stages::energy::strain_energy;
 use crate::pipeline::workspace::Workspace;
+use crate::scene::{EffectKind, EffectSet};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -52,19 +55,11 @@ const HELD_OUT_FIRST: u64 = 1 << 32;
 /// # Errors
 /// [`FractureError`] of an impact, or for a canceled `token`.
 pub fn reduce(prepared: &mut PreparedObject, rank_max: usize, token: &CancelToken) -> Result<(), FractureError> {
-    let solids = |prepared: &mut PreparedObject| -> Vec<usize> {
-        let all =
-            prepared.bodies.iter_mut().enumerate().filter_map(|(index, body)| Some((index, body.solid.as_mut()?)));
-        all.map(|(index, solid)| {
-            solid.reduced = None;
-            index
-        })
-        .collect()
-    };
-    let solids = solids(prepared);
     prepared.reduction = None;
-    for &index in &solids {
-        let basis = basis(prepared, index, rank_max, token)?;
+    prepared.bodies.iter_mut().flat_map(|body| &mut body.solid).for_each(|solid| solid.reduced = None);
+    for index in 0..prepared.bodies.len() {
+        let Some(solid) = &prepared.bodies[index].solid else { continue };
+        let basis = basis(prepared, index, &solid.elasticity, rank_max, token)?;
         if let Some(solid) = &mut prepared.bodies[index].solid {
             solid.reduced = basis;
         }
@@ -72,33 +67,35 @@ pub fn reduce(prepared: &mut PreparedObject, rank_max: usize, token: &CancelToke
     if prepared.bodies.iter().all(|body| body.reduced().is_none()) {
         return Ok(());
     }
-    let trials = trials(prepared, token)?;
+    let trials = trials(prepared, None, token)?;
     for index in 0..prepared.bodies.len() {
-        let own = || trials.iter().filter(|trial| trial.body == index && trial.fits);
-        let pairs: Vec<_> = own().map(|trial| (trial.residual, trial.energy_error)).collect();
-        let completed = own().filter_map(|trial| trial.completed.as_ref());
-        let completed: Vec<_> = completed.map(|own| (own.gain, own.energy_error)).collect();
         if let Some(solid) = &mut prepared.bodies[index].solid {
-            let fitted = |reduced: ReducedBasis| {
-                reduced.estimating(ErrorEstimate::fit(&pairs)).estimating_completed(ErrorEstimate::fit(&completed))
-            };
-            solid.reduced = solid.reduced.take().map(fitted);
+            solid.reduced = solid.reduced.take().map(|basis| fitted(basis, index, &trials));
         }
     }
     prepared.reduction = ReductionErrors::of(prepared, &trials);
     Ok(())
 }
 
-/// The basis of body `index` from the contacts of the object's impacts.
-fn basis(
+/// The basis of body `index`, with its errors estimated by `trials`.
+pub(super) fn fitted(basis: ReducedBasis, index: usize, trials: &[Trial]) -> ReducedBasis {
+    let own = || trials.iter().filter(|trial| trial.body == index && trial.fits);
+    let pairs: Vec<_> = own().map(|trial| (trial.residual, trial.energy_error)).collect();
+    let completed = own().filter_map(|trial| trial.completed.as_ref());
+    let completed: Vec<_> = completed.map(|own| (own.gain, own.energy_error)).collect();
+    basis.estimating(ErrorEstimate::fit(&pairs)).estimating_completed(ErrorEstimate::fit(&completed))
+}
+
+/// The basis of body `index`, held as in `elasticity`, from the contacts of the object's impacts.
+pub(super) fn basis(
     prepared: &PreparedObject,
     index: usize,
+    elasticity: &Elasticity,
     rank_max: usize,
     token: &CancelToken,
 ) -> Result<Option<ReducedBasis>, FractureError> {
-    let solid = prepared.solid(index)?;
-    let rank_max = rank_max.min(BASIS_BYTES_MAX / (size_of::<f32>() * solid.elasticity.size()));
-    let column_bytes = solid.elasticity.snapshot_bytes();
+    let rank_max = rank_max.min(BASIS_BYTES_MAX / (size_of::<f32>() * elasticity.size()));
+    let column_bytes = elasticity.snapshot_bytes();
     if rank_max < RANK_MIN {
         return Ok(None);
     }
@@ -109,8 +106,7 @@ fn basis(
         for axis in 0..3 {
             let impulse = Vector3::ith(axis, 1.0);
             let mut load = NodalLoad::default();
-            solid
-                .elasticity
+            elasticity
                 .load(&[ContactLoad { impulse, ..contact }], &mut load, &mut workspace.elasticity)
                 .map_err(failed)?;
             loads.push(load);
@@ -119,7 +115,10 @@ fn basis(
     if loads.len() < RANK_MIN {
         return Ok(None);
     }
-    solid.elasticity.reduce(&loads, rank_max, token).map_err(failed)
+    if let Support::Anchored(_) = elasticity.support() {
+        loads.extend((0..3).map(|axis| elasticity.weight_load(&Vector3::ith(axis, 1.0))));
+    }
+    elasticity.reduce(&loads, rank_max, token).map_err(failed)
 }
 
 /// All contacts of the object's impacts on body `index`, and of more impacts if its elements are quadratic.
@@ -139,7 +138,7 @@ fn contacts(prepared: &PreparedObject, index: usize) -> Result<Vec<ContactLoad>,
 }
 
 /// One body under one held-out impact, both solved and reduced.
-struct Trial {
+pub(super) struct Trial {
     body: usize,
     /// True if the estimate is fitted to this trial. The other trials test it.
     fits: bool,
@@ -157,10 +156,16 @@ struct CompletedTrial {
     density_error: f64,
 }
 
-fn trials(prepared: &PreparedObject, token: &CancelToken) -> Result<Vec<Trial>, FractureError> {
+/// The held-out impacts, with the effect `more` in addition.
+pub(super) fn trials(
+    prepared: &PreparedObject,
+    more: Option<EffectKind>,
+    token: &CancelToken,
+) -> Result<Vec<Trial>, FractureError> {
     let sampler = ImpactSampler::new(prepared);
     let one = |workspace: &mut Workspace, number: u64| {
-        let strike = sampler.impact(prepared.parameters.seed, HELD_OUT_FIRST + number);
+        let mut strike = sampler.impact(prepared.parameters.seed, HELD_OUT_FIRST + number);
+        strike.effects = more.into_iter().fold(strike.effects, EffectSet::with);
         let mut trials = trial(prepared, &strike, workspace, token)?;
         trials.iter_mut().for_each(|trial| trial.fits = number.is_multiple_of(2));
         Ok::<_, FractureError>(trials)
@@ -187,12 +192,14 @@ fn trial(
     for (place, ((index, _), solved)) in impact.bodies.iter().zip(solved).enumerate() {
         let body = &prepared.bodies[*index];
         let solid = prepared.solid(*index)?;
-        let Some(reduced) = &solid.reduced else { continue };
+        let Some(reduced) = prepared.basis(*index, strike.effects) else { continue };
+        let held = prepared.held(strike.effects)?.and_then(|held| held.body(*index));
+        let stiffness = held.map_or(&solid.elasticity, |own| &own.elasticity);
         let failed = |source| FractureError::of_body(*index, source);
         let unit_j = impact.unit_j(prepared);
         // The shares of an expanded displacement, its energy over the solved one, and the difference of their densities.
         let compared = |expanded: (&[f64], f64), energies: &mut Vec<f64>| {
-            let parts = (&solid.elasticity, &solid.lattice);
+            let parts = (stiffness, &solid.lattice);
             reduced.tet_energy(parts, expanded, DrivingEnergy::Total, energies, token).map_err(failed)?;
             let mut shares = Vec::new();
             solid.transfer.apply(energies, &mut shares);
@@ -206,11 +213,11 @@ fn trial(
         let Workspace { loads, displacement, coordinates, elasticity, tet_energy, .. } = workspace;
         let load = &mut loads[place];
         let energy = reduced.project(load, coordinates);
-        let residual = reduced.residual(&solid.elasticity, load, coordinates, elasticity);
+        let residual = reduced.residual(stiffness, load, coordinates, elasticity);
         reduced.expand(coordinates, displacement, elasticity);
         let (shares, ratio, density_error) = compared((displacement, energy), tet_energy)?;
         let completed = reduced
-            .complete(&solid.elasticity, load, coordinates, displacement, elasticity, token)
+            .complete(stiffness, load, coordinates, displacement, elasticity, token)
             .map_err(failed)?
             .map(|own| {
                 let (_, ratio, density_error) = compared((displacement, own.energy), tet_energy)?;
