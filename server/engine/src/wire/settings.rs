@@ -1,10 +1,8 @@
 //! Solver settings: accuracy and time of a request, and their values in its result.
 
-use shatter_fracture::elasticity::ElementOrder;
 use shatter_fracture::pipeline::{
     self, DegreeRequest, DisplacementMethod, FractureOutcome, PreparedObject, RequestCost, StopReason, TimeBudget,
 };
-use shatter_fracture::scene::EffectKind;
 use shatter_proto::effect::Effects;
 use shatter_proto::request::{DegreeRule, DisplacementSource, Quality, Request};
 use shatter_proto::result::{DegreeMethod, StopCriterion, SummaryWire};
@@ -160,11 +158,6 @@ fn count(value: usize) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shatter_fracture::cancel_token::CancelToken;
-    use shatter_fracture::database::{BakeRequest, Tables, bake};
-    use shatter_fracture::pipeline::ElementChoice;
-    use shatter_fracture::scene::{EffectSet, Material};
-    use shatter_fracture::surface::shapes;
 
     #[test]
     fn presets_have_the_same_names_on_the_wire() {
