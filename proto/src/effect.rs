@@ -104,7 +104,7 @@ effects! {
         "load: eigenpairs of the bent space, if something bends; strike: one pass over protected nodes";
     /// Nodes in the scene's anchors do not move. Off: the body is free.
     12 Anchored "anchored" Physics false Some(Self::Elastic),
-        "load: a second factor; strike: a solve, never the basis, and the degree without examples";
+        "load: a second factor; strike: as without, but a solve if the database has no displacements for the anchors, and the degree without examples";
     /// An anchored body has weight.
     13 Gravity "gravity" Physics false Some(Self::Anchored),
         "load: one solve; strike: one pass over elastic nodes";

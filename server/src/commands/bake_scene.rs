@@ -27,6 +27,7 @@ enum State {
 }
 
 /// Bakes every database of the scene whose shape is generated into `folder`, one after the other; keeps files that are up to date.
+/// Adds bases of displacements for the scene's anchors to all databases, also to those that were baked from mesh files.
 ///
 /// A failure or an interruption ends the command; finished files stay.
 pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), CommandError> {
@@ -34,7 +35,13 @@ pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), CommandErro
     let (shown, path) = (scene.display(), scene);
     let scene = Scene::load(path)?;
     let recipes = scene.recipes().map_err(|error| CommandError::from(error).of_scene(path))?;
-    if recipes.iter().all(|(name, recipe)| recipe.bake(name).is_none()) {
+    let file_of = |name: &str| folder.join(format!("{name}.{EXTENSION}"));
+    let has_work = |(name, recipe): (&String, &BakeRecipe)| {
+        let mut terms = recipe.objects.iter().map(|object| &scene.objects[object].terms);
+        recipe.bake(name).is_some()
+            || (terms.any(|terms| terms.allowed.has(Effect::Anchored)) && file_of(name).is_file())
+    };
+    if !recipes.iter().any(has_work) {
         let message = format!("{shown}: no object has a `shape`; bake each mesh with `shatterd bake MESH --name NAME`");
         return Err(CommandError::refused("no_shape", "shape", message));
     }
@@ -42,7 +49,7 @@ pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), CommandErro
     let token = interrupt::token();
     let mut files = Vec::new();
     for (name, recipe) in &recipes {
-        let (file, begun) = (folder.join(format!("{name}.{EXTENSION}")), Instant::now());
+        let (file, begun) = (file_of(name), Instant::now());
         let state = match provide(name, recipe, &file, &token) {
             Ok(state) => state,
             Err(failure) => return Err(failure.with_files(Value::Array(files))),
