@@ -108,10 +108,10 @@ def free_beam(young, poisson, length, width, thick):
     return FORCE_N**2 * (bending + shear)
 
 
-def cantilever(young, poisson, span, side):
+def cantilever(young, poisson, span, width, thick):
     """A beam that is held at its root and pushed at its tip."""
-    bending = span**3 / (6 * young * side**4 / 12)
-    shear = 0.6 * span / (young / (2 * (1 + poisson)) * side**2)
+    bending = span**3 / (6 * young * width * thick**3 / 12)
+    shear = 0.6 * span / (young / (2 * (1 + poisson)) * width * thick)
     return FORCE_N**2 * (bending + shear)
 
 
@@ -233,7 +233,8 @@ def struck(name, contacts, radius):
 BAKE = ["--material", "glass", "--quality", "game", "--surface", "lattice"]
 # Without a basis of displacements, whose snapshots would take most of the time.
 SOLVED = ["--elastic", "solve"]
-OPTIONS = {"strip": SOLVED, "plate": SOLVED}
+OPTIONS = {"strip": SOLVED, "plate": SOLVED, "thin_beam": SOLVED}
+HELD = ("beam", "thin_beam")
 
 STRIP = [1.0, 0.1, 0.01]
 BEAM = [1.0, 0.08, 0.08]
@@ -248,6 +249,7 @@ def bake():
     meshes = {
         "strip": cuboid(STRIP),
         "beam": cuboid(BEAM),
+        "thin_beam": cuboid(STRIP),
         "plate": disc(*PLATE),
         "ball": sphere(BALL, 5),
         "hollow": hollow_sphere(*HOLLOW, 4),
@@ -274,7 +276,8 @@ def cases():
     corners = [[sign / math.sqrt(3) for sign in (x, y, z)] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
     tip = 0.45
     yield "strip", [(middle[0], down)], 0.01, lambda e, v: free_beam(e, v, *STRIP)
-    yield "beam", [([tip, 0, 0.5 * BEAM[2]], [0, 0, -1])], 0.04, lambda e, v: cantilever(e, v, tip - ROOT, BEAM[1])
+    yield "beam", [([tip, 0, 0.5 * BEAM[2]], [0, 0, -1])], 0.04, lambda e, v: cantilever(e, v, tip - ROOT, *BEAM[1:])
+    yield "thin_beam", [([tip, 0, 0.5 * STRIP[2]], [0, 0, -1])], 0.01, lambda e, v: cantilever(e, v, tip - ROOT, *STRIP[1:])
     yield "plate", [(middle[1], down)], 0.02, lambda e, v: free_plate(e, v, *PLATE)
     for direction in ([1, 0, 0], [x / math.sqrt(14) for x in (1, 2, 3)]):
         opposite = [([side * BALL * x for x in direction], [-side * x for x in direction]) for side in (1, -1)]
@@ -287,7 +290,7 @@ def cases():
 def main():
     facts = bake()
     held = f"anchors = [{{ min = [-1.0, -1.0, -1.0], max = [{ROOT}, 1.0, 1.0] }}]\neffects = [\"elastic\", \"interior\", \"anchored\"]\n"
-    scene = "".join(f"[objects.{name}]\n{held if name == 'beam' else ''}" for name in facts)
+    scene = "".join(f"[objects.{name}]\n{held if name in HELD else ''}" for name in facts)
     found = []
     with Service(scene):
         for name, contacts, radius, closed_form in cases():

@@ -118,6 +118,45 @@ fn anchors_that_hold_the_whole_object_are_refused_before_it_is_served() {
     assert_eq!(fixture.end(), Some(0));
 }
 
+/// The database of a thin mesh gets displacements for the anchors of a scene, once, and a changed scene is solved for.
+#[test]
+fn anchored_thin_walls_get_displacements_of_their_own() {
+    let mut fixture = Fixture::new();
+    let mesh = fixture.path("strip.obj");
+    write_obj(&shapes::cuboid([0.2, 0.05, 0.02]), &mesh).unwrap();
+    let held = |x: f64| {
+        let anchor = format!("{{ min = [-1, -1, -1], max = [{x}, 1, 1] }}");
+        write(&fixture, &format!("[objects.strip]\neffects = [\"elastic\", \"anchored\"]\nanchors = [{anchor}]"))
+    };
+    let scene = held(-0.075);
+    assert_eq!(fixture.json("shatterd", &["bake", "--scene", &scene]).0, 3, "there is no database yet");
+    let spacings = ["--elastic-spacing", "0.06", "--crack-spacing", "0.06", "--surface", "lattice", "--unit", "m"];
+    fixture.ok("shatterd", &[&["bake", mesh.to_str().unwrap(), "--name", "strip"], &spacings[..]].concat());
+    let own = |state: &str| vec![("strip".to_owned(), state.to_owned())];
+    assert_eq!(bake(&fixture, &scene), own("extended"));
+    assert_eq!(bake(&fixture, &scene), own("no_shape"));
+    let strike = |fixture: &Fixture, more: &[&str]| {
+        let at =
+            ["impact", "strip", "--point", "0.09,0,0.01", "--impulse", "0,0,-1", "--radius-m", "0.02", "--degree", "4"];
+        let document = fixture.ok("shatter", &[&at, more].concat());
+        (document["elastic"].as_str().unwrap().to_owned(), document["ledger"]["strain_j"].as_f64().unwrap())
+    };
+    fixture.serve(&["--scene", &scene]);
+    let (reduced, solved) = (strike(&fixture, &[]), strike(&fixture, &["--elastic", "solve"]));
+    assert_eq!([&*reduced.0, &*solved.0], ["reduced", "solve"]);
+    assert!((reduced.1 / solved.1 - 1.0).abs() < 0.05, "{reduced:?} {solved:?}");
+    assert_eq!(fixture.end(), Some(0));
+
+    let scene = held(-0.05);
+    fixture.serve(&["--scene", &scene]);
+    assert_eq!(strike(&fixture, &[]).0, "solve");
+    assert_eq!(fixture.end(), Some(0));
+    assert_eq!(bake(&fixture, &scene), own("extended"));
+    fixture.serve(&["--scene", &scene]);
+    assert_eq!(strike(&fixture, &[]).0, "reduced");
+    assert_eq!(fixture.end(), Some(0));
+}
+
 /// A database that was baked for less than a scene needs is reported before any request.
 #[test]
 fn tables_that_a_database_lacks_are_named() {
