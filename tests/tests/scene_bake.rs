@@ -124,11 +124,11 @@ fn anchored_thin_walls_get_displacements_of_their_own() {
     let mut fixture = Fixture::new();
     let mesh = fixture.path("strip.obj");
     write_obj(&shapes::cuboid([0.2, 0.05, 0.02]), &mesh).unwrap();
-    let held = |x: f64| {
+    let held = |fixture: &Fixture, x: f64| {
         let anchor = format!("{{ min = [-1, -1, -1], max = [{x}, 1, 1] }}");
-        write(&fixture, &format!("[objects.strip]\neffects = [\"elastic\", \"anchored\"]\nanchors = [{anchor}]"))
+        write(fixture, &format!("[objects.strip]\neffects = [\"elastic\", \"anchored\"]\nanchors = [{anchor}]"))
     };
-    let scene = held(-0.075);
+    let scene = held(&fixture, -0.075);
     assert_eq!(fixture.json("shatterd", &["bake", "--scene", &scene]).0, 3, "there is no database yet");
     let spacings = ["--elastic-spacing", "0.06", "--crack-spacing", "0.06", "--surface", "lattice", "--unit", "m"];
     fixture.ok("shatterd", &[&["bake", mesh.to_str().unwrap(), "--name", "strip"], &spacings[..]].concat());
@@ -147,7 +147,7 @@ fn anchored_thin_walls_get_displacements_of_their_own() {
     assert!((reduced.1 / solved.1 - 1.0).abs() < 0.05, "{reduced:?} {solved:?}");
     assert_eq!(fixture.end(), Some(0));
 
-    let scene = held(-0.05);
+    let scene = held(&fixture, -0.05);
     fixture.serve(&["--scene", &scene]);
     assert_eq!(strike(&fixture, &[]).0, "solve");
     assert_eq!(fixture.end(), Some(0));
