@@ -82,6 +82,11 @@ impl Inertia {
         self.subtract(forces, &rest);
     }
 
+    /// Subtracts the inertial forces of `acceleration`, which `forces` need not cause.
+    pub fn subtract_from(&self, forces: &mut [f64], acceleration: &[Vector3<f64>; 2]) {
+        self.subtract(forces, acceleration);
+    }
+
     /// Rigid acceleration, linear and angular, under a net force and torque.
     pub fn acceleration(&self, (force, torque): (Vector3<f64>, Vector3<f64>)) -> [Vector3<f64>; 2] {
         [force / self.volume, self.compliance * torque]

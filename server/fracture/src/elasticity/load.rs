@@ -185,17 +185,15 @@ impl Elasticity {
             let own = &mut load.forces[3 * *node as usize..][..3];
             own.iter_mut().zip(force.iter()).for_each(|(own, force)| *own += force);
         }
-        let is_inertial = matches!(self.support, Support::Free(_)) || load.acceleration != [Vector3::zeros(); 2];
-        if is_inertial {
-            self.inertia.balance(&load.acceleration, &mut load.forces);
+        match self.support {
+            Support::Free(_) => self.inertia.balance(&load.acceleration, &mut load.forces),
+            Support::Anchored(_) => self.inertia.subtract_from(&mut load.forces, &load.acceleration),
         }
         let Some(edges) = &self.edges else { return };
         let nodes = load.forces.len();
         load.forces.resize(self.unknowns(), 0.0);
         edges.add_applied(&self.boundary, &load.applied, &mut load.forces[nodes..]);
-        if is_inertial {
-            edges.subtract_inertia(&load.acceleration, &mut load.forces[nodes..]);
-        }
+        edges.subtract_inertia(&load.acceleration, &mut load.forces[nodes..]);
     }
 
     /// Load of the weight of the body of unit density under the acceleration `gravity`.

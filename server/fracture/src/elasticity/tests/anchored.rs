@@ -118,3 +118,41 @@ fn insufficient_anchors_are_rejected() {
     let error = body.anchored(vec![0, 4000], &CancelToken::default()).err();
     assert_eq!(error, Some(ElasticityError::UnknownAnchor { node: 4000 }));
 }
+
+/// A block of quadratic elements, anchored at its low end along x.
+fn quadratic_held(lattice: &Lattice) -> Elasticity {
+    let body = free(lattice, 0.3).of_order(ElementOrder::Quadratic, lattice).unwrap();
+    body.anchored(anchors(&held(lattice, 0.3)).to_vec(), &CancelToken::default()).unwrap()
+}
+
+#[test]
+fn residuals_leave_out_what_anchors_carry() {
+    let lattice = block([4, 2, 2], 0.25);
+    let body = quadratic_held(&lattice);
+    let is_held = |node: &u32| anchors(&body).contains(node);
+    let nodes = (0..lattice.nodes.len() as u32).map(|node| is_held(&node));
+    let edges = body.edges.as_ref().unwrap().ends.iter().map(|ends| ends.iter().all(is_held));
+    let carried: Vec<bool> = nodes.chain(edges).flat_map(|is_held| [is_held; 3]).collect();
+    let found: Vec<bool> = body.inverse_diagonal().iter().map(|inverse| *inverse == 0.0).collect();
+    assert!(found == carried && carried.iter().filter(|own| **own).count() > 3 * anchors(&body).len());
+}
+
+/// Weight is a load by an acceleration, alone and beside contacts, in forces and in the coordinates of a basis.
+#[test]
+fn a_basis_holds_contacts_and_weight_together() {
+    let lattice = block([4, 2, 2], 0.25);
+    let (body, gravity, token) = (quadratic_held(&lattice), Vector3::new(0.3, -9.81, 0.0), CancelToken::default());
+    let contact =
+        ContactLoad { point: Point3::new(0.5, 0.03, 0.02), impulse: Vector3::new(-1.0, 0.3, 0.1), radius: 0.2 };
+    let (alone, weight) = (load(&body, &[contact]), body.weight_load(&gravity));
+    let mut both = NodalLoad { forces: Vec::new(), acceleration: weight.acceleration, ..alone.clone() };
+    body.balance(&mut both);
+    let sum: Vec<f64> = alone.forces.iter().zip(&weight.forces).map(|(a, b)| a + b).collect();
+    assert!(difference(&sum, &both.forces) < 1e-12);
+    let basis = body.reduce(&[alone, weight.clone()], 2, &token).unwrap().unwrap();
+    for load in [weight, both] {
+        let exact = body.elastic_energy(&load.forces, &solve(&body, &load.forces));
+        let own = basis.project(&load, &mut Vec::new());
+        assert!((own / exact - 1.0).abs() < 1e-2, "{own} of {exact}");
+    }
+}

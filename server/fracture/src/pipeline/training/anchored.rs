@@ -182,13 +182,13 @@ mod tests {
         }
     }
 
-    /// The strip hangs down from its anchored end, hit so softly that its weight has all the energy.
+    /// The strip is hit so softly that its weight, along it or across it, has all the energy.
     #[test]
     fn a_basis_holds_the_displacement_under_the_weight() {
         let mut strip = strip(ElementChoice::Auto);
-        let anchors = end(-0.075);
-        reduce(&mut strip, &[&anchors]);
-        strip.anchor(&anchors, &CancelToken::default()).unwrap();
+        let across = end(-0.075);
+        let along = Anchors { gravity_m_s2: Some(9.81 * Vector3::x()), ..across.clone() };
+        reduce(&mut strip, &[&across]);
         let contact = ImpactContact {
             point_m: Point3::new(0.05, 0.0, 0.01),
             impulse_ns: -1e-9 * Vector3::z(),
@@ -201,13 +201,17 @@ mod tests {
             effects,
             ..FractureRequest::at(contact.point_m, contact.impulse_ns)
         };
-        let [reduced, solved] =
-            [DisplacementMethod::Reduced, DisplacementMethod::Solve].map(|elastic| energy(&strip, &request, elastic));
-        let error = (reduced.strain_j.unwrap() / solved.strain_j.unwrap() - 1.0).abs();
-        assert!(reduced.reduced_error.is_some() && error < 1e-3, "{error}");
-        let without = FractureRequest { effects: effects.without(EffectKind::Gravity), ..request };
-        let alone = energy(&strip, &without, DisplacementMethod::Reduced);
-        assert!(alone.strain_j < reduced.strain_j.map(|energy| 1e-6 * energy), "{alone:?}");
+        for anchors in [across, along] {
+            strip.anchor(&anchors, &CancelToken::default()).unwrap();
+            let [reduced, solved] = [DisplacementMethod::Reduced, DisplacementMethod::Solve]
+                .map(|elastic| energy(&strip, &request, elastic));
+            let error = (reduced.strain_j.unwrap() / solved.strain_j.unwrap() - 1.0).abs();
+            println!("error {error:.1e}, told {:?}", reduced.reduced_error);
+            assert!(reduced.reduced_error.is_some() && error < 2e-4, "{error}");
+            let without = FractureRequest { effects: effects.without(EffectKind::Gravity), ..request.clone() };
+            let alone = energy(&strip, &without, DisplacementMethod::Reduced);
+            assert!(alone.strain_j < reduced.strain_j.map(|energy| 1e-6 * energy), "{alone:?}");
+        }
     }
 
     #[test]
