@@ -379,6 +379,8 @@ enum ShatterEffect
     SHATTER_EFFECT_ATTRIBUTES = 16384,
     /// The input's own triangles, cut along the cracks.
     SHATTER_EFFECT_SKIN = 32768,
+    /// Slow vibrations of the body follow a short contact only in part.
+    SHATTER_EFFECT_DYNAMICS = 65536,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -726,8 +728,8 @@ typedef struct ShatterSummary {
     /// `gravity`: of a request for the threshold, the factor on the impulses alone; otherwise the factor on all loads, weight among them.
     /// Without meaning for an even division.
     double threshold_impulse_factor;
-    /// Strain energy of the struck bodies at peak load, J: of all contacts, and of the weight with the effect `gravity`; 0 if `elastic` is 2
-    /// or 3.
+    /// Strain energy of the struck bodies at peak load, J: of all contacts, and of the weight with the effect `gravity`; with the effect
+    /// `dynamics`, its largest over time. 0 if `elastic` is 2 or 3.
     double strain_j;
     /// Largest averaged equivalent stress over the tensile strength. This and the next three are 0 with the paper's criterion.
     double stress_over_strength;

@@ -115,6 +115,10 @@ effects! {
     /// The input's own triangles, cut as the object is.
     15 Skin "skin" Output false None,
         "bake: where the input lies in the lattice; load: the input; strike: one pass over it";
+    /// The response to the pulse: slow vibrations of the body follow a short contact only in part. Off: the peak force
+    /// acts as if it were at rest.
+    16 Dynamics "dynamics" Physics false Some(Self::Elastic),
+        "bake: masses of the basis; load: eigenpairs of the basis; strike: 64 times of each vibration, and a second load";
 }
 
 impl Effect {

@@ -162,4 +162,4 @@ const _: () = assert!(size_of::<StageWire>() == 24);
 const _: () = assert!(size_of::<RunWire>() == 32);
 const _: () = assert!(size_of::<FragmentWire>() == 144);
 const _: () = assert!(size_of::<EffectWire>() == 24);
-const _: () = assert!(crate::PROTOCOL_VERSION == 10, "sizes above are those of version 10");
+const _: () = assert!(crate::PROTOCOL_VERSION == 11, "sizes above are those of version 11");

@@ -189,7 +189,7 @@ pub struct Summary {
     /// sampled impacts. `None`: not estimated.
     pub discretization_error: Option<f64>,
     /// Strain energy of the struck bodies at peak load, J: of all contacts of the request, and of the weight with the effect
-    /// `gravity`. `None` where `energy_source` is a bound or a falloff.
+    /// `gravity`; with the effect `dynamics`, its largest over time. `None` where `energy_source` is a bound or a falloff.
     pub strain_j: Option<f64>,
     /// Rule that decided whether the object breaks.
     pub criterion: FractureCriterion,

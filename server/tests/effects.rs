@@ -135,7 +135,9 @@ fn disabled_effects_cost_nothing() {
         check(base_impact().disable(effect), Effects::of(usual.iter().filter(|other| *other != effect)));
     }
     check(usual.iter().fold(base_impact(), Impact::disable), Effects::default());
-    for effect in Effect::ALL.into_iter().filter(|effect| !effect.default_on() && *effect != Effect::Warp) {
+    // The bar has neither controls nor a basis.
+    let others = [Effect::Warp, Effect::Dynamics];
+    for effect in Effect::ALL.into_iter().filter(|effect| !effect.default_on() && !others.contains(effect)) {
         check(with(&needed(effect)), Effects::of(usual.iter().chain(needed(effect))));
     }
     check(with(&OUTPUTS), Effects::of(usual.iter().chain(OUTPUTS)));
@@ -242,9 +244,15 @@ fn invalid_values_are_rejected_by_name() {
         (base_impact().enable(Effect::Warp), "warp"),
         (base_impact().enable(Effect::Anchored), "anchored"),
         (base_impact().enable(Effect::Gravity), "gravity"),
+        (base_impact().enable(Effect::Dynamics), "dynamics"),
     ] {
         assert_eq!(refused(impact), (ErrorKind::Effect, at.to_owned()));
     }
+    let (_daemon, held) = start_held();
+    let both = base_impact().enable(Effect::Anchored).enable(Effect::Dynamics);
+    let error = held.strike(&both).and_then(|mut ticket| ticket.wait(timeout())).err().unwrap();
+    assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Effect, "dynamics"));
+    assert!(error.message.contains("or without `anchored`"), "{error}");
 }
 
 /// Slivers of the finer diagram are merged unless the request disables that; volumes are kept, and all fragments are closed.

@@ -12,6 +12,7 @@ mod cracked;
 mod crates;
 mod dependencies;
 mod documents;
+mod dynamics;
 mod end_to_end;
 mod exact_surface;
 mod exports;

@@ -253,6 +253,8 @@ pub enum Effect {
     Attributes = 0x4000,
     /// The input's own triangles, cut along the cracks.
     Skin = 0x8000,
+    /// Slow vibrations of the body follow a short contact only in part.
+    Dynamics = 0x10000,
 }
 
 impl Impact {

@@ -79,8 +79,8 @@ pub struct Summary {
     /// `gravity`: of a request for the threshold, the factor on the impulses alone; otherwise the factor on all loads, weight among them.
     /// Without meaning for an even division.
     pub threshold_impulse_factor: f64,
-    /// Strain energy of the struck bodies at peak load, J: of all contacts, and of the weight with the effect `gravity`; 0 if `elastic` is 2
-    /// or 3.
+    /// Strain energy of the struck bodies at peak load, J: of all contacts, and of the weight with the effect `gravity`; with the effect
+    /// `dynamics`, its largest over time. 0 if `elastic` is 2 or 3.
     pub strain_j: f64,
     /// Largest averaged equivalent stress over the tensile strength. This and the next three are 0 with the paper's criterion.
     pub stress_over_strength: f64,

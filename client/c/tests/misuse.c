@@ -292,7 +292,7 @@ static void answers(const ShatterObject *object, const ShatterContact *contact)
     IS(OK, shatter_result_stages(result, &counters, &count, NULL));
     HOLDS(count == 8 && counters[7].ran && counters[7].bytes > 0);
     IS(OK, shatter_result_effects(result, &counters, &count, NULL));
-    HOLDS(count == 16 && counters[0].number == 0);
+    HOLDS(count == 17 && counters[0].number == 0);
     IS(ARGUMENT, shatter_result_write_glb(result, 3, "x.glb", Z, NULL));
     IS(ARGUMENT, shatter_result_write_glb(result, SHATTER_CONTENT_FRAGMENTS, NULL, Z, NULL));
     IS(OUTPUT, shatter_result_write_glb(result, SHATTER_CONTENT_FRAGMENTS, "/proc/nowhere/x.glb", Z, NULL));

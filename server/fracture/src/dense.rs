@@ -1,9 +1,10 @@
-//! Eigenpairs of dense symmetric matrices, computed by faer on the calling thread alone.
+//! Eigenpairs of dense symmetric matrices, computed by faer on one thread.
 
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::{Mat, MatRef, Par};
+use std::thread;
 
 /// Error of a dense eigenvalue computation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -51,4 +52,16 @@ pub(crate) fn symmetric(matrix: MatRef<'_, f64>) -> Result<DenseEigen, DenseErro
         .map_err(|_| DenseError::NotConverged { order })?;
     }
     Ok(DenseEigen { values: values.column_vector().iter().copied().collect(), vectors })
+}
+
+/// Runs `compute` on a thread that ends with it, or on this one if the system gives no thread.
+///
+/// The matrix products of faer keep a buffer per thread, of up to twice the processor's last cache. It is released when the thread ends.
+pub(crate) fn on_own_thread(mut compute: impl FnMut() + Send) {
+    let thread = thread::scope(|scope| thread::Builder::new().spawn_scoped(scope, &mut compute).map(|own| own.join()));
+    match thread {
+        Ok(Ok(())) => (),
+        Ok(Err(panic)) => std::panic::resume_unwind(panic),
+        Err(_) => compute(),
+    }
 }

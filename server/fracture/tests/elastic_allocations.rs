@@ -26,7 +26,7 @@ fn elastic_stages_reuse_their_memory() {
         body.load(&[contact(x)], &mut load, &mut ElasticWorkspace::default()).unwrap();
         load
     });
-    let reduced = body.reduce(&snapshots, 2, &token).unwrap().unwrap();
+    let reduced = body.reduce(&lattice, &snapshots, 2, &token).unwrap().unwrap();
     let mut impact = |contact: ContactLoad| {
         let before = ALLOCATOR.ever();
         body.load(&[contact], &mut load, &mut workspace).unwrap();

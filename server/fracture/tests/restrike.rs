@@ -242,8 +242,8 @@ fn volumes_add_up_where_many_cracks_meet() {
 fn effects_apply_to_children_as_to_fragments() {
     let (pieces, largest) = cut_horseshoe();
     let own = &shown(&pieces)[largest as usize];
-    // The parent has no skin.
-    let all = EffectSet::of(EffectKind::ALL).without(EffectKind::Skin);
+    // The parent has no skin, and the response to a pulse is refused.
+    let all = EffectSet::of(EffectKind::ALL).without(EffectKind::Skin).without(EffectKind::Dynamics);
     let strike = FractureRequest { effects: all, ..request(&own.points, Vector3::y(), 60) };
     let children = again(&HORSESHOE, &pieces.keep(), largest, &strike).unwrap().into_meshes().unwrap();
     let plain = FractureRequest { effects: EffectSet::default().without(EffectKind::Slivers), ..strike.clone() };
@@ -307,6 +307,7 @@ fn invalid_repeated_requests_are_rejected_by_name() {
     let kept = pieces.keep();
     let count = pieces.fragments.len() as u32;
     let strike = request(&own.points, Vector3::y(), 4);
+    let dynamic = FractureRequest { effects: strike.effects.with(EffectKind::Dynamics), ..strike.clone() };
     assert_eq!(kept.fragments(), count);
     assert!(kept.bytes() > 4 * HORSESHOE.crack_nodes());
     for (prepared, fragment, strike, words) in [
@@ -315,6 +316,7 @@ fn invalid_repeated_requests_are_rejected_by_name() {
         (&*SLIT, largest, strike.clone(), "belong to another object"),
         (&*HORSESHOE, largest, FractureRequest { lift: LiftKind::SurfaceDiffusion, ..strike.clone() }, "has no lift"),
         (&*HORSESHOE, largest, request(&[Point3::new(9.0, 0.0, 0.0)], Vector3::x(), 4), "from the surface"),
+        (&*HORSESHOE, largest, dynamic, "`dynamics` is for whole objects"),
     ] {
         let error = again(prepared, &kept, fragment, &strike).err().unwrap();
         assert!(error.to_string().contains(words), "{error}");

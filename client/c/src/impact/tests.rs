@@ -99,6 +99,7 @@ fn effects_have_the_bits_of_the_client() {
         Effect::Gravity,
         Effect::Attributes,
         Effect::Skin,
+        Effect::Dynamics,
     ];
     let base = read(zero(1)).unwrap();
     for (own, theirs) in bits.into_iter().zip(shatter_client::Effect::ALL) {
@@ -120,7 +121,7 @@ fn invalid_values_are_rejected_by_name() {
     assert_eq!(refused(Impact { lift: 4, ..zero(1) }).kind, ErrorKind::Lift);
     assert_eq!(refused(Impact { elastic: 3, ..zero(1) }).kind, ErrorKind::Elastic);
     assert_eq!(refused(Impact { quality: 5, ..zero(1) }).kind, ErrorKind::Budget);
-    assert_eq!(refused(Impact { enable: 1 << 16, ..zero(1) }).kind, ErrorKind::UnknownEffect);
+    assert_eq!(refused(Impact { enable: 1 << 17, ..zero(1) }).kind, ErrorKind::UnknownEffect);
     assert_eq!(refused(Impact { disable: 1 << 63, ..zero(1) }).at, "63");
     assert_eq!(refused(Impact { from_fragment: 1, ..zero(1) }).kind, ErrorKind::UnknownFragment);
     assert_eq!(refused(Impact { reserved: [0, 0, 0, 0, 0, 0, 0, 1], ..zero(1) }).kind, ErrorKind::ReservedField);

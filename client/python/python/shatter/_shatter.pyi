@@ -348,8 +348,8 @@ class Summary:
         all loads, weight among them, except in a request for the threshold. Without meaning for an even division."""
     @property
     def strain_j(self) -> float | None:
-        """Strain energy of the struck bodies at peak load, J: of all contacts, and of the weight with ``gravity``. None if ``elastic`` is
-        ``bounded`` or ``falloff``."""
+        """Strain energy of the struck bodies at peak load, J: of all contacts, and of the weight with ``gravity``; with
+        ``dynamics``, its largest over time. None if ``elastic`` is ``bounded`` or ``falloff``."""
     @property
     def criterion(self) -> str:
         """Rule that decided whether the object breaks: ``paper`` or ``strength``. The next four are None with ``paper``."""

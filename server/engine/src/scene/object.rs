@@ -133,11 +133,13 @@ impl Default for ObjectPolicy {
 }
 
 impl ObjectPolicy {
-    /// Policy with all effects on that the scene can prepare, with its anchors and controls.
+    /// Policy with all effects on that the scene can prepare, with its anchors and controls; without `dynamics`, which
+    /// excludes `anchored` and bodies without a basis.
     #[must_use]
     pub fn rich(&self) -> Self {
         let scenic = SCENIC.into_iter().filter(|effect| self.allowed.has(*effect));
-        let all = Effects::of(Self::default().allowed.iter().chain(scenic));
+        let usual = Self::default().allowed.iter().filter(|effect| *effect != Effect::Dynamics);
+        let all = Effects::of(usual.chain(scenic));
         Self {
             on: all,
             allowed: all,

@@ -44,6 +44,9 @@ pub fn engine_error(error: FractureError) -> Error {
         FractureError::AnchorsUnprepared { effect } | FractureError::AttributesUnprepared { effect } => {
             (ErrorKind::Effect, effect.name().to_owned())
         }
+        FractureError::DynamicsUnprepared { .. }
+        | FractureError::DynamicsAnchored
+        | FractureError::FragmentDynamics { .. } => (ErrorKind::Effect, EffectKind::Dynamics.name().to_owned()),
         FractureError::SkinUnprepared { .. } => (ErrorKind::Effect, EffectKind::Skin.name().to_owned()),
         FractureError::LiftUnprepared { lift, .. } => (ErrorKind::Lift, lift.to_string()),
         FractureError::TooFar { contact, .. } => (ErrorKind::ContactTooFar, of(contact, "point_m")),

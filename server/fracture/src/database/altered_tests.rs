@@ -179,19 +179,16 @@ fn breaking(prepared: &PreparedObject) -> Vector3<f64> {
 fn struck(prepared: &PreparedObject, impulse_ns: Vector3<f64>, what: &str) {
     let outcome = decided(prepared, impulse_ns).unwrap_or_else(|error| panic!("{what}: {error}"));
     assert!(outcome.meshes().is_some(), "{what}: stays whole, E_1/γ {}", outcome.threshold().e1_over_gamma);
-    let effects = EffectSet::of([
-        EffectKind::Elastic,
-        EffectKind::Interior,
-        EffectKind::Examples,
-        EffectKind::Skin,
-        EffectKind::Attributes,
-    ]);
+    let usual = EffectSet::default().without(EffectKind::Slivers);
+    let effects = usual.with(EffectKind::Skin).with(EffectKind::Attributes);
     let cut = prepared.bodies.iter().map(|body| body.cutting.as_ref().map_or(&body.crack, |cutting| &cutting.mesh));
     let volume: f64 = cut.map(|mesh| mesh.volume()).sum();
     let whole_kg = volume * prepared.frame.diagonal_m.powi(3) * prepared.parameters.material.density_kg_m3;
     assert!(whole_kg.is_finite() && whole_kg > 0.0, "{what}: {whole_kg} kg");
     let count = prepared.bodies[0].crack.nodes.len();
-    for (degree, node) in [(DegreeRequest::Sites(6), 0), (DegreeRequest::Inferred, count / 2)] {
+    let (sites, dynamic) = (DegreeRequest::Sites(6), effects.with(EffectKind::Dynamics));
+    let requests = [(sites, 0, effects), (DegreeRequest::Inferred, count / 2, effects), (sites, count / 3, dynamic)];
+    for (degree, node, effects) in requests {
         let point = prepared.frame.to_meters(&prepared.bodies[0].crack.nodes[node]);
         let own = FractureRequest { degree, effects, ..FractureRequest::at(point, Vector3::new(0.3, -1.0, 0.2)) };
         let Ok(outcome) =
@@ -292,6 +289,7 @@ fn altered_tensors_are_rejected_by_name_or_harmless() {
         "body0.cutting.outer.uvs2",
         "body0.cutting.outer.colors",
         "reduced0.gram",
+        "reduced0.mass",
         "body0.transfer.shares",
         "network.mean",
     ] {

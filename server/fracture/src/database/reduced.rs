@@ -50,6 +50,9 @@ fn put_basis(tensors: &mut Tensors, name: &dyn Fn(&str) -> String, reduced: &Red
             tensors.f64(name("completed"), &[2], &[estimate.factor, estimate.power]);
         }
     }
+    if let Some(mass) = reduced.mass() {
+        tensors.f64(name("mass"), &[rank, rank], mass);
+    }
     let ErrorEstimate { factor, power } = reduced.estimate();
     tensors.f64(name("estimate"), &[2], &[factor, power]);
 }
@@ -106,11 +109,33 @@ fn read_basis(
     let estimate = estimate(contents, name("estimate"))?;
     let gram = contents.f64(&name("gram"), Some(rank), rank)?;
     stored_values::gram(&name("gram"), rank, &gram)?;
-    if elasticity.order() == ElementOrder::Linear {
-        return Ok(Some(ReducedBasis::stored(elasticity, rank, entries, gram, estimate)));
+    let reduced = match elasticity.order() {
+        ElementOrder::Linear => ReducedBasis::stored(elasticity, rank, entries, gram, estimate),
+        ElementOrder::Quadratic => {
+            let tables = quadratic(contents, name, elasticity.size(), &entries, rank)?;
+            ReducedBasis::stored_quadratic(elasticity, entries, gram, tables, estimate)
+        }
+    };
+    with_mass(contents, name("mass"), reduced).map(Some)
+}
+
+/// `reduced` with the masses in `tensor`. Files of earlier versions have none.
+fn with_mass(
+    contents: &ContainerContents,
+    tensor: String,
+    reduced: ReducedBasis,
+) -> Result<ReducedBasis, DatabaseError> {
+    let rank = reduced.rank();
+    if !contents.holds(&tensor) {
+        return Ok(reduced);
     }
-    let tables = quadratic(contents, name, elasticity.size(), &entries, rank)?;
-    Ok(Some(ReducedBasis::stored_quadratic(elasticity, entries, gram, tables, estimate)))
+    let mass = contents.f64(&tensor, Some(rank), rank)?;
+    stored_values::gram(&tensor, rank, &mass)?;
+    let (first, reduced) = (mass[0], reduced.with_mass(mass));
+    match reduced.modes() {
+        Some(_) => Ok(reduced),
+        None => Err(stored_values::implausible(&tensor, 0, first, "an entry of a positive definite matrix")),
+    }
 }
 
 /// The error model in `tensor`.
@@ -155,6 +180,7 @@ fn quadratic(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::database::altered_tests::{Trial, load_altered};
     use crate::database::{BakeRequest, Tables, load, save};
     use crate::elasticity::{ContactLoad, ElasticWorkspace, NodalLoad};
     use crate::lift::LiftKind;
@@ -183,6 +209,7 @@ mod tests {
         let [a, b] = [&plate, &loaded].map(|object| object.bodies[0].solid.as_ref().unwrap());
         assert_eq!((a.elasticity.order(), b.elasticity.order()), (ElementOrder::Quadratic, ElementOrder::Quadratic));
         assert!(a.reduced.is_some() && a.reduced == b.reduced);
+        assert!(a.reduced.as_ref().unwrap().modes().is_some() && b.reduced.as_ref().unwrap().mass().is_some());
         assert!(b.reduced.as_ref().unwrap().completed_estimate().is_some());
         let [bound, stored] = [&plate, &loaded].map(|object| object.bodies[0].bound.as_ref().unwrap());
         assert_eq!(bound, stored);
@@ -232,5 +259,38 @@ mod tests {
         assert!(loaded.reduction == plate.reduction && loaded.reduction.is_some());
         let [a, b] = [&plate, &loaded].map(|object| object.bodies[0].solid.as_ref().unwrap());
         assert!(a.reduced == b.reduced && b.reduced.as_ref().unwrap().completed_estimate().is_none());
+    }
+    #[test]
+    fn masses_that_are_not_positive_are_refused() {
+        let file = Trial::of(ElementChoice::default()).file;
+        let tensor = "reduced0.mass";
+        let masses: Vec<f64> = file.bytes(tensor).as_chunks().0.iter().map(|own| f64::from_le_bytes(*own)).collect();
+        let rank = masses.len().isqrt();
+        let load = |alter: &dyn Fn(usize, usize, f64) -> f64| {
+            load_altered(&file, tensor, |bytes| {
+                for (at, own) in bytes.as_chunks_mut().0.iter_mut().enumerate() {
+                    *own = alter(at / rank, at % rank, masses[at]).to_le_bytes();
+                }
+            })
+        };
+        assert_eq!(load(&|_, _, mass| mass), Ok(()));
+        let diagonal = |row: usize| masses[row * rank + row];
+        // Three directions that are nearly opposite to each other cannot be.
+        let opposite = |row: usize, column: usize, mass: f64| {
+            let bound = (diagonal(row) * diagonal(column)).sqrt();
+            if row != column && row.max(column) < 3 { -0.9 * bound } else { mass }
+        };
+        let negative = |row: usize, column: usize, mass: f64| if row == 1 && column == 1 { -mass } else { mass };
+        let lopsided = |row: usize, column: usize, mass: f64| if row < column { 0.5 * mass + 1e-12 } else { mass };
+        let endless = |row: usize, column: usize, mass: f64| if row == column { f64::INFINITY } else { mass };
+        for (what, alter) in [
+            ("opposite", &opposite as &dyn Fn(usize, usize, f64) -> f64),
+            ("negative", &negative),
+            ("lopsided", &lopsided),
+            ("endless", &endless),
+        ] {
+            let error = load(alter).expect_err(what);
+            assert!(error.contains(tensor), "{what}: {error}");
+        }
     }
 }

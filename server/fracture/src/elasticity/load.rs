@@ -54,6 +54,8 @@ pub struct AppliedContact {
     /// It is the largest of the requested radius, [`RADIUS_SPACINGS_MIN`] spacings, the distance to the nearest corner
     /// of the touched face, and half that to the farthest.
     pub spread: f64,
+    /// Direction and relative magnitude of its force.
+    pub impulse: Vector3<f64>,
 }
 
 /// Nodal forces of an impact.
@@ -114,6 +116,21 @@ impl Elasticity {
         load: &mut NodalLoad,
         workspace: &mut ElasticWorkspace,
     ) -> Result<(), ElasticityError> {
+        contacts.iter().enumerate().try_for_each(|(index, contact)| check(index, contact))?;
+        self.touch_checked(contacts, spread_min, load, workspace)
+    }
+
+    /// As [`Self::touch`], for contacts that it accepts with other impulses, which may be zero.
+    ///
+    /// # Errors
+    /// Those of [`Self::touch`] except for impulses.
+    pub fn touch_checked(
+        &self,
+        contacts: &[ContactLoad],
+        spread_min: f64,
+        load: &mut NodalLoad,
+        workspace: &mut ElasticWorkspace,
+    ) -> Result<(), ElasticityError> {
         if contacts.is_empty() {
             return Err(ElasticityError::NoContacts);
         }
@@ -124,7 +141,6 @@ impl Elasticity {
         workspace.near.clear();
         load.acceleration = [Vector3::zeros(); 2];
         for (index, contact) in contacts.iter().enumerate() {
-            check(index, contact)?;
             let touch = self.reach(index, contact, spread_min, workspace)?;
             load.applied.extend(workspace.patch.forces(contact.impulse));
             load.touches.push(touch);
@@ -247,7 +263,8 @@ impl Elasticity {
             share = self.spread(&nearest, contact.radius, wide, workspace);
         }
         let radius = effective_radius(contact.radius, wide, share);
-        Ok(AppliedContact { place: nearest.place, distance: nearest.distance, radius, spread: wide })
+        let (place, distance, impulse) = (nearest.place, nearest.distance, contact.impulse);
+        Ok(AppliedContact { place, distance, radius, spread: wide, impulse })
     }
 
     /// Fills the workspace's patch, and returns the share to which the body there is a half-space; 1 for a contact as wide as

@@ -50,7 +50,7 @@ pub use error::{ElasticityError, POISSON_MAX, RESIDUAL_MAX};
 pub use face_search::{FaceBoxes, FaceSearch, NearestBoundaryPoint, SurfaceFaces};
 pub use load::{AppliedContact, ContactLoad, NodalLoad, RADIUS_SPACINGS_MIN};
 pub use load_patch::{BELL_CUT, BELL_RADII, bell};
-pub use modes::{ModalResponse, Pulse, ReducedModes};
+pub use modes::{ModalResponse, Pulse, PulseLoad, RESPONSE_MAX, ReducedModes};
 pub use prepare::Elasticity;
 pub use quadratic::ElementOrder;
 pub use ray::{ClosestApproach, RayHit};

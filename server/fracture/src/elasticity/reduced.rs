@@ -12,7 +12,7 @@ use super::enriched::CompletionTables;
 use super::force_sums::ForceSums;
 use super::residual::{self, ResidualForm};
 use super::workspace::SIDE;
-use super::{DrivingEnergy, ElasticWorkspace, Elasticity, ElasticityError, NodalLoad};
+use super::{DrivingEnergy, ElasticWorkspace, Elasticity, ElasticityError, NodalLoad, ReducedModes};
 use crate::cancel_token::CancelToken;
 use crate::lattice::Lattice;
 use crate::memory::held;
@@ -33,6 +33,16 @@ pub struct ReducedBasis {
     inertial: [Vec<f64>; 6],
     /// Strains and residuals of quadratic displacements; `None`: the elements are linear.
     pub(super) quadratic: Option<QuadraticTables>,
+    /// Masses and vibrations; `None`: not stored.
+    mass: Option<ReducedMass>,
+}
+
+/// Masses of a basis, and the vibrations that follow from them.
+#[derive(Clone, Debug, PartialEq)]
+struct ReducedMass {
+    /// B'MB of unit density, `rank × rank`.
+    gram: Vec<f64>,
+    modes: ReducedModes,
 }
 
 /// Data of a basis of quadratic displacements, whose own rows are their traces: the means that forces on nodes displace.
@@ -163,7 +173,8 @@ impl ReducedBasis {
         assert_eq!(basis.len(), rank * body.size(), "the basis has one row per component");
         assert_eq!(gram.len(), rank * rank, "gram is rank × rank");
         let residual = ResidualForm::new(body, rank, &basis, gram);
-        let mut reduced = Self { rank, basis, estimate, residual, inertial: Default::default(), quadratic: None };
+        let (inertial, quadratic, mass) = (Default::default(), None, None);
+        let mut reduced = Self { rank, basis, estimate, residual, inertial, quadratic, mass };
         reduced.inertial = std::array::from_fn(|axis| {
             let mut coordinates = vec![0.0; rank];
             let forces = (0..body.size() / 3).map(|node| (node, body.inertia.force(node, &residual::unit(axis))));
@@ -194,7 +205,28 @@ impl ReducedBasis {
         let vector = |index: usize| tables.inertial[index * rank..][..rank].to_vec();
         let (inertial, weighted) = (std::array::from_fn(vector), std::array::from_fn(|axis| vector(6 + axis)));
         let residual = ResidualForm::quadratic(body, gram, weighted);
-        Self { rank, basis, estimate, residual, inertial, quadratic: Some(tables) }
+        Self { rank, basis, estimate, residual, inertial, quadratic: Some(tables), mass: None }
+    }
+
+    /// Returns the same basis with its masses B'MB of unit density, and none if they are not positive definite.
+    ///
+    /// # Panics
+    /// If the length of `gram` is not `rank²`.
+    #[must_use]
+    pub fn with_mass(self, gram: Vec<f64>) -> Self {
+        assert_eq!(gram.len(), self.rank * self.rank, "gram is rank × rank");
+        let mass = ReducedModes::new(&gram, self.rank).map(|modes| ReducedMass { gram, modes });
+        Self { mass, ..self }
+    }
+
+    /// B'MB of unit density, `rank × rank`; `None`: not stored.
+    pub fn mass(&self) -> Option<&[f64]> {
+        self.mass.as_ref().map(|mass| mass.gram.as_slice())
+    }
+
+    /// Vibrations in the span of the basis; `None`: its masses are not stored.
+    pub fn modes(&self) -> Option<&ReducedModes> {
+        self.mass.as_ref().map(|mass| &mass.modes)
     }
 
     /// Data of quadratic displacements; `None`: the elements are linear.
@@ -220,7 +252,9 @@ impl ReducedBasis {
     /// Bytes of memory that it holds.
     pub fn bytes(&self) -> usize {
         let quadratic = self.quadratic.as_ref().map_or(0, QuadraticTables::bytes);
-        held(&self.basis) + self.residual.bytes() + self.inertial.iter().map(held).sum::<usize>() + quadratic
+        let mass = self.mass.as_ref().map_or(0, |mass| held(&mass.gram) + mass.modes.bytes());
+        let inertial = self.inertial.iter().map(held).sum::<usize>();
+        held(&self.basis) + self.residual.bytes() + inertial + quadratic + mass
     }
 
     /// Model of the energy error.
@@ -286,6 +320,28 @@ impl ReducedBasis {
     pub fn expand(&self, coordinates: &[f64], displacement: &mut Vec<f64>, workspace: &mut ElasticWorkspace) {
         let rows = self.quadratic.as_ref().map_or(&self.basis, |tables| &tables.strains);
         self.combine(rows, coordinates, displacement, &mut workspace.narrow);
+    }
+
+    /// Adds the displacement with these coordinates to `expanded`, which is as [`Self::expand`] writes it.
+    pub fn superpose(&self, coordinates: &[f64], expanded: &mut [f64], workspace: &mut ElasticWorkspace) {
+        let mut own = std::mem::take(&mut workspace.image);
+        self.expand(coordinates, &mut own, workspace);
+        expanded.iter_mut().zip(&own).for_each(|(sum, own)| *sum += own);
+        workspace.image = own;
+    }
+
+    /// As [`Self::superpose`], on a displacement of `body` that was solved for, with [`Elasticity::unknowns`] entries.
+    pub fn superpose_on_solution(
+        &self,
+        body: &Elasticity,
+        coordinates: &[f64],
+        solution: &mut Vec<f64>,
+        workspace: &mut ElasticWorkspace,
+    ) {
+        if let Some(edges) = &body.edges {
+            *solution = edges.node_strains(&body.elements.blocks, solution);
+        }
+        self.superpose(coordinates, solution, workspace);
     }
 
     /// Products of the first entries of all `rows`, of the rank each, with `coordinates`; resizes `products`.

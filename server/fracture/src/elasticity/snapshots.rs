@@ -10,6 +10,7 @@ use super::{
 };
 use crate::cancel_token::CancelToken;
 use crate::dense;
+use crate::lattice::Lattice;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
@@ -122,27 +123,40 @@ impl Elasticity {
         Ok(QuadraticSnapshots { rows, displacements, residuals })
     }
 
-    /// Basis of at most `rank_max` displacements that spans those under `loads` best in energy.
-    /// `None` if there is no energy.
+    /// Basis of at most `rank_max` displacements that spans those under `loads` best in energy, with its masses.
+    /// `None` if there is no energy. `lattice` is the one that the body was made of.
     ///
     /// # Errors
     /// As [`Self::solve_all`].
     pub fn reduce(
         &self,
+        lattice: &Lattice,
         loads: &[NodalLoad],
         rank_max: usize,
         token: &CancelToken,
     ) -> Result<Option<ReducedBasis>, ElasticityError> {
         if let Some(edges) = &self.edges {
-            return self.reduce_quadratic(edges, loads, rank_max, token);
+            return self.reduce_quadratic((lattice, edges), loads, rank_max, token);
         }
         let (size, count) = (self.size(), loads.len());
         let columns = self.solve_all(loads, token)?;
         let snapshots = MatRef::from_column_major_slice(&columns, size, count);
         let gram = gram(snapshots, loads, |load| load.forces.clone(), token)?;
         let Some(weights) = weights(gram, rank_max, NOISE, token)? else { return Ok(None) };
-        let basis = combined(snapshots, weights.as_ref());
-        Ok(Some(ReducedBasis::new(self, weights.ncols(), basis)))
+        let basis = ReducedBasis::new(self, weights.ncols(), combined(snapshots, weights.as_ref()));
+        Ok(Some(basis.with_mass(self.mass(lattice, snapshots, weights.as_ref(), token)?)))
+    }
+
+    /// B'MB of the basis B of displacements that `weights` make of `snapshots`.
+    fn mass<T: Copy + Into<f64> + Sync>(
+        &self,
+        lattice: &Lattice,
+        snapshots: MatRef<'_, T>,
+        weights: MatRef<'_, f64>,
+        token: &CancelToken,
+    ) -> Result<Vec<f64>, ElasticityError> {
+        let basis = weighted(snapshots, weights);
+        self.mass_gram(lattice, MatRef::from_row_major_slice(&basis, self.unknowns(), weights.ncols()), token)
     }
 
     /// As [`Self::reduce`] for quadratic elements.
@@ -151,7 +165,7 @@ impl Elasticity {
     /// are exact however far a snapshot is from the solution. The estimate of errors neglects r.
     fn reduce_quadratic(
         &self,
-        edges: &EdgeFunctions,
+        (lattice, edges): (&Lattice, &EdgeFunctions),
         loads: &[NodalLoad],
         rank_max: usize,
         token: &CancelToken,
@@ -172,13 +186,17 @@ impl Elasticity {
         let estimate = ErrorEstimate::RAW;
         let completion =
             Some(CompletionTables { forces: self.node_forces(loads, &residuals, weights.as_ref()), estimate });
+        drop(residuals);
+        let displacements = MatRef::from_column_major_slice(&displacements, self.unknowns(), loads.len());
+        let mass = self.mass(lattice, displacements, weights.as_ref(), token)?;
         let rows = combined(snapshots, weights.as_ref());
         let part = |range: Range<usize>| rows[range.start * rank..range.end * rank].to_vec();
         let wide = |range: Range<usize>| part(range).into_iter().map(f64::from);
         let inertial = wide(parts.work()).chain(wide(parts.weighted_work())).collect();
         let (strains, weighted) = (part(parts.strains()), part(parts.weighted()));
         let tables = QuadraticTables { strains, weighted, inertial, completion };
-        Ok(Some(ReducedBasis::stored_quadratic(self, part(parts.trace()), residual, tables, estimate)))
+        let basis = ReducedBasis::stored_quadratic(self, part(parts.trace()), residual, tables, estimate);
+        Ok(Some(basis.with_mass(mass)))
     }
 
     /// KB on the functions of the nodes, one row of the rank per component, from the weights of the snapshots.
@@ -285,6 +303,19 @@ fn combined(snapshots: MatRef<'_, f64>, weights: MatRef<'_, f64>) -> Vec<f32> {
         let product = MatMut::from_row_major_slice_mut(&mut wide, rows, rank);
         matmul(product, Accum::Replace, snapshots, weights, 1.0, Par::Seq);
         narrow.iter_mut().zip(wide).for_each(|(narrow, wide)| *narrow = wide as f32);
+    });
+    basis
+}
+
+/// As [`combined`], in double precision.
+fn weighted<T: Copy + Into<f64> + Sync>(snapshots: MatRef<'_, T>, weights: MatRef<'_, f64>) -> Vec<f64> {
+    let (size, count, rank) = (snapshots.nrows(), snapshots.ncols(), weights.ncols());
+    let mut basis = vec![0.0; size * rank];
+    basis.par_chunks_mut(ROWS * rank).enumerate().for_each(|(chunk, wide)| {
+        let rows = wide.len() / rank;
+        let own = Mat::<f64>::from_fn(rows, count, |row, column| snapshots[(chunk * ROWS + row, column)].into());
+        let product = MatMut::from_row_major_slice_mut(wide, rows, rank);
+        matmul(product, Accum::Replace, &own, weights, 1.0, Par::Seq);
     });
     basis
 }

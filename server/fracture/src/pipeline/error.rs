@@ -127,6 +127,23 @@ pub enum FractureError {
         /// Requested effect.
         effect: EffectKind,
     },
+    /// The body has no vibrations, which the effect `dynamics` needs.
+    #[error(
+        "body {body} has no basis of displacements with masses, which the effect `dynamics` needs; bake it again with --elements quadratic or --examples 50, and without --elastic solve"
+    )]
+    DynamicsUnprepared {
+        /// Index of the body.
+        body: usize,
+    },
+    /// The effects `dynamics` and `anchored` together.
+    #[error("the effect `dynamics` is for free bodies: strike without it, or without `anchored`")]
+    DynamicsAnchored,
+    /// The effect `dynamics` for a fragment.
+    #[error("the effect `dynamics` is for whole objects: strike fragment {fragment} without it")]
+    FragmentDynamics {
+        /// Index of the fragment.
+        fragment: u32,
+    },
     /// The database holds no surface for the effect.
     #[error("the object is not prepared for the effect `{}`: bake it again", .effect.name())]
     AttributesUnprepared {

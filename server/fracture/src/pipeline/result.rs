@@ -24,7 +24,8 @@ pub struct ThresholdReport {
     pub impulse_factor: f64,
     /// Strain energy of the struck bodies at peak load, J: of all contacts of the request, and of the weight with gravity.
     ///
-    /// `None` without a displacement: the request ended at the bound, or the energies are those of a falloff.
+    /// With the effect `dynamics`, its largest over time. `None` without a displacement: the request ended at the bound, or the
+    /// energies are those of a falloff.
     pub strain_j: Option<f64>,
     /// Figures of the criterion by strength and energy; `None`: the paper's criterion decided.
     pub onset: Option<OnsetReport>,

@@ -36,11 +36,14 @@ pub enum EffectKind {
     Attributes = 14,
     /// Triangles of the input, cut into those of the fragments.
     Skin = 15,
+    /// Physics: slow vibrations of a free body follow a short contact only in part. Off: the peak force acts as if it
+    /// were at rest.
+    Dynamics = 16,
 }
 
 impl EffectKind {
     /// All effects, by number.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Elastic,
         Self::Tensile,
         Self::Interior,
@@ -57,6 +60,7 @@ impl EffectKind {
         Self::Gravity,
         Self::Attributes,
         Self::Skin,
+        Self::Dynamics,
     ];
 
     /// Name used in scenes and JSON.
@@ -78,6 +82,7 @@ impl EffectKind {
             Self::Gravity => "gravity",
             Self::Attributes => "attributes",
             Self::Skin => "skin",
+            Self::Dynamics => "dynamics",
         }
     }
 }

@@ -14,6 +14,7 @@
 //! factor can differ between machines.
 
 use super::{SparseError, SymmetricMatrix};
+use crate::dense::on_own_thread;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
 use faer::perm::PermRef;
@@ -27,7 +28,6 @@ use faer::traits::RealField;
 use faer::{Conj, MatMut, Par, Side, Spec};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use std::thread;
 
 /// Symbolic factorization: the ordering and the pattern of L, without numbers. Cheap to clone.
 #[derive(Clone, Debug)]
@@ -257,18 +257,6 @@ impl Cholesky {
         let stack = stack(buffer, pattern.solve_in_place_scratch::<T>(k, Par::Seq));
         let columns = MatMut::from_column_major_slice_mut(x, self.size(), k);
         LltRef::new(pattern, values).solve_in_place_with_conj(Conj::No, columns, Par::Seq, stack);
-    }
-}
-
-/// Runs `compute` on a thread that ends with it, or on this one if the system gives no thread.
-///
-/// The matrix products of faer keep a buffer per thread, of up to twice the processor's last cache. It is released when the thread ends.
-fn on_own_thread(mut compute: impl FnMut() + Send) {
-    let thread = thread::scope(|scope| thread::Builder::new().spawn_scoped(scope, &mut compute).map(|own| own.join()));
-    match thread {
-        Ok(Ok(())) => (),
-        Ok(Err(panic)) => std::panic::resume_unwind(panic),
-        Err(_) => compute(),
     }
 }
 

@@ -39,7 +39,7 @@ fn reduced_energies(
 fn the_basis_reproduces_its_snapshots() {
     let (lattice, body) = plate();
     let loads = loads(&body, 12, 1);
-    let reduced = body.reduce(&loads, 256, &CancelToken::default()).unwrap().unwrap();
+    let reduced = body.reduce(&lattice, &loads, 256, &CancelToken::default()).unwrap().unwrap();
     for load in &loads {
         for (driving, most) in [(DrivingEnergy::Total, 0.2), (DrivingEnergy::Tensile, 0.25)] {
             let solved = energies(&body, &lattice, &load.forces, DrivingEnergy::Total).iter().sum::<f64>();
@@ -68,12 +68,12 @@ fn the_basis_reproduces_its_snapshots() {
 /// The residual from values at the nodes is that of the quadratic displacement itself.
 #[test]
 fn the_residual_is_that_of_the_quadratic_displacement() {
-    let (_, body) = plate();
+    let (lattice, body) = plate();
     let all = loads(&body, 2, 3);
     let (mut snapshot, token) = (all[0].forces.clone(), CancelToken::default());
     let edges = body.edges.as_ref().unwrap();
     body.iterate(edges, &mut snapshot, SNAPSHOT, &mut ElasticWorkspace::default(), &token).unwrap();
-    let reduced = body.reduce(&all[..1], 1, &CancelToken::default()).unwrap().unwrap();
+    let reduced = body.reduce(&lattice, &all[..1], 1, &CancelToken::default()).unwrap().unwrap();
     let mut coordinates = Vec::new();
     reduced.project(&all[1], &mut coordinates);
     let root = (2.0 * body.elastic_energy(&all[0].forces, &snapshot)).sqrt();
@@ -90,11 +90,11 @@ fn the_residual_is_that_of_the_quadratic_displacement() {
 
 #[test]
 fn more_displacements_capture_more_energy_and_never_too_much() {
-    let (_, body) = plate();
+    let (lattice, body) = plate();
     let (known, fresh) = (loads(&body, 60, 5), loads(&body, 5, 6));
     let mut last = [0.0; 5];
     for rank in [2, 8, 32] {
-        let reduced = body.reduce(&known, rank, &CancelToken::default()).unwrap().unwrap();
+        let reduced = body.reduce(&lattice, &known, rank, &CancelToken::default()).unwrap().unwrap();
         for (load, last) in fresh.iter().zip(&mut last) {
             let energy = reduced.project(load, &mut Vec::new());
             let exact = body.elastic_energy(&load.forces, &solve(&body, &load.forces));
@@ -107,11 +107,11 @@ fn more_displacements_capture_more_energy_and_never_too_much() {
 
 #[test]
 fn bases_do_not_depend_on_the_number_of_threads() {
-    let (_, body) = plate();
+    let (lattice, body) = plate();
     let known = loads(&body, 20, 5);
     let made = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| body.reduce(&known, 10, &CancelToken::default()).unwrap().unwrap())
+        pool.install(|| body.reduce(&lattice, &known, 10, &CancelToken::default()).unwrap().unwrap())
     };
     assert_eq!(made(1), made(3));
 }
@@ -154,7 +154,7 @@ fn a_linear_solve_completes_a_displacement() {
     let (known, fresh) = (loads(&body, 20, 5), loads(&body, 12, 6));
     let linear = free(&lattice, 0.3);
     for rank in [1, 6, 20] {
-        let reduced = body.reduce(&known, rank, &CancelToken::default()).unwrap().unwrap();
+        let reduced = body.reduce(&lattice, &known, rank, &CancelToken::default()).unwrap().unwrap();
         let one = |load: &NodalLoad| {
             let exact = energies(&body, &lattice, &load.forces, DrivingEnergy::Total);
             let true_energy: f64 = exact.iter().sum();
@@ -193,7 +193,7 @@ fn a_basis_of_approximate_snapshots_never_exceeds_the_true_energy() {
         load(&body, &[ContactLoad { point, impulse: Vector3::new(0.02, 0.01, -1.0), radius: 0.1 }])
     };
     let known: Vec<NodalLoad> = (0..16).map(|index| one(0.03 * f64::from(index) - 0.24)).collect();
-    let reduced = body.reduce(&known, 256, &CancelToken::default()).unwrap().unwrap();
+    let reduced = body.reduce(&lattice, &known, 256, &CancelToken::default()).unwrap().unwrap();
     for place in [-0.4, -0.11, 0.015, 0.17, 0.35] {
         let load = one(place);
         let exact = body.elastic_energy(&load.forces, &solve(&body, &load.forces));
@@ -211,7 +211,7 @@ fn completed_displacements_do_not_depend_on_the_number_of_threads() {
     let made = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let reduced = body.reduce(&known, 10, &CancelToken::default()).unwrap().unwrap();
+            let reduced = body.reduce(&lattice, &known, 10, &CancelToken::default()).unwrap().unwrap();
             let parts = |load| completed(&body, &lattice, &reduced, load).parts;
             fresh.iter().flat_map(parts).map(f64::to_bits).collect::<Vec<_>>()
         })
@@ -223,7 +223,7 @@ fn completed_displacements_do_not_depend_on_the_number_of_threads() {
 fn wide_instructions_do_not_change_a_bit_of_a_completed_displacement() {
     let (lattice, body) = plate();
     let (known, fresh) = (loads(&body, 4, 5), loads(&body, 1, 6));
-    let reduced = body.reduce(&known, 10, &CancelToken::default()).unwrap().unwrap();
+    let reduced = body.reduce(&lattice, &known, 10, &CancelToken::default()).unwrap().unwrap();
     let parts = crate::simd::tests::same_on_every_path(|| completed(&body, &lattice, &reduced, &fresh[0]).parts);
     assert!(parts.iter().sum::<f64>() > 0.0);
 }

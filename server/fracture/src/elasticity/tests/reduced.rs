@@ -40,7 +40,7 @@ fn many_right_hand_sides_are_solved_as_one_by_one() {
 #[test]
 fn the_basis_is_orthonormal_in_energy() {
     let (lattice, body) = bar();
-    let reduced = body.reduce(&snapshots(&lattice, &body, 40), 12, &CancelToken::default()).unwrap().unwrap();
+    let reduced = body.reduce(&lattice, &snapshots(&lattice, &body, 40), 12, &CancelToken::default()).unwrap().unwrap();
     let rank = reduced.rank();
     assert_eq!(rank, 12);
     let column =
@@ -60,7 +60,7 @@ fn the_basis_is_orthonormal_in_energy() {
 fn the_basis_reproduces_its_snapshots() {
     let (lattice, body) = bar();
     let loads = snapshots(&lattice, &body, 30);
-    let reduced = body.reduce(&loads, 256, &CancelToken::default()).unwrap().unwrap();
+    let reduced = body.reduce(&lattice, &loads, 256, &CancelToken::default()).unwrap().unwrap();
     let (mut coordinates, mut displacement) = (Vec::new(), Vec::new());
     for load in &loads {
         let energy = reduced.project(load, &mut coordinates);
@@ -82,7 +82,7 @@ fn captured_energy_grows_with_the_rank_and_never_exceeds_the_true_one() {
     let other = load(&body, &[ContactLoad { radius: 0.35, ..drawn(&lattice, &mut RandomStream::new(2, 0)) }]);
     let truth: f64 = energies(&body, &lattice, &other.forces, DrivingEnergy::Total).iter().sum();
     let captured = |rank| {
-        let reduced = body.reduce(&loads, rank, &CancelToken::default()).unwrap().unwrap();
+        let reduced = body.reduce(&lattice, &loads, rank, &CancelToken::default()).unwrap().unwrap();
         reduced.project(&other, &mut Vec::new())
     };
     let found = [4, 8, 16, 32].map(captured);
@@ -117,7 +117,7 @@ fn missing(lattice: &Lattice, body: &Elasticity, reduced: &ReducedBasis, load: &
 #[test]
 fn displacements_are_expanded_in_single_precision() {
     let (lattice, body) = bar();
-    let reduced = body.reduce(&snapshots(&lattice, &body, 60), 40, &CancelToken::default()).unwrap().unwrap();
+    let reduced = body.reduce(&lattice, &snapshots(&lattice, &body, 60), 40, &CancelToken::default()).unwrap().unwrap();
     let (mut coordinates, mut displacement) = (Vec::new(), Vec::new());
     let roundings = reduced.rank().div_ceil(SIDE) + 5;
     let bound = 0.5 * f64::from(f32::EPSILON) * roundings as f64 * 1.0001;
@@ -134,7 +134,7 @@ fn displacements_are_expanded_in_single_precision() {
 #[test]
 fn the_residual_estimates_the_missing_energy() {
     let (lattice, body) = bar();
-    let reduced = body.reduce(&snapshots(&lattice, &body, 30), 20, &CancelToken::default()).unwrap().unwrap();
+    let reduced = body.reduce(&lattice, &snapshots(&lattice, &body, 30), 20, &CancelToken::default()).unwrap().unwrap();
     let mut stream = RandomStream::new(3, 0);
     let mut pairs = |radius| -> Vec<(f64, f64)> {
         let mut drawn = || load(&body, &[ContactLoad { radius, ..drawn(&lattice, &mut stream) }]);
@@ -153,7 +153,7 @@ fn the_residual_estimates_the_missing_energy() {
 #[test]
 fn contacts_that_touch_the_same_nodes_count_together() {
     let (lattice, body) = bar();
-    let reduced = body.reduce(&snapshots(&lattice, &body, 30), 20, &CancelToken::default()).unwrap().unwrap();
+    let reduced = body.reduce(&lattice, &snapshots(&lattice, &body, 30), 20, &CancelToken::default()).unwrap().unwrap();
     let one = drawn(&lattice, &mut RandomStream::new(5, 0));
     let aside = ContactLoad { impulse: one.impulse.yzx(), ..one };
     let [(alone, _), (twice, _), _] =
@@ -179,7 +179,7 @@ fn estimates_are_fitted_to_the_power() {
 fn wide_instructions_do_not_change_a_bit_of_a_projection() {
     let (lattice, body) = bar();
     let loads = snapshots(&lattice, &body, 30);
-    let reduced = body.reduce(&loads, 19, &CancelToken::default()).unwrap().unwrap();
+    let reduced = body.reduce(&lattice, &loads, 19, &CancelToken::default()).unwrap().unwrap();
     for load in &loads[..3] {
         crate::simd::tests::same_on_every_path(|| {
             let (mut coordinates, mut displacement) = (Vec::new(), Vec::new());

@@ -67,7 +67,7 @@ const TESSELLATIONS_MAX: usize = 8;
 /// # Errors
 /// Those of [`strike`](super::strike), and [`FractureError::UnknownFragment`], [`FractureError::FragmentSmall`],
 /// [`FractureError::FragmentUndivided`], [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`],
-/// [`FractureError::FragmentLiftKind`], [`FractureError::OtherObject`].
+/// [`FractureError::FragmentLiftKind`], [`FractureError::FragmentDynamics`], [`FractureError::OtherObject`].
 pub fn strike_again(
     context: RequestContext<'_>,
     (kept, fragment): (&RetainedFragments, u32),
@@ -80,6 +80,9 @@ pub fn strike_again(
     let surface = kept.surface();
     let plan = FractureRequest { effects, surface, ..request.planned() };
     let (old, label) = kept.find(fragment)?;
+    if effects.has(EffectKind::Dynamics) {
+        return Err(FractureError::FragmentDynamics { fragment });
+    }
     let fits = |body: &&PreparedBody| cut_mesh(body, surface).nodes.len() == old.labels.len();
     let body = prepared.bodies.get(old.body).filter(fits).ok_or(FractureError::OtherObject)?;
     let has_skin = effects.has(EffectKind::Skin) && surface == SurfaceKind::Lattice;

@@ -16,13 +16,18 @@ use nalgebra::Vector3;
 /// Rounding step of relative forces, so that scaling an impact does not change their bits.
 const FORCE_STEP: f64 = 1.0 / (1u64 << 40) as f64;
 
+/// Index of a struck body, and its contacts.
+type BodyContacts = (usize, Vec<elasticity::ContactLoad>);
+
 /// Contacts of one request, in local units and by body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactSet {
     /// Largest peak force of all contacts, N; the unit of relative forces.
     pub peak_force_n: f64,
     /// Struck bodies in ascending order with their contacts: impulses as fractions of the peak force, lengths local.
-    pub bodies: Vec<(usize, Vec<elasticity::ContactLoad>)>,
+    pub bodies: Vec<BodyContacts>,
+    /// Durations of the contacts of each struck body, s.
+    pub durations_s: Vec<Vec<f64>>,
 }
 
 impl ContactSet {
@@ -42,7 +47,7 @@ impl ContactSet {
             .map(|(index, contact)| peak_force_n(index, contact))
             .collect::<Result<Vec<_>, _>>()?;
         let peak_force_n = forces.iter().map(|force| force.norm()).fold(0.0, f64::max);
-        let mut bodies: Vec<(usize, Vec<elasticity::ContactLoad>)> = Vec::new();
+        let mut bodies: Vec<(BodyContacts, Vec<f64>)> = Vec::new();
         for (index, (contact, force)) in strike.contacts.iter().zip(&forces).enumerate() {
             let relative = *force / peak_force_n;
             let (body, mut local) = locate((prepared, strike.surface), index, contact, relative)?;
@@ -51,13 +56,18 @@ impl ContactSet {
                 // from the nearest boundary point.
                 local.radius = local.radius.max(prepared.solid(body)?.elasticity.distance(&local.point));
             }
-            match bodies.iter_mut().find(|(known, _)| *known == body) {
-                Some((_, contacts)) => contacts.push(local),
-                None => bodies.push((body, vec![local])),
+            let duration_s = duration_s(contact);
+            match bodies.iter_mut().find(|((known, _), _)| *known == body) {
+                Some(((_, contacts), durations_s)) => {
+                    contacts.push(local);
+                    durations_s.push(duration_s);
+                }
+                None => bodies.push(((body, vec![local]), vec![duration_s])),
             }
         }
-        bodies.sort_by_key(|(body, _)| *body);
-        Ok(Self { peak_force_n, bodies })
+        bodies.sort_by_key(|((body, _), _)| *body);
+        let (bodies, durations_s) = bodies.into_iter().unzip();
+        Ok(Self { peak_force_n, bodies, durations_s })
     }
 }
 
@@ -67,14 +77,24 @@ impl ContactSet {
         self.peak_force_n.powi(2) / (prepared.parameters.material.young_pa * prepared.frame.diagonal_m)
     }
 
+    /// Local unit of time per second: √(E/ρ)/L, with which a body of unit modulus, density and diagonal vibrates.
+    pub fn times_per_s(prepared: &PreparedObject) -> f64 {
+        let material = &prepared.parameters.material;
+        (material.young_pa / material.density_kg_m3).sqrt() / prepared.frame.diagonal_m
+    }
+
     /// Fraction of the peak force per unit of local weight at unit density: ρL³/F.
     pub fn weight_unit(&self, prepared: &PreparedObject) -> f64 {
         prepared.parameters.material.density_kg_m3 * prepared.frame.diagonal_m.powi(3) / self.peak_force_n
     }
 }
 
+fn duration_s(given: &ImpactContact) -> f64 {
+    given.duration_s.unwrap_or(DEFAULT_DURATION_S)
+}
+
 fn peak_force_n(contact: usize, given: &ImpactContact) -> Result<Vector3<f64>, FractureError> {
-    let duration_s = given.duration_s.unwrap_or(DEFAULT_DURATION_S);
+    let duration_s = duration_s(given);
     let numbers = given.point_m.iter().map(|x| ("point", *x, false));
     let numbers = numbers.chain(given.impulse_ns.iter().map(|x| ("impulse", *x, false)));
     let numbers = numbers.chain([("duration", duration_s, true), ("radius", given.radius_m.unwrap_or(1.0), true)]);

@@ -4,8 +4,10 @@
 //! units are ours. With diagonal L, modulus E and peak force F, energies in joules are F²/(E·L) times local ones.
 
 use super::contact_set::ContactSet;
+use super::dynamics;
 use super::falloff::falloff;
 use super::onset::{StressPeak, StressedBody};
+use super::strain::{StrainEnergy, spread_min};
 use crate::cancel_token::CancelToken;
 use crate::elasticity::{DrivingEnergy, Elasticity, ElasticityError, NodalLoad, ReducedBasis};
 use crate::lattice::Lattice;
@@ -13,7 +15,6 @@ use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::anchored::{AnchoredBody, Weight};
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::prepared::parameters::DisplacementMethod;
-use crate::pipeline::prepared::reduction::TRAINED_RADIUS_MIN;
 use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::pipeline::request::stage::Stage;
@@ -88,6 +89,7 @@ pub(in crate::pipeline) fn apply(
     if !request.effects.has(EffectKind::Elastic) {
         return Ok(());
     }
+    dynamics::check(prepared, request.effects, contacts)?;
     let held = prepared.held(request.effects)?;
     let count = workspace.loads.len().max(contacts.bodies.len());
     workspace.loads.resize_with(count, NodalLoad::default);
@@ -95,10 +97,7 @@ pub(in crate::pipeline) fn apply(
         let own = held.and_then(|held| held.body(*index));
         let elasticity = own.map_or(&prepared.solid(*index)?.elasticity, |own| &own.elasticity);
         let stage = observer.stage(Stage::Load);
-        // A reduced basis has no smaller loads.
-        let is_reduced = request.elastic == DisplacementMethod::Reduced;
-        let has_basis = prepared.basis(*index, request.effects).is_some();
-        let spread_min = if is_reduced && has_basis { TRAINED_RADIUS_MIN } else { 0.0 };
+        let spread_min = spread_min(prepared.basis(*index, request.effects), request);
         let touched = elasticity.touch(contacts, spread_min, load, &mut workspace.elasticity);
         touched.map_err(|source| FractureError::of_body(*index, source))?;
         stage.produced(&load.applied);
@@ -129,12 +128,15 @@ fn deformed(
         let stage = observer.stage(Stage::Elasticity);
         let strained = match own {
             Some(own) => displace_held(context, contacts, own, place, workspace),
+            None if request.effects.has(EffectKind::Dynamics) => {
+                dynamics::displace_dynamic(context, contacts, place, workspace)
+            }
             None => displace((elasticity, basis), request, place, workspace, cancel).map_err(failed),
         }?;
         observer.part(EffectKind::Elastic, size_of_val(workspace.displacement.as_slice()) as u64);
         let tensile = request.effects.has(EffectKind::Tensile).then(|| observer.effect(EffectKind::Tensile));
         let driving = if tensile.is_some() { DrivingEnergy::Tensile } else { DrivingEnergy::Total };
-        let used = basis.filter(|_| strained.reduced_error.is_some());
+        let used = basis.filter(|_| strained.is_expanded);
         let parts = (elasticity, used, &solid.lattice);
         tet_energies(parts, strained.energy, driving, place, workspace, cancel).map_err(failed)?;
         if let Some(tensile) = tensile {
@@ -203,16 +205,7 @@ fn tet_energies(
     Ok(())
 }
 
-/// Energy of a displacement.
-#[derive(Clone, Copy)]
-struct StrainEnergy {
-    /// Elastic energy ½ f·u of the whole body, local.
-    energy: f64,
-    /// Estimated relative error of the energy of a reduced displacement; `None`: it was solved for.
-    reduced_error: Option<f64>,
-}
-
-/// Computes the displacement of a free body under load `place` of the workspace: reduced if possible, else solved.
+/// Computes the displacement of a free body at rest under load `place` of the workspace: reduced if possible, else solved.
 fn displace(
     (elasticity, basis): (&Elasticity, Option<&ReducedBasis>),
     request: &FractureRequest,
@@ -228,7 +221,7 @@ fn displace(
     elasticity.balance(load);
     elasticity.solve(&load.forces, displacement, scratch, cancel)?;
     let energy = elasticity.elastic_energy(&load.forces, displacement);
-    Ok(StrainEnergy { energy, reduced_error: None })
+    Ok(StrainEnergy { energy, reduced_error: None, is_expanded: false })
 }
 
 /// Computes the displacement under load `place` of the workspace by the basis, alone or completed by a linear solve.
@@ -250,11 +243,13 @@ fn displace_reduced(
         let used = basis.used(request.rank_max);
         basis.expand(&coordinates[..used], displacement, scratch);
         let reduced_error = Some(ReducedBasis::truncated_error(coordinates, used, error));
-        return Ok(Some(StrainEnergy { energy: ReducedBasis::energy(&coordinates[..used]), reduced_error }));
+        let energy = ReducedBasis::energy(&coordinates[..used]);
+        return Ok(Some(StrainEnergy { energy, reduced_error, is_expanded: true }));
     }
     let completed = basis.complete(elasticity, load, coordinates, displacement, scratch, cancel)?;
     let accurate = completed.filter(|own| own.error <= request.reduced_error_max);
-    Ok(accurate.map(|own| StrainEnergy { energy: own.energy, reduced_error: Some(own.error) }))
+    let strained = |energy, error| StrainEnergy { energy, reduced_error: Some(error), is_expanded: true };
+    Ok(accurate.map(|own| strained(own.energy, own.error)))
 }
 
 /// Computes the displacement of an anchored body under load `place` of the workspace, and under its weight with the
@@ -320,5 +315,5 @@ fn solve_held(
         gravity.produced(&weight.displacement);
     }
     let energy = own.elasticity.elastic_energy(&loads[place].forces, displacement) + weight_energy;
-    Ok(StrainEnergy { energy, reduced_error: None })
+    Ok(StrainEnergy { energy, reduced_error: None, is_expanded: false })
 }

@@ -4,12 +4,16 @@ pub(super) mod cells;
 pub(super) mod contact_set;
 pub(super) mod controls;
 pub(super) mod convergence_monitor;
+mod dynamics;
+#[cfg(test)]
+mod dynamics_tests;
 pub(super) mod energy;
 pub(super) mod falloff;
 pub(super) mod onset;
 #[cfg(test)]
 mod onset_tests;
 pub(super) mod search;
+mod strain;
 pub(super) mod termination;
 pub(super) mod threshold;
 pub(super) mod threshold_bound;

@@ -67,9 +67,9 @@ impl StressedBody<'_> {
             })
             .collect();
         let own_length = constants.characteristic_length_m() / prepared.frame.diagonal_m;
-        for (contact, zone) in own.iter().zip(&zones) {
+        for ((contact, touch), zone) in own.iter().zip(&load.touches).zip(&zones) {
             let Some(zone) = zone else { continue };
-            let force = -contact.impulse.dot(&zone.normal);
+            let force = -touch.impulse.dot(&zone.normal);
             let near = NearField { force, radius: contact.radius, poisson: constants.poisson };
             let nearest = boundary.positions.iter().enumerate();
             let nearest = nearest.min_by(|a, b| (a.1 - zone.place).norm().total_cmp(&(b.1 - zone.place).norm()));

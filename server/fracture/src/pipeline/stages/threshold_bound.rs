@@ -1,7 +1,7 @@
 //! Threshold test by an upper bound of E_1, without a solve.
 
 use super::contact_set::ContactSet;
-use crate::elasticity::NodalLoad;
+use crate::elasticity::{NodalLoad, RESPONSE_MAX};
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::prepared::parameters::DisplacementMethod;
 use crate::pipeline::request::fracture_request::{DegreeRequest, FractureRequest};
@@ -25,6 +25,7 @@ pub(in crate::pipeline) fn below(
     loads: &mut [NodalLoad],
 ) -> Option<f64> {
     let unit = impact.unit_j(prepared) * prepared.frame.diagonal_m * prepared.frame.diagonal_m / gamma_j_m2;
+    let unit = dynamic_factor(strike, impact)? * unit;
     let mut most = 0.0f64;
     for ((body, _), load) in impact.bodies.iter().zip(loads) {
         // A request with a missing lift must fail later with its error, so no bound decides it.
@@ -36,4 +37,15 @@ pub(in crate::pipeline) fn below(
         most = Some(own).filter(|own| own.is_normal() && *own <= 1.0)?.max(most);
     }
     Some(most)
+}
+
+/// Bound of a body's energy over that under its peak forces at rest; `None` where contacts of one body differ in duration,
+/// since what cancels at rest may then add up.
+fn dynamic_factor(strike: &FractureRequest, impact: &ContactSet) -> Option<f64> {
+    if !strike.effects.has(EffectKind::Dynamics) {
+        return Some(1.0);
+    }
+    let is_one = |durations: &Vec<f64>| durations.windows(2).all(|pair| pair[0] == pair[1]);
+    // Energies grow with the square of the displacement of each vibration, and none exceeds this.
+    impact.durations_s.iter().all(is_one).then_some(RESPONSE_MAX * RESPONSE_MAX)
 }

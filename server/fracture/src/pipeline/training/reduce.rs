@@ -118,7 +118,7 @@ pub(super) fn basis(
     if let Support::Anchored(_) = elasticity.support() {
         loads.extend((0..3).map(|axis| elasticity.weight_load(&Vector3::ith(axis, 1.0))));
     }
-    elasticity.reduce(&loads, rank_max, token).map_err(failed)
+    elasticity.reduce(&prepared.solid(index)?.lattice, &loads, rank_max, token).map_err(failed)
 }
 
 /// All contacts of the object's impacts on body `index`, and of more impacts if its elements are quadratic.
