@@ -252,7 +252,7 @@ fn invalid_values_are_rejected_by_name() {
     let both = base_impact().enable(Effect::Anchored).enable(Effect::Dynamics);
     let error = held.strike(&both).and_then(|mut ticket| ticket.wait(timeout())).err().unwrap();
     assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Effect, "dynamics"));
-    assert!(error.message.contains("or without `anchored`"), "{error}");
+    assert!(error.message.contains("for its anchors") && error.message.contains("bake --scene"), "{error}");
 }
 
 /// Slivers of the finer diagram are merged unless the request disables that; volumes are kept, and all fragments are closed.

@@ -45,7 +45,8 @@ pub fn engine_error(error: FractureError) -> Error {
             (ErrorKind::Effect, effect.name().to_owned())
         }
         FractureError::DynamicsUnprepared { .. }
-        | FractureError::DynamicsAnchored
+        | FractureError::DynamicsAnchorsUnprepared { .. }
+        | FractureError::DynamicsGravity
         | FractureError::FragmentDynamics { .. } => (ErrorKind::Effect, EffectKind::Dynamics.name().to_owned()),
         FractureError::SkinUnprepared { .. } => (ErrorKind::Effect, EffectKind::Skin.name().to_owned()),
         FractureError::LiftUnprepared { lift, .. } => (ErrorKind::Lift, lift.to_string()),

@@ -11,7 +11,7 @@
 //! Dynamics 10, 1982), for vectors from static solutions. Their use with a basis of snapshots is ours.
 
 use super::residual::dot;
-use super::{Elasticity, ElasticityError};
+use super::{Elasticity, ElasticityError, Support};
 use crate::cancel_token::CancelToken;
 use crate::dense;
 use crate::lattice::Lattice;
@@ -162,7 +162,7 @@ impl ReducedModes {
 }
 
 impl Elasticity {
-    /// U'MU of displacements without their rigid motions, in the mass of unit density; symmetric, one row per displacement.
+    /// U'MU of displacements, of a free body without their rigid motions, in the mass of unit density; symmetric, one row per displacement.
     ///
     /// `displacements` has [`Self::unknowns`] rows and one column per displacement. `lattice` is the one that the body was
     /// made of.
@@ -203,7 +203,10 @@ impl Elasticity {
             let (row, column) = ((at / count).max(at % count), (at / count).min(at % count));
             let work = |place: usize| &parts[place / BLOCK].1[place % BLOCK];
             let product = parts[row / BLOCK].0[(row % BLOCK, column)];
-            product - self.inertia.rigid_product(work(row), work(column))
+            match self.support() {
+                Support::Free(_) => product - self.inertia.rigid_product(work(row), work(column)),
+                Support::Anchored(_) => product,
+            }
         };
         Ok((0..count * count).map(entry).collect())
     }

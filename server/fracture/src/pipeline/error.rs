@@ -135,9 +135,17 @@ pub enum FractureError {
         /// Index of the body.
         body: usize,
     },
-    /// The effects `dynamics` and `anchored` together.
-    #[error("the effect `dynamics` is for free bodies: strike without it, or without `anchored`")]
-    DynamicsAnchored,
+    /// The anchored body has no vibrations, which the effect `dynamics` needs.
+    #[error(
+        "body {body} has no basis of displacements with masses for its anchors, which the effect `dynamics` needs; bake it again with --elements quadratic, and then the scene by `shatterd bake --scene FILE`"
+    )]
+    DynamicsAnchorsUnprepared {
+        /// Index of the body.
+        body: usize,
+    },
+    /// The effects `dynamics` and `gravity` together.
+    #[error("the effect `dynamics` leaves out the weight: strike without it, or without `gravity`")]
+    DynamicsGravity,
     /// The effect `dynamics` for a fragment.
     #[error("the effect `dynamics` is for whole objects: strike fragment {fragment} without it")]
     FragmentDynamics {

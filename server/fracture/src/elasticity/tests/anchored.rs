@@ -149,7 +149,7 @@ fn a_basis_holds_contacts_and_weight_together() {
     body.balance(&mut both);
     let sum: Vec<f64> = alone.forces.iter().zip(&weight.forces).map(|(a, b)| a + b).collect();
     assert!(difference(&sum, &both.forces) < 1e-12);
-    let basis = body.reduce(&[alone, weight.clone()], 2, &token).unwrap().unwrap();
+    let basis = body.reduce(&lattice, &[alone, weight.clone()], 2, &token).unwrap().unwrap();
     for load in [weight, both] {
         let exact = body.elastic_energy(&load.forces, &solve(&body, &load.forces));
         let own = basis.project(&load, &mut Vec::new());

@@ -1,4 +1,4 @@
-//! Deformation of free bodies under pulses, with the effect `dynamics`.
+//! Deformation of bodies under pulses, with the effect `dynamics`.
 //!
 //! Contacts of one duration τ have the forces f_g s_g(t), s_g = sin(πt/τ) until τ. At the time t* of the largest energy, the
 //! coordinates of the body in its reduced basis B are those of undamped vibrations, c. Whatever is outside the span of B
@@ -13,35 +13,43 @@ use super::contact_set::ContactSet;
 use super::strain::{StrainEnergy, spread_min};
 use crate::cancel_token::CancelToken;
 use crate::elasticity::{
-    ContactLoad, ElasticWorkspace, ElasticityError, ModalResponse, NodalLoad, Pulse, PulseLoad, ReducedBasis,
-    ReducedModes,
+    ContactLoad, ElasticWorkspace, Elasticity, ElasticityError, ModalResponse, NodalLoad, Pulse, PulseLoad,
+    ReducedBasis, ReducedModes,
 };
 use crate::pipeline::error::FractureError;
-use crate::pipeline::prepared::object::{ElasticModel, PreparedObject};
+use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::prepared::parameters::DisplacementMethod;
 use crate::pipeline::request::context::RequestContext;
 use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::pipeline::workspace::Workspace;
 use crate::scene::{EffectKind, EffectSet};
 
-/// Refuses a request with the effect `dynamics` that strikes a body without vibrations, or that holds the object.
+/// Refuses a request with the effect `dynamics` that strikes a body without vibrations, or that adds a weight.
 ///
 /// # Errors
-/// [`FractureError::DynamicsAnchored`], [`FractureError::DynamicsUnprepared`].
+/// [`FractureError::DynamicsGravity`], [`FractureError::DynamicsUnprepared`],
+/// [`FractureError::DynamicsAnchorsUnprepared`].
 pub(super) fn check(prepared: &PreparedObject, effects: EffectSet, contacts: &ContactSet) -> Result<(), FractureError> {
     if !effects.has(EffectKind::Dynamics) {
         return Ok(());
     }
-    if effects.has(EffectKind::Anchored) {
-        return Err(FractureError::DynamicsAnchored);
+    if effects.has(EffectKind::Gravity) {
+        return Err(FractureError::DynamicsGravity);
     }
-    contacts.bodies.iter().try_for_each(|(body, _)| vibrations(prepared.solid(*body)?, *body).map(|_| ()))
+    contacts.bodies.iter().try_for_each(|(body, _)| vibrations(prepared, *body, effects).map(|_| ()))
 }
 
-/// The basis of body `body`, and its vibrations.
-fn vibrations(solid: &ElasticModel, body: usize) -> Result<(&ReducedBasis, &ReducedModes), FractureError> {
-    let found = solid.reduced.as_ref().and_then(|basis| Some((basis, basis.modes()?)));
-    found.ok_or(FractureError::DynamicsUnprepared { body })
+/// The basis of body `body` under `effects`, and its vibrations.
+fn vibrations(
+    prepared: &PreparedObject,
+    body: usize,
+    effects: EffectSet,
+) -> Result<(&ReducedBasis, &ReducedModes), FractureError> {
+    let found = prepared.basis(body, effects).and_then(|basis| Some((basis, basis.modes()?)));
+    found.ok_or(match effects.has(EffectKind::Anchored) {
+        true => FractureError::DynamicsAnchorsUnprepared { body },
+        false => FractureError::DynamicsUnprepared { body },
+    })
 }
 
 /// Contacts of one body by the durations of their pulses.
@@ -82,13 +90,13 @@ impl PulseGroups {
 
 /// One body and how the request strikes it.
 struct StruckBody<'a> {
-    solid: &'a ElasticModel,
+    elasticity: &'a Elasticity,
     basis: &'a ReducedBasis,
     request: &'a FractureRequest,
     cancel: &'a CancelToken,
 }
 
-/// Computes the displacement of a free body under the pulses of its contacts, at the time of its largest energy.
+/// Computes the displacement of a body under the pulses of its contacts, at the time of its largest energy.
 ///
 /// Load `place` of the workspace holds the peak forces of all contacts, and then their forces at that time.
 ///
@@ -102,17 +110,18 @@ pub(super) fn displace_dynamic(
 ) -> Result<StrainEnergy, FractureError> {
     let RequestContext { prepared, request, cancel, observer } = context;
     let (body, own) = &contacts.bodies[place];
-    let solid = prepared.solid(*body)?;
-    let (basis, modes) = vibrations(solid, *body)?;
+    let held = prepared.held(request.effects)?.and_then(|held| held.body(*body));
+    let stiffness = held.map_or(&prepared.solid(*body)?.elasticity, |own| &own.elasticity);
+    let (basis, modes) = vibrations(prepared, *body, request.effects)?;
     let failed = |source| FractureError::of_body(*body, source);
-    let struck = StruckBody { solid, basis, request, cancel };
+    let struck = StruckBody { elasticity: stiffness, basis, request, cancel };
     let effect = observer.effect(EffectKind::Dynamics);
     let groups = PulseGroups::new(&contacts.durations_s[place], ContactSet::times_per_s(prepared));
     let spread_min = spread_min(Some(basis), request);
     let Workspace { loads, elasticity, .. } = workspace;
     let response = struck.respond(modes, (&groups, own, spread_min), &loads[place], elasticity).map_err(failed)?;
     let scaled = groups.scaled(&response.forces, own);
-    solid.elasticity.touch_checked(&scaled, spread_min, &mut loads[place], elasticity).map_err(failed)?;
+    stiffness.touch_checked(&scaled, spread_min, &mut loads[place], elasticity).map_err(failed)?;
     effect.produced(&response.coordinates);
     struck.displace(&response, place, workspace).map_err(failed)
 }
@@ -136,7 +145,7 @@ impl StruckBody<'_> {
             coordinates.clear();
             for group in 0..groups.pulses.len() {
                 let contacts = groups.contacts(group, contacts);
-                self.solid.elasticity.touch_checked(&contacts, spread_min, &mut own, workspace)?;
+                self.elasticity.touch_checked(&contacts, spread_min, &mut own, workspace)?;
                 let mut projected = Vec::new();
                 self.basis.project(&own, &mut projected);
                 coordinates.push(projected);
@@ -151,7 +160,7 @@ impl StruckBody<'_> {
     /// Estimated energy that the basis misses under `load`, over that of its displacement with these coordinates; not finite
     /// without energy.
     fn missed(&self, load: &NodalLoad, coordinates: &[f64], workspace: &mut ElasticWorkspace) -> f64 {
-        self.basis.estimate().error(self.basis.residual(&self.solid.elasticity, load, coordinates, workspace))
+        self.basis.estimate().error(self.basis.residual(&self.elasticity, load, coordinates, workspace))
     }
 
     /// Computes the displacement under load `place` with the coordinates of `response`.
@@ -206,7 +215,7 @@ impl StruckBody<'_> {
         workspace: &mut Workspace,
     ) -> Result<Option<StrainEnergy>, ElasticityError> {
         let Workspace { loads, displacement, coordinates, elasticity, .. } = workspace;
-        let (body, load) = (&self.solid.elasticity, &mut loads[place]);
+        let (body, load) = (&self.elasticity, &mut loads[place]);
         let completed = self.basis.complete(body, load, coordinates, displacement, elasticity, self.cancel)?;
         let Some(completed) = completed else { return Ok(None) };
         let energy = moved.energy(completed.energy);
@@ -226,7 +235,7 @@ impl StruckBody<'_> {
         workspace: &mut Workspace,
     ) -> Result<StrainEnergy, ElasticityError> {
         let Workspace { loads, displacement, elasticity, .. } = workspace;
-        let (body, load) = (&self.solid.elasticity, &mut loads[place]);
+        let (body, load) = (&self.elasticity, &mut loads[place]);
         body.balance(load);
         body.solve(&load.forces, displacement, elasticity, self.cancel)?;
         let energy = moved.energy(body.elastic_energy(&load.forces, displacement));

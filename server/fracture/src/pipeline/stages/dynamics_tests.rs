@@ -8,9 +8,9 @@ use crate::elasticity::{ElasticWorkspace, ModalResponse, NodalLoad, Pulse, Pulse
 use crate::pipeline::prepared::reduction::TRAINED_RADIUS_MIN;
 use crate::pipeline::{
     DisplacementMethod, ElementChoice, FractureError, FractureRequest, ImpactContact, PreparedObject, Preset,
-    RequestContext, Workspace,
+    RequestContext, Workspace, reduce_anchored,
 };
-use crate::scene::{EffectKind, EffectSet, Material};
+use crate::scene::{Anchors, EffectKind, EffectSet, Material, Region};
 use crate::strength::Criterion;
 use crate::surface::shapes;
 use nalgebra::{Point3, Vector3};
@@ -293,8 +293,8 @@ fn bodies_without_vibrations_and_held_objects_are_refused() {
         message.contains("has no basis of displacements with masses") && message.contains("--examples"),
         "{message}"
     );
-    let error = strike(&PLATE, effects.with(EffectKind::Anchored));
-    assert!(matches!(error, FractureError::DynamicsAnchored) && error.is_callers(), "{error}");
+    let error = strike(&PLATE, effects.with(EffectKind::Gravity));
+    assert!(matches!(error, FractureError::DynamicsGravity) && error.is_callers(), "{error}");
 }
 
 /// Files of earlier versions have no masses.
@@ -317,4 +317,39 @@ fn objects_without_masses_are_struck_as_before_and_refuse_the_effect() {
     assert_eq!((before.threshold(), before.fracture_degree()), (after.threshold(), after.fracture_degree()));
     let error = loaded.strike(&request).err().unwrap();
     assert!(matches!(error, FractureError::DynamicsUnprepared { body: 0 }), "{error}");
+}
+
+/// A strip that is anchored at one end, with a basis for that.
+fn anchored_strip() -> PreparedObject {
+    let mut strip = baked([0.2, 0.05, 0.02], 0.06, 0, ElementChoice::Auto);
+    let region = Region::Cuboid { min_m: Point3::new(-1.0, -1.0, -1.0), max_m: Point3::new(-0.075, 1.0, 1.0) };
+    let anchors = Anchors { regions: vec![region], gravity_m_s2: None };
+    let token = CancelToken::default();
+    reduce_anchored(&mut strip, &[&anchors], &token, &mut |_| ()).unwrap();
+    strip.anchor(&anchors, &token).unwrap();
+    strip
+}
+
+/// L. Meirovitch, *Fundamentals of Vibrations* (2001), section 8.5: (1.8751)² √(EI / ρA) / l² of a cantilever.
+#[test]
+fn an_anchored_strip_vibrates_as_a_cantilever() {
+    let strip = anchored_strip();
+    let effects = EffectSet::of([EffectKind::Elastic, EffectKind::Anchored, EffectKind::Dynamics]);
+    let modes = strip.basis(0, effects).unwrap().modes().unwrap();
+    let frequency = modes.frequencies()[0] * ContactSet::times_per_s(&strip);
+    let Material { young_pa, density_kg_m3, .. } = strip.parameters.material;
+    let exact = 1.8751f64.powi(2) * 0.02 * (young_pa / (12.0 * density_kg_m3)).sqrt() / 0.175f64.powi(2);
+    println!("{frequency:.1} for {exact:.1} rad/s");
+    assert!((frequency / exact - 1.0).abs() < 0.05, "{frequency} for {exact}");
+
+    let ratio = |periods: f64, elastic| {
+        let tip = contact([0.09, 0.0, 0.01], [0.0, 0.0, -1.0], periods * 2.0 * PI / exact);
+        let request = FractureRequest { effects, ..dynamic(vec![tip], elastic, 0.1) };
+        energy(&strip, &request).strain_j.unwrap() / energy(&strip, &at_rest(&request)).strain_j.unwrap()
+    };
+    for elastic in [REDUCED, DisplacementMethod::Solve] {
+        let ratios = [0.02, 0.2, 1.0, 400.0].map(|periods| ratio(periods, elastic));
+        println!("{elastic:?}: {ratios:.4?} of the energy at rest");
+        assert!((ratios[3] - 1.0).abs() < 0.02 && ratios[0] < 0.1 * ratios[2], "{ratios:?}");
+    }
 }

@@ -127,12 +127,15 @@ fn deformed(
         let failed = |source| FractureError::of_body(*index, source);
         let stage = observer.stage(Stage::Elasticity);
         let strained = match own {
-            Some(own) => displace_held(context, contacts, own, place, workspace),
-            None if request.effects.has(EffectKind::Dynamics) => {
+            _ if request.effects.has(EffectKind::Dynamics) => {
                 dynamics::displace_dynamic(context, contacts, place, workspace)
             }
+            Some(own) => displace_held(context, contacts, own, place, workspace),
             None => displace((elasticity, basis), request, place, workspace, cancel).map_err(failed),
         }?;
+        if let Some(own) = own {
+            observer.part(EffectKind::Anchored, own.elasticity.own_bytes() as u64);
+        }
         observer.part(EffectKind::Elastic, size_of_val(workspace.displacement.as_slice()) as u64);
         let tensile = request.effects.has(EffectKind::Tensile).then(|| observer.effect(EffectKind::Tensile));
         let driving = if tensile.is_some() { DrivingEnergy::Tensile } else { DrivingEnergy::Total };
@@ -268,7 +271,6 @@ fn displace_held(
     let RequestContext { prepared, request, cancel, observer } = context;
     let body = contacts.bodies[place].0;
     let failed = |source| FractureError::of_body(body, source);
-    observer.part(EffectKind::Anchored, own.elasticity.own_bytes() as u64);
     let weight = own.weight.as_ref().filter(|_| request.effects.has(EffectKind::Gravity));
     let unit = contacts.weight_unit(prepared);
     let basis = own.reduced.as_deref();
