@@ -119,24 +119,44 @@ pub(super) fn displace_dynamic(
     let groups = PulseGroups::new(&contacts.durations_s[place], ContactSet::times_per_s(prepared));
     let spread_min = spread_min(Some(basis), request);
     let Workspace { loads, elasticity, .. } = workspace;
-    let response = struck.respond(modes, (&groups, own, spread_min), &loads[place], elasticity).map_err(failed)?;
+    let (response, missed) =
+        struck.respond(modes, (&groups, own, spread_min), &loads[place], elasticity).map_err(failed)?;
     let scaled = groups.scaled(&response.forces, own);
     stiffness.touch_checked(&scaled, spread_min, &mut loads[place], elasticity).map_err(failed)?;
     effect.produced(&response.coordinates);
-    struck.displace(&response, place, workspace).map_err(failed)
+    let strained = struck.displace(&response, place, workspace).map_err(failed)?;
+    let lost = missed.after(struck.at_rest(&response, place, workspace)) / ReducedBasis::energy(&response.coordinates);
+    Ok(StrainEnergy { reduced_error: strained.reduced_error.map(|error| error + lost), ..strained })
+}
+
+/// What a basis misses at rest under the peak forces.
+struct MissedEnergy {
+    /// Missed energy over that in the basis.
+    share: f64,
+    /// Energy in the basis.
+    at_peak: f64,
+}
+
+impl MissedEnergy {
+    /// Missed energy that the forces no longer hold where those in the basis have this energy at rest.
+    ///
+    /// Whatever the basis misses vibrates as well, but is taken to follow the forces. So this part is not in the result.
+    fn after(&self, at_rest: f64) -> f64 {
+        self.share * (self.at_peak - at_rest).max(0.0)
+    }
 }
 
 impl StruckBody<'_> {
-    /// The response to the contacts of all groups, whose peak forces together are `load`.
+    /// The response to the contacts of all groups, whose peak forces together are `load`, and what the basis misses of that.
     fn respond(
         &self,
         modes: &ReducedModes,
         (groups, contacts, spread_min): (&PulseGroups, &[ContactLoad], f64),
         load: &NodalLoad,
         workspace: &mut ElasticWorkspace,
-    ) -> Result<ModalResponse, ElasticityError> {
+    ) -> Result<(ModalResponse, MissedEnergy), ElasticityError> {
         let mut whole = Vec::new();
-        self.basis.project(load, &mut whole);
+        let at_peak = self.basis.project(load, &mut whole);
         // Contacts that cancel have no energy at rest.
         let missed = Some(self.missed(load, &whole, workspace)).filter(|missed| missed.is_finite()).unwrap_or(0.0);
         let mut coordinates = vec![whole];
@@ -154,7 +174,15 @@ impl StruckBody<'_> {
         let loads = groups.pulses.iter().zip(&coordinates);
         let loads: Vec<PulseLoad<'_>> =
             loads.map(|(pulse, own)| PulseLoad { pulse: *pulse, coordinates: own }).collect();
-        Ok(modes.respond(&loads, missed))
+        Ok((modes.respond(&loads, missed), MissedEnergy { share: missed, at_peak }))
+    }
+
+    /// Energy in the basis at rest under the forces at the time of `response`, those of load `place`.
+    fn at_rest(&self, response: &ModalResponse, place: usize, workspace: &mut Workspace) -> f64 {
+        match response.forces.iter().all(|force| *force == 0.0) {
+            true => 0.0,
+            false => self.basis.project(&workspace.loads[place], &mut workspace.coordinates),
+        }
     }
 
     /// Estimated energy that the basis misses under `load`, over that of its displacement with these coordinates; not finite
