@@ -188,7 +188,7 @@ impl StruckBody<'_> {
     /// Estimated energy that the basis misses under `load`, over that of its displacement with these coordinates; not finite
     /// without energy.
     fn missed(&self, load: &NodalLoad, coordinates: &[f64], workspace: &mut ElasticWorkspace) -> f64 {
-        self.basis.estimate().error(self.basis.residual(&self.elasticity, load, coordinates, workspace))
+        self.basis.estimate().error(self.basis.residual(self.elasticity, load, coordinates, workspace))
     }
 
     /// Computes the displacement under load `place` with the coordinates of `response`.
@@ -243,7 +243,7 @@ impl StruckBody<'_> {
         workspace: &mut Workspace,
     ) -> Result<Option<StrainEnergy>, ElasticityError> {
         let Workspace { loads, displacement, coordinates, elasticity, .. } = workspace;
-        let (body, load) = (&self.elasticity, &mut loads[place]);
+        let (body, load) = (self.elasticity, &mut loads[place]);
         let completed = self.basis.complete(body, load, coordinates, displacement, elasticity, self.cancel)?;
         let Some(completed) = completed else { return Ok(None) };
         let energy = moved.energy(completed.energy);
@@ -263,7 +263,7 @@ impl StruckBody<'_> {
         workspace: &mut Workspace,
     ) -> Result<StrainEnergy, ElasticityError> {
         let Workspace { loads, displacement, elasticity, .. } = workspace;
-        let (body, load) = (&self.elasticity, &mut loads[place]);
+        let (body, load) = (self.elasticity, &mut loads[place]);
         body.balance(load);
         body.solve(&load.forces, displacement, elasticity, self.cancel)?;
         let energy = moved.energy(body.elastic_energy(&load.forces, displacement));
