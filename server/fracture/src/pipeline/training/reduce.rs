@@ -70,20 +70,22 @@ pub fn reduce(prepared: &mut PreparedObject, rank_max: usize, token: &CancelToke
     let trials = trials(prepared, None, token)?;
     for index in 0..prepared.bodies.len() {
         if let Some(solid) = &mut prepared.bodies[index].solid {
-            solid.reduced = solid.reduced.take().map(|basis| fitted(basis, index, &trials));
+            let support = solid.elasticity.support();
+            solid.reduced = solid.reduced.take().map(|basis| fitted(basis, (index, support), &trials));
         }
     }
     prepared.reduction = ReductionErrors::of(prepared, &trials);
     Ok(())
 }
 
-/// The basis of body `index`, with its errors estimated by `trials`.
-pub(super) fn fitted(basis: ReducedBasis, index: usize, trials: &[Trial]) -> ReducedBasis {
+/// The basis of body `index` with this `support`, with its errors estimated by `trials`.
+pub(super) fn fitted(basis: ReducedBasis, (index, support): (usize, &Support), trials: &[Trial]) -> ReducedBasis {
     let own = || trials.iter().filter(|trial| trial.body == index && trial.fits);
     let pairs: Vec<_> = own().map(|trial| (trial.residual, trial.energy_error)).collect();
     let completed = own().filter_map(|trial| trial.completed.as_ref());
     let completed: Vec<_> = completed.map(|own| (own.gain, own.energy_error)).collect();
-    basis.estimating(ErrorEstimate::fit(&pairs)).estimating_completed(ErrorEstimate::fit(&completed))
+    let fit = |pairs: &[(f64, f64)]| ErrorEstimate::fit_supported(pairs, support);
+    basis.estimating(fit(&pairs)).estimating_completed(fit(&completed))
 }
 
 /// The basis of body `index`, held as in `elasticity`, from the contacts of the object's impacts.
