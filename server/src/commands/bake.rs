@@ -29,7 +29,8 @@ pub struct BakeArgs {
     /// Name of the object [default with --shape: the shape's name]
     #[arg(long, required_unless_present_any = ["scene", "shape"])]
     pub name: Option<String>,
-    /// Scene file to bake instead of a mesh: every object with a generated shape; databases that are up to date are kept
+    /// Scene file to bake instead of a mesh: every object with a generated shape; databases that are up to date are kept. Databases of
+    /// anchored objects with thin walls, also those of meshes, get displacements for the scene's anchors, and lose those for other anchors
     #[arg(long, value_name = "FILE", conflicts_with_all = [
         "mesh", "shape", "name", "material", "materials", "fragment_size", "gamma", "unit", "up", "elastic_spacing", "crack_spacing",
         "examples", "elastic", "factor", "elements", "quality", "surface", "add", "seed", "cracks", "shard", "resume", "restart",

@@ -20,7 +20,7 @@ enum State {
     Baked,
     /// The existing file equals what a bake would write.
     Kept,
-    /// The existing file got bases of displacements for the scene's anchors.
+    /// The bases of displacements in the existing file are now those for the scene's anchors.
     Extended,
     /// The scene names no shape for it.
     NoShape,
@@ -42,7 +42,12 @@ pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), CommandErro
             || (terms.any(|terms| terms.allowed.has(Effect::Anchored)) && file_of(name).is_file())
     };
     if !recipes.iter().any(has_work) {
-        let message = format!("{shown}: no object has a `shape`; bake each mesh with `shatterd bake MESH --name NAME`");
+        let missing = recipes.keys().map(|name| file_of(name)).filter(|file| !file.is_file());
+        let missing: Vec<String> = missing.map(|file| format!("; {} does not exist", file.display())).collect();
+        let message = format!(
+            "{shown}: no object has a `shape`, or anchors and a database{}; bake each mesh with `shatterd bake MESH --name NAME`",
+            missing.concat()
+        );
         return Err(CommandError::refused("no_shape", "shape", message));
     }
     output::folder(folder)?;
@@ -127,7 +132,11 @@ fn anchored(
         drop(writing);
     }
     bar.finish();
-    Ok(if is_changed && state != State::Baked { State::Extended } else { state })
+    Ok(match state {
+        State::Baked => State::Baked,
+        _ if is_changed => State::Extended,
+        _ => State::Kept,
+    })
 }
 
 fn word(state: State) -> &'static str {
@@ -147,7 +156,7 @@ fn line(name: &str, recipe: &BakeRecipe, state: State, file: &Path, seconds: f64
         State::Baked => format!("{name}{objects}  baked  {shown}, {seconds:.1} s\n"),
         State::Kept => format!("{name}{objects}  kept   {shown}\n"),
         State::Extended => {
-            format!("{name}{objects}  kept   {shown}, with displacements for its anchors added, {seconds:.1} s\n")
+            format!("{name}{objects}  kept   {shown}, with new displacements for its anchors, {seconds:.1} s\n")
         }
         State::NoShape if is_baked => format!("{name}{objects}  has no `shape`; {shown} stays as it is\n"),
         State::NoShape => format!("{name}{objects}  has no `shape`; bake its mesh with --name {name}\n"),

@@ -10,7 +10,7 @@ use shatter_cli_common::lab;
 use shatter_engine::wire::{CostReport, EngineObject};
 use shatter_fracture::accuracy::{NORMAL_DEG, NormalShares};
 use shatter_fracture::database;
-use shatter_fracture::pipeline::PreparedObject;
+use shatter_fracture::pipeline::{AnchoredBasis, PreparedObject};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
@@ -83,6 +83,7 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
         "impacts": prepared.impacts,
         "learned": prepared.learned.as_ref().map(|learned| learned.quality),
         "reduced": prepared.reduction,
+        "anchored": prepared.anchored_bases.iter().map(anchored).collect::<Vec<_>>(),
         "lift_dimensions": prepared.bodies.iter().map(|body| body.interior.as_ref().map(|lift| lift.dimension)).collect::<Vec<_>>(),
         "surface_diffusion_dimensions": prepared
             .bodies
@@ -115,6 +116,11 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
         return output::print(&format!("{document}\n"));
     }
     output::lines(&inspect_text::screen(prepared, &file, &document))
+}
+
+/// A basis for anchors: its body, the number of nodes that do not move, and the number of displacements.
+fn anchored(own: &AnchoredBasis) -> Value {
+    json!({ "body": own.body, "nodes": own.nodes.len(), "rank": own.basis.rank() })
 }
 
 /// Shares of the outer area with accurate normals; `null` for an object without a skin.

@@ -47,6 +47,17 @@ pub fn screen(prepared: &PreparedObject, file: &Path, document: &Value) -> Strin
             if parameters.factor == Precision::F32 { ", or f64 where that is too inaccurate" } else { "" }
         ),
     );
+    for own in document["anchored"].as_array().into_iter().flatten() {
+        line(
+            "anchored",
+            format!(
+                "basis of body {} with {} held: rank {}",
+                own["body"],
+                counted(own["nodes"].as_u64().unwrap_or_default(), "node"),
+                own["rank"]
+            ),
+        );
+    }
     let learned = &document["learned"];
     if learned.is_object() {
         let (median, most) = (percent(&learned["median_relative_error"]), percent(&learned["p90_relative_error"]));
