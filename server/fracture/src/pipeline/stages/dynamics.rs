@@ -129,7 +129,7 @@ pub(super) fn displace_dynamic(
     Ok(StrainEnergy { reduced_error: strained.reduced_error.map(|error| error + lost), ..strained })
 }
 
-/// What a basis misses at rest under the peak forces.
+/// Energy that a basis misses at rest under the peak forces.
 struct MissedEnergy {
     /// Missed energy over that in the basis.
     share: f64,
