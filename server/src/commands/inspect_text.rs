@@ -47,17 +47,6 @@ pub fn screen(prepared: &PreparedObject, file: &Path, document: &Value) -> Strin
             if parameters.factor == Precision::F32 { ", or f64 where that is too inaccurate" } else { "" }
         ),
     );
-    for own in document["anchored"].as_array().into_iter().flatten() {
-        line(
-            "anchored",
-            format!(
-                "basis of body {} with {} held: rank {}",
-                own["body"],
-                counted(own["nodes"].as_u64().unwrap_or_default(), "node"),
-                own["rank"]
-            ),
-        );
-    }
     let learned = &document["learned"];
     if learned.is_object() {
         let (median, most) = (percent(&learned["median_relative_error"]), percent(&learned["p90_relative_error"]));
@@ -108,7 +97,16 @@ pub fn screen(prepared: &PreparedObject, file: &Path, document: &Value) -> Strin
             line(label, path.to_owned());
         }
     }
-    text + &time_lines(&document["time"]) + &memory_lines(&document["memory"])
+    text + &anchored_lines(&document["anchored"]) + &time_lines(&document["time"]) + &memory_lines(&document["memory"])
+}
+
+/// Bases of displacements for anchors, a line each.
+fn anchored_lines(anchored: &Value) -> String {
+    let one = |own: &Value| {
+        let nodes = counted(own["nodes"].as_u64().unwrap_or_default(), "node");
+        format!("  {:<16} basis of body {} with {nodes} held: rank {}\n", "anchored", own["body"], own["rank"])
+    };
+    anchored.as_array().into_iter().flatten().map(one).collect()
 }
 
 /// Expected times of requests on this machine; empty without a measurement.
