@@ -7,13 +7,16 @@
 use super::bake_error::BakeError;
 use super::bake_request::BakeRequest;
 use super::hash::input_hash;
-use super::wall_limits::STRETCH_MAX;
+use super::wall_limits::{SHEET_NODES, STRETCH_MAX, STRETCHES};
 use crate::lattice::{LatticeLevels, LatticeStretch};
 use crate::pipeline::{BakeParameters, BakeReport};
 use crate::surface::Surface;
 
 /// Largest ratio of the least side of a sheet's box to the thickness of its walls: curved sheets have thicker boxes.
 const BOX_MAX: f64 = 2.0;
+
+/// Parameters, lattices and report of a bake.
+type Stuffed = (BakeParameters, LatticeLevels, BakeReport);
 
 /// Lattices of a surface that regular lattices lose for the reason `error`, on stretched cells; `stuff` makes regular ones.
 ///
@@ -24,8 +27,8 @@ pub(super) fn stretched(
     request: &BakeRequest,
     surface: &Surface,
     error: BakeError,
-    stuff: impl FnOnce(&Surface) -> Result<(BakeParameters, LatticeLevels, BakeReport), BakeError>,
-) -> Result<(BakeParameters, LatticeLevels, BakeReport), BakeError> {
+    mut stuff: impl FnMut(&Surface) -> Result<Stuffed, BakeError>,
+) -> Result<Stuffed, BakeError> {
     let BakeError::TooThin { thickness_m, spacing, spacing_needed, thickness_needed_m: Some(needed_m) } = error else {
         return Err(error);
     };
@@ -42,21 +45,32 @@ pub(super) fn stretched(
     if thickness_m * STRETCH_MAX < needed_m {
         return Err(thinner(needed_m));
     }
-    let stretch = LatticeStretch { axis: axis.into(), factor: STRETCH_MAX };
-    let mut thick = surface.clone();
-    thick.positions.iter_mut().for_each(|place| stretch.apply(place));
-    let made = stuff(&thick);
-    // Its lengths are those of the thicker sheet.
-    let (parameters, mut levels, mut report) = match made {
-        Err(BakeError::TooThin { .. }) => return Err(error),
-        made => made?,
-    };
+    for factor in STRETCHES {
+        let stretch = LatticeStretch { axis: axis.into(), factor };
+        let mut thick = surface.clone();
+        thick.positions.iter_mut().for_each(|place| stretch.apply(place));
+        let made = match stuff(&thick) {
+            Err(BakeError::TooThin { .. }) => continue,
+            // The cells may be too many; the largest factor has the fewest.
+            Err(_) if factor < STRETCH_MAX => continue,
+            made => made?,
+        };
+        let nodes = made.1.bodies.iter().map(|body| body.elastic.nodes.len()).sum::<usize>();
+        if nodes <= SHEET_NODES || factor == STRETCH_MAX {
+            return Ok(moved_back(surface, stretch, made));
+        }
+    }
+    Err(error)
+}
+
+/// Lattices of the thicker sheet, and what is reported of them, at the places and lengths of the sheet itself.
+fn moved_back(surface: &Surface, stretch: LatticeStretch, (parameters, mut levels, mut report): Stuffed) -> Stuffed {
     stretch.revert_levels(&mut levels);
     report.input_hash = input_hash(surface, None);
     report.input_volume_m3 /= stretch.factor;
     report.lattice_volume_m3 /= stretch.factor;
     report.stretch = Some(stretch);
-    Ok((parameters, levels, report))
+    (parameters, levels, report)
 }
 
 #[cfg(test)]
@@ -115,7 +129,8 @@ mod tests {
                 report.volume_error() + 1.0,
                 report.surface_deviation
             );
-            assert_eq!(stretch.factor, STRETCH_MAX);
+            let nodes = own.bodies[0].solid.as_ref().unwrap().lattice.nodes.len();
+            assert!(stretch.factor < STRETCH_MAX && (10_000..=SHEET_NODES).contains(&nodes), "{stretch:?}, {nodes}");
             assert!(report.volume_error().abs() < 0.01, "{report:?}");
             assert!(report.input_volume_m3 < 0.0031, "{report:?}");
             let heights = own.bodies[0].crack.volume() * own.frame.diagonal_m.powi(3) / report.input_volume_m3;
