@@ -89,8 +89,9 @@ pub fn loader(scene: Option<Scene>) -> Loader {
         let refused = |error: &dyn std::fmt::Display| format!("objects.{name}: {error}");
         let mut prepared =
             prepared.warped(&terms.controls, &CancelToken::default()).map_err(|error| refused(&error))?;
+        let lacks_basis = terms.allowed.has(effect::Effect::Anchored) && prepared.lacks_anchored_basis(&terms.anchors);
         terms.anchor(&mut prepared).map_err(|error| refused(&error))?;
-        if prepared.lacks_anchored_basis() {
+        if lacks_basis {
             tracing::warn!(
                 object = prepared.name,
                 "the database has no basis of displacements for the anchors, so that impacts on the anchored object take many times \

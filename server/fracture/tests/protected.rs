@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
-use shatter_fracture::database::{BakeRequest, bake};
+use shatter_fracture::database::{BakeRequest, Tables, bake};
 use shatter_fracture::fragment::closed;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
@@ -39,6 +39,7 @@ fn cuboid(min_m: [f64; 3], max_m: [f64; 3]) -> Region {
 /// The block with protected regions.
 fn block(protected: Vec<Region>) -> PreparedObject {
     let request = BakeRequest {
+        tables: Tables { skin: true, ..Tables::NONE },
         elastic_spacing: Some(0.08),
         crack_spacing: Some(SPACING),
         kappa: Some(2.0),
@@ -177,7 +178,7 @@ fn the_skin_is_cut_on_the_sphere() {
 #[track_caller]
 fn check(protected: &[Region], sites: u32) {
     let prepared = block(protected.to_vec());
-    for (surface, seed) in SURFACES.into_iter().flat_map(|surface| [(surface, 1), (surface, 2), (surface, 3)]) {
+    for (surface, seed) in SURFACES.into_iter().flat_map(|surface| [(surface, 1), (surface, 2)]) {
         let strike = request(surface, sites, seed);
         let meshes = struck(&prepared, &strike);
         let solids_on = solids(&meshes);

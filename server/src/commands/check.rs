@@ -146,6 +146,14 @@ fn plan(name: &str, object: &SceneObject, folder: &Path, baked: &[String]) -> Re
         true => suggested(&object.database, baked),
         false => None,
     };
+    let (anchors, lacks_basis) = anchors(name, &terms.anchors, &file)?;
+    if lacks_basis && terms.allowed.has(Effect::Anchored) {
+        bake_report::warning(&format!(
+            "object `{name}`: {} has no displacements for its anchors, so that impacts on the anchored object take many times as long; \
+             add them by `shatterd bake --scene FILE`",
+            file.display()
+        ));
+    }
     Ok(json!({
         "object": name,
         "database": file.display().to_string(),
@@ -156,7 +164,7 @@ fn plan(name: &str, object: &SceneObject, folder: &Path, baked: &[String]) -> Re
         "stages": stages.map(|(name, runs)| json!({ "name": name, "runs": runs })),
         "effects": Effect::ALL.map(effect),
         "tables": tables,
-        "anchors": anchors(name, &terms.anchors, &file)?,
+        "anchors": anchors,
         "gravity_m_s2": terms.anchors.gravity_m_s2.map(|gravity| [gravity.x, gravity.y, gravity.z]),
         "sites_max": terms.sites_max,
         "fragments_max": terms.fragments_max,
@@ -200,9 +208,10 @@ fn warp(name: &str, controls: &WarpControls, file: &Path) -> Result<(), CommandE
     })
 }
 
-/// Anchors of the object, with the number of nodes that each holds if the database exists. Refuses anchors that do not hold it.
-pub(super) fn anchors(name: &str, anchors: &Anchors, file: &Path) -> Result<Vec<Value>, CommandError> {
-    let mut nodes = vec![None; anchors.regions.len()];
+/// Anchors of the object, with the number of nodes that each holds if the database exists, and whether that lacks displacements for
+/// them. Refuses anchors that do not hold the object.
+pub(super) fn anchors(name: &str, anchors: &Anchors, file: &Path) -> Result<(Vec<Value>, bool), CommandError> {
+    let (mut nodes, mut lacks_basis) = (vec![None; anchors.regions.len()], false);
     if !anchors.regions.is_empty() && file.exists() {
         let elastic = Tables { elastic: true, ..Tables::NONE };
         let prepared = database::load_tables(file, elastic).map_err(|error| CommandError::database(file, &error))?;
@@ -210,9 +219,10 @@ pub(super) fn anchors(name: &str, anchors: &Anchors, file: &Path) -> Result<Vec<
             Error::new(ErrorKind::Configuration, format!("objects.{name}.anchors"), format!("objects.{name}: {error}"))
         })?;
         nodes = anchored_nodes.counts.into_iter().map(Some).collect();
+        lacks_basis = prepared.lacks_anchored_basis(anchors);
     }
     let rows = anchors.regions.iter().zip(nodes);
-    Ok(rows.map(|(region, nodes)| json!({ "region": region.to_string(), "nodes": nodes })).collect())
+    Ok((rows.map(|(region, nodes)| json!({ "region": region.to_string(), "nodes": nodes })).collect(), lacks_basis))
 }
 
 fn screen(title: &str, objects: &[Value]) -> String {

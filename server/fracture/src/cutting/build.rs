@@ -62,7 +62,7 @@ pub enum CuttingError {
         /// Bodies of the lattice.
         bodies: usize,
     },
-    /// A part of the mesh has no node of the crack lattice inside.
+    /// A part of the mesh has no node of the crack lattice inside, or none of a body's nodes is deep enough.
     #[error("body {body} has a part that is too thin for the lattice")]
     Unreached {
         /// Index of the body.
@@ -126,6 +126,11 @@ impl InteriorNodes {
         }
         Self { points, sources }
     }
+
+    /// The first of `bodies` without a node here.
+    fn missing(&self, bodies: usize) -> Option<usize> {
+        (0..bodies).find(|body| self.sources.iter().all(|(own, _)| own != body))
+    }
 }
 
 /// Cutting meshes of all bodies.
@@ -158,6 +163,9 @@ pub fn cutting_meshes(
     let mut repairs = repairs.clone();
     let inside = InsideTest::new(surface);
     let interior = InteriorNodes::of(&inside, cracks, spacing);
+    if let Some(body) = interior.missing(cracks.len()) {
+        return Err(CuttingError::Unreached { body });
+    }
     let options = ConformingOptions { spacing, ..ConformingOptions::default() };
     let mut mesh = |meshed: &MeshedSurface| {
         conforming_mesh(&meshed.positions, &meshed.triangles, &interior.points, &options, token, progress)

@@ -3,7 +3,7 @@
 use super::*;
 use crate::BakeRequest;
 use crate::database::{Tables, bake};
-use crate::pipeline::{DisplacementMethod, ElementChoice};
+use crate::pipeline::{DisplacementMethod, ElementChoice, SurfaceKind};
 use crate::scene::Material;
 use crate::surface::shapes;
 use std::sync::LazyLock;
@@ -181,8 +181,9 @@ fn on_walls_of_one_and_two_cells_the_effective_radius_is_that_of_the_energy() {
 fn small_contacts_on_a_mug_have_their_energy() {
     let tables = Tables { elastic: true, ..Tables::NONE };
     let request = BakeRequest::new("mug", "glass", Material::named("glass").unwrap());
-    let (elements, elastic_spacing) = (ElementChoice::Quadratic, Some(0.025));
-    let request = BakeRequest { tables, elements, elastic_spacing, elastic: DisplacementMethod::Solve, ..request };
+    let (elements, elastic_spacing, surface) = (ElementChoice::Quadratic, Some(0.025), SurfaceKind::Lattice);
+    let elastic = DisplacementMethod::Solve;
+    let request = BakeRequest { tables, elements, elastic_spacing, elastic, surface, ..request };
     let mut prepared = bake(shapes::mug(), &request, &CancelToken::default(), &mut |_| ()).unwrap();
     let solid = prepared.bodies[0].solid.take().unwrap();
     let poisson = prepared.parameters.material.poisson;

@@ -6,7 +6,7 @@
 use super::*;
 use crate::BakeRequest;
 use crate::database::{Tables, bake};
-use crate::pipeline::{DisplacementMethod, ElementChoice, PreparedObject};
+use crate::pipeline::{DisplacementMethod, ElementChoice, PreparedObject, SurfaceKind};
 use crate::scene::Material;
 use crate::surface::{RawMesh, shapes};
 use nalgebra::Rotation3;
@@ -17,13 +17,14 @@ pub(super) fn turns() -> [Rotation3<f64>; 3] {
     [[0.0; 3], [0.4, 1.1, -0.7], [-1.3, 0.5, 0.25]].map(|[x, y, z]| Rotation3::from_euler_angles(x, y, z))
 }
 
-/// Object at default spacings, with elasticity only.
+/// Object at default spacings, with elasticity only and without a mesh of its surface.
 pub(super) fn baked(mesh: &RawMesh, turn: Rotation3<f64>, elements: ElementChoice) -> PreparedObject {
     let mut mesh = mesh.clone();
     mesh.positions_m.iter_mut().for_each(|place| *place = turn * *place);
     let tables = Tables { elastic: true, ..Tables::NONE };
     let request = BakeRequest::new("wall", "glass", Material::named("glass").unwrap());
-    let request = BakeRequest { tables, elements, elastic: DisplacementMethod::Solve, ..request };
+    let (elastic, surface) = (DisplacementMethod::Solve, SurfaceKind::Lattice);
+    let request = BakeRequest { tables, elements, elastic, surface, ..request };
     bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 

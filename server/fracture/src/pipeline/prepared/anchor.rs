@@ -2,7 +2,6 @@
 
 use super::anchored::{AnchorError, AnchorNodes, AnchoredBody, AnchoredObject};
 use super::object::PreparedObject;
-use super::parameters::DisplacementMethod;
 use crate::cancel_token::CancelToken;
 use crate::elasticity::{ElasticityError, ElementOrder, ReducedBasis};
 use crate::pipeline::error::FractureError;
@@ -106,12 +105,17 @@ impl PreparedObject {
         }
     }
 
-    /// True if anchors hold a body with quadratic elements that has no basis for them, so that its solves take long.
-    pub fn lacks_anchored_basis(&self) -> bool {
-        let Some(held) = &self.held else { return false };
-        let all = (0..self.bodies.len()).filter_map(|body| held.body(body));
-        let is_slow = |own: &AnchoredBody| own.reduced.is_none() && own.elasticity.order() == ElementOrder::Quadratic;
-        self.parameters.elastic == DisplacementMethod::Reduced && all.into_iter().any(is_slow)
+    /// True if `anchors` hold a body with quadratic elements that has a basis, but none for them: its solves take long.
+    pub fn lacks_anchored_basis(&self, anchors: &Anchors) -> bool {
+        let Ok(anchored_nodes) = self.anchor_nodes(anchors) else { return false };
+        let is_slow = |(body, nodes): (usize, &Vec<u32>)| {
+            let own = &self.bodies[body];
+            let is_quadratic =
+                own.solid.as_ref().is_some_and(|solid| solid.elasticity.order() == ElementOrder::Quadratic);
+            let mut bases = self.anchored_bases.iter().filter(|basis| basis.body == body);
+            !nodes.is_empty() && is_quadratic && own.reduced().is_some() && !bases.any(|basis| basis.nodes == *nodes)
+        };
+        anchored_nodes.nodes.iter().enumerate().any(is_slow)
     }
 }
 
