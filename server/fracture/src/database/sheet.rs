@@ -45,22 +45,23 @@ pub(super) fn stretched(
     if thickness_m * STRETCH_MAX < needed_m {
         return Err(thinner(needed_m));
     }
-    for factor in STRETCHES {
+    let mut made = |factor: f64| {
         let stretch = LatticeStretch { axis: axis.into(), factor };
         let mut thick = surface.clone();
         thick.positions.iter_mut().for_each(|place| stretch.apply(place));
-        let made = match stuff(&thick) {
-            Err(BakeError::TooThin { .. }) => continue,
-            // The cells may be too many; the largest factor has the fewest.
-            Err(_) if factor < STRETCH_MAX => continue,
-            made => made?,
-        };
-        let nodes = made.1.bodies.iter().map(|body| body.elastic.nodes.len()).sum::<usize>();
-        if nodes <= SHEET_NODES || factor == STRETCH_MAX {
-            return Ok(moved_back(surface, stretch, made));
-        }
+        stuff(&thick).map(|made| moved_back(surface, stretch, made))
+    };
+    let longest = match made(STRETCH_MAX) {
+        Err(BakeError::TooThin { .. }) => return Err(error),
+        longest => longest?,
+    };
+    // A sheet has as many nodes as its area has squares of the length of a cell.
+    let nodes = longest.1.bodies.iter().map(|body| body.elastic.nodes.len()).sum::<usize>();
+    let least = STRETCH_MAX * (nodes as f64 / SHEET_NODES as f64).sqrt();
+    match STRETCHES.into_iter().find(|factor| *factor >= least) {
+        Some(factor) if factor < STRETCH_MAX => made(factor),
+        _ => Ok(longest),
     }
-    Err(error)
 }
 
 /// Lattices of the thicker sheet, and what is reported of them, at the places and lengths of the sheet itself.
@@ -78,7 +79,7 @@ mod tests {
     use super::*;
     use crate::cancel_token::CancelToken;
     use crate::database::{Tables, bake, load, save};
-    use crate::pipeline::DisplacementMethod;
+    use crate::pipeline::{DisplacementMethod, ElementChoice, SurfaceKind};
     use crate::scene::Material;
     use crate::surface::{RawMesh, shapes};
     use nalgebra::{Point3, Rotation3};
@@ -120,7 +121,7 @@ mod tests {
 
     #[test]
     fn sheets_have_stretched_lattices_of_their_own_volume() {
-        let request = BakeRequest { tables: Tables::NONE, ..request() };
+        let request = BakeRequest { elements: ElementChoice::Linear, surface: SurfaceKind::Lattice, ..request() };
         for mesh in [turned(shapes::cuboid([1.0, 0.6, 0.004])), bent(0.005, 0.004)] {
             let mut own = bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap();
             let (report, stretch) = (&own.report, own.report.stretch.unwrap());

@@ -12,7 +12,7 @@ pub(super) const WALL_SPACINGS: [f64; 2] = [1.5, 1.25];
 /// Price of a finer crack spacing, which remedies tell.
 pub const HALF_SPACING_COST: &str = "half the spacing takes about eight times the time and memory";
 
-/// Factors by which a sheet is made thicker, tried in order: the first with at most [`SHEET_NODES`] elastic nodes, or the last.
+/// Factors by which a sheet is made thicker: the first with at most about [`SHEET_NODES`] elastic nodes, or the last.
 ///
 /// Long cells make sheets too stiff where curvature changes, as between anchors. Energies of a pane of 1 m × 1 m with two
 /// held edges, 4 mm thick: 0.92 of the converged one with 8 (11,400 nodes), 8 mm: 0.83 with 8 (2,900), 1.00 with 4 (11,400).
@@ -22,5 +22,5 @@ pub(super) const STRETCHES: [f64; 5] = [2.0, 3.0, 4.0, 6.0, 8.0];
 /// Largest factor by which a sheet is made thicker.
 pub(super) const STRETCH_MAX: f64 = STRETCHES[STRETCHES.len() - 1];
 
-/// Largest number of elastic nodes of a sheet on stretched cells, unless the largest factor has more.
+/// Number of elastic nodes that a sheet on stretched cells may have, unless the largest factor has more.
 pub(super) const SHEET_NODES: usize = 25_000;
