@@ -79,8 +79,8 @@ pub use shatter_proto::control::{Latency, ObjectState};
 pub use shatter_proto::convention::{Convention, Hand, Up, Winding};
 pub use shatter_proto::effect::{Effect, Effects};
 pub use shatter_proto::request::{
-    CONTACTS_MAX, Contact, DegreeRule, DisplacementSource, Lift, Quality, RequestedCriterion, RequestedSurface,
-    RetainedFragment, SEED_DEFAULT,
+    CONTACTS_MAX, Contact, ContactPartner, DegreeRule, DisplacementSource, Lift, Quality, RequestedCriterion,
+    RequestedSurface, RetainedFragment, SEED_DEFAULT,
 };
 pub use shatter_proto::{Error, ErrorKind, FaultParty, exit};
 pub use shatter_transport::paths::ServicePaths;

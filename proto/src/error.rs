@@ -166,6 +166,8 @@ kinds! {
     31 RayMissed "ray_missed" Caller REFUSED false;
     /// The ticket has already handed out its result or its error.
     32 TicketSpent "ticket_spent" Caller REFUSED false;
+    /// The partner of a contact is invalid, missing at one of several contacts, or does not limit the energy.
+    33 ContactPartner "contact_partner" Caller REFUSED false;
     /// The queue, the pool of results or the number of clients has reached its limit.
     40 Busy "busy" Service BUSY true;
     /// The deadline passed before the result was ready.

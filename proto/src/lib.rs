@@ -37,4 +37,4 @@ mod zero_copy;
 pub use error::{Error, ErrorKind, FaultParty, exit};
 
 /// Version of everything in this crate that travels. Any change of size or meaning raises it.
-pub const PROTOCOL_VERSION: u32 = 11;
+pub const PROTOCOL_VERSION: u32 = 12;

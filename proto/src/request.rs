@@ -9,9 +9,12 @@ use bytemuck::{Pod, Zeroable};
 use std::time::Duration;
 
 mod contact;
+mod partner;
 mod ray;
 mod settings;
 
+pub use contact::{Contact, ContactWire};
+pub use partner::ContactPartner;
 pub use ray::squarable;
 pub use settings::{ERROR_MAX, ITERATIONS_MAX, Lift, Quality, RequestedCriterion, RequestedSurface, TIME_MS_MAX};
 
@@ -23,23 +26,6 @@ pub const CONTACTS_MAX: usize = 8;
 
 /// Default seed: zero, so that zeroed structs of the C interface have it.
 pub const SEED_DEFAULT: u64 = 0;
-
-/// A contact as it travels. Everything finite; zero: the daemon chooses.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct ContactWire {
-    /// The contact point, m, or the origin of the ray. In the coordinates of the object, or of the request's convention, as are
-    /// impulse and radius.
-    pub point_m: [f64; 3],
-    /// Impulse handed to the object, N·s; not zero, unless the request only aims.
-    pub impulse_ns: [f64; 3],
-    /// Contact duration, s; zero: the object's default.
-    pub duration_s: f64,
-    /// Contact radius, m; zero: the object's default.
-    pub radius_m: f64,
-    /// Direction of a ray whose first hit is the contact point; zero: there is no ray.
-    pub ray: [f64; 3],
-}
 
 /// A request as it travels. Reserved fields must be zero; the daemon copies it once and then validates it.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -117,8 +103,7 @@ pub struct RequestWire {
     pub reserved: [u64; 9],
 }
 
-const _: () = assert!(size_of::<ContactWire>() == 88);
-const _: () = assert!(size_of::<RequestWire>() == 1040);
+const _: () = assert!(size_of::<RequestWire>() == 1808);
 
 /// Purpose of a request.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -160,22 +145,6 @@ pub enum DisplacementSource {
     Reduced,
     /// The solve.
     Solve,
-}
-
-/// One contact of an impact, in the coordinates of the request's convention. See [`ContactWire`] for the units.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[must_use = "a contact does nothing until it is part of an impact"]
-pub struct Contact {
-    /// The contact point, m; with a ray, its origin.
-    pub point_m: [f64; 3],
-    /// Direction of a ray, of any length: the contact point is where the ray first meets the object.
-    pub ray: Option<[f64; 3]>,
-    /// Impulse, N·s.
-    pub impulse_ns: [f64; 3],
-    /// Duration, s; `None`: the object's default.
-    pub duration_s: Option<f64>,
-    /// Radius, m; `None`: the object's default.
-    pub radius_m: Option<f64>,
 }
 
 /// A request as plain types. [`RequestWire::validate`] returns a valid one.
@@ -287,13 +256,7 @@ impl Request {
             (wire.handle, wire.fragment) = (handle, fragment);
         }
         for (i, (slot, contact)) in wire.contacts.iter_mut().zip(&self.contacts).enumerate() {
-            *slot = ContactWire {
-                point_m: contact.point_m,
-                impulse_ns: contact.impulse_ns,
-                duration_s: given(contact.duration_s, |value| duration(i, value))?,
-                radius_m: given(contact.radius_m, |value| radius(i, value))?,
-                ray: ray::wire(i, contact.ray)?,
-            };
+            *slot = contact.wire(i)?;
         }
         wire.validate()?;
         Ok(wire)
@@ -314,8 +277,8 @@ impl RequestWire {
     ///
     /// # Errors
     /// `bad_magic`, `version_mismatch`, `reserved_field`, `unknown_request`, `object_name`, `unknown_effect`, `convention`,
-    /// `contact_count`, `contact_point`, `impulse`, `contact_duration`, `contact_radius`, `ray`, `degree`, `gamma`, `lift`, `elastic`,
-    /// `budget`, `unknown_fragment`: the first field that does not fit.
+    /// `contact_count`, `contact_point`, `impulse`, `contact_duration`, `contact_radius`, `contact_partner`, `ray`, `degree`, `gamma`,
+    /// `lift`, `elastic`, `budget`, `unknown_fragment`: the first field that does not fit.
     pub fn validate(&self) -> Result<Request, Error> {
         head(self.magic, self.version)?;
         self.reserved()?;
@@ -391,6 +354,7 @@ impl RequestWire {
         let contacts = self.contacts[..count].iter().enumerate().map(|(i, contact)| contact.validate(i, purpose));
         let contacts = contacts.collect::<Result<Vec<_>, _>>()?;
         ray::check(&contacts, purpose)?;
+        partner::check(&contacts)?;
         Ok(contacts)
     }
 
@@ -472,18 +436,6 @@ fn contact_count(count: usize) -> Error {
 
 fn gamma(value: f64) -> Error {
     Error::new(ErrorKind::Gamma, "gamma_j_m2", format!("γ = {}: must be finite and above zero", number(value)))
-}
-
-fn duration(i: usize, value: f64) -> Error {
-    let at = format!("contacts[{i}].duration_s");
-    let message = format!("contact {i}: duration {}: must be finite and above zero", number(value));
-    Error::new(ErrorKind::ContactDuration, at, message)
-}
-
-fn radius(i: usize, value: f64) -> Error {
-    let at = format!("contacts[{i}].radius_m");
-    let message = format!("contact {i}: radius {}: must be finite and above zero", number(value));
-    Error::new(ErrorKind::ContactRadius, at, message)
 }
 
 #[cfg(test)]

@@ -157,9 +157,9 @@ impl InMeters for FragmentWire {
 const _: () = assert!(size_of::<AlignedBlock>() == 64 && align_of::<AlignedBlock>() == 64);
 const _: () = assert!(size_of::<ResultHeader>() == 64);
 const _: () = assert!(size_of::<SectionWire>() == 24);
-const _: () = assert!(size_of::<SummaryWire>() == 368);
+const _: () = assert!(size_of::<SummaryWire>() == 392);
 const _: () = assert!(size_of::<StageWire>() == 24);
 const _: () = assert!(size_of::<RunWire>() == 32);
 const _: () = assert!(size_of::<FragmentWire>() == 144);
 const _: () = assert!(size_of::<EffectWire>() == 24);
-const _: () = assert!(crate::PROTOCOL_VERSION == 11, "sizes above are those of version 11");
+const _: () = assert!(crate::PROTOCOL_VERSION == 12, "sizes above are those of version 12");

@@ -100,6 +100,14 @@ pub struct SummaryWire {
     pub released_j: f64,
     /// See [`Summary::deficit_j`].
     pub deficit_j: f64,
+    /// 1 if `impactor_j` is known.
+    pub has_impactor: u32,
+    /// 1 if `load_factor` is known.
+    pub has_load_factor: u32,
+    /// See [`Summary::impactor_j`].
+    pub impactor_j: f64,
+    /// See [`Summary::load_factor`].
+    pub load_factor: f64,
 }
 
 impl InMeters for SummaryWire {
@@ -206,6 +214,13 @@ pub struct Summary {
     pub released_j: Option<f64>,
     /// Energy that a given number of sites lacks, J: surface and release beyond the strain energy. `None` if nothing lacks.
     pub deficit_j: Option<f64>,
+    /// Kinetic energy that the contacts can take from the motion of object and partners, J; `None` without partners.
+    pub impactor_j: Option<f64>,
+    /// Energy of these that the object does not store, J; `None` without partners, and where `strain_j` is `None`.
+    pub remainder_j: Option<f64>,
+    /// Factor on all loads, 0 to 1, so that the object stores no more than `impactor_j`: 1 if nothing was lowered. `None` without
+    /// partners, and where `energy_source` is a bound.
+    pub load_factor: Option<f64>,
     /// Outer surface of the fragments.
     pub surface: FragmentSurface,
     /// From admission until right before the result was sent; differs between equal requests.
@@ -219,6 +234,10 @@ impl From<&SummaryWire> for Summary {
         let missed =
             MissedTime { by: Duration::from_nanos(row.overrun_ns), cause: OverrunCause::from_code(row.overrun) };
         let positive = |value: f64| (value > 0.0).then_some(value);
+        let impactor_j = (row.has_impactor != 0).then_some(row.impactor_j);
+        let load_factor = (row.has_load_factor != 0).then_some(row.load_factor);
+        // A load that was lowered to nothing has an energy: none.
+        let strain_j = positive(row.strain_j).or(load_factor.map(|_| 0.0));
         let is_by_strength = row.criterion == FractureCriterion::Strength.code();
         Self {
             object: row.object(),
@@ -249,7 +268,7 @@ impl From<&SummaryWire> for Summary {
             crack_nodes: row.crack_nodes,
             elements_across: (row.elements_across > 0.0).then_some(row.elements_across),
             discretization_error: (row.discretization_error > 0.0).then_some(row.discretization_error),
-            strain_j: positive(row.strain_j),
+            strain_j,
             criterion: FractureCriterion::from_code(row.criterion),
             stress_over_strength: is_by_strength.then_some(row.stress_over_strength),
             averaged_over_m: positive(row.averaged_over_m),
@@ -257,6 +276,9 @@ impl From<&SummaryWire> for Summary {
             surface_j: positive(row.surface_j),
             released_j: positive(row.released_j),
             deficit_j: positive(row.deficit_j),
+            impactor_j,
+            remainder_j: impactor_j.zip(strain_j).map(|(energy_j, strain_j)| (energy_j - strain_j).max(0.0)),
+            load_factor,
             surface: FragmentSurface::from_code(row.surface),
             time: Duration::from_nanos(row.time_ns),
             missed_time: (row.overrun_ns > 0).then_some(missed),
@@ -325,5 +347,20 @@ mod tests {
         assert_eq!(summary.time, Duration::from_nanos(3));
         let empty = Summary::from(&SummaryWire::zeroed());
         assert_eq!((empty.quality, empty.handle, empty.is_capped), (None, None, false));
+        assert_eq!((empty.impactor_j, empty.remainder_j, empty.load_factor, empty.strain_j), (None, None, None, None));
+    }
+
+    #[test]
+    fn energies_of_impactors_may_be_zero() {
+        let known = SummaryWire { has_impactor: 1, ..SummaryWire::zeroed() };
+        let of = |row: &SummaryWire| {
+            let own = Summary::from(row);
+            [own.impactor_j, own.strain_j, own.remainder_j, own.load_factor]
+        };
+        assert_eq!(of(&SummaryWire { impactor_j: 3.0, ..known }), [Some(3.0), None, None, None]);
+        let lowered = SummaryWire { has_load_factor: 1, ..known };
+        assert_eq!(of(&lowered), [Some(0.0), Some(0.0), Some(0.0), Some(0.0)]);
+        let stored = SummaryWire { impactor_j: 3.0, strain_j: 2.0, load_factor: 1.0, ..lowered };
+        assert_eq!(of(&stored), [Some(3.0), Some(2.0), Some(1.0), Some(1.0)]);
     }
 }

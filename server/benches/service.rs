@@ -62,7 +62,14 @@ fn request(served: &EngineObject, number: usize) -> Request {
     let face = &body.topology.boundary[number.wrapping_mul(7919) % body.topology.boundary.len()];
     let point_m = prepared.frame.to_meters(&body.crack.nodes[face.nodes[0] as usize]);
     let impulse_ns = (prepared.frame.center_m - point_m).normalize().into();
-    let contact = Contact { point_m: point_m.coords.into(), ray: None, impulse_ns, duration_s: None, radius_m: None };
+    let contact = Contact {
+        point_m: point_m.coords.into(),
+        ray: None,
+        impulse_ns,
+        duration_s: None,
+        radius_m: None,
+        partner: None,
+    };
     let object = "bench".to_owned();
     Request {
         object,

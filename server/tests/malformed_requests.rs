@@ -44,6 +44,7 @@ fn good(sequence: u64) -> RequestWire {
         impulse_ns: [-1.0, 0.0, 0.0],
         duration_s: None,
         radius_m: None,
+        partner: None,
     };
     let strike = Request {
         object: "vase".to_owned(),

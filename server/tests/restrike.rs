@@ -254,7 +254,7 @@ fn a_release_waits_for_the_strike_that_it_follows() {
     // A later question that was answered was also admitted later.
     assert_eq!(status(&service).kept, 1);
     assert_eq!(peer.reply(&asked), None);
-    let contact = Contact { point_m: [0.0; 3], impulse_ns: [1.0; 3], duration_s: None, radius_m: None, ray: None };
+    let contact = Contact::new([0.0; 3]).impulse([1.0; 3]);
     let strike = Request { object: "bar".into(), contacts: vec![contact], ..Request::default() };
     let strike = Request { from: Some(RetainedFragment { handle, fragment }), ..strike };
     let sent = peer.send(RequestWire { sequence: 1, ..strike.wire(listener).unwrap() });

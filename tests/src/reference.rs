@@ -90,6 +90,9 @@ fn remedy(kind: ErrorKind) -> &'static str {
         ErrorKind::FragmentSize => "Strike a larger fragment, disable `elastic`, or treat this one as unbreakable.",
         ErrorKind::Ray => "Give one ray with a finite direction other than zero, and no other contact.",
         ErrorKind::RayMissed => "Aim at the object; the message gives the closest approach.",
+        ErrorKind::ContactPartner => {
+            "Give a partner for all contacts or for none, with a mass above zero, finite speeds, and inertia zero or positive definite."
+        }
         ErrorKind::TicketSpent => "Send the request again, and read each ticket until its first result or error.",
         ErrorKind::Busy => {
             "Wait for `retry_after_ms`; free results that you have read; for more clients raise `service.clients_max`."

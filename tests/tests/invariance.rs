@@ -31,7 +31,7 @@ fn arch(place: impl Fn(Point3<f64>) -> Point3<f64>) -> PreparedObject {
 
 /// Strikes with 20 sites at a boundary node of the unmoved arch, which the arguments give in the coordinates of `prepared`.
 fn strike(prepared: &PreparedObject, point_m: Point3<f64>, impulse_ns: Vector3<f64>) -> Meshes {
-    let contact = ImpactContact { point_m, impulse_ns, duration_s: None, radius_m: None };
+    let contact = ImpactContact { point_m, impulse_ns, duration_s: None, radius_m: None, partner: None };
     let strike = FractureRequest {
         contacts: vec![contact],
         degree: DegreeRequest::Sites(20),

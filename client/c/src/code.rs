@@ -73,6 +73,8 @@ pub enum Code {
     RayMissed = 31,
     /// The ticket has already handed out its result or its error.
     TicketSpent = 32,
+    /// The partner of a contact is invalid, missing at one of several contacts, or does not limit the energy.
+    ContactPartner = 33,
     /// The queue, the pool of results or the number of clients has reached its limit.
     Busy = 40,
     /// The deadline passed before the result was ready.
@@ -146,6 +148,7 @@ impl From<ErrorKind> for Code {
             ErrorKind::Ray => Self::Ray,
             ErrorKind::RayMissed => Self::RayMissed,
             ErrorKind::TicketSpent => Self::TicketSpent,
+            ErrorKind::ContactPartner => Self::ContactPartner,
             ErrorKind::Busy => Self::Busy,
             ErrorKind::Late => Self::Late,
             ErrorKind::Stopping => Self::Stopping,

@@ -1,14 +1,14 @@
 //! Impacts as plain structs, whose zeros are the defaults.
 
 use crate::ffi_boundary::{Failure, elements, wrong};
-use shatter_client::{Effects, ErrorKind};
+use shatter_client::{ContactPartner, Effects, ErrorKind};
 use shatter_proto::request::CONTACTS_MAX;
 use std::time::Duration;
 
 /// Value of `iterations_max` for no iterations.
 pub const NO_ITERATIONS: u32 = u32::MAX;
 
-/// One contact of an impact: point, impulse, duration, radius.
+/// One contact of an impact: point, impulse, duration, radius, and the body that strikes, if it is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Contact {
@@ -23,6 +23,26 @@ pub struct Contact {
     /// Direction of a ray, of any length: the contact point is its first hit on the object. Zero: no ray. Only for impacts of one contact;
     /// `ShatterSummary.hit` has the hit.
     pub ray: [f64; 3],
+    /// Number of the body that strikes the object here: contacts with the same number have the same partner, whose energy counts once.
+    pub partner: u64,
+    /// Mass of the partner, kg; `INFINITY`: it does not move. 0: there is no partner, and the energy of the impact has no limit; the next
+    /// three fields are then 0. Set it for all contacts or for none.
+    pub partner_mass_kg: f64,
+    /// Closing speed of partner and object along the impulse, m/s; negative where they separate.
+    pub speed_m_s: f64,
+    /// Center of mass of the partner, m; of no effect without inertia.
+    pub partner_center_m: [f64; 3],
+    /// Inertia tensor of the partner about its center, kg·m²: xx, yy, zz, xy, xz, yz. Zero: it does not rotate.
+    pub partner_inertia_kg_m2: [f64; 6],
+}
+
+impl Contact {
+    /// The partner; `None` if no field of it is set.
+    fn striker(&self) -> Option<ContactPartner> {
+        let own = ContactPartner::new(self.partner, self.partner_mass_kg, self.speed_m_s);
+        let own = own.rotating(self.partner_center_m, self.partner_inertia_kg_m2);
+        (own != ContactPartner::new(0, 0.0, 0.0)).then_some(own)
+    }
 }
 
 /// An impact: contacts, and options of the request. Zero is the default of everything except the contacts. Begin with `ShatterImpact impact
@@ -404,6 +424,7 @@ impl From<&Contact> for shatter_client::Contact {
             ray: (contact.ray != [0.0; 3]).then_some(contact.ray),
             duration_s: said(contact.duration_s),
             radius_m: said(contact.radius_m),
+            partner: contact.striker(),
             ..Self::new(contact.point_m).impulse(contact.impulse_ns)
         }
     }

@@ -90,6 +90,12 @@ pub struct Summary {
     pub released_j: f64,
     /// Energy that a given number of sites lacks, J.
     pub deficit_j: f64,
+    /// Kinetic energy that the contacts can take from the motion of object and partners, J; 0 without partners.
+    pub impactor_j: f64,
+    /// Energy of these that the object does not store, J; 0 without partners, and if `elastic` is 3.
+    pub remainder_j: f64,
+    /// Factor on all loads, 0 to 1, so that the object stores no more than `impactor_j`; 1 if nothing was lowered.
+    pub load_factor: f64,
     /// Nearness of the examples that decided the degree, 0 to 1.
     pub confidence: f64,
     /// Largest contact radius in effect, m.
@@ -137,6 +143,9 @@ impl From<&FractureResult> for Summary {
             surface_j: facts.surface_j.unwrap_or(0.0),
             released_j: facts.released_j.unwrap_or(0.0),
             deficit_j: facts.deficit_j.unwrap_or(0.0),
+            impactor_j: facts.impactor_j.unwrap_or(0.0),
+            remainder_j: facts.remainder_j.unwrap_or(0.0),
+            load_factor: facts.load_factor.unwrap_or(1.0),
             confidence: facts.confidence,
             radius_m: facts.radius_m,
             energy_error: facts.energy_error,

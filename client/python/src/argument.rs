@@ -26,6 +26,11 @@ arguments! {
     ray_origin("origin"): [f64; 3] = vector;
     direction("direction"): [f64; 3] = vector;
     seed("seed"): u64 = whole;
+    partner_id("id"): u64 = whole;
+    mass_kg("mass_kg"): f64 = real;
+    speed("speed"): f64 = real;
+    center("center"): Option<[f64; 3]> = optional_vector;
+    inertia("inertia"): Option<[f64; 6]> = optional_tensor;
     handle("handle"): u64 = whole;
     pieces("pieces"): u32 = count;
     iterations("iterations"): Option<u32> = optional_iterations;
@@ -73,6 +78,17 @@ fn optional_vector(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<[f64
     optional(name, value, vector)
 }
 
+/// The entries of a symmetric tensor. The daemon decides whether they are allowed.
+fn optional_tensor(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<[f64; 6]>> {
+    let wanted = "6 numbers: xx, yy, zz, xy, xz, yz";
+    optional(name, value, |name, value| value.extract().map_err(|_| refused(name, wanted, value)))
+}
+
+/// A number. The daemon decides whether it is allowed.
+fn real(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    number(value).ok_or_else(|| refused(name, "a number", value))
+}
+
 /// Extracts a whole number. `True` and `False` are refused, although Python counts them as numbers.
 fn number<T: for<'a, 'py> FromPyObject<'a, 'py>>(value: &Bound<'_, PyAny>) -> Option<T> {
     if value.is_instance_of::<PyBool>() { None } else { value.extract().ok() }
@@ -106,7 +122,7 @@ fn optional_limit<T: Whole + Default + PartialEq>(name: &str, value: &Bound<'_, 
 
 /// A number, which may be `None`. The daemon decides whether it is allowed.
 fn optional_number(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
-    optional(name, value, |name, value| number(value).ok_or_else(|| refused(name, "a number", value)))
+    optional(name, value, real)
 }
 
 /// A text without lone surrogates.

@@ -6,10 +6,47 @@ use crate::result::FragmentOfResult;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList, PyString, PyTuple};
-use shatter_client::{DisplacementSource, Effect, Impact, Lift, Quality, RequestedCriterion, RequestedSurface};
+use shatter_client::{
+    ContactPartner as Striker, DisplacementSource, Effect, Impact, Lift, Quality, RequestedCriterion, RequestedSurface,
+};
 use shatter_proto::name::{nearest, suggestion};
 use shatter_proto::text::quoted;
 use std::time::Duration;
+
+/// Body that strikes an object at a contact, and how fast.
+#[pyclass(frozen, get_all, module = "shatter")]
+pub struct ContactPartner {
+    mass_kg: f64,
+    speed: f64,
+    id: u64,
+    center: [f64; 3],
+    inertia: [f64; 6],
+}
+
+#[pymethods]
+impl ContactPartner {
+    #[new]
+    #[pyo3(signature = (mass_kg, speed, *, id = 0, center = None, inertia = None))]
+    fn new(
+        #[pyo3(from_py_with = argument::mass_kg)] mass_kg: f64,
+        #[pyo3(from_py_with = argument::speed)] speed: f64,
+        #[pyo3(from_py_with = argument::partner_id)] id: u64,
+        #[pyo3(from_py_with = argument::center)] center: Option<[f64; 3]>,
+        #[pyo3(from_py_with = argument::inertia)] inertia: Option<[f64; 6]>,
+    ) -> Self {
+        Self { mass_kg, speed, id, center: center.unwrap_or_default(), inertia: inertia.unwrap_or_default() }
+    }
+
+    fn __repr__(&self) -> String {
+        format!("ContactPartner(mass_kg={}, speed={}, id={})", self.mass_kg, self.speed, self.id)
+    }
+}
+
+impl From<&ContactPartner> for Striker {
+    fn from(given: &ContactPartner) -> Self {
+        Self::new(given.id, given.mass_kg, given.speed).rotating(given.center, given.inertia)
+    }
+}
 
 /// One contact of an impact: point, impulse, duration, radius.
 #[pyclass(frozen, get_all, module = "shatter")]
@@ -19,14 +56,15 @@ pub struct Contact {
     duration_s: Option<f64>,
     radius: Option<f64>,
     ray: Option<[f64; 3]>,
+    partner: Option<Py<ContactPartner>>,
 }
 
 #[pymethods]
 impl Contact {
     #[new]
     #[pyo3(
-        signature = (point, impulse, *, duration_s = None, radius = None, ray = None, **unknown),
-        text_signature = "(point, impulse, *, duration_s=None, radius=None, ray=None)"
+        signature = (point, impulse, *, duration_s = None, radius = None, ray = None, partner = None, **unknown),
+        text_signature = "(point, impulse, *, duration_s=None, radius=None, ray=None, partner=None)"
     )]
     fn new(
         #[pyo3(from_py_with = argument::point)] point: [f64; 3],
@@ -34,11 +72,12 @@ impl Contact {
         duration_s: Option<f64>,
         radius: Option<f64>,
         #[pyo3(from_py_with = argument::ray)] ray: Option<[f64; 3]>,
+        partner: Option<Py<ContactPartner>>,
         unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         match unknown.and_then(|unknown| unknown.keys().get_item(0).ok()) {
             Some(name) => Err(no_argument(&name.to_string())),
-            None => Ok(Self { point, impulse, duration_s, radius, ray }),
+            None => Ok(Self { point, impulse, duration_s, radius, ray, partner }),
         }
     }
 
@@ -49,7 +88,7 @@ impl Contact {
 
 /// Error for an unknown keyword of [`Contact`].
 fn no_argument(name: &str) -> PyErr {
-    let likely = suggestion(name, &["point", "impulse", "duration_s", "radius", "ray"]);
+    let likely = suggestion(name, &["point", "impulse", "duration_s", "radius", "ray", "partner"]);
     PyTypeError::new_err(format!("Contact() has no argument '{}'; {likely}", quoted(name)))
 }
 
@@ -85,7 +124,8 @@ impl From<&Contact> for shatter_client::Contact {
         let contact = Self::new(given.point).impulse(given.impulse);
         let contact = given.ray.map_or(contact, |direction| contact.ray(direction));
         let contact = given.duration_s.map_or(contact, |duration_s| contact.duration(duration_s));
-        given.radius.map_or(contact, |radius| contact.radius(radius))
+        let contact = given.radius.map_or(contact, |radius| contact.radius(radius));
+        Self { partner: given.partner.as_ref().map(|partner| partner.get().into()), ..contact }
     }
 }
 

@@ -65,6 +65,7 @@ fn _shatter(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<service::Facts>()?;
     module.add_class::<service::Status>()?;
     module.add_class::<impact::Contact>()?;
+    module.add_class::<impact::ContactPartner>()?;
     module.add_class::<contact::Hertz>()?;
     module.add_class::<ticket::Ticket>()?;
     module.add_class::<result::FractureResult>()?;

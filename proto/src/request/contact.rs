@@ -1,12 +1,61 @@
 //! A contact: put together step by step, and validated.
 
-use super::{Contact, ContactWire, Purpose, duration, radius, ray, squarable};
+use super::{ContactPartner, Purpose, given, ray, squarable};
+use crate::text::number;
 use crate::{Error, ErrorKind};
+use bytemuck::{Pod, Zeroable};
+
+/// A contact as it travels. Everything finite; zero: the daemon chooses.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct ContactWire {
+    /// The contact point, m, or the origin of the ray. In the coordinates of the object, or of the request's convention, as are
+    /// impulse, radius, and all lengths of the partner.
+    pub point_m: [f64; 3],
+    /// Impulse handed to the object, N·s; not zero, unless the request only aims.
+    pub impulse_ns: [f64; 3],
+    /// Contact duration, s; zero: the object's default.
+    pub duration_s: f64,
+    /// Contact radius, m; zero: the object's default.
+    pub radius_m: f64,
+    /// Direction of a ray whose first hit is the contact point; zero: there is no ray.
+    pub ray: [f64; 3],
+    /// Number of the body that strikes the object here: contacts with the same number have the same partner.
+    pub partner: u64,
+    /// Its mass, kg, may be infinite; zero: it is unknown, and so are its other properties.
+    pub partner_mass_kg: f64,
+    /// Closing speed of partner and object along the impulse, m/s; negative where they separate.
+    pub speed_m_s: f64,
+    /// Center of mass of the partner, m; of no effect without inertia.
+    pub partner_center_m: [f64; 3],
+    /// Inertia tensor of the partner about its center, kg·m²: xx, yy, zz, xy, xz, yz. Zero: it does not rotate.
+    pub partner_inertia_kg_m2: [f64; 6],
+}
+
+const _: () = assert!(size_of::<ContactWire>() == 184);
+
+/// One contact of an impact, in the coordinates of the request's convention. See [`ContactWire`] for the units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use = "a contact does nothing until it is part of an impact"]
+pub struct Contact {
+    /// The contact point, m; with a ray, its origin.
+    pub point_m: [f64; 3],
+    /// Direction of a ray, of any length: the contact point is where the ray first meets the object.
+    pub ray: Option<[f64; 3]>,
+    /// Impulse, N·s.
+    pub impulse_ns: [f64; 3],
+    /// Duration, s; `None`: the object's default.
+    pub duration_s: Option<f64>,
+    /// Radius, m; `None`: the object's default.
+    pub radius_m: Option<f64>,
+    /// Body that strikes the object here, and how fast; `None`: unknown, the energy of the impact has no limit.
+    pub partner: Option<ContactPartner>,
+}
 
 impl Contact {
     /// A contact at `point_m`, whose impulse is still zero. Duration and radius are the object's.
     pub fn new(point_m: [f64; 3]) -> Self {
-        Self { point_m, ray: None, impulse_ns: [0.0; 3], duration_s: None, radius_m: None }
+        Self { point_m, ray: None, impulse_ns: [0.0; 3], duration_s: None, radius_m: None, partner: None }
     }
 
     /// Makes the point the origin of a ray along `direction`: the contact is where the ray first meets the object. For impacts of one
@@ -36,13 +85,37 @@ impl Contact {
     pub fn radius(self, radius_m: f64) -> Self {
         Self { radius_m: Some(radius_m), ..self }
     }
+
+    /// The body that strikes the object here. Give one for all contacts or for none.
+    pub fn partner(self, partner: ContactPartner) -> Self {
+        Self { partner: Some(partner), ..self }
+    }
+
+    /// Contact `i` as it travels.
+    ///
+    /// # Errors
+    /// `contact_duration`, `contact_radius`, `contact_partner`, `ray`, for a given zero.
+    pub(super) fn wire(&self, i: usize) -> Result<ContactWire, Error> {
+        let mut wire = ContactWire {
+            point_m: self.point_m,
+            impulse_ns: self.impulse_ns,
+            duration_s: given(self.duration_s, |value| duration(i, value))?,
+            radius_m: given(self.radius_m, |value| radius(i, value))?,
+            ray: ray::wire(i, self.ray)?,
+            ..ContactWire::zeroed()
+        };
+        if let Some(partner) = &self.partner {
+            partner.write(i, &mut wire)?;
+        }
+        Ok(wire)
+    }
 }
 
 impl ContactWire {
     /// Validates contact `i` of a request.
     ///
     /// # Errors
-    /// `contact_point`, `ray`, `impulse`, `contact_duration`, `contact_radius`.
+    /// `contact_point`, `ray`, `impulse`, `contact_duration`, `contact_radius`, `contact_partner`.
     pub(super) fn validate(&self, i: usize, purpose: Purpose) -> Result<Contact, Error> {
         if !self.point_m.iter().all(|x| x.is_finite()) {
             let at = format!("contacts[{i}].point_m");
@@ -68,6 +141,7 @@ impl ContactWire {
             impulse_ns: self.impulse_ns,
             duration_s: positive_or_default(self.duration_s, |value| duration(i, value))?,
             radius_m: positive_or_default(self.radius_m, |value| radius(i, value))?,
+            partner: ContactPartner::read(i, self)?,
         })
     }
 }
@@ -79,4 +153,16 @@ fn positive_or_default(value: f64, refuse: impl Fn(f64) -> Error) -> Result<Opti
         value if value.is_finite() && value > 0.0 => Ok(Some(value)),
         value => Err(refuse(value)),
     }
+}
+
+fn duration(i: usize, value: f64) -> Error {
+    let at = format!("contacts[{i}].duration_s");
+    let message = format!("contact {i}: duration {}: must be finite and above zero", number(value));
+    Error::new(ErrorKind::ContactDuration, at, message)
+}
+
+fn radius(i: usize, value: f64) -> Error {
+    let at = format!("contacts[{i}].radius_m");
+    let message = format!("contact {i}: radius {}: must be finite and above zero", number(value));
+    Error::new(ErrorKind::ContactRadius, at, message)
 }

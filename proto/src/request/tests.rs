@@ -8,6 +8,7 @@ fn strike() -> Request {
         impulse_ns: [-1.0, 0.5, 0.0],
         duration_s: Some(1e-4),
         radius_m: None,
+        partner: None,
     };
     Request {
         object: "Vase 花".into(),
@@ -96,6 +97,62 @@ fn a_ray_round_trips_and_needs_a_direction_and_one_contact() {
         let error = strike.wire([0; 16]).unwrap_err();
         assert_eq!((error.kind, error.at.as_str()), (ErrorKind::Ray, at), "{}", error.message);
     }
+}
+
+/// Partners of all contacts, one of which strikes twice.
+fn with_partners() -> Request {
+    let mut strike = strike();
+    let ball = ContactPartner::new(5, 0.26, 10.0).rotating([0.1, 0.2, 0.4], [2e-4, 2e-4, 3e-4, 1e-5, 0.0, -1e-5]);
+    let partners = [ball, ContactPartner::new(0, f64::INFINITY, 0.0), ContactPartner { speed_m_s: -3.0, ..ball }];
+    for (contact, partner) in strike.contacts.iter_mut().zip(partners) {
+        contact.partner = Some(partner);
+    }
+    strike
+}
+
+#[test]
+fn partners_round_trip() {
+    assert_eq!(with_partners().wire([9; 16]).unwrap().validate().unwrap(), with_partners());
+}
+
+#[test]
+fn partners_that_do_not_fit_are_refused_by_field() {
+    let check = |i: usize, field: &str, change: &dyn Fn(&mut ContactWire)| {
+        let mut wire = with_partners().wire([9; 16]).unwrap();
+        change(&mut wire.contacts[i]);
+        let error = wire.validate().expect_err(field);
+        let at = format!("contacts[{i}].{field}");
+        assert_eq!((error.kind, error.at), (ErrorKind::ContactPartner, at), "{}", error.message);
+        assert!(error.message.starts_with(&format!("contact {i}: ")), "{}", error.message);
+    };
+    for value in [0.0, -1.0, f64::NAN, f64::NEG_INFINITY] {
+        check(1, "partner_mass_kg", &|own| own.partner_mass_kg = value);
+    }
+    for value in [f64::NAN, f64::INFINITY] {
+        check(0, "speed_m_s", &|own| own.speed_m_s = value);
+        check(0, "partner_center_m", &|own| own.partner_center_m[2] = value);
+        check(0, "partner_inertia_kg_m2", &|own| own.partner_inertia_kg_m2[5] = value);
+    }
+    for inertia in [[-1.0, 1.0, 1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 1.0, 1.0, 0.0, 0.0], [1.0, 1.0, 1.0, 0.8, -0.8, 0.8]] {
+        check(0, "partner_inertia_kg_m2", &|own| own.partner_inertia_kg_m2 = inertia);
+    }
+    // Contact 2 has the partner of contact 0.
+    check(2, "partner_mass_kg", &|own| own.partner_mass_kg = 0.27);
+    check(2, "partner_center_m", &|own| own.partner_center_m[0] = 0.0);
+    check(2, "partner_inertia_kg_m2", &|own| own.partner_inertia_kg_m2 = [0.0; 6]);
+    check(1, "partner_mass_kg", &|own| *own = ContactWire { ray: [0.0; 3], ..strike().contacts[1].wire(1).unwrap() });
+    // Without a mass, nothing else of a partner is given.
+    let alone = |change: &dyn Fn(&mut ContactWire)| {
+        let mut wire = wire();
+        change(&mut wire.contacts[0]);
+        wire.validate().expect_err("no mass").at
+    };
+    assert_eq!(alone(&|own| own.speed_m_s = 1.0), "contacts[0].partner_mass_kg");
+    assert_eq!(alone(&|own| own.partner = 1), "contacts[0].partner_mass_kg");
+    assert_eq!(alone(&|own| own.partner_inertia_kg_m2[0] = 1.0), "contacts[0].partner_mass_kg");
+    let mut zero = with_partners();
+    zero.contacts[1].partner = Some(ContactPartner::new(3, 0.0, 1.0));
+    assert_eq!(zero.wire([9; 16]).unwrap_err().at, "contacts[1].partner_mass_kg");
 }
 
 #[test]

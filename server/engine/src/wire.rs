@@ -455,6 +455,7 @@ impl RequestedResult {
             ..SummaryWire::zeroed()
         };
         criterion::write_summary(result, &self.convention, &mut summary);
+        criterion::write_impactor(result, &mut summary);
         summary.set_object(&self.object);
         self.used.write_summary(result, &mut summary);
         summary

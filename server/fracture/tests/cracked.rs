@@ -221,6 +221,7 @@ fn pulled_apart_a_crack_opens_as_far_as_a_slit_does() {
             impulse_ns: Vector3::new(x.signum(), 0.0, 0.0),
             duration_s: Some(1e-3),
             radius_m: Some(0.05),
+            partner: None,
         };
         let mut strike = FractureRequest::at(Point3::origin(), Vector3::x()).seeded(1);
         strike.contacts = vec![contact(-0.1), contact(0.1)];

@@ -14,8 +14,7 @@ use shatter_transport::daemon_info::DaemonInfo;
 const LISTENER: [u8; 16] = [7; 16];
 
 pub(super) fn seeds() -> Vec<Vec<u8>> {
-    let contact =
-        Contact { point_m: [0.0, 0.1, 0.0], ray: None, impulse_ns: [-1.0, 0.0, 0.0], duration_s: None, radius_m: None };
+    let contact = Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0]);
     let strike = Request { object: "vase".to_owned(), contacts: vec![contact], ..Request::default() };
     let strike = RequestWire { sequence: 1, ..strike.wire(LISTENER).expect("a valid strike") };
     let mut payload = vec![AlignedBlock::zeroed(); control::blocks::<ObjectRow>(2)];

@@ -1,9 +1,23 @@
 use super::*;
 use shatter_client::Error;
 
+/// The value of `ShatterContact contact = {0};` in C.
+const NOWHERE: Contact = Contact {
+    point_m: [0.0; 3],
+    impulse_ns: [0.0; 3],
+    duration_s: 0.0,
+    radius_m: 0.0,
+    ray: [0.0; 3],
+    partner: 0,
+    partner_mass_kg: 0.0,
+    speed_m_s: 0.0,
+    partner_center_m: [0.0; 3],
+    partner_inertia_kg_m2: [0.0; 6],
+};
+
 const CONTACTS: [Contact; 2] = [
-    Contact { point_m: [0.1, 0.2, 0.3], impulse_ns: [-1.0, 0.0, 0.5], duration_s: 0.0, radius_m: 0.0, ray: [0.0; 3] },
-    Contact { point_m: [0.4, 0.5, 0.6], impulse_ns: [0.0, 2.0, 0.0], duration_s: 0.001, radius_m: 0.02, ray: [0.0; 3] },
+    Contact { point_m: [0.1, 0.2, 0.3], impulse_ns: [-1.0, 0.0, 0.5], ..NOWHERE },
+    Contact { point_m: [0.4, 0.5, 0.6], impulse_ns: [0.0, 2.0, 0.0], duration_s: 0.001, radius_m: 0.02, ..NOWHERE },
 ];
 
 /// The value of `ShatterImpact impact = {0};` in C, with some contacts.
@@ -32,6 +46,20 @@ fn zero_is_the_default_of_everything_but_the_contacts() {
     assert_eq!(read(zero(1)).unwrap(), shatter_client::Impact::new([first]));
     let second = shatter_client::Contact::new([0.4, 0.5, 0.6]).impulse([0.0, 2.0, 0.0]).duration(0.001).radius(0.02);
     assert_eq!(read(zero(2)).unwrap(), shatter_client::Impact::new([first, second]));
+}
+
+#[test]
+fn partners_reach_the_client() {
+    let read = |contact: Contact| shatter_client::Contact::from(&contact).partner;
+    assert_eq!(read(CONTACTS[1]), None);
+    let (center_m, inertia_kg_m2) = ([0.1, 0.2, 0.3], [1.0, 2.0, 3.0, 0.1, 0.2, 0.3]);
+    let own = Contact { partner: 7, partner_mass_kg: f64::INFINITY, speed_m_s: -2.0, ..CONTACTS[0] };
+    let own = Contact { partner_center_m: center_m, partner_inertia_kg_m2: inertia_kg_m2, ..own };
+    let wanted = ContactPartner::new(7, f64::INFINITY, -2.0).rotating(center_m, inertia_kg_m2);
+    assert_eq!(read(own), Some(wanted));
+    // The client refuses a speed alone, for its mass.
+    let alone = Contact { speed_m_s: 1.0, ..CONTACTS[0] };
+    assert_eq!(read(alone), Some(ContactPartner::new(0, 0.0, 1.0)));
 }
 
 #[test]

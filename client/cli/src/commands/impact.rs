@@ -12,8 +12,8 @@ use super::{
 };
 use serde_json::{Value, json};
 use shatter_client::{
-    Bond, Contact, Deadline, DebrisPoint, DegreeRule, DisplacementSource, Effect, EnergySource, Error, ErrorKind,
-    FractureResult, Fragment, Hit, HullMesh, Impact, Lift, NO_MATERIAL, Quality, Ray, RequestedCriterion,
+    Bond, Contact, ContactPartner, Deadline, DebrisPoint, DegreeRule, DisplacementSource, Effect, EnergySource, Error,
+    ErrorKind, FractureResult, Fragment, Hit, HullMesh, Impact, Lift, NO_MATERIAL, Quality, Ray, RequestedCriterion,
     RequestedSurface, RetainedFragment, SEED_DEFAULT, Summary,
 };
 use shatter_proto::text::number;
@@ -45,6 +45,13 @@ pub struct Args {
     /// Contact radius, m [default: the object's]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     radius_m: Option<f64>,
+    /// Closing speed of the impactor and the object along the impulses, m/s: the object then stores no more energy than the impact
+    /// has. With --convention: its unit of length per second
+    #[arg(long, value_name = "V", requires = "impactor_mass", allow_negative_numbers = true)]
+    speed: Option<f64>,
+    /// Mass of the impactor, kg, or `inf` if it does not move; it strikes at all contacts, without rotating
+    #[arg(long, value_name = "KG", requires = "speed", allow_negative_numbers = true)]
+    impactor_mass: Option<f64>,
     /// Number of sites, or a rule for it: `inferred` from the object's examples (the closed form where they do not reach), `verified`,
     /// `closed_form`, `optimised` [default: the preset's]
     #[arg(long, value_name = "N|inferred|verified|closed_form|optimised", value_parser = degree, allow_negative_numbers = true)]
@@ -215,8 +222,11 @@ fn solved_instead(summary: &Summary) -> String {
 
 fn impact(args: &Args) -> Impact {
     let radius = args.radius_m.map(|meters| args.convention.convention.length(meters));
-    let describe =
-        |contact: Contact, impulse: &[f64; 3]| with_options(contact.impulse(*impulse), args.duration_s, radius);
+    let partner = args.impactor_mass.zip(args.speed).map(|(mass_kg, speed)| ContactPartner::new(0, mass_kg, speed));
+    let describe = |contact: Contact, impulse: &[f64; 3]| Contact {
+        partner,
+        ..with_options(contact.impulse(*impulse), args.duration_s, radius)
+    };
     let given = args.point.iter().zip(&args.impulse).map(|(point, impulse)| describe(Contact::new(*point), impulse));
     let mut contacts: Vec<Contact> = given.collect();
     if contacts.is_empty() {
@@ -328,6 +338,9 @@ fn ledger(summary: &Summary) -> Value {
         "surface_j": summary.surface_j,
         "released_j": summary.released_j,
         "deficit_j": summary.deficit_j,
+        "impactor_j": summary.impactor_j,
+        "remainder_j": summary.remainder_j,
+        "load_factor": summary.load_factor,
         "stress_over_strength": summary.stress_over_strength,
     })
 }

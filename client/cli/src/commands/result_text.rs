@@ -49,6 +49,13 @@ pub(super) fn widened(asked_m: Option<f64>, radius_m: f64) -> Option<String> {
     Some(format!("contact radius {found} m instead of {asked} m: lattice and basis resolve no narrower contact there"))
 }
 
+/// Note that the load was lowered to the energy of the impact; `None` if it was not.
+fn lowered(summary: &Summary) -> Option<String> {
+    let factor = summary.load_factor.filter(|factor| *factor < 1.0)?;
+    let (percent, energy_j) = (significant(100.0 * factor), significant(summary.impactor_j?));
+    Some(format!("load lowered to {percent} %: the object cannot store more than the {energy_j} J of the impact"))
+}
+
 /// Advice for an object that stays whole: the factor of the impulse that breaks it, since E₁ grows with its square. `None` without
 /// energy, and if the weight of an anchored object is part of the energy.
 fn missing_impulse(summary: &Summary, has_weight: bool) -> Option<String> {
@@ -113,6 +120,9 @@ pub(super) fn screen(result: &FractureResult) -> Result<(), CliError> {
         out(format_args!("{} stays whole ({load}; {milliseconds:.1} ms)\n", summary.object))?;
         result.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
         out(format_args!("  {}\n", trust(&summary)))?;
+        if let Some(note) = lowered(&summary) {
+            return out(format_args!("  {note}\n"));
+        }
         return missing_impulse(&summary, has_weight(result))
             .map_or(Ok(()), |advice| out(format_args!("  {advice}\n")));
     }
@@ -130,6 +140,7 @@ pub(super) fn screen(result: &FractureResult) -> Result<(), CliError> {
     ))?;
     result.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
     out(format_args!("  {}\n", trust(&summary)))?;
+    lowered(&summary).map_or(Ok(()), |note| out(format_args!("  {note}\n")))?;
     let effects = result.effects().filter(|cost| cost.has_run && !cost.time.is_zero());
     let times: Vec<String> = (result.stages().filter(|cost| cost.has_run).map(|cost| (cost.stage.name(), cost.time)))
         .chain(effects.map(|cost| (cost.effect.name(), cost.time)))

@@ -19,6 +19,7 @@ __all__ = [
     "Bond",
     "FractureResult",
     "Contact",
+    "ContactPartner",
     "Debris",
     "Facts",
     "Fragment",
@@ -94,6 +95,8 @@ class Contact:
 
     With ``ray``, a direction of any length, ``point`` is the origin of a ray, and the contact point is its first hit on the object:
     :attr:`FractureResult.hit`. Only for impacts of one contact.
+
+    With ``partner``, the body that strikes, the object stores no more energy than the impact has. Give one for all contacts or for none.
     """
 
     def __new__(
@@ -104,7 +107,10 @@ class Contact:
         duration_s: float | None = None,
         radius: float | None = None,
         ray: _Vector | None = None,
+        partner: ContactPartner | None = None,
     ) -> Contact: ...
+    @property
+    def partner(self) -> ContactPartner | None: ...
     @property
     def ray(self) -> list[float] | None: ...
     @property
@@ -115,6 +121,34 @@ class Contact:
     def duration_s(self) -> float | None: ...
     @property
     def radius(self) -> float | None: ...
+
+@final
+class ContactPartner:
+    """Body that strikes an object at a contact: its mass (``math.inf`` if it does not move), and the closing speed along the impulse.
+
+    Contacts whose partners have the same ``id`` have the same partner, whose energy counts once. With ``inertia``, its tensor about
+    ``center`` (kg·m²: xx, yy, zz, xy, xz, yz), it may rotate. Lengths are in the unit of the connection's convention.
+    """
+
+    def __new__(
+        cls,
+        mass_kg: float,
+        speed: float,
+        *,
+        id: int = 0,
+        center: _Vector | None = None,
+        inertia: Sequence[float] | None = None,
+    ) -> ContactPartner: ...
+    @property
+    def mass_kg(self) -> float: ...
+    @property
+    def speed(self) -> float: ...
+    @property
+    def id(self) -> int: ...
+    @property
+    def center(self) -> list[float]: ...
+    @property
+    def inertia(self) -> list[float]: ...
 
 @final
 class Hit:
@@ -365,6 +399,16 @@ class Summary:
     @property
     def deficit_j(self) -> float | None:
         """Energy that a given number of sites lacks, J. None if nothing lacks."""
+    @property
+    def impactor_j(self) -> float | None:
+        """Kinetic energy that the contacts can take from the motion of object and partners, J. None without partners."""
+    @property
+    def remainder_j(self) -> float | None:
+        """Energy of these that the object does not store, J. None without partners, and where ``strain_j`` is None."""
+    @property
+    def load_factor(self) -> float | None:
+        """Factor on all loads, 0 to 1, so that the object stores no more than ``impactor_j``: 1 if nothing was lowered. None without
+        partners, and if ``elastic`` is ``bounded``."""
     @property
     def confidence(self) -> float: ...
     @property

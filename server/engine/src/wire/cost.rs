@@ -105,6 +105,7 @@ impl EngineObject {
                 impulse_ns: contact.impulse_ns.into(),
                 duration_s: contact.duration_s,
                 radius_m: contact.radius_m,
+                partner: None,
             });
             let contacts: Vec<Contact> = contacts.collect();
             for &sites in plan.sites {

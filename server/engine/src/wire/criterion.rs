@@ -26,6 +26,14 @@ pub(super) fn write_summary(result: &FractureOutcome, to: &Convention, summary: 
     summary.released_j = ledger.released_j.unwrap_or(0.0);
 }
 
+/// Writes the energy of the impactor into the summary, if that is known.
+pub(super) fn write_impactor(result: &FractureOutcome, summary: &mut SummaryWire) {
+    let Some(impactor) = result.threshold().impactor else { return };
+    (summary.has_impactor, summary.impactor_j) = (1, impactor.energy_j);
+    summary.has_load_factor = u32::from(impactor.load_factor.is_some());
+    summary.load_factor = impactor.load_factor.unwrap_or(0.0);
+}
+
 /// Wire value of the rule that chose a degree.
 pub(super) fn degree_origin(source: DegreeSource) -> DegreeOrigin {
     match source {

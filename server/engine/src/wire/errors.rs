@@ -1,7 +1,7 @@
 //! Conversion of engine errors to wire errors.
 
 use nalgebra::Point3;
-use shatter_fracture::pipeline::{DEGREE_MAX, FractureError};
+use shatter_fracture::pipeline::{DEGREE_MAX, FractureError, PartnerError};
 use shatter_fracture::scene::EffectKind;
 use shatter_proto::convention::Convention;
 use shatter_proto::text::number;
@@ -36,6 +36,7 @@ pub fn engine_error(error: FractureError) -> Error {
             _ => (ErrorKind::Impulse, of(contact, "impulse_ns")),
         },
         FractureError::ZeroImpulse { contact } => (ErrorKind::Impulse, of(contact, "impulse_ns")),
+        FractureError::Partner(error) => of_partner(error),
         FractureError::Balanced { body } => (ErrorKind::Impulse, format!("body {body}")),
         FractureError::Gamma(gamma) => (ErrorKind::Gamma, number(*gamma)),
         FractureError::Range(e1_over_gamma) => (ErrorKind::Gamma, number(*e1_over_gamma)),
@@ -71,6 +72,29 @@ pub fn engine_error(error: FractureError) -> Error {
         }
     };
     Error::new(kind, at, explained(&error).unwrap_or_else(|| error.to_string()))
+}
+
+/// Kind of an error of partners, and the field or effect at fault.
+fn of_partner(error: &PartnerError) -> (ErrorKind, String) {
+    let field = |name: &str| match name {
+        "speed" => "speed_m_s",
+        "center" => "partner_center_m",
+        "inertia" => "partner_inertia_kg_m2",
+        _ => "partner_mass_kg",
+    };
+    let of = |contact: &usize, name: &str| format!("contacts[{contact}].{}", field(name));
+    let at = match error {
+        PartnerError::Missing { contact } | PartnerError::Mass { contact, .. } => of(contact, "mass"),
+        PartnerError::Number { contact, key, .. } => of(contact, key),
+        PartnerError::Inertia { contact } => of(contact, "inertia"),
+        PartnerError::Differs { contacts, key } => of(&contacts[1], key),
+        PartnerError::Immovable { contacts } => of(contacts.first().unwrap_or(&0), "mass"),
+        PartnerError::Energy(_) => of(&0, "speed"),
+        PartnerError::Threshold => "purpose".to_owned(),
+        PartnerError::Gravity => return (ErrorKind::Effect, EffectKind::Gravity.name().to_owned()),
+        PartnerError::Elastic => return (ErrorKind::Effect, EffectKind::Elastic.name().to_owned()),
+    };
+    (ErrorKind::ContactPartner, at)
 }
 
 /// Distance from which on the nearest point is meaningless because of rounding or overflow, m.

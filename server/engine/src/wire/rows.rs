@@ -11,7 +11,7 @@ use shatter_fracture::tessellation::HostFrame;
 use shatter_proto::Error;
 use shatter_proto::convention::Convention;
 use shatter_proto::layout::{SectionCounts, SectionsMut};
-use shatter_proto::request::Contact;
+use shatter_proto::request::{Contact, ContactPartner};
 use shatter_proto::result::{
     BondWire, DebrisWire, FragmentVelocity, FragmentWire, HullWire, OuterAttributes, RunWire, SkinVertex, SkinWire,
 };
@@ -23,6 +23,18 @@ pub(super) fn contact(own: &Contact, from: &Convention) -> pipeline::ImpactConta
         impulse_ns: from.our_vector(own.impulse_ns).into(),
         duration_s: own.duration_s,
         radius_m: own.radius_m.map(|units| from.meters(units)),
+        partner: own.partner.map(|partner| self::partner(&partner, from)),
+    }
+}
+
+/// Converts the partner of a contact in the convention `from`.
+fn partner(own: &ContactPartner, from: &Convention) -> pipeline::ContactPartner {
+    pipeline::ContactPartner {
+        id: own.id,
+        mass_kg: own.mass_kg,
+        center_m: from.our_vector(own.center_m).into(),
+        inertia_kg_m2: from.our_inertia(own.inertia_kg_m2),
+        speed_m_s: from.meters(own.speed_m_s),
     }
 }
 

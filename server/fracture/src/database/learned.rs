@@ -117,6 +117,7 @@ pub(super) fn examples(contents: &ContainerContents, bodies: &[usize]) -> Result
         impulse_ns: [i, j, k].into(),
         duration_s: given(duration_s),
         radius_m: given(radius_m),
+        partner: None,
     };
     let examples: Vec<TrainingExample> = heads
         .iter()

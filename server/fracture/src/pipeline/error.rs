@@ -1,5 +1,6 @@
 //! Errors of a request.
 
+use super::contact::PartnerError;
 use super::output::rows::BulkCounts;
 use crate::cancel_token::Canceled;
 use crate::centroidal::FieldError;
@@ -54,6 +55,9 @@ pub enum FractureError {
         /// Index of the contact.
         contact: usize,
     },
+    /// The partners of the contacts do not limit the energy.
+    #[error(transparent)]
+    Partner(#[from] PartnerError),
     /// The contacts of a body cancel, or press on its anchors only, so that nothing deforms.
     #[error("body {body}: the contacts cancel or press on anchors only, so nothing is deformed; move them")]
     Balanced {

@@ -14,7 +14,7 @@ mod walk;
 mod workspace;
 
 pub use aim::{AimRay, SurfaceHit, aim, aim_again};
-pub use contact::ImpactContact;
+pub use contact::{ContactPartner, ImpactContact, PartnerError};
 pub use error::{CONTACTS_MAX, FractureError, NODES_MIN, RAY_ORIGIN_MAX_M, SOLVED_NODES_MAX, TETS_MIN};
 pub use output::emitted_effects::*;
 pub use output::emitted_meshes::{EmittedMeshes, FragmentMesh};
@@ -49,7 +49,7 @@ pub use request::observer::{EffectSpan, StageObserver, StageSpan};
 pub use request::solver_settings::{GAME_ERROR_MAX, GAME_TOLERANCE, REDUCED_ERROR_MAX, SolverSettings};
 pub use request::stage::Stage;
 pub use restrike::strike_again;
-pub use result::{Fracture, FractureOutcome, ThresholdReport};
+pub use result::{Fracture, FractureOutcome, ImpactorReport, ThresholdReport};
 pub use stages::cells::{BodyCells, DegreeSource};
 pub use stages::contact_set::ContactSet;
 pub use stages::energy::{BodyEnergy, strain_energy};

@@ -17,16 +17,18 @@ pub struct ThresholdReport {
     ///
     /// [`Self::e1_over_gamma`] is then that bound, and [`Self::impulse_factor`] a lower bound.
     pub is_bound: bool,
-    /// Factor on the impulses at which the object just breaks; 0 if its weight alone breaks it.
+    /// Factor on the impulses at which the object just breaks; 0 if its weight alone breaks it. Partners do not change it.
     ///
     /// With gravity, a request with `threshold_only` searches for this factor. Other requests with gravity report the
     /// factor on all loads, weight included.
     pub impulse_factor: f64,
     /// Strain energy of the struck bodies at peak load, J: of all contacts of the request, and of the weight with gravity.
     ///
-    /// With the effect `dynamics`, its largest over time. `None` without a displacement: the request ended at the bound, or the
+    /// At most the energy of the impactor, if that is known. With the effect `dynamics`, its largest over time. `None` without a displacement: the request ended at the bound, or the
     /// energies are those of a falloff.
     pub strain_j: Option<f64>,
+    /// Energy of the bodies that strike the object; `None`: unknown.
+    pub impactor: Option<ImpactorReport>,
     /// Figures of the criterion by strength and energy; `None`: the paper's criterion decided.
     pub onset: Option<OnsetReport>,
     /// Largest effective contact radius, m: that whose energy was computed.
@@ -40,6 +42,24 @@ pub struct ThresholdReport {
     pub rank_max: Option<u32>,
     /// Estimated relative error up to which reduced displacements are accepted.
     pub reduced_error_max: f64,
+}
+
+/// Energy of the bodies that strike an object, and how it limits the load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImpactorReport {
+    /// Kinetic energy that the contacts can take from the motion of object and partners, J.
+    pub energy_j: f64,
+    /// Factor on all loads, 0 ..= 1: 1 if the strain energy of the requested impulses does not exceed that energy.
+    ///
+    /// `None` without a displacement: the request ended at a bound, which holds for every factor.
+    pub load_factor: Option<f64>,
+}
+
+impl ThresholdReport {
+    /// Energy of the impact that the object does not store, J; `None` if either is unknown.
+    pub fn remainder_j(&self) -> Option<f64> {
+        Some((self.impactor?.energy_j - self.strain_j?).max(0.0))
+    }
 }
 
 /// Fragments of an object and figures of the computation.

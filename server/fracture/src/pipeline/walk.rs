@@ -11,10 +11,11 @@ use super::prepared::object::PreparedObject;
 use super::request::context::RequestContext;
 use super::request::fracture_request::{DegreeRequest, FractureRequest};
 use super::request::stage::Stage;
-use super::result::{Fracture, FractureOutcome, ThresholdReport};
+use super::result::{Fracture, FractureOutcome, ImpactorReport, ThresholdReport};
 use super::stages::cells::{CellPartition, divide};
 use super::stages::contact_set::ContactSet;
 use super::stages::energy::{BodyEnergy, apply, radius_m, strain_energy, strain_energy_applied};
+use super::stages::impactor::{impactor_energy_j, limit_load};
 use super::stages::onset::ObjectOnset;
 use super::stages::threshold::{self, ThresholdResult};
 use super::stages::{controls, threshold_bound};
@@ -65,6 +66,7 @@ pub(in crate::pipeline) fn walk(
         let _load = observer.stage(Stage::Load);
         ContactSet::new(prepared, request)?
     };
+    let impactor_j = impactor_energy_j(prepared, request, &contacts)?;
     apply(context, &contacts, workspace)?;
     if threshold_bound::is_sufficient(request) {
         let _threshold = observer.stage(Stage::Threshold);
@@ -73,16 +75,19 @@ pub(in crate::pipeline) fn walk(
             let loads = workspace.loads.iter().take(contacts.bodies.len());
             let radius_m = loads.map(|load| radius_m(prepared, load)).fold(0.0, f64::max);
             let report = report(request, gamma_j_m2, e1_over_gamma, radius_m);
-            return Ok(FractureOutcome::Intact(ThresholdReport { is_bound: true, ..report }));
+            // The bound holds for every lower load, too.
+            let impactor = impactor_j.map(|energy_j| ImpactorReport { energy_j, load_factor: None });
+            return Ok(FractureOutcome::Intact(ThresholdReport { is_bound: true, impactor, ..report }));
         }
     }
     let mut energies = strain_energy_applied(context, &contacts, workspace)?;
     let mut shares: Vec<Vec<f64>> = energies.iter_mut().map(|energy| std::mem::take(&mut energy.shares)).collect();
-    let (fields, threshold) = tested(context, gamma_j_m2, &energies, &mut shares)?;
-    let onset = onset(context, &energies)?;
+    let (fields, mut threshold) = tested(context, gamma_j_m2, &energies, &mut shares)?;
+    let mut onset = onset(context, &energies)?;
     let mut report = of_energies(request, &threshold, &energies, onset.as_ref());
+    let factor = limited(impactor_j, (&mut energies, &mut threshold, onset.as_mut()), &mut report);
     let breaks = onset.as_ref().map_or(report.e1_over_gamma > 1.0, ObjectOnset::breaks);
-    let holds = !breaks && !matches!(request.degree, DegreeRequest::Sites(_));
+    let holds = factor == 0.0 || (!breaks && !matches!(request.degree, DegreeRequest::Sites(_)));
     if request.threshold_only && request.effects.has(EffectKind::Gravity) {
         report.impulse_factor = threshold::under_weight(&mut |factor| weighed(context, &contacts, factor, workspace))?;
     }
@@ -112,6 +117,27 @@ pub(in crate::pipeline) fn walk(
         }
     }
     Ok(FractureOutcome::Intact(report))
+}
+
+/// Lowers all loads to the energy of the impactor, if that is known; returns the factor.
+fn limited(
+    impactor_j: Option<f64>,
+    (energies, threshold, onset): (&mut [BodyEnergy], &mut ThresholdResult, Option<&mut ObjectOnset>),
+    report: &mut ThresholdReport,
+) -> f64 {
+    report.impactor = impactor_j.map(|energy_j| limit_load(energy_j, energies));
+    let factor = report.impactor.and_then(|impactor| impactor.load_factor).unwrap_or(1.0);
+    if factor < 1.0 {
+        energies.iter_mut().for_each(|energy| energy.scale(factor));
+        threshold.scale(factor);
+        report.e1_over_gamma = threshold.e1_over_gamma();
+        report.strain_j = energies.iter().map(|energy| energy.strain_j).sum();
+        if let Some(onset) = onset {
+            onset.scale(factor);
+            report.onset = Some(onset.report);
+        }
+    }
+    factor
 }
 
 /// The criterion by strength and energy; `None` if the request asks for that of the paper.
@@ -204,6 +230,7 @@ fn report(request: &FractureRequest, gamma_j_m2: f64, e1_over_gamma: f64, radius
         is_bound: false,
         impulse_factor: degree::threshold_factor(e1_over_gamma, 1.0),
         strain_j: None,
+        impactor: None,
         onset: None,
         radius_m,
         reduced_error: None,

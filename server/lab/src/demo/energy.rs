@@ -39,6 +39,7 @@ impl SurfaceEnergy {
             impulse_ns: demo_impact.impulse_ns,
             duration_s: None,
             radius_m: Some(RADIUS_M),
+            partner: None,
         };
         let strike = FractureRequest {
             contacts: vec![contact],

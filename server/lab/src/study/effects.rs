@@ -183,7 +183,8 @@ fn request(prepared: &PreparedObject, number: u64) -> Request {
     let (point, inward): (Point3<f64>, Vector3<f64>) =
         ImpactSampler::new(prepared).point(&mut RandomStream::new(prepared.parameters.seed, number));
     let point_m = prepared.frame.to_meters(&point).coords.into();
-    let contact = Contact { point_m, ray: None, impulse_ns: inward.into(), duration_s: None, radius_m: None };
+    let contact =
+        Contact { point_m, ray: None, impulse_ns: inward.into(), duration_s: None, radius_m: None, partner: None };
     Request {
         object: prepared.name.clone(),
         contacts: vec![contact],

@@ -1,6 +1,7 @@
 //! Surface of a fragment that is struck again.
 
 use crate::elasticity::{FaceBoxes, FaceSearch, SurfaceFaces};
+use crate::fragment::RigidProperties;
 use crate::memory::held;
 use nalgebra::Point3;
 
@@ -20,6 +21,13 @@ impl FragmentSurface {
     /// The triangles, to be searched.
     pub fn search(&self) -> FaceSearch<'_> {
         FaceSearch { faces: self, boxes: &self.boxes }
+    }
+
+    /// Volume, center and inertia of what it encloses, local.
+    pub fn rigid_properties(&self) -> RigidProperties {
+        let corners = 3 * self.triangles.len() as u32;
+        let triangles = (0..corners).step_by(3).map(|first| [first, first + 1, first + 2]);
+        RigidProperties::of_surface(self.triangles.as_flattened(), triangles)
     }
 
     /// Bytes of memory that it holds.

@@ -15,6 +15,7 @@ use crate::degree::Slenderness;
 use crate::elasticity::{
     BoundaryNodes, Elasticity, ElasticityError, ElementOrder, FaceSearch, NearestBoundaryPoint, ReducedBasis,
 };
+use crate::fragment::RigidProperties;
 use crate::lattice::{EnergyTransfer, Lattice};
 use crate::lift::{LiftKind, LiftedLattice};
 use crate::pipeline::error::FractureError;
@@ -170,6 +171,16 @@ impl PreparedBody {
             (None, Some(cutting)) if kind == SurfaceKind::Exact => cutting.load_place(&self.crack, nearest),
             (None, _) => point,
         }
+    }
+
+    /// Volume, center and inertia of the body (local): of the fragment's surface, of the input's, or of the crack lattice's.
+    pub fn rigid_properties(&self) -> RigidProperties {
+        if let Some(own) = &self.fragment_surface {
+            return own.rigid_properties();
+        }
+        let (mesh, topology) =
+            self.cutting.as_ref().map_or((&self.crack, &self.topology), |own| (&own.mesh, &own.topology));
+        RigidProperties::of_surface(&mesh.nodes, topology.boundary.iter().map(|face| face.nodes))
     }
 
     /// The reduced basis, if the body has one.

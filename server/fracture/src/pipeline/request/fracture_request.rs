@@ -85,7 +85,7 @@ impl FractureRequest {
     /// A request with one contact at `point_m` (mesh file, m), this impulse (N·s) and default options.
     pub fn at(point_m: Point3<f64>, impulse_ns: Vector3<f64>) -> Self {
         Self {
-            contacts: vec![ImpactContact { point_m, impulse_ns, duration_s: None, radius_m: None }],
+            contacts: vec![ImpactContact { point_m, impulse_ns, duration_s: None, radius_m: None, partner: None }],
             degree: DegreeRequest::Inferred,
             degree_max: DEGREE_MAX,
             gamma_j_m2: None,

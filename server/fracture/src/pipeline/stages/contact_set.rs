@@ -28,6 +28,8 @@ pub struct ContactSet {
     pub bodies: Vec<BodyContacts>,
     /// Durations of the contacts of each struck body, s.
     pub durations_s: Vec<Vec<f64>>,
+    /// Index of the body that each contact of the request strikes.
+    pub body_of_contact: Vec<usize>,
 }
 
 impl ContactSet {
@@ -48,6 +50,7 @@ impl ContactSet {
             .collect::<Result<Vec<_>, _>>()?;
         let peak_force_n = forces.iter().map(|force| force.norm()).fold(0.0, f64::max);
         let mut bodies: Vec<(BodyContacts, Vec<f64>)> = Vec::new();
+        let mut body_of_contact = Vec::with_capacity(count);
         for (index, (contact, force)) in strike.contacts.iter().zip(&forces).enumerate() {
             let relative = *force / peak_force_n;
             let (body, mut local) = locate((prepared, strike.surface), index, contact, relative)?;
@@ -57,6 +60,7 @@ impl ContactSet {
                 local.radius = local.radius.max(prepared.solid(body)?.elasticity.distance(&local.point));
             }
             let duration_s = duration_s(contact);
+            body_of_contact.push(body);
             match bodies.iter_mut().find(|((known, _), _)| *known == body) {
                 Some(((_, contacts), durations_s)) => {
                     contacts.push(local);
@@ -67,7 +71,7 @@ impl ContactSet {
         }
         bodies.sort_by_key(|((body, _), _)| *body);
         let (bodies, durations_s) = bodies.into_iter().unzip();
-        Ok(Self { peak_force_n, bodies, durations_s })
+        Ok(Self { peak_force_n, bodies, durations_s, body_of_contact })
     }
 }
 

@@ -50,7 +50,7 @@ fn period_s(object: &PreparedObject) -> f64 {
 /// A contact whose peak force is 1 kN in this direction.
 fn contact(point_m: [f64; 3], direction: [f64; 3], duration_s: f64) -> ImpactContact {
     let impulse_ns = Vector3::from(direction).normalize() * (1000.0 * duration_s * 2.0 / PI);
-    ImpactContact { point_m: point_m.into(), impulse_ns, duration_s: Some(duration_s), radius_m: None }
+    ImpactContact { point_m: point_m.into(), impulse_ns, duration_s: Some(duration_s), radius_m: None, partner: None }
 }
 
 fn down(object: usize, duration_s: f64) -> ImpactContact {

@@ -48,6 +48,13 @@ impl BodyEnergy {
     pub fn unit_j_m2(&self, diagonal_m: f64) -> f64 {
         self.energy_j * diagonal_m * diagonal_m
     }
+
+    /// Multiplies all loads by `factor`.
+    pub(in crate::pipeline) fn scale(&mut self, factor: f64) {
+        self.energy_j *= factor * factor;
+        self.strain_j = self.strain_j.map(|strain_j| strain_j * factor * factor);
+        self.peaks.iter_mut().for_each(|peak| peak.stress_over_strength *= factor);
+    }
 }
 
 /// The strain energy of every body that `contacts` strike: from its deformation, or from a falloff without the effect

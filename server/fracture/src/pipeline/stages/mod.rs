@@ -9,6 +9,7 @@ mod dynamics;
 mod dynamics_tests;
 pub(super) mod energy;
 pub(super) mod falloff;
+pub(super) mod impactor;
 pub(super) mod onset;
 #[cfg(test)]
 mod onset_tests;

@@ -140,6 +140,16 @@ impl ObjectOnset {
         Ok(Self { bodies, report })
     }
 
+    /// Multiplies all loads by `factor`.
+    pub fn scale(&mut self, factor: f64) {
+        let of_bodies = self.bodies.iter_mut().map(|own| (&mut own.stress_over_strength, &mut own.energy_over_section));
+        let report = (&mut self.report.stress_over_strength, &mut self.report.energy_over_section);
+        for (stress, energy) in of_bodies.chain(std::iter::once(report)) {
+            *stress *= factor;
+            *energy *= factor * factor;
+        }
+    }
+
     /// True if a body breaks.
     pub fn breaks(&self) -> bool {
         self.bodies.iter().any(Onset::breaks)

@@ -40,6 +40,7 @@ fn contact(point_m: [f64; 3], impulse_ns: [f64; 3], radius_m: f64) -> ImpactCont
         impulse_ns: impulse_ns.into(),
         duration_s: Some(1e-3),
         radius_m: Some(radius_m),
+        partner: None,
     }
 }
 

@@ -31,6 +31,11 @@ impl ThresholdResult {
         Self { gamma_j_m2, bodies, gammas, first_moments: fields.iter().map(degree::first_moment).collect() }
     }
 
+    /// Multiplies all loads by `factor`.
+    pub fn scale(&mut self, factor: f64) {
+        self.gammas.iter_mut().for_each(|gamma| *gamma /= factor * factor);
+    }
+
     /// The largest E_1/γ; the object breaks above 1.
     pub fn e1_over_gamma(&self) -> f64 {
         self.first_moments.iter().zip(&self.gammas).map(|(first, gamma)| first / gamma).fold(0.0, f64::max)

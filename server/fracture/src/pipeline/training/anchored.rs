@@ -208,6 +208,7 @@ mod tests {
                 impulse_ns: -Vector3::z(),
                 duration_s: None,
                 radius_m: Some(radius_m),
+                partner: None,
             };
             let base = FractureRequest::at(contact.point_m, contact.impulse_ns);
             let request = FractureRequest { contacts: vec![contact], effects, ..base };
@@ -236,6 +237,7 @@ mod tests {
             impulse_ns: -1e-9 * Vector3::z(),
             duration_s: None,
             radius_m: Some(0.02),
+            partner: None,
         };
         let effects = EffectSet::of([EffectKind::Elastic, EffectKind::Anchored, EffectKind::Gravity]);
         let request = FractureRequest {

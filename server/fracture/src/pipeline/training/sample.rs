@@ -75,6 +75,7 @@ impl<'a> ImpactSampler<'a> {
             impulse_ns: direction * magnitude,
             duration_s: None,
             radius_m: Some(radius * self.prepared.frame.diagonal_m),
+            partner: None,
         }
     }
 }

@@ -162,11 +162,9 @@ fn snapped(prepared: &PreparedObject, strike: &FractureRequest) -> Vec<ImpactCon
 
 /// Impact at a point, with that many sites and these effects.
 fn request(point: [f64; 3], impulse: [f64; 3], sites: u32, effects: &[EffectKind]) -> FractureRequest {
-    let contact = ImpactContact { point_m: point.into(), impulse_ns: impulse.into(), duration_s: None, radius_m: None };
     let strike = FractureRequest::at(Point3::from(point), Vector3::from(impulse)).seeded(1);
     let lift = if effects.contains(&EffectKind::Interior) { LiftKind::Interior } else { LiftKind::Euclidean };
     FractureRequest {
-        contacts: vec![contact],
         degree: DegreeRequest::Sites(sites),
         effects: EffectSet::of(effects.iter().copied()),
         lift,
