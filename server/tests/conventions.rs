@@ -5,7 +5,8 @@ mod support;
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use shatter_client::{
-    Client, Contact, Convention, DegreeRule, Effect, ErrorKind, FractureResult, Hand, Impact, Object, Up, Winding,
+    Client, Contact, ContactPartner, Convention, DegreeRule, Effect, ErrorKind, FractureResult, Hand, Impact, Object,
+    Up, Winding,
 };
 use shatter_engine::scene::Scene;
 use shatter_proto::view::ResultView;
@@ -312,6 +313,33 @@ fn results_in_a_convention_equal_converted_results() {
             // A host without a convention gets the default one.
             let silent = service.object("bar", timeout()).unwrap();
             assert_eq!(strike(&silent, &asked).digest(), ours.digest());
+        }
+    }
+}
+
+/// The energy of a partner that rotates is the same in all coordinates.
+#[test]
+fn partners_have_the_energy_of_converted_partners() {
+    let (_daemon, service) = start();
+    let bar = object(&service, Convention::GLTF);
+    let inertia = Matrix3::new(2e-3, 3e-4, -2e-4, 3e-4, 3e-3, 5e-4, -2e-4, 5e-4, 4e-3);
+    let (center_m, speed_m_s) = (Vector3::new(0.25, 0.1, -0.06), 4.0);
+    let struck = |object: &Object, [point, impulse, center]: [Vector3<f64>; 3], inertia: Matrix3<f64>, unit: f64| {
+        let entries = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|entry| inertia[entry]);
+        let partner = ContactPartner::new(1, 0.5, speed_m_s / unit).rotating(center.into(), entries);
+        let contact = Contact::new(point.into()).impulse(impulse.into()).radius(0.05 / unit).partner(partner);
+        strike(object, &Impact::new([contact])).summary()
+    };
+    let vectors = [Vector3::from(POINT_M), Vector3::from(IMPULSE_NS), center_m];
+    let ours = struck(&bar, vectors, inertia, 1.0);
+    let energy_j = ours.impactor_j.unwrap();
+    assert!(energy_j > 0.1 && ours.load_factor.unwrap() < 0.9, "{ours:?}");
+    for host in hosts() {
+        let vectors = vectors.map(|vector| host.axes * vector / host.unit);
+        let inertia = host.axes * inertia * host.axes.transpose() / host.unit.powi(2);
+        let theirs = struck(&object(&service, host.convention), vectors, inertia, host.unit);
+        for (own, wanted) in [(theirs.impactor_j, energy_j), (theirs.strain_j, ours.strain_j.unwrap())] {
+            assert!((own.unwrap() / wanted - 1.0).abs() < 1e-9, "{}: {own:?} of {wanted} J", host.name);
         }
     }
 }

@@ -5,7 +5,7 @@ mod support;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use shatter_client::{Client, Contact, DegreeRule, ErrorKind, Impact};
+use shatter_client::{Client, Contact, ContactPartner, DegreeRule, ErrorKind, Impact};
 use shatter_proto::PROTOCOL_VERSION;
 use shatter_proto::name::OBJECT_NAME_MAX;
 use shatter_proto::request::{Request, RequestWire};
@@ -38,14 +38,9 @@ fn start() -> InProcess {
 }
 
 fn good(sequence: u64) -> RequestWire {
-    let contact = shatter_proto::request::Contact {
-        point_m: [0.0, 0.1, 0.0],
-        ray: None,
-        impulse_ns: [-1.0, 0.0, 0.0],
-        duration_s: None,
-        radius_m: None,
-        partner: None,
-    };
+    let contact = Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0]);
+    let partner = ContactPartner::new(sequence, 0.5, 3.0).rotating([0.1; 3], [1e-3, 1e-3, 1e-3, 0.0, 0.0, 0.0]);
+    let contact = if sequence.is_multiple_of(2) { contact.partner(partner) } else { contact };
     let strike = Request {
         object: "vase".to_owned(),
         contacts: vec![contact],

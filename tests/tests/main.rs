@@ -24,6 +24,7 @@ mod golden;
 mod hard_cases;
 mod horse;
 mod hulls;
+mod impactor;
 mod inside;
 mod invariance;
 mod learning;

@@ -165,6 +165,28 @@ def test_the_criterion_by_strength_balances_energies(body):
         body.strike(contact_on(body), criterion="griffith")
 
 
+def test_partners_limit_the_strain_energy(body):
+    def struck(partner):
+        contact = contact_on(body)
+        contact = shatter.Contact(contact.point, contact.impulse, partner=partner)
+        return body.strike(contact, degree=8).wait().summary
+
+    free, ball = struck(None), shatter.ContactPartner(0.5, 2.0, id=3, center=(0, 0, 1), inertia=(1, 1, 1, 0, 0, 0))
+    assert free.impactor_j is free.remainder_j is free.load_factor is None
+    assert (ball.mass_kg, ball.speed, ball.id, ball.center[2], ball.inertia[0]) == (0.5, 2.0, 3, 1.0, 1.0)
+    limited = struck(ball)
+    assert 0.0 < limited.impactor_j <= 0.5 * 0.5 * 2.0**2
+    assert limited.strain_j == pytest.approx(min(free.strain_j, limited.impactor_j), rel=1e-9)
+    assert limited.remainder_j == pytest.approx(limited.impactor_j - limited.strain_j, abs=1e-9 * limited.impactor_j)
+    assert limited.load_factor**2 == pytest.approx(limited.strain_j / free.strain_j, rel=1e-9)
+    apart = struck(shatter.ContactPartner(math.inf, -2.0))
+    assert (apart.impactor_j, apart.load_factor, apart.fracture_degree) == (0.0, 0.0, 1)
+    with pytest.raises(shatter.ArgumentError, match="^inertia must be 6 numbers"):
+        shatter.ContactPartner(1.0, 1.0, inertia=(1, 2, 3))
+    with pytest.raises(TypeError):
+        shatter.Contact((0, 0, 0), (1, 0, 0), partner=1.0)
+
+
 def test_hertz_of_a_steel_ball_on_steel():
     """A ball of 1 kg at 1 m/s against a half-space, beside the closed form (Johnson 1985, 11.4)."""
     young, poisson, radius, mass = 210e9, 0.3, 0.03, 1.0
@@ -185,6 +207,7 @@ def test_hertz_of_a_steel_ball_on_steel():
         (lambda body: body.strike(shatter.Contact((1e6, 0, 0), (1, 0, 0))), "contact_too_far"),
         (lambda body: body.strike(shatter.Contact(top(), (0, -1, 0), radius=5.0)), "contact_radius"),
         (lambda body: body.strike(*[contact_on(body)] * 9), "contact_count"),
+        (lambda body: body.strike(shatter.Contact(top(), (0, -1, 0), partner=shatter.ContactPartner(0, 1))), "contact_partner"),
         (lambda body: body.strike(contact_on(body), degree=0), "degree"),
         (lambda body: body.strike(contact_on(body), gamma_j_m2=-1.0), "gamma"),
         (lambda body: body.strike(contact_on(body), enable=["sparkles"]), "unknown_effect"),

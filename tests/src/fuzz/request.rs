@@ -6,7 +6,7 @@ use shatter_proto::control::{
     self, ControlReplyHeader, ControlRequest, ControlRequestWire, ObjectRow, ServiceStatusRow,
 };
 use shatter_proto::layout::{Layout, SectionCounts};
-use shatter_proto::request::{Contact, Request, RequestWire};
+use shatter_proto::request::{Contact, ContactPartner, Request, RequestWire};
 use shatter_proto::result::{AlignedBlock, BLOCK_BYTES, ResultHeader, StageCost, Summary};
 use shatter_proto::view::CheckedLayout;
 use shatter_transport::daemon_info::DaemonInfo;
@@ -15,6 +15,7 @@ const LISTENER: [u8; 16] = [7; 16];
 
 pub(super) fn seeds() -> Vec<Vec<u8>> {
     let contact = Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0]);
+    let contact = contact.partner(ContactPartner::new(1, 0.5, 3.0));
     let strike = Request { object: "vase".to_owned(), contacts: vec![contact], ..Request::default() };
     let strike = RequestWire { sequence: 1, ..strike.wire(LISTENER).expect("a valid strike") };
     let mut payload = vec![AlignedBlock::zeroed(); control::blocks::<ObjectRow>(2)];

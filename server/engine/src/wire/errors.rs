@@ -146,6 +146,28 @@ mod tests {
         let canceled = FractureError::Canceled(shatter_fracture::cancel_token::Canceled);
         assert_eq!(super::engine_error(canceled).kind, ErrorKind::Canceled);
     }
+
+    #[test]
+    fn errors_of_partners_name_the_contact() {
+        let of = |error| {
+            let error = super::engine_error(FractureError::Partner(error));
+            (error.kind, error.at)
+        };
+        let at = |text: &str| (ErrorKind::ContactPartner, text.to_owned());
+        assert_eq!(of(PartnerError::Missing { contact: 2 }), at("contacts[2].partner_mass_kg"));
+        assert_eq!(of(PartnerError::Mass { contact: 1, value: 0.0 }), at("contacts[1].partner_mass_kg"));
+        assert_eq!(of(PartnerError::Inertia { contact: 1 }), at("contacts[1].partner_inertia_kg_m2"));
+        for (key, field) in [("speed", "speed_m_s"), ("center", "partner_center_m"), ("mass", "partner_mass_kg")] {
+            let wanted = at(&format!("contacts[3].{field}"));
+            assert_eq!(of(PartnerError::Number { contact: 3, key, value: f64::NAN }), wanted);
+            assert_eq!(of(PartnerError::Differs { contacts: [0, 3], key }), wanted);
+        }
+        assert_eq!(of(PartnerError::Immovable { contacts: vec![4, 5] }), at("contacts[4].partner_mass_kg"));
+        assert_eq!(of(PartnerError::Threshold), at("purpose"));
+        assert_eq!(of(PartnerError::Gravity), (ErrorKind::Effect, "gravity".to_owned()));
+        assert_eq!(of(PartnerError::Elastic), (ErrorKind::Effect, "elastic".to_owned()));
+    }
+
     #[test]
     fn all_lengths_of_a_message_are_in_the_unit_of_the_request() {
         let surface = Point3::new(0.1, 0.2, -0.3);
