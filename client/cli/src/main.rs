@@ -27,7 +27,7 @@ enum Command {
     /// Print the state of the service
     Status(status::Args),
     /// Strike an object
-    Impact(impact::Args),
+    Impact(Box<impact::Args>),
     /// Divide an object evenly ahead of time, without an impact
     Prefracture(prefracture::Args),
     /// Print the impulse that just breaks an object

@@ -19,7 +19,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Point3, Vector3};
 
 /// Eigenvalues of the inverse masses below this share of the largest count as zero: their contacts depend on each other.
 ///
-/// Speeds that are rounded to 32 bits then change the energy of contacts that nearly coincide by less than 1e-5.
+/// Speeds rounded to 32 bits change the energy of contacts 20 pm to 0.1 m apart by 2.4e-7 at most (test).
 const DEPENDENT: f64 = 1e-9;
 
 /// Share of the largest impulse up to which a negative one is taken for rounding.
