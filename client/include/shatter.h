@@ -4,7 +4,7 @@
  *     ShatterService *service; ShatterObject *mug; ShatterTicket *ticket; ShatterResult *result; ShatterError error;
  *     if (shatter_connect("default", SHATTER_UP_TO_ZERO, 50, &service, &error)) ...        // 0 is success, else see error
  *     if (shatter_service_object(service, "mug", SHATTER_UP_TO_ZERO, 50, &mug, &error)) ...
- *     ShatterContact contact = {{0.0, 0.05, 0.04}, {0.0, 0.0, -2.0}, 0.0, 0.0, {0}};       // point, m; impulse, N s
+ *     ShatterContact contact = {.point_m = {0.0, 0.05, 0.04}, .impulse_ns = {0.0, 0.0, -2.0}}; // m, N s
  *     ShatterImpact impact = {0};                                                          // zero is the default
  *     impact.contacts = &contact, impact.contact_count = 1;
  *     if (shatter_object_strike(mug, &impact, &ticket, &error)) ...                        // never blocks
@@ -118,6 +118,8 @@ enum ShatterCode
     SHATTER_CODE_RAY_MISSED = 31,
     /// The ticket has already handed out its result or its error.
     SHATTER_CODE_TICKET_SPENT = 32,
+    /// The partner of a contact is invalid, missing at one of several contacts, or does not limit the energy.
+    SHATTER_CODE_CONTACT_PARTNER = 33,
     /// The queue, the pool of results or the number of clients has reached its limit.
     SHATTER_CODE_BUSY = 40,
     /// The deadline passed before the result was ready.
@@ -598,7 +600,7 @@ typedef struct ShatterHertz {
     double duration_s;
 } ShatterHertz;
 
-/// One contact of an impact: point, impulse, duration, radius.
+/// One contact of an impact: point, impulse, duration, radius, and the body that strikes, if it is known.
 typedef struct ShatterContact {
     /// Contact point in the coordinates of the object, m, +Y up. With a ray: its origin.
     double point_m[3];
@@ -611,6 +613,17 @@ typedef struct ShatterContact {
     /// Direction of a ray, of any length: the contact point is its first hit on the object. Zero: no ray. Only for impacts of one contact;
     /// `ShatterSummary.hit` has the hit.
     double ray[3];
+    /// Number of the body that strikes the object here: contacts with the same number have the same partner, whose energy counts once.
+    uint64_t partner;
+    /// Mass of the partner, kg; `INFINITY`: it does not move. 0: there is no partner, and the energy of the impact has no limit; the next
+    /// three fields are then 0. Set it for all contacts or for none.
+    double partner_mass_kg;
+    /// Closing speed of partner and object along the impulse, m/s; negative where they separate.
+    double speed_m_s;
+    /// Center of mass of the partner, m; of no effect without inertia.
+    double partner_center_m[3];
+    /// Inertia tensor of the partner about its center, kg·m²: xx, yy, zz, xy, xz, yz. Zero: it does not rotate.
+    double partner_inertia_kg_m2[6];
 } ShatterContact;
 
 /// An impact: contacts, and options of the request. Zero is the default of everything except the contacts. Begin with `ShatterImpact impact
@@ -739,6 +752,12 @@ typedef struct ShatterSummary {
     double released_j;
     /// Energy that a given number of sites lacks, J.
     double deficit_j;
+    /// Kinetic energy that the contacts can take from the motion of object and partners, J; 0 without partners.
+    double impactor_j;
+    /// Energy of these that the object does not store, J; 0 without partners, and if `elastic` is 3.
+    double remainder_j;
+    /// Factor on all loads, 0 to 1, so that the object stores no more than `impactor_j`; 1 if nothing was lowered.
+    double load_factor;
     /// Nearness of the examples that decided the degree, 0 to 1.
     double confidence;
     /// Largest contact radius in effect, m.

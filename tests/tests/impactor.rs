@@ -8,14 +8,14 @@ use shatter_fracture::surface::shapes;
 use shatter_tests::fixture::Fixture;
 use shatter_tests::real;
 
-const SIDES_M: [f64; 3] = [0.5, 0.5, 0.02];
+const SIDES_M: [f64; 3] = [0.3, 0.3, 0.02];
 
 /// A served pane of quadratic elements, whose basis needs no examples.
 fn pane() -> Fixture {
     let mut fixture = Fixture::new();
     let request = BakeRequest {
-        elastic_spacing: Some(0.06),
-        crack_spacing: Some(0.06),
+        elastic_spacing: Some(0.022),
+        crack_spacing: Some(0.022),
         elements: ElementChoice::Quadratic,
         surface: SurfaceKind::Lattice,
         ..real::request("pane", "glass")
@@ -28,7 +28,7 @@ fn pane() -> Fixture {
 }
 
 /// A ball of 0.26 kg at 10 m/s that bounces back from the middle.
-const STRIKE: [&str; 8] = ["impact", "pane", "--point", "0,0,0.01", "--impulse", "0,0,-5.2", "--duration-s", "0.0003"];
+const STRIKE: [&str; 8] = ["impact", "pane", "--point", "0,0,0.01", "--impulse", "0,0,-5.2", "--duration-s", "0.0001"];
 
 const BALL: [&str; 4] = ["--speed", "10", "--impactor-mass", "0.26"];
 

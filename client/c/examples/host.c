@@ -137,7 +137,7 @@ static int vector(const char *text, double v[3])
 
 int main(int count, char **words)
 {
-    ShatterContact contact = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 0.0, 0.0}};
+    ShatterContact contact = {0};
     if (count != 7 || !vector(words[4], contact.point_m) || !vector(words[5], contact.impulse_ns)) {
         fprintf(stderr, "usage: %s SERVICE OBJECT CONVENTION X,Y,Z JX,JY,JZ SPEED\n", words[0]);
         return 2;

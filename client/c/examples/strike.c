@@ -115,7 +115,7 @@ static int strike(const ShatterObject *object, const ShatterImpact *impact, cons
 
 int main(int count, char **words)
 {
-    ShatterContact contact = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 0.0, 0.0}};
+    ShatterContact contact = {0};
     ShatterImpact impact = {0};
     if (count < 6 || !vector(words[3], contact.point_m) || !vector(words[4], contact.impulse_ns)
         || !sites(words[5], &impact.degree_sites)) {

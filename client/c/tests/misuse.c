@@ -342,7 +342,7 @@ static void rays(const ShatterObject *object, const ShatterContact *contact)
 
 int main(int count, char **words)
 {
-    ShatterContact contact = {{0.0, 0.0, 0.0}, {-1.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 0.0, 0.0}};
+    ShatterContact contact = {.impulse_ns = {-1.0, 0.0, 0.0}};
     ShatterService *service;
     ShatterObject *object;
     if (count != 4 || sscanf(words[3], "%lf,%lf,%lf", &contact.point_m[0], &contact.point_m[1], &contact.point_m[2]) != 3) {

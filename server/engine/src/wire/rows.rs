@@ -28,8 +28,8 @@ pub(super) fn contact(own: &Contact, from: &Convention) -> pipeline::ImpactConta
 }
 
 /// Converts the partner of a contact in the convention `from`.
-fn partner(own: &ContactPartner, from: &Convention) -> pipeline::ContactPartner {
-    pipeline::ContactPartner {
+fn partner(own: &ContactPartner, from: &Convention) -> pipeline::ImpactPartner {
+    pipeline::ImpactPartner {
         id: own.id,
         mass_kg: own.mass_kg,
         center_m: from.our_vector(own.center_m).into(),

@@ -14,12 +14,12 @@ pub struct ImpactContact {
     /// Contact radius, m; `None`: the scene's default.
     pub radius_m: Option<f64>,
     /// Body that strikes the object here; `None`: unknown, the energy of the load has no limit.
-    pub partner: Option<ContactPartner>,
+    pub partner: Option<ImpactPartner>,
 }
 
 /// Body that strikes the object at a contact, and how fast. Coordinates as of [`ImpactContact`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactPartner {
+pub struct ImpactPartner {
     /// Its number: contacts with the same number have the same partner.
     pub id: u64,
     /// Mass, kg; infinite: it does not move.

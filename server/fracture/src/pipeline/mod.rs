@@ -14,7 +14,7 @@ mod walk;
 mod workspace;
 
 pub use aim::{AimRay, SurfaceHit, aim, aim_again};
-pub use contact::{ContactPartner, ImpactContact, PartnerError};
+pub use contact::{ImpactContact, ImpactPartner, PartnerError};
 pub use error::{CONTACTS_MAX, FractureError, NODES_MIN, RAY_ORIGIN_MAX_M, SOLVED_NODES_MAX, TETS_MIN};
 pub use output::emitted_effects::*;
 pub use output::emitted_meshes::{EmittedMeshes, FragmentMesh};

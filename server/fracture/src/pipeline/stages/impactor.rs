@@ -10,7 +10,7 @@
 use super::contact_set::ContactSet;
 use super::energy::BodyEnergy;
 use crate::fragment::RigidProperties;
-use crate::pipeline::contact::{ContactPartner, PartnerError};
+use crate::pipeline::contact::{ImpactPartner, PartnerError};
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::pipeline::result::ImpactorReport;
@@ -73,8 +73,8 @@ pub(in crate::pipeline) fn limit_load(energy_j: f64, energies: &[BodyEnergy]) ->
 }
 
 /// Partners of all contacts, after the checks; empty without partners.
-fn partners(request: &FractureRequest) -> Result<Vec<ContactPartner>, PartnerError> {
-    let given: Vec<ContactPartner> = request.contacts.iter().filter_map(|contact| contact.partner).collect();
+fn partners(request: &FractureRequest) -> Result<Vec<ImpactPartner>, PartnerError> {
+    let given: Vec<ImpactPartner> = request.contacts.iter().filter_map(|contact| contact.partner).collect();
     if given.is_empty() {
         return Ok(given);
     }
@@ -96,7 +96,7 @@ fn partners(request: &FractureRequest) -> Result<Vec<ContactPartner>, PartnerErr
     }
 }
 
-impl ContactPartner {
+impl ImpactPartner {
     /// Checks the numbers of the partner of contact `contact`.
     fn check(&self, contact: usize) -> Result<(), PartnerError> {
         if self.mass_kg.is_nan() || self.mass_kg <= 0.0 {
@@ -161,7 +161,7 @@ impl RigidBody {
     }
 
     /// A partner; `None` if it does not move.
-    fn of_partner(partner: &ContactPartner) -> Option<Self> {
+    fn of_partner(partner: &ImpactPartner) -> Option<Self> {
         let inverse_inertia = partner.inertia().try_inverse().unwrap_or_default();
         let inverse_mass = 1.0 / partner.mass_kg;
         (inverse_mass > 0.0).then_some(Self { inverse_mass, center: partner.center_m, inverse_inertia })

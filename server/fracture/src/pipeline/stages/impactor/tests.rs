@@ -58,11 +58,11 @@ fn mass_kg() -> f64 {
 }
 
 /// A partner that does not rotate.
-fn partner(id: u64, mass_kg: f64, speed_m_s: f64) -> ContactPartner {
-    ContactPartner { id, mass_kg, center_m: Point3::origin(), inertia_kg_m2: [0.0; 6], speed_m_s }
+fn partner(id: u64, mass_kg: f64, speed_m_s: f64) -> ImpactPartner {
+    ImpactPartner { id, mass_kg, center_m: Point3::origin(), inertia_kg_m2: [0.0; 6], speed_m_s }
 }
 
-fn hit(point_m: [f64; 3], impulse_ns: [f64; 3], partner: ContactPartner) -> ImpactContact {
+fn hit(point_m: [f64; 3], impulse_ns: [f64; 3], partner: ImpactPartner) -> ImpactContact {
     let (point_m, impulse_ns) = (point_m.into(), impulse_ns.into());
     ImpactContact { point_m, impulse_ns, duration_s: Some(1e-3), radius_m: None, partner: Some(partner) }
 }
@@ -139,7 +139,7 @@ fn a_partner_that_rotates_is_lighter() {
     let (mass_kg, speed, own) = (mass_kg(), 4.0, 0.5);
     let [xx, yy, zz, xy, xz, yz] = [3e-3, 4e-3, 5e-3, 1e-3, -5e-4, 7e-4];
     let center_m = Point3::new(0.03, -0.02, 0.3);
-    let turning = ContactPartner { center_m, inertia_kg_m2: [xx, yy, zz, xy, xz, yz], ..partner(1, own, speed) };
+    let turning = ImpactPartner { center_m, inertia_kg_m2: [xx, yy, zz, xy, xz, yz], ..partner(1, own, speed) };
     let lever = (Point3::new(0.0, 0.0, 0.04) - center_m).cross(&-Vector3::z());
     let inertia = Matrix3::from_columns(&[[xx, xy, xz].into(), [xy, yy, yz].into(), [xz, yz, zz].into()]);
     let inverse = 1.0 / mass_kg + 1.0 / own + lever.dot(&(inertia.try_inverse().unwrap() * lever));
@@ -205,7 +205,7 @@ fn rounded_speeds_change_little() {
     for quarters in 4..44 {
         let apart = 0.1_f64.powf(0.25 * f64::from(quarters));
         let turning =
-            |speed| ContactPartner { inertia_kg_m2: [1e-3, 1e-3, 1e-3, 0.0, 0.0, 0.0], ..partner(1, 0.5, speed) };
+            |speed| ImpactPartner { inertia_kg_m2: [1e-3, 1e-3, 1e-3, 0.0, 0.0, 0.0], ..partner(1, 0.5, speed) };
         let energies = [0.0, 1.2e-7].map(|rounding| {
             let at = |x: f64, speed: f64| hit([x, 0.0, 0.04], DOWN, turning(speed));
             found(&BAR, &free(vec![at(0.0, 3.0), at(apart, 3.0 * (1.0 + rounding))])).unwrap()
@@ -219,34 +219,34 @@ fn rounded_speeds_change_little() {
 #[test]
 fn partners_that_do_not_fit_are_refused() {
     let good = partner(1, 0.5, 4.0);
-    let of = |own: ContactPartner| free(vec![hit(END_M, ALONG_X, good), hit([0.0, 0.0, 0.04], DOWN, own)]);
+    let of = |own: ImpactPartner| free(vec![hit(END_M, ALONG_X, good), hit([0.0, 0.0, 0.04], DOWN, own)]);
     let refused = |request: &FractureRequest| match BAR.strike(request).err() {
         Some(FractureError::Partner(error)) => error,
         other => panic!("{other:?}"),
     };
     for value in [0.0, -1.0, f64::NAN] {
-        let error = refused(&of(ContactPartner { mass_kg: value, ..good }));
+        let error = refused(&of(ImpactPartner { mass_kg: value, ..good }));
         assert!(matches!(error, PartnerError::Mass { contact: 1, .. }), "{error}");
     }
     let infinite = Point3::new(0.0, f64::INFINITY, 0.0);
     for (own, name) in [
-        (ContactPartner { speed_m_s: f64::NAN, ..good }, "speed"),
-        (ContactPartner { center_m: infinite, ..good }, "center"),
-        (ContactPartner { inertia_kg_m2: [1.0, 1.0, f64::INFINITY, 0.0, 0.0, 0.0], ..good }, "inertia"),
+        (ImpactPartner { speed_m_s: f64::NAN, ..good }, "speed"),
+        (ImpactPartner { center_m: infinite, ..good }, "center"),
+        (ImpactPartner { inertia_kg_m2: [1.0, 1.0, f64::INFINITY, 0.0, 0.0, 0.0], ..good }, "inertia"),
     ] {
-        let error = refused(&of(ContactPartner { id: 2, ..own }));
+        let error = refused(&of(ImpactPartner { id: 2, ..own }));
         assert!(matches!(error, PartnerError::Number { contact: 1, key, .. } if key == name), "{error}");
     }
     for inertia_kg_m2 in
         [[1.0, 1.0, -1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 1.0, 2.0, 0.0, 0.0], [1.0, 0.0, 1.0, 0.0, 0.0, 0.0]]
     {
-        let error = refused(&of(ContactPartner { inertia_kg_m2, ..good }));
+        let error = refused(&of(ImpactPartner { inertia_kg_m2, ..good }));
         assert_eq!(error, PartnerError::Inertia { contact: 1 });
     }
     for (own, name) in [
-        (ContactPartner { mass_kg: 0.6, ..good }, "mass"),
-        (ContactPartner { center_m: Point3::new(0.0, 0.1, 0.0), ..good }, "center"),
-        (ContactPartner { inertia_kg_m2: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], ..good }, "inertia"),
+        (ImpactPartner { mass_kg: 0.6, ..good }, "mass"),
+        (ImpactPartner { center_m: Point3::new(0.0, 0.1, 0.0), ..good }, "center"),
+        (ImpactPartner { inertia_kg_m2: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], ..good }, "inertia"),
     ] {
         assert_eq!(refused(&of(own)), PartnerError::Differs { contacts: [0, 1], key: name });
     }
