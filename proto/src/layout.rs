@@ -93,7 +93,7 @@ mod tests {
     #[test]
     fn a_result_without_fragments_is_small() {
         let layout = Layout::new(&SectionCounts::default()).unwrap();
-        assert_eq!((layout.used_bytes(), layout.blocks()), (1664, 26));
+        assert_eq!((layout.used_bytes(), layout.blocks()), (1728, 27));
     }
 
     #[test]
