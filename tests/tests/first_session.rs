@@ -175,8 +175,8 @@ fn documented_impacts() -> String {
     let all: String = pages_with_examples().iter().map(|page| pages::text(page)).collect();
     let mut all = impacts(&all);
     let header = pages::text("client/include/shatter.h");
-    let numbers = header.split_once("ShatterContact contact = {{").unwrap().1.split_once("}, 0.0").unwrap().0;
-    let (point, impulse) = numbers.split_once("}, {").unwrap();
+    let numbers = header.split_once("ShatterContact contact = {.point_m = {").unwrap().1.split_once("}}").unwrap().0;
+    let (point, impulse) = numbers.split_once("}, .impulse_ns = {").unwrap();
     all.push([point, impulse].map(|numbers| numbers.replace(' ', "")));
     all.iter()
         .map(|[point, impulse]| format!("shatter impact mug --point {point} --impulse {impulse} --json\n"))
