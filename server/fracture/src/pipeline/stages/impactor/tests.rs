@@ -334,6 +334,11 @@ fn fragments_are_those_of_the_lower_load() {
         let whole = BAR.strike(&lower).unwrap();
         lower.contacts[0].impulse_ns *= factor;
         let lower = BAR.strike(&lower).unwrap();
+        let energy = |outcome: &FractureOutcome| {
+            let fragments = &outcome.fracture().unwrap().meshes.fragments;
+            fragments.iter().map(|row| row.energy_j_m2).sum::<f64>()
+        };
+        assert!((energy(&outcome) / energy(&lower) - 1.0).abs() < 1e-6, "energies of the fragments");
         let [own, whole, lower] = [&outcome, &whole, &lower].map(sites);
         assert!(own[0] == lower[0] && own[0] < whole[0], "{criterion:?}: {own:?}, {lower:?}, {whole:?}");
         assert!((own[1] / lower[1] - 1.0).abs() < 1e-9, "{own:?}, {lower:?}");
