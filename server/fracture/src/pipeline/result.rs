@@ -24,8 +24,8 @@ pub struct ThresholdReport {
     pub impulse_factor: f64,
     /// Strain energy of the struck bodies at peak load, J: of all contacts of the request, and of the weight with gravity.
     ///
-    /// At most the energy of the impactor, if that is known. With the effect `dynamics`, its largest over time. `None` without a displacement: the request ended at the bound, or the
-    /// energies are those of a falloff.
+    /// At most the energy of the impactor, if that is known. With the effect `dynamics`, its largest over time. `None` without
+    /// a displacement: the request ended at the bound, or the energies are those of a falloff.
     pub strain_j: Option<f64>,
     /// Energy of the bodies that strike the object; `None`: unknown.
     pub impactor: Option<ImpactorReport>,
