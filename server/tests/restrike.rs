@@ -98,6 +98,21 @@ fn fragments_are_struck_again_and_theirs_too() {
 }
 
 #[test]
+fn results_on_fragments_tell_the_error_of_their_own_elements() {
+    let here = place("errors");
+    let path = here.databases().join("bar.shatter");
+    let mut bar = shatter_fracture::database::load(&path).unwrap();
+    let whole = bar.report.discretization_error().unwrap();
+    bar.report.elastic[0].linear_error = Some(2.0 * whole);
+    shatter_fracture::database::save(&bar, &path).unwrap();
+    let daemon = InProcess::start_with(here, "", shatter_engine::wire::loader(None));
+    let bar = daemon.connect().object("bar", timeout()).unwrap();
+    let first = strike(&bar, &base_impact().keep());
+    assert_eq!(first.summary().discretization_error, Some(whole));
+    assert_eq!(check(&bar, &first, false).summary().discretization_error, Some(2.0 * whole));
+}
+
+#[test]
 fn released_results_are_unavailable() {
     let (_daemon, service, bar) = start("");
     let handle = strike(&bar, &base_impact().keep()).handle().unwrap();

@@ -7,7 +7,8 @@ use shatter_fracture::cutting::{CuttingMesh, RepairKind};
 use shatter_fracture::database::{BakeRequest, Tables};
 use shatter_fracture::fragment::closed;
 use shatter_fracture::pipeline::{
-    DegreeRequest, EmittedMeshes, Fracture, FractureOutcome, FractureRequest, PreparedObject, Preset, SurfaceKind,
+    DegreeRequest, DisplacementMethod, ElementChoice, EmittedMeshes, Fracture, FractureOutcome, FractureRequest,
+    PreparedObject, Preset, SurfaceKind,
 };
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::scene::EffectKind;
@@ -45,6 +46,9 @@ fn request(name: &str) -> BakeRequest {
     BakeRequest {
         surface: SurfaceKind::Exact,
         kappa: Some(1.5),
+        // Nothing here judges energies.
+        elastic: DisplacementMethod::Solve,
+        elements: ElementChoice::Linear,
         tables: Tables { elastic: true, interior: true, attributes: true, skin: true, ..Tables::NONE },
         ..real::request(name, "ceramic")
     }

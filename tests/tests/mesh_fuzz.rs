@@ -8,7 +8,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Mutants of usual runs, of the generated shapes and of the real meshes: 10 and 1 or 2 per defect.
-const USUAL: [usize; 2] = [130, 20];
+const USUAL: [usize; 2] = [90, 14];
 
 /// Mutants of long runs: those of usual runs and more.
 /// `shatterd study stability --mutants 15000` runs more.

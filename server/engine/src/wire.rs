@@ -231,7 +231,8 @@ impl ServedObject for EngineObject {
         let context = RequestContext::new(&self.prepared, &resolved.request, token, observer);
         let result = pipeline::strike(context, workspace);
         let result = result.map_err(|error| of_object(engine_error_in(error, &strike.convention)))?;
-        self.struck(strike, (&resolved, hit), Some(self.costs.clone()), result)
+        let used = self.used(&resolved, &result);
+        self.struck(strike, (used, hit), Some(self.costs.clone()), result)
     }
 
     fn strike_again(
@@ -251,8 +252,10 @@ impl ServedObject for EngineObject {
         let context = RequestContext::new(&self.prepared, &resolved.request, token, observer);
         let result = pipeline::strike_again(context, from, workspace);
         let result = result.map_err(|error| of_fragment(engine_error_in(error, &strike.convention), from.1))?;
+        let mut used = self.used(&resolved, &result);
+        used.of_fragment(&self.prepared, from);
         // The times of a fragment tell nothing about the object.
-        self.struck(strike, (&resolved, hit), None, result)
+        self.struck(strike, (used, hit), None, result)
     }
 }
 
@@ -274,20 +277,22 @@ fn of_fragment(error: Error, fragment: u32) -> Error {
 }
 
 impl EngineObject {
+    /// Settings by which `result` was computed for the request of `resolved`, on the whole object.
+    fn used(&self, resolved: &ResolvedRequest, result: &FractureOutcome) -> EffectiveSettings {
+        let ResolvedRequest { request, effects, quality } = resolved;
+        // The plan as asked for; the outcome says what a time budget changed: the rank here, the degree in its source.
+        EffectiveSettings::of(&self.prepared, *effects, *quality, request, result.threshold().rank_max)
+    }
+
     /// Wraps the result of `strike`, after checking the scene's limits.
     fn struck(
         &self,
         strike: &Request,
-        (resolved, hit): (&ResolvedRequest, HitWire),
+        (used, hit): (EffectiveSettings, HitWire),
         costs: Option<Arc<ObjectCosts>>,
         result: FractureOutcome,
     ) -> Result<Box<dyn EngineResult>, Error> {
-        let ResolvedRequest { request, effects, quality } = resolved;
-        let deformed = request.effects.has(EffectKind::Elastic);
-        // The plan as asked for; the outcome says what a time budget changed: the rank here, the degree in its source.
-        let mut used = EffectiveSettings::of(&self.prepared, *effects, *quality, request, result.threshold().rank_max);
-        // Reduced bases are those of whole objects; fragments have none.
-        used.is_reducible &= strike.from.is_none();
+        let deformed = used.effects.has(effect::Effect::Elastic);
         let (object, seed, convention) = (strike.object.clone(), strike.seed, strike.convention);
         let struck = RequestedResult { object, seed, convention, hit, deformed, used, costs, result };
         self.check_scene_limits(&struck.counts())?;

@@ -9,8 +9,8 @@ use shatter_fracture::fragment::closed;
 use shatter_fracture::lattice::{EnergyTransfer, NO_INDEX, block};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, FractureError, FractureMeshes, FractureOutcome, FractureRequest, OUTER, PreparedObject,
-    RequestContext, RetainedFragments, SurfaceKind, Workspace, strike_again,
+    self, DegreeRequest, DisplacementMethod, FractureError, FractureMeshes, FractureOutcome, FractureRequest, OUTER,
+    PreparedObject, RequestContext, RetainedFragments, SurfaceKind, Workspace, strike_again,
 };
 use shatter_fracture::scene::{EffectKind, EffectSet, Materials};
 use shatter_fracture::surface::{RawMesh, shapes};
@@ -191,6 +191,30 @@ fn no_child_joins_separate_limbs_of_the_parent() {
         (0..6).map(count).sum::<usize>()
     };
     assert_eq!(spanning(LiftKind::Interior), 0);
+}
+
+/// A strip of one cell and a half across, broken in two.
+#[test]
+fn fragments_bend_where_linear_elements_would_miss_most() {
+    let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
+    let bake = BakeRequest {
+        elastic: DisplacementMethod::Solve,
+        surface: SurfaceKind::Lattice,
+        elastic_spacing: Some(0.04),
+        crack_spacing: Some(0.04),
+        kappa: Some(2.0),
+        ..BakeRequest::new("strip", "glass", materials.get("glass").unwrap().clone())
+    };
+    let mut strip = bake.bake(shapes::cuboid([0.3, 0.06, 0.02])).unwrap();
+    let pieces = first(&strip, &request(&[Point3::new(0.0, 0.0, 0.01)], Vector3::z(), 2));
+    let mut strain_j = |linear_error: f64| {
+        strip.report.elastic[0].linear_error = Some(linear_error);
+        let middle = Point3::new(pieces.fragments[0].center_m[0], 0.0, 0.01);
+        let strike = request(&[middle], Vector3::z(), 2);
+        again(&strip, &pieces.keep(), 0, &strike).unwrap().threshold().strain_j.unwrap()
+    };
+    let [linear, quadratic] = [0.3, 0.9].map(&mut strain_j);
+    assert!(quadratic > 1.15 * linear, "{linear} J, {quadratic} J");
 }
 
 #[test]

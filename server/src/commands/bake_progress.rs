@@ -248,6 +248,7 @@ mod tests {
             factor_operations: 3_000_000_000,
             edge_bytes: 0,
             quadratic_nodes: 0,
+            stretch: 1,
             skin_triangles,
             exact_triangles: 0,
         };

@@ -225,7 +225,6 @@ pub fn defects(all: &[Defect]) -> Vec<serde_json::Value> {
 /// Elements of the bodies, those with the fewest cells across their walls of each order.
 fn elements(prepared: &PreparedObject) -> Vec<String> {
     let report = &prepared.report;
-    let has_other = prepared.parameters.elements.of_fragments() == ElementOrder::Linear;
     let fewest = |order: ElementOrder| {
         let all = report.elastic.iter().filter(|own| own.order == order);
         all.min_by(|a, b| a.elements_across.total_cmp(&b.elements_across))
@@ -247,7 +246,7 @@ fn elements(prepared: &PreparedObject) -> Vec<String> {
             .map_or(String::new(), |error| format!(", energies about {:.0} % too low", 100.0 * error));
         let fragments = own
             .linear_error
-            .filter(|_| has_other)
+            .filter(|_| own.of_fragments(prepared.parameters.elements).order != own.order)
             .map_or(String::new(), |error| format!(" ({:.0} % in fragments)", 100.0 * error));
         let stretch = report.stretch.map_or(String::new(), |own| format!(", {} times as long as thick", own.factor));
         format!("{order}, {:.1}{or_more} across the walls{stretch}{error}{fragments}{reason}", own.elements_across)

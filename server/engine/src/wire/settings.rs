@@ -1,7 +1,8 @@
 //! Solver settings: accuracy and time of a request, and their values in its result.
 
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, DisplacementMethod, FractureOutcome, PreparedObject, RequestCost, StopReason, TimeBudget,
+    self, DegreeRequest, DisplacementMethod, FractureOutcome, PreparedObject, RequestCost, RetainedFragments,
+    StopReason, TimeBudget,
 };
 use shatter_proto::effect::Effects;
 use shatter_proto::request::{DegreeRule, DisplacementSource, Quality, Request};
@@ -106,6 +107,13 @@ impl EffectiveSettings {
             discretization_error: prepared.report.discretization_error(),
             is_reducible: is_reducible(prepared, &planned),
         }
+    }
+
+    /// Changes what differs for a fragment of an earlier result: it has no reduced basis, and elements of its own.
+    pub(super) fn of_fragment(&mut self, prepared: &PreparedObject, (kept, fragment): (&RetainedFragments, u32)) {
+        self.is_reducible = false;
+        let elements = kept.body(fragment).and_then(|body| prepared.fragment_elements(body));
+        self.discretization_error = elements.and_then(|own| own.discretization_error);
     }
 
     /// Writes the settings into the summary.

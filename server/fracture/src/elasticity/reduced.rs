@@ -12,7 +12,7 @@ use super::enriched::CompletionTables;
 use super::force_sums::ForceSums;
 use super::residual::{self, ResidualForm};
 use super::workspace::SIDE;
-use super::{DrivingEnergy, ElasticWorkspace, Elasticity, ElasticityError, NodalLoad, ReducedModes, Support};
+use super::{DrivingEnergy, ElasticWorkspace, Elasticity, ElasticityError, NodalLoad, ReducedModes};
 use crate::cancel_token::CancelToken;
 use crate::lattice::Lattice;
 use crate::memory::held;
@@ -151,14 +151,13 @@ fn halved(mut lanes: [f32; SIDE], half: usize) -> [f32; SIDE] {
 /// Smallest number of pairs for a fit of the estimate.
 const PAIRS_MIN: usize = 8;
 
-/// Accepted range of the exponent for bodies that are free. Values outside it come from too few pairs.
+/// Accepted range of the exponent. Values outside it come from too few pairs.
 const POWER_RANGE: [f64; 2] = [0.5, 2.0];
 
-/// The same for anchored bodies.
+/// The same for bodies whose basis may miss far more of an impact than of any impact of the fit: anchored bodies, and sheets.
 ///
-/// Near anchors a basis may miss most of the energy, far more than for any impact of the fit. With an exponent of 0.5, a
-/// strip held at both ends told 1 to 3 % for contacts that missed 17 to 63 %.
-const POWER_RANGE_ANCHORED: [f64; 2] = [1.0, 2.0];
+/// With an exponent of 0.5, a strip held at both ends told 1 to 3 % for contacts beside an anchor that missed 17 to 63 %.
+const POWER_RANGE_STEEP: [f64; 2] = [1.0, 2.0];
 
 impl ReducedBasis {
     /// Builds the reduced basis from free displacements of `body` (one row of `rank` per component, `rank` ≥ 1).
@@ -447,12 +446,10 @@ impl ErrorEstimate {
         Self::fit_within(pairs, POWER_RANGE)
     }
 
-    /// As [`Self::fit`], for a body with this support.
-    pub fn fit_supported(pairs: &[(f64, f64)], support: &Support) -> Self {
-        match support {
-            Support::Free(_) => Self::fit(pairs),
-            Support::Anchored(_) => Self::fit_within(pairs, POWER_RANGE_ANCHORED),
-        }
+    /// As [`Self::fit`], with an exponent of at least 1: for anchored bodies and sheets, whose basis may miss far more of an
+    /// impact than of any of the fit.
+    pub fn fit_steep(pairs: &[(f64, f64)]) -> Self {
+        Self::fit_within(pairs, POWER_RANGE_STEEP)
     }
 
     fn fit_within(pairs: &[(f64, f64)], [least, most]: [f64; 2]) -> Self {

@@ -5,6 +5,7 @@
 
 use crate::cancel_token::CancelToken;
 use crate::cutting::CuttingMesh;
+use crate::elasticity::ElementOrder;
 use crate::lattice::{EnergyTransfer, Lattice, NO_INDEX};
 use crate::lift::{self, LiftError, LiftKind};
 use crate::pipeline::error::{FractureError, SOLVED_NODES_MAX, TETS_MIN};
@@ -161,8 +162,8 @@ fn solid(
     token: &CancelToken,
 ) -> Result<ElasticModel, FractureError> {
     let whole = prepared.solid(index)?;
-    let (law, order) =
-        ((prepared.parameters.material.poisson, Precision::F64), prepared.parameters.elements.of_fragments());
+    let law = (prepared.parameters.material.poisson, Precision::F64);
+    let order = prepared.fragment_elements(index).map_or(ElementOrder::Linear, |own| own.order);
     let nodes = crack.nodes.len();
     let (lattice, transfer) = if nodes <= SOLVED_NODES_MAX {
         (crack.clone(), EnergyTransfer::identity(crack))

@@ -93,6 +93,8 @@ struct StruckBody<'a> {
     elasticity: &'a Elasticity,
     basis: &'a ReducedBasis,
     request: &'a FractureRequest,
+    /// See [`PreparedObject::has_long_cells`].
+    has_long_cells: bool,
     cancel: &'a CancelToken,
 }
 
@@ -114,7 +116,8 @@ pub(super) fn displace_dynamic(
     let stiffness = held.map_or(&prepared.solid(*body)?.elasticity, |own| &own.elasticity);
     let (basis, modes) = vibrations(prepared, *body, request.effects)?;
     let failed = |source| FractureError::of_body(*body, source);
-    let struck = StruckBody { elasticity: stiffness, basis, request, cancel };
+    let has_long_cells = prepared.has_long_cells();
+    let struck = StruckBody { elasticity: stiffness, basis, request, has_long_cells, cancel };
     let effect = observer.effect(EffectKind::Dynamics);
     let groups = PulseGroups::new(&contacts.durations_s[place], ContactSet::times_per_s(prepared));
     let spread_min = spread_min(Some(basis), request);
@@ -212,7 +215,7 @@ impl StruckBody<'_> {
         if is_reduced {
             let dynamic = ReducedBasis::energy(&response.coordinates);
             let missed = self.missed(&loads[place], coordinates, elasticity) * at_rest / dynamic;
-            if missed <= self.request.reduced_error_max {
+            if missed <= self.request.reduced_error_max && !self.has_long_cells {
                 return Ok(self.expand(response, missed, workspace));
             }
         }

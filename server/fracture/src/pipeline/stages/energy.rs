@@ -16,7 +16,6 @@ use crate::pipeline::prepared::anchored::{AnchoredBody, Weight};
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::prepared::parameters::DisplacementMethod;
 use crate::pipeline::request::context::RequestContext;
-use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::pipeline::request::stage::Stage;
 use crate::pipeline::workspace::Workspace;
 use crate::scene::EffectKind;
@@ -138,7 +137,7 @@ fn deformed(
                 dynamics::displace_dynamic(context, contacts, place, workspace)
             }
             Some(own) => displace_held(context, contacts, own, place, workspace),
-            None => displace((elasticity, basis), request, place, workspace, cancel).map_err(failed),
+            None => displace((elasticity, basis), context, place, workspace).map_err(failed),
         }?;
         if let Some(own) = own {
             observer.part(EffectKind::Anchored, own.elasticity.own_bytes() as u64);
@@ -218,18 +217,17 @@ fn tet_energies(
 /// Computes the displacement of a free body at rest under load `place` of the workspace: reduced if possible, else solved.
 fn displace(
     (elasticity, basis): (&Elasticity, Option<&ReducedBasis>),
-    request: &FractureRequest,
+    context: RequestContext<'_>,
     place: usize,
     workspace: &mut Workspace,
-    cancel: &CancelToken,
 ) -> Result<StrainEnergy, ElasticityError> {
-    if let Some(reduced) = displace_reduced((elasticity, basis), request, place, workspace, cancel)? {
+    if let Some(reduced) = displace_reduced((elasticity, basis), context, place, workspace)? {
         return Ok(reduced);
     }
     let Workspace { loads, displacement, elasticity: scratch, .. } = workspace;
     let load = &mut loads[place];
     elasticity.balance(load);
-    elasticity.solve(&load.forces, displacement, scratch, cancel)?;
+    elasticity.solve(&load.forces, displacement, scratch, context.cancel)?;
     let energy = elasticity.elastic_energy(&load.forces, displacement);
     Ok(StrainEnergy { energy, reduced_error: None, is_expanded: false })
 }
@@ -239,17 +237,16 @@ fn displace(
 /// `None` if the request does not allow it, there is no basis, or the whole basis is not accurate enough.
 fn displace_reduced(
     (elasticity, basis): (&Elasticity, Option<&ReducedBasis>),
-    request: &FractureRequest,
+    RequestContext { prepared, request, cancel, .. }: RequestContext<'_>,
     place: usize,
     workspace: &mut Workspace,
-    cancel: &CancelToken,
 ) -> Result<Option<StrainEnergy>, ElasticityError> {
     let Some(basis) = basis.filter(|_| request.elastic == DisplacementMethod::Reduced) else { return Ok(None) };
     let Workspace { loads, displacement, coordinates, elasticity: scratch, .. } = workspace;
     let load = &mut loads[place];
     basis.project(load, coordinates);
     let error = basis.estimate().error(basis.residual(elasticity, load, coordinates, scratch));
-    if error <= request.reduced_error_max {
+    if error <= request.reduced_error_max && !prepared.has_long_cells() {
         let used = basis.used(request.rank_max);
         basis.expand(&coordinates[..used], displacement, scratch);
         let reduced_error = Some(ReducedBasis::truncated_error(coordinates, used, error));
@@ -275,7 +272,7 @@ fn displace_held(
     place: usize,
     workspace: &mut Workspace,
 ) -> Result<StrainEnergy, FractureError> {
-    let RequestContext { prepared, request, cancel, observer } = context;
+    let RequestContext { prepared, request, observer, .. } = context;
     let body = contacts.bodies[place].0;
     let failed = |source| FractureError::of_body(body, source);
     let weight = own.weight.as_ref().filter(|_| request.effects.has(EffectKind::Gravity));
@@ -288,7 +285,7 @@ fn displace_held(
             loads[place].acceleration[0] = -unit * weight.gravity;
         }
         let parts = (&own.elasticity, basis);
-        if let Some(reduced) = displace_reduced(parts, request, place, workspace, cancel).map_err(failed)? {
+        if let Some(reduced) = displace_reduced(parts, context, place, workspace).map_err(failed)? {
             weight.iter().for_each(|own| observer.part(EffectKind::Gravity, size_of_val(&own.gravity) as u64));
             return Ok(reduced);
         }

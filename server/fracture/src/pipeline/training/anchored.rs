@@ -5,7 +5,7 @@
 
 use super::reduce::{basis, fitted, trials};
 use crate::cancel_token::CancelToken;
-use crate::elasticity::{ElementOrder, Support};
+use crate::elasticity::ElementOrder;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::anchored::{AnchorError, AnchoredBasis};
 use crate::pipeline::prepared::object::PreparedObject;
@@ -97,8 +97,7 @@ fn reduced(
     (prepared.held, prepared.anchored_bases) = (None, Vec::new());
     let trials = trials?;
     let estimating = |own: AnchoredBasis| {
-        let support = Support::Anchored(own.nodes.clone());
-        let basis = fitted(Arc::unwrap_or_clone(own.basis), (own.body, &support), &trials);
+        let basis = fitted(Arc::unwrap_or_clone(own.basis), (own.body, true), &trials);
         AnchoredBasis { basis: Arc::new(basis), ..own }
     };
     Ok(bases.into_iter().map(estimating).collect())
