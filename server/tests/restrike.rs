@@ -98,18 +98,16 @@ fn fragments_are_struck_again_and_theirs_too() {
 }
 
 #[test]
-fn results_on_fragments_tell_the_error_of_their_own_elements() {
+fn results_on_fragments_tell_an_error_of_their_own() {
     let here = place("errors");
     let path = here.databases().join("bar.shatter");
-    let mut bar = shatter_fracture::database::load(&path).unwrap();
-    let whole = bar.report.discretization_error().unwrap();
-    bar.report.elastic[0].linear_error = Some(2.0 * whole);
-    shatter_fracture::database::save(&bar, &path).unwrap();
+    let whole = shatter_fracture::database::load(&path).unwrap().report.discretization_error().unwrap();
     let daemon = InProcess::start_with(here, "", shatter_engine::wire::loader(None));
     let bar = daemon.connect().object("bar", timeout()).unwrap();
     let first = strike(&bar, &base_impact().keep());
     assert_eq!(first.summary().discretization_error, Some(whole));
-    assert_eq!(check(&bar, &first, false).summary().discretization_error, Some(2.0 * whole));
+    let own = check(&bar, &first, false).summary().discretization_error.unwrap();
+    assert!((whole + 0.02..1.0).contains(&own), "{own}, of the whole object {whole}");
 }
 
 #[test]

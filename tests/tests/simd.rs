@@ -19,7 +19,7 @@ const KNOWN: [Compiled; 2] = [
 ];
 
 /// Files that run a kernel through `simd.rs`, which `pulp` compiles for each path, with the file and name of the test that forces all.
-const KERNELS: [(&str, (&str, &str)); 9] = [
+const KERNELS: [(&str, (&str, &str)); 10] = [
     ("elasticity/energy.rs", ("elasticity/energy.rs", "wide_and_plain_instructions_give_the_same_bits")),
     (
         "elasticity/quadratic/product.rs",
@@ -36,6 +36,7 @@ const KERNELS: [(&str, (&str, &str)); 9] = [
         "elasticity/refined/quadratic.rs",
         ("elasticity/refined/tests.rs", "wide_and_plain_instructions_give_the_same_bits"),
     ),
+    ("elasticity/row_products.rs", ("elasticity/row_products.rs", "wide_and_plain_instructions_give_the_same_bits")),
     ("fragment/properties.rs", ("fragment/tests.rs", "wide_instructions_do_not_change_a_bit")),
     ("tessellation/points.rs", ("tessellation/tests/layout.rs", "wide_instructions_do_not_change_a_bit")),
 ];

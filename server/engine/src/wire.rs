@@ -253,7 +253,8 @@ impl ServedObject for EngineObject {
         let result = pipeline::strike_again(context, from, workspace);
         let result = result.map_err(|error| of_fragment(engine_error_in(error, &strike.convention), from.1))?;
         let mut used = self.used(&resolved, &result);
-        used.of_fragment(&self.prepared, from);
+        // Fragments have no basis.
+        used.is_reducible = false;
         // The times of a fragment tell nothing about the object.
         self.struck(strike, (used, hit), None, result)
     }

@@ -9,8 +9,8 @@ use shatter_fracture::fragment::closed;
 use shatter_fracture::lattice::{EnergyTransfer, NO_INDEX, block};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, DisplacementMethod, FractureError, FractureMeshes, FractureOutcome, FractureRequest, OUTER,
-    PreparedObject, RequestContext, RetainedFragments, SurfaceKind, Workspace, strike_again,
+    self, DegreeRequest, DisplacementMethod, ElementChoice, FractureError, FractureMeshes, FractureOutcome,
+    FractureRequest, OUTER, PreparedObject, RequestContext, RetainedFragments, SurfaceKind, Workspace, strike_again,
 };
 use shatter_fracture::scene::{EffectKind, EffectSet, Materials};
 use shatter_fracture::surface::{RawMesh, shapes};
@@ -93,6 +93,20 @@ fn shown(pieces: &FractureMeshes) -> Vec<Shown> {
         }
     };
     pieces.fragments.iter().map(show).collect()
+}
+
+/// The meshes of the fragments of a result, in the coordinates of the file.
+fn meshes(pieces: &FractureMeshes) -> Vec<RawMesh> {
+    let counts = pieces.counts;
+    let (mut positions, mut indices) = (vec![[0.0; 3]; counts.vertices], vec![0; counts.indices]);
+    pieces.emit(&mut positions, &mut indices, &mut vec![[0; 2]; counts.merges]).unwrap();
+    let mesh = |row: &pipeline::FragmentRow| {
+        let center = Vector3::from(row.center_m);
+        let own = &positions[row.vertex_first as usize..][..row.vertex_count as usize];
+        let triangles = indices[row.index_first as usize..][..row.index_count as usize].as_chunks().0.to_vec();
+        RawMesh::new(own.iter().map(|at| Point3::from(at.map(f64::from)) + center).collect(), triangles)
+    };
+    pieces.fragments.iter().map(mesh).collect()
 }
 
 fn first(prepared: &PreparedObject, strike: &FractureRequest) -> FractureMeshes {
@@ -193,28 +207,77 @@ fn no_child_joins_separate_limbs_of_the_parent() {
     assert_eq!(spanning(LiftKind::Interior), 0);
 }
 
-/// A strip of one cell and a half across, broken in two.
+/// A strip of one cell and a half across, broken in two: its fragments have its elements.
 #[test]
-fn fragments_bend_where_linear_elements_would_miss_most() {
+fn fragments_of_thin_bodies_bend() {
     let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let bake = BakeRequest {
         elastic: DisplacementMethod::Solve,
         surface: SurfaceKind::Lattice,
-        elastic_spacing: Some(0.04),
-        crack_spacing: Some(0.04),
+        elastic_spacing: Some(0.03),
+        crack_spacing: Some(0.03),
         kappa: Some(2.0),
         ..BakeRequest::new("strip", "glass", materials.get("glass").unwrap().clone())
     };
-    let mut strip = bake.bake(shapes::cuboid([0.3, 0.06, 0.02])).unwrap();
-    let pieces = first(&strip, &request(&[Point3::new(0.0, 0.0, 0.01)], Vector3::z(), 2));
-    let mut strain_j = |linear_error: f64| {
-        strip.report.elastic[0].linear_error = Some(linear_error);
+    let strain_j = |elements: ElementChoice| {
+        let strip = BakeRequest { elements, ..bake.clone() }.bake(shapes::cuboid([0.4, 0.06, 0.02])).unwrap();
+        let pieces = first(&strip, &request(&[Point3::new(0.0, 0.0, 0.01)], Vector3::z(), 2));
         let middle = Point3::new(pieces.fragments[0].center_m[0], 0.0, 0.01);
         let strike = request(&[middle], Vector3::z(), 2);
         again(&strip, &pieces.keep(), 0, &strike).unwrap().threshold().strain_j.unwrap()
     };
-    let [linear, quadratic] = [0.3, 0.9].map(&mut strain_j);
+    let [linear, quadratic] = [ElementChoice::Linear, ElementChoice::Auto].map(strain_j);
     assert!(quadratic > 1.15 * linear, "{linear} J, {quadratic} J");
+}
+
+/// Energies of fragments, and what they tell of their errors, against the same meshes baked as objects of their own.
+#[track_caller]
+fn check_energies(crack_spacing: f64, sites: u32) {
+    let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
+    let bake = |name: &str, elastic_spacing: f64, crack_spacing: f64| BakeRequest {
+        elastic: DisplacementMethod::Solve,
+        surface: SurfaceKind::Lattice,
+        elastic_spacing: Some(elastic_spacing),
+        crack_spacing: Some(crack_spacing),
+        kappa: Some(2.0),
+        ..BakeRequest::new(name, "glass", materials.get("glass").unwrap().clone())
+    };
+    let plate = bake("plate", 0.04, crack_spacing).bake(shapes::cuboid([0.3, 0.24, 0.03])).unwrap();
+    let pieces = first(&plate, &request(&[Point3::new(0.0, 0.0, 0.015)], Vector3::z(), sites));
+    let (mut errors, mut covered) = (Vec::new(), 0);
+    for (row, own) in pieces.fragments.iter().zip(meshes(&pieces)) {
+        let center = Point3::from(row.center_m);
+        let top = own.positions_m.iter().filter(|point| point.z > 0.0149);
+        let near = *top.min_by(|a, b| (*a - center).norm().total_cmp(&(*b - center).norm())).unwrap();
+        let mut strike = request(&[near], Vector3::z(), 2);
+        strike.contacts[0].radius_m = Some(0.012);
+        let object = bake("piece", 0.06, 0.06).bake(own).unwrap();
+        let expected = pipeline::strike(
+            RequestContext::new(&object, &strike, &CancelToken::default(), &()),
+            &mut Workspace::default(),
+        );
+        let expected = expected.unwrap().threshold().strain_j.unwrap();
+        let found = again(&plate, &pieces.keep(), row.id, &strike).unwrap();
+        let error = (found.threshold().strain_j.unwrap() / expected - 1.0).abs();
+        let told = found.threshold().discretization_error.unwrap();
+        println!("fragment {}: {error:.3} off, told {told:.3}", row.id);
+        errors.push(error);
+        covered += usize::from(told >= 0.5 * error);
+    }
+    errors.sort_by(f64::total_cmp);
+    assert!(errors.len() >= sites as usize && errors[errors.len() / 2] < 0.1, "{errors:?}");
+    assert!(10 * covered >= 8 * errors.len(), "{errors:?}");
+}
+
+#[test]
+fn energies_of_fragments_are_those_of_their_meshes() {
+    check_energies(0.04, 8);
+}
+
+/// Their displacements are those of the elastic lattice.
+#[test]
+fn energies_of_large_fragments_are_those_of_their_meshes() {
+    check_energies(0.02, 3);
 }
 
 #[test]

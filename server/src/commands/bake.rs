@@ -82,8 +82,7 @@ pub struct BakeArgs {
     #[arg(long, value_name = "f64|f32", default_value = "f64", value_parser = factor)]
     pub factor: Precision,
     /// Order of the elements: `quadratic` ones bend where few cells lie across a wall, but a bake takes two to ten times as long; `auto` takes
-    /// them in bodies with fewer than five cells across their walls, or where linear ones would miss more than 15 % of the elastic energy, but
-    /// in fragments only where linear ones would miss most of it
+    /// them in bodies with fewer than five cells across their walls, or where linear ones would miss more than 15 % of the elastic energy
     #[arg(long, value_name = "auto|linear|quadratic", default_value = "auto", value_parser = elements)]
     pub elements: ElementChoice,
     /// Add K impacts to the examples of the existing database; everything else stays as baked

@@ -249,6 +249,7 @@ mod tests {
             edge_bytes: 0,
             quadratic_nodes: 0,
             stretch: 1,
+            is_reduced: true,
             skin_triangles,
             exact_triangles: 0,
         };

@@ -244,12 +244,8 @@ fn elements(prepared: &PreparedObject) -> Vec<String> {
         let error = own
             .discretization_error
             .map_or(String::new(), |error| format!(", energies about {:.0} % too low", 100.0 * error));
-        let fragments = own
-            .linear_error
-            .filter(|_| own.of_fragments(prepared.parameters.elements).order != own.order)
-            .map_or(String::new(), |error| format!(" ({:.0} % in fragments)", 100.0 * error));
         let stretch = report.stretch.map_or(String::new(), |own| format!(", {} times as long as thick", own.factor));
-        format!("{order}, {:.1}{or_more} across the walls{stretch}{error}{fragments}{reason}", own.elements_across)
+        format!("{order}, {:.1}{or_more} across the walls{stretch}{error}{reason}", own.elements_across)
     };
     [ElementOrder::Linear, ElementOrder::Quadratic].into_iter().filter_map(fewest).map(line).collect()
 }

@@ -1,8 +1,7 @@
 //! Solver settings: accuracy and time of a request, and their values in its result.
 
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, DisplacementMethod, FractureOutcome, PreparedObject, RequestCost, RetainedFragments,
-    StopReason, TimeBudget,
+    self, DegreeRequest, DisplacementMethod, FractureOutcome, PreparedObject, RequestCost, StopReason, TimeBudget,
 };
 use shatter_proto::effect::Effects;
 use shatter_proto::request::{DegreeRule, DisplacementSource, Quality, Request};
@@ -74,8 +73,6 @@ pub(super) struct EffectiveSettings {
     crack_nodes: usize,
     /// Fewest cells across the walls of any body; `None`: unknown.
     elements_across: Option<f64>,
-    /// Largest error of any body's elastic lattice with the elements that the request uses; `None`: unknown.
-    discretization_error: Option<f64>,
     /// Whether reduced displacements were possible.
     pub is_reducible: bool,
 }
@@ -104,16 +101,8 @@ impl EffectiveSettings {
             elastic_nodes: prepared.elastic_nodes(),
             crack_nodes: prepared.crack_nodes(),
             elements_across: prepared.report.elements_across(),
-            discretization_error: prepared.report.discretization_error(),
             is_reducible: is_reducible(prepared, &planned),
         }
-    }
-
-    /// Changes what differs for a fragment of an earlier result: it has no reduced basis, and elements of its own.
-    pub(super) fn of_fragment(&mut self, prepared: &PreparedObject, (kept, fragment): (&RetainedFragments, u32)) {
-        self.is_reducible = false;
-        let elements = kept.body(fragment).and_then(|body| prepared.fragment_elements(body));
-        self.discretization_error = elements.and_then(|own| own.discretization_error);
     }
 
     /// Writes the settings into the summary.
@@ -128,7 +117,7 @@ impl EffectiveSettings {
         summary.reduced_error_max = result.threshold().reduced_error_max;
         (summary.elastic_nodes, summary.crack_nodes) = (count(self.elastic_nodes), count(self.crack_nodes));
         summary.elements_across = self.elements_across.unwrap_or(0.0) as f32;
-        summary.discretization_error = self.discretization_error.unwrap_or(0.0);
+        summary.discretization_error = result.threshold().discretization_error.unwrap_or(0.0);
     }
 }
 

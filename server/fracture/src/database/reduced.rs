@@ -2,7 +2,9 @@
 
 use super::container::{ContainerContents, FLAT, Tensors};
 use super::{DatabaseError, stored_values};
-use crate::elasticity::{CompletionTables, Elasticity, ElementOrder, ErrorEstimate, QuadraticTables, ReducedBasis};
+use crate::elasticity::{
+    CompletionTables, Elasticity, ElementOrder, ErrorEstimate, QuadraticTables, ReducedBasis, ScaledRows,
+};
 use crate::pipeline::{AnchoredBasis, PreparedBody, PreparedObject, RANK_MAX};
 use std::sync::Arc;
 
@@ -42,7 +44,7 @@ fn put_basis(tensors: &mut Tensors, name: &dyn Fn(&str) -> String, reduced: &Red
     tensors.f32(name("basis"), &shape, reduced.basis());
     tensors.f64(name("gram"), &[rank, rank], reduced.gram());
     if let Some(QuadraticTables { strains, weighted, inertial, completion }) = reduced.quadratic() {
-        tensors.f32(name("strains"), &[2 * shape[0], rank], strains);
+        tensors.f32(name("strains"), &[2 * shape[0], rank], &strains.to_rows());
         tensors.f32(name("weighted"), &shape, weighted);
         tensors.f64(name("inertial"), &[QuadraticTables::INERTIAL, rank], inertial);
         if let Some(CompletionTables { forces, estimate }) = completion {
@@ -165,7 +167,7 @@ fn quadratic(
         stored_values::basis(&tensor, &entries)?;
         Ok(entries)
     };
-    let (strains, weighted) = (rows("strains", 2 * size)?, rows("weighted", size)?);
+    let (strains, weighted) = (ScaledRows::new(rank, &rows("strains", 2 * size)?), rows("weighted", size)?);
     let inertial = contents.f64(&name("inertial"), Some(QuadraticTables::INERTIAL), rank)?;
     stored_values::inertial(&name("inertial"), rank, &inertial, [basis, &weighted])?;
     // Files of earlier versions have none.

@@ -2,8 +2,8 @@
 
 use super::blocks::{Block, SIDE};
 use super::element::Lame;
-use super::quadratic::{EdgeFunctions, QuadraticEnergies, StrainEnergies};
-use super::{Elasticity, ElasticityError, NodalLoad};
+use super::quadratic::{EdgeFunctions, QuadraticEnergies, StrainEnergies, StrainRows, TensileStrainEnergies};
+use super::{ElasticWorkspace, Elasticity, ElasticityError, NodalLoad};
 use crate::cancel_token::CancelToken;
 use crate::lattice::Lattice;
 use crate::simd::widest;
@@ -122,7 +122,8 @@ impl Elasticity {
         energies.iter().enumerate().max_by(|one, other| one.1.total_cmp(other.1)).map(|(tet, _)| tet)
     }
 
-    /// Computes ∫ W over each tetrahedron from strains at the nodes, six components each, in proportion to a whole energy.
+    /// Computes ∫ W over each quadratic tetrahedron from strains at the nodes, six components each, in proportion to a whole
+    /// energy.
     ///
     /// The sum of the energies of all parts is `whole`; with [`DrivingEnergy::Tensile`], that of the tensile parts is
     /// their share of it.
@@ -131,25 +132,33 @@ impl Elasticity {
     /// [`ElasticityError::Canceled`].
     pub(super) fn strain_energy(
         &self,
-        lattice: &Lattice,
+        edges: &EdgeFunctions,
         strains: &[f64],
         (driving, whole): (DrivingEnergy, f64),
-        energies: &mut Vec<f64>,
+        (energies, workspace): (&mut Vec<f64>, &mut ElasticWorkspace),
         token: &CancelToken,
     ) -> Result<(), ElasticityError> {
-        energies.resize(lattice.tets.len(), 0.0);
-        let fill = |driving, energies: &mut [f64]| {
-            let chunks = lattice.tets.par_chunks(CHUNK).zip(energies.par_chunks_mut(CHUNK));
-            self.elements.blocks.par_chunks(CHUNK / SIDE).zip(chunks).try_for_each(|(blocks, (corners, energies))| {
-                token.check()?;
-                widest(StrainEnergies { lame: self.lame, driving, blocks, corners, strains, energies });
-                Ok::<_, ElasticityError>(())
-            })
-        };
-        fill(DrivingEnergy::Total, energies)?;
+        energies.resize(self.tets, 0.0);
+        let (lame, strains) = (self.lame, strains.as_chunks().0);
+        let rows = &mut workspace.strain_rows;
+        rows.resize(strains.len(), Default::default());
+        rows.par_chunks_mut(CHUNK).zip(strains.par_chunks(CHUNK)).for_each(|(rows, strains)| {
+            widest(StrainRows { lame, strains, rows });
+        });
+        let chunks = edges.corners.par_chunks(CHUNK).zip(edges.volumes.par_chunks(CHUNK));
+        chunks.zip(energies.par_chunks_mut(CHUNK)).try_for_each(|((corners, volumes), energies)| {
+            token.check()?;
+            widest(StrainEnergies { lame, volumes, corners, rows, energies });
+            Ok::<_, ElasticityError>(())
+        })?;
         let sum: f64 = energies.iter().sum();
         if driving == DrivingEnergy::Tensile {
-            fill(driving, energies)?;
+            let chunks = self.elements.blocks.par_chunks(CHUNK / SIDE).zip(edges.corners.par_chunks(CHUNK));
+            chunks.zip(energies.par_chunks_mut(CHUNK)).try_for_each(|((blocks, corners), energies)| {
+                token.check()?;
+                widest(TensileStrainEnergies { lame, blocks, corners, strains, energies });
+                Ok::<_, ElasticityError>(())
+            })?;
         }
         if sum > 0.0 {
             energies.iter_mut().for_each(|energy| *energy *= whole / sum);
@@ -179,8 +188,11 @@ impl Elasticity {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::elasticity::ElementOrder;
+    use crate::elasticity::quadratic::energies as energies_at_points;
     use crate::lattice::block;
     use crate::random::RandomStream;
+    use crate::simd::SimdLanes;
     use crate::simd::tests::same_on_every_path;
 
     #[test]
@@ -197,5 +209,39 @@ mod tests {
             });
             assert!(plain.iter().all(|energy| *energy >= 0.0 && energy.is_finite()) && plain[0] > 0.0);
         }
+        let body = body.of_order(ElementOrder::Quadratic, &lattice).unwrap();
+        let edges = body.edges.as_ref().unwrap();
+        let strains: Vec<f64> = (0..2 * body.size()).map(|_| stream.uniform() - 0.5).collect();
+        for driving in [DrivingEnergy::Total, DrivingEnergy::Tensile] {
+            same_on_every_path(|| {
+                let (mut energies, mut workspace) = (Vec::new(), ElasticWorkspace::default());
+                let parts = (&mut energies, &mut workspace);
+                body.strain_energy(edges, &strains, (driving, 1.0), parts, &CancelToken::default()).unwrap();
+                energies
+            });
+        }
+    }
+
+    /// Strains that are linear between the corners: the energies of their kernels, and of the rule of four points.
+    #[test]
+    fn energies_of_node_strains_are_those_of_the_quadrature() {
+        let lattice = block([3, 2, 3], 0.1);
+        let body = Elasticity::assembled(&lattice, 0.3, &CancelToken::default()).unwrap();
+        let body = body.of_order(ElementOrder::Quadratic, &lattice).unwrap();
+        let mut stream = RandomStream::new(6, 0);
+        let strains: Vec<f64> = (0..2 * body.size()).map(|_| stream.uniform() - 0.5).collect();
+        let (mut energies, mut workspace) = (Vec::new(), ElasticWorkspace::default());
+        let parts = (&mut energies, &mut workspace);
+        let edges = body.edges.as_ref().unwrap();
+        body.strain_energy(edges, &strains, (DrivingEnergy::Total, 1.0), parts, &CancelToken::default()).unwrap();
+        let of_tet = |tet: usize| {
+            let at = |node: u32| std::array::from_fn(|k| SimdLanes::all(strains[6 * node as usize + k]));
+            energies_at_points::<false>(body.lame, SimdLanes::all(lattice.tet_volume(tet)), &lattice.tets[tet].map(at))
+                .0[0]
+        };
+        let expected: Vec<f64> = (0..lattice.tets.len()).map(of_tet).collect();
+        let sum: f64 = expected.iter().sum();
+        let far = |(own, expected): (&f64, &f64)| (own - expected / sum).abs() > 1e-6 * expected / sum;
+        assert!(!energies.iter().zip(&expected).any(far));
     }
 }

@@ -14,6 +14,7 @@
 //! with a reduced basis is ours.
 
 use super::residual::dot;
+use super::row_products;
 use super::{ElasticWorkspace, Elasticity, ElasticityError, ErrorEstimate, NodalLoad, ReducedBasis};
 use crate::cancel_token::CancelToken;
 use crate::memory::held;
@@ -69,7 +70,7 @@ impl ReducedBasis {
         let (size, factor) = (body.size(), body.factor()?);
         body.balance(load);
         let mut residual = std::mem::take(&mut workspace.residual);
-        self.combine(forces, coordinates, &mut residual, &mut workspace.narrow);
+        row_products::products((self.rank, forces), coordinates, &mut residual, &mut workspace.narrow);
         residual.iter_mut().zip(&load.forces[..size]).for_each(|(own, force)| *own = force - *own);
         let mut linear = std::mem::take(&mut workspace.linear);
         linear.clone_from(&residual);

@@ -11,7 +11,7 @@
 use super::enriched::CompletionTables;
 use super::force_sums::ForceSums;
 use super::residual::{self, ResidualForm};
-use super::workspace::SIDE;
+use super::row_products::{self, ScaledRows};
 use super::{DrivingEnergy, ElasticWorkspace, Elasticity, ElasticityError, NodalLoad, ReducedModes};
 use crate::cancel_token::CancelToken;
 use crate::lattice::Lattice;
@@ -19,7 +19,6 @@ use crate::memory::held;
 use crate::simd::widest;
 use nalgebra::Vector3;
 use pulp::NullaryFnOnce;
-use rayon::prelude::*;
 
 /// K-orthonormal basis of displacements of one free body, the most energetic first.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,7 +48,7 @@ struct ReducedMass {
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuadraticTables {
     /// Strains at the nodes: one row of `rank` entries per component xx, yy, zz, xy, yz, xz of a node.
-    pub strains: Vec<f32>,
+    pub strains: ScaledRows,
     /// Trace of D⁻¹KB: one row of `rank` entries per component of a node.
     pub weighted: Vec<f32>,
     /// B'f of the inertial forces of six unit accelerations, then B'KD⁻¹f of them, `rank` entries each.
@@ -64,7 +63,7 @@ impl QuadraticTables {
 
     fn bytes(&self) -> usize {
         let completion = self.completion.as_ref().map_or(0, CompletionTables::bytes);
-        held(&self.strains) + held(&self.weighted) + held(&self.inertial) + completion
+        self.strains.bytes() + held(&self.weighted) + held(&self.inertial) + completion
     }
 }
 
@@ -77,43 +76,6 @@ pub struct ErrorEstimate {
     pub factor: f64,
     /// Exponent, positive; 1 if missing energy and residual are proportional.
     pub power: f64,
-}
-
-/// Rows of a basis per parallel task.
-const ROWS: usize = 1024;
-
-/// Kernel that multiplies rows of a basis by coordinates.
-///
-/// Coordinates are padded with zeros to whole lanes, so entries read beyond the end of a row do not count.
-struct Products<'a> {
-    rank: usize,
-    basis: &'a [f32],
-    coordinates: &'a [[f32; SIDE]],
-    sums: &'a mut [f64],
-}
-
-impl NullaryFnOnce for Products<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let length = SIDE * self.coordinates.len();
-        for (row, sum) in self.sums.iter_mut().enumerate() {
-            let rest = &self.basis[row * self.rank..];
-            let mut lanes = [0.0; SIDE];
-            let (chunks, end) = rest[..length.min(rest.len())].as_chunks::<SIDE>();
-            for (chunk, coordinates) in chunks.iter().zip(self.coordinates) {
-                for lane in 0..SIDE {
-                    lanes[lane] += chunk[lane] * coordinates[lane];
-                }
-            }
-            // Non-empty only in the last rows.
-            for ((lane, b), q) in lanes.iter_mut().zip(end).zip(self.coordinates.last().into_iter().flatten()) {
-                *lane += b * q;
-            }
-            *sum = f64::from(halved(halved(halved(halved(lanes, 8), 4), 2), 1)[0]);
-        }
-    }
 }
 
 /// Kernel that adds up rows of a basis times forces.
@@ -137,15 +99,6 @@ impl<F: Iterator<Item = (usize, Vector3<f64>)>> NullaryFnOnce for Gather<'_, F> 
             }
         }
     }
-}
-
-/// Adds lanes `half` … 2 · `half` − 1 to the first `half` lanes.
-#[inline(always)]
-fn halved(mut lanes: [f32; SIDE], half: usize) -> [f32; SIDE] {
-    for lane in 0..half {
-        lanes[lane] += lanes[lane + half];
-    }
-    lanes
 }
 
 /// Smallest number of pairs for a fit of the estimate.
@@ -323,8 +276,11 @@ impl ReducedBasis {
     ///
     /// Fewer coordinates than the rank stand for the first displacements.
     pub fn expand(&self, coordinates: &[f64], displacement: &mut Vec<f64>, workspace: &mut ElasticWorkspace) {
-        let rows = self.quadratic.as_ref().map_or(&self.basis, |tables| &tables.strains);
-        self.combine(rows, coordinates, displacement, &mut workspace.narrow);
+        let narrow = &mut workspace.narrow;
+        match &self.quadratic {
+            Some(tables) => tables.strains.products(coordinates, displacement, narrow),
+            None => row_products::products((self.rank, &self.basis), coordinates, displacement, narrow),
+        }
     }
 
     /// Adds the displacement with these coordinates to `expanded`, which is as [`Self::expand`] writes it.
@@ -349,24 +305,6 @@ impl ReducedBasis {
         self.superpose(coordinates, solution, workspace);
     }
 
-    /// Products of the first entries of all `rows`, of the rank each, with `coordinates`; resizes `products`.
-    pub(super) fn combine(
-        &self,
-        rows: &[f32],
-        coordinates: &[f64],
-        products: &mut Vec<f64>,
-        narrow: &mut Vec<[f32; SIDE]>,
-    ) {
-        narrow.clear();
-        narrow.resize(coordinates.len().div_ceil(SIDE), [0.0; SIDE]);
-        narrow.as_flattened_mut().iter_mut().zip(coordinates).for_each(|(narrow, q)| *narrow = *q as f32);
-        products.resize(rows.len() / self.rank, 0.0);
-        products.par_chunks_mut(ROWS).enumerate().for_each(|(chunk, sums)| {
-            let basis = &rows[chunk * ROWS * self.rank..];
-            widest(Products { rank: self.rank, basis, coordinates: narrow, sums });
-        });
-    }
-
     /// True if [`Self::expand`] and [`Self::complete`] yield strains at the nodes: the elements are quadratic.
     pub fn has_node_strains(&self) -> bool {
         self.quadratic.is_some()
@@ -382,13 +320,15 @@ impl ReducedBasis {
         (body, lattice): (&Elasticity, &Lattice),
         (expanded, energy): (&[f64], f64),
         driving: DrivingEnergy,
-        energies: &mut Vec<f64>,
+        (energies, workspace): (&mut Vec<f64>, &mut ElasticWorkspace),
         token: &CancelToken,
     ) -> Result<(), ElasticityError> {
-        if self.quadratic.is_none() {
-            return body.tet_energy(lattice, expanded, driving, energies, token);
+        match &body.edges {
+            Some(edges) if self.has_node_strains() => {
+                body.strain_energy(edges, expanded, (driving, energy), (energies, workspace), token)
+            }
+            _ => body.tet_energy(lattice, expanded, driving, energies, token),
         }
-        body.strain_energy(lattice, expanded, (driving, energy), energies, token)
     }
 
     /// Relative residual ρ = ½ r'D⁻¹r over ½|q|² of the displacement with coordinates `q` under `load`.

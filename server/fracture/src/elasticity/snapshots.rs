@@ -6,7 +6,7 @@
 use super::quadratic::{EdgeFunctions, SNAPSHOT, SOLVED, SnapshotRows};
 use super::{
     CompletionTables, ElasticWorkspace, Elasticity, ElasticityError, ErrorEstimate, NodalLoad, QuadraticTables,
-    ReducedBasis,
+    ReducedBasis, ScaledRows,
 };
 use crate::cancel_token::CancelToken;
 use crate::dense;
@@ -193,7 +193,7 @@ impl Elasticity {
         let part = |range: Range<usize>| rows[range.start * rank..range.end * rank].to_vec();
         let wide = |range: Range<usize>| part(range).into_iter().map(f64::from);
         let inertial = wide(parts.work()).chain(wide(parts.weighted_work())).collect();
-        let (strains, weighted) = (part(parts.strains()), part(parts.weighted()));
+        let (strains, weighted) = (ScaledRows::new(rank, &part(parts.strains())), part(parts.weighted()));
         let tables = QuadraticTables { strains, weighted, inertial, completion };
         let basis = ReducedBasis::stored_quadratic(self, part(parts.trace()), residual, tables, estimate);
         Ok(Some(basis.with_mass(mass)))

@@ -4,6 +4,7 @@ use super::force_sums::ForceSums;
 use super::load_front::LoadFront;
 use super::load_patch::LoadPatch;
 use super::near_field::NearContact;
+use super::quadratic::StrainRow;
 use crate::sparse::SolveScratch;
 
 /// Products of a reduced basis that are summed in parallel lanes.
@@ -26,4 +27,5 @@ pub struct ElasticWorkspace {
     pub(super) linear: Vec<f64>,
     pub(super) image: Vec<f64>,
     pub(super) strains: Vec<f64>,
+    pub(super) strain_rows: Vec<StrainRow>,
 }

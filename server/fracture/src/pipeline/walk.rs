@@ -74,7 +74,7 @@ pub(in crate::pipeline) fn walk(
         if let Some(e1_over_gamma) = below {
             let loads = workspace.loads.iter().take(contacts.bodies.len());
             let radius_m = loads.map(|load| radius_m(prepared, load)).fold(0.0, f64::max);
-            let report = report(request, gamma_j_m2, e1_over_gamma, radius_m);
+            let report = report((prepared, request), gamma_j_m2, e1_over_gamma, radius_m);
             // The bound holds for every lower load, too.
             let impactor = impactor_j.map(|energy_j| ImpactorReport { energy_j, load_factor: None });
             return Ok(FractureOutcome::Intact(ThresholdReport { is_bound: true, impactor, ..report }));
@@ -84,7 +84,7 @@ pub(in crate::pipeline) fn walk(
     let mut shares: Vec<Vec<f64>> = energies.iter_mut().map(|energy| std::mem::take(&mut energy.shares)).collect();
     let (fields, mut threshold) = tested(context, gamma_j_m2, &energies, &mut shares)?;
     let mut onset = onset(context, &energies)?;
-    let mut report = of_energies(request, &threshold, &energies, onset.as_ref());
+    let mut report = of_energies((prepared, request), &threshold, &energies, onset.as_ref());
     let factor = limited(impactor_j, (&mut energies, &mut threshold, onset.as_mut()), &mut report);
     let breaks = onset.as_ref().map_or(report.e1_over_gamma > 1.0, ObjectOnset::breaks);
     let holds = factor == 0.0 || (!breaks && !matches!(request.degree, DegreeRequest::Sites(_)));
@@ -223,7 +223,12 @@ fn check(prepared: &PreparedObject, request: &FractureRequest) -> Result<f64, Fr
     }
 }
 
-fn report(request: &FractureRequest, gamma_j_m2: f64, e1_over_gamma: f64, radius_m: f64) -> ThresholdReport {
+fn report(
+    (prepared, request): (&PreparedObject, &FractureRequest),
+    gamma_j_m2: f64,
+    e1_over_gamma: f64,
+    radius_m: f64,
+) -> ThresholdReport {
     ThresholdReport {
         gamma_j_m2,
         e1_over_gamma,
@@ -234,13 +239,14 @@ fn report(request: &FractureRequest, gamma_j_m2: f64, e1_over_gamma: f64, radius
         onset: None,
         radius_m,
         reduced_error: None,
+        discretization_error: prepared.report.discretization_error(),
         rank_max: request.rank_max,
         reduced_error_max: request.reduced_error_max,
     }
 }
 
 fn of_energies(
-    request: &FractureRequest,
+    (prepared, request): (&PreparedObject, &FractureRequest),
     threshold: &ThresholdResult,
     energies: &[BodyEnergy],
     onset: Option<&ObjectOnset>,
@@ -248,7 +254,7 @@ fn of_energies(
     let reduced_error =
         energies.iter().try_fold(0.0, |worst: f64, energy| energy.reduced_error.map(|own| worst.max(own)));
     let radius_m = energies.iter().map(|energy| energy.radius_m).fold(0.0, f64::max);
-    let report = report(request, threshold.gamma_j_m2, threshold.e1_over_gamma(), radius_m);
+    let report = report((prepared, request), threshold.gamma_j_m2, threshold.e1_over_gamma(), radius_m);
     let strain_j = energies.iter().map(|energy| energy.strain_j).sum();
     let impulse_factor = onset.map_or(report.impulse_factor, ObjectOnset::load_factor);
     ThresholdReport { reduced_error, strain_j, impulse_factor, onset: onset.map(|onset| onset.report), ..report }

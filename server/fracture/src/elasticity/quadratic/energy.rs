@@ -87,33 +87,43 @@ impl NullaryFnOnce for QuadraticEnergies<'_> {
     }
 }
 
-/// Kernel that computes the energies of consecutive tetrahedra from strains at the nodes.
-pub(in crate::elasticity) struct StrainEnergies<'a> {
-    pub(in crate::elasticity) lame: Lame,
-    pub(in crate::elasticity) driving: DrivingEnergy,
-    pub(in crate::elasticity) blocks: &'a [Block],
-    pub(in crate::elasticity) corners: &'a [[u32; 4]],
-    /// Six components per node.
-    pub(in crate::elasticity) strains: &'a [f64],
-    pub(in crate::elasticity) energies: &'a mut [f64],
+/// Strain at a node, components xx, yy, zz, xy, yz, xz; its energy density; 0.
+pub(in crate::elasticity) type StrainRow = [f32; 8];
+
+/// The row of a strain of six components.
+#[inline(always)]
+fn strain_row(lame: Lame, strain: &[f64; 6]) -> StrainRow {
+    let density = lame.energy_densities(&strain.map(|own| SimdLanes([own]))).0[0];
+    let [xx, yy, zz, xy, yz, xz] = strain.map(|own| own as f32);
+    [xx, yy, zz, xy, yz, xz, density as f32, 0.0]
 }
 
-impl StrainEnergies<'_> {
+/// Kernel that computes the rows of consecutive nodes from strains of six components each.
+pub(in crate::elasticity) struct StrainRows<'a> {
+    pub(in crate::elasticity) lame: Lame,
+    pub(in crate::elasticity) strains: &'a [[f64; 6]],
+    pub(in crate::elasticity) rows: &'a mut [StrainRow],
+}
+
+impl NullaryFnOnce for StrainRows<'_> {
+    type Output = ();
+
     #[inline(always)]
-    fn fill<const TENSILE: bool>(self) {
-        let parts = self.corners.chunks(SIDE).zip(self.energies.chunks_mut(SIDE));
-        for (block, (corners, out)) in self.blocks.iter().zip(parts) {
-            let mut strains = [[SimdLanes::all(0.0); 6]; 4];
-            for (lane, nodes) in corners.iter().enumerate().take(SIDE) {
-                for (own, node) in strains.iter_mut().zip(nodes) {
-                    let values = &self.strains[6 * *node as usize..][..6];
-                    own.iter_mut().zip(values).for_each(|(own, value)| own.0[lane] = *value);
-                }
-            }
-            let own = energies::<TENSILE>(self.lame, block.volumes, &strains);
-            out.copy_from_slice(&own.0[..out.len()]);
-        }
+    fn call(self) {
+        self.rows.iter_mut().zip(self.strains).for_each(|(row, strain)| *row = strain_row(self.lame, strain));
     }
+}
+
+/// Kernel that computes the energies of consecutive tetrahedra from the rows of the nodes.
+///
+/// Strains ε_i at the corners and linear between them have the energy V/20 (W(Σ ε_i) + Σ W(ε_i)) with the density W, because
+/// W is quadratic and ∫ λ_i λ_j = V (1 + δ_ij) / 20.
+pub(in crate::elasticity) struct StrainEnergies<'a> {
+    pub(in crate::elasticity) lame: Lame,
+    pub(in crate::elasticity) volumes: &'a [f64],
+    pub(in crate::elasticity) corners: &'a [[u32; 4]],
+    pub(in crate::elasticity) rows: &'a [StrainRow],
+    pub(in crate::elasticity) energies: &'a mut [f64],
 }
 
 impl NullaryFnOnce for StrainEnergies<'_> {
@@ -121,9 +131,46 @@ impl NullaryFnOnce for StrainEnergies<'_> {
 
     #[inline(always)]
     fn call(self) {
-        match self.driving {
-            DrivingEnergy::Total => self.fill::<false>(),
-            DrivingEnergy::Tensile => self.fill::<true>(),
+        for ((nodes, volume), energy) in self.corners.iter().zip(self.volumes).zip(self.energies) {
+            let mut sum = [0.0; 8];
+            for node in nodes {
+                let row = &self.rows[*node as usize];
+                for component in 0..8 {
+                    sum[component] += row[component];
+                }
+            }
+            let [xx, yy, zz, xy, yz, xz, densities, _] = sum.map(f64::from);
+            let whole = self.lame.energy_densities(&[xx, yy, zz, xy, yz, xz].map(|own| SimdLanes([own])));
+            *energy = (whole.0[0] + densities) * volume * 0.05;
+        }
+    }
+}
+
+/// Kernel that computes the tensile energies of consecutive tetrahedra from strains at the nodes.
+pub(in crate::elasticity) struct TensileStrainEnergies<'a> {
+    pub(in crate::elasticity) lame: Lame,
+    pub(in crate::elasticity) blocks: &'a [Block],
+    pub(in crate::elasticity) corners: &'a [[u32; 4]],
+    pub(in crate::elasticity) strains: &'a [[f64; 6]],
+    pub(in crate::elasticity) energies: &'a mut [f64],
+}
+
+impl NullaryFnOnce for TensileStrainEnergies<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let parts = self.corners.chunks(SIDE).zip(self.energies.chunks_mut(SIDE));
+        for (block, (corners, out)) in self.blocks.iter().zip(parts) {
+            let mut strains = [[SimdLanes::all(0.0); 6]; 4];
+            for (lane, nodes) in corners.iter().enumerate().take(SIDE) {
+                for (own, node) in strains.iter_mut().zip(nodes) {
+                    let values = &self.strains[*node as usize];
+                    own.iter_mut().zip(values).for_each(|(own, value)| own.0[lane] = *value);
+                }
+            }
+            let own = energies::<true>(self.lame, block.volumes, &strains);
+            out.copy_from_slice(&own.0[..out.len()]);
         }
     }
 }

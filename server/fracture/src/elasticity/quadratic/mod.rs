@@ -18,7 +18,9 @@ mod restrict;
 
 #[cfg(test)]
 pub(super) use condensation::ElementStiffness;
-pub(super) use energy::{QuadraticEnergies, StrainEnergies, corner_strains, energies};
+pub(super) use energy::{
+    QuadraticEnergies, StrainEnergies, StrainRow, StrainRows, TensileStrainEnergies, corner_strains, energies,
+};
 pub(super) use product::element_forces;
 pub(super) use restrict::SnapshotRows;
 
@@ -55,6 +57,8 @@ pub(super) struct EdgeFunctions {
     pub(super) corners: Vec<[u32; 4]>,
     /// Six edges of each tetrahedron, in the order of [`EDGES`].
     pub(super) tets: Vec<[u32; 6]>,
+    /// Volume of each tetrahedron, local.
+    pub(super) volumes: Vec<f64>,
     /// Nodes of each edge, the lower first.
     pub(super) ends: Vec<[u32; 2]>,
     /// Edges of each boundary face, the one opposite its k-th node at place k.
@@ -82,8 +86,10 @@ impl EdgeFunctions {
         let faces = lattice.boundary().iter().map(|own| face(own.nodes)).collect();
         let mut blocks = vec![Matrix3::zeros(); ends.len()];
         let (mut masses, mut moments) = (vec![0.0; ends.len()], vec![Vector3::zeros(); ends.len()]);
+        let mut volumes = Vec::with_capacity(tets.len());
         for (tet, (nodes, edges)) in lattice.tets.iter().zip(&tets).enumerate() {
             let element = Element::new(lattice, tet)?;
+            volumes.push(element.volume);
             let places = nodes.map(|node| arm(node as usize));
             let sum: Vector3<f64> = places.iter().sum();
             for (&edge, [i, j]) in edges.iter().zip(EDGES) {
@@ -94,7 +100,8 @@ impl EdgeFunctions {
         }
         let diagonal = blocks.iter().flat_map(|block| block.diagonal().data.0[0]).collect();
         let inverse_blocks = blocks.into_iter().map(Matrix3::try_inverse).collect::<Option<_>>()?;
-        Some(Self { corners: lattice.tets.clone(), tets, ends, faces, inverse_blocks, diagonal, masses, moments })
+        let corners = lattice.tets.clone();
+        Some(Self { corners, tets, volumes, ends, faces, inverse_blocks, diagonal, masses, moments })
     }
 
     /// Number of edges.
@@ -104,8 +111,8 @@ impl EdgeFunctions {
 
     /// Bytes of memory that they hold.
     pub(super) fn bytes(&self) -> usize {
-        let Self { corners, tets, ends, faces, inverse_blocks, diagonal, masses, moments } = self;
-        let tables = held(corners) + held(tets) + held(ends) + held(faces);
+        let Self { corners, tets, volumes, ends, faces, inverse_blocks, diagonal, masses, moments } = self;
+        let tables = held(corners) + held(tets) + held(volumes) + held(ends) + held(faces);
         tables + held(inverse_blocks) + held(diagonal) + held(masses) + held(moments)
     }
 

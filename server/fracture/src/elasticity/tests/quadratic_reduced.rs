@@ -30,8 +30,10 @@ fn reduced_energies(
 ) -> (f64, Vec<f64>) {
     let (mut coordinates, mut expanded, mut energies) = (Vec::new(), Vec::new(), Vec::new());
     let energy = reduced.project(load, &mut coordinates);
-    reduced.expand(&coordinates, &mut expanded, &mut ElasticWorkspace::default());
-    reduced.tet_energy((body, lattice), (&expanded, energy), driving, &mut energies, &CancelToken::default()).unwrap();
+    let mut workspace = ElasticWorkspace::default();
+    reduced.expand(&coordinates, &mut expanded, &mut workspace);
+    let (parts, token) = ((&mut energies, &mut workspace), CancelToken::default());
+    reduced.tet_energy((body, lattice), (&expanded, energy), driving, parts, &token).unwrap();
     (energy, energies)
 }
 
@@ -143,7 +145,8 @@ fn completed(body: &Elasticity, lattice: &Lattice, reduced: &ReducedBasis, load:
     let own = reduced.complete(body, &mut load, &mut coordinates, &mut expanded, &mut workspace, &token);
     let own = own.unwrap().unwrap();
     let expanded = (expanded.as_slice(), own.energy);
-    reduced.tet_energy((body, lattice), expanded, DrivingEnergy::Total, &mut parts, &token).unwrap();
+    let tets = (&mut parts, &mut workspace);
+    reduced.tet_energy((body, lattice), expanded, DrivingEnergy::Total, tets, &token).unwrap();
     Completed { own, parts, alone }
 }
 

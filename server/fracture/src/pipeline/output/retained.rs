@@ -59,11 +59,6 @@ impl RetainedFragments {
         self.bodies.iter().map(|body| body.volumes.len() as u32).sum()
     }
 
-    /// Index of the body that fragment `fragment` is part of; `None` if there is no such fragment.
-    pub fn body(&self, fragment: u32) -> Option<usize> {
-        Some(self.find(fragment).ok()?.0.body)
-    }
-
     /// Memory, bytes.
     pub fn bytes(&self) -> usize {
         let own = self

@@ -5,7 +5,7 @@ use super::energy_bound::EnergyUpperBound;
 use super::example::TrainingExample;
 use super::fragment_surface::FragmentSurface;
 use super::learned::LearnedModel;
-use super::parameters::{BakeParameters, BakeReport, ElasticReport, SurfaceKind};
+use super::parameters::{BakeParameters, BakeReport, SurfaceKind};
 use super::reduction::ReductionErrors;
 use super::warped_body::WarpedBody;
 use crate::cancel_token::CancelToken;
@@ -266,11 +266,6 @@ impl PreparedObject {
     pub fn has_quadratic_elements(&self) -> bool {
         let mut solids = self.bodies.iter().filter_map(|body| body.solid.as_ref());
         solids.any(|solid| solid.elasticity.order() == ElementOrder::Quadratic)
-    }
-
-    /// Elements of the fragments of body `body`; `None` in databases of older versions, where they are linear.
-    pub fn fragment_elements(&self, body: usize) -> Option<ElasticReport> {
-        Some(self.report.elastic.get(body)?.of_fragments(self.parameters.elements))
     }
 
     /// True if the object is a sheet whose cells are longer along it than across.

@@ -190,26 +190,6 @@ pub struct ElasticReport {
     pub linear_error: Option<f64>,
 }
 
-/// Error of linear elements above which [`ElementChoice::Auto`] takes quadratic ones for fragments, too.
-///
-/// Fragments have no basis, and a solve with quadratic elements takes 14 to 26 times as long as one with linear elements. Strips
-/// of 1:100 have an error of 0.35, and sheets on long cells 0.9 and more.
-const FRAGMENT_ERROR_MAX: f64 = 0.5;
-
-impl ElasticReport {
-    /// Elements of the fragments of the body, if the object's are chosen so.
-    #[must_use]
-    pub fn of_fragments(&self, choice: ElementChoice) -> Self {
-        let is_stiff = self.linear_error.is_some_and(|error| error > FRAGMENT_ERROR_MAX);
-        let keeps = choice == ElementChoice::Quadratic || (choice == ElementChoice::Auto && is_stiff);
-        let own = Self { reason: None, linear_error: None, ..self.clone() };
-        match self.linear_error {
-            Some(error) if !keeps => Self { order: ElementOrder::Linear, discretization_error: Some(error), ..own },
-            _ => own,
-        }
-    }
-}
-
 /// Cells across walls below which linear elements are too stiff, and [`ElementChoice::Auto`] takes quadratic ones.
 pub const CELLS_LINEAR_MIN: f64 = 5.0;
 
@@ -262,39 +242,5 @@ impl BakeReport {
     pub fn volume_error(&self) -> f64 {
         let slots_m3 = self.cracks.map_or(0.0, |cracks| cracks.volume_m3);
         (self.lattice_volume_m3 + slots_m3) / self.input_volume_m3 - 1.0
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn fragments_have_quadratic_elements_where_linear_ones_would_miss_most() {
-        let of = |choice, linear_error| {
-            let whole = ElasticReport {
-                order: ElementOrder::Quadratic,
-                elements_across: 1.5,
-                reason: Some("thin".to_owned()),
-                discretization_error: Some(0.01),
-                linear_error,
-            };
-            let own = whole.of_fragments(choice);
-            (own.order, own.discretization_error.unwrap())
-        };
-        let (linear, quadratic) = (ElementOrder::Linear, ElementOrder::Quadratic);
-        assert_eq!(of(ElementChoice::Auto, Some(0.35)), (linear, 0.35));
-        assert_eq!(of(ElementChoice::Auto, Some(0.93)), (quadratic, 0.01));
-        assert_eq!(of(ElementChoice::Quadratic, Some(0.35)), (quadratic, 0.01));
-        let stout = ElasticReport {
-            order: linear,
-            elements_across: 8.0,
-            reason: None,
-            discretization_error: Some(0.05),
-            linear_error: None,
-        };
-        for choice in ElementChoice::ALL {
-            assert_eq!(stout.of_fragments(choice), stout);
-        }
     }
 }

@@ -3,7 +3,7 @@
 //! Based on: Schvartzman & Otaduy (I3D 2014), section 3, which names crack concavity as a goal. The method is ours:
 //!
 //! - The tetrahedra that are entirely in the fragment form an object ([`ParentFragment`]). The usual stages run on
-//!   it, up to the labels.
+//!   it, up to the labels. Its volumes, and its elasticity, reach the earlier cracks (`elastic_domain`).
 //! - The labels are transferred to the whole lattice of the body. A node of the fragment that belongs to none of
 //!   these tetrahedra gets the label of the nearest node that does. Nodes of other fragments keep their labels.
 //! - With exact surfaces, a fragment with too few such tetrahedra is divided by its nodes in the mesh of the input surface
@@ -17,6 +17,7 @@
 //! - one tessellation of the body's whole lattice.
 
 mod child_domain;
+mod elastic_domain;
 mod node_fragment;
 pub(super) mod parent;
 pub(super) mod volume_correction;

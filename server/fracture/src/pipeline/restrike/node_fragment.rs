@@ -84,7 +84,7 @@ impl ParentFragment {
         }
         let mut representative = vec![NO_REPRESENTATIVE; cutting.mesh.nodes.len()];
         (0..).zip(&rim.nodes).for_each(|(own, &node)| representative[node as usize] = own);
-        Ok(Self { prepared: alone(context, body, own), nodes: rim.nodes, representative, is_of_nodes: true })
+        Ok(Self { prepared: alone(context, body, own, None), nodes: rim.nodes, representative, is_of_nodes: true })
     }
 }
 

@@ -3,16 +3,18 @@
 //! Based on: Schvartzman & Otaduy (I3D 2014), section 3, crack concavity. Taking existing cracks as boundary is ours:
 //! the lattice has no tetrahedron that a crack crosses, so neither distances nor displacements pass through a crack.
 
+use super::elastic_domain::ElasticDomain;
 use crate::cancel_token::CancelToken;
 use crate::cutting::CuttingMesh;
-use crate::elasticity::ElementOrder;
-use crate::lattice::{EnergyTransfer, Lattice, NO_INDEX};
+use crate::lattice::{Lattice, NO_INDEX};
 use crate::lift::{self, LiftError, LiftKind};
 use crate::pipeline::error::{FractureError, SOLVED_NODES_MAX, TETS_MIN};
 use crate::pipeline::output::cut_domain::cutting;
 use crate::pipeline::prepared::fragment_surface::FragmentSurface;
 use crate::pipeline::prepared::object::{ElasticModel, PreparedBody, PreparedObject};
-use crate::pipeline::prepared::parameters::{BakeParameters, BakeReport, DisplacementMethod, SurfaceReport};
+use crate::pipeline::prepared::parameters::{
+    BakeParameters, BakeReport, DisplacementMethod, ElasticReport, SurfaceReport,
+};
 use crate::pipeline::request::context::RequestContext;
 use crate::scene::EffectKind;
 use crate::sparse::Precision;
@@ -22,6 +24,12 @@ use std::collections::VecDeque;
 
 /// Marks a node outside the fragment.
 pub(in crate::pipeline) const NO_REPRESENTATIVE: u32 = NO_INDEX;
+
+/// Estimated error of the elastic energy over the share of the volume that is in cut cells.
+///
+/// Measured against fragments that were baked as objects of their own: 99 impacts on 33 fragments of panes, a block and a
+/// mug, with shares of 0.04 to 0.8.
+const CUT_ERROR: f64 = 0.5;
 
 /// A fragment that is struck.
 pub(in crate::pipeline) struct ParentFragment {
@@ -76,6 +84,7 @@ impl ParentFragment {
         let representative = representatives(whole, labels, label, &nodes);
         cancel.check()?;
         let mut body = PreparedBody::new(lattice);
+        body.volumes = volumes(whole, &representative, nodes.len());
         body.fragment_surface = struck.surface(cutting);
         cancel.check()?;
         if request.lift != LiftKind::Euclidean {
@@ -83,10 +92,14 @@ impl ParentFragment {
             lifted(&mut body, prepared, request.lift, fragment, cancel)?;
             interior.produced_bytes((body.crack.nodes.len() * size_of::<f64>()) as u64);
         }
+        let mut elastic = prepared.report.elastic.get(index).cloned();
         if request.effects.has(EffectKind::Elastic) {
-            body.solid = Some(solid(prepared, index, &body.crack, &representative, fragment, cancel)?);
+            let (solid, cut_share) = solid((prepared, index), &representative, (fragment, nodes.len()), cancel)?;
+            body.solid = Some(solid);
+            let error = elastic.as_mut().and_then(|own| own.discretization_error.as_mut());
+            error.into_iter().for_each(|error| *error = (*error + CUT_ERROR * cut_share).min(1.0));
         }
-        Ok(Self { prepared: alone(context, index, body), nodes, representative, is_of_nodes: false })
+        Ok(Self { prepared: alone(context, index, body, elastic), nodes, representative, is_of_nodes: false })
     }
 }
 
@@ -151,52 +164,46 @@ fn lifted(
     Ok(())
 }
 
-/// Elasticity of the fragment: on its crack lattice, or, if that has too many nodes, on its part of the object's
-/// elastic lattice.
+/// Volumes of the fragment's `count` nodes up to the cracks, local: those that the nodes they represent have in the body.
+fn volumes(whole: &PreparedBody, representative: &[u32], count: usize) -> Vec<f64> {
+    let mut volumes = vec![0.0; count];
+    let own = representative.iter().zip(&whole.volumes).filter(|(own, _)| **own != NO_REPRESENTATIVE);
+    own.for_each(|(own, volume)| volumes[*own as usize] += volume);
+    volumes
+}
+
+/// Elasticity of the fragment, up to the cracks around it, with the elements of the body: on the crack lattice, or, if the fragment has too many `nodes`, on
+/// the elastic lattice. Also the share of the volume that is in cut cells.
 fn solid(
-    prepared: &PreparedObject,
-    index: usize,
-    crack: &Lattice,
+    (prepared, index): (&PreparedObject, usize),
     representative: &[u32],
-    fragment: u32,
+    (fragment, nodes): (u32, usize),
     token: &CancelToken,
-) -> Result<ElasticModel, FractureError> {
-    let whole = prepared.solid(index)?;
+) -> Result<(ElasticModel, f64), FractureError> {
+    let (whole, own) = (&prepared.bodies[index], prepared.solid(index)?);
     let law = (prepared.parameters.material.poisson, Precision::F64);
-    let order = prepared.fragment_elements(index).map_or(ElementOrder::Linear, |own| own.order);
-    let nodes = crack.nodes.len();
-    let (lattice, transfer) = if nodes <= SOLVED_NODES_MAX {
-        (crack.clone(), EnergyTransfer::identity(crack))
-    } else {
-        coarse(whole, representative).ok_or(FractureError::FragmentLarge { fragment, nodes })?
+    let domain = match nodes {
+        ..=SOLVED_NODES_MAX => Some(ElasticDomain::of_cracks(whole, representative)),
+        _ => ElasticDomain::of_elastic(own, representative).filter(|domain| domain.lattice.tets.len() >= TETS_MIN),
     };
-    ElasticModel::new(lattice, transfer, law, order, token).map_err(|source| FractureError::of_body(0, source))
+    let domain = domain.ok_or(FractureError::FragmentLarge { fragment, nodes })?;
+    let solid = ElasticModel::new(domain.lattice, domain.transfer, law, own.elasticity.order(), token);
+    Ok((solid.map_err(|source| FractureError::of_body(0, source))?, domain.cut_share))
 }
 
-/// The largest connected part of the elastic tetrahedra that pass more than half of their energy to the fragment.
-fn coarse(whole: &ElasticModel, representative: &[u32]) -> Option<(Lattice, EnergyTransfer)> {
-    let EnergyTransfer { offsets, tets, shares } = &whole.transfer;
-    let mut given = vec![0.0; whole.lattice.tets.len()];
-    for (row, _) in
-        offsets.windows(2).zip(representative).filter(|(_, representative)| **representative != NO_REPRESENTATIVE)
-    {
-        let row = row[0] as usize..row[1] as usize;
-        tets[row.clone()].iter().zip(&shares[row]).for_each(|(&tet, share)| given[tet as usize] += share);
-    }
-    let own = largest(&whole.lattice, |tet| given[tet] > 0.5).filter(|own| own.len() >= TETS_MIN)?;
-    let mut names = vec![NO_INDEX; given.len()];
-    own.iter().enumerate().for_each(|(name, &tet)| names[tet as usize] = name as u32);
-    Some((whole.lattice.part(&own), whole.transfer.part(representative, &names)))
-}
-
-/// An object with this body only, part of body `index` of the object.
+/// An object with this body only, part of body `index` of the object, and the report of its elements, if they are known.
 ///
 /// Its γ is the object's, or, with the criterion by strength, that of its own size: γ is proportional to the fifth power of
 /// the reference fragment size, and that to the size of the body.
 ///
 /// Its lattice ends up to one spacing within the fragment's surface. On the original surface it ends where the object's
 /// lattice does.
-pub(super) fn alone(context: RequestContext<'_>, index: usize, body: PreparedBody) -> PreparedObject {
+pub(super) fn alone(
+    context: RequestContext<'_>,
+    index: usize,
+    body: PreparedBody,
+    elastic: Option<ElasticReport>,
+) -> PreparedObject {
     let RequestContext { prepared, request, .. } = context;
     let share = body.volumes.iter().sum::<f64>() / prepared.bodies[index].volumes.iter().sum::<f64>();
     let scale = if request.criterion == Criterion::Strength { share.powf(5.0 / 3.0) } else { 1.0 };
@@ -211,7 +218,7 @@ pub(super) fn alone(context: RequestContext<'_>, index: usize, body: PreparedBod
         materials: Vec::new(),
         unprepared: Vec::new(),
         surface: SurfaceReport::default(),
-        elastic: Vec::new(),
+        elastic: elastic.into_iter().collect(),
         stretch: None,
     };
     PreparedObject {

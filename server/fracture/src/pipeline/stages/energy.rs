@@ -194,13 +194,13 @@ fn tet_energies(
     workspace: &mut Workspace,
     cancel: &CancelToken,
 ) -> Result<(), ElasticityError> {
-    let Workspace { displacement, tet_energy, loads, .. } = workspace;
+    let Workspace { displacement, tet_energy, loads, elasticity: scratch, .. } = workspace;
     let load = &loads[place];
     let mut fill = |driving: DrivingEnergy| {
         match used {
             Some(basis) => {
                 let reduced = (displacement.as_slice(), energy);
-                basis.tet_energy((elasticity, lattice), reduced, driving, tet_energy, cancel)
+                basis.tet_energy((elasticity, lattice), reduced, driving, (tet_energy, scratch), cancel)
             }
             None => elasticity.tet_energy(lattice, displacement, driving, tet_energy, cancel),
         }?;

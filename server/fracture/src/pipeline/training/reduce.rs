@@ -8,7 +8,8 @@ use crate::cancel_token::CancelToken;
 use crate::centroidal::EnergyField;
 use crate::degree;
 use crate::elasticity::{
-    ContactLoad, DrivingEnergy, Elasticity, ElementOrder, ErrorEstimate, NodalLoad, ReducedBasis, Support,
+    ContactLoad, DrivingEnergy, ElasticWorkspace, Elasticity, ElementOrder, ErrorEstimate, NodalLoad, ReducedBasis,
+    Support,
 };
 use crate::lift::LiftKind;
 use crate::pipeline::error::FractureError;
@@ -236,9 +237,10 @@ fn trial(
         let failed = |source| FractureError::of_body(*index, source);
         let unit_j = impact.unit_j(prepared);
         // The shares of an expanded displacement, its energy over the solved one, and the difference of their densities.
-        let compared = |expanded: (&[f64], f64), energies: &mut Vec<f64>| {
+        let compared = |expanded: (&[f64], f64), energies: &mut Vec<f64>, scratch: &mut ElasticWorkspace| {
             let parts = (stiffness, &solid.lattice);
-            reduced.tet_energy(parts, expanded, DrivingEnergy::Total, energies, token).map_err(failed)?;
+            let found = reduced.tet_energy(parts, expanded, DrivingEnergy::Total, (energies, scratch), token);
+            found.map_err(failed)?;
             let mut shares = Vec::new();
             solid.transfer.apply(energies, &mut shares);
             let total: f64 = shares.iter().sum();
@@ -253,12 +255,12 @@ fn trial(
         let energy = reduced.project(load, coordinates);
         let residual = reduced.residual(stiffness, load, coordinates, elasticity);
         reduced.expand(coordinates, displacement, elasticity);
-        let (shares, ratio, density_error) = compared((displacement, energy), tet_energy)?;
+        let (shares, ratio, density_error) = compared((displacement, energy), tet_energy, elasticity)?;
         let completed = reduced
             .complete(stiffness, load, coordinates, displacement, elasticity, token)
             .map_err(failed)?
             .map(|own| {
-                let (_, ratio, density_error) = compared((displacement, own.energy), tet_energy)?;
+                let (_, ratio, density_error) = compared((displacement, own.energy), tet_energy, elasticity)?;
                 let energy_error = (ratio - 1.0).abs();
                 Ok::<_, FractureError>(CompletedTrial { gain: own.gain, energy_error, density_error })
             })
