@@ -82,10 +82,10 @@ pub fn gap(history: &[f64]) -> f64 {
     }
 }
 
-/// Estimate from a decrease of F.
+/// Estimate from a decrease of F, at most 1: F may vanish where there are as many sites as nodes.
 fn estimated(factor: f64, [before, after]: [f64; 2]) -> f64 {
     let decrease = if after > 0.0 { (before - after) / after } else { 0.0 };
-    (factor * three_fifths(decrease)).max(GAP_MIN)
+    (factor * three_fifths(decrease)).clamp(GAP_MIN, 1.0)
 }
 
 /// As [`gap`], for a diagram, with the origin of its start taken into account.

@@ -5,7 +5,8 @@
 //!
 //! - Distances are straight between the nodes. Each node has its lumped volume in the mesh.
 //! - Energy densities are those of the cells around the fragment: the tetrahedra of the crack lattice that carry its
-//!   nodes, and their neighbors. The impact deforms these cells as a free body, across earlier cracks.
+//!   nodes, and their neighbors. The impact deforms these cells as a free body, across earlier cracks. Their energy may have
+//!   nothing to do with that of the fragment, so the told error is 1.
 
 use super::parent::{NO_REPRESENTATIVE, ParentFragment, StruckLabels, alone, largest};
 use crate::centroidal::Clusters;
@@ -16,6 +17,7 @@ use crate::lattice::{EnergyTransfer, Lattice, NO_INDEX};
 use crate::lift::{LiftKind, LiftedLattice};
 use crate::pipeline::error::{FractureError, NODES_MIN, SOLVED_NODES_MAX};
 use crate::pipeline::prepared::object::{ElasticModel, PreparedBody};
+use crate::pipeline::prepared::parameters::ElasticReport;
 use crate::pipeline::request::context::RequestContext;
 use crate::scene::EffectKind;
 use crate::sparse::Precision;
@@ -82,9 +84,11 @@ impl ParentFragment {
                 ElasticModel::new(cells.lattice, transfer, (poisson, Precision::F64), ElementOrder::Linear, cancel);
             own.solid = Some(solid.map_err(|source| FractureError::of_body(0, source))?);
         }
+        let elements = prepared.report.elastic.get(body).cloned();
+        let elastic = elements.map(|elements| ElasticReport { discretization_error: Some(1.0), ..elements });
         let mut representative = vec![NO_REPRESENTATIVE; cutting.mesh.nodes.len()];
         (0..).zip(&rim.nodes).for_each(|(own, &node)| representative[node as usize] = own);
-        Ok(Self { prepared: alone(context, body, own, None), nodes: rim.nodes, representative, is_of_nodes: true })
+        Ok(Self { prepared: alone(context, body, own, elastic), nodes: rim.nodes, representative, is_of_nodes: true })
     }
 }
 
