@@ -49,9 +49,9 @@ impl ScaledRows {
         (0..self.count).flat_map(|row| (0..self.rank).map(move |column| entry(row, column))).collect()
     }
 
-    /// Number of entries of all rows.
-    pub fn len(&self) -> usize {
-        self.count * self.rank
+    /// Number of rows.
+    pub fn count(&self) -> usize {
+        self.count
     }
 
     pub(super) fn bytes(&self) -> usize {
