@@ -12,6 +12,9 @@ use crate::simd::SimdLanes;
 /// Components xx, yy, zz, xy, yz, xz of a strain, in N lanes.
 pub(super) type Strain<const N: usize> = [SimdLanes<N>; 6];
 
+/// Strain at a node, components xx, yy, zz, xy, yz, xz; its energy density; 0.
+pub(super) type StrainRow = [f32; 8];
+
 /// Steps of Newton's method. Errors start at 1e-3 and fall to 1e-6, 1e-12 and rounding.
 const STEPS: usize = 3;
 

@@ -4,7 +4,7 @@ use super::force_sums::ForceSums;
 use super::load_front::LoadFront;
 use super::load_patch::LoadPatch;
 use super::near_field::NearContact;
-use super::quadratic::StrainRow;
+use super::strain::StrainRow;
 use crate::sparse::SolveScratch;
 
 /// Products of a reduced basis that are summed in parallel lanes.

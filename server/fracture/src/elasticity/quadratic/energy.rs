@@ -5,7 +5,7 @@ use super::product::{LaneMatrix, corner_gradients, strain};
 use crate::elasticity::DrivingEnergy;
 use crate::elasticity::blocks::{Block, SIDE};
 use crate::elasticity::element::Lame;
-use crate::elasticity::strain::Strain;
+use crate::elasticity::strain::{Strain, StrainRow};
 use crate::simd::SimdLanes;
 use pulp::NullaryFnOnce;
 
@@ -86,9 +86,6 @@ impl NullaryFnOnce for QuadraticEnergies<'_> {
         }
     }
 }
-
-/// Strain at a node, components xx, yy, zz, xy, yz, xz; its energy density; 0.
-pub(in crate::elasticity) type StrainRow = [f32; 8];
 
 /// The row of a strain of six components.
 #[inline(always)]

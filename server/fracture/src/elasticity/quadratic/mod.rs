@@ -19,7 +19,7 @@ mod restrict;
 #[cfg(test)]
 pub(super) use condensation::ElementStiffness;
 pub(super) use energy::{
-    QuadraticEnergies, StrainEnergies, StrainRow, StrainRows, TensileStrainEnergies, corner_strains, energies,
+    QuadraticEnergies, StrainEnergies, StrainRows, TensileStrainEnergies, corner_strains, energies,
 };
 pub(super) use product::element_forces;
 pub(super) use restrict::SnapshotRows;
