@@ -12,7 +12,7 @@ const ROWS: usize = 1024;
 /// Rows of a basis in half of single precision: 16-bit integers times a power of two for each row.
 ///
 /// Each entry is within 2⁻¹⁵ of the largest magnitude in its row. Rows that were converted once stay the same when they are
-/// converted back and again. Blocks of [`SIDE`] rows are stored by columns, so that each SIMD lane sums up one row.
+/// converted back and again. Blocks of 16 rows are stored by columns, so that each SIMD lane sums up one row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScaledRows {
     rank: usize,
