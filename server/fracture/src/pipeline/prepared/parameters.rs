@@ -141,7 +141,7 @@ pub struct BakeReport {
 #[serde(rename_all = "lowercase")]
 pub enum ElementChoice {
     /// Quadratic elements in bodies with few cells across their walls, and where linear ones would miss much of the elastic
-    /// energy. Linear ones in the others. In fragments linear ones too, unless they miss more than half of the energy.
+    /// energy. Linear ones in the others. Fragments have those of their body.
     #[default]
     Auto,
     /// Linear elements.
