@@ -3,7 +3,7 @@
 use super::BakeRequest;
 use crate::conforming::boundary_count;
 use crate::elasticity::ElementOrder;
-use crate::pipeline::{BASIS_BYTES_MAX, DisplacementMethod, PreparedObject, REFINED_NODES_MAX, SurfaceKind};
+use crate::pipeline::{BASIS_BYTES_MAX_QUADRATIC, DisplacementMethod, PreparedObject, REFINED_NODES_MAX, SurfaceKind};
 use crate::surface::Surface;
 
 /// Steps of a bake in order, for display.
@@ -95,7 +95,7 @@ const STRETCHED: [f64; 2] = [0.8, 1.4];
 const SOLVES: f64 = 24.0 + 6.0 + 8.0;
 
 /// Snapshots of the basis of quadratic elements per example, and the smallest and largest number of its displacements.
-const SNAPSHOTS: [f64; 3] = [3.6, 90.0, 256.0];
+const SNAPSHOTS: [f64; 3] = [3.0, 90.0, 256.0];
 
 /// Snapshots of the basis of a sheet on long cells.
 const SNAPSHOTS_SHEET: f64 = 48.0;
@@ -125,7 +125,7 @@ const PEAK: [f64; 2] = [70e6, 2.1];
 const QUADRATIC_SNAPSHOT: f64 = 3.0 * (8.0 * 16.0 + 32.0);
 
 /// Largest memory of all snapshots, without their forces, bytes.
-const QUADRATIC_SNAPSHOTS_MAX: f64 = 900e6;
+const QUADRATIC_SNAPSHOTS_MAX: f64 = 1_350e6;
 
 /// Memory of the refined lattice on which the error of the elastic lattice is estimated, per elastic node, bytes.
 const REFINED: f64 = 15e3;
@@ -187,7 +187,7 @@ impl BakeSize {
 
     /// Largest number of displacements of the basis of quadratic elements.
     fn rank(&self) -> f64 {
-        let most = BASIS_BYTES_MAX / (3 * size_of::<f32>() * self.quadratic_nodes.max(1));
+        let most = BASIS_BYTES_MAX_QUADRATIC / (3 * size_of::<f32>() * self.quadratic_nodes.max(1));
         self.snapshots().min(SNAPSHOTS[2]).min(most as f64)
     }
 

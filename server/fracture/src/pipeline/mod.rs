@@ -63,7 +63,7 @@ pub(crate) use training::discretization::{REFINED_NODES_MAX, estimate_discretiza
 pub use training::examples::examples;
 pub(crate) use training::learn::samples;
 pub use training::learn::{learn, sampled};
-pub(crate) use training::reduce::BASIS_BYTES_MAX;
+pub(crate) use training::reduce::BASIS_BYTES_MAX_QUADRATIC;
 pub use training::reduce::reduce;
 pub use training::sample::ImpactSampler;
 pub use walk::strike;

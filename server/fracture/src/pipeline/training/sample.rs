@@ -90,7 +90,7 @@ fn normal([a, b, c]: [Point3<f64>; 3]) -> Vector3<f64> {
 }
 
 /// The coordinate axis with the smallest component in `vector`.
-pub(super) fn least_axis(vector: &Vector3<f64>) -> Vector3<f64> {
+fn least_axis(vector: &Vector3<f64>) -> Vector3<f64> {
     let mut axis = Vector3::zeros();
     axis[vector.iamin()] = 1.0;
     axis
