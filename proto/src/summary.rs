@@ -194,7 +194,8 @@ pub struct Summary {
     /// older version baked.
     pub elements_across: Option<f32>,
     /// Relative error of the elastic energy that stems from the elastic lattice, as the bake estimated it: the median of
-    /// sampled impacts; for a fragment, plus half of the share of its volume in cut cells. `None`: not estimated.
+    /// sampled impacts; for a fragment, plus half of the share of its volume in cut cells. `None`: not estimated, or
+    /// without the effect `elastic`.
     pub discretization_error: Option<f64>,
     /// Strain energy of the struck bodies at peak load, J: of all contacts of the request, and of the weight with the effect
     /// `gravity`; with the effect `dynamics`, its largest over time. `None` where `energy_source` is a bound or a falloff.

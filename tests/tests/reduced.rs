@@ -116,7 +116,12 @@ fn a_result_tells_the_strain_energy_of_the_whole_body() {
     let (strain_j, estimate) = (reduced.strain_j.unwrap(), reduced.reduced_error.unwrap());
     assert!((strain_j / exact - 1.0).abs() <= 3.0 * estimate, "{strain_j} of {exact} J, estimate {estimate}");
     let without = request.effects.without(EffectKind::Elastic);
-    assert_eq!(body_energy(prepared, &FractureRequest { effects: without, ..request }).strain_j, None);
+    assert_eq!(body_energy(prepared, &FractureRequest { effects: without, ..request.clone() }).strain_j, None);
+    let told = |effects| {
+        let outcome = outcome(prepared, &FractureRequest { effects, ..request.clone() }).unwrap();
+        outcome.threshold().discretization_error
+    };
+    assert!(told(request.effects).is_some() && told(without).is_none());
 }
 
 /// A bar with a good basis.

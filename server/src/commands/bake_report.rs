@@ -299,7 +299,8 @@ pub fn screen(prepared: &PreparedObject, file: &Path) -> String {
         report.lattice_volume_m3,
         100.0 * report.volume_error()
     );
-    let _ = writeln!(text, "  deviation        {:.5} of the diagonal", report.surface_deviation);
+    let deviation_m = report.surface_deviation * prepared.frame.diagonal_m;
+    let _ = writeln!(text, "  deviation        {:.5} of the diagonal, {deviation_m:.2e} m", report.surface_deviation);
     let _ = writeln!(
         text,
         "  threshold        {:.4e} J·m² ({}, fragments of {:.4} m), kappa {:.3}",

@@ -38,7 +38,8 @@ pub struct ThresholdReport {
     ///
     /// `None` if a body was solved for.
     pub reduced_error: Option<f64>,
-    /// Largest estimated relative error of the elastic energy that stems from the lattice; `None`: unknown.
+    /// Largest estimated relative error of the elastic energy that stems from the lattice; `None`: unknown, or
+    /// without the effect `elastic`.
     pub discretization_error: Option<f64>,
     /// Limit on the basis displacements used per body; `None`: no limit.
     pub rank_max: Option<u32>,

@@ -229,6 +229,7 @@ fn report(
     e1_over_gamma: f64,
     radius_m: f64,
 ) -> ThresholdReport {
+    let has_elastic = request.effects.has(EffectKind::Elastic);
     ThresholdReport {
         gamma_j_m2,
         e1_over_gamma,
@@ -239,7 +240,7 @@ fn report(
         onset: None,
         radius_m,
         reduced_error: None,
-        discretization_error: prepared.report.discretization_error(),
+        discretization_error: prepared.report.discretization_error().filter(|_| has_elastic),
         rank_max: request.rank_max,
         reduced_error_max: request.reduced_error_max,
     }

@@ -14,8 +14,11 @@ use std::f64::consts::TAU;
 /// Share of the impacts with a second contact.
 const TWO_CONTACTS: f64 = 0.2;
 
-/// Smallest cosine of the angle between a direction and the inward normal.
-const COSINE_MIN: f64 = 0.5;
+/// Smallest and largest cosine of the angle between a direction and the inward normal.
+const COSINES: [f64; 2] = [0.5, 1.0];
+
+/// As [`COSINES`], for forces along the surface.
+const COSINES_ALONG: [f64; 2] = [0.0; 2];
 
 /// Largest radius over the smallest.
 const RADIUS_RANGE: f64 = 4.0 / 0.95;
@@ -54,17 +57,26 @@ impl<'a> ImpactSampler<'a> {
 
     /// Impact `index` of `seed`, of about 1 N·s, to be solved; options that are not drawn have their defaults.
     pub fn impact(&self, seed: u64, index: u64) -> FractureRequest {
+        self.drawn(seed, index, COSINES)
+    }
+
+    /// As [`Self::impact`], with forces along the surface.
+    pub(super) fn impact_along(&self, seed: u64, index: u64) -> FractureRequest {
+        self.drawn(seed, index, COSINES_ALONG)
+    }
+
+    fn drawn(&self, seed: u64, index: u64, cosines: [f64; 2]) -> FractureRequest {
         let mut stream = RandomStream::new(seed, index);
         let count = if stream.uniform() < TWO_CONTACTS { 2 } else { 1 };
-        let contacts = (0..count).map(|_| self.contact(&mut stream)).collect::<Vec<_>>();
+        let contacts = (0..count).map(|_| self.contact(&mut stream, cosines)).collect::<Vec<_>>();
         let first = contacts[0];
         let elastic = DisplacementMethod::Solve;
         FractureRequest { contacts, seed: index, elastic, ..FractureRequest::at(first.point_m, first.impulse_ns) }
     }
 
-    fn contact(&self, stream: &mut RandomStream) -> ImpactContact {
+    fn contact(&self, stream: &mut RandomStream, [least, most]: [f64; 2]) -> ImpactContact {
         let (point, inward) = self.point(stream);
-        let cosine = 1.0 - (1.0 - COSINE_MIN) * stream.uniform();
+        let cosine = most - (most - least) * stream.uniform();
         let (turn, magnitude) = (TAU * stream.uniform(), 1.0 - 0.5 * stream.uniform());
         let radius = TRAINED_RADIUS_MIN * RADIUS_RANGE.powf(stream.uniform());
         let across = inward.cross(&least_axis(&inward)).normalize();
