@@ -10,7 +10,7 @@
 //! and one time for the whole body, are ours.
 
 use super::contact_set::ContactSet;
-use super::strain::{StrainEnergy, spread_min};
+use super::strain::{StrainEnergy, alone_error_max, spread_min};
 use crate::cancel_token::CancelToken;
 use crate::elasticity::{
     ContactLoad, ElasticWorkspace, Elasticity, ElasticityError, ModalResponse, NodalLoad, Pulse, PulseLoad,
@@ -93,8 +93,8 @@ struct StruckBody<'a> {
     elasticity: &'a Elasticity,
     basis: &'a ReducedBasis,
     request: &'a FractureRequest,
-    /// See [`PreparedObject::has_long_cells`].
-    has_long_cells: bool,
+    /// See [`alone_error_max`].
+    alone_error_max: Option<f64>,
     cancel: &'a CancelToken,
 }
 
@@ -116,8 +116,8 @@ pub(super) fn displace_dynamic(
     let stiffness = held.map_or(&prepared.solid(*body)?.elasticity, |own| &own.elasticity);
     let (basis, modes) = vibrations(prepared, *body, request.effects)?;
     let failed = |source| FractureError::of_body(*body, source);
-    let has_long_cells = prepared.has_long_cells();
-    let struck = StruckBody { elasticity: stiffness, basis, request, has_long_cells, cancel };
+    let alone_error_max = alone_error_max(prepared, basis, request);
+    let struck = StruckBody { elasticity: stiffness, basis, request, alone_error_max, cancel };
     let effect = observer.effect(EffectKind::Dynamics);
     let groups = PulseGroups::new(&contacts.durations_s[place], ContactSet::times_per_s(prepared));
     let spread_min = spread_min(Some(basis), request);
@@ -215,7 +215,7 @@ impl StruckBody<'_> {
         if is_reduced {
             let dynamic = ReducedBasis::energy(&response.coordinates);
             let missed = self.missed(&loads[place], coordinates, elasticity) * at_rest / dynamic;
-            if missed <= self.request.reduced_error_max && !self.has_long_cells {
+            if self.alone_error_max.is_some_and(|most| missed <= most) {
                 return Ok(self.expand(response, missed, workspace));
             }
         }

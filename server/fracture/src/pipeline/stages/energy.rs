@@ -7,7 +7,7 @@ use super::contact_set::ContactSet;
 use super::dynamics;
 use super::falloff::falloff;
 use super::onset::{StressPeak, StressedBody};
-use super::strain::{StrainEnergy, spread_min};
+use super::strain::{StrainEnergy, alone_error_max, spread_min};
 use crate::cancel_token::CancelToken;
 use crate::elasticity::{DrivingEnergy, Elasticity, ElasticityError, NodalLoad, ReducedBasis};
 use crate::lattice::Lattice;
@@ -246,7 +246,7 @@ fn displace_reduced(
     let load = &mut loads[place];
     basis.project(load, coordinates);
     let error = basis.estimate().error(basis.residual(elasticity, load, coordinates, scratch));
-    if error <= request.reduced_error_max && !prepared.has_long_cells() {
+    if alone_error_max(prepared, basis, request).is_some_and(|most| error <= most) {
         let used = basis.used(request.rank_max);
         basis.expand(&coordinates[..used], displacement, scratch);
         let reduced_error = Some(ReducedBasis::truncated_error(coordinates, used, error));
