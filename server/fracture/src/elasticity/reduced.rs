@@ -112,11 +112,6 @@ const POWER_RANGE: [f64; 2] = [0.5, 2.0];
 /// With an exponent of 0.5, a strip held at both ends told 1 to 3 % for contacts beside an anchor that missed 17 to 63 %.
 const POWER_RANGE_STEEP: [f64; 2] = [1.0, 2.0];
 
-/// The same for completed displacements, whose errors hardly grow with what the linear solve adds.
-///
-/// On a plate of 1:100, 3 % are left where it adds a tenth of the energy, and 1 to 9 % where it adds next to all.
-const POWER_RANGE_COMPLETED: [f64; 2] = [0.25, 2.0];
-
 impl ReducedBasis {
     /// Builds the reduced basis from free displacements of `body` (one row of `rank` per component, `rank` ≥ 1).
     ///
@@ -395,11 +390,6 @@ impl ErrorEstimate {
     /// impact than of any of the fit.
     pub fn fit_steep(pairs: &[(f64, f64)]) -> Self {
         Self::fit_within(pairs, POWER_RANGE_STEEP)
-    }
-
-    /// As [`Self::fit`], with an exponent of at least 0.25: for completed displacements.
-    pub fn fit_completed(pairs: &[(f64, f64)]) -> Self {
-        Self::fit_within(pairs, POWER_RANGE_COMPLETED)
     }
 
     fn fit_within(pairs: &[(f64, f64)], [least, most]: [f64; 2]) -> Self {

@@ -114,11 +114,8 @@ pub(super) fn fitted(basis: ReducedBasis, (index, is_steep): (usize, bool), tria
     let pairs: Vec<_> = own().filter(|own| own.is_told).map(|own| (own.residual, own.energy_error)).collect();
     let completed = own().filter_map(|trial| trial.completed.as_ref());
     let completed: Vec<_> = completed.map(|own| (own.gain, own.energy_error)).collect();
-    if is_steep {
-        let fits = [&pairs, &completed].map(|own| ErrorEstimate::fit_steep(own));
-        return basis.estimating(fits[0]).estimating_completed(fits[1]);
-    }
-    basis.estimating(ErrorEstimate::fit(&pairs)).estimating_completed(ErrorEstimate::fit_completed(&completed))
+    let fit = if is_steep { ErrorEstimate::fit_steep } else { ErrorEstimate::fit };
+    basis.estimating(fit(&pairs)).estimating_completed(fit(&completed))
 }
 
 /// The basis of body `index`, held as in `elasticity`, from the contacts of the object's impacts.
