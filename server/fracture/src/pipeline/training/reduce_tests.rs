@@ -147,5 +147,5 @@ fn most_contacts_of_quadratic_elements_yield_one_snapshot() {
     let regular = count(&sheet);
     sheet.impacts = 40;
     let learned = count(&sheet);
-    assert!(32 <= long && long < 60 && 60 <= regular && 80 <= learned, "{long}, {regular}, {learned}");
+    assert!((32..60).contains(&long) && 60 <= regular && 80 <= learned, "{long}, {regular}, {learned}");
 }
