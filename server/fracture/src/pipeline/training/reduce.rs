@@ -191,7 +191,7 @@ pub(super) struct Trial {
     body: usize,
     /// True if the estimates are fitted to this trial.
     fits: bool,
-    /// True if it is one of the trials whose errors are told, which the others only help to estimate.
+    /// True if the bake reports its errors. The other trials only help to estimate them.
     is_told: bool,
     residual: f64,
     energy_error: f64,
@@ -228,7 +228,7 @@ pub(super) fn trials(
     Ok(all.into_iter().flatten().collect())
 }
 
-/// Number of held-out impacts whose errors are told, and of [`HELD_OUT_OTHER`] ones after them.
+/// Number of held-out impacts whose errors the bake reports, and of [`HELD_OUT_OTHER`] ones after them.
 fn held_out_counts(prepared: &PreparedObject) -> [u64; 2] {
     match (prepared.has_quadratic_elements(), prepared.has_long_cells()) {
         (false, _) => [HELD_OUT, 0],
