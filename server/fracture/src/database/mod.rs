@@ -23,8 +23,6 @@ mod learned;
 mod lost_parts;
 mod object;
 mod object_name;
-#[cfg(test)]
-mod real_tests;
 mod reduced;
 mod share;
 mod sheet;

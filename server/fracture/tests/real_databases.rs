@@ -1,9 +1,9 @@
 //! Databases of real meshes, from the folder that SHATTER_MESHES names.
 
-use super::*;
-use crate::pipeline::{DisplacementMethod, ElementChoice, SurfaceKind};
-use crate::scene::Material;
-use crate::surface::{LengthUnit, UpAxis, read};
+use shatter_fracture::database::{BakeRequest, Tables, load, save};
+use shatter_fracture::pipeline::{DisplacementMethod, ElementChoice, SurfaceKind};
+use shatter_fracture::scene::Material;
+use shatter_fracture::surface::{LengthUnit, UpAxis, read};
 use std::path::Path;
 
 /// Quadratic elements have elastic lattices that are fitted to the surface. Some of their edges are three spacings long.
