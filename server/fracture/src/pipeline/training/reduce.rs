@@ -68,7 +68,7 @@ const IMPACTS_PER_EXAMPLE: u64 = 2;
 const CONTACTS_IN_THREE_DIRECTIONS: usize = 8;
 
 /// Radii of the held-out impacts with quadratic elements over those that are drawn, in turn, so that half have the default radius.
-/// Only those of sheets on long cells become narrower.
+/// Only those of sheets and of further impacts become narrower.
 const RADII_OF_QUADRATIC: [f64; 3] = [1.0, 0.5, 0.25];
 
 /// Number of the first held-out impact, above all numbers of examples.
