@@ -49,14 +49,20 @@ fn put_basis(tensors: &mut Tensors, name: &dyn Fn(&str) -> String, reduced: &Red
         tensors.f64(name("inertial"), &[QuadraticTables::INERTIAL, rank], inertial);
         if let Some(CompletionTables { forces, estimate }) = completion {
             tensors.f32(name("forces"), &shape, forces);
-            tensors.f64(name("completed"), &[2], &[estimate.factor, estimate.power]);
+            put_estimate(tensors, name("completed"), *estimate);
         }
     }
     if let Some(mass) = reduced.mass() {
         tensors.f64(name("mass"), &[rank, rank], mass);
     }
-    let ErrorEstimate { factor, power } = reduced.estimate();
-    tensors.f64(name("estimate"), &[2], &[factor, power]);
+    put_estimate(tensors, name("estimate"), reduced.estimate());
+}
+
+/// Adds the two numbers of an error model, and its bound if it has one.
+fn put_estimate(tensors: &mut Tensors, name: String, ErrorEstimate { factor, power, error_max }: ErrorEstimate) {
+    let values = [factor, power, error_max];
+    let count = if error_max.is_finite() { 3 } else { 2 };
+    tensors.f64(name, &[count], &values[..count]);
 }
 
 /// The basis of the free body `index`; `None` if the file has none.
@@ -142,10 +148,17 @@ fn with_mass(
 
 /// The error model in `tensor`.
 fn estimate(contents: &ContainerContents, tensor: String) -> Result<ErrorEstimate, DatabaseError> {
-    let fitted = contents.f64(&tensor, Some(2), FLAT)?;
-    match fitted.iter().position(|value| *value <= 0.0) {
-        Some(index) => Err(DatabaseError::NotPositive { tensor, index, value: fitted[index] }),
-        None => Ok(ErrorEstimate { factor: fitted[0], power: fitted[1] }),
+    let fitted = contents.f64(&tensor, None, FLAT)?;
+    if let Some(index) = fitted.iter().position(|value| *value <= 0.0) {
+        return Err(DatabaseError::NotPositive { tensor, index, value: fitted[index] });
+    }
+    match fitted[..] {
+        [factor, power] => Ok(ErrorEstimate { factor, power, ..ErrorEstimate::RAW }),
+        [factor, power, error_max] => Ok(ErrorEstimate { factor, power, error_max }),
+        _ => {
+            let (found, wanted) = (format!("[{}]", fitted.len()), "[2] or [3]".to_owned());
+            Err(DatabaseError::Shape { tensor, found, wanted })
+        }
     }
 }
 

@@ -67,7 +67,7 @@ impl QuadraticTables {
     }
 }
 
-/// Model of the relative energy error: factor · ρ^power, with the relative residual ρ of [`ReducedBasis::residual`].
+/// Model of the relative energy error: factor · ρ^power up to a bound, with the relative residual ρ of [`ReducedBasis::residual`].
 ///
 /// It is fitted on impacts outside the snapshots of the basis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,6 +76,8 @@ pub struct ErrorEstimate {
     pub factor: f64,
     /// Exponent, positive; 1 if missing energy and residual are proportional.
     pub power: f64,
+    /// Largest error that it estimates, positive; infinite without a bound.
+    pub error_max: f64,
 }
 
 /// Kernel that adds up rows of a basis times forces.
@@ -100,9 +102,6 @@ impl<F: Iterator<Item = (usize, Vector3<f64>)>> NullaryFnOnce for Gather<'_, F> 
         }
     }
 }
-
-/// Smallest number of pairs for a fit of the estimate.
-const PAIRS_MIN: usize = 8;
 
 /// Accepted range of the exponent. Values outside it come from too few pairs.
 const POWER_RANGE: [f64; 2] = [0.5, 2.0];
@@ -371,12 +370,17 @@ impl ReducedBasis {
 }
 
 impl ErrorEstimate {
+    /// Smallest number of pairs for a fit.
+    pub const PAIRS_MIN: usize = 8;
+
     /// Identity model: the error equals the residual.
-    pub const RAW: Self = Self { factor: 1.0, power: 1.0 };
+    pub const RAW: Self = Self { factor: 1.0, power: 1.0, error_max: f64::INFINITY };
 
     /// Relative energy error of a displacement with this relative residual.
     pub fn error(&self, residual: f64) -> f64 {
-        self.factor * residual.powf(self.power)
+        let error = self.factor * residual.powf(self.power);
+        // An error that is not a number stays one.
+        if error > self.error_max { self.error_max } else { error }
     }
 
     /// Fits the model to pairs of residual and relative error, by least squares of their logarithms.
@@ -400,10 +404,10 @@ impl ErrorEstimate {
         let [x, y] = [mean(0), mean(1)];
         let covariance: f64 = logarithms.iter().map(|pair| (pair[0] - x) * (pair[1] - y)).sum();
         let variance: f64 = logarithms.iter().map(|pair| (pair[0] - x).powi(2)).sum();
-        if logarithms.len() < PAIRS_MIN || variance <= f64::EPSILON * count {
+        if logarithms.len() < Self::PAIRS_MIN || variance <= f64::EPSILON * count {
             return Self::RAW;
         }
         let power = (covariance / variance).clamp(least, most);
-        Self { factor: (y - power * x).exp(), power }
+        Self { factor: (y - power * x).exp(), power, ..Self::RAW }
     }
 }

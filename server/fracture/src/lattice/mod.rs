@@ -16,8 +16,6 @@ mod manifold_repair;
 mod measure;
 mod overlap;
 #[cfg(test)]
-mod real_tests;
-#[cfg(test)]
 mod shapes;
 mod spacing;
 mod stencil;

@@ -163,18 +163,20 @@ fn contacts_that_touch_the_same_nodes_count_together() {
 
 #[test]
 fn estimates_are_fitted_to_the_power() {
-    let truth = ErrorEstimate { factor: 0.3, power: 1.25 };
+    let truth = ErrorEstimate { factor: 0.3, power: 1.25, ..ErrorEstimate::RAW };
     let mut stream = RandomStream::new(4, 0);
     let mut drawn = || (-12.0 * stream.uniform()).exp();
     let pairs: Vec<_> = (0..40).map(|_| drawn()).map(|residual| (residual, truth.error(residual))).collect();
     let found = ErrorEstimate::fit(&pairs);
     assert!((found.factor - truth.factor).abs() < 1e-9 && (found.power - truth.power).abs() < 1e-9, "{found:?}");
+    let bounded = ErrorEstimate { error_max: 0.1, ..truth };
+    assert_eq!([0.1, 1.0].map(|residual| bounded.error(residual)), [truth.error(0.1), 0.1]);
     assert_eq!(ErrorEstimate::fit(&pairs[..7]), ErrorEstimate::RAW);
     assert_eq!(ErrorEstimate::fit(&vec![(0.1, 0.2); 40]), ErrorEstimate::RAW, "equal pairs determine no power");
     let without_error: Vec<_> = pairs.iter().copied().chain([(0.1, 0.0), (0.0, 0.1)]).collect();
     assert_eq!(ErrorEstimate::fit(&without_error), found);
     // Contacts of sheets and beside anchors miss far more than those of the fit: errors grow at least in proportion there.
-    let slow = ErrorEstimate { factor: 0.3, power: 0.6 };
+    let slow = ErrorEstimate { factor: 0.3, power: 0.6, ..ErrorEstimate::RAW };
     let pairs: Vec<_> = pairs.iter().map(|(residual, _)| (*residual, slow.error(*residual))).collect();
     let powers = [ErrorEstimate::fit, ErrorEstimate::fit_steep].map(|fit| fit(&pairs).power);
     assert!((powers[0] - 0.6).abs() < 1e-9 && powers[1] == 1.0, "{powers:?}");

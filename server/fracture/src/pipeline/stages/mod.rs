@@ -14,7 +14,7 @@ pub(super) mod onset;
 #[cfg(test)]
 mod onset_tests;
 pub(super) mod search;
-mod strain;
+pub(super) mod strain;
 pub(super) mod termination;
 pub(super) mod threshold;
 pub(super) mod threshold_bound;

@@ -21,6 +21,7 @@ use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::pipeline::request::solver_settings::REDUCED_ERROR_MAX;
 use crate::pipeline::stages::contact_set::ContactSet;
 use crate::pipeline::stages::energy::strain_energy;
+use crate::pipeline::stages::strain::alone_share;
 use crate::pipeline::workspace::Workspace;
 use crate::scene::{EffectKind, EffectSet};
 use nalgebra::Vector3;
@@ -31,12 +32,11 @@ const BASIS_BYTES_MAX: usize = 13 << 20;
 
 /// As [`BASIS_BYTES_MAX`], for quadratic elements, without their strains.
 ///
-/// Median energy errors of a vase of 58,752 nodes: 32 % with 13 MiB, 22 % with 32 MiB, of a plate of 79,127 nodes 5.3 % and
-/// 0.9 %.
-pub(crate) const BASIS_BYTES_MAX_QUADRATIC: usize = 32 << 20;
+/// Median energy errors of a vase of 58,752 nodes: 27 % with 32 MiB and 17 % with 48 MiB, of a plate of 79,127 nodes 1.0 % and 0.4 %.
+pub(crate) const BASIS_BYTES_MAX_QUADRATIC: usize = 48 << 20;
 
 /// Largest size of one body's snapshots during the computation, bytes; larger lattices get fewer snapshots.
-const SNAPSHOT_BYTES_MAX: usize = 768 << 20;
+const SNAPSHOT_BYTES_MAX: usize = 1 << 30;
 
 /// Smallest number of displacements of a basis.
 const RANK_MIN: usize = 8;
@@ -52,6 +52,15 @@ const HELD_OUT_QUADRATIC: u64 = 24;
 ///
 /// The basis of a plate of 1:100 misses most of a push along it. Linear elements then lack 1 to 10 %, the most under narrow contacts.
 const HELD_OUT_OTHER: u64 = 12;
+
+/// Number of impacts along the surface after those of [`HELD_OUT_OTHER`], which only bound the same errors.
+///
+/// If a contact bends a plate, a linear solve adds about twice the energy that is missing after it. If it pushes along the plate, it adds
+/// ten times that energy or more.
+const HELD_OUT_ALONG: u64 = 6;
+
+/// Largest estimated error of a completed displacement over the worst of all held-out impacts.
+const WORST: f64 = 1.5;
 
 /// Smallest number of impacts whose contacts yield the basis of a body with quadratic elements.
 const IMPACTS_QUADRATIC: u64 = 60;
@@ -103,15 +112,27 @@ pub fn reduce(prepared: &mut PreparedObject, rank_max: usize, token: &CancelToke
     Ok(())
 }
 
-/// The basis of body `index` with its errors estimated by `trials`, with an exponent of at least 1 if `is_steep`.
+/// The basis of body `index` with its errors estimated by `trials`; if `is_steep`, with exponents of at least 1 and without bound.
 pub(super) fn fitted(basis: ReducedBasis, (index, is_steep): (usize, bool), trials: &[Trial]) -> ReducedBasis {
     let own = || trials.iter().filter(|trial| trial.body == index && trial.fits);
     // Residuals along a plate would make the estimate of those that bend it too low.
     let pairs: Vec<_> = own().filter(|own| own.is_told).map(|own| (own.residual, own.energy_error)).collect();
     let completed = own().filter_map(|trial| trial.completed.as_ref());
     let completed: Vec<_> = completed.map(|own| (own.gain, own.energy_error)).collect();
-    let fit = if is_steep { ErrorEstimate::fit_steep } else { ErrorEstimate::fit };
-    basis.estimating(fit(&pairs)).estimating_completed(fit(&completed))
+    let (fit, error_max) = match is_steep {
+        true => (ErrorEstimate::fit_steep as fn(&[(f64, f64)]) -> ErrorEstimate, f64::INFINITY),
+        false => (ErrorEstimate::fit as _, completed_error_max(index, trials)),
+    };
+    let completed = ErrorEstimate { error_max, ..fit(&completed) };
+    basis.estimating(fit(&pairs)).estimating_completed(completed)
+}
+
+/// Largest error that completed displacements of body `index` are estimated to have; infinite with too few `trials` of them.
+fn completed_error_max(index: usize, trials: &[Trial]) -> f64 {
+    let own = trials.iter().filter(|trial| trial.body == index).filter_map(|trial| trial.completed.as_ref());
+    let errors: Vec<f64> = own.map(|own| own.energy_error).filter(|error| *error > 0.0).collect();
+    let worst = errors.iter().copied().fold(0.0, f64::max);
+    if errors.len() < ErrorEstimate::PAIRS_MIN { f64::INFINITY } else { WORST * worst }
 }
 
 /// The basis of body `index`, held as in `elasticity`, from the contacts of the object's impacts.
@@ -183,6 +204,7 @@ fn contacts(prepared: &PreparedObject, index: usize) -> Result<Vec<ContactLoad>,
 }
 
 /// One body under one held-out impact, both solved and reduced.
+#[derive(Clone)]
 pub(super) struct Trial {
     body: usize,
     /// True if the estimates are fitted to this trial.
@@ -197,47 +219,56 @@ pub(super) struct Trial {
 }
 
 /// The completed displacement of a trial.
+#[derive(Clone)]
 struct CompletedTrial {
     gain: f64,
     energy_error: f64,
     density_error: f64,
 }
 
-/// The held-out impacts, with the effect `more` in addition.
+/// The held-out impacts, with the effect `more` in addition, which anchors the object.
 pub(super) fn trials(
     prepared: &PreparedObject,
     more: Option<EffectKind>,
     token: &CancelToken,
 ) -> Result<Vec<Trial>, FractureError> {
     let sampler = ImpactSampler::new(prepared);
-    let [told, others] = held_out_counts(prepared);
+    let [told, others, along] = held_out_counts(prepared);
+    // Nothing bounds the errors of anchored bodies.
+    let along = if more.is_some() { 0 } else { along };
     let one = |workspace: &mut Workspace, number: u64| {
         let mut strike = held_out(&sampler, prepared, number);
         strike.effects = more.into_iter().fold(strike.effects, EffectSet::with);
         let mut trials = trial(prepared, &strike, workspace, token)?;
         let is_told = number < told;
-        trials.iter_mut().for_each(|own| (own.fits, own.is_told) = (!is_told || number.is_multiple_of(2), is_told));
+        let fits = if is_told { number.is_multiple_of(2) } else { number < told + others };
+        trials.iter_mut().for_each(|own| (own.fits, own.is_told) = (fits, is_told));
         Ok::<_, FractureError>(trials)
     };
     let all: Vec<Vec<Trial>> =
-        (0..told + others).into_par_iter().map_init(Workspace::default, one).collect::<Result<_, _>>()?;
+        (0..told + others + along).into_par_iter().map_init(Workspace::default, one).collect::<Result<_, _>>()?;
     Ok(all.into_iter().flatten().collect())
 }
 
-/// Number of held-out impacts whose errors the bake reports, and of [`HELD_OUT_OTHER`] ones after them.
-fn held_out_counts(prepared: &PreparedObject) -> [u64; 2] {
+/// Number of held-out impacts whose errors the bake reports, and of [`HELD_OUT_OTHER`] and [`HELD_OUT_ALONG`] ones after them.
+fn held_out_counts(prepared: &PreparedObject) -> [u64; 3] {
     match (prepared.has_quadratic_elements(), prepared.has_long_cells()) {
-        (false, _) => [HELD_OUT, 0],
-        (true, true) => [HELD_OUT_QUADRATIC, 0],
-        (true, false) => [HELD_OUT_QUADRATIC, HELD_OUT_OTHER],
+        (false, _) => [HELD_OUT, 0, 0],
+        (true, true) => [HELD_OUT_QUADRATIC, 0, 0],
+        (true, false) => [HELD_OUT_QUADRATIC, HELD_OUT_OTHER, HELD_OUT_ALONG],
     }
 }
 
 /// Held-out impact `number`. Even numbers fit and odd ones test, with the same radii.
 fn held_out(sampler: &ImpactSampler<'_>, prepared: &PreparedObject, number: u64) -> FractureRequest {
     let (seed, index) = (prepared.parameters.seed, HELD_OUT_FIRST + number);
-    let is_other = number >= held_out_counts(prepared)[0];
-    let mut strike = if is_other { sampler.impact_at_any_angle(seed, index) } else { sampler.impact(seed, index) };
+    let [told, others, _] = held_out_counts(prepared);
+    let is_other = number >= told;
+    let mut strike = match is_other {
+        false => sampler.impact(seed, index),
+        true if number < told + others => sampler.impact_at_any_angle(seed, index),
+        true => sampler.impact_along(seed, index),
+    };
     if prepared.has_quadratic_elements() {
         let is_narrow = is_other || prepared.has_long_cells();
         let least = if is_narrow { 0.0 } else { TRAINED_RADIUS_MIN * prepared.frame.diagonal_m };
@@ -323,9 +354,9 @@ fn trial(
 impl ReductionErrors {
     /// The figures of `trials`; `None` if empty.
     fn of(prepared: &PreparedObject, trials: &[Trial]) -> Option<Self> {
-        // The estimated and the true error, and the least estimate, above which a request is solved.
         let trials: Vec<&Trial> = trials.iter().filter(|trial| trial.is_told).collect();
-        let estimates: Vec<(f64, f64, f64)> = trials
+        // The estimated and the true error, and whether a request would be solved.
+        let estimates: Vec<(f64, f64, bool)> = trials
             .iter()
             .filter(|trial| !trial.fits)
             .filter_map(|trial| {
@@ -333,15 +364,14 @@ impl ReductionErrors {
                 let completed = trial.completed.as_ref().zip(reduced.completed_estimate());
                 let completed = completed.map(|(own, estimate)| (estimate.error(own.gain), own.energy_error));
                 let own = (reduced.estimate().error(trial.residual), trial.energy_error);
-                // Those of a request that is not solved, and the least estimate.
-                let (told, least) = match completed {
-                    Some(completed) if prepared.has_long_cells() => (completed, completed.0),
-                    _ => (own, completed.map_or(own.0, |completed| completed.0.min(own.0))),
-                };
-                Some((told.0, told.1, least))
+                let share = alone_share(prepared, reduced);
+                let told = completed.filter(|_| share.is_none()).unwrap_or(own);
+                let is_alone = share.is_some_and(|share| own.0 <= share * REDUCED_ERROR_MAX);
+                let is_completed = completed.is_some_and(|completed| completed.0 <= REDUCED_ERROR_MAX);
+                Some((told.0, told.1, !is_alone && !is_completed))
             })
             .collect();
-        let share = |holds: &dyn Fn(&(f64, f64, f64)) -> bool| {
+        let share = |holds: &dyn Fn(&(f64, f64, bool)) -> bool| {
             estimates.iter().filter(|own| holds(own)).count() as f64 / estimates.len() as f64
         };
         Some(Self {
@@ -352,7 +382,7 @@ impl ReductionErrors {
             density_error_median: quantile(&trials, 0.5, |trial| trial.density_error)?,
             degree_error_median: quantile(&trials, 0.5, |trial| trial.degree_error)?,
             estimates_within_3: share(&|(estimate, error, _)| (1.0 / 3.0..=3.0).contains(&(estimate / error))),
-            solved: share(&|(_, _, least)| *least > REDUCED_ERROR_MAX),
+            solved: share(&|(.., is_solved)| *is_solved),
             completed: CompletionErrors::of(&trials),
         })
     }

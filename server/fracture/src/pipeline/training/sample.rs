@@ -20,6 +20,9 @@ const COSINES: [f64; 2] = [0.5, 1.0];
 /// As [`COSINES`], for all forces that push.
 const COSINES_ALL: [f64; 2] = [0.0, 1.0];
 
+/// As [`COSINES`], for forces along the surface.
+const COSINES_ALONG: [f64; 2] = [0.0, 0.0];
+
 /// Largest radius over the smallest.
 const RADIUS_RANGE: f64 = 4.0 / 0.95;
 
@@ -63,6 +66,11 @@ impl<'a> ImpactSampler<'a> {
     /// As [`Self::impact`], with forces at any angle to the surface.
     pub(super) fn impact_at_any_angle(&self, seed: u64, index: u64) -> FractureRequest {
         self.drawn(seed, index, COSINES_ALL)
+    }
+
+    /// As [`Self::impact`], with forces along the surface.
+    pub(super) fn impact_along(&self, seed: u64, index: u64) -> FractureRequest {
+        self.drawn(seed, index, COSINES_ALONG)
     }
 
     fn drawn(&self, seed: u64, index: u64, cosines: [f64; 2]) -> FractureRequest {

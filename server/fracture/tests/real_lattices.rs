@@ -1,8 +1,11 @@
 //! Levels of real meshes, from the folder that SHATTER_MESHES names.
 
-use super::*;
-use crate::cancel_token::CancelToken;
-use crate::surface::{InsideTest, LengthUnit, Surface, UpAxis, read};
+use shatter_fracture::cancel_token::CancelToken;
+use shatter_fracture::lattice::{
+    CRACK_NODES_DEFAULT, DihedralRange, ELASTIC_NODES_DEFAULT, Lattice, Spacings, check_manifold, default_spacing,
+    levels,
+};
+use shatter_fracture::surface::{InsideTest, LengthUnit, Surface, UpAxis, read};
 use std::path::Path;
 
 /// Builds the levels of a mesh with about `nodes` crack nodes, checks their invariants, and prints one row per level.
