@@ -18,13 +18,14 @@ use shatter_proto::text::number;
 use std::path::Path;
 
 /// Keys of an object, in the order of the shipped scenes.
-pub const OBJECT_KEYS: [&str; 22] = [
+pub const OBJECT_KEYS: [&str; 23] = [
     "database",
     "shape",
     "material",
     "fragment_size_m",
     "gamma_j_m2",
     "criterion",
+    "strength_scale",
     "elastic_spacing",
     "crack_spacing",
     "elements",
@@ -95,6 +96,8 @@ pub struct ObjectPolicy {
     pub gamma_j_m2: Option<f64>,
     /// Rule that decides whether the object breaks, for requests that name none.
     pub criterion: RequestedCriterion,
+    /// Factor on the load that the object withstands, under both criteria.
+    pub strength_scale: f64,
     /// Maximum number of sites.
     pub sites_max: Option<u32>,
     /// Maximum number of fragments; requests that produce more are refused.
@@ -121,6 +124,7 @@ impl Default for ObjectPolicy {
             fragment_size_m: None,
             gamma_j_m2: None,
             criterion: RequestedCriterion::Paper,
+            strength_scale: 1.0,
             sites_max: None,
             fragments_max: None,
             bytes_max: None,
@@ -219,7 +223,8 @@ impl ObjectPolicy {
     /// γ of an object of this material, J·m²; `None` if the database's own γ applies.
     pub fn gamma(&self, material: &Material) -> Option<f64> {
         let sized = |size_m| reference_gamma(material.young_pa, material.strength_pa, size_m);
-        self.gamma_j_m2.or(self.fragment_size_m.map(sized))
+        let own = self.gamma_j_m2.or(self.fragment_size_m.map(sized));
+        own.map(|gamma_j_m2| self.strength_scale.powi(2) * gamma_j_m2)
     }
 }
 
@@ -232,6 +237,7 @@ struct Values {
     fragment_size_m: Option<f64>,
     gamma_j_m2: Option<f64>,
     criterion: Option<String>,
+    strength_scale: Option<f64>,
     elastic_spacing: Option<f64>,
     crack_spacing: Option<f64>,
     elements: Option<String>,
@@ -254,9 +260,10 @@ struct Values {
 }
 
 /// Possible values of the numbers, by key.
-pub(super) const RANGES: [(&str, &str); 9] = [
+pub(super) const RANGES: [(&str, &str); 10] = [
     ("fragment_size_m", "a number of meters from 1e-9 to 1e9, without quotes or unit, as in 0.02"),
     ("gamma_j_m2", "a number from 1e-30 to 1e30"),
+    ("strength_scale", "a number from 0.001 to 1000"),
     ("elastic_spacing", SPACING),
     ("crack_spacing", SPACING),
     ("volume_min_m3", POSITIVE),
@@ -287,6 +294,7 @@ impl Values {
         let values = [
             within(self.fragment_size_m, [1e-9, 1e9]),
             within(self.gamma_j_m2, [1e-30, 1e30]),
+            within(self.strength_scale, [1e-3, 1e3]),
             within(self.elastic_spacing, SPACING_RANGE),
             within(self.crack_spacing, SPACING_RANGE),
             positive(self.volume_min_m3),
@@ -368,6 +376,7 @@ impl SceneObject {
             fragment_size_m: values.fragment_size_m,
             gamma_j_m2: values.gamma_j_m2,
             criterion,
+            strength_scale: values.strength_scale.unwrap_or(1.0),
             sites_max: values.sites_max,
             fragments_max: values.fragments_max,
             bytes_max: values.bytes_max,

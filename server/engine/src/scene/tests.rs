@@ -258,6 +258,17 @@ fn a_scene_chooses_the_criterion() {
 }
 
 #[test]
+fn a_scene_scales_the_strength() {
+    let scale = |text: &str| object(text).map(|own| own.terms.strength_scale);
+    assert_eq!([scale(""), scale("strength_scale = 2.5")], [Ok(1.0), Ok(2.5)]);
+    let (_, material) = object("material = \"glass\"").unwrap().material.unwrap();
+    let gamma = |text: &str| object(text).unwrap().terms.gamma(&material);
+    assert_eq!([gamma("gamma_j_m2 = 7.0\nstrength_scale = 2.0"), gamma("strength_scale = 2.0")], [Some(28.0), None]);
+    check("strength_scale = 0.0", "objects.vase.strength_scale", "from 0.001 to 1000");
+    check("strength_scale = nan", "objects.vase.strength_scale", "from 0.001 to 1000");
+}
+
+#[test]
 fn artist_controls_are_validated_by_name() {
     let warped = |text: &str| format!("effects = [\"warp\"]\nwarp = {{ {text} }}");
     check(&warped("grian = 1"), "objects.vase.warp.grian", "`grain`");

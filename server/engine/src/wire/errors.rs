@@ -39,6 +39,7 @@ pub fn engine_error(error: FractureError) -> Error {
         FractureError::Partner(error) => of_partner(error),
         FractureError::Balanced { body } => (ErrorKind::Impulse, format!("body {body}")),
         FractureError::Gamma(gamma) => (ErrorKind::Gamma, number(*gamma)),
+        FractureError::StrengthScale(_) => (ErrorKind::Configuration, "strength_scale".to_owned()),
         FractureError::Range(e1_over_gamma) => (ErrorKind::Gamma, number(*e1_over_gamma)),
         FractureError::Degree { degree, .. } => (ErrorKind::Degree, degree.to_string()),
         FractureError::ElasticityUnprepared { .. } => (ErrorKind::Effect, EffectKind::Elastic.name().to_owned()),

@@ -67,6 +67,9 @@ pub enum FractureError {
     /// γ is not finite and positive.
     #[error("gamma must be finite and positive, got {}", number(*.0))]
     Gamma(f64),
+    /// The factor on the strength is not finite and positive.
+    #[error("strength_scale must be finite and positive, got {}", number(*.0))]
+    StrengthScale(f64),
     /// E_1/γ is not a normal 64-bit number, because impulse, modulus and γ differ too much in magnitude.
     #[error("E_1/gamma is {}, beyond 64-bit numbers; check the units of impulse, duration, size and gamma", number(*.0))]
     Range(f64),

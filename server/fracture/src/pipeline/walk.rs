@@ -98,7 +98,8 @@ pub(in crate::pipeline) fn walk(
     let budget = request.budget.map(|budget| budget.rescaled(solved, begun_s - cancel.remaining_s()));
     let masses = controls::repainted(prepared, request, &energies, &fields);
     let followed = controls::followed(prepared, request, &energies, &fields, &masses)?;
-    let (is_given, constants) = (matches!(request.degree, DegreeRequest::Sites(_)), prepared.strength_constants());
+    let (is_given, constants) =
+        (matches!(request.degree, DegreeRequest::Sites(_)), request.strength_constants(prepared));
     let mut limits = onset.as_ref().map(|onset| onset.site_limits(prepared, &energies, CRACK_SHARE));
     for turn in 0.. {
         let division = divide(context, budget, &threshold, (&followed, limits.as_deref()), workspace)?;
@@ -146,7 +147,7 @@ fn onset(context: RequestContext<'_>, energies: &[BodyEnergy]) -> Result<Option<
         return Ok(None);
     }
     let _threshold = context.observer.stage(Stage::Threshold);
-    ObjectOnset::new(context.prepared, energies, slivers::least_volume(context)).map(Some)
+    ObjectOnset::new(context, energies, slivers::least_volume(context)).map(Some)
 }
 
 /// Threshold test: energy densities of the struck bodies, with the values `shares`, and E_1 of each body compared to γ.
@@ -199,7 +200,7 @@ fn weighed(
     let mut energies = strain_energy(context, &contacts, workspace)?;
     let mut shares: Vec<Vec<f64>> = energies.iter_mut().map(|energy| std::mem::take(&mut energy.shares)).collect();
     let fields = fields(prepared, request, &energies, &mut shares)?;
-    let gamma_j_m2 = request.gamma_j_m2.unwrap_or(prepared.gamma_j_m2);
+    let gamma_j_m2 = request.scaled_gamma_j_m2(prepared);
     if let Some(onset) = onset(context, &energies)? {
         return Ok(onset.load_factor().powi(-2).max(HELD));
     }
@@ -211,7 +212,10 @@ const HELD: f64 = 1e-12;
 
 /// The effective γ, J·m², after the checks of the request that need no body.
 fn check(prepared: &PreparedObject, request: &FractureRequest) -> Result<f64, FractureError> {
-    let gamma_j_m2 = request.gamma_j_m2.unwrap_or(prepared.gamma_j_m2);
+    if !(request.strength_scale.is_finite() && request.strength_scale > 0.0) {
+        return Err(FractureError::StrengthScale(request.strength_scale));
+    }
+    let gamma_j_m2 = request.scaled_gamma_j_m2(prepared);
     if !(gamma_j_m2.is_finite() && gamma_j_m2 > 0.0) {
         return Err(FractureError::Gamma(gamma_j_m2));
     }

@@ -82,6 +82,19 @@ impl StrengthConstants {
         Self { young_pa, poisson, strength_pa, compressive_strength_pa, toughness_j_m2, weibull_modulus, origin }
     }
 
+    /// Constants of a material that withstands `scale` times the load, of bodies of every size.
+    ///
+    /// Strengths grow with `scale`, the toughness G_c with its square, as the elastic energy. ℓ_c stays.
+    #[must_use]
+    pub fn scaled(self, scale: f64) -> Self {
+        Self {
+            strength_pa: scale * self.strength_pa,
+            compressive_strength_pa: scale * self.compressive_strength_pa,
+            toughness_j_m2: scale * scale * self.toughness_j_m2,
+            ..self
+        }
+    }
+
     /// Characteristic length ℓ_c = E·G_c/(π σ_t²), m: cracks shorter than about this do not lower the strength.
     ///
     /// Source: D. Taylor, *The Theory of Critical Distances* (2007), section 2.2.
@@ -119,6 +132,10 @@ mod tests {
         let length =
             |name: &str| StrengthConstants::of(name, &Material::named(name).unwrap()).characteristic_length_m();
         assert!((length("glass") - 86.9e-6).abs() < 0.1e-6, "{}", length("glass"));
+        let concrete = StrengthConstants::of("concrete", &Material::named("concrete").unwrap());
+        let scaled = concrete.scaled(3.0);
+        assert!((scaled.characteristic_length_m() / concrete.characteristic_length_m() - 1.0).abs() < 1e-12);
+        assert_eq!(scaled.compressive_strength_pa, 3.0 * concrete.compressive_strength_pa);
         assert!((length("concrete") - 51.2e-3).abs() < 0.1e-3, "{}", length("concrete"));
     }
 }

@@ -46,6 +46,7 @@ impl SurfaceEnergy {
             degree: DegreeRequest::Inferred,
             degree_max: DEGREE_MAX,
             gamma_j_m2: None,
+            strength_scale: 1.0,
             criterion: Criterion::Paper,
             elastic: DisplacementMethod::Solve,
             rank_max: None,

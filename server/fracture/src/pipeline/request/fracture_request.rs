@@ -11,7 +11,7 @@ use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::prepared::parameters::{DisplacementMethod, SurfaceKind};
 use crate::pipeline::prepared::warped_body::WarpedBody;
 use crate::scene::{EffectKind, EffectSet};
-use crate::strength::Criterion;
+use crate::strength::{Criterion, StrengthConstants};
 use nalgebra::{Point3, Vector3};
 
 /// Default seed of a request, equal to that of the client (a test of `shatter-server` compares them).
@@ -43,6 +43,9 @@ pub struct FractureRequest {
     pub degree_max: u32,
     /// Threshold γ, J·m²; `None`: the object's own.
     pub gamma_j_m2: Option<f64>,
+    /// Factor on the load that the object withstands, under both criteria: on the strengths of its material. Its own γ and G_c are
+    /// multiplied by the square, γ of the request is not.
+    pub strength_scale: f64,
     /// Rule that decides whether the object breaks. Without the effect `elastic` there is no stress, so the paper's applies.
     pub criterion: Criterion,
     /// Source of the displacements.
@@ -89,6 +92,7 @@ impl FractureRequest {
             degree: DegreeRequest::Inferred,
             degree_max: DEGREE_MAX,
             gamma_j_m2: None,
+            strength_scale: 1.0,
             criterion: Criterion::default(),
             elastic: DisplacementMethod::Reduced,
             rank_max: None,
@@ -126,6 +130,16 @@ impl FractureRequest {
         };
         let criterion = if self.effects.has(EffectKind::Elastic) { self.criterion } else { Criterion::Paper };
         Self { lift, degree, criterion, ..self.clone() }
+    }
+
+    /// The γ that decides, J·m².
+    pub(in crate::pipeline) fn scaled_gamma_j_m2(&self, prepared: &PreparedObject) -> f64 {
+        self.gamma_j_m2.unwrap_or(self.strength_scale.powi(2) * prepared.gamma_j_m2)
+    }
+
+    /// Constants of the material that decide when the object breaks.
+    pub(in crate::pipeline) fn strength_constants(&self, prepared: &PreparedObject) -> StrengthConstants {
+        prepared.strength_constants().scaled(self.strength_scale)
     }
 
     /// The artist's controls of body `body`, if the request uses them and there are any.

@@ -158,7 +158,7 @@ fn deformed(
                 false => Deformation::Displacement(&workspace.displacement),
             };
             let stressed = StressedBody { place, solid, elasticity, deformation, load: &workspace.loads[place] };
-            peaks = stressed.peaks(prepared, contacts)?;
+            peaks = stressed.peaks(context, contacts)?;
         }
         let mut shares = Vec::with_capacity(body.crack.nodes.len());
         solid.transfer.apply(&workspace.tet_energy, &mut shares);

@@ -8,6 +8,7 @@ use super::energy::BodyEnergy;
 use crate::elasticity::{AppliedContact, Elasticity, NodalLoad};
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::{ElasticModel, PreparedObject};
+use crate::pipeline::request::context::RequestContext;
 use crate::strength::{
     ContactZone, Deformation, NearField, Onset, StrengthConstants, affordable_count, cell_dimension, normals_across,
     normals_around,
@@ -43,9 +44,13 @@ pub(in crate::pipeline) struct StressedBody<'a> {
 
 impl StressedBody<'_> {
     /// The largest stresses outside of all contacts, in descending order, then that of every contact.
-    pub fn peaks(&self, prepared: &PreparedObject, contacts: &ContactSet) -> Result<Vec<StressPeak>, FractureError> {
+    pub fn peaks(
+        &self,
+        RequestContext { prepared, request, .. }: RequestContext<'_>,
+        contacts: &ContactSet,
+    ) -> Result<Vec<StressPeak>, FractureError> {
         let Self { solid, elasticity, load, .. } = self;
-        let constants = prepared.strength_constants();
+        let constants = request.strength_constants(prepared);
         let (tables, boundary) = (solid.strength_tables(), elasticity.boundary());
         let unit = contacts.peak_force_n / (prepared.frame.diagonal_m.powi(2) * constants.strength_pa);
         let ratio = constants.strength_pa / constants.compressive_strength_pa;
@@ -117,8 +122,12 @@ pub struct OnsetReport {
 
 impl ObjectOnset {
     /// Judges every struck body, of which no piece may be smaller than `volume_min` (local).
-    pub fn new(prepared: &PreparedObject, energies: &[BodyEnergy], volume_min: f64) -> Result<Self, FractureError> {
-        let constants = prepared.strength_constants();
+    pub fn new(
+        RequestContext { prepared, request, .. }: RequestContext<'_>,
+        energies: &[BodyEnergy],
+        volume_min: f64,
+    ) -> Result<Self, FractureError> {
+        let constants = request.strength_constants(prepared);
         let mut bodies = Vec::with_capacity(energies.len());
         let (mut stress_over_strength, mut averaged, mut is_cell) = (0.0_f64, 0.0_f64, false);
         for energy in energies {

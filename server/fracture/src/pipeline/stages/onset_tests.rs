@@ -3,8 +3,8 @@
 use super::onset::OnsetReport;
 use crate::database::BakeRequest;
 use crate::pipeline::{
-    DegreeRequest, ElementChoice, EnergyLedger, FractureOutcome, FractureRequest, ImpactContact, PreparedObject,
-    Preset, RELEASE_SHARE,
+    DegreeRequest, ElementChoice, EnergyLedger, FractureError, FractureOutcome, FractureRequest, ImpactContact,
+    PreparedObject, Preset, RELEASE_SHARE,
 };
 use crate::scene::{EffectKind, Material};
 use crate::strength::Criterion;
@@ -96,6 +96,31 @@ fn a_beam_in_four_point_bending_breaks_at_its_strength() {
     assert!(broken.fracture().is_some(), "{:?}", broken.threshold());
     assert!((broken.threshold().impulse_factor * 1.01 - 1.0).abs() < 1e-6, "{:?}", broken.threshold());
     assert!(onset(&broken).stress_over_strength >= 1.01, "{:?}", onset(&broken));
+}
+
+/// Three times the load breaks a beam of three times the strength into the same pieces.
+#[test]
+fn a_scaled_strength_withstands_that_much_more() {
+    for criterion in [Criterion::Paper, Criterion::Strength] {
+        let at = |impulse_ns, strength_scale| FractureRequest { criterion, strength_scale, ..bent(impulse_ns) };
+        let least = |request| BEAM.strike(&FractureRequest { threshold_only: true, ..request }).unwrap();
+        let first = least(at(1.0, 1.0)).threshold().impulse_factor;
+        assert!((least(at(1.0, 3.0)).threshold().impulse_factor / first / 3.0 - 1.0).abs() < 1e-9, "{criterion:?}");
+        let [one, three] = [1.0, 3.0].map(|scale| BEAM.strike(&at(4.0 * scale * first, scale)).unwrap());
+        assert!(one.fracture_degree() >= 2 && one.fracture_degree() == three.fracture_degree(), "{criterion:?}");
+        let [a, b] = [&one, &three].map(|own| own.fracture().unwrap().ledger.map_or(0.0, |own| own.surface_j));
+        assert!((b - 9.0 * a).abs() <= 1e-9 * b, "{criterion:?}: {a} {b}");
+        // Of a request, γ is taken as it is.
+        let given = |scale| FractureRequest { gamma_j_m2: Some(BEAM.gamma_j_m2), ..at(1.0, scale) };
+        assert_eq!(
+            [1.0, 3.0].map(|scale| BEAM.strike(&given(scale)).unwrap().threshold().gamma_j_m2),
+            [BEAM.gamma_j_m2; 2]
+        );
+        for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let error = BEAM.strike(&at(1.0, scale)).unwrap_err();
+            assert!(matches!(error, FractureError::StrengthScale(_)), "{error}");
+        }
+    }
 }
 
 #[test]
