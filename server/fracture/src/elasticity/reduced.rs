@@ -390,8 +390,7 @@ impl ErrorEstimate {
         Self::fit_within(pairs, POWER_RANGE)
     }
 
-    /// As [`Self::fit`], with an exponent of at least 1: for anchored bodies and sheets, whose basis may miss far more of an
-    /// impact than of any of the fit.
+    /// As [`Self::fit`], with an exponent of at least 1: for a basis that may miss far more of an impact than of any of the fit.
     pub fn fit_steep(pairs: &[(f64, f64)]) -> Self {
         Self::fit_within(pairs, POWER_RANGE_STEEP)
     }

@@ -139,6 +139,8 @@ fn other_impacts_fit_estimates_of_completions_and_are_not_told() {
     let wide = basis(&every).completed_estimate().unwrap();
     assert_eq!(wide, ErrorEstimate { error_max: 3.0, ..bound });
     assert_eq!(basis(&every[..7]).completed_estimate().unwrap().error_max, f64::INFINITY);
+    every.iter_mut().for_each(|own| own.energy_error = own.residual.sqrt());
+    assert_eq!(basis(&every).estimate().power, 1.0);
     let steep = fitted(strip.bodies[0].reduced().unwrap().clone(), (0, true), &every);
     assert_eq!(steep.completed_estimate().unwrap().error_max, f64::INFINITY);
 }
