@@ -199,7 +199,9 @@ mod tests {
             prop_assert_eq!(&ScaledRows::new(rank, &back), &scaled);
             for (row, back) in rows.chunks_exact(rank).zip(back.chunks_exact(rank)) {
                 let most = row.iter().fold(f32::MIN_POSITIVE, |most, own| most.max(own.abs()));
-                prop_assert!(row.iter().zip(back).all(|(a, b)| (a - b).abs() <= most / 32_768.0 + f32::MIN_POSITIVE), "{:?} {:?}", row, back);
+                // Half of a step, which is twice as long beyond 32,767 steps.
+                let bound = most / f32::from(i16::MAX) + f32::MIN_POSITIVE;
+                prop_assert!(row.iter().zip(back).all(|(a, b)| (a - b).abs() <= bound), "{:?} {:?}", row, back);
             }
             let coordinates: Vec<f64> = (0..(used * rank as f64) as usize).map(|at| (at as f64 + 0.3).sin()).collect();
             let (mut products, mut narrow) = (Vec::new(), Vec::new());
@@ -211,6 +213,13 @@ mod tests {
                 prop_assert!((own - expected).abs() <= 1e-6 * size + f64::from(f32::MIN_POSITIVE), "{} {}", own, expected);
             }
         }
+    }
+
+    #[test]
+    fn beyond_32767_steps_a_step_is_twice_as_long() {
+        let rows = |most: f32| ScaledRows::new(2, &[-most, -0.25527954]).to_rows();
+        assert_eq!(rows(32_767.0 / 32_768.0)[1], -8_365.0 / 32_768.0);
+        assert_eq!(rows(0.9999894), [-1.0, -4_183.0 / 16_384.0]);
     }
 
     #[test]
