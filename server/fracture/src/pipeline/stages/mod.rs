@@ -11,8 +11,6 @@ pub(super) mod energy;
 pub(super) mod falloff;
 pub(super) mod impactor;
 pub(super) mod onset;
-#[cfg(test)]
-mod onset_tests;
 pub(super) mod search;
 pub(super) mod strain;
 pub(super) mod termination;

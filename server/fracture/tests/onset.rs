@@ -1,15 +1,14 @@
 //! Onset by strength and energy from contacts to fragments.
 
-use super::onset::OnsetReport;
-use crate::database::BakeRequest;
-use crate::pipeline::{
-    DegreeRequest, ElementChoice, EnergyLedger, FractureError, FractureOutcome, FractureRequest, ImpactContact,
-    PreparedObject, Preset, RELEASE_SHARE,
-};
-use crate::scene::{EffectKind, Material};
-use crate::strength::Criterion;
-use crate::surface::shapes;
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::database::BakeRequest;
+use shatter_fracture::pipeline::{
+    DegreeRequest, ElementChoice, EnergyLedger, FractureError, FractureOutcome, FractureRequest, ImpactContact,
+    OnsetReport, PreparedObject, Preset, RELEASE_SHARE,
+};
+use shatter_fracture::scene::{EffectKind, Material};
+use shatter_fracture::strength::Criterion;
+use shatter_fracture::surface::shapes;
 use std::sync::LazyLock;
 
 /// Sides of the beam, m.
