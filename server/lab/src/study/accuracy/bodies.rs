@@ -2,7 +2,7 @@
 
 use super::all_bodies::{self, AllBodiesPoint};
 use super::plan::StudyBody;
-use super::reference::{EnergyJudge, ImpactLevels, geometry, lattices, levels};
+use super::reference::{EnergyJudge, ImpactLevels, geometry, levels};
 use super::settings::Bench;
 use super::subject::{SOLID, energy, widen};
 use super::{AccuracyPlan, ErrorSpread, Measure, PointErrors, StudyError};
@@ -12,7 +12,6 @@ use serde_json::{Value, json};
 use shatter_fracture::accuracy::Extrapolation;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, Tables, bake};
-use shatter_fracture::lattice::Lattice;
 use shatter_fracture::pipeline::{
     BodyEnergy, DisplacementMethod, FractureRequest, ImpactSampler, PreparedObject, Preset, SurfaceKind, Workspace,
     reduce,
@@ -99,57 +98,24 @@ fn body_points(plan: &AccuracyPlan, body: &StudyBody) -> Result<Vec<BodyPoint>, 
     let Some(coarsest) = objects.first() else { return Ok(Vec::new()) };
     let mut strikes = strikes(plan, &coarsest.prepared);
     objects.iter().try_for_each(|own| widen(&own.prepared, &mut strikes))?;
-    let (mut judged, mut references) = (Vec::new(), Vec::<BodyReference>::new());
-    for own in &objects {
-        // Presets with other crack lattices have bases of their own, but may have the same elastic lattice.
-        let lattices = lattices(&own.prepared);
-        let known = match references.iter().position(|known| known.lattices == lattices) {
-            Some(known) => known,
-            None => {
-                references.push(BodyReference::new(plan, &own.prepared, &strikes, lattices)?);
-                references.len() - 1
-            }
-        };
-        judged.extend(own.judged(&body.name, &strikes, &references[known])?);
-    }
-    Ok(with_geometry(judged))
+    let judged = objects.iter().map(|own| own.judged(plan, &body.name, &strikes)).collect::<Result<Vec<_>, _>>()?;
+    Ok(with_geometry(judged.into_iter().flatten().collect()))
 }
 
-/// References of all impacts for the objects with these elastic lattices.
-struct BodyReference {
-    lattices: Vec<Lattice>,
-    judges: Vec<EnergyJudge>,
-    /// Time of making it, s.
-    took_s: f64,
-}
-
-impl BodyReference {
-    fn new(
-        plan: &AccuracyPlan,
-        prepared: &PreparedObject,
-        strikes: &[FractureRequest],
-        lattices: Vec<Lattice>,
-    ) -> Result<Self, StudyError> {
-        let start = Instant::now();
-        let judges = levels(plan, prepared, strikes)?.iter().map(ImpactLevels::judge).collect();
-        Ok(Self { lattices, judges, took_s: start.elapsed().as_secs_f64() })
-    }
-}
-
-/// A body on the lattices of a preset, and the presets that have the same.
+/// A body on the elastic lattice of a preset, and the presets that have the same one. Energies depend on no other lattice.
 struct BodyObject {
     prepared: PreparedObject,
     presets: Vec<Preset>,
 }
 
-/// The body on the lattices of all presets. Thin bodies have the same one for several.
+/// The body on the elastic lattices of all presets. Thin bodies have the same one for several.
 fn objects(plan: &AccuracyPlan, body: &StudyBody) -> Result<Vec<BodyObject>, StudyError> {
     // Crack lattices alone take a fraction of the time of a solid.
     let cracks = plan.body_presets.par_iter().map(|preset| baked(plan, body, *preset, Tables::NONE));
     let cracks: Vec<PreparedObject> = cracks.collect::<Result<_, _>>()?;
     let mut groups: Vec<(PreparedObject, Vec<Preset>)> = Vec::new();
     for (&preset, own) in plan.body_presets.iter().zip(cracks) {
-        match groups.iter_mut().find(|(known, _)| has_same_lattices(known, &own)) {
+        match groups.iter_mut().find(|(known, _)| has_same_elastic_lattice(known, &own)) {
             Some((_, presets)) => presets.push(preset),
             None => groups.push((own, vec![preset])),
         }
@@ -180,12 +146,10 @@ pub(super) fn with_geometry(judged: Vec<Judged>) -> Vec<BodyPoint> {
     judged.into_iter().enumerate().map(one).collect()
 }
 
-/// Whether two bakes of one body without solids have the same lattices: equal spacings and crack lattices.
-fn has_same_lattices(own: &PreparedObject, other: &PreparedObject) -> bool {
+/// True if two bakes of one body without solids have the same elastic lattice: its spacing is equal.
+fn has_same_elastic_lattice(own: &PreparedObject, other: &PreparedObject) -> bool {
     let spacings = [own, other].map(|prepared| prepared.parameters.elastic_spacing);
-    spacings[0] == spacings[1]
-        && own.bodies.len() == other.bodies.len()
-        && own.bodies.iter().zip(&other.bodies).all(|(own, other)| own.crack == other.crack)
+    spacings[0] == spacings[1] && own.bodies.len() == other.bodies.len()
 }
 
 /// The body on the lattices of a preset, without a basis.
@@ -210,20 +174,17 @@ fn strikes(plan: &AccuracyPlan, prepared: &PreparedObject) -> Vec<FractureReques
 
 impl BodyObject {
     /// Judges the energies of every preset with this lattice.
-    fn judged(
-        &self,
-        body: &str,
-        strikes: &[FractureRequest],
-        reference: &BodyReference,
-    ) -> Result<Vec<Judged>, StudyError> {
-        let (prepared, judges) = (&self.prepared, &reference.judges);
+    fn judged(&self, plan: &AccuracyPlan, body: &str, strikes: &[FractureRequest]) -> Result<Vec<Judged>, StudyError> {
+        let (prepared, start) = (&self.prepared, Instant::now());
+        let judges: Vec<EnergyJudge> = levels(plan, prepared, strikes)?.iter().map(ImpactLevels::judge).collect();
+        let reference_s = start.elapsed().as_secs_f64();
         let mut workspace = Workspace::default();
         let mut one = |preset: &Preset| {
             let mut found =
                 |strike: &FractureRequest| energy(prepared, &strike.clone().of_quality(*preset), &mut workspace);
             let found = strikes.iter().map(&mut found).collect::<Result<Vec<BodyEnergy>, _>>()?;
             let found: Vec<(BodyEnergy, EnergyJudge)> = found.into_iter().zip(judges.iter().copied()).collect();
-            let point = BodyPoint::new(body, *preset, prepared, &found, reference.took_s);
+            let point = BodyPoint::new(body, *preset, prepared, &found, reference_s);
             Ok((point, judges.iter().map(|judge| judge.energy).collect()))
         };
         self.presets.iter().map(&mut one).collect()

@@ -205,7 +205,7 @@ impl ElasticReference {
 }
 
 /// Elastic lattices of all bodies.
-pub(super) fn lattices(prepared: &PreparedObject) -> Vec<Lattice> {
+fn lattices(prepared: &PreparedObject) -> Vec<Lattice> {
     prepared.bodies.iter().filter_map(|body| body.solid.as_ref()).map(|solid| solid.lattice.clone()).collect()
 }
 
