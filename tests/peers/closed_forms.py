@@ -115,19 +115,26 @@ def cantilever(young, poisson, span, width, thick):
     return FORCE_N**2 * (bending + shear)
 
 
-def free_plate(young, poisson, radius, thick):
-    """A round plate whose middle is pushed, and whose inertia is the pressure q = F / pi R^2.
+def free_plate(young, poisson, radius, thick, contact_radius, steps=20000):
+    """A round plate whose middle a bell pushes, and whose inertia is an even pressure.
 
-    w = F r^2 ln r / 8 pi D - q r^4 / 64 D + C r^2, whose moment vanishes at the rim; U = -1/2 int q w.
+    The slope f of its deflection satisfies D (f' + f / r)' = Q, with Q the load inside r over 2 pi r, and f' + nu f / r = 0 at the rim.
     """
-    stiffness = young * thick**3 / (12 * (1 - poisson**2))
-    pressure, log = 1 / (math.pi * radius**2), math.log(radius)
-    moment = (2 * log + 3 + poisson * (2 * log + 1)) / (8 * math.pi * stiffness)
-    moment -= pressure * radius**2 * (3 + poisson) / (16 * stiffness)
-    c = -moment / (2 * (1 + poisson))
-    integral = radius**4 * (log / 4 - 1 / 16) / (8 * math.pi * stiffness)
-    integral += -pressure * radius**6 / 6 / (64 * stiffness) + c * radius**4 / 4
-    return FORCE_N**2 * -math.pi * pressure * integral
+    step, load, curvature, moment, parts = radius / steps, 0.0, 0.0, 0.0, []
+    places = [(index + 0.5) * step for index in range(steps)]
+    rings = [bell(r, contact_radius) * r for r in places]
+    total = sum(rings)
+    for r, ring in zip(places, rings):
+        load += ring / total
+        curvature += step * (load - (r / radius) ** 2) / (2 * math.pi * r)
+        moment += step * r * curvature
+        parts.append((r, curvature - moment / r**2, moment / r**2))
+    _, along, around = parts[-1]
+    even, energy = -(along + poisson * around) / (1 + poisson), 0.0
+    for r, along, around in parts:
+        along, around = along + even, around + even
+        energy += step * r * (along**2 + around**2 + 2 * poisson * along * around)
+    return FORCE_N**2 * math.pi * energy * 12 * (1 - poisson**2) / (young * thick**3)
 
 
 def hollow_sphere_outside(young, poisson, inner, outer, contacts, radius):
@@ -277,7 +284,7 @@ def cases():
     yield "strip", [(middle[0], down)], 0.01, lambda e, v: free_beam(e, v, *STRIP)
     yield "beam", [([tip, 0, 0.5 * BEAM[2]], [0, 0, -1])], 0.04, lambda e, v: cantilever(e, v, tip - ROOT, *BEAM[1:])
     yield "thin_beam", [([tip, 0, 0.5 * STRIP[2]], [0, 0, -1])], 0.01, lambda e, v: cantilever(e, v, tip - ROOT, *STRIP[1:])
-    yield "plate", [(middle[1], down)], 0.02, lambda e, v: free_plate(e, v, *PLATE)
+    yield "plate", [(middle[1], down)], 0.02, lambda e, v: free_plate(e, v, *PLATE, 0.02)
     for direction in ([1, 0, 0], [x / math.sqrt(14) for x in (1, 2, 3)]):
         opposite = [([side * BALL * x for x in direction], [-side * x for x in direction]) for side in (1, -1)]
         for radius in (0.075, 0.15):
