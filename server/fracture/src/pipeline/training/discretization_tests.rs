@@ -17,6 +17,9 @@ use rayon::prelude::*;
 /// Impacts per body, other than those of the estimate.
 const IMPACTS: usize = 8;
 
+/// Strikes per body whose own estimates are judged: 504 on six bodies.
+const STRIKES: usize = 84;
+
 /// Order of the energy with linear elements on smooth problems.
 const LINEAR_ORDER: f64 = 2.0;
 
@@ -33,10 +36,10 @@ fn baked(shape: &str, elements: ElementChoice, spacing: Option<f64>) -> Prepared
 }
 
 /// Impacts on the first body, other than those of the estimate.
-fn other_impacts(prepared: &mut PreparedObject) -> Vec<Vec<ContactLoad>> {
+fn other_impacts(prepared: &mut PreparedObject, count: usize) -> Vec<Vec<ContactLoad>> {
     prepared.parameters.seed += 1;
-    let impacts = impacts(prepared, IMPACTS).unwrap().swap_remove(0);
-    assert_eq!(impacts.len(), IMPACTS);
+    let impacts = impacts(prepared, count).unwrap().swap_remove(0);
+    assert_eq!(impacts.len(), count);
     impacts
 }
 
@@ -189,7 +192,7 @@ fn estimates_are_within_a_factor_of_two_of_the_error() {
         let mut prepared = baked(shape, ElementChoice::Linear, None);
         let estimate = prepared.report.discretization_error().unwrap();
         assert_eq!(prepared.report.elastic[0].linear_error, None);
-        let impacts = other_impacts(&mut prepared);
+        let impacts = other_impacts(&mut prepared, IMPACTS);
         let errors = linear_errors(&prepared, &impacts);
         assert!(is_near(shape, estimate, &errors));
     }
@@ -201,7 +204,7 @@ fn recovered_errors_of_linear_elements_are_within_a_factor_of_two() {
     for (shape, spacing) in [("statue", 0.04), ("horseshoe", 0.04), ("arch", 0.05)] {
         let mut prepared = baked(shape, ElementChoice::Linear, Some(spacing));
         let own = impacts(&prepared, IMPACTS).unwrap().swap_remove(0);
-        let impacts = other_impacts(&mut prepared);
+        let impacts = other_impacts(&mut prepared, IMPACTS);
         let solid = prepared.bodies[0].solid.as_ref().unwrap();
         let recovered = |impacts| recovered_errors(solid, impacts, &CancelToken::default()).unwrap().unwrap();
         let errors = linear_errors(&prepared, &impacts);
@@ -245,7 +248,7 @@ fn estimates_with_quadratic_elements_are_within_a_factor_of_two_of_the_error() {
     for (shape, spacing, count) in [("arch", 0.08, 2), ("horseshoe", 0.04, 1), ("head", 0.08, 1)] {
         let mut prepared = baked(shape, ElementChoice::Quadratic, Some(spacing));
         let report = prepared.report.elastic[0].clone();
-        let impacts = other_impacts(&mut prepared);
+        let impacts = other_impacts(&mut prepared, IMPACTS);
         let solid = prepared.bodies[0].solid.as_ref().unwrap();
         let levels = QuadraticLevels::new(&solid.lattice, prepared.parameters.material.poisson, count);
         let errors: Vec<[f64; 2]> = impacts.par_iter().map(|contacts| levels.errors(contacts)).collect();
@@ -255,16 +258,16 @@ fn estimates_with_quadratic_elements_are_within_a_factor_of_two_of_the_error() {
     }
 }
 
-/// Prints the estimates of single strikes over their errors. These ratios chose the factors.
+/// Counts single strikes whose estimate is within a factor of two of their error.
 #[test]
 #[ignore = "takes minutes"]
 fn estimates_of_strikes_are_within_a_factor_of_two_of_their_errors() {
     let shapes =
         [("mug", 0.065), ("arch", 0.05), ("horseshoe", 0.04), ("statue", 0.04), ("dumbbell", 0.06), ("head", 0.06)];
-    let (mut inside, mut count) = (0, 0);
+    let (mut inside, mut count) = ([0; 2], 0);
     for (shape, spacing) in shapes {
         let mut prepared = baked(shape, ElementChoice::Quadratic, Some(spacing));
-        let impacts = other_impacts(&mut prepared);
+        let impacts = other_impacts(&mut prepared, STRIKES);
         let solid = prepared.bodies[0].solid.as_ref().unwrap();
         let levels = QuadraticLevels::new(&solid.lattice, prepared.parameters.material.poisson, 1);
         let ratio = |contacts: &Vec<ContactLoad>| {
@@ -274,10 +277,10 @@ fn estimates_of_strikes_are_within_a_factor_of_two_of_their_errors() {
             [own / errors[0], linear / errors[1]]
         };
         let ratios: Vec<[f64; 2]> = impacts.par_iter().map(ratio).collect();
-        println!("{shape}, {} nodes: {ratios:.2?}", solid.lattice.nodes.len());
-        count += 2 * ratios.len();
-        inside += ratios.iter().flatten().filter(|ratio| (0.5..=2.0).contains(*ratio)).count();
+        let near = [0, 1].map(|order| ratios.iter().filter(|own| (0.5..=2.0).contains(&own[order])).count());
+        println!("{shape}, {} nodes: own {} and linear {} of {STRIKES}", solid.lattice.nodes.len(), near[0], near[1]);
+        (inside, count) = ([inside[0] + near[0], inside[1] + near[1]], count + STRIKES);
     }
-    println!("{inside} of {count} within a factor of two");
-    assert!(10 * inside >= 9 * count);
+    println!("within a factor of two: own {}, linear {} of {count}", inside[0], inside[1]);
+    assert!(inside.iter().all(|inside| 10 * inside >= 8 * count) && 5 * (inside[0] + inside[1]) >= 9 * count);
 }
