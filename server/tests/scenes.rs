@@ -228,6 +228,27 @@ fn the_shipped_scenes_are_valid() {
 }
 
 #[test]
+fn check_names_the_criterion_and_shortens_long_lists_of_anchors() {
+    let here = TestDirectory::new("terms");
+    let region = "{ min = [0.0, 0.0, 0.0], max = [1.0, 1.0, 1.0] }";
+    let anchors = [region; 11].join(", ");
+    let text = format!("[objects.bar]\ncriterion = \"strength\"\nstrength_scale = 2.5\nanchors = [{anchors}]\n");
+    let scene = here.file("terms.toml", &format!("{text}[objects.cup]\nshape = \"mug\"\n"));
+    let (code, text, error) = run(&here, &["check", scene.to_str().unwrap()]);
+    assert_eq!(code, 0, "{error}");
+    assert!(
+        text.contains("  criterion strength, strengths times 2.5\n") && text.contains("  criterion paper\n"),
+        "{text}"
+    );
+    assert!(text.matches("  anchor ").count() == 9 && text.contains("and 3 more"), "{text}");
+    let (_, text, _) = run(&here, &["check", scene.to_str().unwrap(), "--json"]);
+    let document: Value = serde_json::from_str(&text).unwrap();
+    let bar = &document["objects"][0];
+    assert_eq!((&bar["criterion"], &bar["strength_scale"]), (&"strength".into(), &2.5.into()), "{text}");
+    assert_eq!(bar["anchors"].as_array().unwrap().len(), 11);
+}
+
+#[test]
 fn scenes_of_the_guide_are_valid() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../client/guide/src/scenes.md");
     let page = std::fs::read_to_string(page).unwrap();

@@ -17,6 +17,9 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+/// Number of anchors of an object that have a line.
+const ANCHORS_SHOWN: usize = 8;
+
 /// Arguments of `shatterd check`.
 #[derive(Args, Debug)]
 pub struct CheckArgs {
@@ -164,6 +167,8 @@ fn plan(name: &str, object: &SceneObject, folder: &Path, baked: &[String]) -> Re
         "stages": stages.map(|(name, runs)| json!({ "name": name, "runs": runs })),
         "effects": Effect::ALL.map(effect),
         "tables": tables,
+        "criterion": terms.criterion.name(),
+        "strength_scale": terms.strength_scale,
         "anchors": anchors,
         "gravity_m_s2": terms.anchors.gravity_m_s2.map(|gravity| [gravity.x, gravity.y, gravity.z]),
         "sites_max": terms.sites_max,
@@ -249,9 +254,16 @@ fn screen(title: &str, objects: &[Value]) -> String {
                 table["bytes"].as_u64().map_or(String::new(), |bytes| format!(", {:.2} MB", bytes as f64 * 1e-6));
             let _ = writeln!(text, "  table     {:<18} {state}{size}", word(&table, "name"));
         }
-        for anchor in list(&object["anchors"]) {
+        let scale = object["strength_scale"].as_f64().filter(|scale| *scale != 1.0);
+        let scale = scale.map_or(String::new(), |scale| format!(", strengths times {scale}"));
+        let _ = writeln!(text, "  criterion {}{scale}", word(object, "criterion"));
+        let anchors = list(&object["anchors"]);
+        for anchor in anchors.iter().take(ANCHORS_SHOWN) {
             let nodes = anchor["nodes"].as_u64().map_or(String::new(), |nodes| format!(", {}", counted(nodes, "node")));
-            let _ = writeln!(text, "  anchor    {}{nodes}", word(&anchor, "region"));
+            let _ = writeln!(text, "  anchor    {}{nodes}", word(anchor, "region"));
+        }
+        if let Some(more @ 1..) = anchors.len().checked_sub(ANCHORS_SHOWN) {
+            let _ = writeln!(text, "  anchor    and {more} more, which --json lists");
         }
         for effect in list(&object["effects"]) {
             let (name, state, paid) = (word(&effect, "name"), word(&effect, "state"), word(&effect, "paid"));
