@@ -97,6 +97,20 @@ fn a_beam_in_four_point_bending_breaks_at_its_strength() {
     assert!(onset(&broken).stress_over_strength >= 1.01, "{:?}", onset(&broken));
 }
 
+/// A force along the surface pulls it behind the contact.
+#[test]
+fn sliding_contacts_stress_a_block_more_than_pressed_ones() {
+    let block = baked([0.2; 3], "glass", 0.1, ElementChoice::Linear);
+    let at = |along_ns: f64| {
+        let mut request = struck(vec![contact([0.0, 0.1, 0.0], [along_ns, -1.0, 0.0], 0.01)]);
+        request.threshold_only = true;
+        onset(&block.strike(&request).unwrap()).stress_over_strength
+    };
+    let [pressed, slow, fast] = [0.0, 0.1, 0.5].map(at);
+    assert!(slow > 1.5 * pressed && fast > 5.0 * pressed, "{pressed}, {slow}, {fast}");
+    assert!((at(-0.5) / fast - 1.0).abs() < 1e-9);
+}
+
 /// Three times the load breaks a beam of three times the strength into the same pieces.
 #[test]
 fn a_scaled_strength_withstands_that_much_more() {

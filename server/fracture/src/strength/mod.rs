@@ -9,6 +9,7 @@ mod near_field;
 mod onset;
 mod recovery;
 mod section;
+mod sliding;
 mod stress;
 mod tables;
 
@@ -16,6 +17,7 @@ pub use material::{ConstantsOrigin, StrengthConstants};
 pub use near_field::NearField;
 pub use onset::{Criterion, Onset, affordable_count, cell_dimension};
 pub use section::{PlaneSection, SectionLattice, normals_across, normals_around};
+pub use sliding::SlidingStress;
 pub use tables::{ContactZone, Deformation, HotSpot, StrengthTables};
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use super::average::{SurfaceAverage, node_normals};
 use super::recovery::PatchRecovery;
 use super::section::SectionLattice;
+use super::sliding::SlidingStress;
 use super::stress::equivalent_of;
 use crate::elasticity::{Elasticity, ElasticityError, StrainComponents, tension_direction};
 use crate::lattice::{Lattice, NodeStars};
@@ -16,6 +17,7 @@ pub struct StrengthTables {
     volumes: Vec<f64>,
     neighbors: Vec<[u32; 4]>,
     stars: NodeStars,
+    sliding: SlidingStress,
 }
 
 /// Displacement of a body, in one of the forms in which the stages have it.
@@ -71,7 +73,13 @@ impl StrengthTables {
         let (stars, boundary) = (lattice.stars(), body.boundary());
         let recovery = PatchRecovery::new(lattice, boundary, &stars);
         let volumes = (0..lattice.tets.len()).map(|tet| lattice.tet_volume(tet)).collect();
-        Self { recovery, normals: node_normals(boundary), volumes, neighbors: lattice.neighbors(), stars }
+        let (normals, neighbors, sliding) = (node_normals(boundary), lattice.neighbors(), SlidingStress::new());
+        Self { recovery, normals, volumes, neighbors, stars, sliding }
+    }
+
+    /// Stresses under tangential forces of contacts.
+    pub fn sliding(&self) -> &SlidingStress {
+        &self.sliding
     }
 
     /// The boundary nodes with the largest averages of the equivalent stress over discs of `radius`, outside of all `zones`,
@@ -146,7 +154,7 @@ impl StrengthTables {
 
     /// Bytes of memory that they hold.
     pub fn bytes(&self) -> usize {
-        let Self { recovery, normals, volumes, neighbors, stars } = self;
-        recovery.bytes() + held(normals) + held(volumes) + held(neighbors) + stars.bytes()
+        let Self { recovery, normals, volumes, neighbors, stars, sliding } = self;
+        recovery.bytes() + held(normals) + held(volumes) + held(neighbors) + stars.bytes() + sliding.bytes()
     }
 }

@@ -74,8 +74,14 @@ impl StressedBody<'_> {
         let own_length = constants.characteristic_length_m() / prepared.frame.diagonal_m;
         for ((contact, touch), zone) in own.iter().zip(&load.touches).zip(&zones) {
             let Some(zone) = zone else { continue };
-            let force = -touch.impulse.dot(&zone.normal);
-            let near = NearField { force, radius: contact.radius, poisson: constants.poisson };
+            let inward = -touch.impulse.dot(&zone.normal);
+            let near = NearField {
+                force: inward,
+                tangential: (touch.impulse + zone.normal * inward).norm(),
+                radius: contact.radius,
+                poisson: constants.poisson,
+                sliding: tables.sliding(),
+            };
             let nearest = boundary.positions.iter().enumerate();
             let nearest = nearest.min_by(|a, b| (a.1 - zone.place).norm().total_cmp(&(b.1 - zone.place).norm()));
             let Some((node, _)) = nearest else { continue };
