@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::BakeRequest;
 use shatter_fracture::pipeline::{
-    DegreeRequest, ElementChoice, EnergyLedger, FractureError, FractureOutcome, FractureRequest, ImpactContact,
-    OnsetReport, PreparedObject, Preset, RELEASE_SHARE,
+    DegreeRequest, DisplacementMethod, ElementChoice, EnergyLedger, FractureError, FractureOutcome, FractureRequest,
+    ImpactContact, OnsetReport, PreparedObject, Preset, RELEASE_SHARE, SurfaceKind,
 };
 use shatter_fracture::scene::{EffectKind, Material};
 use shatter_fracture::strength::Criterion;
@@ -109,6 +109,34 @@ fn sliding_contacts_stress_a_block_more_than_pressed_ones() {
     let [pressed, slow, fast] = [0.0, 0.1, 0.5].map(at);
     assert!(slow > 1.5 * pressed && fast > 5.0 * pressed, "{pressed}, {slow}, {fast}");
     assert!((at(-0.5) / fast - 1.0).abs() < 1e-9);
+}
+
+/// A linear solve completes the displacements of a basis, and its strains count at the surface, not below it.
+#[test]
+fn completed_displacements_have_the_stress_of_a_solve() {
+    let ceramic = Material::named("ceramic").unwrap();
+    let request = BakeRequest {
+        quality: Preset::Draft,
+        surface: SurfaceKind::Lattice,
+        elements: ElementChoice::Quadratic,
+        ..BakeRequest::new("mug", "ceramic", ceramic)
+    };
+    let mug = request.bake(shapes::mug()).unwrap();
+    let error = |number: u32| {
+        let angle = 0.7 + 0.45 * f64::from(number);
+        let [x, z] = [angle.cos(), angle.sin()];
+        let y = 0.02 + 0.007 * f64::from(number);
+        let contacts = vec![contact([0.04 * x, y, 0.04 * z], [-1e-3 * x, 0.0, -1e-3 * z], 0.007)];
+        let request = FractureRequest { threshold_only: true, ..struck(contacts) };
+        let solved = FractureRequest { elastic: DisplacementMethod::Solve, ..request.clone() };
+        let [own, solved] = [request, solved].map(|request| mug.strike(&request).unwrap());
+        let is_reduced = own.threshold().reduced_error.is_some();
+        is_reduced.then(|| (onset(&own).stress_over_strength / onset(&solved).stress_over_strength - 1.0).abs())
+    };
+    let mut errors: Vec<f64> = (0..10).filter_map(error).collect();
+    errors.sort_by(f64::total_cmp);
+    eprintln!("{errors:.3?}");
+    assert!(errors.len() > 6 && errors[errors.len() / 2] < 0.1 && errors[errors.len() - 1] < 0.2, "{errors:.3?}");
 }
 
 /// Three times the load breaks a beam of three times the strength into the same pieces.

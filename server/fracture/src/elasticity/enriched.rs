@@ -47,6 +47,8 @@ pub struct CompletedEnergy {
     pub gain: f64,
     /// Estimated relative error of the energy.
     pub error: f64,
+    /// Factor α of the displacement of linear elements, which [`ElasticWorkspace::completion`] holds.
+    pub share: f64,
 }
 
 impl ReducedBasis {
@@ -94,7 +96,7 @@ impl ReducedBasis {
         (workspace.residual, workspace.linear) = (residual, linear);
         let energy = before + added;
         let gain = if added > 0.0 { added / energy } else { 0.0 };
-        Ok(Some(CompletedEnergy { energy, gain, error: estimate.error(gain) }))
+        Ok(Some(CompletedEnergy { energy, gain, error: estimate.error(gain), share }))
     }
 }
 

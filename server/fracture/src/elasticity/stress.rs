@@ -16,7 +16,7 @@ impl Elasticity {
         &self.boundary
     }
 
-    /// Strains of all tetrahedra of linear elements under `displacement`; resizes `strains`.
+    /// Strains of all tetrahedra under a `displacement` of linear elements, [`Self::size`] entries; resizes `strains`.
     ///
     /// # Errors
     /// [`ElasticityError::OtherLattice`].
@@ -26,10 +26,12 @@ impl Elasticity {
         displacement: &[f64],
         strains: &mut Vec<StrainComponents>,
     ) -> Result<(), ElasticityError> {
-        self.check_length("the displacement", displacement)?;
-        let (expected, found) = (self.tets, lattice.tets.len());
-        if expected != found {
-            return Err(ElasticityError::OtherLattice { what: "the lattice", expected, found });
+        for (what, expected, found) in
+            [("the displacement", self.size(), displacement.len()), ("the lattice", self.tets, lattice.tets.len())]
+        {
+            if expected != found {
+                return Err(ElasticityError::OtherLattice { what, expected, found });
+            }
         }
         strains.clear();
         for (block, tets) in self.elements.blocks.iter().zip(lattice.tets.chunks(SIDE)) {

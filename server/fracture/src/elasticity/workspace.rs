@@ -29,3 +29,10 @@ pub struct ElasticWorkspace {
     pub(super) strains: Vec<f64>,
     pub(super) strain_rows: Vec<StrainRow>,
 }
+
+impl ElasticWorkspace {
+    /// The displacement of linear elements of the last [`ReducedBasis::complete`](super::ReducedBasis::complete).
+    pub fn completion(&self) -> &[f64] {
+        &self.linear
+    }
+}

@@ -26,7 +26,12 @@ pub enum Deformation<'a> {
     /// Displacement of the unknowns of the elements.
     Displacement(&'a [f64]),
     /// Strains at the nodes, six components each.
-    NodeStrains(&'a [f64]),
+    NodeStrains {
+        /// The strains; of `completion` they have the means of the tetrahedra around each node.
+        strains: &'a [f64],
+        /// Displacement of linear elements that is a part of them, and its factor.
+        completion: Option<(&'a [f64], f64)>,
+    },
 }
 
 /// Place of the largest averaged equivalent stress on a boundary.
@@ -128,7 +133,18 @@ impl StrengthTables {
             boundary.nodes.iter().map(at).collect()
         };
         let displacement = match deformation {
-            Deformation::NodeStrains(strains) => return Ok(of_nodes(strains)),
+            Deformation::NodeStrains { strains, completion } => {
+                let mut strains: Vec<StrainComponents> = of_nodes(strains);
+                if let Some((linear, factor)) = completion {
+                    let surface = self.surface_strains((body, lattice), linear, factor)?;
+                    strains
+                        .iter_mut()
+                        .flatten()
+                        .zip(surface.iter().flatten())
+                        .for_each(|(own, surface)| *own += surface);
+                }
+                return Ok(strains);
+            }
             Deformation::Displacement(displacement) => displacement,
         };
         if let Some(strains) = body.corner_strains(displacement) {
@@ -137,6 +153,27 @@ impl StrengthTables {
         let mut strains = Vec::new();
         body.tet_strains(lattice, displacement, &mut strains)?;
         Ok((0..boundary.nodes.len()).map(|node| self.recovery.at(node, &strains)).collect())
+    }
+
+    /// Strains at the boundary nodes of `factor` times a displacement of linear elements, less the means of the tetrahedra
+    /// around each: what these leave out, since they are those below the surface.
+    fn surface_strains(
+        &self,
+        (body, lattice): (&Elasticity, &Lattice),
+        linear: &[f64],
+        factor: f64,
+    ) -> Result<Vec<StrainComponents>, ElasticityError> {
+        let mut strains = Vec::new();
+        body.tet_strains(lattice, linear, &mut strains)?;
+        let surface = |(index, node): (usize, &u32)| {
+            let (recovered, star) = (self.recovery.at(index, &strains), self.stars.of(*node));
+            let volume: f64 = star.iter().map(|tet| self.volumes[*tet as usize]).sum();
+            std::array::from_fn(|component| {
+                let of_tet = |tet: &u32| self.volumes[*tet as usize] * strains[*tet as usize][component];
+                factor * (recovered[component] - star.iter().map(of_tet).sum::<f64>() / volume)
+            })
+        };
+        Ok(body.boundary().nodes.iter().enumerate().map(surface).collect())
     }
 
     /// The zone of a contact at boundary point `place` on `face` of the boundary.

@@ -235,7 +235,7 @@ impl StruckBody<'_> {
         self.basis.expand(&response.coordinates[..used], displacement, elasticity);
         let error = ReducedBasis::truncated_error(&response.coordinates, used, missed);
         let energy = ReducedBasis::energy(&response.coordinates[..used]);
-        StrainEnergy { energy, reduced_error: Some(error), is_expanded: true }
+        StrainEnergy { energy, reduced_error: Some(error), is_expanded: true, completion: None }
     }
 
     /// The displacement completed by a linear solve; `None` if the basis has no data for it, or its error is too large.
@@ -255,7 +255,8 @@ impl StruckBody<'_> {
         if is_accurate {
             self.basis.superpose(&moved.moved, displacement, elasticity);
         }
-        Ok(is_accurate.then_some(StrainEnergy { energy, reduced_error: Some(error), is_expanded: true }))
+        let completion = Some(completed.share);
+        Ok(is_accurate.then_some(StrainEnergy { energy, reduced_error: Some(error), is_expanded: true, completion }))
     }
 
     /// The displacement that was solved for, moved in the span of the basis.
@@ -271,7 +272,7 @@ impl StruckBody<'_> {
         body.solve(&load.forces, displacement, elasticity, self.cancel)?;
         let energy = moved.energy(body.elastic_energy(&load.forces, displacement));
         self.basis.superpose_on_solution(body, &moved.moved, displacement, elasticity);
-        Ok(StrainEnergy { energy, reduced_error: None, is_expanded: true })
+        Ok(StrainEnergy { energy, reduced_error: None, is_expanded: true, completion: None })
     }
 }
 

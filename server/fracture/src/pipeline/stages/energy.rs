@@ -9,7 +9,7 @@ use super::falloff::falloff;
 use super::onset::{StressPeak, StressedBody};
 use super::strain::{StrainEnergy, alone_error_max, spread_min};
 use crate::cancel_token::CancelToken;
-use crate::elasticity::{DrivingEnergy, Elasticity, ElasticityError, NodalLoad, ReducedBasis};
+use crate::elasticity::{CompletedEnergy, DrivingEnergy, Elasticity, ElasticityError, NodalLoad, ReducedBasis};
 use crate::lattice::Lattice;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::anchored::{AnchoredBody, Weight};
@@ -154,7 +154,10 @@ fn deformed(
         let mut peaks = Vec::new();
         if request.criterion == Criterion::Strength {
             let deformation = match used.is_some_and(ReducedBasis::has_node_strains) {
-                true => Deformation::NodeStrains(&workspace.displacement),
+                true => Deformation::NodeStrains {
+                    strains: &workspace.displacement,
+                    completion: strained.completion.map(|share| (workspace.elasticity.completion(), share)),
+                },
                 false => Deformation::Displacement(&workspace.displacement),
             };
             let stressed = StressedBody { place, solid, elasticity, deformation, load: &workspace.loads[place] };
@@ -229,7 +232,7 @@ fn displace(
     elasticity.balance(load);
     elasticity.solve(&load.forces, displacement, scratch, context.cancel)?;
     let energy = elasticity.elastic_energy(&load.forces, displacement);
-    Ok(StrainEnergy { energy, reduced_error: None, is_expanded: false })
+    Ok(StrainEnergy { energy, reduced_error: None, is_expanded: false, completion: None })
 }
 
 /// Computes the displacement under load `place` of the workspace by the basis, alone or completed by a linear solve.
@@ -251,12 +254,16 @@ fn displace_reduced(
         basis.expand(&coordinates[..used], displacement, scratch);
         let reduced_error = Some(ReducedBasis::truncated_error(coordinates, used, error));
         let energy = ReducedBasis::energy(&coordinates[..used]);
-        return Ok(Some(StrainEnergy { energy, reduced_error, is_expanded: true }));
+        return Ok(Some(StrainEnergy { energy, reduced_error, is_expanded: true, completion: None }));
     }
     let completed = basis.complete(elasticity, load, coordinates, displacement, scratch, cancel)?;
     let accurate = completed.filter(|own| own.error <= request.reduced_error_max);
-    let strained = |energy, error| StrainEnergy { energy, reduced_error: Some(error), is_expanded: true };
-    Ok(accurate.map(|own| strained(own.energy, own.error)))
+    Ok(accurate.map(|CompletedEnergy { energy, error, share, .. }| StrainEnergy {
+        energy,
+        reduced_error: Some(error),
+        is_expanded: true,
+        completion: Some(share),
+    }))
 }
 
 /// Computes the displacement of an anchored body under load `place` of the workspace, and under its weight with the
@@ -321,5 +328,5 @@ fn solve_held(
         gravity.produced(&weight.displacement);
     }
     let energy = own.elasticity.elastic_energy(&loads[place].forces, displacement) + weight_energy;
-    Ok(StrainEnergy { energy, reduced_error: None, is_expanded: false })
+    Ok(StrainEnergy { energy, reduced_error: None, is_expanded: false, completion: None })
 }
