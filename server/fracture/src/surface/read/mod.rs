@@ -14,8 +14,6 @@ mod ply_ascii;
 mod ply_header;
 mod polygon;
 mod stl;
-#[cfg(test)]
-mod tests;
 mod tetrahedral;
 mod vtk;
 mod words;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::surface::TriangleAttributes;
+use shatter_fracture::surface::TriangleAttributes;
 
 #[test]
 fn obj_looks_are_read_by_corner() {

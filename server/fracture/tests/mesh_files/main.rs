@@ -1,7 +1,9 @@
-use super::*;
-use crate::surface::{SINGLE, Surface, shapes};
+//! Readers of mesh files.
+
 use nalgebra::Point3;
 use proptest::prelude::*;
+use shatter_fracture::surface::{LengthUnit, RawMesh, SINGLE, Surface, SurfaceError, UpAxis, read, shapes};
+use std::path::Path;
 
 mod attributes;
 mod line_ends;
@@ -307,7 +309,7 @@ fn glb_nodes_are_placed() {
     assert_eq!(mesh.positions_m[5], Point3::new(-12.0, 0.0, 0.0));
     let surface = Surface::repair(mesh).unwrap();
     let [defect] = &surface.defects[..] else { panic!("{:?}", surface.defects) };
-    assert_eq!((defect.kind, defect.count), (crate::surface::DefectKind::SeveralShells, 2));
+    assert_eq!((defect.kind, defect.count), (shatter_fracture::surface::DefectKind::SeveralShells, 2));
 }
 
 #[test]
@@ -425,16 +427,12 @@ fn other_files_are_refused() {
 
 /// Checks that the readers return for any bytes, and that repair accepts or rejects every mesh they return.
 fn survive(bytes: &[u8]) {
-    let folder = Path::new("no such folder");
-    let meshes = [
-        obj::parse(bytes),
-        ply::parse(bytes),
-        stl::parse(bytes),
-        gltf::parse(bytes, folder),
-        msh::parse(bytes),
-        vtk::parse(bytes),
-        medit::parse(bytes),
-    ];
+    let folder = tempfile::tempdir().unwrap();
+    let meshes = ["obj", "ply", "stl", "gltf", "glb", "msh", "vtk", "mesh"].map(|extension| {
+        let path = folder.path().join("a").with_extension(extension);
+        std::fs::write(&path, bytes).unwrap();
+        read(&path, LengthUnit::M, UpAxis::Y)
+    });
     for mesh in meshes.into_iter().flatten() {
         let _ = Surface::repair(mesh);
     }

@@ -1,7 +1,7 @@
 //! Extensions that a glTF file requires.
 
 use super::{LIST, NODE, check, glb, gltf_buffer, gltf_text, read_bytes};
-use crate::surface::SurfaceError;
+use shatter_fracture::surface::SurfaceError;
 
 #[test]
 fn gltf_with_an_unknown_required_extension_is_refused() {
