@@ -111,6 +111,24 @@ fn sliding_contacts_stress_a_block_more_than_pressed_ones() {
     assert!((at(-0.5) / fast - 1.0).abs() < 1e-9);
 }
 
+/// Contacts at an edge have the normal of both faces, and those at one place add up.
+#[test]
+fn stresses_of_contacts_are_continuous() {
+    let block = baked([0.2; 3], "glass", 0.1, ElementChoice::Linear);
+    let of = |contacts: Vec<ImpactContact>| {
+        let request = FractureRequest { threshold_only: true, ..struck(contacts) };
+        onset(&block.strike(&request).unwrap()).stress_over_strength
+    };
+    let at = |x: f64, impulse_ns: [f64; 3]| contact([x, 0.1, 0.0], impulse_ns, 0.005);
+    let edge = [0.1, 0.0999, 0.099].map(|x| of(vec![at(x, [0.0, -1.0, 0.0])]));
+    assert!((edge[1] / edge[0] - 1.0).abs() < 0.02 && (edge[2] / edge[0] - 1.0).abs() < 0.2, "{edge:?}");
+    let mirrored = [[-0.9, -0.3, 0.0], [-0.3, -0.9, 0.0]].map(|impulse| of(vec![at(0.1, impulse)]));
+    assert!((mirrored[0] / mirrored[1] - 1.0).abs() < 0.1, "{mirrored:?}");
+    let whole = of(vec![at(0.0, [0.6, -2.0, 0.0])]);
+    let parts = of(vec![at(0.0, [0.0, -2.0, 0.0]), at(0.0, [0.6, 0.0, 0.0])]);
+    assert!((parts / whole - 1.0).abs() < 1e-6, "{parts}, {whole}");
+}
+
 /// A linear solve completes the displacements of a basis, and its strains count at the surface, not below it.
 #[test]
 fn completed_displacements_have_the_stress_of_a_solve() {

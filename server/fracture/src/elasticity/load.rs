@@ -54,6 +54,8 @@ pub struct AppliedContact {
     /// It is the largest of the requested radius, [`RADIUS_SPACINGS_MIN`] spacings, the distance to the nearest corner
     /// of the touched face, and half that to the farthest.
     pub spread: f64,
+    /// Mean outer normal of the loaded part of the boundary, a continuous function of the place; zero without one.
+    pub normal: Vector3<f64>,
     /// Direction and relative magnitude of its force.
     pub impulse: Vector3<f64>,
 }
@@ -264,7 +266,7 @@ impl Elasticity {
         }
         let radius = effective_radius(contact.radius, wide, share);
         let (place, distance, impulse) = (nearest.place, nearest.distance, contact.impulse);
-        Ok(AppliedContact { place, distance, radius, spread: wide, impulse })
+        Ok(AppliedContact { place, distance, radius, spread: wide, normal: workspace.patch.normal, impulse })
     }
 
     /// Fills the workspace's patch, and returns the share to which the body there is a half-space; 1 for a contact as wide as

@@ -4,6 +4,7 @@
 //! of Mechanics A 21, 2002). Small bodies have little energy and break by toughness, large ones break at their strength.
 
 mod average;
+mod contacts;
 mod material;
 mod near_field;
 mod onset;
@@ -13,8 +14,8 @@ mod sliding;
 mod stress;
 mod tables;
 
+pub use contacts::{ContactStress, SurfaceForce};
 pub use material::{ConstantsOrigin, StrengthConstants};
-pub use near_field::NearField;
 pub use onset::{Criterion, Onset, affordable_count, cell_dimension};
 pub use section::{PlaneSection, SectionLattice, normals_across, normals_around};
 pub use sliding::SlidingStress;

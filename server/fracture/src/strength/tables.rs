@@ -70,7 +70,7 @@ const SPOTS_MAX: usize = 3;
 const SPOT_RADII: f64 = 3.0;
 
 /// Least cosine between the normals of a contact and of the nodes in its zone.
-const FACING: f64 = 0.1;
+pub(super) const FACING: f64 = 0.1;
 
 impl StrengthTables {
     /// The tables of `body` on `lattice`, the lattice that it was made of.
@@ -174,14 +174,6 @@ impl StrengthTables {
             })
         };
         Ok(body.boundary().nodes.iter().enumerate().map(surface).collect())
-    }
-
-    /// The zone of a contact at boundary point `place` on `face` of the boundary.
-    pub fn zone(&self, body: &Elasticity, place: Point3<f64>, radius: f64) -> Option<ContactZone> {
-        let boundary = body.boundary();
-        let [a, b, c] = boundary.faces[boundary.nearest(&place)?.face].map(|node| boundary.positions[node as usize]);
-        let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;
-        Some(ContactZone { place, normal, radius })
     }
 
     /// The lattice with its tables for sections.

@@ -5,13 +5,13 @@
 
 use super::contact_set::ContactSet;
 use super::energy::BodyEnergy;
-use crate::elasticity::{AppliedContact, Elasticity, NodalLoad};
+use crate::elasticity::{Elasticity, NodalLoad};
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::{ElasticModel, PreparedObject};
 use crate::pipeline::request::context::RequestContext;
 use crate::strength::{
-    ContactZone, Deformation, NearField, Onset, StrengthConstants, affordable_count, cell_dimension, normals_across,
-    normals_around,
+    ContactStress, ContactZone, Deformation, HotSpot, Onset, StrengthConstants, SurfaceForce, affordable_count,
+    cell_dimension, normals_across, normals_around,
 };
 use nalgebra::Vector3;
 
@@ -56,39 +56,43 @@ impl StressedBody<'_> {
         let ratio = constants.strength_pa / constants.compressive_strength_pa;
         let (index, own) = &contacts.bodies[self.place];
         // The lattice has the stress of its own load, which may be wider than the contact.
-        let zone = |touch: &AppliedContact| tables.zone(elasticity, touch.place, NEAR_RADII * touch.spread);
-        let zones: Vec<Option<ContactZone>> = load.touches.iter().map(zone).collect();
-        let counted: Vec<ContactZone> = zones.iter().flatten().copied().collect();
+        let zones = load.touches.iter().map(|touch| ContactZone {
+            place: touch.place,
+            normal: touch.normal,
+            radius: NEAR_RADII * touch.spread,
+        });
+        let zones: Vec<ContactZone> = zones.collect();
         let (length, _) = averaging_length(prepared, &constants, elasticity);
-        let hot = tables.hot_spots((elasticity, &solid.lattice), self.deformation, &counted, (length, ratio));
+        let hot = tables.hot_spots((elasticity, &solid.lattice), self.deformation, &zones, (length, ratio));
         let hot = hot.map_err(|source| FractureError::of_body(*index, source))?;
-        let mut peaks: Vec<StressPeak> = hot
-            .iter()
-            .map(|own| StressPeak {
-                node: own.node,
-                stress_over_strength: own.stress * unit,
-                axis: own.direction,
-                is_contact: false,
-            })
-            .collect();
-        let own_length = constants.characteristic_length_m() / prepared.frame.diagonal_m;
-        for ((contact, touch), zone) in own.iter().zip(&load.touches).zip(&zones) {
-            let Some(zone) = zone else { continue };
-            let inward = -touch.impulse.dot(&zone.normal);
-            let near = NearField {
-                force: inward,
-                tangential: (touch.impulse + zone.normal * inward).norm(),
-                radius: contact.radius,
-                poisson: constants.poisson,
-                sliding: tables.sliding(),
-            };
+        let of_spot = |own: &HotSpot| StressPeak {
+            node: own.node,
+            stress_over_strength: own.stress * unit,
+            axis: own.direction,
+            is_contact: false,
+        };
+        let mut peaks: Vec<StressPeak> = hot.iter().map(of_spot).collect();
+        let forces = own.iter().zip(&load.touches).map(|(contact, touch)| SurfaceForce {
+            place: touch.place,
+            normal: touch.normal,
+            force: touch.impulse,
+            radius: contact.radius,
+        });
+        let forces: Vec<SurfaceForce> = forces.collect();
+        let around = ContactStress {
+            sliding: tables.sliding(),
+            poisson: constants.poisson,
+            length: constants.characteristic_length_m() / prepared.frame.diagonal_m,
+            ratio,
+        };
+        for (index, force) in forces.iter().enumerate() {
             let nearest = boundary.positions.iter().enumerate();
-            let nearest = nearest.min_by(|a, b| (a.1 - zone.place).norm().total_cmp(&(b.1 - zone.place).norm()));
+            let nearest = nearest.min_by(|a, b| (a.1 - force.place).norm().total_cmp(&(b.1 - force.place).norm()));
             let Some((node, _)) = nearest else { continue };
             peaks.push(StressPeak {
                 node: boundary.nodes[node],
-                stress_over_strength: near.largest(own_length, ratio) * unit,
-                axis: zone.normal,
+                stress_over_strength: around.largest(&forces, index) * unit,
+                axis: force.normal,
                 is_contact: true,
             });
         }
