@@ -9,6 +9,12 @@ fn compare(before: &Results, now: &Results) {
     let refused = before.iter().filter(|(_, document)| !document["error"].is_null());
     refused.for_each(|(request, document)| println!("refused: {request}: {}", document["error"]["message"]));
     println!("{} requests compared, {} values differ", before.len(), found.len());
+    for request in before.keys() {
+        let own = found.iter().filter(|value| value.starts_with(&format!("{request} > "))).count();
+        if own > 0 {
+            println!("{own} values differ: {request}");
+        }
+    }
     let shown: Vec<&String> = found.iter().take(40).collect();
     assert!(found.is_empty() && !before.is_empty(), "{} values differ: {shown:#?}", found.len());
 }
