@@ -3,6 +3,7 @@
 mod anchored;
 mod bake_inputs;
 mod bound;
+mod breaking;
 mod budget;
 mod c_header;
 mod c_interface;
