@@ -144,6 +144,8 @@ mod tests {
         assert!(most[1] > 1.5 * most[0] && most[2] > 5.0 * most[0], "{most:?}");
         let rim = [1.0, -1.0].map(|side| at(0.5).equivalent(SAMPLES - 1, side, 0.0));
         assert!(rim[1] > 3.0 * rim[0].max(0.0), "{rim:?}");
+        // In the middle, its traction shears the surface alone.
+        assert!((contact(0.0, FORCE, &sliding).equivalent(0, 1.0, 0.0) - bell(middle_of(0))).abs() < 0.02);
         // Without pressure, both sides differ in sign alone, and a force that slides back changes nothing.
         let alone = contact(0.0, FORCE, &sliding);
         let back = contact(0.0, -FORCE, &sliding);

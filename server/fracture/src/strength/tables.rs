@@ -29,8 +29,8 @@ pub enum Deformation<'a> {
     NodeStrains {
         /// The strains; of `completion` they have the means of the tetrahedra around each node.
         strains: &'a [f64],
-        /// Displacement of linear elements that is a part of them, and its factor.
-        completion: Option<(&'a [f64], f64)>,
+        /// Displacement of linear elements that is a part of them, with its factor, and that of its strains at the surface.
+        completion: Option<(&'a [f64], [f64; 2])>,
     },
 }
 
@@ -135,8 +135,8 @@ impl StrengthTables {
         let displacement = match deformation {
             Deformation::NodeStrains { strains, completion } => {
                 let mut strains: Vec<StrainComponents> = of_nodes(strains);
-                if let Some((linear, factor)) = completion {
-                    let surface = self.surface_strains((body, lattice), linear, factor)?;
+                if let Some((linear, factors)) = completion {
+                    let surface = self.surface_strains((body, lattice), linear, factors)?;
                     strains
                         .iter_mut()
                         .flatten()
@@ -155,25 +155,25 @@ impl StrengthTables {
         Ok((0..boundary.nodes.len()).map(|node| self.recovery.at(node, &strains)).collect())
     }
 
-    /// Strains at the boundary nodes of `factor` times a displacement of linear elements, less the means of the tetrahedra
-    /// around each: what these leave out, since they are those below the surface.
+    /// Strains at the boundary nodes that a displacement of linear elements adds to its means of the tetrahedra around each,
+    /// which are those below the surface. Its factors are those of the means, and at the surface.
     fn surface_strains(
         &self,
         (body, lattice): (&Elasticity, &Lattice),
         linear: &[f64],
-        factor: f64,
+        [inside, surface]: [f64; 2],
     ) -> Result<Vec<StrainComponents>, ElasticityError> {
         let mut strains = Vec::new();
         body.tet_strains(lattice, linear, &mut strains)?;
-        let surface = |(index, node): (usize, &u32)| {
+        let added = |(index, node): (usize, &u32)| {
             let (recovered, star) = (self.recovery.at(index, &strains), self.stars.of(*node));
             let volume: f64 = star.iter().map(|tet| self.volumes[*tet as usize]).sum();
             std::array::from_fn(|component| {
                 let of_tet = |tet: &u32| self.volumes[*tet as usize] * strains[*tet as usize][component];
-                factor * (recovered[component] - star.iter().map(of_tet).sum::<f64>() / volume)
+                surface * recovered[component] - inside * star.iter().map(of_tet).sum::<f64>() / volume
             })
         };
-        Ok(body.boundary().nodes.iter().enumerate().map(surface).collect())
+        Ok(body.boundary().nodes.iter().enumerate().map(added).collect())
     }
 
     /// The lattice with its tables for sections.

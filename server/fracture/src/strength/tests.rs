@@ -105,6 +105,21 @@ fn bent_specimens_break_at_their_strength() {
     check(&specimen, "plate bent to a sphere", 1.0);
 }
 
+/// Means that hold the strains already count once, and lose what they exceed those of the surface by.
+#[test]
+fn strains_of_completions_replace_their_means() {
+    let Specimen { lattice, body, displacement, .. } = Specimen::new([4, 4, 4], |_| along_x(1.0));
+    let tables = StrengthTables::new(&body, &lattice);
+    // Of uniaxial tension, ν = 0.2.
+    let strains = [1.0, -0.2, -0.2, 0.0, 0.0, 0.0].repeat(lattice.nodes.len());
+    for factors in [[1.0, 1.0], [1.0, 1.3], [0.4, 0.5]] {
+        let deformation = Deformation::NodeStrains { strains: &strains, completion: Some((&displacement, factors)) };
+        let found = tables.hot_spots((&body, &lattice), deformation, &[], (1.0, 0.05)).unwrap()[0].stress;
+        let exact = 1.0 + factors[1] - factors[0];
+        assert!((found / exact - 1.0).abs() < 1e-6, "{found} for {exact}");
+    }
+}
+
 #[test]
 fn a_pillar_holds_its_compressive_strength_when_pressed_end_on() {
     let pulled = Specimen::new([20, 4, 4], |_| along_x(1.0));

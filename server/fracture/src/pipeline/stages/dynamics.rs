@@ -255,7 +255,7 @@ impl StruckBody<'_> {
         if is_accurate {
             self.basis.superpose(&moved.moved, displacement, elasticity);
         }
-        let completion = Some(completed.share);
+        let completion = Some(completed.shares());
         Ok(is_accurate.then_some(StrainEnergy { energy, reduced_error: Some(error), is_expanded: true, completion }))
     }
 

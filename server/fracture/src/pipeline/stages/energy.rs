@@ -156,7 +156,7 @@ fn deformed(
             let deformation = match used.is_some_and(ReducedBasis::has_node_strains) {
                 true => Deformation::NodeStrains {
                     strains: &workspace.displacement,
-                    completion: strained.completion.map(|share| (workspace.elasticity.completion(), share)),
+                    completion: strained.completion.map(|shares| (workspace.elasticity.completion(), shares)),
                 },
                 false => Deformation::Displacement(&workspace.displacement),
             };
@@ -258,12 +258,11 @@ fn displace_reduced(
     }
     let completed = basis.complete(elasticity, load, coordinates, displacement, scratch, cancel)?;
     let accurate = completed.filter(|own| own.error <= request.reduced_error_max);
-    Ok(accurate.map(|CompletedEnergy { energy, error, share, .. }| StrainEnergy {
-        energy,
-        reduced_error: Some(error),
-        is_expanded: true,
-        completion: Some(share),
-    }))
+    let strained = |own: CompletedEnergy| {
+        let (reduced_error, completion) = (Some(own.error), Some(own.shares()));
+        StrainEnergy { energy: own.energy, reduced_error, is_expanded: true, completion }
+    };
+    Ok(accurate.map(strained))
 }
 
 /// Computes the displacement of an anchored body under load `place` of the workspace, and under its weight with the

@@ -15,8 +15,9 @@ pub(super) struct StrainEnergy {
     pub reduced_error: Option<f64>,
     /// True if the displacement is as [`ReducedBasis::expand`] writes it.
     pub is_expanded: bool,
-    /// Factor of the displacement of linear elements that completes it; `None` without one.
-    pub completion: Option<f64>,
+    /// [Factors](crate::elasticity::CompletedEnergy::shares) of the displacement of linear elements that completes it;
+    /// `None` without one.
+    pub completion: Option<[f64; 2]>,
 }
 
 /// Share of the largest error of a request above which the basis alone is not enough where a linear solve can complete it.
