@@ -22,7 +22,7 @@ pub struct SurfaceForce {
     pub radius: f64,
 }
 
-/// What the stress around contacts depends on besides their forces.
+/// Constants of the stress around contacts.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactStress<'a> {
     /// Stresses under tangential forces.
