@@ -237,7 +237,8 @@ fn check_names_the_criterion_and_shortens_long_lists_of_anchors() {
     let (code, text, error) = run(&here, &["check", scene.to_str().unwrap()]);
     assert_eq!(code, 0, "{error}");
     assert!(
-        text.contains("  criterion strength, strengths times 2.5\n") && text.contains("  criterion paper\n"),
+        text.contains("  criterion strength, impulses that break it times 2.5\n")
+            && text.contains("  criterion paper\n"),
         "{text}"
     );
     assert!(text.matches("  anchor ").count() == 9 && text.contains("and 3 more"), "{text}");

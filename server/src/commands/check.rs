@@ -255,7 +255,7 @@ fn screen(title: &str, objects: &[Value]) -> String {
             let _ = writeln!(text, "  table     {:<18} {state}{size}", word(&table, "name"));
         }
         let scale = object["strength_scale"].as_f64().filter(|scale| *scale != 1.0);
-        let scale = scale.map_or(String::new(), |scale| format!(", strengths times {scale}"));
+        let scale = scale.map_or(String::new(), |scale| format!(", impulses that break it times {scale}"));
         let _ = writeln!(text, "  criterion {}{scale}", word(object, "criterion"));
         let anchors = list(&object["anchors"]);
         for anchor in anchors.iter().take(ANCHORS_SHOWN) {

@@ -52,12 +52,13 @@ pub struct CompletedEnergy {
 }
 
 impl CompletedEnergy {
-    /// Factors of the displacement of linear elements: as a part of the completed one, and of its strains.
+    /// Factors of the displacement of linear elements: α, as a part of the completed one, and that of its strains at the
+    /// surface.
     ///
-    /// It holds the share `gain` of the energy where it should hold `gain` + `error`, since linear elements are too stiff.
-    /// Its strains are too low by the square root of that.
+    /// The completed displacement lacks the share `error` of the energy, since linear elements are too stiff. These strains
+    /// count as if all of it were theirs, by the square root, and at most twice their energy, since the error is an estimate.
     pub fn shares(&self) -> [f64; 2] {
-        let lacks = if self.gain > 0.0 { self.error / self.gain } else { 0.0 };
+        let lacks = if self.gain > 0.0 { (self.error / self.gain).min(1.0) } else { 0.0 };
         [self.share, self.share * (1.0 + lacks).sqrt()]
     }
 }

@@ -3,11 +3,18 @@
 use super::near_field::NearField;
 use super::sliding::SlidingStress;
 use super::tables::FACING;
-use crate::elasticity::BELL_RADII;
+use crate::elasticity::{BELL_CUT, BELL_RADII, BoundaryNodes, bell};
+use crate::triangle::closest_point;
 use nalgebra::{Point3, Vector3};
 
-/// Difference of two distances, in contact radii, below which contacts lie at one place.
-const SAME_PLACE: f64 = 0.1;
+/// Second moment of the bell along one axis, over its squared radius: less than 1, since it ends at three radii.
+const MOMENT: f64 = {
+    let square = BELL_RADII * BELL_RADII;
+    0.5 * (2.0 - BELL_CUT * (2.0 + square + 0.25 * square * square)) / (1.0 - BELL_CUT * (1.0 + 0.5 * square))
+};
+
+/// Cosine of the angle of two normals that count as one.
+const EQUAL_NORMALS: f64 = 0.999;
 
 /// Force of a contact on a boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +27,36 @@ pub struct SurfaceForce {
     pub force: Vector3<f64>,
     /// Contact radius.
     pub radius: f64,
+}
+
+impl SurfaceForce {
+    /// Force of a contact of `radius` at a boundary point. Its normal is the mean of those of the faces that its bell
+    /// reaches, so that it is continuous at edges; zero on a boundary without faces.
+    pub fn new(boundary: &BoundaryNodes, place: Point3<f64>, force: Vector3<f64>, radius: f64) -> Self {
+        let mut normals: Vec<(Vector3<f64>, f64)> = Vec::new();
+        for nodes in &boundary.faces {
+            let corners = nodes.map(|node| boundary.positions[node as usize]);
+            let [a, b, c] = corners;
+            let longest = (b - a).norm().max((c - a).norm());
+            if (a - place).norm() > BELL_RADII * radius + longest {
+                continue;
+            }
+            let weight = bell((closest_point(&corners, &place) - place).norm() / radius);
+            let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0).filter(|_| weight > 0.0) else { continue };
+            match normals.iter_mut().find(|(known, _)| known.dot(&normal) > EQUAL_NORMALS) {
+                Some((_, known)) => *known = known.max(weight),
+                None => normals.push((normal, weight)),
+            }
+        }
+        let sum: Vector3<f64> = normals.iter().map(|(normal, weight)| normal * *weight).sum();
+        Self { place, normal: sum.try_normalize(0.0).unwrap_or_default(), force, radius }
+    }
+
+    /// Force into the surface, and along it.
+    fn parts(&self) -> (f64, Vector3<f64>) {
+        let inward = -self.force.dot(&self.normal);
+        (inward, self.force + self.normal * inward)
+    }
 }
 
 /// Constants of the stress around contacts.
@@ -37,38 +74,46 @@ pub struct ContactStress<'a> {
 
 impl ContactStress<'_> {
     /// Largest average of the equivalent stress around contact `own` of `forces`, alone or with others beside it; 0 without
-    /// force.
+    /// force or normal.
     ///
-    /// Contacts within the bell of one another add up to one, whose bell has the second moment of theirs. Of those that
-    /// grow with every further contact, the one with the largest stress counts, so that it changes continuously as
-    /// contacts part.
+    /// The nearest contacts within the bell add up to one, whose bell has the second moment of theirs: the nearest one, two
+    /// and so on, of which the largest stress counts. Fewer count in proportion to the gap to the next, up to a radius, so
+    /// that the stress changes continuously as contacts part.
     pub fn largest(&self, forces: &[SurfaceForce], own: usize) -> f64 {
         let SurfaceForce { place, normal, radius, .. } = forces[own];
+        let distance = |other: &SurfaceForce| (other.place - place).norm();
         let beside = |other: &&SurfaceForce| {
             let reach = BELL_RADII * radius.max(other.radius);
-            other.normal.dot(&normal) > FACING && (other.place - place).norm() <= reach
+            other.normal.dot(&normal) > FACING && distance(other) <= reach
         };
         let mut beside: Vec<&SurfaceForce> = forces.iter().filter(beside).collect();
-        let distance = |other: &SurfaceForce| (other.place - place).norm();
         beside.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let (mut sum, mut most) = (ForceSum::default(), None::<f64>);
-        for (index, other) in beside.iter().enumerate() {
+        let sums = beside.iter().scan(ForceSum::default(), |sum, other| {
             sum.add(other, &place);
-            let next = beside.get(index + 1).map_or(f64::INFINITY, |next| distance(next));
-            if sum.weight > 0.0 && next - distance(other) > SAME_PLACE * radius {
-                let stress = self.of(&sum, &normal);
-                most = Some(most.map_or(stress, |most| most.max(stress)));
+            Some(*sum)
+        });
+        let sums: Vec<ForceSum> = sums.collect();
+        let Some(whole) = sums.last() else { return 0.0 };
+        let mut joint = self.of(whole, &normal);
+        let mut most = joint;
+        for (index, sum) in sums.iter().enumerate().rev().skip(1) {
+            let gap = ((distance(beside[index + 1]) - distance(beside[index])) / radius).min(1.0);
+            if gap > 0.0 {
+                joint += (self.of(sum, &normal) - joint) * gap;
+                most = most.max(joint);
             }
         }
-        most.unwrap_or(0.0)
+        most
     }
 
     /// Largest average of the equivalent stress around the sum of contacts on a surface with this outer normal.
     fn of(&self, sum: &ForceSum, normal: &Vector3<f64>) -> f64 {
-        let inward = -sum.force.dot(normal);
+        if sum.weight == 0.0 {
+            return 0.0;
+        }
         let near = NearField {
-            force: inward,
-            tangential: (sum.force + normal * inward).norm(),
+            force: sum.inward,
+            tangential: (sum.along - normal * sum.along.dot(normal)).norm(),
             radius: sum.radius(),
             poisson: self.poisson,
             sliding: self.sliding,
@@ -78,9 +123,12 @@ impl ContactStress<'_> {
 }
 
 /// Sums over contacts, of which each counts by the size of its force.
-#[derive(Default)]
+#[derive(Clone, Copy, Default)]
 struct ForceSum {
-    force: Vector3<f64>,
+    /// Force into the surface, each along its own normal.
+    inward: f64,
+    /// Force along the surface.
+    along: Vector3<f64>,
     weight: f64,
     moment: Vector3<f64>,
     square: f64,
@@ -88,18 +136,19 @@ struct ForceSum {
 
 impl ForceSum {
     fn add(&mut self, other: &SurfaceForce, origin: &Point3<f64>) {
-        let (weight, offset) = (other.force.norm(), other.place - origin);
-        self.force += other.force;
+        let (weight, offset, (inward, along)) = (other.force.norm(), other.place - origin, other.parts());
+        self.inward += inward;
+        self.along += along;
         self.weight += weight;
         self.moment += offset * weight;
         // Of the two axes along the surface, each has half of the squared distance.
-        self.square += weight * (other.radius * other.radius + 0.5 * offset.norm_squared());
+        self.square += weight * (MOMENT * other.radius * other.radius + 0.5 * offset.norm_squared());
     }
 
     /// Radius of a bell with the second moment of the contacts around their middle.
     fn radius(&self) -> f64 {
         let middle = self.moment / self.weight;
-        (self.square / self.weight - 0.5 * middle.norm_squared()).sqrt()
+        ((self.square / self.weight - 0.5 * middle.norm_squared()) / MOMENT).sqrt()
     }
 }
 
@@ -140,8 +189,37 @@ mod tests {
         for pair in apart.windows(2) {
             assert!(pair[1] <= pair[0] * (1.0 + 1e-12) && pair[1] > 0.9 * pair[0], "{apart:?}");
         }
+        // Tangential forces that cancel do so the more, the closer they are.
+        let [own, other] = [0.3, -0.3].map(|along| [along, 0.0, -1.0]);
+        let apart: Vec<f64> =
+            (0..40).map(|step| largest(&[contact(0.0, own), contact(0.05 * f64::from(step), other)], 0)).collect();
+        assert!(apart.windows(2).all(|pair| (pair[1] / pair[0] - 1.0).abs() < 0.1), "{apart:?}");
         // Those on the other side of a wall do not count.
         let other = SurfaceForce { normal: -Vector3::z(), ..contact(0.0, [0.3, 0.0, 1.0]) };
         assert!((largest(&[contact(0.0, force), other], 0) / one - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn straight_presses_on_faces_of_several_directions_stay_straight() {
+        let press = |angle: f64| {
+            let normal = Vector3::new(angle.sin(), 0.0, angle.cos());
+            SurfaceForce { place: Point3::from(normal), normal, force: -normal, radius: 1.0 }
+        };
+        let one = largest(&[press(0.0)], 0);
+        let pair = largest(&[press(0.0), press(0.7)], 0);
+        assert!(pair > one && pair < 2.0 * one, "{pair}, {one}");
+    }
+
+    #[test]
+    fn normals_are_those_of_the_faces_that_the_bell_reaches() {
+        let boundary = BoundaryNodes::new(&crate::lattice::block([4, 4, 4], 0.25));
+        let normal =
+            |x: f64, radius: f64| SurfaceForce::new(&boundary, [x, 0.1, 0.5].into(), Vector3::z(), radius).normal;
+        let edge = (Vector3::x() + Vector3::z()).normalize();
+        assert!((normal(0.5, 0.01) - edge).norm() < 1e-12);
+        assert!((normal(0.5 - 1e-6, 0.01) - edge).norm() < 1e-3);
+        assert_eq!(normal(0.46, 0.01), Vector3::z());
+        let between = normal(0.48, 0.01);
+        assert!(between.x > 0.05 && between.z > 0.9, "{between}");
     }
 }

@@ -22,7 +22,7 @@ use std::f64::consts::{FRAC_2_PI, PI};
 /// Number of Hertz's tractions.
 const DISCS: usize = 256;
 
-/// Stresses ahead of a bell of unit peak traction, for every sample of a [`NearField`](super::NearField).
+/// Stresses ahead of a bell of unit peak traction, at samples from its middle to its rim.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SlidingStress {
     /// Φ' and S' of each sample.
@@ -54,7 +54,7 @@ impl SlidingStress {
     }
 
     /// Stresses along and across the force at a sample ahead of it, per unit of the peak traction.
-    pub fn at(&self, sample: usize, poisson: f64) -> [f64; 2] {
+    pub(super) fn at(&self, sample: usize, poisson: f64) -> [f64; 2] {
         let [potential, other] = self.slopes[sample];
         [(potential + poisson * other) / PI, poisson * (potential - other) / PI]
     }

@@ -27,9 +27,11 @@ pub enum Deformation<'a> {
     Displacement(&'a [f64]),
     /// Strains at the nodes, six components each.
     NodeStrains {
-        /// The strains; of `completion` they have the means of the tetrahedra around each node.
+        /// The strains. The part of `completion` in them is averaged over the tetrahedra around each node, which is too
+        /// low at the surface.
         strains: &'a [f64],
-        /// Displacement of linear elements that is a part of them, with its factor, and that of its strains at the surface.
+        /// Displacement of linear elements, the factor of its averages in `strains`, and that of its strains recovered at
+        /// the surface, which replace them.
         completion: Option<(&'a [f64], [f64; 2])>,
     },
 }
@@ -155,8 +157,8 @@ impl StrengthTables {
         Ok((0..boundary.nodes.len()).map(|node| self.recovery.at(node, &strains)).collect())
     }
 
-    /// Strains at the boundary nodes that a displacement of linear elements adds to its means of the tetrahedra around each,
-    /// which are those below the surface. Its factors are those of the means, and at the surface.
+    /// Strains recovered at the boundary nodes from a displacement of linear elements, times the factor `surface`, less their
+    /// averages over the tetrahedra around each node, times `inside`.
     fn surface_strains(
         &self,
         (body, lattice): (&Elasticity, &Lattice),

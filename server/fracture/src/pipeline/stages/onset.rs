@@ -72,12 +72,9 @@ impl StressedBody<'_> {
             is_contact: false,
         };
         let mut peaks: Vec<StressPeak> = hot.iter().map(of_spot).collect();
-        let forces = own.iter().zip(&load.touches).map(|(contact, touch)| SurfaceForce {
-            place: touch.place,
-            normal: touch.normal,
-            force: touch.impulse,
-            radius: contact.radius,
-        });
+        let forces = own.iter().zip(&load.touches);
+        let forces =
+            forces.map(|(contact, touch)| SurfaceForce::new(boundary, touch.place, touch.impulse, contact.radius));
         let forces: Vec<SurfaceForce> = forces.collect();
         let around = ContactStress {
             sliding: tables.sliding(),
