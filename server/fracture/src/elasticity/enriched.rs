@@ -127,3 +127,18 @@ impl Elasticity {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn surface_strains_grow_by_the_energy_that_is_missing() {
+        let shares = |gain, error| CompletedEnergy { energy: 1.0, gain, error, share: 2.0 }.shares();
+        assert_eq!(shares(0.1, 0.0), [2.0, 2.0]);
+        assert_eq!(shares(0.04, 0.0225), [2.0, 2.0 * 1.25]);
+        // The estimate is no better than a factor of two, and without a gain there are no strains.
+        assert_eq!(shares(1e-6, 0.01), [2.0, 2.0 * 2f64.sqrt()]);
+        assert_eq!(shares(0.0, 0.01), [2.0, 2.0]);
+    }
+}

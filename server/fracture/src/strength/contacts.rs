@@ -173,6 +173,12 @@ mod tests {
         for forces in [&parts[..], &many] {
             (0..forces.len()).for_each(|own| assert!((largest(forces, own) / whole - 1.0).abs() < 1e-9));
         }
+        let sliding = SlidingStress::new();
+        let near = NearField { force: 2.0, tangential: 0.6, radius: 1.0, poisson: 0.22, sliding: &sliding };
+        assert!((whole / near.largest(1e-2, 0.05) - 1.0).abs() < 1e-9);
+        // A contact without force changes none, and has no stress.
+        let none = contact(0.0, [0.0; 3]);
+        assert_eq!((largest(&[none], 0), largest(&[contact(0.0, [0.6, 0.0, -2.0]), none], 1)), (0.0, whole));
         // Forces along the surface that cancel leave the pressure.
         let pair = [contact(0.0, [0.3, 0.0, -1.0]), contact(0.0, [-0.3, 0.0, -1.0])];
         let pressed = largest(&[contact(0.0, [0.0, 0.0, -2.0])], 0);
@@ -219,6 +225,12 @@ mod tests {
         assert!((normal(0.5, 0.01) - edge).norm() < 1e-12);
         assert!((normal(0.5 - 1e-6, 0.01) - edge).norm() < 1e-3);
         assert_eq!(normal(0.46, 0.01), Vector3::z());
+        // However many triangles each face has there.
+        for corner in 0..8 {
+            let place = Vector3::from_fn(|axis, _| if corner >> axis & 1 == 0 { -0.5 } else { 0.5 });
+            let normal = SurfaceForce::new(&boundary, place.into(), Vector3::z(), 0.01).normal;
+            assert!((normal - place.normalize()).norm() < 1e-12, "{place}: {normal}");
+        }
         let between = normal(0.48, 0.01);
         assert!(between.x > 0.05 && between.z > 0.9, "{between}");
     }
