@@ -232,8 +232,10 @@ fn check_names_the_criterion_and_shortens_long_lists_of_anchors() {
     let here = TestDirectory::new("terms");
     let region = "{ min = [0.0, 0.0, 0.0], max = [1.0, 1.0, 1.0] }";
     let anchors = [region; 11].join(", ");
-    let text = format!("[objects.bar]\ncriterion = \"strength\"\nstrength_scale = 2.5\nanchors = [{anchors}]\n");
-    let scene = here.file("terms.toml", &format!("{text}[objects.cup]\nshape = \"mug\"\n"));
+    let text = format!(
+        "[objects.bar]\ncriterion = \"strength\"\nstrength_scale = 2.5\nallow = [\"anchored\"]\nanchors = [{anchors}]\n"
+    );
+    let scene = here.file("terms.toml", &format!("{text}[objects.cup]\nshape = \"mug\"\nmaterial = \"ceramic\"\n"));
     let (code, text, error) = run(&here, &["check", scene.to_str().unwrap()]);
     assert_eq!(code, 0, "{error}");
     assert!(
