@@ -155,6 +155,7 @@ impl ForceSum {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reference::kuhn;
 
     fn contact(x: f64, force: [f64; 3]) -> SurfaceForce {
         SurfaceForce { place: Point3::new(x, 0.0, 0.0), normal: Vector3::z(), force: force.into(), radius: 1.0 }
@@ -225,7 +226,8 @@ mod tests {
         assert!((normal(0.5, 0.01) - edge).norm() < 1e-12);
         assert!((normal(0.5 - 1e-6, 0.01) - edge).norm() < 1e-3);
         assert_eq!(normal(0.46, 0.01), Vector3::z());
-        // However many triangles each face has there.
+        // However many triangles each face has there: one or two.
+        let boundary = BoundaryNodes::new(&kuhn([4, 4, 4], 0.25));
         for corner in 0..8 {
             let place = Vector3::from_fn(|axis, _| if corner >> axis & 1 == 0 { -0.5 } else { 0.5 });
             let normal = SurfaceForce::new(&boundary, place.into(), Vector3::z(), 0.01).normal;
