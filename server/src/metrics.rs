@@ -7,9 +7,11 @@ use prometheus_client::metrics::family::Family;
 use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
 use prometheus_client::registry::{Registry, Unit};
+use shatter_engine::object::ResultEnergies;
 use shatter_proto::control::{Latency, ServiceStatusRow};
-use shatter_proto::result::{EffectCost, EnergySource, StageCost, StageKind};
+use shatter_proto::result::{EffectCost, StageCost, StageKind};
 use shatter_proto::{Error, ErrorKind, FaultParty};
+use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 
 /// End of a request.
@@ -92,6 +94,7 @@ pub struct Metrics {
     registry: Registry,
     ends: Family<Label, Counter>,
     energies: Family<Label, Counter>,
+    energy_joules: Family<Label, Counter<f64, AtomicU64>>,
     stage_seconds: SpanTimes,
     effect_seconds: SpanTimes,
     strike_seconds: Histogram,
@@ -120,6 +123,7 @@ impl Metrics {
             registry: Registry::with_prefix("shatter"),
             ends: Family::default(),
             energies: Family::default(),
+            energy_joules: Family::default(),
             stage_seconds: Family::new_with_constructor(seconds),
             effect_seconds: Family::new_with_constructor(seconds),
             strike_seconds: seconds(),
@@ -135,6 +139,8 @@ impl Metrics {
         registry.register("requests", "Requests by their end", self.ends.clone());
         let help = "Results by source of their energy; bounded: the object stays whole, and no solve was needed";
         registry.register("energies", help, self.energies.clone());
+        let help = "Energies of results: of the impactors, strain, new surface, release, and deficit";
+        registry.register_with_unit("energy", help, Unit::Joules, self.energy_joules.clone());
         let stages = self.stage_seconds.clone();
         registry.register_with_unit("stage", "Time per stage that ran", Unit::Seconds, stages);
         let effects = self.effect_seconds.clone();
@@ -157,13 +163,13 @@ impl Metrics {
         self.ends.get_or_create(&[("end", end.name())]).inc();
     }
 
-    /// Counts a request that computed; `energy` names the source of its result's energy. A result without energy is a hit of a ray: it is
-    /// counted, but not timed.
+    /// Counts a request that computed, with the energies of its result. A result without energies is a hit of a ray: it is counted, but
+    /// not timed.
     pub fn ran(
         &mut self,
         end: JobEnd,
         time: Duration,
-        energy: Option<EnergySource>,
+        energies: Option<ResultEnergies>,
         stages: &[StageCost],
         effects: &[EffectCost],
     ) {
@@ -171,8 +177,12 @@ impl Metrics {
         if end != JobEnd::Completed {
             return;
         }
-        if let Some(source) = energy {
+        if let Some(ResultEnergies { source, impactor_j, strain_j, surface_j, released_j, deficit_j, .. }) = energies {
             self.energies.get_or_create(&[("source", source.name())]).inc();
+            let parts = [impactor_j, strain_j, surface_j, released_j, deficit_j];
+            for (part, energy_j) in ["impactor", "strain", "surface", "released", "deficit"].into_iter().zip(parts) {
+                self.energy_joules.get_or_create(&[("part", part)]).inc_by(energy_j);
+            }
             self.strike_seconds.observe(time.as_secs_f64());
             self.strike_times.saturating_record(nanoseconds(time));
         }
@@ -235,21 +245,25 @@ mod tests {
     use super::*;
     use bytemuck::Zeroable;
     use shatter_proto::effect::Effect;
+    use shatter_proto::result::EnergySource;
 
     #[test]
     fn strikes_are_counted_and_timed() {
         let mut metrics = Metrics::new().unwrap();
         let (idle, mut stage) = (StageCost::idle(StageKind::Load), StageCost::idle(StageKind::Elasticity));
         stage.add(Duration::from_millis(5), 0);
+        let energies = ResultEnergies {
+            source: EnergySource::Solve,
+            impactor_j: 2.0,
+            strain_j: 1.5,
+            surface_j: 0.25,
+            released_j: 0.125,
+            deficit_j: 0.0,
+            stress_over_strength: 3.0,
+        };
         let mut bonds = EffectCost::idle(Effect::Bonds);
         bonds.add(Duration::from_micros(70), 64);
-        metrics.ran(
-            JobEnd::Completed,
-            Duration::from_millis(20),
-            Some(EnergySource::Bounded),
-            &[idle, stage],
-            &[bonds],
-        );
+        metrics.ran(JobEnd::Completed, Duration::from_millis(20), Some(energies), &[idle, stage], &[bonds]);
         metrics.ran(JobEnd::Failed, Duration::from_millis(20), None, &[idle, stage], &[bonds]);
         metrics.ran(JobEnd::Completed, Duration::from_millis(1), None, &[idle, idle], &[]);
         metrics.ended(JobEnd::Busy);
@@ -261,7 +275,9 @@ mod tests {
         let text = metrics.text(&row);
         for line in [
             "shatter_requests_total{end=\"busy\"} 1",
-            "shatter_energies_total{source=\"bounded\"} 1",
+            "shatter_energies_total{source=\"solve\"} 1",
+            "shatter_energy_joules_total{part=\"strain\"} 1.5",
+            "shatter_energy_joules_total{part=\"released\"} 0.125",
             "shatter_strike_seconds_count 1",
             "shatter_stage_seconds_count{stage=\"elasticity\"} 1",
             "shatter_effect_seconds_count{effect=\"bonds\"} 1",

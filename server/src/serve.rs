@@ -258,8 +258,8 @@ impl Daemon {
 
     fn on(&mut self, event: WorkerEvent) {
         match event {
-            WorkerEvent::Completed { job, end, energy, stages, effects } => {
-                self.metrics.ran(end, job.arrived().elapsed(), energy, &stages, &effects);
+            WorkerEvent::Completed { job, end, energies, stages, effects } => {
+                self.metrics.ran(end, job.arrived().elapsed(), energies, &stages, &effects);
                 self.jobs.completed(&job, end);
             }
             WorkerEvent::Reload(reload_event) => {

@@ -10,6 +10,7 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::scene::{EffectKind, EffectSet};
+use shatter_fracture::strength::Criterion;
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_tests::real;
 use shatter_tests::struck::outcome;
@@ -183,6 +184,37 @@ fn the_energy_bound_never_ends_a_breaking_request() {
         }
         println!("{name}: of 300 strikes {ended} ended by the bound, {broken} broke");
         assert!(ended > 60 && broken > 30, "{ended} ended, {broken} broke");
+    }
+}
+
+/// Impacts by the criterion of strength end with the displacement of the basis alone where that tells less than a quarter of
+/// the strength, with an error of the energy of up to a half. The stress of a solve is still below the strength then.
+#[test]
+fn weak_impacts_need_the_basis_alone() {
+    for (name, mesh) in [("mug", shapes::mug()), ("arch", shapes::arch()), ("plate", shapes::cuboid([0.5, 0.4, 0.03]))]
+    {
+        let request =
+            BakeRequest { kappa: Some(2.0), elements: ElementChoice::Quadratic, ..real::request(name, "ceramic") };
+        let prepared = bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap();
+        let (mut stream, mut least, mut judged, mut weak) = (RandomStream::new(9, 0), f64::INFINITY, 0, 0);
+        for _ in 0..60 {
+            let request = FractureRequest { criterion: Criterion::Strength, ..random(&prepared, &mut stream) };
+            let stress = |request: FractureRequest| {
+                let found = outcome(&prepared, &FractureRequest { threshold_only: true, ..request }).unwrap();
+                (found.threshold().onset.unwrap().stress_over_strength, found.threshold().reduced_error)
+            };
+            let reduced = FractureRequest { elastic: DisplacementMethod::Reduced, ..request.clone() };
+            let (alone, error) = stress(FractureRequest { reduced_error_max: 10.0, ..reduced.clone() });
+            let (solved, _) = stress(FractureRequest { elastic: DisplacementMethod::Solve, ..request.clone() });
+            let found = outcome(&prepared, &times(&reduced, 0.2 / solved)).unwrap();
+            assert!(found.meshes().is_none(), "{request:?}");
+            weak += u32::from(found.threshold().reduced_error.is_some_and(|own| own > reduced.reduced_error_max));
+            if error.is_some_and(|error| error <= 0.5) {
+                (least, judged) = (least.min(alone / solved), judged + 1);
+            }
+        }
+        println!("{name}: stress of the basis over that of solves at least {least:.3} of {judged} of 60; {weak} weak");
+        assert!(least > 0.5 && judged > 50 && weak > 0, "{name}: {least} of {judged}");
     }
 }
 

@@ -60,6 +60,25 @@ pub trait ServedObject: Send + Sync {
     }
 }
 
+/// Energies of a result, for logs and metrics. J; zero: unknown, or none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResultEnergies {
+    /// Source of the strain energy.
+    pub source: EnergySource,
+    /// Energy of the bodies that struck.
+    pub impactor_j: f64,
+    /// Strain energy of the struck bodies.
+    pub strain_j: f64,
+    /// Energy of the new cracks, with the criterion by strength.
+    pub surface_j: f64,
+    /// Kinetic energy of the release velocities.
+    pub released_j: f64,
+    /// What surface and release exceed the strain energy by.
+    pub deficit_j: f64,
+    /// Peak stress over the strength, with the criterion by strength.
+    pub stress_over_strength: f64,
+}
+
 /// Result of a request, which knows its size before a byte is written.
 pub trait EngineResult {
     /// Number of elements per section.
@@ -75,8 +94,8 @@ pub trait EngineResult {
         None
     }
 
-    /// Source of its energy; `None` if it only aimed.
-    fn energy_source(&self) -> Option<EnergySource> {
+    /// Its energies; `None` if it only aimed.
+    fn energies(&self) -> Option<ResultEnergies> {
         None
     }
 

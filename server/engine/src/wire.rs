@@ -18,7 +18,7 @@ use self::ray::AimResult;
 use self::rows::Writer;
 use self::settings::EffectiveSettings;
 use crate::cost::ObjectCosts;
-use crate::object::{EngineResult, Loader, ServedObject};
+use crate::object::{EngineResult, Loader, ResultEnergies, ServedObject};
 use crate::scene::{ObjectPolicy, Scene};
 use bytemuck::Zeroable;
 use nalgebra::Point3;
@@ -35,7 +35,7 @@ use shatter_proto::convention::Convention;
 use shatter_proto::effect;
 use shatter_proto::layout::{Layout, SectionCounts, SectionsMut};
 use shatter_proto::name::OBJECT_NAME_MAX;
-use shatter_proto::request::{Lift, Purpose, Quality, Request, RequestedSurface, SEED_DEFAULT};
+use shatter_proto::request::{Lift, Purpose, Quality, Request, RequestedCriterion, RequestedSurface, SEED_DEFAULT};
 use shatter_proto::result::{
     EnergySource, FragmentSurface, HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, OverrunCause, StageCost, SummaryWire,
     WORLD,
@@ -191,6 +191,9 @@ impl ServedObject for EngineObject {
 
     fn finish(&self) -> Result<(), Error> {
         self.prepared.factor().map_err(engine_error)?;
+        if self.terms.criterion == RequestedCriterion::Strength {
+            self.prepared.prepare_strength();
+        }
         if self.costs.is_measured() {
             return Ok(());
         }
@@ -411,8 +414,11 @@ impl EngineResult for RequestedResult {
         solved.then_some(if self.used.is_reducible { OverrunCause::ReducedError } else { OverrunCause::NoReducedBasis })
     }
 
-    fn energy_source(&self) -> Option<EnergySource> {
-        Some(self.source_of_energy())
+    fn energies(&self) -> Option<ResultEnergies> {
+        let SummaryWire { impactor_j, strain_j, surface_j, released_j, deficit_j, stress_over_strength, .. } =
+            self.summary();
+        let source = self.source_of_energy();
+        Some(ResultEnergies { source, impactor_j, strain_j, surface_j, released_j, deficit_j, stress_over_strength })
     }
 
     fn took(&self, time: Duration, stages: &[StageCost]) {

@@ -1,12 +1,14 @@
 //! Onset by strength and energy from contacts to fragments.
 
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::BakeRequest;
 use shatter_fracture::pipeline::{
-    DegreeRequest, DisplacementMethod, ElementChoice, EnergyLedger, FractureError, FractureOutcome, FractureRequest,
-    ImpactContact, OnsetReport, PreparedObject, Preset, RELEASE_SHARE, SurfaceKind,
+    ContactSet, DegreeRequest, DisplacementMethod, ElementChoice, EnergyLedger, FractureError, FractureOutcome,
+    FractureRequest, ImpactContact, OnsetReport, PreparedObject, Preset, RELEASE_SHARE, RequestContext, SurfaceKind,
+    Workspace, strain_energy,
 };
-use shatter_fracture::scene::{EffectKind, Material};
+use shatter_fracture::scene::{EffectKind, EffectSet, Material};
 use shatter_fracture::strength::Criterion;
 use shatter_fracture::surface::shapes;
 use std::sync::LazyLock;
@@ -55,6 +57,31 @@ fn bent(impulse_ns: f64) -> FractureRequest {
     let top = BEAM_M[1] / 2.0;
     let pairs = [(outer, -top, impulse_ns), (inner, top, -impulse_ns)];
     struck(pairs.into_iter().flat_map(|(x, y, impulse)| [at(x, y, impulse), at(-x, y, impulse)]).collect())
+}
+
+/// Energy that drives cracks, on each node of the crack lattice of the beam, J.
+fn driving_j(request: &FractureRequest) -> Vec<f64> {
+    let (contacts, token) = (ContactSet::new(&BEAM, request).unwrap(), CancelToken::default());
+    let context = RequestContext::new(&BEAM, request, &token, &());
+    let energy = strain_energy(context, &contacts, &mut Workspace::default()).unwrap().remove(0);
+    energy.shares.iter().map(|share| share * energy.energy_j).collect()
+}
+
+/// Glass holds twenty times as much pressure as tension.
+#[test]
+fn compression_drives_cracks_by_the_squared_ratio_of_the_strengths() {
+    let own = bent(1.0);
+    let tensile = EffectSet::default().with(EffectKind::Tensile);
+    let all = driving_j(&FractureRequest { criterion: Criterion::Paper, ..own.clone() });
+    let pulled = driving_j(&FractureRequest { effects: tensile, ..own.clone() });
+    let found = driving_j(&own);
+    let most = all.iter().fold(0.0, |most: f64, own| most.max(*own));
+    for ((all, pulled), found) in all.iter().zip(&pulled).zip(&found) {
+        let expected = pulled + (1.0 / 400.0) * (all - pulled);
+        assert!((found - expected).abs() < 1e-6 * most, "{found} for {expected}");
+    }
+    let [all, pulled] = [&all, &pulled].map(|values| values.iter().sum::<f64>());
+    assert!((0.4..0.7).contains(&(pulled / all)), "half of a bent beam is pulled: {}", pulled / all);
 }
 
 fn onset(outcome: &FractureOutcome) -> OnsetReport {

@@ -10,13 +10,13 @@ use crate::metrics::JobEnd;
 use crate::panics;
 use crate::retained::{EvictedResults, RetainedResults, RetainedTarget};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use shatter_engine::object::{EngineResult, ServedObject, write_profiled};
+use shatter_engine::object::{EngineResult, ResultEnergies, ServedObject, write_profiled};
 use shatter_engine::stage_profiler::StageProfiler;
 use shatter_fracture::pipeline::Workspace;
 use shatter_proto::error::ErrorWire;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Request, RetainedFragment};
-use shatter_proto::result::{AlignedBlock, EffectCost, EnergySource, StageCost};
+use shatter_proto::result::{AlignedBlock, EffectCost, StageCost};
 use shatter_proto::text::counted;
 use shatter_proto::{Error, ErrorKind, FaultParty};
 use shatter_transport::workarounds::populated_pages::PopulatedPages;
@@ -45,7 +45,7 @@ pub enum WorkerEvent {
         /// End of the request.
         end: JobEnd,
         /// Source of the result's energy; `None` if there is no result, or it has none because the request only aims.
-        energy: Option<EnergySource>,
+        energies: Option<ResultEnergies>,
         /// Times of the stages.
         stages: Box<[StageCost]>,
         /// Times of the effects.
@@ -190,9 +190,9 @@ impl WorkerPool {
                     JobEnd::of(error)
                 }
             };
-            let energy = result.ok().flatten();
+            let energies = result.ok().flatten();
             let (stages, effects) = (Box::new(profiler.stages()), Box::new(profiler.effects()));
-            WorkerEvent::Completed { job, end, energy, stages, effects }
+            WorkerEvent::Completed { job, end, energies, stages, effects }
         });
     }
 
@@ -270,7 +270,7 @@ impl WorkerPool {
 
     /// Computes and sends the result; returns the source of its energy. Drops the object at the end: the worker thread that uses a
     /// replaced version last frees it.
-    fn respond(&self, job: &Job, profiler: &StageProfiler) -> Result<Option<EnergySource>, Error> {
+    fn respond(&self, job: &Job, profiler: &StageProfiler) -> Result<Option<ResultEnergies>, Error> {
         let JobPayload { strike, object, kept } = job.unload()?;
         let _span =
             tracing::info_span!("strike", object = strike.object, client = job.client(), sequence = job.key().1)
@@ -310,7 +310,30 @@ impl WorkerPool {
         // Before the outcome is dropped, which takes as long again.
         self.waker.wake(job.key().0);
         outcome.took(took, &profiler.stages());
-        Ok(outcome.energy_source())
+        let energies = outcome.energies();
+        if let Some(ResultEnergies {
+            source,
+            impactor_j,
+            strain_j,
+            surface_j,
+            released_j,
+            deficit_j,
+            stress_over_strength,
+        }) = energies
+        {
+            let source = source.name();
+            tracing::debug!(
+                source,
+                impactor_j,
+                strain_j,
+                surface_j,
+                released_j,
+                deficit_j,
+                stress_over_strength,
+                "energies"
+            );
+        }
+        Ok(energies)
     }
 
     /// Loans memory for a result. Retries, so that a computed result is not lost because a client died a moment ago.

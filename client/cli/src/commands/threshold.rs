@@ -107,7 +107,10 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
             "radius_m": summary.radius_m,
             "ledger": { "strain_j": strain_j },
             "elastic": summary.energy_source.name(),
-            "error_estimate": { "energy": energy_error(&summary) },
+            "error_estimate": {
+                "energy": energy_error(&summary),
+                "discretisation_error": summary.discretization_error,
+            },
             "hit": result.hit().map(hit),
         }));
     }

@@ -17,7 +17,7 @@ mod tables;
 pub use contacts::{ContactStress, SurfaceForce};
 pub use material::{ConstantsOrigin, StrengthConstants};
 pub use onset::{Criterion, Onset, affordable_count, cell_dimension};
-pub use section::{PlaneSection, SectionLattice, normals_across, normals_around};
+pub use section::{PlaneSection, SectionLattice, SectionSearch, normals_across, normals_around};
 pub use sliding::SlidingStress;
 pub use tables::{ContactZone, Deformation, HotSpot, StrengthTables};
 

@@ -35,6 +35,12 @@ pub struct SectionLattice<'a> {
     pub stars: &'a NodeStars,
 }
 
+/// Search for small sections, and its memory.
+pub struct SectionSearch<'a> {
+    tables: SectionLattice<'a>,
+    marks: Marks,
+}
+
 /// Marks of nodes and tetrahedra, shared by all planes: what does not have the current number is unmarked.
 struct Marks {
     current: u32,
@@ -75,29 +81,37 @@ pub fn normals_across(axis: Vector3<f64>) -> [Vector3<f64>; PLANES] {
     })
 }
 
-impl SectionLattice<'_> {
+impl<'a> SectionSearch<'a> {
+    /// A search in `tables`.
+    pub fn new(tables: SectionLattice<'a>) -> Self {
+        let SectionLattice { lattice, .. } = tables;
+        let marks = Marks { current: 0, nodes: vec![(0, 0.0); lattice.nodes.len()], tets: vec![0; lattice.tets.len()] };
+        Self { tables, marks }
+    }
+
     /// The smallest section by planes through `node` with these `normals`, of those with at least `volume_min` on both
     /// sides; `None` if there is none.
     ///
     /// A section is the part of the plane within the body that is connected to the node: other limbs are not cut. Its area
     /// is that of the lattice. Of equal sections, the first is returned.
-    pub fn smallest(&self, node: u32, normals: &[Vector3<f64>], volume_min: f64) -> Option<PlaneSection> {
-        let nodes = vec![(0, 0.0); self.lattice.nodes.len()];
-        let mut marks = Marks { current: 0, nodes, tets: vec![0; self.lattice.tets.len()] };
+    pub fn smallest(&mut self, node: u32, normals: &[Vector3<f64>], volume_min: f64) -> Option<PlaneSection> {
+        let Self { tables, marks } = self;
         let (mut best, mut cut): (Option<PlaneSection>, _) = (None, Vec::new());
         for normal in normals {
-            let place = self.lattice.nodes[node as usize];
-            let plane = Plane { normal: *normal, node, place, nodes: &self.lattice.nodes };
+            let place = tables.lattice.nodes[node as usize];
+            let plane = Plane { normal: *normal, node, place, nodes: &tables.lattice.nodes };
             let most = best.map_or(f64::INFINITY, |best: PlaneSection| best.area);
             marks.current += 1;
-            let Some(area) = self.cut(&plane, most, &mut marks, &mut cut) else { continue };
-            if [true, false].into_iter().all(|side| self.exceeds(&plane, (&cut, side), volume_min, &mut marks)) {
+            let Some(area) = tables.cut(&plane, most, marks, &mut cut) else { continue };
+            if [true, false].into_iter().all(|side| tables.exceeds(&plane, (&cut, side), volume_min, marks)) {
                 best = Some(PlaneSection { normal: *normal, area });
             }
         }
         best
     }
+}
 
+impl SectionLattice<'_> {
     /// Collects the tetrahedra of the part of the plane that is connected to its node; returns the area of the part.
     ///
     /// `None` if it is not below `most`, or there is none.
@@ -222,7 +236,7 @@ mod tests {
         let (neighbors, stars) = (lattice.neighbors(), lattice.stars());
         let volumes: Vec<f64> = (0..lattice.tets.len()).map(|tet| lattice.tet_volume(tet)).collect();
         let tables = SectionLattice { lattice, volumes: &volumes, neighbors: &neighbors, stars: &stars };
-        tables.smallest(nearest(lattice, point), &normals_around(normal), volume_min)
+        SectionSearch::new(tables).smallest(nearest(lattice, point), &normals_around(normal), volume_min)
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::average::{SurfaceAverage, node_normals};
 use super::recovery::PatchRecovery;
-use super::section::SectionLattice;
+use super::section::{SectionLattice, SectionSearch};
 use super::sliding::SlidingStress;
 use super::stress::equivalent_of;
 use crate::elasticity::{Elasticity, ElasticityError, StrainComponents, tension_direction};
@@ -178,9 +178,10 @@ impl StrengthTables {
         Ok(body.boundary().nodes.iter().enumerate().map(added).collect())
     }
 
-    /// The lattice with its tables for sections.
-    pub fn sections<'a>(&'a self, lattice: &'a Lattice) -> SectionLattice<'a> {
-        SectionLattice { lattice, volumes: &self.volumes, neighbors: &self.neighbors, stars: &self.stars }
+    /// A search for sections of `lattice`, that of these tables.
+    pub fn sections<'a>(&'a self, lattice: &'a Lattice) -> SectionSearch<'a> {
+        let (volumes, neighbors, stars) = (&self.volumes, &self.neighbors, &self.stars);
+        SectionSearch::new(SectionLattice { lattice, volumes, neighbors, stars })
     }
 
     /// Bytes of memory that they hold.

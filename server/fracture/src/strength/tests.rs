@@ -40,7 +40,7 @@ impl Specimen {
         let tables = StrengthTables::new(&self.body, &self.lattice);
         let deformation = Deformation::Displacement(&self.displacement);
         let hot = tables.hot_spots((&self.body, &self.lattice), deformation, &[], (radius, ratio)).unwrap()[0];
-        let sections = tables.sections(&self.lattice);
+        let mut sections = tables.sections(&self.lattice);
         let section = sections.smallest(hot.node, &normals_around(hot.direction), 1.0).unwrap();
         let strain_j = constants.strength_pa.powi(2) / constants.young_pa * meter.powi(3) * self.energy;
         let section_m2 = section.area * meter * meter;

@@ -245,8 +245,6 @@ impl PreparedObject {
 
     /// Factors every stiffness that has no factor yet, so that no request has to.
     ///
-    /// Errors: [`FractureError::Elasticity`], as every request that needs that factor will return.
-    ///
     /// # Errors
     /// [`FractureError::Elasticity`], the error that every request needing that factor gets.
     pub fn factor(&self) -> Result<(), FractureError> {
@@ -255,6 +253,13 @@ impl PreparedObject {
             own.elasticity.factor().map_err(|source| FractureError::Elasticity { body, source })?;
         }
         Ok(())
+    }
+
+    /// Makes the tables of the criterion by strength and energy, so that no request has to.
+    pub fn prepare_strength(&self) {
+        for solid in self.bodies.iter().filter_map(|body| body.solid.as_ref()) {
+            solid.strength_tables();
+        }
     }
 
     /// Total number of nodes of the elastic lattices.

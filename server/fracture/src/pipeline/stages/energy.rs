@@ -7,15 +7,16 @@ use super::contact_set::ContactSet;
 use super::dynamics;
 use super::falloff::falloff;
 use super::onset::{StressPeak, StressedBody};
-use super::strain::{StrainEnergy, alone_error_max, spread_min};
+use super::strain::{StrainEnergy, WEAK_ERROR, WEAK_STRESS, alone_error_max, may_be_weak, spread_min};
 use crate::cancel_token::CancelToken;
 use crate::elasticity::{CompletedEnergy, DrivingEnergy, Elasticity, ElasticityError, NodalLoad, ReducedBasis};
 use crate::lattice::Lattice;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::anchored::{AnchoredBody, Weight};
-use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::prepared::object::{ElasticModel, PreparedObject};
 use crate::pipeline::prepared::parameters::DisplacementMethod;
 use crate::pipeline::request::context::RequestContext;
+use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::pipeline::request::stage::Stage;
 use crate::pipeline::workspace::Workspace;
 use crate::scene::EffectKind;
@@ -30,7 +31,8 @@ pub struct BodyEnergy {
     /// Share of the body's strain energy on each node of the crack lattice; sum 1. Empty once the threshold test has
     /// moved them into an energy density field.
     pub shares: Vec<f64>,
-    /// Strain energy that drives cracks, J: with the effect `tensile` a part of [`Self::strain_j`].
+    /// Strain energy that drives cracks, J: with the effect `tensile` and by the criterion of strength a part of
+    /// [`Self::strain_j`].
     pub energy_j: f64,
     /// Strain energy of the whole body under all its loads, J; `None` without a displacement.
     pub strain_j: Option<f64>,
@@ -132,27 +134,29 @@ fn deformed(
         let basis = prepared.basis(*index, request.effects);
         let failed = |source| FractureError::of_body(*index, source);
         let stage = observer.stage(Stage::Elasticity);
-        let strained = match own {
+        let weak = displace_weak(context, contacts, (solid, elasticity, basis), place, workspace)?;
+        let (strained, known_peaks) = match (weak, own) {
+            (Some((strained, peaks)), _) => (strained, Some(peaks)),
             _ if request.effects.has(EffectKind::Dynamics) => {
-                dynamics::displace_dynamic(context, contacts, place, workspace)
+                (dynamics::displace_dynamic(context, contacts, place, workspace)?, None)
             }
-            Some(own) => displace_held(context, contacts, own, place, workspace),
-            None => displace((elasticity, basis), context, place, workspace).map_err(failed),
-        }?;
+            (None, Some(own)) => (displace_held(context, contacts, own, place, workspace)?, None),
+            (None, None) => (displace((elasticity, basis), context, place, workspace).map_err(failed)?, None),
+        };
         if let Some(own) = own {
             observer.part(EffectKind::Anchored, own.elasticity.own_bytes() as u64);
         }
         observer.part(EffectKind::Elastic, size_of_val(workspace.displacement.as_slice()) as u64);
         let tensile = request.effects.has(EffectKind::Tensile).then(|| observer.effect(EffectKind::Tensile));
-        let driving = if tensile.is_some() { DrivingEnergy::Tensile } else { DrivingEnergy::Total };
         let used = basis.filter(|_| strained.is_expanded);
         let parts = (elasticity, used, &solid.lattice);
-        tet_energies(parts, strained.energy, driving, place, workspace, cancel).map_err(failed)?;
+        let compressive = compressive_share(prepared, request);
+        tet_energies(parts, strained.energy, compressive, place, workspace, cancel).map_err(failed)?;
         if let Some(tensile) = tensile {
             tensile.produced(&workspace.tet_energy);
         }
-        let mut peaks = Vec::new();
-        if request.criterion == Criterion::Strength {
+        let mut peaks = known_peaks.unwrap_or_default();
+        if request.criterion == Criterion::Strength && peaks.is_empty() {
             let deformation = match used.is_some_and(ReducedBasis::has_node_strains) {
                 true => Deformation::NodeStrains {
                     strains: &workspace.displacement,
@@ -187,19 +191,34 @@ fn deformed(
     Ok(energies)
 }
 
-/// Writes the energies of the tetrahedra under load `place` of the workspace, with its near field. The workspace has the
-/// displacement, as the basis expanded it if one was used, and `energy` is its energy.
+/// Share of the compressive energy that drives cracks: all by the criterion of the paper, none with the effect `tensile`.
+///
+/// By the criterion of strength, it is (σ_t/σ_c)²: as far from the strength, pulled and pressed matter drives cracks alike.
+fn compressive_share(prepared: &PreparedObject, request: &FractureRequest) -> f64 {
+    match request.criterion {
+        _ if request.effects.has(EffectKind::Tensile) => 0.0,
+        Criterion::Paper => 1.0,
+        Criterion::Strength => {
+            let constants = request.strength_constants(prepared);
+            (constants.strength_pa / constants.compressive_strength_pa).powi(2)
+        }
+    }
+}
+
+/// Writes the energies that drive cracks, of the tetrahedra under load `place` of the workspace, with its near field: the
+/// tensile ones, and the share `compressive` of the rest. The workspace has the displacement, as the basis expanded it if one
+/// was used, and `energy` is its energy.
 fn tet_energies(
     (elasticity, used, lattice): (&Elasticity, Option<&ReducedBasis>, &Lattice),
     energy: f64,
-    driving: DrivingEnergy,
+    compressive: f64,
     place: usize,
     workspace: &mut Workspace,
     cancel: &CancelToken,
 ) -> Result<(), ElasticityError> {
-    let Workspace { displacement, tet_energy, loads, elasticity: scratch, .. } = workspace;
+    let Workspace { displacement, tet_energy, tet_energy_total, loads, elasticity: scratch, .. } = workspace;
     let load = &loads[place];
-    let mut fill = |driving: DrivingEnergy| {
+    let mut fill = |driving: DrivingEnergy, tet_energy: &mut Vec<f64>| {
         match used {
             Some(basis) => {
                 let reduced = (displacement.as_slice(), energy);
@@ -209,12 +228,57 @@ fn tet_energies(
         }?;
         Ok::<_, ElasticityError>(elasticity.near_field_sum(load, tet_energy))
     };
+    if compressive == 1.0 {
+        fill(DrivingEnergy::Total, tet_energy)?;
+        elasticity.add_near_field(load, 1.0, tet_energy);
+        return Ok(());
+    }
+    let is_needed = compressive > 0.0 || load.near_energy() > 0.0;
+    let whole = if is_needed { fill(DrivingEnergy::Total, tet_energy_total)? } else { 0.0 };
+    fill(DrivingEnergy::Tensile, tet_energy)?;
+    if compressive > 0.0 {
+        let both = tet_energy.iter_mut().zip(tet_energy_total.iter());
+        both.for_each(|(own, total)| *own += compressive * (total - *own));
+    }
     // The near field drives cracks to the share to which the tetrahedra do that it adds to.
-    let splits = driving == DrivingEnergy::Tensile && load.near_energy() > 0.0;
-    let whole = if splits { fill(DrivingEnergy::Total)? } else { 0.0 };
-    let own = fill(driving)?;
+    let own = elasticity.near_field_sum(load, tet_energy);
     elasticity.add_near_field(load, if whole > 0.0 { own / whole } else { 1.0 }, tet_energy);
     Ok(())
+}
+
+/// Computes the displacement under load `place` of the workspace by the basis alone, and its peak stresses, if they are far
+/// below the strength. A linear solve would not change that the body holds, so that it is not completed.
+///
+/// `None` if they are not, or the request does not allow it.
+fn displace_weak(
+    context: RequestContext<'_>,
+    contacts: &ContactSet,
+    (solid, elasticity, basis): (&ElasticModel, &Elasticity, Option<&ReducedBasis>),
+    place: usize,
+    workspace: &mut Workspace,
+) -> Result<Option<(StrainEnergy, Vec<StressPeak>)>, FractureError> {
+    let RequestContext { prepared, request, .. } = context;
+    let Some(basis) = basis.filter(|_| may_be_weak(request)) else { return Ok(None) };
+    let Workspace { loads, displacement, coordinates, elasticity: scratch, .. } = workspace;
+    if basis.project(&loads[place], coordinates) <= 0.0 {
+        return Ok(None);
+    }
+    let error = basis.estimate().error(basis.residual(elasticity, &mut loads[place], coordinates, scratch));
+    let is_served = alone_error_max(prepared, basis, request).is_none_or(|most| error <= most);
+    if is_served || error > WEAK_ERROR {
+        return Ok(None);
+    }
+    basis.expand(coordinates, displacement, scratch);
+    let deformation = match basis.has_node_strains() {
+        true => Deformation::NodeStrains { strains: displacement, completion: None },
+        false => Deformation::Displacement(displacement),
+    };
+    let stressed = StressedBody { place, solid, elasticity, deformation, load: &loads[place] };
+    let peaks = stressed.peaks(context, contacts)?;
+    let is_weak = peaks.iter().all(|peak| peak.stress_over_strength < WEAK_STRESS);
+    let energy = ReducedBasis::energy(coordinates);
+    let strained = StrainEnergy { energy, reduced_error: Some(error), is_expanded: true, completion: None };
+    Ok(is_weak.then_some((strained, peaks)))
 }
 
 /// Computes the displacement of a free body at rest under load `place` of the workspace: reduced if possible, else solved.

@@ -199,8 +199,8 @@ fn of_body(
     volume_min: f64,
 ) -> Onset {
     let square_m2 = prepared.frame.diagonal_m.powi(2);
-    let sections = solid.strength_tables().sections(&solid.lattice);
-    let at = |peak: &StressPeak| {
+    let mut sections = solid.strength_tables().sections(&solid.lattice);
+    let mut at = |peak: &StressPeak| {
         let normals = if peak.is_contact { normals_across(peak.axis) } else { normals_around(peak.axis) };
         let section = sections.smallest(peak.node, &normals, volume_min);
         let section_m2 = section.map_or(0.0, |section| section.area * square_m2);
@@ -212,9 +212,13 @@ fn of_body(
     let peaks = energy.peaks.iter().filter(|peak| peak.stress_over_strength > 0.0);
     let (contacts, others): (Vec<&StressPeak>, Vec<&StressPeak>) = peaks.partition(|peak| peak.is_contact);
     // The largest stress counts at a place through which a crack leaves two pieces.
-    let other = others.into_iter().map(at).find(|onset| onset.section_m2 > 0.0);
-    other
-        .into_iter()
-        .chain(contacts.into_iter().map(at))
-        .fold(none, |best, own| if own.load_factor() < best.load_factor() { own } else { best })
+    let mut best = others.into_iter().map(&mut at).find(|onset| onset.section_m2 > 0.0).unwrap_or(none);
+    for peak in contacts {
+        // Whatever the section, a body breaks here under no lower load than one that reaches the strength.
+        if peak.stress_over_strength.recip() < best.load_factor() {
+            let own = at(peak);
+            best = if own.load_factor() < best.load_factor() { own } else { best };
+        }
+    }
+    best
 }

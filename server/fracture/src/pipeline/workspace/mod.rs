@@ -17,6 +17,7 @@ pub struct Workspace {
     pub(in crate::pipeline) displacement: Vec<f64>,
     pub(in crate::pipeline) coordinates: Vec<f64>,
     pub(in crate::pipeline) tet_energy: Vec<f64>,
+    pub(in crate::pipeline) tet_energy_total: Vec<f64>,
     pub(in crate::pipeline) centroidal: centroidal::DiagramWorkspace,
     pub(in crate::pipeline) tessellation: tessellation::TessellationWorkspace,
     pub(in crate::pipeline) spare: BufferPool,
