@@ -75,6 +75,17 @@ pub fn closed_forms(fixture: &Fixture) -> Option<Vec<Value>> {
     run("closed_forms.py", fixture.foreign(&python).current_dir(folder), &arguments).as_array().cloned()
 }
 
+/// Strikes `objects` with balls, each `strikes` times, and balances energies: see `tests/peers/ledger.py`.
+#[track_caller]
+pub fn ledger(fixture: &Fixture, strikes: u32, objects: &[&str]) -> Option<Vec<Value>> {
+    let python = python(&["json"])?;
+    let (programs, strikes) = (["shatterd", "shatter"].map(program), strikes.to_string());
+    let more = [strikes.as_str()].into_iter().chain(objects.iter().copied()).map(OsStr::new);
+    let arguments: Vec<&OsStr> = programs.iter().map(|path| path.as_os_str()).chain(more).collect();
+    let folder = fixture.path("");
+    run("ledger.py", fixture.foreign(&python).current_dir(folder), &arguments).as_array().cloned()
+}
+
 /// Runs an array of shares under HyperQueue, from `folder` with this `PATH`: see `tests/peers/hyperqueue_jobs.py`.
 #[track_caller]
 pub fn hyperqueue(arguments: &[&OsStr], folder: &Path, path: &str) -> Option<Value> {

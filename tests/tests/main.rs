@@ -29,6 +29,7 @@ mod impactor;
 mod inside;
 mod invariance;
 mod learning;
+mod ledger;
 mod lifts;
 mod mesh_fuzz;
 mod output_effects;

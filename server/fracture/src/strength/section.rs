@@ -146,15 +146,10 @@ impl SectionLattice<'_> {
 
     /// True if at least `volume_min` lies on one side of a cut and is connected to it.
     fn exceeds(&self, plane: &Plane<'_>, (cut, side): (&[u32], bool), volume_min: f64, marks: &mut Marks) -> bool {
-        let mut reached = cut.to_vec();
-        let (mut volume, mut next) = (0.0, 0);
+        // The plane divides cut tetrahedra about evenly.
+        let mut volume = 0.5 * cut.iter().map(|tet| self.volumes[*tet as usize]).sum::<f64>();
+        let (mut reached, mut next) = (cut.to_vec(), 0);
         while let Some(&tet) = reached.get(next) {
-            let is_whole = next >= cut.len();
-            // The plane divides cut tetrahedra about evenly.
-            volume += self.volumes[tet as usize] * if is_whole { 1.0 } else { 0.5 };
-            if is_whole && volume >= volume_min {
-                return true;
-            }
             next += 1;
             for &other in &self.neighbors[tet as usize] {
                 if other == NO_TET || marks.tets[other as usize] == marks.current {
@@ -164,6 +159,10 @@ impl SectionLattice<'_> {
                 if signs == if side { 0b1111 } else { 0 } {
                     marks.tets[other as usize] = marks.current;
                     reached.push(other);
+                    volume += self.volumes[other as usize];
+                    if volume >= volume_min {
+                        return true;
+                    }
                 }
             }
         }
