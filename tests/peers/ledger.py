@@ -185,13 +185,14 @@ def strike(name, baked, extent, strikes):
             continue
         row["broken"] += 1
         assert ledger["stress_over_strength"] >= 1, ledger
-        spent = ledger["surface_j"] + ledger["released_j"]
+        released = ledger["released_j"] or 0.0
+        spent = ledger["surface_j"] + released
         row["spent_over_strain"] = max(row["spent_over_strain"], spent / strain)
         if reads:
             row["read"] += 1
             own = recomputed(f"{name}.glb", result, material["density_kg_m3"], material["toughness_j_m2"])
             row["surface_error"] = max(row["surface_error"], abs(own[0] / ledger["surface_j"] - 1))
-            row["released_error"] = max(row["released_error"], abs(own[1] / ledger["released_j"] - 1))
+            row["released_error"] = max(row["released_error"], abs(own[1] - released) / max(released, 1e-12))
     return row
 
 

@@ -53,6 +53,7 @@ pub use result::{Fracture, FractureOutcome, ImpactorReport, ThresholdReport};
 pub use stages::cells::{BodyCells, DegreeSource};
 pub use stages::contact_set::ContactSet;
 pub use stages::energy::{BodyEnergy, strain_energy};
+pub use stages::indentation::IndentationEnergy;
 pub use stages::onset::{OnsetReport, StressPeak};
 pub use stages::termination::{StopReason, Termination};
 pub use stages::threshold::ThresholdResult;

@@ -52,7 +52,8 @@ pub struct ThresholdReport {
 pub struct ImpactorReport {
     /// Kinetic energy that the contacts can take from the motion of object and partners, J.
     pub energy_j: f64,
-    /// Factor on all loads, 0 ..= 1: 1 if the strain energy of the requested impulses does not exceed that energy.
+    /// Factor on all loads, 0 ..= 1: 1 if the strain energy of the requested impulses, with the indentations of the contacts
+    /// by Hertz, does not exceed that energy.
     ///
     /// `None` without a displacement: the request ended at a bound, which holds for every factor.
     pub load_factor: Option<f64>,

@@ -41,19 +41,15 @@ pub struct SectionSearch<'a> {
     marks: Marks,
 }
 
-/// Marks of nodes and tetrahedra, shared by all planes: what does not have the current number is unmarked.
+/// Marks of tetrahedra, shared by all planes: those without the current number are unmarked.
 struct Marks {
     current: u32,
-    /// Number of the plane whose distance a node has, and that distance.
-    nodes: Vec<(u32, f64)>,
     tets: Vec<u32>,
 }
 
-/// One plane, and the distances of nodes from it.
+/// One plane through a node, whose distance is exactly zero.
 struct Plane<'a> {
     normal: Vector3<f64>,
-    /// The node that the plane goes through.
-    node: u32,
     place: Point3<f64>,
     nodes: &'a [Point3<f64>],
 }
@@ -85,8 +81,7 @@ impl<'a> SectionSearch<'a> {
     /// A search in `tables`.
     pub fn new(tables: SectionLattice<'a>) -> Self {
         let SectionLattice { lattice, .. } = tables;
-        let marks = Marks { current: 0, nodes: vec![(0, 0.0); lattice.nodes.len()], tets: vec![0; lattice.tets.len()] };
-        Self { tables, marks }
+        Self { tables, marks: Marks { current: 0, tets: vec![0; lattice.tets.len()] } }
     }
 
     /// The smallest section by planes through `node` with these `normals`, of those with at least `volume_min` on both
@@ -99,10 +94,10 @@ impl<'a> SectionSearch<'a> {
         let (mut best, mut cut): (Option<PlaneSection>, _) = (None, Vec::new());
         for normal in normals {
             let place = tables.lattice.nodes[node as usize];
-            let plane = Plane { normal: *normal, node, place, nodes: &tables.lattice.nodes };
+            let plane = Plane { normal: *normal, place, nodes: &tables.lattice.nodes };
             let most = best.map_or(f64::INFINITY, |best: PlaneSection| best.area);
             marks.current += 1;
-            let Some(area) = tables.cut(&plane, most, marks, &mut cut) else { continue };
+            let Some(area) = tables.cut((&plane, node), most, marks, &mut cut) else { continue };
             if [true, false].into_iter().all(|side| tables.exceeds(&plane, (&cut, side), volume_min, marks)) {
                 best = Some(PlaneSection { normal: *normal, area });
             }
@@ -115,18 +110,18 @@ impl SectionLattice<'_> {
     /// Collects the tetrahedra of the part of the plane that is connected to its node; returns the area of the part.
     ///
     /// `None` if it is not below `most`, or there is none.
-    fn cut(&self, plane: &Plane<'_>, most: f64, marks: &mut Marks, cut: &mut Vec<u32>) -> Option<f64> {
+    fn cut(&self, (plane, node): (&Plane<'_>, u32), most: f64, marks: &mut Marks, cut: &mut Vec<u32>) -> Option<f64> {
         cut.clear();
         let (mut area, mut next) = (0.0, 0);
-        for &tet in self.stars.of(plane.node) {
-            if is_crossed(0b1111, positive(&plane.distances(&self.lattice.tets[tet as usize], marks))) {
+        for &tet in self.stars.of(node) {
+            if is_crossed(0b1111, positive(&plane.distances(&self.lattice.tets[tet as usize]))) {
                 marks.tets[tet as usize] = marks.current;
                 cut.push(tet);
             }
         }
         while let Some(&tet) = cut.get(next) {
             next += 1;
-            let distances = plane.distances(&self.lattice.tets[tet as usize], marks);
+            let distances = plane.distances(&self.lattice.tets[tet as usize]);
             area += section_area(self.volumes[tet as usize], distances);
             if area >= most {
                 return None;
@@ -155,7 +150,7 @@ impl SectionLattice<'_> {
                 if other == NO_TET || marks.tets[other as usize] == marks.current {
                     continue;
                 }
-                let signs = positive(&plane.distances(&self.lattice.tets[other as usize], marks));
+                let signs = positive(&plane.distances(&self.lattice.tets[other as usize]));
                 if signs == if side { 0b1111 } else { 0 } {
                     marks.tets[other as usize] = marks.current;
                     reached.push(other);
@@ -171,17 +166,9 @@ impl SectionLattice<'_> {
 }
 
 impl Plane<'_> {
-    /// Distances of the corners of a tetrahedron; exactly zero at the node that the plane goes through.
-    fn distances(&self, corners: &[u32; 4], marks: &mut Marks) -> [f64; 4] {
-        corners.map(|corner| {
-            let (mark, distance) = &mut marks.nodes[corner as usize];
-            if *mark != marks.current {
-                *mark = marks.current;
-                let own = self.normal.dot(&(self.nodes[corner as usize] - self.place));
-                *distance = if corner == self.node { 0.0 } else { own };
-            }
-            *distance
-        })
+    /// Distances of the corners of a tetrahedron.
+    fn distances(&self, corners: &[u32; 4]) -> [f64; 4] {
+        corners.map(|corner| self.normal.dot(&(self.nodes[corner as usize] - self.place)))
     }
 }
 

@@ -6,6 +6,7 @@
 use super::contact_set::ContactSet;
 use super::dynamics;
 use super::falloff::falloff;
+use super::indentation::IndentationEnergy;
 use super::onset::{StressPeak, StressedBody};
 use super::strain::{StrainEnergy, WEAK_ERROR, WEAK_STRESS, alone_error_max, may_be_weak, spread_min};
 use crate::cancel_token::CancelToken;
@@ -36,6 +37,8 @@ pub struct BodyEnergy {
     pub energy_j: f64,
     /// Strain energy of the whole body under all its loads, J; `None` without a displacement.
     pub strain_j: Option<f64>,
+    /// Energies of the indentations of its contacts under the requested load, whatever factor lowers it.
+    pub indentation: IndentationEnergy,
     /// Largest stresses, with the criterion by strength.
     pub peaks: Vec<StressPeak>,
     /// Estimated relative error of the energy if the displacement is a reduced one; `None` if it was solved for.
@@ -127,7 +130,8 @@ fn deformed(
     let RequestContext { prepared, request, cancel, observer } = context;
     let (unit_j, held) = (contacts.unit_j(prepared), prepared.held(request.effects)?);
     let mut energies = Vec::with_capacity(contacts.bodies.len());
-    for (place, (index, _)) in contacts.bodies.iter().enumerate() {
+    let poisson = prepared.parameters.material.poisson;
+    for (place, (index, contacts_of_body)) in contacts.bodies.iter().enumerate() {
         let (body, solid) = (&prepared.bodies[*index], prepared.solid(*index)?);
         let own = held.and_then(|held| held.body(*index));
         let elasticity = own.map_or(&solid.elasticity, |own| &own.elasticity);
@@ -183,6 +187,7 @@ fn deformed(
             shares,
             energy_j: total * unit_j,
             strain_j: Some((strained.energy + workspace.loads[place].near_energy()) * unit_j),
+            indentation: IndentationEnergy::new(contacts_of_body, &workspace.loads[place], poisson, unit_j),
             peaks,
             reduced_error: strained.reduced_error,
             radius_m: radius_m(prepared, &workspace.loads[place]),

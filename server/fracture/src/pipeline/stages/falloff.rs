@@ -44,6 +44,7 @@ pub(in crate::pipeline) fn falloff(
             shares,
             energy_j: total * unit_j,
             strain_j: None,
+            indentation: Default::default(),
             peaks: Vec::new(),
             reduced_error: None,
             radius_m: radius * prepared.frame.diagonal_m,

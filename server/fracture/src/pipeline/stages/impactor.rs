@@ -5,10 +5,11 @@
 //! is summed over the bodies that both contacts touch. The largest value is E_in: ½ v·A⁺v unless a contact would pull.
 //!
 //! Based on: the inverse mass J M⁻¹Jᵀ of contacts (F. Pfeiffer & C. Glocker, *Multibody Dynamics with Unilateral
-//! Contacts*, 1996). E_in as a limit of the strain energy U, with one factor √(E_in/U) on all loads, is ours.
+//! Contacts*, 1996). E_in as a limit of the load is ours: see [`super::indentation`].
 
 use super::contact_set::ContactSet;
 use super::energy::BodyEnergy;
+use super::indentation::{IndentationEnergy, load_factor};
 use crate::fragment::RigidProperties;
 use crate::pipeline::contact::{ImpactPartner, PartnerError};
 use crate::pipeline::prepared::object::PreparedObject;
@@ -65,11 +66,15 @@ pub(in crate::pipeline) fn impactor_energy_j(
     if energy_j.is_finite() { Ok(Some(energy_j)) } else { Err(PartnerError::Energy(energy_j)) }
 }
 
-/// The factor on all loads with which `energies` add up to at most `energy_j`, and the report of both.
+/// The factor on all loads with which `energies` and the indentations of contacts add up to at most `energy_j`.
 pub(in crate::pipeline) fn limit_load(energy_j: f64, energies: &[BodyEnergy]) -> ImpactorReport {
     let strain_j: f64 = energies.iter().filter_map(|energy| energy.strain_j).sum();
-    let load_factor = if strain_j > energy_j { (energy_j / strain_j).sqrt() } else { 1.0 };
-    ImpactorReport { energy_j, load_factor: Some(load_factor) }
+    let of_bodies = energies.iter().map(|energy| energy.indentation);
+    let indentation = of_bodies.fold(IndentationEnergy::default(), |sum, own| IndentationEnergy {
+        bells_j: sum.bells_j + own.bells_j,
+        hertz_j: sum.hertz_j + own.hertz_j,
+    });
+    ImpactorReport { energy_j, load_factor: Some(load_factor(energy_j, strain_j, indentation)) }
 }
 
 /// Partners of all contacts, after the checks; empty without partners.

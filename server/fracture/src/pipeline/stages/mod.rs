@@ -10,6 +10,7 @@ mod dynamics_tests;
 pub(super) mod energy;
 pub(super) mod falloff;
 pub(super) mod impactor;
+pub(super) mod indentation;
 pub(super) mod onset;
 pub(super) mod search;
 pub(super) mod strain;

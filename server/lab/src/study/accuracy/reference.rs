@@ -222,6 +222,7 @@ impl ImpactReference {
                 shares,
                 energy_j,
                 strain_j: None,
+                indentation: Default::default(),
                 peaks: Vec::new(),
                 reduced_error: None,
                 radius_m: own.radius_m,
