@@ -97,8 +97,7 @@ export function facts(state: State, object: ObjectFacts | undefined): void {
     ["E₁/γ (breaks above 1)", digits(head.e1_over_gamma)],
     ["Threshold γ", withUnit(head.gamma_j_m2, "J·m²")],
     ["Displacements", head.elastic],
-    // Recordings of older versions have none.
-    ...(head.strain_j ? ([["Strain energy", withUnit(head.strain_j, "J")]] as [string, string][]) : []),
+    ...ledger(head),
     ["Error of the energy", energyError(head)],
   ];
   if (!last.result.isWhole) {
@@ -123,6 +122,18 @@ export function facts(state: State, object: ObjectFacts | undefined): void {
   stageBars(element("stages"), head);
   const row = element("facts").querySelector("dd");
   if (!last.result.isWhole && row) void showClosed(last.result, row);
+}
+
+/** The known ones of the energies of a result, and its stress. Recordings of older versions have none. */
+function ledger(head: ResultHead): [string, string][] {
+  const rows: [string, number | null | undefined, string][] = [
+    ["Stress over strength (breaks from 1)", head.stress_over_strength, ""],
+    ["Energy of the impactor", head.impactor_j, "J"],
+    ["Strain energy", head.strain_j, "J"],
+    ["Energy of the cracks", head.surface_j, "J"],
+    ["Energy of the release", head.released_j, "J"],
+  ];
+  return rows.flatMap(([name, value, unit]): [string, string][] => (value ? [[name, unit ? withUnit(value, unit) : digits(value)]] : []));
 }
 
 /** Counts closed pieces once the picture is drawn, and writes them into a row. Another state has rows of its own. */

@@ -17,6 +17,11 @@ export interface ResultHead {
   e1_over_gamma: number;
   threshold_factor: number;
   strain_j: number | null;
+  /** Absent in recordings of older versions. */
+  impactor_j?: number | null;
+  surface_j?: number | null;
+  released_j?: number | null;
+  stress_over_strength?: number | null;
   seed: string;
   radius_m: number;
   energy_error: number | null;

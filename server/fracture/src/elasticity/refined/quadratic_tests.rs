@@ -192,19 +192,17 @@ fn known_energies_lie_within_the_bars_with_quadratic_elements() {
 /// Displacements of degree three on a cube. With 16 cells across, instead of 32, the order is still 3.8.
 #[test]
 fn orders_are_those_of_the_theory_with_quadratic_elements() {
-    let mut stream = RandomStream::new(17, 5);
-    for poisson in [0.0, 0.3] {
-        let body = quadratic(&kuhn([1, 1, 1], 0.5), poisson, 5).with_accuracy(1e-9);
-        let own = Polynomial::random(&mut stream, 3, poisson);
-        let (mut values, mut exact) = ([0.0; 3], 0.0);
-        for (value, level) in values.iter_mut().zip(3..) {
-            let (forces, known) = tractions(&body, level, &|place| own.at(place));
-            let given = |_: usize, _: &mut ElasticWorkspace| Ok(forces.clone());
-            *value = body.energies(level, 1, &given, &CancelToken::default()).unwrap()[0].energy;
-            exact = known;
-        }
-        check_order(&format!("degree three, ν = {poisson}"), &values, exact, THEORY);
+    let (mut stream, poisson) = (RandomStream::new(17, 5), 0.3);
+    let body = quadratic(&kuhn([1, 1, 1], 0.5), poisson, 5).with_accuracy(1e-9);
+    let own = Polynomial::random(&mut stream, 3, poisson);
+    let (mut values, mut exact) = ([0.0; 3], 0.0);
+    for (value, level) in values.iter_mut().zip(3..) {
+        let (forces, known) = tractions(&body, level, &|place| own.at(place));
+        let given = |_: usize, _: &mut ElasticWorkspace| Ok(forces.clone());
+        *value = body.energies(level, 1, &given, &CancelToken::default()).unwrap()[0].energy;
+        exact = known;
     }
+    check_order("degree three", &values, exact, THEORY);
 }
 
 /// The order of the errors on the two finest levels.
