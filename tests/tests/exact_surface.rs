@@ -20,7 +20,7 @@ use std::f64::consts::{PI, TAU};
 const EXACT: [&str; 3] = ["cheburashka.obj", "fandisk.obj", "spot.obj"];
 
 /// Meshes that conform after repairs, with these.
-const REPAIRED: [(&str, &[RepairKind]); 5] = [
+pub(crate) const REPAIRED: [(&str, &[RepairKind]); 5] = [
     ("cow.obj", &[RepairKind::UnitedParts, RepairKind::HiddenTriangles, RepairKind::DividedVertices]),
     ("horse.ply", &[RepairKind::UnitedParts, RepairKind::HiddenTriangles]),
     ("stanford-bunny.obj", &[RepairKind::FilledHoles, RepairKind::UnitedParts]),

@@ -1,5 +1,6 @@
 //! The catalog of hard cases: every figure within its bound.
 
+use crate::exact_surface::REPAIRED;
 use rayon::prelude::*;
 use shatter_lab::study::stability::{CASES, CaseOutcome, REAL, judge, real};
 use shatter_tests::real::mesh;
@@ -17,10 +18,21 @@ fn every_hard_case_holds() {
     assert!(failed.is_empty(), "{failed:#?}");
 }
 
+/// Those that `exact_surface` does not bake at the same spacings.
 #[test]
 fn real_meshes_bake_and_break() {
+    check_real(|file| !REPAIRED.iter().any(|(own, _)| own == file));
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn all_real_meshes_bake_and_break() {
+    check_real(|_| true);
+}
+
+fn check_real(is_baked: impl Fn(&&str) -> bool) {
     let mut failed = Vec::new();
-    for file in REAL {
+    for file in REAL.iter().filter(|file| is_baked(file)) {
         let Some(path) = mesh(file) else { continue };
         let Some(folder) = path.parent() else { continue };
         let (row, _) = real(folder, file, false);
