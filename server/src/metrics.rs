@@ -139,7 +139,7 @@ impl Metrics {
         registry.register("requests", "Requests by their end", self.ends.clone());
         let help = "Results by source of their energy; bounded: the object stays whole, and no solve was needed";
         registry.register("energies", help, self.energies.clone());
-        let help = "Energies of results: of the impactors, strain, new surface, release, and deficit";
+        let help = "Energies of results: of the impactors, strain, new surface, release, and deficit; bounded results have no strain energy";
         registry.register_with_unit("energy", help, Unit::Joules, self.energy_joules.clone());
         let stages = self.stage_seconds.clone();
         registry.register_with_unit("stage", "Time per stage that ran", Unit::Seconds, stages);

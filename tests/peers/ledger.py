@@ -22,11 +22,11 @@ READ_EVERY = 10
 # E, Poisson's ratio, density of the balls.
 BALLS = {"steel": (2.0e11, 0.30, 7850), "glass": (7.0e10, 0.22, 2500), "concrete": (3.0e10, 0.20, 2400)}
 
-BOX = "v {0} {1} {2}\n"
+VERTEX_LINE = "v {0} {1} {2}\n"
 FACES = "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
 
 # Object: half sides of a box, or None for the generated shape of that name, and material.
-MATERIALS = {
+OBJECTS = {
     "mug": (None, "ceramic"),
     "horseshoe": (None, "glass"),
     "statue": (None, "marble"),
@@ -61,7 +61,7 @@ def bake(name, half, material):
         return run("shatterd", "bake", "--shape", name, *common)
     with open(f"{name}.obj", "w") as file:
         for corner in range(8):
-            file.write(BOX.format(*((2 * (corner >> 2 - axis & 1) - 1) * half[axis] for axis in range(3))))
+            file.write(VERTEX_LINE.format(*((2 * (corner >> 2 - axis & 1) - 1) * half[axis] for axis in range(3))))
         file.write(FACES)
     return run("shatterd", "bake", f"{name}.obj", *common)
 
@@ -199,7 +199,7 @@ def strike(name, baked, extent, strikes):
 def main():
     random.seed(1)
     for name in NAMES:
-        bake(name, *MATERIALS[name])
+        bake(name, *OBJECTS[name])
     with open("ledger.toml", "w") as file:
         file.writelines(HELD if name == "wall" else FREE.format(name) for name in NAMES)
     run("shatterd", "bake", "--scene", "ledger.toml")

@@ -4,6 +4,7 @@ use crate::command_errors::{COMMAND_ERRORS, kinds_in_source};
 use crate::fixture::Fixture;
 use crate::pages;
 use bytemuck::Zeroable;
+use shatter_engine::object::ResultEnergies;
 use shatter_engine::scene::{OBJECT_KEYS, WARP_KEYS};
 use shatter_proto::ErrorKind;
 use shatter_proto::control::ServiceStatusRow;
@@ -290,7 +291,8 @@ fn exposition() -> String {
     stage.add(Duration::from_millis(1), 0);
     let mut effect = EffectCost::idle(Effect::Bonds);
     effect.add(Duration::from_millis(1), 0);
-    metrics.ran(Completed, Duration::from_millis(1), Some(EnergySource::Bounded), &[stage], &[effect]);
+    let energies = ResultEnergies::unknown(EnergySource::Bounded);
+    metrics.ran(Completed, Duration::from_millis(1), Some(energies), &[stage], &[effect]);
     metrics.text(&ServiceStatusRow::zeroed())
 }
 

@@ -60,23 +60,31 @@ pub trait ServedObject: Send + Sync {
     }
 }
 
-/// Energies of a result, for logs and metrics. J; zero: unknown, or none.
+/// Energies of a result, for logs and metrics. Numbers are zero if they are unknown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ResultEnergies {
     /// Source of the strain energy.
     pub source: EnergySource,
-    /// Energy of the bodies that struck.
+    /// Energy of the bodies that struck, J.
     pub impactor_j: f64,
-    /// Strain energy of the struck bodies.
+    /// Strain energy of the struck bodies, J.
     pub strain_j: f64,
-    /// Energy of the new cracks, with the criterion by strength.
+    /// Energy of the new cracks, with the criterion by strength, J.
     pub surface_j: f64,
-    /// Kinetic energy of the release velocities.
+    /// Kinetic energy of the release velocities, with the criterion by strength, J.
     pub released_j: f64,
-    /// What surface and release exceed the strain energy by.
+    /// Energy by which surface and release exceed the strain energy, J.
     pub deficit_j: f64,
     /// Peak stress over the strength, with the criterion by strength.
     pub stress_over_strength: f64,
+}
+
+impl ResultEnergies {
+    /// Energies of which only the source is known.
+    pub fn unknown(source: EnergySource) -> Self {
+        let [impactor_j, strain_j, surface_j, released_j, deficit_j, stress_over_strength] = [0.0; 6];
+        Self { source, impactor_j, strain_j, surface_j, released_j, deficit_j, stress_over_strength }
+    }
 }
 
 /// Result of a request, which knows its size before a byte is written.
@@ -94,7 +102,7 @@ pub trait EngineResult {
         None
     }
 
-    /// Its energies; `None` if it only aimed.
+    /// Its energies; `None` if it only aimed. Numbers are zero if it told a threshold, since no impact has them.
     fn energies(&self) -> Option<ResultEnergies> {
         None
     }

@@ -98,6 +98,10 @@ pub fn loader(scene: Option<Scene>) -> Loader {
                  as long; add it by `shatterd bake --scene FILE`"
             );
         }
+        // Their memory is counted with that of the object.
+        if terms.criterion == RequestedCriterion::Strength && terms.allowed.has(effect::Effect::Elastic) {
+            prepared.prepare_strength();
+        }
         Ok(Arc::new(EngineObject::new(Arc::new(prepared), terms)))
     })
 }
@@ -191,9 +195,6 @@ impl ServedObject for EngineObject {
 
     fn finish(&self) -> Result<(), Error> {
         self.prepared.factor().map_err(engine_error)?;
-        if self.terms.criterion == RequestedCriterion::Strength {
-            self.prepared.prepare_strength();
-        }
         if self.costs.is_measured() {
             return Ok(());
         }
@@ -298,7 +299,8 @@ impl EngineObject {
     ) -> Result<Box<dyn EngineResult>, Error> {
         let deformed = used.effects.has(effect::Effect::Elastic);
         let (object, seed, convention) = (strike.object.clone(), strike.seed, strike.convention);
-        let struck = RequestedResult { object, seed, convention, hit, deformed, used, costs, result };
+        let is_threshold = strike.purpose == Purpose::Threshold;
+        let struck = RequestedResult { object, seed, convention, hit, deformed, is_threshold, used, costs, result };
         self.check_scene_limits(&struck.counts())?;
         Ok(Box::new(struck))
     }
@@ -393,6 +395,8 @@ struct RequestedResult {
     hit: HitWire,
     /// Whether its energy is elastic.
     deformed: bool,
+    /// Whether it only told the load that breaks the object.
+    is_threshold: bool,
     used: EffectiveSettings,
     /// Costs that learn from its times.
     costs: Option<Arc<ObjectCosts>>,
@@ -415,9 +419,12 @@ impl EngineResult for RequestedResult {
     }
 
     fn energies(&self) -> Option<ResultEnergies> {
+        let source = self.source_of_energy();
+        if self.is_threshold {
+            return Some(ResultEnergies::unknown(source));
+        }
         let SummaryWire { impactor_j, strain_j, surface_j, released_j, deficit_j, stress_over_strength, .. } =
             self.summary();
-        let source = self.source_of_energy();
         Some(ResultEnergies { source, impactor_j, strain_j, surface_j, released_j, deficit_j, stress_over_strength })
     }
 

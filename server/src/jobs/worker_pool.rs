@@ -44,7 +44,7 @@ pub enum WorkerEvent {
         job: Arc<Job>,
         /// End of the request.
         end: JobEnd,
-        /// Source of the result's energy; `None` if there is no result, or it has none because the request only aims.
+        /// Energies of the result; `None` if there is no result, or it has none because the request only aims.
         energies: Option<ResultEnergies>,
         /// Times of the stages.
         stages: Box<[StageCost]>,
@@ -268,7 +268,7 @@ impl WorkerPool {
         self.waker.wake(listener);
     }
 
-    /// Computes and sends the result; returns the source of its energy. Drops the object at the end: the worker thread that uses a
+    /// Computes and sends the result; returns its energies. Drops the object at the end: the worker thread that uses a
     /// replaced version last frees it.
     fn respond(&self, job: &Job, profiler: &StageProfiler) -> Result<Option<ResultEnergies>, Error> {
         let JobPayload { strike, object, kept } = job.unload()?;

@@ -52,7 +52,7 @@ pub use face_search::{FaceBoxes, FaceSearch, NearestBoundaryPoint, SurfaceFaces}
 pub use load::{AppliedContact, ContactLoad, NodalLoad, RADIUS_SPACINGS_MIN};
 pub use load_patch::{BELL_CUT, BELL_RADII, bell};
 pub use modes::{ModalResponse, Pulse, PulseLoad, RESPONSE_MAX, ReducedModes};
-pub use near_field::bell_indentation;
+pub(crate) use near_field::bell_indentation;
 pub use prepare::Elasticity;
 pub use quadratic::ElementOrder;
 pub use ray::{ClosestApproach, RayHit};

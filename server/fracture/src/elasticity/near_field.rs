@@ -36,8 +36,9 @@ use std::ops::Range;
 /// Radius of the traction exp(−ρ²/2a²) over that of the bell with the same energy on a half-space.
 const BELL: f64 = 0.954_583;
 
-/// Energy of a bell of this radius that presses a half-space with E = 1 by `force`.
-pub fn bell_indentation(force: f64, radius: f64, poisson: f64) -> f64 {
+/// Local energy of a bell of this radius that presses a half-space with E = 1 and Poisson's ratio `poisson` by `force`: the
+/// formula of the module for one contact.
+pub(crate) fn bell_indentation(force: f64, radius: f64, poisson: f64) -> f64 {
     force * force * (1.0 - poisson * poisson) / (4.0 * PI.sqrt() * BELL * radius)
 }
 

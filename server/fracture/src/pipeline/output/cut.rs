@@ -13,6 +13,7 @@ use crate::pipeline::stages::energy::BodyEnergy;
 use crate::pipeline::workspace::body_meshes::{BodyMeshes, CutBuffers};
 use crate::pipeline::workspace::buffer_pool::BufferPool;
 use crate::scene::EffectKind;
+use crate::strength::Criterion;
 use crate::tessellation::{BisectorSites, FixedPoints, TessellationWorkspace};
 /// Inputs of the fragments of a request.
 #[derive(Clone, Copy)]
@@ -43,7 +44,11 @@ impl MeshSources<'_> {
     /// Release velocities of the fragments of one body.
     pub(super) fn velocities(&self, index: usize, pieces: &BodyMeshes) -> Vec<ReleaseVelocity> {
         let struck = self.energies.iter().position(|energy| energy.body == index);
-        let energy_j = struck.map_or(0.0, |struck| self.energies[struck].energy_j);
+        let released_j = |energy: &BodyEnergy| match self.context.request.criterion {
+            Criterion::Paper => energy.energy_j,
+            Criterion::Strength => energy.strain_j.unwrap_or(energy.energy_j),
+        };
+        let energy_j = struck.map_or(0.0, |struck| released_j(&self.energies[struck]));
         let body = &self.context.prepared.bodies[index];
         let (field, lattice) = (struck.map(|struck| &self.fields[struck]), &body.crack);
         let density = self.context.prepared.parameters.material.density_kg_m3;

@@ -255,7 +255,9 @@ impl PreparedObject {
         Ok(())
     }
 
-    /// Makes the tables of the criterion by strength and energy, so that no request has to.
+    /// Makes the tables of the criterion by strength and energy, so that no request with [`Criterion::Strength`] has to.
+    ///
+    /// [`Criterion::Strength`]: crate::strength::Criterion::Strength
     pub fn prepare_strength(&self) {
         for solid in self.bodies.iter().filter_map(|body| body.solid.as_ref()) {
             solid.strength_tables();

@@ -74,7 +74,8 @@ pub struct FractureRequest {
     /// Estimated gap of a diagram at which its descent also ends; `None`: no such test.
     pub gap_max: Option<f64>,
     /// Largest estimated relative error of the elastic energy at which a reduced displacement is accepted instead of a
-    /// solve.
+    /// solve. With [`Criterion::Strength`](crate::strength::Criterion::Strength), five times as much, up to 0.5, where
+    /// its stresses are below a quarter of the strength.
     pub reduced_error_max: f64,
     /// Parts of the computation that may be simplified when time is short; `None`: none.
     pub budget: Option<TimeBudget>,

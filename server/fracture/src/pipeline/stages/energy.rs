@@ -8,7 +8,7 @@ use super::dynamics;
 use super::falloff::falloff;
 use super::indentation::IndentationEnergy;
 use super::onset::{StressPeak, StressedBody};
-use super::strain::{StrainEnergy, WEAK_ERROR, WEAK_STRESS, alone_error_max, may_be_weak, spread_min};
+use super::strain::{StrainEnergy, WEAK_ERROR_MAX, WEAK_ERRORS, WEAK_STRESS, alone_error_max, may_be_weak, spread_min};
 use crate::cancel_token::CancelToken;
 use crate::elasticity::{CompletedEnergy, DrivingEnergy, Elasticity, ElasticityError, NodalLoad, ReducedBasis};
 use crate::lattice::Lattice;
@@ -29,7 +29,7 @@ use nalgebra::Vector3;
 pub struct BodyEnergy {
     /// Index of the body.
     pub body: usize,
-    /// Share of the body's strain energy on each node of the crack lattice; sum 1. Empty once the threshold test has
+    /// Share of [`Self::energy_j`] on each node of the crack lattice; sum 1. Empty once the threshold test has
     /// moved them into an energy density field.
     pub shares: Vec<f64>,
     /// Strain energy that drives cracks, J: with the effect `tensile` and by the criterion of strength a part of
@@ -263,14 +263,17 @@ fn displace_weak(
     workspace: &mut Workspace,
 ) -> Result<Option<(StrainEnergy, Vec<StressPeak>)>, FractureError> {
     let RequestContext { prepared, request, .. } = context;
-    let Some(basis) = basis.filter(|_| may_be_weak(request)) else { return Ok(None) };
+    // The energy of a body that holds counts in the load of another one that breaks.
+    let is_alone = contacts.bodies.len() == 1;
+    let Some(basis) = basis.filter(|_| is_alone && may_be_weak(request)) else { return Ok(None) };
     let Workspace { loads, displacement, coordinates, elasticity: scratch, .. } = workspace;
     if basis.project(&loads[place], coordinates) <= 0.0 {
         return Ok(None);
     }
-    let error = basis.estimate().error(basis.residual(elasticity, &mut loads[place], coordinates, scratch));
+    let error = basis.estimate().error(basis.residual(elasticity, &loads[place], coordinates, scratch));
     let is_served = alone_error_max(prepared, basis, request).is_none_or(|most| error <= most);
-    if is_served || error > WEAK_ERROR {
+    let serves_weak = error <= WEAK_ERROR_MAX.min(WEAK_ERRORS * request.reduced_error_max);
+    if is_served || !serves_weak {
         return Ok(None);
     }
     basis.expand(coordinates, displacement, scratch);

@@ -20,7 +20,8 @@ use crate::elasticity::{ContactLoad, NodalLoad, bell_indentation};
 pub struct IndentationEnergy {
     /// Of bells on a half-space: a part of the strain energy, J.
     pub bells_j: f64,
-    /// By Hertz, with the contact radii of the request, J.
+    /// By Hertz, J, with the contact radii of the request, or the distances of the lattice from its points if they are larger.
+    /// Contacts count one by one, also at one place.
     pub hertz_j: f64,
 }
 
