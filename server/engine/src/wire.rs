@@ -1,5 +1,6 @@
 //! Conversion between wire types and engine types; no other module converts them.
 
+mod bounds;
 mod cost;
 mod criterion;
 mod errors;
@@ -21,7 +22,6 @@ use crate::cost::ObjectCosts;
 use crate::object::{EngineResult, Loader, ResultEnergies, ServedObject};
 use crate::scene::{ObjectPolicy, Scene};
 use bytemuck::Zeroable;
-use nalgebra::Point3;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, DatabaseError};
 use shatter_fracture::lift::LiftKind;
@@ -129,7 +129,7 @@ impl EngineObject {
     /// Creates an object with a policy.
     pub fn new(prepared: Arc<PreparedObject>, terms: ObjectPolicy) -> Self {
         let costs = Arc::new(ObjectCosts::new(RequestCost::typical(&prepared)));
-        let bounds_m = bounds_m(&prepared).map(|corner| corner.coords.into());
+        let bounds_m = bounds::of_mesh(&prepared).map(|corner| corner.coords.into());
         Self { prepared, terms, costs, bounds_m }
     }
 
@@ -144,20 +144,6 @@ fn surface_kind(requested: RequestedSurface) -> SurfaceKind {
         RequestedSurface::Exact => SurfaceKind::Exact,
         RequestedSurface::Lattice => SurfaceKind::Lattice,
     }
-}
-
-/// Lowest and highest corner of the mesh, m; of the lattice's surface if neither the skin nor an exact surface is loaded.
-fn bounds_m(prepared: &PreparedObject) -> [Point3<f64>; 2] {
-    let exact = prepared.bodies.iter().map(|body| body.cutting.as_ref().map(|cutting| &cutting.mesh.nodes));
-    let exact: Option<Vec<_>> = exact.collect();
-    let points: Vec<&Point3<f64>> = match (exact, &prepared.skin) {
-        (Some(bodies), _) => bodies.into_iter().flatten().collect(),
-        (None, Some(skin)) => skin.points.iter().collect(),
-        (None, None) => return prepared.bounds_m(),
-    };
-    let corners = points.into_iter().map(|local| prepared.frame.to_meters(local));
-    let empty = [f64::INFINITY, f64::NEG_INFINITY].map(|end| Point3::new(end, end, end));
-    corners.fold(empty, |[low, high], corner| [low.inf(&corner), high.sup(&corner)])
 }
 
 impl ServedObject for EngineObject {
