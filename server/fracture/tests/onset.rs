@@ -84,6 +84,23 @@ fn compression_drives_cracks_by_the_squared_ratio_of_the_strengths() {
     assert!((0.4..0.7).contains(&(pulled / all)), "half of a bent beam is pulled: {}", pulled / all);
 }
 
+/// The stress around a narrow contact decides, where that of the rest of the beam is far lower.
+#[test]
+fn a_narrow_contact_breaks_the_beam_at_the_stress_around_it() {
+    let narrow = struck(vec![contact([0.0, 0.025, 0.0], [0.0, -1.0, 0.0], 0.001)]);
+    let wide = struck(vec![contact([0.0, 0.025, 0.0], [0.0, -1.0, 0.0], 0.02)]);
+    let [narrow, wide] = [narrow, wide].map(|request| {
+        let found = BEAM.strike(&FractureRequest { threshold_only: true, ..request }).unwrap();
+        let threshold = found.threshold().clone();
+        (threshold.impulse_factor, threshold.onset.unwrap())
+    });
+    println!("{narrow:?} {wide:?}");
+    assert!(narrow.1.stress_over_strength > 3.0 * wide.1.stress_over_strength);
+    // The energy suffices at half of that load.
+    assert!(narrow.1.energy_over_section.sqrt() * narrow.0 > 2.0);
+    assert!((narrow.0 * narrow.1.stress_over_strength - 1.0).abs() < 1e-9, "{narrow:?}");
+}
+
 fn onset(outcome: &FractureOutcome) -> OnsetReport {
     outcome.threshold().onset.unwrap()
 }

@@ -219,10 +219,19 @@ mod tests {
     }
 
     fn smallest(lattice: &Lattice, point: [f64; 3], normal: Vector3<f64>, volume_min: f64) -> Option<PlaneSection> {
+        smallest_of(lattice, point, &normals_around(normal), volume_min)
+    }
+
+    fn smallest_of(
+        lattice: &Lattice,
+        point: [f64; 3],
+        normals: &[Vector3<f64>],
+        volume_min: f64,
+    ) -> Option<PlaneSection> {
         let (neighbors, stars) = (lattice.neighbors(), lattice.stars());
         let volumes: Vec<f64> = (0..lattice.tets.len()).map(|tet| lattice.tet_volume(tet)).collect();
         let tables = SectionLattice { lattice, volumes: &volumes, neighbors: &neighbors, stars: &stars };
-        SectionSearch::new(tables).smallest(nearest(lattice, point), &normals_around(normal), volume_min)
+        SectionSearch::new(tables).smallest(nearest(lattice, point), normals, volume_min)
     }
 
     #[test]
@@ -251,6 +260,9 @@ mod tests {
         let end = [0.58, 0.1, 0.0];
         assert!(smallest(&lattice, end, Vector3::x(), 0.0).is_some());
         assert_eq!(smallest(&lattice, end, Vector3::x(), 0.01), None);
+        // Through the middle of the last cells: of the 24 tetrahedra of each, 8 are beyond, and half of the other 16 counts.
+        let of = |volume_min: f64| smallest_of(&lattice, [0.575, 0.025, 0.025], &[Vector3::x()], volume_min);
+        assert!(of(0.0019).is_some() && of(0.0021).is_none());
     }
 
     #[test]
