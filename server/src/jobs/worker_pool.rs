@@ -311,27 +311,10 @@ impl WorkerPool {
         self.waker.wake(job.key().0);
         outcome.took(took, &profiler.stages());
         let energies = outcome.energies();
-        if let Some(ResultEnergies {
-            source,
-            impactor_j,
-            strain_j,
-            surface_j,
-            released_j,
-            deficit_j,
-            stress_over_strength,
-        }) = energies
-        {
-            let source = source.name();
-            tracing::debug!(
-                source,
-                impactor_j,
-                strain_j,
-                surface_j,
-                released_j,
-                deficit_j,
-                stress_over_strength,
-                "energies"
-            );
+        if let Some(own) = energies {
+            let (source, stress) = (own.source.name(), own.stress_over_strength);
+            let ResultEnergies { impactor_j, strain_j, surface_j, released_j, deficit_j, .. } = own;
+            tracing::debug!(source, impactor_j, strain_j, surface_j, released_j, deficit_j, stress, "energies");
         }
         Ok(energies)
     }

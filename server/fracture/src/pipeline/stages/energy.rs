@@ -8,7 +8,9 @@ use super::dynamics;
 use super::falloff::falloff;
 use super::indentation::IndentationEnergy;
 use super::onset::{StressPeak, StressedBody};
-use super::strain::{StrainEnergy, WEAK_ERROR_MAX, WEAK_ERRORS, WEAK_STRESS, alone_error_max, may_be_weak, spread_min};
+use super::strain::{
+    StrainEnergy, WEAK_ERROR_MAX, WEAK_ERROR_RATIO, WEAK_STRESS, alone_error_max, may_be_weak, spread_min,
+};
 use crate::cancel_token::CancelToken;
 use crate::elasticity::{CompletedEnergy, DrivingEnergy, Elasticity, ElasticityError, NodalLoad, ReducedBasis};
 use crate::lattice::Lattice;
@@ -272,7 +274,7 @@ fn displace_weak(
     }
     let error = basis.estimate().error(basis.residual(elasticity, &loads[place], coordinates, scratch));
     let is_served = alone_error_max(prepared, basis, request).is_none_or(|most| error <= most);
-    let serves_weak = error <= WEAK_ERROR_MAX.min(WEAK_ERRORS * request.reduced_error_max);
+    let serves_weak = error <= WEAK_ERROR_MAX.min(WEAK_ERROR_RATIO * request.reduced_error_max);
     if is_served || !serves_weak {
         return Ok(None);
     }

@@ -51,8 +51,8 @@ pub(super) const WEAK_STRESS: f64 = 0.25;
 /// Largest estimated error of the energy of the basis alone at which a weak impact needs no better displacement.
 pub(super) const WEAK_ERROR_MAX: f64 = 0.5;
 
-/// The same, over the largest error that the request accepts.
-pub(super) const WEAK_ERRORS: f64 = 5.0;
+/// The same limit, over the largest error that the request accepts.
+pub(super) const WEAK_ERROR_RATIO: f64 = 5.0;
 
 /// True if an impact that the body withstands may end with a rough displacement, where stresses are far below the strength.
 pub(super) fn may_be_weak(request: &FractureRequest) -> bool {
