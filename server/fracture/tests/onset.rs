@@ -84,6 +84,24 @@ fn compression_drives_cracks_by_the_squared_ratio_of_the_strengths() {
     assert!((0.4..0.7).contains(&(pulled / all)), "half of a bent beam is pulled: {}", pulled / all);
 }
 
+/// By the criterion of the paper, the effect `tensile` leaves the release the tensile part of the strain energy.
+#[test]
+fn releases_have_their_share_of_the_whole_strain_energy() {
+    let effects = EffectSet::default().with(EffectKind::Tensile).with(EffectKind::Release);
+    let request = FractureRequest { degree: DegreeRequest::Sites(8), effects, ..bent(50.0) };
+    let squares = |criterion| {
+        let outcome = BEAM.strike(&FractureRequest { criterion, ..request.clone() }).unwrap();
+        let velocities = &outcome.fracture().unwrap().meshes.velocities;
+        assert!(velocities.len() > 2, "{} pieces", velocities.len());
+        velocities.iter().map(|own| own.linear_m_s.norm_squared()).sum::<f64>()
+    };
+    let [all, pulled] = [EffectSet::default(), effects].map(|effects| {
+        driving_j(&FractureRequest { criterion: Criterion::Paper, effects, ..request.clone() }).iter().sum::<f64>()
+    });
+    let ratio = squares(Criterion::Strength) / squares(Criterion::Paper);
+    assert!((ratio * pulled / all - 1.0).abs() < 1e-6 && ratio > 1.4, "{ratio}: {all} and {pulled} J");
+}
+
 /// The stress around a narrow contact decides, where that of the rest of the beam is far lower.
 #[test]
 fn a_narrow_contact_breaks_the_beam_at_the_stress_around_it() {
