@@ -102,6 +102,34 @@ fn releases_have_their_share_of_the_whole_strain_energy() {
     assert!((ratio * pulled / all - 1.0).abs() < 1e-6 && ratio > 1.4, "{ratio}: {all} and {pulled} J");
 }
 
+/// A rough displacement serves a body that holds by far, but not beside another one, in whose load its energy may count.
+#[test]
+fn weak_impacts_on_two_bodies_are_as_accurate_as_the_request_asks() {
+    let mut mesh = shapes::cuboid(BEAM_M);
+    let count = mesh.positions_m.len() as u32;
+    mesh.positions_m.extend(shapes::cuboid(BEAM_M).positions_m.iter().map(|point| point + 0.2 * Vector3::y()));
+    let other = shapes::cuboid(BEAM_M).triangles;
+    mesh.triangles.extend(other.iter().map(|corners| corners.map(|corner| corner + count)));
+    let request = BakeRequest {
+        quality: Preset::Draft,
+        elastic_spacing: Some(0.06),
+        crack_spacing: Some(0.06),
+        examples: 0,
+        elements: ElementChoice::Quadratic,
+        ..BakeRequest::new("beams", "glass", Material::named("glass").unwrap())
+    };
+    let beams = request.bake(mesh).unwrap();
+    let hit = |y: f64| contact([0.07, y + 0.025, 0.01], [0.0, -1e-3, 0.0], 0.01);
+    let error = |contacts: Vec<ImpactContact>| {
+        let accepted = 0.005;
+        let request =
+            FractureRequest { elastic: DisplacementMethod::Reduced, reduced_error_max: accepted, ..struck(contacts) };
+        let outcome = beams.strike(&request).unwrap();
+        outcome.threshold().reduced_error.unwrap_or(0.0) / accepted
+    };
+    assert!(error(vec![hit(0.0)]) > 1.0 && error(vec![hit(0.0), hit(0.2)]) <= 1.0);
+}
+
 /// The stress around a narrow contact decides, where that of the rest of the beam is far lower.
 #[test]
 fn a_narrow_contact_breaks_the_beam_at_the_stress_around_it() {
